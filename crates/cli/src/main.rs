@@ -1,0 +1,2 @@
+//! The `morgana` command.
+fn main() {}

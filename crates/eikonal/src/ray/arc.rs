@@ -1,0 +1,110 @@
+//! A piece of a ray as a curve: the dense output of one step.
+
+use crate::bounds::Aabb;
+use glam::DVec3;
+
+/// A piece of a ray over a span `h` of σ: x(θ), θ ∈ [0, 1], σ = σ₀ + hθ.
+///
+/// The curve is the quintic that matches position, velocity and acceleration at both ends
+/// (Hermite), held as six Bézier control points: it lies in their convex hull, so boxes and
+/// intersection tests made from them are conservative. A straight piece has equally spaced
+/// control points and is marked as such.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arc {
+    control: [DVec3; 6],
+    h: f64,
+    straight: bool,
+}
+
+impl Arc {
+    /// The straight piece x + v·hθ.
+    pub fn line(x: DVec3, v: DVec3, h: f64) -> Self {
+        Arc {
+            control: std::array::from_fn(|i| x + v * (h * i as f64 / 5.0)),
+            h,
+            straight: true,
+        }
+    }
+
+    /// The quintic with position, velocity dx/dσ and acceleration d²x/dσ² given at both ends.
+    pub fn hermite(start: [DVec3; 3], end: [DVec3; 3], h: f64) -> Self {
+        let [x0, v0, a0] = start;
+        let [x1, v1, a1] = end;
+        let (d, c) = (h / 5.0, h * h / 20.0);
+        Arc {
+            control: [
+                x0,
+                x0 + v0 * d,
+                x0 + v0 * (2.0 * d) + a0 * c,
+                x1 - v1 * (2.0 * d) + a1 * c,
+                x1 - v1 * d,
+                x1,
+            ],
+            h,
+            straight: false,
+        }
+    }
+
+    /// The Bézier control points, first and last on the curve.
+    pub fn control(&self) -> &[DVec3; 6] {
+        &self.control
+    }
+
+    /// Span of σ.
+    pub fn h(&self) -> f64 {
+        self.h
+    }
+
+    /// Whether the piece is a straight segment.
+    pub fn is_straight(&self) -> bool {
+        self.straight
+    }
+
+    /// First point, θ = 0.
+    pub fn start(&self) -> DVec3 {
+        self.control[0]
+    }
+
+    /// Last point, θ = 1.
+    pub fn end(&self) -> DVec3 {
+        self.control[5]
+    }
+
+    /// A box that contains the whole piece.
+    pub fn aabb(&self) -> Aabb {
+        if self.straight {
+            Aabb::new(self.control[0], self.control[5])
+        } else {
+            Aabb::around(self.control)
+        }
+    }
+
+    /// Position x(θ).
+    pub fn position(&self, theta: f64) -> DVec3 {
+        if self.straight {
+            return self.control[0] + (self.control[5] - self.control[0]) * theta;
+        }
+        bezier(&self.control, theta)
+    }
+
+    /// Velocity dx/dσ at θ; its length is the index n up to the tolerance of the step.
+    pub fn velocity(&self, theta: f64) -> DVec3 {
+        if self.straight {
+            return (self.control[5] - self.control[0]) / self.h;
+        }
+        let c = &self.control;
+        let d: [DVec3; 5] = std::array::from_fn(|i| c[i + 1] - c[i]);
+        bezier(&d, theta) * (5.0 / self.h)
+    }
+}
+
+/// De Casteljau's algorithm.
+fn bezier<const N: usize>(control: &[DVec3; N], theta: f64) -> DVec3 {
+    let mut c = *control;
+    for k in 1..N {
+        for i in 0..N - k {
+            c[i] += (c[i + 1] - c[i]) * theta;
+        }
+    }
+    c[0]
+}

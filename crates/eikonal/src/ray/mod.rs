@@ -1,0 +1,5 @@
+//! Rays: state, steps, arcs.
+
+pub mod arc;
+
+pub use arc::Arc;

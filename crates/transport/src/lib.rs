@@ -1,0 +1,5 @@
+//! Light transport along curved rays.
+
+pub mod spectrum;
+
+pub use spectrum::Spectrum;

@@ -1,0 +1,125 @@
+//! Values per spectral channel.
+
+use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, MulAssign, Sub};
+
+/// Up to four spectral channels that travel together; unused lanes are zero.
+///
+/// A film with more channels is rendered in groups of [`Spectrum::LANES`], each with paths of its
+/// own.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spectrum(pub [f64; 4]);
+
+impl Spectrum {
+    /// Number of channels that travel together.
+    pub const LANES: usize = 4;
+    /// All zero.
+    pub const ZERO: Spectrum = Spectrum([0.0; 4]);
+    /// All one.
+    pub const ONE: Spectrum = Spectrum([1.0; 4]);
+
+    /// The same value in every lane.
+    pub fn splat(v: f64) -> Self {
+        Spectrum([v; 4])
+    }
+
+    /// Applies `f` to every lane.
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Spectrum(self.0.map(f))
+    }
+
+    /// Combines two spectra lane by lane.
+    pub fn zip(self, o: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Spectrum(std::array::from_fn(|i| f(self.0[i], o.0[i])))
+    }
+
+    /// Largest lane.
+    pub fn max(self) -> f64 {
+        self.0.into_iter().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Sum of the lanes.
+    pub fn sum(self) -> f64 {
+        self.0.into_iter().sum()
+    }
+
+    /// Whether every lane is zero.
+    pub fn is_zero(self) -> bool {
+        self.0.iter().all(|&v| v == 0.0)
+    }
+
+    /// Whether every lane is finite.
+    pub fn is_finite(self) -> bool {
+        self.0.iter().all(|v| v.is_finite())
+    }
+
+    /// exp(−x) lane by lane.
+    pub fn exp_neg(self) -> Self {
+        self.map(|v| (-v).exp())
+    }
+}
+
+impl Add for Spectrum {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        self.zip(o, |a, b| a + b)
+    }
+}
+
+impl Sub for Spectrum {
+    type Output = Self;
+    fn sub(self, o: Self) -> Self {
+        self.zip(o, |a, b| a - b)
+    }
+}
+
+impl Mul for Spectrum {
+    type Output = Self;
+    fn mul(self, o: Self) -> Self {
+        self.zip(o, |a, b| a * b)
+    }
+}
+
+impl Mul<f64> for Spectrum {
+    type Output = Self;
+    fn mul(self, s: f64) -> Self {
+        self.map(|v| v * s)
+    }
+}
+
+impl Div<f64> for Spectrum {
+    type Output = Self;
+    fn div(self, s: f64) -> Self {
+        self.map(|v| v / s)
+    }
+}
+
+impl AddAssign for Spectrum {
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
+    }
+}
+
+impl MulAssign for Spectrum {
+    fn mul_assign(&mut self, o: Self) {
+        *self = *self * o;
+    }
+}
+
+impl MulAssign<f64> for Spectrum {
+    fn mul_assign(&mut self, s: f64) {
+        *self = *self * s;
+    }
+}
+
+impl Index<usize> for Spectrum {
+    type Output = f64;
+    fn index(&self, i: usize) -> &f64 {
+        &self.0[i]
+    }
+}
+
+impl IndexMut<usize> for Spectrum {
+    fn index_mut(&mut self, i: usize) -> &mut f64 {
+        &mut self.0[i]
+    }
+}
