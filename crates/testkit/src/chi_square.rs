@@ -235,7 +235,7 @@ mod tests {
 
     /// x has density 2x, y is uniform; a fraction `lost` of the samples is absorbed.
     fn ramp(rng: &mut Rng, lost: f64) -> Option<[f64; 2]> {
-        let u: [f64; 3] = rng.next();
+        let u: [f64; 3] = rng.uniform();
         (u[2] >= lost).then_some([u[0].sqrt(), u[1]])
     }
 

@@ -24,7 +24,7 @@ impl Rng {
     }
 
     /// `N` independent uniform numbers in [0, 1).
-    pub fn next<const N: usize>(&mut self) -> [f64; N] {
+    pub fn uniform<const N: usize>(&mut self) -> [f64; N] {
         std::array::from_fn(|_| self.next_1d())
     }
 
@@ -48,9 +48,9 @@ mod tests {
 
     #[test]
     fn the_seed_decides_the_numbers() {
-        let first = Rng::new(1).next::<2>();
-        assert_eq!(first, Rng::new(1).next::<2>());
-        assert_ne!(first, Rng::new(2).next::<2>());
+        let first = Rng::new(1).uniform::<2>();
+        assert_eq!(first, Rng::new(1).uniform::<2>());
+        assert_ne!(first, Rng::new(2).uniform::<2>());
         assert!(first.iter().all(|x| (0.0..1.0).contains(x)));
     }
 }
