@@ -5,7 +5,7 @@ use super::error::{FieldError, finite, positive};
 use super::{Jet, bessel};
 use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::{DVec2, DVec3};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
 /// One cylindrical mode, Δn J_m(kr) cos(mφ + φ₀).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,13 +47,29 @@ impl AcousticMode {
         Self::new(amplitude, order, TAU * frequency / sound_speed, phase)
     }
 
-    /// Upper bound of |Δn J_m(kr)|: |J₀| ≤ 1, |J_m| < 0.674886 m^(−1/3) (Landau 2000).
-    fn peak(&self) -> f64 {
-        let bessel = match self.order {
-            0 => 1.0,
-            m => 0.674886 / f64::from(m).cbrt(),
-        };
-        self.amplitude.abs() * bessel
+    /// Upper bounds over all radii r in `range` of |value|, |gradient| and |curvature|.
+    ///
+    /// J_m(kr)e^{imφ} is a mean of plane waves of wave number k over all directions, so its p-th
+    /// derivative along any line is at most kᵖ times the mean of |cos|ᵖ: 2/π, 1/2, 4/(3π). As a
+    /// sum of neighbouring orders (see `wave`) it is at most the sum of their peaks.
+    fn limits(&self, range: [f64; 2]) -> [f64; 3] {
+        let x = range.map(|r| self.wave_number * r);
+        let m = i32::from(self.order);
+        let peak = |p: i32| bessel::limit((m + p).unsigned_abs(), x);
+        let amplitude = self.amplitude.abs();
+        let k = self.wave_number;
+        let slope = (0.5 * (peak(-1) + peak(1))).min(FRAC_2_PI);
+        let curvature = (0.25 * (peak(-2) + 2.0 * peak(0) + peak(2))).min(0.5);
+        [
+            amplitude * peak(0),
+            amplitude * k * slope,
+            amplitude * k * k * curvature,
+        ]
+    }
+
+    /// Upper bound of all third derivatives along a line.
+    fn third_limit(&self) -> f64 {
+        4.0 / (3.0 * PI) * self.amplitude.abs() * self.wave_number.powi(3)
     }
 
     /// Value and derivatives at transverse position `d`.
@@ -79,6 +95,9 @@ impl AcousticMode {
         }
     }
 }
+
+/// All distances to the axis.
+const EVERYWHERE: [f64; 2] = [0.0, f64::INFINITY];
 
 /// `z`ᵐ of a complex number.
 fn power(z: DVec2, m: u16) -> DVec2 {
@@ -144,7 +163,7 @@ impl Acoustic {
         reference: DVec3,
         modes: Vec<AcousticMode>,
     ) -> Result<Self, FieldError> {
-        let peaks: f64 = modes.iter().map(AcousticMode::peak).sum();
+        let peaks: f64 = modes.iter().map(|m| m.limits(EVERYWHERE)[0]).sum();
         positive("smallest index in the acoustic field", n0 - peaks)?;
         Ok(Acoustic {
             n0: positive("mean refractive index", n0)?,
@@ -177,18 +196,16 @@ impl Acoustic {
         )
     }
 
-    /// Σ |Δn| kᵖ, the scale of the p-th derivatives.
-    fn derivative_scale(&self, p: i32) -> f64 {
-        let modes = self.modes.iter();
-        modes
-            .map(|m| m.amplitude.abs() * m.wave_number.powi(p))
-            .sum()
-    }
-
-    /// J_m(kr)e^{imφ} is a mean of plane waves of wave number k over all directions, so its p-th
-    /// derivative along any line is at most kᵖ times the mean of |cos|ᵖ: 2/π, 1/2, 4/(3π). These
-    /// hold everywhere; a Taylor expansion about the middle of the box is better in a small one.
+    /// Limits of the modes over the distances to the axis found in the box; in a small box a Taylor
+    /// expansion about its middle is better.
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
+        let radii = self.axis.radius_range(region);
+        let limits = self.modes.iter().fold([0.0; 3], |sum, mode| {
+            let limits = mode.limits(radii);
+            std::array::from_fn(|p| sum[p] + limits[p])
+        });
+        let third: f64 = self.modes.iter().map(AcousticMode::third_limit).sum();
+
         // The limit gives an unbounded box a middle.
         let far = DVec2::splat(1e100);
         let [min, max] = self.axis.transverse_range(region);
@@ -197,25 +214,17 @@ impl Acoustic {
         let reach = half.length();
         let middle = self.wave(0.5 * (min + max));
 
-        let hess_limit = 0.5 * self.derivative_scale(2);
-        let hess_change = 4.0 / (3.0 * PI) * self.derivative_scale(3) * reach;
-        let [low, high] = middle.curvatures();
         // Zero is the eigenvalue along the axis.
-        let hess_min = (low - hess_change).max(-hess_limit).min(0.0);
-        let hess_max = (high + hess_change).min(hess_limit).max(0.0);
-
-        let grad_limit = 2.0 / PI * self.derivative_scale(1);
-        let grad_change = hess_min.abs().max(hess_max) * reach;
-        let peaks: f64 = self.modes.iter().map(AcousticMode::peak).sum();
+        let [low, high] = middle.curvatures();
+        let hess_min = (low - third * reach).max(-limits[2]).min(0.0);
+        let hess_max = (high + third * reach).min(limits[2]).max(0.0);
+        let grad = middle.grad.length() + hess_min.abs().max(hess_max) * reach;
         let slope = middle.grad.abs().dot(half);
-        let (down, up) = (
-            0.5 * hess_min * reach * reach - slope,
-            0.5 * hess_max * reach * reach + slope,
-        );
+        let square = 0.5 * reach * reach;
         IndexBounds {
-            n_min: self.n0 + (middle.value + down).max(-peaks),
-            n_max: self.n0 + (middle.value + up).min(peaks),
-            grad_max: (middle.grad.length() + grad_change).min(grad_limit),
+            n_min: self.n0 + (middle.value - slope + hess_min * square).max(-limits[0]),
+            n_max: self.n0 + (middle.value + slope + hess_max * square).min(limits[0]),
+            grad_max: grad.min(limits[1]),
             hess_min,
             hess_max,
         }

@@ -1,5 +1,7 @@
 //! Runs of Bessel functions of the first kind, of consecutive integer orders.
 
+use std::f64::consts::FRAC_2_PI;
+
 /// J₍m₋₂₎(x) … J₍m₊₂₎(x) for x ≥ 0, with J₋ₚ = (−1)ᵖ Jₚ: what an order-m mode and its first two
 /// derivatives need.
 pub(super) fn around(m: u16, x: f64) -> [f64; 5] {
@@ -60,9 +62,42 @@ fn ratios(low: u32, p: u32, x: f64) -> [Option<f64>; 5] {
     product
 }
 
+/// Upper bound of |J_p(x)| for x between `low` and `high`: the smallest of 1 (p = 0) or
+/// 0.674886 p^(−1/3) (Landau 2000); (x/2)ᵖ/p!; and, past the turning point x = p,
+/// (2/π)^½ (x² − p²)^(−1/4) (Watson 1944, §13.74).
+pub(super) fn limit(p: u32, [low, high]: [f64; 2]) -> f64 {
+    let order = f64::from(p);
+    let peak = if p == 0 { 1.0 } else { 0.674886 / order.cbrt() };
+    let inner: f64 = (1..=p).map(|i| high / (2.0 * f64::from(i))).product();
+    let outer = if low > order {
+        (FRAC_2_PI / ((low - order) * (low + order)).sqrt()).sqrt()
+    } else {
+        f64::INFINITY
+    };
+    peak.min(inner).min(outer)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn limits_hold_and_are_not_far_off() {
+        for p in [0, 1, 2, 3, 5, 10, 31, 64] {
+            for start in 0..100 {
+                let low = f64::from(start);
+                for width in [0.0, 0.3, 2.0, 20.0] {
+                    let steps = (0..=400).map(|i| low + width * f64::from(i) / 400.0);
+                    let largest = steps.map(|x| libm::jn(p, x).abs()).fold(0.0, f64::max);
+                    let bound = limit(p as u32, [low, low + width]);
+                    assert!(bound >= largest, "J_{p} at {low}: {bound} < {largest}");
+                    // Well inside the turning point all is small and the series bound loose.
+                    let oscillates = width == 20.0 && low + width > f64::from(p);
+                    assert!(!oscillates || bound < 2.0 * largest, "J_{p} at {low}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn agrees_with_libm_at_all_orders_and_arguments() {
