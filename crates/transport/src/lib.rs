@@ -1,5 +1,6 @@
 //! Light transport along curved rays.
 
+pub mod shape;
 pub mod spectrum;
 
 pub use spectrum::Spectrum;

@@ -1,5 +1,6 @@
 //! Rays: state, steps, arcs.
 
 pub mod arc;
+pub mod bernstein;
 
 pub use arc::Arc;
