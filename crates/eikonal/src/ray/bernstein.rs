@@ -22,13 +22,16 @@ pub fn split<T, const N: usize>(c: &[T; N], t: f64) -> ([T; N], [T; N])
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>,
 {
-    let (mut left, mut right) = (*c, *c);
-    for k in 1..N {
+    let mut right = *c;
+    let mut k = 0;
+    let left = std::array::from_fn(|_| {
+        k += 1;
+        let start = right[0];
         for i in 0..N - k {
             right[i] = right[i] + (right[i + 1] - right[i]) * t;
         }
-        left[k] = right[0];
-    }
+        start
+    });
     (left, right)
 }
 
@@ -111,7 +114,8 @@ const fn binomial(n: usize, k: usize) -> f64 {
 /// counts as zero: a root there, which the half-open interval leaves out at `t_min` and includes
 /// at `t_max`. Hence no root is lost or counted twice between consecutive arcs or when a search
 /// continues from a root found before, as long as both sides use the same noise. Roots of even
-/// multiplicity, where the curve touches and turns back, may be missed; the work is bounded.
+/// multiplicity, where the curve touches and turns back, may be missed, and a polynomial that is
+/// zero throughout has none; the work is bounded.
 pub fn first_root<const N: usize>(
     c: &[f64; N],
     t_min: f64,
@@ -131,7 +135,8 @@ pub fn first_root<const N: usize>(
         } else {
             0.0
         };
-    if clear(c, at_min.max(at_max)) || t_min.partial_cmp(&t_max)?.is_ge() {
+    let noise = at_min.max(at_max);
+    if clear(c, noise) || largest <= noise || t_min.partial_cmp(&t_max)?.is_ge() {
         return None;
     }
     let mut c = restrict(c, t_min, t_max);
@@ -221,4 +226,91 @@ fn polish<const N: usize>(c: &[f64; N], first: f64, width: f64) -> f64 {
         }
     }
     t
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ∏ (t − rᵢ), with coefficients −r and 1 − r per factor.
+    fn with_roots(r: [f64; 5]) -> [f64; 6] {
+        let f = |i: usize| [-r[i], 1.0 - r[i]];
+        let a: [f64; 3] = product(&f(0), &f(1));
+        let b: [f64; 3] = product(&f(2), &f(3));
+        let c: [f64; 5] = product(&a, &b);
+        product(&c, &f(4))
+    }
+
+    #[test]
+    fn finds_roots_in_order() {
+        let roots = [0.1, 0.35, 0.36, 0.8, 1.7];
+        let c = with_roots(roots);
+        let mut from = 0.0;
+        for r in &roots[..4] {
+            let t = first_root(&c, from, 1.0, [0.0; 2]).unwrap();
+            assert!((t - r).abs() < 1e-13, "{t} for {r}");
+            from = t;
+        }
+        assert_eq!(first_root(&c, from, 1.0, [0.0; 2]), None);
+    }
+
+    #[test]
+    fn respects_the_range() {
+        let c = with_roots([0.1, 0.5, 0.9, -1.0, 2.0]);
+        assert_eq!(first_root(&c, 0.15, 0.45, [0.0; 2]), None);
+        let t = first_root(&c, 0.15, 0.55, [0.0; 2]).unwrap();
+        assert!((t - 0.5).abs() < 1e-14);
+        assert_eq!(first_root(&c, 0.5, 0.5, [0.0; 2]), None);
+        assert_eq!(first_root(&c, f64::NAN, 1.0, [0.0; 2]), None);
+    }
+
+    #[test]
+    fn a_root_at_an_end_belongs_to_the_interval_before() {
+        let c = with_roots([0.0, 1.0, -1.0, 2.0, 3.0]);
+        assert_eq!(first_root(&c, 0.0, 1.0, [1e-16; 2]), Some(1.0));
+        assert_eq!(first_root(&c, 0.0, 0.9, [1e-16; 2]), None);
+        let (left, right) = split(&with_roots([0.5, 2.0, 3.0, 4.0, 5.0]), 0.5);
+        assert_eq!(first_root(&left, 0.0, 1.0, [1e-15; 2]), Some(1.0));
+        assert_eq!(first_root(&right, 0.0, 1.0, [1e-15; 2]), None);
+    }
+
+    #[test]
+    fn multiple_roots_terminate() {
+        for r in [0.0, 0.3, 0.5, 1.0 / 3.0, 1.0] {
+            for c in [
+                with_roots([r, r, 2.0, 2.0, 2.0]),
+                with_roots([r, r, r, r, -1.0]),
+                with_roots([r; 5]),
+                [0.0; 6],
+                [f64::NAN; 6],
+            ] {
+                let square: [f64; 11] = product(&c, &c);
+                let _ = first_root(&square, 0.0, 1.0, [0.0; 2]);
+                let _ = first_root(&c, 0.0, 1.0, [0.0; 2]);
+            }
+        }
+        // Of odd multiplicity: the sign changes, so it is found, if less exactly.
+        let t = first_root(&with_roots([0.3, 0.3, 0.3, 2.0, 3.0]), 0.0, 1.0, [0.0; 2]);
+        assert!((t.unwrap() - 0.3).abs() < 1e-4);
+    }
+
+    #[test]
+    fn products_and_restrictions_agree_with_values() {
+        let (a, b) = (
+            [0.3, -1.0, 2.0, 0.7, -0.2, 1.1],
+            [1.0, 0.5, -2.0, 0.1, 0.9, -0.4],
+        );
+        let c: [f64; 11] = product(&a, &b);
+        let part = restrict(&c, 0.2, 0.7);
+        for i in 0..=10 {
+            let t = i as f64 / 10.0;
+            let value = evaluate(&c, t).0;
+            assert!((value - evaluate(&a, t).0 * evaluate(&b, t).0).abs() < 1e-15);
+            let inside = evaluate(&c, 0.2 + 0.5 * t).0;
+            assert!((evaluate(&part, t).0 - inside).abs() < 1e-14);
+        }
+        let (_, slope) = evaluate(&c, 0.4);
+        let difference = (evaluate(&c, 0.4 + 1e-6).0 - evaluate(&c, 0.4 - 1e-6).0) / 2e-6;
+        assert!((slope - difference).abs() < 1e-8);
+    }
 }

@@ -99,7 +99,7 @@ impl Mesh {
         self.tree.visit(&sweep, [u_min, u_max], &mut |i| {
             let until = piece.u_end(nearest.end).unwrap_or(u_min);
             if let Some((u, w)) = self.meet_triangle(&piece.control, i, [u_min, until]) {
-                nearest.offer(piece.at(u), i, w);
+                nearest.offer(piece.at(u).max(range[0].next_up()), i, w);
             }
             piece.u_end(nearest.end).unwrap_or(u_min)
         });
