@@ -96,6 +96,13 @@ impl Vertex {
         }
     }
 
+    /// Position.
+    pub fn position(&self) -> DVec3 {
+        match *self {
+            Vertex::Volume { x, .. } | Vertex::Surface { x, .. } => x,
+        }
+    }
+
     /// The object on whose surface the vertex lies.
     pub fn object(&self) -> Option<usize> {
         match self {

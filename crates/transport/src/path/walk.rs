@@ -80,6 +80,7 @@ impl<'a> Walk<'a> {
             edge: Edge {
                 start,
                 spans: Vec::new(),
+                lead: 0,
                 end: End::Dead,
                 depth: Spectrum::ZERO,
                 length: 0.0,
@@ -152,6 +153,9 @@ impl<'a> Walk<'a> {
             self.edge.length = self.length;
         }
         self.edge.spans.push(span);
+        if self.edge.events == 0 {
+            self.edge.lead = self.edge.spans.len();
+        }
     }
 
     /// Goes through, is reflected, or ends at a surface. Returns whether the ray goes on.
