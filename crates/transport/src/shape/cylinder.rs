@@ -40,6 +40,14 @@ pub struct Cylinder {
 }
 
 impl Cylinder {
+    pub(super) fn misses(&self, region: &Aabb) -> bool {
+        let local = self.placement.local_box(region);
+        let axis = Aabb::new(DVec3::ZERO, DVec3::Z);
+        let flat = |p: DVec3| p.with_z(0.0);
+        let across = Aabb::new(flat(local.min), flat(local.max)).nearest_distance(DVec3::ZERO);
+        across > 1.0 || local.max.z < axis.min.z || local.min.z > axis.max.z
+    }
+
     /// The image of the cylinder.
     pub fn new(to_world: DAffine3, capped: bool) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;

@@ -121,6 +121,16 @@ impl Shape {
         each!(self, s => s.aabb())
     }
 
+    /// Whether a box certainly has no point in common with the inside of a closed shape; a box near
+    /// the surface may count as touching it.
+    pub fn misses(&self, region: &Aabb) -> bool {
+        match self {
+            Shape::Sphere(s) => s.misses(region),
+            Shape::Cylinder(s) => s.misses(region),
+            _ => !self.aabb().overlaps(region),
+        }
+    }
+
     /// Whether the shape encloses a volume.
     pub fn is_closed(&self) -> bool {
         match self {

@@ -56,6 +56,11 @@ impl Placement {
         8.0 * f64::EPSILON * (1.0 + terms.max_element())
     }
 
+    /// A local box around a box of the scene.
+    pub fn local_box(&self, world: &Aabb) -> Aabb {
+        Aabb::around(world.corners().map(|c| self.local(c)))
+    }
+
     /// Turns the normals to the other side, or back.
     pub fn set_flipped(&mut self, flipped: bool) {
         self.side = if flipped { -1.0 } else { 1.0 };

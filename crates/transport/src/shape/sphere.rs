@@ -21,6 +21,10 @@ pub struct Sphere {
 }
 
 impl Sphere {
+    pub(super) fn misses(&self, region: &Aabb) -> bool {
+        self.placement.local_box(region).nearest_distance(DVec3::ZERO) > 1.0
+    }
+
     /// The image of the unit sphere.
     pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
