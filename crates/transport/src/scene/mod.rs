@@ -242,7 +242,7 @@ impl Scene {
     /// Chooses an emitter: its index and the probability of the choice.
     pub(crate) fn choose_emitter(&self, u: f64) -> Option<(usize, f64)> {
         let pick = self.emitter_choice.as_ref()?.sample(u);
-        Some((pick.index, pick.pdf))
+        Some((pick.index, pick.probability))
     }
 
     /// Probability that [`Scene::choose_emitter`] chooses `emitter`.
