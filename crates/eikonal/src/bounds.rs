@@ -1,6 +1,6 @@
 //! Boxes, and conservative bounds of a field over a box.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Axis-aligned box, `min <= max` in every component unless empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,6 +109,19 @@ impl Aabb {
         p.clamp(self.min, self.max)
     }
 
+    /// Range [min, max] of d·x over the points x of the box; exact, also for unbounded boxes.
+    pub fn project(&self, d: DVec3) -> [f64; 2] {
+        (0..3).fold([0.0; 2], |[low, high], i| {
+            let (a, b) = (mul(d[i], self.min[i]), mul(d[i], self.max[i]));
+            [low + a.min(b), high + a.max(b)]
+        })
+    }
+
+    /// Smallest distance from `p` to a point of the box.
+    pub fn nearest_distance(&self, p: DVec3) -> f64 {
+        (p - self.clamp(p)).length()
+    }
+
     /// Largest distance from `p` to a point of the box.
     pub fn farthest_distance(&self, p: DVec3) -> f64 {
         (p - self.min).abs().max((p - self.max).abs()).length()
@@ -188,4 +201,103 @@ impl FieldBounds {
         };
         bend + 2.0 * kappa * kappa
     }
+}
+
+/// Bounds of n itself and its derivatives over a box, for fields whose closed form gives n.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IndexBounds {
+    /// Lower bound of n.
+    pub n_min: f64,
+    /// Upper bound of n.
+    pub n_max: f64,
+    /// Upper bound of |∇n|.
+    pub grad_max: f64,
+    /// Lower bound of the smallest eigenvalue of Hess n.
+    pub hess_min: f64,
+    /// Upper bound of the largest eigenvalue of Hess n.
+    pub hess_max: f64,
+}
+
+impl IndexBounds {
+    /// The bounds of n² that follow: ∇n² = 2n∇n and Hess n² = 2n Hess n + 2∇n⊗∇n, whose last
+    /// term has eigenvalues between 0 and 2|∇n|².
+    pub fn squared(self) -> FieldBounds {
+        let n = [self.n_min, self.n_max];
+        let n_hess = product(n, [self.hess_min, self.hess_max]);
+        let n_abs = self.n_min.abs().max(self.n_max.abs());
+        let below = if self.n_min <= 0.0 && self.n_max >= 0.0 {
+            0.0
+        } else {
+            self.n_min.abs().min(self.n_max.abs())
+        };
+        FieldBounds {
+            n2_min: below * below,
+            n2_max: n_abs * n_abs,
+            grad_max: 2.0 * mul(n_abs, self.grad_max),
+            hess_min: 2.0 * n_hess[0],
+            hess_max: 2.0 * n_hess[1] + 2.0 * self.grad_max * self.grad_max,
+        }
+    }
+}
+
+/// a·b with 0·∞ = 0, as the bound of a product needs it.
+pub(crate) fn mul(a: f64, b: f64) -> f64 {
+    if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
+}
+
+/// Range of a·b over two intervals.
+fn product(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    let p = [
+        mul(a[0], b[0]),
+        mul(a[0], b[1]),
+        mul(a[1], b[0]),
+        mul(a[1], b[1]),
+    ];
+    [
+        p.into_iter().fold(f64::INFINITY, f64::min),
+        p.into_iter().fold(f64::NEG_INFINITY, f64::max),
+    ]
+}
+
+/// Eigenvalues of a symmetric matrix in ascending order, by cyclic Jacobi rotations: unlike the
+/// closed form these keep full accuracy when eigenvalues coincide, as they do on axes of symmetry.
+pub fn symmetric_eigenvalues(m: DMat3) -> [f64; 3] {
+    // Each sweep squares the relative size of what lies off the diagonal, so that six suffice.
+    let mut a = m;
+    for _ in 0..6 {
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            a = jacobi_rotation(a, p, q);
+        }
+    }
+    let mut values = [a.x_axis.x, a.y_axis.y, a.z_axis.z];
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// RᵀaR with the rotation R in the plane (p, q) that makes the entry (p, q) vanish.
+fn jacobi_rotation(a: DMat3, p: usize, q: usize) -> DMat3 {
+    let off = a.col(q)[p];
+    if off == 0.0 {
+        return a;
+    }
+    let theta = (a.col(q)[q] - a.col(p)[p]) / (2.0 * off);
+    let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
+    let c = 1.0 / t.hypot(1.0);
+    let mut r = DMat3::IDENTITY;
+    r.col_mut(p)[p] = c;
+    r.col_mut(q)[q] = c;
+    r.col_mut(q)[p] = t * c;
+    r.col_mut(p)[q] = -t * c;
+    r.transpose() * a * r
+}
+
+/// Conservative range of the eigenvalues of all symmetric matrices with entries between `low`
+/// and `high`: those of the middle matrix, widened by the largest eigenvalue of the radius
+/// matrix (Weyl's inequality and Perron–Frobenius).
+pub(crate) fn interval_eigenvalues(low: DMat3, high: DMat3) -> [f64; 2] {
+    let [min, _, max] = symmetric_eigenvalues((low + high) * 0.5);
+    let [_, _, radius] = symmetric_eigenvalues((high - low) * 0.5);
+    // Covers the rounding of the rotations.
+    let slack = 1e-14 * (min.abs() + max.abs() + radius);
+    [min - radius - slack, max + radius + slack]
 }

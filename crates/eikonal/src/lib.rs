@@ -5,8 +5,14 @@
 //! connections; it knows no light, reads no file and starts no thread.
 
 pub mod bounds;
+pub mod certificate;
+pub mod connect;
 pub mod field;
+pub mod interface;
 pub mod ray;
 
 pub use bounds::{Aabb, FieldBounds};
+pub use certificate::Uniqueness;
+pub use connect::{Connection, Failure, Solver, World};
 pub use field::{Field, Jet};
+pub use ray::{Tolerance, Work};

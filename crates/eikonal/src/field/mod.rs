@@ -1,8 +1,31 @@
 //! Refractive-index fields. Each supplies n², ∇n², Hess n² and conservative bounds over boxes.
 
+mod acoustic;
+mod affine;
+mod axis;
+mod bessel;
+mod bspline;
 mod constant;
+mod error;
+mod fisheye;
+mod gaussian;
+mod linear;
+mod luneburg;
+mod radial;
+mod selfoc;
+mod sum;
 
+pub use acoustic::{Acoustic, AcousticMode};
+pub use affine::Affine;
+pub use bspline::{Bspline, Placement};
 pub use constant::Constant;
+pub use error::FieldError;
+pub use fisheye::Fisheye;
+pub use gaussian::Gaussian;
+pub use linear::{LinearIndex, LinearSquare};
+pub use luneburg::Luneburg;
+pub use selfoc::Selfoc;
+pub use sum::Sum;
 
 use crate::bounds::{Aabb, FieldBounds};
 use glam::{DMat3, DVec3};
@@ -18,11 +41,56 @@ pub struct Jet {
     pub hess: DMat3,
 }
 
+impl Jet {
+    /// The jet of the constant field n² = `n2`.
+    pub fn constant(n2: f64) -> Self {
+        Jet {
+            n2,
+            grad: DVec3::ZERO,
+            hess: DMat3::ZERO,
+        }
+    }
+
+    /// The jet of n² from n, ∇n and Hess n.
+    pub fn from_index(n: f64, grad: DVec3, hess: DMat3) -> Self {
+        Jet {
+            n2: n * n,
+            grad: grad * (2.0 * n),
+            hess: (hess * n + outer(grad)) * 2.0,
+        }
+    }
+}
+
+/// a⊗a.
+fn outer(a: DVec3) -> DMat3 {
+    DMat3::from_cols(a * a.x, a * a.y, a * a.z)
+}
+
 /// A refractive-index field, a smooth function of position in scene units.
 #[derive(Clone, Debug)]
 pub enum Field {
     /// The same index everywhere.
     Constant(Constant),
+    /// n linear in position.
+    LinearIndex(LinearIndex),
+    /// n² linear in position.
+    LinearSquare(LinearSquare),
+    /// The Luneburg lens.
+    Luneburg(Luneburg),
+    /// The radially graded rod.
+    Selfoc(Selfoc),
+    /// Maxwell's fisheye.
+    Fisheye(Fisheye),
+    /// A Gaussian bump.
+    Gaussian(Gaussian),
+    /// Cylindrical standing waves of sound.
+    Acoustic(Acoustic),
+    /// Samples on a grid, interpolated by tricubic B-splines.
+    Bspline(Bspline),
+    /// A superposition of fields.
+    Sum(Sum),
+    /// A field under an affine transform.
+    Affine(Affine),
 }
 
 /// Calls the same method on whichever field this is.
@@ -30,9 +98,44 @@ macro_rules! each {
     ($self:expr, $f:ident => $e:expr) => {
         match $self {
             Field::Constant($f) => $e,
+            Field::LinearIndex($f) => $e,
+            Field::LinearSquare($f) => $e,
+            Field::Luneburg($f) => $e,
+            Field::Selfoc($f) => $e,
+            Field::Fisheye($f) => $e,
+            Field::Gaussian($f) => $e,
+            Field::Acoustic($f) => $e,
+            Field::Bspline($f) => $e,
+            Field::Sum($f) => $e,
+            Field::Affine($f) => $e,
         }
     };
 }
+
+/// Makes `Field::from` take each variant's own type.
+macro_rules! into_field {
+    ($($name:ident),*) => {$(
+        impl From<$name> for Field {
+            fn from(field: $name) -> Self {
+                Field::$name(field)
+            }
+        }
+    )*};
+}
+
+into_field!(
+    Constant,
+    LinearIndex,
+    LinearSquare,
+    Luneburg,
+    Selfoc,
+    Fisheye,
+    Gaussian,
+    Acoustic,
+    Bspline,
+    Sum,
+    Affine
+);
 
 impl Field {
     /// n² at `x`.

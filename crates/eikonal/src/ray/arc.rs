@@ -96,6 +96,79 @@ impl Arc {
         let d: [DVec3; 5] = std::array::from_fn(|i| c[i + 1] - c[i]);
         bezier(&d, theta) * (5.0 / self.h)
     }
+
+    /// Arc length from the start to θ.
+    pub fn arc_length(&self, theta: f64) -> f64 {
+        self.integrate(theta, |speed| speed)
+    }
+
+    /// Optical path length ∫n ds = ∫n² dσ from the start to θ.
+    pub fn optical_length(&self, theta: f64) -> f64 {
+        self.integrate(theta, |speed| speed * speed)
+    }
+
+    /// θ at which the arc length from the start is `s`; 1 if the piece is shorter.
+    pub fn theta_at_length(&self, s: f64) -> f64 {
+        let total = self.arc_length(1.0);
+        let mut theta = (s / total).clamp(0.0, 1.0);
+        if self.straight || s >= total {
+            return theta;
+        }
+        // Newton from the proportional guess: the speed is nearly constant over one step.
+        for _ in 0..4 {
+            let excess = self.arc_length(theta) - s;
+            theta = (theta - excess / (self.velocity(theta).length() * self.h)).clamp(0.0, 1.0);
+        }
+        theta
+    }
+
+    /// θ in [0, 1] nearest to `y`: the first local minimum of the distance, or an end.
+    pub fn closest_approach(&self, y: DVec3) -> f64 {
+        let slope = |theta: f64| (self.position(theta) - y).dot(self.velocity(theta));
+        let (mut low, mut high) = (0.0, 1.0);
+        if slope(low) >= 0.0 {
+            return low;
+        }
+        if slope(high) <= 0.0 {
+            return high;
+        }
+        // Bisection keeps the bracket; secant steps inside it converge quickly (Illinois).
+        let (mut f_low, mut f_high) = (slope(low), slope(high));
+        for _ in 0..64 {
+            let theta = (low * f_high - high * f_low) / (f_high - f_low);
+            let f = slope(theta);
+            if f == 0.0 || high - low < 1e-15 {
+                return theta;
+            }
+            if f < 0.0 {
+                (low, f_low) = (theta, f);
+                f_high *= 0.5;
+            } else {
+                (high, f_high) = (theta, f);
+                f_low *= 0.5;
+            }
+        }
+        0.5 * (low + high)
+    }
+
+    /// ∫ f(|v|) dσ from the start to θ by Gauss–Legendre quadrature with four nodes. The speed |v|
+    /// of the dense output stands for the index, so no field evaluation is needed.
+    fn integrate(&self, theta: f64, f: impl Fn(f64) -> f64) -> f64 {
+        if self.straight {
+            return f(self.velocity(0.0).length()) * theta * self.h;
+        }
+        const NODES: [(f64, f64); 4] = [
+            (0.069431844202973712, 0.173927422568726929),
+            (0.330009478207571868, 0.326072577431273071),
+            (0.669990521792428132, 0.326072577431273071),
+            (0.930568155797026288, 0.173927422568726929),
+        ];
+        let sum: f64 = NODES
+            .iter()
+            .map(|&(node, weight)| weight * f(self.velocity(node * theta).length()))
+            .sum();
+        sum * theta * self.h
+    }
 }
 
 /// De Casteljau's algorithm.

@@ -1,5 +1,15 @@
-//! Rays: state, steps, arcs.
+//! Rays: steps, tangents, the flow through one field, and where along it something happens.
 
 pub mod arc;
+pub mod depth;
+pub mod flow;
+pub mod march;
+pub mod step;
+pub mod tangent;
 
 pub use arc::Arc;
+pub use depth::Profile;
+pub use flow::{Flow, Tolerance, Work};
+pub use march::{March, Stop, march};
+pub use step::{Node, Step};
+pub use tangent::{Tangents, Variation, perpendicular_basis};

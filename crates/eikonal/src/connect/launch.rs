@@ -1,0 +1,76 @@
+//! Where a shot starts, and the two numbers that Newton's method varies.
+
+use crate::field::Field;
+use crate::ray::{Node, Tangents, perpendicular_basis};
+use glam::{DVec2, DVec3};
+
+/// A family of rays with two parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Launch {
+    /// All directions from the point `x`; Newton varies the direction.
+    Point {
+        /// Start.
+        x: DVec3,
+        /// Unit direction.
+        direction: DVec3,
+    },
+    /// All points of the plane through `x` perpendicular to the direction; Newton varies `x`.
+    Plane {
+        /// Start.
+        x: DVec3,
+        /// Unit direction, the same for the whole family.
+        direction: DVec3,
+    },
+}
+
+impl Launch {
+    /// Start of the ray.
+    pub fn x(&self) -> DVec3 {
+        match *self {
+            Launch::Point { x, .. } | Launch::Plane { x, .. } => x,
+        }
+    }
+
+    /// Unit direction of the ray at its start.
+    pub fn direction(&self) -> DVec3 {
+        match *self {
+            Launch::Point { direction, .. } | Launch::Plane { direction, .. } => direction,
+        }
+    }
+
+    /// The first node of the ray, with the tangents of unit changes of the two parameters.
+    pub(super) fn node(&self, field: &Field) -> Node<Tangents> {
+        let basis = perpendicular_basis(self.direction());
+        let (n2, grad) = field.gradient(self.x());
+        let tangents = match *self {
+            Launch::Point { .. } => Tangents::angular(n2.sqrt(), basis),
+            Launch::Plane { direction, .. } => Tangents::lateral(n2.sqrt(), grad, direction, basis),
+        };
+        Node::launch(field, self.x(), self.direction(), tangents)
+    }
+
+    /// The launch with its parameters changed by `step`, radians or lengths.
+    pub(super) fn moved(&self, step: DVec2) -> Self {
+        let [t1, t2] = perpendicular_basis(self.direction());
+        let offset = t1 * step.x + t2 * step.y;
+        match *self {
+            Launch::Point { x, direction } => Launch::Point {
+                x,
+                direction: (direction + offset).normalize(),
+            },
+            Launch::Plane { x, direction } => Launch::Plane {
+                x: x + offset,
+                direction,
+            },
+        }
+    }
+
+    /// The longest change of the parameters that one Newton step may make, for a target at
+    /// distance `d`.
+    pub(super) fn longest_step(&self, d: f64) -> f64 {
+        match self {
+            Launch::Point { .. } => 0.5,
+            Launch::Plane { .. } => 0.5 * d,
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! Newton's method on the shot.
+
+use super::launch::Launch;
+use super::shoot::{Landing, Piece, World, shoot};
+use crate::ray::{Tolerance, Work};
+use glam::{DMat3, DVec2, DVec3};
+
+/// A ray between two points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Connection {
+    /// Start of the ray; the point asked for, or the point of the plane that was found.
+    pub start: DVec3,
+    /// Unit direction in which the ray leaves its start.
+    pub direction_out: DVec3,
+    /// Unit direction in which it arrives at the target.
+    pub direction_in: DVec3,
+    /// Geometric arc length.
+    pub arc_length: f64,
+    /// Optical path length ∫n ds.
+    pub optical_length: f64,
+    /// Span of σ = ∫ds/n.
+    pub sigma: f64,
+    /// Ray-tube cross section at the target: J = dA⊥/dΩ for a point launch, A = dA⊥/dA for a plane.
+    pub jacobian: f64,
+    /// Rays shot.
+    pub shots: u32,
+}
+
+/// Why there is no connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Failure {
+    /// The two points coincide.
+    #[error("the two points coincide")]
+    Coincident,
+    /// Newton's method did not converge within its budget of shots.
+    #[error("the iteration did not converge")]
+    NotConverged,
+    /// A shot left every region's field, or went on for too long.
+    #[error("a ray left the field or went on for too long")]
+    RayLost,
+    /// The target lies on a caustic: the ray tube has no cross section there.
+    #[error("the target lies on a caustic")]
+    Caustic,
+}
+
+/// Budget of shots for one connection.
+const MOST_SHOTS: u32 = 32;
+
+/// Finds connections; holds the storage that they reuse.
+#[derive(Clone, Debug)]
+pub struct Solver<R> {
+    tolerance: Tolerance,
+    pieces: Vec<Piece<R>>,
+    /// Work done so far.
+    pub work: Work,
+}
+
+impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
+    /// A solver that accepts a ray when it passes the target within `tolerance` times the distance
+    /// of the two points, and corrects what it reports to first order for what remains.
+    pub fn new(tolerance: Tolerance) -> Self {
+        Solver {
+            tolerance,
+            pieces: Vec::new(),
+            work: Work::default(),
+        }
+    }
+
+    /// The pieces of the ray that was last found, in order.
+    pub fn pieces(&self) -> &[Piece<R>] {
+        &self.pieces
+    }
+
+    /// The primary branch from point `x` in `region` to `y`: started in the direction of the chord.
+    pub fn connect<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        (x, region): (DVec3, R),
+        y: DVec3,
+    ) -> Result<Connection, Failure> {
+        let d = y - x;
+        let launch = Launch::Point {
+            x,
+            direction: d.try_normalize().ok_or(Failure::Coincident)?,
+        };
+        let sigma = d.length() / world.field(region).n(x);
+        self.solve(world, (launch, region), sigma, y)
+    }
+
+    /// The primary branch from the plane through `x` perpendicular to `direction` to `y`: started at
+    /// the foot of `y` on the plane.
+    pub fn connect_plane<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        (x, direction, region): (DVec3, DVec3, R),
+        y: DVec3,
+    ) -> Result<Connection, Failure> {
+        let depth = (y - x).dot(direction);
+        let foot = y - direction * depth;
+        let launch = Launch::Plane { x: foot, direction };
+        let sigma = depth / world.field(region).n(foot);
+        if sigma > 0.0 {
+            self.solve(world, (launch, region), sigma, y)
+        } else {
+            Err(Failure::Coincident)
+        }
+    }
+
+    /// The branch to which Newton's method converges from a given launch and σ.
+    ///
+    /// The unknowns are the launch's two parameters and σ, the residual is x(σ) − y; steps that do
+    /// not reduce it are shortened in the manner of Levenberg and Marquardt.
+    pub fn solve<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        (launch, region): (Launch, R),
+        sigma: f64,
+        y: DVec3,
+    ) -> Result<Connection, Failure> {
+        let distance = launch.x().distance(y);
+        let goal = self.tolerance.get() * distance;
+        let mut trial = Iterate { launch, sigma };
+        let mut best: Option<(Iterate, Landing, f64)> = None;
+        let mut damping = 0.0;
+        for shots in 1..=MOST_SHOTS {
+            let landing = self.shot(world, &trial, region);
+            let miss = landing.map_or(f64::INFINITY, |l| l.x.distance(y));
+            match (&best, landing) {
+                (_, Ok(landing)) if miss <= goal => {
+                    return self.finish(&trial, &landing, y, shots);
+                }
+                (None, Err(failure)) => return Err(failure),
+                (Some((_, _, least)), _) if miss.is_nan() || miss >= *least => {
+                    damping = f64::max(damping * 8.0, 0.05);
+                }
+                (_, Ok(landing)) => {
+                    best = Some((trial, landing, miss));
+                    damping = if damping > 0.02 { damping / 16.0 } else { 0.0 };
+                }
+                (_, Err(failure)) => return Err(failure),
+            }
+            let Some((iterate, landing, _)) = &best else {
+                return Err(Failure::NotConverged);
+            };
+            trial = iterate.stepped(landing, y, damping, distance)?;
+        }
+        Err(Failure::NotConverged)
+    }
+
+    fn shot<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        iterate: &Iterate,
+        region: R,
+    ) -> Result<Landing, Failure> {
+        let node = iterate.launch.node(world.field(region));
+        shoot(
+            world,
+            (node, region),
+            iterate.sigma,
+            self.tolerance,
+            &mut self.pieces,
+            &mut self.work,
+        )
+    }
+
+    /// The accepted ray, corrected to first order for its remaining miss.
+    fn finish(
+        &self,
+        iterate: &Iterate,
+        landing: &Landing,
+        y: DVec3,
+        shots: u32,
+    ) -> Result<Connection, Failure> {
+        let miss = y - landing.x;
+        let step = system(landing).inverse() * miss;
+        let jacobian = landing.tangents.cross_section(landing.v).abs();
+        if !(step.is_finite() && jacobian > 0.0) {
+            return Err(Failure::Caustic);
+        }
+        let launch = iterate.launch.moved(step.truncate());
+        let dv = landing.tangents.dv[0] * step.x + landing.tangents.dv[1] * step.y;
+        let along = landing.v.dot(miss);
+        let n = landing.v.length();
+        let sum = |f: &dyn Fn(&Piece<R>) -> f64| self.pieces.iter().map(f).sum::<f64>();
+        Ok(Connection {
+            start: launch.x(),
+            direction_out: launch.direction(),
+            direction_in: (landing.v + dv).normalize(),
+            arc_length: sum(&|p| p.arc.arc_length(p.theta_end)) + along / n,
+            optical_length: sum(&|p| p.arc.optical_length(p.theta_end)) + along,
+            sigma: iterate.sigma + step.z,
+            jacobian,
+            shots,
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Iterate {
+    launch: Launch,
+    sigma: f64,
+}
+
+impl Iterate {
+    /// The next iterate: Newton's step, damped and capped.
+    fn stepped(
+        &self,
+        landing: &Landing,
+        y: DVec3,
+        damping: f64,
+        distance: f64,
+    ) -> Result<Iterate, Failure> {
+        let matrix = system(landing);
+        let miss = y - landing.x;
+        let normal = matrix.transpose() * matrix;
+        let scale = normal.diagonal();
+        let step = if damping == 0.0
+            && matrix.determinant().abs() > 1e-12 * scale.element_product().sqrt()
+        {
+            matrix.inverse() * miss
+        } else {
+            // At least a trace of damping: near a caustic the plain system is singular.
+            let damped = normal + DMat3::from_diagonal(scale * f64::max(damping, 1e-8));
+            damped.inverse() * (matrix.transpose() * miss)
+        };
+        if !step.is_finite() {
+            return Err(Failure::Caustic);
+        }
+        let sideways: DVec2 = step.truncate();
+        let cap = self.launch.longest_step(distance);
+        let shrink = (cap / sideways.length().max(1e-300)).min(1.0);
+        Ok(Iterate {
+            launch: self.launch.moved(sideways * shrink),
+            sigma: self.sigma + (step.z * shrink).clamp(-0.5 * self.sigma, 1.0 * self.sigma),
+        })
+    }
+}
+
+/// Derivative of the end of the ray with respect to the launch's parameters and σ.
+fn system(landing: &Landing) -> DMat3 {
+    let [a, b] = landing.tangents.dx;
+    DMat3::from_cols(a, b, landing.v)
+}

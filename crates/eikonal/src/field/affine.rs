@@ -1,0 +1,105 @@
+//! A field moved, rotated, scaled or sheared.
+
+use super::error::FieldError;
+use super::{Field, Jet};
+use crate::bounds::{Aabb, FieldBounds, symmetric_eigenvalues};
+use glam::{DAffine3, DMat3, DVec3};
+
+/// n²(x) = f(M x + b): a field given in local coordinates, M and b the inverse of the map from
+/// local coordinates to the world.
+#[derive(Clone, Debug)]
+pub struct Affine {
+    field: Box<Field>,
+    to_local: DAffine3,
+    /// Smallest and largest |M u| of a unit vector u.
+    stretch: [f64; 2],
+}
+
+impl Affine {
+    /// `field` moved by `to_world`, which must be invertible.
+    pub fn new(field: Field, to_world: DAffine3) -> Result<Self, FieldError> {
+        let largest = largest_singular_value(to_world.matrix3);
+        let to_local = to_world.inverse();
+        let smallest = 1.0 / largest_singular_value(to_local.matrix3);
+        // A worse condition than this leaves no correct digit in the inverse.
+        let invertible = to_local.is_finite() && smallest > 1e-14 * largest;
+        if !invertible {
+            let smallest = if smallest.is_nan() { 0.0 } else { smallest };
+            return Err(FieldError::SingularTransform { smallest, largest });
+        }
+        Ok(Affine {
+            field: Box::new(field),
+            to_local,
+            stretch: [1.0 / largest, 1.0 / smallest],
+        })
+    }
+
+    fn local(&self, x: DVec3) -> DVec3 {
+        self.to_local.transform_point3(x)
+    }
+
+    pub(super) fn n2(&self, x: DVec3) -> f64 {
+        self.field.n2(self.local(x))
+    }
+
+    /// ∇n² = Mᵀ∇f.
+    pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
+        let (n2, grad) = self.field.gradient(self.local(x));
+        (n2, self.to_local.matrix3.transpose() * grad)
+    }
+
+    /// Hess n² = Mᵀ Hess f M.
+    pub(super) fn jet(&self, x: DVec3) -> Jet {
+        let local = self.field.jet(self.local(x));
+        let m = self.to_local.matrix3;
+        Jet {
+            n2: local.n2,
+            grad: m.transpose() * local.grad,
+            hess: m.transpose() * local.hess * m,
+        }
+    }
+
+    /// uᵀMᵀHMu lies between the extreme eigenvalues of H times |Mu|², which is largest or smallest
+    /// according to the sign of the eigenvalue.
+    pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
+        let local = self.field.bounds(&self.local_box(region));
+        let [small, large] = self.stretch;
+        let squared = |against: bool| {
+            if against {
+                large * large
+            } else {
+                small * small
+            }
+        };
+        FieldBounds {
+            grad_max: local.grad_max * large,
+            hess_min: local.hess_min * squared(local.hess_min < 0.0),
+            hess_max: local.hess_max * squared(local.hess_max > 0.0),
+            ..local
+        }
+    }
+
+    /// The smallest box in local coordinates around a box in the world.
+    fn local_box(&self, region: &Aabb) -> Aabb {
+        let rows = self.to_local.matrix3.transpose();
+        let [x, y, z] = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| region.project(row));
+        let shift = self.to_local.translation;
+        Aabb {
+            min: DVec3::new(x[0], y[0], z[0]) + shift,
+            max: DVec3::new(x[1], y[1], z[1]) + shift,
+        }
+    }
+
+    /// Scaled by the direction in which the transform stretches least.
+    pub(super) fn length_scale(&self, x: DVec3) -> f64 {
+        self.field.length_scale(self.local(x)) / self.stretch[1]
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        self.field.is_constant()
+    }
+}
+
+fn largest_singular_value(m: DMat3) -> f64 {
+    symmetric_eigenvalues(m.transpose() * m)[2].sqrt()
+}

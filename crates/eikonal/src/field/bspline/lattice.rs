@@ -1,0 +1,123 @@
+//! Where the samples of a grid lie in space and where their coefficients lie in memory.
+
+use crate::bounds::Aabb;
+use crate::field::error::FieldError;
+use glam::DVec3;
+
+/// Coefficients beyond the outermost samples, at both ends of each axis: one for the spline between
+/// the outermost samples, one more for half a voxel beyond them.
+pub(super) const PAD: usize = 2;
+
+/// Where samples lie in the box of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Placement {
+    /// On the box: the first and the last sample of each axis on its faces.
+    Nodes,
+    /// At the centres of equal voxels that fill the box, half a spacing from its faces.
+    Centers,
+}
+
+/// A regular grid of samples.
+#[derive(Clone, Debug)]
+pub(super) struct Lattice {
+    dims: [usize; 3],
+    /// Position of sample 0.
+    origin: DVec3,
+    spacing: DVec3,
+    /// 1/spacing; zero along an axis with one sample, along which nothing changes.
+    per_spacing: DVec3,
+}
+
+impl Lattice {
+    pub(super) fn new(
+        dims: [usize; 3],
+        bounds: Aabb,
+        placement: Placement,
+    ) -> Result<Self, FieldError> {
+        if dims.contains(&0) {
+            return Err(FieldError::EmptyGrid { dims });
+        }
+        let stored = dims.iter().try_fold(size_of::<f32>(), |bytes, &n| {
+            bytes.checked_mul(n.checked_add(2 * PAD)?)
+        });
+        if stored.is_none_or(|bytes| bytes > isize::MAX as usize) {
+            return Err(FieldError::GridTooLarge { dims });
+        }
+        let (min, max) = (bounds.min, bounds.max);
+        if !(bounds.size().is_finite() && min.cmplt(max).all()) {
+            return Err(FieldError::BadBox { min, max });
+        }
+        let count = DVec3::from_array(dims.map(|n| n as f64));
+        let (spacing, first) = match placement {
+            Placement::Nodes => (bounds.size() / (count - 1.0).max(DVec3::ONE), 0.0),
+            Placement::Centers => (bounds.size() / count, 0.5),
+        };
+        let varies = DVec3::from_array(dims.map(|n| if n > 1 { 1.0 } else { 0.0 }));
+        Ok(Lattice {
+            dims,
+            origin: min + spacing * first,
+            spacing,
+            per_spacing: varies / spacing,
+        })
+    }
+
+    pub(super) fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    /// Number of coefficients along each axis.
+    pub(super) fn stored_dims(&self) -> [usize; 3] {
+        self.dims.map(|n| n + 2 * PAD)
+    }
+
+    /// Number of coefficients.
+    pub(super) fn stored(&self) -> usize {
+        self.stored_dims().iter().product()
+    }
+
+    /// Distance in memory from a coefficient to the next along each axis.
+    pub(super) fn strides(&self) -> [usize; 3] {
+        let [x, y, _] = self.stored_dims();
+        [1, x, x * y]
+    }
+
+    /// Place in memory of a coefficient, counted from the first stored one.
+    pub(super) fn offset(&self, [i, j, k]: [usize; 3]) -> usize {
+        let [x, y, _] = self.stored_dims();
+        (k * y + j) * x + i
+    }
+
+    pub(super) fn position(&self, sample: [usize; 3]) -> DVec3 {
+        self.origin + self.spacing * DVec3::from_array(sample.map(|i| i as f64))
+    }
+
+    pub(super) fn per_spacing(&self) -> DVec3 {
+        self.per_spacing
+    }
+
+    pub(super) fn smallest_spacing(&self) -> f64 {
+        1.0 / self.per_spacing.max_element()
+    }
+
+    /// Position in units of the spacing from sample 0, limited to where the field still changes.
+    pub(super) fn coordinates(&self, x: DVec3) -> DVec3 {
+        let beyond = (PAD + 2) as f64;
+        let last = DVec3::from_array(self.dims.map(|n| (n - 1) as f64));
+        let limit = |t: DVec3| t.clamp(DVec3::splat(-beyond), last + beyond);
+        // Limited before the product too: an axis that does not change would make ∞ NaN.
+        let far = DVec3::splat(f64::MAX);
+        limit((x - self.origin).clamp(-far, far) * self.per_spacing)
+    }
+
+    /// Index along `axis` of the stored coefficient that stands for index `i`, which is counted
+    /// from the first stored one and may lie outside.
+    pub(super) fn clamp(&self, axis: usize, i: isize) -> usize {
+        i.clamp(0, (self.dims[axis] + 2 * PAD - 1) as isize) as usize
+    }
+}
+
+/// First of the four coefficients, counted from the first stored one, of the cell that starts at
+/// `cell`, a coordinate rounded down.
+pub(super) fn first_coefficient(cell: f64) -> isize {
+    cell as isize - 1 + PAD as isize
+}

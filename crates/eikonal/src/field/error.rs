@@ -1,0 +1,133 @@
+//! What can be wrong with the parameters of a field.
+
+use glam::DVec3;
+use thiserror::Error;
+
+/// A parameter from which no valid field can be made.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum FieldError {
+    /// A number is NaN or infinite.
+    #[error("{what} must be a finite number, but is {value}")]
+    NotFinite {
+        /// Name of the parameter.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A number that must be positive is not.
+    #[error("{what} must be positive and finite, but is {value}")]
+    NotPositive {
+        /// Name of the parameter.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A vector has a component that is NaN or infinite.
+    #[error("{what} must have finite components, but is {value}")]
+    VectorNotFinite {
+        /// Name of the parameter.
+        what: &'static str,
+        /// Its value.
+        value: DVec3,
+    },
+    /// A direction has no length.
+    #[error("{what} must be a non-zero vector, but is {value}")]
+    ZeroVector {
+        /// Name of the parameter.
+        what: &'static str,
+        /// Its value.
+        value: DVec3,
+    },
+    /// The direction of φ = 0 lies along the axis.
+    #[error("reference direction {reference} must not be parallel to the axis {axis}")]
+    ParallelReference {
+        /// Direction given for φ = 0.
+        reference: DVec3,
+        /// Direction of the axis.
+        axis: DVec3,
+    },
+    /// A grid without samples.
+    #[error("a grid must have at least one sample along each axis, but has {dims:?}")]
+    EmptyGrid {
+        /// Number of samples along x, y, z.
+        dims: [usize; 3],
+    },
+    /// A grid that cannot be addressed.
+    #[error("a grid of {dims:?} samples is too large to be held in memory")]
+    GridTooLarge {
+        /// Number of samples along x, y, z.
+        dims: [usize; 3],
+    },
+    /// A box without volume, or an unbounded one.
+    #[error(
+        "the box of a grid must be finite with a positive size along each axis, but is {min} to {max}"
+    )]
+    BadBox {
+        /// Smallest corner.
+        min: DVec3,
+        /// Largest corner.
+        max: DVec3,
+    },
+    /// The number of samples is not that of the grid.
+    #[error("a grid of {dims:?} needs {expected} samples, but {actual} are given")]
+    SampleCount {
+        /// Number of samples along x, y, z.
+        dims: [usize; 3],
+        /// Their product.
+        expected: usize,
+        /// Number of samples given.
+        actual: usize,
+    },
+    /// A sample is not an index.
+    #[error("sample {index:?} must be a positive finite refractive index, but is {value}")]
+    BadSample {
+        /// Position of the sample along x, y, z, from zero.
+        index: [usize; 3],
+        /// Its value.
+        value: f64,
+    },
+    /// A transform that cannot be inverted.
+    #[error(
+        "the transform must be finite and invertible, but its singular values reach from {smallest} to {largest}"
+    )]
+    SingularTransform {
+        /// Smallest singular value of the linear part.
+        smallest: f64,
+        /// Largest singular value of the linear part.
+        largest: f64,
+    },
+}
+
+/// `value`, if it is finite.
+pub(super) fn finite(what: &'static str, value: f64) -> Result<f64, FieldError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(FieldError::NotFinite { what, value })
+    }
+}
+
+/// `value`, if it is positive and finite.
+pub(super) fn positive(what: &'static str, value: f64) -> Result<f64, FieldError> {
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(FieldError::NotPositive { what, value })
+    }
+}
+
+/// `value`, if all its components are finite.
+pub(super) fn finite_vector(what: &'static str, value: DVec3) -> Result<DVec3, FieldError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(FieldError::VectorNotFinite { what, value })
+    }
+}
+
+/// The unit vector along `value`.
+pub(super) fn direction(what: &'static str, value: DVec3) -> Result<DVec3, FieldError> {
+    finite_vector(what, value)?
+        .try_normalize()
+        .ok_or(FieldError::ZeroVector { what, value })
+}

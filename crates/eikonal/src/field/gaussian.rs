@@ -1,0 +1,99 @@
+//! A Gaussian bump of the index.
+
+use super::error::{FieldError, finite, finite_vector, positive};
+use super::{Jet, radial};
+use crate::bounds::{Aabb, FieldBounds, IndexBounds};
+use glam::DVec3;
+
+/// n(x) = n₀ + Δn exp(−r²/(2w²)), r = |x − c|: a warm or cold, dense or dilute spot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gaussian {
+    n0: f64,
+    delta: f64,
+    center: DVec3,
+    width: f64,
+}
+
+impl Gaussian {
+    /// Index `n0` > 0 far away and `n0 + delta` > 0 at `center`; `width` w > 0 is the standard
+    /// deviation in scene units.
+    pub fn new(n0: f64, delta: f64, center: DVec3, width: f64) -> Result<Self, FieldError> {
+        finite("change of the index at the center", delta)?;
+        positive("refractive index at the center", n0 + delta)?;
+        Ok(Gaussian {
+            n0: positive("refractive index far away", n0)?,
+            delta,
+            center: finite_vector("center", center)?,
+            width: positive("width", width)?,
+        })
+    }
+
+    /// x − c and Δn exp(−r²/(2w²)).
+    fn offset(&self, x: DVec3) -> (DVec3, f64) {
+        let d = x - self.center;
+        let u = d.length_squared() / (self.width * self.width);
+        (d, self.delta * (-0.5 * u).exp())
+    }
+
+    pub(super) fn n2(&self, x: DVec3) -> f64 {
+        let n = self.n0 + self.offset(x).1;
+        n * n
+    }
+
+    pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
+        let (d, bump) = self.offset(x);
+        let n = self.n0 + bump;
+        (n * n, d * (-2.0 * n * bump / (self.width * self.width)))
+    }
+
+    pub(super) fn jet(&self, x: DVec3) -> Jet {
+        let (d, bump) = self.offset(x);
+        let n = self.n0 + bump;
+        let per_area = 1.0 / (self.width * self.width);
+        let f1 = -n * bump * per_area;
+        let f2 = 0.5 * bump * (bump + n) * per_area * per_area;
+        radial::jet(d, [n * n, f1, f2])
+    }
+
+    /// With r in units of w the gradient of the bump r e^(−r²/2) has its maximum at r = 1; the
+    /// eigenvalues of its Hessian are −e^(−r²/2) across, which increases, and (r² − 1)e^(−r²/2)
+    /// along the radius, with a maximum at r = √3.
+    pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
+        let range = radial::distance_range(self.center, region);
+        // At 100 w all terms have underflowed: the cap keeps an unbounded box free of 0·∞.
+        let [near, far] = range.map(|r| (r / self.width).min(100.0));
+        let bump = |r: f64| (-0.5 * r * r).exp();
+        let along = |r: f64| (r * r - 1.0) * bump(r);
+        let steepest = 1.0_f64.clamp(near, far);
+        let curved = [
+            (-bump(near)).min(along(near)).min(along(far)),
+            (-bump(far)).max(along(3.0_f64.sqrt().clamp(near, far))),
+        ];
+        let [n_min, n_max] = scaled(self.delta, [bump(far), bump(near)]);
+        let per_area = self.delta / (self.width * self.width);
+        let [hess_min, hess_max] = scaled(per_area, curved);
+        IndexBounds {
+            n_min: self.n0 + n_min,
+            n_max: self.n0 + n_max,
+            grad_max: self.delta.abs() / self.width * steepest * bump(steepest),
+            hess_min,
+            hess_max,
+        }
+        .squared()
+    }
+
+    /// w, and half the distance to the centre from 2w on: no step can reach the bump from afar.
+    pub(super) fn length_scale(&self, x: DVec3) -> f64 {
+        self.width.max(0.5 * (x - self.center).length())
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        self.delta == 0.0
+    }
+}
+
+/// The interval `factor`·[a, b].
+fn scaled(factor: f64, [a, b]: [f64; 2]) -> [f64; 2] {
+    let (p, q) = (factor * a, factor * b);
+    [p.min(q), p.max(q)]
+}

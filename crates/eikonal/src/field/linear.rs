@@ -1,0 +1,133 @@
+//! Fields that change linearly along one direction, in n or in n².
+
+use super::Jet;
+use super::error::{FieldError, finite_vector, positive};
+use crate::bounds::{Aabb, FieldBounds, IndexBounds};
+use glam::{DMat3, DVec3};
+
+/// n(x) = n₀ + g·(x − x₀): the usual first-order model of stratified air or water.
+///
+/// Rays are catenaries. n² is the square of this expression everywhere, so that past the plane
+/// n = 0 the index grows again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearIndex {
+    n0: f64,
+    slope: DVec3,
+    origin: DVec3,
+}
+
+impl LinearIndex {
+    /// Index `n0` > 0 at `origin`, with gradient `slope` = ∇n in inverse scene units.
+    pub fn new(n0: f64, slope: DVec3, origin: DVec3) -> Result<Self, FieldError> {
+        Ok(LinearIndex {
+            n0: positive("refractive index", n0)?,
+            slope: finite_vector("gradient of the index", slope)?,
+            origin: finite_vector("origin", origin)?,
+        })
+    }
+
+    fn index(&self, x: DVec3) -> f64 {
+        self.n0 + self.slope.dot(x - self.origin)
+    }
+
+    pub(super) fn n2(&self, x: DVec3) -> f64 {
+        let n = self.index(x);
+        n * n
+    }
+
+    pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
+        let n = self.index(x);
+        (n * n, self.slope * (2.0 * n))
+    }
+
+    pub(super) fn jet(&self, x: DVec3) -> Jet {
+        Jet::from_index(self.index(x), self.slope, DMat3::ZERO)
+    }
+
+    pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
+        let [low, high] = region.project(self.slope);
+        let at_zero = self.n0 - self.slope.dot(self.origin);
+        let slope = self.slope.length();
+        // The Hessian is 2g⊗g: exact, where `squared` would only know its norm.
+        FieldBounds {
+            hess_min: 0.0,
+            hess_max: 2.0 * slope * slope,
+            ..IndexBounds {
+                n_min: at_zero + low,
+                n_max: at_zero + high,
+                grad_max: slope,
+                hess_min: 0.0,
+                hess_max: 0.0,
+            }
+            .squared()
+        }
+    }
+
+    /// The distance over which the index changes by n₀.
+    pub(super) fn length_scale(&self, _: DVec3) -> f64 {
+        self.n0 / self.slope.length()
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        self.slope == DVec3::ZERO
+    }
+}
+
+/// n²(x) = n₀² + g·(x − x₀). Rays are parabolas in σ, exact for leapfrog (theory §8, oracle 3).
+///
+/// n² is negative, hence the field invalid, on the far side of the plane where it vanishes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearSquare {
+    n2: f64,
+    slope: DVec3,
+    origin: DVec3,
+}
+
+impl LinearSquare {
+    /// Index `n0` > 0 at `origin`, with gradient `slope` = ∇n² in inverse scene units.
+    pub fn new(n0: f64, slope: DVec3, origin: DVec3) -> Result<Self, FieldError> {
+        let n0 = positive("refractive index", n0)?;
+        Ok(LinearSquare {
+            n2: n0 * n0,
+            slope: finite_vector("gradient of the squared index", slope)?,
+            origin: finite_vector("origin", origin)?,
+        })
+    }
+
+    pub(super) fn n2(&self, x: DVec3) -> f64 {
+        self.n2 + self.slope.dot(x - self.origin)
+    }
+
+    pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
+        (self.n2(x), self.slope)
+    }
+
+    pub(super) fn jet(&self, x: DVec3) -> Jet {
+        Jet {
+            n2: self.n2(x),
+            grad: self.slope,
+            hess: DMat3::ZERO,
+        }
+    }
+
+    pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
+        let [low, high] = region.project(self.slope);
+        let at_zero = self.n2 - self.slope.dot(self.origin);
+        FieldBounds {
+            n2_min: at_zero + low,
+            n2_max: at_zero + high,
+            grad_max: self.slope.length(),
+            hess_min: 0.0,
+            hess_max: 0.0,
+        }
+    }
+
+    /// The distance over which n² changes by n₀².
+    pub(super) fn length_scale(&self, _: DVec3) -> f64 {
+        self.n2 / self.slope.length()
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        self.slope == DVec3::ZERO
+    }
+}

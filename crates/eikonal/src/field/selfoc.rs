@@ -1,0 +1,77 @@
+//! The radially graded rod.
+
+use super::Jet;
+use super::axis::Axis;
+use super::error::{FieldError, positive};
+use crate::bounds::{Aabb, FieldBounds};
+use glam::DVec3;
+
+/// n²(x) = n₀² (1 − α²r²), r the distance to an axis: a GRIN rod ("SELFOC") or parabolic-profile
+/// fibre, in which meridional rays are sinusoidal (Ghatak and Thyagarajan, *Optical
+/// Electronics*, §1.4).
+///
+/// The field is invalid from r = 1/α on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Selfoc {
+    n2_axis: f64,
+    alpha: f64,
+    axis: Axis,
+}
+
+impl Selfoc {
+    /// Index `n0` > 0 on the axis through `origin` along `direction` (of any length); `alpha` > 0
+    /// in inverse scene units.
+    pub fn new(n0: f64, alpha: f64, origin: DVec3, direction: DVec3) -> Result<Self, FieldError> {
+        let n0 = positive("refractive index on the axis", n0)?;
+        Ok(Selfoc {
+            n2_axis: n0 * n0,
+            alpha: positive("alpha", alpha)?,
+            axis: Axis::new(origin, direction)?,
+        })
+    }
+
+    /// n₀²α², minus the derivative of n² by r².
+    fn fall(&self) -> f64 {
+        self.n2_axis * self.alpha * self.alpha
+    }
+
+    pub(super) fn n2(&self, x: DVec3) -> f64 {
+        self.n2_axis - self.fall() * self.axis.transverse(x).length_squared()
+    }
+
+    pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
+        let d = self.axis.transverse(x);
+        (
+            self.n2_axis - self.fall() * d.length_squared(),
+            self.axis.vector(d * (-2.0 * self.fall())),
+        )
+    }
+
+    pub(super) fn jet(&self, x: DVec3) -> Jet {
+        let (n2, grad) = self.gradient(x);
+        Jet {
+            n2,
+            grad,
+            hess: self.axis.projection() * (-2.0 * self.fall()),
+        }
+    }
+
+    pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
+        let [near, far] = self.axis.radius_range(region);
+        FieldBounds {
+            n2_min: self.n2_axis - self.fall() * far * far,
+            n2_max: self.n2_axis - self.fall() * near * near,
+            grad_max: 2.0 * self.fall() * far,
+            hess_min: -2.0 * self.fall(),
+            hess_max: 0.0,
+        }
+    }
+
+    pub(super) fn length_scale(&self, _: DVec3) -> f64 {
+        1.0 / self.alpha
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,76 @@
+//! Superposition of fields.
+
+use super::error::{FieldError, positive};
+use super::{Field, Jet};
+use crate::bounds::{Aabb, FieldBounds};
+use glam::DVec3;
+
+/// n²(x) = n_ref² + Σ (n_i²(x) − n_ref²): perturbations of a common background n_ref.
+///
+/// It is n², not n, that adds up, so that bounds and derivatives do too.
+#[derive(Clone, Debug)]
+pub struct Sum {
+    n2_ref: f64,
+    terms: Vec<Field>,
+}
+
+impl Sum {
+    /// The superposition of `terms`, each a perturbation of the index `n_ref` > 0.
+    pub fn new(n_ref: f64, terms: Vec<Field>) -> Result<Self, FieldError> {
+        let n_ref = positive("refractive index of reference", n_ref)?;
+        Ok(Sum {
+            n2_ref: n_ref * n_ref,
+            terms,
+        })
+    }
+
+    pub(super) fn n2(&self, x: DVec3) -> f64 {
+        let terms = self.terms.iter();
+        terms.fold(self.n2_ref, |n2, t| n2 + (t.n2(x) - self.n2_ref))
+    }
+
+    pub(super) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
+        let start = (self.n2_ref, DVec3::ZERO);
+        self.terms.iter().fold(start, |(n2, grad), t| {
+            let (n2_term, grad_term) = t.gradient(x);
+            (n2 + (n2_term - self.n2_ref), grad + grad_term)
+        })
+    }
+
+    pub(super) fn jet(&self, x: DVec3) -> Jet {
+        let start = Jet::constant(self.n2_ref);
+        self.terms.iter().fold(start, |sum, t| {
+            let term = t.jet(x);
+            Jet {
+                n2: sum.n2 + (term.n2 - self.n2_ref),
+                grad: sum.grad + term.grad,
+                hess: sum.hess + term.hess,
+            }
+        })
+    }
+
+    /// The extreme eigenvalues of a sum lie between the sums of the extreme ones (Weyl).
+    pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
+        let start = FieldBounds::constant(self.n2_ref);
+        self.terms.iter().fold(start, |sum, t| {
+            let term = t.bounds(region);
+            FieldBounds {
+                n2_min: sum.n2_min + (term.n2_min - self.n2_ref),
+                n2_max: sum.n2_max + (term.n2_max - self.n2_ref),
+                grad_max: sum.grad_max + term.grad_max,
+                hess_min: sum.hess_min + term.hess_min,
+                hess_max: sum.hess_max + term.hess_max,
+            }
+        })
+    }
+
+    /// The smallest of all.
+    pub(super) fn length_scale(&self, x: DVec3) -> f64 {
+        let terms = self.terms.iter();
+        terms.fold(f64::INFINITY, |l, t| l.min(t.length_scale(x)))
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        self.terms.iter().all(Field::is_constant)
+    }
+}

@@ -1,0 +1,98 @@
+//! What a surface does to a ray and its tangents (theory §4).
+
+use crate::ray::Tangents;
+use glam::{DMat3, DVec3};
+
+/// How a ray goes on at an interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// Snell refraction.
+    Refract,
+    /// Mirror reflection.
+    Reflect,
+    /// Index-matched by declaration: the direction stays, whatever the indices.
+    Pass,
+}
+
+/// A point of a surface, and the field on either side of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interface {
+    /// Unit normal; its sign is immaterial.
+    pub normal: DVec3,
+    /// Shape operator S: δN = S·δx for displacements δx along the surface.
+    pub shape: DMat3,
+    /// n² and ½∇n² on the side the ray comes from.
+    pub near: (f64, DVec3),
+    /// n² and ½∇n² on the side beyond.
+    pub far: (f64, DVec3),
+}
+
+impl Interface {
+    /// The velocity after the interface, |v| = n on the side where the ray goes on; `None` for
+    /// total internal reflection.
+    pub fn velocity(&self, rule: Rule, v: DVec3) -> Option<DVec3> {
+        let normal = self.along(v);
+        let c = normal.dot(v);
+        match rule {
+            Rule::Reflect => Some(v - normal * (2.0 * c)),
+            Rule::Refract => {
+                let far = self.far.0 - self.near.0 + c * c;
+                (far > 0.0).then(|| v + normal * (far.sqrt() - c))
+            }
+            Rule::Pass => Some(v * (self.far.0 / self.near.0).sqrt()),
+        }
+    }
+
+    /// The tangents after the interface, for the same rule and incoming velocity `v`.
+    ///
+    /// Perturbed rays reach the surface earlier or later by δσ*; columns are moved onto the surface,
+    /// through it, and back to equal σ. The maps of refraction and reflection are symplectic.
+    pub fn tangents(&self, rule: Rule, v: DVec3, tangents: &Tangents) -> Option<Tangents> {
+        let after = self.velocity(rule, v)?;
+        let mut out = *tangents;
+        for k in 0..2 {
+            (out.dx[k], out.dv[k]) = self.column(rule, v, after, tangents.dx[k], tangents.dv[k]);
+        }
+        Some(out)
+    }
+
+    fn column(&self, rule: Rule, v: DVec3, after: DVec3, dx: DVec3, dv: DVec3) -> (DVec3, DVec3) {
+        let normal = self.along(v);
+        let shape = if normal == self.normal {
+            self.shape
+        } else {
+            -self.shape
+        };
+        let c = normal.dot(v);
+        let ((near, a), (far, a_far)) = (self.near, self.far);
+        let delay = -normal.dot(dx) / c;
+        let dx_hit = dx + v * delay;
+        let dv_hit = dv + a * delay;
+        let d_normal = shape * dx_hit;
+        let dc = normal.dot(dv_hit) + v.dot(d_normal);
+        let (dv_after, a_after) = match rule {
+            Rule::Reflect => (dv_hit - normal * (2.0 * dc) - d_normal * (2.0 * c), a),
+            Rule::Refract => {
+                let c_far = normal.dot(after);
+                let dc_far = ((a_far - a).dot(dx_hit) + c * dc) / c_far;
+                let bend = normal * (dc_far - dc) + d_normal * (c_far - c);
+                (dv_hit + bend, a_far)
+            }
+            Rule::Pass => {
+                let ratio = (far / near).sqrt();
+                let d_ratio = ratio * (a_far.dot(dx_hit) / far - a.dot(dx_hit) / near);
+                (dv_hit * ratio + v * d_ratio, a_far)
+            }
+        };
+        (dx_hit - after * delay, dv_after - a_after * delay)
+    }
+
+    /// The normal turned to point along `v`.
+    fn along(&self, v: DVec3) -> DVec3 {
+        if self.normal.dot(v) < 0.0 {
+            -self.normal
+        } else {
+            self.normal
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! A ray through one field, step by step, with steps that keep a tolerance.
+
+use super::step::{EVALUATIONS_PER_STEP, Node, Step};
+use super::tangent::Variation;
+use crate::field::Field;
+use std::ops::AddAssign;
+
+/// Relative position error per unit of arc length that a ray may make, in (0, 1).
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Tolerance(f64);
+
+impl Tolerance {
+    /// Clamps to the range in which the error control works, [1e-12, 1e-2].
+    pub fn new(tolerance: f64) -> Self {
+        Tolerance(tolerance.clamp(1e-12, 1e-2))
+    }
+
+    /// The number itself.
+    pub fn get(self) -> f64 {
+        self.0
+    }
+}
+
+impl Default for Tolerance {
+    /// 1e-6: a micrometre per metre.
+    fn default() -> Self {
+        Tolerance(1e-6)
+    }
+}
+
+/// Work done, in units that do not depend on the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Accepted steps.
+    pub steps: u64,
+    /// Steps repeated because their error was too large.
+    pub rejected: u64,
+    /// Field evaluations.
+    pub evaluations: u64,
+    /// Rays shot by connections.
+    pub shots: u64,
+}
+
+impl AddAssign for Work {
+    fn add_assign(&mut self, o: Work) {
+        self.steps += o.steps;
+        self.rejected += o.rejected;
+        self.evaluations += o.evaluations;
+        self.shots += o.shots;
+    }
+}
+
+/// A step never exceeds this multiple of the field's length scale, so that it cannot jump over a
+/// feature whatever the error estimate says.
+const STEP_PER_LENGTH_SCALE: f64 = 1.0;
+/// A repeated step shrinks at least this far below the size that would just have been accepted.
+const SAFETY: f64 = 0.9;
+
+/// A ray on its way through one field.
+///
+/// The step size follows from the tolerance and the measured local error; it depends on the
+/// launch alone, so equal launches give equal rays. Where the index is constant the ray is one
+/// straight step.
+#[derive(Clone, Debug)]
+pub struct Flow<'a, V: Variation> {
+    field: &'a Field,
+    node: Node<V>,
+    tolerance: f64,
+    h: f64,
+}
+
+impl<'a, V: Variation> Flow<'a, V> {
+    /// Starts a ray at a node.
+    pub fn new(field: &'a Field, node: Node<V>, tolerance: Tolerance) -> Self {
+        let mut flow = Flow {
+            field,
+            node,
+            tolerance: tolerance.get(),
+            h: f64::INFINITY,
+        };
+        if !field.is_constant() {
+            flow.h = flow.first_guess();
+        }
+        flow
+    }
+
+    /// Where the ray has got to.
+    pub fn node(&self) -> &Node<V> {
+        &self.node
+    }
+
+    /// Takes the next step, of at most `limit` of σ (finite, positive).
+    pub fn advance(&mut self, limit: f64, work: &mut Work) -> Step<V> {
+        if self.field.is_constant() {
+            let step = Step::straight(&self.node, limit);
+            work.steps += 1;
+            self.node = step.end;
+            return step;
+        }
+        loop {
+            let h = self.h.min(self.longest()).min(limit);
+            let step = Step::new(self.field, &self.node, h);
+            work.evaluations += EVALUATIONS_PER_STEP;
+            let scale = self.resize(&step);
+            // A step that cannot shrink further is taken: round-off, not truncation, limits it.
+            let tiny = h * self.node.v.length() <= 1e-12 * self.node.x.length();
+            if scale >= 1.0 || tiny || !step.end.x.is_finite() {
+                self.settle(h, scale);
+                self.node = step.end;
+                work.steps += 1;
+                return step;
+            }
+            self.h = h * (SAFETY * scale).max(0.1);
+            work.rejected += 1;
+        }
+    }
+
+    /// Chooses the next step size after one of size `h` that could have been `scale` times longer.
+    /// A step that something else cut short says nothing against a longer one.
+    fn settle(&mut self, h: f64, scale: f64) {
+        let next = h * (SAFETY * scale).clamp(0.5, 2.0);
+        self.h = if h < self.h { self.h.max(next) } else { next };
+    }
+
+    /// The factor by which this step could be longer: its error per length grows as h⁴.
+    fn resize(&self, step: &Step<V>) -> f64 {
+        let allowed = self.tolerance * step.arc.h() * step.start.v.length();
+        (allowed / step.error().max(1e-300)).powf(0.25)
+    }
+
+    /// The longest span of σ that cannot jump over a feature of the field.
+    fn longest(&self) -> f64 {
+        let n = self.node.v.length();
+        STEP_PER_LENGTH_SCALE * self.field.length_scale(self.node.x) / n
+    }
+
+    /// A first step from the length scale and the forces: where the field turns the ray at the rate
+    /// Ω per unit of σ, the error estimate is about h⁵Ω⁴n/11520.
+    fn first_guess(&self) -> f64 {
+        let n = self.node.v.length();
+        let omega = (n / self.field.length_scale(self.node.x)).max(self.node.a.length() / n);
+        (11520.0 * self.tolerance).powf(0.25) / omega
+    }
+}

@@ -1,0 +1,166 @@
+//! One step of a ray, with or without tangents.
+//!
+//! The scheme is the six-stage, fourth-order symplectic Runge–Kutta–Nyström method of Blanes and
+//! Moan ("Practical symplectic partitioned Runge–Kutta and Runge–Kutta–Nyström methods", J. Comput.
+//! Appl. Math. 142, 2002, SRKN₆ᵇ). It is symmetric, hence time-reversible; its error constant is
+//! two orders of magnitude below that of Yoshida's composition, and its last force evaluation is
+//! the first of the next step. With forces at both ends at hand, quintic Hermite dense output and
+//! an error estimate cost no evaluation at all.
+
+use super::arc::Arc;
+use super::tangent::Variation;
+use crate::field::Field;
+use glam::DVec3;
+
+/// Kick (velocity) coefficients; symmetric about the middle one.
+const KICK: [f64; 4] = [
+    0.0829844064174052,
+    0.396309801498368,
+    -0.0390563049223486,
+    1.0 - 2.0 * (0.0829844064174052 + 0.396309801498368 - 0.0390563049223486),
+];
+/// Drift (position) coefficients; symmetric.
+const DRIFT: [f64; 3] = [
+    0.245298957184271,
+    0.604872665711080,
+    0.5 - (0.245298957184271 + 0.604872665711080),
+];
+/// The order of stages over one step: indices into `DRIFT` and the `KICK` that follows each.
+const STAGES: [(usize, usize); 6] = [(0, 1), (1, 2), (2, 3), (2, 2), (1, 1), (0, 0)];
+
+/// Ratio of the scheme's local error to the measured quadrature defect ([`Step::error`]), an upper
+/// bound seen over Luneburg, fisheye and Gaussian fields at tolerances of 1e-4 and below.
+const ERROR_PER_DEFECT: f64 = 1.0 / 16.0;
+
+/// Number of field evaluations that a step costs.
+pub const EVALUATIONS_PER_STEP: u64 = STAGES.len() as u64;
+
+/// A point of a ray with what the field says there, and the variation carried along.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node<V: Variation> {
+    /// Position.
+    pub x: DVec3,
+    /// Velocity dx/dσ; |v| = n.
+    pub v: DVec3,
+    /// n² of the field at `x`.
+    pub n2: f64,
+    /// Acceleration d²x/dσ² = ½∇n².
+    pub a: DVec3,
+    /// Tangent columns, or `()`.
+    pub variation: V,
+    local: V::Local,
+}
+
+impl<V: Variation> Node<V> {
+    /// The node at `x` with velocity `v`.
+    pub fn new(field: &Field, x: DVec3, v: DVec3, variation: V) -> Self {
+        let (n2, a, local) = V::local(field, x);
+        Node {
+            x,
+            v,
+            n2,
+            a,
+            variation,
+            local,
+        }
+    }
+
+    /// The node at `x` with the unit direction `direction`: v = n·direction.
+    pub fn launch(field: &Field, x: DVec3, direction: DVec3, variation: V) -> Self {
+        let mut node = Node::new(field, x, direction, variation);
+        node.v = direction * node.n2.sqrt();
+        node
+    }
+
+    /// The node a span `h` of σ further by one step of the scheme.
+    pub fn advanced(&self, field: &Field, h: f64) -> Self {
+        let mut node = *self;
+        node.kick(KICK[0] * h);
+        for (drift, kick) in STAGES {
+            node.x += node.v * (DRIFT[drift] * h);
+            node.variation.drift(DRIFT[drift] * h);
+            (node.n2, node.a, node.local) = V::local(field, node.x);
+            node.kick(KICK[kick] * h);
+        }
+        node
+    }
+
+    fn kick(&mut self, h: f64) {
+        self.v += self.a * h;
+        self.variation.kick(&self.local, h);
+    }
+
+    /// The node a span `h` of σ further where the index is constant.
+    fn advanced_straight(&self, h: f64) -> Self {
+        let mut node = *self;
+        node.x += node.v * h;
+        node.variation.drift(h);
+        node
+    }
+}
+
+/// One step of a ray: its two ends and the curve between them.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<V: Variation> {
+    /// Where the step begins.
+    pub start: Node<V>,
+    /// Where it ends.
+    pub end: Node<V>,
+    /// The curve between.
+    pub arc: Arc,
+}
+
+impl<V: Variation> Step<V> {
+    /// One step of span `h` of σ in a field.
+    pub fn new(field: &Field, start: &Node<V>, h: f64) -> Self {
+        let end = start.advanced(field, h);
+        Step {
+            arc: Arc::hermite([start.x, start.v, start.a], [end.x, end.v, end.a], h),
+            start: *start,
+            end,
+        }
+    }
+
+    /// The straight step of span `h` of σ, exact where the index is constant.
+    pub fn straight(start: &Node<V>, h: f64) -> Self {
+        Step {
+            start: *start,
+            end: start.advanced_straight(h),
+            arc: Arc::line(start.x, start.v, h),
+        }
+    }
+
+    /// Estimated local position error.
+    ///
+    /// The defect x₁ − x₀ − h(v₀+v₁)/2 + h²(a₁−a₀)/12 is −h⁵x⁽⁵⁾/720 + O(h⁷): of the order of the
+    /// scheme's own error and free of cost.
+    pub fn error(&self) -> f64 {
+        let (s, e, h) = (&self.start, &self.end, self.arc.h());
+        let defect = e.x - s.x - (s.v + e.v) * (0.5 * h) + (e.a - s.a) * (h * h / 12.0);
+        defect.length() * ERROR_PER_DEFECT
+    }
+
+    /// Position, velocity and variation at θ on the arc: dense output, differentiated exactly.
+    pub fn at(&self, theta: f64) -> (DVec3, DVec3, V) {
+        if theta >= 1.0 {
+            return (self.end.x, self.end.v, self.end.variation);
+        }
+        let variation = if self.arc.is_straight() {
+            let mut variation = self.start.variation;
+            variation.drift(theta * self.arc.h());
+            variation
+        } else {
+            V::interpolate(
+                (&self.start.variation, &self.start.local),
+                (&self.end.variation, &self.end.local),
+                self.arc.h(),
+                theta,
+            )
+        };
+        (
+            self.arc.position(theta),
+            self.arc.velocity(theta),
+            variation,
+        )
+    }
+}

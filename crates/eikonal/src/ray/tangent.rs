@@ -1,0 +1,131 @@
+//! Tangents of a ray: how it moves when its start is perturbed (theory eq. 2).
+
+use super::arc::Arc;
+use crate::field::Field;
+use glam::{DMat3, DVec3};
+
+/// What a ray carries besides itself: nothing, `()`, or two tangent columns, [`Tangents`].
+///
+/// Rays without tangents need the gradient of n² only; with tangents, the Hessian too.
+pub trait Variation: Copy + std::fmt::Debug {
+    /// What the field must supply at each stage for this variation.
+    type Local: Copy + std::fmt::Debug;
+    /// n², ½∇n² and the local data at `x`.
+    fn local(field: &Field, x: DVec3) -> (f64, DVec3, Self::Local);
+    /// δv += h·½Hess(n²)·δx.
+    fn kick(&mut self, local: &Self::Local, h: f64);
+    /// δx += h·δv.
+    fn drift(&mut self, h: f64);
+    /// The variation at θ between two nodes a span `h` of σ apart, by the same quintic as the
+    /// positions.
+    fn interpolate(
+        start: (&Self, &Self::Local),
+        end: (&Self, &Self::Local),
+        h: f64,
+        theta: f64,
+    ) -> Self;
+}
+
+impl Variation for () {
+    type Local = ();
+
+    fn local(field: &Field, x: DVec3) -> (f64, DVec3, ()) {
+        let (n2, grad) = field.gradient(x);
+        (n2, grad * 0.5, ())
+    }
+
+    fn kick(&mut self, _: &(), _: f64) {}
+
+    fn drift(&mut self, _: f64) {}
+
+    fn interpolate(_: (&(), &()), _: (&(), &()), _: f64, _: f64) {}
+}
+
+/// Two perturbations (δx, δv) of a ray at equal σ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tangents {
+    /// δx of both columns.
+    pub dx: [DVec3; 2],
+    /// δv of both columns.
+    pub dv: [DVec3; 2],
+}
+
+impl Tangents {
+    /// Unit angular offsets of the direction at a fixed point of index `n`: δx = 0, δv = n·t
+    /// (theory eq. 4). `basis` are unit vectors perpendicular to the direction.
+    pub fn angular(n: f64, basis: [DVec3; 2]) -> Self {
+        Tangents {
+            dx: [DVec3::ZERO; 2],
+            dv: basis.map(|t| t * n),
+        }
+    }
+
+    /// Unit offsets of the position at a fixed `direction` (theory §5, plane waves): δx = a,
+    /// δv = (∇n·a)·direction. `grad_n2` is ∇n² at the start, `n` the index there.
+    pub fn lateral(n: f64, grad_n2: DVec3, direction: DVec3, basis: [DVec3; 2]) -> Self {
+        Tangents {
+            dx: basis,
+            dv: basis.map(|a| direction * (grad_n2.dot(a) / (2.0 * n))),
+        }
+    }
+
+    /// The signed cross section of the ray tube, δx₁ × δx₂ · v̂ = det Uᵀ[δx₁ δx₂].
+    ///
+    /// Started by [`Tangents::angular`] its magnitude is J, by [`Tangents::lateral`] it is A.
+    pub fn cross_section(&self, v: DVec3) -> f64 {
+        self.dx[0].cross(self.dx[1]).dot(v.normalize())
+    }
+}
+
+impl Variation for Tangents {
+    type Local = DMat3;
+
+    fn local(field: &Field, x: DVec3) -> (f64, DVec3, DMat3) {
+        let jet = field.jet(x);
+        (jet.n2, jet.grad * 0.5, jet.hess * 0.5)
+    }
+
+    fn kick(&mut self, half_hess: &DMat3, h: f64) {
+        for (dx, dv) in self.dx.iter().zip(&mut self.dv) {
+            *dv += *half_hess * *dx * h;
+        }
+    }
+
+    fn drift(&mut self, h: f64) {
+        for (dx, dv) in self.dx.iter_mut().zip(&self.dv) {
+            *dx += *dv * h;
+        }
+    }
+
+    fn interpolate(
+        (start, start_hess): (&Self, &DMat3),
+        (end, end_hess): (&Self, &DMat3),
+        h: f64,
+        theta: f64,
+    ) -> Self {
+        let column = |k: usize| {
+            Arc::hermite(
+                [start.dx[k], start.dv[k], *start_hess * start.dx[k]],
+                [end.dx[k], end.dv[k], *end_hess * end.dx[k]],
+                h,
+            )
+        };
+        let columns = [column(0), column(1)];
+        Tangents {
+            dx: columns.map(|c| c.position(theta)),
+            dv: columns.map(|c| c.velocity(theta)),
+        }
+    }
+}
+
+/// Two unit vectors that form a right-handed basis with the unit vector `w` (Duff et al.,
+/// "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
+pub fn perpendicular_basis(w: DVec3) -> [DVec3; 2] {
+    let sign = 1f64.copysign(w.z);
+    let a = -1.0 / (sign + w.z);
+    let b = w.x * w.y * a;
+    [
+        DVec3::new(1.0 + sign * w.x * w.x * a, sign * b, -sign * w.x),
+        DVec3::new(b, sign + w.y * w.y * a, -w.y),
+    ]
+}

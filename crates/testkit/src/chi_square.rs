@@ -1,0 +1,330 @@
+//! χ² goodness-of-fit of a sampler against its density on a binned 2-D domain.
+
+use crate::quadrature::{Effort, integrate_cell};
+use crate::rng::Rng;
+use crate::z_test::upper_tail;
+
+/// What the density must integrate to over the table.
+#[derive(Clone, Copy, Debug)]
+pub enum Mass {
+    /// Exactly this: 1, or 1 − (probability of absorption or of a delta event) in closed form.
+    Exactly(f64),
+    /// Not known in closed form, but at most 1. The samples that are `None` are then tested against
+    /// 1 − ∫pdf, so a wrong normalisation still fails.
+    AtMostOne,
+}
+
+/// Outcome of a χ² test that could be carried out.
+#[derive(Clone, Copy, Debug)]
+pub struct Report {
+    /// Σ (observed − expected)² / expected over the pooled cells.
+    pub statistic: f64,
+    /// Pooled cells − 1.
+    pub dof: usize,
+    /// P(χ² > statistic): uniform in [0, 1] for a right sampler. Fails at rate α against level α.
+    pub p_value: f64,
+    /// ∫ pdf over the table.
+    pub integral: f64,
+}
+
+/// Why a test fails before any statistics: none of these has a false alarm.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Failure {
+    /// ∫pdf is not what was declared.
+    #[error("the density integrates to {integral}, expected {expected} within {tolerance:.1e}")]
+    Mass {
+        /// ∫ pdf over the table.
+        integral: f64,
+        /// Declared mass.
+        expected: f64,
+        /// Allowed difference.
+        tolerance: f64,
+    },
+    /// A sample fell in a bin where the density vanishes.
+    #[error("{count} samples in bin {bin:?}, where the density is zero")]
+    ZeroDensity {
+        /// Bin indices.
+        bin: [usize; 2],
+        /// Samples in it.
+        count: u64,
+    },
+    /// A sample fell outside the table, or was not a number.
+    #[error("sample {point:?} lies outside the table")]
+    Outside {
+        /// The sample.
+        point: [f64; 2],
+    },
+    /// Every cell was pooled into one: more samples or coarser bins are needed.
+    #[error("only one cell has enough expected samples")]
+    TooCoarse,
+}
+
+/// Bins of a rectangle, with edges in each of two coordinates.
+#[derive(Clone, Debug)]
+pub struct Table {
+    u: Vec<f64>,
+    v: Vec<f64>,
+    effort: Effort,
+    mass_tolerance: f64,
+}
+
+/// Edges of `n` equal bins over [lo, hi].
+pub fn uniform_edges(lo: f64, hi: f64, n: usize) -> Vec<f64> {
+    (0..=n)
+        .map(|i| lo + (hi - lo) * i as f64 / n as f64)
+        .collect()
+}
+
+/// Smallest expected count of a cell before pooling (the customary 5).
+const MIN_EXPECTED: f64 = 5.0;
+
+impl Table {
+    /// A table with increasing bin edges in both coordinates.
+    ///
+    /// Put edges on the discontinuities of the density where they are known.
+    pub fn new(u: Vec<f64>, v: Vec<f64>) -> Self {
+        for edges in [&u, &v] {
+            assert!(
+                edges.len() >= 2 && edges.is_sorted_by(|a, b| a < b),
+                "edges must increase"
+            );
+        }
+        Table {
+            u,
+            v,
+            effort: Effort::default(),
+            mass_tolerance: 1e-4,
+        }
+    }
+
+    /// The same table with another quadrature effort.
+    pub fn with_effort(self, effort: Effort) -> Self {
+        Table { effort, ..self }
+    }
+
+    /// The same table with another allowed error of ∫pdf (1e-4 by default).
+    pub fn with_mass_tolerance(self, mass_tolerance: f64) -> Self {
+        Table {
+            mass_tolerance,
+            ..self
+        }
+    }
+
+    /// Draws `samples` with `sample` (`None`: absorbed, or a delta event) and compares the counts
+    /// per bin with the integral of `pdf`, which is per unit of the table's area.
+    pub fn test(
+        &self,
+        seed: u64,
+        samples: u64,
+        mass: Mass,
+        sample: impl FnMut(&mut Rng) -> Option<[f64; 2]>,
+        pdf: impl Fn([f64; 2]) -> f64,
+    ) -> Result<Report, Failure> {
+        let expected: Vec<f64> = self.integrate(&pdf);
+        let integral: f64 = expected.iter().sum();
+        let remainder = self.check_mass(integral, mass)?;
+        let (observed, none) = self.count(seed, samples, sample)?;
+        let n = samples as f64;
+        let mut cells = Vec::with_capacity(expected.len() + 1);
+        for (i, (&count, &p)) in observed.iter().zip(&expected).enumerate() {
+            if p <= 0.0 && count > 0 {
+                let bin = [i / self.columns(), i % self.columns()];
+                return Err(Failure::ZeroDensity { bin, count });
+            }
+            cells.push((n * p, count as f64));
+        }
+        let slack = remainder < self.mass_tolerance && none == 0;
+        if !slack {
+            cells.push((n * remainder, none as f64));
+        }
+        let (statistic, dof) = pooled_statistic(cells).ok_or(Failure::TooCoarse)?;
+        Ok(Report {
+            statistic,
+            dof,
+            p_value: upper_tail(statistic, dof),
+            integral,
+        })
+    }
+
+    fn columns(&self) -> usize {
+        self.v.len() - 1
+    }
+
+    /// Probability per bin, in row-major order (u slow, v fast).
+    fn integrate(&self, pdf: &impl Fn([f64; 2]) -> f64) -> Vec<f64> {
+        let mut expected = Vec::new();
+        for u in self.u.windows(2) {
+            for v in self.v.windows(2) {
+                expected.push(integrate_cell(pdf, [u[0], v[0]], [u[1], v[1]], self.effort));
+            }
+        }
+        expected
+    }
+
+    /// Returns 1 − mass, the probability of `None`.
+    fn check_mass(&self, integral: f64, mass: Mass) -> Result<f64, Failure> {
+        let tolerance = self.mass_tolerance;
+        let (expected, right) = match mass {
+            Mass::Exactly(m) => (m, (integral - m).abs() <= tolerance),
+            Mass::AtMostOne => (integral.min(1.0), integral <= 1.0 + tolerance),
+        };
+        if right {
+            Ok((1.0 - expected).max(0.0))
+        } else {
+            Err(Failure::Mass {
+                integral,
+                expected,
+                tolerance,
+            })
+        }
+    }
+
+    fn count(
+        &self,
+        seed: u64,
+        samples: u64,
+        mut sample: impl FnMut(&mut Rng) -> Option<[f64; 2]>,
+    ) -> Result<(Vec<u64>, u64), Failure> {
+        let mut rng = Rng::new(seed);
+        let mut counts = vec![0; (self.u.len() - 1) * self.columns()];
+        let mut none = 0;
+        for _ in 0..samples {
+            let Some(point) = sample(&mut rng) else {
+                none += 1;
+                continue;
+            };
+            let bin = bin_of(&self.u, point[0]).zip(bin_of(&self.v, point[1]));
+            let (i, j) = bin.ok_or(Failure::Outside { point })?;
+            counts[i * self.columns() + j] += 1;
+        }
+        Ok((counts, none))
+    }
+}
+
+/// Index of the bin that holds `x`; the last bin includes its upper edge.
+fn bin_of(edges: &[f64], x: f64) -> Option<usize> {
+    let last = edges.len() - 1;
+    if !(edges[0]..=edges[last]).contains(&x) {
+        return None;
+    }
+    Some((edges.partition_point(|&e| e <= x) - 1).min(last - 1))
+}
+
+/// χ² and degrees of freedom of (expected, observed) cells; small cells are pooled into one, which
+/// then takes in the next larger ones until it is large enough too.
+fn pooled_statistic(mut cells: Vec<(f64, f64)>) -> Option<(f64, usize)> {
+    cells.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut pool = (0.0, 0.0);
+    let mut rest = cells.as_slice();
+    while let Some((&cell, tail)) = rest.split_first() {
+        if cell.0 >= MIN_EXPECTED && (pool == (0.0, 0.0) || pool.0 >= MIN_EXPECTED) {
+            break;
+        }
+        pool = (pool.0 + cell.0, pool.1 + cell.1);
+        rest = tail;
+    }
+    let pool = (pool != (0.0, 0.0)).then_some(pool);
+    let kept: Vec<(f64, f64)> = rest.iter().copied().chain(pool).collect();
+    let statistic = kept.iter().map(|(e, o)| (o - e) * (o - e) / e).sum();
+    (kept.len() >= 2).then(|| (statistic, kept.len() - 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// x has density 2x, y is uniform; a fraction `lost` of the samples is absorbed.
+    fn ramp(rng: &mut Rng, lost: f64) -> Option<[f64; 2]> {
+        let u: [f64; 3] = rng.uniform();
+        (u[2] >= lost).then_some([u[0].sqrt(), u[1]])
+    }
+
+    fn table() -> Table {
+        Table::new(uniform_edges(0.0, 1.0, 12), uniform_edges(0.0, 1.0, 8))
+    }
+
+    #[test]
+    fn accepts_a_right_sampler() {
+        let report = table()
+            .test(
+                1,
+                100_000,
+                Mass::Exactly(1.0),
+                |r| ramp(r, 0.0),
+                |[x, _]| 2.0 * x,
+            )
+            .unwrap();
+        assert!(report.p_value > 1e-3, "{report:?}");
+        assert_eq!(report.dof, 95);
+        let lossy = table()
+            .test(
+                2,
+                100_000,
+                Mass::Exactly(0.8),
+                |r| ramp(r, 0.2),
+                |[x, _]| 1.6 * x,
+            )
+            .unwrap();
+        assert!(lossy.p_value > 1e-3, "{lossy:?}");
+    }
+
+    #[test]
+    fn p_values_are_uniform_under_the_null() {
+        let mut p: Vec<f64> = (0..200)
+            .map(|seed| {
+                let pdf = |[x, _]: [f64; 2]| 2.0 * x;
+                table()
+                    .test(seed, 5_000, Mass::Exactly(1.0), |r| ramp(r, 0.0), pdf)
+                    .unwrap()
+                    .p_value
+            })
+            .collect();
+        p.sort_by(f64::total_cmp);
+        let distance = (0..200)
+            .map(|i| (p[i] - (i as f64 + 0.5) / 200.0).abs())
+            .fold(0.0, f64::max);
+        // Kolmogorov–Smirnov at level 1e-3: 1.95 / √200.
+        assert!(distance < 1.95 / 200f64.sqrt(), "{distance}");
+    }
+
+    #[test]
+    fn finds_a_shape_that_is_wrong_by_a_few_percent() {
+        // Right mass, wrong by at most 5% where it matters: only the statistics can tell.
+        let pdf = |[x, y]: [f64; 2]| 2.0 * x * (1.0 + 0.05 * (std::f64::consts::TAU * y).sin());
+        let report = table()
+            .test(3, 200_000, Mass::Exactly(1.0), |r| ramp(r, 0.0), pdf)
+            .unwrap();
+        assert!(report.p_value < 1e-6, "{report:?}");
+    }
+
+    #[test]
+    fn finds_a_wrong_normalisation() {
+        let wrong = |[x, _]: [f64; 2]| 1.94 * x;
+        let exact = table().test(4, 100_000, Mass::Exactly(1.0), |r| ramp(r, 0.0), wrong);
+        assert!(matches!(exact, Err(Failure::Mass { .. })));
+        let free = table()
+            .test(4, 100_000, Mass::AtMostOne, |r| ramp(r, 0.0), wrong)
+            .unwrap();
+        assert!(free.p_value < 1e-6, "{free:?}");
+        let twice = table().test(4, 10, Mass::AtMostOne, |r| ramp(r, 0.0), |[x, _]| 4.0 * x);
+        assert!(matches!(twice, Err(Failure::Mass { .. })));
+    }
+
+    #[test]
+    fn finds_samples_where_the_density_is_zero() {
+        let half = |[x, _]: [f64; 2]| if x < 0.5 { 0.0 } else { 8.0 / 3.0 * x };
+        let result = table().test(5, 10_000, Mass::Exactly(1.0), |r| ramp(r, 0.0), half);
+        assert!(matches!(
+            result,
+            Err(Failure::ZeroDensity { .. } | Failure::Mass { .. })
+        ));
+        let outside = table().test(
+            6,
+            10,
+            Mass::Exactly(1.0),
+            |_| Some([f64::NAN, 0.0]),
+            |_| 1.0,
+        );
+        assert!(matches!(outside, Err(Failure::Outside { .. })));
+    }
+}

@@ -1,0 +1,98 @@
+//! Significance of several tests taken together.
+
+/// Per-test level that gives `n` tests together the false-alarm rate `family_rate`.
+///
+/// Šidák: 1 − (1 − α)^(1/n), exact for independent tests and conservative for jointly normal
+/// statistics of any correlation; it lies just above Bonferroni's α/n.
+pub fn sidak(family_rate: f64, n: usize) -> f64 {
+    assert!(n > 0, "a family has at least one test");
+    -((-family_rate).ln_1p() / n as f64).exp_m1()
+}
+
+/// Named p-values that are judged together.
+///
+/// False-alarm rate of [`Family::check`]: the family rate given to [`Family::new`], for p-values
+/// that are uniform under the null hypothesis.
+#[derive(Clone, Debug)]
+pub struct Family {
+    rate: f64,
+    members: Vec<(String, f64)>,
+}
+
+impl Family {
+    /// A family whose joint false-alarm rate is `rate`, in (0, 1).
+    pub fn new(rate: f64) -> Self {
+        assert!(
+            rate > 0.0 && rate < 1.0,
+            "a false-alarm rate lies in (0, 1), not {rate}"
+        );
+        Family {
+            rate,
+            members: Vec::new(),
+        }
+    }
+
+    /// Adds one test's p-value.
+    pub fn push(&mut self, name: impl Into<String>, p_value: f64) {
+        self.members.push((name.into(), p_value));
+    }
+
+    /// Number of tests so far.
+    pub fn len(&self) -> usize {
+        self.members.len()
+    }
+
+    /// Whether no test has been added.
+    pub fn is_empty(&self) -> bool {
+        self.members.is_empty()
+    }
+
+    /// Fails if any member lies below the Šidák level, or is not a number; names those members.
+    pub fn check(&self) -> Result<(), String> {
+        if self.members.is_empty() {
+            return Err("an empty family tests nothing".into());
+        }
+        let level = sidak(self.rate, self.members.len());
+        let failed: Vec<String> = self
+            .members
+            .iter()
+            // Written so that NaN counts as a failure.
+            .filter(|(_, p)| !matches!(p.partial_cmp(&level), Some(o) if o.is_ge()))
+            .map(|(name, p)| format!("{name}: p = {p:.3e}"))
+            .collect();
+        if failed.is_empty() {
+            return Ok(());
+        }
+        Err(format!(
+            "{} of {} below the level {level:.3e}:\n{}",
+            failed.len(),
+            self.members.len(),
+            failed.join("\n")
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Family, sidak};
+
+    #[test]
+    fn level_gives_back_the_family_rate() {
+        let level = sidak(1e-3, 50);
+        assert!((1.0 - (1.0 - level).powi(50) - 1e-3).abs() < 1e-14);
+        assert!(level > 1e-3 / 50.0);
+    }
+
+    #[test]
+    fn names_the_member_that_fails() {
+        let mut family = Family::new(1e-3);
+        family.push("good", 0.4);
+        assert!(family.check().is_ok());
+        family.push("bad", 1e-6);
+        family.push("undefined", f64::NAN);
+        let message = family.check().unwrap_err();
+        assert!(
+            message.contains("bad") && message.contains("undefined") && !message.contains("good")
+        );
+    }
+}

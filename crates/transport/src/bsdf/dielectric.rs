@@ -1,0 +1,68 @@
+//! Smooth interface between two dielectrics, with the local indices of the two sides.
+
+use super::surface::{reflect, refract};
+use super::{BsdfError, BsdfSample, Surface, check_factor, fresnel};
+use crate::spectrum::Spectrum;
+use glam::DVec3;
+
+/// Smooth dielectric: reflects with probability F, transmits with 1 − F.
+#[derive(Clone, Copy, Debug)]
+pub struct Dielectric {
+    specular_reflectance: Spectrum,
+    specular_transmittance: Spectrum,
+}
+
+impl Default for Dielectric {
+    fn default() -> Self {
+        Dielectric {
+            specular_reflectance: Spectrum::ONE,
+            specular_transmittance: Spectrum::ONE,
+        }
+    }
+}
+
+impl Dielectric {
+    /// Tints the two parts by factors in [0, 1]; physically both are 1 ([`Dielectric::default`]).
+    pub fn new(
+        specular_reflectance: Spectrum,
+        specular_transmittance: Spectrum,
+    ) -> Result<Self, BsdfError> {
+        check_factor("specular_reflectance", specular_reflectance)?;
+        check_factor("specular_transmittance", specular_transmittance)?;
+        Ok(Dielectric {
+            specular_reflectance,
+            specular_transmittance,
+        })
+    }
+
+    /// With equal indices nothing is reflected and `direction` is exactly −`toward`.
+    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: f64) -> BsdfSample {
+        let side = s.facing(toward);
+        let cos = side.normal.dot(toward).min(1.0);
+        let interface = fresnel::dielectric(cos, side.n_near, side.n_far);
+        let f = interface.reflectance;
+        if u < f {
+            return BsdfSample {
+                direction: reflect(toward, side.normal, cos).normalize(),
+                weight: self.specular_reflectance,
+                pdf: f,
+                delta: true,
+                transmitted: false,
+            };
+        }
+        let eta = side.n_near / side.n_far;
+        let direction = if eta == 1.0 {
+            -toward
+        } else {
+            refract(toward, side.normal, cos, interface.cos_far, eta).normalize()
+        };
+        BsdfSample {
+            direction,
+            // (1 − F) L̃ᵢ/(1 − F): basic radiance crosses without the factor η².
+            weight: self.specular_transmittance,
+            pdf: 1.0 - f,
+            delta: true,
+            transmitted: true,
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Fresnel's equations for unpolarised light.
+
+/// What an interface between two dielectrics does to a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interface {
+    /// Reflected fraction of the power, in [0, 1].
+    pub reflectance: f64,
+    /// Cosine of the transmitted ray; 0 at total internal reflection.
+    pub cos_far: f64,
+}
+
+/// Interface met at `cos` in [0, 1] from the side of index `n_near`.
+///
+/// Total internal reflection has reflectance 1; equal indices have exactly none.
+pub fn dielectric(cos: f64, n_near: f64, n_far: f64) -> Interface {
+    if n_near == n_far {
+        return Interface {
+            reflectance: 0.0,
+            cos_far: cos,
+        };
+    }
+    // Normal components p = n cosθ and q = n' cosθ' of the optical momentum (theory §4): their
+    // difference of squares is n'² − n², factored because the indices can be very close.
+    let p = n_near * cos;
+    let q2 = (n_far - n_near) * (n_far + n_near) + p * p;
+    if q2 <= 0.0 || p <= 0.0 {
+        return Interface {
+            reflectance: 1.0,
+            cos_far: q2.max(0.0).sqrt() / n_far,
+        };
+    }
+    let q = q2.sqrt();
+    let (a, b) = (n_far * n_far * p, n_near * n_near * q);
+    let (s, t) = ((p - q) / (p + q), (a - b) / (a + b));
+    Interface {
+        reflectance: (0.5 * (s * s + t * t)).min(1.0),
+        cos_far: (q / n_far).min(1.0),
+    }
+}
+
+/// Reflectance of a metal met at `cos` in [0, 1]; `eta` + i`k` is its index divided by that of the
+/// medium in front of it (both ≥ 0). In [0, 1].
+///
+/// With (a + ib)² = (η + ik)² − sin²θ (Born and Wolf §14.2):
+/// Rs = (a² + b² − 2a cosθ + cos²θ)/(a² + b² + 2a cosθ + cos²θ), and Rp = Rs · the same with
+/// (a² + b²) cos²θ + sin⁴θ ∓ 2a cosθ sin²θ.
+pub fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
+    let cos = cos.clamp(0.0, 1.0);
+    let cos2 = cos * cos;
+    let sin2 = 1.0 - cos2;
+    let real = eta * eta - k * k - sin2;
+    let modulus = real.hypot(2.0 * eta * k);
+    let a = (0.5 * (modulus + real)).max(0.0).sqrt();
+    let cross = 2.0 * a * cos;
+    let rs = fraction(modulus + cos2, cross);
+    let rp = rs * fraction(modulus * cos2 + sin2 * sin2, cross * sin2);
+    0.5 * (rs + rp)
+}
+
+/// (sum − cross)/(sum + cross) for sum ≥ cross ≥ 0, up to rounding; 1 where both vanish, which
+/// takes an index of zero or an index match at grazing incidence.
+fn fraction(sum: f64, cross: f64) -> f64 {
+    if sum + cross > 0.0 {
+        ((sum - cross) / (sum + cross)).max(0.0)
+    } else {
+        1.0
+    }
+}

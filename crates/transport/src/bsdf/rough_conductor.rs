@@ -1,0 +1,83 @@
+//! Rough metal (GGX); reflects on the side of the normal only, the other side is black.
+
+use super::conductor::Metal;
+use super::microfacet::Ggx;
+use super::surface::reflect;
+use super::{BsdfError, BsdfSample, Surface};
+use crate::sampling::Frame;
+use crate::spectrum::Spectrum;
+use glam::DVec3;
+
+/// GGX conductor, sampled by visible facet normals.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughConductor {
+    facets: Ggx,
+    metal: Metal,
+}
+
+impl RoughConductor {
+    /// `alpha` ≥ [`super::microfacet::MIN_ALPHA`]; `eta` + i`k` is the metal's index against vacuum,
+    /// both parts ≥ 0; `specular_reflectance` in [0, 1] tints it, physically 1.
+    pub fn new(
+        alpha: f64,
+        eta: Spectrum,
+        k: Spectrum,
+        specular_reflectance: Spectrum,
+    ) -> Result<Self, BsdfError> {
+        let metal = Metal::new(eta, k, specular_reflectance)?;
+        Ok(RoughConductor {
+            facets: Ggx::new(alpha)?,
+            metal,
+        })
+    }
+
+    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 2]) -> Option<BsdfSample> {
+        let frame = Frame::from_normal(s.normal);
+        let o = frame.to_local(toward);
+        if o.z <= 0.0 {
+            return None;
+        }
+        let h = self.facets.sample_visible(o, u);
+        let cos = o.dot(h);
+        let i = reflect(o, h, cos).normalize();
+        if cos <= 0.0 || i.z <= 0.0 {
+            return None;
+        }
+        Some(BsdfSample {
+            direction: frame.to_world(i).normalize(),
+            weight: self.metal.reflectance(cos, s.n_outer) * self.facets.g1(i),
+            pdf: self.density(o, h),
+            delta: false,
+            transmitted: false,
+        })
+    }
+
+    pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let Some([o, i, h]) = self.directions(s, toward, direction) else {
+            return Spectrum::ZERO;
+        };
+        // F D G₁(o) G₁(i)/(4 cosθₒ cosθᵢ), times cosθᵢ.
+        self.metal.reflectance(o.dot(h), s.n_outer) * (self.facets.g1(i) * self.density(o, h))
+    }
+
+    pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+        self.directions(s, toward, direction)
+            .map_or(0.0, |[o, _, h]| self.density(o, h))
+    }
+
+    /// Visible normals D G₁(o) (o·h)/cosθₒ, times dω_h/dω_i = 1/(4 o·h).
+    fn density(&self, o: DVec3, h: DVec3) -> f64 {
+        0.25 * self.facets.d(h) * self.facets.g1_over_cos(o)
+    }
+
+    /// Local `toward`, `direction` and half vector, if both directions are above the surface.
+    fn directions(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Option<[DVec3; 3]> {
+        let frame = Frame::from_normal(s.normal);
+        let (o, i) = (frame.to_local(toward), frame.to_local(direction));
+        let above = o.z > 0.0 && i.z > 0.0;
+        above
+            .then(|| (o + i).try_normalize())
+            .flatten()
+            .map(|h| [o, i, h])
+    }
+}

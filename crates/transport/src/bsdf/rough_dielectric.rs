@@ -1,0 +1,171 @@
+//! Rough interface between two dielectrics (Walter et al., "Microfacet Models for Refraction through
+//! Rough Surfaces", EGSR 2007), with the local indices of the two sides.
+
+use super::microfacet::Ggx;
+use super::surface::{Facing, reflect, refract};
+use super::{BsdfError, BsdfSample, Surface, check_factor, fresnel};
+use crate::spectrum::Spectrum;
+use glam::DVec3;
+
+/// Indices that differ by less than this fraction count as equal: the interface then does nothing. The
+/// half vector of a transmission is the difference of two vectors of that relative size, and would
+/// be mostly rounding.
+const MATCHED: f64 = 1e-9;
+
+/// GGX dielectric. Visible facet normals are sampled, then reflection with the facet's F.
+///
+/// Where the two indices match, samples pass straight through as delta events and `eval` and `pdf`
+/// are zero: the limit of ever closer indices.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughDielectric {
+    facets: Ggx,
+    specular_reflectance: Spectrum,
+    specular_transmittance: Spectrum,
+}
+
+/// A pair of directions and the facet that joins them, in the local frame of the near side.
+struct Event {
+    /// `toward`.
+    o: DVec3,
+    /// `direction`.
+    i: DVec3,
+    /// Facet normal, h.z > 0.
+    h: DVec3,
+    /// Reflectance of the facet.
+    f: f64,
+}
+
+impl RoughDielectric {
+    /// `alpha` ≥ [`super::microfacet::MIN_ALPHA`]; the factors in [0, 1] tint the two parts,
+    /// physically both are 1.
+    pub fn new(
+        alpha: f64,
+        specular_reflectance: Spectrum,
+        specular_transmittance: Spectrum,
+    ) -> Result<Self, BsdfError> {
+        check_factor("specular_reflectance", specular_reflectance)?;
+        check_factor("specular_transmittance", specular_transmittance)?;
+        Ok(RoughDielectric {
+            facets: Ggx::new(alpha)?,
+            specular_reflectance,
+            specular_transmittance,
+        })
+    }
+
+    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+        let side = s.facing(toward);
+        if matched(&side) {
+            return Some(self.straight(toward));
+        }
+        let frame = side.frame();
+        let o = frame.to_local(toward);
+        if o.z <= 0.0 {
+            return None;
+        }
+        let h = self.facets.sample_visible(o, [u[1], u[2]]);
+        let cos = o.dot(h).min(1.0);
+        let interface = fresnel::dielectric(cos, side.n_near, side.n_far);
+        let transmitted = u[0] >= interface.reflectance;
+        let i = if transmitted {
+            refract(o, h, cos, interface.cos_far, side.n_near / side.n_far)
+        } else {
+            reflect(o, h, cos)
+        };
+        // Facets can send light through to the wrong side: that is lost, as with masked light.
+        if cos <= 0.0 || transmitted != (i.z < 0.0) || i.z == 0.0 {
+            return None;
+        }
+        let event = Event {
+            o,
+            i: i.normalize(),
+            h,
+            f: interface.reflectance,
+        };
+        let pdf = self.density(&side, &event);
+        (pdf > 0.0).then(|| BsdfSample {
+            direction: frame.to_world(event.i).normalize(),
+            weight: self.weight(&event),
+            pdf,
+            delta: false,
+            transmitted,
+        })
+    }
+
+    pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let side = s.facing(toward);
+        event(&side, toward, direction).map_or(Spectrum::ZERO, |e| {
+            self.weight(&e) * self.density(&side, &e)
+        })
+    }
+
+    pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+        let side = s.facing(toward);
+        event(&side, toward, direction).map_or(0.0, |e| self.density(&side, &e))
+    }
+
+    /// The limit of matched indices.
+    fn straight(&self, toward: DVec3) -> BsdfSample {
+        BsdfSample {
+            direction: -toward,
+            weight: self.specular_transmittance,
+            pdf: 1.0,
+            delta: true,
+            transmitted: true,
+        }
+    }
+
+    /// Visible normals, times F or 1 − F, times dω_h/dω_i (Walter et al. eqs. 14 and 17).
+    fn density(&self, side: &Facing, e: &Event) -> f64 {
+        let visible = self.facets.d(e.h) * self.facets.g1_over_cos(e.o);
+        if e.i.z > 0.0 {
+            // The 1/(4 o·h) of the reflection meets the o·h of the visible normals.
+            return e.f * visible * 0.25;
+        }
+        // nₒ o·h + nᵢ i·h is the length of nₒ o + nᵢ i, as h is parallel to it.
+        let stretch = (side.n_near * e.o + side.n_far * e.i).length_squared();
+        if stretch == 0.0 {
+            return 0.0;
+        }
+        let jacobian = side.n_far * side.n_far * e.i.dot(e.h).abs() / stretch;
+        (1.0 - e.f) * visible * e.o.dot(e.h).max(0.0) * jacobian
+    }
+
+    /// f̃·|cosθᵢ|/density. Eqs. 20 and 21 times nᵢ²/nₒ², over `density`: all cancels but the shadowing
+    /// of the light's side.
+    fn weight(&self, e: &Event) -> Spectrum {
+        let tint = if e.i.z > 0.0 {
+            self.specular_reflectance
+        } else {
+            self.specular_transmittance
+        };
+        tint * self.facets.g1(e.i)
+    }
+}
+
+/// Whether the indices count as equal.
+fn matched(side: &Facing) -> bool {
+    (side.n_near - side.n_far).abs() <= MATCHED * side.n_near
+}
+
+/// The facet that sends light from `direction` to `toward`, if there is one.
+fn event(side: &Facing, toward: DVec3, direction: DVec3) -> Option<Event> {
+    if matched(side) {
+        return None;
+    }
+    let frame = side.frame();
+    let (o, i) = (frame.to_local(toward), frame.to_local(direction));
+    if o.z <= 0.0 || i.z == 0.0 {
+        return None;
+    }
+    let sum = if i.z > 0.0 {
+        o + i
+    } else {
+        side.n_near * o + side.n_far * i
+    };
+    let h = sum.try_normalize()?;
+    let h = if h.z < 0.0 { -h } else { h };
+    // A facet seen from behind by either direction does not count (χ⁺ in Walter et al. eq. 34).
+    let faces = o.dot(h) > 0.0 && (i.dot(h) > 0.0) == (i.z > 0.0);
+    let f = fresnel::dielectric(o.dot(h).clamp(0.0, 1.0), side.n_near, side.n_far).reflectance;
+    faces.then_some(Event { o, i, h, f })
+}

@@ -1,0 +1,63 @@
+//! Geometry and indices where a path meets a surface.
+
+use crate::sampling::Frame;
+use glam::DVec3;
+
+/// A point of a surface as a BSDF sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// Geometric unit normal, on the shape's outward side.
+    pub normal: DVec3,
+    /// Refractive index at the point, on the side of the normal; > 0.
+    pub n_outer: f64,
+    /// Refractive index at the point, on the other side; > 0.
+    pub n_inner: f64,
+}
+
+impl Surface {
+    /// The surface seen from the side of `toward`.
+    pub(super) fn facing(&self, toward: DVec3) -> Facing {
+        if self.normal.dot(toward) >= 0.0 {
+            Facing {
+                normal: self.normal,
+                n_near: self.n_outer,
+                n_far: self.n_inner,
+            }
+        } else {
+            Facing {
+                normal: -self.normal,
+                n_near: self.n_inner,
+                n_far: self.n_outer,
+            }
+        }
+    }
+}
+
+/// A surface seen from one side.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facing {
+    /// Unit normal on the near side.
+    pub normal: DVec3,
+    /// Index on the near side.
+    pub n_near: f64,
+    /// Index on the far side.
+    pub n_far: f64,
+}
+
+impl Facing {
+    /// Frame whose third vector is the near side's normal.
+    pub(super) fn frame(&self) -> Frame {
+        Frame::from_normal(self.normal)
+    }
+}
+
+/// Mirror image of `v` about the unit vector `axis`, with `cos` = v·axis.
+pub(super) fn reflect(v: DVec3, axis: DVec3, cos: f64) -> DVec3 {
+    2.0 * cos * axis - v
+}
+
+/// Direction on the far side that Snell's law pairs with `v` on the near side; `cos` = v·axis > 0,
+/// `cos_far` its counterpart, `eta` = n_near/n_far.
+pub(super) fn refract(v: DVec3, axis: DVec3, cos: f64, cos_far: f64, eta: f64) -> DVec3 {
+    (eta * cos - cos_far) * axis - eta * v
+}

@@ -1,0 +1,74 @@
+//! Collimated beam: a laser.
+
+use crate::Spectrum;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// How a beam's irradiance varies across it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Profile {
+    /// Constant inside a disc.
+    Disc {
+        /// Its radius.
+        radius: f64,
+    },
+    /// exp(−2r²/w²).
+    Gaussian {
+        /// Radius w at which the irradiance has fallen to 1/e² of that on the axis.
+        waist: f64,
+    },
+}
+
+/// A beam of parallel rays that starts on a plane.
+#[derive(Clone, Debug)]
+pub struct Collimated {
+    origin: DVec3,
+    direction: DVec3,
+    profile: Profile,
+    /// Irradiance on the axis.
+    peak: Spectrum,
+}
+
+impl Collimated {
+    /// A beam of the given total power; `direction` has unit length.
+    pub fn new(origin: DVec3, direction: DVec3, profile: Profile, power: Spectrum) -> Self {
+        let area = match profile {
+            Profile::Disc { radius } => PI * radius * radius,
+            Profile::Gaussian { waist } => 0.5 * PI * waist * waist,
+        };
+        Collimated {
+            origin,
+            direction,
+            profile,
+            peak: power / area,
+        }
+    }
+
+    /// Centre of the aperture.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Unit direction of the light.
+    pub fn direction(&self) -> DVec3 {
+        self.direction
+    }
+
+    /// Radius that contains most of the beam.
+    pub fn radius(&self) -> f64 {
+        match self.profile {
+            Profile::Disc { radius } => radius,
+            Profile::Gaussian { waist } => waist,
+        }
+    }
+
+    /// Irradiance at a point of the aperture plane.
+    pub fn irradiance(&self, point: DVec3) -> Spectrum {
+        let r = (point - self.origin).reject_from_normalized(self.direction).length();
+        match self.profile {
+            Profile::Disc { radius } if r <= radius => self.peak,
+            Profile::Disc { .. } => Spectrum::ZERO,
+            Profile::Gaussian { waist } => self.peak * (-2.0 * (r / waist).powi(2)).exp(),
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Light from all around: constant, or an image.
+
+use crate::Spectrum;
+use crate::sampling::Grid2;
+use crate::sampling::discrete::DistributionError;
+use crate::sampling::sphere::{uniform_sphere_pdf, uniform_sphere_sample};
+use glam::{DMat3, DVec3};
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// Why an image cannot serve as an environment.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ImageError {
+    /// The number of pixels is not width × height, or one of them is zero.
+    #[error("expected {width} × {height} pixels, found {found}")]
+    Size {
+        /// Width in pixels.
+        width: usize,
+        /// Height in pixels.
+        height: usize,
+        /// Number of pixels given.
+        found: usize,
+    },
+    /// A pixel is negative or not finite.
+    #[error("pixel ({x}, {y}) is negative or not finite")]
+    Pixel {
+        /// Column.
+        x: usize,
+        /// Row.
+        y: usize,
+    },
+    /// The image cannot be sampled.
+    #[error(transparent)]
+    Distribution(#[from] DistributionError),
+}
+
+/// Radiance as a function of direction, in the ambient medium.
+#[derive(Clone, Debug)]
+pub enum Environment {
+    /// The same from everywhere.
+    Constant(Spectrum),
+    /// An equirectangular image.
+    Image(Arc<Image>),
+}
+
+impl Environment {
+    /// An environment from an equirectangular image, row by row from the top, in Mitsuba's
+    /// convention: local +y is up, the left edge of the image is seen in local direction −z and u = ¼ in local
+    /// direction +x. Pixels are constant over their area; `to_world` must be a rotation.
+    pub fn image(
+        (width, height): (usize, usize),
+        pixels: Vec<Spectrum>,
+        to_world: DMat3,
+    ) -> Result<Self, ImageError> {
+        Ok(Environment::Image(Arc::new(Image::new(
+            (width, height),
+            pixels,
+            to_world,
+        )?)))
+    }
+
+    /// Radiance that arrives from the unit direction `toward`.
+    pub fn radiance(&self, toward: DVec3) -> Spectrum {
+        match self {
+            Environment::Constant(radiance) => *radiance,
+            Environment::Image(image) => image.radiance(toward),
+        }
+    }
+
+    /// A direction towards the environment and its density per steradian.
+    pub fn sample(&self, u: [f64; 2]) -> (DVec3, f64) {
+        match self {
+            Environment::Constant(_) => (uniform_sphere_sample(u), uniform_sphere_pdf()),
+            Environment::Image(image) => image.sample(u),
+        }
+    }
+
+    /// Density of [`Environment::sample`] per steradian.
+    pub fn pdf(&self, toward: DVec3) -> f64 {
+        match self {
+            Environment::Constant(_) => uniform_sphere_pdf(),
+            Environment::Image(image) => image.pdf(toward),
+        }
+    }
+
+    pub(super) fn kind(&self) -> &'static str {
+        match self {
+            Environment::Constant(_) => "constant",
+            Environment::Image(_) => "envmap",
+        }
+    }
+}
+
+/// An equirectangular image that is sampled in proportion to its radiance.
+#[derive(Clone, Debug)]
+pub struct Image {
+    width: usize,
+    height: usize,
+    pixels: Vec<Spectrum>,
+    to_world: DMat3,
+    distribution: Grid2,
+}
+
+impl Image {
+    fn new(
+        (width, height): (usize, usize),
+        pixels: Vec<Spectrum>,
+        to_world: DMat3,
+    ) -> Result<Self, ImageError> {
+        if pixels.len() != width * height || pixels.is_empty() {
+            return Err(ImageError::Size {
+                width,
+                height,
+                found: pixels.len(),
+            });
+        }
+        let bad = |p: &Spectrum| !(p.is_finite() && p.0.iter().all(|&v| v >= 0.0));
+        if let Some(i) = pixels.iter().position(bad) {
+            return Err(ImageError::Pixel {
+                x: i % width,
+                y: i / width,
+            });
+        }
+        // The solid angle of a pixel shrinks towards the poles as sin θ.
+        let weights: Vec<f64> = pixels
+            .iter()
+            .enumerate()
+            .map(|(i, p)| p.sum() * (PI * ((i / width) as f64 + 0.5) / height as f64).sin())
+            .collect();
+        Ok(Image {
+            width,
+            height,
+            pixels,
+            to_world,
+            distribution: Grid2::new(width, height, &weights)?,
+        })
+    }
+
+    /// Image coordinates (u, v) in [0, 1]² of a direction, and sin θ.
+    fn locate(&self, toward: DVec3) -> ([f64; 2], f64) {
+        let d = self.to_world.transpose() * toward;
+        let u = d.x.atan2(-d.z) / TAU;
+        let cos = d.y.clamp(-1.0, 1.0);
+        ([u - u.floor(), cos.acos() / PI], (1.0 - cos * cos).sqrt())
+    }
+
+    fn radiance(&self, toward: DVec3) -> Spectrum {
+        let ([u, v], _) = self.locate(toward);
+        let x = ((u * self.width as f64) as usize).min(self.width - 1);
+        let y = ((v * self.height as f64) as usize).min(self.height - 1);
+        self.pixels[y * self.width + x]
+    }
+
+    fn sample(&self, u: [f64; 2]) -> (DVec3, f64) {
+        let ([u, v], pdf) = self.distribution.sample(u);
+        let ((sin_phi, cos_phi), (sin, cos)) = ((u * TAU).sin_cos(), (v * PI).sin_cos());
+        let local = DVec3::new(sin_phi * sin, cos, -cos_phi * sin);
+        (self.to_world * local, pdf / (TAU * PI * sin.max(1e-300)))
+    }
+
+    fn pdf(&self, toward: DVec3) -> f64 {
+        let (uv, sin) = self.locate(toward);
+        self.distribution.pdf(uv) / (TAU * PI * sin.max(1e-300))
+    }
+}

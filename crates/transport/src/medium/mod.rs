@@ -1,0 +1,86 @@
+//! Participating media: extinction, albedo, phase function and refractive index.
+
+mod attenuation;
+mod grid;
+mod texture;
+
+pub use attenuation::Attenuation;
+pub use grid::{Filter, Grid, GridError, Placement};
+pub use texture::Texture;
+
+use crate::Spectrum;
+use crate::phase::Phase;
+use eikonal::Field;
+use glam::DVec3;
+
+/// What fills a region of space.
+#[derive(Clone, Debug)]
+pub struct Medium {
+    /// Name used in messages.
+    pub name: String,
+    /// Refractive index.
+    pub index: Field,
+    /// Extinction σ_t per unit length, before `scale`.
+    pub sigma_t: Texture,
+    /// Multiplies `sigma_t`.
+    pub scale: f64,
+    /// Albedo σ_s/σ_t, in [0, 1].
+    pub albedo: Texture,
+    /// Phase function.
+    pub phase: Phase,
+}
+
+impl Medium {
+    /// A medium that neither scatters nor absorbs.
+    pub fn transparent(name: impl Into<String>, index: Field) -> Self {
+        Medium {
+            name: name.into(),
+            index,
+            sigma_t: Texture::Uniform(Spectrum::ZERO),
+            scale: 1.0,
+            albedo: Texture::Uniform(Spectrum::ZERO),
+            phase: Phase::Isotropic,
+        }
+    }
+
+    /// Extinction σ_t at `x`.
+    pub fn extinction(&self, x: DVec3) -> Spectrum {
+        self.sigma_t.at(x) * self.scale
+    }
+
+    /// Scattering coefficient σ_s at `x`.
+    pub fn scattering(&self, x: DVec3) -> Spectrum {
+        self.extinction(x) * self.albedo.at(x)
+    }
+
+    /// Whether light passes unattenuated everywhere.
+    pub fn is_transparent(&self) -> bool {
+        self.scale == 0.0 || self.sigma_t.is_zero()
+    }
+
+    /// Whether light is scattered anywhere.
+    pub fn scatters(&self) -> bool {
+        !self.is_transparent() && !self.albedo.is_zero()
+    }
+
+    /// The extinction if it is the same everywhere.
+    pub fn uniform_extinction(&self) -> Option<Spectrum> {
+        match &self.sigma_t {
+            Texture::Uniform(sigma) => Some(*sigma * self.scale),
+            Texture::Grid(_) => None,
+        }
+    }
+
+    /// Longest piece over which the extinction is integrated: half a voxel.
+    pub fn spacing(&self) -> f64 {
+        match &self.sigma_t {
+            Texture::Uniform(_) => f64::INFINITY,
+            Texture::Grid(grid) => 0.5 * grid.voxel(),
+        }
+    }
+
+    /// Bytes held by grids, of the index included.
+    pub fn memory(&self) -> usize {
+        self.sigma_t.memory() + self.albedo.memory()
+    }
+}

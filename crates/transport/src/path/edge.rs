@@ -1,0 +1,154 @@
+//! An edge that was sampled from one end.
+
+use crate::Spectrum;
+use crate::medium::Attenuation;
+use crate::scene::MediumId;
+use crate::shape::Hit;
+use eikonal::ray::Arc;
+use glam::DVec3;
+
+/// Where an edge starts.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    /// Position.
+    pub x: DVec3,
+    /// Unit direction.
+    pub direction: DVec3,
+    /// Medium.
+    pub medium: MediumId,
+}
+
+/// One arc of an edge, within one medium.
+#[derive(Clone, Debug)]
+pub struct Span {
+    /// The curve, of which only θ ≤ `theta_end` belongs to the edge.
+    pub arc: Arc,
+    /// See `arc`.
+    pub theta_end: f64,
+    /// The medium.
+    pub medium: MediumId,
+    /// Extinction along it.
+    pub attenuation: Attenuation,
+    /// Arc length of the edge before this span.
+    pub length_before: f64,
+    /// Optical depth of the edge before this span.
+    pub depth_before: Spectrum,
+    /// Factor of the specular events before this span.
+    pub weight_before: Spectrum,
+}
+
+/// A point inside a span.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// Position.
+    pub x: DVec3,
+    /// Unit direction of the ray.
+    pub direction: DVec3,
+    /// Medium.
+    pub medium: MediumId,
+    /// Arc length from the start of the edge.
+    pub length: f64,
+    /// Optical depth from the start of the edge.
+    pub depth: Spectrum,
+    /// Extinction that is consistent with the depth.
+    pub rate: Spectrum,
+    /// Factor of the specular events on the way.
+    pub weight: Spectrum,
+}
+
+impl Span {
+    /// The point at θ.
+    pub fn at(&self, theta: f64) -> Point {
+        Point {
+            x: self.arc.position(theta),
+            direction: self.arc.velocity(theta).normalize(),
+            medium: self.medium,
+            length: self.length_before + self.arc.arc_length(theta),
+            depth: self.depth_before + self.attenuation.depth(&self.arc, theta),
+            rate: self.attenuation.rate(&self.arc, theta),
+            weight: self.weight_before,
+        }
+    }
+
+    /// Arc length of the edge up to the end of this span.
+    pub fn length_after(&self) -> f64 {
+        self.length_before + self.arc.arc_length(self.theta_end)
+    }
+}
+
+/// How an edge ended.
+#[derive(Clone, Copy, Debug)]
+pub enum End {
+    /// At a collision inside a medium.
+    Collision(Point),
+    /// On a surface that scatters.
+    Surface {
+        /// The object.
+        object: usize,
+        /// Where.
+        hit: Hit,
+        /// Unit direction of arrival.
+        direction: DVec3,
+        /// The medium it came through.
+        medium: MediumId,
+    },
+    /// It left the scene.
+    Escaped {
+        /// Unit direction in the ambient medium.
+        direction: DVec3,
+    },
+    /// It was absorbed by a specular surface, or lost.
+    Dead,
+}
+
+/// An edge sampled from its start.
+#[derive(Clone, Debug)]
+pub struct Edge {
+    /// Where it starts.
+    pub start: Start,
+    /// The arcs, up to the first surface that is not index-matched if the edge was extended, or else
+    /// up to the end.
+    pub spans: Vec<Span>,
+    /// How it ended.
+    pub end: End,
+    /// Optical depth up to the end.
+    pub depth: Spectrum,
+    /// Arc length up to the end.
+    pub length: f64,
+    /// Factor of the specular events: reflectances, and n² across declared index matches.
+    pub weight: Spectrum,
+    /// Probability of the discrete choices at specular events.
+    pub choice: f64,
+    /// Number of specular events, index-matched boundaries not counted.
+    pub events: u32,
+    /// Whether a connection could follow the same way.
+    pub connectable: bool,
+    /// Whether it is one straight line through declared index matches.
+    pub straight: bool,
+}
+
+impl Edge {
+    /// Probability density per unit length of a collision at optical depth and extinction as in
+    /// `point`, for channel probabilities `lanes` (balance heuristic over channels, theory §6).
+    pub fn collision_density(lanes: Spectrum, point: &Point) -> f64 {
+        (lanes * point.rate * point.depth.exp_neg()).sum()
+    }
+
+    /// Probability that no collision occurs before the end.
+    pub fn survival(&self, lanes: Spectrum) -> f64 {
+        (lanes * self.depth.exp_neg()).sum()
+    }
+
+    /// The arc length over which distances can be sampled: all recorded spans.
+    pub fn recorded_length(&self) -> f64 {
+        self.spans.last().map_or(0.0, Span::length_after)
+    }
+
+    /// The point at an arc length from the start, within the recorded spans.
+    pub fn at_length(&self, s: f64) -> Option<Point> {
+        let i = self.spans.partition_point(|span| span.length_after() < s);
+        let span = self.spans.get(i).or(self.spans.last())?;
+        let theta = span.arc.theta_at_length(s - span.length_before);
+        Some(span.at(theta.min(span.theta_end)))
+    }
+}

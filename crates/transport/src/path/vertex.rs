@@ -1,0 +1,185 @@
+//! Vertices: where light is scattered.
+
+use super::edge::{Edge, End, Point, Start};
+use super::walk::{leave, surface_at};
+use crate::Spectrum;
+use crate::bsdf::Surface;
+use crate::sampling::Sampler;
+use crate::scene::{MediumId, Scene};
+use glam::DVec3;
+
+/// A point at which light is scattered by other than specular events.
+#[derive(Clone, Copy, Debug)]
+pub enum Vertex {
+    /// Inside a medium.
+    Volume {
+        /// Position.
+        x: DVec3,
+        /// Unit direction of the sensor subpath on arrival.
+        direction: DVec3,
+        /// Medium.
+        medium: MediumId,
+    },
+    /// On a surface.
+    Surface {
+        /// Position.
+        x: DVec3,
+        /// Unit direction of the sensor subpath on arrival.
+        direction: DVec3,
+        /// Object.
+        object: usize,
+        /// Normal and indices.
+        surface: Surface,
+    },
+}
+
+/// A direction in which a path goes on.
+#[derive(Clone, Copy, Debug)]
+pub struct Scatter {
+    /// Where the next edge starts.
+    pub start: Start,
+    /// Throughput: scattering function (and cosine) over density.
+    pub weight: Spectrum,
+    /// Density per steradian; irrelevant for a specular lobe.
+    pub pdf: f64,
+    /// Whether the lobe is specular, so that no connection can follow it.
+    pub delta: bool,
+}
+
+impl Vertex {
+    /// The vertex at which an edge ended, if it did at one.
+    pub fn of(scene: &Scene, edge: &Edge) -> Option<Vertex> {
+        match edge.end {
+            End::Collision(point) => Some(Vertex::volume(&point)),
+            End::Surface {
+                object,
+                hit,
+                direction,
+                ..
+            } => Some(Vertex::Surface {
+                x: hit.position,
+                direction,
+                object,
+                surface: surface_at(scene, object, &hit),
+            }),
+            End::Escaped { .. } | End::Dead => None,
+        }
+    }
+
+    /// The vertex at a point of an edge.
+    pub fn volume(point: &Point) -> Vertex {
+        Vertex::Volume {
+            x: point.x,
+            direction: point.direction,
+            medium: point.medium,
+        }
+    }
+
+    /// Where an edge starts that leaves in a given direction.
+    pub fn start(&self, scene: &Scene, direction: DVec3) -> Start {
+        match *self {
+            Vertex::Volume { x, medium, .. } => Start {
+                x,
+                direction,
+                medium,
+            },
+            Vertex::Surface {
+                x,
+                object,
+                surface,
+                ..
+            } => Start {
+                x: leave(scene, x, surface.normal, direction),
+                direction,
+                medium: scene.objects()[object].medium_towards(surface.normal, direction),
+            },
+        }
+    }
+
+    /// The object on whose surface the vertex lies.
+    pub fn object(&self) -> Option<usize> {
+        match self {
+            Vertex::Volume { .. } => None,
+            Vertex::Surface { object, .. } => Some(*object),
+        }
+    }
+
+    /// Whether two directions leave on the same side of the vertex's surface.
+    pub fn same_side(&self, a: DVec3, b: DVec3) -> bool {
+        match self {
+            Vertex::Volume { .. } => true,
+            Vertex::Surface { surface, .. } => {
+                surface.normal.dot(a) * surface.normal.dot(b) > 0.0
+            }
+        }
+    }
+
+    /// Scattering of light that comes from `direction` towards the sensor: the phase function, or
+    /// f̃·|cos|. The scattering coefficient of a volume vertex belongs to the edge's sampling.
+    pub fn eval(&self, scene: &Scene, direction: DVec3) -> Spectrum {
+        match self {
+            Vertex::Volume { .. } => Spectrum::splat(self.pdf(scene, direction)),
+            Vertex::Surface {
+                direction: arrival,
+                object,
+                surface,
+                ..
+            } => scene.objects()[*object]
+                .bsdf
+                .eval(surface, -*arrival, direction),
+        }
+    }
+
+    /// Density per steradian with which [`Vertex::scatter`] chooses `direction`.
+    pub fn pdf(&self, scene: &Scene, direction: DVec3) -> f64 {
+        match self {
+            Vertex::Volume {
+                direction: arrival,
+                medium,
+                ..
+            } => scene.medium(*medium).phase.pdf(arrival.dot(direction)),
+            Vertex::Surface {
+                direction: arrival,
+                object,
+                surface,
+                ..
+            } => scene.objects()[*object]
+                .bsdf
+                .pdf(surface, -*arrival, direction),
+        }
+    }
+
+    /// Chooses a direction to go on; `None` if the path is absorbed.
+    pub fn scatter(&self, scene: &Scene, sampler: &mut Sampler) -> Option<Scatter> {
+        let [u, v] = sampler.next_2d();
+        let w = sampler.next_1d();
+        match self {
+            Vertex::Volume {
+                direction, medium, ..
+            } => {
+                let (direction, pdf) = scene.medium(*medium).phase.sample(*direction, [u, v]);
+                Some(Scatter {
+                    start: self.start(scene, direction),
+                    weight: Spectrum::ONE,
+                    pdf,
+                    delta: false,
+                })
+            }
+            Vertex::Surface {
+                direction,
+                object,
+                surface,
+                ..
+            } => {
+                let bsdf = &scene.objects()[*object].bsdf;
+                let sample = bsdf.sample(surface, -*direction, [w, u, v])?;
+                Some(Scatter {
+                    start: self.start(scene, sample.direction),
+                    weight: sample.weight,
+                    pdf: sample.pdf,
+                    delta: sample.delta,
+                })
+            }
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Henyey–Greenstein (1941): p = (1 − g²) / (4π (1 + g² − 2g cosθ)^{3/2}).
+
+use super::PhaseError;
+use super::polar::Polar;
+use std::f64::consts::PI;
+
+/// Henyey–Greenstein phase function of mean cosine g; g > 0 is forward.
+#[derive(Clone, Copy, Debug)]
+pub struct HenyeyGreenstein {
+    g: f64,
+}
+
+impl HenyeyGreenstein {
+    /// `g` in (−1, 1).
+    pub fn new(g: f64) -> Result<Self, PhaseError> {
+        if g.abs() < 1.0 {
+            Ok(HenyeyGreenstein { g })
+        } else {
+            Err(PhaseError::Asymmetry(g))
+        }
+    }
+
+    /// Density per steradian.
+    pub fn pdf(&self, cos: f64) -> f64 {
+        self.density(Polar::from_cos(cos))
+    }
+
+    /// 1 + g² − 2g cosθ written as a sum of non-negative terms, for either sign of g.
+    fn density(&self, angle: Polar) -> f64 {
+        let (g, offset) = if self.g >= 0.0 {
+            (self.g, angle.below)
+        } else {
+            (-self.g, angle.above)
+        };
+        let base = (1.0 - g) * (1.0 - g) + 2.0 * g * offset;
+        (1.0 - g) * (1.0 + g) / (4.0 * PI * base * base.sqrt())
+    }
+
+    /// Inverts the cumulative distribution. With u the probability of a smaller cosine and
+    /// D = 1 − g + 2gu, the usual solution cosθ = (1 + g² − ((1 − g²)/D)²)/(2g) factors into
+    /// 1 − cosθ = 2(1 − g)²(1 − u)(1 + gu)/D² and 1 + cosθ = 2(1 + g)² u (1 − g(1 − u))/D²:
+    /// no division by g, no cancellation.
+    pub(super) fn sample(&self, u: f64) -> (Polar, f64) {
+        let g = self.g;
+        let d = 1.0 - g + 2.0 * g * u;
+        let (low, high) = ((1.0 - g) / d, (1.0 + g) / d);
+        let angle = Polar {
+            below: 2.0 * low * low * (1.0 - u) * (1.0 + g * u),
+            above: 2.0 * high * high * u * (1.0 - g * (1.0 - u)),
+        };
+        (angle, self.density(angle))
+    }
+
+    /// g.
+    pub fn mean_cosine(&self) -> f64 {
+        self.g
+    }
+}

@@ -1,0 +1,107 @@
+//! Phase functions: the distribution of directions after a scattering event.
+//!
+//! Densities are per steradian and normalised over the sphere, so value and pdf are the same. The
+//! cosine is the one between the propagation directions before and after: forward is +1.
+
+mod henyey_greenstein;
+mod isotropic;
+mod polar;
+mod tabulated;
+mod von_mises_fisher;
+
+pub use henyey_greenstein::HenyeyGreenstein;
+pub use isotropic::Isotropic;
+pub use tabulated::Tabulated;
+pub use von_mises_fisher::VonMisesFisher;
+
+use crate::sampling::DistributionError;
+use glam::DVec3;
+
+/// Why a phase function cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PhaseError {
+    /// Asymmetry out of range.
+    #[error("the asymmetry g must lie in (-1, 1), got {0}")]
+    Asymmetry(f64),
+    /// Concentration out of range.
+    #[error("the concentration kappa must be finite and ≥ 0, got {0}")]
+    Concentration(f64),
+    /// A table that does not span all angles.
+    #[error("the cosines must run from -1 to 1, got {first} to {last}")]
+    Span {
+        /// First cosine given.
+        first: f64,
+        /// Last cosine given.
+        last: f64,
+    },
+    /// A table that is no density.
+    #[error("phase function table: {0}")]
+    Table(#[from] DistributionError),
+}
+
+/// A phase function.
+#[derive(Clone, Debug)]
+pub enum Phase {
+    /// The same in all directions.
+    Isotropic(Isotropic),
+    /// Henyey–Greenstein.
+    HenyeyGreenstein(HenyeyGreenstein),
+    /// Von Mises–Fisher.
+    VonMisesFisher(VonMisesFisher),
+    /// Values over the cosine.
+    Tabulated(Tabulated),
+}
+
+impl Phase {
+    /// The isotropic phase function.
+    pub fn isotropic() -> Self {
+        Phase::Isotropic(Isotropic)
+    }
+
+    /// Henyey–Greenstein with mean cosine `g` in (−1, 1).
+    pub fn henyey_greenstein(g: f64) -> Result<Self, PhaseError> {
+        HenyeyGreenstein::new(g).map(Phase::HenyeyGreenstein)
+    }
+
+    /// Von Mises–Fisher with concentration `kappa` ≥ 0.
+    pub fn von_mises_fisher(kappa: f64) -> Result<Self, PhaseError> {
+        VonMisesFisher::new(kappa).map(Phase::VonMisesFisher)
+    }
+
+    /// Linear interpolation of `values` at increasing `cosines` from −1 to 1, normalised here.
+    pub fn tabulated(cosines: Vec<f64>, values: &[f64]) -> Result<Self, PhaseError> {
+        Tabulated::new(cosines, values).map(Phase::Tabulated)
+    }
+
+    /// Density per steradian at the cosine between the directions before and after.
+    pub fn pdf(&self, cos: f64) -> f64 {
+        let cos = cos.clamp(-1.0, 1.0);
+        match self {
+            Phase::Isotropic(p) => p.pdf(),
+            Phase::HenyeyGreenstein(p) => p.pdf(cos),
+            Phase::VonMisesFisher(p) => p.pdf(cos),
+            Phase::Tabulated(p) => p.pdf(cos),
+        }
+    }
+
+    /// Direction after scattering of the unit propagation direction `dir`, and its density.
+    pub fn sample(&self, dir: DVec3, u: [f64; 2]) -> (DVec3, f64) {
+        let (angle, pdf) = match self {
+            Phase::Isotropic(p) => p.sample(u[0]),
+            Phase::HenyeyGreenstein(p) => p.sample(u[0]),
+            Phase::VonMisesFisher(p) => p.sample(u[0]),
+            Phase::Tabulated(p) => p.sample(u[0]),
+        };
+        (angle.around(dir, u[1]), pdf)
+    }
+
+    /// Mean of the cosine.
+    pub fn mean_cosine(&self) -> f64 {
+        match self {
+            Phase::Isotropic(_) => 0.0,
+            Phase::HenyeyGreenstein(p) => p.mean_cosine(),
+            Phase::VonMisesFisher(p) => p.mean_cosine(),
+            Phase::Tabulated(p) => p.mean_cosine(),
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Phase function from measured or computed values (Mie, for example).
+
+use super::PhaseError;
+use super::polar::Polar;
+use crate::sampling::{DistributionError, PiecewiseLinear};
+use std::f64::consts::TAU;
+
+/// Piecewise linear in cosθ, normalised.
+#[derive(Clone, Debug)]
+pub struct Tabulated(PiecewiseLinear);
+
+impl Tabulated {
+    /// `cosines` strictly increasing from −1 to 1, any spacing; `values` ≥ 0, as many, not all zero;
+    /// their scale does not matter.
+    pub fn new(cosines: Vec<f64>, values: &[f64]) -> Result<Self, PhaseError> {
+        let (first, last) = match (cosines.first(), cosines.last()) {
+            (Some(&first), Some(&last)) => (first, last),
+            _ => return Err(PhaseError::Table(DistributionError::Empty)),
+        };
+        if first != -1.0 || last != 1.0 {
+            return Err(PhaseError::Span { first, last });
+        }
+        Ok(Tabulated(PiecewiseLinear::new(cosines, values)?))
+    }
+
+    /// Density per steradian.
+    pub fn pdf(&self, cos: f64) -> f64 {
+        self.0.pdf(cos) / TAU
+    }
+
+    pub(super) fn sample(&self, u: f64) -> (Polar, f64) {
+        let (cos, density) = self.0.sample(u);
+        (Polar::from_cos(cos), density / TAU)
+    }
+
+    /// Mean of the cosine.
+    pub fn mean_cosine(&self) -> f64 {
+        self.0.mean()
+    }
+}

@@ -1,0 +1,62 @@
+//! Cumulative sums shared by the tabulated distributions.
+
+use super::DistributionError;
+
+/// Normalised cumulative sums of non-negative weights: c₀ = 0, …, cₙ = 1.
+#[derive(Clone, Debug)]
+pub(super) struct Cdf {
+    cumulative: Vec<f64>,
+    total: f64,
+}
+
+impl Cdf {
+    /// Sums weights that are already known to be finite and ≥ 0.
+    pub(super) fn new(weights: impl Iterator<Item = f64>) -> Result<Self, DistributionError> {
+        let mut cumulative = vec![0.0];
+        let mut total = 0.0;
+        for w in weights {
+            total += w;
+            cumulative.push(total);
+        }
+        if cumulative.len() < 2 {
+            return Err(DistributionError::Empty);
+        }
+        if !(total > 0.0 && f64::is_finite(total)) {
+            return Err(DistributionError::Total { total });
+        }
+        // Division is monotone and total/total is exactly 1, so the last entries are right.
+        cumulative.iter_mut().for_each(|c| *c /= total);
+        Ok(Cdf { cumulative, total })
+    }
+
+    /// Sum of the weights.
+    pub(super) fn total(&self) -> f64 {
+        self.total
+    }
+
+    /// Number of weights.
+    pub(super) fn len(&self) -> usize {
+        self.cumulative.len() - 1
+    }
+
+    /// Probability of entry `i`.
+    pub(super) fn probability(&self, i: usize) -> f64 {
+        self.cumulative[i + 1] - self.cumulative[i]
+    }
+
+    /// Entry that `u` falls in, never one of probability zero, and where in it, in [0, 1).
+    pub(super) fn locate(&self, u: f64) -> (usize, f64) {
+        // cᵢ ≤ u < cᵢ₊₁ makes entry i wider than zero; u < 1 = cₙ bounds the search.
+        let u = u.clamp(0.0, 1.0 - f64::EPSILON / 2.0);
+        let i = self.cumulative.partition_point(|&c| c <= u) - 1;
+        (
+            i,
+            ((u - self.cumulative[i]) / self.probability(i)).min(1.0 - f64::EPSILON / 2.0),
+        )
+    }
+
+    /// The `u` that [`Cdf::locate`] maps to entry `i` and fraction `t`.
+    pub(super) fn unlocate(&self, i: usize, t: f64) -> f64 {
+        self.cumulative[i] + t * self.probability(i)
+    }
+}

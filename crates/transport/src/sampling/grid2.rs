@@ -1,0 +1,92 @@
+//! 2-D density on the unit square that is constant on each cell of a regular grid.
+
+use super::cdf::Cdf;
+use super::{DistributionError, check_values};
+
+/// Density proportional to the cells of an image, for example the luminance of an environment map
+/// times the solid angle of its pixels. x runs along a row, y over the rows.
+#[derive(Clone, Debug)]
+pub struct Grid2 {
+    rows: Cdf,
+    /// One per row; none where the row is zero, as it is then never picked.
+    columns: Vec<Option<Cdf>>,
+    width: usize,
+}
+
+impl Grid2 {
+    /// `values` holds `height` rows of `width` cells, finite, ≥ 0 and not all zero.
+    pub fn new(width: usize, height: usize, values: &[f64]) -> Result<Self, DistributionError> {
+        if width == 0 || height == 0 {
+            return Err(DistributionError::Empty);
+        }
+        if width.checked_mul(height) != Some(values.len()) {
+            let expected = width.saturating_mul(height);
+            return Err(DistributionError::Length {
+                expected,
+                got: values.len(),
+            });
+        }
+        check_values(values)?;
+        let sums = values
+            .chunks_exact(width)
+            .map(|row| row.iter().sum::<f64>());
+        let rows = Cdf::new(sums)?;
+        let columns = values
+            .chunks_exact(width)
+            .map(|row| Cdf::new(row.iter().copied()).ok())
+            .collect();
+        Ok(Grid2 {
+            rows,
+            columns,
+            width,
+        })
+    }
+
+    /// Position in [0, 1)² and its density.
+    pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
+        let (j, ty) = self.rows.locate(u[1]);
+        let Some(columns) = &self.columns[j] else {
+            unreachable!("rows without weight have probability zero and are never located");
+        };
+        let (i, tx) = columns.locate(u[0]);
+        let height = self.rows.len() as f64;
+        let point = [
+            (i as f64 + tx) / self.width as f64,
+            (j as f64 + ty) / height,
+        ];
+        (point, self.cell_density(i, j))
+    }
+
+    /// The `u` of a position in [0, 1]²; 0 along x in rows without weight.
+    pub fn inverse(&self, p: [f64; 2]) -> [f64; 2] {
+        let (i, tx) = split(p[0], self.width);
+        let (j, ty) = split(p[1], self.rows.len());
+        let along = self.columns[j].as_ref().map_or(0.0, |c| c.unlocate(i, tx));
+        [along, self.rows.unlocate(j, ty)]
+    }
+
+    /// Normalised density over the unit square; 0 outside.
+    pub fn pdf(&self, p: [f64; 2]) -> f64 {
+        if !p.iter().all(|c| (0.0..=1.0).contains(c)) {
+            return 0.0;
+        }
+        self.cell_density(split(p[0], self.width).0, split(p[1], self.rows.len()).0)
+    }
+
+    /// Mean of the values: their integral over the unit square.
+    pub fn integral(&self) -> f64 {
+        self.rows.total() / (self.width * self.rows.len()) as f64
+    }
+
+    fn cell_density(&self, i: usize, j: usize) -> f64 {
+        let across = self.columns[j].as_ref().map_or(0.0, |c| c.probability(i));
+        across * self.rows.probability(j) * (self.width * self.rows.len()) as f64
+    }
+}
+
+/// Cell of [0, 1] cut into `n`, and where in it.
+fn split(x: f64, n: usize) -> (usize, f64) {
+    let scaled = x.clamp(0.0, 1.0) * n as f64;
+    let i = (scaled as usize).min(n - 1);
+    (i, scaled - i as f64)
+}

@@ -1,0 +1,67 @@
+//! 1-D density that is constant on each of several intervals.
+
+use super::cdf::Cdf;
+use super::{DistributionError, check_positions, check_values};
+
+/// Density proportional to values given on intervals.
+#[derive(Clone, Debug)]
+pub struct PiecewiseConstant {
+    edges: Vec<f64>,
+    cdf: Cdf,
+}
+
+impl PiecewiseConstant {
+    /// `edges` are finite and strictly increasing, one more than `values`, which are finite, ≥ 0 and
+    /// not all zero.
+    pub fn new(edges: Vec<f64>, values: &[f64]) -> Result<Self, DistributionError> {
+        check_positions(&edges)?;
+        if values.len() + 1 != edges.len() {
+            return Err(DistributionError::Length {
+                expected: edges.len() - 1,
+                got: values.len(),
+            });
+        }
+        check_values(values)?;
+        let cdf = Cdf::new(edges.windows(2).zip(values).map(|(e, v)| v * (e[1] - e[0])))?;
+        Ok(PiecewiseConstant { edges, cdf })
+    }
+
+    /// Position and its density.
+    pub fn sample(&self, u: f64) -> (f64, f64) {
+        let (i, t) = self.cdf.locate(u);
+        let (a, b) = (self.edges[i], self.edges[i + 1]);
+        (a + t * (b - a), self.cdf.probability(i) / (b - a))
+    }
+
+    /// The `u` of a position; positions outside map to 0 or 1.
+    pub fn inverse(&self, x: f64) -> f64 {
+        match self.interval(x) {
+            Some(i) => {
+                let (a, b) = (self.edges[i], self.edges[i + 1]);
+                self.cdf.unlocate(i, (x - a) / (b - a))
+            }
+            None if x < self.edges[0] => 0.0,
+            None => 1.0,
+        }
+    }
+
+    /// Normalised density; 0 outside.
+    pub fn pdf(&self, x: f64) -> f64 {
+        self.interval(x).map_or(0.0, |i| {
+            self.cdf.probability(i) / (self.edges[i + 1] - self.edges[i])
+        })
+    }
+
+    /// Integral of the values before normalisation.
+    pub fn integral(&self) -> f64 {
+        self.cdf.total()
+    }
+
+    fn interval(&self, x: f64) -> Option<usize> {
+        let last = self.edges.len() - 1;
+        if !(self.edges[0]..=self.edges[last]).contains(&x) {
+            return None;
+        }
+        Some((self.edges.partition_point(|&e| e <= x) - 1).min(last - 1))
+    }
+}

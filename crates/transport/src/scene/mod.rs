@@ -1,0 +1,296 @@
+//! The scene: immutable, and valid by construction.
+
+mod check;
+mod regions;
+mod world;
+
+pub use check::{Problem, Severity, Subject};
+pub use regions::Region;
+
+use crate::Spectrum;
+use crate::bsdf::Bsdf;
+use crate::emitter::{Emitter, Surroundings};
+use crate::film::Filter;
+use crate::integrator::Integrator;
+use crate::medium::Medium;
+use crate::sampling::Discrete;
+use crate::sensor::Sensor;
+use crate::shape::{Accel, Shape};
+use eikonal::{Aabb, Tolerance};
+use glam::DVec3;
+
+/// Index of a medium in [`Scene::media`].
+pub type MediumId = usize;
+
+/// The medium outside every shape that does not say otherwise.
+pub const AMBIENT: MediumId = 0;
+
+/// A shape with its surface properties and what lies on either side of it.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// Name used in messages.
+    pub name: String,
+    /// Geometry.
+    pub shape: Shape,
+    /// Surface scattering.
+    pub bsdf: Bsdf,
+    /// Medium on the inner side of the normal.
+    pub interior: MediumId,
+    /// Medium on the outer side of the normal.
+    pub exterior: MediumId,
+    /// Index of the emitter that covers it.
+    pub emitter: Option<usize>,
+}
+
+impl Object {
+    /// Whether rays pass on a deterministic way: connections go through such a surface.
+    pub fn is_interface(&self) -> bool {
+        matches!(self.bsdf, Bsdf::Null(_) | Bsdf::Dielectric(_))
+    }
+
+    /// The medium that a ray in direction `v` comes from, and the one it goes to.
+    pub fn sides(&self, normal: DVec3, v: DVec3) -> (MediumId, MediumId) {
+        if normal.dot(v) > 0.0 {
+            (self.interior, self.exterior)
+        } else {
+            (self.exterior, self.interior)
+        }
+    }
+
+    /// The medium on the side of the surface to which `direction` points.
+    pub fn medium_towards(&self, normal: DVec3, direction: DVec3) -> MediumId {
+        self.sides(normal, direction).1
+    }
+}
+
+/// The size of the picture and how samples are weighted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmSpec {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+    /// Number of spectral channels.
+    pub channels: usize,
+    /// Reconstruction filter.
+    pub filter: Filter,
+}
+
+/// Everything that a scene is made of.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    /// Objects.
+    pub objects: Vec<Object>,
+    /// Media; the first is the ambient one, whose index must be constant.
+    pub media: Vec<Medium>,
+    /// Emitters.
+    pub emitters: Vec<Emitter>,
+    /// Sensor.
+    pub sensor: Sensor,
+    /// The medium that the sensor is in, if it is not to be found from the closed shapes around it.
+    pub sensor_medium: Option<MediumId>,
+    /// Film.
+    pub film: FilmSpec,
+    /// Estimator.
+    pub integrator: Integrator,
+    /// Samples per pixel.
+    pub samples: u64,
+    /// Tolerance of rays.
+    pub tolerance: Tolerance,
+}
+
+/// A scene that can be rendered.
+#[derive(Debug)]
+pub struct Scene {
+    parts: Parts,
+    all: Index,
+    interfaces: Index,
+    blockers: Index,
+    regions: Vec<Region>,
+    sensor_medium: MediumId,
+    emitter_choice: Option<Discrete>,
+    around: Surroundings,
+}
+
+/// Some of the objects, for intersection tests.
+#[derive(Debug)]
+struct Index {
+    objects: Vec<usize>,
+    shapes: Vec<Shape>,
+    accel: Accel,
+}
+
+impl Index {
+    fn new(objects: &[Object], keep: impl Fn(&Object) -> bool) -> Self {
+        let (objects, shapes): (Vec<usize>, Vec<Shape>) = objects
+            .iter()
+            .enumerate()
+            .filter(|(_, o)| keep(o))
+            .map(|(i, o)| (i, o.shape.clone()))
+            .unzip();
+        Index {
+            accel: Accel::new(&shapes),
+            objects,
+            shapes,
+        }
+    }
+}
+
+impl Scene {
+    /// Puts a scene together and checks it. Returns the scene with its warnings, or everything that
+    /// is wrong with it.
+    pub fn new(parts: Parts) -> Result<(Self, Vec<Problem>), Vec<Problem>> {
+        let around = surroundings(&parts);
+        let regions = regions::survey(&parts, &around);
+        let sensor_medium = parts
+            .sensor_medium
+            .unwrap_or_else(|| medium_at(&parts.objects, parts.sensor.position()));
+        let scene = Scene {
+            all: Index::new(&parts.objects, |_| true),
+            interfaces: Index::new(&parts.objects, Object::is_interface),
+            blockers: Index::new(&parts.objects, |o| !o.is_interface()),
+            emitter_choice: Discrete::new(&vec![1.0; parts.emitters.len()]).ok(),
+            regions,
+            sensor_medium,
+            around,
+            parts,
+        };
+        let problems = check::check(&scene);
+        if problems.iter().any(|p| p.severity == Severity::Error) {
+            return Err(problems);
+        }
+        Ok((scene, problems))
+    }
+
+    /// Objects.
+    pub fn objects(&self) -> &[Object] {
+        &self.parts.objects
+    }
+
+    /// Media; the first is the ambient one.
+    pub fn media(&self) -> &[Medium] {
+        &self.parts.media
+    }
+
+    /// A medium.
+    pub fn medium(&self, id: MediumId) -> &Medium {
+        &self.parts.media[id]
+    }
+
+    /// Emitters.
+    pub fn emitters(&self) -> &[Emitter] {
+        &self.parts.emitters
+    }
+
+    /// What is known of the region that each medium fills; same order as [`Scene::media`].
+    pub fn regions(&self) -> &[Region] {
+        &self.regions
+    }
+
+    /// Sensor.
+    pub fn sensor(&self) -> &Sensor {
+        &self.parts.sensor
+    }
+
+    /// The medium that the sensor is in.
+    pub fn sensor_medium(&self) -> MediumId {
+        self.sensor_medium
+    }
+
+    /// Film.
+    pub fn film(&self) -> &FilmSpec {
+        &self.parts.film
+    }
+
+    /// Estimator.
+    pub fn integrator(&self) -> &Integrator {
+        &self.parts.integrator
+    }
+
+    /// Samples per pixel.
+    pub fn samples(&self) -> u64 {
+        self.parts.samples
+    }
+
+    /// Tolerance of rays.
+    pub fn tolerance(&self) -> Tolerance {
+        self.parts.tolerance
+    }
+
+    /// A ball that contains every object, the sensor and all emitters at finite distance.
+    pub fn around(&self) -> &Surroundings {
+        &self.around
+    }
+
+    /// The innermost medium that surrounds a point.
+    pub fn medium_at(&self, x: DVec3) -> MediumId {
+        medium_at(&self.parts.objects, x)
+    }
+
+    /// The index at a point of a medium.
+    pub fn n(&self, medium: MediumId, x: DVec3) -> f64 {
+        self.medium(medium).index.n(x)
+    }
+
+    /// Chooses an emitter: its index and the probability of the choice.
+    pub(crate) fn choose_emitter(&self, u: f64) -> Option<(usize, f64)> {
+        let pick = self.emitter_choice.as_ref()?.sample(u);
+        Some((pick.index, pick.pdf))
+    }
+
+    /// Probability that [`Scene::choose_emitter`] chooses `emitter`.
+    pub(crate) fn emitter_probability(&self, emitter: usize) -> f64 {
+        self.emitter_choice
+            .as_ref()
+            .map_or(0.0, |choice| choice.pdf(emitter))
+    }
+
+    /// The environments and their indices.
+    pub(crate) fn environments(
+        &self,
+    ) -> impl Iterator<Item = (usize, &crate::emitter::Environment)> {
+        let emitters = self.parts.emitters.iter().enumerate();
+        emitters.filter_map(|(i, e)| match e {
+            Emitter::Environment(e) => Some((i, e)),
+            _ => None,
+        })
+    }
+
+    /// Radiance that the surface of an object emits from `normal`'s side in `direction`.
+    pub(crate) fn emitted(&self, object: usize, normal: DVec3, direction: DVec3) -> Option<(usize, Spectrum)> {
+        let emitter = self.objects()[object].emitter?;
+        match &self.emitters()[emitter] {
+            Emitter::Area { radiance, .. } if normal.dot(direction) > 0.0 => {
+                Some((emitter, *radiance))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The innermost closed object around a point decides: the one with the smallest box.
+fn medium_at(objects: &[Object], x: DVec3) -> MediumId {
+    objects
+        .iter()
+        .filter(|o| o.shape.is_closed() && o.shape.contains(x))
+        .min_by(|a, b| {
+            let size = |o: &Object| o.shape.aabb().diagonal();
+            size(a).total_cmp(&size(b))
+        })
+        .map_or(AMBIENT, |o| o.interior)
+}
+
+fn surroundings(parts: &Parts) -> Surroundings {
+    let shapes = parts.objects.iter().map(|o| o.shape.aabb());
+    let points = parts.emitters.iter().filter_map(|e| match e {
+        Emitter::Collimated(beam) => Some(beam.origin()),
+        e => e.singularity(),
+    });
+    let points = points.chain([parts.sensor.position()]);
+    let all = shapes.fold(Aabb::EMPTY, Aabb::union);
+    let all = points.fold(all, Aabb::include);
+    Surroundings {
+        center: all.center(),
+        radius: f64::max(0.5 * all.diagonal() * 1.01, 1e-3 * (1.0 + all.center().length())),
+    }
+}

@@ -1,0 +1,89 @@
+//! What is known of the region that each medium fills: bounds of its field, and whether connections
+//! inside it are unique.
+
+use super::{AMBIENT, MediumId, Object, Parts};
+use crate::emitter::Surroundings;
+use crate::shape::Shape;
+use eikonal::{Aabb, FieldBounds, Uniqueness};
+
+/// Boxes that are refined this many times where they straddle a shape's boundary.
+const LEVELS: u32 = 4;
+/// Bounds are taken over the medium and this margin around it, relative to its size.
+const MARGIN: f64 = 1e-3;
+
+/// The region that a medium fills.
+#[derive(Clone, Debug)]
+pub struct Region {
+    /// A box around it; empty if no object holds the medium.
+    pub aabb: Aabb,
+    /// Bounds of the field over it.
+    pub bounds: FieldBounds,
+    /// What is known of the uniqueness of connections; `None` if the region is not convex.
+    pub uniqueness: Option<Uniqueness>,
+}
+
+/// Surveys the regions of all media.
+pub(super) fn survey(parts: &Parts, around: &Surroundings) -> Vec<Region> {
+    (0..parts.media.len()).map(|id| region(parts, around, id)).collect()
+}
+
+fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
+    let field = &parts.media[id].index;
+    let ball = Aabb::new(around.center, around.center).grown(around.radius);
+    let holders: Vec<&Object> = parts.objects.iter().filter(|o| o.interior == id).collect();
+    let outside = parts.objects.iter().any(|o| o.exterior == id);
+    let aabb = holders.iter().fold(Aabb::EMPTY, |b, o| b.union(o.shape.aabb()));
+    if id == AMBIENT || holders.is_empty() || holders.iter().any(|o| !o.shape.is_closed()) {
+        let everywhere = if outside || id == AMBIENT { ball } else { aabb };
+        return Region {
+            aabb: everywhere,
+            bounds: field.bounds(&everywhere),
+            uniqueness: None,
+        };
+    }
+    let margin = MARGIN * aabb.diagonal();
+    let bounds = holders
+        .iter()
+        .flat_map(|o| cells(&o.shape, margin))
+        .map(|cell| field.bounds(&cell))
+        .reduce(FieldBounds::union)
+        .unwrap_or_else(|| field.bounds(&aabb));
+    let uniqueness = match holders[..] {
+        [object] if object.shape.is_convex() => {
+            Some(Uniqueness::new(aabb.grown(margin), diameter(&object.shape), bounds))
+        }
+        _ => None,
+    };
+    Region {
+        aabb,
+        bounds,
+        uniqueness,
+    }
+}
+
+/// Largest distance between two points of a shape.
+fn diameter(shape: &Shape) -> f64 {
+    match shape {
+        Shape::Sphere(_) => shape.aabb().size().max_element(),
+        _ => shape.aabb().diagonal(),
+    }
+}
+
+/// Boxes that cover a closed shape and a margin around it, tightly enough that corners of its box far
+/// from the shape do not count.
+fn cells(shape: &Shape, margin: f64) -> Vec<Aabb> {
+    let mut cells = vec![shape.aabb().grown(margin)];
+    for _ in 0..LEVELS {
+        cells = cells
+            .iter()
+            .flat_map(octants)
+            .filter(|cell| !shape.misses(&cell.grown(margin)))
+            .collect();
+    }
+    cells
+}
+
+fn octants(cell: &Aabb) -> [Aabb; 8] {
+    let center = cell.center();
+    cell.corners().map(|corner| Aabb::new(corner, center))
+}

@@ -1,0 +1,81 @@
+//! What happened during a render: counts that do not depend on the machine or on threads.
+
+use eikonal::{Failure, Work};
+use std::ops::AddAssign;
+
+/// Counts of one render.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Sensor subpaths.
+    pub paths: u64,
+    /// Edges that were sampled from one end.
+    pub edges: u64,
+    /// Steps and evaluations of rays, those of connections included.
+    pub work: Work,
+    /// Connections.
+    pub connections: Connections,
+    /// Edges that left their medium's field or circled for too long: counted, and scored zero.
+    pub lost: u64,
+    /// Samples that were not finite: counted, and scored zero.
+    pub not_finite: u64,
+}
+
+/// Counts of connections.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Connections {
+    /// Pairs that were tried.
+    pub attempts: u64,
+    /// Rays found.
+    pub found: u64,
+    /// Rays found that an opaque or rough surface blocks; counted in `found`.
+    pub occluded: u64,
+    /// The iteration did not converge.
+    pub not_converged: u64,
+    /// A shot left the field or went on for too long.
+    pub ray_lost: u64,
+    /// The target lay on a caustic, or coincided with the start.
+    pub degenerate: u64,
+}
+
+impl Connections {
+    /// Counts one outcome.
+    pub fn count<T>(&mut self, outcome: &Result<T, Failure>) {
+        self.attempts += 1;
+        match outcome {
+            Ok(_) => self.found += 1,
+            Err(Failure::NotConverged) => self.not_converged += 1,
+            Err(Failure::RayLost) => self.ray_lost += 1,
+            Err(Failure::Caustic | Failure::Coincident) => self.degenerate += 1,
+        }
+    }
+
+    /// Share of the attempts for which no ray was found; 0 if there were none.
+    pub fn failure_rate(&self) -> f64 {
+        match self.attempts {
+            0 => 0.0,
+            n => 1.0 - self.found as f64 / n as f64,
+        }
+    }
+}
+
+impl AddAssign for Connections {
+    fn add_assign(&mut self, o: Self) {
+        self.attempts += o.attempts;
+        self.found += o.found;
+        self.occluded += o.occluded;
+        self.not_converged += o.not_converged;
+        self.ray_lost += o.ray_lost;
+        self.degenerate += o.degenerate;
+    }
+}
+
+impl AddAssign for Stats {
+    fn add_assign(&mut self, o: Self) {
+        self.paths += o.paths;
+        self.edges += o.edges;
+        self.work += o.work;
+        self.connections += o.connections;
+        self.lost += o.lost;
+        self.not_finite += o.not_finite;
+    }
+}

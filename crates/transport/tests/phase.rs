@@ -1,0 +1,154 @@
+//! Phase functions: χ² of the samplers, normalisation, mean cosines, closed forms at the limits.
+//!
+//! False alarms: 5e-4 for each of the two families, so 1e-3 for the file. Seeds are fixed.
+
+use glam::DVec3;
+use std::f64::consts::PI;
+use testkit::{DirectionTable, Family, Mass, Moments, Rng, z_test};
+use transport::phase::{Phase, PhaseError};
+
+const FALSE_ALARM: f64 = 5e-4;
+const DIR: DVec3 = DVec3::new(0.48, -0.6, 0.64);
+
+/// A phase function, its name, and the width of its lobe (radians) around ±`DIR`.
+fn cases() -> Vec<(String, Phase, f64)> {
+    let mut cases = vec![("isotropic".into(), Phase::isotropic(), 3.0)];
+    for g in [-0.99, -0.6, -1e-9, 0.0, 1e-5, 0.3, 0.9, 0.99, 0.9999] {
+        let width = (1.0 - f64::abs(g)).max(1e-4);
+        cases.push((
+            format!("HG {g}"),
+            Phase::henyey_greenstein(g).unwrap(),
+            width,
+        ));
+    }
+    for kappa in [0.0, 1e-12, 1e-3, 0.7, 20.0, 1e3, 1e6] {
+        let width = 1.0 / f64::sqrt(kappa).max(1.0);
+        cases.push((
+            format!("vMF {kappa}"),
+            Phase::von_mises_fisher(kappa).unwrap(),
+            width,
+        ));
+    }
+    let cosines = vec![-1.0, -0.7, 0.0, 0.1, 0.9, 1.0];
+    let table = Phase::tabulated(cosines, &[0.5, 0.0, 0.0, 1.0, 2.0, 30.0]).unwrap();
+    cases.push(("tabulated".into(), table, 0.5));
+    cases
+}
+
+#[test]
+fn samplers_follow_their_densities() {
+    let mut family = Family::new(FALSE_ALARM);
+    for (i, (name, phase, width)) in cases().into_iter().enumerate() {
+        let forward = if phase.mean_cosine() >= 0.0 {
+            1.0
+        } else {
+            -1.0
+        };
+        let table = DirectionTable::peaked((forward * DIR).to_array(), width, 24, 8);
+        let report = table.test(
+            i as u64,
+            50_000,
+            Mass::Exactly(1.0),
+            |r| Some(phase.sample(DIR, r.uniform()).0.to_array()),
+            |d| phase.pdf(DIR.dot(d.into())),
+        );
+        family.push(
+            name.clone(),
+            report.unwrap_or_else(|e| panic!("{name}: {e}")).p_value,
+        );
+    }
+    family.check().unwrap();
+}
+
+#[test]
+fn mean_cosines() {
+    let mut names = Vec::new();
+    let mut zs = Vec::new();
+    for (i, (name, phase, _)) in cases().into_iter().enumerate() {
+        let mut rng = Rng::new(1000 + i as u64);
+        // 1 − cosθ measured as |d − d'|²/2, exact for narrow lobes.
+        let mut below = Moments::default();
+        for _ in 0..40_000 {
+            let d = phase.sample(DIR, rng.uniform()).0;
+            below.push(0.5 * (d - DIR).length_squared());
+        }
+        names.push(name);
+        zs.push(below.z(1.0 - phase.mean_cosine()));
+    }
+    z_test::max_abs_z(&zs, FALSE_ALARM).unwrap_or_else(|e| panic!("{e} in {names:?}"));
+}
+
+#[test]
+fn the_sample_carries_its_density_and_a_unit_direction() {
+    let mut rng = Rng::new(3);
+    let last = 1.0 - f64::EPSILON / 2.0;
+    let corners = [[0.0, 0.0], [last, last], [0.0, last], [0.5, 0.0]];
+    for (name, phase, _) in cases() {
+        for k in 0..500 {
+            let u = corners.get(k).copied().unwrap_or_else(|| rng.uniform());
+            let (d, pdf) = phase.sample(DIR, u);
+            assert!((d.length() - 1.0).abs() < 1e-14, "{name}: {d} for {u:?}");
+            assert!(pdf.is_finite() && pdf >= 0.0, "{name}: {pdf} for {u:?}");
+            let again = phase.pdf(DIR.dot(d));
+            // The cosine of world vectors carries rounding that a lobe of κ = 1e6 magnifies.
+            assert!(
+                (again - pdf).abs() <= 1e-6 * pdf + 1e-9,
+                "{name}: {again} against {pdf} for {u:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn closed_forms() {
+    let hg = |g: f64, c: f64| Phase::henyey_greenstein(g).unwrap().pdf(c);
+    let definition =
+        |g: f64, c: f64| (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * c).powf(1.5));
+    for g in [-0.7, -0.1, 0.0, 0.4, 0.85] {
+        for c in [-1.0, -0.3, 0.0, 0.8, 1.0] {
+            assert!(
+                (hg(g, c) / definition(g, c) - 1.0).abs() < 1e-13,
+                "g = {g}, cos = {c}"
+            );
+        }
+    }
+    // At the forward peak (1 + g)/(4π (1 − g)²), where the definition has cancelled.
+    assert!((hg(0.999999, 1.0) * 4.0 * PI * 1e-12 / 1.999999 - 1.0).abs() < 1e-9);
+    let vmf = |k: f64| Phase::von_mises_fisher(k).unwrap();
+    assert!((vmf(2.0).pdf(0.5) - 2.0 * 1f64.exp() / (4.0 * PI * 2f64.sinh())).abs() < 1e-15);
+    assert!((vmf(1e-14).pdf(-1.0) * 4.0 * PI - 1.0).abs() < 1e-12);
+    assert!((vmf(1e6).pdf(1.0) - 1e6 / (2.0 * PI)).abs() < 1e-6);
+    for k in [0.09999, 0.1001] {
+        let k: f64 = k;
+        assert!((vmf(k).mean_cosine() - (1.0 / k.tanh() - 1.0 / k)).abs() < 1e-13);
+    }
+    // A table of two nodes: p ∝ 1 + c, mean cosine 1/3.
+    let ramp = Phase::tabulated(vec![-1.0, 1.0], &[0.0, 7.0]).unwrap();
+    assert!((ramp.mean_cosine() - 1.0 / 3.0).abs() < 1e-15);
+    assert!((ramp.pdf(0.5) - 1.5 / (4.0 * PI)).abs() < 1e-15);
+}
+
+#[test]
+fn bad_parameters_are_refused() {
+    assert_eq!(
+        Phase::henyey_greenstein(1.0).unwrap_err(),
+        PhaseError::Asymmetry(1.0)
+    );
+    assert!(Phase::henyey_greenstein(f64::NAN).is_err());
+    assert_eq!(
+        Phase::von_mises_fisher(-1.0).unwrap_err(),
+        PhaseError::Concentration(-1.0)
+    );
+    assert!(Phase::von_mises_fisher(f64::INFINITY).is_err());
+    let span = Phase::tabulated(vec![-1.0, 0.5], &[1.0, 1.0]).unwrap_err();
+    assert_eq!(
+        span,
+        PhaseError::Span {
+            first: -1.0,
+            last: 0.5
+        }
+    );
+    assert!(span.to_string().contains("from -1 to 1"));
+    assert!(Phase::tabulated(vec![], &[]).is_err());
+    assert!(Phase::tabulated(vec![-1.0, 1.0], &[1.0, -2.0]).is_err());
+}
