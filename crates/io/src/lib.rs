@@ -1,1 +1,22 @@
-//! placeholder
+//! Files: scene descriptions, volumes, meshes and images.
+//!
+//! Scene files become a [`scene::SceneDescription`], a tree of plugins and parameters that knows
+//! where in which file everything was written. Code that builds a scene from it asks for
+//! parameters through [`query::Query`], which reports every mistake with its place and a
+//! suggestion. Nothing here prints, panics on bad input, or leaves a half-written file behind.
+
+//pub mod atomic;
+pub mod diagnostic;
+pub mod error;
+//pub mod image;
+//pub mod mesh;
+//pub mod npy;
+//pub mod query;
+pub mod scene;
+//pub mod volume;
+pub mod xml;
+
+pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
+pub use error::{FileError, Problem};
+//pub use query::Query;
+pub use scene::{FileRegistry, Object, ObjectId, PluginKind, SceneDescription, SpectrumValue};

@@ -1,0 +1,144 @@
+//! Messages to the user: what is wrong, where it was written, and what may have been meant.
+
+mod render;
+mod source;
+mod suggest;
+
+pub use render::Style;
+pub use source::{Location, SourceFile};
+pub use suggest::{closest, suggest};
+
+use std::fmt;
+
+/// Diagnostics kept in a [`Diagnostics`]; later ones are only counted.
+const CAPACITY: usize = 100;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Severity {
+    /// The scene cannot be used.
+    Error,
+    /// The scene can be used but may not be what was meant.
+    Warning,
+}
+
+impl fmt::Display for Severity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        })
+    }
+}
+
+/// One message.
+#[derive(Clone, Debug)]
+pub struct Diagnostic {
+    /// How bad it is.
+    pub severity: Severity,
+    /// What is wrong, in one line.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+    /// Where it was written.
+    pub location: Option<Location>,
+}
+
+impl Diagnostic {
+    /// An error without a place.
+    pub fn error(message: impl Into<String>) -> Self {
+        Diagnostic {
+            severity: Severity::Error,
+            message: message.into(),
+            help: None,
+            location: None,
+        }
+    }
+
+    /// A warning without a place.
+    pub fn warning(message: impl Into<String>) -> Self {
+        Diagnostic {
+            severity: Severity::Warning,
+            ..Self::error(message)
+        }
+    }
+
+    /// The same message at `location`.
+    pub fn at(mut self, location: &Location) -> Self {
+        self.location = Some(location.clone());
+        self
+    }
+
+    /// The same message with advice; `None` leaves it as it is.
+    pub fn help(mut self, help: impl Into<Option<String>>) -> Self {
+        self.help = help.into().or(self.help);
+        self
+    }
+}
+
+/// A collection of messages, so that several mistakes are reported at once.
+///
+/// Only the first hundred are kept; the others are counted.
+#[derive(Clone, Debug, Default)]
+pub struct Diagnostics {
+    items: Vec<Diagnostic>,
+    errors: usize,
+    dropped: usize,
+}
+
+impl Diagnostics {
+    /// An empty collection.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a message.
+    pub fn push(&mut self, diagnostic: impl Into<Diagnostic>) {
+        let diagnostic = diagnostic.into();
+        self.errors += usize::from(diagnostic.severity == Severity::Error);
+        if self.items.len() < CAPACITY {
+            self.items.push(diagnostic);
+        } else {
+            self.dropped += 1;
+        }
+    }
+
+    /// Whether any message is an error.
+    pub fn has_errors(&self) -> bool {
+        self.errors > 0
+    }
+
+    /// Number of errors, including those that were not kept.
+    pub fn error_count(&self) -> usize {
+        self.errors
+    }
+
+    /// Whether there is no message at all.
+    pub fn is_empty(&self) -> bool {
+        self.items.is_empty()
+    }
+
+    /// The messages that were kept, in the order in which they were found.
+    pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
+        self.items.iter()
+    }
+
+    /// All messages as text for a terminal or a log, each with its line of the source.
+    pub fn render(&self, style: Style) -> String {
+        let mut out = String::new();
+        for diagnostic in &self.items {
+            render::diagnostic(&mut out, diagnostic, style);
+            out.push('\n');
+        }
+        if self.dropped > 0 {
+            out.push_str(&format!("... and {} more\n", self.dropped));
+        }
+        out
+    }
+}
+
+impl fmt::Display for Diagnostics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render(Style::Plain))
+    }
+}

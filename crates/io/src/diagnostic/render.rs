@@ -1,0 +1,99 @@
+//! Diagnostics as text: the message, the line of the source, a caret, advice.
+
+use super::{Diagnostic, Location, Severity};
+
+/// Characters of a source line shown at most.
+const WIDTH: usize = 120;
+
+/// Whether to use colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// Text only: for files, logs and tests.
+    Plain,
+    /// ANSI colours.
+    Colour,
+}
+
+impl Style {
+    /// Colours on a terminal, unless the environment variable `NO_COLOR` is set to something.
+    pub fn detect(is_terminal: bool) -> Self {
+        let refused = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+        if is_terminal && !refused {
+            Style::Colour
+        } else {
+            Style::Plain
+        }
+    }
+
+    fn paint(self, code: &str, text: &str) -> String {
+        match self {
+            Style::Plain => text.to_owned(),
+            Style::Colour => format!("\x1b[{code}m{text}\x1b[0m"),
+        }
+    }
+}
+
+/// Appends one diagnostic to `out`.
+pub(super) fn diagnostic(out: &mut String, diagnostic: &Diagnostic, style: Style) {
+    let colour = match diagnostic.severity {
+        Severity::Error => "1;31",
+        Severity::Warning => "1;33",
+    };
+    let severity = style.paint(colour, &diagnostic.severity.to_string());
+    let message = style.paint("1", &printable(&diagnostic.message));
+    out.push_str(&format!("{severity}: {message}\n"));
+    let margin = diagnostic
+        .location
+        .as_ref()
+        .map_or(1, |l| l.line().to_string().len());
+    if let Some(location) = &diagnostic.location {
+        snippet(out, location, margin, colour, style);
+    }
+    if let Some(help) = &diagnostic.help {
+        let label = style.paint("1;36", "help");
+        out.push_str(&format!("{:margin$} = {label}: {}\n", "", printable(help)));
+    }
+}
+
+fn snippet(out: &mut String, location: &Location, margin: usize, colour: &str, style: Style) {
+    let blue = |text: &str| style.paint("1;34", text);
+    let place = printable(&location.to_string());
+    out.push_str(&format!("{:margin$}{} {place}\n", "", blue("-->")));
+    let line: Vec<char> = location.source().line(location.line()).chars().collect();
+    if line.is_empty() {
+        return;
+    }
+    let column = (location.column() - 1).min(line.len());
+    let covered = location.text().lines().next().unwrap_or("").chars().count();
+    let length = covered.min(line.len() - column).max(1);
+    let from = window_start(column, length, line.len());
+    let shown: String = line.iter().skip(from).take(WIDTH).collect();
+    let length = length.min(WIDTH - (column - from).min(WIDTH - 1));
+    let carets = style.paint(colour, &"^".repeat(length));
+    let (number, indent) = (location.line(), column - from);
+    let bar = blue("|");
+    out.push_str(&format!("{:margin$} {bar}\n", ""));
+    out.push_str(&format!(
+        "{} {bar} {}\n",
+        blue(&number.to_string()),
+        printable(&shown).trim_end()
+    ));
+    out.push_str(&format!("{:margin$} {bar} {:indent$}{carets}\n", "", ""));
+}
+
+/// First character to show of a long line, so that the marked part is seen.
+fn window_start(column: usize, length: usize, total: usize) -> usize {
+    if total <= WIDTH || column + length <= WIDTH {
+        return 0;
+    }
+    column
+        .saturating_sub(WIDTH / 3)
+        .min(total - WIDTH.min(total))
+}
+
+/// Control characters become blanks: a scene file must not be able to drive the terminal.
+fn printable(text: &str) -> String {
+    text.chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect()
+}

@@ -1,0 +1,124 @@
+//! A fingerprint of a scene: equal exactly if description and data files are equal.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use super::{FileRegistry, Object, ObjectId, SceneDescription, SpectrumValue, Value};
+use crate::error::FileError;
+
+/// Fingerprint of a scene and its data files (BLAKE3). Displays as 64 hexadecimal digits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SceneHash([u8; 32]);
+
+impl SceneHash {
+    /// The bytes.
+    pub fn bytes(&self) -> &[u8; 32] {
+        &self.0
+    }
+}
+
+impl fmt::Display for SceneHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl SceneDescription {
+    /// Fingerprint of the resolved description and of the contents of `files`.
+    ///
+    /// It does not depend on comments, layout, the order of parameters, the spelling of numbers,
+    /// how the description is split into included files, or the folder in which the scene lies.
+    ///
+    /// # Errors
+    ///
+    /// A data file that cannot be read.
+    pub fn hash(&self, files: &FileRegistry) -> Result<SceneHash, FileError> {
+        let mut writer = Writer {
+            hasher: blake3::Hasher::new(),
+            seen: HashMap::new(),
+        };
+        writer.object(&self.root);
+        for (name, hash) in files.content_hashes()? {
+            writer.text(name);
+            writer.hasher.update(hash.as_bytes());
+        }
+        Ok(SceneHash(*writer.hasher.finalize().as_bytes()))
+    }
+}
+
+/// Feeds the hasher with an unambiguous serialisation: every text and list carries its length.
+struct Writer {
+    hasher: blake3::Hasher,
+    seen: HashMap<ObjectId, u64>,
+}
+
+impl Writer {
+    fn object(&mut self, object: &Object) {
+        // Each object once: shared objects could otherwise multiply without bound.
+        let next = self.seen.len() as u64;
+        if let Some(&number) = self.seen.get(&object.number) {
+            self.text("same");
+            return self.number(number);
+        }
+        self.seen.insert(object.number, next);
+        self.text(object.kind.tag());
+        self.text(&object.plugin);
+        self.optional(object.id.as_deref());
+        let mut properties: Vec<_> = object.properties.iter().collect();
+        properties.sort_by(|a, b| a.name.cmp(&b.name));
+        self.number(properties.len() as u64);
+        for property in properties {
+            self.text(&property.name);
+            self.value(&property.value);
+        }
+        self.number(object.children.len() as u64);
+        for child in &object.children {
+            self.optional(child.name.as_deref());
+            self.object(&child.object);
+        }
+    }
+
+    fn value(&mut self, value: &Value) {
+        self.text(value.type_name());
+        match value {
+            Value::Float(v) => self.floats(&[*v]),
+            Value::Integer(v) => self.number(*v as u64),
+            Value::Boolean(v) => self.number(u64::from(*v)),
+            Value::String(v) => self.text(v),
+            Value::Spectrum(v) => self.spectrum(v),
+            Value::Point(v) | Value::Vector(v) => self.floats(&v.to_array()),
+            Value::Transform(v) => self.floats(&v.to_cols_array()),
+        }
+    }
+
+    fn spectrum(&mut self, spectrum: &SpectrumValue) {
+        self.floats(&spectrum.values());
+        if let SpectrumValue::Sampled(pairs) = spectrum {
+            self.floats(
+                &pairs
+                    .iter()
+                    .map(|(wavelength, _)| *wavelength)
+                    .collect::<Vec<_>>(),
+            );
+        }
+    }
+
+    fn floats(&mut self, values: &[f64]) {
+        self.number(values.len() as u64);
+        values.iter().for_each(|v| self.number(v.to_bits()));
+    }
+
+    fn optional(&mut self, text: Option<&str>) {
+        self.number(u64::from(text.is_some()));
+        self.text(text.unwrap_or(""));
+    }
+
+    fn text(&mut self, text: &str) {
+        self.number(text.len() as u64);
+        self.hasher.update(text.as_bytes());
+    }
+
+    fn number(&mut self, number: u64) {
+        self.hasher.update(&number.to_le_bytes());
+    }
+}

@@ -1,0 +1,53 @@
+//! Files that a scene refers to.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use crate::error::{FileError, Problem};
+
+/// The data files that a scene refers to, collected while its paths are resolved.
+#[derive(Clone, Debug, Default)]
+pub struct FileRegistry {
+    /// Resolved path to the way in which it was written.
+    files: BTreeMap<PathBuf, String>,
+}
+
+impl FileRegistry {
+    /// An empty registry.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Records a file by its resolved path and the way in which the scene writes it.
+    pub fn add(&mut self, path: PathBuf, written: &str) {
+        self.files.entry(path).or_insert_with(|| written.to_owned());
+    }
+
+    /// The resolved paths.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.files.keys().map(PathBuf::as_path)
+    }
+
+    /// Hashes of all contents with the names as written, in an order that does not depend on where
+    /// the scene lies.
+    pub(super) fn content_hashes(&self) -> Result<Vec<(&str, blake3::Hash)>, FileError> {
+        let hash = |(path, name)| Ok((name, content_hash(path)?));
+        let files = self
+            .files
+            .iter()
+            .map(|(path, name)| (path.as_path(), name.as_str()));
+        let mut hashes = files.map(hash).collect::<Result<Vec<_>, _>>()?;
+        hashes.sort_by_key(|(name, hash)| (*name, *hash.as_bytes()));
+        Ok(hashes)
+    }
+}
+
+fn content_hash(path: &Path) -> Result<blake3::Hash, FileError> {
+    let read = || {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader(File::open(path)?)?;
+        Ok(hasher.finalize())
+    };
+    read().map_err(|e| Problem::Read(e).at(path))
+}

@@ -1,0 +1,75 @@
+//! From bytes to an XML document, with errors in the words of the user.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use roxmltree::{Document, Error, ParsingOptions};
+
+use crate::diagnostic::{Diagnostic, Location, SourceFile};
+use crate::error::Problem;
+
+/// Elements, texts and comments in one file at most.
+const MAX_NODES: u32 = 10_000_000;
+
+/// Reads a file as UTF-8 text.
+pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Diagnostic> {
+    let bytes = fs::read(path).map_err(|e| Diagnostic::from(Problem::Read(e).at(path)))?;
+    let text = String::from_utf8(bytes).map_err(|e| not_utf8(path, &e))?;
+    Ok(SourceFile::new(path, text))
+}
+
+fn not_utf8(path: &Path, error: &std::string::FromUtf8Error) -> Diagnostic {
+    let start = error.utf8_error().valid_up_to();
+    let message = format!(
+        "{}: not UTF-8 text: invalid byte at offset {start}",
+        path.display()
+    );
+    Diagnostic::error(message)
+}
+
+/// Parses the text of `source`.
+pub(super) fn parse(source: &Arc<SourceFile>) -> Result<Document<'_>, Diagnostic> {
+    let options = ParsingOptions {
+        nodes_limit: MAX_NODES,
+        ..ParsingOptions::default()
+    };
+    Document::parse_with_options(source.text(), options).map_err(|e| describe(source, &e))
+}
+
+fn describe(source: &Arc<SourceFile>, error: &Error) -> Diagnostic {
+    let text = source.text();
+    let (message, start) = match error {
+        Error::DtdDetected => {
+            let start = text.find("<!DOCTYPE").unwrap_or(0);
+            (
+                "document type declarations and entities are not accepted".to_owned(),
+                start,
+            )
+        }
+        Error::NodesLimitReached | Error::AttributesLimitReached => {
+            ("the file has too many elements or attributes".to_owned(), 0)
+        }
+        Error::NoRootNode => ("the file has no root element".to_owned(), text.len()),
+        Error::UnclosedRootNode | Error::UnexpectedEndOfStream => (
+            "the file ends before its elements are closed".to_owned(),
+            text.len(),
+        ),
+        Error::UnexpectedCloseTag(expected, actual, pos) => {
+            let message = format!("expected the closing tag </{expected}>, found </{actual}>");
+            (message, source.offset(pos.row as usize, pos.col as usize))
+        }
+        other => {
+            let pos = other.pos();
+            let text = other.to_string();
+            let message = text
+                .rsplit_once(" at ")
+                .map_or(text.as_str(), |(message, _)| message);
+            (
+                message.to_owned(),
+                source.offset(pos.row as usize, pos.col as usize),
+            )
+        }
+    };
+    Diagnostic::error(format!("invalid XML: {message}")).at(&Location::new(source, start, 1))
+}

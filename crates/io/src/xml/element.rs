@@ -1,0 +1,139 @@
+//! An XML element with its attributes substituted and located.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use roxmltree::Node;
+
+use super::parameters::Parameters;
+use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile, suggest};
+
+/// An element.
+pub(super) struct Element {
+    /// Its tag.
+    pub(super) tag: String,
+    /// Where its tag is.
+    pub(super) location: Location,
+    attributes: Vec<Attribute>,
+}
+
+/// An attribute.
+pub(super) struct Attribute {
+    pub(super) name: String,
+    /// The value after substitution.
+    pub(super) value: String,
+    pub(super) name_location: Location,
+    /// Where the value is.
+    pub(super) location: Location,
+}
+
+impl Attribute {
+    /// Where a part of the value is; the whole value if it was substituted or escaped.
+    pub(super) fn part(&self, range: Range<usize>) -> Location {
+        if self.location.text() != self.value {
+            return self.location.clone();
+        }
+        let start = self.location.span().0 + range.start;
+        Location::new(self.location.source(), start, range.len())
+    }
+}
+
+impl Element {
+    /// Reads an element. A substitution that fails is reported and leaves its text as it is.
+    pub(super) fn new(
+        node: Node<'_, '_>,
+        source: &Arc<SourceFile>,
+        parameters: &mut Parameters,
+        diagnostics: &mut Diagnostics,
+    ) -> Self {
+        let mut attributes = Vec::new();
+        for attribute in node.attributes() {
+            let raw = attribute.value();
+            let location = locate(source, attribute.range_value());
+            let value = parameters.substitute(raw).unwrap_or_else(|failure| {
+                let (start, _) = location.span();
+                let at = Location::new(source, start + failure.range.start, failure.range.len());
+                diagnostics.push(
+                    Diagnostic::error(failure.message)
+                        .help(failure.help)
+                        .at(&at),
+                );
+                raw.into()
+            });
+            attributes.push(Attribute {
+                name: attribute.name().to_owned(),
+                value: value.into_owned(),
+                name_location: locate(source, attribute.range_qname()),
+                location,
+            });
+        }
+        let tag = node.tag_name().name().to_owned();
+        // The tag follows '<'.
+        let location = Location::new(source, node.range().start + 1, tag.len());
+        Element {
+            tag,
+            location,
+            attributes,
+        }
+    }
+
+    /// An attribute, if it is there.
+    pub(super) fn get(&self, name: &str) -> Option<&Attribute> {
+        self.attributes.iter().find(|a| a.name == name)
+    }
+
+    /// An attribute that must be there; its absence is reported.
+    pub(super) fn require(&self, name: &str, diagnostics: &mut Diagnostics) -> Option<&Attribute> {
+        let found = self.get(name);
+        if found.is_none() {
+            let message = format!("<{}> needs the attribute '{name}'", self.tag);
+            let help = self
+                .attributes
+                .iter()
+                .find_map(|a| suggest(&a.name, [name]));
+            diagnostics.push(Diagnostic::error(message).help(help).at(&self.location));
+        }
+        found
+    }
+
+    /// Reports every attribute that is not in `known`.
+    pub(super) fn allow(&self, known: &[&str], diagnostics: &mut Diagnostics) {
+        for attribute in self
+            .attributes
+            .iter()
+            .filter(|a| !known.contains(&a.name.as_str()))
+        {
+            let message = format!("<{}> has no attribute '{}'", self.tag, attribute.name);
+            let help = suggest(&attribute.name, known.iter().copied())
+                .unwrap_or_else(|| format!("it takes: {}", known.join(", ")));
+            diagnostics.push(
+                Diagnostic::error(message)
+                    .help(help)
+                    .at(&attribute.name_location),
+            );
+        }
+    }
+}
+
+fn locate(source: &Arc<SourceFile>, range: Range<usize>) -> Location {
+    Location::new(source, range.start, range.len())
+}
+
+/// Child elements; text between them is reported.
+pub(super) fn children<'a, 'i>(
+    node: Node<'a, 'i>,
+    source: &Arc<SourceFile>,
+    diagnostics: &mut Diagnostics,
+) -> Vec<Node<'a, 'i>> {
+    for text in node.children().filter(|n| n.is_text()) {
+        let content = text.text().unwrap_or("");
+        let trimmed = content.trim();
+        if !trimmed.is_empty() {
+            let start = text.range().start + content.len() - content.trim_start().len();
+            let length = trimmed.lines().next().unwrap_or("").len();
+            let message = "text between elements has no meaning";
+            diagnostics.push(Diagnostic::error(message).at(&locate(source, start..start + length)));
+        }
+    }
+    node.children().filter(Node::is_element).collect()
+}

@@ -1,0 +1,306 @@
+//! Walks the XML elements of a scene file and the files it includes.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::DMat4;
+use roxmltree::Node;
+
+use super::element::{self, Element};
+use super::parameters::Parameters;
+use super::resolve::{Alias, Draft, DraftChild, Drafts, Target};
+use super::tags::{self, Tag};
+use super::{MAX_DEPTH, document, properties, transforms};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile, suggest};
+use crate::scene::{PluginKind, Property, SceneDescription, Value};
+
+/// Files included at most, counting repetitions: files that include one another twice would
+/// otherwise multiply without bound.
+const MAX_INCLUDES: usize = 1000;
+
+/// Reads the scene in `source`.
+pub(super) fn load(
+    source: Arc<SourceFile>,
+    overrides: &[(String, String)],
+    diagnostics: &mut Diagnostics,
+) -> Option<SceneDescription> {
+    let mut loader = Loader {
+        parameters: Parameters::new(overrides),
+        drafts: Drafts::default(),
+        open_files: vec![identity(&source)],
+        includes: 0,
+        diagnostics,
+    };
+    loader.root(&source)?;
+    let Loader {
+        parameters, drafts, ..
+    } = loader;
+    parameters.report_unused(diagnostics);
+    let root = drafts.resolve(diagnostics)?;
+    let scene = SceneDescription {
+        root,
+        parameters: parameters.into_values(),
+    };
+    (!diagnostics.has_errors()).then_some(scene)
+}
+
+/// What tells files apart however their paths are written.
+fn identity(source: &SourceFile) -> PathBuf {
+    source
+        .path()
+        .canonicalize()
+        .unwrap_or_else(|_| source.path().to_owned())
+}
+
+struct Loader<'d> {
+    parameters: Parameters,
+    drafts: Drafts,
+    /// The file being read and those that include it.
+    open_files: Vec<PathBuf>,
+    includes: usize,
+    diagnostics: &'d mut Diagnostics,
+}
+
+impl Loader<'_> {
+    fn error(&mut self, message: impl Into<String>, location: &Location) {
+        self.diagnostics
+            .push(Diagnostic::error(message).at(location));
+    }
+
+    fn element(&mut self, node: Node<'_, '_>, source: &Arc<SourceFile>) -> Element {
+        Element::new(node, source, &mut self.parameters, self.diagnostics)
+    }
+
+    fn root(&mut self, source: &Arc<SourceFile>) -> Option<()> {
+        let document = document::parse(source)
+            .map_err(|d| self.diagnostics.push(d))
+            .ok()?;
+        let node = document.root_element();
+        let element = self.element(node, source);
+        if element.tag != "scene" {
+            let message = format!("expected <scene>, found <{}>", element.tag);
+            self.error(message, &element.location);
+            return None;
+        }
+        element.require("version", self.diagnostics);
+        self.check_scene(&element);
+        let location = element.location.clone();
+        let mut draft = Draft::new(PluginKind::Scene, String::new(), location.clone(), location);
+        self.contents(node, source, &mut draft, 1);
+        self.drafts.set_root(draft);
+        Some(())
+    }
+
+    fn check_scene(&mut self, element: &Element) {
+        element.allow(&["version"], self.diagnostics);
+        let Some(version) = element.get("version") else {
+            return;
+        };
+        let major = version.value.split('.').next().unwrap_or("");
+        if !matches!(major, "2" | "3") {
+            let message = format!("scenes of version '{}' are not supported", version.value);
+            let help = "write version=\"3.0.0\" and use the parameter names of Mitsuba 3";
+            let diagnostic = Diagnostic::error(message).help(help.to_owned());
+            self.diagnostics.push(diagnostic.at(&version.location));
+        }
+    }
+
+    /// Adds what stands in `node` to `parent`.
+    fn contents(
+        &mut self,
+        node: Node<'_, '_>,
+        source: &Arc<SourceFile>,
+        parent: &mut Draft,
+        depth: usize,
+    ) {
+        for child in element::children(node, source, self.diagnostics) {
+            self.item(child, source, parent, depth);
+        }
+    }
+
+    /// Adds what `node` says to `parent`.
+    fn item(
+        &mut self,
+        node: Node<'_, '_>,
+        source: &Arc<SourceFile>,
+        parent: &mut Draft,
+        depth: usize,
+    ) {
+        let element = self.element(node, source);
+        if depth > MAX_DEPTH {
+            return self.error("elements are nested too deeply", &element.location);
+        }
+        match Tag::new(&element.tag, element.get("type").is_some()) {
+            Tag::Plugin(kind) => self.plugin(kind, &element, node, parent, depth),
+            Tag::Include => self.include(&element, parent, depth),
+            Tag::Transform => {
+                if let Some(property) = self.transform(&element, node) {
+                    parent.add_property(property, self.diagnostics);
+                }
+            }
+            tag => {
+                self.childless(node, source);
+                self.leaf(tag, &element, parent);
+            }
+        }
+    }
+
+    /// Handles elements in which nothing can stand.
+    fn leaf(&mut self, tag: Tag, element: &Element, parent: &mut Draft) {
+        match tag {
+            Tag::Ref => self.reference(element, parent),
+            Tag::Alias => self.alias(element),
+            Tag::Default => self.default(element),
+            Tag::Property => {
+                if let Some(property) = properties::property(element, self.diagnostics) {
+                    parent.add_property(property, self.diagnostics);
+                }
+            }
+            _ => {
+                let message = format!("unknown element <{}>", element.tag);
+                let help = suggest(&element.tag, tags::known());
+                let diagnostic = Diagnostic::error(message).help(help);
+                self.diagnostics.push(diagnostic.at(&element.location));
+            }
+        }
+    }
+
+    fn childless(&mut self, node: Node<'_, '_>, source: &Arc<SourceFile>) {
+        // An element nobody knows may hold anything: its name is the only mistake to report.
+        if let Some(child) = element::children(node, source, self.diagnostics).first()
+            && !matches!(Tag::new(node.tag_name().name(), false), Tag::Unknown)
+        {
+            let message = format!("nothing can stand in <{}>", node.tag_name().name());
+            self.error(message, &Location::new(source, child.range().start, 1));
+        }
+    }
+
+    fn plugin(
+        &mut self,
+        kind: PluginKind,
+        element: &Element,
+        node: Node<'_, '_>,
+        parent: &mut Draft,
+        depth: usize,
+    ) {
+        element.allow(&["type", "id", "name"], self.diagnostics);
+        let plugin = element.require("type", self.diagnostics);
+        let plugin_location = plugin.map_or(&element.location, |a| &a.location).clone();
+        let plugin = plugin.map_or(String::new(), |a| a.value.clone());
+        let mut draft = Draft::new(kind, plugin, element.location.clone(), plugin_location);
+        let source = Arc::clone(element.location.source());
+        self.contents(node, &source, &mut draft, depth + 1);
+        let id = element
+            .get("id")
+            .map(|a| (a.value.clone(), a.location.clone()));
+        let index = self.drafts.add(draft, id, self.diagnostics);
+        parent.add_child(child(element, Target::Draft(index)), self.diagnostics);
+    }
+
+    fn reference(&mut self, element: &Element, parent: &mut Draft) {
+        element.allow(&["id", "name"], self.diagnostics);
+        if let Some(id) = element.require("id", self.diagnostics) {
+            let target = Target::Id(id.value.clone(), id.location.clone());
+            parent.add_child(child(element, target), self.diagnostics);
+        }
+    }
+
+    fn alias(&mut self, element: &Element) {
+        element.allow(&["id", "as"], self.diagnostics);
+        let target = element.require("id", self.diagnostics);
+        let name = element.require("as", self.diagnostics);
+        if let (Some(target), Some(name)) = (target, name) {
+            self.drafts.add_alias(Alias {
+                name: name.value.clone(),
+                name_location: name.location.clone(),
+                target: target.value.clone(),
+                location: target.location.clone(),
+            });
+        }
+    }
+
+    fn default(&mut self, element: &Element) {
+        element.allow(&["name", "value"], self.diagnostics);
+        let name = element.require("name", self.diagnostics);
+        let value = element.require("value", self.diagnostics);
+        if let (Some(name), Some(value)) = (name, value) {
+            self.parameters.declare(&name.value, &value.value);
+        }
+    }
+
+    fn transform(&mut self, element: &Element, node: Node<'_, '_>) -> Option<Property> {
+        element.allow(&["name"], self.diagnostics);
+        let source = element.location.source();
+        let mut matrix = DMat4::IDENTITY;
+        for child in element::children(node, source, self.diagnostics) {
+            let part = self.element(child, source);
+            self.childless(child, source);
+            // The first listed acts first.
+            if let Some(part) = transforms::part(&part, self.diagnostics) {
+                matrix = part * matrix;
+            }
+        }
+        if !matrix.is_finite() {
+            self.error("the transform is not finite", &element.location);
+            return None;
+        }
+        let (value, location) = (Value::Transform(matrix), element.location.clone());
+        properties::named(element, value, location, self.diagnostics)
+    }
+
+    fn include(&mut self, element: &Element, parent: &mut Draft, depth: usize) {
+        element.allow(&["filename"], self.diagnostics);
+        let Some(filename) = element.require("filename", self.diagnostics) else {
+            return;
+        };
+        let path = element.location.source().directory().join(&filename.value);
+        self.includes += 1;
+        if self.includes > MAX_INCLUDES {
+            return self.error("too many included files", &filename.location);
+        }
+        match document::read(&path) {
+            Err(diagnostic) => self.diagnostics.push(diagnostic.at(&filename.location)),
+            Ok(source) => self.included(&source, &filename.location, parent, depth),
+        }
+    }
+
+    fn included(
+        &mut self,
+        source: &Arc<SourceFile>,
+        from: &Location,
+        parent: &mut Draft,
+        depth: usize,
+    ) {
+        let identity = identity(source);
+        if self.open_files.contains(&identity) {
+            let name = source.path().display();
+            return self.error(format!("'{name}' includes itself"), from);
+        }
+        let document = match document::parse(source) {
+            Ok(document) => document,
+            Err(diagnostic) => return self.diagnostics.push(diagnostic),
+        };
+        self.open_files.push(identity);
+        let node = document.root_element();
+        // A whole scene adds its contents; any other root is one more element.
+        if node.tag_name().name() == "scene" {
+            let element = self.element(node, source);
+            self.check_scene(&element);
+            self.contents(node, source, parent, depth + 1);
+        } else {
+            self.item(node, source, parent, depth + 1);
+        }
+        self.open_files.pop();
+    }
+}
+
+fn child(element: &Element, target: Target) -> DraftChild {
+    let name = element
+        .get("name")
+        .map(|a| (a.value.clone(), a.name_location.clone()));
+    DraftChild {
+        name,
+        target,
+        location: element.location.clone(),
+    }
+}

@@ -1,0 +1,59 @@
+//! Scene files in the XML dialect of Mitsuba 3.
+//!
+//! ```
+//! use io::{Diagnostics, xml};
+//!
+//! let text = r#"<scene version="3.0.0"><shape type="sphere"/></scene>"#;
+//! let mut diagnostics = Diagnostics::new();
+//! let scene = xml::parse(text, "scene.xml", &[], &mut diagnostics).unwrap();
+//! assert_eq!(scene.root.children[0].object.plugin, "sphere");
+//! ```
+//!
+//! Elements: `scene`, the plugins of [`PluginKind`](crate::PluginKind), the parameters `float
+//! integer boolean string rgb spectrum point vector transform`, and `ref alias default include`.
+//! `$name` and `${name}` in any attribute stand for a parameter's value.
+
+mod document;
+mod element;
+mod loader;
+mod numbers;
+mod parameters;
+mod properties;
+mod resolve;
+mod spectra;
+mod tags;
+mod transforms;
+
+use std::path::Path;
+
+use crate::diagnostic::{Diagnostics, SourceFile};
+use crate::scene::SceneDescription;
+
+/// Deepest nesting of elements, references and included files.
+const MAX_DEPTH: usize = 64;
+
+/// Reads a scene file. `overrides` are pairs of parameter name and value that take the place of
+/// the file's `<default>`s.
+///
+/// Returns `None` if there was an error; every problem found is in `diagnostics`.
+pub fn load(
+    path: &Path,
+    overrides: &[(String, String)],
+    diagnostics: &mut Diagnostics,
+) -> Option<SceneDescription> {
+    let source = document::read(path).map_err(|d| diagnostics.push(d)).ok()?;
+    loader::load(source, overrides, diagnostics)
+}
+
+/// Reads a scene from text. `name` is the path that messages show and relative paths start from.
+///
+/// Returns `None` if there was an error; every problem found is in `diagnostics`.
+pub fn parse(
+    text: &str,
+    name: impl AsRef<Path>,
+    overrides: &[(String, String)],
+    diagnostics: &mut Diagnostics,
+) -> Option<SceneDescription> {
+    let source = SourceFile::new(name.as_ref(), text.to_owned());
+    loader::load(source, overrides, diagnostics)
+}

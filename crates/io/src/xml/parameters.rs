@@ -1,0 +1,157 @@
+//! Parameters of a scene file: `<default>`, overrides, and `$name` in attributes.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
+
+/// Bytes that substitution may produce in all: defaults that repeat one another could otherwise
+/// grow without bound.
+const BUDGET: usize = 16 << 20;
+
+struct Parameter {
+    value: String,
+    overridden: bool,
+    used: bool,
+}
+
+/// The parameters known so far.
+pub(super) struct Parameters {
+    values: BTreeMap<String, Parameter>,
+    budget: usize,
+}
+
+/// A substitution that failed, with the place within the text.
+pub(super) struct Failure {
+    pub(super) message: String,
+    pub(super) help: Option<String>,
+    pub(super) range: Range<usize>,
+}
+
+impl Parameters {
+    /// Starts with the overrides; the last of equal names wins.
+    pub(super) fn new(overrides: &[(String, String)]) -> Self {
+        let parameter = |value: &String| Parameter {
+            value: value.clone(),
+            overridden: true,
+            used: false,
+        };
+        let values = overrides
+            .iter()
+            .map(|(name, value)| (name.clone(), parameter(value)));
+        Parameters {
+            values: values.collect(),
+            budget: BUDGET,
+        }
+    }
+
+    /// A `<default>`: sets the value unless it is set already.
+    pub(super) fn declare(&mut self, name: &str, value: &str) {
+        let new = || Parameter {
+            value: value.to_owned(),
+            overridden: false,
+            used: false,
+        };
+        let parameter = self.values.entry(name.to_owned()).or_insert_with(new);
+        parameter.used |= parameter.overridden;
+    }
+
+    /// The text with every `$name` and `${name}` replaced.
+    pub(super) fn substitute<'t>(&mut self, text: &'t str) -> Result<Cow<'t, str>, Failure> {
+        if !text.contains('$') {
+            return Ok(Cow::Borrowed(text));
+        }
+        let mut out = String::new();
+        let mut rest = 0;
+        while let Some(dollar) = text[rest..].find('$').map(|i| i + rest) {
+            out.push_str(&text[rest..dollar]);
+            let (name, end) = name_at(text, dollar)?;
+            match name {
+                Some(name) => out.push_str(self.value(name, dollar..end)?),
+                None => out.push('$'),
+            }
+            self.spend(out.len(), dollar..end)?;
+            rest = end;
+        }
+        out.push_str(&text[rest..]);
+        self.budget -= out.len().min(self.budget);
+        Ok(Cow::Owned(out))
+    }
+
+    fn value(&mut self, name: &str, range: Range<usize>) -> Result<&str, Failure> {
+        if !self.values.contains_key(name) {
+            let message = format!("parameter '${name}' is not defined");
+            let known = self.values.keys().map(String::as_str);
+            let help = suggest(name, known).unwrap_or_else(|| {
+                format!("add <default name=\"{name}\" value=\"...\"/> or pass -D {name}=...")
+            });
+            return Err(Failure {
+                message,
+                help: Some(help),
+                range,
+            });
+        }
+        let parameter = self.values.get_mut(name);
+        Ok(parameter.map_or("", |p| {
+            p.used = true;
+            p.value.as_str()
+        }))
+    }
+
+    fn spend(&self, length: usize, range: Range<usize>) -> Result<(), Failure> {
+        if length <= self.budget {
+            return Ok(());
+        }
+        let message = "the values of parameters become too long".to_owned();
+        Err(Failure {
+            message,
+            help: None,
+            range,
+        })
+    }
+
+    /// Reports overrides that nothing used.
+    pub(super) fn report_unused(&self, diagnostics: &mut Diagnostics) {
+        for (name, _) in self.values.iter().filter(|(_, p)| p.overridden && !p.used) {
+            let known = self.values.iter().filter(|(_, p)| p.used || !p.overridden);
+            let help = suggest(name, known.map(|(name, _)| name.as_str()));
+            let message = format!("the scene has no parameter '{name}' (given as -D {name}=...)");
+            diagnostics.push(Diagnostic::error(message).help(help));
+        }
+    }
+
+    /// Names and values.
+    pub(super) fn into_values(self) -> Vec<(String, String)> {
+        self.values
+            .into_iter()
+            .map(|(name, p)| (name, p.value))
+            .collect()
+    }
+}
+
+/// The name after the `$` at `dollar` and where the rest begins; no name if the `$` stands alone.
+fn name_at(text: &str, dollar: usize) -> Result<(Option<&str>, usize), Failure> {
+    let start = dollar + 1;
+    if let Some(braced) = text[start..].strip_prefix('{') {
+        let message = "'${' without '}'".to_owned();
+        let range = dollar..text.len();
+        let end = braced.find('}').ok_or(Failure {
+            message,
+            help: None,
+            range,
+        })?;
+        return Ok((Some(&braced[..end]), start + end + 2));
+    }
+    let is_name = |c: char| c.is_alphanumeric() || c == '_';
+    let length = text[start..]
+        .find(|c| !is_name(c))
+        .unwrap_or(text.len() - start);
+    let name = &text[start..start + length];
+    let starts_well = name.starts_with(|c: char| c.is_alphabetic() || c == '_');
+    Ok(if starts_well {
+        (Some(name), start + length)
+    } else {
+        (None, start)
+    })
+}

@@ -1,0 +1,249 @@
+//! From elements with names to shared objects.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use super::MAX_DEPTH;
+use crate::diagnostic::{Diagnostic, Diagnostics, Location, suggest};
+use crate::scene::{Child, Object, ObjectId, PluginKind, Property};
+
+/// An object whose references are still names.
+pub(super) struct Draft {
+    kind: PluginKind,
+    plugin: String,
+    id: Option<String>,
+    properties: Vec<Property>,
+    children: Vec<DraftChild>,
+    /// Names of parameters and roles.
+    names: HashMap<String, Location>,
+    location: Location,
+    plugin_location: Location,
+}
+
+/// A nested object or a reference.
+pub(super) struct DraftChild {
+    pub(super) name: Option<(String, Location)>,
+    pub(super) target: Target,
+    pub(super) location: Location,
+}
+
+/// What a child stands for.
+pub(super) enum Target {
+    /// The draft with this number.
+    Draft(usize),
+    /// The object with this id, and where the id was written.
+    Id(String, Location),
+}
+
+/// A second name for an object.
+pub(super) struct Alias {
+    pub(super) name: String,
+    pub(super) name_location: Location,
+    pub(super) target: String,
+    pub(super) location: Location,
+}
+
+impl Draft {
+    pub(super) fn new(
+        kind: PluginKind,
+        plugin: String,
+        location: Location,
+        plugin_location: Location,
+    ) -> Self {
+        Draft {
+            kind,
+            plugin,
+            id: None,
+            properties: Vec::new(),
+            children: Vec::new(),
+            names: HashMap::new(),
+            location,
+            plugin_location,
+        }
+    }
+
+    pub(super) fn add_property(&mut self, property: Property, diagnostics: &mut Diagnostics) {
+        self.claim(&property.name, &property.name_location, diagnostics);
+        self.properties.push(property);
+    }
+
+    pub(super) fn add_child(&mut self, child: DraftChild, diagnostics: &mut Diagnostics) {
+        if let Some((name, location)) = &child.name {
+            self.claim(name, location, diagnostics);
+        }
+        self.children.push(child);
+    }
+
+    /// Reports a name that this object has already.
+    fn claim(&mut self, name: &str, location: &Location, diagnostics: &mut Diagnostics) {
+        if let Some(first) = self.names.get(name) {
+            let message = format!("'{name}' is set twice in this <{}>", self.kind);
+            let help = format!("the first is at {first}");
+            diagnostics.push(Diagnostic::error(message).help(help).at(location));
+        } else {
+            self.names.insert(name.to_owned(), location.clone());
+        }
+    }
+}
+
+/// All objects of a scene file, by number.
+#[derive(Default)]
+pub(super) struct Drafts {
+    drafts: Vec<Draft>,
+    ids: BTreeMap<String, (usize, Location)>,
+    aliases: Vec<Alias>,
+    root: usize,
+}
+
+impl Drafts {
+    /// Adds an object; reports an id that another one has.
+    pub(super) fn add(
+        &mut self,
+        mut draft: Draft,
+        id: Option<(String, Location)>,
+        diagnostics: &mut Diagnostics,
+    ) -> usize {
+        let index = self.drafts.len();
+        if let Some((id, location)) = id {
+            self.name(&id, index, &location, diagnostics);
+            draft.id = Some(id);
+        }
+        self.drafts.push(draft);
+        index
+    }
+
+    fn name(&mut self, id: &str, index: usize, at: &Location, diagnostics: &mut Diagnostics) {
+        if let Some((_, first)) = self.ids.get(id) {
+            let message = format!("the id '{id}' is taken");
+            let help = format!("the first object with this id is at {first}");
+            diagnostics.push(Diagnostic::error(message).help(help).at(at));
+        } else {
+            self.ids.insert(id.to_owned(), (index, at.clone()));
+        }
+    }
+
+    pub(super) fn add_alias(&mut self, alias: Alias) {
+        self.aliases.push(alias);
+    }
+
+    /// Adds the object that everything else hangs on.
+    pub(super) fn set_root(&mut self, draft: Draft) {
+        self.root = self.drafts.len();
+        self.drafts.push(draft);
+    }
+
+    /// Follows every reference and returns the root. A reference that leads nowhere, to an object
+    /// that contains it, or too deep is reported and left out.
+    pub(super) fn resolve(mut self, diagnostics: &mut Diagnostics) -> Option<Arc<Object>> {
+        for alias in std::mem::take(&mut self.aliases) {
+            if let Some(index) = self.find(&alias.target, &alias.location, diagnostics) {
+                self.name(&alias.name, index, &alias.name_location, diagnostics);
+            }
+        }
+        let mut links = Vec::with_capacity(self.drafts.len());
+        for draft in &self.drafts {
+            let targets = draft.children.iter().map(|child| match &child.target {
+                Target::Draft(index) => Some(*index),
+                Target::Id(id, location) => self.find(id, location, diagnostics),
+            });
+            links.push(targets.collect::<Vec<_>>());
+        }
+        let states = self.drafts.into_iter().map(State::Waiting).collect();
+        let root = Resolver {
+            states,
+            links,
+            diagnostics,
+        }
+        .object(self.root, 0);
+        root.map(|tall| tall.object).ok()
+    }
+
+    fn find(&self, id: &str, at: &Location, diagnostics: &mut Diagnostics) -> Option<usize> {
+        if let Some((index, _)) = self.ids.get(id) {
+            return Some(*index);
+        }
+        let help = suggest(id, self.ids.keys().map(String::as_str));
+        let message = format!("no object has the id '{id}'");
+        diagnostics.push(Diagnostic::error(message).help(help).at(at));
+        None
+    }
+}
+
+enum State {
+    Waiting(Draft),
+    /// Its children are being resolved.
+    Open,
+    Done(Tall),
+}
+
+/// An object with the number of levels below it.
+#[derive(Clone)]
+struct Tall {
+    object: Arc<Object>,
+    height: usize,
+}
+
+struct Resolver<'d> {
+    states: Vec<State>,
+    /// The children of each draft by number; `None` where a reference leads nowhere.
+    links: Vec<Vec<Option<usize>>>,
+    diagnostics: &'d mut Diagnostics,
+}
+
+impl Resolver<'_> {
+    /// The object with this number, or what is wrong with having it at this depth.
+    fn object(&mut self, index: usize, depth: usize) -> Result<Tall, &'static str> {
+        let too_deep = "references are nested too deeply";
+        let state = std::mem::replace(&mut self.states[index], State::Open);
+        let tall = match state {
+            State::Open => return Err("this object contains itself"),
+            State::Done(tall) => tall,
+            State::Waiting(draft) if depth > MAX_DEPTH => {
+                self.states[index] = State::Waiting(draft);
+                return Err(too_deep);
+            }
+            State::Waiting(draft) => self.build(index, draft, depth),
+        };
+        self.states[index] = State::Done(tall.clone());
+        if depth + tall.height > MAX_DEPTH {
+            Err(too_deep)
+        } else {
+            Ok(tall)
+        }
+    }
+
+    fn build(&mut self, index: usize, draft: Draft, depth: usize) -> Tall {
+        let links = std::mem::take(&mut self.links[index]);
+        let mut children = Vec::with_capacity(links.len());
+        let mut height = 0;
+        for (child, link) in draft.children.into_iter().zip(links) {
+            let Some(link) = link else { continue };
+            match self.object(link, depth + 1) {
+                Ok(tall) => {
+                    height = height.max(tall.height + 1);
+                    let name = child.name.map(|(name, _)| name);
+                    children.push(Child {
+                        name,
+                        object: tall.object,
+                        location: child.location,
+                    });
+                }
+                Err(message) => {
+                    self.diagnostics
+                        .push(Diagnostic::error(message).at(&child.location));
+                }
+            }
+        }
+        let object = Arc::new(Object {
+            number: ObjectId(index),
+            kind: draft.kind,
+            plugin: draft.plugin,
+            id: draft.id,
+            properties: draft.properties,
+            children,
+            location: draft.location,
+            plugin_location: draft.plugin_location,
+        });
+        Tall { object, height }
+    }
+}

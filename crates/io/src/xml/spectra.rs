@@ -1,0 +1,67 @@
+//! Spectra and colours in attributes.
+
+use super::element::Attribute;
+use super::numbers::{self, report, shorten};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::scene::{SpectrumValue, linear_from_srgb};
+
+/// `<rgb>`: three numbers, one number for all channels, or `#rrggbb` (sRGB, made linear).
+pub(super) fn rgb(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<SpectrumValue> {
+    if let Some(digits) = attribute.value.trim().strip_prefix('#') {
+        return hex(digits).or_else(|| {
+            let message = format!("'#{}' is not a colour like #ff8800", shorten(digits));
+            report(attribute, &message, diagnostics);
+            None
+        });
+    }
+    match numbers::floats(attribute, diagnostics)?[..] {
+        [v] => Some(SpectrumValue::Rgb([v; 3])),
+        [r, g, b] => Some(SpectrumValue::Rgb([r, g, b])),
+        ref other => {
+            let message = format!("expected one or three numbers, found {}", other.len());
+            report(attribute, &message, diagnostics);
+            None
+        }
+    }
+}
+
+fn hex(digits: &str) -> Option<SpectrumValue> {
+    if digits.len() != 6 || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
+        return None;
+    }
+    let packed = u32::from_str_radix(digits, 16).ok()?;
+    let channel = |shift: u32| linear_from_srgb(f64::from(packed >> shift & 0xff) / 255.0);
+    Some(SpectrumValue::Rgb([channel(16), channel(8), channel(0)]))
+}
+
+/// `<spectrum>`: one number, or pairs `wavelength:value` with increasing wavelengths (nm).
+pub(super) fn spectrum(
+    attribute: &Attribute,
+    diagnostics: &mut Diagnostics,
+) -> Option<SpectrumValue> {
+    if !attribute.value.contains(':') {
+        return numbers::float(attribute, diagnostics).map(SpectrumValue::Uniform);
+    }
+    let mut pairs: Vec<(f64, f64)> = Vec::new();
+    for range in numbers::tokens(&attribute.value) {
+        let text = &attribute.value[range.clone()];
+        let Some(colon) = text.find(':').map(|i| i + range.start) else {
+            let message = format!(
+                "expected a pair 'wavelength:value', found '{}'",
+                shorten(text)
+            );
+            diagnostics.push(Diagnostic::error(message).at(&attribute.part(range)));
+            return None;
+        };
+        let wavelength = numbers::token(attribute, range.start..colon, diagnostics)?;
+        let value = numbers::token(attribute, colon + 1..range.end, diagnostics)?;
+        let previous = pairs.last().map_or(0.0, |(w, _)| *w);
+        if wavelength <= previous {
+            let message = format!("wavelengths must increase: {wavelength} after {previous}");
+            diagnostics.push(Diagnostic::error(message).at(&attribute.part(range)));
+            return None;
+        }
+        pairs.push((wavelength, value));
+    }
+    Some(SpectrumValue::Sampled(pairs))
+}

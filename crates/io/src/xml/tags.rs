@@ -1,0 +1,60 @@
+//! The element names of the dialect.
+
+use crate::scene::PluginKind;
+
+/// Elements that set a parameter.
+const PROPERTIES: [&str; 9] = [
+    "float",
+    "integer",
+    "boolean",
+    "string",
+    "rgb",
+    "spectrum",
+    "point",
+    "vector",
+    "transform",
+];
+/// Elements that are neither plugins nor parameters.
+const OTHERS: [&str; 4] = ["ref", "alias", "default", "include"];
+/// Elements of a transform.
+pub(super) const TRANSFORMS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
+
+/// What an element does.
+pub(super) enum Tag {
+    Plugin(PluginKind),
+    Property,
+    Transform,
+    Ref,
+    Alias,
+    Default,
+    Include,
+    Unknown,
+}
+
+impl Tag {
+    /// Reads an element's name; `typed` tells whether it has a `type`, as every plugin must.
+    pub(super) fn new(name: &str, typed: bool) -> Self {
+        match name {
+            "ref" => Tag::Ref,
+            "alias" => Tag::Alias,
+            "default" => Tag::Default,
+            "include" => Tag::Include,
+            "transform" => Tag::Transform,
+            "spectrum" if typed => Tag::Plugin(PluginKind::Spectrum),
+            name if PROPERTIES.contains(&name) => Tag::Property,
+            name => match PluginKind::from_tag(name) {
+                Some(PluginKind::Scene) | None => Tag::Unknown,
+                Some(kind) => Tag::Plugin(kind),
+            },
+        }
+    }
+}
+
+/// Every element that may stand in a plugin.
+pub(super) fn known() -> impl Iterator<Item = &'static str> {
+    let plugins = PluginKind::ALL
+        .iter()
+        .map(|k| k.tag())
+        .filter(|t| *t != "scene");
+    plugins.chain(PROPERTIES).chain(OTHERS)
+}

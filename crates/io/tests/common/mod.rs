@@ -1,0 +1,42 @@
+//! Shorthands for reading scenes in tests.
+#![allow(dead_code)]
+
+use std::sync::Arc;
+
+use io::scene::Value;
+use io::{Diagnostic, Diagnostics, Object, PluginKind, SceneDescription, xml};
+
+/// Reads a scene with the given contents; panics if there is any message.
+pub fn read(contents: &str) -> SceneDescription {
+    let mut diagnostics = Diagnostics::new();
+    let text = format!("<scene version='3.0.0'>{contents}</scene>");
+    let scene = xml::parse(&text, "scene.xml", &[], &mut diagnostics);
+    assert!(diagnostics.is_empty(), "{diagnostics}");
+    scene.expect("no error")
+}
+
+/// Reads a scene of one object.
+pub fn object(text: &str) -> Arc<Object> {
+    Arc::clone(&read(text).root.children[0].object)
+}
+
+/// The messages for a scene file; panics if there is none.
+pub fn messages(text: &str) -> Vec<Diagnostic> {
+    let mut diagnostics = Diagnostics::new();
+    assert!(xml::parse(text, "scene.xml", &[], &mut diagnostics).is_none());
+    let messages: Vec<_> = diagnostics.iter().cloned().collect();
+    assert!(!messages.is_empty());
+    messages
+}
+
+/// The value of a property.
+pub fn value<'a>(object: &'a Object, name: &str) -> &'a Value {
+    let property = object.properties.iter().find(|p| p.name == name);
+    &property.expect("the property is there").value
+}
+
+/// The first child of a kind.
+pub fn child(object: &Object, kind: PluginKind) -> &Arc<Object> {
+    let child = object.children.iter().find(|c| c.object.kind == kind);
+    &child.expect("the child is there").object
+}
