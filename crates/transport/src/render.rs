@@ -50,23 +50,24 @@ pub struct Rendering {
     pub samples: u64,
 }
 
-/// Renders a scene on the current thread pool.
+/// Renders on the current thread pool: one scene for each group of up to four channels, alike but for
+/// their spectra. A film's groups are in the same order.
 ///
 /// `on_pass` is called between passes; when it breaks, the render stops with what it has. All pixels
 /// then have the same number of samples.
 pub fn render(
-    scene: &Scene,
+    scenes: &[Scene],
     options: &Options,
     mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
-    let spec = scene.film();
+    let spec = scenes[0].film();
     let mut film = Film::new(spec.width, spec.height, spec.channels);
     let mut stats = Stats::default();
     let mut done = 0;
     while done < options.samples {
         // Short passes first, so that there is something to see and to save at once.
         let next = (done.max(1)).min(SAMPLES_PER_PASS).min(options.samples - done);
-        for group in 0..film.groups() {
+        for (group, scene) in scenes.iter().enumerate() {
             stats += pass(scene, options.seed, done..done + next, group, &mut film);
         }
         done += next;
