@@ -40,13 +40,11 @@ pub enum Failure {
         /// Allowed difference.
         tolerance: f64,
     },
-    /// A sample fell in a bin where the density vanishes.
-    #[error("{count} samples in bin {bin:?}, where the density is zero")]
+    /// The density vanishes at a sample.
+    #[error("the density is zero at the sample {point:?}")]
     ZeroDensity {
-        /// Bin indices.
-        bin: [usize; 2],
-        /// Samples in it.
-        count: u64,
+        /// The sample.
+        point: [f64; 2],
     },
     /// A sample fell outside the table, or was not a number.
     #[error("sample {point:?} lies outside the table")]
@@ -123,16 +121,13 @@ impl Table {
         let expected: Vec<f64> = self.integrate(&pdf);
         let integral: f64 = expected.iter().sum();
         let remainder = self.check_mass(integral, mass)?;
-        let (observed, none) = self.count(seed, samples, sample)?;
+        let (observed, none) = self.count(seed, samples, sample, &pdf)?;
         let n = samples as f64;
-        let mut cells = Vec::with_capacity(expected.len() + 1);
-        for (i, (&count, &p)) in observed.iter().zip(&expected).enumerate() {
-            if p <= 0.0 && count > 0 {
-                let bin = [i / self.columns(), i % self.columns()];
-                return Err(Failure::ZeroDensity { bin, count });
-            }
-            cells.push((n * p, count as f64));
-        }
+        let mut cells: Vec<(f64, f64)> = expected
+            .iter()
+            .zip(observed)
+            .map(|(p, count)| (n * p, count as f64))
+            .collect();
         let slack = remainder < self.mass_tolerance && none == 0;
         if !slack {
             cells.push((n * remainder, none as f64));
@@ -184,6 +179,7 @@ impl Table {
         seed: u64,
         samples: u64,
         mut sample: impl FnMut(&mut Rng) -> Option<[f64; 2]>,
+        pdf: &impl Fn([f64; 2]) -> f64,
     ) -> Result<(Vec<u64>, u64), Failure> {
         let mut rng = Rng::new(seed);
         let mut counts = vec![0; (self.u.len() - 1) * self.columns()];
@@ -195,6 +191,10 @@ impl Table {
             };
             let bin = bin_of(&self.u, point[0]).zip(bin_of(&self.v, point[1]));
             let (i, j) = bin.ok_or(Failure::Outside { point })?;
+            // Checked at the sample, as the quadrature of a bin can miss a sliver of support.
+            if pdf(point) <= 0.0 {
+                return Err(Failure::ZeroDensity { point });
+            }
             counts[i * self.columns() + j] += 1;
         }
         Ok((counts, none))

@@ -112,7 +112,10 @@ mod tests {
     #[test]
     fn narrow_peak() {
         let peak = |[x, y]: [f64; 2]| (-(x * x + (y - 0.1).powi(2)) * 5e3).exp();
-        let effort = Effort { min_depth: 4, ..Effort::default() };
+        let effort = Effort {
+            min_depth: 4,
+            ..Effort::default()
+        };
         let value = integrate_cell(&peak, [-1.0; 2], [1.0; 2], effort);
         let exact = std::f64::consts::PI / 5e3;
         assert!((value - exact).abs() < 1e-7, "{value} against {exact}");

@@ -1,8 +1,23 @@
-//! Light transport along curved rays.
+//! Light transport along curved rays: scene, paths, estimators and rendering.
+//!
+//! Estimators carry basic radiance L/n² throughout (theory §2). This crate reads no file.
 
 pub mod bsdf;
+pub mod emitter;
+pub mod film;
+pub mod integrator;
+pub mod medium;
+pub mod path;
 pub mod phase;
+pub mod render;
 pub mod sampling;
+pub mod scene;
+pub mod sensor;
+pub mod shape;
 pub mod spectrum;
+pub mod stats;
 
+pub use film::Film;
+pub use scene::Scene;
 pub use spectrum::Spectrum;
+pub use stats::Stats;

@@ -45,6 +45,8 @@ pub enum Failure {
 
 /// Budget of shots for one connection.
 const MOST_SHOTS: u32 = 32;
+/// Damping beyond which the iteration has come to a local minimum of the miss.
+const STUCK: f64 = 1e3;
 
 /// Finds connections; holds the storage that they reuse.
 #[derive(Clone, Debug)]
@@ -123,6 +125,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let mut best: Option<(Iterate, Landing, f64)> = None;
         let mut damping = 0.0;
         for shots in 1..=MOST_SHOTS {
+            if damping > STUCK {
+                break;
+            }
             let landing = self.shot(world, &trial, region);
             let miss = landing.map_or(f64::INFINITY, |l| l.x.distance(y));
             match (&best, landing) {

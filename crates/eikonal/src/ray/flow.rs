@@ -139,6 +139,6 @@ impl<'a, V: Variation> Flow<'a, V> {
     fn first_guess(&self) -> f64 {
         let n = self.node.v.length();
         let omega = (n / self.field.length_scale(self.node.x)).max(self.node.a.length() / n);
-        (11520.0 * self.tolerance).powf(0.25) / omega
+        SAFETY * (11520.0 * self.tolerance).powf(0.25) / omega
     }
 }

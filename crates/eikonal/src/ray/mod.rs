@@ -6,6 +6,7 @@ pub mod flow;
 pub mod march;
 pub mod step;
 pub mod tangent;
+pub mod bernstein;
 
 pub use arc::Arc;
 pub use depth::Profile;

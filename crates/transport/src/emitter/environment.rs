@@ -2,7 +2,7 @@
 
 use crate::Spectrum;
 use crate::sampling::Grid2;
-use crate::sampling::discrete::DistributionError;
+use crate::sampling::DistributionError;
 use crate::sampling::sphere::{uniform_sphere_pdf, uniform_sphere_sample};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};

@@ -39,7 +39,7 @@ impl Medium {
             sigma_t: Texture::Uniform(Spectrum::ZERO),
             scale: 1.0,
             albedo: Texture::Uniform(Spectrum::ZERO),
-            phase: Phase::Isotropic,
+            phase: Phase::isotropic(),
         }
     }
 

@@ -106,9 +106,12 @@ pub enum End {
 pub struct Edge {
     /// Where it starts.
     pub start: Start,
-    /// The arcs, up to the first surface that is not index-matched if the edge was extended, or else
-    /// up to the end.
+    /// The arcs up to the end, or beyond a collision up to the first surface that is not
+    /// index-matched if the edge was extended.
     pub spans: Vec<Span>,
+    /// Number of spans before the first specular event. If the edge was extended they depend on the
+    /// start alone, not on where a collision was drawn.
+    pub lead: usize,
     /// How it ended.
     pub end: End,
     /// Optical depth up to the end.
@@ -139,15 +142,16 @@ impl Edge {
         (lanes * self.depth.exp_neg()).sum()
     }
 
-    /// The arc length over which distances can be sampled: all recorded spans.
-    pub fn recorded_length(&self) -> f64 {
-        self.spans.last().map_or(0.0, Span::length_after)
+    /// The spans before the first specular event.
+    pub fn lead(&self) -> &[Span] {
+        &self.spans[..self.lead]
     }
 
-    /// The point at an arc length from the start, within the recorded spans.
+    /// The point at an arc length from the start, before the first specular event.
     pub fn at_length(&self, s: f64) -> Option<Point> {
-        let i = self.spans.partition_point(|span| span.length_after() < s);
-        let span = self.spans.get(i).or(self.spans.last())?;
+        let lead = self.lead();
+        let i = lead.partition_point(|span| span.length_after() < s);
+        let span = lead.get(i).or(lead.last())?;
         let theta = span.arc.theta_at_length(s - span.length_before);
         Some(span.at(theta.min(span.theta_end)))
     }

@@ -11,14 +11,15 @@ use glam::DVec3;
 pub struct Equiangular {
     closest: f64,
     distance: f64,
+    length: f64,
     angles: [f64; 2],
 }
 
 impl Equiangular {
-    /// Over the recorded spans of an edge; `None` if they have no length.
+    /// Over the part of an extended edge before its first specular event; `None` if it has no length.
     pub fn new(edge: &Edge, point: DVec3) -> Option<Self> {
-        let length = edge.recorded_length();
-        let nearest = edge.spans.iter().map(|span| {
+        let length = edge.lead().last()?.length_after();
+        let nearest = edge.lead().iter().map(|span| {
             let theta = span.arc.closest_approach(point).min(span.theta_end);
             let distance = span.arc.position(theta).distance(point);
             (distance, span.length_before + span.arc.arc_length(theta))
@@ -30,6 +31,7 @@ impl Equiangular {
         (length > 0.0).then(|| Equiangular {
             closest,
             distance,
+            length,
             angles: [angle(0.0), angle(length)],
         })
     }
@@ -40,8 +42,11 @@ impl Equiangular {
         self.closest + self.distance * (a + (b - a) * u).tan()
     }
 
-    /// Density per unit length.
+    /// Density per unit length; zero beyond the first specular event.
     pub fn pdf(&self, s: f64) -> f64 {
+        if s > self.length {
+            return 0.0;
+        }
         let t = s - self.closest;
         let [a, b] = self.angles;
         self.distance / ((b - a) * (self.distance * self.distance + t * t))

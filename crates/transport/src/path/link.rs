@@ -1,15 +1,19 @@
 //! Edges made by connection: from a vertex to an emitter.
 
 use super::Workspace;
+use super::edge::Edge;
 use super::vertex::Vertex;
 use crate::Spectrum;
-use crate::bsdf::{Bsdf, Surface};
+use crate::bsdf::Bsdf;
 use crate::emitter::Aim;
 use crate::medium::Attenuation;
-use crate::scene::{AMBIENT, MediumId, Scene};
+use crate::scene::{MediumId, Scene};
 use eikonal::connect::{Connection, Event, Piece};
 use eikonal::interface::Rule;
 use glam::DVec3;
+
+/// Directions closer than this, in radians, are those of one branch.
+const SAME_WAY: f64 = 1e-4;
 
 /// A ray between a vertex and an emitter, seen from the vertex.
 #[derive(Clone, Copy, Debug)]
@@ -20,16 +24,20 @@ pub struct Link {
     pub origin: DVec3,
     /// Unit direction in which the light leaves the emitter.
     pub emission: DVec3,
-    /// Transmittance, Fresnel factors included.
-    pub transmittance: Spectrum,
+    /// Optical depth.
+    pub depth: Spectrum,
+    /// Factor of the interfaces on the way, Fresnel's included.
+    pub factor: Spectrum,
+    /// Probability that an edge sampled by chance makes the same choices at these interfaces.
+    pub choice: f64,
+    /// Number of refractions and total reflections.
+    pub events: u32,
     /// 1/(J n_e²) for a point, 1/(A n_x²) for a plane (theory §3): turns what is emitted into what
     /// a basic-radiance vertex receives.
     pub geometry: f64,
     /// Density per steradian at the vertex of a unit density on the emitter: J/cos θ for a point on a
     /// surface, A n_x²/n_e² for a plane.
     pub density: f64,
-    /// Arc length.
-    pub length: f64,
 }
 
 impl Link {
@@ -51,6 +59,58 @@ impl Link {
             return None;
         }
         Some(link)
+    }
+
+    /// The connection that would find the same way as an edge that was sampled by chance and ends on
+    /// the aim; `None` if the connection finds another way, or none.
+    pub fn matching(
+        scene: &Scene,
+        vertex: &Vertex,
+        edge: &Edge,
+        aim: &Aim,
+        ws: &mut Workspace,
+    ) -> Option<Link> {
+        let direction = edge.start.direction;
+        if edge.straight {
+            return Some(Link::straight(edge, aim));
+        }
+        let link = match *aim {
+            Aim::Point { position, surface } => {
+                to_point(scene, vertex, position, surface.map(|s| s.1), ws)?
+            }
+            Aim::Plane { through, direction } => {
+                to_plane(scene, vertex, through, direction, ws)?
+            }
+        };
+        (link.direction.distance(direction) < SAME_WAY).then_some(link)
+    }
+
+    /// The connection along a straight edge, which is unique.
+    fn straight(edge: &Edge, aim: &Aim) -> Link {
+        let direction = edge.start.direction;
+        let (origin, density) = match *aim {
+            Aim::Point { position, surface } => {
+                let cos = surface.map_or(1.0, |(_, normal)| normal.dot(-direction));
+                (position, edge.length * edge.length / cos)
+            }
+            Aim::Plane { through, .. } => (through, 1.0),
+        };
+        Link {
+            direction,
+            origin,
+            emission: -direction,
+            depth: edge.depth,
+            factor: edge.weight,
+            choice: 1.0,
+            events: 0,
+            geometry: 1.0 / density,
+            density,
+        }
+    }
+
+    /// Transmittance, the factor of the interfaces included.
+    pub fn transmittance(&self) -> Spectrum {
+        self.depth.exp_neg() * self.factor
     }
 }
 
@@ -74,17 +134,19 @@ fn to_point(
         return None;
     }
     let pieces = ws.solver.pieces();
-    let end = pieces.last()?;
-    let n = scene.n(end.region, target);
+    let passage = Passage::new(scene, pieces, true);
+    let n = scene.n(pieces.last()?.region, target);
     let cos = normal.map_or(1.0, |normal| normal.dot(-ray.direction_in));
     Some(Link {
         direction: ray.direction_out,
         origin: y,
         emission: -ray.direction_in,
-        transmittance: transmittance(scene, pieces, true),
+        depth: passage.depth,
+        factor: passage.factor,
+        choice: passage.choice,
+        events: passage.events,
         geometry: 1.0 / (ray.jacobian * n * n),
         density: ray.jacobian / cos.max(1e-300),
-        length: ray.arc_length,
     })
 }
 
@@ -107,6 +169,7 @@ fn to_plane(
     if pieces.last()?.region != start.medium {
         return None;
     }
+    let passage = Passage::new(scene, pieces, false);
     let (n_x, n_e) = (
         scene.n(start.medium, start.x),
         scene.n(plane.2, ray.start),
@@ -115,52 +178,62 @@ fn to_plane(
         direction: -ray.direction_in,
         origin: ray.start,
         emission: direction,
-        transmittance: transmittance(scene, pieces, false),
+        depth: passage.depth,
+        factor: passage.factor,
+        choice: passage.choice,
+        events: passage.events,
         geometry: 1.0 / (ray.jacobian * n_x * n_x),
         density: ray.jacobian * (n_x / n_e).powi(2) * pass_factor(pieces),
-        length: ray.arc_length,
     })
 }
 
-/// Attenuation and Fresnel factors along a ray. `backwards` if the ray runs against the light.
-fn transmittance(scene: &Scene, pieces: &[Piece<MediumId>], backwards: bool) -> Spectrum {
-    let mut depth = Spectrum::ZERO;
-    let mut factor = Spectrum::ONE;
-    for piece in pieces {
-        let medium = scene.medium(piece.region);
-        let attenuation = Attenuation::new(medium, &piece.arc, piece.theta_end);
-        depth += attenuation.depth(&piece.arc, piece.theta_end);
-        if let Some(event) = &piece.event {
-            factor *= event_factor(scene, event, backwards);
-        }
-    }
-    depth.exp_neg() * factor
+/// What happens to the light of a connection on its way.
+struct Passage {
+    depth: Spectrum,
+    factor: Spectrum,
+    choice: f64,
+    events: u32,
 }
 
-/// Basic radiance that an interface lets through.
-fn event_factor(scene: &Scene, event: &Event, backwards: bool) -> Spectrum {
-    match &scene.objects()[event.surface].bsdf {
-        // Across a declared index match L, not L/n², is conserved. 1/J has no part of it when the
-        // ray runs against the light; 1/A has all of it when it runs along.
-        Bsdf::Null(_) if backwards => {
-            Spectrum::splat(event.after.length_squared() / event.before.length_squared())
+impl Passage {
+    /// Along the pieces of a ray; `backwards` if the ray runs against the light.
+    fn new(scene: &Scene, pieces: &[Piece<MediumId>], backwards: bool) -> Self {
+        let mut passage = Passage {
+            depth: Spectrum::ZERO,
+            factor: Spectrum::ONE,
+            choice: 1.0,
+            events: 0,
+        };
+        for piece in pieces {
+            let medium = scene.medium(piece.region);
+            let attenuation = Attenuation::new(medium, &piece.arc, piece.theta_end);
+            passage.depth += attenuation.depth(&piece.arc, piece.theta_end);
+            if let Some(event) = &piece.event {
+                passage.cross(scene, event, backwards);
+            }
         }
-        Bsdf::Dielectric(dielectric) => {
-            let (near, far) = (event.before.length(), event.after.length());
-            let outward = event.normal.dot(event.before) > 0.0;
-            let (n_inner, n_outer) = match (event.rule, outward) {
-                (Rule::Refract, true) => (near, far),
-                (Rule::Refract, false) => (far, near),
-                _ => return dielectric.total_reflection(),
-            };
-            let surface = Surface {
-                normal: event.normal,
-                n_outer,
-                n_inner,
-            };
-            dielectric.transmission(&surface, event.before.normalize())
+        passage
+    }
+
+    fn cross(&mut self, scene: &Scene, event: &Event, backwards: bool) {
+        match &scene.objects()[event.surface].bsdf {
+            Bsdf::Dielectric(dielectric) => {
+                let (factor, probability) = dielectric.passage(
+                    event.normal.dot(event.before).abs() / event.before.length(),
+                    event.before.length(),
+                    (event.rule == Rule::Refract).then(|| event.after.length()),
+                );
+                self.factor *= factor * probability;
+                self.choice *= probability;
+                self.events += 1;
+            }
+            // Across a declared index match L, not L/n², is conserved. 1/J has no part of it when
+            // the ray runs against the light; 1/A has all of it when it runs along.
+            _ if backwards => {
+                self.factor *= event.after.length_squared() / event.before.length_squared();
+            }
+            _ => {}
         }
-        _ => Spectrum::ONE,
     }
 }
 
@@ -176,9 +249,8 @@ fn pass_factor(pieces: &[Piece<MediumId>]) -> f64 {
 }
 
 /// The aim with which a connection to an environment would look in the direction `toward`.
-pub(super) fn environment_aim(scene: &Scene, toward: DVec3) -> Aim {
+pub fn environment_aim(scene: &Scene, toward: DVec3) -> Aim {
     let around = scene.around();
-    debug_assert_eq!(AMBIENT, 0);
     Aim::Plane {
         through: around.center + toward * (2.0 * around.radius),
         direction: -toward,

@@ -17,7 +17,7 @@ mod walk;
 
 pub use edge::{Edge, End, Span, Start};
 pub use equiangular::Equiangular;
-pub use link::Link;
+pub use link::{Link, environment_aim};
 pub use vertex::{Scatter, Vertex};
 pub use walk::trace;
 

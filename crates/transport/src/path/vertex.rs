@@ -30,6 +30,8 @@ pub enum Vertex {
         object: usize,
         /// Normal and indices.
         surface: Surface,
+        /// Medium through which the sensor subpath arrived.
+        medium: MediumId,
     },
 }
 
@@ -55,12 +57,13 @@ impl Vertex {
                 object,
                 hit,
                 direction,
-                ..
+                medium,
             } => Some(Vertex::Surface {
                 x: hit.position,
                 direction,
                 object,
-                surface: surface_at(scene, object, &hit),
+                surface: surface_at(scene, object, &hit, medium),
+                medium,
             }),
             End::Escaped { .. } | End::Dead => None,
         }
@@ -87,12 +90,20 @@ impl Vertex {
                 x,
                 object,
                 surface,
+                medium,
                 ..
             } => Start {
                 x: leave(scene, x, surface.normal, direction),
                 direction,
-                medium: scene.objects()[object].medium_towards(surface.normal, direction),
+                medium: scene.objects()[object].medium_towards(medium, surface.normal, direction),
             },
+        }
+    }
+
+    /// Position.
+    pub fn position(&self) -> DVec3 {
+        match *self {
+            Vertex::Volume { x, .. } | Vertex::Surface { x, .. } => x,
         }
     }
 

@@ -80,6 +80,7 @@ impl<'a> Walk<'a> {
             edge: Edge {
                 start,
                 spans: Vec::new(),
+                lead: 0,
                 end: End::Dead,
                 depth: Spectrum::ZERO,
                 length: 0.0,
@@ -152,6 +153,9 @@ impl<'a> Walk<'a> {
             self.edge.length = self.length;
         }
         self.edge.spans.push(span);
+        if self.edge.events == 0 {
+            self.edge.lead = self.edge.spans.len();
+        }
     }
 
     /// Goes through, is reflected, or ends at a surface. Returns whether the ray goes on.
@@ -184,7 +188,7 @@ impl<'a> Walk<'a> {
     /// same, L rather than L/n² is conserved: the declared jump carries no energy away.
     fn pass(&mut self, object: usize, hit: Hit, v: DVec3) -> bool {
         let direction = v.normalize();
-        let beyond = self.scene.objects()[object].medium_towards(hit.normal, direction);
+        let beyond = self.scene.objects()[object].medium_towards(self.medium, hit.normal, direction);
         let n_near = self.scene.n(self.medium, hit.position);
         let n_far = self.scene.n(beyond, hit.position);
         self.edge.weight *= (n_far / n_near).powi(2);
@@ -194,7 +198,7 @@ impl<'a> Walk<'a> {
     /// Refracted or reflected by chance at a smooth surface.
     fn specular(&mut self, object: usize, hit: Hit, v: DVec3) -> bool {
         let toward = -v.normalize();
-        let surface = surface_at(self.scene, object, &hit);
+        let surface = surface_at(self.scene, object, &hit, self.medium);
         let u = [self.sampler.next_1d(), 0.5, 0.5];
         let bsdf = &self.scene.objects()[object].bsdf;
         let Some(sample) = bsdf.sample(&surface, toward, u) else {
@@ -207,7 +211,7 @@ impl<'a> Walk<'a> {
         self.edge.events += 1;
         self.edge.choice *= sample.pdf;
         self.edge.weight *= sample.weight;
-        let beyond = self.scene.objects()[object].medium_towards(hit.normal, sample.direction);
+        let beyond = self.scene.objects()[object].medium_towards(self.medium, hit.normal, sample.direction);
         let n = self.scene.n(beyond, hit.position);
         self.go_on(hit, sample.direction, beyond, n)
     }
@@ -243,13 +247,17 @@ pub(super) fn leave(scene: &Scene, x: DVec3, normal: DVec3, direction: DVec3) ->
     x + normal * scene.nudge().copysign(normal.dot(direction))
 }
 
-/// The surface as BSDFs see it, with the local index of the media on either side.
-pub(super) fn surface_at(scene: &Scene, object: usize, hit: &Hit) -> Surface {
-    let object = &scene.objects()[object];
+/// The surface as BSDFs see it, with the local index of the media on either side. `medium` is that
+/// through which a ray arrives.
+pub(super) fn surface_at(scene: &Scene, object: usize, hit: &Hit, medium: MediumId) -> Surface {
+    let (outer, inner) = match scene.objects()[object].sides {
+        Some(sides) => (sides.exterior, sides.interior),
+        None => (medium, medium),
+    };
     Surface {
         normal: hit.normal,
-        n_outer: scene.n(object.exterior, hit.position),
-        n_inner: scene.n(object.interior, hit.position),
+        n_outer: scene.n(outer, hit.position),
+        n_inner: scene.n(inner, hit.position),
     }
 }
 

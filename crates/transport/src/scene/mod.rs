@@ -34,10 +34,8 @@ pub struct Object {
     pub shape: Shape,
     /// Surface scattering.
     pub bsdf: Bsdf,
-    /// Medium on the inner side of the normal.
-    pub interior: MediumId,
-    /// Medium on the outer side of the normal.
-    pub exterior: MediumId,
+    /// What lies on either side; `None` if it is the same medium, whichever that is.
+    pub sides: Option<Sides>,
     /// Index of the emitter that covers it.
     pub emitter: Option<usize>,
 }
@@ -45,22 +43,31 @@ pub struct Object {
 impl Object {
     /// Whether rays pass on a deterministic way: connections go through such a surface.
     pub fn is_interface(&self) -> bool {
-        matches!(self.bsdf, Bsdf::Null(_) | Bsdf::Dielectric(_))
+        matches!(self.bsdf, Bsdf::Null | Bsdf::Dielectric(_))
     }
 
-    /// The medium that a ray in direction `v` comes from, and the one it goes to.
-    pub fn sides(&self, normal: DVec3, v: DVec3) -> (MediumId, MediumId) {
-        if normal.dot(v) > 0.0 {
-            (self.interior, self.exterior)
-        } else {
-            (self.exterior, self.interior)
+    /// The medium on the side to which `direction` points, for a ray that arrives through `current`.
+    pub fn medium_towards(&self, current: MediumId, normal: DVec3, direction: DVec3) -> MediumId {
+        match self.sides {
+            None => current,
+            Some(sides) if normal.dot(direction) > 0.0 => sides.exterior,
+            Some(sides) => sides.interior,
         }
     }
 
-    /// The medium on the side of the surface to which `direction` points.
-    pub fn medium_towards(&self, normal: DVec3, direction: DVec3) -> MediumId {
-        self.sides(normal, direction).1
+    /// The medium inside, if the surface separates media.
+    pub fn interior(&self) -> Option<MediumId> {
+        self.sides.map(|s| s.interior)
     }
+}
+
+/// The media on the two sides of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sides {
+    /// On the inner side of the normal.
+    pub interior: MediumId,
+    /// On the outer side of the normal.
+    pub exterior: MediumId,
 }
 
 /// The size of the picture and how samples are weighted.
@@ -235,7 +242,7 @@ impl Scene {
     /// Chooses an emitter: its index and the probability of the choice.
     pub(crate) fn choose_emitter(&self, u: f64) -> Option<(usize, f64)> {
         let pick = self.emitter_choice.as_ref()?.sample(u);
-        Some((pick.index, pick.pdf))
+        Some((pick.index, pick.probability))
     }
 
     /// Probability that [`Scene::choose_emitter`] chooses `emitter`.
@@ -269,15 +276,13 @@ impl Scene {
 }
 
 /// The innermost closed object around a point decides: the one with the smallest box.
-fn medium_at(objects: &[Object], x: DVec3) -> MediumId {
+pub fn medium_at(objects: &[Object], x: DVec3) -> MediumId {
     objects
         .iter()
-        .filter(|o| o.shape.is_closed() && o.shape.contains(x))
-        .min_by(|a, b| {
-            let size = |o: &Object| o.shape.aabb().diagonal();
-            size(a).total_cmp(&size(b))
-        })
-        .map_or(AMBIENT, |o| o.interior)
+        .filter_map(|o| Some((o.interior()?, &o.shape)))
+        .filter(|(_, shape)| shape.is_closed() && shape.contains(x))
+        .min_by(|(_, a), (_, b)| a.aabb().diagonal().total_cmp(&b.aabb().diagonal()))
+        .map_or(AMBIENT, |(medium, _)| medium)
 }
 
 fn surroundings(parts: &Parts) -> Surroundings {

@@ -30,8 +30,8 @@ pub(super) fn survey(parts: &Parts, around: &Surroundings) -> Vec<Region> {
 fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
     let field = &parts.media[id].index;
     let ball = Aabb::new(around.center, around.center).grown(around.radius);
-    let holders: Vec<&Object> = parts.objects.iter().filter(|o| o.interior == id).collect();
-    let outside = parts.objects.iter().any(|o| o.exterior == id);
+    let holders: Vec<&Object> = parts.objects.iter().filter(|o| o.interior() == Some(id)).collect();
+    let outside = parts.objects.iter().any(|o| o.sides.is_some_and(|s| s.exterior == id));
     let aabb = holders.iter().fold(Aabb::EMPTY, |b, o| b.union(o.shape.aabb()));
     if id == AMBIENT || holders.is_empty() || holders.iter().any(|o| !o.shape.is_closed()) {
         let everywhere = if outside || id == AMBIENT { ball } else { aabb };

@@ -19,7 +19,7 @@ impl World for Scene {
         &self.medium(medium).index
     }
 
-    fn crossing(&self, _: MediumId, arc: &Arc) -> Option<Crossing<MediumId>> {
+    fn crossing(&self, medium: MediumId, arc: &Arc) -> Option<Crossing<MediumId>> {
         let (object, hit) = self.first_of(&self.interfaces, arc, 0.0, 1.0)?;
         let surface = &self.objects()[object];
         Some(Crossing {
@@ -28,10 +28,10 @@ impl World for Scene {
             normal: hit.normal,
             shape: surface.shape.shape_operator(hit.position, hit.primitive),
             rule: match surface.bsdf {
-                Bsdf::Null(_) => Rule::Pass,
+                Bsdf::Null => Rule::Pass,
                 _ => Rule::Refract,
             },
-            beyond: surface.medium_towards(hit.normal, arc.velocity(hit.theta)),
+            beyond: surface.medium_towards(medium, hit.normal, arc.velocity(hit.theta)),
             surface: object,
         })
     }

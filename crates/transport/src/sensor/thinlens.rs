@@ -2,7 +2,7 @@
 
 use super::{Perspective, Ray, to_world};
 use crate::sampling::disc::uniform_disc_sample;
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 
 /// A camera whose aperture is a disc, sharp at one distance. The lens is ideal and the distance is
 /// measured along straight lines.

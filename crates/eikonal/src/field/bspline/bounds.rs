@@ -4,7 +4,7 @@
 //! of lower degree whose coefficients are differences, double differences for mixed ones.
 
 use super::Bspline;
-use super::lattice::first_coefficient;
+use super::lattice::{cell, first_coefficient};
 use crate::bounds::{Aabb, FieldBounds, interval_eigenvalues};
 use glam::{DMat3, DVec3};
 
@@ -48,9 +48,9 @@ impl Bspline {
         let high = self.lattice.coordinates(region.max);
         let strides = self.lattice.strides();
         std::array::from_fn(|a| {
-            let start = low[a].floor();
+            let start = cell(low[a]);
             // A box that ends on a knot needs nothing of the cell beyond it.
-            let end = start.max(high[a].ceil() - 1.0);
+            let end = start.max(high[a].ceil() as isize - 1);
             let indices = first_coefficient(start)..=first_coefficient(end) + 3;
             let stored = indices.map(|i| self.lattice.clamp(a, i));
             stored.map(|i| i * strides[a]).collect()

@@ -4,7 +4,7 @@
 //! x, which is contiguous and lets the compiler use vector instructions; x is contracted last.
 
 use super::Bspline;
-use super::lattice::first_coefficient;
+use super::lattice::{cell, first_coefficient};
 use crate::field::Jet;
 use glam::{DMat3, DVec3};
 
@@ -133,10 +133,10 @@ impl Bspline {
     #[inline(always)]
     fn stencil(&self, x: DVec3) -> ([Weights; 3], [[[f32; 4]; 4]; 4]) {
         let t = self.lattice.coordinates(x);
-        let cell = t.floor();
+        let cell = t.to_array().map(cell);
         let s = self.lattice.per_spacing();
-        let weights = std::array::from_fn(|a| Weights::new(t[a] - cell[a], s[a]));
-        (weights, self.gather(cell.to_array().map(first_coefficient)))
+        let weights = std::array::from_fn(|a| Weights::new(t[a] - cell[a] as f64, s[a]));
+        (weights, self.gather(cell.map(first_coefficient)))
     }
 
     #[inline(always)]

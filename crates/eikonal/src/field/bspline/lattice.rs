@@ -116,8 +116,14 @@ impl Lattice {
     }
 }
 
-/// First of the four coefficients, counted from the first stored one, of the cell that starts at
-/// `cell`, a coordinate rounded down.
-pub(super) fn first_coefficient(cell: f64) -> isize {
-    cell as isize - 1 + PAD as isize
+/// The coordinate `t` rounded down. A coordinate is at least −(`PAD` + 2), so that truncation does,
+/// without the library call that `floor` is on older processors.
+pub(super) fn cell(t: f64) -> isize {
+    let shift = PAD + 2;
+    (t + shift as f64) as isize - shift as isize
+}
+
+/// First of the four coefficients, counted from the first stored one, that act in `cell`.
+pub(super) fn first_coefficient(cell: isize) -> isize {
+    cell - 1 + PAD as isize
 }

@@ -1,0 +1,333 @@
+//! Path tracing: sensor subpaths, next-event estimation over curved connections, and multiple
+//! importance sampling against emitters that are hit by chance.
+
+use crate::Spectrum;
+use crate::emitter::{Aim, Emitter};
+use crate::path::{
+    Edge, End, Equiangular, Link, Scatter, Start, Vertex, Workspace, environment_aim, trace,
+};
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use crate::sensor::Ray;
+
+/// The path tracer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathTracer {
+    /// Longest path, in edges; `None` for no limit. 1 shows emitters only, 2 adds single scattering.
+    pub max_depth: Option<u32>,
+    /// Number of edges after which Russian roulette begins.
+    pub rr_depth: u32,
+}
+
+impl Default for PathTracer {
+    fn default() -> Self {
+        PathTracer {
+            max_depth: None,
+            rr_depth: 5,
+        }
+    }
+}
+
+/// Russian roulette never lets a path go on with a larger probability than this.
+const LONGEST_ROULETTE: f64 = 0.95;
+
+/// A direction that is due to be followed, and what MIS must know of it.
+struct Next {
+    start: Start,
+    /// Throughput, in basic radiance: n² of the sensor included.
+    throughput: Spectrum,
+    /// The vertex and the density with which it chose the direction; `None` if no connection
+    /// competes (from the sensor, or along a specular lobe).
+    from: Option<(Vertex, f64)>,
+}
+
+struct Tracing<'a> {
+    scene: &'a Scene,
+    sampler: &'a mut Sampler,
+    ws: &'a mut Workspace,
+    /// Point-like emitters make it worthwhile to sample distances around them.
+    equiangular: bool,
+}
+
+impl PathTracer {
+    pub(super) fn radiance(
+        &self,
+        scene: &Scene,
+        ray: Ray,
+        lanes: usize,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+    ) -> Spectrum {
+        let start = Start {
+            x: ray.origin,
+            direction: ray.direction,
+            medium: scene.sensor_medium(),
+        };
+        let n = scene.n(start.medium, start.x);
+        let mut tracing = Tracing {
+            scene,
+            sampler,
+            ws,
+            equiangular: scene.emitters().iter().any(|e| e.singularity().is_some())
+                && scene.media().iter().any(|m| m.scatters()),
+        };
+        let throughput = Spectrum(std::array::from_fn(|c| if c < lanes { n * n } else { 0.0 }));
+        let mut next = Some(Next {
+            start,
+            throughput,
+            from: None,
+        });
+        let (mut radiance, mut depth) = (Spectrum::ZERO, 0);
+        while let Some(edge) = next {
+            next = self.edge(&mut tracing, edge, &mut depth, &mut radiance);
+        }
+        radiance
+    }
+
+    /// Follows one edge, adds what it finds to `radiance`, and scatters at its end.
+    fn edge(
+        &self,
+        t: &mut Tracing,
+        next: Next,
+        depth: &mut u32,
+        radiance: &mut Spectrum,
+    ) -> Option<Next> {
+        let lanes = next.throughput / next.throughput.sum();
+        let edge = trace(t.scene, next.start, lanes, t.equiangular, t.sampler, t.ws);
+        let budget = self.budget(*depth + 1);
+        if t.equiangular && budget > 0 {
+            *radiance += t.around_emitter(&edge, &next, lanes, budget);
+        }
+        *depth += 1 + edge.events;
+        if self.max_depth.is_some_and(|limit| *depth > limit) {
+            return None;
+        }
+        *radiance += t.emission(&edge, &next, lanes);
+        let budget = self.budget(*depth);
+        if budget == 0 {
+            return None;
+        }
+        let vertex = Vertex::of(t.scene, &edge)?;
+        let throughput = next.throughput * t.edge_weight(&edge, lanes);
+        *radiance += t.direct(&vertex, &edge, (throughput, lanes), budget);
+        let next = t.scatter(vertex, throughput)?;
+        self.roulette(t, next, *depth)
+    }
+
+    /// How much longer a path of `depth` may get.
+    fn budget(&self, depth: u32) -> u32 {
+        self.max_depth.map_or(u32::MAX, |limit| limit.saturating_sub(depth))
+    }
+
+    /// Ends paths of little throughput by chance, without bias. The scale is the throughput of
+    /// radiance, so that n² of the medium does not count.
+    fn roulette(&self, t: &mut Tracing, mut next: Next, depth: u32) -> Option<Next> {
+        if next.throughput.is_zero() {
+            return None;
+        }
+        if depth < self.rr_depth {
+            return Some(next);
+        }
+        let n = t.scene.n(t.scene.sensor_medium(), t.scene.sensor().position());
+        let survival = (next.throughput.max() / (n * n)).min(LONGEST_ROULETTE);
+        if t.sampler.next_1d() >= survival {
+            return None;
+        }
+        next.throughput *= 1.0 / survival;
+        Some(next)
+    }
+}
+
+impl Tracing<'_> {
+    /// Throughput of an edge up to its end, over the density of its sampling: T σ_s/p at a collision,
+    /// T/P on a surface.
+    fn edge_weight(&self, edge: &Edge, lanes: Spectrum) -> Spectrum {
+        let transmittance = edge.depth.exp_neg() * edge.weight;
+        match &edge.end {
+            End::Collision(point) => {
+                let medium = self.scene.medium(point.medium);
+                let scattering = point.rate * medium.albedo.at(point.x);
+                transmittance * scattering / Edge::collision_density(lanes, point)
+            }
+            _ => transmittance / edge.survival(lanes),
+        }
+    }
+
+    /// Light emitted where the edge ends, weighted against the connection that competes for it.
+    fn emission(&mut self, edge: &Edge, next: &Next, lanes: Spectrum) -> Spectrum {
+        let mut sum = Spectrum::ZERO;
+        match edge.end {
+            End::Surface {
+                object,
+                hit,
+                direction,
+                medium,
+            } => {
+                if let Some((emitter, radiance)) = self.scene.emitted(object, hit.normal, -direction)
+                {
+                    let n = self.scene.n(medium, hit.position);
+                    let shape = &self.scene.objects()[object].shape;
+                    let pdf = shape.pdf_area(hit.position, hit.primitive);
+                    let aim = Aim::Point {
+                        position: hit.position,
+                        surface: Some((object, hit.normal)),
+                    };
+                    let weight = self.mis(edge, next, lanes, (emitter, pdf), &aim);
+                    sum += radiance / (n * n) * weight;
+                }
+            }
+            End::Escaped { direction } => {
+                let n = self.scene.n(crate::scene::AMBIENT, edge.start.x);
+                let scene = self.scene;
+                for (emitter, environment) in scene.environments() {
+                    let pdf = environment.pdf(direction);
+                    let aim = environment_aim(scene, direction);
+                    let weight = self.mis(edge, next, lanes, (emitter, pdf), &aim);
+                    sum += environment.radiance(direction) / (n * n) * weight;
+                }
+            }
+            End::Collision(_) | End::Dead => return sum,
+        }
+        if sum.is_zero() {
+            return sum;
+        }
+        sum * next.throughput * self.edge_weight(edge, lanes)
+    }
+
+    /// Balance heuristic for an edge that was sampled from its start and found an emitter. The
+    /// connection competes only if it would find this very edge.
+    fn mis(
+        &mut self,
+        edge: &Edge,
+        next: &Next,
+        lanes: Spectrum,
+        (emitter, pdf): (usize, f64),
+        aim: &Aim,
+    ) -> f64 {
+        let Some((vertex, direction_pdf)) = &next.from else {
+            return 1.0;
+        };
+        if !edge.connectable {
+            return 1.0;
+        }
+        let Some(link) = Link::matching(self.scene, vertex, edge, aim, self.ws) else {
+            return 1.0;
+        };
+        let by_connection = self.scene.emitter_probability(emitter) * pdf * link.density;
+        let by_chance = direction_pdf * edge.choice * edge.survival(lanes);
+        by_chance / (by_chance + by_connection)
+    }
+
+    /// Next-event estimation at the vertex where an edge ended: what it scatters of one emitter's
+    /// light, chosen at random. `throughput` is that up to the vertex.
+    fn direct(
+        &mut self,
+        vertex: &Vertex,
+        edge: &Edge,
+        (throughput, lanes): (Spectrum, Spectrum),
+        budget: u32,
+    ) -> Spectrum {
+        let Some((index, probability)) = self.scene.choose_emitter(self.sampler.next_1d()) else {
+            return Spectrum::ZERO;
+        };
+        let emitter = &self.scene.emitters()[index];
+        let light = self.connect(vertex, throughput, (emitter, probability), budget);
+        match (&edge.end, self.around(edge, emitter)) {
+            (End::Collision(point), Some(around)) if !light.is_zero() => {
+                // The same vertex could have been placed by its distance to the emitter.
+                let by_collision = Edge::collision_density(lanes, point);
+                light * (by_collision / (by_collision + around.pdf(point.length)))
+            }
+            _ => light,
+        }
+    }
+
+    /// Single scattering at a point of the edge that is chosen by its distance to a point-like
+    /// emitter: its light falls off as 1/r², and collisions alone would sample it with infinite
+    /// variance (theory §9).
+    fn around_emitter(
+        &mut self,
+        edge: &Edge,
+        next: &Next,
+        lanes: Spectrum,
+        budget: u32,
+    ) -> Spectrum {
+        let choice = self.scene.choose_emitter(self.sampler.next_1d());
+        let u = self.sampler.next_1d();
+        let Some((index, probability)) = choice else {
+            return Spectrum::ZERO;
+        };
+        let emitter = &self.scene.emitters()[index];
+        let Some(around) = self.around(edge, emitter) else {
+            return Spectrum::ZERO;
+        };
+        let Some(point) = edge.at_length(around.sample(u)) else {
+            return Spectrum::ZERO;
+        };
+        let albedo = self.scene.medium(point.medium).albedo.at(point.x);
+        let scattering = point.rate * albedo * point.depth.exp_neg() * point.weight;
+        if scattering.is_zero() {
+            return Spectrum::ZERO;
+        }
+        let density = around.pdf(point.length) + Edge::collision_density(lanes, &point);
+        let throughput = next.throughput * scattering / density;
+        let vertex = Vertex::volume(&point);
+        self.connect(&vertex, throughput, (emitter, probability), budget)
+    }
+
+    fn around(&self, edge: &Edge, emitter: &Emitter) -> Option<Equiangular> {
+        if !self.equiangular {
+            return None;
+        }
+        Equiangular::new(edge, emitter.singularity()?)
+    }
+
+    /// What a vertex scatters of the light of an emitter that was chosen with some probability,
+    /// weighted against finding it by chance, for a path of given throughput up to the vertex.
+    fn connect(
+        &mut self,
+        vertex: &Vertex,
+        throughput: Spectrum,
+        (emitter, probability): (&Emitter, f64),
+        budget: u32,
+    ) -> Spectrum {
+        let scene = self.scene;
+        let shape = |object: usize| &scene.objects()[object].shape;
+        let aimed = emitter.aim(scene.around(), shape, self.sampler.next_2d());
+        let Some(link) = Link::new(scene, vertex, &aimed.aim, self.ws) else {
+            return Spectrum::ZERO;
+        };
+        let scattered = throughput * vertex.eval(scene, link.direction);
+        let emitted = emitter.emitted(&aimed.aim, link.origin, link.emission);
+        let received = scattered * link.transmittance() * emitted;
+        if received.is_zero() || link.events >= budget {
+            return Spectrum::ZERO;
+        }
+        let density = probability * aimed.pdf;
+        let weight = if aimed.delta {
+            1.0
+        } else {
+            // As the edge would be sampled if scattering chose this direction.
+            let lanes = scattered / scattered.sum();
+            let survival = (lanes * link.depth.exp_neg()).sum();
+            let by_chance = vertex.pdf(scene, link.direction) * link.choice * survival;
+            let by_connection = density * link.density;
+            by_connection / (by_connection + by_chance)
+        };
+        received * (link.geometry * weight / density)
+    }
+
+    fn scatter(&mut self, vertex: Vertex, throughput: Spectrum) -> Option<Next> {
+        let Scatter {
+            start,
+            weight,
+            pdf,
+            delta,
+        } = vertex.scatter(self.scene, self.sampler)?;
+        Some(Next {
+            start,
+            throughput: throughput * weight,
+            from: (!delta).then_some((vertex, pdf)),
+        })
+    }
+}

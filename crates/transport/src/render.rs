@@ -1,0 +1,151 @@
+//! Rendering: samples spread over threads, with results that depend on the seed alone.
+
+use crate::film::{Film, Pixel};
+use crate::path::Workspace;
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use crate::spectrum::Spectrum;
+use crate::stats::Stats;
+use rayon::prelude::*;
+use std::ops::ControlFlow;
+
+/// Rows per unit of work: small enough to share out, large enough not to matter.
+const PIXELS_PER_TASK: usize = 64;
+/// A pass has at most this many samples per pixel, so that progress is seen and cancelling is quick.
+const SAMPLES_PER_PASS: u64 = 16;
+
+/// How a render is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Samples per pixel.
+    pub samples: u64,
+    /// Seed: the same seed gives the same image, bit for bit, for any number of threads.
+    pub seed: u64,
+}
+
+/// How far a render has got.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Samples per pixel done.
+    pub done: u64,
+    /// Samples per pixel asked for.
+    pub total: u64,
+    /// Share of the current pass that is done, out of [`Progress::PASS`].
+    pub pass: u64,
+}
+
+impl Progress {
+    /// Full scale of [`Progress::pass`].
+    pub const PASS: u64 = 1000;
+}
+
+/// What a render gives.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// The image.
+    pub film: Film,
+    /// What happened.
+    pub stats: Stats,
+    /// Samples per pixel done: fewer than asked for if the render was stopped.
+    pub samples: u64,
+}
+
+/// Renders on the current thread pool: one scene for each group of up to four channels, alike but for
+/// their spectra. A film's groups are in the same order.
+///
+/// `on_pass` is called between passes; when it breaks, the render stops with what it has. All pixels
+/// then have the same number of samples.
+pub fn render(
+    scenes: &[Scene],
+    options: &Options,
+    mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
+) -> Rendering {
+    let spec = scenes[0].film();
+    let mut film = Film::new(spec.width, spec.height, spec.channels);
+    let mut stats = Stats::default();
+    let mut done = 0;
+    while done < options.samples {
+        // Short passes first, so that there is something to see and to save at once.
+        let next = (done.max(1)).min(SAMPLES_PER_PASS).min(options.samples - done);
+        for (group, scene) in scenes.iter().enumerate() {
+            stats += pass(scene, options.seed, done..done + next, group, &mut film);
+        }
+        done += next;
+        let progress = Progress {
+            done,
+            total: options.samples,
+            pass: Progress::PASS,
+        };
+        if on_pass(&progress).is_break() {
+            break;
+        }
+    }
+    Rendering {
+        film,
+        stats,
+        samples: done,
+    }
+}
+
+/// Adds a range of samples to every pixel of a channel group.
+fn pass(
+    scene: &Scene,
+    seed: u64,
+    samples: std::ops::Range<u64>,
+    group: usize,
+    film: &mut Film,
+) -> Stats {
+    let spec = *scene.film();
+    let lanes = (spec.channels - group * Spectrum::LANES).min(Spectrum::LANES);
+    // Each group's paths have an address space of their own.
+    let group_seed = seed.wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    film.group_mut(group)
+        .par_chunks_mut(PIXELS_PER_TASK)
+        .enumerate()
+        .map(|(task, pixels)| {
+            let mut ws = Workspace::new(scene.tolerance());
+            for (i, pixel) in pixels.iter_mut().enumerate() {
+                let index = task * PIXELS_PER_TASK + i;
+                for sample in samples.clone() {
+                    let mut sampler = Sampler::new(group_seed, index as u64, sample);
+                    let value = one_sample(scene, index, lanes, &mut sampler, &mut ws);
+                    add(pixel, value, &mut ws);
+                }
+            }
+            ws.stats()
+        })
+        .reduce(Stats::default, |mut a, b| {
+            a += b;
+            a
+        })
+}
+
+fn one_sample(
+    scene: &Scene,
+    index: usize,
+    lanes: usize,
+    sampler: &mut Sampler,
+    ws: &mut Workspace,
+) -> Spectrum {
+    let spec = scene.film();
+    let [u, v] = sampler.next_2d();
+    let lens = sampler.next_2d();
+    let (column, row) = (index % spec.width, index / spec.width);
+    let image = [
+        (column as f64 + 0.5 + spec.filter.sample(u)) / spec.width as f64,
+        (row as f64 + 0.5 + spec.filter.sample(v)) / spec.height as f64,
+    ];
+    let ray = scene.sensor().ray(image, lens);
+    ws.stats.paths += 1;
+    scene.integrator().radiance(scene, ray, lanes, sampler, ws)
+}
+
+/// A sample that is not finite is counted and scored zero.
+fn add(pixel: &mut Pixel, value: Spectrum, ws: &mut Workspace) {
+    if value.is_finite() {
+        pixel.add(value);
+    } else {
+        ws.stats.not_finite += 1;
+        pixel.add(Spectrum::ZERO);
+    }
+}

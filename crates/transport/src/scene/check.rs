@@ -1,0 +1,243 @@
+//! What can be wrong with a scene whose parts are each valid.
+
+use super::{AMBIENT, Object, Scene};
+use crate::bsdf::Bsdf;
+use crate::sampling::Sampler;
+use eikonal::Aabb;
+use glam::DVec3;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Severity {
+    /// The scene cannot be rendered.
+    Error,
+    /// It can, but the picture may not be what was meant.
+    Warning,
+}
+
+/// The part of the scene that a problem is about; indices as in [`super::Parts`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// The scene as a whole.
+    Scene,
+    /// The sensor.
+    Sensor,
+    /// A medium.
+    Medium(usize),
+    /// An object.
+    Object(usize),
+    /// An emitter.
+    Emitter(usize),
+}
+
+/// Something wrong with a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    /// How bad it is.
+    pub severity: Severity,
+    /// What it is about.
+    pub subject: Subject,
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it.
+    pub help: String,
+}
+
+/// Index jumps below this are round-off of a match.
+const MATCHED: f64 = 1e-6;
+/// Points at which a surface is probed.
+const SURFACE_PROBES: u64 = 64;
+/// Points per side at which a region is probed where its bounds leave doubt.
+const REGION_PROBES: usize = 33;
+
+/// Everything that is wrong, errors first.
+pub(super) fn check(scene: &Scene) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    for id in 0..scene.media().len() {
+        problems.extend(check_index(scene, id));
+    }
+    for (i, object) in scene.objects().iter().enumerate() {
+        problems.extend(check_sensor_outside(scene, object));
+        problems.extend(check_emitter_surface(i, object));
+        problems.extend(check_match(scene, i, object));
+        problems.extend(check_closed(scene, i, object));
+    }
+    problems.extend(check_emitters(scene));
+    problems.sort_by_key(|p| p.severity == Severity::Warning);
+    problems
+}
+
+fn error(subject: Subject, message: String, help: &str) -> Problem {
+    Problem {
+        severity: Severity::Error,
+        subject,
+        message,
+        help: help.into(),
+    }
+}
+
+fn warning(subject: Subject, message: String, help: &str) -> Problem {
+    Problem {
+        severity: Severity::Warning,
+        ..error(subject, message, help)
+    }
+}
+
+/// The index must be positive wherever light can be.
+fn check_index(scene: &Scene, id: usize) -> Option<Problem> {
+    let (medium, region) = (scene.medium(id), &scene.regions()[id]);
+    let subject = Subject::Medium(id);
+    if id == AMBIENT && !medium.index.is_constant() {
+        return Some(error(
+            subject,
+            "the ambient medium's index varies in space, but it has no bounds".into(),
+            "put the varying medium inside a closed shape",
+        ));
+    }
+    if region.bounds.n2_min > 0.0 || region.aabb.is_empty() {
+        return None;
+    }
+    let (x, n2) = smallest_square(scene, id, &region.aabb)?;
+    (n2.is_nan() || n2 <= 0.0).then(|| {
+        error(
+            subject,
+            format!(
+                "the squared refractive index of medium '{}' is {n2:.4} at ({:.4}, {:.4}, {:.4}); \
+                 it must be positive throughout the medium",
+                medium.name, x.x, x.y, x.z
+            ),
+            "shrink the shape that holds the medium, or change the field's parameters",
+        )
+    })
+}
+
+/// The smallest n² among points of a grid inside the objects that hold a medium.
+fn smallest_square(scene: &Scene, id: usize, aabb: &Aabb) -> Option<(DVec3, f64)> {
+    let holders: Vec<&Object> = scene
+        .objects()
+        .iter()
+        .filter(|o| o.interior() == Some(id) && o.shape.is_closed())
+        .collect();
+    let n = REGION_PROBES;
+    let at = |i: usize| (i as f64 + 0.5) / n as f64;
+    (0..n * n * n)
+        .map(|i| aabb.min + aabb.size() * DVec3::new(at(i % n), at(i / n % n), at(i / n / n)))
+        .filter(|x| holders.is_empty() || holders.iter().any(|o| o.shape.contains(*x)))
+        .map(|x| (x, scene.medium(id).index.n2(x)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<Problem> {
+    let inside = object.bsdf.is_opaque()
+        && object.shape.is_closed()
+        && object.shape.contains(scene.sensor().position());
+    inside.then(|| {
+        error(
+            Subject::Sensor,
+            format!("the sensor is inside '{}', which is opaque", object.name),
+            "move the sensor, or give the shape a bsdf that lets light through",
+        )
+    })
+}
+
+fn check_emitter_surface(i: usize, object: &Object) -> Option<Problem> {
+    let specular = object.bsdf.is_delta() || object.bsdf.is_null();
+    (object.emitter.is_some() && specular).then(|| {
+        error(
+            Subject::Object(i),
+            format!("'{}' emits light from a specular or null surface", object.name),
+            "give the shape a diffuse bsdf (reflectance 0 for a black lamp)",
+        )
+    })
+}
+
+/// A boundary without a bsdf of its own is declared index-matched: is it?
+fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
+    let sides = object.sides.filter(|_| matches!(object.bsdf, Bsdf::Null))?;
+    let jump = (0..SURFACE_PROBES)
+        .map(|k| {
+            let x = object.shape.sample_area(Sampler::new(0, k, 0).next_2d()).position;
+            (scene.n(sides.interior, x) - scene.n(sides.exterior, x)).abs()
+        })
+        .fold(0.0, f64::max);
+    (jump > MATCHED).then(|| {
+        warning(
+            Subject::Object(i),
+            format!(
+                "the boundary of '{}' is declared index-matched (bsdf null), but the index jumps by \
+                 up to {jump:.4} across it",
+                object.name
+            ),
+            "rays pass it without refraction or reflection; use a dielectric bsdf for a real surface",
+        )
+    })
+}
+
+/// A medium in an open shape has no inside.
+fn check_closed(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
+    let id = object.interior().filter(|&id| id != AMBIENT)?;
+    let medium = scene.medium(id);
+    let matters = !medium.is_transparent() || !medium.index.is_constant();
+    (matters && !object.shape.is_closed()).then(|| {
+        warning(
+            Subject::Object(i),
+            format!(
+                "'{}' holds medium '{}' but does not enclose a volume",
+                object.name, medium.name
+            ),
+            "light may leave the medium without crossing a boundary; use a closed shape",
+        )
+    })
+}
+
+fn check_emitters(scene: &Scene) -> Vec<Problem> {
+    if scene.emitters().is_empty() {
+        return vec![warning(
+            Subject::Scene,
+            "the scene has no emitter: the picture will be black".into(),
+            "add an <emitter>",
+        )];
+    }
+    if !may_have_several_branches(scene) {
+        return Vec::new();
+    }
+    let emitters = scene.emitters().iter().enumerate();
+    emitters
+        .filter(|(_, e)| e.is_delta())
+        .map(|(i, e)| {
+            warning(
+                Subject::Emitter(i),
+                format!(
+                    "light of this {} emitter may reach a point along several rays, of which \
+                     connections find the primary one only; what the others carry is missing",
+                    e.kind()
+                ),
+                "an area or environment emitter is complete: scattered paths find its other rays",
+            )
+        })
+        .collect()
+}
+
+/// Whether two points may be connected by more than one ray: not if all rays are straight lines,
+/// nor if a single curved medium, convex and certified, is left for good by every ray that leaves it.
+fn may_have_several_branches(scene: &Scene) -> bool {
+    if scene.objects().iter().any(|o| matches!(o.bsdf, Bsdf::Dielectric(_))) {
+        return true;
+    }
+    let curved: Vec<usize> = (0..scene.media().len())
+        .filter(|&id| !scene.medium(id).index.is_constant())
+        .collect();
+    match curved[..] {
+        [] => false,
+        [id] => {
+            let region = &scene.regions()[id];
+            let certified = region.uniqueness.as_ref().is_some_and(|u| u.whole_medium());
+            let inside = |e: &crate::emitter::Emitter| {
+                e.singularity().is_some_and(|x| scene.medium_at(x) == id)
+            };
+            let emitters = scene.emitters().iter();
+            !(certified && emitters.filter(|e| e.is_delta()).all(inside))
+        }
+        _ => true,
+    }
+}

@@ -1,0 +1,102 @@
+//! Cubes, boxes and parallelepipeds.
+
+use super::curve::Curve;
+use super::placement::Placement;
+use super::planar::Flat;
+use super::{AreaSample, Hit, ShapeError};
+use eikonal::Aabb;
+use eikonal::ray::Arc;
+use glam::{DAffine3, DVec3};
+
+const LOCAL: Aabb = Aabb {
+    min: DVec3::NEG_ONE,
+    max: DVec3::ONE,
+};
+
+/// The cube \[−1, 1\]³ under an affine map. Face 2k (2k + 1) is where coordinate k is −1 (+1); on
+/// each, uv ∈ \[0, 1\]² follows the two other coordinates in cyclic order.
+#[derive(Clone, Debug)]
+pub struct Cube {
+    pub(super) placement: Placement,
+}
+
+impl Cube {
+    /// The image of the cube.
+    pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
+        let placement = Placement::new(to_world, &LOCAL)?;
+        Ok(Cube { placement })
+    }
+
+    pub(super) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
+        let curve = Curve::new(arc, theta, &self.placement, &LOCAL)?;
+        // A curve through an edge must not slip between two faces.
+        let limit = 1.0 + self.placement.noise();
+        let mut best: Option<(f64, Flat)> = None;
+        for face in (0..6).map(face) {
+            let [a, b] = others(face.axis);
+            let inside = |p: DVec3| p[a].abs() <= limit && p[b].abs() <= limit;
+            let until = best.as_ref().map_or(1.0, |(u, _)| *u);
+            if let Some(u) = face.first(&curve, until, inside)
+                && (best.is_none() || u < until)
+            {
+                best = Some((u, face));
+            }
+        }
+        let (u, face) = best?;
+        let local = face.project(curve.position(u)).clamp(LOCAL.min, LOCAL.max);
+        Some(face.hit(&self.placement, curve.theta(u), local, uv(local, face.axis)))
+    }
+
+    pub(super) fn aabb(&self) -> Aabb {
+        self.placement.aabb(|d| d.abs().element_sum())
+    }
+
+    pub(super) fn contains(&self, p: DVec3) -> bool {
+        self.placement.local(p).abs().max_element() < 1.0
+    }
+
+    pub(super) fn area(&self) -> f64 {
+        2.0 * self.face_areas().iter().sum::<f64>()
+    }
+
+    /// Areas of the faces across each axis.
+    fn face_areas(&self) -> [f64; 3] {
+        DVec3::AXES.map(|n| 4.0 * self.placement.stretch(n))
+    }
+
+    pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
+        let areas = self.face_areas();
+        let total = self.area();
+        let mut rest = u[0] * total;
+        let mut i = 0;
+        while i < 5 && rest >= areas[i / 2] {
+            rest -= areas[i / 2];
+            i += 1;
+        }
+        let face = face(i);
+        let [a, b] = others(face.axis);
+        let mut local = face.project(DVec3::ZERO);
+        local[a] = (2.0 * rest / areas[face.axis] - 1.0).clamp(-1.0, 1.0);
+        local[b] = 2.0 * u[1] - 1.0;
+        face.sample(&self.placement, local, uv(local, face.axis), total.recip())
+    }
+}
+
+fn face(i: usize) -> Flat {
+    let axis = i / 2;
+    let at = if i.is_multiple_of(2) { -1.0 } else { 1.0 };
+    Flat {
+        axis,
+        at,
+        normal: DVec3::AXES[axis] * at,
+        primitive: i as u32,
+    }
+}
+
+fn others(axis: usize) -> [usize; 2] {
+    [(axis + 1) % 3, (axis + 2) % 3]
+}
+
+fn uv(local: DVec3, axis: usize) -> [f64; 2] {
+    others(axis).map(|k| 0.5 * (local[k] + 1.0))
+}

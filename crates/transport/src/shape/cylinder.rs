@@ -1,0 +1,207 @@
+//! Cylinders, open or capped.
+
+use super::curve::Curve;
+use super::placement::Placement;
+use super::planar::Flat;
+use super::{AreaSample, Hit, ShapeError, circle, disk, turn};
+use eikonal::Aabb;
+use eikonal::ray::Arc;
+use glam::{DAffine3, DMat3, DVec3};
+use std::f64::consts::TAU;
+
+const LOCAL: Aabb = Aabb {
+    min: DVec3::new(-1.0, -1.0, 0.0),
+    max: DVec3::ONE,
+};
+
+const CAPS: [Flat; 2] = [
+    Flat {
+        axis: 2,
+        at: 0.0,
+        normal: DVec3::NEG_Z,
+        primitive: 1,
+    },
+    Flat {
+        axis: 2,
+        at: 1.0,
+        normal: DVec3::Z,
+        primitive: 2,
+    },
+];
+
+/// The cylinder x² + y² = 1 from z = 0 to z = 1 under an affine map, normals away from the axis.
+/// Part 0 is the side, with uv = (φ/2π, z); parts 1 and 2 are the caps at z = 0 and z = 1, if the
+/// cylinder is capped, with uv = (r, φ/2π).
+#[derive(Clone, Debug)]
+pub struct Cylinder {
+    pub(super) placement: Placement,
+    capped: bool,
+    side_area: f64,
+}
+
+impl Cylinder {
+    pub(super) fn misses(&self, region: &Aabb) -> bool {
+        let local = self.placement.local_box(region);
+        let axis = Aabb::new(DVec3::ZERO, DVec3::Z);
+        let flat = |p: DVec3| p.with_z(0.0);
+        let across = Aabb::new(flat(local.min), flat(local.max)).nearest_distance(DVec3::ZERO);
+        across > 1.0 || local.max.z < axis.min.z || local.min.z > axis.max.z
+    }
+
+    /// The image of the cylinder.
+    pub fn new(to_world: DAffine3, capped: bool) -> Result<Self, ShapeError> {
+        let placement = Placement::new(to_world, &LOCAL)?;
+        Ok(Cylinder {
+            side_area: side_area(&placement),
+            placement,
+            capped,
+        })
+    }
+
+    /// The circular cylinder around the segment from `p0` to `p1`.
+    pub fn between(p0: DVec3, p1: DVec3, radius: f64, capped: bool) -> Result<Self, ShapeError> {
+        Cylinder::new(Cylinder::frame(p0, p1, radius)?, capped)
+    }
+
+    /// The map that takes the canonical cylinder to the one around the segment from `p0` to `p1`.
+    pub fn frame(p0: DVec3, p1: DVec3, radius: f64) -> Result<DAffine3, ShapeError> {
+        if !(radius > 0.0 && radius.is_finite()) {
+            return Err(ShapeError::Radius { radius });
+        }
+        let axis = (p1 - p0).try_normalize().ok_or(ShapeError::CylinderEnds)?;
+        let (x, y) = axis.any_orthonormal_pair();
+        let linear = DMat3::from_cols(x * radius, y * radius, p1 - p0);
+        Ok(DAffine3::from_mat3_translation(linear, p0))
+    }
+
+    /// Whether the ends are closed by caps.
+    pub fn is_capped(&self) -> bool {
+        self.capped
+    }
+
+    pub(super) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
+        let curve = Curve::new(arc, theta, &self.placement, &LOCAL)?;
+        // A curve through the rim must not slip between side and cap.
+        let slack = if self.capped {
+            4.0 * self.placement.noise()
+        } else {
+            0.0
+        };
+        let wall = curve.radial(&[DVec3::X, DVec3::Y]);
+        let side = curve.first(&wall, 1.0, |p| p.z >= -slack && p.z <= 1.0 + slack);
+        if self.capped {
+            let inside = |p: DVec3| p.truncate().length_squared() <= 1.0 + slack;
+            let mut best: Option<(f64, &Flat)> = None;
+            for cap in &CAPS {
+                let until = best.map_or(side.unwrap_or(1.0), |(u, _)| u);
+                if let Some(u) = cap.first(&curve, until, inside) {
+                    best = Some((u, cap));
+                }
+            }
+            if let Some((u, cap)) = best {
+                return Some(self.cap_hit(cap, curve.theta(u), curve.position(u)));
+            }
+        }
+        let u = side?;
+        Some(self.side_hit(curve.theta(u), curve.position(u)))
+    }
+
+    fn side_hit(&self, theta: f64, p: DVec3) -> Hit {
+        let n = p.with_z(0.0).normalize();
+        let local = n.with_z(p.z.clamp(0.0, 1.0));
+        Hit {
+            theta,
+            position: self.placement.point(local),
+            normal: self.placement.normal(n),
+            uv: [turn(local.x, local.y), local.z],
+            primitive: 0,
+        }
+    }
+
+    fn cap_hit(&self, cap: &Flat, theta: f64, p: DVec3) -> Hit {
+        let local = p.truncate().clamp_length_max(1.0).extend(cap.at);
+        cap.hit(&self.placement, theta, local, disk::uv(local))
+    }
+
+    pub(super) fn aabb(&self) -> Aabb {
+        self.placement
+            .aabb(|d| d.truncate().length() + d.z.max(0.0))
+    }
+
+    pub(super) fn contains(&self, p: DVec3) -> bool {
+        let p = self.placement.local(p);
+        self.capped && p.z > 0.0 && p.z < 1.0 && p.truncate().length_squared() < 1.0
+    }
+
+    pub(super) fn area(&self) -> f64 {
+        let caps = if self.capped {
+            2.0 * self.cap_area()
+        } else {
+            0.0
+        };
+        self.side_area + caps
+    }
+
+    fn cap_area(&self) -> f64 {
+        0.5 * TAU * self.placement.stretch(DVec3::Z)
+    }
+
+    pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
+        let v = u[0] * self.area();
+        if v < self.side_area || !self.capped {
+            let z = (v / self.side_area).min(1.0);
+            return self.side_sample([u[1], z]);
+        }
+        let v = (v - self.side_area) / self.cap_area();
+        let (cap, v) = if v < 1.0 {
+            (&CAPS[0], v)
+        } else {
+            (&CAPS[1], v - 1.0)
+        };
+        let local = disk::point([v.min(1.0), u[1]]).extend(cap.at);
+        cap.sample(&self.placement, local, disk::uv(local), self.area().recip())
+    }
+
+    fn side_sample(&self, uv: [f64; 2]) -> AreaSample {
+        let [x, y] = circle(uv[0]);
+        let n = DVec3::new(x, y, 0.0);
+        AreaSample {
+            position: self.placement.point(n.with_z(uv[1])),
+            normal: self.placement.normal(n),
+            uv,
+            primitive: 0,
+            pdf: self.side_pdf(n),
+        }
+    }
+
+    pub(super) fn pdf_area(&self, position: DVec3, primitive: u32) -> f64 {
+        match primitive {
+            0 => self.side_pdf(self.placement.local(position).with_z(0.0).normalize()),
+            _ => self.area().recip(),
+        }
+    }
+
+    /// The side is chosen by its share of the area, then drawn from evenly in φ and z.
+    fn side_pdf(&self, n: DVec3) -> f64 {
+        self.side_area / self.area() / (TAU * self.placement.stretch(n))
+    }
+
+    /// On the side f = (x² + y² − 1)/2 in local coordinates.
+    pub(super) fn shape_operator(&self, position: DVec3, primitive: u32) -> DMat3 {
+        if primitive != 0 {
+            return DMat3::ZERO;
+        }
+        let n = self.placement.local(position).with_z(0.0);
+        self.placement.shape_operator(n, DVec3::new(1.0, 1.0, 0.0))
+    }
+}
+
+/// ∫ |det M| |M⁻ᵀ n| dφ, by the trapezoidal rule, which converges geometrically.
+fn side_area(placement: &Placement) -> f64 {
+    const POINTS: usize = 1024;
+    let stretch = |i: usize| {
+        let [x, y] = circle(i as f64 / POINTS as f64);
+        placement.stretch(DVec3::new(x, y, 0.0))
+    };
+    (0..POINTS).map(stretch).sum::<f64>() * TAU / POINTS as f64
+}

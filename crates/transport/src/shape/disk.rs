@@ -1,0 +1,66 @@
+//! Disks and flat ellipses.
+
+use super::curve::Curve;
+use super::placement::Placement;
+use super::planar::Flat;
+use super::{AreaSample, Hit, ShapeError, circle, turn};
+use eikonal::Aabb;
+use eikonal::ray::Arc;
+use glam::{DAffine3, DVec3};
+use std::f64::consts::PI;
+
+const LOCAL: Aabb = Aabb {
+    min: DVec3::new(-1.0, -1.0, 0.0),
+    max: DVec3::new(1.0, 1.0, 0.0),
+};
+
+const FACE: Flat = Flat {
+    axis: 2,
+    at: 0.0,
+    normal: DVec3::Z,
+    primitive: 0,
+};
+
+/// The unit disk at z = 0 under an affine map, facing +z; uv = (r, φ/2π).
+#[derive(Clone, Debug)]
+pub struct Disk {
+    pub(super) placement: Placement,
+}
+
+impl Disk {
+    /// The image of the unit disk.
+    pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
+        let placement = Placement::new(to_world, &LOCAL)?;
+        Ok(Disk { placement })
+    }
+
+    pub(super) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
+        let curve = Curve::new(arc, theta, &self.placement, &LOCAL)?;
+        let u = FACE.first(&curve, 1.0, |p| p.truncate().length_squared() <= 1.0)?;
+        let local = FACE.project(curve.position(u));
+        Some(FACE.hit(&self.placement, curve.theta(u), local, uv(local)))
+    }
+
+    pub(super) fn aabb(&self) -> Aabb {
+        self.placement.aabb(|d| d.truncate().length())
+    }
+
+    pub(super) fn area(&self) -> f64 {
+        PI * self.placement.stretch(DVec3::Z)
+    }
+
+    pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
+        let local = point(u).extend(0.0);
+        FACE.sample(&self.placement, local, uv(local), self.area().recip())
+    }
+}
+
+/// The point of the unit disk at a uniform pair, uniform in area.
+pub(super) fn point(u: [f64; 2]) -> glam::DVec2 {
+    glam::DVec2::from(circle(u[1])) * u[0].sqrt()
+}
+
+/// Polar coordinates of a local point.
+pub(super) fn uv(local: DVec3) -> [f64; 2] {
+    [local.truncate().length(), turn(local.x, local.y)]
+}

@@ -1,0 +1,65 @@
+//! What can be wrong with a shape.
+
+use thiserror::Error;
+
+/// Why a shape cannot be built.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ShapeError {
+    /// The transformation has an infinite or undefined entry.
+    #[error("the transformation must have finite entries")]
+    NonFiniteTransform,
+    /// The transformation collapses a direction.
+    #[error("the transformation must be invertible, but its determinant is {det:e}")]
+    SingularTransform {
+        /// Determinant of the linear part.
+        det: f64,
+    },
+    /// A radius is zero, negative or not finite.
+    #[error("the radius must be positive and finite, but it is {radius}")]
+    Radius {
+        /// The radius given.
+        radius: f64,
+    },
+    /// The ends of a cylinder coincide, or are not finite.
+    #[error("the end points of a cylinder must be finite and distinct")]
+    CylinderEnds,
+    /// No triangle is left.
+    #[error(
+        "a mesh needs a triangle of positive area, but has none (degenerate triangles: {dropped})"
+    )]
+    EmptyMesh {
+        /// Number of degenerate triangles among those given.
+        dropped: usize,
+    },
+    /// A triangle names a vertex that does not exist.
+    #[error("triangle {triangle} uses vertex {index}, but there are only {count} vertices")]
+    VertexIndex {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The vertex it names.
+        index: u32,
+        /// Number of vertices.
+        count: usize,
+    },
+    /// A vertex has an infinite or undefined coordinate.
+    #[error("vertex {vertex} must have finite coordinates")]
+    NonFiniteVertex {
+        /// Index of the vertex.
+        vertex: usize,
+    },
+    /// Texture coordinates are given, but not one pair per vertex.
+    #[error("expected one pair of texture coordinates for each of {expected} vertices, got {got}")]
+    UvCount {
+        /// Number of vertices.
+        expected: usize,
+        /// Number of pairs given.
+        got: usize,
+    },
+    /// More triangles than a 32-bit index can name.
+    #[error("a mesh can have at most {max} triangles, got {got}", max = u32::MAX / 2)]
+    TooManyTriangles {
+        /// Number of triangles given.
+        got: usize,
+    },
+}

@@ -1,0 +1,249 @@
+//! Where lines and arcs meet a mesh.
+
+use super::{Hit, Mesh, cross};
+use crate::shape::sweep::Sweep;
+use eikonal::ray::Arc;
+use eikonal::ray::bernstein::{evaluate, first_root, height, split};
+use glam::DVec3;
+
+/// Pieces of an arc that stray from their chord by more than this fraction of half the size of
+/// the mesh are halved before traversal.
+const STRAY: f64 = 1.0 / 64.0;
+
+/// Times that an arc is halved at most; each time it strays a quarter as far.
+const HALVINGS: u32 = 8;
+
+/// The nearest hit so far: θ, triangle, barycentric coordinates.
+struct Nearest {
+    end: f64,
+    hit: Option<(f64, usize, [f64; 3])>,
+}
+
+impl Nearest {
+    fn offer(&mut self, theta: f64, triangle: usize, w: [f64; 3]) {
+        // A hit on a shared edge belongs to the triangle that comes first.
+        let nearer = |(t, i, _)| theta < t || (theta == t && triangle < i);
+        if theta <= self.end && self.hit.is_none_or(nearer) {
+            self.hit = Some((theta, triangle, w));
+            self.end = theta;
+        }
+    }
+}
+
+impl Mesh {
+    pub(in crate::shape) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
+        let range = [theta[0].max(0.0), theta[1].min(1.0)];
+        let mut nearest = Nearest {
+            end: range[1],
+            hit: None,
+        };
+        if arc.is_straight() {
+            self.meet_line([arc.start(), arc.end()], range, &mut nearest);
+        } else {
+            let piece = Piece {
+                control: *arc.control(),
+                theta: [0.0, 1.0],
+            };
+            self.meet_arc(&piece, range, HALVINGS, &mut nearest);
+        }
+        let (theta, triangle, w) = nearest.hit?;
+        Some(self.hit(theta, triangle, w))
+    }
+
+    fn meet_line(&self, ends: [DVec3; 2], range: [f64; 2], nearest: &mut Nearest) {
+        let sweep = Sweep::new(&ends.map(|p| self.tree.local(p)));
+        let Some(near) = self.tree.clip(&sweep, range) else {
+            return;
+        };
+        let d = ends[1] - ends[0];
+        // A long line is seen from where it reaches the mesh, lest digits are lost.
+        let origin = point(ends, near[0]);
+        let line = Line::new(origin, d);
+        let ends = range.map(|t| (point(ends, t), self.point_noise(t, d)));
+        self.tree.visit(&sweep, near, &mut |i| {
+            let t = self.triangle(i);
+            if let Some((theta, w)) = line.meet(t)
+                && crosses_plane(t, &ends)
+            {
+                nearest.offer((near[0] + theta).clamp(range[0].next_up(), range[1]), i, w);
+            }
+            nearest.end
+        });
+    }
+
+    /// Bound of the error of the point at `theta` of a line along `d`.
+    fn point_noise(&self, theta: f64, d: DVec3) -> f64 {
+        let cut = theta > 0.0 && theta < 1.0;
+        self.noise
+            + if cut {
+                64.0 * f64::EPSILON * d.length()
+            } else {
+                0.0
+            }
+    }
+
+    fn meet_arc(&self, piece: &Piece, range: [f64; 2], halvings: u32, nearest: &mut Nearest) {
+        let sweep = Sweep::new(&piece.control.map(|p| self.tree.local(p)));
+        let (Some(u_min), Some(u_max)) = (piece.u(range[0]), piece.u_end(nearest.end)) else {
+            return;
+        };
+        if self.tree.clip(&sweep, [u_min, u_max]).is_none() {
+            return;
+        }
+        if sweep.deviation() > STRAY && halvings > 0 {
+            for half in piece.halves() {
+                self.meet_arc(&half, range, halvings - 1, nearest);
+            }
+            return;
+        }
+        self.tree.visit(&sweep, [u_min, u_max], &mut |i| {
+            let until = piece.u_end(nearest.end).unwrap_or(u_min);
+            if let Some((u, w)) = self.meet_triangle(&piece.control, i, [u_min, until]) {
+                nearest.offer(piece.at(u).max(range[0].next_up()), i, w);
+            }
+            piece.u_end(nearest.end).unwrap_or(u_min)
+        });
+    }
+
+    /// The first crossing of a curve with triangle `i` for u in (range[0], range[1]].
+    fn meet_triangle(
+        &self,
+        control: &[DVec3; 6],
+        i: usize,
+        range: [f64; 2],
+    ) -> Option<(f64, [f64; 3])> {
+        let t = self.triangle(i);
+        let n = cross(t).normalize();
+        let h = height(control, t[0], n);
+        let mut from = range[0];
+        // There are at most five roots.
+        for _ in 0..5 {
+            from = first_root(&h, from, range[1], [self.noise; 2])?;
+            let (p, dp) = evaluate(control, from);
+            // Where the curve crosses at a small angle its root, hence the point, is less exact.
+            let slope = (n.dot(dp) / dp.length()).abs().max(1e-4);
+            if let Some(w) = barycentric(t, n, p, self.noise / slope) {
+                return Some((from, w));
+            }
+        }
+        None
+    }
+}
+
+/// The point of a segment at `t`, exact at both ends.
+fn point(ends: [DVec3; 2], t: f64) -> DVec3 {
+    if t == 1.0 {
+        ends[1]
+    } else {
+        ends[0] + (ends[1] - ends[0]) * t
+    }
+}
+
+/// Whether a segment with these ends crosses the plane of a triangle: starts off it, and ends on it
+/// or on its other side. A height below the noise counts as zero, so that consecutive segments
+/// agree about their common end.
+fn crosses_plane(t: [DVec3; 3], ends: &[(DVec3, f64); 2]) -> bool {
+    let n = cross(t).normalize();
+    let [start, end] = ends.map(|(p, noise)| {
+        let h = n.dot(p - t[0]);
+        if h.abs() <= noise { 0.0 } else { h.signum() }
+    });
+    start != 0.0 && start != end
+}
+
+/// Barycentric coordinates of a point in the plane of a triangle, if it is inside or beyond a side
+/// by no more than `slack`: a curve through a shared edge must not slip between two triangles.
+fn barycentric(t: [DVec3; 3], n: DVec3, p: DVec3, slack: f64) -> Option<[f64; 3]> {
+    let mut w = [0.0; 3];
+    for k in 0..3 {
+        let (a, b) = (t[(k + 1) % 3], t[(k + 2) % 3]);
+        let area = n.dot((b - a).cross(p - a));
+        if area < -slack * (b - a).length() {
+            return None;
+        }
+        w[k] = area.max(0.0);
+    }
+    let sum = w[0] + w[1] + w[2];
+    Some(w.map(|x| x / sum))
+}
+
+/// A piece of an arc, over [theta[0], theta[1]] of the whole.
+struct Piece {
+    control: [DVec3; 6],
+    theta: [f64; 2],
+}
+
+impl Piece {
+    fn at(&self, u: f64) -> f64 {
+        let [a, b] = self.theta;
+        if u == 1.0 { b } else { a + (b - a) * u }
+    }
+
+    /// Where the piece starts to be within a range that starts at `theta`; `None` if nowhere.
+    fn u(&self, theta: f64) -> Option<f64> {
+        let [a, b] = self.theta;
+        (theta < b).then(|| ((theta - a) / (b - a)).max(0.0))
+    }
+
+    /// Where the piece stops to be within a range that ends at `theta`; `None` if nowhere.
+    fn u_end(&self, theta: f64) -> Option<f64> {
+        let [a, b] = self.theta;
+        (theta > a).then(|| ((theta - a) / (b - a)).min(1.0))
+    }
+
+    fn halves(&self) -> [Piece; 2] {
+        let (left, right) = split(&self.control, 0.5);
+        let [a, b] = self.theta;
+        let m = 0.5 * (a + b);
+        [(left, [a, m]), (right, [m, b])].map(|(control, theta)| Piece { control, theta })
+    }
+}
+
+/// A line prepared for the watertight test of S. Woop, C. Benthin and I. Wald, "Watertight
+/// Ray/Triangle Intersection", JCGT 2(1), 2013: coordinates are sheared so that the line becomes an
+/// axis. For an edge shared by two triangles the same operations decide on which side the line
+/// passes, so that it hits at least one of them.
+pub(super) struct Line {
+    origin: DVec3,
+    axes: [usize; 3],
+    shear: DVec3,
+}
+
+impl Line {
+    pub fn new(origin: DVec3, d: DVec3) -> Self {
+        let z = d.abs().max_position();
+        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        Line {
+            origin,
+            axes,
+            shear: DVec3::new(d[axes[0]], d[axes[1]], 1.0) / d[z],
+        }
+    }
+
+    /// Twice the projected areas that the line makes with the three sides, and the parameters of
+    /// the corners along the line, in units of the vector that it was made from.
+    pub fn project(&self, t: [DVec3; 3]) -> ([f64; 3], [f64; 3]) {
+        let [x, y, z] = self.axes;
+        let s = self.shear;
+        let [a, b, c] = t.map(|p| {
+            let q = p - self.origin;
+            (q[x] - s.x * q[z], q[y] - s.y * q[z], s.z * q[z])
+        });
+        let side = |p: (f64, f64, f64), q: (f64, f64, f64)| p.0 * q.1 - p.1 * q.0;
+        ([side(c, b), side(a, c), side(b, a)], [a.2, b.2, c.2])
+    }
+
+    /// The parameter of the crossing and its barycentric coordinates.
+    fn meet(&self, t: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
+        let (e, z) = self.project(t);
+        if e.iter().any(|x| *x < 0.0) && e.iter().any(|x| *x > 0.0) {
+            return None;
+        }
+        let det = e[0] + e[1] + e[2];
+        if det == 0.0 || !det.is_finite() {
+            return None;
+        }
+        let w = e.map(|x| x / det);
+        Some((w[0] * z[0] + w[1] * z[1] + w[2] * z[2], w))
+    }
+}

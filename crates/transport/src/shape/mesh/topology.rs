@@ -1,0 +1,73 @@
+//! What a mesh encloses.
+
+use super::{corners, cross};
+use eikonal::Aabb;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Largest number of vertex–triangle pairs for which convexity is checked.
+const CONVEXITY_PAIRS: usize = 20_000_000;
+
+/// Whether every edge is shared by exactly two triangles that run along it in opposite directions.
+/// Vertices at the same position count as one, so that seams of texture coordinates do not matter.
+pub(super) fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]]) -> bool {
+    let ids = weld(positions);
+    // Directed edges seen.
+    let mut edges: HashMap<(u32, u32), u32> = HashMap::with_capacity(3 * triangles.len());
+    for t in triangles {
+        let t = t.map(|v| ids[v as usize]);
+        if t[0] == t[1] || t[1] == t[2] || t[2] == t[0] {
+            continue;
+        }
+        for k in 0..3 {
+            *edges.entry((t[k], t[(k + 1) % 3])).or_insert(0) += 1;
+        }
+    }
+    let paired = |(a, b): (u32, u32)| edges.get(&(b, a)) == Some(&1);
+    !edges.is_empty() && edges.iter().all(|(e, n)| *n == 1 && paired(*e))
+}
+
+/// For each vertex the first one at the same position.
+fn weld(positions: &[DVec3]) -> Vec<u32> {
+    let mut first = HashMap::with_capacity(positions.len());
+    let id = |(i, p): (usize, &DVec3)| {
+        // Adding zero turns −0 into 0.
+        let key = (*p + DVec3::ZERO).to_array().map(f64::to_bits);
+        *first.entry(key).or_insert(i as u32)
+    };
+    positions.iter().enumerate().map(id).collect()
+}
+
+/// The enclosed volume, negative if the triangles are wound inside out.
+pub(super) fn signed_volume(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
+    // Any origin will do; one on the mesh avoids cancellation far from the scene's origin.
+    let o = positions[triangles[0][0] as usize];
+    let cone = |t: &[u32; 3]| {
+        let [a, b, c] = corners(positions, t).map(|p| p - o);
+        a.dot(b.cross(c)) / 6.0
+    };
+    triangles.iter().map(cone).sum()
+}
+
+/// Whether all vertices lie behind the planes of all triangles of a closed mesh. Not checked
+/// (false) for large meshes, where it would take long.
+pub(super) fn is_convex(positions: &[DVec3], triangles: &[[u32; 3]], bounds: &Aabb) -> bool {
+    if positions.len().saturating_mul(triangles.len()) > CONVEXITY_PAIRS {
+        return false;
+    }
+    let slack = 1e-12 * (bounds.diagonal() + bounds.center().length());
+    let mut used = vec![false; positions.len()];
+    for v in triangles.iter().flatten() {
+        used[*v as usize] = true;
+    }
+    let vertices: Vec<DVec3> = positions
+        .iter()
+        .zip(&used)
+        .filter_map(|(p, used)| used.then_some(*p))
+        .collect();
+    triangles.iter().all(|t| {
+        let t = corners(positions, t);
+        let n = cross(t).normalize();
+        vertices.iter().all(|p| n.dot(*p - t[0]) <= slack)
+    })
+}

@@ -1,0 +1,132 @@
+//! Where an analytic shape stands: the affine map from its local coordinates to the scene.
+
+use super::ShapeError;
+use eikonal::Aabb;
+use glam::{DAffine3, DMat3, DVec3};
+
+/// Determinant, relative to the product of the column lengths, below which a map is singular.
+const SINGULAR: f64 = 1e-12;
+
+/// An invertible affine map with its inverse, and what follows from them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    to_world: DAffine3,
+    to_local: DAffine3,
+    /// |det| of the linear part.
+    det: f64,
+    /// Bound of the rounding error of local coordinates near the shape.
+    noise: f64,
+    /// −1 if the normals are flipped, else 1.
+    side: f64,
+}
+
+impl Placement {
+    /// A placement of a shape that fits in the local box `local`.
+    pub fn new(to_world: DAffine3, local: &Aabb) -> Result<Self, ShapeError> {
+        if !to_world.is_finite() {
+            return Err(ShapeError::NonFiniteTransform);
+        }
+        let m = to_world.matrix3;
+        let det = m.determinant();
+        let scale = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+        let to_local = to_world.inverse();
+        if !(det.abs() > SINGULAR * scale && to_local.is_finite()) {
+            return Err(ShapeError::SingularTransform { det });
+        }
+        let mut placement = Placement {
+            to_world,
+            to_local,
+            det: det.abs(),
+            noise: 0.0,
+            side: 1.0,
+        };
+        placement.noise = placement.round_off(local);
+        Ok(placement)
+    }
+
+    /// 8ε times the largest magnitude met when points of the shape are mapped back to `local`.
+    fn round_off(&self, local: &Aabb) -> f64 {
+        let world = Aabb::around(local.corners().map(|c| self.point(c)));
+        let far = world.min.abs().max(world.max.abs());
+        let w = self.to_local.matrix3;
+        let terms = w.x_axis.abs() * far.x
+            + w.y_axis.abs() * far.y
+            + w.z_axis.abs() * far.z
+            + self.to_local.translation.abs();
+        8.0 * f64::EPSILON * (1.0 + terms.max_element())
+    }
+
+    /// A local box around a box of the scene.
+    pub fn local_box(&self, world: &Aabb) -> Aabb {
+        Aabb::around(world.corners().map(|c| self.local(c)))
+    }
+
+    /// Turns the normals to the other side, or back.
+    pub fn set_flipped(&mut self, flipped: bool) {
+        self.side = if flipped { -1.0 } else { 1.0 };
+    }
+
+    /// Whether the normals are flipped.
+    pub fn is_flipped(&self) -> bool {
+        self.side < 0.0
+    }
+
+    /// See the field.
+    pub fn noise(&self) -> f64 {
+        self.noise
+    }
+
+    /// A local point in the scene.
+    pub fn point(&self, local: DVec3) -> DVec3 {
+        self.to_world.transform_point3(local)
+    }
+
+    /// A scene point in local coordinates.
+    pub fn local(&self, world: DVec3) -> DVec3 {
+        self.to_local.transform_point3(world)
+    }
+
+    /// The unit normal in the scene for the local normal `n`: it points to the image of the side
+    /// that `n` points to, also under mirror maps, and to the other side if flipped.
+    pub fn normal(&self, n: DVec3) -> DVec3 {
+        self.covector(n).normalize() * self.side
+    }
+
+    /// How much an area element with local unit normal `n` grows: |det M| |M⁻ᵀ n|.
+    pub fn stretch(&self, n: DVec3) -> f64 {
+        self.det * self.covector(n).length()
+    }
+
+    /// The shape operator of f = 0 at a point where f has local gradient `gradient` and diagonal
+    /// local Hessian `hessian`: with N = ∇f/|∇f|, δN = P Hess f P δx / |∇f|, P = I − NNᵀ.
+    pub fn shape_operator(&self, gradient: DVec3, hessian: DVec3) -> DMat3 {
+        let g = self.covector(gradient);
+        let n = g.normalize();
+        let p = DMat3::IDENTITY - outer(n);
+        let w = self.to_local.matrix3;
+        let hess = w.transpose() * DMat3::from_diagonal(hessian) * w;
+        p * hess * p * (self.side / g.length())
+    }
+
+    /// The box in the scene around the image of a set with local support function `h`:
+    /// h(d) = max over the set of d·p.
+    pub fn aabb(&self, h: impl Fn(DVec3) -> f64) -> Aabb {
+        let rows = self.to_world.matrix3.transpose();
+        let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
+        let top = DVec3::from_array(rows.map(&h));
+        let bottom = DVec3::from_array(rows.map(|r| -h(-r)));
+        let t = self.to_world.translation;
+        let bounds = Aabb::new(t + bottom, t + top);
+        let far = bounds.min.abs().max(bounds.max.abs()).max(t.abs());
+        bounds.grown(8.0 * f64::EPSILON * far.max_element())
+    }
+
+    fn covector(&self, n: DVec3) -> DVec3 {
+        self.to_local.matrix3.transpose() * n
+    }
+}
+
+/// The matrix n nᵀ.
+fn outer(n: DVec3) -> DMat3 {
+    DMat3::from_cols(n * n.x, n * n.y, n * n.z)
+}

@@ -1,0 +1,60 @@
+//! Rectangles and parallelograms.
+
+use super::curve::Curve;
+use super::placement::Placement;
+use super::planar::Flat;
+use super::{AreaSample, Hit, ShapeError};
+use eikonal::Aabb;
+use eikonal::ray::Arc;
+use glam::{DAffine3, DVec3};
+
+const LOCAL: Aabb = Aabb {
+    min: DVec3::new(-1.0, -1.0, 0.0),
+    max: DVec3::new(1.0, 1.0, 0.0),
+};
+
+const FACE: Flat = Flat {
+    axis: 2,
+    at: 0.0,
+    normal: DVec3::Z,
+    primitive: 0,
+};
+
+/// The square \[−1, 1\]² at z = 0 under an affine map, facing +z; uv = ((x + 1)/2, (y + 1)/2).
+#[derive(Clone, Debug)]
+pub struct Rectangle {
+    pub(super) placement: Placement,
+}
+
+impl Rectangle {
+    /// The image of the square.
+    pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
+        let placement = Placement::new(to_world, &LOCAL)?;
+        Ok(Rectangle { placement })
+    }
+
+    pub(super) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
+        let curve = Curve::new(arc, theta, &self.placement, &LOCAL)?;
+        let inside = |p: DVec3| p.x.abs() <= 1.0 && p.y.abs() <= 1.0;
+        let u = FACE.first(&curve, 1.0, inside)?;
+        let local = FACE.project(curve.position(u));
+        Some(FACE.hit(&self.placement, curve.theta(u), local, uv(local)))
+    }
+
+    pub(super) fn aabb(&self) -> Aabb {
+        self.placement.aabb(|d| d.x.abs() + d.y.abs())
+    }
+
+    pub(super) fn area(&self) -> f64 {
+        4.0 * self.placement.stretch(DVec3::Z)
+    }
+
+    pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
+        let local = DVec3::new(2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0, 0.0);
+        FACE.sample(&self.placement, local, uv(local), self.area().recip())
+    }
+}
+
+fn uv(local: DVec3) -> [f64; 2] {
+    [0.5 * (local.x + 1.0), 0.5 * (local.y + 1.0)]
+}

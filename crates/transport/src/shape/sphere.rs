@@ -1,0 +1,134 @@
+//! Spheres and ellipsoids.
+
+use super::curve::Curve;
+use super::placement::Placement;
+use super::{AreaSample, Hit, ShapeError, circle, turn};
+use eikonal::Aabb;
+use eikonal::ray::Arc;
+use glam::{DAffine3, DMat3, DVec3};
+use std::f64::consts::PI;
+
+const LOCAL: Aabb = Aabb {
+    min: DVec3::NEG_ONE,
+    max: DVec3::ONE,
+};
+
+/// The unit sphere under an affine map; uv = (φ/2π, ϑ/π), ϑ from the local +z axis.
+#[derive(Clone, Debug)]
+pub struct Sphere {
+    pub(super) placement: Placement,
+    area: f64,
+}
+
+impl Sphere {
+    pub(super) fn misses(&self, region: &Aabb) -> bool {
+        self.placement.local_box(region).nearest_distance(DVec3::ZERO) > 1.0
+    }
+
+    /// The image of the unit sphere.
+    pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
+        let placement = Placement::new(to_world, &LOCAL)?;
+        let area = area(&placement);
+        Ok(Sphere { placement, area })
+    }
+
+    /// The sphere around `center`.
+    pub fn around(center: DVec3, radius: f64) -> Result<Self, ShapeError> {
+        Sphere::new(Sphere::frame(center, radius)?)
+    }
+
+    /// The map that takes the unit sphere to the one around `center`.
+    pub fn frame(center: DVec3, radius: f64) -> Result<DAffine3, ShapeError> {
+        if !(radius > 0.0 && radius.is_finite()) {
+            return Err(ShapeError::Radius { radius });
+        }
+        let scale = DMat3::from_diagonal(DVec3::splat(radius));
+        Ok(DAffine3::from_mat3_translation(scale, center))
+    }
+
+    pub(super) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
+        let curve = Curve::new(arc, theta, &self.placement, &LOCAL)?;
+        let f = curve.radial(&DVec3::AXES);
+        let u = curve.first(&f, 1.0, |_| true)?;
+        let local = curve.position(u).normalize();
+        Some(Hit {
+            theta: curve.theta(u),
+            position: self.placement.point(local),
+            normal: self.placement.normal(local),
+            uv: uv(local),
+            primitive: 0,
+        })
+    }
+
+    pub(super) fn aabb(&self) -> Aabb {
+        self.placement.aabb(|d| d.length())
+    }
+
+    pub(super) fn contains(&self, p: DVec3) -> bool {
+        self.placement.local(p).length_squared() < 1.0
+    }
+
+    pub(super) fn area(&self) -> f64 {
+        self.area
+    }
+
+    pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
+        let z = 1.0 - 2.0 * u[0];
+        let [x, y] = circle(u[1]);
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let local = DVec3::new(r * x, r * y, z);
+        AreaSample {
+            position: self.placement.point(local),
+            normal: self.placement.normal(local),
+            uv: uv(local),
+            primitive: 0,
+            pdf: self.pdf(local),
+        }
+    }
+
+    pub(super) fn pdf_area(&self, position: DVec3) -> f64 {
+        self.pdf(self.placement.local(position).normalize())
+    }
+
+    /// Uniform on the unit sphere, then stretched.
+    fn pdf(&self, local: DVec3) -> f64 {
+        1.0 / (4.0 * PI * self.placement.stretch(local))
+    }
+
+    /// f = (|p|² − 1)/2 in local coordinates.
+    pub(super) fn shape_operator(&self, position: DVec3) -> DMat3 {
+        let local = self.placement.local(position);
+        self.placement.shape_operator(local, DVec3::ONE)
+    }
+}
+
+fn uv(local: DVec3) -> [f64; 2] {
+    let [x, y, z] = local.to_array();
+    [turn(x, y), libm::atan2(x.hypot(y), z) / PI]
+}
+
+/// ∫ |det M| |M⁻ᵀ n| dn over the unit sphere, by Simpson's rule in z and the trapezoidal rule
+/// (which converges geometrically) in φ.
+fn area(placement: &Placement) -> f64 {
+    const RINGS: usize = 256;
+    const POINTS: usize = 128;
+    let ring = |z: f64| -> f64 {
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let stretch = |i: usize| {
+            let [x, y] = circle(i as f64 / POINTS as f64);
+            placement.stretch(DVec3::new(r * x, r * y, z))
+        };
+        (0..POINTS).map(stretch).sum::<f64>() * 2.0 * PI / POINTS as f64
+    };
+    let h = 2.0 / RINGS as f64;
+    let weight = |i: usize| match i {
+        0 | RINGS => 1.0,
+        i if i % 2 == 1 => 4.0,
+        _ => 2.0,
+    };
+    (0..=RINGS)
+        .map(|i| weight(i) * ring(i as f64 * h - 1.0))
+        .sum::<f64>()
+        * h
+        / 3.0
+}

@@ -1,0 +1,6 @@
+//! Tests of the BSDFs. False alarms below 1e-3 in all; each module states its own.
+
+mod common;
+mod physics;
+mod reference;
+mod sampling;

@@ -1,0 +1,319 @@
+//! Reciprocity, energy, limits and conventions of the BSDFs.
+//!
+//! False alarms: 2e-4 for the one family and 1e-5 for the limits of small roughness (5σ). Seeds are fixed.
+
+use crate::common::{
+    NORMAL, at_cosine, diffuse, metal, rough_conductor, rough_dielectric, smooth, spread, surface,
+};
+use glam::DVec3;
+use testkit::{Moments, Rng, z_test};
+use transport::Spectrum;
+use transport::bsdf::{
+    Bsdf, BsdfError, Dielectric, Diffuse, RoughDielectric, Surface, fresnel, null,
+};
+
+const FALSE_ALARM: f64 = 2e-4;
+
+/// Index on the side that `d` points into.
+fn index(s: &Surface, d: DVec3) -> f64 {
+    if s.normal.dot(d) > 0.0 {
+        s.n_outer
+    } else {
+        s.n_inner
+    }
+}
+
+/// κ(a, b) = f̃(a ← b)/n_b², both cosines divided out.
+fn kappa(bsdf: &Bsdf, s: &Surface, a: DVec3, b: DVec3) -> Spectrum {
+    bsdf.eval(s, a, b) / (NORMAL.dot(b).abs() * index(s, b).powi(2))
+}
+
+#[test]
+fn kappa_is_symmetric() {
+    let mut rng = Rng::new(2);
+    for (name, bsdf, pairs) in spread() {
+        let mut compared = [0, 0];
+        for ([outer, inner], _) in pairs
+            .into_iter()
+            .flat_map(|p| (0..2000).map(move |k| (p, k)))
+        {
+            let s = surface(outer, inner);
+            let (a, b) = (DVec3::from(rng.direction()), DVec3::from(rng.direction()));
+            let (forth, back) = (kappa(&bsdf, &s, a, b), kappa(&bsdf, &s, b, a));
+            let scale = forth.max().max(back.max());
+            let error = (forth - back).map(f64::abs).max();
+            assert!(error <= 1e-9 * scale, "{name}: {forth:?} against {back:?}");
+            let transmitted = index(&s, a) != index(&s, b);
+            compared[usize::from(transmitted)] += u32::from(scale > 0.0);
+        }
+        assert!(compared[0] > 100, "{name}: {compared:?}");
+        assert!(
+            bsdf.is_opaque() || compared[1] > 100,
+            "{name}: {compared:?}"
+        );
+    }
+}
+
+#[test]
+fn weights_never_exceed_one() {
+    let mut rng = Rng::new(4);
+    let smooth = smooth()
+        .into_iter()
+        .map(|(n, b)| (n.to_string(), b, vec![[1.0, 1.5], [1.5, 1.5]]));
+    for (name, bsdf, pairs) in spread()
+        .into_iter()
+        .chain(smooth)
+        .filter(|c| !c.1.is_null())
+    {
+        for [outer, inner] in pairs {
+            for _ in 0..2000 {
+                let toward = DVec3::from(rng.direction());
+                let sample = bsdf.sample(&surface(outer, inner), toward, rng.uniform());
+                let weight = sample.map_or(0.0, |b| b.weight.max());
+                assert!(weight <= 1.0 + 1e-12, "{name}: {weight}");
+            }
+        }
+    }
+}
+
+/// Mean weight, which is ∫f̃|cosθ|: the albedo for light arriving backwards along `toward`.
+fn albedo(bsdf: &Bsdf, s: &Surface, toward: DVec3, seed: u64) -> [Moments; 2] {
+    let mut rng = Rng::new(seed);
+    let mut parts = [Moments::default(); 2];
+    for _ in 0..20_000 {
+        let b = bsdf.sample(s, toward, rng.uniform());
+        let transmitted = usize::from(b.is_some_and(|b| b.transmitted));
+        let weight = b.map_or(0.0, |b| b.weight[0]);
+        parts[transmitted].push(weight);
+        parts[1 - transmitted].push(0.0);
+    }
+    parts
+}
+
+#[test]
+fn smooth_rough_surfaces_become_mirrors() {
+    for ([outer, inner], cos) in [[1.0, 1.5], [1.5, 1.0]]
+        .map(|p| [0.95, 0.5, -0.9, -0.4].map(|c| (p, c)))
+        .concat()
+    {
+        let s = surface(outer, inner);
+        let (near, far) = if cos > 0.0 {
+            (outer, inner)
+        } else {
+            (inner, outer)
+        };
+        let f = fresnel::dielectric(f64::abs(cos), near, far).reflectance;
+        let [r, t] = albedo(&rough_dielectric(1e-3), &s, at_cosine(cos), 11);
+        // 5 standard errors of 20,000 samples, plus terms of order α.
+        let tolerance = 5.0 * (f * (1.0 - f) / 2e4).sqrt() + 5e-3;
+        assert!(
+            (r.mean() - f).abs() < tolerance,
+            "R {} against {f} at {cos}",
+            r.mean()
+        );
+        assert!(
+            (t.mean() - (1.0 - f)).abs() < tolerance,
+            "T {} against {} at {cos}",
+            t.mean(),
+            1.0 - f
+        );
+    }
+    let [eta, k, _] = metal();
+    let [r, _] = albedo(
+        &rough_conductor(1e-3),
+        &surface(1.2, 1.0),
+        at_cosine(0.4),
+        12,
+    );
+    assert!((r.mean() - fresnel::conductor(0.4, eta[0] / 1.2, k[0] / 1.2)).abs() < 1e-3);
+}
+
+/// The directional albedo by quadrature of `eval` over cosines and angles, against the mean weight.
+#[test]
+fn albedo_by_quadrature_equals_the_mean_weight() {
+    let mut zs = Vec::new();
+    for (k, cos) in [0.9, 0.35, -0.8, -0.3].into_iter().enumerate() {
+        let (s, bsdf, toward) = (surface(1.0, 1.5), rough_dielectric(0.4), at_cosine(cos));
+        let tangents = (
+            NORMAL.any_orthonormal_vector(),
+            NORMAL.cross(NORMAL.any_orthonormal_vector()),
+        );
+        let f = |[z, phi]: [f64; 2]| {
+            let sin = (1.0 - z * z).sqrt();
+            let d = z * NORMAL + sin * (phi.cos() * tangents.0 + phi.sin() * tangents.1);
+            bsdf.eval(&s, toward, d)[0]
+        };
+        let effort = testkit::quadrature::Effort {
+            tolerance: 1e-5,
+            min_depth: 4,
+            max_depth: 8,
+        };
+        let tau = std::f64::consts::TAU;
+        let below = testkit::quadrature::integrate_cell(&f, [-1.0, 0.0], [0.0, tau], effort);
+        let above = testkit::quadrature::integrate_cell(&f, [0.0, 0.0], [1.0, tau], effort);
+        assert!(
+            above + below <= 1.0,
+            "a furnace must not gain: {above} + {below}"
+        );
+        let [r, t] = albedo(&bsdf, &s, toward, 20 + k as u64);
+        let [near, far] = if cos > 0.0 {
+            [above, below]
+        } else {
+            [below, above]
+        };
+        zs.extend([r.z(near), t.z(far)]);
+    }
+    z_test::max_abs_z(&zs, FALSE_ALARM).unwrap();
+}
+
+#[test]
+fn fresnel_dielectric_facts() {
+    let f = |cos, near, far| fresnel::dielectric(cos, near, far).reflectance;
+    assert!((f(1.0, 1.0, 1.5) - 0.04).abs() < 1e-15);
+    assert_eq!(f(0.3, 1.4, 1.4), 0.0);
+    assert_eq!(f(0.0, 1.4, 1.4), 0.0);
+    assert_eq!(f(0.0, 1.0, 1.5), 1.0);
+    assert_eq!(f(0.5, 1.5, 1.0), 1.0);
+    // Brewster's angle: the parallel part vanishes, the other is ((n² − 1)/(n² + 1))².
+    let brewster = 1.0 / (1.0f64 + 2.25).sqrt();
+    assert!((f(brewster, 1.0, 1.5) - 0.5 * (1.25f64 / 3.25).powi(2)).abs() < 1e-15);
+    let mut rng = Rng::new(6);
+    for _ in 0..1000 {
+        let [cos, n]: [f64; 2] = [rng.next_1d(), rng.range(1.0, 2.0)];
+        let there = fresnel::dielectric(cos, 1.0, n);
+        let back = fresnel::dielectric(there.cos_far, n, 1.0);
+        // Reversing the ray changes neither its angle nor the reflectance. Close to grazing, the angle
+        // is the square root of what the far side's cosine still holds.
+        let tolerance = 1e-12 / cos;
+        assert!(
+            (back.cos_far - cos).abs() < tolerance
+                && (back.reflectance - there.reflectance).abs() < tolerance
+        );
+        let (sin, sin_far) = (
+            (1.0 - cos * cos).sqrt(),
+            (1.0 - there.cos_far.powi(2)).sqrt(),
+        );
+        assert!((sin - n * sin_far).abs() < 1e-7, "Snell");
+    }
+}
+
+/// Against complex arithmetic written out.
+#[test]
+fn fresnel_conductor_facts() {
+    let direct = |cos: f64, eta: f64, k: f64| {
+        let (re, im) = (eta * eta - k * k - (1.0 - cos * cos), 2.0 * eta * k);
+        let (r, half) = (re.hypot(im).sqrt(), 0.5 * im.atan2(re));
+        // Root (a + ib) of ε − sin²θ; rs = (c − root)/(c + root), rp = (ε c − root)/(ε c + root).
+        let (a, b) = (r * half.cos(), r * half.sin());
+        let (er, ei) = (eta * eta - k * k, im);
+        let power = |x: f64, y: f64| x * x + y * y;
+        let rs = power(cos - a, b) / power(cos + a, b);
+        let rp = power(er * cos - a, ei * cos - b) / power(er * cos + a, ei * cos + b);
+        0.5 * (rs + rp)
+    };
+    for (eta, k) in [(0.2, 3.9), (1.5, 0.0), (2.9, 3.1), (0.05, 2.0), (1.0, 0.3)] {
+        for cos in [1.0, 0.8, 0.3, 1e-3, 0.0] {
+            let (ours, expected) = (fresnel::conductor(cos, eta, k), direct(cos, eta, k));
+            assert!(
+                (ours - expected).abs() < 1e-12,
+                "{eta} {k} {cos}: {ours} against {expected}"
+            );
+        }
+    }
+    // Without absorption a metal is a dielectric.
+    let glass = fresnel::dielectric(0.6, 1.0, 1.5).reflectance;
+    assert!((fresnel::conductor(0.6, 1.5, 0.0) - glass).abs() < 1e-14);
+    assert_eq!(fresnel::conductor(1.0, 0.0, 0.0), 1.0);
+}
+
+#[test]
+fn smooth_directions_obey_snell() {
+    let bsdf = Bsdf::Dielectric(Dielectric::default());
+    for (cos, [near, far]) in [(0.7, [1.0, 1.5]), (-0.9, [1.5, 1.0])] {
+        let (s, toward) = (surface(1.0, 1.5), at_cosine(cos));
+        let through = bsdf.sample(&s, toward, [0.999, 0.0, 0.0]).unwrap();
+        assert!(through.transmitted);
+        // n times the tangential part is conserved, with its sign turned.
+        let along = |v: DVec3| v - NORMAL.dot(v) * NORMAL;
+        assert!((far * along(through.direction) + near * along(toward)).length() < 1e-14);
+        let mirror = bsdf.sample(&s, toward, [0.0; 3]).unwrap();
+        assert!((mirror.direction + toward - 2.0 * NORMAL.dot(toward) * NORMAL).length() < 1e-14);
+    }
+    let total = bsdf
+        .sample(&surface(1.0, 1.5), at_cosine(-0.5), [0.999, 0.0, 0.0])
+        .unwrap();
+    assert!(!total.transmitted && total.pdf == 1.0);
+}
+
+#[test]
+fn matched_indices_pass_straight() {
+    for (bsdf, n_inner) in [
+        (Bsdf::Dielectric(Dielectric::default()), 1.4),
+        (rough_dielectric(0.5), 1.4),
+        (rough_dielectric(0.5), 1.4 + 1e-12),
+    ] {
+        for toward in [at_cosine(0.3), at_cosine(-0.01)] {
+            let b = bsdf
+                .sample(&surface(1.4, n_inner), toward, [0.0, 0.5, 0.5])
+                .unwrap();
+            assert!(
+                b.delta && b.transmitted && b.direction == -toward && b.weight == Spectrum::ONE
+            );
+            assert!(bsdf.eval(&surface(1.4, n_inner), toward, -toward).is_zero());
+        }
+    }
+    // Just above the threshold the rough interface already does next to nothing.
+    let s = surface(1.4, 1.4 + 1e-7);
+    let mut rng = Rng::new(7);
+    for _ in 0..1000 {
+        let toward = at_cosine(0.6);
+        let Some(b) = rough_dielectric(0.2).sample(&s, toward, rng.uniform()) else {
+            continue;
+        };
+        assert!(
+            b.transmitted && (b.direction + toward).length() < 1e-4,
+            "{b:?}"
+        );
+    }
+}
+
+#[test]
+fn null_keeps_radiance_across_an_index_jump() {
+    let s = surface(1.0, 1.5);
+    for (toward, near, far) in [(at_cosine(0.4), 1.0, 1.5), (at_cosine(-0.4), 1.5, 1.0)] {
+        let b = Bsdf::Null.sample(&s, toward, [0.5; 3]).unwrap();
+        assert!(b.direction == -toward && b.delta && b.transmitted && b.pdf == 1.0);
+        // L̃ near · n_near² = L̃ far · n_far².
+        assert!((b.weight[0] * near * near - far * far).abs() < 1e-15);
+        assert!((null::weight(&s, toward) * null::weight(&s, -toward) - 1.0).abs() < 1e-15);
+    }
+    let matched = Bsdf::Null
+        .sample(&surface(1.33, 1.33), NORMAL, [0.5; 3])
+        .unwrap();
+    assert_eq!(matched.weight, Spectrum::ONE);
+}
+
+#[test]
+fn kinds_and_refusals() {
+    let null = Bsdf::Null;
+    assert!(null.is_null() && null.is_delta() && !null.is_opaque());
+    assert!(diffuse().is_opaque() && !diffuse().is_delta());
+    assert!(!rough_dielectric(0.1).is_opaque() && !rough_dielectric(0.1).is_delta());
+    let one = Spectrum::ONE;
+    assert!(matches!(
+        Diffuse::new(Spectrum::splat(1.1)),
+        Err(BsdfError::Factor { value: 1.1, .. })
+    ));
+    assert!(Diffuse::new(Spectrum::splat(f64::NAN)).is_err());
+    assert_eq!(
+        RoughDielectric::new(0.0, one, one).unwrap_err(),
+        BsdfError::Alpha { value: 0.0 }
+    );
+    assert!(RoughDielectric::new(f64::INFINITY, one, one).is_err());
+    let text = BsdfError::Index {
+        name: "eta",
+        value: -1.0,
+    }
+    .to_string();
+    assert_eq!(text, "eta must be finite and ≥ 0 in every channel, got -1");
+}

@@ -1,0 +1,109 @@
+//! Small scenes for tests.
+#![allow(dead_code)]
+
+use eikonal::field::Constant;
+use eikonal::{Field, Tolerance};
+use glam::{DAffine3, DMat3, DVec3};
+use transport::bsdf::{Bsdf, Dielectric};
+use transport::emitter::{Emitter, Environment};
+use transport::film::Filter;
+use transport::integrator::{Integrator, PathTracer};
+use transport::medium::{Medium, Texture};
+use transport::phase::Phase;
+use transport::render::{Options, Rendering, render};
+use transport::scene::{FilmSpec, Object, Parts, Sides};
+use transport::sensor::{Perspective, Sensor};
+use transport::shape::Shape;
+use transport::{Scene, Spectrum};
+use std::ops::ControlFlow;
+
+/// A camera at `from` that looks at `to` through a field of view of 40°.
+pub fn camera(from: DVec3, to: DVec3) -> Sensor {
+    let dir = (to - from).normalize();
+    let up = if dir.y.abs() > 0.9 { DVec3::X } else { DVec3::Y };
+    let left = up.cross(dir).normalize();
+    let basis = DMat3::from_cols(left, dir.cross(left), dir);
+    let to_world = DAffine3 {
+        matrix3: basis,
+        translation: from,
+    };
+    Sensor::Perspective(Perspective::new(to_world, 40f64.to_radians(), 1.0))
+}
+
+/// Vacuum around everything.
+pub fn vacuum() -> Medium {
+    Medium::transparent("vacuum", Constant::new(1.0).into())
+}
+
+/// A homogeneous medium with any field.
+pub fn fog(index: impl Into<Field>, sigma_t: f64, albedo: f64, g: f64) -> Medium {
+    Medium {
+        name: "fog".into(),
+        index: index.into(),
+        sigma_t: Texture::Uniform(Spectrum::splat(sigma_t)),
+        scale: 1.0,
+        albedo: Texture::Uniform(Spectrum::splat(albedo)),
+        phase: Phase::henyey_greenstein(g).unwrap(),
+    }
+}
+
+/// An object that holds medium 1 in medium 0.
+pub fn container(shape: impl Into<Shape>, bsdf: Bsdf) -> Object {
+    Object {
+        name: "container".into(),
+        shape: shape.into(),
+        bsdf,
+        sides: Some(Sides {
+            interior: 1,
+            exterior: 0,
+        }),
+        emitter: None,
+    }
+}
+
+/// A smooth dielectric.
+pub fn glass() -> Bsdf {
+    Bsdf::Dielectric(Dielectric::default())
+}
+
+/// A uniform environment of radiance 1.
+pub fn sky() -> Emitter {
+    Emitter::Environment(Environment::Constant(Spectrum::ONE))
+}
+
+/// Everything else at its default.
+pub fn parts(
+    objects: Vec<Object>,
+    media: Vec<Medium>,
+    emitters: Vec<Emitter>,
+    sensor: Sensor,
+) -> Parts {
+    Parts {
+        objects,
+        media,
+        emitters,
+        sensor,
+        sensor_medium: None,
+        film: FilmSpec {
+            width: 4,
+            height: 4,
+            channels: 1,
+            filter: Filter::Box,
+        },
+        integrator: Integrator::Path(PathTracer::default()),
+        samples: 1,
+        tolerance: Tolerance::default(),
+    }
+}
+
+/// Renders with a given number of samples and seed.
+pub fn shoot(parts: Parts, samples: u64, seed: u64) -> Rendering {
+    let (scene, _) = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
+    render(&[scene], &Options { samples, seed }, |_| ControlFlow::Continue(()))
+}
+
+/// Mean of the image and its standard error.
+pub fn mean(rendering: &Rendering) -> (f64, f64) {
+    assert_eq!(rendering.stats.not_finite, 0);
+    rendering.film.summary()
+}

@@ -1,0 +1,8 @@
+//! Shapes against brute force, closed forms and finite differences.
+
+mod accel;
+mod hits;
+mod mesh;
+mod sampling;
+mod support;
+mod surface;
