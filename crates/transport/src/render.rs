@@ -66,7 +66,9 @@ pub fn render(
     let mut done = 0;
     while done < options.samples {
         // Short passes first, so that there is something to see and to save at once.
-        let next = (done.max(1)).min(SAMPLES_PER_PASS).min(options.samples - done);
+        let next = (done.max(1))
+            .min(SAMPLES_PER_PASS)
+            .min(options.samples - done);
         for (group, scene) in scenes.iter().enumerate() {
             stats += pass(scene, options.seed, done..done + next, group, &mut film);
         }
