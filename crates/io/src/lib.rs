@@ -5,18 +5,19 @@
 //! parameters through [`query::Query`], which reports every mistake with its place and a
 //! suggestion. Nothing here prints, panics on bad input, or leaves a half-written file behind.
 
-//pub mod atomic;
+pub mod atomic;
+mod binary;
 pub mod diagnostic;
 pub mod error;
-//pub mod image;
-//pub mod mesh;
-//pub mod npy;
-//pub mod query;
+pub mod image;
+pub mod mesh;
+pub mod npy;
+pub mod query;
 pub mod scene;
-//pub mod volume;
+pub mod volume;
 pub mod xml;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use error::{FileError, Problem};
-//pub use query::Query;
+pub use query::Query;
 pub use scene::{FileRegistry, Object, ObjectId, PluginKind, SceneDescription, SpectrumValue};

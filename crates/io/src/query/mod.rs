@@ -1,0 +1,202 @@
+//! Asking an object for its parameters and children.
+//!
+//! A [`Query`] answers questions such as "the float `g`, between −1 and 1, by default 0". What is
+//! missing, of the wrong type or out of range is reported where it was written, and a harmless
+//! value is returned, so that one pass finds every mistake. [`Query::finish`] reports what nobody
+//! asked for: the misspelt names.
+//!
+//! ```
+//! use io::{Diagnostics, Query, xml};
+//!
+//! let text = r#"<scene version="3.0.0"><phase type="hg"><float name="gg" value="0.5"/></phase></scene>"#;
+//! let mut diagnostics = Diagnostics::new();
+//! let scene = xml::parse(text, "scene.xml", &[], &mut diagnostics).unwrap();
+//!
+//! let mut query = Query::new(&scene.root.children[0].object, &mut diagnostics);
+//! let g = query.float_in("g", -1.0..=1.0, 0.0);
+//! query.finish(&[]);
+//! assert_eq!(g, 0.0);
+//! assert!(diagnostics.to_string().contains("did you mean 'g'?"));
+//! ```
+
+mod children;
+mod numbers;
+mod unused;
+mod values;
+
+pub use children::Input;
+pub use numbers::POSITIVE;
+
+use std::collections::BTreeSet;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, Location, closest, suggest};
+use crate::error::FileError;
+use crate::scene::{Child, Object, Property, Value};
+
+/// Questions to one object. Call [`Query::finish`] at the end.
+#[derive(Debug)]
+pub struct Query<'a, 'd> {
+    object: &'a Object,
+    diagnostics: &'d mut Diagnostics,
+    /// Names that were asked for, found or not.
+    asked: BTreeSet<String>,
+    used_children: Vec<bool>,
+}
+
+impl<'a, 'd> Query<'a, 'd> {
+    /// Begins asking `object`; mistakes go to `diagnostics`.
+    pub fn new(object: &'a Object, diagnostics: &'d mut Diagnostics) -> Self {
+        let used_children = vec![false; object.children.len()];
+        Query {
+            object,
+            diagnostics,
+            asked: BTreeSet::new(),
+            used_children,
+        }
+    }
+
+    /// The object that is asked.
+    pub fn object(&self) -> &'a Object {
+        self.object
+    }
+
+    /// Whether the object has a parameter or a child with this name. Counts as asking for it.
+    pub fn has(&mut self, name: &str) -> bool {
+        self.property(name).is_some() || self.named_child(name).is_some()
+    }
+
+    /// Reports an error at the value of a parameter, or at the object if it has none by that name.
+    pub fn error(&mut self, name: &str, message: impl Into<String>) {
+        let location = self.location_of(name).clone();
+        self.diagnostics
+            .push(Diagnostic::error(message).at(&location));
+    }
+
+    /// Reports a warning at the value of a parameter, or at the object if it has none by that name.
+    pub fn warning(&mut self, name: &str, message: impl Into<String>) {
+        let location = self.location_of(name).clone();
+        self.diagnostics
+            .push(Diagnostic::warning(message).at(&location));
+    }
+
+    /// Reports a data file that failed to load, at the parameter that names it.
+    pub fn file_error(&mut self, name: &str, error: &FileError) {
+        self.error(name, error.to_string());
+    }
+
+    fn location_of(&self, name: &str) -> &'a Location {
+        let property = self.object.properties.iter().find(|p| p.name == name);
+        let child = self
+            .object
+            .children
+            .iter()
+            .find(|c| c.name.as_deref() == Some(name));
+        let location = property.map(|p| &p.location).or(child.map(|c| &c.location));
+        location.unwrap_or(&self.object.location)
+    }
+
+    /// The parameter with this name.
+    fn property(&mut self, name: &str) -> Option<&'a Property> {
+        self.asked.insert(name.to_owned());
+        self.object.properties.iter().find(|p| p.name == name)
+    }
+
+    /// The child in this role.
+    fn named_child(&mut self, name: &str) -> Option<&'a Child> {
+        self.asked.insert(name.to_owned());
+        self.object
+            .children
+            .iter()
+            .find(|c| c.name.as_deref() == Some(name))
+    }
+
+    /// The parameter with this name as a `T`. One of another type is reported, as is a child in
+    /// its place.
+    fn convert<T>(
+        &mut self,
+        name: &str,
+        expected: &str,
+        convert: impl Fn(&Value) -> Option<T>,
+    ) -> Lookup<'a, T> {
+        if let Some(property) = self.property(name) {
+            if let Some(value) = convert(&property.value) {
+                return Lookup::Found(value, &property.location);
+            }
+            let found = property.value.type_name();
+            self.mismatch(name, expected, found, &property.location);
+            return Lookup::Wrong;
+        }
+        if let Some(index) = self.child_index(name) {
+            self.used_children[index] = true;
+            let child = &self.object.children[index];
+            self.mismatch(name, expected, child.object.kind.tag(), &child.location);
+            return Lookup::Wrong;
+        }
+        Lookup::Absent
+    }
+
+    fn child_index(&self, name: &str) -> Option<usize> {
+        self.object
+            .children
+            .iter()
+            .position(|c| c.name.as_deref() == Some(name))
+    }
+
+    fn mismatch(&mut self, name: &str, expected: &str, found: &str, at: &Location) {
+        let message = format!("'{name}': expected <{expected}>, found <{found}>");
+        self.diagnostics.push(Diagnostic::error(message).at(at));
+    }
+
+    /// Reports that a parameter is missing.
+    fn missing(&mut self, name: &str, expected: &str) {
+        let message = format!("{} needs <{expected} name=\"{name}\">", self.object.label());
+        let names = self.object.properties.iter().map(|p| p.name.as_str());
+        let help = closest(name, names.filter(|name| !self.asked.contains(*name)))
+            .map(|found| format!("is '{found}' meant for it?"));
+        self.diagnostics.push(
+            Diagnostic::error(message)
+                .help(help)
+                .at(&self.object.location),
+        );
+    }
+
+    /// The value found, the default, or a harmless value after reporting that it is missing.
+    fn settle<T>(
+        &mut self,
+        name: &str,
+        expected: &str,
+        lookup: Lookup<'a, T>,
+        default: Option<T>,
+        harmless: T,
+    ) -> T {
+        match (lookup, default) {
+            (Lookup::Found(value, _), _) => value,
+            (_, Some(default)) => default,
+            (Lookup::Wrong, None) => harmless,
+            (Lookup::Absent, None) => {
+                self.missing(name, expected);
+                harmless
+            }
+        }
+    }
+}
+
+/// The outcome of looking for a parameter.
+enum Lookup<'a, T> {
+    Found(T, &'a Location),
+    /// Reported already.
+    Wrong,
+    Absent,
+}
+
+/// Reports that an object's `type` is not one of the `known` ones.
+pub fn unknown_plugin(object: &Object, known: &[&str], diagnostics: &mut Diagnostics) {
+    let message = format!("unknown {} type '{}'", object.kind, object.plugin);
+    let help = suggest(&object.plugin, known.iter().copied())
+        .unwrap_or_else(|| format!("known types: {}", known.join(", ")));
+    diagnostics.push(
+        Diagnostic::error(message)
+            .help(help)
+            .at(&object.plugin_location),
+    );
+}

@@ -14,6 +14,8 @@ pub(super) struct Element {
     pub(super) tag: String,
     /// Where its tag is.
     pub(super) location: Location,
+    /// Whether a substitution in it failed; its values then mean nothing.
+    pub(super) broken: bool,
     attributes: Vec<Attribute>,
 }
 
@@ -46,11 +48,12 @@ impl Element {
         parameters: &mut Parameters,
         diagnostics: &mut Diagnostics,
     ) -> Self {
-        let mut attributes = Vec::new();
+        let (mut attributes, mut broken) = (Vec::new(), false);
         for attribute in node.attributes() {
             let raw = attribute.value();
             let location = locate(source, attribute.range_value());
             let value = parameters.substitute(raw).unwrap_or_else(|failure| {
+                broken = true;
                 let (start, _) = location.span();
                 let at = Location::new(source, start + failure.range.start, failure.range.len());
                 diagnostics.push(
@@ -73,6 +76,7 @@ impl Element {
         Element {
             tag,
             location,
+            broken,
             attributes,
         }
     }

@@ -132,6 +132,7 @@ impl Loader<'_> {
         }
         match Tag::new(&element.tag, element.get("type").is_some()) {
             Tag::Plugin(kind) => self.plugin(kind, &element, node, parent, depth),
+            _ if element.broken => {}
             Tag::Include => self.include(&element, parent, depth),
             Tag::Transform => {
                 if let Some(property) = self.transform(&element, node) {
@@ -236,6 +237,9 @@ impl Loader<'_> {
             let part = self.element(child, source);
             self.childless(child, source);
             // The first listed acts first.
+            if part.broken {
+                continue;
+            }
             if let Some(part) = transforms::part(&part, self.diagnostics) {
                 matrix = part * matrix;
             }

@@ -1,0 +1,237 @@
+//! OpenEXR files.
+//!
+//! All layers share one part: a channel `R` of the layer `variance` is stored as `variance.R`, as
+//! viewers and compositors expect. Samples are 32-bit floats with lossless ZIP compression.
+
+use std::collections::HashSet;
+use std::fs::File;
+use std::io::{BufReader, Cursor, Read, Seek};
+use std::path::Path;
+
+use exr::error::Error;
+use exr::meta::MetaData;
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, LayerAttributes,
+    ReadChannels, ReadLayers, SmallVec, Text, Vec2, WritableImage,
+};
+
+use super::{ImageLayers, Layer, exr_header};
+use crate::atomic;
+use crate::error::{FileError, Problem};
+
+/// Samples of all channels together that are read at most (4 GiB). The format compresses without
+/// bound, so that the size of a file says nothing.
+const MAX_SAMPLES: usize = 1 << 30;
+/// Longest name of a channel or an attribute that the format allows, in bytes.
+const MAX_NAME: usize = 255;
+
+type Flat = exr::prelude::Layer<AnyChannels<FlatSamples>>;
+
+/// Writes an image, at once or not at all. The same image gives the same bytes.
+///
+/// # Errors
+///
+/// An image without pixels, channels that do not fit its size, names that are empty, too long,
+/// taken or reserved by the format, and everything that [`atomic::write`] reports.
+pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
+    let bytes = encode(image).map_err(|problem| problem.at(path))?;
+    atomic::write_bytes(path, &bytes)
+}
+
+/// The bytes of an EXR file.
+///
+/// # Errors
+///
+/// As for [`write`], but for the file system.
+pub fn encode(image: &ImageLayers) -> Result<Vec<u8>, Problem> {
+    image.check()?;
+    let mut attributes = LayerAttributes::default();
+    for (name, value) in &image.attributes {
+        check_name("attribute", name)?;
+        let value = AttributeValue::Text(text(value));
+        if attributes.other.insert(text(name), value).is_some() {
+            return Err(taken("attribute", name));
+        }
+    }
+    let channels = AnyChannels::sort(channels(image)?);
+    let size = Vec2(image.width, image.height);
+    let layer = Flat::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
+    let mut bytes = Vec::new();
+    let written = Image::from_layer(layer)
+        .write()
+        .to_buffered(Cursor::new(&mut bytes));
+    written.map_err(|e| Problem::Malformed(format!("cannot be stored as EXR: {e}")))?;
+    // The encoder writes attributes in an order that changes from run to run.
+    exr_header::sort_attributes(&mut bytes);
+    Ok(bytes)
+}
+
+fn channels(image: &ImageLayers) -> Result<SmallVec<[AnyChannel<FlatSamples>; 4]>, Problem> {
+    let mut names = HashSet::new();
+    let mut channels = SmallVec::new();
+    for layer in &image.layers {
+        for (name, values) in &layer.channels {
+            let full = match layer.name.as_str() {
+                "" => name.clone(),
+                layer => format!("{layer}.{name}"),
+            };
+            check_name("channel", name)?;
+            check_name("channel", &full)?;
+            channels.push(AnyChannel::new(
+                text(&full),
+                FlatSamples::F32(values.clone()),
+            ));
+            if !names.insert(full) {
+                return Err(taken("channel", name));
+            }
+        }
+    }
+    Ok(channels)
+}
+
+fn check_name(what: &str, name: &str) -> Result<(), Problem> {
+    if name.is_empty() || name.len() > MAX_NAME || name.contains('\0') {
+        let message = format!("the {what} name '{name}' is empty, too long or holds a zero byte");
+        return Err(Problem::Malformed(message));
+    }
+    Ok(())
+}
+
+fn taken(what: &str, name: &str) -> Problem {
+    Problem::Malformed(format!("two {what}s have the name '{name}'"))
+}
+
+/// Text is stored as UTF-8.
+fn text(text: &str) -> Text {
+    Text::from_slice_unchecked(text.as_bytes())
+}
+
+fn string(text: &Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
+}
+
+/// Reads all layers and the attributes that are texts. Layers in parts of their own are read, too.
+///
+/// # Errors
+///
+/// A file that cannot be read or is no valid EXR file, deep data, and parts of different sizes.
+pub fn read(path: &Path) -> Result<ImageLayers, FileError> {
+    let file = File::open(path).map_err(|e| Problem::Read(e).at(path))?;
+    decode_from(BufReader::new(file)).map_err(|problem| problem.at(path))
+}
+
+/// Reads an image from the bytes of a file.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn decode(bytes: &[u8]) -> Result<ImageLayers, Problem> {
+    decode_from(Cursor::new(bytes))
+}
+
+fn decode_from(mut reader: impl Read + Seek) -> Result<ImageLayers, Problem> {
+    let metadata = MetaData::read_from_buffered(&mut reader, false).map_err(describe)?;
+    check_size(&metadata)?;
+    reader.rewind().map_err(Problem::Read)?;
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels();
+    let image = image.all_layers().all_attributes().non_parallel();
+    let image = image.from_buffered(reader).map_err(describe)?;
+    let mut result = ImageLayers::default();
+    let Some(first) = image.layer_data.first() else {
+        return Err(Problem::Empty("the file has no layers".to_owned()));
+    };
+    let size = first.size;
+    (result.width, result.height) = (size.width(), size.height());
+    for layer in image.layer_data {
+        if layer.size != size {
+            return Err(Problem::Unsupported("layers of different sizes".to_owned()));
+        }
+        add_part(&mut result, layer)?;
+    }
+    result.attributes.sort();
+    result.check()?;
+    Ok(result)
+}
+
+fn check_size(metadata: &MetaData) -> Result<(), Problem> {
+    let samples = |header: &exr::meta::header::Header| {
+        let Vec2(width, height) = header.layer_size;
+        width
+            .checked_mul(height)?
+            .checked_mul(header.channels.list.len())
+    };
+    let total = metadata
+        .headers
+        .iter()
+        .try_fold(0usize, |n, h| n.checked_add(samples(h)?));
+    match total {
+        Some(total) if total <= MAX_SAMPLES => Ok(()),
+        _ => Err(Problem::TooLarge(format!(
+            "more than {MAX_SAMPLES} samples"
+        ))),
+    }
+}
+
+fn add_part(image: &mut ImageLayers, part: Flat) -> Result<(), Problem> {
+    let part_name = part
+        .attributes
+        .layer_name
+        .as_ref()
+        .map(string)
+        .unwrap_or_default();
+    for (name, value) in &part.attributes.other {
+        if let AttributeValue::Text(value) = value {
+            image.attributes.push((string(name), string(value)));
+        }
+    }
+    for channel in part.channel_data.list {
+        if channel.sampling != Vec2(1, 1) {
+            return Err(Problem::Unsupported(
+                "channels of lower resolution".to_owned(),
+            ));
+        }
+        let full = string(&channel.name);
+        let (layer, name) = full.rsplit_once('.').unwrap_or(("", &full));
+        let layer = [part_name.as_str(), layer]
+            .into_iter()
+            .filter(|s| !s.is_empty());
+        let layer = layer.collect::<Vec<_>>().join(".");
+        let values = match channel.sample_data {
+            FlatSamples::F32(values) => values,
+            other => other.values_as_f32().collect(),
+        };
+        layer_mut(image, layer)
+            .channels
+            .push((name.to_owned(), values));
+    }
+    Ok(())
+}
+
+fn layer_mut(image: &mut ImageLayers, name: String) -> &mut Layer {
+    let index = image
+        .layers
+        .iter()
+        .position(|l| l.name == name)
+        .unwrap_or_else(|| {
+            image.layers.push(Layer {
+                name,
+                channels: Vec::new(),
+            });
+            image.layers.len() - 1
+        });
+    &mut image.layers[index]
+}
+
+fn describe(error: Error) -> Problem {
+    match error {
+        Error::Io(error) => Problem::Read(error),
+        Error::NotSupported(what) => Problem::Unsupported(what.into_owned()),
+        other => Problem::WrongFormat {
+            format: "EXR",
+            reason: other.to_string(),
+        },
+    }
+}

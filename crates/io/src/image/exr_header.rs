@@ -1,0 +1,48 @@
+//! The order of attributes in an EXR header.
+
+use std::ops::Range;
+
+/// Bytes before the first attribute: the magic number and the version.
+const START: usize = 8;
+
+/// Sorts the attributes of a file with one part by name. Bytes that are no such header are left as
+/// they are.
+pub(super) fn sort_attributes(bytes: &mut [u8]) {
+    let Some(mut ranges) = attributes(bytes) else {
+        return;
+    };
+    let end = ranges.last().map_or(START, |range| range.end);
+    // Each attribute begins with its name and a zero byte, so that comparing bytes orders names.
+    ranges.sort_by(|a, b| bytes[a.clone()].cmp(&bytes[b.clone()]));
+    let sorted: Vec<u8> = ranges
+        .into_iter()
+        .flat_map(|range| bytes[range].to_vec())
+        .collect();
+    bytes[START..end].copy_from_slice(&sorted);
+}
+
+/// Where each attribute lies: name, zero, type, zero, size (32 bits), value. A zero byte in place
+/// of a name ends the list.
+fn attributes(bytes: &[u8]) -> Option<Vec<Range<usize>>> {
+    let mut ranges = Vec::new();
+    let mut start = START;
+    while *bytes.get(start)? != 0 {
+        let type_start = after_text(bytes, start)?;
+        let size_start = after_text(bytes, type_start)?;
+        let (size, _) = bytes.get(size_start..)?.split_first_chunk::<4>()?;
+        let size = usize::try_from(i32::from_le_bytes(*size)).ok()?;
+        let end = size_start.checked_add(4)?.checked_add(size)?;
+        if end > bytes.len() {
+            return None;
+        }
+        ranges.push(start..end);
+        start = end;
+    }
+    Some(ranges)
+}
+
+/// The position after the zero byte that ends the text at `start`.
+fn after_text(bytes: &[u8], start: usize) -> Option<usize> {
+    let length = bytes.get(start..)?.iter().position(|b| *b == 0)?;
+    Some(start + length + 1)
+}

@@ -1,0 +1,154 @@
+//! Images: layers of named channels, written to EXR, NPY and PNG; environment maps read back.
+
+pub mod exr;
+mod exr_header;
+pub mod npy;
+pub mod png;
+
+use std::path::Path;
+
+use crate::error::{FileError, Problem};
+
+/// An image of several layers with named channels, as EXR files hold it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImageLayers {
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The layers. The main layer has an empty name.
+    pub layers: Vec<Layer>,
+    /// Text about the image, by name: the hash of its scene, its seed, ...
+    pub attributes: Vec<(String, String)>,
+}
+
+/// One layer of an image.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layer {
+    /// Its name, for example `variance`; empty for the main layer.
+    pub name: String,
+    /// The channels, for example `R`, each with its values row by row from the top left.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
+impl Layer {
+    /// The channel with this name.
+    pub fn channel(&self, name: &str) -> Option<&[f32]> {
+        self.channels
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, values)| values.as_slice())
+    }
+}
+
+impl ImageLayers {
+    /// The layer with this name; the main layer's is empty.
+    pub fn layer(&self, name: &str) -> Option<&Layer> {
+        self.layers.iter().find(|layer| layer.name == name)
+    }
+
+    /// The attribute with this name.
+    pub fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, value)| value.as_str())
+    }
+
+    /// The main layer in colour: its R, G and B, or its Y in all three.
+    pub fn rgb(&self) -> Option<RgbImage> {
+        let main = self.layer("")?;
+        let channels = match main.channel("R") {
+            Some(red) => [red, main.channel("G")?, main.channel("B")?],
+            None => [main.channel("Y")?; 3],
+        };
+        let [red, green, blue] = channels;
+        let pixels = red
+            .iter()
+            .zip(green)
+            .zip(blue)
+            .map(|((r, g), b)| [*r, *g, *b])
+            .collect();
+        Some(RgbImage {
+            width: self.width,
+            height: self.height,
+            pixels,
+        })
+    }
+
+    /// Refuses an image without pixels and channels that do not fit its size.
+    fn check(&self) -> Result<(), Problem> {
+        let count = self.width.checked_mul(self.height);
+        let channels = self.layers.iter().flat_map(|l| &l.channels);
+        if count == Some(0) || self.layers.iter().all(|l| l.channels.is_empty()) {
+            return Err(Problem::Empty(
+                "the image has no pixels or no channels".to_owned(),
+            ));
+        }
+        for (name, values) in channels {
+            if Some(values.len()) != count {
+                return Err(Problem::Mismatch {
+                    expected: format!("{} x {} values", self.width, self.height),
+                    found: format!("{} in channel '{name}'", values.len()),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A colour image with linear values.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RgbImage {
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Pixels row by row from the top left.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+impl RgbImage {
+    /// Reads a colour image, such as an environment map, from an `.exr` or `.png` file, by its
+    /// extension. PNG values are taken as sRGB and made linear.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read or is no valid image, and NaN or infinite values.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let extension = path
+            .extension()
+            .and_then(|e| e.to_str())
+            .map(str::to_ascii_lowercase);
+        let image = match extension.as_deref() {
+            Some("exr") => exr::read(path)?.rgb().ok_or_else(|| {
+                let expected = "the channels R, G, B or Y".to_owned();
+                Problem::Mismatch {
+                    expected,
+                    found: "others".to_owned(),
+                }
+                .at(path)
+            })?,
+            Some("png") => png::read(path)?,
+            _ => {
+                let message = "colour images are read from .exr and .png".to_owned();
+                return Err(Problem::Unsupported(message).at(path));
+            }
+        };
+        image.check_finite().map_err(|problem| problem.at(path))?;
+        Ok(image)
+    }
+
+    fn check_finite(&self) -> Result<(), Problem> {
+        let bad = |pixel: &[f32; 3]| pixel.iter().any(|v| !v.is_finite());
+        let Some(index) = self.pixels.iter().position(bad) else {
+            return Ok(());
+        };
+        let place = format!("pixel ({}, {})", index % self.width, index / self.width);
+        let value = self.pixels[index].into_iter().find(|v| !v.is_finite());
+        Err(Problem::NotFinite {
+            place,
+            value: value.map_or(f64::NAN, f64::from),
+        })
+    }
+}

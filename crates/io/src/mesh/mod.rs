@@ -1,0 +1,41 @@
+//! Triangle meshes.
+
+mod build;
+pub mod obj;
+pub mod ply;
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::error::{FileError, Problem};
+
+/// A triangle mesh. Every index names a vertex, and positions are finite.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshData {
+    /// Positions of the vertices.
+    pub positions: Vec<DVec3>,
+    /// Three vertices for each triangle, counter-clockwise when seen from its front.
+    pub triangles: Vec<[u32; 3]>,
+    /// Texture coordinates of the vertices.
+    pub uvs: Option<Vec<[f64; 2]>>,
+}
+
+impl MeshData {
+    /// Reads an `.obj` or `.ply` file, by its extension.
+    ///
+    /// # Errors
+    ///
+    /// See [`obj::read`] and [`ply::read`].
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let extension = path
+            .extension()
+            .and_then(|e| e.to_str())
+            .map(str::to_ascii_lowercase);
+        match extension.as_deref() {
+            Some("obj") => obj::read(path),
+            Some("ply") => ply::read(path),
+            _ => Err(Problem::Unsupported("meshes are read from .obj and .ply".into()).at(path)),
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Wavefront OBJ: vertices, texture coordinates and faces.
+//!
+//! Normals, materials, groups and smoothing are passed over: a mesh is geometry here. Errors name
+//! the line, which off-the-shelf readers do not.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::MeshData;
+use super::build::{check_mesh, check_position, fan};
+use crate::error::{FileError, Problem};
+
+/// Reads a mesh; all objects of the file together.
+///
+/// # Errors
+///
+/// A file that cannot be read or has no faces, and, with their line, numbers that are none,
+/// positions that are not finite, and faces with too few vertices or with indices out of range.
+pub fn read(path: &Path) -> Result<MeshData, FileError> {
+    let bytes = fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
+    parse(&bytes).map_err(|(problem, line)| FileError {
+        path: path.to_owned(),
+        line,
+        problem,
+    })
+}
+
+/// Reads a mesh from the bytes of a file. The error comes with its line.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn parse(bytes: &[u8]) -> Result<MeshData, (Problem, Option<usize>)> {
+    // Names of materials and objects may be in any encoding; what counts is ASCII.
+    let text = String::from_utf8_lossy(bytes);
+    let mut reader = Reader::default();
+    let mut joined = String::new();
+    for (index, line) in text.lines().enumerate() {
+        // A backslash at its end joins a line to the next.
+        if let Some(part) = line.trim_end().strip_suffix('\\') {
+            joined.push_str(part);
+            joined.push(' ');
+            continue;
+        }
+        joined.push_str(line);
+        reader
+            .line(&joined)
+            .map_err(|problem| (problem, Some(index + 1)))?;
+        joined.clear();
+    }
+    reader.finish().map_err(|problem| (problem, None))
+}
+
+#[derive(Default)]
+struct Reader {
+    positions: Vec<DVec3>,
+    uvs: Vec<[f64; 2]>,
+    /// The vertices of the mesh: pairs of a position and a texture coordinate.
+    vertices: Vec<(u32, Option<u32>)>,
+    numbers: HashMap<(u32, Option<u32>), u32>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Reader {
+    fn line(&mut self, line: &str) -> Result<(), Problem> {
+        let content = line.split('#').next().unwrap_or("");
+        let mut words = content.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                // A weight or a colour may follow.
+                let [x, y, z] = numbers(&mut words)?;
+                let position = check_position(DVec3::new(x, y, z), self.positions.len() + 1)?;
+                self.positions.push(position);
+            }
+            Some("vt") => {
+                let [u] = numbers(&mut words)?;
+                let v = words.next().map_or(Ok(0.0), number)?;
+                self.uvs.push([u, v]);
+            }
+            Some("f") => self.face(words)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn face<'w>(&mut self, words: impl Iterator<Item = &'w str>) -> Result<(), Problem> {
+        let polygon = words
+            .map(|word| self.vertex(word))
+            .collect::<Result<Vec<_>, _>>()?;
+        if polygon.len() < 3 {
+            let message = format!("a face of {} vertices", polygon.len());
+            return Err(Problem::Malformed(message));
+        }
+        fan(&mut self.triangles, &polygon);
+        Ok(())
+    }
+
+    /// The mesh's vertex for `position`, `position/uv`, `position//normal` or all three.
+    fn vertex(&mut self, word: &str) -> Result<u32, Problem> {
+        let mut parts = word.split('/');
+        let position = index(parts.next().unwrap_or(""), self.positions.len(), "vertex")?;
+        let uv = match parts.next() {
+            None | Some("") => None,
+            Some(part) => Some(index(part, self.uvs.len(), "texture coordinate")?),
+        };
+        let next = self.vertices.len();
+        if let Some(&number) = self.numbers.get(&(position, uv)) {
+            return Ok(number);
+        }
+        let number = u32::try_from(next)
+            .map_err(|_| Problem::TooLarge("more than 2^32 vertices".to_owned()))?;
+        self.numbers.insert((position, uv), number);
+        self.vertices.push((position, uv));
+        Ok(number)
+    }
+
+    fn finish(self) -> Result<MeshData, Problem> {
+        let position = |&(position, _): &(u32, Option<u32>)| self.positions[position as usize];
+        let positions = self.vertices.iter().map(position).collect();
+        // Texture coordinates that are given only here and there are of no use.
+        let uv = |&(_, uv): &(u32, Option<u32>)| uv.map(|uv| self.uvs[uv as usize]);
+        let uvs = self.vertices.iter().map(uv).collect();
+        check_mesh(MeshData {
+            positions,
+            triangles: self.triangles,
+            uvs,
+        })
+    }
+}
+
+fn numbers<'w, const N: usize>(
+    words: &mut impl Iterator<Item = &'w str>,
+) -> Result<[f64; N], Problem> {
+    let mut out = [0.0; N];
+    for (i, value) in out.iter_mut().enumerate() {
+        let missing = || Problem::Malformed(format!("expected {N} numbers, found {i}"));
+        *value = number(words.next().ok_or_else(missing)?)?;
+    }
+    Ok(out)
+}
+
+fn number(word: &str) -> Result<f64, Problem> {
+    word.parse()
+        .map_err(|_| Problem::Malformed(format!("'{word}' is not a number")))
+}
+
+/// An index counts from 1, or backwards from -1 for the latest of `count`.
+fn index(word: &str, count: usize, what: &str) -> Result<u32, Problem> {
+    let malformed = || Problem::Malformed(format!("'{word}' is not an index"));
+    let value: i64 = word.parse().map_err(|_| malformed())?;
+    let count = count as i64;
+    let from_zero = if value < 0 {
+        value.checked_add(count)
+    } else {
+        value.checked_sub(1)
+    };
+    match from_zero {
+        Some(i) if (0..count).contains(&i) => u32::try_from(i).map_err(|_| malformed()),
+        _ => Err(Problem::Malformed(format!(
+            "{what} {value} does not exist (there are {count})"
+        ))),
+    }
+}

@@ -1,0 +1,252 @@
+//! PLY, the Stanford triangle format: ASCII and binary of either byte order.
+
+use std::io::{BufRead, BufReader, Seek};
+use std::path::Path;
+
+use glam::DVec3;
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
+
+use super::MeshData;
+use super::build::{check_mesh, check_position, fan};
+use crate::binary;
+use crate::error::{FileError, Problem};
+
+/// Reads a mesh: the positions `x y z`, texture coordinates `u v` or `s t` if there are any, and
+/// the faces.
+///
+/// # Errors
+///
+/// A file that cannot be read, is no valid PLY file, has no faces, counts that it cannot hold,
+/// positions that are not finite, and faces with too few vertices or with indices out of range.
+pub fn read(path: &Path) -> Result<MeshData, FileError> {
+    let (reader, size) = binary::open(path)?;
+    read_from(reader, size).map_err(|(problem, line)| FileError {
+        path: path.to_owned(),
+        line,
+        problem,
+    })
+}
+
+/// Reads a mesh from the bytes of a file. The error comes with its line, if it has one.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn parse(bytes: &[u8]) -> Result<MeshData, (Problem, Option<usize>)> {
+    read_from(
+        BufReader::new(std::io::Cursor::new(bytes)),
+        bytes.len() as u64,
+    )
+}
+
+type Located = (Problem, Option<usize>);
+
+fn read_from(reader: impl BufRead + Seek, size: u64) -> Result<MeshData, Located> {
+    let mut reader = Reader::new(reader);
+    let header = Parser::<Vertex>::new()
+        .read_header(&mut reader)
+        .map_err(describe)?;
+    check_header(&header, size).map_err(|problem| (problem, None))?;
+    let mut mesh = MeshData::default();
+    let mut polygons = Vec::new();
+    for (name, element) in &header.elements {
+        match name.as_str() {
+            "vertex" => {
+                let vertices = elements::<Vertex>(&mut reader, element, &header)?;
+                add_vertices(&mut mesh, element, &vertices).map_err(|problem| (problem, None))?;
+            }
+            "face" => polygons = elements::<Face>(&mut reader, element, &header)?,
+            _ => drop(elements::<Other>(&mut reader, element, &header)?),
+        }
+    }
+    add_faces(&mut mesh, &polygons)
+        .and_then(|()| check_mesh(mesh))
+        .map_err(|p| (p, None))
+}
+
+fn elements<E: PropertyAccess>(
+    reader: &mut Reader<impl BufRead>,
+    element: &ElementDef,
+    header: &Header,
+) -> Result<Vec<E>, Located> {
+    Parser::new()
+        .read_payload_for_element(reader, element, header)
+        .map_err(describe)
+}
+
+/// Every element takes at least a byte, so that a file bounds what its header may claim.
+fn check_header(header: &Header, size: u64) -> Result<(), Problem> {
+    for (name, element) in &header.elements {
+        if element.count as u64 > size {
+            let message = format!("{} elements '{name}' in {size} bytes", element.count);
+            return Err(Problem::TooLarge(message));
+        }
+        if element.properties.is_empty() && element.count > 0 {
+            return Err(Problem::Malformed(format!(
+                "element '{name}' has no properties"
+            )));
+        }
+    }
+    let has = |element: &str, property: &str| {
+        header
+            .elements
+            .get(element)
+            .is_some_and(|e| e.properties.contains_key(property))
+    };
+    for axis in ["x", "y", "z"] {
+        if !has("vertex", axis) {
+            return Err(Problem::Malformed(format!(
+                "there is no property '{axis}' of 'vertex'"
+            )));
+        }
+    }
+    if !FACE_LISTS.iter().any(|name| has("face", name)) {
+        let message = "there is no property 'vertex_indices' of 'face'".to_owned();
+        return Err(Problem::Malformed(message));
+    }
+    Ok(())
+}
+
+fn describe(error: ParseError) -> Located {
+    // Everything after the first line repeats the input.
+    let text = error.to_string();
+    let first = text
+        .lines()
+        .next()
+        .unwrap_or("")
+        .trim_end_matches(['.', ' ']);
+    let message = match error.line() {
+        Some(line) => first.trim_start_matches(&format!("Line {line}: ")),
+        None => first,
+    };
+    let message = message.chars().take(200).collect();
+    (
+        Problem::WrongFormat {
+            format: "PLY",
+            reason: message,
+        },
+        error.line(),
+    )
+}
+
+fn add_vertices(
+    mesh: &mut MeshData,
+    element: &ElementDef,
+    vertices: &[Vertex],
+) -> Result<(), Problem> {
+    let position = |(i, v): (usize, &Vertex)| check_position(DVec3::from_array(v.position), i);
+    mesh.positions = vertices
+        .iter()
+        .enumerate()
+        .map(position)
+        .collect::<Result<_, _>>()?;
+    let has = |name: &str| element.properties.contains_key(name);
+    let has_uvs = (has("u") && has("v")) || (has("s") && has("t"));
+    mesh.uvs = has_uvs.then(|| vertices.iter().map(|v| v.uv).collect());
+    Ok(())
+}
+
+fn add_faces(mesh: &mut MeshData, faces: &[Face]) -> Result<(), Problem> {
+    let count = mesh.positions.len();
+    for (i, face) in faces.iter().enumerate() {
+        let malformed = |message| Err(Problem::Malformed(format!("face {i} {message}")));
+        let Some(polygon) = &face.polygon else {
+            return malformed("has an index that is not a whole number or negative".to_owned());
+        };
+        if polygon.len() < 3 {
+            return malformed(format!("has {} vertices", polygon.len()));
+        }
+        if let Some(vertex) = polygon.iter().find(|v| **v as usize >= count) {
+            return malformed(format!("has the vertex {vertex} (there are {count})"));
+        }
+        fan(&mut mesh.triangles, polygon);
+    }
+    Ok(())
+}
+
+/// The names that the list of a face's vertices goes by.
+const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+#[derive(Debug)]
+struct Vertex {
+    position: [f64; 3],
+    uv: [f64; 2],
+}
+
+impl PropertyAccess for Vertex {
+    fn new() -> Self {
+        Vertex {
+            position: [0.0; 3],
+            uv: [0.0; 2],
+        }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let place = match name {
+            "x" => &mut self.position[0],
+            "y" => &mut self.position[1],
+            "z" => &mut self.position[2],
+            "u" | "s" => &mut self.uv[0],
+            "v" | "t" => &mut self.uv[1],
+            _ => return PropertyAccessResult::Ignored,
+        };
+        match scalar(&property) {
+            Some(value) => {
+                *place = value;
+                PropertyAccessResult::Set
+            }
+            None => PropertyAccessResult::UnsupportedType,
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Face {
+    /// `None` if an index cannot be one.
+    polygon: Option<Vec<u32>>,
+}
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Face {
+            polygon: Some(Vec::new()),
+        }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if !FACE_LISTS.contains(&name) {
+            return PropertyAccessResult::Ignored;
+        }
+        self.polygon = property.to_u32_list();
+        PropertyAccessResult::Set
+    }
+}
+
+/// An element that is read only to get past it.
+#[derive(Debug)]
+struct Other;
+
+impl PropertyAccess for Other {
+    fn new() -> Self {
+        Other
+    }
+
+    fn set_property(&mut self, _: &str, _: Property) -> PropertyAccessResult {
+        PropertyAccessResult::Ignored
+    }
+}
+
+fn scalar(property: &Property) -> Option<f64> {
+    match *property {
+        Property::Char(v) => Some(v.into()),
+        Property::UChar(v) => Some(v.into()),
+        Property::Short(v) => Some(v.into()),
+        Property::UShort(v) => Some(v.into()),
+        Property::Int(v) => Some(v.into()),
+        Property::UInt(v) => Some(v.into()),
+        Property::Float(v) => Some(v.into()),
+        Property::Double(v) => Some(v),
+        _ => None,
+    }
+}

@@ -1,0 +1,93 @@
+//! NumPy's `.npy` arrays of floating-point numbers.
+//!
+//! The header is read by a small parser of our own: it is a fixed dictionary with three entries,
+//! and a general parser of Python literals can be made to exhaust the stack.
+
+mod header;
+
+use std::io::{BufReader, Read, Write};
+use std::path::Path;
+
+use crate::error::{FileError, Problem};
+use crate::{atomic, binary};
+use header::Header;
+
+/// An array as stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NpyArray {
+    /// Length along each axis.
+    pub shape: Vec<usize>,
+    /// Whether the first axis is the fastest in memory (Fortran) rather than the last (C).
+    pub fortran_order: bool,
+    /// The elements in the order in which they are stored.
+    pub data: NpyData,
+}
+
+/// Elements of an array.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NpyData {
+    /// Single precision.
+    F32(Vec<f32>),
+    /// Double precision.
+    F64(Vec<f64>),
+}
+
+/// Reads an array.
+///
+/// # Errors
+///
+/// A file that cannot be read, is no `.npy` file, holds anything but floating-point numbers, or
+/// does not have the size that its header calls for.
+pub fn read(path: &Path) -> Result<NpyArray, FileError> {
+    let (mut reader, size) = binary::open(path)?;
+    read_from(&mut reader, size).map_err(|problem| problem.at(path))
+}
+
+/// Reads an array from the bytes of a file.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn parse(bytes: &[u8]) -> Result<NpyArray, Problem> {
+    read_from(&mut BufReader::new(bytes), bytes.len() as u64)
+}
+
+fn read_from(reader: &mut impl Read, size: u64) -> Result<NpyArray, Problem> {
+    let header = Header::read(reader, size)?;
+    let element = header.element;
+    let count = binary::checked_count(&header.shape, element.size(), header.size, size)?;
+    let data = match element {
+        header::Element::F32Little => binary::values(reader, count, f32::from_le_bytes),
+        header::Element::F32Big => binary::values(reader, count, f32::from_be_bytes),
+        header::Element::F64Little => {
+            let data = binary::values(reader, count, f64::from_le_bytes).map_err(Problem::Read)?;
+            return Ok(header.with(NpyData::F64(data)));
+        }
+        header::Element::F64Big => {
+            let data = binary::values(reader, count, f64::from_be_bytes).map_err(Problem::Read)?;
+            return Ok(header.with(NpyData::F64(data)));
+        }
+    };
+    Ok(header.with(NpyData::F32(data.map_err(Problem::Read)?)))
+}
+
+/// Writes an array of single-precision numbers in C order, at once or not at all.
+///
+/// # Errors
+///
+/// A shape that does not fit the data, and everything that [`atomic::write`] reports.
+pub fn write(path: &Path, shape: &[usize], data: &[f32]) -> Result<(), FileError> {
+    let count = shape
+        .iter()
+        .try_fold(1usize, |product, &n| product.checked_mul(n));
+    if count != Some(data.len()) {
+        let expected = format!("{} values", binary::product(shape));
+        let found = format!("{} values", data.len());
+        return Err(Problem::Mismatch { expected, found }.at(path));
+    }
+    atomic::write(path, |file| {
+        file.write_all(&header::bytes(shape))?;
+        data.iter()
+            .try_for_each(|value| file.write_all(&value.to_le_bytes()))
+    })
+}

@@ -1,0 +1,240 @@
+//! The header of an `.npy` file.
+
+use std::io::Read;
+
+use super::{NpyArray, NpyData};
+use crate::error::Problem;
+
+const MAGIC: &[u8; 6] = b"\x93NUMPY";
+/// Longest header accepted; NumPy's own limit.
+const LIMIT: u64 = 10_000;
+/// Most axes of an array; NumPy's own limit.
+const MAX_AXES: usize = 32;
+/// The header's size is padded to a multiple of this.
+const ALIGNMENT: usize = 64;
+
+/// What is known before the data.
+pub(super) struct Header {
+    pub(super) element: Element,
+    pub(super) fortran_order: bool,
+    pub(super) shape: Vec<usize>,
+    /// Bytes before the data.
+    pub(super) size: u64,
+}
+
+/// Type and byte order of the elements.
+#[derive(Clone, Copy)]
+pub(super) enum Element {
+    F32Little,
+    F32Big,
+    F64Little,
+    F64Big,
+}
+
+impl Element {
+    fn new(descriptor: &str) -> Result<Self, Problem> {
+        match descriptor {
+            "<f4" => Ok(Element::F32Little),
+            ">f4" => Ok(Element::F32Big),
+            "<f8" => Ok(Element::F64Little),
+            ">f8" => Ok(Element::F64Big),
+            other => Err(Problem::Mismatch {
+                expected: "elements of type float32 or float64".to_owned(),
+                found: format!("'{other}'"),
+            }),
+        }
+    }
+
+    /// Bytes of an element.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Element::F32Little | Element::F32Big => 4,
+            Element::F64Little | Element::F64Big => 8,
+        }
+    }
+}
+
+impl Header {
+    pub(super) fn with(self, data: NpyData) -> NpyArray {
+        NpyArray {
+            shape: self.shape,
+            fortran_order: self.fortran_order,
+            data,
+        }
+    }
+
+    /// Reads the header of a file of `size` bytes.
+    pub(super) fn read(reader: &mut impl Read, size: u64) -> Result<Self, Problem> {
+        let truncated = |expected| Problem::Truncated {
+            expected,
+            found: size,
+        };
+        let mut start = [0; 8];
+        reader.read_exact(&mut start).map_err(|_| truncated(10))?;
+        if start[..6] != *MAGIC {
+            return Err(wrong_format("it does not begin with the magic bytes"));
+        }
+        let (length, before) = match start[6] {
+            1 => {
+                let mut bytes = [0; 2];
+                reader.read_exact(&mut bytes).map_err(|_| truncated(10))?;
+                (u64::from(u16::from_le_bytes(bytes)), 10)
+            }
+            2 | 3 => {
+                let mut bytes = [0; 4];
+                reader.read_exact(&mut bytes).map_err(|_| truncated(12))?;
+                (u64::from(u32::from_le_bytes(bytes)), 12)
+            }
+            other => return Err(Problem::Unsupported(format!("NPY version {other}"))),
+        };
+        if length > LIMIT {
+            return Err(Problem::TooLarge(format!("a header of {length} bytes")));
+        }
+        let mut text = vec![0; length as usize];
+        reader
+            .read_exact(&mut text)
+            .map_err(|_| truncated(before + length))?;
+        let text = str::from_utf8(&text).map_err(|_| wrong_format("its header is not text"))?;
+        parse(text, before + length)
+    }
+}
+
+/// Reads `{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }`.
+fn parse(text: &str, size: u64) -> Result<Header, Problem> {
+    let mut cursor = Cursor { rest: text.trim() };
+    let (mut element, mut fortran_order, mut shape) = (None, None, None);
+    cursor.expect('{')?;
+    while !cursor.accept('}') {
+        let key = cursor.string()?;
+        cursor.expect(':')?;
+        match key {
+            "descr" => element = Some(Element::new(cursor.string()?)?),
+            "fortran_order" => fortran_order = Some(cursor.boolean()?),
+            "shape" => shape = Some(cursor.shape()?),
+            other => {
+                return Err(wrong_format(&format!(
+                    "unknown entry '{other}' in its header"
+                )));
+            }
+        }
+        if !cursor.accept(',') {
+            cursor.expect('}')?;
+            break;
+        }
+    }
+    let missing = |name| move || wrong_format(&format!("its header has no '{name}'"));
+    Ok(Header {
+        element: element.ok_or_else(missing("descr"))?,
+        fortran_order: fortran_order.ok_or_else(missing("fortran_order"))?,
+        shape: shape.ok_or_else(missing("shape"))?,
+        size,
+    })
+}
+
+fn wrong_format(reason: &str) -> Problem {
+    Problem::WrongFormat {
+        format: "NPY",
+        reason: reason.to_owned(),
+    }
+}
+
+struct Cursor<'t> {
+    rest: &'t str,
+}
+
+impl<'t> Cursor<'t> {
+    fn accept(&mut self, wanted: char) -> bool {
+        match self.rest.trim_start().strip_prefix(wanted) {
+            Some(rest) => {
+                self.rest = rest;
+                true
+            }
+            None => false,
+        }
+    }
+
+    fn expect(&mut self, wanted: char) -> Result<(), Problem> {
+        if self.accept(wanted) {
+            return Ok(());
+        }
+        let found: String = self.rest.trim_start().chars().take(20).collect();
+        Err(wrong_format(&format!(
+            "expected '{wanted}' in its header, found '{found}'"
+        )))
+    }
+
+    fn string(&mut self) -> Result<&'t str, Problem> {
+        let quote = if self.accept('"') { '"' } else { '\'' };
+        if quote == '\'' {
+            self.expect('\'')?;
+        }
+        let (text, rest) = self
+            .rest
+            .split_once(quote)
+            .ok_or_else(|| wrong_format("a text in its header does not end"))?;
+        self.rest = rest;
+        Ok(text)
+    }
+
+    fn boolean(&mut self) -> Result<bool, Problem> {
+        let rest = self.rest.trim_start();
+        for (word, value) in [("True", true), ("False", false)] {
+            if let Some(rest) = rest.strip_prefix(word) {
+                self.rest = rest;
+                return Ok(value);
+            }
+        }
+        Err(wrong_format(
+            "'fortran_order' in its header is neither True nor False",
+        ))
+    }
+
+    fn shape(&mut self) -> Result<Vec<usize>, Problem> {
+        self.expect('(')?;
+        let mut shape = Vec::new();
+        while !self.accept(')') {
+            if shape.len() == MAX_AXES {
+                return Err(Problem::TooLarge(format!("more than {MAX_AXES} axes")));
+            }
+            shape.push(self.number()?);
+            if !self.accept(',') {
+                self.expect(')')?;
+                break;
+            }
+        }
+        Ok(shape)
+    }
+
+    fn number(&mut self) -> Result<usize, Problem> {
+        let rest = self.rest.trim_start();
+        let end = rest
+            .find(|c: char| !c.is_ascii_digit())
+            .unwrap_or(rest.len());
+        let (digits, rest) = rest.split_at(end);
+        self.rest = rest;
+        if digits.is_empty() {
+            return Err(wrong_format(
+                "'shape' in its header holds something other than numbers",
+            ));
+        }
+        digits
+            .parse()
+            .map_err(|_| Problem::TooLarge(format!("an axis of length {digits}")))
+    }
+}
+
+/// The header of a float32 array in C order.
+pub(super) fn bytes(shape: &[usize]) -> Vec<u8> {
+    let axes: String = shape.iter().map(|n| format!("{n}, ")).collect();
+    let mut text = format!(
+        "{{'descr': '<f4', 'fortran_order': False, 'shape': ({}), }}",
+        axes.trim_end()
+    );
+    // The dictionary is padded with blanks and ends with a line break.
+    let unpadded = MAGIC.len() + 4 + text.len() + 1;
+    text.push_str(&" ".repeat(unpadded.next_multiple_of(ALIGNMENT) - unpadded));
+    text.push('\n');
+    // Shapes have few axes, so that the length always fits.
+    let length = u16::try_from(text.len()).unwrap_or(u16::MAX);
+    [MAGIC, &[1u8, 0][..], &length.to_le_bytes(), text.as_bytes()].concat()
+}

@@ -1,0 +1,119 @@
+//! Nested objects.
+
+use std::sync::Arc;
+
+use super::values::as_spectrum;
+use super::{Lookup, Query};
+use crate::diagnostic::Diagnostic;
+use crate::scene::{Object, PluginKind, SpectrumValue};
+
+/// A quantity given as a spectrum, or as an object (a volume or texture) that computes it.
+#[derive(Clone, Debug)]
+pub enum Input<'a> {
+    /// Constant in space.
+    Spectrum(SpectrumValue),
+    /// Varying in space.
+    Object(&'a Arc<Object>),
+}
+
+impl<'a> Query<'a, '_> {
+    /// The only child of a kind, if there is one; more than one is an error. Children in roles
+    /// that were asked for by name do not count.
+    pub fn child(&mut self, kind: PluginKind) -> Option<&'a Arc<Object>> {
+        let indices = self.unused_of(kind);
+        for &index in &indices {
+            self.used_children[index] = true;
+        }
+        let children = &self.object.children;
+        if let Some(&second) = indices.get(1) {
+            let message = format!("{} takes only one <{kind}>", self.object.label());
+            let help = format!("the first is at {}", children[indices[0]].location);
+            let location = &children[second].location;
+            self.diagnostics
+                .push(Diagnostic::error(message).help(help).at(location));
+        }
+        indices.first().map(|&index| &children[index].object)
+    }
+
+    /// The only child of a kind; its absence is reported, too.
+    pub fn required_child(&mut self, kind: PluginKind) -> Option<&'a Arc<Object>> {
+        let child = self.child(kind);
+        if child.is_none() {
+            let message = format!("{} needs a <{kind}>", self.object.label());
+            self.diagnostics
+                .push(Diagnostic::error(message).at(&self.object.location));
+        }
+        child
+    }
+
+    /// All children of a kind, in the order in which they are written. Children in roles that were
+    /// asked for by name are left out.
+    pub fn children(&mut self, kind: PluginKind) -> Vec<&'a Arc<Object>> {
+        let indices = self.unused_of(kind);
+        for &index in &indices {
+            self.used_children[index] = true;
+        }
+        indices
+            .iter()
+            .map(|&index| &self.object.children[index].object)
+            .collect()
+    }
+
+    /// The child that plays the role `name`, if there is one; it must be of the given kind.
+    pub fn role(&mut self, kind: PluginKind, name: &str) -> Option<&'a Arc<Object>> {
+        if let Some(property) = self.property(name) {
+            let found = property.value.type_name();
+            self.mismatch(name, kind.tag(), found, &property.location);
+            return None;
+        }
+        let index = self.child_index(name)?;
+        self.used_children[index] = true;
+        let child = &self.object.children[index];
+        if child.object.kind == kind {
+            return Some(&child.object);
+        }
+        self.mismatch(name, kind.tag(), child.object.kind.tag(), &child.location);
+        None
+    }
+
+    /// A spectrum or a nested volume by the name `name`, or `default`; with the default `None` it
+    /// must be there. After an error, the default, or else 1.
+    pub fn volume_or_spectrum(
+        &mut self,
+        name: &str,
+        default: impl Into<Option<SpectrumValue>>,
+    ) -> Input<'a> {
+        self.input(PluginKind::Volume, name, default.into())
+    }
+
+    /// A spectrum or a nested texture by the name `name`, or `default`; with the default `None` it
+    /// must be there. After an error, the default, or else 1.
+    pub fn texture_or_spectrum(
+        &mut self,
+        name: &str,
+        default: impl Into<Option<SpectrumValue>>,
+    ) -> Input<'a> {
+        self.input(PluginKind::Texture, name, default.into())
+    }
+
+    fn input(&mut self, kind: PluginKind, name: &str, default: Option<SpectrumValue>) -> Input<'a> {
+        let child = self.named_child(name);
+        if let Some(child) = child.filter(|c| c.object.kind == kind) {
+            if let Some(index) = self.child_index(name) {
+                self.used_children[index] = true;
+            }
+            return Input::Object(&child.object);
+        }
+        let expected = format!("{kind}> or <spectrum");
+        let lookup: Lookup<'a, _> = self.convert(name, &expected, as_spectrum);
+        let harmless = SpectrumValue::Uniform(1.0);
+        Input::Spectrum(self.settle(name, "spectrum", lookup, default, harmless))
+    }
+
+    /// Indices of the children of a kind that nobody has asked for yet.
+    fn unused_of(&self, kind: PluginKind) -> Vec<usize> {
+        let all = self.object.children.iter().enumerate();
+        let fits = all.filter(|(i, c)| c.object.kind == kind && !self.used_children[*i]);
+        fits.map(|(i, _)| i).collect()
+    }
+}

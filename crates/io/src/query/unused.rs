@@ -1,0 +1,62 @@
+//! What an object says that nobody asked for.
+
+use super::Query;
+use crate::diagnostic::{Diagnostic, suggest};
+use crate::scene::Property;
+
+impl Query<'_, '_> {
+    /// Reports every parameter and child that was not asked for, with the name that may have been
+    /// meant.
+    ///
+    /// `also_known` names what the plugin knows but did not ask for this time, for example because
+    /// another parameter rules it out: such parameters only draw a warning that they have no
+    /// effect.
+    pub fn finish(self, also_known: &[&str]) {
+        for property in &self.object.properties {
+            if !self.asked.contains(&property.name) {
+                let diagnostic = self.unused_property(property, also_known);
+                self.diagnostics.push(diagnostic);
+            }
+        }
+        let children = self.object.children.iter().zip(&self.used_children);
+        for (child, _) in children.filter(|(_, used)| !**used) {
+            let kind = child.object.kind;
+            let (message, help) = match &child.name {
+                Some(name) => {
+                    let message = format!("{} has no <{kind}> '{name}'", self.object.label());
+                    (message, suggest(name, self.names(also_known)))
+                }
+                None => (
+                    format!("{} takes no <{kind}> here", self.object.label()),
+                    None,
+                ),
+            };
+            self.diagnostics
+                .push(Diagnostic::error(message).help(help).at(&child.location));
+        }
+    }
+
+    fn unused_property(&self, property: &Property, also_known: &[&str]) -> Diagnostic {
+        let name = property.name.as_str();
+        let label = self.object.label();
+        if also_known.contains(&name) {
+            let message = format!("'{name}' has no effect in this {label}");
+            return Diagnostic::warning(message).at(&property.name_location);
+        }
+        let help = suggest(name, self.names(also_known)).or_else(|| {
+            let known: Vec<_> = self.names(also_known).collect();
+            (!known.is_empty()).then(|| format!("it has: {}", known.join(", ")))
+        });
+        let message = format!("{label} has no parameter '{name}'");
+        Diagnostic::error(message)
+            .help(help)
+            .at(&property.name_location)
+    }
+
+    fn names<'n>(&'n self, also_known: &'n [&str]) -> impl Iterator<Item = &'n str> {
+        self.asked
+            .iter()
+            .map(String::as_str)
+            .chain(also_known.iter().copied())
+    }
+}

@@ -1,0 +1,104 @@
+//! Points, vectors, spectra, transforms and paths.
+
+use std::path::PathBuf;
+
+use glam::{DMat4, DVec3};
+
+use super::{Lookup, Query};
+use crate::scene::{FileRegistry, SpectrumValue, Value};
+
+fn as_triple(value: &Value) -> Option<DVec3> {
+    match value {
+        Value::Point(v) | Value::Vector(v) => Some(*v),
+        _ => None,
+    }
+}
+
+/// A plain number counts as a uniform spectrum.
+pub(super) fn as_spectrum(value: &Value) -> Option<SpectrumValue> {
+    match value {
+        Value::Spectrum(v) => Some(v.clone()),
+        Value::Float(v) => Some(SpectrumValue::Uniform(*v)),
+        Value::Integer(v) => Some(SpectrumValue::Uniform(*v as f64)),
+        _ => None,
+    }
+}
+
+fn as_transform(value: &Value) -> Option<DMat4> {
+    match value {
+        Value::Transform(v) => Some(*v),
+        _ => None,
+    }
+}
+
+impl Query<'_, '_> {
+    /// A position that must be there; after an error, the origin.
+    pub fn point(&mut self, name: &str) -> DVec3 {
+        let lookup = self.convert(name, "point", as_triple);
+        self.settle(name, "point", lookup, None, DVec3::ZERO)
+    }
+
+    /// A position, or `default` if it is not there.
+    pub fn point_or(&mut self, name: &str, default: DVec3) -> DVec3 {
+        let lookup = self.convert(name, "point", as_triple);
+        self.settle(name, "point", lookup, Some(default), default)
+    }
+
+    /// A direction or displacement that must be there; after an error, the z axis.
+    pub fn vector(&mut self, name: &str) -> DVec3 {
+        let lookup = self.convert(name, "vector", as_triple);
+        self.settle(name, "vector", lookup, None, DVec3::Z)
+    }
+
+    /// A direction or displacement, or `default` if it is not there.
+    pub fn vector_or(&mut self, name: &str, default: DVec3) -> DVec3 {
+        let lookup = self.convert(name, "vector", as_triple);
+        self.settle(name, "vector", lookup, Some(default), default)
+    }
+
+    /// A spectrum, colour or plain number that must be there; after an error, 1.
+    pub fn spectrum(&mut self, name: &str) -> SpectrumValue {
+        let lookup = self.convert(name, "spectrum", as_spectrum);
+        self.settle(name, "spectrum", lookup, None, SpectrumValue::Uniform(1.0))
+    }
+
+    /// A spectrum, colour or plain number, or `default` if it is not there.
+    pub fn spectrum_or(&mut self, name: &str, default: SpectrumValue) -> SpectrumValue {
+        let lookup = self.convert(name, "spectrum", as_spectrum);
+        self.settle(
+            name,
+            "spectrum",
+            lookup,
+            Some(default),
+            SpectrumValue::Uniform(1.0),
+        )
+    }
+
+    /// A transform; the identity if it is not there.
+    pub fn transform(&mut self, name: &str) -> DMat4 {
+        let lookup = self.convert(name, "transform", as_transform);
+        self.settle(
+            name,
+            "transform",
+            lookup,
+            Some(DMat4::IDENTITY),
+            DMat4::IDENTITY,
+        )
+    }
+
+    /// The path of a data file that must be named. A relative path starts at the file in which it
+    /// is written. The path is added to `files`. After an error, the empty path.
+    pub fn path(&mut self, name: &str, files: &mut FileRegistry) -> PathBuf {
+        let lookup = self.convert(name, "string", |value| match value {
+            Value::String(v) => Some(v.clone()),
+            _ => None,
+        });
+        let Lookup::Found(written, location) = lookup else {
+            let written = self.settle(name, "string", lookup, None, String::new());
+            return PathBuf::from(written);
+        };
+        let path = location.source().directory().join(&written);
+        files.add(path.clone(), &written);
+        path
+    }
+}
