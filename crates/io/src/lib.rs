@@ -5,6 +5,7 @@
 //! parameters through [`query::Query`], which reports every mistake with its place and a
 //! suggestion. Nothing here prints, panics on bad input, or leaves a half-written file behind.
 
+pub mod assemble;
 pub mod atomic;
 mod binary;
 pub mod diagnostic;
@@ -17,6 +18,7 @@ pub mod scene;
 pub mod volume;
 pub mod xml;
 
+pub use assemble::{LoadOptions, Loaded, assemble, load_scene};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use error::{FileError, Problem};
 pub use query::Query;

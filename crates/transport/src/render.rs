@@ -46,34 +46,35 @@ pub struct Rendering {
     pub samples: u64,
 }
 
-/// Renders a scene on the current thread pool.
+/// Renders on the current thread pool: one scene for each group of up to four channels, alike but for
+/// their spectra. A film's groups are in the same order.
 ///
 /// `on_pass` is called between passes; when it breaks, the render stops with what it has. All pixels
 /// then have the same number of samples, and the same values as a render of just that many.
 pub fn render(
-    scene: &Scene,
+    scenes: &[Scene],
     options: &Options,
     on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
-    render_counted(scene, options, &AtomicU64::new(0), on_pass)
+    render_counted(scenes, options, &AtomicU64::new(0), on_pass)
 }
 
 /// As [`render`]. `counter` grows by one for each sample of each pixel (and each group of channels)
 /// while the render runs, for other threads to see.
 pub fn render_counted(
-    scene: &Scene,
+    scenes: &[Scene],
     options: &Options,
     counter: &AtomicU64,
     mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
-    let spec = scene.film();
+    let spec = scenes[0].film();
     let mut film = Film::new(spec.width, spec.height, spec.channels);
     let mut stats = Stats::default();
     let (mut done, mut next) = (0, 1);
     while done < options.samples {
         let started = Instant::now();
         next = next.min(options.samples - done);
-        for group in 0..film.groups() {
+        for (group, scene) in scenes.iter().enumerate() {
             let seed = group_seed(options.seed, group);
             stats += pass(scene, seed, done..done + next, group, (&mut film, counter));
         }

@@ -84,6 +84,14 @@ impl<'a, 'd> Query<'a, 'd> {
         self.error(name, error.to_string());
     }
 
+    /// Asks a nested object; whatever it has that was not asked for is reported.
+    pub fn nested<T>(&mut self, object: &'a Object, ask: impl FnOnce(&mut Query<'a, '_>) -> T) -> T {
+        let mut query = Query::new(object, self.diagnostics);
+        let answer = ask(&mut query);
+        query.finish(&[]);
+        answer
+    }
+
     fn location_of(&self, name: &str) -> &'a Location {
         let property = self.object.properties.iter().find(|p| p.name == name);
         let child = self

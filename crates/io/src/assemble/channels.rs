@@ -1,0 +1,135 @@
+//! Spectral channels: luminance, RGB, or any list of wavelengths.
+
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::scene::{Object, PluginKind, SpectrumValue, Value};
+use transport::Spectrum;
+
+/// The channels of the film.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Channels {
+    /// One channel.
+    Luminance,
+    /// Red, green and blue.
+    Rgb,
+    /// Wavelengths in nanometres.
+    Wavelengths(Vec<f64>),
+}
+
+/// Weights of linear sRGB in luminance (ITU-R BT.709).
+const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+impl Channels {
+    /// As the film of the scene's first sensor says.
+    pub fn of(root: &Object, diagnostics: &mut Diagnostics) -> Self {
+        let child = |o: &Object, kind| {
+            let mut children = o.children.iter().map(|c| c.object.clone());
+            children.find(|c| c.kind == kind)
+        };
+        let film = child(root, PluginKind::Sensor).and_then(|s| child(&s, PluginKind::Film));
+        let Some(film) = film else {
+            return Channels::Rgb;
+        };
+        let text = |name: &str| {
+            let property = film.properties.iter().find(|p| p.name == name)?;
+            match &property.value {
+                Value::String(text) => Some((text.as_str(), &property.location)),
+                _ => None,
+            }
+        };
+        match text("pixel_format").map(|(format, _)| format) {
+            Some("luminance") => Channels::Luminance,
+            Some("spectral") => match text("wavelengths") {
+                Some((list, location)) => wavelengths(list).unwrap_or_else(|| {
+                    let message = "'wavelengths': expected positive numbers in nanometres";
+                    diagnostics.push(Diagnostic::error(message).at(location));
+                    Channels::Luminance
+                }),
+                None => {
+                    let message = "a spectral film needs <string name=\"wavelengths\">";
+                    let help = "for example value=\"450, 550, 650\", in nanometres".to_owned();
+                    diagnostics.push(Diagnostic::error(message).help(help).at(&film.location));
+                    Channels::Luminance
+                }
+            },
+            _ => Channels::Rgb,
+        }
+    }
+
+    /// Number of channels.
+    pub fn count(&self) -> usize {
+        match self {
+            Channels::Luminance => 1,
+            Channels::Rgb => 3,
+            Channels::Wavelengths(list) => list.len(),
+        }
+    }
+
+    /// Number of groups that are rendered separately.
+    pub fn groups(&self) -> usize {
+        self.count().div_ceil(Spectrum::LANES)
+    }
+
+    /// Number of channels in a group.
+    pub fn lanes(&self, group: usize) -> usize {
+        (self.count() - group * Spectrum::LANES).min(Spectrum::LANES)
+    }
+
+    /// Names, as in image files.
+    pub fn names(&self) -> Vec<String> {
+        match self {
+            Channels::Luminance => vec!["Y".into()],
+            Channels::Rgb => ["R", "G", "B"].map(String::from).into(),
+            Channels::Wavelengths(list) => list.iter().map(|nm| format!("{nm}nm")).collect(),
+        }
+    }
+
+    /// A spectrum in the channels of a group.
+    pub fn spectrum(&self, value: &SpectrumValue, group: usize) -> Result<Spectrum, String> {
+        let lanes = self.lanes(group);
+        let all = |f: &dyn Fn(usize) -> f64| {
+            Spectrum(std::array::from_fn(|c| if c < lanes { f(c) } else { 0.0 }))
+        };
+        match (self, value) {
+            (_, SpectrumValue::Uniform(v)) => Ok(all(&|_| *v)),
+            (Channels::Rgb, SpectrumValue::Rgb(rgb)) => Ok(all(&|c| rgb[c])),
+            (Channels::Luminance, SpectrumValue::Rgb(rgb)) => {
+                let y = rgb.iter().zip(LUMINANCE).map(|(v, w)| v * w).sum();
+                Ok(all(&|_| y))
+            }
+            (Channels::Wavelengths(list), SpectrumValue::Sampled(samples)) => {
+                Ok(all(&|c| interpolate(samples, list[group * Spectrum::LANES + c])))
+            }
+            (Channels::Wavelengths(_), SpectrumValue::Rgb(_)) => Err(
+                "an <rgb> value has no meaning on a spectral film; use <spectrum> with \
+                 wavelength:value pairs, or one number"
+                    .into(),
+            ),
+            (_, SpectrumValue::Sampled(_)) => Err(
+                "wavelength:value pairs need a film with pixel_format \"spectral\"; use <rgb>, or \
+                 one number"
+                    .into(),
+            ),
+        }
+    }
+}
+
+/// At most so many wavelengths: more is a mistake.
+const MOST_WAVELENGTHS: usize = 4096;
+
+fn wavelengths(list: &str) -> Option<Channels> {
+    let numbers = list.split([',', ' ']).filter(|word| !word.is_empty());
+    let numbers: Option<Vec<f64>> = numbers.map(|word| word.parse().ok()).collect();
+    let numbers = numbers.filter(|n| !n.is_empty() && n.len() <= MOST_WAVELENGTHS)?;
+    let valid = numbers.iter().all(|nm| nm.is_finite() && *nm > 0.0);
+    valid.then_some(Channels::Wavelengths(numbers))
+}
+
+/// Linear between samples in increasing wavelength, constant beyond them.
+fn interpolate(samples: &[(f64, f64)], nm: f64) -> f64 {
+    let i = samples.partition_point(|(w, _)| *w <= nm);
+    match (i.checked_sub(1).map(|k| samples[k]), samples.get(i)) {
+        (Some((w0, v0)), Some((w1, v1))) => v0 + (v1 - v0) * (nm - w0) / (w1 - w0),
+        (Some((_, v)), None) | (None, Some(&(_, v))) => v,
+        (None, None) => 0.0,
+    }
+}

@@ -1,0 +1,108 @@
+//! What is gathered while a scene is assembled.
+
+use super::channels::Channels;
+use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use crate::scene::{FileRegistry, ObjectId, SpectrumValue};
+use eikonal::field::Constant;
+use std::collections::HashMap;
+use transport::Spectrum;
+use transport::emitter::Emitter;
+use transport::medium::Medium;
+use transport::scene::{MediumId, Object};
+
+/// The parts so far, and where they were written.
+pub(super) struct Context<'a> {
+    pub channels: &'a Channels,
+    pub group: usize,
+    pub diagnostics: &'a mut Diagnostics,
+    pub files: &'a mut FileRegistry,
+    pub media: Vec<Medium>,
+    /// Media whose index is not settled: the dielectrics around them may say.
+    pub index_open: Vec<bool>,
+    pub objects: Vec<Object>,
+    pub emitters: Vec<Emitter>,
+    /// What each object's description says of its two sides.
+    pub wishes: Vec<super::sides::Wish>,
+    pub places: Places,
+    medium_ids: HashMap<ObjectId, MediumId>,
+}
+
+/// Where things were written.
+pub(super) struct Places {
+    /// `None` for media that no file mentions.
+    pub media: Vec<Option<Location>>,
+    pub objects: Vec<Location>,
+    pub emitters: Vec<Location>,
+}
+
+impl<'a> Context<'a> {
+    pub fn new(
+        channels: &'a Channels,
+        group: usize,
+        diagnostics: &'a mut Diagnostics,
+        files: &'a mut FileRegistry,
+    ) -> Self {
+        let ambient = Medium::transparent("ambient", Constant::new(1.0).into());
+        Context {
+            channels,
+            group,
+            diagnostics,
+            files,
+            media: vec![ambient],
+            index_open: vec![true],
+            objects: Vec::new(),
+            emitters: Vec::new(),
+            wishes: Vec::new(),
+            places: Places {
+                media: vec![None],
+                objects: Vec::new(),
+                emitters: Vec::new(),
+            },
+            medium_ids: HashMap::new(),
+        }
+    }
+
+    /// Reports an error.
+    pub fn error_at(&mut self, location: &Location, message: impl Into<String>) {
+        self.diagnostics.push(Diagnostic::error(message).at(location));
+    }
+
+    /// Reports what a constructor refused; `None` then.
+    pub fn accept<T, E: std::fmt::Display>(
+        &mut self,
+        location: &Location,
+        result: Result<T, E>,
+    ) -> Option<T> {
+        result
+            .map_err(|e| self.error_at(location, e.to_string()))
+            .ok()
+    }
+
+    /// A spectrum in the channels of this group.
+    pub fn spectrum(&mut self, value: &SpectrumValue, location: &Location) -> Spectrum {
+        self.channels
+            .spectrum(value, self.group)
+            .unwrap_or_else(|message| {
+                self.error_at(location, message);
+                Spectrum::ZERO
+            })
+    }
+
+    /// Adds a medium; `open` if its index is not settled yet.
+    pub fn add_medium(&mut self, medium: Medium, open: bool, place: Option<Location>) -> MediumId {
+        self.media.push(medium);
+        self.index_open.push(open);
+        self.places.media.push(place);
+        self.media.len() - 1
+    }
+
+    /// The medium that an object of the description has become.
+    pub fn known_medium(&self, id: ObjectId) -> Option<MediumId> {
+        self.medium_ids.get(&id).copied()
+    }
+
+    /// Remembers it.
+    pub fn remember_medium(&mut self, id: ObjectId, medium: MediumId) {
+        self.medium_ids.insert(id, medium);
+    }
+}

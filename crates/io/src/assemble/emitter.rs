@@ -1,0 +1,195 @@
+//! Emitters.
+
+use super::context::Context;
+use super::medium;
+use super::texture::affine;
+use crate::image::RgbImage;
+use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::scene::{Object, PluginKind, SpectrumValue};
+use glam::{DAffine3, DMat3, DVec3};
+use transport::Spectrum;
+use transport::emitter::{Collimated, Emitter, Environment, Profile, Spot};
+
+const KNOWN: [&str; 7] = [
+    "point",
+    "spot",
+    "directional",
+    "constant",
+    "envmap",
+    "collimated",
+    "area",
+];
+
+/// Adds an emitter of the scene.
+pub(super) fn add(object: &Object, context: &mut Context) {
+    if object.plugin == "area" {
+        let message = "an area emitter belongs inside the <shape> that it covers";
+        context.error_at(&object.location, message);
+        return;
+    }
+    if let Some(emitter) = build(object, context) {
+        push(emitter, object, context);
+    }
+}
+
+/// Adds the area emitter of a shape that will become object `index`; returns its index.
+pub(super) fn add_area(object: &Object, index: usize, context: &mut Context) -> Option<usize> {
+    if object.plugin != "area" {
+        unknown_plugin(object, &["area"], context.diagnostics);
+        return None;
+    }
+    let mut query = Query::new(object, context.diagnostics);
+    let radiance = query.spectrum("radiance");
+    query.finish(&[]);
+    let radiance = light(&radiance, "radiance", object, context);
+    let emitter = Emitter::Area {
+        object: index,
+        radiance,
+    };
+    Some(push(emitter, object, context))
+}
+
+fn push(emitter: Emitter, object: &Object, context: &mut Context) -> usize {
+    context.emitters.push(emitter);
+    context.places.emitters.push(object.location.clone());
+    context.emitters.len() - 1
+}
+
+fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
+    if object.plugin == "envmap" {
+        return envmap(object, context);
+    }
+    let mut q = Query::new(object, context.diagnostics);
+    let inside = q.child(PluginKind::Medium).cloned();
+    let matrix = q.transform("to_world");
+    let placed = q.has("to_world");
+    let frame = affine(matrix, "to_world", &mut q);
+    let axis = frame.transform_vector3(DVec3::Z).normalize_or_zero();
+    if axis == DVec3::ZERO {
+        q.error("to_world", "the transform is singular");
+        return None;
+    }
+    let emitter = match object.plugin.as_str() {
+        "point" => {
+            let position = if placed { frame.translation } else { q.point("position") };
+            let intensity = q.spectrum("intensity");
+            q.finish(&[]);
+            Emitter::Point {
+                position,
+                intensity: light(&intensity, "intensity", object, context),
+            }
+        }
+        "spot" => {
+            let intensity = q.spectrum("intensity");
+            let cutoff = q.float_in("cutoff_angle", (POSITIVE.0, std::ops::Bound::Included(180.0)), 20.0);
+            let beam = q.float_in("beam_width", 0.0..=cutoff, 0.75 * cutoff);
+            q.finish(&[]);
+            let intensity = light(&intensity, "intensity", object, context);
+            let angles = (cutoff.to_radians(), beam.to_radians());
+            Emitter::Spot(Spot::new(frame.translation, axis, intensity, angles))
+        }
+        "directional" => {
+            let irradiance = q.spectrum("irradiance");
+            let direction = direction(&mut q, placed, axis);
+            q.finish(&[]);
+            Emitter::Directional {
+                direction: direction?,
+                irradiance: light(&irradiance, "irradiance", object, context),
+            }
+        }
+        "constant" => {
+            let radiance = q.spectrum_or("radiance", SpectrumValue::Uniform(1.0));
+            q.finish(&[]);
+            let radiance = light(&radiance, "radiance", object, context);
+            Emitter::Environment(Environment::Constant(radiance))
+        }
+        "collimated" => {
+            let (profile, power, total) = beam(&mut q);
+            q.finish(&[]);
+            let name = if total { "power" } else { "irradiance" };
+            let value = light(&power, name, object, context);
+            let beam = |power| Collimated::new(frame.translation, axis, profile, power);
+            let unit = beam(Spectrum::ONE).irradiance(frame.translation)[0];
+            Emitter::Collimated(beam(if total { value } else { value / unit }))
+        }
+        _ => {
+            unknown_plugin(object, &KNOWN, context.diagnostics);
+            return None;
+        }
+    };
+    // Media are found from the shapes around an emitter; naming one here (as Mitsuba needs) is
+    // welcome and changes nothing, but it must be a medium.
+    if let Some(inside) = inside {
+        medium::medium(&inside, context);
+    }
+    Some(emitter)
+}
+
+fn direction(q: &mut Query, placed: bool, axis: DVec3) -> Option<DVec3> {
+    if placed {
+        return Some(axis);
+    }
+    let direction = q.vector("direction").try_normalize();
+    if direction.is_none() {
+        q.error("direction", "the direction must not be zero");
+    }
+    direction
+}
+
+/// Profile and brightness of a beam, and whether the latter is its total power.
+fn beam(q: &mut Query) -> (Profile, SpectrumValue, bool) {
+    let radius = q.float_in("radius", POSITIVE, None);
+    let profile = match q.one_of("profile", &["disc", "gaussian"]) {
+        0 => Profile::Disc { radius },
+        _ => Profile::Gaussian { waist: radius },
+    };
+    if q.has("irradiance") {
+        if q.has("power") {
+            q.error("power", "give the beam's power or the irradiance on its axis, not both");
+        }
+        return (profile, q.spectrum("irradiance"), false);
+    }
+    (profile, q.spectrum("power"), true)
+}
+
+/// A brightness: it must not be negative.
+fn light(value: &SpectrumValue, name: &str, object: &Object, context: &mut Context) -> Spectrum {
+    let property = object.properties.iter().find(|p| p.name == name);
+    let location = property.map_or(&object.location, |p| &p.location);
+    if let Some(bad) = value.values().into_iter().find(|v| *v < 0.0) {
+        context.error_at(location, format!("'{name}' is {bad}; light must not be negative"));
+    }
+    context.spectrum(value, location)
+}
+
+fn envmap(object: &Object, context: &mut Context) -> Option<Emitter> {
+    let mut q = Query::new(object, context.diagnostics);
+    let path = q.path("filename", context.files);
+    let scale = q.float_in("scale", 0.0.., 1.0);
+    let matrix = q.transform("to_world");
+    let frame = affine(matrix, "to_world", &mut q);
+    let rotation = rotation(frame);
+    if rotation.is_none() {
+        q.error("to_world", "an environment can only be rotated");
+    }
+    let image = RgbImage::read(&path).map_err(|e| q.file_error("filename", &e));
+    q.finish(&[]);
+    let image = image.ok()?;
+    let mut radiance = |rgb: &[f32; 3]| {
+        let rgb = rgb.map(|v| f64::from(v) * scale);
+        context.spectrum(&SpectrumValue::Rgb(rgb), &object.location)
+    };
+    let pixels = image.pixels.iter().map(&mut radiance).collect();
+    let environment = Environment::image((image.width, image.height), pixels, rotation?);
+    context
+        .accept(&object.location, environment)
+        .map(Emitter::Environment)
+}
+
+/// The rotation that a map is, up to a uniform scale.
+fn rotation(map: DAffine3) -> Option<DMat3> {
+    let scale = map.matrix3.x_axis.length();
+    let m = map.matrix3 * (1.0 / scale);
+    let rigid = (m * m.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-6) && m.determinant() > 0.0;
+    rigid.then_some(m)
+}

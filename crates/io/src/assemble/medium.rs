@@ -1,0 +1,162 @@
+//! Media and phase functions.
+
+use super::context::Context;
+use super::{field, texture};
+use crate::query::{Query, unknown_plugin};
+use crate::scene::{Object, PluginKind, SpectrumValue};
+use eikonal::Field;
+use eikonal::field::Constant;
+use transport::Spectrum;
+use transport::medium::{Medium, Texture};
+use transport::phase::Phase;
+use transport::scene::MediumId;
+
+const KNOWN: [&str; 3] = ["homogeneous", "heterogeneous", "transparent"];
+const PHASES: [&str; 4] = ["isotropic", "hg", "vmf", "tabphase"];
+
+/// The medium that an object describes; the same one for every reference to it.
+pub(super) fn medium(object: &Object, context: &mut Context) -> MediumId {
+    if let Some(id) = context.known_medium(object.number) {
+        return id;
+    }
+    let (medium, open) = build(object, context);
+    let id = context.add_medium(medium, open, Some(object.location.clone()));
+    context.remember_medium(object.number, id);
+    id
+}
+
+fn build(object: &Object, context: &mut Context) -> (Medium, bool) {
+    let name = object.id.clone().unwrap_or_else(|| object.plugin.clone());
+    let index = index(object, context);
+    let open = index.is_none();
+    let index = index.unwrap_or_else(|| Constant::new(1.0).into());
+    let medium = match object.plugin.as_str() {
+        "homogeneous" | "heterogeneous" => scattering(object, name, index, context),
+        "transparent" => {
+            let mut query = Query::new(object, context.diagnostics);
+            query.has("ior");
+            query.finish(&[]);
+            Medium::transparent(name, index)
+        }
+        _ => {
+            unknown_plugin(object, &KNOWN, context.diagnostics);
+            Medium::transparent(name, index)
+        }
+    };
+    (medium, open)
+}
+
+/// The index, if the medium has an `ior` of its own: a number or a nested volume.
+fn index(object: &Object, context: &mut Context) -> Option<Field> {
+    let mut query = Query::new(object, context.diagnostics);
+    if !query.has("ior") {
+        return None;
+    }
+    let is_volume = object
+        .children
+        .iter()
+        .any(|c| c.name.as_deref() == Some("ior"));
+    if is_volume {
+        let volume = query.role(PluginKind::Volume, "ior")?;
+        return field::build(volume, context);
+    }
+    Some(Constant::new(query.float_in("ior", crate::query::POSITIVE, 1.0)).into())
+}
+
+fn scattering(object: &Object, name: String, index: Field, context: &mut Context) -> Medium {
+    let mut query = Query::new(object, context.diagnostics);
+    query.has("ior");
+    let scale = query.float_in("scale", 0.0.., 1.0);
+    let by_parts = query.has("sigma_s") || query.has("sigma_a");
+    let zero = SpectrumValue::Uniform(0.0);
+    let (sigma_t, albedo) = if by_parts {
+        let s = query.spectrum_or("sigma_s", zero.clone());
+        let a = query.spectrum_or("sigma_a", zero);
+        if query.has("sigma_t") || query.has("albedo") {
+            query.error("sigma_t", "give sigma_s and sigma_a, or sigma_t and albedo, not both");
+        }
+        (None, Some((s, a)))
+    } else {
+        let default = SpectrumValue::Uniform(1.0);
+        let inputs = (
+            query.volume_or_spectrum("sigma_t", default),
+            query.volume_or_spectrum("albedo", SpectrumValue::Uniform(0.75)),
+        );
+        (Some(inputs), None)
+    };
+    let phase = query.child(PluginKind::Phase).cloned();
+    query.finish(&["sigma_t", "albedo"]);
+    let far = f64::MAX;
+    let (sigma_t, albedo) = match (sigma_t, albedo) {
+        (Some((sigma_t, albedo)), _) => (
+            texture::texture(sigma_t, object, "sigma_t", (0.0, far), context),
+            texture::texture(albedo, object, "albedo", (0.0, 1.0), context),
+        ),
+        (None, Some((s, a))) => from_parts(object, (s, a), context),
+        (None, None) => return Medium::transparent(name, index),
+    };
+    Medium {
+        name,
+        index,
+        sigma_t,
+        scale,
+        albedo,
+        phase: phase.map_or_else(Phase::isotropic, |p| self::phase(&p, context)),
+    }
+}
+
+fn from_parts(
+    object: &Object,
+    (s, a): (SpectrumValue, SpectrumValue),
+    context: &mut Context,
+) -> (Texture, Texture) {
+    let negative = |v: &SpectrumValue| v.values().iter().any(|v| *v < 0.0);
+    if negative(&s) || negative(&a) {
+        context.error_at(&object.location, "sigma_s and sigma_a must not be negative");
+    }
+    let s = context.spectrum(&s, &object.location);
+    let a = context.spectrum(&a, &object.location);
+    let total = s + a;
+    let albedo = Spectrum(std::array::from_fn(|c| {
+        if total[c] > 0.0 { s[c] / total[c] } else { 0.0 }
+    }));
+    (Texture::Uniform(total), Texture::Uniform(albedo))
+}
+
+fn phase(object: &Object, context: &mut Context) -> Phase {
+    let mut query = Query::new(object, context.diagnostics);
+    let phase = match object.plugin.as_str() {
+        "isotropic" => Ok(Phase::isotropic()),
+        "hg" => Phase::henyey_greenstein(query.float_or("g", 0.8)),
+        "vmf" => Phase::von_mises_fisher(query.float_in("kappa", 0.0.., None)),
+        "tabphase" => {
+            let values = query.string("values");
+            match numbers(&values) {
+                Some(values) if values.len() >= 2 => {
+                    let last = (values.len() - 1) as f64;
+                    let cosines = (0..values.len()).map(|i| -1.0 + 2.0 * i as f64 / last);
+                    Phase::tabulated(cosines.collect(), &values)
+                }
+                _ => {
+                    let message = "'values': expected at least two numbers, at equally spaced \
+                                   cosines from -1 to 1";
+                    query.error("values", message);
+                    Ok(Phase::isotropic())
+                }
+            }
+        }
+        _ => {
+            unknown_plugin(object, &PHASES, context.diagnostics);
+            return Phase::isotropic();
+        }
+    };
+    query.finish(&[]);
+    context
+        .accept(&object.location, phase)
+        .unwrap_or_else(Phase::isotropic)
+}
+
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    let words = text.split([',', ' ']).filter(|w| !w.is_empty());
+    words.map(|w| w.parse().ok()).collect()
+}

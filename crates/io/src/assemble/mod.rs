@@ -1,0 +1,238 @@
+//! From a scene description to a scene.
+//!
+//! Everything that is wrong is reported, with its place, before giving up.
+
+mod bsdf;
+mod channels;
+mod context;
+mod emitter;
+mod field;
+mod ior;
+mod medium;
+mod sensor;
+mod shape;
+mod sides;
+mod texture;
+
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::query::{Query, unknown_plugin};
+use crate::scene::{FileRegistry, Object, PluginKind, SceneDescription, SceneHash};
+use channels::Channels;
+use context::Context;
+use eikonal::Tolerance;
+use std::path::Path;
+use transport::integrator::{Integrator, NAMES, PathTracer};
+use transport::scene::{Parts, Problem, Scene, Severity, Subject};
+
+/// What a caller may change about a scene file.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// Parameters that replace those of `<default>`, by name.
+    pub defines: Vec<(String, String)>,
+    /// Estimator to use instead of the scene's.
+    pub integrator: Option<String>,
+    /// Samples per pixel to use instead of the scene's.
+    pub samples: Option<u64>,
+}
+
+/// A scene that is ready to render.
+#[derive(Debug)]
+pub struct Loaded {
+    /// One scene for each group of up to four spectral channels; they differ in spectra only.
+    pub groups: Vec<Scene>,
+    /// What is doubtful about it.
+    pub warnings: Diagnostics,
+    /// Hash of the description and of all files it refers to.
+    pub hash: SceneHash,
+    /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths.
+    pub channel_names: Vec<String>,
+}
+
+impl Loaded {
+    /// The scene of the first channel group: geometry, media and sensor are the same in all.
+    pub fn scene(&self) -> &Scene {
+        &self.groups[0]
+    }
+}
+
+/// Reads, assembles and checks a scene file.
+///
+/// # Errors
+/// Everything that is wrong with it, warnings included.
+pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnostics> {
+    let mut diagnostics = Diagnostics::new();
+    let description = crate::xml::load(path, &options.defines, &mut diagnostics);
+    match description {
+        Some(description) => assemble(&description, options, diagnostics),
+        None => Err(diagnostics),
+    }
+}
+
+/// Assembles and checks a scene description; `diagnostics` holds what reading it has reported.
+///
+/// # Errors
+/// Everything that is wrong with it, warnings included.
+pub fn assemble(
+    description: &SceneDescription,
+    options: &LoadOptions,
+    mut diagnostics: Diagnostics,
+) -> Result<Loaded, Diagnostics> {
+    let mut files = FileRegistry::new();
+    let channels = Channels::of(&description.root, &mut diagnostics);
+    let mut groups = Vec::new();
+    for group in 0..channels.groups() {
+        // Mistakes are the same in every group: they are reported for the first only.
+        let mut later = Diagnostics::new();
+        let log = if group == 0 { &mut diagnostics } else { &mut later };
+        let context = Context::new(&channels, group, log, &mut files);
+        groups.extend(scene(description, options, context));
+        if diagnostics.has_errors() {
+            return Err(diagnostics);
+        }
+    }
+    match description.hash(&files) {
+        Ok(hash) if !groups.is_empty() => Ok(Loaded {
+            groups,
+            warnings: diagnostics,
+            hash,
+            channel_names: channels.names(),
+        }),
+        Ok(_) => Err(diagnostics),
+        Err(error) => {
+            diagnostics.push(Diagnostic::error(error.to_string()));
+            Err(diagnostics)
+        }
+    }
+}
+
+/// The scene of one channel group; `None` after an error.
+fn scene(
+    description: &SceneDescription,
+    options: &LoadOptions,
+    mut context: Context,
+) -> Option<Scene> {
+    let root = &*description.root;
+    let (integrators, sensors, shapes, emitters) = children(root, &mut context);
+    let (integrator, tolerance) = integrator(integrators.first().copied(), options, &mut context);
+    for &shape in &shapes {
+        shape::add(shape, &mut context);
+    }
+    for &emitter in &emitters {
+        emitter::add(emitter, &mut context);
+    }
+    let sensor = match sensors[..] {
+        [sensor] => sensor::build(sensor, &mut context),
+        [] => {
+            context.error_at(&root.location, "the scene has no <sensor>");
+            None
+        }
+        [_, second, ..] => {
+            context.error_at(&second.location, "the scene has more than one <sensor>");
+            None
+        }
+    };
+    sides::settle(&mut context);
+    let sensor = sensor?;
+    if context.diagnostics.has_errors() {
+        return None;
+    }
+    let parts = Parts {
+        objects: context.objects,
+        media: context.media,
+        emitters: context.emitters,
+        sensor: sensor.sensor,
+        sensor_medium: sensor.medium,
+        film: sensor.film,
+        integrator,
+        samples: options.samples.unwrap_or(sensor.samples),
+        tolerance,
+    };
+    let places = context.places;
+    let mut report = |problem: &Problem| {
+        let location = match problem.subject {
+            Subject::Scene => Some(&root.location),
+            Subject::Sensor => sensors.first().map(|s| &s.location),
+            Subject::Medium(i) => places.media[i].as_ref(),
+            Subject::Object(i) => places.objects.get(i),
+            Subject::Emitter(i) => places.emitters.get(i),
+        };
+        let diagnostic = match problem.severity {
+            Severity::Error => Diagnostic::error(problem.message.clone()),
+            Severity::Warning => Diagnostic::warning(problem.message.clone()),
+        };
+        let diagnostic = diagnostic.help(problem.help.clone());
+        context.diagnostics.push(match location {
+            Some(location) => diagnostic.at(location),
+            None => diagnostic,
+        });
+    };
+    match Scene::new(parts) {
+        Ok((scene, problems)) => {
+            problems.iter().for_each(&mut report);
+            Some(scene)
+        }
+        Err(problems) => {
+            problems.iter().for_each(&mut report);
+            None
+        }
+    }
+}
+
+type Children<'a> = (Vec<&'a Object>, Vec<&'a Object>, Vec<&'a Object>, Vec<&'a Object>);
+
+/// The scene's children by kind: integrators, sensors, shapes, emitters. Definitions that others
+/// refer to (media, bsdfs, ...) are taken note of, so that they do not count as unused.
+fn children<'a>(root: &'a Object, context: &mut Context) -> Children<'a> {
+    let mut query = Query::new(root, context.diagnostics);
+    let mut of = |kind| -> Vec<&'a Object> {
+        query.children(kind).into_iter().map(|o| &**o).collect()
+    };
+    let wanted = (
+        of(PluginKind::Integrator),
+        of(PluginKind::Sensor),
+        of(PluginKind::Shape),
+        of(PluginKind::Emitter),
+    );
+    for kind in [
+        PluginKind::Medium,
+        PluginKind::Bsdf,
+        PluginKind::Phase,
+        PluginKind::Volume,
+    ] {
+        of(kind);
+    }
+    query.finish(&[]);
+    wanted
+}
+
+/// Names under which scene files may ask for the path tracer.
+const PATH_TRACERS: [&str; 3] = ["path", "volpath", "volpathmis"];
+
+fn integrator(
+    object: Option<&Object>,
+    options: &LoadOptions,
+    context: &mut Context,
+) -> (Integrator, Tolerance) {
+    if let Some(name) = options.integrator.as_deref().filter(|n| !NAMES.contains(n)) {
+        let help = format!("known integrators: {}", NAMES.join(", "));
+        let message = format!("unknown integrator '{name}'");
+        context.diagnostics.push(Diagnostic::error(message).help(help));
+    }
+    let default = PathTracer::default();
+    let Some(object) = object else {
+        return (Integrator::Path(default), Tolerance::default());
+    };
+    if !PATH_TRACERS.contains(&object.plugin.as_str()) {
+        unknown_plugin(object, &PATH_TRACERS, context.diagnostics);
+    }
+    let mut query = Query::new(object, context.diagnostics);
+    let max_depth = query.integer_in("max_depth", -1..=1_000_000, -1);
+    let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(default.rr_depth));
+    let tolerance = query.float_in("tolerance", 1e-12..=1e-2, Tolerance::default().get());
+    query.finish(&[]);
+    let path = PathTracer {
+        max_depth: u32::try_from(max_depth).ok(),
+        rr_depth: rr_depth as u32,
+    };
+    (Integrator::Path(path), Tolerance::new(tolerance))
+}

@@ -1,0 +1,191 @@
+//! Sensors and films.
+
+use super::context::Context;
+use super::medium;
+use super::texture::affine;
+use crate::diagnostic::Diagnostic;
+use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::scene::{Object, PluginKind};
+use glam::DAffine3;
+use transport::film::Filter;
+use transport::scene::{FilmSpec, MediumId};
+use transport::sensor::{Orthographic, Perspective, Sensor, ThinLens};
+
+const KNOWN: [&str; 3] = ["perspective", "thinlens", "orthographic"];
+
+/// A sensor with its film and sampler.
+pub(super) struct SensorParts {
+    pub sensor: Sensor,
+    pub medium: Option<MediumId>,
+    pub film: FilmSpec,
+    pub samples: u64,
+}
+
+/// At most so many pixels along a side.
+const LARGEST_SIDE: i64 = 1 << 16;
+
+/// The sensor that an object describes; `None` after an error.
+pub(super) fn build(object: &Object, context: &mut Context) -> Option<SensorParts> {
+    let mut q = Query::new(object, context.diagnostics);
+    let film = q.child(PluginKind::Film).cloned();
+    let sampler = q.child(PluginKind::Sampler).cloned();
+    let inside = q.child(PluginKind::Medium).cloned();
+    let matrix = q.transform("to_world");
+    let frame = affine(matrix, "to_world", &mut q);
+    if frame.matrix3.determinant().abs() < 1e-12 {
+        q.error("to_world", "the sensor's transform is singular");
+    }
+    let optics = optics(object, &mut q);
+    // Straight segments start at the sensor whatever the clipping planes: Mitsuba's scene files have
+    // them for the sake of its own intersection tests.
+    q.float_or("near_clip", 0.0);
+    q.float_or("far_clip", 0.0);
+    q.finish(&[]);
+    let film = self::film(film.as_deref(), context);
+    let samples = self::samples(sampler.as_deref(), context);
+    let medium = inside.map(|m| medium::medium(&m, context));
+    let Some(optics) = optics else {
+        unknown_plugin(object, &KNOWN, context.diagnostics);
+        return None;
+    };
+    Some(SensorParts {
+        sensor: optics.sensor(frame, film.width as f64 / film.height as f64),
+        medium,
+        film,
+        samples,
+    })
+}
+
+enum Optics {
+    Pinhole(Fov),
+    ThinLens(Fov, f64, f64),
+    Orthographic,
+}
+
+/// A full angle in radians along an axis of the image.
+struct Fov {
+    angle: f64,
+    axis: usize,
+}
+
+const AXES: [&str; 4] = ["x", "y", "smaller", "larger"];
+
+fn optics(object: &Object, q: &mut Query) -> Option<Optics> {
+    Some(match object.plugin.as_str() {
+        "perspective" => Optics::Pinhole(fov(q)),
+        "thinlens" => {
+            let fov = fov(q);
+            let radius = q.float_in("aperture_radius", POSITIVE, None);
+            Optics::ThinLens(fov, radius, q.float_in("focus_distance", POSITIVE, None))
+        }
+        "orthographic" => Optics::Orthographic,
+        _ => return None,
+    })
+}
+
+fn fov(q: &mut Query) -> Fov {
+    let angle = q.float_in("fov", 1e-3..=179.0, None).to_radians();
+    let axis = q.one_of("fov_axis", &AXES);
+    Fov { angle, axis }
+}
+
+impl Fov {
+    /// The horizontal angle for an aspect ratio, width over height.
+    fn horizontal(&self, aspect: f64) -> f64 {
+        let vertical = match AXES[self.axis] {
+            "y" => true,
+            "smaller" => aspect > 1.0,
+            "larger" => aspect < 1.0,
+            _ => false,
+        };
+        if vertical {
+            2.0 * ((0.5 * self.angle).tan() * aspect).atan()
+        } else {
+            self.angle
+        }
+    }
+}
+
+impl Optics {
+    fn sensor(&self, frame: DAffine3, aspect: f64) -> Sensor {
+        let pinhole = |fov: &Fov| Perspective::new(frame, fov.horizontal(aspect), aspect);
+        match self {
+            Optics::Pinhole(fov) => Sensor::Perspective(pinhole(fov)),
+            Optics::ThinLens(fov, radius, distance) => {
+                Sensor::ThinLens(ThinLens::new(pinhole(fov), *radius, *distance))
+            }
+            Optics::Orthographic => Sensor::Orthographic(Orthographic::new(frame, aspect)),
+        }
+    }
+}
+
+fn film(object: Option<&Object>, context: &mut Context) -> FilmSpec {
+    let channels = context.channels.count();
+    let mut spec = FilmSpec {
+        width: 768,
+        height: 576,
+        channels,
+        filter: Filter::Gaussian { stddev: 0.5 },
+    };
+    let Some(object) = object else {
+        return spec;
+    };
+    if object.plugin != "hdrfilm" {
+        unknown_plugin(object, &["hdrfilm"], context.diagnostics);
+        return spec;
+    }
+    let mut q = Query::new(object, context.diagnostics);
+    spec.width = q.integer_in("width", 1..=LARGEST_SIDE, 768) as usize;
+    spec.height = q.integer_in("height", 1..=LARGEST_SIDE, 576) as usize;
+    q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
+    q.has("wavelengths");
+    // How files are written is the command's business; Mitsuba's scene files say it here.
+    q.string_or("file_format", "openexr");
+    q.string_or("component_format", "float32");
+    let filter = q.child(PluginKind::Rfilter).cloned();
+    q.finish(&[]);
+    if let Some(object) = filter {
+        spec.filter = self::filter(&object, context);
+    }
+    spec
+}
+
+fn filter(object: &Object, context: &mut Context) -> Filter {
+    let mut q = Query::new(object, context.diagnostics);
+    let filter = match object.plugin.as_str() {
+        "box" => Filter::Box,
+        "tent" => Filter::Tent {
+            radius: q.float_in("radius", POSITIVE, 1.0),
+        },
+        "gaussian" => Filter::Gaussian {
+            stddev: q.float_in("stddev", POSITIVE, 0.5),
+        },
+        _ => {
+            unknown_plugin(object, &["box", "tent", "gaussian"], context.diagnostics);
+            return Filter::Box;
+        }
+    };
+    q.finish(&[]);
+    filter
+}
+
+fn samples(object: Option<&Object>, context: &mut Context) -> u64 {
+    const DEFAULT: i64 = 64;
+    let Some(object) = object else {
+        return DEFAULT as u64;
+    };
+    if object.plugin != "independent" {
+        let message = format!(
+            "sampler '{}' is not available; 'independent' is used instead",
+            object.plugin
+        );
+        context
+            .diagnostics
+            .push(Diagnostic::warning(message).at(&object.plugin_location));
+    }
+    let mut q = Query::new(object, context.diagnostics);
+    let count = q.integer_in("sample_count", 1..=i64::MAX, DEFAULT);
+    q.has("seed");
+    q.finish(&[]);
+    count as u64
+}

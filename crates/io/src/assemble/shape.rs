@@ -1,0 +1,124 @@
+//! Shapes, with what covers them and what lies on either side.
+
+use super::context::Context;
+use super::sides::Wish;
+use super::{bsdf, emitter, medium};
+use super::texture::affine;
+use crate::mesh::MeshData;
+use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::scene::{Object, PluginKind};
+use glam::{DAffine3, DVec3};
+use transport::bsdf::Bsdf;
+use transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, ShapeError, Sphere};
+
+const KNOWN: [&str; 7] = [
+    "sphere",
+    "cube",
+    "rectangle",
+    "disk",
+    "cylinder",
+    "obj",
+    "ply",
+];
+
+/// Adds a shape of the scene.
+pub(super) fn add(object: &Object, context: &mut Context) {
+    let mut q = Query::new(object, context.diagnostics);
+    let interior = q.role(PluginKind::Medium, "interior").cloned();
+    let exterior = q.role(PluginKind::Medium, "exterior").cloned();
+    let bsdf = bsdf::of_shape(&mut q);
+    let light = q.child(PluginKind::Emitter).cloned();
+    let flip = q.boolean_or("flip_normals", false);
+    let matrix = q.transform("to_world");
+    let frame = affine(matrix, "to_world", &mut q);
+    let geometry = geometry(object, frame, &mut q, context.files);
+    q.finish(&[]);
+    if geometry.is_none() && !KNOWN.contains(&object.plugin.as_str()) {
+        unknown_plugin(object, &KNOWN, context.diagnostics);
+    }
+    let surface = match &bsdf {
+        Some(object) => bsdf::build(object, context),
+        None => bsdf::Surface {
+            bsdf: bsdf::default(),
+            indices: None,
+        },
+    };
+    let wish = Wish {
+        interior: interior.map(|m| medium::medium(&m, context)),
+        exterior: exterior.map(|m| medium::medium(&m, context)),
+        indices: surface.indices,
+    };
+    let index = context.objects.len();
+    let emitter = light.and_then(|l| emitter::add_area(&l, index, context));
+    let shape = match geometry {
+        Some(Ok(shape)) => shape.with_flipped_normals(flip),
+        Some(Err(error)) => {
+            context.error_at(&object.location, error.to_string());
+            placeholder()
+        }
+        None => placeholder(),
+    };
+    push(object, (shape, surface.bsdf), emitter, wish, context);
+}
+
+fn push(
+    object: &Object,
+    (shape, bsdf): (Shape, Bsdf),
+    emitter: Option<usize>,
+    wish: Wish,
+    context: &mut Context,
+) {
+    context.objects.push(transport::scene::Object {
+        name: object.id.clone().unwrap_or_else(|| object.plugin.clone()),
+        shape,
+        bsdf,
+        sides: None,
+        emitter,
+    });
+    context.wishes.push(wish);
+    context.places.objects.push(object.location.clone());
+}
+
+/// Stands for a shape that could not be made, so that objects keep their numbers until the errors
+/// are shown.
+fn placeholder() -> Shape {
+    let unit = Sphere::new(DAffine3::IDENTITY);
+    unit.map_or_else(|_| unreachable!("the unit sphere is valid"), Shape::from)
+}
+
+/// The geometry; `None` if the type is unknown or its file cannot be read (reported then).
+fn geometry(
+    object: &Object,
+    frame: DAffine3,
+    q: &mut Query,
+    files: &mut crate::scene::FileRegistry,
+) -> Option<Result<Shape, ShapeError>> {
+    Some(match object.plugin.as_str() {
+        "sphere" => {
+            let center = q.point_or("center", DVec3::ZERO);
+            let radius = q.float_in("radius", POSITIVE, 1.0);
+            let local = Sphere::frame(center, radius);
+            local.and_then(|l| Sphere::new(frame * l)).map(Shape::from)
+        }
+        "cube" => Cube::new(frame).map(Shape::from),
+        "rectangle" => Rectangle::new(frame).map(Shape::from),
+        "disk" => Disk::new(frame).map(Shape::from),
+        "cylinder" => {
+            let (p0, p1) = (q.point_or("p0", DVec3::ZERO), q.point_or("p1", DVec3::Z));
+            let radius = q.float_in("radius", POSITIVE, 1.0);
+            let capped = q.boolean_or("capped", false);
+            let local = Cylinder::frame(p0, p1, radius);
+            local.and_then(|l| Cylinder::new(frame * l, capped)).map(Shape::from)
+        }
+        "obj" | "ply" => {
+            let path = q.path("filename", files);
+            // Normals are geometric throughout: interpolated ones would break the laws of refraction.
+            q.boolean_or("face_normals", true);
+            let data = MeshData::read(&path).map_err(|e| q.file_error("filename", &e)).ok()?;
+            Mesh::new(data.positions, data.triangles, data.uvs)
+                .and_then(|mesh| mesh.transformed(frame))
+                .map(Shape::from)
+        }
+        _ => return None,
+    })
+}

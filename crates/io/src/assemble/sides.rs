@@ -1,0 +1,105 @@
+//! Which medium lies on either side of each surface, and which index it has.
+//!
+//! A medium's own `ior` decides. A dielectric's `int_ior` and `ext_ior` say what the index is where no
+//! medium does; where both speak, they must not contradict each other. A side that is not described
+//! is the medium that surrounds the shape.
+
+use super::bsdf::Indices;
+use super::context::Context;
+use crate::diagnostic::Location;
+use eikonal::field::Constant;
+use glam::DVec3;
+use transport::medium::Medium;
+use transport::scene::{AMBIENT, MediumId, Object, Sides, medium_at};
+
+/// What a shape's description says of its two sides.
+pub(super) struct Wish {
+    pub interior: Option<MediumId>,
+    pub exterior: Option<MediumId>,
+    pub indices: Option<Indices>,
+}
+
+/// Index inside a dielectric that says nothing: Mitsuba's default, BK7 glass.
+const DEFAULT_INNER: f64 = 1.5046;
+
+/// Settles the sides of all objects.
+pub(super) fn settle(context: &mut Context) {
+    let wishes = std::mem::take(&mut context.wishes);
+    for (i, wish) in wishes.iter().enumerate() {
+        let interior = interior(i, wish, context);
+        // The exterior follows once every interior is known.
+        context.objects[i].sides = interior.map(|interior| Sides {
+            interior,
+            exterior: AMBIENT,
+        });
+    }
+    for (i, wish) in wishes.iter().enumerate() {
+        let speaks = wish.exterior.is_some() || context.objects[i].sides.is_some();
+        if !speaks {
+            continue;
+        }
+        let exterior = wish.exterior.unwrap_or_else(|| surrounding(i, &context.objects));
+        let interior = context.objects[i].interior().unwrap_or(exterior);
+        context.objects[i].sides = Some(Sides { interior, exterior });
+    }
+    for wish in wishes.iter().zip(context.objects.clone()) {
+        apply_indices(wish.0, &wish.1, context);
+    }
+}
+
+/// The medium inside an object; a dielectric without one encloses clear matter.
+fn interior(i: usize, wish: &Wish, context: &mut Context) -> Option<MediumId> {
+    if wish.interior.is_some() || wish.indices.is_none() {
+        return wish.interior;
+    }
+    let name = format!("inside of {}", context.objects[i].name);
+    let place = Some(context.places.objects[i].clone());
+    let medium = Medium::transparent(name, Constant::new(1.0).into());
+    Some(context.add_medium(medium, true, place))
+}
+
+/// The medium around an object: that of the innermost other closed object that contains it.
+fn surrounding(i: usize, objects: &[Object]) -> MediumId {
+    let others: Vec<Object> = objects
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| *k != i)
+        .map(|(_, o)| o.clone())
+        .collect();
+    let point: DVec3 = objects[i].shape.sample_area([0.31, 0.64]).position;
+    medium_at(&others, point)
+}
+
+fn apply_indices(wish: &Wish, object: &Object, context: &mut Context) {
+    let (Some(indices), Some(sides)) = (&wish.indices, object.sides) else {
+        return;
+    };
+    let inner = indices.inner.or_else(|| {
+        context.index_open[sides.interior].then_some(DEFAULT_INNER)
+    });
+    if let Some(n) = inner {
+        set_index(sides.interior, n, ("int_ior", &indices.location), context);
+    }
+    if let Some(n) = indices.outer {
+        set_index(sides.exterior, n, ("ext_ior", &indices.location), context);
+    }
+}
+
+/// Gives a medium an index, or reports that it has another one.
+fn set_index(id: MediumId, n: f64, (name, location): (&str, &Location), context: &mut Context) {
+    let medium = &mut context.media[id];
+    if context.index_open[id] {
+        medium.index = Constant::new(n).into();
+        context.index_open[id] = false;
+        return;
+    }
+    let same = medium.index.is_constant() && (medium.index.n(DVec3::ZERO) - n).abs() < 1e-12;
+    if !same {
+        let message = format!(
+            "{name} is {n}, but medium '{}' on that side has an index of its own; leave {name} out, \
+             or make them agree",
+            medium.name
+        );
+        context.error_at(location, message);
+    }
+}

@@ -1,0 +1,113 @@
+//! Quantities that may vary in space: constants and grids.
+
+use super::context::Context;
+use crate::query::{Input, Query, unknown_plugin};
+use crate::scene::Object;
+use crate::volume::{AxisOrder, Volume};
+use glam::{DAffine3, DMat4};
+use std::sync::Arc;
+use transport::Spectrum;
+use transport::medium::{Filter, Grid, Placement, Texture};
+
+/// A quantity that must lie in `allowed`, given as a spectrum or as a nested volume.
+pub(super) fn texture(
+    input: Input,
+    parent: &Object,
+    name: &str,
+    allowed: (f64, f64),
+    context: &mut Context,
+) -> Texture {
+    match input {
+        Input::Spectrum(value) => {
+            let location = parent
+                .properties
+                .iter()
+                .find(|p| p.name == name)
+                .map_or(&parent.location, |p| &p.location);
+            let outside = |v: &f64| !(*v >= allowed.0 && *v <= allowed.1);
+            if let Some(bad) = value.values().into_iter().find(outside) {
+                let (low, high) = allowed;
+                let message = format!("'{name}' is {bad}; it must lie between {low} and {high}");
+                context.error_at(location, message);
+            }
+            Texture::Uniform(context.spectrum(&value, location))
+        }
+        Input::Object(object) => grid(object, allowed, context)
+            .map_or(Texture::Uniform(Spectrum::ZERO), |grid| {
+                Texture::Grid(Arc::new(grid))
+            }),
+    }
+}
+
+fn grid(object: &Object, allowed: (f64, f64), context: &mut Context) -> Option<Grid> {
+    if object.plugin != "gridvolume" {
+        unknown_plugin(object, &["gridvolume"], context.diagnostics);
+        return None;
+    }
+    let (volume, source) = read(object, context);
+    let mut query = Query::new(object, context.diagnostics);
+    for known in ["filename", "axis_order", "placement", "to_world"] {
+        query.has(known);
+    }
+    let filter = query.one_of("filter_type", &["trilinear", "nearest"]);
+    query.one_of("wrap_mode", &["clamp"]);
+    // Values are always used as they are, and there is nothing to accelerate: both are accepted
+    // because Mitsuba's scene files have them.
+    query.boolean_or("raw", true);
+    query.boolean_or("accel", true);
+    query.finish(&[]);
+    let volume = volume?;
+    let channels = volume.channels();
+    let lanes = context.channels.lanes(context.group);
+    if channels != 1 && channels != lanes {
+        let message = format!("the grid has {channels} channels, the film {lanes}");
+        context.error_at(&object.location, message);
+        return None;
+    }
+    let data = (volume.size(), channels, volume.into_data());
+    let filter = [Filter::Trilinear, Filter::Nearest][filter];
+    let placement = [Placement::Centers, Placement::Nodes][source.placement];
+    let grid = Grid::new(data, source.to_world, placement, filter, allowed);
+    context.accept(&object.location, grid)
+}
+
+/// Where the samples of a volume file belong.
+pub(super) struct Source {
+    /// 0: voxel centres, 1: nodes on the bounds.
+    pub placement: usize,
+    /// From the unit cube.
+    pub to_world: DAffine3,
+}
+
+/// Reads the file that a volume names. What the file format does not say, the scene must: the axis
+/// order of a `.npy` array.
+pub(super) fn read(object: &Object, context: &mut Context) -> (Option<Volume>, Source) {
+    let mut query = Query::new(object, context.diagnostics);
+    let path = query.path("filename", context.files);
+    let is_npy = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy"));
+    if is_npy && !query.has("axis_order") {
+        let message = "a .npy volume needs <string name=\"axis_order\">: \"zyx\" if the last index \
+                       runs along x, \"xyz\" if the first does";
+        query.error("filename", message);
+    }
+    let axes = [AxisOrder::Zyx, AxisOrder::Xyz][query.one_of("axis_order", &["zyx", "xyz"])];
+    let placement = query.one_of("placement", &["centers", "nodes"]);
+    let matrix = query.transform("to_world");
+    let volume = (!path.as_os_str().is_empty())
+        .then(|| Volume::read(&path, axes))
+        .and_then(|read| read.map_err(|e| query.file_error("filename", &e)).ok());
+    let source = Source {
+        placement,
+        to_world: affine(matrix, "to_world", &mut query),
+    };
+    (volume, source)
+}
+
+/// An affine map; a projective one is reported.
+pub(super) fn affine(matrix: DMat4, name: &str, query: &mut Query) -> DAffine3 {
+    let map = DAffine3::from_mat4(matrix);
+    if matrix.row(3) != glam::DVec4::W {
+        query.error(name, "the last row of the matrix must be 0 0 0 1");
+    }
+    map
+}
