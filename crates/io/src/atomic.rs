@@ -42,11 +42,11 @@ pub fn write(
     Ok(())
 }
 
-/// Writes bytes; see [`write`].
+/// Writes bytes; see [`write()`].
 ///
 /// # Errors
 ///
-/// As for [`write`].
+/// As for [`write()`].
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write(path, |file| file.write_all(bytes))
 }

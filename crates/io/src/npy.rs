@@ -75,7 +75,7 @@ fn read_from(reader: &mut impl Read, size: u64) -> Result<NpyArray, Problem> {
 ///
 /// # Errors
 ///
-/// A shape that does not fit the data, and everything that [`atomic::write`] reports.
+/// A shape that does not fit the data, and everything that [`atomic::write()`] reports.
 pub fn write(path: &Path, shape: &[usize], data: &[f32]) -> Result<(), FileError> {
     let count = shape
         .iter()

@@ -7,7 +7,7 @@ fn t() {
     let loaded = match loaded { Ok(l) => l, Err(d) => { println!("{d}"); panic!() } };
     println!("{}", loaded.warnings);
     let t = std::time::Instant::now();
-    let r = transport::render::render(&loaded.groups, &transport::render::Options{samples: spp, seed: 7}, |_| std::ops::ControlFlow::Continue(()));
+    let r = transport::render::render(&loaded.groups, &transport::render::Options{samples: spp, seed: 11}, |_| std::ops::ControlFlow::Continue(()));
     println!("{:?} {:?} {:?}", t.elapsed(), r.film.summary(), r.stats);
     let img = r.film.mean();
     let b: Vec<u8> = img.iter().flat_map(|v| v.to_le_bytes()).collect();

@@ -337,6 +337,14 @@ fn nesting_is_bounded() {
 }
 
 #[test]
+fn thousands_of_mistakes_take_no_time() {
+    // Comparing every unknown id with every known one would take half a minute.
+    let pair = |i| format!("<bsdf type='a' id='b{i}'/>\n<ref id='c{i}'/>\n");
+    let found = mistakes(&(0..20_000).map(pair).collect::<String>());
+    assert_eq!(found.len(), 100);
+}
+
+#[test]
 fn several_mistakes_are_reported_at_once() {
     let found = mistakes(
         "<shape type='a'><float name='x' value='1m'/></shape>\n<shap/>\n<ref id='nobody'/>",

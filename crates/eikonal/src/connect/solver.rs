@@ -44,9 +44,9 @@ pub enum Failure {
 }
 
 /// Budget of shots for one connection.
-const MOST_SHOTS: u32 = 32;
+const MOST_SHOTS: u32 = 20;
 /// Damping beyond which the iteration has come to a local minimum of the miss.
-const STUCK: f64 = 1e3;
+const STUCK: f64 = 50.0;
 
 /// Finds connections; holds the storage that they reuse.
 #[derive(Clone, Debug)]

@@ -103,6 +103,20 @@ impl Diagnostics {
         }
     }
 
+    /// Like [`suggest`], but without the search once no more messages are kept: thousands of
+    /// mistakes with thousands of candidates each would take minutes.
+    pub fn suggest<'a>(
+        &self,
+        name: &str,
+        candidates: impl IntoIterator<Item = &'a str>,
+    ) -> Option<String> {
+        if self.items.len() < CAPACITY {
+            suggest(name, candidates)
+        } else {
+            None
+        }
+    }
+
     /// Whether any message is an error.
     pub fn has_errors(&self) -> bool {
         self.errors > 0

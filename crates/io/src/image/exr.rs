@@ -32,7 +32,7 @@ type Flat = exr::prelude::Layer<AnyChannels<FlatSamples>>;
 /// # Errors
 ///
 /// An image without pixels, channels that do not fit its size, names that are empty, too long,
-/// taken or reserved by the format, and everything that [`atomic::write`] reports.
+/// taken or reserved by the format, and everything that [`atomic::write()`] reports.
 pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
     let bytes = encode(image).map_err(|problem| problem.at(path))?;
     atomic::write_bytes(path, &bytes)
@@ -42,7 +42,7 @@ pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
 ///
 /// # Errors
 ///
-/// As for [`write`], but for the file system.
+/// As for [`write()`], but for the file system.
 pub fn encode(image: &ImageLayers) -> Result<Vec<u8>, Problem> {
     image.check()?;
     let mut attributes = LayerAttributes::default();

@@ -18,7 +18,8 @@ pub struct ImageLayers {
     pub height: usize,
     /// The layers. The main layer has an empty name.
     pub layers: Vec<Layer>,
-    /// Text about the image, by name: the hash of its scene, its seed, ...
+    /// Text about the image, by name: the hash of its scene, its seed, ... EXR reserves some names,
+    /// such as `version`, `type`, `name`, `comments` and `owner`.
     pub attributes: Vec<(String, String)>,
 }
 

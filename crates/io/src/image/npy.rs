@@ -12,7 +12,7 @@ use crate::npy;
 /// # Errors
 ///
 /// A layer that the image does not have, channels that do not fit its size, and everything that
-/// [`npy::write`] reports.
+/// [`npy::write()`] reports.
 pub fn write(path: &Path, image: &ImageLayers, layer: &str) -> Result<(), FileError> {
     let data = interleave(image, layer).map_err(|problem| problem.at(path))?;
     let channels = data.len() / (image.width * image.height);

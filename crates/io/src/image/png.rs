@@ -25,7 +25,7 @@ pub enum Depth {
 ///
 /// # Errors
 ///
-/// An image whose size does not fit its pixels, and everything that [`atomic::write`] reports.
+/// An image whose size does not fit its pixels, and everything that [`atomic::write()`] reports.
 pub fn write(path: &Path, image: &RgbImage, depth: Depth, exposure: f64) -> Result<(), FileError> {
     let bytes = encode(image, depth, exposure).map_err(|problem| problem.at(path))?;
     atomic::write_bytes(path, &bytes)
@@ -35,7 +35,7 @@ pub fn write(path: &Path, image: &RgbImage, depth: Depth, exposure: f64) -> Resu
 ///
 /// # Errors
 ///
-/// As for [`write`], but for the file system.
+/// As for [`write()`], but for the file system.
 pub fn encode(image: &RgbImage, depth: Depth, exposure: f64) -> Result<Vec<u8>, Problem> {
     let mismatch = || Problem::Mismatch {
         expected: format!("{} x {} pixels", image.width, image.height),
@@ -73,8 +73,8 @@ pub fn encode(image: &RgbImage, depth: Depth, exposure: f64) -> Result<Vec<u8>, 
 }
 
 fn srgb(value: f64) -> f64 {
-    // Unlike clamp, max turns NaN into 0.
-    srgb_from_linear(value.max(0.0).min(1.0))
+    let value = if value.is_nan() { 0.0 } else { value };
+    srgb_from_linear(value.clamp(0.0, 1.0))
 }
 
 /// Reads an image and makes its values linear; they are in [0, 1]. Transparency is dropped.

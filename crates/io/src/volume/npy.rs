@@ -41,7 +41,7 @@ pub fn parse(bytes: &[u8], axes: AxisOrder) -> Result<Volume, Problem> {
 ///
 /// # Errors
 ///
-/// Everything that [`npy::write`] reports.
+/// Everything that [`npy::write()`] reports.
 pub fn write(path: &Path, volume: &Volume) -> Result<(), FileError> {
     let [x, y, z] = volume.size();
     match volume.channels() {

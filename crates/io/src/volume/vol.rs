@@ -83,7 +83,7 @@ fn read_from(reader: &mut impl Read, size: u64) -> Result<Volume, Problem> {
 ///
 /// # Errors
 ///
-/// A size beyond 32 bits, and everything that [`atomic::write`] reports.
+/// A size beyond 32 bits, and everything that [`atomic::write()`] reports.
 pub fn write(path: &Path, volume: &Volume) -> Result<(), FileError> {
     let [x, y, z] = volume.size();
     let mut header = b"VOL".to_vec();

@@ -52,17 +52,20 @@ impl Element {
         for attribute in node.attributes() {
             let raw = attribute.value();
             let location = locate(source, attribute.range_value());
-            let value = parameters.substitute(raw).unwrap_or_else(|failure| {
-                broken = true;
-                let (start, _) = location.span();
-                let at = Location::new(source, start + failure.range.start, failure.range.len());
-                diagnostics.push(
-                    Diagnostic::error(failure.message)
-                        .help(failure.help)
-                        .at(&at),
-                );
-                raw.into()
-            });
+            let value = parameters
+                .substitute(raw, diagnostics)
+                .unwrap_or_else(|failure| {
+                    broken = true;
+                    let (start, _) = location.span();
+                    let at =
+                        Location::new(source, start + failure.range.start, failure.range.len());
+                    diagnostics.push(
+                        Diagnostic::error(failure.message)
+                            .help(failure.help)
+                            .at(&at),
+                    );
+                    raw.into()
+                });
             attributes.push(Attribute {
                 name: attribute.name().to_owned(),
                 value: value.into_owned(),

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
+use crate::diagnostic::{Diagnostic, Diagnostics};
 
 /// Bytes that substitution may produce in all: defaults that repeat one another could otherwise
 /// grow without bound.
@@ -58,7 +58,11 @@ impl Parameters {
     }
 
     /// The text with every `$name` and `${name}` replaced.
-    pub(super) fn substitute<'t>(&mut self, text: &'t str) -> Result<Cow<'t, str>, Failure> {
+    pub(super) fn substitute<'t>(
+        &mut self,
+        text: &'t str,
+        diagnostics: &Diagnostics,
+    ) -> Result<Cow<'t, str>, Failure> {
         if !text.contains('$') {
             return Ok(Cow::Borrowed(text));
         }
@@ -68,7 +72,7 @@ impl Parameters {
             out.push_str(&text[rest..dollar]);
             let (name, end) = name_at(text, dollar)?;
             match name {
-                Some(name) => out.push_str(self.value(name, dollar..end)?),
+                Some(name) => out.push_str(self.value(name, dollar..end, diagnostics)?),
                 None => out.push('$'),
             }
             self.spend(out.len(), dollar..end)?;
@@ -79,11 +83,16 @@ impl Parameters {
         Ok(Cow::Owned(out))
     }
 
-    fn value(&mut self, name: &str, range: Range<usize>) -> Result<&str, Failure> {
+    fn value(
+        &mut self,
+        name: &str,
+        range: Range<usize>,
+        diagnostics: &Diagnostics,
+    ) -> Result<&str, Failure> {
         if !self.values.contains_key(name) {
             let message = format!("parameter '${name}' is not defined");
             let known = self.values.keys().map(String::as_str);
-            let help = suggest(name, known).unwrap_or_else(|| {
+            let help = diagnostics.suggest(name, known).unwrap_or_else(|| {
                 format!("add <default name=\"{name}\" value=\"...\"/> or pass -D {name}=...")
             });
             return Err(Failure {
@@ -115,7 +124,7 @@ impl Parameters {
     pub(super) fn report_unused(&self, diagnostics: &mut Diagnostics) {
         for (name, _) in self.values.iter().filter(|(_, p)| p.overridden && !p.used) {
             let known = self.values.iter().filter(|(_, p)| p.used || !p.overridden);
-            let help = suggest(name, known.map(|(name, _)| name.as_str()));
+            let help = diagnostics.suggest(name, known.map(|(name, _)| name.as_str()));
             let message = format!("the scene has no parameter '{name}' (given as -D {name}=...)");
             diagnostics.push(Diagnostic::error(message).help(help));
         }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use super::MAX_DEPTH;
-use crate::diagnostic::{Diagnostic, Diagnostics, Location, suggest};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{Child, Object, ObjectId, PluginKind, Property};
 
 /// An object whose references are still names.
@@ -162,7 +162,7 @@ impl Drafts {
         if let Some((index, _)) = self.ids.get(id) {
             return Some(*index);
         }
-        let help = suggest(id, self.ids.keys().map(String::as_str));
+        let help = diagnostics.suggest(id, self.ids.keys().map(String::as_str));
         let message = format!("no object has the id '{id}'");
         diagnostics.push(Diagnostic::error(message).help(help).at(at));
         None

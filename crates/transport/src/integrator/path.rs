@@ -4,7 +4,8 @@
 use crate::Spectrum;
 use crate::emitter::{Aim, Emitter};
 use crate::path::{
-    Edge, End, Equiangular, Link, Scatter, Start, Vertex, Workspace, environment_aim, trace,
+    Edge, End, Equiangular, Link, Scatter, Start, Vertex, Workspace, environment_aim, scatter, scatter_pdf,
+    trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -68,8 +69,7 @@ impl PathTracer {
             scene,
             sampler,
             ws,
-            equiangular: scene.emitters().iter().any(|e| e.singularity().is_some())
-                && scene.media().iter().any(|m| m.scatters()),
+            equiangular: !scene.attractors().is_empty(),
         };
         let throughput = Spectrum(std::array::from_fn(|c| if c < lanes { n * n } else { 0.0 }));
         let mut next = Some(Next {
@@ -310,7 +310,7 @@ impl Tracing<'_> {
             // As the edge would be sampled if scattering chose this direction.
             let lanes = scattered / scattered.sum();
             let survival = (lanes * link.depth.exp_neg()).sum();
-            let by_chance = vertex.pdf(scene, link.direction) * link.choice * survival;
+            let by_chance = scatter_pdf(scene, vertex, link.direction) * link.choice * survival;
             let by_connection = density * link.density;
             by_connection / (by_connection + by_chance)
         };
@@ -323,7 +323,7 @@ impl Tracing<'_> {
             weight,
             pdf,
             delta,
-        } = vertex.scatter(self.scene, self.sampler)?;
+        } = scatter(self.scene, &vertex, self.sampler)?;
         Some(Next {
             start,
             throughput: throughput * weight,

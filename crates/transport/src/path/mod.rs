@@ -9,12 +9,14 @@
 //! that ends on an emitter shares its contribution with the connection that finds the same edge, and
 //! keeps all of it if none does.
 
+mod attract;
 mod edge;
 mod equiangular;
 mod link;
 mod vertex;
 mod walk;
 
+pub use attract::{scatter, scatter_pdf};
 pub use edge::{Edge, End, Span, Start};
 pub use equiangular::Equiangular;
 pub use link::{Link, environment_aim};

@@ -117,6 +117,7 @@ pub struct Scene {
     sensor_medium: MediumId,
     emitter_choice: Option<Discrete>,
     around: Surroundings,
+    attractors: Vec<DVec3>,
 }
 
 /// Some of the objects, for intersection tests.
@@ -158,6 +159,7 @@ impl Scene {
             blockers: Index::new(&parts.objects, |o| !o.is_interface()),
             emitter_choice: Discrete::new(&vec![1.0; parts.emitters.len()]).ok(),
             regions,
+            attractors: attractors(&parts),
             sensor_medium,
             around,
             parts,
@@ -229,6 +231,12 @@ impl Scene {
         &self.around
     }
 
+    /// Positions of point-like emitters, if anything scatters their light: near them its 1/r² fall-off
+    /// needs care.
+    pub(crate) fn attractors(&self) -> &[DVec3] {
+        &self.attractors
+    }
+
     /// The innermost medium that surrounds a point.
     pub fn medium_at(&self, x: DVec3) -> MediumId {
         medium_at(&self.parts.objects, x)
@@ -283,6 +291,13 @@ pub fn medium_at(objects: &[Object], x: DVec3) -> MediumId {
         .filter(|(_, shape)| shape.is_closed() && shape.contains(x))
         .min_by(|(_, a), (_, b)| a.aabb().diagonal().total_cmp(&b.aabb().diagonal()))
         .map_or(AMBIENT, |(medium, _)| medium)
+}
+
+fn attractors(parts: &Parts) -> Vec<DVec3> {
+    if !parts.media.iter().any(Medium::scatters) {
+        return Vec::new();
+    }
+    parts.emitters.iter().filter_map(Emitter::singularity).collect()
 }
 
 fn surroundings(parts: &Parts) -> Surroundings {

@@ -1,0 +1,232 @@
+//! No input makes a reader panic.
+
+use io::volume::{AxisOrder, npy, vol};
+use io::{Diagnostics, FileRegistry, PluginKind, Query, mesh, xml};
+use proptest::prelude::*;
+
+/// Reads a scene and asks every object for everything.
+fn exercise(text: &str) {
+    let mut diagnostics = Diagnostics::new();
+    let overrides = [("a".to_owned(), "1".to_owned())];
+    let scene = xml::parse(text, "scene.xml", &overrides, &mut diagnostics);
+    assert_eq!(scene.is_none(), diagnostics.has_errors());
+    for child in scene.iter().flat_map(|s| &s.root.children) {
+        let mut query = Query::new(&child.object, &mut diagnostics);
+        query.float("a");
+        query.integer("b");
+        query.spectrum("c");
+        query.transform("d");
+        query.one_of("e", &["f"]);
+        query.path("filename", &mut FileRegistry::new());
+        query.volume_or_spectrum("a", None);
+        query.required_child(PluginKind::Bsdf);
+        query.finish(&["f"]);
+    }
+    diagnostics.to_string();
+}
+
+/// Pieces of which text is often nearly a scene.
+fn pieces() -> impl Strategy<Value = String> {
+    let known = prop::sample::select(vec![
+        "<scene version='3.0.0'>",
+        "</scene>",
+        "<shape type='a' id='b'>",
+        "</shape>",
+        "<ref id='b'/>",
+        "<bsdf type='$a'>",
+        "</bsdf>",
+        "<float name='a' value='",
+        "<integer name='b' value='",
+        "<rgb name='c' value='",
+        "<spectrum name='c' value='",
+        "<point name='d' x='",
+        "'/>",
+        "1",
+        "-",
+        "1e9",
+        ",",
+        " ",
+        ":",
+        "#",
+        "$a",
+        "${a}",
+        "${",
+        "$",
+        "ff8800",
+        "400:1, 500:2",
+        "é",
+        "\n",
+        "<transform name='d'>",
+        "</transform>",
+        "<lookat origin='0' target='1 2 3' up='",
+        "<matrix value='",
+        "<rotate x='1' angle='",
+        "<scale value='",
+        "<default name='a' value='",
+        "<include filename='",
+        "<alias id='b' as='",
+        "<!--",
+        "-->",
+        "&amp;",
+        "&",
+        "<",
+        "<!DOCTYPE a [",
+        "]>",
+        "\u{0}",
+    ]);
+    prop::collection::vec(
+        prop_oneof![9 => known.prop_map(str::to_owned), 1 => ".*"],
+        0..30,
+    )
+    .prop_map(|pieces| pieces.concat())
+}
+
+/// Bytes after a valid beginning, so that they get past the first check.
+fn after(starts: Vec<Vec<u8>>) -> impl Strategy<Value = Vec<u8>> {
+    let start = prop::sample::select(starts);
+    (start, prop::collection::vec(any::<u8>(), 0..300))
+        .prop_map(|(start, rest)| [start, rest].concat())
+}
+
+/// A valid file in which some bytes are changed.
+fn damaged(file: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
+    let length = file.len();
+    let changes = prop::collection::vec((0..length, any::<u8>()), 0..8);
+    (changes, 0..=length).prop_map(move |(changes, cut)| {
+        let mut bytes = file.clone();
+        changes.into_iter().for_each(|(at, byte)| bytes[at] = byte);
+        bytes.truncate(cut.max(length / 2));
+        bytes
+    })
+}
+
+fn vol_file() -> Vec<u8> {
+    let mut bytes = b"VOL\x03\x01\0\0\0\x02\0\0\0\x01\0\0\0\x01\0\0\0\x01\0\0\0".to_vec();
+    bytes.extend([0; 32]);
+    bytes
+}
+
+fn npy_file() -> Vec<u8> {
+    let header = b"{'descr': '<f4', 'fortran_order': False, 'shape': (1, 2, 1, 1), }\n";
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header);
+    bytes.extend([0; 8]);
+    bytes
+}
+
+fn ply_file(format: &str) -> Vec<u8> {
+    let mut bytes = format!(
+        "ply\nformat {format} 1.0\nelement vertex 3\nproperty uchar x\nproperty uchar y\n\
+         property float z\nelement face 1\nproperty list uchar uchar vertex_index\nend_header\n"
+    )
+    .into_bytes();
+    if format == "ascii" {
+        bytes.extend(b"0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    } else {
+        bytes.extend([
+            0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 3, 0, 1, 2,
+        ]);
+    }
+    bytes
+}
+
+fn obj_pieces() -> impl Strategy<Value = String> {
+    let known = prop::sample::select(vec![
+        "v ",
+        "vt ",
+        "vn ",
+        "f ",
+        "\n",
+        "1 ",
+        "2/1 ",
+        "3//1 ",
+        "-1 ",
+        "/",
+        "0.5 ",
+        "nan ",
+        "\\\n",
+        "#",
+        "9223372036854775807 ",
+        "-9223372036854775808 ",
+        "v 0 0 0\n",
+        "vt 0 0\n",
+        "o a\n",
+    ]);
+    prop::collection::vec(
+        prop_oneof![9 => known.prop_map(str::to_owned), 1 => ".*"],
+        0..40,
+    )
+    .prop_map(|pieces| pieces.concat())
+}
+
+#[test]
+fn the_valid_files_are_valid() {
+    assert!(vol::parse(&vol_file()).is_ok());
+    assert!(npy::parse(&npy_file(), AxisOrder::Xyz).is_ok());
+    for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+        assert!(mesh::ply::parse(&ply_file(format)).is_ok(), "{format}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn xml_of_arbitrary_text(text in ".*") {
+        exercise(&text);
+        exercise(&format!("<scene version='3.0.0'>{text}</scene>"));
+    }
+
+    #[test]
+    fn xml_of_pieces(text in pieces()) {
+        exercise(&text);
+        exercise(&format!("<scene version='3.0.0'>{text}</scene>"));
+        exercise(&format!("<scene version='3.0.0'><shape type='a'>{text}</shape></scene>"));
+    }
+
+    #[test]
+    fn vol_of_arbitrary_bytes(bytes in after(vec![vec![], vol_file()[..8].to_vec()])) {
+        let _ = vol::parse(&bytes);
+    }
+
+    #[test]
+    fn vol_of_damaged_files(bytes in damaged(vol_file())) {
+        let _ = vol::parse(&bytes);
+    }
+
+    #[test]
+    fn npy_of_arbitrary_bytes(bytes in after(vec![vec![], npy_file()[..12].to_vec()])) {
+        let _ = npy::parse(&bytes, AxisOrder::Zyx);
+    }
+
+    #[test]
+    fn npy_of_damaged_files(bytes in damaged(npy_file())) {
+        let _ = npy::parse(&bytes, AxisOrder::Zyx);
+    }
+
+    #[test]
+    fn obj_of_arbitrary_bytes(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+        let _ = mesh::obj::parse(&bytes);
+    }
+
+    #[test]
+    fn obj_of_pieces(text in obj_pieces()) {
+        let _ = mesh::obj::parse(text.as_bytes());
+    }
+
+    #[test]
+    fn ply_of_arbitrary_bytes(bytes in after(vec![vec![], b"ply\nformat ascii 1.0\n".to_vec()])) {
+        let _ = mesh::ply::parse(&bytes);
+    }
+
+    #[test]
+    fn ply_of_damaged_ascii(bytes in damaged(ply_file("ascii"))) {
+        let _ = mesh::ply::parse(&bytes);
+    }
+
+    #[test]
+    fn ply_of_damaged_binary(bytes in damaged(ply_file("binary_little_endian"))) {
+        let _ = mesh::ply::parse(&bytes);
+    }
+}

@@ -1,0 +1,270 @@
+//! Images: round trips and what must be refused.
+
+use io::image::{ImageLayers, Layer, RgbImage, exr, npy, png};
+
+fn ramp(n: usize, scale: f32) -> Vec<f32> {
+    (0..n).map(|i| i as f32 * scale - 1.0).collect()
+}
+
+fn layer(name: &str, channels: &[&str], n: usize) -> Layer {
+    let scale = |i: usize| 0.1 * (i + 1) as f32;
+    let channels = channels.iter().enumerate();
+    let channels = channels
+        .map(|(i, c)| (c.to_string(), ramp(n, scale(i))))
+        .collect();
+    Layer {
+        name: name.to_owned(),
+        channels,
+    }
+}
+
+fn sample() -> ImageLayers {
+    ImageLayers {
+        width: 5,
+        height: 3,
+        layers: vec![
+            layer("", &["B", "G", "R"], 15),
+            layer("samples", &["Y"], 15),
+            layer("variance", &["B", "G", "R"], 15),
+        ],
+        attributes: vec![
+            ("options".into(), "--spp 16 é".into()),
+            ("scene_hash".into(), "abc".into()),
+            ("seed".into(), "7".into()),
+            ("version_of_program".into(), "0.1.0".into()),
+        ],
+    }
+}
+
+#[test]
+fn an_exr_file_round_trips() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    exr::write(&path, &sample()).unwrap();
+    let image = exr::read(&path).unwrap();
+    assert_eq!(image, sample());
+    assert_eq!(image.attribute("seed"), Some("7"));
+    assert_eq!(
+        image.layer("samples").unwrap().channel("Y").unwrap()[3],
+        ramp(15, 0.1)[3]
+    );
+}
+
+#[test]
+fn the_same_image_gives_the_same_bytes() {
+    let first = exr::encode(&sample()).unwrap();
+    assert!((0..10).all(|_| exr::encode(&sample()).unwrap() == first));
+}
+
+#[test]
+fn infinities_and_nan_survive_in_an_exr_file() {
+    let mut image = sample();
+    image.layers[0].channels[0].1[0] = f32::INFINITY;
+    image.layers[0].channels[0].1[1] = f32::NAN;
+    let read = exr::decode(&exr::encode(&image).unwrap()).unwrap();
+    assert_eq!(read.layers[0].channels[0].1[0], f32::INFINITY);
+    assert!(read.layers[0].channels[0].1[1].is_nan());
+}
+
+#[track_caller]
+fn exr_error(change: impl FnOnce(&mut ImageLayers), expected: &str) {
+    let mut image = sample();
+    change(&mut image);
+    assert_eq!(exr::encode(&image).unwrap_err().to_string(), expected);
+}
+
+#[test]
+fn images_that_cannot_be_written() {
+    let empty = "empty: the image has no pixels or no channels";
+    exr_error(|i| i.width = 0, empty);
+    exr_error(|i| i.layers.clear(), empty);
+    exr_error(
+        |i| i.width = 4,
+        "expected 4 x 3 values, found 15 in channel 'B'",
+    );
+    let name = "is empty, too long or holds a zero byte";
+    exr_error(
+        |i| i.layers[0].channels[0].0.clear(),
+        &format!("the channel name '' {name}"),
+    );
+    exr_error(
+        |i| i.layers[0].channels[0].0 = "G".into(),
+        "two channels have the name 'G'",
+    );
+    exr_error(
+        |i| i.attributes[0].0 = "seed".into(),
+        "two attributes have the name 'seed'",
+    );
+    let long = "x".repeat(300);
+    exr_error(
+        |i| i.attributes[0].0 = long.clone(),
+        &format!("the attribute name '{long}' {name}"),
+    );
+    exr_error(
+        |i| i.attributes[0].0 = "compression".into(),
+        "cannot be stored as EXR: invalid: attribute name `compression` is reserved and cannot be custom",
+    );
+}
+
+#[test]
+fn files_that_are_no_images() {
+    let error = exr::decode(b"not an image at all").unwrap_err().to_string();
+    assert!(error.starts_with("not a EXR file: "), "{error}");
+    let bytes = exr::encode(&sample()).unwrap();
+    assert!(exr::decode(&bytes[..bytes.len() - 20]).is_err());
+    assert!(exr::decode(&bytes[..100]).is_err());
+    let error = exr::read("no.exr".as_ref()).unwrap_err().to_string();
+    assert!(
+        error.starts_with("no.exr: cannot read: No such file"),
+        "{error}"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    std::fs::write(&path, b"no").unwrap();
+    let error = RgbImage::read(&path).unwrap_err().to_string();
+    assert!(error.contains("a.png: not a PNG file: "), "{error}");
+    let error = RgbImage::read("a.jpg".as_ref()).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "a.jpg: not supported: colour images are read from .exr and .png"
+    );
+}
+
+#[test]
+fn a_header_that_claims_a_huge_image_is_refused_before_allocating() {
+    let mut bytes = exr::encode(&sample()).unwrap();
+    // The data window's right and lower edge.
+    let name = b"dataWindow\0box2i\0";
+    let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4 + 8;
+    bytes[at..at + 8].copy_from_slice(&[0, 0, 0, 0x20, 0, 0, 0, 0x20]);
+    assert!(exr::decode(&bytes).is_err());
+}
+
+fn colours() -> RgbImage {
+    let pixels = vec![
+        [0.0, 0.25, 1.0],
+        [0.5, 2.0, -1.0],
+        [f32::NAN, 0.1, 0.7],
+        [0.9, 0.003, 0.2],
+    ];
+    RgbImage {
+        width: 2,
+        height: 2,
+        pixels,
+    }
+}
+
+#[test]
+fn png_files_round_trip_up_to_their_depth() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let expected = |v: f32| if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) };
+    for (depth, tolerance) in [(png::Depth::Eight, 5e-3), (png::Depth::Sixteen, 2e-5)] {
+        png::write(&path, &colours(), depth, 0.0).unwrap();
+        let image = RgbImage::read(&path).unwrap();
+        assert_eq!((image.width, image.height), (2, 2));
+        for (a, b) in image
+            .pixels
+            .iter()
+            .flatten()
+            .zip(colours().pixels.iter().flatten())
+        {
+            assert!((a - expected(*b)).abs() < tolerance, "{depth:?}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn exposure_counts_in_stops() {
+    let grey = RgbImage {
+        width: 1,
+        height: 1,
+        pixels: vec![[0.125; 3]],
+    };
+    let bright = RgbImage {
+        width: 1,
+        height: 1,
+        pixels: vec![[0.5; 3]],
+    };
+    let bytes = png::encode(&grey, png::Depth::Eight, 2.0).unwrap();
+    assert_eq!(bytes, png::encode(&bright, png::Depth::Eight, 0.0).unwrap());
+}
+
+#[test]
+fn a_png_must_fit_its_pixels() {
+    for (width, height) in [(3, 2), (0, 4)] {
+        let image = RgbImage {
+            width,
+            height,
+            ..colours()
+        };
+        let error = png::encode(&image, png::Depth::Eight, 0.0)
+            .unwrap_err()
+            .to_string();
+        assert_eq!(
+            error,
+            format!("expected {width} x {height} pixels, found 4")
+        );
+    }
+}
+
+#[test]
+fn an_npy_image_has_rows_columns_and_channels() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.npy");
+    npy::write(&path, &sample(), "variance").unwrap();
+    let array = io::npy::read(&path).unwrap();
+    assert_eq!(
+        (array.shape.as_slice(), array.fortran_order),
+        (&[3, 5, 3][..], false)
+    );
+    let io::npy::NpyData::F32(data) = array.data else {
+        panic!()
+    };
+    assert_eq!(
+        data[3..6],
+        [0.1 - 1.0, 0.2 - 1.0, 0.3 - 1.0].map(|v: f64| v as f32)
+    );
+    let error = npy::write(&path, &sample(), "none")
+        .unwrap_err()
+        .to_string();
+    assert!(error.ends_with("the image has no layer 'none'"), "{error}");
+}
+
+#[test]
+fn environment_maps_are_colours_or_grey_and_finite() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("env.exr");
+    let write = |image: &ImageLayers| exr::write(&path, image).unwrap();
+    write(&sample());
+    let image = RgbImage::read(&path).unwrap();
+    assert_eq!((image.width, image.height), (5, 3));
+    assert_eq!(
+        image.pixels[1],
+        [0.3 - 1.0, 0.2 - 1.0, 0.1 - 1.0].map(|v: f64| v as f32)
+    );
+    let grey = ImageLayers {
+        layers: vec![layer("", &["Y"], 15)],
+        ..sample()
+    };
+    write(&grey);
+    assert_eq!(RgbImage::read(&path).unwrap().pixels[1], [0.1f32 - 1.0; 3]);
+    let depth = ImageLayers {
+        layers: vec![layer("", &["Z"], 15)],
+        ..sample()
+    };
+    write(&depth);
+    let error = RgbImage::read(&path).unwrap_err().to_string();
+    assert!(
+        error.ends_with("expected the channels R, G, B or Y, found others"),
+        "{error}"
+    );
+    let mut bad = grey;
+    bad.layers[0].channels[0].1[7] = f32::NAN;
+    write(&bad);
+    let error = RgbImage::read(&path).unwrap_err().to_string();
+    assert!(
+        error.ends_with("value NaN at pixel (2, 1) is not finite"),
+        "{error}"
+    );
+}

@@ -1,0 +1,225 @@
+//! Meshes: what is read, and files that must be refused.
+
+use glam::DVec3;
+use io::mesh::{MeshData, obj, ply};
+
+#[track_caller]
+fn obj_error(text: &str, line: Option<usize>, expected: &str) {
+    let (problem, found) = obj::parse(text.as_bytes()).unwrap_err();
+    assert_eq!((problem.to_string().as_str(), found), (expected, line));
+}
+
+#[test]
+fn an_obj_file_with_everything() {
+    let text = "# a quad and a triangle\r\nmtllib no.mtl\no thing\nv 0 0 0\nv 1 0 0 0.5 0.5 0.5\n\
+        v 1 1 0 1.0\nv 0 1 0\nvt 0 0\nvt 1 0.5\nvt 0.25\nvn 0 0 1\ng part\nusemtl m\ns off\n\
+        f 1/1/1 2/2/1 3/3/1 \\\n 4/1/1\nf -4/1 -3/2 -1/3\nl 1 2\n";
+    let mesh = obj::parse(text.as_bytes()).unwrap();
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 4]]);
+    let corner = |x, y| DVec3::new(x, y, 0.0);
+    // The corner (0, 1) is there twice, with two texture coordinates.
+    let positions = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 1.0)];
+    assert_eq!(mesh.positions, positions.map(|(x, y)| corner(x, y)));
+    let uvs = vec![[0.0, 0.0], [1.0, 0.5], [0.25, 0.0], [0.0, 0.0], [0.25, 0.0]];
+    assert_eq!(mesh.uvs, Some(uvs));
+}
+
+#[test]
+fn an_obj_file_without_texture_coordinates() {
+    let mesh = obj::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1").unwrap();
+    assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    assert_eq!(mesh.uvs, None);
+}
+
+#[test]
+fn obj_files_that_are_refused() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    let face = |face: &str| format!("{vertices}{face}");
+    obj_error("", None, "empty: the mesh has no faces");
+    obj_error(vertices, None, "empty: the mesh has no faces");
+    obj_error("v 0 0 x", Some(1), "'x' is not a number");
+    obj_error("\nv 0 0", Some(2), "expected 3 numbers, found 2");
+    obj_error(
+        "v 0 0 0\nv 0 nan 0",
+        Some(2),
+        "value NaN at vertex 2 is not finite",
+    );
+    obj_error(&face("f 1 2"), Some(4), "a face of 2 vertices");
+    obj_error(&face("f 1 2 a"), Some(4), "'a' is not an index");
+    obj_error(
+        &face("f 1 2 4"),
+        Some(4),
+        "vertex 4 does not exist (there are 3)",
+    );
+    obj_error(
+        &face("f 1 2 0"),
+        Some(4),
+        "vertex 0 does not exist (there are 3)",
+    );
+    obj_error(
+        &face("f 1 2 -4"),
+        Some(4),
+        "vertex -4 does not exist (there are 3)",
+    );
+    let least = i64::MIN;
+    let message = format!("vertex {least} does not exist (there are 3)");
+    obj_error(&face(&format!("f 1 2 {least}")), Some(4), &message);
+    obj_error(
+        &face("f 1/1 2/1 3/1"),
+        Some(4),
+        "texture coordinate 1 does not exist (there are 0)",
+    );
+}
+
+const ASCII: &str = "ply\nformat ascii 1.0\ncomment hello\nelement vertex 4\nproperty float x\n\
+    property float y\nproperty double z\nproperty float u\nproperty float v\n\
+    element face 2\nproperty uchar flags\nproperty list uchar int vertex_indices\n\
+    element edge 1\nproperty int a\nend_header\n\
+    0 0 0 0 0\n1 0 0 1 0\n1 1 0.5 1 1\n0 1 0 0 1\n7 4 0 1 2 3\n7 3 0 1 2\n5\n";
+
+/// The same mesh as `ASCII`, in binary.
+fn binary(big: bool) -> Vec<u8> {
+    let kind = if big {
+        "binary_big_endian"
+    } else {
+        "binary_little_endian"
+    };
+    let end = ASCII.find("end_header\n").unwrap() + "end_header\n".len();
+    let mut bytes = ASCII[..end].replace("ascii", kind).into_bytes();
+    let f32_bytes = |v: f32| {
+        if big {
+            v.to_be_bytes()
+        } else {
+            v.to_le_bytes()
+        }
+    };
+    let f64_bytes = |v: f64| {
+        if big {
+            v.to_be_bytes()
+        } else {
+            v.to_le_bytes()
+        }
+    };
+    let i32_bytes = |v: i32| {
+        if big {
+            v.to_be_bytes()
+        } else {
+            v.to_le_bytes()
+        }
+    };
+    for (x, y, z) in [
+        (0.0, 0.0, 0.0),
+        (1.0, 0.0, 0.0),
+        (1.0, 1.0, 0.5),
+        (0.0, 1.0, 0.0),
+    ] {
+        bytes.extend([x, y].into_iter().flat_map(f32_bytes));
+        bytes.extend(f64_bytes(z));
+        bytes.extend([x, y].into_iter().flat_map(f32_bytes));
+    }
+    for face in [&[0, 1, 2, 3][..], &[0, 1, 2]] {
+        bytes.extend([7, face.len() as u8]);
+        bytes.extend(face.iter().flat_map(|v| i32_bytes(*v)));
+    }
+    bytes.extend(i32_bytes(5));
+    bytes
+}
+
+#[test]
+fn ply_files_of_every_encoding() {
+    let mesh = ply::parse(ASCII.as_bytes()).unwrap();
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
+    assert_eq!(mesh.positions[2], DVec3::new(1.0, 1.0, 0.5));
+    assert_eq!(mesh.uvs.as_ref().unwrap()[3], [0.0, 1.0]);
+    assert_eq!(ply::parse(&binary(false)).unwrap(), mesh);
+    assert_eq!(ply::parse(&binary(true)).unwrap(), mesh);
+}
+
+#[track_caller]
+fn ply_error(from: &str, to: &str, expected: &str) {
+    assert!(ASCII.contains(from));
+    let (problem, line) = ply::parse(ASCII.replacen(from, to, 1).as_bytes()).unwrap_err();
+    let line = line.map_or(String::new(), |line| format!("{line}: "));
+    assert_eq!(format!("{line}{problem}"), expected);
+}
+
+#[test]
+fn ply_files_that_are_refused() {
+    ply_error(
+        "ply\n",
+        "plx\n",
+        "1: not a PLY file: Expected magic number 'ply'",
+    );
+    ply_error(
+        "end_header\n",
+        "end\n",
+        "15: not a PLY file: Couldn't parse line",
+    );
+    ply_error(
+        "format ascii 1.0\n",
+        "",
+        "not a PLY file: No format line found",
+    );
+    ply_error("float x", "float a", "there is no property 'x' of 'vertex'");
+    ply_error(
+        "vertex_indices",
+        "indices",
+        "there is no property 'vertex_indices' of 'face'",
+    );
+    ply_error(
+        "edge 1",
+        "edge 9999999999",
+        "too large: 9999999999 elements 'edge' in 329 bytes",
+    );
+    ply_error("property int a\n", "", "element 'edge' has no properties");
+    ply_error(
+        "1 1 0.5 1 1",
+        "1 one 0.5 1 1",
+        "18: not a PLY file: Couldn't read element line",
+    );
+    ply_error(
+        "4 0 1 2 3",
+        "4 0 1 2 9",
+        "face 0 has the vertex 9 (there are 4)",
+    );
+    ply_error("3 0 1 2", "2 0 1", "face 1 has 2 vertices");
+    ply_error(
+        "3 0 1 2",
+        "3 0 1 -2",
+        "face 1 has an index that is not a whole number or negative",
+    );
+    ply_error(
+        "1 1 0.5 1 1",
+        "1e99 1 0.5 1 1",
+        "value inf at vertex 2 is not finite",
+    );
+    let cut = &binary(false)[..binary(false).len() - 30];
+    let (problem, _) = ply::parse(cut).unwrap_err();
+    let expected = "not a PLY file: Unexpected end of file while reading binary element 'face'";
+    assert!(problem.to_string().starts_with(expected), "{problem}");
+}
+
+#[test]
+fn files_are_read_by_extension_and_named_in_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.PLY");
+    std::fs::write(&path, ASCII).unwrap();
+    assert!(MeshData::read(&path).is_ok());
+    let path = folder.path().join("a.obj");
+    std::fs::write(&path, "v 0 0 0\nv 1 0").unwrap();
+    let error = MeshData::read(&path).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        format!("{}:2: expected 3 numbers, found 2", path.display())
+    );
+    let error = MeshData::read("no.obj".as_ref()).unwrap_err().to_string();
+    assert!(
+        error.starts_with("no.obj: cannot read: No such file"),
+        "{error}"
+    );
+    let error = MeshData::read("a.stl".as_ref()).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "a.stl: not supported: meshes are read from .obj and .ply"
+    );
+}

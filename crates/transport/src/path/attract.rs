@@ -1,0 +1,75 @@
+//! Directions sampled towards point-like emitters.
+
+use super::vertex::{Scatter, Vertex};
+use crate::sampling::{Frame, Sampler};
+use crate::scene::Scene;
+use crate::spectrum::Spectrum;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Share of the directions at a volume vertex that are drawn towards an emitter.
+const SHARE: f64 = 0.25;
+
+/// Density per steradian of directions with uniform polar angle about the direction `axis`.
+///
+/// An edge that passes an emitter at distance D picks up light as 1/D, and D grows as sin θ: with
+/// directions drawn by the phase function alone its variance diverges, if only as a logarithm (theory
+/// §9). This density cancels it. About the chord of a curved ray it is merely a good guess.
+fn pdf(axis: DVec3, direction: DVec3) -> f64 {
+    let sin = axis.cross(direction).length();
+    1.0 / (2.0 * PI * PI * sin.max(1e-300))
+}
+
+fn sample(axis: DVec3, [u, v]: [f64; 2]) -> DVec3 {
+    let ((sin, cos), (y, x)) = ((PI * u).sin_cos(), (2.0 * PI * v).sin_cos());
+    Frame::from_normal(axis).to_world(DVec3::new(sin * x, sin * y, cos))
+}
+
+/// Chord directions from a volume vertex to the scene's point-like emitters; none from a surface,
+/// whose bsdf decides alone.
+fn axes<'a>(scene: &'a Scene, vertex: &Vertex) -> Option<(DVec3, &'a [DVec3])> {
+    match vertex {
+        Vertex::Volume { x, .. } if !scene.attractors().is_empty() => {
+            Some((*x, scene.attractors()))
+        }
+        _ => None,
+    }
+}
+
+fn axis(x: DVec3, emitter: DVec3) -> DVec3 {
+    (emitter - x).try_normalize().unwrap_or(DVec3::Z)
+}
+
+/// Density per steradian with which [`scatter`] chooses `direction`.
+pub fn scatter_pdf(scene: &Scene, vertex: &Vertex, direction: DVec3) -> f64 {
+    let own = vertex.pdf(scene, direction);
+    match axes(scene, vertex) {
+        None => own,
+        Some((x, emitters)) => {
+            let all: f64 = emitters.iter().map(|&e| pdf(axis(x, e), direction)).sum();
+            (1.0 - SHARE) * own + SHARE * all / emitters.len() as f64
+        }
+    }
+}
+
+/// Chooses a direction to go on from a vertex; `None` if the path is absorbed.
+pub fn scatter(scene: &Scene, vertex: &Vertex, sampler: &mut Sampler) -> Option<Scatter> {
+    let Some((x, emitters)) = axes(scene, vertex) else {
+        return vertex.scatter(scene, sampler);
+    };
+    let choice = sampler.next_1d();
+    let direction = if choice < SHARE {
+        let i = (choice / SHARE * emitters.len() as f64) as usize;
+        let emitter = emitters[i.min(emitters.len() - 1)];
+        sample(axis(x, emitter), sampler.next_2d())
+    } else {
+        vertex.scatter(scene, sampler)?.start.direction
+    };
+    let pdf = scatter_pdf(scene, vertex, direction);
+    Some(Scatter {
+        start: vertex.start(scene, direction),
+        weight: Spectrum::splat(vertex.pdf(scene, direction) / pdf),
+        pdf,
+        delta: false,
+    })
+}
