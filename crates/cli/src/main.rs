@@ -1,2 +1,41 @@
-//! The `morgana` command.
-fn main() {}
+//! The `morgana` command: renders scenes, describes them, follows rays through them.
+//!
+//! Arguments are parsed ([`args`]), checked ([`config`]) and carried out ([`commands`]). Exit status:
+//! 0 for success, 1 for a failure while running, 2 for bad input, 130 after an interruption.
+
+mod args;
+mod commands;
+mod config;
+mod failure;
+mod interrupt;
+mod load;
+mod numbers;
+mod outputs;
+mod progress;
+mod report;
+mod svg;
+mod trace;
+
+use args::{Args, Command};
+use clap::Parser;
+use failure::Failure;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    failure::hide_panics();
+    match std::panic::catch_unwind(|| run(&args.command)) {
+        Ok(Ok(code)) => code,
+        Ok(Err(failure)) => failure.report(),
+        Err(_) => Failure::Internal.report(),
+    }
+}
+
+fn run(command: &Command) -> Result<ExitCode, Failure> {
+    match command {
+        Command::Render(args) => commands::render(args),
+        Command::Info(args) => commands::info(args),
+        Command::Trace(args) => commands::trace(args),
+        Command::Connect(args) => commands::connect(args),
+    }
+}

@@ -8,11 +8,14 @@ use crate::spectrum::Spectrum;
 use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
-/// Rows per unit of work: small enough to share out, large enough not to matter.
+/// Pixels per unit of work: few enough to share out, enough not to matter.
 const PIXELS_PER_TASK: usize = 64;
-/// A pass has at most this many samples per pixel, so that progress is seen and cancelling is quick.
-const SAMPLES_PER_PASS: u64 = 16;
+/// Passes grow until they take about this long: progress is seen and cancelling is quick, and
+/// waiting for the last thread at the end of a pass costs little.
+const PASS: Duration = Duration::from_millis(500);
 
 /// How a render is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,13 +33,6 @@ pub struct Progress {
     pub done: u64,
     /// Samples per pixel asked for.
     pub total: u64,
-    /// Share of the current pass that is done, out of [`Progress::PASS`].
-    pub pass: u64,
-}
-
-impl Progress {
-    /// Full scale of [`Progress::pass`].
-    pub const PASS: u64 = 1000;
 }
 
 /// What a render gives.
@@ -54,31 +50,43 @@ pub struct Rendering {
 /// their spectra. A film's groups are in the same order.
 ///
 /// `on_pass` is called between passes; when it breaks, the render stops with what it has. All pixels
-/// then have the same number of samples.
+/// then have the same number of samples, and the same values as a render of just that many.
 pub fn render(
     scenes: &[Scene],
     options: &Options,
+    on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
+) -> Rendering {
+    render_counted(scenes, options, &AtomicU64::new(0), on_pass)
+}
+
+/// As [`render`]. `counter` grows by one for each sample of each pixel (and each group of channels)
+/// while the render runs, for other threads to see.
+pub fn render_counted(
+    scenes: &[Scene],
+    options: &Options,
+    counter: &AtomicU64,
     mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
     let spec = scenes[0].film();
     let mut film = Film::new(spec.width, spec.height, spec.channels);
     let mut stats = Stats::default();
-    let mut done = 0;
+    let (mut done, mut next) = (0, 1);
     while done < options.samples {
-        // Short passes first, so that there is something to see and to save at once.
-        let next = (done.max(1)).min(SAMPLES_PER_PASS).min(options.samples - done);
+        let started = Instant::now();
+        next = next.min(options.samples - done);
         for (group, scene) in scenes.iter().enumerate() {
-            stats += pass(scene, options.seed, done..done + next, group, &mut film);
+            let seed = group_seed(options.seed, group);
+            stats += pass(scene, seed, done..done + next, group, (&mut film, counter));
         }
         done += next;
         let progress = Progress {
             done,
             total: options.samples,
-            pass: Progress::PASS,
         };
         if on_pass(&progress).is_break() {
             break;
         }
+        next = longer_or_shorter(next, started.elapsed());
     }
     Rendering {
         film,
@@ -87,18 +95,33 @@ pub fn render(
     }
 }
 
+/// Samples for the next pass after one of `samples` that took `elapsed`. Each pixel adds up its
+/// samples in order, so the image does not depend on how they are divided into passes.
+fn longer_or_shorter(samples: u64, elapsed: Duration) -> u64 {
+    if 2 * elapsed <= PASS {
+        samples.saturating_mul(2)
+    } else if elapsed >= 2 * PASS {
+        (samples / 2).max(1)
+    } else {
+        samples
+    }
+}
+
+/// Each group's paths have an address space of their own.
+fn group_seed(seed: u64, group: usize) -> u64 {
+    seed.wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15))
+}
+
 /// Adds a range of samples to every pixel of a channel group.
 fn pass(
     scene: &Scene,
     seed: u64,
     samples: std::ops::Range<u64>,
     group: usize,
-    film: &mut Film,
+    (film, counter): (&mut Film, &AtomicU64),
 ) -> Stats {
     let spec = *scene.film();
     let lanes = (spec.channels - group * Spectrum::LANES).min(Spectrum::LANES);
-    // Each group's paths have an address space of their own.
-    let group_seed = seed.wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15));
     film.group_mut(group)
         .par_chunks_mut(PIXELS_PER_TASK)
         .enumerate()
@@ -107,11 +130,13 @@ fn pass(
             for (i, pixel) in pixels.iter_mut().enumerate() {
                 let index = task * PIXELS_PER_TASK + i;
                 for sample in samples.clone() {
-                    let mut sampler = Sampler::new(group_seed, index as u64, sample);
+                    let mut sampler = Sampler::new(seed, index as u64, sample);
                     let value = one_sample(scene, index, lanes, &mut sampler, &mut ws);
                     add(pixel, value, &mut ws);
                 }
             }
+            let taken = pixels.len() as u64 * (samples.end - samples.start);
+            counter.fetch_add(taken, Ordering::Relaxed);
             ws.stats()
         })
         .reduce(Stats::default, |mut a, b| {

@@ -1,0 +1,235 @@
+//! The command line as it is written. Each value is checked on its own here; what depends on
+//! several values, on files or on the scene is checked in [`crate::config`].
+
+use clap::{Args as ClapArgs, Parser, Subcommand};
+use glam::DVec3;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Duration;
+
+/// Renders light in media of continuously varying refractive index.
+#[derive(Debug, Parser)]
+#[command(
+    name = "morgana",
+    version,
+    max_term_width = 100,
+    arg_required_else_help = true
+)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to images.
+    #[command(after_help = "Example:\n  \
+        morgana render scenes/luneburg_fog.xml --spp 256 -o fog.exr -o fog.png\n\n\
+        Without -o, an EXR and a PNG file named after the scene are written to the current folder. \
+        Ctrl-C stops the render and writes what there is; the same seed always gives the same image, \
+        whatever the number of threads.")]
+    Render(RenderArgs),
+    /// Describe a scene: media, emitters, certificates of unique connections, memory.
+    #[command(after_help = "Example:\n  morgana info scenes/luneburg_fog.xml")]
+    Info(SceneArgs),
+    /// Follow rays through a scene and write their paths as CSV, JSON or a plot.
+    #[command(after_help = "Example:\n  \
+        morgana trace scenes/luneburg_fog.xml --from=-3,0,0 --direction 1,0,0 \\\n    \
+        --rays 15 --width 1.8 -o rays.svg\n\n\
+        Rays pass index-matched boundaries, are refracted by smooth dielectrics (or totally reflected) \
+        and reflected by smooth metals; they end at any other surface and where they leave the scene. \
+        Nothing is scattered. Without -o, CSV goes to the standard output.")]
+    Trace(TraceArgs),
+    /// Find the ray between two points of a scene.
+    #[command(after_help = "Example:\n  \
+        morgana connect scenes/luneburg_fog.xml --from=-0.5,0.2,0 --to 0.7,0,0.1\n\n\
+        Prints JSON: the primary branch, found from the direction of the chord, with its directions, \
+        lengths, transmittance per channel and the ray-tube Jacobian dA/dΩ. \"certified_unique\" says \
+        that no second ray that stays in the medium can exist; false says that none is known not to. \
+        That there is no ray is an answer, not an error.")]
+    Connect(ConnectArgs),
+}
+
+/// A scene file and its parameters.
+#[derive(Clone, Debug, ClapArgs)]
+pub struct SceneArgs {
+    /// Scene file.
+    #[arg(value_name = "SCENE")]
+    pub path: PathBuf,
+    /// Set a parameter that the scene declares with <default>; may be repeated.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
+    pub defines: Vec<(String, String)>,
+}
+
+/// `morgana render`.
+#[derive(Debug, ClapArgs)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Image to write; its extension chooses the format: .exr, .png or .npy. May be repeated.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Samples per pixel, instead of the scene's.
+    #[arg(long, value_name = "N", value_parser = at_least_one::<u64>)]
+    pub spp: Option<u64>,
+    /// Seed of the random numbers.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Number of threads; all processors by default.
+    #[arg(long, value_name = "N", value_parser = at_least_one::<usize>)]
+    pub threads: Option<usize>,
+    /// Stop after this time, for example 30s, 2m or 1h30m; --spp is then an upper bound.
+    #[arg(long, value_name = "DURATION", value_parser = duration)]
+    pub time: Option<Duration>,
+    /// Estimator, instead of the scene's.
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<String>,
+    /// Brighten PNG files by this many stops.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    pub exposure: f64,
+    /// Write counts, rates and settings as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+    /// Print nothing but errors.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// `morgana trace`.
+#[derive(Debug, ClapArgs)]
+pub struct TraceArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Where the rays start.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
+    pub from: DVec3,
+    /// Direction of the middle ray; any length.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = direction)]
+    pub direction: DVec3,
+    /// Number of rays.
+    #[arg(long, value_name = "N", default_value = "1", value_parser = at_least_one::<usize>)]
+    pub rays: usize,
+    /// Angle of the fan of rays, in degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, value_parser = not_negative)]
+    pub spread: f64,
+    /// Width over which the starts of the rays are spread, across their direction.
+    #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = not_negative)]
+    pub width: f64,
+    /// Longest ray; ten times the size of the scene by default.
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub max_length: Option<f64>,
+    /// File to write; its extension chooses the format: .csv, .json or .svg.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+/// `morgana connect`.
+#[derive(Debug, ClapArgs)]
+pub struct ConnectArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Where the ray starts.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
+    pub from: DVec3,
+    /// Where the ray ends.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
+    pub to: DVec3,
+}
+
+fn define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
+        _ => Err("expected NAME=VALUE".into()),
+    }
+}
+
+fn at_least_one<T: FromStr + PartialOrd + From<u8>>(text: &str) -> Result<T, String> {
+    match text.parse::<T>() {
+        Ok(n) if n >= T::from(1) => Ok(n),
+        _ => Err("expected a whole number, at least 1".into()),
+    }
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        _ => Err("expected a number".into()),
+    }
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    let message = || "expected a number, zero or more".to_owned();
+    finite(text).ok().filter(|v| *v >= 0.0).ok_or_else(message)
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let message = || "expected a number above zero".to_owned();
+    finite(text).ok().filter(|v| *v > 0.0).ok_or_else(message)
+}
+
+fn point(text: &str) -> Result<DVec3, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|t| finite(t).ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) => Ok(DVec3::new(x, y, z)),
+        _ => Err("expected three numbers separated by commas, such as 0,1,-2.5".into()),
+    }
+}
+
+fn direction(text: &str) -> Result<DVec3, String> {
+    let zero = || "the direction must not be zero".to_owned();
+    point(text)?.try_normalize().ok_or_else(zero)
+}
+
+/// Hours, minutes and seconds in this order: `1h30m`, `2m`, `1.5s`; a number alone is seconds.
+fn duration(text: &str) -> Result<Duration, String> {
+    let message = || "expected a time above zero such as 30s, 2m or 1h30m".to_owned();
+    let (mut rest, mut seconds) = (text.trim(), 0.0);
+    for (unit, length) in [('h', 3600.0), ('m', 60.0), ('s', 1.0)] {
+        if let Some((number, after)) = rest.split_once(unit) {
+            seconds += length * not_negative(number).map_err(|_| message())?;
+            rest = after;
+        }
+    }
+    if !rest.is_empty() {
+        seconds += not_negative(rest).map_err(|_| message())?;
+    }
+    match Duration::try_from_secs_f64(seconds) {
+        Ok(time) if !time.is_zero() => Ok(time),
+        _ => Err(message()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn durations() {
+        let seconds = |text| duration(text).map(|d| d.as_secs_f64());
+        assert_eq!(seconds("30s"), Ok(30.0));
+        assert_eq!(seconds("2m"), Ok(120.0));
+        assert_eq!(seconds("1h30m"), Ok(5400.0));
+        assert_eq!(seconds("1h0m1.5s"), Ok(3601.5));
+        assert_eq!(seconds("90"), Ok(90.0));
+        for bad in ["", "0s", "s", "1x", "3m1h", "-1s", "1e400s", "nan"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn points() {
+        assert_eq!(point("1,-2, 3.5"), Ok(DVec3::new(1.0, -2.0, 3.5)));
+        for bad in ["1,2", "1,2,3,4", "a,b,c", "1,2,inf", ""] {
+            assert!(point(bad).is_err(), "{bad}");
+        }
+        assert!(direction("0,0,0").is_err());
+    }
+}

@@ -1,0 +1,105 @@
+//! `morgana connect`.
+
+use crate::args::ConnectArgs;
+use crate::failure::Failure;
+use crate::load::load_with_warnings;
+use eikonal::connect::{Connection, Event, Piece};
+use eikonal::interface::Rule;
+use eikonal::{Solver, World};
+use glam::DVec3;
+use io::Loaded;
+use serde_json::{Value, json};
+use std::io::Write;
+use std::process::ExitCode;
+use transport::bsdf::{Bsdf, Surface};
+use transport::medium::Attenuation;
+use transport::scene::MediumId;
+use transport::{Scene, Spectrum};
+
+/// Finds the ray between two points and prints it.
+pub fn connect(args: &ConnectArgs) -> Result<ExitCode, Failure> {
+    let loaded = load_with_warnings(&args.scene)?;
+    let scene = loaded.scene();
+    let mut solver = Solver::new(scene.tolerance());
+    let start = (args.from, scene.medium_at(args.from));
+    let outcome = solver.connect(scene, start, args.to);
+    let pieces = solver.pieces();
+    let (branches, occluded) = match &outcome {
+        Ok(found) => (
+            vec![branch(&loaded, found, pieces)],
+            scene.is_occluded(pieces, None),
+        ),
+        Err(_) => (vec![], false),
+    };
+    let answer = json!({
+        "branches": branches,
+        "certified_unique": certified(scene, args.from, args.to),
+        "failure": outcome.err().map(|f| f.to_string()),
+        "occluded": occluded,
+    });
+    writeln!(std::io::stdout(), "{answer:#}")?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn branch(loaded: &Loaded, found: &Connection, pieces: &[Piece<MediumId>]) -> Value {
+    let lanes = loaded
+        .groups
+        .iter()
+        .flat_map(|scene| transmittance(scene, pieces).0);
+    let transmittance: Vec<f64> = lanes.take(loaded.channel_names.len()).collect();
+    json!({
+        "direction_out": found.direction_out.to_array(),
+        "direction_in": found.direction_in.to_array(),
+        "arc_length": found.arc_length,
+        "optical_length": found.optical_length,
+        "transmittance": transmittance,
+        "jacobian": found.jacobian,
+        "iterations": found.shots,
+    })
+}
+
+/// What share of the power in a ray tube gets through media and interfaces.
+fn transmittance(scene: &Scene, pieces: &[Piece<MediumId>]) -> Spectrum {
+    let (mut depth, mut factor) = (Spectrum::ZERO, Spectrum::ONE);
+    for piece in pieces {
+        let medium = scene.medium(piece.region);
+        let attenuation = Attenuation::new(medium, &piece.arc, piece.theta_end);
+        depth += attenuation.depth(&piece.arc, piece.theta_end);
+        if let Some(event) = piece.event.filter(|e| e.rule != Rule::Pass) {
+            factor *= interface(scene, piece, &event);
+        }
+    }
+    depth.exp_neg() * factor
+}
+
+/// The factor of the interface at the end of a piece: Fresnel's and that of its tint.
+fn interface(scene: &Scene, piece: &Piece<MediumId>, event: &Event) -> Spectrum {
+    let object = &scene.objects()[event.surface];
+    let x = piece.arc.position(piece.theta_end);
+    let n = |medium: Option<MediumId>| scene.n(medium.unwrap_or(piece.region), x);
+    let surface = Surface {
+        normal: event.normal,
+        n_outer: n(object.sides.map(|s| s.exterior)),
+        n_inner: n(object.sides.map(|s| s.interior)),
+    };
+    // The largest random number makes the dielectric choose as a connection does, transmission
+    // wherever it is possible, and tell the probability of that: Fresnel's factor.
+    let choice = [1f64.next_down(), 0.5, 0.5];
+    let sample = object
+        .bsdf
+        .sample(&surface, -event.before.normalize(), choice);
+    sample.map_or(Spectrum::ZERO, |s| s.weight * s.pdf)
+}
+
+/// Whether no second ray between the points can exist that stays in their medium, or in the scene at
+/// all if all its rays are straight.
+fn certified(scene: &Scene, x: DVec3, y: DVec3) -> bool {
+    let bends = |o: &transport::scene::Object| matches!(o.bsdf, Bsdf::Dielectric(_));
+    let straight = scene.media().iter().all(|m| m.index.is_constant());
+    if straight && !scene.objects().iter().any(bends) {
+        return true;
+    }
+    let medium = scene.medium_at(x);
+    let uniqueness = &scene.regions()[medium].uniqueness;
+    medium == scene.medium_at(y) && uniqueness.is_some_and(|u| u.pair(scene.field(medium), x, y))
+}

@@ -1,0 +1,215 @@
+//! `morgana info`.
+
+use crate::args::SceneArgs;
+use crate::failure::Failure;
+use crate::load::{file_name, load};
+use crate::numbers::{bytes, percent, plain};
+use eikonal::Uniqueness;
+use glam::DVec3;
+use io::Loaded;
+use io::diagnostic::Style;
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write as _};
+use std::process::ExitCode;
+use transport::film::Pixel;
+use transport::medium::Texture;
+use transport::scene::MediumId;
+use transport::sensor::Sensor;
+use transport::{Scene, Spectrum};
+
+/// Describes a scene.
+pub fn info(args: &SceneArgs) -> Result<ExitCode, Failure> {
+    let loaded = load(args, None, None)?;
+    let mut text = String::new();
+    describe(&mut text, args, &loaded).map_err(|e| Failure::Runtime(e.to_string()))?;
+    let mut stdout = std::io::stdout();
+    let style = Style::detect(stdout.is_terminal());
+    text.push_str(&loaded.warnings.render(style));
+    stdout.write_all(text.as_bytes())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Result {
+    let scene = loaded.scene();
+    let film = scene.film();
+    writeln!(out, "{}", file_name(&args.path))?;
+    writeln!(out, "  hash         {}", loaded.hash)?;
+    writeln!(
+        out,
+        "  film         {} × {}, {}",
+        film.width,
+        film.height,
+        loaded.channel_names.join(" ")
+    )?;
+    writeln!(
+        out,
+        "               {}",
+        bytes(film_memory(scene, loaded.groups.len()))
+    )?;
+    writeln!(
+        out,
+        "  sampling     {} samples per pixel, integrator {}",
+        scene.samples(),
+        scene.integrator().name()
+    )?;
+    writeln!(
+        out,
+        "  tolerance    {:e} of a ray's length",
+        scene.tolerance().get()
+    )?;
+    writeln!(out, "  sensor       {}", sensor(scene))?;
+    writeln!(out, "  objects      {}", scene.objects().len())?;
+    writeln!(out, "\nemitters     {}", scene.emitters().len())?;
+    emitters(out, scene)?;
+    writeln!(out, "\nmedia        {}", scene.media().len())?;
+    for id in 0..scene.media().len() {
+        medium(out, loaded, id)?;
+    }
+    writeln!(out)
+}
+
+/// Bytes of the film while it is rendered.
+fn film_memory(scene: &Scene, groups: usize) -> usize {
+    let film = scene.film();
+    film.width * film.height * groups * size_of::<Pixel>()
+}
+
+fn sensor(scene: &Scene) -> String {
+    let kind = match scene.sensor() {
+        Sensor::Perspective(_) => "perspective",
+        Sensor::ThinLens(_) => "thinlens",
+        Sensor::Orthographic(_) => "orthographic",
+    };
+    let place = point(scene.sensor().position());
+    let medium = scene.sensor_medium();
+    let name = &scene.medium(medium).name;
+    let n = scene.n(medium, scene.sensor().position());
+    format!("{kind} at {place}, in '{name}' (n = {})", plain(n))
+}
+
+fn emitters(out: &mut String, scene: &Scene) -> std::fmt::Result {
+    for emitter in scene.emitters() {
+        let found = if emitter.is_delta() {
+            "by connections only, along the primary branch"
+        } else {
+            "by connections and by chance: complete"
+        };
+        writeln!(out, "  {:<12} found {found}", emitter.kind())?;
+    }
+    Ok(())
+}
+
+fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
+    let scene = loaded.scene();
+    let (medium, region) = (scene.medium(id), &scene.regions()[id]);
+    let bounds = &region.bounds;
+    writeln!(out, "  {}", medium.name)?;
+    if medium.index.is_constant() {
+        writeln!(
+            out,
+            "    index      {}: straight rays",
+            plain(scene.n(id, DVec3::ZERO))
+        )?;
+    } else {
+        writeln!(
+            out,
+            "    index      {} to {} (bounds)",
+            plain(bounds.n_min()),
+            plain(bounds.n_max())
+        )?;
+        writeln!(
+            out,
+            "    max |∇ln n|  {} per unit length",
+            plain(bounds.kappa())
+        )?;
+        writeln!(
+            out,
+            "    branches   {}",
+            certificate(region.uniqueness.as_ref())
+        )?;
+    }
+    if medium.is_transparent() {
+        return writeln!(out, "    clear");
+    }
+    let groups = loaded.groups.iter().map(|s| s.medium(id));
+    let all = |texture: fn(&transport::medium::Medium) -> &Texture| {
+        range(groups.clone().map(texture), loaded.channel_names.len())
+    };
+    let sigma = all(|m| &m.sigma_t);
+    writeln!(
+        out,
+        "    extinction {} per unit length",
+        span(sigma, medium.scale)
+    )?;
+    writeln!(out, "    albedo     {}", span(all(|m| &m.albedo), 1.0))?;
+    match medium.memory() {
+        0 => Ok(()),
+        n => writeln!(out, "    grids      {}", bytes(n)),
+    }
+}
+
+/// Smallest and largest value over all groups of channels.
+fn range<'a>(textures: impl Iterator<Item = &'a Texture>, channels: usize) -> (f64, f64) {
+    let mut left = channels;
+    textures.fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(low, high), texture| {
+            // Lanes beyond the last channel are zero and do not count.
+            let lanes = left.min(Spectrum::LANES);
+            left -= lanes;
+            let (a, b) = match texture {
+                Texture::Uniform(v) => {
+                    let used = &v.0[..lanes];
+                    let low = used.iter().copied().fold(f64::INFINITY, f64::min);
+                    (low, used.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+                }
+                Texture::Grid(grid) => grid.range(),
+            };
+            (low.min(a), high.max(b))
+        },
+    )
+}
+
+fn span((low, high): (f64, f64), scale: f64) -> String {
+    let (low, high) = (plain(low * scale), plain(high * scale));
+    if low == high {
+        low
+    } else {
+        format!("{low} to {high}")
+    }
+}
+
+/// Whether several rays may connect two points of the medium, and why.
+fn certificate(uniqueness: Option<&Uniqueness>) -> String {
+    let Some(uniqueness) = uniqueness else {
+        return "not certified: the medium is not one closed convex shape".into();
+    };
+    let bounds = uniqueness.bounds();
+    let longest = uniqueness.longest_ray();
+    if !longest.is_finite() {
+        return format!(
+            "not certified: rays may be arbitrarily long (κD ≥ 2 with κ = {})",
+            plain(bounds.kappa())
+        );
+    }
+    // Klingenberg's criterion, theory §5.
+    let curvature = 2.0 * bounds.neg_hess_ln_n() / bounds.n2_min;
+    let used = bounds.n_max() * longest * curvature.sqrt() / std::f64::consts::PI;
+    let ray = format!("longest ray {}", plain(longest));
+    if uniqueness.whole_medium() {
+        format!(
+            "unique between any two points ({ray}, {} of the bound)",
+            percent(used)
+        )
+    } else {
+        format!(
+            "not certified for the medium as a whole ({ray}, {} of the bound); near points may be",
+            percent(used)
+        )
+    }
+}
+
+fn point(x: DVec3) -> String {
+    let [x, y, z] = x.to_array().map(plain);
+    format!("({x}, {y}, {z})")
+}

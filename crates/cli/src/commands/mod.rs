@@ -1,0 +1,11 @@
+//! The commands, one file each.
+
+mod connect;
+mod info;
+mod render;
+mod trace;
+
+pub use connect::connect;
+pub use info::info;
+pub use render::render;
+pub use trace::trace;

@@ -1,0 +1,102 @@
+//! `morgana render`.
+
+use crate::args::RenderArgs;
+use crate::failure::Failure;
+use crate::progress::{self, Goal};
+use crate::report::{Report, Stopped};
+use crate::{config, interrupt, load, outputs};
+use io::Loaded;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Instant;
+use transport::render::{Options, Rendering, render_counted};
+
+/// Renders a scene and writes its images.
+pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
+    let images = config::images(args)?;
+    let pool = pool(args.threads)?;
+    let loaded = load::load(&args.scene, args.integrator.as_deref(), args.spp)?;
+    if !args.quiet {
+        load::warn(&loaded);
+    }
+    let interrupted = interrupt::watch()?;
+    // A time limit replaces the scene's number of samples, but not that of the command line.
+    let requested = match args.time {
+        Some(_) => args.spp,
+        None => Some(loaded.scene().samples()),
+    };
+    let started = Instant::now();
+    let (rendering, stopped) = run(args, &loaded, requested, &pool, &interrupted);
+    let report = Report {
+        args,
+        loaded: &loaded,
+        rendering: &rendering,
+        requested,
+        elapsed: started.elapsed(),
+        threads: pool.current_num_threads(),
+        stopped,
+    };
+    let image = outputs::layers(&rendering.film, &loaded.channel_names, report.attributes());
+    for (path, format) in &images {
+        outputs::write(path, *format, &image, args.exposure)?;
+    }
+    if let Some(path) = &args.stats {
+        io::atomic::write(path, |file| writeln!(file, "{:#}", report.json()))?;
+    }
+    if !args.quiet {
+        writeln!(std::io::stdout(), "{}", report.line())?;
+    }
+    Ok(match stopped {
+        Some(Stopped::Interrupted) => ExitCode::from(interrupt::STATUS),
+        _ => ExitCode::SUCCESS,
+    })
+}
+
+fn pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
+    // Zero leaves the number to rayon: that of the processors.
+    let builder = ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
+    builder
+        .build()
+        .map_err(|e| Failure::Runtime(format!("cannot start threads: {e}")))
+}
+
+fn run(
+    args: &RenderArgs,
+    loaded: &Loaded,
+    requested: Option<u64>,
+    pool: &ThreadPool,
+    interrupted: &AtomicBool,
+) -> (Rendering, Option<Stopped>) {
+    let film = loaded.scene().film();
+    let goal = Goal {
+        samples_per_spp: (film.width * film.height * loaded.groups.len()) as u64,
+        spp: requested,
+        time: args.time,
+    };
+    let options = Options {
+        samples: requested.unwrap_or(u64::MAX),
+        seed: args.seed,
+    };
+    let (counter, started) = (AtomicU64::new(0), Instant::now());
+    let mut stopped = None;
+    let rendering = std::thread::scope(|scope| {
+        let _drawing = (!args.quiet).then(|| progress::draw(scope, goal, &counter, interrupted));
+        pool.install(|| {
+            render_counted(&loaded.groups, &options, &counter, |progress| {
+                if interrupted.load(Ordering::Relaxed) {
+                    stopped = Some(Stopped::Interrupted);
+                } else if args.time.is_some_and(|t| started.elapsed() >= t) {
+                    stopped = Some(Stopped::Time);
+                }
+                match stopped {
+                    Some(_) if progress.done < progress.total => ControlFlow::Break(()),
+                    _ => ControlFlow::Continue(()),
+                }
+            })
+        })
+    });
+    (rendering, stopped)
+}

@@ -1,0 +1,50 @@
+//! `morgana trace`.
+
+use crate::args::TraceArgs;
+use crate::config::{self, RayFormat};
+use crate::failure::Failure;
+use crate::load::{file_name, load_with_warnings};
+use crate::trace::{Ending, Path, Tracer, csv, fan, json};
+use crate::{numbers, svg};
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Follows rays through a scene and writes their paths.
+pub fn trace(args: &TraceArgs) -> Result<ExitCode, Failure> {
+    let (file, format) = config::rays(args)?;
+    let loaded = load_with_warnings(&args.scene)?;
+    let scene = loaded.scene();
+    let spread = args.spread.to_radians();
+    let starts = fan(args.from, args.direction, args.rays, spread, args.width);
+    let tracer = Tracer::new(scene, starts.iter().map(|s| s.0), args.max_length);
+    let paths: Vec<Path> = starts.iter().map(|(x, d)| tracer.follow(*x, *d)).collect();
+    let text = match format {
+        RayFormat::Csv => csv(scene, &paths),
+        RayFormat::Json => format!("{:#}\n", json(scene, &paths)),
+        RayFormat::Svg => svg::plot(scene, &paths, &title(args))?,
+    };
+    match file {
+        Some(path) => io::atomic::write_bytes(&path, text.as_bytes())?,
+        None => std::io::stdout().write_all(text.as_bytes())?,
+    }
+    match paths.iter().filter(|p| p.ending == Ending::Lost).count() {
+        0 => Ok(ExitCode::SUCCESS),
+        n => Err(Failure::Runtime(format!(
+            "{n} of {} rays left the field of their medium or took too many steps; what was \
+             followed of them is in the output",
+            paths.len()
+        ))),
+    }
+}
+
+fn title(args: &TraceArgs) -> String {
+    let rays = match args.rays {
+        1 => "1 ray".to_owned(),
+        n => format!("{n} rays"),
+    };
+    let [x, y, z] = args.from.to_array().map(numbers::plain);
+    format!(
+        "{} · {rays} from ({x}, {y}, {z})",
+        file_name(&args.scene.path)
+    )
+}

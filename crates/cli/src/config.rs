@@ -1,0 +1,116 @@
+//! What a command was asked to do, checked as far as possible before any work is done.
+
+use crate::args::{RenderArgs, TraceArgs};
+use crate::failure::Failure;
+use std::fs::{self, OpenOptions};
+use std::path::{Path, PathBuf};
+
+/// A format of images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageFormat {
+    /// OpenEXR: all layers and attributes.
+    Exr,
+    /// PNG: what a screen shows.
+    Png,
+    /// NumPy: the mean only.
+    Npy,
+}
+
+/// A format of rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayFormat {
+    /// One line per point.
+    Csv,
+    /// One object per ray.
+    Json,
+    /// A plot.
+    Svg,
+}
+
+const IMAGE_FORMATS: [(&str, ImageFormat); 3] = [
+    ("exr", ImageFormat::Exr),
+    ("png", ImageFormat::Png),
+    ("npy", ImageFormat::Npy),
+];
+const RAY_FORMATS: [(&str, RayFormat); 3] = [
+    ("csv", RayFormat::Csv),
+    ("json", RayFormat::Json),
+    ("svg", RayFormat::Svg),
+];
+
+/// The images that a render writes: those asked for, or else an EXR and a PNG file named after the
+/// scene in the current folder. All of them can be written as far as can be told now.
+pub fn images(args: &RenderArgs) -> Result<Vec<(PathBuf, ImageFormat)>, Failure> {
+    let mut paths = args.output.clone();
+    if paths.is_empty() {
+        let stem = args.scene.path.file_stem().unwrap_or_default();
+        paths = ["exr", "png"]
+            .map(|e| Path::new(stem).with_added_extension(e))
+            .into();
+    }
+    let format = |path: PathBuf| {
+        let format = by_extension(&path, &IMAGE_FORMATS)?;
+        check_writable(&path)?;
+        Ok((path, format))
+    };
+    let images = paths
+        .into_iter()
+        .map(format)
+        .collect::<Result<_, Failure>>()?;
+    if let Some(stats) = &args.stats {
+        check_writable(stats)?;
+    }
+    Ok(images)
+}
+
+/// The file for rays, if not the standard output, and its format.
+pub fn rays(args: &TraceArgs) -> Result<(Option<PathBuf>, RayFormat), Failure> {
+    match &args.output {
+        None => Ok((None, RayFormat::Csv)),
+        Some(path) => {
+            let format = by_extension(path, &RAY_FORMATS)?;
+            check_writable(path)?;
+            Ok((Some(path.clone()), format))
+        }
+    }
+}
+
+fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, Failure> {
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase());
+    let known = formats
+        .iter()
+        .find(|(name, _)| Some(*name) == extension.as_deref());
+    known.map(|(_, format)| *format).ok_or_else(|| {
+        let names: Vec<String> = formats.iter().map(|(name, _)| format!(".{name}")).collect();
+        let names = names.join(", ");
+        let path = path.display();
+        Failure::Usage(match extension {
+            Some(e) => format!("unknown extension '.{e}' of output '{path}': expected {names}"),
+            None => format!("output '{path}' has no extension: expected {names}"),
+        })
+    })
+}
+
+/// Finds out by trying whether a file can be put in place of `path`: hours of rendering should not
+/// end with the news that it cannot.
+fn check_writable(path: &Path) -> Result<(), Failure> {
+    let fail = |why: String| Failure::Usage(format!("cannot write '{}': {why}", path.display()));
+    if fs::metadata(path).is_ok_and(|m| !m.is_file()) {
+        return Err(fail("it exists and is not a regular file".into()));
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    match fs::metadata(folder) {
+        Ok(m) if m.is_dir() => {}
+        Ok(_) => return Err(fail(format!("'{}' is not a folder", folder.display()))),
+        Err(e) => return Err(fail(format!("folder '{}': {e}", folder.display()))),
+    }
+    let probe = folder.join(format!(".morgana-{}.probe", std::process::id()));
+    let created = OpenOptions::new().write(true).create_new(true).open(&probe);
+    created.map_err(|e| fail(e.to_string()))?;
+    fs::remove_file(&probe).map_err(|e| fail(e.to_string()))
+}

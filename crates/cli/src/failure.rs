@@ -1,0 +1,95 @@
+//! What can go wrong, and how the user learns of it.
+
+use io::Diagnostics;
+use io::diagnostic::Style;
+use std::io::{ErrorKind, IsTerminal};
+use std::process::ExitCode;
+
+/// Why a command did not succeed.
+#[derive(Debug)]
+pub enum Failure {
+    /// The command line asks for something that cannot be done.
+    Usage(String),
+    /// The scene cannot be used.
+    Scene(Diagnostics),
+    /// Something went wrong on the way.
+    Runtime(String),
+    /// Whoever read the output has stopped reading: nothing to complain about.
+    ReaderGone,
+    /// A bug in this program; the panic hook has already said so.
+    Internal,
+}
+
+impl Failure {
+    /// Tells the user, and returns the exit status.
+    pub fn report(self) -> ExitCode {
+        match self {
+            Failure::Usage(message) => {
+                complain(&message);
+                ExitCode::from(2)
+            }
+            Failure::Scene(diagnostics) => {
+                eprint!("{}", diagnostics.render(style()));
+                ExitCode::from(2)
+            }
+            Failure::Runtime(message) => {
+                complain(&message);
+                ExitCode::FAILURE
+            }
+            Failure::ReaderGone => ExitCode::SUCCESS,
+            Failure::Internal => ExitCode::FAILURE,
+        }
+    }
+}
+
+impl From<Diagnostics> for Failure {
+    fn from(diagnostics: Diagnostics) -> Self {
+        Failure::Scene(diagnostics)
+    }
+}
+
+/// A failure to write to the standard output.
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        match error.kind() {
+            ErrorKind::BrokenPipe => Failure::ReaderGone,
+            _ => Failure::Runtime(format!("cannot write the output: {error}")),
+        }
+    }
+}
+
+impl From<io::FileError> for Failure {
+    fn from(error: io::FileError) -> Self {
+        Failure::Runtime(error.to_string())
+    }
+}
+
+/// How messages are shown on the standard error.
+pub fn style() -> Style {
+    Style::detect(std::io::stderr().is_terminal())
+}
+
+fn complain(message: &str) {
+    let mut diagnostics = Diagnostics::new();
+    diagnostics.push(io::Diagnostic::error(message));
+    eprint!("{}", diagnostics.render(style()).trim_end_matches('\n'));
+    eprintln!();
+}
+
+/// A panic is a bug in this program: says so in one line instead of the runtime's own message,
+/// which is shown if the usual variable asks for backtraces.
+pub fn hide_panics() {
+    let default = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if std::env::var_os("RUST_BACKTRACE").is_some() {
+            default(panic);
+        }
+        let place = panic
+            .location()
+            .map_or(String::new(), |l| format!(" at {l}"));
+        let message = panic.payload_as_str().unwrap_or("unknown");
+        complain(&format!(
+            "internal error{place}: {message}; please report it"
+        ));
+    }));
+}

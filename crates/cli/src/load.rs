@@ -1,0 +1,56 @@
+//! Reading the scene that a command is about.
+
+use crate::args::SceneArgs;
+use crate::failure::{Failure, style};
+use io::{Diagnostic, Diagnostics, LoadOptions, Loaded};
+use std::path::Path;
+
+/// Reads a scene with the command's parameters; an integrator and a number of samples replace the
+/// scene's.
+pub fn load(
+    args: &SceneArgs,
+    integrator: Option<&str>,
+    samples: Option<u64>,
+) -> Result<Loaded, Failure> {
+    check_defines(&args.defines)?;
+    let options = LoadOptions {
+        defines: args.defines.clone(),
+        integrator: integrator.map(str::to_owned),
+        samples,
+    };
+    Ok(io::load_scene(&args.path, &options)?)
+}
+
+/// As [`load`], with warnings shown on the standard error.
+pub fn load_with_warnings(args: &SceneArgs) -> Result<Loaded, Failure> {
+    let loaded = load(args, None, None)?;
+    warn(&loaded);
+    Ok(loaded)
+}
+
+/// Shows a scene's warnings on the standard error.
+pub fn warn(loaded: &Loaded) {
+    eprint!("{}", loaded.warnings.render(style()));
+}
+
+/// The name of a scene file without its folder: what is written into outputs, which should not
+/// depend on where the file lies.
+pub fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn check_defines(defines: &[(String, String)]) -> Result<(), Failure> {
+    let mut diagnostics = Diagnostics::new();
+    for (i, (name, _)) in defines.iter().enumerate() {
+        if defines[..i].iter().any(|(other, _)| other == name) {
+            diagnostics.push(Diagnostic::error(format!("-D {name} is given twice")));
+        }
+    }
+    match diagnostics.has_errors() {
+        true => Err(diagnostics.into()),
+        false => Ok(()),
+    }
+}

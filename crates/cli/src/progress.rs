@@ -1,0 +1,135 @@
+//! The progress bar.
+
+use crate::numbers;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::Scope;
+use std::time::{Duration, Instant};
+
+/// Time between two drawings.
+const INTERVAL: Duration = Duration::from_millis(100);
+/// Steps of the bar.
+const STEPS: u64 = 1000;
+
+/// What a render is heading for.
+#[derive(Clone, Copy, Debug)]
+pub struct Goal {
+    /// Samples of one sample per pixel: pixels times channel groups.
+    pub samples_per_spp: u64,
+    /// Samples per pixel asked for, if there is a limit.
+    pub spp: Option<u64>,
+    /// Time to stop at, if there is one.
+    pub time: Option<Duration>,
+}
+
+/// Draws until it is dropped.
+#[derive(Debug)]
+pub struct Drawing {
+    // Dropping the sender ends the thread, also when the render panics.
+    _running: Mutex<Sender<()>>,
+}
+
+/// Starts a thread that draws how far a render has got on the standard error; nothing is drawn if that is
+/// no terminal. `counter` counts samples, `stopping` says that the user has asked to stop.
+pub fn draw<'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    goal: Goal,
+    counter: &'scope AtomicU64,
+    stopping: &'scope AtomicBool,
+) -> Drawing {
+    let (running, stopped) = channel();
+    scope.spawn(move || run(goal, counter, stopping, &stopped));
+    Drawing {
+        _running: Mutex::new(running),
+    }
+}
+
+fn run(goal: Goal, counter: &AtomicU64, stopping: &AtomicBool, stopped: &Receiver<()>) {
+    let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template("{bar:30.cyan/238} {msg}") {
+        bar.set_style(style.progress_chars("━╸─"));
+    }
+    let started = Instant::now();
+    while stopped.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
+        let samples = counter.load(Ordering::Relaxed);
+        let fraction = goal.fraction(samples, started.elapsed());
+        bar.set_position((fraction * STEPS as f64) as u64);
+        let message = goal.message(samples, started.elapsed());
+        bar.set_message(match stopping.load(Ordering::Relaxed) {
+            true => format!("{message} · stopping (Ctrl-C again quits at once)"),
+            false => message,
+        });
+    }
+    bar.finish_and_clear();
+}
+
+impl Goal {
+    /// Share of the work, or of the time, that is done.
+    fn fraction(&self, samples: u64, elapsed: Duration) -> f64 {
+        let work = self.spp.map_or(0.0, |spp| {
+            samples as f64 / (spp as f64 * self.samples_per_spp as f64)
+        });
+        let time = self
+            .time
+            .map_or(0.0, |t| elapsed.as_secs_f64() / t.as_secs_f64());
+        work.max(time).min(1.0)
+    }
+
+    /// The rate is that since the start: a shorter memory would flicker.
+    fn message(&self, samples: u64, elapsed: Duration) -> String {
+        let seconds = elapsed.as_secs_f64();
+        let fraction = self.fraction(samples, elapsed);
+        let done = samples as f64 / self.samples_per_spp as f64;
+        let spp = match self.spp {
+            Some(total) => format!("{done:.0}/{total} spp"),
+            None => format!("{done:.0} spp"),
+        };
+        let rate = numbers::count(samples as f64 / seconds.max(1e-9));
+        let left = if fraction > 0.0 {
+            clock(seconds * (1.0 / fraction - 1.0))
+        } else {
+            "?".into()
+        };
+        let percent = 100.0 * fraction;
+        format!("{percent:3.0}% · {spp} · {rate} samples/s · {left} left")
+    }
+}
+
+/// Seconds as a clock shows them.
+fn clock(seconds: f64) -> String {
+    let s = seconds.round() as u64;
+    match s {
+        0..3600 => format!("{}:{:02}", s / 60, s % 60),
+        _ => format!("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOAL: Goal = Goal {
+        samples_per_spp: 100,
+        spp: Some(10),
+        time: None,
+    };
+
+    #[test]
+    fn time_left_follows_from_the_share_that_is_done() {
+        let text = GOAL.message(250, Duration::from_secs(30));
+        assert_eq!(text, " 25% · 2/10 spp · 8 samples/s · 1:30 left");
+        assert!(GOAL.message(0, Duration::ZERO).ends_with("? left"));
+    }
+
+    #[test]
+    fn whichever_limit_is_nearer_counts() {
+        let goal = Goal {
+            time: Some(Duration::from_secs(40)),
+            ..GOAL
+        };
+        assert_eq!(goal.fraction(250, Duration::from_secs(30)), 0.75);
+        assert_eq!(goal.fraction(990, Duration::from_secs(30)), 0.99);
+    }
+}

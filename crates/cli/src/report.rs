@@ -1,0 +1,176 @@
+//! What is reported of a render: in one line, in the attributes of images, and as JSON.
+
+use crate::args::RenderArgs;
+use crate::load::file_name;
+use crate::numbers;
+use io::Loaded;
+use serde_json::{Value, json};
+use std::time::Duration;
+use transport::render::Rendering;
+use transport::stats::{Connections, Stats};
+
+/// Why a render ended before it had all its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    /// The user asked for it.
+    Interrupted,
+    /// Its time was over.
+    Time,
+}
+
+/// A render that is done.
+#[derive(Debug)]
+pub struct Report<'a> {
+    /// What was asked for.
+    pub args: &'a RenderArgs,
+    /// The scene.
+    pub loaded: &'a Loaded,
+    /// The result.
+    pub rendering: &'a Rendering,
+    /// Samples per pixel asked for, if there was a limit.
+    pub requested: Option<u64>,
+    /// How long it took.
+    pub elapsed: Duration,
+    /// Number of threads.
+    pub threads: usize,
+    /// Why it ended early, if it did.
+    pub stopped: Option<Stopped>,
+}
+
+impl Report<'_> {
+    /// Samples taken per second.
+    fn rate(&self) -> f64 {
+        self.rendering.film.samples() as f64 / self.elapsed.as_secs_f64().max(1e-9)
+    }
+
+    /// The line at the end of a render.
+    pub fn line(&self) -> String {
+        let (mean, error) = self.rendering.film.summary();
+        let stopped = match self.stopped {
+            Some(Stopped::Interrupted) => "interrupted: ",
+            _ => "",
+        };
+        let mut parts = vec![
+            format!("{stopped}{}", numbers::duration(self.elapsed)),
+            format!("{} spp", self.rendering.samples),
+            format!("{} samples/s", numbers::count(self.rate())),
+            format!("mean {}", numbers::with_error(mean, error)),
+            connections(&self.rendering.stats.connections),
+        ];
+        let stats = &self.rendering.stats;
+        for (count, what) in [
+            (stats.lost, "rays lost"),
+            (stats.not_finite, "samples not finite"),
+        ] {
+            if count > 0 {
+                parts.push(format!("{} {what}", numbers::count(count as f64)));
+            }
+        }
+        parts.join(" · ")
+    }
+
+    /// Attributes for images. They depend on what was computed, not on when, where or how fast:
+    /// equal renders give equal files.
+    pub fn attributes(&self) -> Vec<(String, String)> {
+        let stats = &self.rendering.stats;
+        let pairs = [
+            ("scene", file_name(&self.args.scene.path)),
+            ("scene_hash", self.loaded.hash.to_string()),
+            ("version", env!("CARGO_PKG_VERSION").into()),
+            ("integrator", self.loaded.scene().integrator().name().into()),
+            ("seed", self.args.seed.to_string()),
+            ("spp", self.rendering.samples.to_string()),
+            ("options", self.options()),
+            ("connections", counts(&stats.connections).to_string()),
+            ("lost", stats.lost.to_string()),
+            ("not_finite", stats.not_finite.to_string()),
+        ];
+        pairs.map(|(name, value)| (name.to_owned(), value)).into()
+    }
+
+    /// The command's options that decide what is computed.
+    fn options(&self) -> String {
+        let args = self.args;
+        let mut options = vec![format!("--seed {}", args.seed)];
+        options.extend(args.spp.map(|n| format!("--spp {n}")));
+        options.extend(
+            args.integrator
+                .iter()
+                .map(|name| format!("--integrator {name}")),
+        );
+        options.extend(
+            args.scene
+                .defines
+                .iter()
+                .map(|(k, v)| format!("-D {k}={v}")),
+        );
+        options.join(" ")
+    }
+
+    /// Everything, as JSON.
+    pub fn json(&self) -> Value {
+        let (mean, error) = self.rendering.film.summary();
+        let (film, stats) = (&self.rendering.film, &self.rendering.stats);
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "scene": file_name(&self.args.scene.path),
+            "scene_hash": self.loaded.hash.to_string(),
+            "integrator": self.loaded.scene().integrator().name(),
+            "options": self.options(),
+            "seed": self.args.seed,
+            "spp": self.rendering.samples,
+            "spp_requested": self.requested,
+            "stopped": self.stopped.map(|s| match s {
+                Stopped::Interrupted => "interrupted",
+                Stopped::Time => "time",
+            }),
+            "threads": self.threads,
+            "seconds": self.elapsed.as_secs_f64(),
+            "samples": film.samples(),
+            "samples_per_second": self.rate(),
+            "width": film.width(),
+            "height": film.height(),
+            "channels": self.loaded.channel_names,
+            "mean": mean,
+            "standard_error": error,
+            "counters": counters(stats),
+            "connections": counts(&stats.connections),
+        })
+    }
+}
+
+fn connections(connections: &Connections) -> String {
+    match connections.attempts {
+        0 => "no connections".into(),
+        n => format!(
+            "{} of {} connections failed",
+            numbers::percent(connections.failure_rate()),
+            numbers::count(n as f64)
+        ),
+    }
+}
+
+fn counters(stats: &Stats) -> Value {
+    json!({
+        "paths": stats.paths,
+        "edges": stats.edges,
+        "lost": stats.lost,
+        "not_finite": stats.not_finite,
+        "steps": stats.work.steps,
+        "steps_rejected": stats.work.rejected,
+        "field_evaluations": stats.work.evaluations,
+        "shots": stats.work.shots,
+    })
+}
+
+fn counts(connections: &Connections) -> Value {
+    json!({
+        "attempts": connections.attempts,
+        "found": connections.found,
+        "occluded": connections.occluded,
+        "not_converged": connections.not_converged,
+        "ray_lost": connections.ray_lost,
+        "degenerate": connections.degenerate,
+        "failure_rate": connections.failure_rate(),
+    })
+}

@@ -1,0 +1,103 @@
+//! Which part of the scene is shown, and where on the page.
+
+use crate::trace::Path;
+use eikonal::Aabb;
+use glam::DVec3;
+use transport::Scene;
+
+/// Largest plot, in pixels.
+const LARGEST: [f64; 2] = [860.0, 720.0];
+/// Lowest plot relative to its width: a single straight ray needs room, too.
+const FLATTEST: f64 = 0.3;
+/// Free space around what is shown, relative to its larger side.
+const PADDING: f64 = 0.04;
+
+/// A window onto a coordinate plane.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// The axes to the right, upwards, and towards the reader or away.
+    pub axes: [usize; 3],
+    /// Coordinate of the plane along the third axis.
+    pub depth: f64,
+    min: [f64; 2],
+    max: [f64; 2],
+    scale: f64,
+}
+
+impl View {
+    /// A window that shows the rays, and as a whole the shapes whose inside they pass.
+    pub fn new(scene: &Scene, paths: &[Path]) -> Self {
+        let points = || paths.iter().flat_map(|p| &p.points);
+        let rays = Aabb::around(points().map(|p| p.x));
+        let passed = |o: &&transport::scene::Object| {
+            o.interior()
+                .is_some_and(|id| points().any(|p| p.medium == id))
+                && o.shape.is_closed()
+        };
+        let shapes = scene
+            .objects()
+            .iter()
+            .filter(passed)
+            .map(|o| o.shape.aabb());
+        let shown = shapes.fold(rays, Aabb::union);
+        let axes = axes(&rays);
+        let (mut min, mut max) = ([0.0; 2], [0.0; 2]);
+        for k in 0..2 {
+            (min[k], max[k]) = (shown.min[axes[k]], shown.max[axes[k]]);
+        }
+        let larger = f64::max(max[0] - min[0], max[1] - min[1]).max(1e-9);
+        let widen = |k: usize, least: f64, min: &mut [f64; 2], max: &mut [f64; 2]| {
+            let missing = 0.5 * (least - (max[k] - min[k])).max(0.0);
+            min[k] -= missing;
+            max[k] += missing;
+        };
+        for k in 0..2 {
+            let padded = max[k] - min[k] + 2.0 * PADDING * larger;
+            widen(k, padded, &mut min, &mut max);
+        }
+        widen(1, FLATTEST * (max[0] - min[0]), &mut min, &mut max);
+        widen(0, FLATTEST * (max[1] - min[1]), &mut min, &mut max);
+        View {
+            axes,
+            depth: rays.center()[axes[2]],
+            min,
+            max,
+            scale: (LARGEST[0] / (max[0] - min[0])).min(LARGEST[1] / (max[1] - min[1])),
+        }
+    }
+
+    /// Width and height of the plot, in pixels.
+    pub fn size(&self) -> [f64; 2] {
+        [0, 1].map(|k| (self.max[k] - self.min[k]) * self.scale)
+    }
+
+    /// Range of coordinates to the right (0) or upwards (1).
+    pub fn range(&self, k: usize) -> [f64; 2] {
+        [self.min[k], self.max[k]]
+    }
+
+    /// Where a position of the scene lies on the page, from the top left of the plot.
+    pub fn place(&self, x: DVec3) -> [f64; 2] {
+        [
+            (x[self.axes[0]] - self.min[0]) * self.scale,
+            (self.max[1] - x[self.axes[1]]) * self.scale,
+        ]
+    }
+
+    /// The point of the plane at a place of the page.
+    pub fn point(&self, [right, down]: [f64; 2]) -> DVec3 {
+        let mut x = DVec3::ZERO;
+        x[self.axes[0]] = self.min[0] + right / self.scale;
+        x[self.axes[1]] = self.max[1] - down / self.scale;
+        x[self.axes[2]] = self.depth;
+        x
+    }
+}
+
+/// The axes in the order in which a page shows them: the longest to the right, the next upwards.
+fn axes(rays: &Aabb) -> [usize; 3] {
+    let size = rays.size();
+    let mut axes = [0, 1, 2];
+    axes.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
+    axes
+}

@@ -1,0 +1,254 @@
+//! One ray from surface to surface.
+
+use eikonal::Aabb;
+use eikonal::connect::World;
+use eikonal::interface::{Interface, Rule};
+use eikonal::ray::{Arc, Flow, Node, Work};
+use glam::{DMat3, DVec3};
+use transport::Scene;
+use transport::bsdf::Bsdf;
+use transport::scene::{MediumId, Object};
+use transport::shape::Hit;
+
+/// Points are recorded wherever a ray has turned by this much, in radians: polylines look smooth.
+const TURN: f64 = 0.03;
+/// More steps than any sensible ray has.
+const MOST_STEPS: usize = 100_000;
+/// How far beyond all objects a ray is followed, relative to the size of the scene.
+const BEYOND: f64 = 1.15;
+
+/// A point of a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// Position.
+    pub x: DVec3,
+    /// Unit direction; that of departure where the ray changes it.
+    pub direction: DVec3,
+    /// Length from the start.
+    pub arc_length: f64,
+    /// Optical path length from the start.
+    pub optical_length: f64,
+    /// Refractive index.
+    pub index: f64,
+    /// The medium beyond.
+    pub medium: MediumId,
+}
+
+/// How a ray ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// On an object that does not pass it on in one direction.
+    Surface(usize),
+    /// It left the scene.
+    Left,
+    /// It reached the longest length allowed.
+    Length,
+    /// It left the field of its medium, or took too many steps.
+    Lost,
+}
+
+/// A ray that was followed.
+#[derive(Clone, Debug)]
+pub struct Path {
+    /// Its points; the first is its start.
+    pub points: Vec<Point>,
+    /// How it ended.
+    pub ending: Ending,
+}
+
+/// Follows rays through a scene.
+#[derive(Debug)]
+pub struct Tracer<'a> {
+    scene: &'a Scene,
+    center: DVec3,
+    radius: f64,
+    max_length: f64,
+}
+
+impl<'a> Tracer<'a> {
+    /// A tracer for rays that start at the given points. Rays end after `max_length`, or where they
+    /// leave a ball around all objects and all starts.
+    pub fn new(
+        scene: &'a Scene,
+        starts: impl IntoIterator<Item = DVec3>,
+        max_length: Option<f64>,
+    ) -> Self {
+        let objects = scene.objects().iter().map(|o| o.shape.aabb());
+        let bounds = objects.fold(Aabb::EMPTY, Aabb::union);
+        let bounds = starts.into_iter().fold(bounds, Aabb::include);
+        // Without any object a ray still needs room to be seen.
+        let radius = match 0.5 * bounds.diagonal() {
+            r if r > 0.0 => BEYOND * r,
+            _ => 1.0,
+        };
+        Tracer {
+            scene,
+            center: bounds.center(),
+            radius,
+            max_length: max_length.unwrap_or(20.0 * radius),
+        }
+    }
+
+    /// Follows the ray from `x` in a unit direction.
+    pub fn follow(&self, x: DVec3, direction: DVec3) -> Path {
+        let medium = self.scene.medium_at(x);
+        let index = self.scene.n(medium, x);
+        let mut ray = Ray {
+            tracer: self,
+            x,
+            v: direction * index,
+            medium,
+            length: 0.0,
+            optical: 0.0,
+            points: Vec::new(),
+            steps: 0,
+        };
+        ray.record(x, ray.v);
+        let ending = loop {
+            if let Some(ending) = ray.region() {
+                break ending;
+            }
+        };
+        Path {
+            points: ray.points,
+            ending,
+        }
+    }
+
+    /// The distance from `x` in a unit direction at which the ball is left, rounded up; zero outside.
+    fn exit(&self, x: DVec3, direction: DVec3) -> f64 {
+        let from = x - self.center;
+        let b = from.dot(direction);
+        let c = from.length_squared() - self.radius * self.radius;
+        if c > 0.0 {
+            return 0.0;
+        }
+        ((b * b - c).sqrt() - b) * (1.0 + 1e-9)
+    }
+}
+
+struct Ray<'a> {
+    tracer: &'a Tracer<'a>,
+    x: DVec3,
+    v: DVec3,
+    medium: MediumId,
+    length: f64,
+    optical: f64,
+    points: Vec<Point>,
+    steps: usize,
+}
+
+impl Ray<'_> {
+    /// Follows the ray through one medium. Returns how it ended, unless it goes on into another.
+    fn region(&mut self) -> Option<Ending> {
+        let scene = self.tracer.scene;
+        let field = scene.field(self.medium);
+        let mut flow = Flow::new(
+            field,
+            Node::new(field, self.x, self.v, ()),
+            scene.tolerance(),
+        );
+        loop {
+            let (x, v) = (flow.node().x, flow.node().v);
+            let left = self.tracer.max_length - self.length;
+            let reach = match field.is_constant() {
+                true => self.tracer.exit(x, v.normalize()),
+                false => 2.0 * self.tracer.radius,
+            };
+            if reach <= 0.0 {
+                return Some(Ending::Left);
+            }
+            let step = flow.advance(reach.min(left) / v.length(), &mut Work::default());
+            let hit = scene.first_hit(&step.arc);
+            let theta = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
+            // A step of the remaining length of σ may be longer than that where the index grows.
+            let end = step.arc.theta_at_length(left);
+            self.advance(&step.arc, theta.min(end));
+            self.steps += 1;
+            if end < theta || self.tracer.max_length - self.length <= 1e-12 * self.length {
+                return Some(Ending::Length);
+            }
+            if let Some((object, hit)) = hit {
+                return self.surface(object, &hit, step.arc.velocity(theta));
+            }
+            if self.steps > MOST_STEPS || !step.end.x.is_finite() {
+                return Some(Ending::Lost);
+            }
+        }
+    }
+
+    /// Records the points of an arc up to θ.
+    fn advance(&mut self, arc: &Arc, theta: f64) {
+        let turn = arc.velocity(0.0).angle_between(arc.velocity(theta));
+        let pieces = if arc.is_straight() {
+            1.0
+        } else {
+            (turn / TURN).ceil().clamp(1.0, 1e3)
+        };
+        let (length, optical) = (self.length, self.optical);
+        for i in 1..=pieces as usize {
+            let t = theta * i as f64 / pieces;
+            self.length = length + arc.arc_length(t);
+            self.optical = optical + arc.optical_length(t);
+            self.record(arc.position(t), arc.velocity(t));
+        }
+    }
+
+    fn record(&mut self, x: DVec3, v: DVec3) {
+        self.points.push(Point {
+            x,
+            direction: v.normalize(),
+            arc_length: self.length,
+            optical_length: self.optical,
+            index: v.length(),
+            medium: self.medium,
+        });
+    }
+
+    /// Goes on from a surface if there is one way to go.
+    fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> Option<Ending> {
+        let scene = self.tracer.scene;
+        let surface = &scene.objects()[object];
+        let Some(rule) = rule(surface) else {
+            return Some(Ending::Surface(object));
+        };
+        let beyond = surface.medium_towards(self.medium, hit.normal, v);
+        let (after, reflected) = self.across(rule, hit, v, beyond);
+        if !reflected {
+            self.medium = beyond;
+        }
+        self.v = after;
+        self.x = hit.position + hit.normal * scene.nudge().copysign(hit.normal.dot(after));
+        // The point on the surface belongs to what follows: its direction and medium.
+        self.points.pop();
+        self.record(hit.position, after);
+        None
+    }
+
+    /// The velocity after a surface, and whether the ray stays on its side.
+    fn across(&self, rule: Rule, hit: &Hit, v: DVec3, beyond: MediumId) -> (DVec3, bool) {
+        let n2 = |medium| self.tracer.scene.field(medium).n2(hit.position);
+        let interface = Interface {
+            normal: hit.normal,
+            shape: DMat3::ZERO,
+            near: (n2(self.medium), DVec3::ZERO),
+            far: (n2(beyond), DVec3::ZERO),
+        };
+        // The arc's speed is the index up to the tolerance: here it becomes the index again.
+        let v = v.normalize() * interface.near.0.sqrt();
+        match interface.velocity(rule, v) {
+            Some(after) => (after, rule == Rule::Reflect),
+            None => (interface.velocity(Rule::Reflect, v).unwrap_or(-v), true),
+        }
+    }
+}
+
+/// How a surface passes rays on; `None` if in no or in many directions.
+fn rule(object: &Object) -> Option<Rule> {
+    match object.bsdf {
+        Bsdf::Null => Some(Rule::Pass),
+        Bsdf::Dielectric(_) => Some(Rule::Refract),
+        Bsdf::Conductor(_) => Some(Rule::Reflect),
+        _ => None,
+    }
+}
