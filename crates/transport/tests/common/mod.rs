@@ -132,5 +132,5 @@ pub fn estimate(
     }
     let n = samples as f64;
     let mean = sum / n;
-    (mean, ((squares / n - mean * mean) / (n - 1.0)).sqrt())
+    (mean, ((squares / n - mean * mean).max(0.0) / (n - 1.0)).sqrt())
 }
