@@ -44,7 +44,10 @@ fn a_constant_index_gives_the_same_bits_however_it_is_described() {
 fn results_do_not_depend_on_the_number_of_threads() {
     let index = Gaussian::new(1.0, 0.1, DVec3::ZERO, 0.3).unwrap();
     let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| render(index))
     };
     let one = with(1);

@@ -20,7 +20,10 @@ use transport::{Scene, Spectrum};
 
 fn check(name: &str, (mean, error): (f64, f64), exact: f64) {
     println!("{name}: {mean} ± {error}, expected {exact}");
-    assert!((mean - exact).abs() < 4.0 * error, "{name}: {mean} ± {error}, expected {exact}");
+    assert!(
+        (mean - exact).abs() < 4.0 * error,
+        "{name}: {mean} ± {error}, expected {exact}"
+    );
     assert!(error < 0.01 * exact, "{name}: too noisy to say anything");
 }
 
@@ -62,8 +65,16 @@ fn mcml_matched_slab() {
             camera(DVec3::Z * 2.0, DVec3::ZERO),
         )
     };
-    check("reflectance", at_normal_incidence(scene(true), 150_000, 1), 0.097395);
-    check("transmittance", at_normal_incidence(scene(false), 30_000, 2), 0.660958);
+    check(
+        "reflectance",
+        at_normal_incidence(scene(true), 150_000, 1),
+        0.097395,
+    );
+    check(
+        "transmittance",
+        at_normal_incidence(scene(false), 30_000, 2),
+        0.660958,
+    );
 }
 
 /// Giovanelli 1955; MCML, table 2; here to six digits from H functions: a half space of index 1.5,
@@ -76,7 +87,11 @@ fn mcml_mismatched_half_space() {
         vec![half_sky(true)],
         camera(DVec3::Z * 2.0, DVec3::ZERO),
     );
-    check("reflectance", at_normal_incidence(scene, 60_000, 3), 0.259919);
+    check(
+        "reflectance",
+        at_normal_incidence(scene, 60_000, 3),
+        0.259919,
+    );
 }
 
 /// A black plate at height `z` that radiates as one of emissive power `m` in vacuum would, times n².
@@ -122,7 +137,9 @@ fn graded_slab_between_black_plates() {
     ];
     let media = vec![vacuum(), fog(index, 0.0, 0.0, 0.0)];
     let sensor = camera(DVec3::Z * 0.5, DVec3::ZERO);
-    let scene = Scene::new(parts(objects, media, emitters, sensor)).unwrap().0;
+    let scene = Scene::new(parts(objects, media, emitters, sensor))
+        .unwrap()
+        .0;
     let irradiance = |z: f64, inward: f64, seed| {
         estimate(&scene, (20_000, seed), |sampler| {
             let d = transport::sampling::sphere::cosine_hemisphere_sample(sampler.next_2d());
@@ -143,5 +160,8 @@ fn graded_slab_between_black_plates() {
 /// From the thin side every ray reaches the other plate: nothing to average.
 fn check_exact(name: &str, (mean, error): (f64, f64), exact: f64) {
     println!("{name}: {mean} ± {error}, expected {exact}");
-    assert!((mean - exact).abs() < 1e-5 * exact + 4.0 * error, "{name}: {mean} ± {error}");
+    assert!(
+        (mean - exact).abs() < 1e-5 * exact + 4.0 * error,
+        "{name}: {mean} ± {error}"
+    );
 }
