@@ -63,7 +63,7 @@ PLANTED = [
             return 1.0;""",
         """aim, self.ws) else {
             return 0.0;""",
-        ("transport", "furnace", "graded_ball_behind_a_dielectric_wall"),
+        ("transport", "furnace", "strong_lens_in_fog"),
     ),
     (
         "solver tolerance looser than the distance to the wall",

@@ -68,6 +68,22 @@ fn graded_ball_behind_a_dielectric_wall() {
     check("from outside", shoot(outside, 512, 4), 1.0);
 }
 
+/// Behind a strong lens most pairs are connected by several rays, of which connections find one:
+/// scattered paths must keep the others.
+#[test]
+fn strong_lens_in_fog() {
+    let index = Gaussian::new(1.0, 0.6, DVec3::ZERO, 0.2).unwrap();
+    let objects = vec![container(ball(), Bsdf::Null)];
+    let media = vec![vacuum(), fog(index, 1.0, 1.0, 0.0)];
+    let scene = parts(
+        objects,
+        media,
+        vec![sky()],
+        camera(DVec3::Z * 3.0, DVec3::ZERO),
+    );
+    check("from outside", shoot(scene, 2048, 7), 1.0);
+}
+
 #[test]
 fn transparent_lens_behind_a_matched_boundary() {
     let index = Gaussian::new(1.0, 0.15, DVec3::ZERO, 0.25).unwrap();
