@@ -4,9 +4,7 @@
 //! by dense multistart with scipy's DOP853 at rtol = atol = 1e-12 and the variational equations.
 
 use eikonal::connect::Unbounded;
-use eikonal::field::{
-    Acoustic, AcousticMode, Fisheye, Gaussian, LinearIndex, Luneburg, Selfoc,
-};
+use eikonal::field::{Acoustic, AcousticMode, Fisheye, Gaussian, LinearIndex, Luneburg, Selfoc};
 use eikonal::{Failure, Field, Solver, Tolerance};
 use glam::DVec3;
 use serde_json::Value;
@@ -21,19 +19,22 @@ const LENGTH: f64 = 1e-8;
 fn fields() -> Vec<(&'static str, Field)> {
     let mode = |order| AcousticMode::new(0.02, order, TAU / 0.6, 0.0).unwrap();
     // φ = atan2(y, z) about the x axis: φ = 0 along +z, and +y at φ = 90°.
-    let acoustic = |order| {
-        Acoustic::new(1.3333, DVec3::ZERO, -DVec3::X, DVec3::Z, vec![mode(order)]).unwrap()
-    };
+    let acoustic =
+        |order| Acoustic::new(1.3333, DVec3::ZERO, -DVec3::X, DVec3::Z, vec![mode(order)]).unwrap();
     let bump = Gaussian::new(1.33, 0.15, DVec3::ZERO, 0.25).unwrap();
     vec![
         (
             "F1",
-            LinearIndex::new(1.3, DVec3::Y * 0.15, -DVec3::Y).unwrap().into(),
+            LinearIndex::new(1.3, DVec3::Y * 0.15, -DVec3::Y)
+                .unwrap()
+                .into(),
         ),
         ("F2", Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into()),
         (
             "F3",
-            Selfoc::new(1.5, 0.4f64.sqrt(), DVec3::ZERO, DVec3::Z).unwrap().into(),
+            Selfoc::new(1.5, 0.4f64.sqrt(), DVec3::ZERO, DVec3::Z)
+                .unwrap()
+                .into(),
         ),
         ("F4", Fisheye::new(2.0, DVec3::ZERO, 1.0).unwrap().into()),
         ("F5", bump.into()),
@@ -59,7 +60,10 @@ fn primary_branches_match_the_reference_tables() {
         for pair in data["fields"][name]["pairs"].as_array().unwrap() {
             pairs += 1;
             let (x, y) = (vector(&pair["x"]), vector(&pair["y"]));
-            assert!((field.n(x) - pair["n_x"].as_f64().unwrap()).abs() < 1e-12, "{name}");
+            assert!(
+                (field.n(x) - pair["n_x"].as_f64().unwrap()).abs() < 1e-12,
+                "{name}"
+            );
             let id = pair["id"].as_str().unwrap();
             let found = match solver.connect(&Unbounded(&field), (x, ()), y) {
                 Ok(found) => found,

@@ -14,7 +14,9 @@ fn gaussian() -> Field {
 
 fn acoustic() -> Field {
     let mode = AcousticMode::new(0.2, 1, 10.0, 0.3).unwrap();
-    Acoustic::new(1.3333, DVec3::ZERO, DVec3::X, DVec3::Y, vec![mode]).unwrap().into()
+    Acoustic::new(1.3333, DVec3::ZERO, DVec3::X, DVec3::Y, vec![mode])
+        .unwrap()
+        .into()
 }
 
 fn launch(field: &Field, x: DVec3, direction: DVec3) -> Node<Tangents> {
@@ -50,11 +52,18 @@ fn luneburg_focuses_a_parallel_beam_at_the_far_pole() {
         let node = launch(&field, x, DVec3::Z);
         // x(σ) = x₀ cos σ + v₀ sin σ is back on the unit sphere where tan 2σ says so.
         let (a, b) = (node.x, node.v);
-        let sigma = (2.0 * a.dot(b)).atan2(b.length_squared() - 1.0).rem_euclid(2.0 * PI) / 2.0;
+        let sigma = (2.0 * a.dot(b))
+            .atan2(b.length_squared() - 1.0)
+            .rem_euclid(2.0 * PI)
+            / 2.0;
         let sigma = if sigma < 1e-9 { PI / 2.0 } else { sigma };
         let end = flow(&field, node, PI / 2.0, TIGHT);
         let exact = b;
-        assert!(end.x.distance(exact) < 1e-9, "impact {impact}: {}", end.x.distance(exact));
+        assert!(
+            end.x.distance(exact) < 1e-9,
+            "impact {impact}: {}",
+            end.x.distance(exact)
+        );
         // The far pole is on every ray.
         let far = march(
             &field,
@@ -64,7 +73,11 @@ fn luneburg_focuses_a_parallel_beam_at_the_far_pole() {
             Tolerance::new(TIGHT),
             |_, _| {},
         );
-        assert!(far.x.distance(DVec3::Z) < 1e-9, "{impact} {sigma}: {}", far.x);
+        assert!(
+            far.x.distance(DVec3::Z) < 1e-9,
+            "{impact} {sigma}: {}",
+            far.x
+        );
     }
 }
 
@@ -72,7 +85,11 @@ fn luneburg_focuses_a_parallel_beam_at_the_far_pole() {
 fn a_linear_square_field_gives_exact_parabolas_in_one_step() {
     let slope = DVec3::new(0.1, -0.3, 0.2);
     let field: Field = LinearSquare::new(1.4, slope, DVec3::ZERO).unwrap().into();
-    let node = launch(&field, DVec3::new(0.1, 0.2, -0.1), DVec3::new(1.0, 0.5, 0.2));
+    let node = launch(
+        &field,
+        DVec3::new(0.1, 0.2, -0.1),
+        DVec3::new(1.0, 0.5, 0.2),
+    );
     let sigma = 0.8;
     let end = steps(&field, node, sigma, 1);
     let grad = field.gradient(DVec3::ZERO).1;
@@ -84,7 +101,9 @@ fn a_linear_square_field_gives_exact_parabolas_in_one_step() {
 #[test]
 fn selfoc_rays_return_after_one_pitch() {
     let (n0, alpha) = (1.5, 0.4f64.sqrt());
-    let field: Field = Selfoc::new(n0, alpha, DVec3::ZERO, DVec3::Z).unwrap().into();
+    let field: Field = Selfoc::new(n0, alpha, DVec3::ZERO, DVec3::Z)
+        .unwrap()
+        .into();
     let x = DVec3::new(0.6, 0.0, 0.0);
     let period = 2.0 * PI / (n0 * alpha);
     let end = flow(&field, launch(&field, x, DVec3::Z), period, TIGHT);
@@ -115,7 +134,11 @@ fn fisheye_rays_meet_at_the_conjugate_point() {
                 let (mut low, mut high) = (0.0, 1.0);
                 for _ in 0..60 {
                     let mid = 0.5 * (low + high);
-                    if optical + step.arc.optical_length(mid) < PI { low = mid } else { high = mid }
+                    if optical + step.arc.optical_length(mid) < PI {
+                        low = mid
+                    } else {
+                        high = mid
+                    }
                 }
                 break step.at(low);
             }
@@ -125,7 +148,11 @@ fn fisheye_rays_meet_at_the_conjugate_point() {
         // Rays are circles, some through distant points where n is small: lengths there shrink by
         // 1 + r² on the way to the image, but errors of direction made there do not.
         let allowed = 5e-9 * (1.0 + farthest * farthest);
-        assert!(end.0.distance(image) < allowed, "{k}: {} {farthest}", end.0.distance(image));
+        assert!(
+            end.0.distance(image) < allowed,
+            "{k}: {} {farthest}",
+            end.0.distance(image)
+        );
         // The conjugate point is a caustic: J vanishes.
         assert!(end.2.cross_section(end.1).abs() < 1e3 * allowed);
     }
@@ -134,7 +161,11 @@ fn fisheye_rays_meet_at_the_conjugate_point() {
 #[test]
 fn the_scheme_converges_at_fourth_order() {
     for field in [gaussian(), acoustic()] {
-        let node = launch(&field, DVec3::new(-0.5, 0.1, 0.07), DVec3::new(1.0, 0.05, 0.0));
+        let node = launch(
+            &field,
+            DVec3::new(-0.5, 0.1, 0.07),
+            DVec3::new(1.0, 0.05, 0.0),
+        );
         let exact = steps(&field, node, 0.7 / 4096.0, 4096);
         let (sizes, errors): (Vec<f64>, Vec<f64>) = [16usize, 24, 32, 48]
             .iter()
@@ -144,7 +175,10 @@ fn the_scheme_converges_at_fourth_order() {
             })
             .unzip();
         let order = testkit::fit_order(&sizes, &errors).order;
-        assert!((3.7..4.8).contains(&order), "order {order}, errors {errors:?}");
+        assert!(
+            (3.7..4.8).contains(&order),
+            "order {order}, errors {errors:?}"
+        );
     }
 }
 
@@ -153,7 +187,11 @@ fn the_error_control_keeps_the_tolerance() {
     // Position error per unit length, times the growth of the tangents over the way: within a factor
     // ten of the tolerance, and it follows it.
     for field in [gaussian(), acoustic()] {
-        let node = launch(&field, DVec3::new(-0.5, 0.1, 0.07), DVec3::new(1.0, 0.05, 0.0));
+        let node = launch(
+            &field,
+            DVec3::new(-0.5, 0.1, 0.07),
+            DVec3::new(1.0, 0.05, 0.0),
+        );
         let exact = steps(&field, node, 0.7 / 4096.0, 4096);
         for tolerance in [1e-4, 1e-6, 1e-8] {
             let error = flow(&field, node, 0.7, tolerance).x.distance(exact.x);
@@ -165,7 +203,11 @@ fn the_error_control_keeps_the_tolerance() {
 #[test]
 fn steps_are_reversible() {
     let field = gaussian();
-    let start = launch(&field, DVec3::new(-0.5, 0.1, 0.07), DVec3::new(1.0, 0.05, 0.0));
+    let start = launch(
+        &field,
+        DVec3::new(-0.5, 0.1, 0.07),
+        DVec3::new(1.0, 0.05, 0.0),
+    );
     let mut end = steps(&field, start, 0.07, 10);
     end.v = -end.v;
     let back = steps(&field, end, 0.07, 10);
@@ -221,12 +263,19 @@ fn the_index_is_kept_as_the_length_of_the_velocity() {
 fn the_ray_tube_is_reciprocal() {
     // J(x→y)/n(x)² = J(y→x)/n(y)², theory eq. 5.
     for field in [gaussian(), acoustic()] {
-        let start = launch(&field, DVec3::new(-0.6, 0.12, 0.07), DVec3::new(1.0, -0.1, 0.05));
+        let start = launch(
+            &field,
+            DVec3::new(-0.6, 0.12, 0.07),
+            DVec3::new(1.0, -0.1, 0.05),
+        );
         let end = flow(&field, start, 0.9, TIGHT);
         let forward = end.variation.cross_section(end.v).abs() / start.n2;
         let back = flow(&field, launch(&field, end.x, -end.v), 0.9, TIGHT);
         let backward = back.variation.cross_section(back.v).abs() / end.n2;
-        assert!((forward / backward - 1.0).abs() < 1e-8, "{forward} {backward}");
+        assert!(
+            (forward / backward - 1.0).abs() < 1e-8,
+            "{forward} {backward}"
+        );
     }
 }
 
@@ -259,10 +308,17 @@ fn marches_stop_where_they_should() {
         spacing: 0.01,
     });
     let mut depth = 0.0;
-    march(&field, start, &Stop::ArcLength(by_depth.arc_length), 50.0, tolerance, |step, end| {
-        let profile = eikonal::ray::Profile::new(&step.arc, end, 1e-3, |x| [extinction(x)]);
-        depth += profile.total()[0];
-    });
+    march(
+        &field,
+        start,
+        &Stop::ArcLength(by_depth.arc_length),
+        50.0,
+        tolerance,
+        |step, end| {
+            let profile = eikonal::ray::Profile::new(&step.arc, end, 1e-3, |x| [extinction(x)]);
+            depth += profile.total()[0];
+        },
+    );
     assert!((depth - 1.1).abs() < 1e-6, "{depth}");
 
     // A plane, found on the arc.
@@ -272,7 +328,11 @@ fn marches_stop_where_they_should() {
             let (mut low, mut high) = (0.0, 1.0);
             for _ in 0..60 {
                 let mid = 0.5 * (low + high);
-                if arc.position(mid).x < 0.3 { low = mid } else { high = mid }
+                if arc.position(mid).x < 0.3 {
+                    low = mid
+                } else {
+                    high = mid
+                }
             }
             high
         })
@@ -285,6 +345,13 @@ fn marches_stop_where_they_should() {
     assert!((nearest.x - y).dot(nearest.v).abs() < 1e-9);
 
     // Out of range: the limit ends it.
-    let limited = march(&field, start, &Stop::ArcLength(9.0), 2.0, tolerance, |_, _| {});
+    let limited = march(
+        &field,
+        start,
+        &Stop::ArcLength(9.0),
+        2.0,
+        tolerance,
+        |_, _| {},
+    );
     assert!(!limited.stopped && (limited.arc_length - 2.0).abs() < 1e-12);
 }

@@ -20,11 +20,17 @@ fn ball() -> Sphere {
 
 fn check(name: &str, rendering: transport::render::Rendering, exact: f64) {
     let (mean, error) = mean(&rendering);
-    println!("{name}: {mean} ± {error}, exact {exact}, {:?}", rendering.stats);
+    println!(
+        "{name}: {mean} ± {error}, exact {exact}, {:?}",
+        rendering.stats
+    );
     // All paths end on the environment with weight one: some furnaces have no variance at all, and
     // are exact to the rays' tolerance.
     let allowed = Z * error + 1e-6;
-    assert!((mean - exact).abs() < allowed, "{name}: {mean} ± {error}, expected {exact}");
+    assert!(
+        (mean - exact).abs() < allowed,
+        "{name}: {mean} ± {error}, expected {exact}"
+    );
 }
 
 #[test]
@@ -38,7 +44,11 @@ fn luneburg_ball_of_fog() {
         };
         check("from outside", shoot(scene(DVec3::Z * 3.0), 512, 1), 1.0);
         let inside = DVec3::new(0.2, 0.1, 0.3);
-        check("from inside", shoot(scene(inside), 512, 2), 2.0 - inside.length_squared());
+        check(
+            "from inside",
+            shoot(scene(inside), 512, 2),
+            2.0 - inside.length_squared(),
+        );
     }
 }
 

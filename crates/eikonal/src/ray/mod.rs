@@ -1,12 +1,12 @@
 //! Rays: steps, tangents, the flow through one field, and where along it something happens.
 
 pub mod arc;
+pub mod bernstein;
 pub mod depth;
 pub mod flow;
 pub mod march;
 pub mod step;
 pub mod tangent;
-pub mod bernstein;
 
 pub use arc::Arc;
 pub use depth::Profile;

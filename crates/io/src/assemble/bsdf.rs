@@ -114,7 +114,11 @@ fn metal(q: &mut Query) -> [SpectrumValue; 3] {
     } else {
         (SpectrumValue::Uniform(0.0), SpectrumValue::Uniform(1.0))
     };
-    [eta, k, q.spectrum_or("specular_reflectance", SpectrumValue::Uniform(1.0))]
+    [
+        eta,
+        k,
+        q.spectrum_or("specular_reflectance", SpectrumValue::Uniform(1.0)),
+    ]
 }
 
 fn make(raw: Raw, object: &Object, context: &mut Context) -> Option<Bsdf> {
@@ -127,9 +131,7 @@ fn make(raw: Raw, object: &Object, context: &mut Context) -> Option<Bsdf> {
         Raw::RoughDielectric(alpha, r, t) => {
             RoughDielectric::new(alpha, s(&r), s(&t)).map(Bsdf::RoughDielectric)
         }
-        Raw::Conductor([eta, k, r]) => {
-            Conductor::new(s(&eta), s(&k), s(&r)).map(Bsdf::Conductor)
-        }
+        Raw::Conductor([eta, k, r]) => Conductor::new(s(&eta), s(&k), s(&r)).map(Bsdf::Conductor),
         Raw::RoughConductor(alpha, [eta, k, r]) => {
             RoughConductor::new(alpha, s(&eta), s(&k), s(&r)).map(Bsdf::RoughConductor)
         }

@@ -96,9 +96,9 @@ impl Channels {
                 let y = rgb.iter().zip(LUMINANCE).map(|(v, w)| v * w).sum();
                 Ok(all(&|_| y))
             }
-            (Channels::Wavelengths(list), SpectrumValue::Sampled(samples)) => {
-                Ok(all(&|c| interpolate(samples, list[group * Spectrum::LANES + c])))
-            }
+            (Channels::Wavelengths(list), SpectrumValue::Sampled(samples)) => Ok(all(&|c| {
+                interpolate(samples, list[group * Spectrum::LANES + c])
+            })),
             (Channels::Wavelengths(_), SpectrumValue::Rgb(_)) => Err(
                 "an <rgb> value has no meaning on a spectral film; use <spectrum> with \
                  wavelength:value pairs, or one number"

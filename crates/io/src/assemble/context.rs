@@ -64,7 +64,8 @@ impl<'a> Context<'a> {
 
     /// Reports an error.
     pub fn error_at(&mut self, location: &Location, message: impl Into<String>) {
-        self.diagnostics.push(Diagnostic::error(message).at(location));
+        self.diagnostics
+            .push(Diagnostic::error(message).at(location));
     }
 
     /// Reports what a constructor refused; `None` then.

@@ -71,7 +71,11 @@ fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
     }
     let emitter = match object.plugin.as_str() {
         "point" => {
-            let position = if placed { frame.translation } else { q.point("position") };
+            let position = if placed {
+                frame.translation
+            } else {
+                q.point("position")
+            };
             let intensity = q.spectrum("intensity");
             q.finish(&[]);
             Emitter::Point {
@@ -81,7 +85,11 @@ fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
         }
         "spot" => {
             let intensity = q.spectrum("intensity");
-            let cutoff = q.float_in("cutoff_angle", (POSITIVE.0, std::ops::Bound::Included(180.0)), 20.0);
+            let cutoff = q.float_in(
+                "cutoff_angle",
+                (POSITIVE.0, std::ops::Bound::Included(180.0)),
+                20.0,
+            );
             let beam = q.float_in("beam_width", 0.0..=cutoff, 0.75 * cutoff);
             q.finish(&[]);
             let intensity = light(&intensity, "intensity", object, context);
@@ -145,7 +153,10 @@ fn beam(q: &mut Query) -> (Profile, SpectrumValue, bool) {
     };
     if q.has("irradiance") {
         if q.has("power") {
-            q.error("power", "give the beam's power or the irradiance on its axis, not both");
+            q.error(
+                "power",
+                "give the beam's power or the irradiance on its axis, not both",
+            );
         }
         return (profile, q.spectrum("irradiance"), false);
     }
@@ -157,7 +168,10 @@ fn light(value: &SpectrumValue, name: &str, object: &Object, context: &mut Conte
     let property = object.properties.iter().find(|p| p.name == name);
     let location = property.map_or(&object.location, |p| &p.location);
     if let Some(bad) = value.values().into_iter().find(|v| *v < 0.0) {
-        context.error_at(location, format!("'{name}' is {bad}; light must not be negative"));
+        context.error_at(
+            location,
+            format!("'{name}' is {bad}; light must not be negative"),
+        );
     }
     context.spectrum(value, location)
 }

@@ -84,7 +84,10 @@ fn analytic(object: &Object, q: &mut Query) -> Option<Result<Field, FieldError>>
         "selfoc" => {
             let n0 = q.float_in("n0", POSITIVE, None);
             let alpha = q.float_in("alpha", 0.0.., None);
-            let (o, d) = (q.point_or("origin", origin), q.vector_or("direction", DVec3::Z));
+            let (o, d) = (
+                q.point_or("origin", origin),
+                q.vector_or("direction", DVec3::Z),
+            );
             Selfoc::new(n0, alpha, o, d).map(Field::from)
         }
         "fisheye" => {
@@ -135,11 +138,19 @@ fn mode(q: &mut Query) -> Result<AcousticMode, FieldError> {
         let frequency = q.float_in("frequency", POSITIVE, None);
         let speed = q.float_in("sound_speed", POSITIVE, None);
         if q.has("wave_number") {
-            q.error("wave_number", "give frequency and sound_speed, or wave_number, not both");
+            q.error(
+                "wave_number",
+                "give frequency and sound_speed, or wave_number, not both",
+            );
         }
         return AcousticMode::from_frequency(amplitude, order, frequency, speed, phase);
     }
-    AcousticMode::new(amplitude, order, q.float_in("wave_number", POSITIVE, None), phase)
+    AcousticMode::new(
+        amplitude,
+        order,
+        q.float_in("wave_number", POSITIVE, None),
+        phase,
+    )
 }
 
 /// Samples of n, interpolated by tricubic B-splines, in the box that `to_world` makes of the unit
@@ -158,7 +169,10 @@ fn grid(object: &Object, context: &mut Context) -> Option<Field> {
     query.finish(&[]);
     let volume = volume?;
     if volume.channels() != 1 {
-        let message = format!("a refractive index has one channel, this has {}", volume.channels());
+        let message = format!(
+            "a refractive index has one channel, this has {}",
+            volume.channels()
+        );
         context.error_at(&object.location, message);
         return None;
     }
@@ -168,7 +182,10 @@ fn grid(object: &Object, context: &mut Context) -> Option<Field> {
     let diagonal = glam::DMat3::from_diagonal(map.matrix3.diagonal());
     let aligned = map.matrix3 == diagonal && diagonal.diagonal().min_element() > 0.0;
     let (bounds, rest) = if aligned {
-        (Aabb::new(map.translation, map.transform_point3(DVec3::ONE)), None)
+        (
+            Aabb::new(map.translation, map.transform_point3(DVec3::ONE)),
+            None,
+        )
     } else {
         (Aabb::new(DVec3::ZERO, DVec3::ONE), Some(map))
     };

@@ -73,7 +73,10 @@ fn scattering(object: &Object, name: String, index: Field, context: &mut Context
         let s = query.spectrum_or("sigma_s", zero.clone());
         let a = query.spectrum_or("sigma_a", zero);
         if query.has("sigma_t") || query.has("albedo") {
-            query.error("sigma_t", "give sigma_s and sigma_a, or sigma_t and albedo, not both");
+            query.error(
+                "sigma_t",
+                "give sigma_s and sigma_a, or sigma_t and albedo, not both",
+            );
         }
         (None, Some((s, a)))
     } else {

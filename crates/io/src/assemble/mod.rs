@@ -83,7 +83,11 @@ pub fn assemble(
     for group in 0..channels.groups() {
         // Mistakes are the same in every group: they are reported for the first only.
         let mut later = Diagnostics::new();
-        let log = if group == 0 { &mut diagnostics } else { &mut later };
+        let log = if group == 0 {
+            &mut diagnostics
+        } else {
+            &mut later
+        };
         let context = Context::new(&channels, group, log, &mut files);
         groups.extend(scene(description, options, context));
         if diagnostics.has_errors() {
@@ -178,15 +182,19 @@ fn scene(
     }
 }
 
-type Children<'a> = (Vec<&'a Object>, Vec<&'a Object>, Vec<&'a Object>, Vec<&'a Object>);
+type Children<'a> = (
+    Vec<&'a Object>,
+    Vec<&'a Object>,
+    Vec<&'a Object>,
+    Vec<&'a Object>,
+);
 
 /// The scene's children by kind: integrators, sensors, shapes, emitters. Definitions that others
 /// refer to (media, bsdfs, ...) are taken note of, so that they do not count as unused.
 fn children<'a>(root: &'a Object, context: &mut Context) -> Children<'a> {
     let mut query = Query::new(root, context.diagnostics);
-    let mut of = |kind| -> Vec<&'a Object> {
-        query.children(kind).into_iter().map(|o| &**o).collect()
-    };
+    let mut of =
+        |kind| -> Vec<&'a Object> { query.children(kind).into_iter().map(|o| &**o).collect() };
     let wanted = (
         of(PluginKind::Integrator),
         of(PluginKind::Sensor),
@@ -216,7 +224,9 @@ fn integrator(
     if let Some(name) = options.integrator.as_deref().filter(|n| !NAMES.contains(n)) {
         let help = format!("known integrators: {}", NAMES.join(", "));
         let message = format!("unknown integrator '{name}'");
-        context.diagnostics.push(Diagnostic::error(message).help(help));
+        context
+            .diagnostics
+            .push(Diagnostic::error(message).help(help));
     }
     let default = PathTracer::default();
     let Some(object) = object else {

@@ -2,8 +2,8 @@
 
 use super::context::Context;
 use super::sides::Wish;
-use super::{bsdf, emitter, medium};
 use super::texture::affine;
+use super::{bsdf, emitter, medium};
 use crate::mesh::MeshData;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
@@ -108,13 +108,17 @@ fn geometry(
             let radius = q.float_in("radius", POSITIVE, 1.0);
             let capped = q.boolean_or("capped", false);
             let local = Cylinder::frame(p0, p1, radius);
-            local.and_then(|l| Cylinder::new(frame * l, capped)).map(Shape::from)
+            local
+                .and_then(|l| Cylinder::new(frame * l, capped))
+                .map(Shape::from)
         }
         "obj" | "ply" => {
             let path = q.path("filename", files);
             // Normals are geometric throughout: interpolated ones would break the laws of refraction.
             q.boolean_or("face_normals", true);
-            let data = MeshData::read(&path).map_err(|e| q.file_error("filename", &e)).ok()?;
+            let data = MeshData::read(&path)
+                .map_err(|e| q.file_error("filename", &e))
+                .ok()?;
             Mesh::new(data.positions, data.triangles, data.uvs)
                 .and_then(|mesh| mesh.transformed(frame))
                 .map(Shape::from)

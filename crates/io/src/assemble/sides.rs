@@ -38,7 +38,9 @@ pub(super) fn settle(context: &mut Context) {
         if !speaks {
             continue;
         }
-        let exterior = wish.exterior.unwrap_or_else(|| surrounding(i, &context.objects));
+        let exterior = wish
+            .exterior
+            .unwrap_or_else(|| surrounding(i, &context.objects));
         let interior = context.objects[i].interior().unwrap_or(exterior);
         context.objects[i].sides = Some(Sides { interior, exterior });
     }
@@ -74,9 +76,9 @@ fn apply_indices(wish: &Wish, object: &Object, context: &mut Context) {
     let (Some(indices), Some(sides)) = (&wish.indices, object.sides) else {
         return;
     };
-    let inner = indices.inner.or_else(|| {
-        context.index_open[sides.interior].then_some(DEFAULT_INNER)
-    });
+    let inner = indices
+        .inner
+        .or_else(|| context.index_open[sides.interior].then_some(DEFAULT_INNER));
     if let Some(n) = inner {
         set_index(sides.interior, n, ("int_ior", &indices.location), context);
     }

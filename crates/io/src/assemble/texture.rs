@@ -84,7 +84,9 @@ pub(super) struct Source {
 pub(super) fn read(object: &Object, context: &mut Context) -> (Option<Volume>, Source) {
     let mut query = Query::new(object, context.diagnostics);
     let path = query.path("filename", context.files);
-    let is_npy = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy"));
+    let is_npy = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("npy"));
     if is_npy && !query.has("axis_order") {
         let message = "a .npy volume needs <string name=\"axis_order\">: \"zyx\" if the last index \
                        runs along x, \"xyz\" if the first does";

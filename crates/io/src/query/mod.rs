@@ -85,7 +85,11 @@ impl<'a, 'd> Query<'a, 'd> {
     }
 
     /// Asks a nested object; whatever it has that was not asked for is reported.
-    pub fn nested<T>(&mut self, object: &'a Object, ask: impl FnOnce(&mut Query<'a, '_>) -> T) -> T {
+    pub fn nested<T>(
+        &mut self,
+        object: &'a Object,
+        ask: impl FnOnce(&mut Query<'a, '_>) -> T,
+    ) -> T {
         let mut query = Query::new(object, self.diagnostics);
         let answer = ask(&mut query);
         query.finish(&[]);

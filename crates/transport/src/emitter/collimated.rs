@@ -64,7 +64,9 @@ impl Collimated {
 
     /// Irradiance at a point of the aperture plane.
     pub fn irradiance(&self, point: DVec3) -> Spectrum {
-        let r = (point - self.origin).reject_from_normalized(self.direction).length();
+        let r = (point - self.origin)
+            .reject_from_normalized(self.direction)
+            .length();
         match self.profile {
             Profile::Disc { radius } if r <= radius => self.peak,
             Profile::Disc { .. } => Spectrum::ZERO,

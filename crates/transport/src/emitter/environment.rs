@@ -1,8 +1,8 @@
 //! Light from all around: constant, or an image.
 
 use crate::Spectrum;
-use crate::sampling::Grid2;
 use crate::sampling::DistributionError;
+use crate::sampling::Grid2;
 use crate::sampling::sphere::{uniform_sphere_pdf, uniform_sphere_sample};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};

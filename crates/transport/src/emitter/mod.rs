@@ -59,12 +59,14 @@ pub enum Aim {
         surface: Option<(usize, DVec3)>,
     },
     /// Any point of the plane through `through` across `direction`, leaving along `direction`; the
-    /// edge's geometry term is 1/A.
+    /// edge's geometry term is 1/A. A beam is guided: the ray from its centre shows where it goes.
     Plane {
         /// A point of the plane.
         through: DVec3,
         /// Unit direction in which the light travels.
         direction: DVec3,
+        /// Whether `through` is the centre of a beam.
+        beam: bool,
     },
 }
 
@@ -119,10 +121,12 @@ impl Emitter {
             Emitter::Directional { direction, .. } => delta(Aim::Plane {
                 through: around.before(*direction),
                 direction: *direction,
+                beam: false,
             }),
             Emitter::Collimated(beam) => delta(Aim::Plane {
                 through: beam.origin(),
                 direction: beam.direction(),
+                beam: true,
             }),
             Emitter::Environment(environment) => {
                 let (toward, pdf) = environment.sample(u);
@@ -130,6 +134,7 @@ impl Emitter {
                     aim: Aim::Plane {
                         through: around.before(-toward),
                         direction: -toward,
+                        beam: false,
                     },
                     pdf,
                     delta: false,

@@ -4,8 +4,8 @@
 use crate::Spectrum;
 use crate::emitter::{Aim, Emitter};
 use crate::path::{
-    Edge, End, Equiangular, Link, Scatter, Start, Vertex, Workspace, environment_aim, scatter, scatter_pdf,
-    trace,
+    Edge, End, Equiangular, Link, Scatter, Start, Vertex, Workspace, environment_aim, scatter,
+    scatter_pdf, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -116,7 +116,8 @@ impl PathTracer {
 
     /// How much longer a path of `depth` may get.
     fn budget(&self, depth: u32) -> u32 {
-        self.max_depth.map_or(u32::MAX, |limit| limit.saturating_sub(depth))
+        self.max_depth
+            .map_or(u32::MAX, |limit| limit.saturating_sub(depth))
     }
 
     /// Ends paths of little throughput by chance, without bias. The scale is the throughput of
@@ -128,7 +129,9 @@ impl PathTracer {
         if depth < self.rr_depth {
             return Some(next);
         }
-        let n = t.scene.n(t.scene.sensor_medium(), t.scene.sensor().position());
+        let n = t
+            .scene
+            .n(t.scene.sensor_medium(), t.scene.sensor().position());
         let survival = (next.throughput.max() / (n * n)).min(LONGEST_ROULETTE);
         if t.sampler.next_1d() >= survival {
             return None;
@@ -163,7 +166,8 @@ impl Tracing<'_> {
                 direction,
                 medium,
             } => {
-                if let Some((emitter, radiance)) = self.scene.emitted(object, hit.normal, -direction)
+                if let Some((emitter, radiance)) =
+                    self.scene.emitted(object, hit.normal, -direction)
                 {
                     let n = self.scene.n(medium, hit.position);
                     let shape = &self.scene.objects()[object].shape;
@@ -230,8 +234,8 @@ impl Tracing<'_> {
         let Some((index, probability)) = self.scene.choose_emitter(self.sampler.next_1d()) else {
             return Spectrum::ZERO;
         };
+        let light = self.connect(vertex, throughput, (index, probability), budget);
         let emitter = &self.scene.emitters()[index];
-        let light = self.connect(vertex, throughput, (emitter, probability), budget);
         match (&edge.end, self.around(edge, emitter)) {
             (End::Collision(point), Some(around)) if !light.is_zero() => {
                 // The same vertex could have been placed by its distance to the emitter.
@@ -272,7 +276,7 @@ impl Tracing<'_> {
         let density = around.pdf(point.length) + Edge::collision_density(lanes, &point);
         let throughput = next.throughput * scattering / density;
         let vertex = Vertex::volume(&point);
-        self.connect(&vertex, throughput, (emitter, probability), budget)
+        self.connect(&vertex, throughput, (index, probability), budget)
     }
 
     fn around(&self, edge: &Edge, emitter: &Emitter) -> Option<Equiangular> {
@@ -288,33 +292,29 @@ impl Tracing<'_> {
         &mut self,
         vertex: &Vertex,
         throughput: Spectrum,
-        (emitter, probability): (&Emitter, f64),
+        (index, probability): (usize, f64),
         budget: u32,
     ) -> Spectrum {
         let scene = self.scene;
+        let emitter = &scene.emitters()[index];
         let shape = |object: usize| &scene.objects()[object].shape;
         let aimed = emitter.aim(scene.around(), shape, self.sampler.next_2d());
-        let Some(link) = Link::new(scene, vertex, &aimed.aim, self.ws) else {
-            return Spectrum::ZERO;
-        };
-        let scattered = throughput * vertex.eval(scene, link.direction);
-        let emitted = emitter.emitted(&aimed.aim, link.origin, link.emission);
-        let received = scattered * link.transmittance() * emitted;
-        if received.is_zero() || link.events >= budget {
-            return Spectrum::ZERO;
-        }
-        let density = probability * aimed.pdf;
-        let weight = if aimed.delta {
-            1.0
-        } else {
-            // As the edge would be sampled if scattering chose this direction.
-            let lanes = scattered / scattered.sum();
-            let survival = (lanes * link.depth.exp_neg()).sum();
-            let by_chance = scatter_pdf(scene, vertex, link.direction) * link.choice * survival;
-            let by_connection = density * link.density;
-            by_connection / (by_connection + by_chance)
-        };
-        received * (link.geometry * weight / density)
+        let mut sum = Spectrum::ZERO;
+        Link::each(scene, vertex, &aimed.aim, index, self.ws, |link| {
+            if link.events < budget {
+                let emitted = emitter.emitted(&aimed.aim, link.origin, link.emission);
+                let density = probability * aimed.pdf;
+                sum += received(
+                    scene,
+                    vertex,
+                    throughput,
+                    link,
+                    emitted,
+                    (density, aimed.delta),
+                );
+            }
+        });
+        sum
     }
 
     fn scatter(&mut self, vertex: Vertex, throughput: Spectrum) -> Option<Next> {
@@ -330,4 +330,32 @@ impl Tracing<'_> {
             from: (!delta).then_some((vertex, pdf)),
         })
     }
+}
+
+/// What a link brings to the sensor, for an aim of given density; `delta` if nothing else can find
+/// the emitter.
+fn received(
+    scene: &Scene,
+    vertex: &Vertex,
+    throughput: Spectrum,
+    link: &Link,
+    emitted: Spectrum,
+    (density, delta): (f64, bool),
+) -> Spectrum {
+    let scattered = throughput * vertex.eval(scene, link.direction);
+    let received = scattered * link.transmittance() * emitted;
+    if received.is_zero() {
+        return Spectrum::ZERO;
+    }
+    let weight = if delta {
+        1.0
+    } else {
+        // As the edge would be sampled if scattering chose this direction.
+        let lanes = scattered / scattered.sum();
+        let survival = (lanes * link.depth.exp_neg()).sum();
+        let by_chance = scatter_pdf(scene, vertex, link.direction) * link.choice * survival;
+        let by_connection = density * link.density;
+        by_connection / (by_connection + by_chance)
+    };
+    received * (link.geometry * weight / density)
 }

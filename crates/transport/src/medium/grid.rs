@@ -42,7 +42,9 @@ pub enum GridError {
     #[error("the grid's transform is singular: a scale of zero?")]
     Singular,
     /// A sample lies outside the range that makes sense.
-    #[error("the sample at voxel ({x}, {y}, {z}) is {value}; expected a finite number in [{low}, {high}]")]
+    #[error(
+        "the sample at voxel ({x}, {y}, {z}) is {value}; expected a finite number in [{low}, {high}]"
+    )]
     Value {
         /// Voxel index along x.
         x: usize,
@@ -101,9 +103,11 @@ impl Grid {
             return Err(GridError::Singular);
         }
         check_values(size, channels, &data, allowed)?;
-        let range = data.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| {
-            (a.min(v as f64), b.max(v as f64))
-        });
+        let range = data
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| {
+                (a.min(v as f64), b.max(v as f64))
+            });
         let side = |axis: usize| to_world.matrix3.col(axis).length() / size[axis] as f64;
         Ok(Grid {
             size,
@@ -168,7 +172,11 @@ impl Grid {
         match self.channels {
             1 => Spectrum::splat(self.data[index] as f64),
             n => Spectrum(std::array::from_fn(|c| {
-                if c < n { self.data[index + c] as f64 } else { 0.0 }
+                if c < n {
+                    self.data[index + c] as f64
+                } else {
+                    0.0
+                }
             })),
         }
     }

@@ -8,12 +8,15 @@ use crate::bsdf::Bsdf;
 use crate::emitter::Aim;
 use crate::medium::Attenuation;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{Connection, Event, Piece};
+use eikonal::connect::{Connection, Event, Launch, Piece};
 use eikonal::interface::Rule;
 use glam::DVec3;
 
 /// Directions closer than this, in radians, are those of one branch.
 const SAME_WAY: f64 = 1e-4;
+
+/// Connections whose spans of σ differ by less than this share are one branch.
+const SAME_SIGMA: f64 = 1e-5;
 
 /// A ray between a vertex and an emitter, seen from the vertex.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +35,8 @@ pub struct Link {
     pub choice: f64,
     /// Number of refractions and total reflections.
     pub events: u32,
+    /// Span of σ.
+    pub sigma: f64,
     /// 1/(J n_e²) for a point, 1/(A n_x²) for a plane (theory §3): turns what is emitted into what
     /// a basic-radiance vertex receives.
     pub geometry: f64,
@@ -41,24 +46,60 @@ pub struct Link {
 }
 
 impl Link {
-    /// Connects a vertex to an emitter by the primary branch; `None` if there is none, or if it is
-    /// blocked. Every attempt and its outcome is counted.
-    pub fn new(scene: &Scene, vertex: &Vertex, aim: &Aim, ws: &mut Workspace) -> Option<Link> {
-        let (link, target) = match *aim {
-            Aim::Point { position, surface } => {
-                let link = to_point(scene, vertex, position, surface.map(|s| s.1), ws)?;
-                (link, surface.map(|s| s.0))
-            }
-            Aim::Plane { through, direction } => {
-                let link = to_plane(scene, vertex, through, direction, ws)?;
-                (link, vertex.object())
+    /// Connects a vertex to an emitter and hands every ray that is found and not blocked to `visit`:
+    /// the primary branch, or for a beam one branch from each start of its guide. Every attempt and
+    /// its outcome is counted.
+    pub fn each(
+        scene: &Scene,
+        vertex: &Vertex,
+        aim: &Aim,
+        emitter: usize,
+        ws: &mut Workspace,
+        mut visit: impl FnMut(&Link),
+    ) {
+        let mut offer = |link: Option<Link>, target: Option<usize>, ws: &mut Workspace| {
+            let Some(link) = link else { return };
+            if scene.is_occluded(ws.solver.pieces(), target) {
+                ws.stats.connections.occluded += 1;
+            } else {
+                visit(&link);
             }
         };
-        if scene.is_occluded(ws.solver.pieces(), target) {
-            ws.stats.connections.occluded += 1;
-            return None;
+        match *aim {
+            Aim::Point { position, surface } => {
+                let link = to_point(scene, vertex, position, surface.map(|s| s.1), ws);
+                offer(link, surface.map(|s| s.0), ws);
+            }
+            Aim::Plane {
+                through,
+                direction,
+                beam: false,
+            } => {
+                let link = to_plane(scene, vertex, (through, direction), None, ws);
+                offer(link, vertex.object(), ws);
+            }
+            Aim::Plane {
+                through,
+                direction,
+                beam: true,
+            } => {
+                let x = vertex.position();
+                let mut found: Vec<f64> = Vec::new();
+                for start in scene.guide(emitter).map_or(Vec::new(), |g| g.starts(x)) {
+                    let link = to_plane(scene, vertex, (through, direction), Some(start), ws);
+                    // Several starts may lead to one branch; branches differ in σ.
+                    let known = |l: &Link| {
+                        found
+                            .iter()
+                            .any(|s| (s - l.sigma).abs() < SAME_SIGMA * l.sigma)
+                    };
+                    if let Some(link) = link.filter(|l| !known(l)) {
+                        found.push(link.sigma);
+                        offer(Some(link), vertex.object(), ws);
+                    }
+                }
+            }
         }
-        Some(link)
     }
 
     /// The connection that would find the same way as an edge that was sampled by chance and ends on
@@ -78,9 +119,9 @@ impl Link {
             Aim::Point { position, surface } => {
                 to_point(scene, vertex, position, surface.map(|s| s.1), ws)?
             }
-            Aim::Plane { through, direction } => {
-                to_plane(scene, vertex, through, direction, ws)?
-            }
+            Aim::Plane {
+                through, direction, ..
+            } => to_plane(scene, vertex, (through, direction), None, ws)?,
         };
         (link.direction.distance(direction) < SAME_WAY).then_some(link)
     }
@@ -103,6 +144,7 @@ impl Link {
             factor: edge.weight,
             choice: 1.0,
             events: 0,
+            sigma: edge.length,
             geometry: 1.0 / density,
             density,
         }
@@ -145,24 +187,36 @@ fn to_point(
         factor: passage.factor,
         choice: passage.choice,
         events: passage.events,
+        sigma: ray.sigma,
         geometry: 1.0 / (ray.jacobian * n * n),
         density: ray.jacobian / cos.max(1e-300),
     })
 }
 
+/// From the plane through a point across a direction, started at the foot of the vertex or, given
+/// σ, from that very point.
 fn to_plane(
     scene: &Scene,
     vertex: &Vertex,
-    through: DVec3,
-    direction: DVec3,
+    (through, direction): (DVec3, DVec3),
+    sigma: Option<f64>,
     ws: &mut Workspace,
 ) -> Option<Link> {
     let start = vertex.start(scene, -direction);
     let plane = (through, direction, scene.medium_at(through));
-    let outcome = ws.solver.connect_plane(scene, plane, start.x);
+    let outcome = match sigma {
+        None => ws.solver.connect_plane(scene, plane, start.x),
+        Some(sigma) => {
+            let launch = Launch::Plane {
+                x: through,
+                direction,
+            };
+            ws.solver.solve(scene, (launch, plane.2), sigma, start.x)
+        }
+    };
     ws.stats.connections.count(&outcome);
     let ray: Connection = outcome.ok()?;
-    if !vertex.same_side(-ray.direction_in, start.direction) {
+    if ray.sigma <= 0.0 || !vertex.same_side(-ray.direction_in, start.direction) {
         return None;
     }
     let pieces = ws.solver.pieces();
@@ -170,10 +224,7 @@ fn to_plane(
         return None;
     }
     let passage = Passage::new(scene, pieces, false);
-    let (n_x, n_e) = (
-        scene.n(start.medium, start.x),
-        scene.n(plane.2, ray.start),
-    );
+    let (n_x, n_e) = (scene.n(start.medium, start.x), scene.n(plane.2, ray.start));
     Some(Link {
         direction: -ray.direction_in,
         origin: ray.start,
@@ -182,6 +233,7 @@ fn to_plane(
         factor: passage.factor,
         choice: passage.choice,
         events: passage.events,
+        sigma: ray.sigma,
         geometry: 1.0 / (ray.jacobian * n_x * n_x),
         density: ray.jacobian * (n_x / n_e).powi(2) * pass_factor(pieces),
     })
@@ -254,5 +306,6 @@ pub fn environment_aim(scene: &Scene, toward: DVec3) -> Aim {
     Aim::Plane {
         through: around.center + toward * (2.0 * around.radius),
         direction: -toward,
+        beam: false,
     }
 }

@@ -119,9 +119,7 @@ impl Vertex {
     pub fn same_side(&self, a: DVec3, b: DVec3) -> bool {
         match self {
             Vertex::Volume { .. } => true,
-            Vertex::Surface { surface, .. } => {
-                surface.normal.dot(a) * surface.normal.dot(b) > 0.0
-            }
+            Vertex::Surface { surface, .. } => surface.normal.dot(a) * surface.normal.dot(b) > 0.0,
         }
     }
 

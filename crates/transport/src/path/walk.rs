@@ -1,7 +1,7 @@
 //! Sampling an edge from its start: flow, collisions, and choices at specular surfaces.
 
-use super::edge::{Edge, End, Span, Start};
 use super::Workspace;
+use super::edge::{Edge, End, Span, Start};
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Surface};
 use crate::medium::Attenuation;
@@ -97,7 +97,11 @@ impl<'a> Walk<'a> {
     fn region(&mut self, ws: &mut Workspace) -> bool {
         let field = self.scene.field(self.medium);
         let straight = field.is_constant();
-        let mut flow = Flow::new(field, Node::new(field, self.x, self.v, ()), self.scene.tolerance());
+        let mut flow = Flow::new(
+            field,
+            Node::new(field, self.x, self.v, ()),
+            self.scene.tolerance(),
+        );
         self.edge.straight &= straight;
         loop {
             let reach = self.scene.reach(flow.node().x);
@@ -114,8 +118,8 @@ impl<'a> Walk<'a> {
             if straight {
                 return self.escape(step.end.v);
             }
-            let outside = step.end.x.distance(self.scene.around().center)
-                > 1.01 * self.scene.around().radius;
+            let outside =
+                step.end.x.distance(self.scene.around().center) > 1.01 * self.scene.around().radius;
             if outside || self.edge.spans.len() > MOST_SPANS || !step.end.x.is_finite() {
                 return self.die(true);
             }
@@ -188,7 +192,8 @@ impl<'a> Walk<'a> {
     /// same, L rather than L/n² is conserved: the declared jump carries no energy away.
     fn pass(&mut self, object: usize, hit: Hit, v: DVec3) -> bool {
         let direction = v.normalize();
-        let beyond = self.scene.objects()[object].medium_towards(self.medium, hit.normal, direction);
+        let beyond =
+            self.scene.objects()[object].medium_towards(self.medium, hit.normal, direction);
         let n_near = self.scene.n(self.medium, hit.position);
         let n_far = self.scene.n(beyond, hit.position);
         self.edge.weight *= (n_far / n_near).powi(2);
@@ -211,7 +216,8 @@ impl<'a> Walk<'a> {
         self.edge.events += 1;
         self.edge.choice *= sample.pdf;
         self.edge.weight *= sample.weight;
-        let beyond = self.scene.objects()[object].medium_towards(self.medium, hit.normal, sample.direction);
+        let beyond =
+            self.scene.objects()[object].medium_towards(self.medium, hit.normal, sample.direction);
         let n = self.scene.n(beyond, hit.position);
         self.go_on(hit, sample.direction, beyond, n)
     }

@@ -145,7 +145,10 @@ fn check_emitter_surface(i: usize, object: &Object) -> Option<Problem> {
     (object.emitter.is_some() && specular).then(|| {
         error(
             Subject::Object(i),
-            format!("'{}' emits light from a specular or null surface", object.name),
+            format!(
+                "'{}' emits light from a specular or null surface",
+                object.name
+            ),
             "give the shape a diffuse bsdf (reflectance 0 for a black lamp)",
         )
     })
@@ -156,7 +159,10 @@ fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
     let sides = object.sides.filter(|_| matches!(object.bsdf, Bsdf::Null))?;
     let jump = (0..SURFACE_PROBES)
         .map(|k| {
-            let x = object.shape.sample_area(Sampler::new(0, k, 0).next_2d()).position;
+            let x = object
+                .shape
+                .sample_area(Sampler::new(0, k, 0).next_2d())
+                .position;
             (scene.n(sides.interior, x) - scene.n(sides.exterior, x)).abs()
         })
         .fold(0.0, f64::max);
@@ -221,7 +227,11 @@ fn check_emitters(scene: &Scene) -> Vec<Problem> {
 /// Whether two points may be connected by more than one ray: not if all rays are straight lines,
 /// nor if a single curved medium, convex and certified, is left for good by every ray that leaves it.
 fn may_have_several_branches(scene: &Scene) -> bool {
-    if scene.objects().iter().any(|o| matches!(o.bsdf, Bsdf::Dielectric(_))) {
+    if scene
+        .objects()
+        .iter()
+        .any(|o| matches!(o.bsdf, Bsdf::Dielectric(_)))
+    {
         return true;
     }
     let curved: Vec<usize> = (0..scene.media().len())

@@ -16,6 +16,7 @@ use crate::medium::Medium;
 use crate::sampling::Discrete;
 use crate::sensor::Sensor;
 use crate::shape::{Accel, Shape};
+use eikonal::connect::Guide;
 use eikonal::{Aabb, Tolerance};
 use glam::DVec3;
 
@@ -118,6 +119,8 @@ pub struct Scene {
     emitter_choice: Option<Discrete>,
     around: Surroundings,
     attractors: Vec<DVec3>,
+    /// For each emitter that is a beam, where it goes.
+    guides: Vec<Option<Guide<MediumId>>>,
 }
 
 /// Some of the objects, for intersection tests.
@@ -153,7 +156,8 @@ impl Scene {
         let sensor_medium = parts
             .sensor_medium
             .unwrap_or_else(|| medium_at(&parts.objects, parts.sensor.position()));
-        let scene = Scene {
+        let mut scene = Scene {
+            guides: Vec::new(),
             all: Index::new(&parts.objects, |_| true),
             interfaces: Index::new(&parts.objects, Object::is_interface),
             blockers: Index::new(&parts.objects, |o| !o.is_interface()),
@@ -164,6 +168,7 @@ impl Scene {
             around,
             parts,
         };
+        scene.guides = guides(&scene);
         let problems = check::check(&scene);
         if problems.iter().any(|p| p.severity == Severity::Error) {
             return Err(problems);
@@ -237,6 +242,11 @@ impl Scene {
         &self.attractors
     }
 
+    /// The ray from the centre of a beam, if the emitter is one.
+    pub(crate) fn guide(&self, emitter: usize) -> Option<&Guide<MediumId>> {
+        self.guides.get(emitter)?.as_ref()
+    }
+
     /// The innermost medium that surrounds a point.
     pub fn medium_at(&self, x: DVec3) -> MediumId {
         medium_at(&self.parts.objects, x)
@@ -272,7 +282,12 @@ impl Scene {
     }
 
     /// Radiance that the surface of an object emits from `normal`'s side in `direction`.
-    pub(crate) fn emitted(&self, object: usize, normal: DVec3, direction: DVec3) -> Option<(usize, Spectrum)> {
+    pub(crate) fn emitted(
+        &self,
+        object: usize,
+        normal: DVec3,
+        direction: DVec3,
+    ) -> Option<(usize, Spectrum)> {
         let emitter = self.objects()[object].emitter?;
         match &self.emitters()[emitter] {
             Emitter::Area { radiance, .. } if normal.dot(direction) > 0.0 => {
@@ -293,11 +308,34 @@ pub fn medium_at(objects: &[Object], x: DVec3) -> MediumId {
         .map_or(AMBIENT, |(medium, _)| medium)
 }
 
+/// A beam is followed over this many radii of the scene: enough for several bounces inside a tank.
+const GUIDE_LENGTH: f64 = 20.0;
+
+fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
+    let guide = |emitter: &Emitter| match emitter {
+        Emitter::Collimated(beam) => {
+            let start = (
+                beam.origin(),
+                beam.direction(),
+                scene.medium_at(beam.origin()),
+            );
+            let sigma = GUIDE_LENGTH * scene.around.radius;
+            Guide::new(scene, start, sigma, scene.tolerance()).ok()
+        }
+        _ => None,
+    };
+    scene.emitters().iter().map(guide).collect()
+}
+
 fn attractors(parts: &Parts) -> Vec<DVec3> {
     if !parts.media.iter().any(Medium::scatters) {
         return Vec::new();
     }
-    parts.emitters.iter().filter_map(Emitter::singularity).collect()
+    parts
+        .emitters
+        .iter()
+        .filter_map(Emitter::singularity)
+        .collect()
 }
 
 fn surroundings(parts: &Parts) -> Surroundings {
@@ -311,6 +349,9 @@ fn surroundings(parts: &Parts) -> Surroundings {
     let all = points.fold(all, Aabb::include);
     Surroundings {
         center: all.center(),
-        radius: f64::max(0.5 * all.diagonal() * 1.01, 1e-3 * (1.0 + all.center().length())),
+        radius: f64::max(
+            0.5 * all.diagonal() * 1.01,
+            1e-3 * (1.0 + all.center().length()),
+        ),
     }
 }

@@ -24,15 +24,26 @@ pub struct Region {
 
 /// Surveys the regions of all media.
 pub(super) fn survey(parts: &Parts, around: &Surroundings) -> Vec<Region> {
-    (0..parts.media.len()).map(|id| region(parts, around, id)).collect()
+    (0..parts.media.len())
+        .map(|id| region(parts, around, id))
+        .collect()
 }
 
 fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
     let field = &parts.media[id].index;
     let ball = Aabb::new(around.center, around.center).grown(around.radius);
-    let holders: Vec<&Object> = parts.objects.iter().filter(|o| o.interior() == Some(id)).collect();
-    let outside = parts.objects.iter().any(|o| o.sides.is_some_and(|s| s.exterior == id));
-    let aabb = holders.iter().fold(Aabb::EMPTY, |b, o| b.union(o.shape.aabb()));
+    let holders: Vec<&Object> = parts
+        .objects
+        .iter()
+        .filter(|o| o.interior() == Some(id))
+        .collect();
+    let outside = parts
+        .objects
+        .iter()
+        .any(|o| o.sides.is_some_and(|s| s.exterior == id));
+    let aabb = holders
+        .iter()
+        .fold(Aabb::EMPTY, |b, o| b.union(o.shape.aabb()));
     if id == AMBIENT || holders.is_empty() || holders.iter().any(|o| !o.shape.is_closed()) {
         let everywhere = if outside || id == AMBIENT { ball } else { aabb };
         return Region {
@@ -49,9 +60,11 @@ fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
         .reduce(FieldBounds::union)
         .unwrap_or_else(|| field.bounds(&aabb));
     let uniqueness = match holders[..] {
-        [object] if object.shape.is_convex() => {
-            Some(Uniqueness::new(aabb.grown(margin), diameter(&object.shape), bounds))
-        }
+        [object] if object.shape.is_convex() => Some(Uniqueness::new(
+            aabb.grown(margin),
+            diameter(&object.shape),
+            bounds,
+        )),
         _ => None,
     };
     Region {

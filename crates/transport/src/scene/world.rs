@@ -63,7 +63,8 @@ impl Scene {
             return false;
         };
         let blocked = |p: &Piece<MediumId>| {
-            self.first_of(&self.blockers, &p.arc, 0.0, p.theta_end).is_some()
+            self.first_of(&self.blockers, &p.arc, 0.0, p.theta_end)
+                .is_some()
         };
         if before.iter().any(blocked) {
             return true;

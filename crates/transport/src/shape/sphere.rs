@@ -22,7 +22,10 @@ pub struct Sphere {
 
 impl Sphere {
     pub(super) fn misses(&self, region: &Aabb) -> bool {
-        self.placement.local_box(region).nearest_distance(DVec3::ZERO) > 1.0
+        self.placement
+            .local_box(region)
+            .nearest_distance(DVec3::ZERO)
+            > 1.0
     }
 
     /// The image of the unit sphere.

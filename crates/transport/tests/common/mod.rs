@@ -4,6 +4,7 @@
 use eikonal::field::Constant;
 use eikonal::{Field, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
+use std::ops::ControlFlow;
 use transport::bsdf::{Bsdf, Dielectric};
 use transport::emitter::{Emitter, Environment};
 use transport::film::Filter;
@@ -15,12 +16,15 @@ use transport::scene::{FilmSpec, Object, Parts, Sides};
 use transport::sensor::{Perspective, Sensor};
 use transport::shape::Shape;
 use transport::{Scene, Spectrum};
-use std::ops::ControlFlow;
 
 /// A camera at `from` that looks at `to` through a field of view of 40°.
 pub fn camera(from: DVec3, to: DVec3) -> Sensor {
     let dir = (to - from).normalize();
-    let up = if dir.y.abs() > 0.9 { DVec3::X } else { DVec3::Y };
+    let up = if dir.y.abs() > 0.9 {
+        DVec3::X
+    } else {
+        DVec3::Y
+    };
     let left = up.cross(dir).normalize();
     let basis = DMat3::from_cols(left, dir.cross(left), dir);
     let to_world = DAffine3 {
@@ -99,7 +103,9 @@ pub fn parts(
 /// Renders with a given number of samples and seed.
 pub fn shoot(parts: Parts, samples: u64, seed: u64) -> Rendering {
     let (scene, _) = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
-    render(&[scene], &Options { samples, seed }, |_| ControlFlow::Continue(()))
+    render(&[scene], &Options { samples, seed }, |_| {
+        ControlFlow::Continue(())
+    })
 }
 
 /// Mean of the image and its standard error.
