@@ -71,7 +71,9 @@ pub fn style() -> Style {
 
 fn complain(message: &str) {
     let mut diagnostics = Diagnostics::new();
-    diagnostics.push(io::Diagnostic::error(message));
+    message
+        .lines()
+        .for_each(|line| diagnostics.push(io::Diagnostic::error(line)));
     eprint!("{}", diagnostics.render(style()).trim_end_matches('\n'));
     eprintln!();
 }

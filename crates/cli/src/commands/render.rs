@@ -1,6 +1,7 @@
 //! `morgana render`.
 
 use crate::args::RenderArgs;
+use crate::config::ImageFormat;
 use crate::failure::Failure;
 use crate::progress::{self, Goal};
 use crate::report::{Report, Stopped};
@@ -9,6 +10,7 @@ use io::Loaded;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::Write;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
@@ -39,13 +41,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
         threads: pool.current_num_threads(),
         stopped,
     };
-    let image = outputs::layers(&rendering.film, &loaded.channel_names, report.attributes());
-    for (path, format) in &images {
-        outputs::write(path, *format, &image, args.exposure)?;
-    }
-    if let Some(path) = &args.stats {
-        io::atomic::write(path, |file| writeln!(file, "{:#}", report.json()))?;
-    }
+    write(args, &images, &report)?;
     if !args.quiet {
         writeln!(std::io::stdout(), "{}", report.line())?;
     }
@@ -53,6 +49,32 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
         Some(Stopped::Interrupted) => ExitCode::from(interrupt::STATUS),
         _ => ExitCode::SUCCESS,
     })
+}
+
+/// Writes every file that can be written before complaining of those that cannot.
+fn write(
+    args: &RenderArgs,
+    images: &[(PathBuf, ImageFormat)],
+    report: &Report,
+) -> Result<(), Failure> {
+    let names = &report.loaded.channel_names;
+    let image = outputs::layers(&report.rendering.film, names, report.attributes());
+    let images = images
+        .iter()
+        .map(|(path, format)| outputs::write(path, *format, &image, args.exposure));
+    let stats = args
+        .stats
+        .iter()
+        .map(|path| io::atomic::write(path, |file| writeln!(file, "{:#}", report.json())));
+    let failed: Vec<String> = images
+        .chain(stats)
+        .filter_map(Result::err)
+        .map(|e| e.to_string())
+        .collect();
+    match failed.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::Runtime(failed.join("\n"))),
+    }
 }
 
 fn pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {

@@ -8,7 +8,8 @@ mod ticks;
 mod view;
 
 use crate::failure::Failure;
-use crate::trace::Path;
+use crate::trace::{Ending, Path};
+use glam::DVec3;
 use heat::Heat;
 use std::fmt::Write;
 use transport::Scene;
@@ -71,7 +72,9 @@ fn rays(paths: &[Path], view: &View) -> String {
         let points: Vec<String> = path
             .points
             .iter()
-            .map(|p| view.place(p.x))
+            .map(|p| p.x)
+            .chain(beyond(path))
+            .map(|x| view.place(x))
             .map(|[x, y]| format!("{x:.2},{y:.2}"))
             .collect();
         let _ = writeln!(out, "<polyline points=\"{}\"/>", points.join(" "));
@@ -86,6 +89,12 @@ fn rays(paths: &[Path], view: &View) -> String {
     }
     out.push_str("</g>\n");
     out
+}
+
+/// A point far outside of the plot on a ray that has left the scene: it is drawn up to the frame.
+fn beyond(path: &Path) -> Option<DVec3> {
+    let last = path.points.last().filter(|_| path.ending == Ending::Left)?;
+    Some(last.x + last.direction * (10.0 * last.arc_length))
 }
 
 /// Text that cannot end an element or an attribute.
