@@ -20,6 +20,9 @@ const MARGIN: [f64; 4] = [72.0, 44.0, 24.0, 62.0];
 /// Space for the colour bar, in pixels.
 const BAR: f64 = 84.0;
 
+/// Starts are marked for no more rays than this.
+const MOST_DOTS: usize = 30;
+
 /// An SVG document that shows rays, the outlines of objects and the index, in the coordinate plane in
 /// which the rays extend most.
 pub fn plot(scene: &Scene, paths: &[Path], title: &str) -> Result<String, Failure> {
@@ -61,8 +64,8 @@ fn header(width: f64, height: f64, plot: [f64; 2]) -> String {
 
 /// The rays, with a dot where each starts. Many rays are drawn finer and fainter.
 fn rays(paths: &[Path], view: &View) -> String {
-    let crowd = (paths.len() as f64 / 12.0).max(1.0).sqrt();
-    let (stroke, opacity) = (1.7 / crowd.min(2.5), 0.8 / crowd.min(3.0));
+    let crowd = (paths.len() as f64 / 16.0).max(1.0).sqrt();
+    let (stroke, opacity) = (1.7 / crowd.min(2.0), 0.85 / crowd.min(2.0));
     let mut out = format!(
         "<g fill=\"none\" stroke=\"{}\" stroke-width=\"{stroke:.2}\" \
          stroke-opacity=\"{opacity:.2}\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n",
@@ -81,7 +84,7 @@ fn rays(paths: &[Path], view: &View) -> String {
     }
     out.push_str("</g>\n");
     let _ = writeln!(out, "<g fill=\"{}\">", colour::INK);
-    for path in paths.iter().filter(|_| crowd < 3.0) {
+    for path in paths.iter().filter(|_| paths.len() <= MOST_DOTS) {
         if let Some(start) = path.points.first() {
             let [x, y] = view.place(start.x);
             let _ = writeln!(out, "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"2\"/>");
