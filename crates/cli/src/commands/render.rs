@@ -5,7 +5,7 @@ use crate::config::ImageFormat;
 use crate::failure::Failure;
 use crate::progress::{self, Goal};
 use crate::report::{Report, Stopped};
-use crate::{config, interrupt, load, outputs};
+use crate::{config, interrupt, load, numbers, outputs};
 use io::Loaded;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::Write;
@@ -14,6 +14,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
+use transport::film::Pixel;
 use transport::render::{Options, Rendering, render_counted};
 
 /// Renders a scene and writes its images.
@@ -24,6 +25,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     if !args.quiet {
         load::warn(&loaded);
     }
+    check_memory(&loaded)?;
     let interrupted = interrupt::watch()?;
     // A time limit replaces the scene's number of samples, but not that of the command line.
     let requested = match args.time {
@@ -75,6 +77,22 @@ fn write(
         true => Ok(()),
         false => Err(Failure::Runtime(failed.join("\n"))),
     }
+}
+
+/// A film that does not fit into memory would end the program without a word.
+fn check_memory(loaded: &Loaded) -> Result<(), Failure> {
+    let film = loaded.scene().film();
+    let pixels = film.width * film.height * loaded.groups.len();
+    let size = numbers::bytes(pixels.saturating_mul(size_of::<Pixel>()));
+    let message = |_| {
+        let (width, height) = (film.width, film.height);
+        Failure::Runtime(format!(
+            "a film of {width} × {height} pixels needs {size} of memory"
+        ))
+    };
+    Vec::<Pixel>::new()
+        .try_reserve_exact(pixels)
+        .map_err(message)
 }
 
 fn pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {

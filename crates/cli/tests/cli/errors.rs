@@ -79,7 +79,7 @@ fn options_are_checked() {
     refused(
         &folder,
         "render scene.xml --threads 0",
-        &["--threads", "at least 1"],
+        &["--threads", "from 1 to"],
     );
     refused(
         &folder,
