@@ -27,7 +27,7 @@ pub fn connect(args: &ConnectArgs) -> Result<ExitCode, Failure> {
     let (branches, occluded) = match &outcome {
         Ok(found) => (
             vec![branch(&loaded, found, pieces)],
-            scene.is_occluded(pieces, None),
+            scene.is_occluded(pieces, None, 0.0),
         ),
         Err(_) => (vec![], false),
     };
