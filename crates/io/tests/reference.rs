@@ -19,7 +19,9 @@ const FAMILY: f64 = 1e-4;
 const DIM: f64 = 0.15;
 
 fn data(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data")
+        .join(name)
 }
 
 fn image(name: &str) -> Vec<f64> {
@@ -44,10 +46,13 @@ fn blocks(image: &[f64], channel: usize) -> Vec<f64> {
 
 fn shoot(scene: &str, samples: u64) -> Rendering {
     let path = data(&format!("{scene}.xml"));
-    let loaded = io::load_scene(&path, &io::LoadOptions::default()).unwrap_or_else(|d| panic!("{d}"));
+    let loaded =
+        io::load_scene(&path, &io::LoadOptions::default()).unwrap_or_else(|d| panic!("{d}"));
     let long = std::env::var_os("MORGANA_LONG_TESTS").is_some();
     let samples = if long { 16 * samples } else { samples };
-    render(&loaded.groups, &Options { samples, seed: 1 }, |_| ControlFlow::Continue(()))
+    render(&loaded.groups, &Options { samples, seed: 1 }, |_| {
+        ControlFlow::Continue(())
+    })
 }
 
 /// Compares a scene's render to a reference in as many channels as differ.
@@ -59,7 +64,10 @@ fn compare(scene: &str, reference: &str, channels: usize, samples: u64) {
     let ours = wide(rendering.film.mean());
     let variance = wide(rendering.film.variance());
     let theirs = image(reference);
-    let square: Vec<f64> = image(&format!("{reference}_se")).iter().map(|e| e * e).collect();
+    let square: Vec<f64> = image(&format!("{reference}_se"))
+        .iter()
+        .map(|e| e * e)
+        .collect();
     let mut zs = Vec::new();
     for c in 0..channels {
         let (a, b) = (blocks(&ours, c), blocks(&theirs, c));
@@ -82,12 +90,18 @@ fn compare(scene: &str, reference: &str, channels: usize, samples: u64) {
     }
     let mean_square = zs.iter().map(|z| z * z).sum::<f64>() / zs.len() as f64;
     let largest = zs.iter().fold(0.0, |m: f64, z| m.max(z.abs()));
-    println!("{scene}: {} comparisons, mean z² {mean_square:.3}, largest |z| {largest:.2}", zs.len());
+    println!(
+        "{scene}: {} comparisons, mean z² {mean_square:.3}, largest |z| {largest:.2}",
+        zs.len()
+    );
     max_abs_z(&zs, FAMILY).unwrap_or_else(|e| panic!("{scene}: {e}"));
     // Channels of one block share their paths: only the blocks count as independent.
     let independent = zs.len() as f64 / channels as f64;
     let allowed = 4.0 * (2.0 / independent).sqrt();
-    assert!((mean_square - 1.0).abs() < allowed, "{scene}: mean z² {mean_square}");
+    assert!(
+        (mean_square - 1.0).abs() < allowed,
+        "{scene}: mean z² {mean_square}"
+    );
 }
 
 #[test]

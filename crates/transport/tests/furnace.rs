@@ -79,3 +79,36 @@ fn transparent_lens_behind_a_matched_boundary() {
     let wall = 1.0 + 0.15 * (-8.0f64).exp();
     check("from inside", shoot(scene, 64, 5), (1.15 / wall).powi(2));
 }
+
+/// Extinction that differs between channels by 16 times: distances are sampled for one channel at a time
+/// and weighted by the balance heuristic over all (theory §6, §9).
+#[test]
+fn chromatic_extinction() {
+    use transport::Spectrum;
+    use transport::medium::Texture;
+    let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
+    let mut medium = fog(index, 1.0, 1.0, 0.3);
+    medium.sigma_t = Texture::Uniform(Spectrum([0.5, 2.0, 8.0, 0.0]));
+    let objects = vec![container(ball(), Bsdf::Null)];
+    let mut scene = parts(
+        objects,
+        vec![vacuum(), medium],
+        vec![sky()],
+        camera(DVec3::Z * 3.0, DVec3::ZERO),
+    );
+    scene.film.channels = 3;
+    let rendering = shoot(scene, 2048, 6);
+    let pixels = rendering.film.group(0);
+    for channel in 0..3 {
+        let n = pixels.len() as f64;
+        let mean = pixels.iter().map(|p| p.mean()[channel]).sum::<f64>() / n;
+        let variance: f64 = pixels.iter().map(|p| p.variance_of_mean()[channel]).sum();
+        let error = variance.sqrt() / n;
+        println!("channel {channel}: {mean} ± {error}");
+        assert!(
+            (mean - 1.0).abs() < Z * error,
+            "channel {channel}: {mean} ± {error}"
+        );
+        assert!(error < 0.02);
+    }
+}

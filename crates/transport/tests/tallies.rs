@@ -26,7 +26,11 @@ use transport::{Scene, Spectrum};
 const FAMILY: f64 = 1e-3;
 
 fn numbers(v: &Value) -> Vec<f64> {
-    v.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+    v.as_array()
+        .unwrap()
+        .iter()
+        .map(|x| x.as_f64().unwrap())
+        .collect()
 }
 
 fn luneburg_ball(sigma_t: f64, albedo: f64, emitter: Emitter) -> Scene {
@@ -35,7 +39,9 @@ fn luneburg_ball(sigma_t: f64, albedo: f64, emitter: Emitter) -> Scene {
     let objects = vec![container(ball, Bsdf::Null)];
     let media = vec![vacuum(), fog(index, sigma_t, albedo, 0.0)];
     let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);
-    Scene::new(parts(objects, media, vec![emitter], sensor)).unwrap().0
+    Scene::new(parts(objects, media, vec![emitter], sensor))
+        .unwrap()
+        .0
 }
 
 #[test]
@@ -61,14 +67,18 @@ fn irradiance_of_a_luneburg_ball_around_a_point_source() {
                 let cos = edges[bin] + (edges[bin + 1] - edges[bin]) * u;
                 let (sin, phi) = ((1.0 - cos * cos).sqrt(), 2.0 * PI * v);
                 let n = DVec3::new(cos, sin * phi.cos(), sin * phi.sin());
-                let out = Frame::from_normal(n).to_world(cosine_hemisphere_sample(sampler.next_2d()));
+                let out =
+                    Frame::from_normal(n).to_world(cosine_hemisphere_sample(sampler.next_2d()));
                 let ray = Ray {
                     origin: n * (1.0 + 1e-9),
                     direction: -out,
                 };
                 (ray, PI)
             });
-            println!("{bin}: {mean} ± {se}, reference {}", total[bin] - unscattered[bin]);
+            println!(
+                "{bin}: {mean} ± {se}, reference {}",
+                total[bin] - unscattered[bin]
+            );
             two_sample_z(mean, se, total[bin] - unscattered[bin], error[bin])
         })
         .collect();

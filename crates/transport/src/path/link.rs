@@ -8,13 +8,17 @@ use crate::bsdf::Bsdf;
 use crate::emitter::Aim;
 use crate::medium::Attenuation;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{Connection, Event, Launch, Piece};
+use eikonal::connect::{Connection, Event, Launch, Piece, World};
 use eikonal::interface::Rule;
 use glam::DVec3;
 
 /// Directions closer than this, in radians, are those of one branch.
 const SAME_WAY: f64 = 1e-4;
 
+/// A grazing ray touches the surface on which it ends this many times its miss before the end.
+const SLACK_PER_MISS: f64 = 1e3;
+/// Likewise for the distance by which ends are kept off surfaces.
+const SLACK_PER_NUDGE: f64 = 1e3;
 /// Connections whose spans of σ differ by less than this share are one branch.
 const SAME_SIGMA: f64 = 1e-5;
 
@@ -37,6 +41,8 @@ pub struct Link {
     pub events: u32,
     /// Span of σ.
     pub sigma: f64,
+    /// How far the ray passes from the point that it was aimed at.
+    pub miss: f64,
     /// 1/(J n_e²) for a point, 1/(A n_x²) for a plane (theory §3): turns what is emitted into what
     /// a basic-radiance vertex receives.
     pub geometry: f64,
@@ -59,7 +65,8 @@ impl Link {
     ) {
         let mut offer = |link: Option<Link>, target: Option<usize>, ws: &mut Workspace| {
             let Some(link) = link else { return };
-            if scene.is_occluded(ws.solver.pieces(), target) {
+            let slack = SLACK_PER_MISS * link.miss + SLACK_PER_NUDGE * scene.nudge();
+            if scene.is_occluded(ws.solver.pieces(), target, slack) {
                 ws.stats.connections.occluded += 1;
             } else {
                 visit(&link);
@@ -145,6 +152,7 @@ impl Link {
             choice: 1.0,
             events: 0,
             sigma: edge.length,
+            miss: 0.0,
             geometry: 1.0 / density,
             density,
         }
@@ -188,6 +196,7 @@ fn to_point(
         choice: passage.choice,
         events: passage.events,
         sigma: ray.sigma,
+        miss: ray.miss,
         geometry: 1.0 / (ray.jacobian * n * n),
         density: ray.jacobian / cos.max(1e-300),
     })
@@ -234,6 +243,7 @@ fn to_plane(
         choice: passage.choice,
         events: passage.events,
         sigma: ray.sigma,
+        miss: ray.miss,
         geometry: 1.0 / (ray.jacobian * n_x * n_x),
         density: ray.jacobian * (n_x / n_e).powi(2) * pass_factor(pieces),
     })

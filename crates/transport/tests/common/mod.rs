@@ -125,12 +125,18 @@ pub fn estimate(
     for i in 0..samples {
         let mut sampler = transport::sampling::Sampler::new(seed, 0, i);
         let (ray, weight) = ray(&mut sampler);
-        let value = scene.integrator().radiance(scene, ray, 1, &mut sampler, &mut ws)[0] * weight;
+        let value = scene
+            .integrator()
+            .radiance(scene, ray, 1, &mut sampler, &mut ws)[0]
+            * weight;
         assert!(value.is_finite());
         sum += value;
         squares += value * value;
     }
     let n = samples as f64;
     let mean = sum / n;
-    (mean, ((squares / n - mean * mean) / (n - 1.0)).sqrt())
+    (
+        mean,
+        ((squares / n - mean * mean).max(0.0) / (n - 1.0)).sqrt(),
+    )
 }
