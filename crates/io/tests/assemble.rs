@@ -131,7 +131,7 @@ fn where_samples_sit_is_stated_never_guessed() {
 /// A `.npy` file of 2 × 2 × 2 doubles.
 fn npy(values: [f64; 8]) -> Vec<u8> {
     let mut header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 2, 2), }".to_owned();
-    while (10 + header.len() + 1) % 64 != 0 {
+    while !(10 + header.len() + 1).is_multiple_of(64) {
         header.push(' ');
     }
     header.push('\n');

@@ -19,7 +19,7 @@ fn finish(parts: Parts) -> Scene {
         tolerance: Tolerance::new(1e-10),
         ..parts
     };
-    Scene::new(tight).unwrap().0
+    Scene::new(tight).unwrap()
 }
 
 fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> transport::path::Edge {
@@ -113,8 +113,8 @@ fn an_edge_is_as_long_as_its_way() {
     // Off axis all rays cross at the far pole.
     let b: f64 = 0.6;
     let edge = self::edge(&scene, DVec3::new(b, 0.0, -3.0), DVec3::Z, 1);
-    let inside = edge.spans.iter().filter(|s| s.medium == 1);
-    let last = inside.last().unwrap();
+    let mut inside = edge.spans.iter().filter(|s| s.medium == 1);
+    let last = inside.next_back().unwrap();
     assert!(last.arc.position(last.theta_end).distance(DVec3::Z) < 1e-8);
 }
 

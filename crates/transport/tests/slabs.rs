@@ -45,7 +45,7 @@ fn half_sky(above: bool) -> Emitter {
 }
 
 fn at_normal_incidence(parts: Parts, samples: u64, seed: u64) -> (f64, f64) {
-    let scene = Scene::new(parts).unwrap().0;
+    let scene = Scene::new(parts).unwrap();
     let ray = Ray {
         origin: DVec3::Z * 2.0,
         direction: -DVec3::Z,
@@ -137,9 +137,7 @@ fn graded_slab_between_black_plates() {
     ];
     let media = vec![vacuum(), fog(index, 0.0, 0.0, 0.0)];
     let sensor = camera(DVec3::Z * 0.5, DVec3::ZERO);
-    let scene = Scene::new(parts(objects, media, emitters, sensor))
-        .unwrap()
-        .0;
+    let scene = Scene::new(parts(objects, media, emitters, sensor)).unwrap();
     let irradiance = |z: f64, inward: f64, seed| {
         estimate(&scene, (20_000, seed), |sampler| {
             let d = transport::sampling::sphere::cosine_hemisphere_sample(sampler.next_2d());

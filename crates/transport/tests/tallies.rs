@@ -39,9 +39,7 @@ fn luneburg_ball(sigma_t: f64, albedo: f64, emitter: Emitter) -> Scene {
     let objects = vec![container(ball, Bsdf::Null)];
     let media = vec![vacuum(), fog(index, sigma_t, albedo, 0.0)];
     let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);
-    Scene::new(parts(objects, media, vec![emitter], sensor))
-        .unwrap()
-        .0
+    Scene::new(parts(objects, media, vec![emitter], sensor)).unwrap()
 }
 
 #[test]
@@ -128,7 +126,7 @@ fn irradiance_behind_a_slab_with_the_sound_off() {
     let edges = numbers(&data["radial_edges"]);
     let tally = &data["field_off"]["irradiance_scattered"];
     let (mean, error) = (numbers(&tally["mean"]), numbers(&tally["se"]));
-    let scene = Scene::new(waveguide()).unwrap().0;
+    let scene = Scene::new(waveguide()).unwrap();
     let zs: Vec<f64> = (0..mean.len())
         .map(|bin| {
             let (irradiance, se) = estimate(&scene, (10_000, 200 + bin as u64), |sampler| {

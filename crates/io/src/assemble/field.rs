@@ -156,7 +156,8 @@ fn mode(q: &mut Query) -> Result<AcousticMode, FieldError> {
 /// Samples of n, interpolated by tricubic B-splines, in the box that `to_world` makes of the unit
 /// cube.
 fn grid(object: &Object, context: &mut Context) -> Option<Field> {
-    let (volume, source) = read(object, context);
+    // In double precision: rounding of n to single would drown contrasts of 1e-6.
+    let (volume, source) = read::<f64>(object, context);
     let mut query = Query::new(object, context.diagnostics);
     for known in ["filename", "axis_order", "to_world"] {
         query.has(known);

@@ -171,8 +171,8 @@ fn scene(
         });
     };
     match Scene::new(parts) {
-        Ok((scene, problems)) => {
-            problems.iter().for_each(&mut report);
+        Ok(scene) => {
+            scene.warnings().iter().for_each(&mut report);
             Some(scene)
         }
         Err(problems) => {

@@ -3,7 +3,7 @@
 use super::context::Context;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::Object;
-use crate::volume::{AxisOrder, Volume};
+use crate::volume::{AxisOrder, Sample, Volume};
 use glam::{DAffine3, DMat4};
 use std::sync::Arc;
 use transport::Spectrum;
@@ -44,7 +44,7 @@ fn grid(object: &Object, allowed: (f64, f64), context: &mut Context) -> Option<G
         unknown_plugin(object, &["gridvolume"], context.diagnostics);
         return None;
     }
-    let (volume, source) = read(object, context);
+    let (volume, source) = read::<f32>(object, context);
     let mut query = Query::new(object, context.diagnostics);
     for known in ["filename", "axis_order", "placement", "to_world"] {
         query.has(known);
@@ -81,7 +81,10 @@ pub(super) struct Source {
 
 /// Reads the file that a volume names. What the file format does not say, the scene must: the axis
 /// order of a `.npy` array.
-pub(super) fn read(object: &Object, context: &mut Context) -> (Option<Volume>, Source) {
+pub(super) fn read<T: Sample>(
+    object: &Object,
+    context: &mut Context,
+) -> (Option<Volume<T>>, Source) {
     let mut query = Query::new(object, context.diagnostics);
     let path = query.path("filename", context.files);
     let is_npy = path

@@ -249,6 +249,12 @@ fn to_plane(
     })
 }
 
+/// Share of the power in a ray tube that gets through the media and interfaces along it.
+pub fn transmittance(scene: &Scene, pieces: &[Piece<MediumId>]) -> Spectrum {
+    let passage = Passage::new(scene, pieces, false);
+    passage.depth.exp_neg() * passage.factor
+}
+
 /// What happens to the light of a connection on its way.
 struct Passage {
     depth: Spectrum,

@@ -121,6 +121,7 @@ pub struct Scene {
     attractors: Vec<DVec3>,
     /// For each emitter that is a beam, where it goes.
     guides: Vec<Option<Guide<MediumId>>>,
+    warnings: Vec<Problem>,
 }
 
 /// Some of the objects, for intersection tests.
@@ -148,9 +149,11 @@ impl Index {
 }
 
 impl Scene {
-    /// Puts a scene together and checks it. Returns the scene with its warnings, or everything that
-    /// is wrong with it.
-    pub fn new(parts: Parts) -> Result<(Self, Vec<Problem>), Vec<Problem>> {
+    /// Puts a scene together and checks it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, errors first.
+    pub fn new(parts: Parts) -> Result<Self, Vec<Problem>> {
         let around = surroundings(&parts);
         let regions = regions::survey(&parts, &around);
         let sensor_medium = parts
@@ -158,6 +161,7 @@ impl Scene {
             .unwrap_or_else(|| medium_at(&parts.objects, parts.sensor.position()));
         let mut scene = Scene {
             guides: Vec::new(),
+            warnings: Vec::new(),
             all: Index::new(&parts.objects, |_| true),
             interfaces: Index::new(&parts.objects, Object::is_interface),
             blockers: Index::new(&parts.objects, |o| !o.is_interface()),
@@ -173,7 +177,13 @@ impl Scene {
         if problems.iter().any(|p| p.severity == Severity::Error) {
             return Err(problems);
         }
-        Ok((scene, problems))
+        scene.warnings = problems;
+        Ok(scene)
+    }
+
+    /// What is doubtful about the scene.
+    pub fn warnings(&self) -> &[Problem] {
+        &self.warnings
     }
 
     /// Objects.

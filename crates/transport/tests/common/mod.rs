@@ -102,7 +102,7 @@ pub fn parts(
 
 /// Renders with a given number of samples and seed.
 pub fn shoot(parts: Parts, samples: u64, seed: u64) -> Rendering {
-    let (scene, _) = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
+    let scene = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
     render(&[scene], &Options { samples, seed }, |_| {
         ControlFlow::Continue(())
     })
