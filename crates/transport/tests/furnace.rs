@@ -128,3 +128,66 @@ fn chromatic_extinction() {
         assert!(error < 0.02);
     }
 }
+
+/// Emission and scattering across declared index jumps, with an extended edge: a black lamp far away makes
+/// distances be sampled around it, which must change nothing.
+#[test]
+fn a_lamp_without_light_changes_nothing() {
+    use transport::Spectrum;
+    use transport::emitter::Emitter;
+    let objects = vec![container(ball(), Bsdf::Null)];
+    let index = eikonal::field::Constant::new(1.33);
+    let media = vec![vacuum(), fog(index, 2.0, 1.0, 0.0)];
+    let lamp = Emitter::Point {
+        position: DVec3::new(5.0, 4.0, 3.0),
+        intensity: Spectrum::ZERO,
+    };
+    let sensor = camera(DVec3::Z * 3.0, DVec3::ZERO);
+    let scene = parts(objects, media, vec![sky(), lamp], sensor);
+    check("from outside", shoot(scene, 512, 8), 1.0);
+}
+
+/// Loose rays are not noticeably biased: the match between edges and connections is as loose as they are.
+#[test]
+fn loose_tolerance() {
+    let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
+    let objects = vec![container(ball(), Bsdf::Null)];
+    let media = vec![vacuum(), fog(index, 2.0, 1.0, 0.0)];
+    let mut scene = parts(
+        objects,
+        media,
+        vec![sky()],
+        camera(DVec3::Z * 3.0, DVec3::ZERO),
+    );
+    scene.tolerance = eikonal::Tolerance::new(1e-4);
+    check("from outside", shoot(scene, 1024, 9), 1.0);
+}
+
+/// Layers that touch: a ray that leaves one enters the next, and normals may point inwards.
+#[test]
+fn touching_layers_with_flipped_normals() {
+    use glam::{DAffine3, DMat3};
+    use transport::scene::{Object, Sides};
+    use transport::shape::{Cube, Shape};
+    let layer = |center: f64, interior: usize, flip: bool| {
+        let to_world = DAffine3 {
+            matrix3: DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.25)),
+            translation: DVec3::Z * center,
+        };
+        Object {
+            shape: Shape::from(Cube::new(to_world).unwrap()).with_flipped_normals(flip),
+            sides: Some(Sides {
+                interior,
+                exterior: 0,
+            }),
+            ..container(ball(), glass())
+        }
+    };
+    let objects = vec![layer(-0.25, 1, false), layer(0.25, 2, true)];
+    let water = fog(eikonal::field::Constant::new(1.33), 1.0, 1.0, 0.0);
+    let resin = fog(eikonal::field::Constant::new(1.5), 3.0, 1.0, 0.0);
+    let inside = DVec3::new(0.1, 0.2, 0.3);
+    let sensor = camera(inside, DVec3::ZERO);
+    let scene = parts(objects, vec![vacuum(), water, resin], vec![sky()], sensor);
+    check("inside", shoot(scene, 512, 10), 1.5 * 1.5);
+}

@@ -123,6 +123,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         y: DVec3,
     ) -> Result<Connection, Failure> {
         let distance = launch.x().distance(y);
+        // Positions are no better than round-off, nor than the distance by which rays are kept off
+        // interfaces.
+        let floor = 1e-13 * (distance + y.length()) + 10.0 * world.nudge();
         let mut trial = Iterate { launch, sigma };
         let mut best: Option<(Iterate, Landing, f64)> = None;
         let mut damping = 0.0;
@@ -133,7 +136,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             let landing = self.shot(world, &trial, region);
             let miss = landing.map_or(f64::INFINITY, |l| l.x.distance(y));
             match (&best, landing) {
-                (_, Ok(landing)) if miss <= self.tolerance.get() * self.last_leg() => {
+                (_, Ok(landing)) if miss <= self.goal(floor) => {
                     return self.finish(&trial, &landing, y, shots);
                 }
                 (None, Err(failure)) => return Err(failure),
@@ -154,13 +157,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         Err(Failure::NotConverged)
     }
 
-    /// Length of the ray since its last interface. A target just behind a wall that is lit from far
-    /// away must be met on the scale of its distance to the wall.
-    fn last_leg(&self) -> f64 {
-        let leg = self.pieces.iter().rev().enumerate();
-        leg.take_while(|(i, piece)| *i == 0 || piece.event.is_none())
+    /// How close to the target a ray must pass: on the scale of its length since the last interface,
+    /// since a target just behind a wall that is lit from far away must be met on the scale of its
+    /// distance to the wall.
+    fn goal(&self, floor: f64) -> f64 {
+        let last = self.pieces.iter().rev().enumerate();
+        let leg: f64 = last
+            .take_while(|(i, piece)| *i == 0 || piece.event.is_none())
             .map(|(_, piece)| piece.arc.arc_length(piece.theta_end))
-            .sum()
+            .sum();
+        f64::max(self.tolerance.get() * leg, floor)
     }
 
     fn shot<W: World<Region = R>>(

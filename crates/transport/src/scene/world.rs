@@ -27,7 +27,12 @@ impl World for Scene {
                 Bsdf::Null => Rule::Pass,
                 _ => Rule::Refract,
             },
-            beyond: surface.medium_towards(medium, hit.normal, arc.velocity(hit.theta)),
+            beyond: self.medium_beside(
+                object,
+                medium,
+                (hit.position, hit.normal),
+                arc.velocity(hit.theta),
+            ),
             surface: object,
         })
     }

@@ -87,7 +87,6 @@ pub fn parts(
         media,
         emitters,
         sensor,
-        sensor_medium: None,
         film: FilmSpec {
             width: 4,
             height: 4,
