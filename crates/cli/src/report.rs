@@ -76,7 +76,7 @@ impl Report<'_> {
         let pairs = [
             ("scene", file_name(&self.args.scene.path)),
             ("scene_hash", self.loaded.hash.to_string()),
-            ("version", env!("CARGO_PKG_VERSION").into()),
+            ("morgana_version", env!("CARGO_PKG_VERSION").into()),
             ("integrator", self.loaded.scene().integrator().name().into()),
             ("seed", self.args.seed.to_string()),
             ("spp", self.rendering.samples.to_string()),

@@ -82,7 +82,7 @@ fn scene(index: Field, emitter: Emitter) -> Scene {
         filter: Filter::Box,
     };
     parts.tolerance = Tolerance::new(1e-5);
-    Scene::new(parts).expect("the scene is valid").0
+    Scene::new(parts).expect("the scene is valid")
 }
 
 fn row(name: &str, pools: &[ThreadPool; 2], index: Field, emitter: Emitter) {

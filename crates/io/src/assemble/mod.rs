@@ -117,6 +117,9 @@ fn scene(
 ) -> Option<Scene> {
     let root = &*description.root;
     let (integrators, sensors, shapes, emitters) = children(root, &mut context);
+    if let [_, second, ..] = integrators[..] {
+        context.error_at(&second.location, "the scene has more than one <integrator>");
+    }
     let (integrator, tolerance) = integrator(integrators.first().copied(), options, &mut context);
     for &shape in &shapes {
         shape::add(shape, &mut context);
@@ -145,7 +148,6 @@ fn scene(
         media: context.media,
         emitters: context.emitters,
         sensor: sensor.sensor,
-        sensor_medium: sensor.medium,
         film: sensor.film,
         integrator,
         samples: options.samples.unwrap_or(sensor.samples),
@@ -171,8 +173,18 @@ fn scene(
         });
     };
     match Scene::new(parts) {
-        Ok((scene, problems)) => {
-            problems.iter().for_each(&mut report);
+        Ok(scene) => {
+            scene.warnings().iter().for_each(&mut report);
+            if let (Some(medium), [object]) = (sensor.medium, &sensors[..])
+                && medium != scene.sensor_medium()
+            {
+                let message =
+                    "the sensor names a medium, but no closed shape around it holds that medium";
+                context
+                    .diagnostics
+                    .push(Diagnostic::error(message).at(&object.location));
+                return None;
+            }
             Some(scene)
         }
         Err(problems) => {
@@ -238,7 +250,7 @@ fn integrator(
     let mut query = Query::new(object, context.diagnostics);
     let max_depth = query.integer_in("max_depth", -1..=1_000_000, -1);
     let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(default.rr_depth));
-    let tolerance = query.float_in("tolerance", 1e-12..=1e-2, Tolerance::default().get());
+    let tolerance = query.float_in("tolerance", 1e-12..=1e-4, Tolerance::default().get());
     query.finish(&[]);
     let path = PathTracer {
         max_depth: u32::try_from(max_depth).ok(),

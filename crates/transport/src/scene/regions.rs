@@ -62,7 +62,7 @@ fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
     let uniqueness = match holders[..] {
         [object] if object.shape.is_convex() => Some(Uniqueness::new(
             aabb.grown(margin),
-            diameter(&object.shape),
+            object.shape.diameter(),
             bounds,
         )),
         _ => None,
@@ -71,14 +71,6 @@ fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
         aabb,
         bounds,
         uniqueness,
-    }
-}
-
-/// Largest distance between two points of a shape.
-fn diameter(shape: &Shape) -> f64 {
-    match shape {
-        Shape::Sphere(_) => shape.aabb().size().max_element(),
-        _ => shape.aabb().diagonal(),
     }
 }
 
