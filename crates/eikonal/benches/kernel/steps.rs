@@ -74,7 +74,7 @@ fn row(name: &str, field: &Field, radius: f64) {
     );
 }
 
-/// Evaluates at every place, a hundred times over; the unit is the six evaluations of one step.
+/// Evaluates at every place, ninety times over; the unit is the six evaluations of one step.
 fn evaluations(places: &[DVec3], evaluate: impl Fn(DVec3) -> DVec3) -> u64 {
     let mut sum = DVec3::ZERO;
     for _ in 0..90 {
