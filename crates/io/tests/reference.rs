@@ -50,9 +50,12 @@ fn shoot(scene: &str, samples: u64) -> Rendering {
         io::load_scene(&path, &io::LoadOptions::default()).unwrap_or_else(|d| panic!("{d}"));
     let long = std::env::var_os("MORGANA_LONG_TESTS").is_some();
     let samples = if long { 16 * samples } else { samples };
-    render(&loaded.groups, &Options { samples, seed: 1 }, |_| {
-        ControlFlow::Continue(())
-    })
+    let options = Options {
+        integrator: loaded.integrator,
+        samples,
+        seed: 1,
+    };
+    render(&loaded.groups, &options, |_| ControlFlow::Continue(()))
 }
 
 /// Compares a scene's render to a reference in as many channels as differ.

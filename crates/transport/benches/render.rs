@@ -26,6 +26,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 use transport::emitter::Emitter;
 use transport::film::Filter;
+use transport::integrator::{Integrator, PathTracer};
 use transport::render::{Options, render};
 use transport::scene::FilmSpec;
 use transport::shape::Sphere;
@@ -134,6 +135,7 @@ fn arithmetic(pool: &ThreadPool) -> f64 {
 
 fn seconds(pool: &ThreadPool, scene: &[Scene]) -> f64 {
     let options = Options {
+        integrator: Integrator::Path(PathTracer::default()),
         samples: SAMPLES,
         seed: 1,
     };

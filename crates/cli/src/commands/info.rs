@@ -49,8 +49,8 @@ fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Re
     writeln!(
         out,
         "  sampling     {} samples per pixel, integrator {}",
-        scene.samples(),
-        scene.integrator().name()
+        loaded.samples,
+        loaded.integrator.name()
     )?;
     writeln!(
         out,

@@ -30,7 +30,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     // A time limit replaces the scene's number of samples, but not that of the command line.
     let requested = match args.time {
         Some(_) => args.spp,
-        None => Some(loaded.scene().samples()),
+        None => Some(loaded.samples),
     };
     let started = Instant::now();
     let (rendering, stopped) = run(args, &loaded, requested, &pool, &interrupted);
@@ -117,6 +117,7 @@ fn run(
         time: args.time,
     };
     let options = Options {
+        integrator: loaded.integrator,
         samples: requested.unwrap_or(u64::MAX),
         seed: args.seed,
     };

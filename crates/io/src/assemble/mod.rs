@@ -40,6 +40,10 @@ pub struct LoadOptions {
 pub struct Loaded {
     /// One scene for each group of up to four spectral channels; they differ in spectra only.
     pub groups: Vec<Scene>,
+    /// Estimator.
+    pub integrator: Integrator,
+    /// Samples per pixel.
+    pub samples: u64,
     /// What is doubtful about it.
     pub warnings: Diagnostics,
     /// Hash of the description and of all files it refers to.
@@ -79,9 +83,9 @@ pub fn assemble(
 ) -> Result<Loaded, Diagnostics> {
     let mut files = FileRegistry::new();
     let channels = Channels::of(&description.root, &mut diagnostics);
-    let mut groups = Vec::new();
+    let mut parts = Vec::new();
     for group in 0..channels.groups() {
-        // Mistakes are the same in every group: they are reported for the first only.
+        // What is doubtful is the same in every group: it is reported for the first only.
         let mut later = Diagnostics::new();
         let log = if group == 0 {
             &mut diagnostics
@@ -89,32 +93,52 @@ pub fn assemble(
             &mut later
         };
         let context = Context::new(&channels, group, log, &mut files);
-        groups.extend(scene(description, options, context));
+        parts.extend(group_parts(description, options, context));
+        if later.has_errors() {
+            return Err(later);
+        }
         if diagnostics.has_errors() {
             return Err(diagnostics);
         }
     }
-    match description.hash(&files) {
-        Ok(hash) if !groups.is_empty() => Ok(Loaded {
-            groups,
-            warnings: diagnostics,
-            hash,
-            channel_names: channels.names(),
-        }),
-        Ok(_) => Err(diagnostics),
+    let hash = match description.hash(&files) {
+        Ok(hash) => hash,
         Err(error) => {
             diagnostics.push(Diagnostic::error(error.to_string()));
-            Err(diagnostics)
+            return Err(diagnostics);
         }
-    }
+    };
+    let Some(&GroupParts {
+        integrator,
+        samples,
+        ..
+    }) = parts.first()
+    else {
+        return Err(diagnostics);
+    };
+    Ok(Loaded {
+        groups: parts.into_iter().map(|p| p.scene).collect(),
+        integrator,
+        samples: options.samples.unwrap_or(samples),
+        warnings: diagnostics,
+        hash,
+        channel_names: channels.names(),
+    })
 }
 
-/// The scene of one channel group; `None` after an error.
-fn scene(
+/// What the description makes for one channel group.
+struct GroupParts {
+    scene: Scene,
+    integrator: Integrator,
+    samples: u64,
+}
+
+/// The scene of one channel group and how to render it; `None` after an error.
+fn group_parts(
     description: &SceneDescription,
     options: &LoadOptions,
     mut context: Context,
-) -> Option<Scene> {
+) -> Option<GroupParts> {
     let root = &*description.root;
     let (integrators, sensors, shapes, emitters) = children(root, &mut context);
     if let [_, second, ..] = integrators[..] {
@@ -149,8 +173,6 @@ fn scene(
         emitters: context.emitters,
         sensor: sensor.sensor,
         film: sensor.film,
-        integrator,
-        samples: options.samples.unwrap_or(sensor.samples),
         tolerance,
     };
     let places = context.places;
@@ -185,7 +207,11 @@ fn scene(
                     .push(Diagnostic::error(message).at(&object.location));
                 return None;
             }
-            Some(scene)
+            Some(GroupParts {
+                scene,
+                integrator,
+                samples: sensor.samples,
+            })
         }
         Err(problems) => {
             problems.iter().for_each(&mut report);

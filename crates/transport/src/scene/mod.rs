@@ -11,7 +11,6 @@ use crate::Spectrum;
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Surroundings};
 use crate::film::Filter;
-use crate::integrator::Integrator;
 use crate::medium::Medium;
 use crate::sampling::Discrete;
 use crate::sensor::Sensor;
@@ -88,10 +87,6 @@ pub struct Parts {
     pub sensor: Sensor,
     /// Film.
     pub film: FilmSpec,
-    /// Estimator.
-    pub integrator: Integrator,
-    /// Samples per pixel.
-    pub samples: u64,
     /// Tolerance of rays.
     pub tolerance: Tolerance,
 }
@@ -214,16 +209,6 @@ impl Scene {
     /// Film.
     pub fn film(&self) -> &FilmSpec {
         &self.parts.film
-    }
-
-    /// Estimator.
-    pub fn integrator(&self) -> &Integrator {
-        &self.parts.integrator
-    }
-
-    /// Samples per pixel.
-    pub fn samples(&self) -> u64 {
-        self.parts.samples
     }
 
     /// Tolerance of rays.

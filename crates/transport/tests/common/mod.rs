@@ -93,8 +93,6 @@ pub fn parts(
             channels: 1,
             filter: Filter::Box,
         },
-        integrator: Integrator::Path(PathTracer::default()),
-        samples: 1,
         tolerance: Tolerance::default(),
     }
 }
@@ -102,9 +100,12 @@ pub fn parts(
 /// Renders with a given number of samples and seed.
 pub fn shoot(parts: Parts, samples: u64, seed: u64) -> Rendering {
     let scene = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
-    render(&[scene], &Options { samples, seed }, |_| {
-        ControlFlow::Continue(())
-    })
+    let options = Options {
+        integrator: path_tracer(),
+        samples,
+        seed,
+    };
+    render(&[scene], &options, |_| ControlFlow::Continue(()))
 }
 
 /// Mean of the image and its standard error.
@@ -124,10 +125,7 @@ pub fn estimate(
     for i in 0..samples {
         let mut sampler = transport::sampling::Sampler::new(seed, 0, i);
         let (ray, weight) = ray(&mut sampler);
-        let value = scene
-            .integrator()
-            .radiance(scene, ray, 1, &mut sampler, &mut ws)[0]
-            * weight;
+        let value = path_tracer().radiance(scene, ray, 1, &mut sampler, &mut ws)[0] * weight;
         assert!(value.is_finite());
         sum += value;
         squares += value * value;
@@ -138,4 +136,9 @@ pub fn estimate(
         mean,
         ((squares / n - mean * mean).max(0.0) / (n - 1.0)).sqrt(),
     )
+}
+
+/// The path tracer with its defaults.
+pub fn path_tracer() -> Integrator {
+    Integrator::Path(PathTracer::default())
 }
