@@ -20,6 +20,9 @@ pub struct Cube {
     pub(super) placement: Placement,
 }
 
+/// Points nearer to the centre than this are not on the surface, whatever the rounding.
+const WITHIN: f64 = 1.0 - 1e-6;
+
 impl Cube {
     /// The image of the cube.
     pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
@@ -28,7 +31,8 @@ impl Cube {
     }
 
     pub(super) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
-        let curve = Curve::new(arc, theta, &self.placement, &LOCAL)?;
+        let within = |p: DVec3| p.abs().max_element() < WITHIN;
+        let curve = Curve::leaving(arc, theta, &self.placement, &LOCAL, within)?;
         // A curve through an edge must not slip between two faces.
         let limit = 1.0 + self.placement.noise();
         let mut best: Option<(f64, Flat)> = None;

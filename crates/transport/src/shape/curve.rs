@@ -43,16 +43,34 @@ enum Coefficients {
 impl Curve {
     /// The part of θ ∈ [theta[0], theta[1]] within and around the local box `bounds`.
     pub fn new(arc: &Arc, theta: [f64; 2], placement: &Placement, bounds: &Aabb) -> Option<Self> {
+        Curve::leaving(arc, theta, placement, bounds, |_| false)
+    }
+
+    /// As [`Curve::new`]; `None` also if the whole arc lies well within a convex shape, so that it
+    /// cannot meet its surface: a curve lies in the convex hull of its control points.
+    pub fn leaving(
+        arc: &Arc,
+        theta: [f64; 2],
+        placement: &Placement,
+        bounds: &Aabb,
+        within: impl Fn(DVec3) -> bool,
+    ) -> Option<Self> {
         let range = [theta[0].max(0.0), theta[1].min(1.0)];
         let near = bounds.grown(MARGIN);
         if arc.is_straight() {
             let ends = [placement.local(arc.start()), placement.local(arc.end())];
+            if ends.into_iter().all(&within) {
+                return None;
+            }
             let theta = Sweep::new(&ends).clip(&near, range)?;
             let length = (ends[1] - ends[0]).length();
             let points = Points::Line(theta.map(|t| on_line(&ends, t)));
             return Some(Curve::cut(points, theta, placement, length));
         }
         let control = arc.control().map(|p| placement.local(p));
+        if control.into_iter().all(within) {
+            return None;
+        }
         let theta = Sweep::new(&control).clip(&near, range)?;
         let size = control.iter().fold(0.0, |m: f64, p| m.max(p.length()));
         let points = Points::Arc(restrict(&control, theta[0], theta[1]));

@@ -21,6 +21,9 @@ pub struct Sphere {
     area: f64,
 }
 
+/// Points nearer to the centre than this are not on the surface, whatever the rounding.
+const WITHIN: f64 = 1.0 - 1e-6;
+
 impl Sphere {
     /// Twice the largest singular value of the linear part: the longest axis of the ellipsoid.
     pub(super) fn diameter(&self) -> f64 {
@@ -58,7 +61,8 @@ impl Sphere {
     }
 
     pub(super) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
-        let curve = Curve::new(arc, theta, &self.placement, &LOCAL)?;
+        let within = |p: DVec3| p.length_squared() < WITHIN;
+        let curve = Curve::leaving(arc, theta, &self.placement, &LOCAL, within)?;
         let f = curve.radial(&DVec3::AXES);
         let u = curve.first(&f, 1.0, |_| true)?;
         let local = curve.position(u).normalize();
