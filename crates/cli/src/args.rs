@@ -4,7 +4,6 @@
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use glam::DVec3;
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::time::Duration;
 
 /// Renders light in media of continuously varying refractive index.
@@ -58,7 +57,7 @@ pub struct SceneArgs {
     /// Scene file.
     #[arg(value_name = "SCENE")]
     pub path: PathBuf,
-    /// Set a parameter that the scene declares with <default>; may be repeated.
+    /// Set a parameter that the scene declares with `<default>`; may be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     pub defines: Vec<(String, String)>,
 }
@@ -72,13 +71,13 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Samples per pixel, instead of the scene's.
-    #[arg(long, value_name = "N", value_parser = at_least_one::<u64>)]
+    #[arg(long, value_name = "N", value_parser = samples)]
     pub spp: Option<u64>,
     /// Seed of the random numbers.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
     /// Number of threads; all processors by default.
-    #[arg(long, value_name = "N", value_parser = at_least_one::<usize>)]
+    #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<usize>,
     /// Stop after this time, for example 30s, 2m or 1h30m; --spp is then an upper bound.
     #[arg(long, value_name = "DURATION", value_parser = duration)]
@@ -109,7 +108,7 @@ pub struct TraceArgs {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = direction)]
     pub direction: DVec3,
     /// Number of rays.
-    #[arg(long, value_name = "N", default_value = "1", value_parser = at_least_one::<usize>)]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = rays)]
     pub rays: usize,
     /// Angle of the fan of rays, in degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, value_parser = not_negative)]
@@ -145,11 +144,30 @@ fn define(text: &str) -> Result<(String, String), String> {
     }
 }
 
-fn at_least_one<T: FromStr + PartialOrd + From<u8>>(text: &str) -> Result<T, String> {
-    match text.parse::<T>() {
-        Ok(n) if n >= T::from(1) => Ok(n),
-        _ => Err("expected a whole number, at least 1".into()),
-    }
+/// Rays are all kept until they are written.
+const MOST_RAYS: u64 = 1_000_000;
+/// Beyond the largest machines.
+const MOST_THREADS: u64 = 4096;
+
+fn samples(text: &str) -> Result<u64, String> {
+    whole(text, u64::MAX).ok_or_else(|| "expected a whole number, at least 1".into())
+}
+
+fn rays(text: &str) -> Result<usize, String> {
+    bounded(text, MOST_RAYS)
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    bounded(text, MOST_THREADS)
+}
+
+fn bounded(text: &str, most: u64) -> Result<usize, String> {
+    let number = whole(text, most).and_then(|n| usize::try_from(n).ok());
+    number.ok_or_else(|| format!("expected a whole number from 1 to {most}"))
+}
+
+fn whole(text: &str, most: u64) -> Option<u64> {
+    text.parse().ok().filter(|n| (1..=most).contains(n))
 }
 
 fn finite(text: &str) -> Result<f64, String> {

@@ -43,10 +43,12 @@ const RAY_FORMATS: [(&str, RayFormat); 3] = [
 pub fn images(args: &RenderArgs) -> Result<Vec<(PathBuf, ImageFormat)>, Failure> {
     let mut paths = args.output.clone();
     if paths.is_empty() {
-        let stem = args.scene.path.file_stem().unwrap_or_default();
-        paths = ["exr", "png"]
-            .map(|e| Path::new(stem).with_added_extension(e))
-            .into();
+        let named = |extension| {
+            let mut name = args.scene.path.file_stem().unwrap_or_default().to_owned();
+            name.push(extension);
+            PathBuf::from(name)
+        };
+        paths = [".exr", ".png"].map(named).into();
     }
     let format = |path: PathBuf| {
         let format = by_extension(&path, &IMAGE_FORMATS)?;

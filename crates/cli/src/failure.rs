@@ -2,7 +2,7 @@
 
 use io::Diagnostics;
 use io::diagnostic::Style;
-use std::io::{ErrorKind, IsTerminal};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 
 /// Why a command did not succeed.
@@ -29,7 +29,7 @@ impl Failure {
                 ExitCode::from(2)
             }
             Failure::Scene(diagnostics) => {
-                eprint!("{}", diagnostics.render(style()));
+                show(&diagnostics);
                 ExitCode::from(2)
             }
             Failure::Runtime(message) => {
@@ -64,16 +64,20 @@ impl From<io::FileError> for Failure {
     }
 }
 
-/// How messages are shown on the standard error.
-pub fn style() -> Style {
-    Style::detect(std::io::stderr().is_terminal())
-}
-
 fn complain(message: &str) {
     let mut diagnostics = Diagnostics::new();
-    diagnostics.push(io::Diagnostic::error(message));
-    eprint!("{}", diagnostics.render(style()).trim_end_matches('\n'));
-    eprintln!();
+    message
+        .lines()
+        .for_each(|line| diagnostics.push(io::Diagnostic::error(line)));
+    show(&diagnostics);
+}
+
+/// Shows messages on the standard error, with colours if that is a terminal.
+pub fn show(diagnostics: &Diagnostics) {
+    let mut stderr = std::io::stderr();
+    let text = diagnostics.render(Style::detect(stderr.is_terminal()));
+    // If not even this can be written, there is nobody to tell.
+    let _ = stderr.write_all(text.as_bytes());
 }
 
 /// A panic is a bug in this program: says so in one line instead of the runtime's own message,
@@ -87,7 +91,10 @@ pub fn hide_panics() {
         let place = panic
             .location()
             .map_or(String::new(), |l| format!(" at {l}"));
-        let message = panic.payload_as_str().unwrap_or("unknown");
+        let payload = panic.payload();
+        let text = payload.downcast_ref::<&str>().copied();
+        let text = text.or(payload.downcast_ref::<String>().map(String::as_str));
+        let message = text.unwrap_or("unknown");
         complain(&format!(
             "internal error{place}: {message}; please report it"
         ));

@@ -1,7 +1,7 @@
 //! Reading the scene that a command is about.
 
 use crate::args::SceneArgs;
-use crate::failure::{Failure, style};
+use crate::failure::{Failure, show};
 use io::{Diagnostic, Diagnostics, LoadOptions, Loaded};
 use std::path::Path;
 
@@ -30,7 +30,7 @@ pub fn load_with_warnings(args: &SceneArgs) -> Result<Loaded, Failure> {
 
 /// Shows a scene's warnings on the standard error.
 pub fn warn(loaded: &Loaded) {
-    eprint!("{}", loaded.warnings.render(style()));
+    show(&loaded.warnings);
 }
 
 /// The name of a scene file without its folder: what is written into outputs, which should not

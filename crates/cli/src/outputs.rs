@@ -1,7 +1,7 @@
 //! Images as files.
 
 use crate::config::ImageFormat;
-use crate::failure::Failure;
+use io::FileError;
 use io::image::png::Depth;
 use io::image::{ImageLayers, Layer, RgbImage, exr, npy, png};
 use std::path::Path;
@@ -40,13 +40,12 @@ pub fn write(
     format: ImageFormat,
     image: &ImageLayers,
     exposure: f64,
-) -> Result<(), Failure> {
+) -> Result<(), FileError> {
     match format {
-        ImageFormat::Exr => exr::write(path, image)?,
-        ImageFormat::Npy => npy::write(path, image, "")?,
-        ImageFormat::Png => png::write(path, &colour(image), Depth::Eight, exposure)?,
+        ImageFormat::Exr => exr::write(path, image),
+        ImageFormat::Npy => npy::write(path, image, ""),
+        ImageFormat::Png => png::write(path, &colour(image), Depth::Eight, exposure),
     }
-    Ok(())
 }
 
 /// Channels that are interleaved, one by one.

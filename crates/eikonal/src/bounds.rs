@@ -194,10 +194,11 @@ impl FieldBounds {
     /// −Hess ln n = −Hess n²/(2n²) + ∇n²⊗∇n²/(2n⁴).
     pub fn neg_hess_ln_n(&self) -> f64 {
         let kappa = self.kappa();
-        let bend = if self.hess_min < 0.0 {
-            -self.hess_min / (2.0 * self.n2_min.max(0.0))
-        } else {
+        // NaN, not zero, if nothing is known of the Hessian.
+        let bend = if self.hess_min >= 0.0 {
             0.0
+        } else {
+            -self.hess_min / (2.0 * self.n2_min.max(0.0))
         };
         bend + 2.0 * kappa * kappa
     }

@@ -163,7 +163,7 @@ fn obj_pieces() -> impl Strategy<Value = String> {
 #[test]
 fn the_valid_files_are_valid() {
     assert!(vol::parse(&vol_file()).is_ok());
-    assert!(npy::parse(&npy_file(), AxisOrder::Xyz).is_ok());
+    assert!(npy::parse::<f32>(&npy_file(), AxisOrder::Xyz).is_ok());
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
         assert!(mesh::ply::parse(&ply_file(format)).is_ok(), "{format}");
     }
@@ -197,12 +197,12 @@ proptest! {
 
     #[test]
     fn npy_of_arbitrary_bytes(bytes in after(vec![vec![], npy_file()[..12].to_vec()])) {
-        let _ = npy::parse(&bytes, AxisOrder::Zyx);
+        let _ = npy::parse::<f32>(&bytes, AxisOrder::Zyx);
     }
 
     #[test]
     fn npy_of_damaged_files(bytes in damaged(npy_file())) {
-        let _ = npy::parse(&bytes, AxisOrder::Zyx);
+        let _ = npy::parse::<f32>(&bytes, AxisOrder::Zyx);
     }
 
     #[test]

@@ -66,14 +66,16 @@ fn vol_error(bytes: &[u8], expected: &str) {
 #[track_caller]
 fn npy_error(bytes: &[u8], expected: &str) {
     assert_eq!(
-        npy::parse(bytes, AxisOrder::Zyx).unwrap_err().to_string(),
+        npy::parse::<f32>(bytes, AxisOrder::Zyx)
+            .unwrap_err()
+            .to_string(),
         expected
     );
 }
 
 #[test]
 fn the_reference_volume() {
-    let volume = Volume::read(&data("p5_sigma_t.vol"), AxisOrder::Zyx).unwrap();
+    let volume = Volume::<f32>::read(&data("p5_sigma_t.vol"), AxisOrder::Zyx).unwrap();
     assert_eq!((volume.size(), volume.channels()), ([16; 3], 1));
     // The values follow a formula of the position of the voxel's centre.
     let centre = |i: usize| 2.0 * (i as f64 + 0.5) / 16.0 - 1.0;
@@ -113,7 +115,7 @@ fn an_npy_file_round_trips() {
         let volume = sample([2, 3, 4], channels);
         let path = folder.path().join("a.npy");
         npy::write(&path, &volume).unwrap();
-        let read = Volume::read(&path, AxisOrder::Zyx).unwrap();
+        let read = Volume::<f32>::read(&path, AxisOrder::Zyx).unwrap();
         assert_eq!((read.size(), read.data()), (volume.size(), volume.data()));
         assert_eq!(read.bbox(), None);
     }
@@ -155,7 +157,8 @@ fn the_same_array_in_every_layout() {
                 .collect(),
         ));
         for (descr, bytes) in encodings {
-            let volume = npy::parse(&npy_bytes(descr, fortran, shape, &bytes), axes).unwrap();
+            let volume =
+                npy::parse::<f32>(&npy_bytes(descr, fortran, shape, &bytes), axes).unwrap();
             assert_eq!(volume.size(), [2, 3, 4]);
             assert_eq!(
                 volume.data(),
@@ -175,7 +178,7 @@ fn channels_of_a_fortran_array() {
         "(1, 1, 2, 2)",
         &f32s([0.0, 1.0, 1000.0, 1001.0]),
     );
-    let volume = npy::parse(&bytes, AxisOrder::Zyx).unwrap();
+    let volume = npy::parse::<f32>(&bytes, AxisOrder::Zyx).unwrap();
     assert_eq!(volume.data(), [0.0, 1000.0, 1.0, 1001.0]);
 }
 
@@ -230,7 +233,7 @@ fn vol_files_that_are_refused() {
 fn npy_files_that_are_refused() {
     let one = f32s([1.0]);
     let file = |descr, shape| npy_bytes(descr, false, shape, &one);
-    assert!(npy::parse(&file("<f4", "(1, 1, 1)"), AxisOrder::Zyx).is_ok());
+    assert!(npy::parse::<f32>(&file("<f4", "(1, 1, 1)"), AxisOrder::Zyx).is_ok());
     npy_error(
         b"VOL and more",
         "not a NPY file: it does not begin with the magic bytes",
@@ -291,7 +294,7 @@ fn npy_files_that_are_refused() {
 #[test]
 fn a_missing_file_is_named() {
     for name in ["no/such.vol", "no/such.npy"] {
-        let error = Volume::read(Path::new(name), AxisOrder::Zyx)
+        let error = Volume::<f32>::read(Path::new(name), AxisOrder::Zyx)
             .unwrap_err()
             .to_string();
         assert!(
@@ -299,7 +302,7 @@ fn a_missing_file_is_named() {
             "{error}"
         );
     }
-    let error = Volume::read(Path::new("a.vdb"), AxisOrder::Zyx)
+    let error = Volume::<f32>::read(Path::new("a.vdb"), AxisOrder::Zyx)
         .unwrap_err()
         .to_string();
     assert_eq!(

@@ -1,6 +1,7 @@
 //! Rendering: samples spread over threads, with results that depend on the seed alone.
 
 use crate::film::{Film, Pixel};
+use crate::integrator::Integrator;
 use crate::path::Workspace;
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -18,8 +19,10 @@ const PIXELS_PER_TASK: usize = 64;
 const PASS: Duration = Duration::from_millis(500);
 
 /// How a render is done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
+    /// Estimator.
+    pub integrator: Integrator,
     /// Samples per pixel.
     pub samples: u64,
     /// Seed: the same seed gives the same image, bit for bit, for any number of threads.
@@ -75,8 +78,12 @@ pub fn render_counted(
         let started = Instant::now();
         next = next.min(options.samples - done);
         for (group, scene) in scenes.iter().enumerate() {
-            let seed = group_seed(options.seed, group);
-            stats += pass(scene, seed, done..done + next, group, (&mut film, counter));
+            let source = Source {
+                scene,
+                integrator: options.integrator,
+                seed: group_seed(options.seed, group),
+            };
+            stats += pass(&source, done..done + next, group, (&mut film, counter));
         }
         done += next;
         let progress = Progress {
@@ -112,26 +119,32 @@ fn group_seed(seed: u64, group: usize) -> u64 {
     seed.wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
+/// Where the samples of one channel group come from.
+struct Source<'a> {
+    scene: &'a Scene,
+    integrator: Integrator,
+    seed: u64,
+}
+
 /// Adds a range of samples to every pixel of a channel group.
 fn pass(
-    scene: &Scene,
-    seed: u64,
+    source: &Source,
     samples: std::ops::Range<u64>,
     group: usize,
     (film, counter): (&mut Film, &AtomicU64),
 ) -> Stats {
-    let spec = *scene.film();
+    let spec = *source.scene.film();
     let lanes = (spec.channels - group * Spectrum::LANES).min(Spectrum::LANES);
     film.group_mut(group)
         .par_chunks_mut(PIXELS_PER_TASK)
         .enumerate()
         .map(|(task, pixels)| {
-            let mut ws = Workspace::new(scene.tolerance());
+            let mut ws = Workspace::new(source.scene.tolerance());
             for (i, pixel) in pixels.iter_mut().enumerate() {
                 let index = task * PIXELS_PER_TASK + i;
                 for sample in samples.clone() {
-                    let mut sampler = Sampler::new(seed, index as u64, sample);
-                    let value = one_sample(scene, index, lanes, &mut sampler, &mut ws);
+                    let mut sampler = Sampler::new(source.seed, index as u64, sample);
+                    let value = one_sample(source, index, lanes, &mut sampler, &mut ws);
                     add(pixel, value, &mut ws);
                 }
             }
@@ -146,12 +159,13 @@ fn pass(
 }
 
 fn one_sample(
-    scene: &Scene,
+    source: &Source,
     index: usize,
     lanes: usize,
     sampler: &mut Sampler,
     ws: &mut Workspace,
 ) -> Spectrum {
+    let scene = source.scene;
     let spec = scene.film();
     let [u, v] = sampler.next_2d();
     let lens = sampler.next_2d();
@@ -162,7 +176,7 @@ fn one_sample(
     ];
     let ray = scene.sensor().ray(image, lens);
     ws.stats.paths += 1;
-    scene.integrator().radiance(scene, ray, lanes, sampler, ws)
+    source.integrator.radiance(scene, ray, lanes, sampler, ws)
 }
 
 /// A sample that is not finite is counted and scored zero.

@@ -29,6 +29,9 @@ pub struct Connections {
     pub found: u64,
     /// Rays found that an opaque or rough surface blocks; counted in `found`.
     pub occluded: u64,
+    /// Rays found that arrive on the wrong side of a surface or through the wrong medium, and count
+    /// for nothing; counted in `found`.
+    pub discarded: u64,
     /// The iteration did not converge.
     pub not_converged: u64,
     /// A shot left the field or went on for too long.
@@ -63,6 +66,7 @@ impl AddAssign for Connections {
         self.attempts += o.attempts;
         self.found += o.found;
         self.occluded += o.occluded;
+        self.discarded += o.discarded;
         self.not_converged += o.not_converged;
         self.ray_lost += o.ray_lost;
         self.degenerate += o.degenerate;

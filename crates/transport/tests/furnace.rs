@@ -68,6 +68,22 @@ fn graded_ball_behind_a_dielectric_wall() {
     check("from outside", shoot(outside, 512, 4), 1.0);
 }
 
+/// Behind a strong lens most pairs are connected by several rays, of which connections find one:
+/// scattered paths must keep the others.
+#[test]
+fn strong_lens_in_fog() {
+    let index = Gaussian::new(1.0, 0.6, DVec3::ZERO, 0.2).unwrap();
+    let objects = vec![container(ball(), Bsdf::Null)];
+    let media = vec![vacuum(), fog(index, 1.0, 1.0, 0.0)];
+    let scene = parts(
+        objects,
+        media,
+        vec![sky()],
+        camera(DVec3::Z * 3.0, DVec3::ZERO),
+    );
+    check("from outside", shoot(scene, 2048, 7), 1.0);
+}
+
 #[test]
 fn transparent_lens_behind_a_matched_boundary() {
     let index = Gaussian::new(1.0, 0.15, DVec3::ZERO, 0.25).unwrap();
@@ -78,4 +94,100 @@ fn transparent_lens_behind_a_matched_boundary() {
     // index jump that is declared not to be there.
     let wall = 1.0 + 0.15 * (-8.0f64).exp();
     check("from inside", shoot(scene, 64, 5), (1.15 / wall).powi(2));
+}
+
+/// Extinction that differs between channels by 16 times: distances are sampled for one channel at a time
+/// and weighted by the balance heuristic over all (theory §6, §9).
+#[test]
+fn chromatic_extinction() {
+    use transport::Spectrum;
+    use transport::medium::Texture;
+    let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
+    let mut medium = fog(index, 1.0, 1.0, 0.3);
+    medium.sigma_t = Texture::Uniform(Spectrum([0.5, 2.0, 8.0, 0.0]));
+    let objects = vec![container(ball(), Bsdf::Null)];
+    let mut scene = parts(
+        objects,
+        vec![vacuum(), medium],
+        vec![sky()],
+        camera(DVec3::Z * 3.0, DVec3::ZERO),
+    );
+    scene.film.channels = 3;
+    let rendering = shoot(scene, 2048, 6);
+    let pixels = rendering.film.group(0);
+    for channel in 0..3 {
+        let n = pixels.len() as f64;
+        let mean = pixels.iter().map(|p| p.mean()[channel]).sum::<f64>() / n;
+        let variance: f64 = pixels.iter().map(|p| p.variance_of_mean()[channel]).sum();
+        let error = variance.sqrt() / n;
+        println!("channel {channel}: {mean} ± {error}");
+        assert!(
+            (mean - 1.0).abs() < Z * error,
+            "channel {channel}: {mean} ± {error}"
+        );
+        assert!(error < 0.02);
+    }
+}
+
+/// Emission and scattering across declared index jumps, with an extended edge: a black lamp far away makes
+/// distances be sampled around it, which must change nothing.
+#[test]
+fn a_lamp_without_light_changes_nothing() {
+    use transport::Spectrum;
+    use transport::emitter::Emitter;
+    let objects = vec![container(ball(), Bsdf::Null)];
+    let index = eikonal::field::Constant::new(1.33);
+    let media = vec![vacuum(), fog(index, 2.0, 1.0, 0.0)];
+    let lamp = Emitter::Point {
+        position: DVec3::new(5.0, 4.0, 3.0),
+        intensity: Spectrum::ZERO,
+    };
+    let sensor = camera(DVec3::Z * 3.0, DVec3::ZERO);
+    let scene = parts(objects, media, vec![sky(), lamp], sensor);
+    check("from outside", shoot(scene, 512, 8), 1.0);
+}
+
+/// Loose rays are not noticeably biased: the match between edges and connections is as loose as they are.
+#[test]
+fn loose_tolerance() {
+    let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
+    let objects = vec![container(ball(), Bsdf::Null)];
+    let media = vec![vacuum(), fog(index, 2.0, 1.0, 0.0)];
+    let mut scene = parts(
+        objects,
+        media,
+        vec![sky()],
+        camera(DVec3::Z * 3.0, DVec3::ZERO),
+    );
+    scene.tolerance = eikonal::Tolerance::new(1e-4);
+    check("from outside", shoot(scene, 1024, 9), 1.0);
+}
+
+/// Layers that touch: a ray that leaves one enters the next, and normals may point inwards.
+#[test]
+fn touching_layers_with_flipped_normals() {
+    use glam::{DAffine3, DMat3};
+    use transport::scene::{Object, Sides};
+    use transport::shape::{Cube, Shape};
+    let layer = |center: f64, interior: usize, flip: bool| {
+        let to_world = DAffine3 {
+            matrix3: DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.25)),
+            translation: DVec3::Z * center,
+        };
+        Object {
+            shape: Shape::from(Cube::new(to_world).unwrap()).with_flipped_normals(flip),
+            sides: Some(Sides {
+                interior,
+                exterior: 0,
+            }),
+            ..container(ball(), glass())
+        }
+    };
+    let objects = vec![layer(-0.25, 1, false), layer(0.25, 2, true)];
+    let water = fog(eikonal::field::Constant::new(1.33), 1.0, 1.0, 0.0);
+    let resin = fog(eikonal::field::Constant::new(1.5), 3.0, 1.0, 0.0);
+    let inside = DVec3::new(0.1, 0.2, 0.3);
+    let sensor = camera(inside, DVec3::ZERO);
+    let scene = parts(objects, vec![vacuum(), water, resin], vec![sky()], sensor);
+    check("inside", shoot(scene, 512, 10), 1.5 * 1.5);
 }

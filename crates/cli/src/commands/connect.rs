@@ -3,18 +3,17 @@
 use crate::args::ConnectArgs;
 use crate::failure::Failure;
 use crate::load::load_with_warnings;
-use eikonal::connect::{Connection, Event, Piece};
-use eikonal::interface::Rule;
+use eikonal::connect::{Connection, Piece};
 use eikonal::{Solver, World};
 use glam::DVec3;
 use io::Loaded;
 use serde_json::{Value, json};
 use std::io::Write;
 use std::process::ExitCode;
-use transport::bsdf::{Bsdf, Surface};
-use transport::medium::Attenuation;
+use transport::Scene;
+use transport::bsdf::Bsdf;
+use transport::path::transmittance;
 use transport::scene::MediumId;
-use transport::{Scene, Spectrum};
 
 /// Finds the ray between two points and prints it.
 pub fn connect(args: &ConnectArgs) -> Result<ExitCode, Failure> {
@@ -27,7 +26,7 @@ pub fn connect(args: &ConnectArgs) -> Result<ExitCode, Failure> {
     let (branches, occluded) = match &outcome {
         Ok(found) => (
             vec![branch(&loaded, found, pieces)],
-            scene.is_occluded(pieces, None),
+            scene.is_occluded(pieces, None, 0.0),
         ),
         Err(_) => (vec![], false),
     };
@@ -56,39 +55,6 @@ fn branch(loaded: &Loaded, found: &Connection, pieces: &[Piece<MediumId>]) -> Va
         "jacobian": found.jacobian,
         "iterations": found.shots,
     })
-}
-
-/// What share of the power in a ray tube gets through media and interfaces.
-fn transmittance(scene: &Scene, pieces: &[Piece<MediumId>]) -> Spectrum {
-    let (mut depth, mut factor) = (Spectrum::ZERO, Spectrum::ONE);
-    for piece in pieces {
-        let medium = scene.medium(piece.region);
-        let attenuation = Attenuation::new(medium, &piece.arc, piece.theta_end);
-        depth += attenuation.depth(&piece.arc, piece.theta_end);
-        if let Some(event) = piece.event.filter(|e| e.rule != Rule::Pass) {
-            factor *= interface(scene, piece, &event);
-        }
-    }
-    depth.exp_neg() * factor
-}
-
-/// The factor of the interface at the end of a piece: Fresnel's and that of its tint.
-fn interface(scene: &Scene, piece: &Piece<MediumId>, event: &Event) -> Spectrum {
-    let object = &scene.objects()[event.surface];
-    let x = piece.arc.position(piece.theta_end);
-    let n = |medium: Option<MediumId>| scene.n(medium.unwrap_or(piece.region), x);
-    let surface = Surface {
-        normal: event.normal,
-        n_outer: n(object.sides.map(|s| s.exterior)),
-        n_inner: n(object.sides.map(|s| s.interior)),
-    };
-    // The largest random number makes the dielectric choose as a connection does, transmission
-    // wherever it is possible, and tell the probability of that: Fresnel's factor.
-    let choice = [1f64.next_down(), 0.5, 0.5];
-    let sample = object
-        .bsdf
-        .sample(&surface, -event.before.normalize(), choice);
-    sample.map_or(Spectrum::ZERO, |s| s.weight * s.pdf)
 }
 
 /// Whether no second ray between the points can exist that stays in their medium, or in the scene at

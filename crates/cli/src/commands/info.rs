@@ -13,7 +13,7 @@ use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
 use transport::film::Pixel;
 use transport::medium::Texture;
-use transport::scene::MediumId;
+use transport::scene::{MediumId, Subject};
 use transport::sensor::Sensor;
 use transport::{Scene, Spectrum};
 
@@ -49,8 +49,8 @@ fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Re
     writeln!(
         out,
         "  sampling     {} samples per pixel, integrator {}",
-        scene.samples(),
-        scene.integrator().name()
+        loaded.samples,
+        loaded.integrator.name()
     )?;
     writeln!(
         out,
@@ -88,11 +88,15 @@ fn sensor(scene: &Scene) -> String {
 }
 
 fn emitters(out: &mut String, scene: &Scene) -> std::fmt::Result {
-    for emitter in scene.emitters() {
-        let found = if emitter.is_delta() {
-            "by connections only, along the primary branch"
-        } else {
-            "by connections and by chance: complete"
+    for (i, emitter) in scene.emitters().iter().enumerate() {
+        let partial = scene
+            .warnings()
+            .iter()
+            .any(|w| w.subject == Subject::Emitter(i));
+        let found = match (emitter.is_delta(), partial) {
+            (true, true) => "by connections only, along the primary branch: other rays are missing",
+            (true, false) => "by connections, which are unique: complete",
+            (false, _) => "by connections and by chance: complete",
         };
         writeln!(out, "  {:<12} found {found}", emitter.kind())?;
     }

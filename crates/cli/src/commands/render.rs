@@ -1,17 +1,20 @@
 //! `morgana render`.
 
 use crate::args::RenderArgs;
+use crate::config::ImageFormat;
 use crate::failure::Failure;
 use crate::progress::{self, Goal};
 use crate::report::{Report, Stopped};
-use crate::{config, interrupt, load, outputs};
+use crate::{config, interrupt, load, numbers, outputs};
 use io::Loaded;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::Write;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
+use transport::film::Pixel;
 use transport::render::{Options, Rendering, render_counted};
 
 /// Renders a scene and writes its images.
@@ -22,11 +25,12 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     if !args.quiet {
         load::warn(&loaded);
     }
+    check_memory(&loaded)?;
     let interrupted = interrupt::watch()?;
     // A time limit replaces the scene's number of samples, but not that of the command line.
     let requested = match args.time {
         Some(_) => args.spp,
-        None => Some(loaded.scene().samples()),
+        None => Some(loaded.samples),
     };
     let started = Instant::now();
     let (rendering, stopped) = run(args, &loaded, requested, &pool, &interrupted);
@@ -39,13 +43,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
         threads: pool.current_num_threads(),
         stopped,
     };
-    let image = outputs::layers(&rendering.film, &loaded.channel_names, report.attributes());
-    for (path, format) in &images {
-        outputs::write(path, *format, &image, args.exposure)?;
-    }
-    if let Some(path) = &args.stats {
-        io::atomic::write(path, |file| writeln!(file, "{:#}", report.json()))?;
-    }
+    write(args, &images, &report)?;
     if !args.quiet {
         writeln!(std::io::stdout(), "{}", report.line())?;
     }
@@ -53,6 +51,48 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
         Some(Stopped::Interrupted) => ExitCode::from(interrupt::STATUS),
         _ => ExitCode::SUCCESS,
     })
+}
+
+/// Writes every file that can be written before complaining of those that cannot.
+fn write(
+    args: &RenderArgs,
+    images: &[(PathBuf, ImageFormat)],
+    report: &Report,
+) -> Result<(), Failure> {
+    let names = &report.loaded.channel_names;
+    let image = outputs::layers(&report.rendering.film, names, report.attributes());
+    let images = images
+        .iter()
+        .map(|(path, format)| outputs::write(path, *format, &image, args.exposure));
+    let stats = args
+        .stats
+        .iter()
+        .map(|path| io::atomic::write(path, |file| writeln!(file, "{:#}", report.json())));
+    let failed: Vec<String> = images
+        .chain(stats)
+        .filter_map(Result::err)
+        .map(|e| e.to_string())
+        .collect();
+    match failed.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::Runtime(failed.join("\n"))),
+    }
+}
+
+/// A film that does not fit into memory would end the program without a word.
+fn check_memory(loaded: &Loaded) -> Result<(), Failure> {
+    let film = loaded.scene().film();
+    let pixels = film.width * film.height * loaded.groups.len();
+    let size = numbers::bytes(pixels.saturating_mul(size_of::<Pixel>()));
+    let message = |_| {
+        let (width, height) = (film.width, film.height);
+        Failure::Runtime(format!(
+            "a film of {width} × {height} pixels needs {size} of memory"
+        ))
+    };
+    Vec::<Pixel>::new()
+        .try_reserve_exact(pixels)
+        .map_err(message)
 }
 
 fn pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
@@ -77,6 +117,7 @@ fn run(
         time: args.time,
     };
     let options = Options {
+        integrator: loaded.integrator,
         samples: requested.unwrap_or(u64::MAX),
         seed: args.seed,
     };

@@ -42,7 +42,10 @@ fn title(args: &TraceArgs) -> String {
         1 => "1 ray".to_owned(),
         n => format!("{n} rays"),
     };
-    let [x, y, z] = args.from.to_array().map(numbers::plain);
+    let [x, y, z] = args
+        .from
+        .to_array()
+        .map(|v| numbers::plain(v).replace('-', "−"));
     format!(
         "{} · {rays} from ({x}, {y}, {z})",
         file_name(&args.scene.path)

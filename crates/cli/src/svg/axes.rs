@@ -7,14 +7,14 @@ use super::view::View;
 use std::fmt::Write;
 
 /// Pixels between ticks, about.
-const SPACING: f64 = 90.0;
+const SPACING: f64 = 80.0;
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// Ticks of an axis: positions in pixels from the left or from the top, and labels.
 fn places(view: &View, k: usize) -> Vec<(f64, String)> {
     let [low, high] = view.range(k);
     let size = view.size()[k];
-    let count = (size / SPACING).round().max(2.0) as usize;
+    let count = (size / SPACING).round().max(4.0) as usize;
     let place = |value: f64| match k {
         0 => (value - low) / (high - low) * size,
         _ => (high - value) / (high - low) * size,

@@ -8,7 +8,8 @@ mod ticks;
 mod view;
 
 use crate::failure::Failure;
-use crate::trace::Path;
+use crate::trace::{Ending, Path};
+use glam::DVec3;
 use heat::Heat;
 use std::fmt::Write;
 use transport::Scene;
@@ -18,6 +19,9 @@ use view::View;
 const MARGIN: [f64; 4] = [72.0, 44.0, 24.0, 62.0];
 /// Space for the colour bar, in pixels.
 const BAR: f64 = 84.0;
+
+/// Starts are marked for no more rays than this.
+const MOST_DOTS: usize = 30;
 
 /// An SVG document that shows rays, the outlines of objects and the index, in the coordinate plane in
 /// which the rays extend most.
@@ -60,8 +64,8 @@ fn header(width: f64, height: f64, plot: [f64; 2]) -> String {
 
 /// The rays, with a dot where each starts. Many rays are drawn finer and fainter.
 fn rays(paths: &[Path], view: &View) -> String {
-    let crowd = (paths.len() as f64 / 12.0).max(1.0).sqrt();
-    let (stroke, opacity) = (1.7 / crowd.min(2.5), 0.8 / crowd.min(3.0));
+    let crowd = (paths.len() as f64 / 16.0).max(1.0).sqrt();
+    let (stroke, opacity) = (1.7 / crowd.min(2.0), 0.85 / crowd.min(2.0));
     let mut out = format!(
         "<g fill=\"none\" stroke=\"{}\" stroke-width=\"{stroke:.2}\" \
          stroke-opacity=\"{opacity:.2}\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n",
@@ -71,14 +75,16 @@ fn rays(paths: &[Path], view: &View) -> String {
         let points: Vec<String> = path
             .points
             .iter()
-            .map(|p| view.place(p.x))
+            .map(|p| p.x)
+            .chain(beyond(path))
+            .map(|x| view.place(x))
             .map(|[x, y]| format!("{x:.2},{y:.2}"))
             .collect();
         let _ = writeln!(out, "<polyline points=\"{}\"/>", points.join(" "));
     }
     out.push_str("</g>\n");
     let _ = writeln!(out, "<g fill=\"{}\">", colour::INK);
-    for path in paths.iter().filter(|_| crowd < 3.0) {
+    for path in paths.iter().filter(|_| paths.len() <= MOST_DOTS) {
         if let Some(start) = path.points.first() {
             let [x, y] = view.place(start.x);
             let _ = writeln!(out, "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"2\"/>");
@@ -86,6 +92,12 @@ fn rays(paths: &[Path], view: &View) -> String {
     }
     out.push_str("</g>\n");
     out
+}
+
+/// A point far outside of the plot on a ray that has left the scene: it is drawn up to the frame.
+fn beyond(path: &Path) -> Option<DVec3> {
+    let last = path.points.last().filter(|_| path.ending == Ending::Left)?;
+    Some(last.x + last.direction * (10.0 * last.arc_length))
 }
 
 /// Text that cannot end an element or an attribute.

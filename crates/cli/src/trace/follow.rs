@@ -212,7 +212,8 @@ impl Ray<'_> {
         let Some(rule) = rule(surface) else {
             return Some(Ending::Surface(object));
         };
-        let beyond = surface.medium_towards(self.medium, hit.normal, v);
+        let at = (hit.position, hit.normal);
+        let beyond = scene.medium_beside(object, self.medium, at, v);
         let (after, reflected) = self.across(rule, hit, v, beyond);
         if !reflected {
             self.medium = beyond;

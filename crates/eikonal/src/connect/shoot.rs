@@ -146,6 +146,9 @@ fn leg<W: World>(
     work: &mut Work,
 ) -> Result<Leg<W::Region>, Failure> {
     let field = world.field(region);
+    if left <= 0.0 {
+        return Ok((node, 0.0, None));
+    }
     let mut flow = Flow::new(field, node, tolerance);
     while pieces.len() < MOST_PIECES {
         let step = flow.advance(left, work);

@@ -22,6 +22,8 @@ pub struct Connection {
     pub sigma: f64,
     /// Ray-tube cross section at the target: J = dA⊥/dΩ for a point launch, A = dA⊥/dA for a plane.
     pub jacobian: f64,
+    /// How far from the target the ray passes for which the lengths and the Jacobian hold.
+    pub miss: f64,
     /// Rays shot.
     pub shots: u32,
 }
@@ -58,8 +60,9 @@ pub struct Solver<R> {
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// A solver that accepts a ray when it passes the target within `tolerance` times the distance
-    /// of the two points, and corrects what it reports to first order for what remains.
+    /// A solver that accepts a ray when it passes the target within `tolerance` times the length of
+    /// its last leg (from the last interface, or from the start), and corrects directions and lengths
+    /// to first order for what remains.
     pub fn new(tolerance: Tolerance) -> Self {
         Solver {
             tolerance,
@@ -120,7 +123,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         y: DVec3,
     ) -> Result<Connection, Failure> {
         let distance = launch.x().distance(y);
-        let goal = self.tolerance.get() * distance;
+        // Positions are no better than round-off, nor than the distance by which rays are kept off
+        // interfaces.
+        let floor = 1e-13 * (distance + y.length()) + 10.0 * world.nudge();
         let mut trial = Iterate { launch, sigma };
         let mut best: Option<(Iterate, Landing, f64)> = None;
         let mut damping = 0.0;
@@ -131,7 +136,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             let landing = self.shot(world, &trial, region);
             let miss = landing.map_or(f64::INFINITY, |l| l.x.distance(y));
             match (&best, landing) {
-                (_, Ok(landing)) if miss <= goal => {
+                (_, Ok(landing)) if miss <= self.goal(floor) => {
                     return self.finish(&trial, &landing, y, shots);
                 }
                 (None, Err(failure)) => return Err(failure),
@@ -150,6 +155,18 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             trial = iterate.stepped(landing, y, damping, distance)?;
         }
         Err(Failure::NotConverged)
+    }
+
+    /// How close to the target a ray must pass: on the scale of its length since the last interface,
+    /// since a target just behind a wall that is lit from far away must be met on the scale of its
+    /// distance to the wall.
+    fn goal(&self, floor: f64) -> f64 {
+        let last = self.pieces.iter().rev().enumerate();
+        let leg: f64 = last
+            .take_while(|(i, piece)| *i == 0 || piece.event.is_none())
+            .map(|(_, piece)| piece.arc.arc_length(piece.theta_end))
+            .sum();
+        f64::max(self.tolerance.get() * leg, floor)
     }
 
     fn shot<W: World<Region = R>>(
@@ -196,6 +213,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             optical_length: sum(&|p| p.arc.optical_length(p.theta_end)) + along,
             sigma: iterate.sigma + step.z,
             jacobian,
+            miss: miss.length(),
             shots,
         })
     }

@@ -16,6 +16,10 @@ pub struct Affine {
 }
 
 impl Affine {
+    pub(super) fn memory(&self) -> usize {
+        self.field.memory()
+    }
+
     /// `field` moved by `to_world`, which must be invertible.
     pub fn new(field: Field, to_world: DAffine3) -> Result<Self, FieldError> {
         let largest = largest_singular_value(to_world.matrix3);

@@ -169,6 +169,16 @@ impl Field {
         each!(self, f => f.length_scale(x))
     }
 
+    /// Bytes held by samples.
+    pub fn memory(&self) -> usize {
+        match self {
+            Field::Bspline(f) => f.memory(),
+            Field::Sum(f) => f.memory(),
+            Field::Affine(f) => f.memory(),
+            _ => 0,
+        }
+    }
+
     /// Whether the index is the same everywhere, so that rays are straight.
     pub fn is_constant(&self) -> bool {
         each!(self, f => f.is_constant())

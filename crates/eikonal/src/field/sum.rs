@@ -15,6 +15,10 @@ pub struct Sum {
 }
 
 impl Sum {
+    pub(super) fn memory(&self) -> usize {
+        self.terms.iter().map(Field::memory).sum()
+    }
+
     /// The superposition of `terms`, each a perturbation of the index `n_ref` > 0.
     pub fn new(n_ref: f64, terms: Vec<Field>) -> Result<Self, FieldError> {
         let n_ref = positive("refractive index of reference", n_ref)?;

@@ -27,7 +27,8 @@ impl<const N: usize> Profile<N> {
         spacing: f64,
         extinction: impl Fn(glam::DVec3) -> [f64; N],
     ) -> Self {
-        let pieces = (arc.arc_length(theta_end) / spacing).ceil().clamp(1.0, 1e6) as usize;
+        let pieces = (arc.arc_length(theta_end) / spacing).ceil().min(1e6) as usize;
+        let pieces = pieces.max(1);
         let width = theta_end / pieces as f64;
         let rate = |theta: f64| {
             let speed = arc.velocity(theta).length() * arc.h();

@@ -11,7 +11,7 @@ use eikonal::field::{
 use eikonal::{Aabb, Field};
 use glam::{DAffine3, DVec3};
 
-const KNOWN: [&str; 11] = [
+const KNOWN: [&str; 10] = [
     "constant",
     "linear",
     "linear_square",
@@ -22,7 +22,6 @@ const KNOWN: [&str; 11] = [
     "acoustic",
     "bspline",
     "sum",
-    "mode",
 ];
 
 /// The field that a volume describes; `None` after an error.
@@ -37,7 +36,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     let field = match analytic(object, &mut query) {
         Some(field) => field,
         None => {
-            unknown_plugin(object, &KNOWN[..10], context.diagnostics);
+            unknown_plugin(object, &KNOWN, context.diagnostics);
             return None;
         }
     };
@@ -116,6 +115,13 @@ fn acoustic(q: &mut Query) -> Result<Field, FieldError> {
         vec![mode(q)?]
     } else {
         let children = q.children(PluginKind::Volume);
+        if let Some(other) = children.iter().find(|c| c.plugin != "mode") {
+            let message = format!(
+                "an acoustic field takes <volume type=\"mode\">, not '{}'",
+                other.plugin
+            );
+            q.error("amplitude", message);
+        }
         let modes = children.into_iter().map(|child| q.nested(child, mode));
         let modes: Vec<_> = modes.collect::<Result<_, _>>()?;
         if modes.is_empty() {
@@ -156,7 +162,8 @@ fn mode(q: &mut Query) -> Result<AcousticMode, FieldError> {
 /// Samples of n, interpolated by tricubic B-splines, in the box that `to_world` makes of the unit
 /// cube.
 fn grid(object: &Object, context: &mut Context) -> Option<Field> {
-    let (volume, source) = read(object, context);
+    // In double precision: rounding of n to single would drown contrasts of 1e-6.
+    let (volume, source) = read::<f64>(object, context);
     let mut query = Query::new(object, context.diagnostics);
     for known in ["filename", "axis_order", "to_world"] {
         query.has(known);

@@ -40,6 +40,10 @@ pub struct LoadOptions {
 pub struct Loaded {
     /// One scene for each group of up to four spectral channels; they differ in spectra only.
     pub groups: Vec<Scene>,
+    /// Estimator.
+    pub integrator: Integrator,
+    /// Samples per pixel.
+    pub samples: u64,
     /// What is doubtful about it.
     pub warnings: Diagnostics,
     /// Hash of the description and of all files it refers to.
@@ -79,9 +83,9 @@ pub fn assemble(
 ) -> Result<Loaded, Diagnostics> {
     let mut files = FileRegistry::new();
     let channels = Channels::of(&description.root, &mut diagnostics);
-    let mut groups = Vec::new();
+    let mut parts = Vec::new();
     for group in 0..channels.groups() {
-        // Mistakes are the same in every group: they are reported for the first only.
+        // What is doubtful is the same in every group: it is reported for the first only.
         let mut later = Diagnostics::new();
         let log = if group == 0 {
             &mut diagnostics
@@ -89,34 +93,57 @@ pub fn assemble(
             &mut later
         };
         let context = Context::new(&channels, group, log, &mut files);
-        groups.extend(scene(description, options, context));
+        parts.extend(group_parts(description, options, context));
+        if later.has_errors() {
+            return Err(later);
+        }
         if diagnostics.has_errors() {
             return Err(diagnostics);
         }
     }
-    match description.hash(&files) {
-        Ok(hash) if !groups.is_empty() => Ok(Loaded {
-            groups,
-            warnings: diagnostics,
-            hash,
-            channel_names: channels.names(),
-        }),
-        Ok(_) => Err(diagnostics),
+    let hash = match description.hash(&files) {
+        Ok(hash) => hash,
         Err(error) => {
             diagnostics.push(Diagnostic::error(error.to_string()));
-            Err(diagnostics)
+            return Err(diagnostics);
         }
-    }
+    };
+    let Some(&GroupParts {
+        integrator,
+        samples,
+        ..
+    }) = parts.first()
+    else {
+        return Err(diagnostics);
+    };
+    Ok(Loaded {
+        groups: parts.into_iter().map(|p| p.scene).collect(),
+        integrator,
+        samples: options.samples.unwrap_or(samples),
+        warnings: diagnostics,
+        hash,
+        channel_names: channels.names(),
+    })
 }
 
-/// The scene of one channel group; `None` after an error.
-fn scene(
+/// What the description makes for one channel group.
+struct GroupParts {
+    scene: Scene,
+    integrator: Integrator,
+    samples: u64,
+}
+
+/// The scene of one channel group and how to render it; `None` after an error.
+fn group_parts(
     description: &SceneDescription,
     options: &LoadOptions,
     mut context: Context,
-) -> Option<Scene> {
+) -> Option<GroupParts> {
     let root = &*description.root;
     let (integrators, sensors, shapes, emitters) = children(root, &mut context);
+    if let [_, second, ..] = integrators[..] {
+        context.error_at(&second.location, "the scene has more than one <integrator>");
+    }
     let (integrator, tolerance) = integrator(integrators.first().copied(), options, &mut context);
     for &shape in &shapes {
         shape::add(shape, &mut context);
@@ -145,10 +172,7 @@ fn scene(
         media: context.media,
         emitters: context.emitters,
         sensor: sensor.sensor,
-        sensor_medium: sensor.medium,
         film: sensor.film,
-        integrator,
-        samples: options.samples.unwrap_or(sensor.samples),
         tolerance,
     };
     let places = context.places;
@@ -171,9 +195,23 @@ fn scene(
         });
     };
     match Scene::new(parts) {
-        Ok((scene, problems)) => {
-            problems.iter().for_each(&mut report);
-            Some(scene)
+        Ok(scene) => {
+            scene.warnings().iter().for_each(&mut report);
+            if let (Some(medium), [object]) = (sensor.medium, &sensors[..])
+                && medium != scene.sensor_medium()
+            {
+                let message =
+                    "the sensor names a medium, but no closed shape around it holds that medium";
+                context
+                    .diagnostics
+                    .push(Diagnostic::error(message).at(&object.location));
+                return None;
+            }
+            Some(GroupParts {
+                scene,
+                integrator,
+                samples: sensor.samples,
+            })
         }
         Err(problems) => {
             problems.iter().for_each(&mut report);
@@ -238,7 +276,7 @@ fn integrator(
     let mut query = Query::new(object, context.diagnostics);
     let max_depth = query.integer_in("max_depth", -1..=1_000_000, -1);
     let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(default.rr_depth));
-    let tolerance = query.float_in("tolerance", 1e-12..=1e-2, Tolerance::default().get());
+    let tolerance = query.float_in("tolerance", 1e-12..=1e-4, Tolerance::default().get());
     query.finish(&[]);
     let path = PathTracer {
         max_depth: u32::try_from(max_depth).ok(),

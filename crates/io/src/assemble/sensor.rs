@@ -32,7 +32,13 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<SensorPart
     let inside = q.child(PluginKind::Medium).cloned();
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", &mut q);
-    if frame.matrix3.determinant().abs() < 1e-12 {
+    let axes = [
+        frame.matrix3.x_axis,
+        frame.matrix3.y_axis,
+        frame.matrix3.z_axis,
+    ];
+    let size: f64 = axes.iter().map(|a| a.length()).product();
+    if frame.matrix3.determinant().abs() <= 1e-9 * size {
         q.error("to_world", "the sensor's transform is singular");
     }
     let optics = optics(object, &mut q);

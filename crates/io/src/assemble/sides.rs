@@ -44,8 +44,10 @@ pub(super) fn settle(context: &mut Context) {
         let interior = context.objects[i].interior().unwrap_or(exterior);
         context.objects[i].sides = Some(Sides { interior, exterior });
     }
-    for wish in wishes.iter().zip(context.objects.clone()) {
-        apply_indices(wish.0, &wish.1, context);
+    for (i, wish) in wishes.iter().enumerate() {
+        if let Some(sides) = context.objects[i].sides {
+            apply_indices(wish, sides, context);
+        }
     }
 }
 
@@ -62,18 +64,13 @@ fn interior(i: usize, wish: &Wish, context: &mut Context) -> Option<MediumId> {
 
 /// The medium around an object: that of the innermost other closed object that contains it.
 fn surrounding(i: usize, objects: &[Object]) -> MediumId {
-    let others: Vec<Object> = objects
-        .iter()
-        .enumerate()
-        .filter(|(k, _)| *k != i)
-        .map(|(_, o)| o.clone())
-        .collect();
-    let point: DVec3 = objects[i].shape.sample_area([0.31, 0.64]).position;
-    medium_at(&others, point)
+    let others = objects.iter().enumerate().filter(|(k, _)| *k != i);
+    let point = objects[i].shape.sample_area([0.31, 0.64]).position;
+    medium_at(others.map(|(_, o)| o), point)
 }
 
-fn apply_indices(wish: &Wish, object: &Object, context: &mut Context) {
-    let (Some(indices), Some(sides)) = (&wish.indices, object.sides) else {
+fn apply_indices(wish: &Wish, sides: Sides, context: &mut Context) {
+    let Some(indices) = &wish.indices else {
         return;
     };
     let inner = indices

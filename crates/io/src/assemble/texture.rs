@@ -3,7 +3,7 @@
 use super::context::Context;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::Object;
-use crate::volume::{AxisOrder, Volume};
+use crate::volume::{AxisOrder, Sample, Volume};
 use glam::{DAffine3, DMat4};
 use std::sync::Arc;
 use transport::Spectrum;
@@ -44,7 +44,7 @@ fn grid(object: &Object, allowed: (f64, f64), context: &mut Context) -> Option<G
         unknown_plugin(object, &["gridvolume"], context.diagnostics);
         return None;
     }
-    let (volume, source) = read(object, context);
+    let (volume, source) = read::<f32>(object, context);
     let mut query = Query::new(object, context.diagnostics);
     for known in ["filename", "axis_order", "placement", "to_world"] {
         query.has(known);
@@ -57,18 +57,30 @@ fn grid(object: &Object, allowed: (f64, f64), context: &mut Context) -> Option<G
     query.boolean_or("accel", true);
     query.finish(&[]);
     let volume = volume?;
-    let channels = volume.channels();
-    let lanes = context.channels.lanes(context.group);
-    if channels != 1 && channels != lanes {
-        let message = format!("the grid has {channels} channels, the film {lanes}");
+    let (channels, film) = (volume.channels(), context.channels.count());
+    if channels != 1 && channels != film {
+        let message = format!("the grid has {channels} channels, the film {film}");
         context.error_at(&object.location, message);
         return None;
     }
-    let data = (volume.size(), channels, volume.into_data());
+    let data = of_group(volume, context);
     let filter = [Filter::Trilinear, Filter::Nearest][filter];
     let placement = [Placement::Centers, Placement::Nodes][source.placement];
     let grid = Grid::new(data, source.to_world, placement, filter, allowed);
     context.accept(&object.location, grid)
+}
+
+/// Size, number of channels and samples of the channels that belong to the context's group.
+fn of_group(volume: Volume, context: &Context) -> ([usize; 3], usize, Vec<f32>) {
+    let (size, channels) = (volume.size(), volume.channels());
+    let lanes = context.channels.lanes(context.group);
+    if channels == 1 || channels == lanes {
+        return (size, channels, volume.into_data());
+    }
+    let first = context.group * Spectrum::LANES;
+    let voxels = volume.data().chunks_exact(channels);
+    let data = voxels.flat_map(|v| &v[first..first + lanes]).copied();
+    (size, lanes, data.collect())
 }
 
 /// Where the samples of a volume file belong.
@@ -81,7 +93,10 @@ pub(super) struct Source {
 
 /// Reads the file that a volume names. What the file format does not say, the scene must: the axis
 /// order of a `.npy` array.
-pub(super) fn read(object: &Object, context: &mut Context) -> (Option<Volume>, Source) {
+pub(super) fn read<T: Sample>(
+    object: &Object,
+    context: &mut Context,
+) -> (Option<Volume<T>>, Source) {
     let mut query = Query::new(object, context.diagnostics);
     let path = query.path("filename", context.files);
     let is_npy = path

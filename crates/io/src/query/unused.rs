@@ -2,7 +2,7 @@
 
 use super::Query;
 use crate::diagnostic::{Diagnostic, suggest};
-use crate::scene::Property;
+use crate::scene::{Child, Property};
 
 impl Query<'_, '_> {
     /// Reports every parameter and child that was not asked for, with the name that may have been
@@ -19,7 +19,8 @@ impl Query<'_, '_> {
             }
         }
         let children = self.object.children.iter().zip(&self.used_children);
-        for (child, _) in children.filter(|(_, used)| !**used) {
+        let named = |child: &Child| child.name.as_ref().is_some_and(|n| self.asked.contains(n));
+        for (child, _) in children.filter(|(child, used)| !**used && !named(child)) {
             let kind = child.object.kind;
             let (message, help) = match &child.name {
                 Some(name) => {

@@ -10,16 +10,44 @@ use crate::error::{FileError, Problem};
 
 pub use npy::AxisOrder;
 
+/// A number of which volumes are made: `f32`, or `f64` where contrasts are small.
+pub trait Sample: Copy + 'static {
+    /// The number in double precision.
+    fn wide(self) -> f64;
+    /// The nearest such number.
+    fn nearest(v: f64) -> Self;
+}
+
+impl Sample for f32 {
+    fn wide(self) -> f64 {
+        f64::from(self)
+    }
+
+    fn nearest(v: f64) -> Self {
+        v as f32
+    }
+}
+
+impl Sample for f64 {
+    fn wide(self) -> f64 {
+        self
+    }
+
+    fn nearest(v: f64) -> Self {
+        v
+    }
+}
+
 /// Values at the centres of the voxels of a grid, in single precision; always finite.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Volume {
+pub struct Volume<T = f32> {
     size: [usize; 3],
     channels: usize,
-    data: Vec<f32>,
+    data: Vec<T>,
     bbox: Option<[[f32; 3]; 2]>,
 }
 
-impl Volume {
+impl<T: Sample> Volume<T> {
     /// A volume of `size` = (nx, ny, nz) voxels. In `data` the channels of a voxel are neighbours,
     /// then x is the fastest axis and z the slowest. `bbox` holds the least and the greatest corner
     /// if the file has them.
@@ -30,7 +58,7 @@ impl Volume {
     pub fn new(
         size: [usize; 3],
         channels: usize,
-        data: Vec<f32>,
+        data: Vec<T>,
         bbox: Option<[[f32; 3]; 2]>,
     ) -> Result<Self, Problem> {
         let [x, y, z] = size;
@@ -51,11 +79,11 @@ impl Volume {
                 found: format!("{} values", data.len()),
             });
         }
-        if let Some(index) = data.iter().position(|v| !v.is_finite()) {
+        if let Some(index) = data.iter().position(|v| !v.wide().is_finite()) {
             let place = place(size, channels, index);
             return Err(Problem::NotFinite {
                 place,
-                value: f64::from(data[index]),
+                value: data[index].wide(),
             });
         }
         Ok(Volume {
@@ -77,18 +105,32 @@ impl Volume {
     }
 
     /// All values: channels of a voxel are neighbours, then x is fastest, z slowest.
-    pub fn data(&self) -> &[f32] {
+    pub fn data(&self) -> &[T] {
         &self.data
     }
 
     /// All values; see [`Volume::data`].
-    pub fn into_data(self) -> Vec<f32> {
+    pub fn into_data(self) -> Vec<T> {
         self.data
     }
 
     /// Least and greatest corner as the file gives them, if it does.
     pub fn bbox(&self) -> Option<[[f32; 3]; 2]> {
         self.bbox
+    }
+
+    /// The same volume with another kind of numbers.
+    fn cast<U: Sample>(self) -> Volume<U> {
+        Volume {
+            size: self.size,
+            channels: self.channels,
+            data: self
+                .data
+                .into_iter()
+                .map(|v| U::nearest(v.wide()))
+                .collect(),
+            bbox: self.bbox,
+        }
     }
 
     /// Reads a `.vol` or `.npy` file, by its extension. The axes of an `.npy` array are in the
@@ -103,7 +145,7 @@ impl Volume {
             .and_then(|e| e.to_str())
             .map(str::to_ascii_lowercase);
         match extension.as_deref() {
-            Some("vol") => vol::read(path),
+            Some("vol") => Ok(vol::read(path)?.cast()),
             Some("npy") => npy::read(path, axes),
             _ => Err(Problem::Unsupported("volumes are read from .vol and .npy".into()).at(path)),
         }

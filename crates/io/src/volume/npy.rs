@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::Volume;
+use super::{Sample, Volume};
 use crate::binary;
 use crate::error::{FileError, Problem};
 use crate::npy::{self, NpyArray, NpyData};
@@ -22,7 +22,7 @@ pub enum AxisOrder {
 ///
 /// Everything that [`npy::read`] reports, another number of axes, a size of zero, and NaN or
 /// infinite values (also those beyond single precision).
-pub fn read(path: &Path, axes: AxisOrder) -> Result<Volume, FileError> {
+pub fn read<T: Sample>(path: &Path, axes: AxisOrder) -> Result<Volume<T>, FileError> {
     let array = npy::read(path)?;
     from_array(array, axes).map_err(|problem| problem.at(path))
 }
@@ -32,7 +32,7 @@ pub fn read(path: &Path, axes: AxisOrder) -> Result<Volume, FileError> {
 /// # Errors
 ///
 /// As for [`read`].
-pub fn parse(bytes: &[u8], axes: AxisOrder) -> Result<Volume, Problem> {
+pub fn parse<T: Sample>(bytes: &[u8], axes: AxisOrder) -> Result<Volume<T>, Problem> {
     from_array(npy::parse(bytes)?, axes)
 }
 
@@ -50,7 +50,7 @@ pub fn write(path: &Path, volume: &Volume) -> Result<(), FileError> {
     }
 }
 
-fn from_array(array: NpyArray, axes: AxisOrder) -> Result<Volume, Problem> {
+fn from_array<T: Sample>(array: NpyArray, axes: AxisOrder) -> Result<Volume<T>, Problem> {
     let (a, b, c, channels) = match array.shape[..] {
         [a, b, c] => (a, b, c, 1),
         [a, b, c, channels] => (a, b, c, channels),
@@ -72,27 +72,26 @@ fn from_array(array: NpyArray, axes: AxisOrder) -> Result<Volume, Problem> {
     };
     let data = match array.data {
         NpyData::F32(data) => arrange(&data, size, channels, strides),
-        NpyData::F64(data) => {
-            let data: Vec<f32> = data.iter().map(|&v| v as f32).collect();
-            arrange(&data, size, channels, strides)
-        }
+        NpyData::F64(data) => arrange(&data, size, channels, strides),
     };
     Volume::new(size, channels, data, None)
 }
 
 /// Copies the values so that channels are neighbours, then x is fastest.
-fn arrange(
-    data: &[f32],
+fn arrange<S: Sample, T: Sample>(
+    data: &[S],
     [nx, ny, nz]: [usize; 3],
     channels: usize,
     [sx, sy, sz, sc]: [usize; 4],
-) -> Vec<f32> {
+) -> Vec<T> {
     let mut out = Vec::with_capacity(data.len());
     for z in 0..nz {
         for y in 0..ny {
             for x in 0..nx {
                 let voxel = x * sx + y * sy + z * sz;
-                out.extend((0..channels).map(|channel| data[voxel + channel * sc]));
+                out.extend(
+                    (0..channels).map(|channel| T::nearest(data[voxel + channel * sc].wide())),
+                );
             }
         }
     }

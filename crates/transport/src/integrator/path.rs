@@ -62,7 +62,7 @@ impl PathTracer {
         let start = Start {
             x: ray.origin,
             direction: ray.direction,
-            medium: scene.sensor_medium(),
+            medium: scene.medium_of_sensor_ray(ray.origin),
         };
         let n = scene.n(start.medium, start.x);
         let mut tracing = Tracing {
@@ -145,14 +145,14 @@ impl Tracing<'_> {
     /// Throughput of an edge up to its end, over the density of its sampling: T σ_s/p at a collision,
     /// T/P on a surface.
     fn edge_weight(&self, edge: &Edge, lanes: Spectrum) -> Spectrum {
-        let transmittance = edge.depth.exp_neg() * edge.weight;
+        let transmittance = edge.depth.exp_neg();
         match &edge.end {
             End::Collision(point) => {
                 let medium = self.scene.medium(point.medium);
                 let scattering = point.rate * medium.albedo.at(point.x);
-                transmittance * scattering / Edge::collision_density(lanes, point)
+                transmittance * point.weight * scattering / Edge::collision_density(lanes, point)
             }
-            _ => transmittance / edge.survival(lanes),
+            _ => transmittance * edge.weight / edge.survival(lanes),
         }
     }
 
@@ -180,8 +180,8 @@ impl Tracing<'_> {
                     sum += radiance / (n * n) * weight;
                 }
             }
-            End::Escaped { direction } => {
-                let n = self.scene.n(crate::scene::AMBIENT, edge.start.x);
+            End::Escaped { direction, medium } => {
+                let n = self.scene.n(medium, edge.start.x);
                 let scene = self.scene;
                 for (emitter, environment) in scene.environments() {
                     let pdf = environment.pdf(direction);
@@ -231,7 +231,8 @@ impl Tracing<'_> {
         (throughput, lanes): (Spectrum, Spectrum),
         budget: u32,
     ) -> Spectrum {
-        let Some((index, probability)) = self.scene.choose_emitter(self.sampler.next_1d()) else {
+        let choice = self.scene.choose_emitter(self.sampler.next_1d());
+        let Some((index, probability)) = choice.filter(|_| !throughput.is_zero()) else {
             return Spectrum::ZERO;
         };
         let light = self.connect(vertex, throughput, (index, probability), budget);

@@ -81,6 +81,6 @@ impl Medium {
 
     /// Bytes held by grids, of the index included.
     pub fn memory(&self) -> usize {
-        self.sigma_t.memory() + self.albedo.memory()
+        self.index.memory() + self.sigma_t.memory() + self.albedo.memory()
     }
 }

@@ -94,8 +94,10 @@ pub enum End {
     },
     /// It left the scene.
     Escaped {
-        /// Unit direction in the ambient medium.
+        /// Unit direction.
         direction: DVec3,
+        /// The medium through which it left.
+        medium: MediumId,
     },
     /// It was absorbed by a specular surface, or lost.
     Dead,

@@ -8,15 +8,18 @@ use crate::bsdf::Bsdf;
 use crate::emitter::Aim;
 use crate::medium::Attenuation;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{Connection, Event, Launch, Piece};
+use eikonal::connect::{Connection, Event, Launch, Piece, World};
 use eikonal::interface::Rule;
 use glam::DVec3;
 
-/// Directions closer than this, in radians, are those of one branch.
-const SAME_WAY: f64 = 1e-4;
+/// Directions closer than this, in radians, are those of one branch, and closer than this multiple of
+/// the rays' tolerance: the solver is no better than the rays that it shoots.
+const SAME_WAY: (f64, f64) = (1e-4, 100.0);
 
-/// Connections whose spans of σ differ by less than this share are one branch.
-const SAME_SIGMA: f64 = 1e-5;
+/// A grazing ray touches the surface on which it ends this many times its miss before the end.
+const SLACK_PER_MISS: f64 = 1e3;
+/// Likewise for the distance by which ends are kept off surfaces.
+const SLACK_PER_NUDGE: f64 = 1e3;
 
 /// A ray between a vertex and an emitter, seen from the vertex.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +40,8 @@ pub struct Link {
     pub events: u32,
     /// Span of σ.
     pub sigma: f64,
+    /// How far the ray passes from the point that it was aimed at.
+    pub miss: f64,
     /// 1/(J n_e²) for a point, 1/(A n_x²) for a plane (theory §3): turns what is emitted into what
     /// a basic-radiance vertex receives.
     pub geometry: f64,
@@ -59,7 +64,8 @@ impl Link {
     ) {
         let mut offer = |link: Option<Link>, target: Option<usize>, ws: &mut Workspace| {
             let Some(link) = link else { return };
-            if scene.is_occluded(ws.solver.pieces(), target) {
+            let slack = SLACK_PER_MISS * link.miss + SLACK_PER_NUDGE * scene.nudge();
+            if scene.is_occluded(ws.solver.pieces(), target, slack) {
                 ws.stats.connections.occluded += 1;
             } else {
                 visit(&link);
@@ -84,17 +90,13 @@ impl Link {
                 beam: true,
             } => {
                 let x = vertex.position();
-                let mut found: Vec<f64> = Vec::new();
+                let mut found: Vec<Link> = Vec::new();
                 for start in scene.guide(emitter).map_or(Vec::new(), |g| g.starts(x)) {
                     let link = to_plane(scene, vertex, (through, direction), Some(start), ws);
-                    // Several starts may lead to one branch; branches differ in σ.
-                    let known = |l: &Link| {
-                        found
-                            .iter()
-                            .any(|s| (s - l.sigma).abs() < SAME_SIGMA * l.sigma)
-                    };
+                    // Several starts may lead to one branch.
+                    let known = |l: &Link| found.iter().any(|f| f.is_branch_of(scene, l));
                     if let Some(link) = link.filter(|l| !known(l)) {
-                        found.push(link.sigma);
+                        found.push(link);
                         offer(Some(link), vertex.object(), ws);
                     }
                 }
@@ -123,7 +125,7 @@ impl Link {
                 through, direction, ..
             } => to_plane(scene, vertex, (through, direction), None, ws)?,
         };
-        (link.direction.distance(direction) < SAME_WAY).then_some(link)
+        same_way(scene, link.direction, direction).then_some(link)
     }
 
     /// The connection along a straight edge, which is unique.
@@ -145,15 +147,30 @@ impl Link {
             choice: 1.0,
             events: 0,
             sigma: edge.length,
+            miss: 0.0,
             geometry: 1.0 / density,
             density,
         }
+    }
+
+    /// Whether two links to one beam are the same ray.
+    fn is_branch_of(&self, scene: &Scene, other: &Link) -> bool {
+        same_way(scene, self.direction, other.direction)
+            && (self.sigma / other.sigma - 1.0).abs() < same_angle(scene)
     }
 
     /// Transmittance, the factor of the interfaces included.
     pub fn transmittance(&self) -> Spectrum {
         self.depth.exp_neg() * self.factor
     }
+}
+
+fn same_angle(scene: &Scene) -> f64 {
+    SAME_WAY.0.max(SAME_WAY.1 * scene.tolerance().get())
+}
+
+fn same_way(scene: &Scene, a: DVec3, b: DVec3) -> bool {
+    a.distance(b) < same_angle(scene)
 }
 
 fn to_point(
@@ -173,6 +190,7 @@ fn to_point(
     ws.stats.connections.count(&outcome);
     let ray = outcome.ok()?;
     if !vertex.same_side(ray.direction_out, start.direction) {
+        ws.stats.connections.discarded += 1;
         return None;
     }
     let pieces = ws.solver.pieces();
@@ -188,6 +206,7 @@ fn to_point(
         choice: passage.choice,
         events: passage.events,
         sigma: ray.sigma,
+        miss: ray.miss,
         geometry: 1.0 / (ray.jacobian * n * n),
         density: ray.jacobian / cos.max(1e-300),
     })
@@ -216,11 +235,10 @@ fn to_plane(
     };
     ws.stats.connections.count(&outcome);
     let ray: Connection = outcome.ok()?;
-    if ray.sigma <= 0.0 || !vertex.same_side(-ray.direction_in, start.direction) {
-        return None;
-    }
+    let arrives = ray.sigma > 0.0 && vertex.same_side(-ray.direction_in, start.direction);
     let pieces = ws.solver.pieces();
-    if pieces.last()?.region != start.medium {
+    if !arrives || pieces.last()?.region != start.medium {
+        ws.stats.connections.discarded += 1;
         return None;
     }
     let passage = Passage::new(scene, pieces, false);
@@ -234,9 +252,16 @@ fn to_plane(
         choice: passage.choice,
         events: passage.events,
         sigma: ray.sigma,
+        miss: ray.miss,
         geometry: 1.0 / (ray.jacobian * n_x * n_x),
         density: ray.jacobian * (n_x / n_e).powi(2) * pass_factor(pieces),
     })
+}
+
+/// Share of the power in a ray tube that gets through the media and interfaces along it.
+pub fn transmittance(scene: &Scene, pieces: &[Piece<MediumId>]) -> Spectrum {
+    let passage = Passage::new(scene, pieces, false);
+    passage.depth.exp_neg() * passage.factor
 }
 
 /// What happens to the light of a connection on its way.

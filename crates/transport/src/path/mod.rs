@@ -19,7 +19,7 @@ mod walk;
 pub use attract::{scatter, scatter_pdf};
 pub use edge::{Edge, End, Span, Start};
 pub use equiangular::Equiangular;
-pub use link::{Link, environment_aim};
+pub use link::{Link, environment_aim, transmittance};
 pub use vertex::{Scatter, Vertex};
 pub use walk::trace;
 

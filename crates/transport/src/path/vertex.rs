@@ -95,7 +95,7 @@ impl Vertex {
             } => Start {
                 x: leave(scene, x, surface.normal, direction),
                 direction,
-                medium: scene.objects()[object].medium_towards(medium, surface.normal, direction),
+                medium: scene.medium_beside(object, medium, (x, surface.normal), direction),
             },
         }
     }

@@ -106,6 +106,9 @@ impl<'a> Walk<'a> {
         loop {
             let reach = self.scene.reach(flow.node().x);
             let step = flow.advance(reach / flow.node().v.length(), &mut ws.stats.work);
+            if !step.end.x.is_finite() {
+                return self.die(true);
+            }
             let hit = self.scene.first_hit(&step.arc);
             let theta_end = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
             self.record(step.arc, theta_end);
@@ -120,7 +123,7 @@ impl<'a> Walk<'a> {
             }
             let outside =
                 step.end.x.distance(self.scene.around().center) > 1.01 * self.scene.around().radius;
-            if outside || self.edge.spans.len() > MOST_SPANS || !step.end.x.is_finite() {
+            if outside || self.edge.spans.len() > MOST_SPANS {
                 return self.die(true);
             }
         }
@@ -193,7 +196,8 @@ impl<'a> Walk<'a> {
     fn pass(&mut self, object: usize, hit: Hit, v: DVec3) -> bool {
         let direction = v.normalize();
         let beyond =
-            self.scene.objects()[object].medium_towards(self.medium, hit.normal, direction);
+            self.scene
+                .medium_beside(object, self.medium, (hit.position, hit.normal), direction);
         let n_near = self.scene.n(self.medium, hit.position);
         let n_far = self.scene.n(beyond, hit.position);
         self.edge.weight *= (n_far / n_near).powi(2);
@@ -216,8 +220,12 @@ impl<'a> Walk<'a> {
         self.edge.events += 1;
         self.edge.choice *= sample.pdf;
         self.edge.weight *= sample.weight;
-        let beyond =
-            self.scene.objects()[object].medium_towards(self.medium, hit.normal, sample.direction);
+        let beyond = self.scene.medium_beside(
+            object,
+            self.medium,
+            (hit.position, hit.normal),
+            sample.direction,
+        );
         let n = self.scene.n(beyond, hit.position);
         self.go_on(hit, sample.direction, beyond, n)
     }
@@ -233,6 +241,7 @@ impl<'a> Walk<'a> {
         if !self.collided {
             self.edge.end = End::Escaped {
                 direction: v.normalize(),
+                medium: self.medium,
             };
         }
         false
@@ -256,14 +265,14 @@ pub(super) fn leave(scene: &Scene, x: DVec3, normal: DVec3, direction: DVec3) ->
 /// The surface as BSDFs see it, with the local index of the media on either side. `medium` is that
 /// through which a ray arrives.
 pub(super) fn surface_at(scene: &Scene, object: usize, hit: &Hit, medium: MediumId) -> Surface {
-    let (outer, inner) = match scene.objects()[object].sides {
-        Some(sides) => (sides.exterior, sides.interior),
-        None => (medium, medium),
+    let beside = |direction| {
+        let medium = scene.medium_beside(object, medium, (hit.position, hit.normal), direction);
+        scene.n(medium, hit.position)
     };
     Surface {
         normal: hit.normal,
-        n_outer: scene.n(outer, hit.position),
-        n_inner: scene.n(inner, hit.position),
+        n_outer: beside(hit.normal),
+        n_inner: beside(-hit.normal),
     }
 }
 

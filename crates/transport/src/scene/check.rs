@@ -2,6 +2,7 @@
 
 use super::{AMBIENT, Object, Scene};
 use crate::bsdf::Bsdf;
+use crate::emitter::Emitter;
 use crate::sampling::Sampler;
 use eikonal::Aabb;
 use glam::DVec3;
@@ -61,6 +62,7 @@ pub(super) fn check(scene: &Scene) -> Vec<Problem> {
         problems.extend(check_emitter_surface(i, object));
         problems.extend(check_match(scene, i, object));
         problems.extend(check_closed(scene, i, object));
+        problems.extend(check_exterior(scene, i, object));
     }
     problems.extend(check_emitters(scene));
     problems.sort_by_key(|p| p.severity == Severity::Warning);
@@ -154,7 +156,7 @@ fn check_emitter_surface(i: usize, object: &Object) -> Option<Problem> {
     })
 }
 
-/// A boundary without a bsdf of its own is declared index-matched: is it?
+/// A boundary that scatters nothing is declared index-matched: is it?
 fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
     let sides = object.sides.filter(|_| matches!(object.bsdf, Bsdf::Null))?;
     let jump = (0..SURFACE_PROBES)
@@ -179,19 +181,50 @@ fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
     })
 }
 
-/// A medium in an open shape has no inside.
+/// A medium in an open shape has no inside, nor has a dielectric one.
 fn check_closed(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
-    let id = object.interior().filter(|&id| id != AMBIENT)?;
-    let medium = scene.medium(id);
-    let matters = !medium.is_transparent() || !medium.index.is_constant();
-    (matters && !object.shape.is_closed()).then(|| {
-        warning(
+    let sides = object.sides.filter(|s| s.interior != s.exterior)?;
+    if object.shape.is_closed() || sides.interior == AMBIENT {
+        return None;
+    }
+    Some(warning(
+        Subject::Object(i),
+        format!(
+            "'{}' has medium '{}' on its inner side but does not enclose a volume",
+            object.name,
+            scene.medium(sides.interior).name
+        ),
+        "light may leave the medium without crossing a boundary; use a closed shape",
+    ))
+}
+
+/// The medium that is declared outside must be there: the ambient one, or that of a closed shape
+/// around or beside this one.
+fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
+    let exterior = object.sides?.exterior;
+    if !object.shape.is_closed() || exterior == AMBIENT {
+        return None;
+    }
+    let beside = (0..SURFACE_PROBES).any(|k| {
+        let sample = object.shape.sample_area(Sampler::new(1, k, 0).next_2d());
+        let outward = if scene.is_inverted(i) {
+            -sample.normal
+        } else {
+            sample.normal
+        };
+        let medium = scene.medium_beside(i, AMBIENT, (sample.position, sample.normal), outward);
+        scene.crowded[i] && medium == exterior
+    });
+    (!beside).then(|| {
+        error(
             Subject::Object(i),
             format!(
-                "'{}' holds medium '{}' but does not enclose a volume",
-                object.name, medium.name
+                "medium '{}' is declared outside of '{}', but no closed shape around it holds that \
+                 medium",
+                scene.medium(exterior).name,
+                object.name
             ),
-            "light may leave the medium without crossing a boundary; use a closed shape",
+            "put the shape inside a closed shape whose interior is that medium, or leave exterior out",
         )
     })
 }
@@ -204,8 +237,20 @@ fn check_emitters(scene: &Scene) -> Vec<Problem> {
             "add an <emitter>",
         )];
     }
-    if !may_have_several_branches(scene) {
-        return Vec::new();
+    let lost = scene.emitters().iter().enumerate().filter_map(|(i, e)| {
+        let beam = matches!(e, Emitter::Collimated(_)) && scene.guide(i).is_none();
+        beam.then(|| {
+            error(
+                Subject::Emitter(i),
+                "the beam's central ray circles in its medium without end, or leaves its field"
+                    .into(),
+                "move the beam, or check the medium that it starts in",
+            )
+        })
+    });
+    let lost: Vec<Problem> = lost.collect();
+    if !lost.is_empty() || !may_have_several_branches(scene) {
+        return lost;
     }
     let emitters = scene.emitters().iter().enumerate();
     emitters
@@ -227,11 +272,8 @@ fn check_emitters(scene: &Scene) -> Vec<Problem> {
 /// Whether two points may be connected by more than one ray: not if all rays are straight lines,
 /// nor if a single curved medium, convex and certified, is left for good by every ray that leaves it.
 fn may_have_several_branches(scene: &Scene) -> bool {
-    if scene
-        .objects()
-        .iter()
-        .any(|o| matches!(o.bsdf, Bsdf::Dielectric(_)))
-    {
+    let bends = |o: &Object| matches!(o.bsdf, Bsdf::Dielectric(_) | Bsdf::Conductor(_));
+    if scene.objects().iter().any(bends) {
         return true;
     }
     let curved: Vec<usize> = (0..scene.media().len())
@@ -242,9 +284,7 @@ fn may_have_several_branches(scene: &Scene) -> bool {
         [id] => {
             let region = &scene.regions()[id];
             let certified = region.uniqueness.as_ref().is_some_and(|u| u.whole_medium());
-            let inside = |e: &crate::emitter::Emitter| {
-                e.singularity().is_some_and(|x| scene.medium_at(x) == id)
-            };
+            let inside = |e: &Emitter| e.singularity().is_some_and(|x| scene.medium_at(x) == id);
             let emitters = scene.emitters().iter();
             !(certified && emitters.filter(|e| e.is_delta()).all(inside))
         }

@@ -11,12 +11,11 @@ use crate::Spectrum;
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Surroundings};
 use crate::film::Filter;
-use crate::integrator::Integrator;
 use crate::medium::Medium;
 use crate::sampling::Discrete;
 use crate::sensor::Sensor;
 use crate::shape::{Accel, Shape};
-use eikonal::connect::Guide;
+use eikonal::connect::{Guide, World};
 use eikonal::{Aabb, Tolerance};
 use glam::DVec3;
 
@@ -47,15 +46,6 @@ impl Object {
         matches!(self.bsdf, Bsdf::Null | Bsdf::Dielectric(_))
     }
 
-    /// The medium on the side to which `direction` points, for a ray that arrives through `current`.
-    pub fn medium_towards(&self, current: MediumId, normal: DVec3, direction: DVec3) -> MediumId {
-        match self.sides {
-            None => current,
-            Some(sides) if normal.dot(direction) > 0.0 => sides.exterior,
-            Some(sides) => sides.interior,
-        }
-    }
-
     /// The medium inside, if the surface separates media.
     pub fn interior(&self) -> Option<MediumId> {
         self.sides.map(|s| s.interior)
@@ -65,9 +55,9 @@ impl Object {
 /// The media on the two sides of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sides {
-    /// On the inner side of the normal.
+    /// Inside a closed shape, whichever way its normals point; behind the normal of an open one.
     pub interior: MediumId,
-    /// On the outer side of the normal.
+    /// On the other side.
     pub exterior: MediumId,
 }
 
@@ -95,14 +85,8 @@ pub struct Parts {
     pub emitters: Vec<Emitter>,
     /// Sensor.
     pub sensor: Sensor,
-    /// The medium that the sensor is in, if it is not to be found from the closed shapes around it.
-    pub sensor_medium: Option<MediumId>,
     /// Film.
     pub film: FilmSpec,
-    /// Estimator.
-    pub integrator: Integrator,
-    /// Samples per pixel.
-    pub samples: u64,
     /// Tolerance of rays.
     pub tolerance: Tolerance,
 }
@@ -119,8 +103,11 @@ pub struct Scene {
     emitter_choice: Option<Discrete>,
     around: Surroundings,
     attractors: Vec<DVec3>,
+    /// Objects that touch, overlap or hold others: what lies beside their surfaces varies.
+    crowded: Vec<bool>,
     /// For each emitter that is a beam, where it goes.
     guides: Vec<Option<Guide<MediumId>>>,
+    warnings: Vec<Problem>,
 }
 
 /// Some of the objects, for intersection tests.
@@ -148,22 +135,24 @@ impl Index {
 }
 
 impl Scene {
-    /// Puts a scene together and checks it. Returns the scene with its warnings, or everything that
-    /// is wrong with it.
-    pub fn new(parts: Parts) -> Result<(Self, Vec<Problem>), Vec<Problem>> {
+    /// Puts a scene together and checks it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, errors first.
+    pub fn new(parts: Parts) -> Result<Self, Vec<Problem>> {
         let around = surroundings(&parts);
         let regions = regions::survey(&parts, &around);
-        let sensor_medium = parts
-            .sensor_medium
-            .unwrap_or_else(|| medium_at(&parts.objects, parts.sensor.position()));
+        let sensor_medium = medium_at(&parts.objects, parts.sensor.position());
         let mut scene = Scene {
             guides: Vec::new(),
+            warnings: Vec::new(),
             all: Index::new(&parts.objects, |_| true),
             interfaces: Index::new(&parts.objects, Object::is_interface),
             blockers: Index::new(&parts.objects, |o| !o.is_interface()),
             emitter_choice: Discrete::new(&vec![1.0; parts.emitters.len()]).ok(),
             regions,
             attractors: attractors(&parts),
+            crowded: crowded(&parts.objects, around.radius * 1e-9),
             sensor_medium,
             around,
             parts,
@@ -173,7 +162,13 @@ impl Scene {
         if problems.iter().any(|p| p.severity == Severity::Error) {
             return Err(problems);
         }
-        Ok((scene, problems))
+        scene.warnings = problems;
+        Ok(scene)
+    }
+
+    /// What is doubtful about the scene.
+    pub fn warnings(&self) -> &[Problem] {
+        &self.warnings
     }
 
     /// Objects.
@@ -216,16 +211,6 @@ impl Scene {
         &self.parts.film
     }
 
-    /// Estimator.
-    pub fn integrator(&self) -> &Integrator {
-        &self.parts.integrator
-    }
-
-    /// Samples per pixel.
-    pub fn samples(&self) -> u64 {
-        self.parts.samples
-    }
-
     /// Tolerance of rays.
     pub fn tolerance(&self) -> Tolerance {
         self.parts.tolerance
@@ -250,6 +235,43 @@ impl Scene {
     /// The innermost medium that surrounds a point.
     pub fn medium_at(&self, x: DVec3) -> MediumId {
         medium_at(&self.parts.objects, x)
+    }
+
+    /// The medium beside an object's surface at `x`, on the side to which `direction` points, for a ray
+    /// that arrives through `current`.
+    ///
+    /// Where closed objects touch, overlap or hold one another, containment decides, so that a ray
+    /// that leaves one layer enters the next one.
+    pub fn medium_beside(
+        &self,
+        object: usize,
+        current: MediumId,
+        (x, normal): (DVec3, DVec3),
+        direction: DVec3,
+    ) -> MediumId {
+        let side = normal.dot(direction);
+        match self.objects()[object].sides {
+            None => current,
+            Some(_) if self.crowded[object] => {
+                self.medium_at(x + normal * (2.0 * self.nudge()).copysign(side))
+            }
+            Some(sides) if (side > 0.0) != self.is_inverted(object) => sides.exterior,
+            Some(sides) => sides.interior,
+        }
+    }
+
+    /// Whether the normals of a closed object point inwards.
+    fn is_inverted(&self, object: usize) -> bool {
+        let shape = &self.objects()[object].shape;
+        shape.is_closed() && shape.has_flipped_normals()
+    }
+
+    /// The medium in which a sensor ray starts.
+    pub(crate) fn medium_of_sensor_ray(&self, origin: DVec3) -> MediumId {
+        match self.sensor() {
+            Sensor::Perspective(_) => self.sensor_medium,
+            Sensor::ThinLens(_) | Sensor::Orthographic(_) => self.medium_at(origin),
+        }
     }
 
     /// The index at a point of a medium.
@@ -299,13 +321,25 @@ impl Scene {
 }
 
 /// The innermost closed object around a point decides: the one with the smallest box.
-pub fn medium_at(objects: &[Object], x: DVec3) -> MediumId {
+pub fn medium_at<'a>(objects: impl IntoIterator<Item = &'a Object>, x: DVec3) -> MediumId {
     objects
-        .iter()
+        .into_iter()
         .filter_map(|o| Some((o.interior()?, &o.shape)))
         .filter(|(_, shape)| shape.is_closed() && shape.contains(x))
         .min_by(|(_, a), (_, b)| a.aabb().diagonal().total_cmp(&b.aabb().diagonal()))
         .map_or(AMBIENT, |(medium, _)| medium)
+}
+
+/// Whether each object is closed, separates media, and comes near another one that does.
+fn crowded(objects: &[Object], margin: f64) -> Vec<bool> {
+    let matters = |o: &Object| o.sides.is_some() && o.shape.is_closed();
+    let near = |a: &Object, b: &Object| a.shape.aabb().grown(margin).overlaps(&b.shape.aabb());
+    let others = |i: usize| objects.iter().enumerate().filter(move |(k, _)| *k != i);
+    objects
+        .iter()
+        .enumerate()
+        .map(|(i, o)| matters(o) && others(i).any(|(_, b)| matters(b) && near(o, b)))
+        .collect()
 }
 
 /// A beam is followed over this many radii of the scene: enough for several bounces inside a tank.

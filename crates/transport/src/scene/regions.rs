@@ -52,17 +52,25 @@ fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
             uniqueness: None,
         };
     }
-    let margin = MARGIN * aabb.diagonal();
-    let bounds = holders
-        .iter()
-        .flat_map(|o| cells(&o.shape, margin))
-        .map(|cell| field.bounds(&cell))
-        .reduce(FieldBounds::union)
-        .unwrap_or_else(|| field.bounds(&aabb));
+    let within = |margin: f64| {
+        let cells = holders.iter().flat_map(|o| cells(&o.shape, margin));
+        let bounds = cells.map(|cell| field.bounds(&cell));
+        bounds
+            .reduce(FieldBounds::union)
+            .unwrap_or_else(|| field.bounds(&aabb))
+    };
+    let mut margin = MARGIN * aabb.diagonal();
+    let mut bounds = within(margin);
+    // Geodesics between points of the medium may bulge out of a flat side by κD²/8.
+    let bulge = bounds.kappa() * aabb.diagonal().powi(2) / 8.0;
+    if bulge > margin && bulge < aabb.diagonal() {
+        margin = bulge;
+        bounds = within(margin);
+    }
     let uniqueness = match holders[..] {
         [object] if object.shape.is_convex() => Some(Uniqueness::new(
             aabb.grown(margin),
-            diameter(&object.shape),
+            object.shape.diameter(),
             bounds,
         )),
         _ => None,
@@ -71,14 +79,6 @@ fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
         aabb,
         bounds,
         uniqueness,
-    }
-}
-
-/// Largest distance between two points of a shape.
-fn diameter(shape: &Shape) -> f64 {
-    match shape {
-        Shape::Sphere(_) => shape.aabb().size().max_element(),
-        _ => shape.aabb().diagonal(),
     }
 }
 

@@ -8,10 +8,6 @@ use eikonal::connect::{Crossing, Piece, World};
 use eikonal::interface::Rule;
 use eikonal::ray::Arc;
 
-/// A connection's ray comes within its tolerance of the target, not closer; a target that lies on a
-/// surface is not taken for its own occluder over this fraction of the ray.
-const TARGET_SLACK: f64 = 1e-4;
-
 impl World for Scene {
     type Region = MediumId;
 
@@ -31,7 +27,12 @@ impl World for Scene {
                 Bsdf::Null => Rule::Pass,
                 _ => Rule::Refract,
             },
-            beyond: surface.medium_towards(medium, hit.normal, arc.velocity(hit.theta)),
+            beyond: self.medium_beside(
+                object,
+                medium,
+                (hit.position, hit.normal),
+                arc.velocity(hit.theta),
+            ),
             surface: object,
         })
     }
@@ -53,9 +54,15 @@ impl Scene {
         Some((index.objects[i], hit))
     }
 
-    /// Whether an opaque or rough surface stands in the way of a connection. The last part of the
-    /// ray may touch `target`, the object on which it ends.
-    pub fn is_occluded(&self, pieces: &[Piece<MediumId>], target: Option<usize>) -> bool {
+    /// Whether an opaque or rough surface stands in the way of a connection. Over a length of `slack`
+    /// before its end the ray may touch `target`, the object on which it ends: it comes close to the
+    /// point that it was aimed at, but not closer than the solver's tolerance.
+    pub fn is_occluded(
+        &self,
+        pieces: &[Piece<MediumId>],
+        target: Option<usize>,
+        slack: f64,
+    ) -> bool {
         if self.blockers.objects.is_empty() {
             return false;
         }
@@ -73,9 +80,8 @@ impl Scene {
         else {
             return false;
         };
-        let total: f64 = pieces.iter().map(|p| p.arc.arc_length(p.theta_end)).sum();
         let left = last.arc.arc_length(last.theta_end) - last.arc.arc_length(hit.theta);
-        !(Some(object) == target && left <= TARGET_SLACK * total)
+        !(Some(object) == target && left <= slack)
     }
 
     /// Length beyond which a straight ray that starts inside the scene meets nothing more.

@@ -77,8 +77,8 @@ pub enum Shape {
     Disk(Disk),
     /// The cylinder of unit radius from z = 0 to z = 1, open or capped.
     Cylinder(Cylinder),
-    /// Triangles.
-    Mesh(Mesh),
+    /// Triangles, shared between copies of the shape.
+    Mesh(std::sync::Arc<Mesh>),
 }
 
 /// Calls the same method on whichever shape this is.
@@ -98,7 +98,14 @@ macro_rules! each {
 impl Shape {
     /// This shape with its normals turned to the other side if `flip` is set.
     pub fn with_flipped_normals(mut self, flip: bool) -> Self {
-        each!(&mut self, s => s.set_flipped(flip));
+        match &mut self {
+            Shape::Sphere(s) => s.set_flipped(flip),
+            Shape::Cube(s) => s.set_flipped(flip),
+            Shape::Rectangle(s) => s.set_flipped(flip),
+            Shape::Disk(s) => s.set_flipped(flip),
+            Shape::Cylinder(s) => s.set_flipped(flip),
+            Shape::Mesh(s) => std::sync::Arc::make_mut(s).set_flipped(flip),
+        }
         self
     }
 
@@ -119,6 +126,14 @@ impl Shape {
     /// A box around the surface.
     pub fn aabb(&self) -> Aabb {
         each!(self, s => s.aabb())
+    }
+
+    /// Upper bound of the distance between two points of the shape; exact for spheres and ellipsoids.
+    pub fn diameter(&self) -> f64 {
+        match self {
+            Shape::Sphere(s) => s.diameter(),
+            _ => self.aabb().diagonal(),
+        }
     }
 
     /// Whether a box certainly has no point in common with the inside of a closed shape; a box near
@@ -217,7 +232,7 @@ placed!(Sphere, Cube, Rectangle, Disk, Cylinder);
 
 impl From<Mesh> for Shape {
     fn from(s: Mesh) -> Self {
-        Shape::Mesh(s)
+        Shape::Mesh(std::sync::Arc::new(s))
     }
 }
 

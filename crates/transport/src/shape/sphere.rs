@@ -4,6 +4,7 @@ use super::curve::Curve;
 use super::placement::Placement;
 use super::{AreaSample, Hit, ShapeError, circle, turn};
 use eikonal::Aabb;
+use eikonal::bounds::symmetric_eigenvalues;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::PI;
@@ -21,6 +22,13 @@ pub struct Sphere {
 }
 
 impl Sphere {
+    /// Twice the largest singular value of the linear part: the longest axis of the ellipsoid.
+    pub(super) fn diameter(&self) -> f64 {
+        let column = |axis| self.placement.point(axis) - self.placement.point(DVec3::ZERO);
+        let m = DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z));
+        2.0 * symmetric_eigenvalues(m * m.transpose())[2].max(0.0).sqrt()
+    }
+
     pub(super) fn misses(&self, region: &Aabb) -> bool {
         self.placement
             .local_box(region)

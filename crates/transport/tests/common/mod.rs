@@ -87,29 +87,58 @@ pub fn parts(
         media,
         emitters,
         sensor,
-        sensor_medium: None,
         film: FilmSpec {
             width: 4,
             height: 4,
             channels: 1,
             filter: Filter::Box,
         },
-        integrator: Integrator::Path(PathTracer::default()),
-        samples: 1,
         tolerance: Tolerance::default(),
     }
 }
 
 /// Renders with a given number of samples and seed.
 pub fn shoot(parts: Parts, samples: u64, seed: u64) -> Rendering {
-    let (scene, _) = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
-    render(&[scene], &Options { samples, seed }, |_| {
-        ControlFlow::Continue(())
-    })
+    let scene = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
+    let options = Options {
+        integrator: path_tracer(),
+        samples,
+        seed,
+    };
+    render(&[scene], &options, |_| ControlFlow::Continue(()))
 }
 
 /// Mean of the image and its standard error.
 pub fn mean(rendering: &Rendering) -> (f64, f64) {
     assert_eq!(rendering.stats.not_finite, 0);
     rendering.film.summary()
+}
+
+/// Mean and standard error of the radiance along rays drawn by `ray`, with a weight each.
+pub fn estimate(
+    scene: &Scene,
+    (samples, seed): (u64, u64),
+    mut ray: impl FnMut(&mut transport::sampling::Sampler) -> (transport::sensor::Ray, f64),
+) -> (f64, f64) {
+    let mut ws = transport::path::Workspace::new(scene.tolerance());
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for i in 0..samples {
+        let mut sampler = transport::sampling::Sampler::new(seed, 0, i);
+        let (ray, weight) = ray(&mut sampler);
+        let value = path_tracer().radiance(scene, ray, 1, &mut sampler, &mut ws)[0] * weight;
+        assert!(value.is_finite());
+        sum += value;
+        squares += value * value;
+    }
+    let n = samples as f64;
+    let mean = sum / n;
+    (
+        mean,
+        ((squares / n - mean * mean).max(0.0) / (n - 1.0)).sqrt(),
+    )
+}
+
+/// The path tracer with its defaults.
+pub fn path_tracer() -> Integrator {
+    Integrator::Path(PathTracer::default())
 }

@@ -37,6 +37,10 @@ pub struct Bspline {
 }
 
 impl Bspline {
+    pub(super) fn memory(&self) -> usize {
+        self.coefficients.len() * size_of::<f32>()
+    }
+
     /// A field through `samples` of n (f32 or f64), x fastest, then y, then z, of a grid of `dims`
     /// samples in the box `bounds`.
     ///

@@ -1,0 +1,79 @@
+//! Renders that end early.
+
+use crate::support::Folder;
+use io::image::exr;
+
+#[test]
+fn time_ends_a_render() {
+    let folder = Folder::with_fog();
+    let line = folder.succeed("render scene.xml --time 0.3s --stats s.json -o a.exr");
+    assert!(!line.contains("interrupted"), "{line}");
+    let stats = folder.json("s.json");
+    assert_eq!(stats["stopped"], "time");
+    assert!(stats["spp_requested"].is_null());
+    let spp = stats["spp"].as_u64().unwrap();
+    assert!(
+        spp > 4,
+        "the scene's own number of samples is no limit: {spp}"
+    );
+    let seconds = stats["seconds"].as_f64().unwrap();
+    assert!((0.3..10.0).contains(&seconds), "{seconds}");
+    let image = exr::read(&folder.path("a.exr")).unwrap();
+    assert_eq!(image.attribute("spp"), Some(spp.to_string().as_str()));
+    // What was rendered is what a render of just as many samples gives.
+    folder.succeed(&format!("render scene.xml --spp {spp} -o b.exr"));
+    let again = exr::read(&folder.path("b.exr")).unwrap();
+    assert_eq!(image.layers, again.layers);
+}
+
+#[test]
+fn samples_bound_a_render_that_has_time() {
+    let folder = Folder::with_fog();
+    let line = folder.succeed("render scene.xml --time 1h --spp 3 -o a.npy");
+    assert!(line.contains("3 spp"), "{line}");
+}
+
+#[cfg(unix)]
+mod interruption {
+    use super::*;
+    use crate::support::program;
+    use std::process::{Child, Command, Stdio};
+    use std::time::Duration;
+
+    fn start(folder: &Folder) -> Child {
+        let child = Command::new(program())
+            .current_dir(folder.path("."))
+            .args("render scene.xml --spp 100000000 --threads 1 -o a.exr --stats s.json".split(' '))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(700));
+        child
+    }
+
+    fn interrupt(child: &Child) {
+        let status = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(status.unwrap().success());
+    }
+
+    #[test]
+    fn writes_what_there_is() {
+        let folder = Folder::with_fog();
+        let child = start(&folder);
+        interrupt(&child);
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(130));
+        let line = String::from_utf8(output.stdout).unwrap();
+        assert!(line.starts_with("interrupted: "), "{line}");
+        assert_eq!(folder.files(), ["a.exr", "s.json", "scene.xml"]);
+        let stats = folder.json("s.json");
+        assert_eq!(stats["stopped"], "interrupted");
+        let spp = stats["spp"].as_u64().unwrap();
+        let image = exr::read(&folder.path("a.exr")).unwrap();
+        let counts = image.layer("samples").unwrap().channel("N").unwrap();
+        assert!(counts.iter().all(|n| *n == spp as f32));
+    }
+}

@@ -1,0 +1,9 @@
+//! Tests of the `morgana` program itself, on small scenes.
+
+mod connect;
+mod errors;
+mod info;
+mod limits;
+mod render;
+mod support;
+mod trace;

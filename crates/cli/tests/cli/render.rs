@@ -1,0 +1,155 @@
+//! `morgana render`: what is written, and that it depends on the seed alone.
+
+use crate::support::Folder;
+use io::image::{RgbImage, exr};
+use io::npy;
+
+#[test]
+fn writes_exr_and_png_named_after_the_scene() {
+    let folder = Folder::with_fog();
+    let line = folder.succeed("render scene.xml --spp 8");
+    assert_eq!(line.lines().count(), 1, "{line}");
+    for part in ["8 spp", "samples/s", "mean 0.", "±", "connections failed"] {
+        assert!(line.contains(part), "{line}");
+    }
+    assert_eq!(folder.files(), ["scene.exr", "scene.png", "scene.xml"]);
+    let png = RgbImage::read(&folder.path("scene.png")).unwrap();
+    assert_eq!((png.width, png.height), (8, 6));
+}
+
+#[test]
+fn exr_holds_layers_and_attributes() {
+    let folder = Folder::with_fog();
+    folder.succeed("render scene.xml --seed 3 --spp 8 -o a.exr -o a.npy");
+    let image = exr::read(&folder.path("a.exr")).unwrap();
+    assert_eq!((image.width, image.height), (8, 6));
+    let main = image.layer("").unwrap();
+    for name in ["R", "G", "B"] {
+        assert!(main.channel(name).unwrap().iter().all(|v| *v > 0.0));
+        let variance = image.layer("variance").unwrap().channel(name).unwrap();
+        assert!(variance.iter().all(|v| v.is_finite() && *v >= 0.0));
+    }
+    let counts = image.layer("samples").unwrap().channel("N").unwrap();
+    assert!(counts.iter().all(|n| *n == 8.0));
+    assert_eq!(image.attribute("seed"), Some("3"));
+    assert_eq!(image.attribute("spp"), Some("8"));
+    assert_eq!(image.attribute("scene"), Some("scene.xml"));
+    assert_eq!(image.attribute("integrator"), Some("path"));
+    assert_eq!(image.attribute("options"), Some("--seed 3 --spp 8"));
+    assert_eq!(image.attribute("scene_hash").unwrap().len(), 64);
+    assert!(
+        image
+            .attribute("connections")
+            .unwrap()
+            .contains("failure_rate")
+    );
+    assert_eq!(
+        image.attribute("morgana_version"),
+        Some(env!("CARGO_PKG_VERSION"))
+    );
+    let array = npy::read(&folder.path("a.npy")).unwrap();
+    assert_eq!(array.shape, [6, 8, 3]);
+}
+
+#[test]
+fn a_picture_of_even_light_is_that_light() {
+    let folder = Folder::with_scene("");
+    folder.succeed("render scene.xml --spp 2 -o a.exr");
+    let image = exr::read(&folder.path("a.exr")).unwrap();
+    for (name, light) in [("R", 0.2), ("G", 0.4), ("B", 0.8)] {
+        let values = image.layer("").unwrap().channel(name).unwrap();
+        assert!(
+            values.iter().all(|v| (v - light).abs() < 1e-6),
+            "{name}: {values:?}"
+        );
+    }
+}
+
+#[test]
+fn results_depend_on_the_seed_alone() {
+    let folder = Folder::with_fog();
+    for threads in 1..=3 {
+        let out = format!("-o {threads}.exr -o {threads}.npy");
+        folder.succeed(&format!(
+            "render scene.xml --spp 5 --seed 7 --threads {threads} {out}"
+        ));
+    }
+    for extension in ["exr", "npy"] {
+        let one = folder.read(&format!("1.{extension}"));
+        assert!(
+            one == folder.read(&format!("2.{extension}")),
+            "{extension} of 2 threads"
+        );
+        assert!(
+            one == folder.read(&format!("3.{extension}")),
+            "{extension} of 3 threads"
+        );
+    }
+    folder.succeed("render scene.xml --spp 5 --seed 8 -o other.npy");
+    assert!(folder.read("1.npy") != folder.read("other.npy"));
+}
+
+#[test]
+fn the_scene_says_what_the_command_does_not() {
+    let folder = Folder::with_fog();
+    assert!(
+        folder
+            .succeed("render scene.xml -o a.npy")
+            .contains("4 spp")
+    );
+    assert!(
+        folder
+            .succeed("render scene.xml -D spp=3 -o b.npy")
+            .contains("3 spp")
+    );
+    folder.succeed("render scene.xml --spp 3 -o c.npy");
+    assert!(folder.read("b.npy") == folder.read("c.npy"));
+}
+
+#[test]
+fn exposure_brightens_png_only() {
+    let folder = Folder::with_scene("");
+    folder.succeed("render scene.xml --spp 1 --exposure -1 -o a.png");
+    let pixel = RgbImage::read(&folder.path("a.png")).unwrap().pixels[0];
+    for (value, light) in pixel.into_iter().zip([0.1, 0.2, 0.4]) {
+        assert!((value - light).abs() < 0.005, "{pixel:?}");
+    }
+}
+
+#[test]
+fn quiet_is_quiet() {
+    let folder = Folder::with_fog();
+    let outcome = folder.run("render scene.xml --quiet --spp 1");
+    assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(0), ""));
+    assert_eq!(outcome.stderr, "");
+}
+
+#[test]
+fn without_a_terminal_there_is_no_progress_bar() {
+    let outcome = Folder::with_fog().run("render scene.xml --spp 1");
+    assert_eq!(outcome.stderr, "");
+}
+
+#[test]
+fn stats_hold_counts_and_settings() {
+    let folder = Folder::with_fog();
+    folder.succeed("render scene.xml --spp 6 --seed 2 --threads 2 --stats s.json -o a.npy");
+    let stats = folder.json("s.json");
+    assert_eq!(stats["seed"], 2);
+    assert_eq!(stats["spp"], 6);
+    assert_eq!(stats["spp_requested"], 6);
+    assert_eq!(stats["threads"], 2);
+    assert_eq!(stats["samples"], 8 * 6 * 6);
+    assert_eq!(stats["channels"], serde_json::json!(["R", "G", "B"]));
+    assert!(stats["stopped"].is_null());
+    for number in ["mean", "standard_error", "seconds", "samples_per_second"] {
+        assert!(stats[number].as_f64().unwrap() > 0.0, "{number}");
+    }
+    let connections = &stats["connections"];
+    let count = |name: &str| connections[name].as_u64().unwrap();
+    let failed = count("not_converged") + count("ray_lost") + count("degenerate");
+    assert_eq!(count("attempts"), count("found") + failed);
+    assert_eq!(stats["counters"]["paths"], 8 * 6 * 6);
+    assert_eq!(stats["counters"]["lost"], 0);
+    assert_eq!(stats["scene_hash"].as_str().unwrap().len(), 64);
+}

@@ -1,0 +1,80 @@
+//! Who may depend on whom (ARCHITECTURE.md), read off the `use` lines and paths of the sources.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn sources(directory: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(directory).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+/// Asserts that no source below `room` mentions any of the `forbidden` paths, comments aside.
+fn refuses(room: &str, forbidden: &[&str]) {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let files = sources(&crates.join(room));
+    assert!(!files.is_empty(), "{room} has no sources");
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        for (number, line) in text.lines().enumerate() {
+            let code = line.split("//").next().unwrap_or("");
+            for word in forbidden {
+                let place = format!("{}:{}", file.display(), number + 1);
+                assert!(!code.contains(word), "{place} uses {word}: {line}");
+            }
+        }
+    }
+}
+
+#[test]
+fn crates_depend_downwards_only() {
+    refuses(
+        "eikonal/src",
+        &["transport::", "io::", "std::fs", "std::thread", "rayon"],
+    );
+    refuses(
+        "transport/src",
+        &["::io::", "use io", "std::fs", "clap::", "println!"],
+    );
+    refuses(
+        "io/src",
+        &["clap::", "println!", "eprintln!", "process::exit"],
+    );
+}
+
+#[test]
+fn inside_transport_data_flows_one_way() {
+    let above_leaves = [
+        "crate::scene",
+        "crate::path",
+        "crate::integrator",
+        "crate::render",
+    ];
+    for leaf in ["sampling", "shape", "phase", "bsdf", "film"] {
+        refuses(&format!("transport/src/{leaf}"), &above_leaves);
+    }
+    for room in ["medium", "emitter", "sensor"] {
+        refuses(&format!("transport/src/{room}"), &above_leaves);
+    }
+    refuses(
+        "transport/src/path",
+        &["crate::integrator", "crate::render"],
+    );
+    refuses("transport/src/integrator", &["crate::render"]);
+}
+
+/// Directions, distances and geometry terms between vertices come from `path` alone.
+#[test]
+fn integrators_derive_no_geometry() {
+    refuses(
+        "transport/src/integrator",
+        &[".distance(", "distance_squared", "solver.connect"],
+    );
+}

@@ -1,0 +1,37 @@
+//! What rays and connections cost.
+//!
+//! ```text
+//! cargo bench -p eikonal                    # everything, about a minute
+//! cargo bench -p eikonal -- connections     # one part: evaluation, steps, connections
+//! ```
+//!
+//! Wall times depend on the machine and on what else runs there, so that every table gives
+//! *ratios* of times measured in turn within one run; absolute times stand beside them for
+//! orientation only. The unit of the first table is the time of the multiply-adds that the
+//! evaluation of a tricubic spline needs at least, at the rate that the machine reaches in
+//! registers with the instruction set of the build (SSE2 on x86-64 by default; `RUSTFLAGS="-C
+//! target-cpu=native"` moves the bound and the evaluation together).
+
+mod connections;
+mod evaluation;
+mod setup;
+mod steps;
+mod timing;
+
+fn main() {
+    // Cargo passes `--bench` too.
+    let wanted: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| !a.starts_with('-'))
+        .collect();
+    let parts: [(&str, fn()); 3] = [
+        ("evaluation", evaluation::run),
+        ("steps", steps::run),
+        ("connections", connections::run),
+    ];
+    for (name, run) in parts {
+        if wanted.is_empty() || wanted.iter().any(|w| name.contains(w.as_str())) {
+            run();
+        }
+    }
+}

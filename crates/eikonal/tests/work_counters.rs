@@ -1,0 +1,153 @@
+//! The work that fixed rays and connections take: a slow-down fails here, on any machine, without a
+//! clock.
+//!
+//! **To update** after a change that is meant to alter the work: run
+//! `cargo test -p eikonal --test work_counters`, check that every change in the printed tables is an
+//! improvement or worth it, and paste them over the constants.
+
+use eikonal::connect::Unbounded;
+use eikonal::field::{Acoustic, AcousticMode, Bspline, Constant, Gaussian, Luneburg, Placement};
+use eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
+use eikonal::{Aabb, Field, Solver, Tolerance, Work};
+use glam::DVec3;
+use testkit::Rng;
+
+/// Sums over `RAYS` of the work at one tolerance: steps, rejected steps, evaluations, shots.
+type Row = (&'static str, f64, [u64; 4]);
+
+/// Counts may differ by this fraction (and by two): the arithmetic is IEEE's everywhere, but exp,
+/// sin and cos come from the platform's library, and a last bit that differs can turn a step that
+/// is just accepted into one that is rejected. Work that grows by less is no news.
+const BAND: f64 = 0.02;
+
+const RAYS: usize = 100;
+
+const MARCHES: &[Row] = &[
+    ("constant", 1e-4, [100, 0, 0, 0]),
+    ("constant", 1e-6, [100, 0, 0, 0]),
+    ("constant", 1e-8, [100, 0, 0, 0]),
+    ("Luneburg", 1e-4, [152, 0, 912, 0]),
+    ("Luneburg", 1e-6, [335, 0, 2010, 0]),
+    ("Luneburg", 1e-8, [912, 0, 5472, 0]),
+    ("bump", 1e-4, [365, 0, 2190, 0]),
+    ("bump", 1e-6, [644, 95, 4434, 0]),
+    ("bump", 1e-8, [1780, 91, 11226, 0]),
+    ("sound", 1e-4, [922, 0, 5532, 0]),
+    ("sound", 1e-6, [1029, 0, 6174, 0]),
+    ("sound", 1e-8, [1768, 172, 11640, 0]),
+    ("grid", 1e-4, [1203, 0, 7218, 0]),
+    ("grid", 1e-6, [1308, 0, 7848, 0]),
+    ("grid", 1e-8, [1971, 197, 13008, 0]),
+];
+
+const CONNECTIONS: &[Row] = &[
+    ("constant", 1e-4, [100, 0, 0, 100]),
+    ("constant", 1e-6, [100, 0, 0, 100]),
+    ("constant", 1e-8, [100, 0, 0, 100]),
+    ("Luneburg", 1e-4, [512, 0, 3072, 336]),
+    ("Luneburg", 1e-6, [1277, 0, 7662, 391]),
+    ("Luneburg", 1e-8, [3793, 0, 22758, 426]),
+    ("bump", 1e-4, [1064, 0, 6384, 289]),
+    ("bump", 1e-6, [1933, 271, 13224, 303]),
+    ("bump", 1e-8, [6801, 300, 42606, 380]),
+    ("sound", 1e-4, [2028, 0, 12168, 217]),
+    ("sound", 1e-6, [3068, 0, 18408, 298]),
+    ("sound", 1e-8, [5375, 516, 35346, 305]),
+    ("grid", 1e-4, [3492, 0, 20952, 289]),
+    ("grid", 1e-6, [3930, 0, 23580, 303]),
+    ("grid", 1e-8, [7526, 735, 49566, 380]),
+];
+
+fn fields() -> Vec<(&'static str, Field)> {
+    let mode = AcousticMode::new(0.02, 1, 9.0, 0.3).unwrap();
+    let bump = Gaussian::new(1.33, 0.1, DVec3::ZERO, 0.3).unwrap();
+    let sampled = Field::from(bump);
+    let cube = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
+    let grid = Bspline::from_fn([48; 3], cube, Placement::Nodes, |x| sampled.n(x));
+    let sound = Acoustic::new(1.3333, DVec3::ZERO, DVec3::X, DVec3::Z, vec![mode]);
+    vec![
+        ("constant", Constant::new(1.5).into()),
+        (
+            "Luneburg",
+            Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into(),
+        ),
+        ("bump", bump.into()),
+        ("sound", sound.unwrap().into()),
+        ("grid", grid.unwrap().into()),
+    ]
+}
+
+/// Pairs of points of the ball of radius 0.9 around the origin.
+fn pairs() -> Vec<[DVec3; 2]> {
+    let mut rng = Rng::new(41);
+    let mut point = || DVec3::from_array(rng.direction()) * (0.9 * rng.next_1d().cbrt());
+    (0..RAYS).map(|_| [point(), point()]).collect()
+}
+
+/// A ray with tangents over a span of σ that straight rays would take to the other point.
+fn march(field: &Field, [x, y]: [DVec3; 2], tolerance: Tolerance, work: &mut Work) {
+    let direction = (y - x).normalize();
+    let n = field.n(x);
+    let tangents = Tangents::angular(n, perpendicular_basis(direction));
+    let mut flow = Flow::new(
+        field,
+        Node::launch(field, x, direction, tangents),
+        tolerance,
+    );
+    let mut left = x.distance(y) / n;
+    while left > 1e-12 {
+        left -= flow.advance(left, work).arc.h();
+    }
+}
+
+fn marches(field: &Field, tolerance: Tolerance) -> Work {
+    let mut work = Work::default();
+    for pair in pairs() {
+        march(field, pair, tolerance, &mut work);
+    }
+    work
+}
+
+fn connections(field: &Field, tolerance: Tolerance) -> Work {
+    let mut solver = Solver::new(tolerance);
+    for [x, y] in pairs() {
+        solver.connect(&Unbounded(field), (x, ()), y).unwrap();
+    }
+    solver.work
+}
+
+/// Measures all fields and tolerances, prints the table as it is to be pasted, and compares.
+fn check(name: &str, measure: impl Fn(&Field, Tolerance) -> Work, expected: &[Row]) {
+    let mut measured: Vec<Row> = Vec::new();
+    for (field_name, field) in fields() {
+        for tolerance in [1e-4, 1e-6, 1e-8] {
+            let w = measure(&field, Tolerance::new(tolerance));
+            let counts = [w.steps, w.rejected, w.evaluations, w.shots];
+            measured.push((field_name, tolerance, counts));
+        }
+    }
+    println!("const {name}: &[Row] = &[");
+    for (field, tolerance, counts) in &measured {
+        println!("    ({field:?}, {tolerance:e}, {counts:?}),");
+    }
+    println!("];");
+    let near = |a: u64, b: u64| a.abs_diff(b) as f64 <= 2.0 + BAND * b as f64;
+    let same = |(a, b): (&Row, &Row)| {
+        (a.0, a.1) == (b.0, b.1) && a.2.iter().zip(b.2).all(|(&a, b)| near(a, b))
+    };
+    let differ = measured.iter().zip(expected).find(|&pair| !same(pair));
+    assert!(
+        differ.is_none() && measured.len() == expected.len(),
+        "the work has changed (see above; how to update: top of the file): {differ:?}"
+    );
+}
+
+#[test]
+fn rays_take_as_many_steps_as_before() {
+    check("MARCHES", marches, MARCHES);
+}
+
+#[test]
+fn connections_take_as_many_shots_as_before() {
+    check("CONNECTIONS", connections, CONNECTIONS);
+}

@@ -1,0 +1,320 @@
+//! What bad scenes get: every mistake with its line, what was expected, and what to do.
+
+mod common;
+
+use io::{LoadOptions, Loaded};
+use std::fs;
+use std::path::Path;
+
+const CAMERA: &str = r#"<sensor type="perspective">
+  <float name="fov" value="40"/>
+  <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
+  <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/></film>
+</sensor>
+<emitter type="constant"/>
+"#;
+
+/// A scene with the camera from line 2 and `body` from line 8.
+fn scene(body: &str) -> String {
+    format!("<scene version=\"3.0.0\">\n{CAMERA}{body}\n</scene>\n")
+}
+
+fn load(body: &str) -> Result<Loaded, String> {
+    load_in(tempfile::tempdir().unwrap().path(), body)
+}
+
+fn load_in(directory: &Path, body: &str) -> Result<Loaded, String> {
+    let path = directory.join("scene.xml");
+    fs::write(&path, scene(body)).unwrap();
+    io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+}
+
+#[track_caller]
+fn refused(body: &str, expected: &[&str]) {
+    let message = load(body).expect_err("the scene was accepted");
+    for part in expected {
+        assert!(message.contains(part), "expected {part:?} in:\n{message}");
+    }
+}
+
+#[track_caller]
+fn warned(body: &str, expected: &str) {
+    let loaded = load(body).unwrap_or_else(|e| panic!("{e}"));
+    let warnings = loaded.warnings.to_string();
+    assert!(
+        warnings.contains(expected),
+        "expected {expected:?} in:\n{warnings}"
+    );
+}
+
+fn ball(medium: &str) -> String {
+    format!("<shape type=\"sphere\"><bsdf type=\"null\"/>{medium}</shape>")
+}
+
+fn graded(volume: &str) -> String {
+    let medium = format!("<medium name=\"interior\" type=\"transparent\">\n{volume}\n</medium>");
+    ball(&medium)
+}
+
+#[test]
+fn a_plain_scene_is_accepted_without_warnings() {
+    let loaded = load("<shape type=\"sphere\"/>").unwrap_or_else(|e| panic!("{e}"));
+    assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
+    assert_eq!(loaded.channel_names, ["R", "G", "B"]);
+}
+
+#[test]
+fn misspelt_plugins_and_parameters_get_suggestions() {
+    refused(
+        "<shape type=\"spere\"/>",
+        &["scene.xml:8:", "unknown shape type 'spere'", "sphere"],
+    );
+    refused(
+        "<shape type=\"sphere\"><float name=\"raduis\" value=\"2\"/></shape>",
+        &["scene.xml:8:", "did you mean 'radius'?"],
+    );
+    refused(
+        &ball(
+            "<medium name=\"interior\" type=\"homogeneous\"><float name=\"sigmat\" value=\"1\"/></medium>",
+        ),
+        &["did you mean 'sigma_t'?"],
+    );
+    refused(
+        &graded("<volume name=\"ior\" type=\"lunberg\"/>"),
+        &["luneburg"],
+    );
+}
+
+#[test]
+fn several_mistakes_are_reported_at_once() {
+    refused(
+        "<shape type=\"spere\"/>\n<shape type=\"cub\"/>\n<emitter type=\"pont\"/>",
+        &[
+            "scene.xml:8:",
+            "scene.xml:9:",
+            "scene.xml:10:",
+            "sphere",
+            "cube",
+            "point",
+        ],
+    );
+}
+
+#[test]
+fn missing_files_are_named() {
+    refused(
+        "<shape type=\"obj\"><string name=\"filename\" value=\"no_such.obj\"/></shape>",
+        &["scene.xml:8:", "no_such.obj"],
+    );
+    refused(
+        &graded(
+            "<volume name=\"ior\" type=\"bspline\"><string name=\"filename\" value=\"none.npy\"/>\
+             <string name=\"axis_order\" value=\"zyx\"/><string name=\"placement\" value=\"nodes\"/></volume>",
+        ),
+        &["none.npy"],
+    );
+}
+
+#[test]
+fn where_samples_sit_is_stated_never_guessed() {
+    let volume = |words: &str| {
+        graded(&format!(
+            "<volume name=\"ior\" type=\"bspline\"><string name=\"filename\" value=\"n.npy\"/>{words}</volume>"
+        ))
+    };
+    refused(
+        &volume(""),
+        &["axis_order", "placement", "centers", "nodes", "zyx"],
+    );
+}
+
+/// A `.npy` file of 2 × 2 × 2 doubles.
+fn npy(values: [f64; 8]) -> Vec<u8> {
+    let mut header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 2, 2), }".to_owned();
+    while !(10 + header.len() + 1).is_multiple_of(64) {
+        header.push(' ');
+    }
+    header.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+fn grid(bytes: Vec<u8>) -> Result<Loaded, String> {
+    let directory = tempfile::tempdir().unwrap();
+    fs::write(directory.path().join("n.npy"), bytes).unwrap();
+    let volume = "<volume name=\"ior\" type=\"bspline\"><string name=\"filename\" value=\"n.npy\"/>\
+        <string name=\"axis_order\" value=\"zyx\"/><string name=\"placement\" value=\"nodes\"/>\
+        <transform name=\"to_world\"><scale value=\"2\"/><translate x=\"-1\" y=\"-1\" z=\"-1\"/></transform></volume>";
+    load_in(directory.path(), &graded(volume))
+}
+
+#[test]
+fn index_grids_are_checked() {
+    grid(npy([1.3; 8])).unwrap_or_else(|e| panic!("{e}"));
+    for bad in [f64::NAN, 0.0, -1.2] {
+        let mut values = [1.3; 8];
+        values[5] = bad;
+        let message = grid(npy(values)).unwrap_err();
+        // Element (z, y, x) = (1, 0, 1).
+        assert!(
+            message.contains("(1, 0, 1)") || message.contains("[1, 0, 1]"),
+            "{message}"
+        );
+    }
+    let mut short = npy([1.3; 8]);
+    short.truncate(short.len() - 4);
+    let message = grid(short).unwrap_err();
+    assert!(message.contains("n.npy"), "{message}");
+}
+
+#[test]
+fn zero_size_and_truncated_volumes_are_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let volume = |size: [i32; 3], values: usize| {
+        let mut bytes = b"VOL\x03".to_vec();
+        for word in [1, size[0], size[1], size[2], 1] {
+            bytes.extend(word.to_le_bytes());
+        }
+        bytes.extend([0u8; 24]);
+        bytes.extend(std::iter::repeat_n(1f32.to_le_bytes(), values).flatten());
+        fs::write(directory.path().join("s.vol"), bytes).unwrap();
+        let medium = "<medium name=\"interior\" type=\"heterogeneous\"><volume name=\"sigma_t\" type=\"gridvolume\">\
+            <string name=\"filename\" value=\"s.vol\"/></volume></medium>";
+        load_in(directory.path(), &ball(medium))
+    };
+    volume([2, 2, 2], 8).unwrap_or_else(|e| panic!("{e}"));
+    assert!(volume([0, 2, 2], 0).unwrap_err().contains("s.vol"));
+    assert!(volume([2, 2, 2], 7).unwrap_err().contains("s.vol"));
+}
+
+#[test]
+fn an_index_that_is_not_positive_somewhere_is_an_error() {
+    // n² = 2 − r² reaches zero at r = √2.
+    refused(
+        "<shape type=\"sphere\"><float name=\"radius\" value=\"1.6\"/><bsdf type=\"null\"/>\
+         <medium name=\"interior\" type=\"transparent\"><volume name=\"ior\" type=\"luneburg\"/></medium></shape>",
+        &["must be positive", "scene.xml:8:"],
+    );
+}
+
+#[test]
+fn a_valid_luneburg_ball_has_no_warning_but_that_of_its_emitters() {
+    let loaded =
+        load(&graded("<volume name=\"ior\" type=\"luneburg\"/>")).unwrap_or_else(|e| panic!("{e}"));
+    assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
+    warned(
+        &(graded("<volume name=\"ior\" type=\"luneburg\"/>")
+            + "<emitter type=\"point\"><point name=\"position\" value=\"0, 3, 0\"/><float name=\"intensity\" value=\"1\"/></emitter>"),
+        "primary one only",
+    );
+}
+
+#[test]
+fn a_declared_match_that_is_none_is_a_warning() {
+    warned(
+        &ball(
+            "<medium name=\"interior\" type=\"transparent\"><float name=\"ior\" value=\"1.33\"/></medium>",
+        ),
+        "index jumps by up to 0.33",
+    );
+}
+
+#[test]
+fn singular_transforms_are_errors() {
+    refused(
+        "<shape type=\"cube\"><transform name=\"to_world\"><scale x=\"1\" y=\"0\" z=\"1\"/></transform></shape>",
+        &["scene.xml:8:", "a scale of zero cannot be undone"],
+    );
+}
+
+#[test]
+fn a_camera_inside_an_opaque_shape_is_an_error() {
+    refused(
+        "<shape type=\"sphere\"><float name=\"radius\" value=\"9\"/><bsdf type=\"diffuse\"/></shape>",
+        &["scene.xml:2:", "opaque"],
+    );
+}
+
+#[test]
+fn contradicting_indices_are_errors() {
+    refused(
+        "<shape type=\"sphere\"><bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"1.5\"/></bsdf>\
+         <medium name=\"interior\" type=\"transparent\"><float name=\"ior\" value=\"1.33\"/></medium></shape>",
+        &["int_ior is 1.5", "index of its own"],
+    );
+}
+
+#[test]
+fn indices_of_dielectrics_reach_their_media() {
+    let loaded = load(
+        "<shape type=\"sphere\"><bsdf type=\"dielectric\"><string name=\"int_ior\" value=\"water\"/>\
+         <float name=\"ext_ior\" value=\"1\"/></bsdf></shape>",
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
+    let scene = loaded.scene();
+    let inside = scene.medium_at(glam::DVec3::ZERO);
+    assert_eq!(scene.n(inside, glam::DVec3::ZERO), 1.333);
+    assert_eq!(scene.n(0, glam::DVec3::X * 2.0), 1.0);
+}
+
+#[test]
+fn a_nested_shape_is_surrounded_by_the_medium_around_it() {
+    let loaded = load(
+        "<shape type=\"cube\"><bsdf type=\"null\"/><medium name=\"interior\" type=\"homogeneous\"/></shape>\
+         <shape type=\"sphere\"><float name=\"radius\" value=\"0.5\"/><bsdf type=\"dielectric\"/></shape>",
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
+    let scene = loaded.scene();
+    let sides = scene.objects()[1].sides.unwrap();
+    assert_eq!(sides.exterior, scene.medium_at(glam::DVec3::splat(0.9)));
+    assert_eq!(sides.interior, scene.medium_at(glam::DVec3::ZERO));
+}
+
+#[test]
+fn out_of_range_values_are_errors() {
+    let medium = |parameters: &str| {
+        ball(&format!(
+            "<medium name=\"interior\" type=\"homogeneous\">{parameters}</medium>"
+        ))
+    };
+    refused(
+        &medium("<float name=\"albedo\" value=\"1.2\"/>"),
+        &["'albedo' is 1.2"],
+    );
+    refused(
+        &medium("<float name=\"sigma_t\" value=\"-1\"/>"),
+        &["'sigma_t' is -1"],
+    );
+    refused(
+        &medium("<phase type=\"hg\"><float name=\"g\" value=\"1\"/></phase>"),
+        &["scene.xml:8:"],
+    );
+    refused(
+        "<emitter type=\"point\"><point name=\"position\" value=\"0, 0, 1\"/><float name=\"intensity\" value=\"-1\"/></emitter>",
+        &["must not be negative"],
+    );
+}
+
+#[test]
+fn spectral_films_have_as_many_channels_as_wavelengths() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("scene.xml");
+    let film = "<film type=\"hdrfilm\"><string name=\"pixel_format\" value=\"spectral\"/>\
+        <string name=\"wavelengths\" value=\"400, 450, 500, 550, 600, 650\"/>";
+    let text = scene(
+        "<shape type=\"sphere\"><bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:0.1, 600:0.3\"/></bsdf></shape>",
+    )
+    .replace("<film type=\"hdrfilm\">", film);
+    fs::write(&path, text).unwrap();
+    let loaded = io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|d| panic!("{d}"));
+    assert_eq!(loaded.groups.len(), 2);
+    assert_eq!(loaded.channel_names.len(), 6);
+    assert_eq!(loaded.channel_names[1], "450nm");
+    refused(
+        "<shape type=\"sphere\"><bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:0.1, 600:0.3\"/></bsdf></shape>",
+        &["spectral", "use <rgb>"],
+    );
+}

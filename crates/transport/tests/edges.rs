@@ -1,0 +1,207 @@
+//! Edges, sampled and connected, against closed forms.
+
+mod common;
+
+use common::{camera, container, fog, glass, parts, sky, vacuum};
+use eikonal::field::{LinearIndex, LinearSquare, Luneburg};
+use eikonal::{Field, Tolerance};
+use glam::{DAffine3, DMat3, DVec3};
+use transport::bsdf::{Bsdf, Diffuse};
+use transport::emitter::{Aim, Emitter};
+use transport::path::{End, Link, Start, Vertex, Workspace, trace};
+use transport::sampling::Sampler;
+use transport::scene::{Object, Parts};
+use transport::shape::{Cube, Disk, Sphere};
+use transport::{Scene, Spectrum};
+
+fn finish(parts: Parts) -> Scene {
+    let tight = Parts {
+        tolerance: Tolerance::new(1e-10),
+        ..parts
+    };
+    Scene::new(tight).unwrap()
+}
+
+fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> transport::path::Edge {
+    let start = Start {
+        x,
+        direction: direction.normalize(),
+        medium: scene.medium_at(x),
+    };
+    let lanes = Spectrum([1.0, 0.0, 0.0, 0.0]);
+    let mut ws = Workspace::new(scene.tolerance());
+    trace(
+        scene,
+        start,
+        lanes,
+        false,
+        &mut Sampler::new(seed, 0, 0),
+        &mut ws,
+    )
+}
+
+fn links(scene: &Scene, x: DVec3, y: DVec3) -> Vec<Link> {
+    let vertex = Vertex::Volume {
+        x,
+        direction: DVec3::Z,
+        medium: scene.medium_at(x),
+    };
+    let aim = Aim::Point {
+        position: y,
+        surface: None,
+    };
+    let mut ws = Workspace::new(scene.tolerance());
+    let mut found = Vec::new();
+    Link::each(scene, &vertex, &aim, 0, &mut ws, |link| found.push(*link));
+    found
+}
+
+fn luneburg_ball(sigma_t: f64) -> Scene {
+    let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();
+    let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
+    let objects = vec![container(ball, Bsdf::Null)];
+    let media = vec![vacuum(), fog(index, sigma_t, 0.5, 0.9)];
+    finish(parts(
+        objects,
+        media,
+        vec![sky()],
+        camera(DVec3::Z * 4.0, DVec3::ZERO),
+    ))
+}
+
+/// A link inside a Luneburg ball has the directions, the Jacobian and the depth of the harmonic orbit
+/// x(σ) = x₀ cos σ + v₀ sin σ: chord directions and 1/d² (theory §9) are far off.
+#[test]
+fn links_follow_the_harmonic_orbit() {
+    let scene = luneburg_ball(0.7);
+    let (x, y) = (DVec3::new(-0.5, 0.3, 0.1), DVec3::new(0.4, 0.5, -0.2));
+    let found = links(&scene, x, y);
+    assert_eq!(found.len(), 1);
+    let link = &found[0];
+    let (n_x2, n_y2) = (2.0 - x.length_squared(), 2.0 - y.length_squared());
+    let (sin, cos) = link.sigma.sin_cos();
+    let v = (y - x * cos) / sin;
+    assert!((v.length_squared() - n_x2).abs() < 1e-7, "not an orbit");
+    let arrival = v * cos - x * sin;
+    assert!(link.direction.distance(v.normalize()) < 1e-8);
+    assert!(link.emission.distance(-arrival.normalize()) < 1e-8);
+    let j = n_x2 * sin * sin * v.normalize().dot(arrival.normalize());
+    assert!((link.geometry * j * n_y2 - 1.0).abs() < 1e-7);
+    assert!((link.density / j - 1.0).abs() < 1e-7);
+    let steps = 20_000;
+    let speed = |s: f64| (v * s.cos() - x * s.sin()).length();
+    let h = link.sigma / steps as f64;
+    let length: f64 = (0..steps).map(|i| speed((i as f64 + 0.5) * h) * h).sum();
+    assert!((link.depth[0] - 0.7 * length).abs() < 1e-7);
+    // The naive geometry term and direction are wrong by far more than any tolerance here.
+    assert!((j / x.distance_squared(y) - 1.0).abs() > 0.05);
+    assert!(link.direction.angle_between(y - x) > 0.05);
+}
+
+/// The last arc before a boundary counts up to the boundary, not to the last whole step.
+#[test]
+fn an_edge_is_as_long_as_its_way() {
+    let scene = luneburg_ball(1e-9);
+    // Along the axis the ray is straight: two units inside.
+    let edge = edge(&scene, -DVec3::Z * 3.0, DVec3::Z, 1);
+    assert!(
+        matches!(edge.end, End::Escaped { direction, .. } if direction.distance(DVec3::Z) < 1e-9)
+    );
+    assert!(
+        (edge.depth[0] / 1e-9 - 2.0).abs() < 1e-8,
+        "{}",
+        edge.depth[0]
+    );
+    // Off axis all rays cross at the far pole.
+    let b: f64 = 0.6;
+    let edge = self::edge(&scene, DVec3::new(b, 0.0, -3.0), DVec3::Z, 1);
+    let mut inside = edge.spans.iter().filter(|s| s.medium == 1);
+    let last = inside.next_back().unwrap();
+    assert!(last.arc.position(last.theta_end).distance(DVec3::Z) < 1e-8);
+}
+
+/// n sin θ is constant through layers: a ray leaves a graded slab in the direction in which it came,
+/// whichever way it bent inside. Refraction computed from the chord inside (theory §9) breaks this.
+#[test]
+fn refraction_uses_the_tangent_of_the_ray() {
+    let slab = Cube::new(DAffine3 {
+        matrix3: DMat3::from_diagonal(DVec3::new(50.0, 50.0, 0.5)),
+        translation: DVec3::ZERO,
+    });
+    let index: Field = LinearIndex::new(1.5, DVec3::Z * 0.4, DVec3::ZERO)
+        .unwrap()
+        .into();
+    let objects = vec![container(slab.unwrap(), glass())];
+    let media = vec![vacuum(), fog(index, 0.0, 0.0, 0.0)];
+    let scene = finish(parts(
+        objects,
+        media,
+        vec![sky()],
+        camera(DVec3::Z * 4.0, DVec3::ZERO),
+    ));
+    let direction = DVec3::new(0.6, 0.2, 0.7).normalize();
+    let mut straight_through = 0;
+    for seed in 0..40 {
+        let edge = edge(&scene, -DVec3::Z * 2.0, direction, seed);
+        let End::Escaped { direction: out, .. } = edge.end else {
+            panic!("{:?}", edge.end)
+        };
+        let same_side = DVec3::new(out.x, out.y, out.z.abs());
+        assert!(same_side.distance(direction) < 1e-8, "{out}");
+        straight_through += u32::from(edge.events == 2 && out.z > 0.0);
+    }
+    assert!(straight_through > 20);
+}
+
+/// Occlusion is tested along the curved ray: a disc on the chord does not block it, one on the arc does.
+#[test]
+fn occlusion_follows_the_arc() {
+    let index: Field = LinearSquare::new(1.5, DVec3::Y, DVec3::ZERO)
+        .unwrap()
+        .into();
+    let (x, y) = (-DVec3::X, DVec3::X);
+    // A parabola in σ, symmetric about x = 0: its apex lies at the height that the solver finds.
+    let with_disc = |center: Option<DVec3>| {
+        let cube = Cube::new(DAffine3::from_scale(DVec3::splat(1.5))).unwrap();
+        let mut objects = vec![container(cube, Bsdf::Null)];
+        objects.extend(center.map(|center| {
+            let to_world = DAffine3 {
+                matrix3: DMat3::from_rotation_y(std::f64::consts::FRAC_PI_2) * 0.05,
+                translation: center,
+            };
+            Object {
+                name: "stop".into(),
+                shape: Disk::new(to_world).unwrap().into(),
+                bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
+                sides: None,
+                emitter: None,
+            }
+        }));
+        let media = vec![vacuum(), fog(index.clone(), 0.0, 0.0, 0.0)];
+        let lamp = Emitter::Point {
+            position: y,
+            intensity: Spectrum::ONE,
+        };
+        finish(parts(
+            objects,
+            media,
+            vec![lamp],
+            camera(DVec3::Z * 4.0, DVec3::ZERO),
+        ))
+    };
+    let open = links(&with_disc(None), x, y);
+    assert_eq!(open.len(), 1);
+    // dx/dσ is constant: half way in σ the ray is at x = 0, below the chord by a σ²/8 with a = ½.
+    let sag = 0.5 * open[0].sigma.powi(2) / 8.0;
+    assert!(sag > 0.1);
+    assert_eq!(
+        links(&with_disc(Some(DVec3::ZERO)), x, y).len(),
+        1,
+        "blocked by the chord"
+    );
+    assert_eq!(
+        links(&with_disc(Some(-DVec3::Y * sag)), x, y).len(),
+        0,
+        "not blocked by the arc"
+    );
+}

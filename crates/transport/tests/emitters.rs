@@ -1,0 +1,115 @@
+//! Samplers of emitters, filters and lenses against their densities. Chi-square tests at a family-wise
+//! false-alarm rate of 1e-3 over the file.
+
+use glam::{DAffine3, DMat3, DVec3};
+use testkit::{DirectionTable, Family, Mass, Table, uniform_edges};
+use transport::Spectrum;
+use transport::emitter::{Collimated, Environment, Profile, Spot};
+use transport::film::Filter;
+use transport::sensor::{Perspective, Sensor, ThinLens};
+
+#[test]
+fn environment_images_are_sampled_by_their_density() {
+    let (width, height) = (12, 6);
+    let pixels = (0..width * height)
+        .map(|i| Spectrum::splat(0.2 + ((i * 7) % 5) as f64))
+        .collect();
+    let turn = DMat3::from_axis_angle(DVec3::new(0.3, 0.8, -0.5).normalize(), 1.1);
+    let image = Environment::image((width, height), pixels, turn).unwrap();
+    // Bins along the image's own axis, so that pixel edges fall on bin edges in azimuth.
+    let axis = (turn * DVec3::Y).to_array();
+    let table = DirectionTable::uniform(axis, 18, 24).with_mass_tolerance(2e-3);
+    let mut family = Family::new(1e-3);
+    let report = table
+        .test(
+            1,
+            200_000,
+            Mass::Exactly(1.0),
+            |rng| {
+                let (direction, pdf) = image.sample(rng.uniform());
+                assert!((image.pdf(direction) / pdf - 1.0).abs() < 1e-6);
+                Some(direction.to_array())
+            },
+            |direction| image.pdf(DVec3::from_array(direction)),
+        )
+        .unwrap();
+    family.push("environment", report.p_value);
+    family.check().unwrap();
+}
+
+#[test]
+fn filters_are_sampled_by_their_shape() {
+    let tent = |x: f64, r: f64| (1.0 - x.abs() / r).max(0.0) / r;
+    let gauss = |x: f64, s: f64| {
+        // Normalised over ±4 standard deviations.
+        let mass = 0.999_936_657_516_334;
+        (-0.5 * (x / s).powi(2)).exp() / (s * (2.0 * std::f64::consts::PI).sqrt() * mass)
+    };
+    type Shape<'a> = &'a dyn Fn(f64) -> f64;
+    let cases: [(&str, Filter, f64, Shape); 3] = [
+        ("box", Filter::Box, 0.5, &|_| 1.0),
+        ("tent", Filter::Tent { radius: 1.0 }, 1.0, &|x| tent(x, 1.0)),
+        ("gaussian", Filter::Gaussian { stddev: 0.5 }, 2.0, &|x| {
+            gauss(x, 0.5)
+        }),
+    ];
+    let mut family = Family::new(1e-3);
+    for (name, filter, radius, shape) in cases {
+        let edges = uniform_edges(-radius, radius, 16);
+        let report = Table::new(edges.clone(), edges)
+            .test(
+                2,
+                200_000,
+                Mass::Exactly(1.0),
+                |rng| Some(rng.uniform::<2>().map(|u| filter.sample(u))),
+                |[x, y]| shape(x) * shape(y),
+            )
+            .unwrap();
+        family.push(name, report.p_value);
+    }
+    family.check().unwrap();
+}
+
+#[test]
+fn a_beam_carries_its_power() {
+    let power = Spectrum::splat(3.0);
+    for profile in [
+        Profile::Disc { radius: 0.4 },
+        Profile::Gaussian { waist: 0.4 },
+    ] {
+        let beam = Collimated::new(DVec3::X, DVec3::Z, profile, power);
+        // ∫ E(r) 2πr dr out to five radii.
+        let n = 200_000;
+        let h = 2.0 / n as f64;
+        let sum: f64 = (0..n)
+            .map(|i| (i as f64 + 0.5) * h)
+            .map(|r| beam.irradiance(DVec3::X * (1.0 + r))[0] * 2.0 * std::f64::consts::PI * r * h)
+            .sum();
+        assert!((sum - 3.0).abs() < 1e-4, "{profile:?}: {sum}");
+    }
+}
+
+#[test]
+fn a_spot_fades_between_its_angles() {
+    let spot = Spot::new(DVec3::ZERO, DVec3::Z, Spectrum::ONE, (0.4, 0.2));
+    let at = |angle: f64| spot.intensity(DVec3::new(angle.sin(), 0.0, angle.cos()))[0];
+    assert_eq!((at(0.1), at(0.5)), (1.0, 0.0));
+    assert!((at(0.3) - 0.5).abs() < 1e-12);
+}
+
+/// A point at the focal distance is sharp: all rays of a pixel meet there, wherever they cross the lens.
+#[test]
+fn thin_lens_rays_of_a_pixel_meet_in_focus() {
+    let pinhole = Perspective::new(DAffine3::IDENTITY, 0.7, 1.5);
+    let lens = Sensor::ThinLens(ThinLens::new(pinhole.clone(), 0.2, 3.0));
+    let image = [0.3, 0.8];
+    let center = Sensor::Perspective(pinhole).ray(image, [0.5, 0.5]);
+    let focus = center.direction * (3.0 / center.direction.z);
+    for k in 0..20 {
+        let u = [(k as f64 * 0.37).fract(), (k as f64 * 0.61).fract()];
+        let ray = lens.ray(image, u);
+        assert!(ray.origin.truncate().length() <= 0.2 + 1e-12);
+        let t = (focus - ray.origin).dot(ray.direction);
+        assert!((ray.origin + ray.direction * t).distance(focus) < 1e-12);
+    }
+}

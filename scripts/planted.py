@@ -1,0 +1,187 @@
+#!/usr/bin/env python3
+"""Plants known errors of physics one by one and checks that a test fails for each.
+
+Works on a copy of the tracked files, so the working tree is never touched. Each planted error is one
+replacement in one file; the test named with it must compile, run, and fail.
+
+Usage: scripts/planted.py [NAME ...]
+"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+TRANSPORT = "crates/transport/src/"
+EIKONAL = "crates/eikonal/src/"
+
+# name, file, text, replacement, package, test target, test
+PLANTED = [
+    (
+        "radiance weighted by 1/n² of the sensor instead of n²",
+        TRANSPORT + "integrator/path.rs",
+        "if c < lanes { n * n } else { 0.0 }",
+        "if c < lanes { 1.0 / (n * n) } else { 0.0 }",
+        ("transport", "furnace", "luneburg_ball_of_fog"),
+    ),
+    (
+        "emission not divided by n² of the emitter",
+        TRANSPORT + "integrator/path.rs",
+        "sum += radiance / (n * n) * weight;",
+        "sum += radiance * weight;",
+        ("transport", "slabs", "graded_slab_between_black_plates"),
+    ),
+    (
+        "refraction computed from the chord of the last arc",
+        TRANSPORT + "path/walk.rs",
+        "let toward = -v.normalize();",
+        "let toward = self.edge.spans.last().map_or(-v.normalize(), "
+        "|s| (s.arc.start() - hit.position).normalize());",
+        ("transport", "edges", "refraction_uses_the_tangent_of_the_ray"),
+    ),
+    (
+        "1/d² as geometry term",
+        TRANSPORT + "path/link.rs",
+        "geometry: 1.0 / (ray.jacobian * n * n),",
+        "geometry: 1.0 / (x.distance_squared(y) * n * n),",
+        ("transport", "tallies", "irradiance_of_a_luneburg_ball_around_a_point_source"),
+    ),
+    (
+        "chord directions in the scattering function",
+        TRANSPORT + "path/link.rs",
+        "direction: ray.direction_out,",
+        "direction: (y - x).normalize(),",
+        ("transport", "edges", "links_follow_the_harmonic_orbit"),
+    ),
+    (
+        "failed connections not compensated by chance hits",
+        TRANSPORT + "integrator/path.rs",
+        """aim, self.ws) else {
+            return 1.0;""",
+        """aim, self.ws) else {
+            return 0.0;""",
+        ("transport", "furnace", "strong_lens_in_fog"),
+    ),
+    (
+        "solver tolerance looser than the distance to the wall",
+        EIKONAL + "connect/solver.rs",
+        "miss <= self.tolerance.get() * self.last_leg()",
+        "miss <= self.tolerance.get() * distance",
+        ("transport", "slabs", "mcml_mismatched_half_space"),
+    ),
+    (
+        "MIS density without the Jacobian in one strategy",
+        TRANSPORT + "integrator/path.rs",
+        "let by_connection = self.scene.emitter_probability(emitter) * pdf * link.density;",
+        "let by_connection = self.scene.emitter_probability(emitter) * pdf;",
+        ("io", "reference", "diffuse_surfaces"),
+    ),
+    (
+        "visibility along the chord",
+        TRANSPORT + "scene/world.rs",
+        """        let Some((last, before)) = pieces.split_last() else {""",
+        """        let ends = (pieces[0].arc.start(), pieces[pieces.len() - 1].arc.end());
+        let chord = Arc::line(ends.0, ends.1 - ends.0, 1.0);
+        return self.first_of(&self.blockers, &chord, 0.0, 1.0).is_some() && target.is_none();
+        #[allow(unreachable_code)]
+        let Some((last, before)) = pieces.split_last() else {""",
+        ("transport", "edges", "occlusion_follows_the_arc"),
+    ),
+    (
+        "path cut one arc short at the boundary",
+        TRANSPORT + "path/walk.rs",
+        "self.depth += span.attenuation.depth(&arc, theta_end);",
+        "if theta_end == 1.0 { self.depth += span.attenuation.depth(&arc, theta_end); }",
+        ("transport", "edges", "an_edge_is_as_long_as_its_way"),
+    ),
+    (
+        "point light in fog without care for 1/r²",
+        TRANSPORT + "scene/mod.rs",
+        "if !parts.media.iter().any(Medium::scatters) {",
+        "if parts.media.iter().any(Medium::scatters) {",
+        ("io", "reference", "fog_around_a_point_light"),
+    ),
+    (
+        "distances weighted by one channel's density only",
+        TRANSPORT + "path/edge.rs",
+        "(lanes * point.rate * point.depth.exp_neg()).sum()",
+        "point.rate[0] * (-point.depth[0]).exp()",
+        ("transport", "furnace", "chromatic_extinction"),
+    ),
+    (
+        "index jump at a declared match scored as if matched",
+        TRANSPORT + "path/walk.rs",
+        "self.edge.weight *= (n_far / n_near).powi(2);",
+        "",
+        ("transport", "furnace", "transparent_lens_behind_a_matched_boundary"),
+    ),
+    (
+        "tangents without the Hessian",
+        EIKONAL + "ray/tangent.rs",
+        "(jet.n2, jet.grad * 0.5, jet.hess * 0.5)",
+        "(jet.n2, jet.grad * 0.5, jet.hess * 0.0)",
+        ("eikonal", "rays", "tangents_are_the_derivative_of_the_discrete_map"),
+    ),
+    (
+        "one wrong digit in the step scheme",
+        EIKONAL + "ray/step.rs",
+        "0.5 - (0.245298957184271 + 0.604872665711080),",
+        "0.5 - (0.245298957184271 + 0.604972665711080),",
+        ("eikonal", "rays", "the_scheme_converges_at_fourth_order"),
+    ),
+]
+
+
+def copy_tree(target: pathlib.Path) -> None:
+    files = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True, text=True
+    ).stdout
+    for name in filter(None, files.split("\0")):
+        destination = target / name
+        destination.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(ROOT / name, destination)
+
+
+def outcome(tree: pathlib.Path, package: str, target: str, test: str) -> str:
+    command = ["cargo", "test", "-p", package, "--test", target, "--", test]
+    run = subprocess.run(
+        command,
+        cwd=tree,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "CARGO_TARGET_DIR": str(ROOT / "target" / "planted")},
+    )
+    if "test result: FAILED" in run.stdout:
+        return "caught"
+    return "MISSED" if "test result: ok" in run.stdout else "did not compile:\n" + run.stderr[-2000:]
+
+
+def main() -> int:
+    wanted = sys.argv[1:]
+    missed = 0
+    with tempfile.TemporaryDirectory() as directory:
+        tree = pathlib.Path(directory)
+        copy_tree(tree)
+        for name, file, text, replacement, (package, target, test) in PLANTED:
+            if wanted and not any(word in name for word in wanted):
+                continue
+            path = tree / file
+            original = path.read_text()
+            if original.count(text) != 1:
+                print(f"{name}: the text to replace is not found exactly once in {file}")
+                missed += 1
+                continue
+            path.write_text(original.replace(text, replacement))
+            result = outcome(tree, package, target, test)
+            path.write_text(original)
+            missed += result != "caught"
+            print(f"{name}: {result} by {package}/{target}::{test}", flush=True)
+    print(f"{missed} not caught")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
