@@ -167,6 +167,7 @@ fn counts(connections: &Connections) -> Value {
     json!({
         "attempts": connections.attempts,
         "found": connections.found,
+        "discarded": connections.discarded,
         "occluded": connections.occluded,
         "not_converged": connections.not_converged,
         "ray_lost": connections.ray_lost,
