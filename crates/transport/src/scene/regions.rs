@@ -59,26 +59,29 @@ fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
             .reduce(FieldBounds::union)
             .unwrap_or_else(|| field.bounds(&aabb))
     };
-    let mut margin = MARGIN * aabb.diagonal();
-    let mut bounds = within(margin);
-    // Geodesics between points of the medium may bulge out of a flat side by κD²/8.
-    let bulge = bounds.kappa() * aabb.diagonal().powi(2) / 8.0;
-    if bulge > margin && bulge < aabb.diagonal() {
-        margin = bulge;
-        bounds = within(margin);
-    }
+    let margin = MARGIN * aabb.diagonal();
+    let bounds = within(margin);
     let uniqueness = match holders[..] {
-        [object] if object.shape.is_convex() => Some(Uniqueness::new(
-            aabb.grown(margin),
-            object.shape.diameter(),
-            bounds,
-        )),
+        [object] if object.shape.is_convex() => {
+            let margin = margin.max(bulge(&object.shape, &bounds));
+            let diameter = object.shape.diameter();
+            Some(Uniqueness::new(aabb.grown(margin), diameter, within(margin)))
+        }
         _ => None,
     };
     Region {
         aabb,
         bounds,
         uniqueness,
+    }
+}
+
+/// How far geodesics between points of a convex shape may bulge out of a flat side: κD²/8, no more
+/// than its size. A ball holds them all if κD < 2, as the certificate demands.
+fn bulge(shape: &Shape, bounds: &FieldBounds) -> f64 {
+    match shape {
+        Shape::Sphere(_) => 0.0,
+        _ => (bounds.kappa() * shape.diameter().powi(2) / 8.0).min(shape.diameter()),
     }
 }
 
