@@ -68,7 +68,7 @@ PLANTED = [
     (
         "solver tolerance looser than the distance to the wall",
         EIKONAL + "connect/solver.rs",
-        "miss <= self.tolerance.get() * self.last_leg()",
+        "miss <= self.goal(floor)",
         "miss <= self.tolerance.get() * distance",
         ("transport", "slabs", "mcml_mismatched_half_space"),
     ),

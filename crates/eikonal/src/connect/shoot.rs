@@ -91,6 +91,10 @@ impl World for Unbounded<'_> {
     }
 }
 
+/// The last step goes this far beyond the target by the index at its start, so that it reaches it;
+/// where the ray ends is then found on the arc.
+const OVERSHOOT: f64 = 1.1;
+
 /// More pieces than any sensible ray has: the end of rays that circle forever.
 const MOST_PIECES: usize = 20_000;
 
@@ -99,21 +103,22 @@ const MOST_PIECES: usize = 20_000;
 pub(super) struct Landing {
     pub x: DVec3,
     pub v: DVec3,
+    pub a: DVec3,
     pub tangents: Tangents,
 }
 
-/// Shoots a ray over a span `sigma` of σ; its pieces replace those in `pieces`.
+/// Shoots a ray over an optical path length; its pieces replace those in `pieces`.
 pub(super) fn shoot<W: World>(
     world: &W,
     (mut node, mut region): (Node<Tangents>, W::Region),
-    sigma: f64,
+    optical_length: f64,
     tolerance: Tolerance,
     pieces: &mut Vec<Piece<W::Region>>,
     work: &mut Work,
 ) -> Result<Landing, Failure> {
     pieces.clear();
     work.shots += 1;
-    let mut left = sigma;
+    let mut left = optical_length;
     loop {
         let crossing;
         (node, left, crossing) = leg(world, node, region, left, tolerance, pieces, work)?;
@@ -121,6 +126,7 @@ pub(super) fn shoot<W: World>(
             return Ok(Landing {
                 x: node.x,
                 v: node.v,
+                a: node.a,
                 tangents: node.variation,
             });
         };
@@ -134,8 +140,8 @@ pub(super) fn shoot<W: World>(
 
 type Leg<R> = (Node<Tangents>, f64, Option<Crossing<R>>);
 
-/// Follows a ray to the next interface, or until no σ is left. Returns its end, the σ that is left,
-/// and the interface.
+/// Follows a ray to the next interface, or until no optical path length is left. Returns its end, the
+/// length that is left, and the interface.
 fn leg<W: World>(
     world: &W,
     node: Node<Tangents>,
@@ -151,28 +157,38 @@ fn leg<W: World>(
     }
     let mut flow = Flow::new(field, node, tolerance);
     while pieces.len() < MOST_PIECES {
-        let step = flow.advance(left, work);
-        let crossing = world.crossing(region, &step.arc);
-        let theta_end = crossing.as_ref().map_or(1.0, |c| c.theta);
+        let step = flow.advance(OVERSHOOT * left / flow.node().n2, work);
+        let optical = step.arc.optical_length(1.0);
+        let target = if optical >= left {
+            step.arc.theta_at_optical_length(left)
+        } else {
+            1.0
+        };
+        let crossing = world
+            .crossing(region, &step.arc)
+            .filter(|c| c.theta <= target);
+        let theta_end = crossing.as_ref().map_or(target, |c| c.theta);
         pieces.push(Piece {
             region,
             arc: step.arc,
             theta_end,
             event: None,
         });
-        let spent = step.arc.h() * theta_end;
         if let Some(crossing) = crossing {
             let (_, v, tangents) = step.at(theta_end);
             let node = Node::launch(field, crossing.position, v.normalize(), tangents);
+            let spent = step.arc.optical_length(theta_end);
             return Ok((node, (left - spent).max(0.0), Some(crossing)));
         }
-        if left - spent <= 1e-14 * left.abs() {
-            return Ok((step.end, 0.0, None));
+        if optical >= left {
+            let mut node = step.end;
+            (node.x, node.v, node.variation) = step.at(target);
+            return Ok((node, 0.0, None));
         }
         if !step.end.x.is_finite() {
             break;
         }
-        left -= spent;
+        left -= optical;
     }
     Err(Failure::RayLost)
 }

@@ -48,7 +48,7 @@ pub enum Failure {
 /// Budget of shots for one connection.
 const MOST_SHOTS: u32 = 20;
 /// Damping beyond which the iteration has come to a local minimum of the miss.
-const STUCK: f64 = 50.0;
+const STUCK: f64 = 1e3;
 
 /// Finds connections; holds the storage that they reuse.
 #[derive(Clone, Debug)]
@@ -88,8 +88,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             x,
             direction: d.try_normalize().ok_or(Failure::Coincident)?,
         };
-        let sigma = d.length() / world.field(region).n(x);
-        self.solve(world, (launch, region), sigma, y)
+        let length = d.length() * world.field(region).n(x);
+        self.solve(world, (launch, region), length, y)
     }
 
     /// The primary branch from the plane through `x` perpendicular to `direction` to `y`: started at
@@ -103,30 +103,35 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let depth = (y - x).dot(direction);
         let foot = y - direction * depth;
         let launch = Launch::Plane { x: foot, direction };
-        let sigma = depth / world.field(region).n(foot);
-        if sigma > 0.0 {
-            self.solve(world, (launch, region), sigma, y)
+        let length = depth * world.field(region).n(foot);
+        if length > 0.0 {
+            self.solve(world, (launch, region), length, y)
         } else {
             Err(Failure::Coincident)
         }
     }
 
-    /// The branch to which Newton's method converges from a given launch and σ.
+    /// The branch to which Newton's method converges from a given launch and optical path length.
     ///
-    /// The unknowns are the launch's two parameters and σ, the residual is x(σ) − y; steps that do
-    /// not reduce it are shortened in the manner of Levenberg and Marquardt.
+    /// The unknowns are the launch's two parameters and the optical path length ℓ, the residual is
+    /// x(ℓ) − y; steps that do not reduce it are shortened in the manner of Levenberg and Marquardt.
+    /// With ℓ rather than σ the family's points at equal parameter form a wavefront, which near a focus
+    /// closes in on it from one side.
     pub fn solve<W: World<Region = R>>(
         &mut self,
         world: &W,
         (launch, region): (Launch, R),
-        sigma: f64,
+        optical_length: f64,
         y: DVec3,
     ) -> Result<Connection, Failure> {
         let distance = launch.x().distance(y);
         // Positions are no better than round-off, nor than the distance by which rays are kept off
         // interfaces.
         let floor = 1e-13 * (distance + y.length()) + 10.0 * world.nudge();
-        let mut trial = Iterate { launch, sigma };
+        let mut trial = Iterate {
+            launch,
+            length: optical_length,
+        };
         let mut best: Option<(Iterate, Landing, f64)> = None;
         let mut damping = 0.0;
         for shots in 1..=MOST_SHOTS {
@@ -179,7 +184,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         shoot(
             world,
             (node, region),
-            iterate.sigma,
+            iterate.length,
             self.tolerance,
             &mut self.pieces,
             &mut self.work,
@@ -201,7 +206,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             return Err(Failure::Caustic);
         }
         let launch = iterate.launch.moved(step.truncate());
-        let dv = landing.tangents.dv[0] * step.x + landing.tangents.dv[1] * step.y;
+        // The end moves sideways by the tangents at equal σ and along the ray by what is left of the miss.
+        let at_equal_sigma = landing.tangents.dx[0] * step.x + landing.tangents.dx[1] * step.y;
+        let shift = landing.v.dot(miss - at_equal_sigma) / landing.v.length_squared();
+        let dv =
+            landing.tangents.dv[0] * step.x + landing.tangents.dv[1] * step.y + landing.a * shift;
         let along = landing.v.dot(miss);
         let n = landing.v.length();
         let sum = |f: &dyn Fn(&Piece<R>) -> f64| self.pieces.iter().map(f).sum::<f64>();
@@ -211,7 +220,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             direction_in: (landing.v + dv).normalize(),
             arc_length: sum(&|p| p.arc.arc_length(p.theta_end)) + along / n,
             optical_length: sum(&|p| p.arc.optical_length(p.theta_end)) + along,
-            sigma: iterate.sigma + step.z,
+            sigma: sum(&|p| p.arc.h() * p.theta_end) + along / (n * n),
             jacobian,
             miss: miss.length(),
             shots,
@@ -222,7 +231,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 #[derive(Clone, Copy, Debug)]
 struct Iterate {
     launch: Launch,
-    sigma: f64,
+    length: f64,
 }
 
 impl Iterate {
@@ -255,13 +264,16 @@ impl Iterate {
         let shrink = (cap / sideways.length().max(1e-300)).min(1.0);
         Ok(Iterate {
             launch: self.launch.moved(sideways * shrink),
-            sigma: self.sigma + (step.z * shrink).clamp(-0.5 * self.sigma, 1.0 * self.sigma),
+            length: self.length + (step.z * shrink).clamp(-0.5 * self.length, self.length),
         })
     }
 }
 
-/// Derivative of the end of the ray with respect to the launch's parameters and σ.
+/// Derivative of the end of the ray with respect to the launch's parameters and the optical path
+/// length: at equal optical length the tangents are perpendicular to the ray (Malus and Dupin).
 fn system(landing: &Landing) -> DMat3 {
-    let [a, b] = landing.tangents.dx;
-    DMat3::from_cols(a, b, landing.v)
+    let n2 = landing.v.length_squared();
+    let across = |dx: DVec3| dx - landing.v * (landing.v.dot(dx) / n2);
+    let [a, b] = landing.tangents.dx.map(across);
+    DMat3::from_cols(a, b, landing.v / n2)
 }

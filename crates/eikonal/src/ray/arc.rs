@@ -109,15 +109,26 @@ impl Arc {
 
     /// θ at which the arc length from the start is `s`; 1 if the piece is shorter.
     pub fn theta_at_length(&self, s: f64) -> f64 {
-        let total = self.arc_length(1.0);
-        let mut theta = (s / total).clamp(0.0, 1.0);
-        if self.straight || s >= total {
+        self.theta_at(s, |speed| speed)
+    }
+
+    /// θ at which the optical path length from the start is `s`; 1 if the piece is shorter.
+    pub fn theta_at_optical_length(&self, s: f64) -> f64 {
+        self.theta_at(s, |speed| speed * speed)
+    }
+
+    /// θ at which ∫f(|v|) dσ from the start reaches `target`.
+    fn theta_at(&self, target: f64, f: impl Fn(f64) -> f64) -> f64 {
+        let total = self.integrate(1.0, &f);
+        let mut theta = (target / total).clamp(0.0, 1.0);
+        if self.straight || target >= total {
             return theta;
         }
         // Newton from the proportional guess: the speed is nearly constant over one step.
         for _ in 0..4 {
-            let excess = self.arc_length(theta) - s;
-            theta = (theta - excess / (self.velocity(theta).length() * self.h)).clamp(0.0, 1.0);
+            let excess = self.integrate(theta, &f) - target;
+            let slope = f(self.velocity(theta).length()) * self.h;
+            theta = (theta - excess / slope).clamp(0.0, 1.0);
         }
         theta
     }

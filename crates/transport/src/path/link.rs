@@ -213,24 +213,24 @@ fn to_point(
 }
 
 /// From the plane through a point across a direction, started at the foot of the vertex or, given
-/// σ, from that very point.
+/// an optical path length, from that very point.
 fn to_plane(
     scene: &Scene,
     vertex: &Vertex,
     (through, direction): (DVec3, DVec3),
-    sigma: Option<f64>,
+    length: Option<f64>,
     ws: &mut Workspace,
 ) -> Option<Link> {
     let start = vertex.start(scene, -direction);
     let plane = (through, direction, scene.medium_at(through));
-    let outcome = match sigma {
+    let outcome = match length {
         None => ws.solver.connect_plane(scene, plane, start.x),
-        Some(sigma) => {
+        Some(length) => {
             let launch = Launch::Plane {
                 x: through,
                 direction,
             };
-            ws.solver.solve(scene, (launch, plane.2), sigma, start.x)
+            ws.solver.solve(scene, (launch, plane.2), length, start.x)
         }
     };
     ws.stats.connections.count(&outcome);

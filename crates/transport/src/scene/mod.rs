@@ -342,7 +342,7 @@ fn crowded(objects: &[Object], margin: f64) -> Vec<bool> {
         .collect()
 }
 
-/// A beam is followed over this many radii of the scene: enough for several bounces inside a tank.
+/// A beam is followed over this many radii of the scene, in optical path length: enough for several bounces inside a tank.
 const GUIDE_LENGTH: f64 = 20.0;
 
 fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
@@ -353,8 +353,8 @@ fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
                 beam.direction(),
                 scene.medium_at(beam.origin()),
             );
-            let sigma = GUIDE_LENGTH * scene.around.radius;
-            Guide::new(scene, start, sigma, scene.tolerance()).ok()
+            let length = GUIDE_LENGTH * scene.around.radius;
+            Guide::new(scene, start, length, scene.tolerance()).ok()
         }
         _ => None,
     };

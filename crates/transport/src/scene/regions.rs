@@ -65,7 +65,11 @@ fn region(parts: &Parts, around: &Surroundings, id: MediumId) -> Region {
         [object] if object.shape.is_convex() => {
             let margin = margin.max(bulge(&object.shape, &bounds));
             let diameter = object.shape.diameter();
-            Some(Uniqueness::new(aabb.grown(margin), diameter, within(margin)))
+            Some(Uniqueness::new(
+                aabb.grown(margin),
+                diameter,
+                within(margin),
+            ))
         }
         _ => None,
     };
