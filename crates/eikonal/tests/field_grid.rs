@@ -229,3 +229,12 @@ fn bad_grids_are_refused() {
         assert_eq!(index, [1, 2, 1]);
     }
 }
+
+/// Samples cost four bytes each, and two more at either end of each axis.
+#[test]
+fn grids_are_no_larger_than_their_samples() {
+    let field: Field = Bspline::from_fn([128; 3], cube(1.0), Placement::Nodes, |_| 1.3)
+        .unwrap()
+        .into();
+    assert!(field.memory() as f64 <= 4.5 * 128f64.powi(3));
+}
