@@ -1,8 +1,10 @@
 //! Vertices: where light is scattered.
 
 use super::edge::{Edge, End, Point, Start};
+use super::tube::Tube;
 use super::walk::{leave, surface_at};
 use crate::Spectrum;
+use crate::aim::Aim;
 use crate::bsdf::Surface;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
@@ -81,22 +83,18 @@ impl Vertex {
     /// Where an edge starts that leaves in a given direction.
     pub fn start(&self, scene: &Scene, direction: DVec3) -> Start {
         match *self {
-            Vertex::Volume { x, medium, .. } => Start {
-                x,
-                direction,
-                medium,
-            },
+            Vertex::Volume { x, medium, .. } => Start::point(x, direction, medium),
             Vertex::Surface {
                 x,
                 object,
                 surface,
                 medium,
                 ..
-            } => Start {
-                x: leave(scene, x, surface.normal, direction),
+            } => Start::point(
+                leave(scene, x, surface.normal, direction),
                 direction,
-                medium: scene.medium_beside(object, medium, (x, surface.normal), direction),
-            },
+                scene.medium_beside(object, medium, (x, surface.normal), direction),
+            ),
         }
     }
 
@@ -104,6 +102,33 @@ impl Vertex {
     pub fn position(&self) -> DVec3 {
         match *self {
             Vertex::Volume { x, .. } | Vertex::Surface { x, .. } => x,
+        }
+    }
+
+    /// The medium through which its subpath arrived.
+    pub fn medium(&self) -> MediumId {
+        match self {
+            Vertex::Volume { medium, .. } | Vertex::Surface { medium, .. } => *medium,
+        }
+    }
+
+    /// Unit direction in which its subpath arrived.
+    pub fn arrival(&self) -> DVec3 {
+        match self {
+            Vertex::Volume { direction, .. } | Vertex::Surface { direction, .. } => *direction,
+        }
+    }
+
+    /// Itself as the end of a connection.
+    pub fn aim(&self) -> Aim {
+        match *self {
+            Vertex::Volume { x, .. } => Aim::at(x),
+            Vertex::Surface {
+                x, object, surface, ..
+            } => Aim::Point {
+                position: x,
+                surface: Some((object, surface.normal)),
+            },
         }
     }
 
@@ -120,6 +145,31 @@ impl Vertex {
         match self {
             Vertex::Volume { .. } => true,
             Vertex::Surface { surface, .. } => surface.normal.dot(a) * surface.normal.dot(b) > 0.0,
+        }
+    }
+
+    /// The vertex as a path sees it that comes from `direction`, a unit vector away from the vertex.
+    pub fn seen_from(mut self, from: DVec3) -> Self {
+        match &mut self {
+            Vertex::Volume { direction, .. } | Vertex::Surface { direction, .. } => {
+                *direction = -from;
+            }
+        }
+        self
+    }
+
+    /// What sampling must have happen for a path to end here, given a tube that arrives from
+    /// `direction`: a collision, per unit length, or a survival, with the cosine on a surface. For
+    /// channel probabilities `lanes`.
+    pub fn event(&self, scene: &Scene, lanes: Spectrum, direction: DVec3, tube: &Tube) -> f64 {
+        match self {
+            Vertex::Volume { x, medium, .. } => {
+                let extinction = scene.medium(*medium).extinction(*x);
+                (lanes * extinction * tube.depth.exp_neg()).sum()
+            }
+            Vertex::Surface { surface, .. } => {
+                surface.normal.dot(direction).abs() * tube.survival(lanes)
+            }
         }
     }
 
