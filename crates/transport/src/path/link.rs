@@ -8,7 +8,7 @@ use crate::bsdf::Bsdf;
 use crate::emitter::Aim;
 use crate::medium::Attenuation;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{Connection, Event, Launch, Piece, World};
+use eikonal::connect::{Connection, Event, Piece, Start, World};
 use eikonal::interface::Rule;
 use glam::DVec3;
 
@@ -212,26 +212,20 @@ fn to_point(
     })
 }
 
-/// From the plane through a point across a direction, started at the foot of the vertex or, given
-/// an optical path length, from that very point.
+/// From the plane through a point across a direction, started at the foot of the vertex or where a guide
+/// says.
 fn to_plane(
     scene: &Scene,
     vertex: &Vertex,
     (through, direction): (DVec3, DVec3),
-    length: Option<f64>,
+    guided: Option<Start<MediumId>>,
     ws: &mut Workspace,
 ) -> Option<Link> {
     let start = vertex.start(scene, -direction);
     let plane = (through, direction, scene.medium_at(through));
-    let outcome = match length {
+    let outcome = match guided {
         None => ws.solver.connect_plane(scene, plane, start.x),
-        Some(length) => {
-            let launch = Launch::Plane {
-                x: through,
-                direction,
-            };
-            ws.solver.solve(scene, (launch, plane.2), length, start.x)
-        }
+        Some(guided) => ws.solver.solve(scene, &guided, start.x),
     };
     ws.stats.connections.count(&outcome);
     let ray: Connection = outcome.ok()?;

@@ -15,7 +15,7 @@ use crate::medium::Medium;
 use crate::sampling::Discrete;
 use crate::sensor::Sensor;
 use crate::shape::{Accel, Shape};
-use eikonal::connect::{Guide, World};
+use eikonal::connect::{Guide, Launch, Pattern, Start, World};
 use eikonal::{Aabb, Tolerance};
 use glam::DVec3;
 
@@ -348,13 +348,16 @@ const GUIDE_LENGTH: f64 = 20.0;
 fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
     let guide = |emitter: &Emitter| match emitter {
         Emitter::Collimated(beam) => {
-            let start = (
-                beam.origin(),
-                beam.direction(),
-                scene.medium_at(beam.origin()),
-            );
-            let length = GUIDE_LENGTH * scene.around.radius;
-            Guide::new(scene, start, length, scene.tolerance()).ok()
+            let start = Start {
+                launch: Launch::Plane {
+                    x: beam.origin(),
+                    direction: beam.direction(),
+                },
+                region: scene.medium_at(beam.origin()),
+                optical_length: GUIDE_LENGTH * scene.around.radius,
+                pattern: Pattern::REFRACT,
+            };
+            Guide::new(scene, start, scene.tolerance()).ok()
         }
         _ => None,
     };
