@@ -1,6 +1,6 @@
 //! What a surface does to a ray and its tangents (theory §4).
 
-use crate::ray::Tangents;
+use crate::ray::{Tangents, Variation};
 use glam::{DMat3, DVec3};
 
 /// How a ray goes on at an interface.
@@ -94,5 +94,24 @@ impl Interface {
         } else {
             self.normal
         }
+    }
+}
+
+/// What a ray carries and interfaces change.
+pub trait Mapped: Variation {
+    /// The variation after an interface, for the rule and the incoming velocity `v`; `None` where the
+    /// rule cannot apply.
+    fn mapped(&self, interface: &Interface, rule: Rule, v: DVec3) -> Option<Self>;
+}
+
+impl Mapped for () {
+    fn mapped(&self, _: &Interface, _: Rule, _: DVec3) -> Option<()> {
+        Some(())
+    }
+}
+
+impl Mapped for Tangents {
+    fn mapped(&self, interface: &Interface, rule: Rule, v: DVec3) -> Option<Tangents> {
+        interface.tangents(rule, v, self)
     }
 }

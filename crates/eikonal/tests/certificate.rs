@@ -2,7 +2,7 @@
 //! and it is not vacuous (theory §5).
 
 use eikonal::certificate::Uniqueness;
-use eikonal::connect::{Launch, Unbounded};
+use eikonal::connect::{Launch, Pattern, Start, Unbounded};
 use eikonal::field::{Acoustic, AcousticMode, Gaussian, Luneburg, Selfoc, Sum};
 use eikonal::ray::perpendicular_basis;
 use eikonal::{Aabb, Field, FieldBounds, Solver, Tolerance};
@@ -56,9 +56,13 @@ fn all_rays(
         let (r, phi) = ((1.0 - z * z).sqrt(), i as f64 * 2.399_963_229_728_653);
         let direction = chord * z + (t1 * phi.cos() + t2 * phi.sin()) * r;
         // Rays between distant points come in lengths of their own.
-        let sigma = x.distance(y) / field.n(x) * [1.0, 1.15, 1.4][i % 3];
-        let launch = (Launch::Point { x, direction }, ());
-        let Ok(ray) = solver.solve(&Unbounded(field), launch, sigma, y) else {
+        let start = Start {
+            launch: Launch::Point { x, direction },
+            region: (),
+            optical_length: x.distance(y) * field.n(x) * [1.0, 1.15, 1.4][i % 3],
+            pattern: Pattern::REFRACT,
+        };
+        let Ok(ray) = solver.solve(&Unbounded(field), &start, y) else {
             continue;
         };
         let mut points = solver.pieces().iter().flat_map(|piece| {

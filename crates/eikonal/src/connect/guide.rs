@@ -1,92 +1,80 @@
-//! A reference ray of a beam: where connections to the beam start.
+//! A reference ray: where connections to the points near it start.
 
-use super::launch::Launch;
-use super::shoot::{Piece, World, shoot};
-use super::solver::Failure;
-use crate::ray::{Tolerance, Work};
+use super::closest::{Leg, Nearest, minima};
+use super::connection::Failure;
+use super::shoot::Shot;
+use super::start::Start;
+use super::world::{Piece, World};
+use crate::ray::{Node, Tolerance, Work};
 use glam::DVec3;
 
 /// More starts than a point near a beam that bounces about can need.
 const MOST_STARTS: usize = 8;
 
-/// The ray from the centre of a beam's aperture.
+/// A ray that stands for those around it: that from the centre of a beam's aperture, or one from a
+/// point.
 ///
 /// A beam that bends, or bounces inside a tank, passes a point several times. Each local minimum of
 /// the distance between the point and this ray is one start for a connection.
 #[derive(Clone, Debug)]
 pub struct Guide<R> {
-    launch: Launch,
-    region: R,
-    /// Pieces with the optical path length before each.
-    pieces: Vec<(f64, Piece<R>)>,
+    start: Start<R>,
+    legs: Vec<Leg<R>>,
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
-    /// Follows the ray from `x` in `direction` over an optical path length.
+    /// Follows the ray of a start over its optical path length.
+    ///
+    /// # Errors
+    ///
+    /// [`Failure::RayLost`] if the ray leaves its field or takes too many steps.
     pub fn new<W: World<Region = R>>(
         world: &W,
-        (x, direction, region): (DVec3, DVec3, R),
-        optical_length: f64,
+        start: Start<R>,
         tolerance: Tolerance,
     ) -> Result<Self, Failure> {
-        let launch = Launch::Plane { x, direction };
-        let node = launch.node(world.field(region));
-        let mut found = Vec::new();
+        let Start { launch, region, .. } = start;
+        let node = Node::launch(world.field(region), launch.x(), launch.direction(), ());
         let mut work = Work::default();
-        shoot(
+        let mut shot = Shot::new(
             world,
             (node, region),
-            optical_length,
+            start.optical_length,
             tolerance,
-            &mut found,
             &mut work,
-        )?;
-        let mut before = 0.0;
-        let pieces = found.into_iter().map(|piece| {
-            let start = before;
-            before += piece.arc.optical_length(piece.theta_end);
-            (start, piece)
-        });
-        Ok(Guide {
-            launch,
-            region,
-            pieces: pieces.collect(),
-        })
+        );
+        let (mut legs, mut before) = (Vec::new(), 0.0);
+        let mut pattern = shot.pattern();
+        while let Some(piece) = shot.advance(&mut |i| start.pattern.reflects(i), &mut work)? {
+            let leg = Leg {
+                piece,
+                before,
+                pattern,
+            };
+            (before, pattern) = (leg.after(), shot.pattern());
+            legs.push(leg);
+        }
+        Ok(Guide { start, legs })
     }
 
-    /// The launch of the ray, and its region.
-    pub fn launch(&self) -> (Launch, R) {
-        (self.launch, self.region)
+    /// The start of the ray.
+    pub fn start(&self) -> &Start<R> {
+        &self.start
     }
 
     /// The pieces of the ray, in order.
     pub fn pieces(&self) -> impl Iterator<Item = &Piece<R>> {
-        self.pieces.iter().map(|(_, piece)| piece)
+        self.legs.iter().map(|leg| &leg.piece)
     }
 
-    /// The optical path lengths of the ray's closest approaches to `y`, nearest first.
-    pub fn starts(&self, y: DVec3) -> Vec<f64> {
-        let nearest = |(before, piece): &(f64, Piece<R>)| {
-            let theta = piece.arc.closest_approach(y).min(piece.theta_end);
-            let distance = piece.arc.position(theta).distance(y);
-            (distance, before + piece.arc.optical_length(theta))
-        };
-        let all: Vec<(f64, f64)> = self.pieces.iter().map(nearest).collect();
-        let distance = |i: Option<usize>| i.and_then(|i| all.get(i)).map_or(f64::INFINITY, |n| n.0);
-        let mut minima: Vec<(f64, f64)> = (0..all.len())
-            .filter(|&i| {
-                // Where two pieces share their nearest point the second of them stands for both.
-                distance(Some(i)) <= distance(i.checked_sub(1))
-                    && distance(Some(i)) < distance(Some(i + 1))
-            })
-            .map(|i| all[i])
-            .collect();
-        minima.sort_by(|a, b| a.0.total_cmp(&b.0));
+    /// Starts at the ray's local closest approaches to `y`, nearest first, at most eight; none at the
+    /// very start of the ray.
+    pub fn starts(&self, y: DVec3) -> Vec<Start<R>> {
+        let nearest: Vec<Nearest> = self.legs.iter().map(|leg| leg.nearest(y)).collect();
+        let mut minima = minima(&nearest);
+        minima.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         minima.truncate(MOST_STARTS);
-        minima
-            .into_iter()
-            .map(|(_, length)| length)
-            .filter(|s| *s > 0.0)
-            .collect()
+        let Start { launch, region, .. } = self.start;
+        minima.iter().map(|n| n.start(launch, region)).collect()
     }
 }

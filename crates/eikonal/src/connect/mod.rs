@@ -1,14 +1,28 @@
-//! Connections: the ray between two given points (theory §5).
+//! Connections: the rays between two given points (theory §5).
 //!
-//! A connection is a *branch*: a pair (launch, σ) whose ray ends at the target. [`Solver`] finds the
-//! primary one, that to which damped Newton iteration converges from a deterministic start.
+//! A connection is a *branch*: a launch and an optical path length whose ray ends at the target, going
+//! through or off the interfaces that it meets in a [`Pattern`]. [`Solver`] finds the primary one, that
+//! to which damped Newton iteration converges from a deterministic start, and those to which it converges
+//! from other starts: random ones, or those along a [`Guide`].
 
+mod approach;
+mod closest;
+mod connection;
 mod guide;
 mod launch;
+mod newton;
+mod pattern;
+mod random;
 mod shoot;
 mod solver;
+mod start;
+mod world;
 
+pub use connection::{Connection, Failure};
 pub use guide::Guide;
 pub use launch::Launch;
-pub use shoot::{Crossing, Event, Piece, Unbounded, World};
-pub use solver::{Connection, Failure, Solver};
+pub use pattern::Pattern;
+pub use random::{random_direction, random_foot};
+pub use solver::Solver;
+pub use start::{Reach, Start};
+pub use world::{Crossing, Event, Piece, Unbounded, World};

@@ -62,16 +62,8 @@ impl<'a> Search<'a> {
     /// by.
     pub fn certain(self) -> impl Iterator<Item = Shot> {
         let guided = self.goal.guide.map(|guide| {
-            let (launch, region) = guide.launch();
             let starts = guide.starts(self.vertex.position()).into_iter();
-            starts.map(move |optical_length| {
-                self.from_plane(connect::Start {
-                    launch,
-                    region,
-                    optical_length,
-                    pattern: connect::Pattern::REFRACT,
-                })
-            })
+            starts.map(move |start| self.from_plane(start))
         });
         let single = match guided {
             Some(_) => None,
@@ -189,15 +181,11 @@ impl<'a> Search<'a> {
             } => {
                 let on_plane = |p: DVec3| p - direction * (p - through).dot(direction);
                 let (center, radius) = self.goal.disc;
-                let start = random_foot(on_plane(x), direction, (on_plane(center), radius), u);
-                let launch = Launch::Plane {
-                    x: start,
-                    direction,
-                };
-                let region = scene.medium_at(start);
+                let foot = random_foot(on_plane(x), direction, center, radius, u);
+                let launch = Launch::Plane { x: foot, direction };
+                let family = (launch, scene.medium_at(foot));
                 let (start, arrival) =
-                    ws.solver
-                        .approach(scene, (launch, region), x, reach, &mut decide)?;
+                    ws.solver.approach(scene, family, x, reach, &mut decide)?;
                 Some(self.arriving(start, arrival))
             }
         }

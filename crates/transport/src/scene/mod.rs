@@ -16,7 +16,7 @@ use crate::medium::Medium;
 use crate::sampling::Discrete;
 use crate::sensor::Sensor;
 use crate::shape::{Accel, Shape};
-use eikonal::connect::{Guide, Reach, World};
+use eikonal::connect::{Guide, Launch, Pattern, Reach, Start, World};
 use eikonal::{Aabb, Tolerance};
 use glam::DVec3;
 
@@ -418,13 +418,16 @@ const REACH: f64 = 20.0;
 fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
     let guide = |emitter: &Emitter| match emitter {
         Emitter::Collimated(beam) => {
-            let start = (
-                beam.origin(),
-                beam.direction(),
-                scene.medium_at(beam.origin()),
-            );
-            let length = scene.reach.optical_length;
-            Guide::new(scene, start, length, scene.tolerance()).ok()
+            let start = Start {
+                launch: Launch::Plane {
+                    x: beam.origin(),
+                    direction: beam.direction(),
+                },
+                region: scene.medium_at(beam.origin()),
+                optical_length: scene.reach.optical_length,
+                pattern: Pattern::REFRACT,
+            };
+            Guide::new(scene, start, scene.tolerance()).ok()
         }
         _ => None,
     };

@@ -1,0 +1,58 @@
+//! From the ray of a launch to a start of Newton's method.
+
+use super::closest::{Leg, Nearest};
+use super::launch::Launch;
+use super::shoot::Shot;
+use super::solver::Solver;
+use super::start::{Reach, Start};
+use super::world::World;
+use crate::ray::{Node, Tolerance};
+use glam::DVec3;
+
+/// Starts need no more than this: Newton's method corrects them.
+const SCOUT: f64 = 1e-4;
+
+impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
+    /// The start at the closest approach to `y` of the ray of a launch, and the unit direction in which
+    /// the ray arrives there.
+    ///
+    /// The ray is followed over `reach.optical_length`. At each encounter with an interface where it
+    /// could be refracted or reflected, `decide` says whether it is reflected, until
+    /// `reach.reflections` are used up. `None` if the ray is lost, or nowhere closer to `y` than at its
+    /// start.
+    pub fn approach<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        (launch, region): (Launch, R),
+        y: DVec3,
+        reach: &Reach,
+        decide: &mut dyn FnMut() -> bool,
+    ) -> Option<(Start<R>, DVec3)> {
+        let tolerance = Tolerance::new(self.tolerance().get().max(SCOUT));
+        let node = Node::launch(world.field(region), launch.x(), launch.direction(), ());
+        let work = &mut self.work;
+        let mut shot = Shot::new(world, (node, region), reach.optical_length, tolerance, work);
+        let mut used = 0;
+        let mut reflect = |_| {
+            let reflected = used < reach.reflections && decide();
+            used += u32::from(reflected);
+            reflected
+        };
+        let mut best: Option<Nearest> = None;
+        let (mut before, mut pattern) = (0.0, shot.pattern());
+        while let Some(piece) = shot.advance(&mut reflect, work).ok()? {
+            let leg = Leg {
+                piece,
+                before,
+                pattern,
+            };
+            let nearest = leg.nearest(y);
+            if best.is_none_or(|b| nearest.distance < b.distance) {
+                best = Some(nearest);
+            }
+            (before, pattern) = (leg.after(), shot.pattern());
+        }
+        let nearest = best.filter(|n| n.optical_length > 0.0 && n.distance.is_finite())?;
+        Some((nearest.start(launch, region), nearest.direction))
+    }
+}

@@ -1,0 +1,49 @@
+//! Which way a ray goes where it could go either way.
+
+/// Encounters with refracting interfaces at which a ray is reflected although refraction is possible.
+///
+/// Encounters are counted 0, 1, 2, … along the ray, total reflections among them, declared index
+/// matches not. A total reflection is no choice: it happens whatever the pattern says, and no pattern
+/// lists it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Pattern(u32);
+
+impl Pattern {
+    /// Refraction wherever it is possible.
+    pub const REFRACT: Pattern = Pattern(0);
+
+    /// Encounters beyond this number are never reflections by choice.
+    pub const ENCOUNTERS: u32 = u32::BITS;
+
+    /// Whether the ray is reflected at encounter `i`.
+    pub fn reflects(self, i: u32) -> bool {
+        i < Self::ENCOUNTERS && self.0 >> i & 1 == 1
+    }
+
+    /// This pattern with a reflection at encounter `i`; `None` if that is too far along the ray.
+    pub fn with(self, i: u32) -> Option<Self> {
+        (i < Self::ENCOUNTERS).then(|| Pattern(self.0 | 1 << i))
+    }
+
+    /// Number of reflections.
+    pub fn reflections(self) -> u32 {
+        self.0.count_ones()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_list_reflections() {
+        let pattern = Pattern::REFRACT.with(0).and_then(|p| p.with(31)).unwrap();
+        let listed: Vec<u32> = (0..40).filter(|&i| pattern.reflects(i)).collect();
+        assert_eq!(listed, [0, 31]);
+        assert_eq!(pattern.reflections(), 2);
+        assert_eq!(pattern.with(31), Some(pattern));
+        assert_eq!(pattern.with(32), None);
+        assert_eq!(Pattern::REFRACT.reflections(), 0);
+        assert_eq!(Pattern::default(), Pattern::REFRACT);
+    }
+}

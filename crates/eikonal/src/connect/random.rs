@@ -1,0 +1,65 @@
+//! Random starts of rays, as functions of uniform numbers.
+//!
+//! Both densities are positive everywhere, so that every branch with a neighbourhood from which
+//! Newton's method converges to it is found with positive probability; and both favour the
+//! surroundings of the straight way, on all scales: branches behind a lens often lie close together.
+
+use crate::ray::perpendicular_basis;
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+
+/// Share of starts around the straight way; the others are uniform.
+const NEAR: f64 = 0.75;
+/// Smallest angle to the chord, in radians, and smallest distance from the foot in units of the
+/// radius, of the starts around the straight way.
+const CLOSEST: f64 = 1e-3;
+/// Largest distance from the foot of the starts around it, in units of the radius.
+const FARTHEST: f64 = 2.0;
+
+/// A random unit direction: with probability 3/4 at an angle to `chord` that is log-uniform in
+/// [1e-3, π], otherwise uniform on the sphere.
+///
+/// `u` are independent and uniform in [0, 1). The chord may have any length; if it is zero or not
+/// finite, all directions are uniform.
+pub fn random_direction(chord: DVec3, u: [f64; 3]) -> DVec3 {
+    let [choice, polar, azimuth] = u;
+    let axis = chord.try_normalize();
+    let (sin, cos) = match axis {
+        Some(_) if choice < NEAR => (CLOSEST * (PI / CLOSEST).powf(polar)).sin_cos(),
+        _ => {
+            let cos = 1.0 - 2.0 * polar;
+            ((1.0 - cos * cos).max(0.0).sqrt(), cos)
+        }
+    };
+    let axis = axis.unwrap_or(DVec3::Z);
+    (axis * cos + around(axis, azimuth) * sin).normalize()
+}
+
+/// A random point of the plane through `foot` perpendicular to the unit `direction`: with
+/// probability 3/4 at a distance from the foot that is log-uniform in [1e-3, 2]·`radius`, otherwise
+/// uniform in the disc of that radius around the projection of `center`.
+///
+/// `u` are independent and uniform in [0, 1).
+pub fn random_foot(
+    foot: DVec3,
+    direction: DVec3,
+    center: DVec3,
+    radius: f64,
+    u: [f64; 3],
+) -> DVec3 {
+    let [choice, distance, azimuth] = u;
+    let across = around(direction, azimuth) * radius;
+    if choice < NEAR {
+        foot + across * (CLOSEST * (FARTHEST / CLOSEST).powf(distance))
+    } else {
+        let projected = center + direction * direction.dot(foot - center);
+        projected + across * distance.sqrt()
+    }
+}
+
+/// The unit vector perpendicular to `axis` at a share `u` of a full turn.
+fn around(axis: DVec3, u: f64) -> DVec3 {
+    let [t1, t2] = perpendicular_basis(axis);
+    let (sin, cos) = (TAU * u).sin_cos();
+    t1 * cos + t2 * sin
+}

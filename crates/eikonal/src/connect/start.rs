@@ -1,0 +1,27 @@
+//! Where Newton's method starts, and how far branches are looked for.
+
+use super::launch::Launch;
+use super::pattern::Pattern;
+
+/// A start of Newton's method: a ray and how far along it the target is taken to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start<R> {
+    /// First point and direction of the ray.
+    pub launch: Launch,
+    /// The region in which it starts.
+    pub region: R,
+    /// Optical path length ∫n ds, positive.
+    pub optical_length: f64,
+    /// Which way the ray goes at refracting interfaces; the iteration keeps to it.
+    pub pattern: Pattern,
+}
+
+/// How far, and through how many reflections, branches are looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Longest optical path length ∫n ds.
+    pub optical_length: f64,
+    /// Most reflections at places where refraction is possible; at most [`Pattern::ENCOUNTERS`]
+    /// matter.
+    pub reflections: u32,
+}
