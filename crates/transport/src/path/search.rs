@@ -184,8 +184,7 @@ impl<'a> Search<'a> {
                 let foot = random_foot(on_plane(x), direction, center, radius, u);
                 let launch = Launch::Plane { x: foot, direction };
                 let family = (launch, scene.medium_at(foot));
-                let (start, arrival) =
-                    ws.solver.approach(scene, family, x, reach, &mut decide)?;
+                let (start, arrival) = ws.solver.approach(scene, family, x, reach, &mut decide)?;
                 Some(self.arriving(start, arrival))
             }
         }

@@ -94,6 +94,7 @@ pub fn parts(
             filter: Filter::Box,
         },
         tolerance: Tolerance::default(),
+        reflections: 0,
     }
 }
 
