@@ -35,6 +35,20 @@ fn environment_images_are_sampled_by_their_density() {
     family.check().unwrap();
 }
 
+/// The solid angle of a pixel vanishes at the poles of an image; densities keep their digits there.
+#[test]
+fn densities_of_images_are_exact_near_the_poles() {
+    let image = Environment::image((2, 2), vec![Spectrum::ONE; 4], DMat3::IDENTITY).unwrap();
+    for v in [1e-3, 1e-6, 1e-9] {
+        let u = [0.3, v];
+        for u in [u, [0.3, 1.0 - v]] {
+            let (direction, pdf) = image.sample(u);
+            let ratio = image.pdf(direction) / pdf;
+            assert!((ratio - 1.0).abs() < 1e-6, "{ratio} at {u:?}");
+        }
+    }
+}
+
 #[test]
 fn a_beam_carries_its_power() {
     let power = Spectrum::splat(3.0);
