@@ -34,7 +34,8 @@ pub struct Collimated {
 }
 
 impl Collimated {
-    /// A beam of the given total power; `direction` has unit length.
+    /// A beam of the given total power; `origin` is the centre of the aperture, `direction` the unit
+    /// direction of the light.
     pub fn new(origin: DVec3, direction: DVec3, profile: Profile, power: Spectrum) -> Self {
         let area = match profile {
             Profile::Disc { radius } => PI * radius * radius,
@@ -66,7 +67,7 @@ impl Collimated {
         }
     }
 
-    /// Irradiance at a point of the aperture plane, or wherever parallel rays take it from there.
+    /// Irradiance at a point of the aperture plane.
     pub fn irradiance(&self, point: DVec3) -> Spectrum {
         let r = self.distance(point);
         match self.profile {

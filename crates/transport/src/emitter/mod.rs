@@ -34,7 +34,8 @@ pub enum Emitter {
     },
     /// A point that radiates into a cone.
     Spot(Spot),
-    /// Radiates from the outer side of a shape, the same radiance in all directions.
+    /// Radiates from the side of a shape to which its normals point, the same radiance in all
+    /// directions.
     Area {
         /// Index of the object that it covers.
         object: usize,
@@ -55,7 +56,7 @@ pub enum Emitter {
 }
 
 impl Emitter {
-    /// Chooses where to aim; `shape` gives the shape of an object.
+    /// Chooses where to aim; `shape` gives the shape of an object, `u` is uniform in [0, 1)².
     pub fn aim<'a>(
         &self,
         around: &Surroundings,
@@ -136,7 +137,7 @@ impl Emitter {
         }
     }
 
-    /// Whether paths scattered at random can find it.
+    /// Whether paths scattered at random cannot find it.
     pub fn is_delta(&self) -> bool {
         !matches!(self, Emitter::Area { .. } | Emitter::Environment(_))
     }

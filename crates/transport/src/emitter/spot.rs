@@ -18,8 +18,8 @@ pub struct Spot {
 }
 
 impl Spot {
-    /// `axis` is the unit direction of the cone; angles are half angles in radians, with
-    /// 0 ≤ `beam_width` ≤ `cutoff`.
+    /// `axis` is the unit direction of the cone and `intensity` that inside `beam_width`; angles are
+    /// half angles in radians, with 0 ≤ `beam_width` ≤ `cutoff`, 0 < `cutoff` ≤ π.
     pub fn new(
         position: DVec3,
         axis: DVec3,

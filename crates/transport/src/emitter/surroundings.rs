@@ -20,7 +20,8 @@ impl Surroundings {
     }
 
     /// A point, uniform over the disc as wide as the ball that lies around [`Surroundings::before`]
-    /// across the unit `direction`: parallel light that starts there fills the ball.
+    /// across the unit `direction`: parallel light that starts there, and goes straight until it
+    /// enters the ball, fills it.
     pub fn disc(&self, direction: DVec3, u: [f64; 2]) -> DVec3 {
         let p = uniform_disc_sample(u) * self.radius;
         self.before(direction) + Frame::from_normal(direction).to_world(p.extend(0.0))
