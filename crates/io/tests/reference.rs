@@ -54,6 +54,7 @@ fn shoot(scene: &str, samples: u64) -> Rendering {
         integrator: loaded.integrator,
         samples,
         seed: 1,
+        strategies: false,
     };
     render(&loaded.groups, &options, |_| ControlFlow::Continue(()))
 }

@@ -120,6 +120,7 @@ fn run(
         integrator: loaded.integrator,
         samples: requested.unwrap_or(u64::MAX),
         seed: args.seed,
+        strategies: false,
     };
     let (counter, started) = (AtomicU64::new(0), Instant::now());
     let mut stopped = None;

@@ -1,8 +1,10 @@
 //! Films: what is accumulated per pixel.
 
 mod filter;
+mod footprint;
 
 pub use filter::Filter;
+pub use footprint::footprint;
 
 use crate::Spectrum;
 

@@ -52,7 +52,9 @@ struct Tracing<'a> {
 }
 
 impl PathTracer {
-    pub(super) fn radiance(
+    /// One unbiased sample of the radiance that arrives along a sensor ray. `lanes` is the number of
+    /// channels in use.
+    pub fn radiance(
         &self,
         scene: &Scene,
         ray: Ray,

@@ -13,6 +13,7 @@
 
 mod attract;
 mod edge;
+mod ends;
 mod equiangular;
 mod link;
 mod passage;
@@ -24,6 +25,7 @@ mod walk;
 
 pub use attract::{scatter, scatter_pdf};
 pub use edge::{Carry, Edge, End, Front, Span, Start};
+pub use ends::{Bounds, LightPath, sensor_path};
 pub use equiangular::Equiangular;
 pub use link::{Goal, Link, environment_aim};
 pub use passage::transmittance;

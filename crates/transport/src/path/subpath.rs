@@ -86,6 +86,8 @@ pub struct Walker {
     pub lanes: Spectrum,
     /// Most edges and specular events.
     pub max_depth: u32,
+    /// Most vertices.
+    pub vertices: usize,
     /// Depth at which Russian roulette begins.
     pub rr_depth: u32,
     /// Whether [`Step::ease`] is wanted: it takes connections to find out.
@@ -170,7 +172,9 @@ impl Walker {
                 pdf: if scatter.delta { 1.0 } else { scatter.pdf },
                 throughput: throughput * scatter.weight,
             };
-            next = self.roulette(ray_on, depth, ray.throughput, sampler);
+            if subpath.stations.len() < self.vertices {
+                next = self.roulette(ray_on, depth, ray.throughput, sampler);
+            }
         }
         subpath
     }

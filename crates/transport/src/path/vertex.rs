@@ -30,6 +30,8 @@ pub enum Vertex {
         direction: DVec3,
         /// Object.
         object: usize,
+        /// Part of the object's shape: see [`crate::shape::Hit`].
+        primitive: u32,
         /// Normal and indices.
         surface: Surface,
         /// Medium through which the sensor subpath arrived.
@@ -64,6 +66,7 @@ impl Vertex {
                 x: hit.position,
                 direction,
                 object,
+                primitive: hit.primitive,
                 surface: surface_at(scene, object, &hit, medium),
                 medium,
             }),
@@ -117,6 +120,25 @@ impl Vertex {
         match self {
             Vertex::Volume { direction, .. } | Vertex::Surface { direction, .. } => *direction,
         }
+    }
+
+    /// The emitter on whose surface the vertex lies, the radiance that it emits against the arriving
+    /// subpath, and the density per unit area with which aims choose this point of it.
+    pub fn emitted(&self, scene: &Scene) -> Option<(usize, Spectrum, f64)> {
+        let Vertex::Surface {
+            x,
+            direction,
+            object,
+            primitive,
+            surface,
+            ..
+        } = *self
+        else {
+            return None;
+        };
+        let (emitter, radiance) = scene.emitted(object, surface.normal, -direction)?;
+        let pdf = scene.objects()[object].shape.pdf_area(x, primitive);
+        Some((emitter, radiance, pdf))
     }
 
     /// Itself as the end of a connection.

@@ -83,6 +83,14 @@ impl Sensor {
         }
     }
 
+    /// The aim at the point from which one of the sensor's rays starts.
+    pub fn aim_from(&self, origin: DVec3) -> Aim {
+        match self {
+            Sensor::Perspective(_) | Sensor::ThinLens(_) => Aim::at(origin),
+            Sensor::Orthographic(s) => s.aim().aim,
+        }
+    }
+
     /// Where on the image the ray belongs that leaves the sensor at `start`, a point that was aimed
     /// at, in the unit `direction`; the light travels against it. `None` if the sensor does not look
     /// that way.
@@ -94,6 +102,11 @@ impl Sensor {
         };
         // Rays almost along the plane of the lens overflow.
         sensed.filter(|s| s.density.is_finite() && s.image.iter().all(|x| x.is_finite()))
+    }
+
+    /// Whether all its rays have one direction.
+    pub fn is_parallel(&self) -> bool {
+        matches!(self, Sensor::Orthographic(_))
     }
 
     /// Local-to-world transform.

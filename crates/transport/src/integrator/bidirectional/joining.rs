@@ -1,0 +1,144 @@
+//! The strategies: which vertices are joined.
+
+use super::paths::{Setting, View};
+use crate::aim::{Aim, Aimed};
+use crate::integrator::Contribution;
+use crate::path::{
+    Goal, LightPath, Link, Station, Subpath, Vertex, Workspace, environment_aim,
+};
+use crate::sampling::Sampler;
+use glam::DVec3;
+
+/// Two subpaths being joined.
+pub struct Joining<'a> {
+    pub setting: Setting<'a>,
+    pub sampler: &'a mut Sampler,
+    pub ws: &'a mut Workspace,
+    pub out: &'a mut Vec<Contribution>,
+}
+
+impl Joining<'_> {
+    /// s = 0: emitters that the sensor subpath came upon.
+    pub fn hits(&mut self, sensor: &Subpath) {
+        let (setting, stations) = (self.setting, &sensor.stations[..]);
+        self.out
+            .extend((0..stations.len()).filter_map(|i| setting.hit(&stations[..=i])));
+        let Some(escape) = &sensor.escape else { return };
+        for (index, environment) in setting.scene.environments() {
+            let toward = -escape.step.back;
+            let aim = Aimed {
+                aim: environment_aim(setting.scene, toward),
+                pdf: environment.pdf(toward),
+                delta: false,
+            };
+            let radiance = environment.radiance(toward);
+            let found = setting.escaped((stations, escape), (index, &aim), radiance);
+            self.out.extend(found);
+        }
+    }
+
+    /// s = 1: the last of the sensor's stations and an emitter.
+    pub fn direct(&mut self, stations: &[Station]) {
+        let Some(z) = stations.last() else { return };
+        let (setting, scene) = (self.setting, self.setting.scene);
+        let choice = scene.choose_emitter(self.sampler.next_1d());
+        let u = self.sampler.next_2d();
+        let Some((index, probability)) = choice else {
+            return;
+        };
+        let emitter = &scene.emitters()[index];
+        let shape = |object: usize| &scene.objects()[object].shape;
+        let aimed = emitter.aim(scene.around(), shape, u);
+        let aim = Aimed {
+            pdf: probability * aimed.pdf,
+            ..aimed
+        };
+        let goal = Goal::emitter(scene, index, aim.aim);
+        self.link(&z.vertex, &goal, |link| {
+            setting.direct(stations, link, (emitter, &aim))
+        });
+    }
+
+    /// t = 1: station `j` of an emitter's subpath and the sensor.
+    pub fn sensed(&mut self, light: &LightPath, j: usize) {
+        let setting = self.setting;
+        let aimed = setting.scene.sensor().aim(self.sampler.next_2d());
+        let goal = Goal::sensor(setting.scene, aimed.aim);
+        let y = &light.subpath.stations[j].vertex;
+        self.link(y, &goal, |link| setting.sensed((light, j), link));
+    }
+
+    /// The last of the sensor's stations and station `j` of an emitter's subpath.
+    pub fn joined(&mut self, stations: &[Station], light: &LightPath, j: usize) {
+        let Some(z) = stations.last() else { return };
+        let setting = self.setting;
+        let y = &light.subpath.stations[j];
+        if z.depth.saturating_add(y.depth) >= setting.max_depth {
+            return;
+        }
+        let goal = Goal::vertex(&y.vertex);
+        self.link(&z.vertex, &goal, |link| {
+            setting.joined(stations, (light, j), link)
+        });
+    }
+
+    /// s = t = 1: the start of an emitter's subpath and the sensor.
+    pub fn seen(&mut self, light: &LightPath) {
+        let (setting, scene) = (self.setting, self.setting.scene);
+        let aim = scene.sensor().aim(self.sampler.next_2d()).aim;
+        if scene.emitters()[light.emitter].is_delta() {
+            return;
+        }
+        // A vertex that stands for an end of the path; nothing is scattered there.
+        let end = |x, medium| Vertex::Volume {
+            x,
+            direction: DVec3::Z,
+            medium,
+        };
+        match (aim, light.emission.aim) {
+            (Aim::Point { position, .. }, emission) => {
+                let vertex = end(position, scene.medium_of_sensor_ray(position));
+                let goal = Goal::emitter(scene, light.emitter, emission);
+                self.link(&vertex, &goal, |link| {
+                    let view = View {
+                        link: *link,
+                        sensor: (position, link.direction),
+                        emitter: (link.origin, link.emission),
+                        n: [link.n_vertex, link.n_aim],
+                    };
+                    setting.seen(light, &view)
+                });
+            }
+            (Aim::Plane { .. }, Aim::Point { .. }) => {
+                let vertex = end(light.start.x, light.start.medium);
+                let goal = Goal::sensor(scene, aim);
+                self.link(&vertex, &goal, |link| {
+                    let view = View {
+                        link: *link,
+                        sensor: (link.origin, link.emission),
+                        emitter: (light.start.x, link.direction),
+                        n: [link.n_aim, link.n_vertex],
+                    };
+                    setting.seen(light, &view)
+                });
+            }
+            // No parallel light goes exactly along parallel views.
+            (Aim::Plane { .. }, Aim::Plane { .. }) => {}
+        }
+    }
+
+    fn link(
+        &mut self,
+        vertex: &Vertex,
+        goal: &Goal,
+        evaluate: impl Fn(&Link) -> Option<Contribution>,
+    ) {
+        let scene = self.setting.scene;
+        let found = Link::each(scene, (vertex, goal), self.sampler, self.ws, evaluate);
+        let weighted = found.into_iter().map(|(c, weight)| Contribution {
+            value: c.value * weight,
+            ..c
+        });
+        self.out.extend(weighted);
+    }
+}
