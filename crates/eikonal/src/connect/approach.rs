@@ -6,6 +6,7 @@ use super::shoot::Shot;
 use super::solver::Solver;
 use super::start::{Reach, Start};
 use super::world::World;
+use crate::interface::Rule;
 use crate::ray::{Node, Tolerance};
 use glam::DVec3;
 
@@ -18,7 +19,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     ///
     /// The ray is followed over `reach.optical_length`. At each encounter with an interface where it
     /// could be refracted or reflected, `decide` says whether it is reflected, until
-    /// `reach.reflections` are used up. `None` if the ray is lost, or nowhere closer to `y` than at its
+    /// `reach.reflections` are used up; it ends after `reach.bounces` reflections of any kind. `None` if the ray is lost, or nowhere closer to `y` than at its
     /// start.
     pub fn approach<W: World<Region = R>>(
         &mut self,
@@ -40,6 +41,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         };
         let mut best: Option<Nearest> = None;
         let (mut before, mut pattern) = (0.0, shot.pattern());
+        let mut bounces = 0;
         while let Some(piece) = shot.advance(&mut reflect, work).ok()? {
             let leg = Leg {
                 piece,
@@ -51,6 +53,10 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 best = Some(nearest);
             }
             (before, pattern) = (leg.after(), shot.pattern());
+            bounces += u32::from(piece.event.is_some_and(|e| e.rule == Rule::Reflect));
+            if bounces > reach.bounces {
+                break;
+            }
         }
         let nearest = best.filter(|n| n.optical_length > 0.0 && n.distance.is_finite())?;
         Some((nearest.start(launch, region), nearest.direction))

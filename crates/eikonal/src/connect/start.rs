@@ -24,4 +24,6 @@ pub struct Reach {
     /// Most reflections at places where refraction is possible; at most [`Pattern::ENCOUNTERS`]
     /// matter.
     pub reflections: u32,
+    /// Most reflections in all, total ones included.
+    pub bounces: u32,
 }

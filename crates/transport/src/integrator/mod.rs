@@ -44,7 +44,13 @@ impl Integrator {
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,
     ) {
-        let lane = |c| if c < channels { 1.0 / channels as f64 } else { 0.0 };
+        let lane = |c| {
+            if c < channels {
+                1.0 / channels as f64
+            } else {
+                0.0
+            }
+        };
         let lanes = Spectrum(std::array::from_fn(lane));
         match self {
             Integrator::Path(path) => out.push(Contribution {

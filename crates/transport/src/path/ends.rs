@@ -56,8 +56,6 @@ pub struct LightPath {
     pub emitter: usize,
     /// How it started.
     pub emission: Emission,
-    /// Where it started.
-    pub start: Start,
     /// Density of its end: that of the aim times the probability of the emitter.
     pub density: f64,
     /// Its vertices.
@@ -92,7 +90,6 @@ impl LightPath {
         Some(LightPath {
             emitter: index,
             emission,
-            start,
             density,
             subpath,
         })
@@ -112,7 +109,10 @@ pub fn sensor_path(
     let aim = scene.sensor().aim_from(x);
     let medium = scene.medium_of_sensor_ray(x);
     let n = scene.n(medium, x);
-    let density = scene.sensor().sense(x, direction).map_or(0.0, |s| s.density);
+    let density = scene
+        .sensor()
+        .sense(x, direction)
+        .map_or(0.0, |s| s.density);
     let ray = Ray {
         start: Start {
             x,

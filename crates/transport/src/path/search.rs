@@ -8,7 +8,8 @@ use super::walk::leave;
 use crate::aim::Aim;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{self, Connection, Launch, random_direction, random_foot};
+use eikonal::connect::{self, Connection, Launch, Piece, World, random_direction, random_foot};
+use eikonal::interface::Rule;
 use glam::DVec3;
 
 /// Random starts after which the search for a branch that was found once is given up. Its weight is
@@ -63,7 +64,7 @@ impl<'a> Search<'a> {
     pub fn certain(self) -> impl Iterator<Item = Shot> {
         let guided = self.goal.guide.map(|guide| {
             let starts = guide.starts(self.vertex.position()).into_iter();
-            starts.map(move |start| self.from_plane(start))
+            starts.map(move |start| self.straight(start))
         });
         let single = match guided {
             Some(_) => None,
@@ -110,7 +111,7 @@ impl<'a> Search<'a> {
                     optical_length: depth * self.scene.n(region, foot),
                     pattern: connect::Pattern::REFRACT,
                 };
-                (depth > 0.0).then(|| self.from_plane(start))
+                (depth > 0.0).then(|| self.straight(start))
             }
         }
     }
@@ -131,7 +132,8 @@ impl<'a> Search<'a> {
         (leave(self.scene, position, facing, facing), Some(facing))
     }
 
-    fn from_plane(&self, start: connect::Start<MediumId>) -> Shot {
+    /// A shot from a plane that is taken to arrive as it left.
+    fn straight(&self, start: connect::Start<MediumId>) -> Shot {
         self.arriving(start, start.launch.direction())
     }
 
@@ -218,7 +220,25 @@ impl<'a> Search<'a> {
                 ray.optical_length > 0.0 && last.region == shot.place.medium
             }
         };
-        (leaves && arrives && through).then_some(link)
+        let within = self.within_reach(ray, ws.solver.pieces());
+        (leaves && arrives && through && within).then_some(link)
+    }
+
+    /// Whether branches like this ray are looked for: see [`super`].
+    fn within_reach(&self, ray: &Connection, pieces: &[Piece<MediumId>]) -> bool {
+        let reach = self.scene.branch_reach();
+        let reflected = |p: &&Piece<MediumId>| p.event.is_some_and(|e| e.rule == Rule::Reflect);
+        let bounces = pieces.iter().filter(reflected).count();
+        // How far away a plane is does not count.
+        let approach = match (self.goal.aim, pieces.first()) {
+            (Aim::Plane { .. }, Some(first)) if self.scene.field(first.region).is_constant() => {
+                first.arc.optical_length(first.theta_end)
+            }
+            _ => 0.0,
+        };
+        ray.pattern.reflections() <= reach.reflections
+            && bounces <= reach.bounces as usize
+            && ray.optical_length - approach <= reach.optical_length
     }
 
     /// A branch found from a random start that is none of the known ones, what it is worth, and an

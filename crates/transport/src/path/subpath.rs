@@ -54,7 +54,7 @@ pub struct Station {
 /// Where a subpath left the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Escape {
-    /// The edge that left.
+    /// The edge that left; its ease is 1 if connections look for such edges.
     pub step: Step,
     /// Throughput up to there.
     pub throughput: Spectrum,
@@ -66,8 +66,10 @@ pub struct Escape {
 
 /// The vertices of a subpath in the order in which they were sampled; its end, on the sensor or an
 /// emitter, is not among them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Subpath {
+    /// Where it started.
+    pub start: Start,
     /// The vertices.
     pub stations: Vec<Station>,
     /// Where it left the scene, if it did.
@@ -118,7 +120,12 @@ impl Walker {
         sampler: &mut Sampler,
         ws: &mut Workspace,
     ) -> Subpath {
-        let mut subpath = Subpath::default();
+        let mut subpath = Subpath {
+            start: ray.start,
+            stations: Vec::new(),
+            escape: None,
+            end_backward: 0.0,
+        };
         let (mut next, mut depth, mut loose) = (Some(ray), 0, true);
         while let Some(current) = next.take() {
             let sampling = Sampling {

@@ -53,6 +53,15 @@ pub struct Scatter {
 }
 
 impl Vertex {
+    /// A vertex that stands for an end of a path on no surface; it is not to be asked how it scatters.
+    pub fn end(start: &Start) -> Vertex {
+        Vertex::Volume {
+            x: start.x,
+            direction: start.direction,
+            medium: start.medium,
+        }
+    }
+
     /// The vertex at which an edge ended, if it did at one.
     pub fn of(scene: &Scene, edge: &Edge) -> Option<Vertex> {
         match edge.end {

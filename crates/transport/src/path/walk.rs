@@ -47,7 +47,8 @@ pub fn trace(
     }
     let reach = scene.branch_reach();
     walk.edge.connectable &= walk.reflections <= reach.reflections
-        && walk.edge.optical_length <= reach.optical_length
+        && walk.bounces <= reach.bounces
+        && walk.reach <= reach.optical_length
         && walk.edge.tube.geometry > 0.0;
     walk.edge
 }
@@ -73,6 +74,10 @@ struct Walk<'a> {
     jump: f64,
     /// Reflections where refraction was possible.
     reflections: u32,
+    /// Reflections of any kind.
+    bounces: u32,
+    /// Optical path length that counts for the reach of connections: how far away a plane is does not.
+    reach: f64,
 }
 
 impl<'a> Walk<'a> {
@@ -95,6 +100,8 @@ impl<'a> Walk<'a> {
             length: 0.0,
             jump: 1.0,
             reflections: 0,
+            bounces: 0,
+            reach: 0.0,
             edge: Edge {
                 start,
                 spans: Vec::new(),
@@ -164,7 +171,7 @@ impl<'a> Walk<'a> {
             if let Some(theta) = span.attenuation.invert(&arc, theta_end, channel, left) {
                 self.collide(step, &span, theta);
             } else {
-                self.edge.optical_length += arc.optical_length(theta_end);
+                self.lengthen(arc.optical_length(theta_end));
             }
         }
         self.depth += span.attenuation.depth(&arc, theta_end);
@@ -185,9 +192,18 @@ impl<'a> Walk<'a> {
         self.edge.tube.depth = point.depth;
         self.edge.tube.geometry = tube::to_point(&tangents, v, self.jump);
         self.edge.length = point.length;
-        self.edge.optical_length += step.arc.optical_length(theta);
+        self.lengthen(step.arc.optical_length(theta));
         self.edge.end = End::Collision(point);
         self.collided = true;
+    }
+
+    /// Adds to the optical path length.
+    fn lengthen(&mut self, length: f64) {
+        let first = self.edge.spans.is_empty() && self.edge.start.front == Front::Plane;
+        if !(first && self.scene.field(self.medium).is_constant()) {
+            self.reach += length;
+        }
+        self.edge.optical_length += length;
     }
 
     /// Goes through, is reflected, or ends at a surface. Returns whether the ray goes on.
@@ -245,6 +261,7 @@ impl<'a> Walk<'a> {
             // Connections know patterns of so many encounters.
             self.edge.connectable &= self.edge.tube.events < Pattern::ENCOUNTERS;
         }
+        self.bounces += u32::from(!sample.transmitted);
         self.edge.tube.events += 1;
         self.edge.tube.choice *= sample.pdf;
         self.edge.weight *= sample.weight;
@@ -292,6 +309,8 @@ impl<'a> Walk<'a> {
 
     fn escape(&mut self, v: DVec3) -> bool {
         if !self.collided {
+            let last = self.edge.spans.last();
+            self.reach -= last.map_or(0.0, |s| s.arc.optical_length(s.theta_end));
             self.edge.tube.geometry = tube::to_plane(&self.tangents, v, self.jump);
             self.edge.end = End::Escaped {
                 direction: v.normalize(),

@@ -87,12 +87,7 @@ fn parts(
     (sorted, stats)
 }
 
-fn part(
-    source: &Source,
-    sample: u64,
-    pixels: Range<usize>,
-    counter: &AtomicU64,
-) -> (Part, Stats) {
+fn part(source: &Source, sample: u64, pixels: Range<usize>, counter: &AtomicU64) -> (Part, Stats) {
     let mut ws = source.workspace();
     let (mut found, mut part) = (Vec::new(), Part::new());
     let taken = pixels.len() as u64;

@@ -162,6 +162,7 @@ impl Scene {
             reach: Reach {
                 optical_length: REACH * around.radius,
                 reflections: parts.reflections,
+                bounces: parts.reflections + TOTAL_REFLECTIONS,
             },
             bending: Bending::of(&parts),
             sensor_medium,
@@ -414,6 +415,9 @@ impl Bending {
 /// Beams are followed, and branches looked for, over this many radii of the scene in optical path
 /// length: enough for several bounces inside a tank.
 const REACH: f64 = 20.0;
+/// Branches are looked for through this many total reflections. Inside a glass ball there is no end
+/// of branches that run along its surface from one to the next; each is ever harder to find.
+pub const TOTAL_REFLECTIONS: u32 = 3;
 
 fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
     let guide = |emitter: &Emitter| match emitter {

@@ -132,7 +132,8 @@ pub fn estimate(
     for i in 0..samples {
         let mut sampler = transport::sampling::Sampler::new(seed, 0, i);
         let (ray, weight) = ray(&mut sampler);
-        let value = PathTracer::default().radiance(scene, ray, 1, &mut sampler, &mut ws)[0] * weight;
+        let value =
+            PathTracer::default().radiance(scene, ray, 1, &mut sampler, &mut ws)[0] * weight;
         assert!(value.is_finite());
         sum += value;
         squares += value * value;

@@ -4,7 +4,7 @@ use super::paths::{Setting, View};
 use crate::aim::{Aim, Aimed};
 use crate::integrator::Contribution;
 use crate::path::{
-    Goal, LightPath, Link, Station, Subpath, Vertex, Workspace, environment_aim,
+    Goal, LightPath, Link, Start, Station, Step, Subpath, Vertex, Workspace, environment_aim,
 };
 use crate::sampling::Sampler;
 use glam::DVec3;
@@ -20,21 +20,61 @@ pub struct Joining<'a> {
 impl Joining<'_> {
     /// s = 0: emitters that the sensor subpath came upon.
     pub fn hits(&mut self, sensor: &Subpath) {
-        let (setting, stations) = (self.setting, &sensor.stations[..]);
-        self.out
-            .extend((0..stations.len()).filter_map(|i| setting.hit(&stations[..=i])));
+        let (setting, scene) = (self.setting, self.setting.scene);
+        for i in 0..sensor.stations.len() {
+            let z = &sensor.stations[i];
+            if let Some((index, radiance, pdf)) = z.vertex.emitted(scene) {
+                let aim = Aimed {
+                    aim: z.vertex.aim(),
+                    pdf: scene.emitter_probability(index) * pdf,
+                    delta: false,
+                };
+                let ease = self.ease(sensor, (i, &z.step), (index, &aim.aim));
+                let stations = &sensor.stations[..=i];
+                let found = setting.hit(stations, (index, &aim), (radiance, ease));
+                self.out.extend(found);
+            }
+        }
         let Some(escape) = &sensor.escape else { return };
-        for (index, environment) in setting.scene.environments() {
+        for (index, environment) in scene.environments() {
             let toward = -escape.step.back;
             let aim = Aimed {
-                aim: environment_aim(setting.scene, toward),
-                pdf: environment.pdf(toward),
+                aim: environment_aim(scene, toward),
+                pdf: scene.emitter_probability(index) * environment.pdf(toward),
                 delta: false,
             };
+            let place = (sensor.stations.len(), &escape.step);
+            let ease = self.ease(sensor, place, (index, &aim.aim));
             let radiance = environment.radiance(toward);
-            let found = setting.escaped((stations, escape), (index, &aim), radiance);
+            let found = setting.escaped(sensor, escape, (index, &aim), (radiance, ease));
             self.out.extend(found);
         }
+    }
+
+    /// How easily the connections of s = 1 find the step after `i` stations, at whose end is an emitter.
+    fn ease(
+        &mut self,
+        sensor: &Subpath,
+        (i, step): (usize, &Step),
+        (index, aim): (usize, &Aim),
+    ) -> f64 {
+        let scene = self.setting.scene;
+        if step.ease == 0.0 {
+            return 0.0;
+        }
+        if i == 0 && scene.sensor().is_parallel() {
+            // From a point of the emitter to the sensor's plane; from plane to plane there is nothing.
+            return sensor.stations.first().map_or(0.0, |z| {
+                let goal = Goal::sensor(scene, scene.sensor().aim_from(sensor.start.x));
+                Link::ease(scene, (&z.vertex, &goal), (step.back, None), self.ws)
+            });
+        }
+        let vertex = match i {
+            0 => Vertex::end(&sensor.start),
+            _ => sensor.stations[i - 1].vertex,
+        };
+        let goal = Goal::emitter(scene, index, *aim);
+        Link::ease(scene, (&vertex, &goal), (step.leaving, None), self.ws)
     }
 
     /// s = 1: the last of the sensor's stations and an emitter.
@@ -89,15 +129,10 @@ impl Joining<'_> {
         if scene.emitters()[light.emitter].is_delta() {
             return;
         }
-        // A vertex that stands for an end of the path; nothing is scattered there.
-        let end = |x, medium| Vertex::Volume {
-            x,
-            direction: DVec3::Z,
-            medium,
-        };
         match (aim, light.emission.aim) {
             (Aim::Point { position, .. }, emission) => {
-                let vertex = end(position, scene.medium_of_sensor_ray(position));
+                let medium = scene.medium_of_sensor_ray(position);
+                let vertex = Vertex::end(&Start::point(position, DVec3::Z, medium));
                 let goal = Goal::emitter(scene, light.emitter, emission);
                 self.link(&vertex, &goal, |link| {
                     let view = View {
@@ -110,13 +145,14 @@ impl Joining<'_> {
                 });
             }
             (Aim::Plane { .. }, Aim::Point { .. }) => {
-                let vertex = end(light.start.x, light.start.medium);
+                let start = light.subpath.start;
+                let vertex = Vertex::end(&start);
                 let goal = Goal::sensor(scene, aim);
                 self.link(&vertex, &goal, |link| {
                     let view = View {
                         link: *link,
                         sensor: (link.origin, link.emission),
-                        emitter: (light.start.x, link.direction),
+                        emitter: (start.x, link.direction),
                         n: [link.n_aim, link.n_vertex],
                     };
                     setting.seen(light, &view)

@@ -5,7 +5,7 @@ use crate::Spectrum;
 use crate::aim::{Aim, Aimed};
 use crate::emitter::Emitter;
 use crate::integrator::Contribution;
-use crate::path::{Escape, LightPath, Link, Station};
+use crate::path::{Escape, LightPath, Link, Station, Step, Subpath};
 use crate::scene::Scene;
 use glam::DVec3;
 
@@ -29,56 +29,84 @@ pub struct View {
     pub n: [f64; 2],
 }
 
+/// An emitter that the sensor subpath found.
+struct Found<'a> {
+    step: &'a Step,
+    forward: f64,
+    depth: u32,
+    /// A point on the ray of its light.
+    x: DVec3,
+}
+
 /// Where on the image a path belongs, how it was sampled (s, t), how long it is.
 type Sampled = (Option<[f64; 2]>, (u32, u32), u32);
 
 impl Setting<'_> {
-    /// The sensor subpath came upon an emitter at the last of its stations.
-    pub fn hit(&self, stations: &[Station]) -> Option<Contribution> {
+    /// The sensor subpath came upon an emitter at the last of its stations. It is what `aim` stands for,
+    /// with the probability of the emitter in its density, and connections find the last step with some
+    /// ease.
+    pub fn hit(
+        &self,
+        stations: &[Station],
+        (index, aim): (usize, &Aimed),
+        (radiance, ease): (Spectrum, f64),
+    ) -> Option<Contribution> {
         let (z, before) = stations.split_last()?;
-        let (index, radiance, pdf) = z.vertex.emitted(self.scene)?;
-        let aim = z.vertex.aim();
-        let x = z.vertex.position();
         let value = z.throughput * radiance / (z.step.n_after * z.step.n_after);
-        let emitter = &self.scene.emitters()[index];
-        let emission = emitter.pdf_emit(self.scene.around(), &aim, x, z.step.back);
-        let last = before
-            .last()
-            .map(|b| z.density_before(self.scene, self.lanes, b, emission));
-        let mut path = sensor_side(before, last);
-        path.push(Density {
-            from_sensor: z.forward,
-            from_emitter: self.scene.emitter_probability(index) * pdf,
-            ease: z.step.ease,
-        });
-        self.contribution((None, (0, stations.len() as u32 + 1), z.depth), value, &path)
+        let last = Found {
+            step: &z.step,
+            forward: z.forward,
+            depth: z.depth,
+            x: z.vertex.position(),
+        };
+        self.found((before, &last), (index, aim), (value, ease))
     }
 
-    /// The sensor subpath left towards an environment, which `aim` stands for.
+    /// The sensor subpath left towards an environment.
     pub fn escaped(
         &self,
-        (stations, escape): (&[Station], &Escape),
+        sensor: &Subpath,
+        escape: &Escape,
         (index, aim): (usize, &Aimed),
-        radiance: Spectrum,
+        (radiance, ease): (Spectrum, f64),
     ) -> Option<Contribution> {
         let step = &escape.step;
         let value = escape.throughput * radiance / (step.n_after * step.n_after);
-        let emitter = &self.scene.emitters()[index];
-        let last = stations.last().map(|b| {
-            let x = b.vertex.position();
-            let emission = emitter.pdf_emit(self.scene.around(), &aim.aim, x, step.back);
-            let event = b.vertex.event(self.scene, self.lanes, step.leaving, &step.tube);
-            step.tube.density(emission, step.n_before) * event
+        let last = Found {
+            step,
+            forward: escape.forward,
+            depth: escape.depth,
+            x: sensor
+                .stations
+                .last()
+                .map_or(sensor.start.x, |z| z.vertex.position()),
+        };
+        self.found((&sensor.stations, &last), (index, aim), (value, ease))
+    }
+
+    fn found(
+        &self,
+        (stations, last): (&[Station], &Found),
+        (index, aim): (usize, &Aimed),
+        (value, ease): (Spectrum, f64),
+    ) -> Option<Contribution> {
+        let step = last.step;
+        let before = stations.last().map(|b| {
+            let emitter = &self.scene.emitters()[index];
+            let pdf = emitter.pdf_emit(self.scene.around(), &aim.aim, last.x, step.back);
+            let event = b
+                .vertex
+                .event(self.scene, self.lanes, step.leaving, &step.tube);
+            step.tube.density(pdf, step.n_before) * event
         });
-        let mut path = sensor_side(stations, last);
-        let both_parallel = stations.is_empty() && self.scene.sensor().is_parallel();
+        let mut path = sensor_side(stations, before);
         path.push(Density {
-            from_sensor: escape.forward,
-            from_emitter: self.scene.emitter_probability(index) * aim.pdf,
-            ease: if both_parallel { 0.0 } else { step.ease },
+            from_sensor: last.forward,
+            from_emitter: aim.pdf,
+            ease,
         });
-        let t = stations.len() as u32 + 2;
-        self.contribution((None, (0, t), escape.depth), value, &path)
+        let strategy = (0, stations.len() as u32 + 2);
+        self.contribution((None, strategy, last.depth), value, &path)
     }
 
     /// A link from the last of the sensor's stations to an emitter that was aimed at with density
@@ -120,19 +148,23 @@ impl Setting<'_> {
         link: &Link,
     ) -> Option<Contribution> {
         let (z, y) = (stations.last()?, &light.subpath.stations[j]);
-        let scattered = z.vertex.eval(self.scene, link.direction)
-            * y.vertex.eval(self.scene, link.emission);
+        let scattered =
+            z.vertex.eval(self.scene, link.direction) * y.vertex.eval(self.scene, link.emission);
         let value = z.throughput * scattered * y.throughput * link.transmittance();
         let from_y = y.vertex.pdf(self.scene, link.emission);
         let mut path = self.joint(stations, link, from_y);
         let from_z = z.vertex.pdf(self.scene, link.direction);
-        let event = y.vertex.event(self.scene, self.lanes, link.emission, &link.tube);
+        let event = y
+            .vertex
+            .event(self.scene, self.lanes, link.emission, &link.tube);
         let arrival = link.tube.density(from_z, link.n_aim) * event;
         path.extend(self.emitter_side((light, j), (link.emission, link.ease), arrival));
         let sampled = (
             None,
             (j as u32 + 2, stations.len() as u32 + 1),
-            z.depth.saturating_add(y.depth).saturating_add(1 + link.tube.events),
+            z.depth
+                .saturating_add(y.depth)
+                .saturating_add(1 + link.tube.events),
         );
         self.contribution(sampled, value * link.tube.geometry, &path)
     }
@@ -143,7 +175,9 @@ impl Setting<'_> {
         let sensed = self.scene.sensor().sense(link.origin, link.emission)?;
         let importance = link.n_aim * link.n_aim * sensed.density;
         let value = y.throughput * y.vertex.eval(self.scene, link.direction) * link.transmittance();
-        let event = y.vertex.event(self.scene, self.lanes, link.direction, &link.tube);
+        let event = y
+            .vertex
+            .event(self.scene, self.lanes, link.direction, &link.tube);
         let arrival = link.tube.density(sensed.density, link.n_vertex) * event;
         let path = self.emitter_side((light, j), (link.direction, link.ease), arrival);
         let depth = y.depth.saturating_add(1 + link.tube.events);
@@ -194,7 +228,9 @@ impl Setting<'_> {
         let Some((z, before)) = stations.split_last() else {
             return Vec::new();
         };
-        let event = z.vertex.event(self.scene, self.lanes, link.direction, &link.tube);
+        let event = z
+            .vertex
+            .event(self.scene, self.lanes, link.direction, &link.tube);
         let arrival = link.tube.density(pdf, link.n_vertex) * event;
         let mut path = sensor_side(stations, Some(arrival));
         if let (Some(b), [.., d, _]) = (before.last(), &mut path[..]) {
