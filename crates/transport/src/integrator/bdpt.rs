@@ -23,6 +23,19 @@ pub struct Bdpt {
     pub rr_depth: u32,
     /// How strategies share a path.
     pub heuristic: Heuristic,
+    /// Which vertices of the two subpaths are connected.
+    pub connections: Connections,
+}
+
+/// Which vertices of the two subpaths are connected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Connections {
+    /// Every one with every other.
+    All,
+    /// Every one of the sensor's with one of the emitter's, chosen by a guess of what it brings: the
+    /// better choice wherever rays bend, for a connection takes several rays to find.
+    #[default]
+    Resampled,
 }
 
 impl Default for Bdpt {
@@ -30,7 +43,8 @@ impl Default for Bdpt {
         Bdpt {
             max_depth: None,
             rr_depth: 5,
-            heuristic: Heuristic::Power,
+            heuristic: Heuristic::default(),
+            connections: Connections::default(),
         }
     }
 }
@@ -74,8 +88,12 @@ impl Bdpt {
         joining.seen(&light);
         for j in 0..light.subpath.stations.len() {
             joining.sensed(&light, j);
-            for i in 0..from_sensor.stations.len() {
-                joining.joined(&from_sensor.stations[..=i], &light, j);
+        }
+        for i in 0..from_sensor.stations.len() {
+            let stations = &from_sensor.stations[..=i];
+            match self.connections {
+                Connections::All => joining.joined_to_all(stations, &light),
+                Connections::Resampled => joining.joined_to_one(stations, &light),
             }
         }
     }

@@ -6,7 +6,7 @@ mod contribution;
 mod particle;
 mod path;
 
-pub use bdpt::Bdpt;
+pub use bdpt::{Bdpt, Connections};
 pub use bidirectional::Heuristic;
 pub use contribution::Contribution;
 pub use particle::ParticleTracer;

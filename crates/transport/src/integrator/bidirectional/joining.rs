@@ -4,9 +4,9 @@ use super::paths::{Setting, View};
 use crate::aim::{Aim, Aimed};
 use crate::integrator::Contribution;
 use crate::path::{
-    Goal, LightPath, Link, Start, Station, Step, Subpath, Vertex, Workspace, environment_aim,
+    Goal, LightPath, Link, Start, Station, Step, Subpath, Vertex, Workspace, environment_aim, guess,
 };
-use crate::sampling::Sampler;
+use crate::sampling::{Discrete, Sampler};
 use glam::DVec3;
 
 /// Two subpaths being joined.
@@ -108,8 +108,32 @@ impl Joining<'_> {
         self.link(y, &goal, |link| setting.sensed((light, j), link));
     }
 
-    /// The last of the sensor's stations and station `j` of an emitter's subpath.
-    pub fn joined(&mut self, stations: &[Station], light: &LightPath, j: usize) {
+    /// The last of the sensor's stations and every station of an emitter's subpath.
+    pub fn joined_to_all(&mut self, stations: &[Station], light: &LightPath) {
+        for j in 0..light.subpath.stations.len() {
+            self.joined(stations, (light, j), 1.0);
+        }
+    }
+
+    /// The last of the sensor's stations and one station of an emitter's subpath, chosen in proportion to
+    /// a guess of what it brings. A connection takes several rays, a guess takes none.
+    pub fn joined_to_one(&mut self, stations: &[Station], light: &LightPath) {
+        let (Some(z), u) = (stations.last(), self.sampler.next_1d()) else {
+            return;
+        };
+        let scene = self.setting.scene;
+        let guesses = light.subpath.stations.iter().map(|y| guess(scene, z, y));
+        let guesses: Vec<f64> = guesses.collect();
+        let Ok(choice) = Discrete::new(&with_floor(guesses)) else {
+            return;
+        };
+        let pick = choice.sample(u);
+        self.joined(stations, (light, pick.index), pick.probability);
+    }
+
+    /// The last of the sensor's stations and station `j` of an emitter's subpath, if this pair was chosen
+    /// with a probability.
+    fn joined(&mut self, stations: &[Station], (light, j): (&LightPath, usize), chosen: f64) {
         let Some(z) = stations.last() else { return };
         let setting = self.setting;
         let y = &light.subpath.stations[j];
@@ -118,7 +142,11 @@ impl Joining<'_> {
         }
         let goal = Goal::vertex(&y.vertex);
         self.link(&z.vertex, &goal, |link| {
-            setting.joined(stations, (light, j), link)
+            let found = setting.joined(stations, (light, j), link)?;
+            Some(Contribution {
+                value: found.value * (1.0 / chosen),
+                ..found
+            })
         });
     }
 
@@ -176,5 +204,18 @@ impl Joining<'_> {
             ..c
         });
         self.out.extend(weighted);
+    }
+}
+
+/// Share of the choices that is left to chance: a straight line may know nothing of a curved one.
+const FLOOR: f64 = 0.2;
+
+/// Guesses, mixed with a uniform share so that none is zero.
+fn with_floor(guesses: Vec<f64>) -> Vec<f64> {
+    let sum: f64 = guesses.iter().sum();
+    let mixed = |g: f64| (1.0 - FLOOR) * g / sum + FLOOR / guesses.len() as f64;
+    match sum > 0.0 && sum.is_finite() {
+        true => guesses.iter().map(|&g| mixed(g)).collect(),
+        false => vec![1.0; guesses.len()],
     }
 }

@@ -4,9 +4,9 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Heuristic {
     /// In proportion to their densities.
+    #[default]
     Balance,
     /// In proportion to the squares of their densities.
-    #[default]
     Power,
 }
 
