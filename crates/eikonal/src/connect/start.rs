@@ -27,3 +27,13 @@ pub struct Reach {
     /// Most reflections in all, total ones included.
     pub bounces: u32,
 }
+
+impl Reach {
+    /// Whether a branch is looked for that has this optical path length, takes `reflections` by choice
+    /// and `bounces` in all.
+    pub fn includes(&self, optical_length: f64, reflections: u32, bounces: u32) -> bool {
+        optical_length <= self.optical_length
+            && reflections <= self.reflections
+            && bounces <= self.bounces
+    }
+}

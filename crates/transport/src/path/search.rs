@@ -226,9 +226,8 @@ impl<'a> Search<'a> {
 
     /// Whether branches like this ray are looked for: see [`super`].
     fn within_reach(&self, ray: &Connection, pieces: &[Piece<MediumId>]) -> bool {
-        let reach = self.scene.branch_reach();
         let reflected = |p: &&Piece<MediumId>| p.event.is_some_and(|e| e.rule == Rule::Reflect);
-        let bounces = pieces.iter().filter(reflected).count();
+        let bounces = pieces.iter().filter(reflected).count() as u32;
         // How far away a plane is does not count.
         let approach = match (self.goal.aim, pieces.first()) {
             (Aim::Plane { .. }, Some(first)) if self.scene.field(first.region).is_constant() => {
@@ -236,9 +235,9 @@ impl<'a> Search<'a> {
             }
             _ => 0.0,
         };
-        ray.pattern.reflections() <= reach.reflections
-            && bounces <= reach.bounces as usize
-            && ray.optical_length - approach <= reach.optical_length
+        let length = ray.optical_length - approach;
+        let reach = self.scene.branch_reach();
+        reach.includes(length, ray.pattern.reflections(), bounces)
     }
 
     /// A branch found from a random start that is none of the known ones, what it is worth, and an

@@ -126,61 +126,51 @@ impl Walker {
             escape: None,
             end_backward: 0.0,
         };
-        let (mut next, mut depth, mut loose) = (Some(ray), 0, true);
+        let sampling = Sampling {
+            carry: self.carry,
+            lanes: self.lanes,
+            extend: false,
+        };
+        let (mut next, mut depth, mut passed) = (Some(ray), 0, false);
         while let Some(current) = next.take() {
-            let sampling = Sampling {
-                carry: self.carry,
-                lanes: self.lanes,
-                extend: false,
-            };
-            let edge = trace(scene, current.start, sampling, sampler, ws);
+            let mut edge = trace(scene, current.start, sampling, sampler, ws);
             depth += 1 + edge.tube.events;
             if depth > self.max_depth {
                 break;
             }
             let throughput = current.throughput * edge.throughput(scene, self.lanes);
             let Some(vertex) = Vertex::of(scene, &edge) else {
-                let escape = self.escape(scene, &edge, current.pdf);
-                subpath.escape = escape.map(|(mut step, forward)| {
-                    step.ease *= f64::from(u8::from(loose));
-                    Escape {
-                        step,
-                        throughput,
-                        depth,
-                        forward,
-                    }
-                });
+                edge.connectable &= !passed;
+                subpath.escape = self.escape(scene, &edge, current.pdf, (throughput, depth));
                 break;
             };
+            let scatter = vertex.scatter(scene, sampler);
+            // No connection starts or ends where light passes straight through a vertex.
+            let passes = scatter.is_some_and(|s| s.delta);
+            edge.connectable &= !(passed || passes);
+            passed = passes;
             let mut step = step(scene, &edge, &vertex);
-            if self.weighs && loose && edge.connectable {
+            if self.weighs && edge.connectable {
                 step.ease = self.ease(scene, &subpath, (&vertex, &step, &edge), end, ws);
             }
             let event = vertex.event(scene, self.lanes, step.back, &step.tube);
-            let forward = step.tube.density(current.pdf, step.n_after) * event;
-            let scatter = vertex.scatter(scene, sampler);
-            loose = scatter.is_some_and(|s| !s.delta);
-            if scatter.is_some_and(|s| s.delta) {
-                // No connection starts or ends where light passes straight through.
-                step.ease = 0.0;
-            }
             subpath.stations.push(Station {
                 vertex,
                 step,
                 throughput,
                 depth,
-                forward,
+                forward: step.tube.density(current.pdf, step.n_after) * event,
                 backward: 0.0,
             });
             let Some(scatter) = scatter else { break };
             subpath.look_back(scene, self.lanes, &scatter);
-            let ray_on = Ray {
-                start: scatter.start,
-                pdf: if scatter.delta { 1.0 } else { scatter.pdf },
-                throughput: throughput * scatter.weight,
-            };
             if subpath.stations.len() < self.vertices {
-                next = self.roulette(ray_on, depth, ray.throughput, sampler);
+                let onward = Ray {
+                    start: scatter.start,
+                    pdf: if passes { 1.0 } else { scatter.pdf },
+                    throughput: throughput * scatter.weight,
+                };
+                next = self.roulette(onward, depth, ray.throughput, sampler);
             }
         }
         subpath
@@ -212,8 +202,14 @@ impl Walker {
         }
     }
 
-    /// The edge by which a subpath left the scene, and the density per steradian of its direction.
-    fn escape(&self, scene: &Scene, edge: &Edge, pdf: f64) -> Option<(Step, f64)> {
+    /// The edge by which a subpath left the scene, if that is how it ended.
+    fn escape(
+        &self,
+        scene: &Scene,
+        edge: &Edge,
+        pdf: f64,
+        (throughput, depth): (Spectrum, u32),
+    ) -> Option<Escape> {
         let End::Escaped { direction, medium } = edge.end else {
             return None;
         };
@@ -225,8 +221,13 @@ impl Walker {
             n_after: scene.n(medium, edge.start.x),
             ease: f64::from(u8::from(edge.connectable)),
         };
-        let forward = edge.tube.density(pdf, step.n_after) * edge.tube.survival(self.lanes);
-        Some((step, forward))
+        let survival = step.tube.survival(self.lanes);
+        Some(Escape {
+            step,
+            throughput,
+            depth,
+            forward: step.tube.density(pdf, step.n_after) * survival,
+        })
     }
 
     /// Ends subpaths that have lost most of what they carried by chance, without bias.

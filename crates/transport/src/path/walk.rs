@@ -46,10 +46,8 @@ pub fn trace(
         ws.stats.lost += 1;
     }
     let reach = scene.branch_reach();
-    walk.edge.connectable &= walk.reflections <= reach.reflections
-        && walk.bounces <= reach.bounces
-        && walk.reach <= reach.optical_length
-        && walk.edge.tube.geometry > 0.0;
+    walk.edge.connectable &=
+        reach.includes(walk.reach, walk.reflections, walk.bounces) && walk.edge.tube.geometry > 0.0;
     walk.edge
 }
 

@@ -3,7 +3,7 @@
 use super::source::Source;
 
 /// Samples of the pilot, spread over the image.
-const SAMPLES: usize = 256;
+const SAMPLES: usize = 64;
 /// Numbers of the pilot's samples start here, where no render gets to.
 const FIRST: u64 = 1 << 63;
 /// The search is never given up altogether where branches cannot be ruled out: that would be biased.
