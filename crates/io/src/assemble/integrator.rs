@@ -2,9 +2,28 @@
 
 use super::context::Context;
 use super::*;
+use crate::diagnostic::suggest;
+use transport::integrator::{Bdpt, Heuristic, ParticleTracer};
 
-/// Names under which scene files may ask for the path tracer.
-const PATH_TRACERS: [&str; 3] = ["path", "volpath", "volpathmis"];
+/// Names under which scene files and command lines may ask for an estimator. The first three are one
+/// and the same path tracer, the next two one particle tracer.
+const KNOWN: [(&str, Kind); 6] = [
+    ("path", Kind::Path),
+    ("volpath", Kind::Path),
+    ("volpathmis", Kind::Path),
+    ("particle", Kind::Particle),
+    ("ptracer", Kind::Particle),
+    ("bdpt", Kind::Bdpt),
+];
+/// What connections can keep track of.
+const MOST_REFLECTIONS: i64 = 28;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Path,
+    Particle,
+    Bdpt,
+}
 
 /// How a scene is to be rendered.
 pub(super) struct Method {
@@ -13,42 +32,116 @@ pub(super) struct Method {
     pub reflections: u32,
 }
 
-/// The scene's integrator, or the path tracer with its defaults.
+/// What all estimators have in common, as a file says it.
+struct Common {
+    max_depth: Option<u32>,
+    rr_depth: u32,
+    heuristic: Heuristic,
+    tolerance: Tolerance,
+    reflections: u32,
+}
+
+impl Default for Common {
+    fn default() -> Self {
+        let Bdpt {
+            max_depth,
+            rr_depth,
+            heuristic,
+        } = Bdpt::default();
+        Common {
+            max_depth,
+            rr_depth,
+            heuristic,
+            tolerance: Tolerance::default(),
+            reflections: 0,
+        }
+    }
+}
+
+/// The scene's integrator, or the path tracer with its defaults. An estimator that the caller names
+/// takes its place, but keeps the parameters that are common to all.
 pub(super) fn build(
     object: Option<&Object>,
     options: &LoadOptions,
     context: &mut Context,
 ) -> Method {
-    if let Some(name) = options.integrator.as_deref().filter(|n| !NAMES.contains(n)) {
-        let help = format!("known integrators: {}", NAMES.join(", "));
+    let written = object.map(|object| plugin(object, context));
+    let wanted = options.integrator.as_deref().map(|n| named(n, context));
+    let kind = wanted.or(written).unwrap_or(Kind::Path);
+    let common = match (object, written) {
+        (Some(object), Some(written)) => read(object, written, context),
+        _ => Common::default(),
+    };
+    let (max_depth, rr_depth) = (common.max_depth, common.rr_depth);
+    let integrator = match kind {
+        Kind::Path => Integrator::Path(PathTracer {
+            max_depth,
+            rr_depth,
+        }),
+        Kind::Particle => Integrator::Particle(ParticleTracer {
+            max_depth,
+            rr_depth,
+        }),
+        Kind::Bdpt => Integrator::Bdpt(Bdpt {
+            max_depth,
+            rr_depth,
+            heuristic: common.heuristic,
+        }),
+    };
+    Method {
+        integrator,
+        tolerance: common.tolerance,
+        reflections: common.reflections,
+    }
+}
+
+fn find(name: &str) -> Option<Kind> {
+    KNOWN
+        .iter()
+        .find(|(n, _)| *n == name)
+        .map(|(_, kind)| *kind)
+}
+
+/// The kind that a file asks for; after an error, that with most parameters.
+fn plugin(object: &Object, context: &mut Context) -> Kind {
+    find(&object.plugin).unwrap_or_else(|| {
+        unknown_plugin(object, &KNOWN.map(|(name, _)| name), context.diagnostics);
+        Kind::Bdpt
+    })
+}
+
+/// The kind that the caller asks for.
+fn named(name: &str, context: &mut Context) -> Kind {
+    find(name).unwrap_or_else(|| {
+        let names = KNOWN.map(|(name, _)| name);
+        let help = suggest(name, names)
+            .unwrap_or_else(|| format!("known integrators: {}", names.join(", ")));
         let message = format!("unknown integrator '{name}'");
         context
             .diagnostics
             .push(Diagnostic::error(message).help(help));
-    }
-    let default = PathTracer::default();
-    let Some(object) = object else {
-        return Method {
-            integrator: Integrator::Path(default),
-            tolerance: Tolerance::default(),
-            reflections: 0,
-        };
-    };
-    if !PATH_TRACERS.contains(&object.plugin.as_str()) {
-        unknown_plugin(object, &PATH_TRACERS, context.diagnostics);
-    }
+        Kind::Path
+    })
+}
+
+fn read(object: &Object, kind: Kind, context: &mut Context) -> Common {
+    let default = Common::default();
     let mut query = Query::new(object, context.diagnostics);
     let max_depth = query.integer_in("max_depth", -1..=1_000_000, -1);
     let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(default.rr_depth));
-    let tolerance = query.float_in("tolerance", 1e-12..=1e-4, Tolerance::default().get());
-    let reflections = query.integer_in("reflections", 0..=32, 0);
+    let tolerance = query.float_in("tolerance", 1e-12..=1e-4, default.tolerance.get());
+    let reflections = query.integer_in("reflections", 0..=MOST_REFLECTIONS, 0);
+    let heuristic = match kind {
+        Kind::Bdpt => {
+            [Heuristic::Power, Heuristic::Balance][query.one_of("heuristic", &["power", "balance"])]
+        }
+        Kind::Path | Kind::Particle => default.heuristic,
+    };
     query.finish(&[]);
-    let path = PathTracer {
+    Common {
         max_depth: u32::try_from(max_depth).ok(),
         rr_depth: rr_depth as u32,
-    };
-    Method {
-        integrator: Integrator::Path(path),
+        heuristic,
         tolerance: Tolerance::new(tolerance),
         reflections: reflections as u32,
     }

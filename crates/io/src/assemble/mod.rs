@@ -7,6 +7,7 @@ mod channels;
 mod context;
 mod emitter;
 mod field;
+mod gaps;
 mod integrator;
 mod ior;
 mod medium;
@@ -15,6 +16,8 @@ mod shape;
 mod sides;
 mod texture;
 
+pub use gaps::{Needs, Walls};
+
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::{Query, unknown_plugin};
 use crate::scene::{FileRegistry, Object, PluginKind, SceneDescription, SceneHash};
@@ -22,7 +25,7 @@ use channels::Channels;
 use context::Context;
 use eikonal::Tolerance;
 use std::path::Path;
-use transport::integrator::{Integrator, NAMES, PathTracer};
+use transport::integrator::{Integrator, PathTracer};
 use transport::scene::{Parts, Problem, Scene, Severity, Subject};
 
 /// What a caller may change about a scene file.
@@ -199,6 +202,9 @@ fn group_parts(
     match Scene::new(parts) {
         Ok(scene) => {
             scene.warnings().iter().for_each(&mut report);
+            gaps::warnings(&scene, &method.integrator)
+                .iter()
+                .for_each(&mut report);
             if let (Some(medium), [object]) = (sensor.medium, &sensors[..])
                 && medium != scene.sensor_medium()
             {
