@@ -2,7 +2,7 @@
 
 use io::{LoadOptions, Loaded};
 use std::fs;
-use transport::integrator::{Bdpt, Heuristic, Integrator, ParticleTracer, PathTracer};
+use transport::integrator::{Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer};
 
 const CAMERA: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
   <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
@@ -91,7 +91,7 @@ fn the_command_line_replaces_the_type_only() {
             Integrator::Bdpt(Bdpt {
                 max_depth: Some(7),
                 rr_depth: 3,
-                heuristic: Heuristic::Power,
+                ..Bdpt::default()
             }),
         ),
     ] {
@@ -102,7 +102,7 @@ fn the_command_line_replaces_the_type_only() {
     }
     let body = integrator(
         "bdpt",
-        &format!("{COMMON}<string name=\"heuristic\" value=\"balance\"/>"),
+        &format!("{COMMON}<string name=\"heuristic\" value=\"power\"/>"),
     );
     let path = PathTracer {
         max_depth: Some(7),
@@ -114,15 +114,22 @@ fn the_command_line_replaces_the_type_only() {
 }
 
 #[test]
-fn a_heuristic_is_chosen_by_name() {
-    let heuristic = |words: &str| match accepted(&integrator("bdpt", words), None).integrator {
-        Integrator::Bdpt(bdpt) => bdpt.heuristic,
+fn choices_are_made_by_name() {
+    let bdpt = |words: &str| match accepted(&integrator("bdpt", words), None).integrator {
+        Integrator::Bdpt(bdpt) => bdpt,
         other => panic!("{other:?}"),
     };
-    assert_eq!(heuristic(""), Heuristic::Power);
+    assert_eq!(bdpt(""), Bdpt::default());
     for (name, expected) in [("power", Heuristic::Power), ("balance", Heuristic::Balance)] {
         let words = format!("<string name=\"heuristic\" value=\"{name}\"/>");
-        assert_eq!(heuristic(&words), expected);
+        assert_eq!(bdpt(&words).heuristic, expected);
+    }
+    for (name, expected) in [
+        ("all", Connections::All),
+        ("resampled", Connections::Resampled),
+    ] {
+        let words = format!("<string name=\"connections\" value=\"{name}\"/>");
+        assert_eq!(bdpt(&words).connections, expected);
     }
     refused(
         &integrator("bdpt", "<string name=\"heuristic\" value=\"balanced\"/>"),

@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::*;
 use crate::diagnostic::suggest;
-use transport::integrator::{Bdpt, Heuristic, ParticleTracer};
+use transport::integrator::{Bdpt, Connections, Heuristic, ParticleTracer};
 
 /// Names under which scene files and command lines may ask for an estimator. The first three are one
 /// and the same path tracer, the next two one particle tracer.
@@ -32,30 +32,13 @@ pub(super) struct Method {
     pub reflections: u32,
 }
 
-/// What all estimators have in common, as a file says it.
-struct Common {
-    max_depth: Option<u32>,
-    rr_depth: u32,
-    heuristic: Heuristic,
+/// What a file says of its estimator. The parameters of the bidirectional one include those that all
+/// have in common.
+#[derive(Default)]
+struct Parameters {
+    bdpt: Bdpt,
     tolerance: Tolerance,
     reflections: u32,
-}
-
-impl Default for Common {
-    fn default() -> Self {
-        let Bdpt {
-            max_depth,
-            rr_depth,
-            heuristic,
-        } = Bdpt::default();
-        Common {
-            max_depth,
-            rr_depth,
-            heuristic,
-            tolerance: Tolerance::default(),
-            reflections: 0,
-        }
-    }
 }
 
 /// The scene's integrator, or the path tracer with its defaults. An estimator that the caller names
@@ -68,11 +51,15 @@ pub(super) fn build(
     let written = object.map(|object| plugin(object, context));
     let wanted = options.integrator.as_deref().map(|n| named(n, context));
     let kind = wanted.or(written).unwrap_or(Kind::Path);
-    let common = match (object, written) {
+    let parameters = match (object, written) {
         (Some(object), Some(written)) => read(object, written, context),
-        _ => Common::default(),
+        _ => Parameters::default(),
     };
-    let (max_depth, rr_depth) = (common.max_depth, common.rr_depth);
+    let Bdpt {
+        max_depth,
+        rr_depth,
+        ..
+    } = parameters.bdpt;
     let integrator = match kind {
         Kind::Path => Integrator::Path(PathTracer {
             max_depth,
@@ -82,16 +69,12 @@ pub(super) fn build(
             max_depth,
             rr_depth,
         }),
-        Kind::Bdpt => Integrator::Bdpt(Bdpt {
-            max_depth,
-            rr_depth,
-            heuristic: common.heuristic,
-        }),
+        Kind::Bdpt => Integrator::Bdpt(parameters.bdpt),
     };
     Method {
         integrator,
-        tolerance: common.tolerance,
-        reflections: common.reflections,
+        tolerance: parameters.tolerance,
+        reflections: parameters.reflections,
     }
 }
 
@@ -124,24 +107,25 @@ fn named(name: &str, context: &mut Context) -> Kind {
     })
 }
 
-fn read(object: &Object, kind: Kind, context: &mut Context) -> Common {
-    let default = Common::default();
+fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
+    let default = Parameters::default();
+    let mut bdpt = default.bdpt;
     let mut query = Query::new(object, context.diagnostics);
     let max_depth = query.integer_in("max_depth", -1..=1_000_000, -1);
-    let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(default.rr_depth));
+    let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(bdpt.rr_depth));
     let tolerance = query.float_in("tolerance", 1e-12..=1e-4, default.tolerance.get());
     let reflections = query.integer_in("reflections", 0..=MOST_REFLECTIONS, 0);
-    let heuristic = match kind {
-        Kind::Bdpt => {
-            [Heuristic::Power, Heuristic::Balance][query.one_of("heuristic", &["power", "balance"])]
-        }
-        Kind::Path | Kind::Particle => default.heuristic,
-    };
+    bdpt.max_depth = u32::try_from(max_depth).ok();
+    bdpt.rr_depth = rr_depth as u32;
+    if kind == Kind::Bdpt {
+        let heuristics = [Heuristic::Balance, Heuristic::Power];
+        bdpt.heuristic = heuristics[query.one_of("heuristic", &["balance", "power"])];
+        let connections = [Connections::Resampled, Connections::All];
+        bdpt.connections = connections[query.one_of("connections", &["resampled", "all"])];
+    }
     query.finish(&[]);
-    Common {
-        max_depth: u32::try_from(max_depth).ok(),
-        rr_depth: rr_depth as u32,
-        heuristic,
+    Parameters {
+        bdpt,
         tolerance: Tolerance::new(tolerance),
         reflections: reflections as u32,
     }
