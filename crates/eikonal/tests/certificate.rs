@@ -1,14 +1,17 @@
 //! The uniqueness certificate: what it certifies has no second ray, what has one it never certifies,
 //! and it is not vacuous (theory §5).
 
+#[path = "common/tables.rs"]
+mod tables;
+
 use eikonal::certificate::Uniqueness;
 use eikonal::connect::{Launch, Pattern, Start, Unbounded};
 use eikonal::field::{Acoustic, AcousticMode, Gaussian, Luneburg, Selfoc, Sum};
 use eikonal::ray::perpendicular_basis;
 use eikonal::{Aabb, Field, FieldBounds, Solver, Tolerance};
 use glam::DVec3;
-use serde_json::Value;
 use std::f64::consts::{PI, TAU};
+use tables::tables;
 use testkit::Rng;
 
 /// Bounds are taken over the medium and this margin around it, relative to its size.
@@ -190,52 +193,25 @@ fn certified_pairs_have_one_ray() {
     assert!(certified[1] > certified[0], "{certified:?}");
 }
 
-fn vector(v: &Value) -> DVec3 {
-    let c = |i: usize| v[i].as_f64().unwrap();
-    DVec3::new(c(0), c(1), c(2))
-}
-
 #[test]
 fn what_has_several_rays_is_never_certified() {
-    let mode = |order| AcousticMode::new(0.02, order, TAU / 0.6, 0.0).unwrap();
-    let wave = |order| Acoustic::new(1.3333, DVec3::ZERO, -DVec3::X, DVec3::Z, vec![mode(order)]);
-    let fields: [(&str, Field); 4] = [
-        (
-            "F3",
-            Selfoc::new(1.5, 0.4f64.sqrt(), DVec3::ZERO, DVec3::Z)
-                .unwrap()
-                .into(),
-        ),
-        (
-            "F5X",
-            Gaussian::new(1.33, 0.15, DVec3::ZERO, 0.25).unwrap().into(),
-        ),
-        ("F6", wave(0).unwrap().into()),
-        ("F7", wave(3).unwrap().into()),
-    ];
-    let data: Value = serde_json::from_str(include_str!("data/connections.json")).unwrap();
     let (mut several, mut listed, mut seen) = (0, 0, 0);
-    for (name, field) in fields {
-        let domain = &data["fields"][name]["domain"];
-        let corners = match name {
-            "F3" => [DVec3::new(-1.0, -1.0, -6.0), DVec3::new(1.0, 1.0, 6.0)],
-            _ => [vector(&domain[1]), vector(&domain[2])],
-        };
-        let medium = Aabb::new(corners[0], corners[1]);
-        let certificate = in_box(&field, corners[0], corners[1]);
-        assert!(!certificate.whole_medium(), "{name}");
-        for pair in data["fields"][name]["pairs"].as_array().unwrap() {
-            let (x, y) = (vector(&pair["x"]), vector(&pair["y"]));
-            let branches = pair["n_branches"].as_u64().unwrap() as usize;
+    for table in tables() {
+        let field = &table.field;
+        let [min, max] = table.corners();
+        let certificate = in_box(field, min, max);
+        for pair in &table.pairs {
+            let ([x, y], branches) = (pair.ends, pair.branches.len());
             if branches < 2 {
                 continue;
             }
             several += 1;
-            assert!(!certificate.pair(&field, x, y), "{}", pair["id"]);
-            assert!(!certificate.pair(&field, y, x), "{}", pair["id"]);
+            assert!(!certificate.whole_medium(), "{}", pair.id);
+            assert!(!certificate.pair(field, x, y), "{}", pair.id);
+            assert!(!certificate.pair(field, y, x), "{}", pair.id);
             // The search for rays, on which the other tests rely, does see several where there are.
             listed += branches;
-            let rays = all_rays(&field, [x, y], (200, 1.2), |p| medium.contains(p));
+            let rays = all_rays(field, [x, y], (200, 1.2), |p| table.contains(p));
             seen += rays.len().min(branches);
         }
     }

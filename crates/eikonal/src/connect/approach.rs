@@ -1,13 +1,11 @@
 //! From the ray of a launch to a start of Newton's method.
 
-use super::closest::{Leg, Nearest};
+use super::closest::{Nearest, follow};
 use super::launch::Launch;
-use super::shoot::Shot;
 use super::solver::Solver;
 use super::start::{Reach, Start};
 use super::world::World;
-use crate::interface::Rule;
-use crate::ray::{Node, Tolerance};
+use crate::ray::Tolerance;
 use glam::DVec3;
 
 /// Starts need no more than this: Newton's method corrects them.
@@ -29,10 +27,6 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         reach: &Reach,
         decide: &mut dyn FnMut() -> bool,
     ) -> Option<(Start<R>, DVec3)> {
-        let tolerance = Tolerance::new(self.tolerance().get().max(SCOUT));
-        let node = Node::launch(world.field(region), launch.x(), launch.direction(), ());
-        let work = &mut self.work;
-        let mut shot = Shot::new(world, (node, region), reach.optical_length, tolerance, work);
         let mut used = 0;
         let mut reflect = |_| {
             let reflected = used < reach.reflections && decide();
@@ -40,25 +34,26 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             reflected
         };
         let mut best: Option<Nearest> = None;
-        let (mut before, mut pattern) = (0.0, shot.pattern());
-        let mut bounces = 0;
-        while let Some(piece) = shot.advance(&mut reflect, work).ok()? {
-            let leg = Leg {
-                piece,
-                before,
-                pattern,
-            };
-            let nearest = leg.nearest(y);
-            if best.is_none_or(|b| nearest.distance < b.distance) {
-                best = Some(nearest);
-            }
-            (before, pattern) = (leg.after(), shot.pattern());
-            bounces += u32::from(piece.event.is_some_and(|e| e.rule == Rule::Reflect));
-            if bounces > reach.bounces {
-                break;
-            }
-        }
+        follow(
+            world,
+            (launch, region),
+            (reach, self.scouting()),
+            &mut reflect,
+            &mut self.work,
+            |leg| {
+                let nearest = leg.nearest(y);
+                if best.is_none_or(|b| nearest.distance < b.distance) {
+                    best = Some(nearest);
+                }
+            },
+        )
+        .ok()?;
         let nearest = best.filter(|n| n.optical_length > 0.0 && n.distance.is_finite())?;
         Some((nearest.start(launch, region), nearest.direction))
+    }
+
+    /// The tolerance of rays along which starts are looked for.
+    pub(super) fn scouting(&self) -> Tolerance {
+        Tolerance::new(self.tolerance().get().max(SCOUT))
     }
 }

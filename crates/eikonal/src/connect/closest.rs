@@ -1,9 +1,12 @@
 //! Where along a ray it comes close to a point: starts for connections.
 
+use super::connection::Failure;
 use super::launch::Launch;
 use super::pattern::Pattern;
-use super::start::Start;
-use super::world::Piece;
+use super::shoot::Shot;
+use super::start::{Reach, Start};
+use super::world::{Piece, World};
+use crate::ray::{Node, Tolerance, Work};
 use glam::DVec3;
 
 /// A piece of a ray with what came before it.
@@ -16,6 +19,36 @@ pub(super) struct Leg<R> {
     pub pattern: Pattern,
 }
 
+/// Follows the ray of a launch, without tangents, as far as the reach goes; `visit` sees every
+/// piece. Where refraction is possible `reflect`, given the number of the encounter, says whether to
+/// reflect all the same.
+pub(super) fn follow<W: World>(
+    world: &W,
+    (launch, region): (Launch, W::Region),
+    (reach, tolerance): (&Reach, Tolerance),
+    reflect: &mut dyn FnMut(u32) -> bool,
+    work: &mut Work,
+    mut visit: impl FnMut(&Leg<W::Region>),
+) -> Result<(), Failure> {
+    let node = Node::launch(world.field(region), launch.x(), launch.direction(), ());
+    let length = reach.optical_length;
+    let mut shot = Shot::new(world, (node, region), length, tolerance, work);
+    let (mut before, mut pattern, mut bounces) = (0.0, shot.pattern(), 0);
+    while bounces <= reach.bounces
+        && let Some(piece) = shot.advance(reflect, work)?
+    {
+        visit(&Leg {
+            piece,
+            before,
+            pattern,
+        });
+        before += piece.arc.optical_length(piece.theta_end);
+        pattern = shot.pattern();
+        bounces += u32::from(piece.is_reflected());
+    }
+    Ok(())
+}
+
 /// Where a piece of a ray comes closest to a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearest {
@@ -26,14 +59,11 @@ pub(super) struct Nearest {
     pub pattern: Pattern,
     /// Unit direction of the ray.
     pub direction: DVec3,
+    /// Whether it is the first or the last point of the piece.
+    pub ends: [bool; 2],
 }
 
 impl<R> Leg<R> {
-    /// Optical path length of the ray up to the end of this piece.
-    pub fn after(&self) -> f64 {
-        self.before + self.piece.arc.optical_length(self.piece.theta_end)
-    }
-
     /// Where this piece is closest to `y`.
     pub fn nearest(&self, y: DVec3) -> Nearest {
         let arc = &self.piece.arc;
@@ -43,6 +73,7 @@ impl<R> Leg<R> {
             optical_length: self.before + arc.optical_length(theta),
             pattern: self.pattern,
             direction: arc.velocity(theta).normalize(),
+            ends: [theta <= 0.0, theta >= self.piece.theta_end],
         }
     }
 }
@@ -59,20 +90,15 @@ impl Nearest {
     }
 }
 
-/// The local minima of the distance among those of consecutive pieces, except for one at the very
-/// start of the ray.
+/// Where the distance has a local minimum along a ray, from the closest points of consecutive pieces:
+/// inside a piece, or where two of them meet (once for each pattern). The start of the ray is none.
 pub(super) fn minima(all: &[Nearest]) -> Vec<Nearest> {
-    let distance = |i: Option<usize>| {
-        i.and_then(|i| all.get(i))
-            .map_or(f64::INFINITY, |n| n.distance)
+    let before = |i: usize| i.checked_sub(1).and_then(|i| all.get(i));
+    let minimum = |i: usize, nearest: &Nearest| match nearest.ends {
+        [false, false] => true,
+        [_, true] => all.get(i + 1).is_none_or(|next| next.ends[0]),
+        [true, false] => before(i).is_some_and(|b| b.ends[1] && b.pattern != nearest.pattern),
     };
-    (0..all.len())
-        .filter(|&i| {
-            // Where two pieces share their nearest point the second of them stands for both.
-            distance(Some(i)) <= distance(i.checked_sub(1))
-                && distance(Some(i)) < distance(Some(i + 1))
-        })
-        .map(|i| all[i])
-        .filter(|n| n.optical_length > 0.0)
-        .collect()
+    let minima = all.iter().enumerate().filter(|(i, n)| minimum(*i, n));
+    minima.map(|(_, n)| *n).collect()
 }

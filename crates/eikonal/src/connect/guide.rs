@@ -1,11 +1,10 @@
 //! A reference ray: where connections to the points near it start.
 
-use super::closest::{Leg, Nearest, minima};
+use super::closest::{Leg, Nearest, follow, minima};
 use super::connection::Failure;
-use super::shoot::Shot;
-use super::start::Start;
+use super::start::{Reach, Start};
 use super::world::{Piece, World};
-use crate::ray::{Node, Tolerance, Work};
+use crate::ray::{Tolerance, Work};
 use glam::DVec3;
 
 /// More starts than a point near a beam that bounces about can need.
@@ -33,27 +32,20 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         start: Start<R>,
         tolerance: Tolerance,
     ) -> Result<Self, Failure> {
-        let Start { launch, region, .. } = start;
-        let node = Node::launch(world.field(region), launch.x(), launch.direction(), ());
-        let mut work = Work::default();
-        let mut shot = Shot::new(
+        let mut legs = Vec::new();
+        let reach = Reach {
+            optical_length: start.optical_length,
+            reflections: u32::MAX,
+            bounces: u32::MAX,
+        };
+        follow(
             world,
-            (node, region),
-            start.optical_length,
-            tolerance,
-            &mut work,
-        );
-        let (mut legs, mut before) = (Vec::new(), 0.0);
-        let mut pattern = shot.pattern();
-        while let Some(piece) = shot.advance(&mut |i| start.pattern.reflects(i), &mut work)? {
-            let leg = Leg {
-                piece,
-                before,
-                pattern,
-            };
-            (before, pattern) = (leg.after(), shot.pattern());
-            legs.push(leg);
-        }
+            (start.launch, start.region),
+            (&reach, tolerance),
+            &mut |i| start.pattern.reflects(i),
+            &mut Work::default(),
+            |leg| legs.push(*leg),
+        )?;
         Ok(Guide { start, legs })
     }
 

@@ -65,6 +65,14 @@ impl Launch {
         }
     }
 
+    /// How far apart the ends of straight rays of this length are per unit of the parameters.
+    pub(super) fn spread(&self, arc_length: f64) -> f64 {
+        match self {
+            Launch::Point { .. } => arc_length,
+            Launch::Plane { .. } => 1.0,
+        }
+    }
+
     /// The longest change of the parameters that one Newton step may make, for a target at
     /// distance `d`.
     pub(super) fn longest_step(&self, d: f64) -> f64 {

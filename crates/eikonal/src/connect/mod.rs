@@ -8,8 +8,10 @@
 mod approach;
 mod closest;
 mod connection;
+mod edges;
 mod guide;
 mod launch;
+mod multistart;
 mod newton;
 mod pattern;
 mod random;

@@ -25,6 +25,11 @@ impl Pattern {
         (i < Self::ENCOUNTERS).then(|| Pattern(self.0 | 1 << i))
     }
 
+    /// The last encounter at which the ray is reflected.
+    pub(super) fn last(self) -> Option<u32> {
+        self.0.checked_ilog2()
+    }
+
     /// Number of reflections.
     pub fn reflections(self) -> u32 {
         self.0.count_ones()

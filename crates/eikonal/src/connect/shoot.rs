@@ -14,6 +14,9 @@ const OVERSHOOT: f64 = 1.1;
 /// More pieces than any sensible ray has: the end of rays that circle forever.
 const MOST_PIECES: usize = 20_000;
 
+/// More interfaces than any sensible ray meets: the end of those that creep along inside a curved one.
+const MOST_CROSSINGS: u32 = 1000;
+
 /// A ray on its way: with tangents, or alone.
 pub(super) struct Shot<'w, W: World, V: Mapped> {
     world: &'w W,
@@ -24,6 +27,7 @@ pub(super) struct Shot<'w, W: World, V: Mapped> {
     /// Optical path length that is left.
     left: f64,
     pieces: usize,
+    crossings: u32,
     encounters: u32,
     pattern: Pattern,
 }
@@ -46,6 +50,7 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
             end: node,
             left: optical_length,
             pieces: 0,
+            crossings: 0,
             encounters: 0,
             pattern: Pattern::REFRACT,
         }
@@ -74,7 +79,7 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
         self.pieces += 1;
         let n2 = self.flow.node().n2;
         let sound = n2 > 0.0 && self.left.is_finite();
-        if self.pieces > MOST_PIECES || !sound {
+        if self.pieces > MOST_PIECES || self.crossings > MOST_CROSSINGS || !sound {
             return Err(Failure::RayLost);
         }
         let step = self.flow.advance(OVERSHOOT * self.left / n2, work);
@@ -116,6 +121,7 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
         crossing: &Crossing<W::Region>,
         reflect: &mut dyn FnMut(u32) -> bool,
     ) -> Result<Event, Failure> {
+        self.crossings += 1;
         let (_, v, variation) = step.at(crossing.theta);
         let field = self.world.field(self.region);
         let node = Node::launch(field, crossing.position, v.normalize(), variation);

@@ -12,6 +12,8 @@ use glam::DVec3;
 
 /// Budget of shots for one connection.
 const MOST_SHOTS: u32 = 20;
+/// Share of the longest step that the last correction may make.
+const SMALL: f64 = 0.1;
 /// Damping beyond which the iteration has come to a local minimum of the miss.
 const STUCK: f64 = 1e3;
 
@@ -127,17 +129,20 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             length: start.optical_length,
         };
         let mut best: Option<(Iterate, Landing, f64)> = None;
-        let mut damping = 0.0;
+        let (mut damping, mut failure) = (0.0, Failure::NotConverged);
         for shots in 1..=MOST_SHOTS {
             if damping > STUCK {
                 break;
             }
             let shot = self.shoot(world, &trial, start);
             let miss = shot.map_or(f64::INFINITY, |(end, _)| end.x.distance(y));
-            match (&best, shot) {
-                (_, Ok((landing, pattern))) if miss <= self.goal(floor) => {
-                    return self.finish(&trial, (&landing, pattern), y, shots);
+            if let Some((landing, pattern)) = shot.ok().filter(|_| miss <= self.goal(floor)) {
+                match self.finish(&trial, (&landing, pattern), y, shots) {
+                    Ok(found) => return Ok(found),
+                    Err(caustic) => failure = caustic,
                 }
+            }
+            match (&best, shot) {
                 (None, Err(failure)) => return Err(failure),
                 (Some((_, _, least)), _) if miss.is_nan() || miss >= *least => {
                     damping = f64::max(damping * 8.0, 0.05);
@@ -149,11 +154,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 (_, Err(failure)) => return Err(failure),
             }
             let Some((iterate, landing, _)) = &best else {
-                return Err(Failure::NotConverged);
+                return Err(failure);
             };
             trial = iterate.stepped(landing, y, damping, distance)?;
         }
-        Err(Failure::NotConverged)
+        Err(failure)
     }
 
     /// How close to the target a ray must pass: on the scale of its length since the last interface,
@@ -187,7 +192,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         Ok((*shot.end(), shot.pattern()))
     }
 
-    /// The accepted ray, corrected to first order for its remaining miss.
+    /// The ray of an iterate, corrected to first order for its remaining miss: unless that is no small
+    /// correction, or the ray tube at the target is narrower than the tolerance.
     fn finish(
         &self,
         iterate: &Iterate,
@@ -198,7 +204,13 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let miss = y - landing.x;
         let step = system(landing).inverse() * miss;
         let jacobian = landing.variation.cross_section(landing.v).abs();
-        if !(step.is_finite() && jacobian > 0.0 && jacobian.is_finite()) {
+        let sum = |f: &dyn Fn(&Piece<R>) -> f64| self.pieces.iter().map(f).sum::<f64>();
+        let arc_length = sum(&|p| p.arc.arc_length(p.theta_end));
+        let start = iterate.launch;
+        let small = SMALL * start.longest_step(start.x().distance(y));
+        let narrow = (self.tolerance.get() * start.spread(arc_length)).powi(2);
+        let sound = step.truncate().length() <= small && jacobian.is_finite();
+        if !sound || jacobian <= narrow {
             return Err(Failure::Caustic);
         }
         let launch = iterate.launch.moved(step.truncate());
@@ -209,12 +221,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             landing.variation.dv[0] * step.x + landing.variation.dv[1] * step.y + landing.a * shift;
         let along = landing.v.dot(miss);
         let n = landing.v.length();
-        let sum = |f: &dyn Fn(&Piece<R>) -> f64| self.pieces.iter().map(f).sum::<f64>();
         Ok(Connection {
             start: launch.x(),
             direction_out: launch.direction(),
             direction_in: (landing.v + dv).normalize(),
-            arc_length: sum(&|p| p.arc.arc_length(p.theta_end)) + along / n,
+            arc_length: arc_length + along / n,
             optical_length: sum(&|p| p.arc.optical_length(p.theta_end)) + along,
             sigma: sum(&|p| p.arc.h() * p.theta_end) + along / (n * n),
             jacobian,

@@ -145,18 +145,18 @@ impl<V: Variation> Step<V> {
         if theta >= 1.0 {
             return (self.end.x, self.end.v, self.end.variation);
         }
-        let variation = if self.arc.is_straight() {
+        if self.arc.is_straight() {
+            // The velocity of a very short arc would be lost in the round-off of its positions.
             let mut variation = self.start.variation;
             variation.drift(theta * self.arc.h());
-            variation
-        } else {
-            V::interpolate(
-                (&self.start.variation, &self.start.local),
-                (&self.end.variation, &self.end.local),
-                self.arc.h(),
-                theta,
-            )
-        };
+            return (self.arc.position(theta), self.start.v, variation);
+        }
+        let variation = V::interpolate(
+            (&self.start.variation, &self.start.local),
+            (&self.end.variation, &self.end.local),
+            self.arc.h(),
+            theta,
+        );
         (
             self.arc.position(theta),
             self.arc.velocity(theta),

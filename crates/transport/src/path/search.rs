@@ -9,7 +9,6 @@ use crate::aim::Aim;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
 use eikonal::connect::{self, Connection, Launch, Piece, World, random_direction, random_foot};
-use eikonal::interface::Rule;
 use glam::DVec3;
 
 /// Random starts after which the search for a branch that was found once is given up. Its weight is
@@ -226,8 +225,7 @@ impl<'a> Search<'a> {
 
     /// Whether branches like this ray are looked for: see [`super`].
     fn within_reach(&self, ray: &Connection, pieces: &[Piece<MediumId>]) -> bool {
-        let reflected = |p: &&Piece<MediumId>| p.event.is_some_and(|e| e.rule == Rule::Reflect);
-        let bounces = pieces.iter().filter(reflected).count() as u32;
+        let bounces = pieces.iter().filter(|p| p.is_reflected()).count() as u32;
         // How far away a plane is does not count.
         let approach = match (self.goal.aim, pieces.first()) {
             (Aim::Plane { .. }, Some(first)) if self.scene.field(first.region).is_constant() => {

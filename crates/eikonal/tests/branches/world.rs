@@ -1,0 +1,109 @@
+//! Regions of constant index with planes and balls between them.
+
+use eikonal::Field;
+use eikonal::connect::{Crossing, World};
+use eikonal::field::Constant;
+use eikonal::interface::Rule;
+use eikonal::ray::Arc;
+use eikonal::ray::bernstein::{first_root, height, product};
+use glam::{DMat3, DVec3};
+
+/// A surface between two regions.
+#[derive(Clone, Copy)]
+pub enum Surface {
+    /// z = height, between the region below and that above.
+    Plane(f64),
+    /// Around the origin, with this radius, between the region inside and that outside.
+    Ball(f64),
+}
+
+/// Regions with fields, and refracting surfaces with the regions below or inside, and above or outside.
+pub struct Glass {
+    pub fields: Vec<Field>,
+    pub surfaces: Vec<(Surface, [usize; 2])>,
+}
+
+impl Glass {
+    /// Region 1 of index `n` between z = 0 and `thickness`, in regions 0 (below) and 2 of index 1.
+    pub fn slab(n: f64, thickness: f64) -> Self {
+        Glass {
+            fields: [1.0, n, 1.0].map(|n| Constant::new(n).into()).to_vec(),
+            surfaces: vec![
+                (Surface::Plane(0.0), [0, 1]),
+                (Surface::Plane(thickness), [1, 2]),
+            ],
+        }
+    }
+
+    /// Region 0 of index `n` in the unit ball, in region 1 of index 1.
+    pub fn ball(n: f64) -> Self {
+        Glass {
+            fields: [n, 1.0].map(|n| Constant::new(n).into()).to_vec(),
+            surfaces: vec![(Surface::Ball(1.0), [0, 1])],
+        }
+    }
+}
+
+impl Surface {
+    fn at(self, x: DVec3) -> (DVec3, DMat3) {
+        match self {
+            Surface::Plane(_) => (DVec3::Z, DMat3::ZERO),
+            Surface::Ball(radius) => {
+                let n = x / radius;
+                let along = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+                (n, (DMat3::IDENTITY - along) * (1.0 / radius))
+            }
+        }
+    }
+
+    fn first(self, arc: &Arc) -> Option<f64> {
+        let control = arc.control();
+        match self {
+            Surface::Plane(z) => {
+                first_root(&height(control, DVec3::Z * z, DVec3::Z), 0.0, 1.0, [0.0; 2])
+            }
+            Surface::Ball(radius) => {
+                let squares = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| {
+                    let c = height(control, DVec3::ZERO, axis);
+                    product::<6, 6, 11>(&c, &c)
+                });
+                let [x, y, z] = squares;
+                let f = std::array::from_fn::<f64, 11, _>(|i| x[i] + y[i] + z[i] - radius * radius);
+                first_root(&f, 0.0, 1.0, [0.0; 2])
+            }
+        }
+    }
+}
+
+impl World for Glass {
+    type Region = usize;
+
+    fn field(&self, region: usize) -> &Field {
+        &self.fields[region]
+    }
+
+    fn crossing(&self, region: usize, arc: &Arc) -> Option<Crossing<usize>> {
+        let beside = |(_, sides): &&(Surface, [usize; 2])| sides.contains(&region);
+        let hits = self
+            .surfaces
+            .iter()
+            .filter(beside)
+            .filter_map(|&(surface, sides)| Some((surface.first(arc)?, surface, sides)));
+        let (theta, surface, sides) = hits.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let position = arc.position(theta);
+        let (normal, shape) = surface.at(position);
+        Some(Crossing {
+            theta,
+            position,
+            normal,
+            shape,
+            rule: Rule::Refract,
+            beyond: sides[usize::from(sides[0] == region)],
+            surface: 0,
+        })
+    }
+
+    fn nudge(&self) -> f64 {
+        1e-12
+    }
+}
