@@ -18,8 +18,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Pixels per unit of work.
 const PIXELS_PER_TASK: usize = 16;
-/// Pixels times samples that are kept before they are added up: enough to keep all threads busy.
-const BLOCK: usize = 1 << 14;
+/// Units of work whose contributions are kept until they are added up: enough to keep all threads
+/// busy, few enough to fit into memory.
+const BLOCK: u64 = 1 << 10;
 
 /// One sample of a few neighbouring pixels: contributions, and the pixel whose sample each is.
 type Part = Vec<(usize, Contribution)>;
@@ -32,59 +33,44 @@ pub(super) fn pass(
     counter: &AtomicU64,
 ) -> Stats {
     let pixels = film.width() * film.height();
-    let block = (BLOCK / pixels).max(1) as u64;
+    let tasks = pixels.div_ceil(PIXELS_PER_TASK) as u64;
+    let (first, end) = (samples.start * tasks, samples.end * tasks);
     let mut stats = Stats::default();
-    let mut start = samples.start;
-    while start < samples.end {
-        let end = samples.end.min(start + block);
-        let parts = parts(source, start..end, pixels, counter);
-        stats += parts.1;
-        for (sample, parts) in (start..end).zip(parts.0) {
-            let image = add_up(source, parts.iter().flatten(), Contribution::weighted);
-            for (pixel, value) in film.group_mut(source.group).iter_mut().zip(image) {
-                add(pixel, value, &mut stats.not_finite);
+    let mut image = vec![Spectrum::ZERO; pixels];
+    for start in (first..end).step_by(BLOCK as usize) {
+        let parts: Vec<(Part, Stats)> = (start..end.min(start + BLOCK))
+            .into_par_iter()
+            .map(|number| {
+                let from = (number % tasks) as usize * PIXELS_PER_TASK;
+                let range = from..pixels.min(from + PIXELS_PER_TASK);
+                part(source, number / tasks, range, counter)
+            })
+            .collect();
+        for (number, (part, counts)) in (start..).zip(parts) {
+            stats += counts;
+            for (own, contribution) in &part {
+                splat(
+                    source,
+                    (*own, contribution),
+                    contribution.weighted(),
+                    &mut image,
+                );
             }
             if let Some(strategies) = strategies.as_deref_mut() {
-                strategies.add(source, sample, parts.iter().flatten());
+                strategies.splat(source, &part);
+            }
+            if number % tasks + 1 < tasks {
+                continue;
+            }
+            for (pixel, value) in film.group_mut(source.group).iter_mut().zip(&mut image) {
+                add(pixel, std::mem::take(value), &mut stats.not_finite);
+            }
+            if let Some(strategies) = strategies.as_deref_mut() {
+                strategies.finish(source, number / tasks);
             }
         }
-        start = end;
     }
     stats
-}
-
-/// For each sample the parts of the image in order.
-fn parts(
-    source: &Source,
-    samples: Range<u64>,
-    pixels: usize,
-    counter: &AtomicU64,
-) -> (Vec<Vec<Part>>, Stats) {
-    let tasks = pixels.div_ceil(PIXELS_PER_TASK);
-    let numbers: Vec<(u64, usize)> = samples
-        .clone()
-        .flat_map(|sample| (0..tasks).map(move |task| (sample, task)))
-        .collect();
-    let results: Vec<(Part, Stats)> = numbers
-        .into_par_iter()
-        .map(|(sample, task)| {
-            let first = task * PIXELS_PER_TASK;
-            let range = first..pixels.min(first + PIXELS_PER_TASK);
-            part(source, sample, range, counter)
-        })
-        .collect();
-    let mut stats = Stats::default();
-    let mut sorted = Vec::new();
-    for (i, (part, counts)) in results.into_iter().enumerate() {
-        stats += counts;
-        if i % tasks == 0 {
-            sorted.push(Vec::with_capacity(tasks));
-        }
-        if let Some(last) = sorted.last_mut() {
-            last.push(part);
-        }
-    }
-    (sorted, stats)
 }
 
 fn part(source: &Source, sample: u64, pixels: Range<usize>, counter: &AtomicU64) -> (Part, Stats) {
@@ -105,26 +91,22 @@ fn part(source: &Source, sample: u64, pixels: Range<usize>, counter: &AtomicU64)
     (part, ws.stats())
 }
 
-/// The sum over contributions of what `value` says that they are, for every pixel.
-pub(super) fn add_up<'a>(
+/// Adds a value to the pixels in which a contribution counts: its own, or those around its place.
+pub(super) fn splat(
     source: &Source,
-    contributions: impl Iterator<Item = &'a (usize, Contribution)>,
-    value: impl Fn(&Contribution) -> Spectrum,
-) -> Vec<Spectrum> {
+    (own, contribution): (usize, &Contribution),
+    value: Spectrum,
+    image: &mut [Spectrum],
+) {
     let spec = source.scene.film();
-    let size = (spec.width, spec.height);
-    let mut image = vec![Spectrum::ZERO; size.0 * size.1];
-    for (own, contribution) in contributions {
-        match contribution.image {
-            None => image[*own] += value(contribution),
-            // A pixel's filter per unit of the image's area is their number times that per pixel, and
-            // there are as many paths as pixels.
-            Some(place) => {
-                for (pixel, filter) in footprint(size, spec.filter, place) {
-                    image[pixel] += value(contribution) * filter;
-                }
+    match contribution.image {
+        None => image[own] += value,
+        // A pixel's filter per unit of the image's area is their number times that per pixel, and
+        // there are as many paths as pixels.
+        Some(place) => {
+            for (pixel, filter) in footprint((spec.width, spec.height), spec.filter, place) {
+                image[pixel] += value * filter;
             }
         }
     }
-    image
 }

@@ -2,7 +2,8 @@
 //! out which one is wrong if they disagree.
 
 use super::source::{Source, add};
-use super::splats::add_up;
+use super::splats::splat;
+use crate::Spectrum;
 use crate::film::Film;
 use crate::integrator::Contribution;
 use crate::scene::FilmSpec;
@@ -24,61 +25,74 @@ pub struct StrategyImage {
     pub unweighted: Film,
 }
 
-/// Films of all strategies that have come up.
+/// Films of all strategies that have come up, weighted and unweighted.
 pub(super) struct Strategies {
     spec: FilmSpec,
-    films: BTreeMap<(u32, u32), [Film; 2]>,
+    layers: BTreeMap<(u32, u32), [Layer; 2]>,
+}
+
+/// A film, and the sample of the whole image that is being added up.
+struct Layer {
+    film: Film,
+    image: Vec<Spectrum>,
+}
+
+impl Layer {
+    fn new(spec: &FilmSpec) -> Self {
+        Layer {
+            film: Film::new(spec.width, spec.height, spec.channels),
+            image: vec![Spectrum::ZERO; spec.width * spec.height],
+        }
+    }
+
+    /// Takes what was added up as the `sample`th sample of every pixel.
+    fn finish(&mut self, group: usize, sample: u64) {
+        for (pixel, value) in self.film.group_mut(group).iter_mut().zip(&mut self.image) {
+            // A strategy that came up now for the first time had found nothing in earlier samples.
+            pixel.count = sample;
+            add(pixel, std::mem::take(value), &mut 0);
+        }
+    }
 }
 
 impl Strategies {
     pub fn new(spec: &FilmSpec) -> Self {
         Strategies {
             spec: *spec,
-            films: BTreeMap::new(),
+            layers: BTreeMap::new(),
         }
     }
 
-    /// Adds one sample of the whole image, the `sample`th.
-    pub fn add<'a>(
-        &mut self,
-        source: &Source,
-        sample: u64,
-        contributions: impl Iterator<Item = &'a (usize, Contribution)>,
-    ) {
-        let mut sorted: BTreeMap<(u32, u32), Vec<(usize, Contribution)>> = BTreeMap::new();
+    /// Adds contributions to a sample of the whole image.
+    pub fn splat(&mut self, source: &Source, contributions: &[(usize, Contribution)]) {
         for (own, contribution) in contributions {
             let (s, t) = contribution.strategy;
             let key = (s.min(MOST_VERTICES), t.min(MOST_VERTICES));
-            sorted.entry(key).or_default().push((*own, *contribution));
-        }
-        for key in sorted.keys() {
-            let spec = self.spec;
-            let empty = || Film::new(spec.width, spec.height, spec.channels);
-            self.films.entry(*key).or_insert_with(|| [empty(), empty()]);
-        }
-        for (key, films) in &mut self.films {
-            let found = sorted.get(key).map_or(&[][..], Vec::as_slice);
-            let images = [
-                add_up(source, found.iter(), Contribution::weighted),
-                add_up(source, found.iter(), |c| c.value),
-            ];
-            for (film, image) in films.iter_mut().zip(images) {
-                for (pixel, value) in film.group_mut(source.group).iter_mut().zip(image) {
-                    // A strategy that first comes up now has found nothing in earlier samples.
-                    pixel.count = sample;
-                    add(pixel, value, &mut 0);
-                }
+            let new = || [Layer::new(&self.spec), Layer::new(&self.spec)];
+            let layers = self.layers.entry(key).or_insert_with(new);
+            let values = [contribution.weighted(), contribution.value];
+            for (layer, value) in layers.iter_mut().zip(values) {
+                splat(source, (*own, contribution), value, &mut layer.image);
             }
         }
     }
 
+    /// Ends the `sample`th sample of the whole image.
+    pub fn finish(&mut self, source: &Source, sample: u64) {
+        for layer in self.layers.values_mut().flatten() {
+            layer.finish(source.group, sample);
+        }
+    }
+
     pub fn into_images(self) -> Vec<StrategyImage> {
-        let image = |((s, t), [weighted, unweighted]): ((u32, u32), [Film; 2])| StrategyImage {
-            s,
-            t,
-            weighted,
-            unweighted,
-        };
-        self.films.into_iter().map(image).collect()
+        let layers = self.layers.into_iter();
+        layers
+            .map(|((s, t), [weighted, unweighted])| StrategyImage {
+                s,
+                t,
+                weighted: weighted.film,
+                unweighted: unweighted.film,
+            })
+            .collect()
     }
 }
