@@ -176,7 +176,7 @@ thread(s).
 
 *Relative MSE*: variance of a pixel between renders of one estimator by the square of its brightness (the median of
 the estimators' means, plus {dark:g} % of the image's mean), averaged over pixels and channels. Variances of a few renders are uncertain
-themselves, where an estimator has rare bright samples above all. *Gain*: how many times less processor time than
+themselves. Errors above 1 come from rare bright samples: they say little more than that there are some. *Gain*: how many times less processor time than
 path the estimator takes for the same error. *Mean of the image*: with its standard error, from the differences
 between the renders; where estimators differ by much more than that, one of them misses light
 ([which](scene-format.md#integrator)).
