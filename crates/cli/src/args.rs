@@ -88,7 +88,7 @@ pub struct RenderArgs {
     pub integrator: Option<String>,
     /// Write an EXR file that shows what each strategy of bdpt or particle finds: layers
     /// s1t2.weighted, whose sum is the image, and s1t2.unweighted, for s vertices from the emitter
-    /// and t from the sensor.
+    /// and t from the sensor (8 stands for 8 or more).
     #[arg(long, value_name = "FILE")]
     pub strategies: Option<PathBuf>,
     /// Brighten PNG files by this many stops.

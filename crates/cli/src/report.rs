@@ -224,3 +224,29 @@ fn bias(capped: u64) -> String {
     };
     format!("possible bias: {branches} for less than due")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_branch_cut_off_is_a_possible_bias() {
+        assert_eq!(bias(1), "possible bias: 1 branch counts for less than due");
+        assert_eq!(
+            bias(2300),
+            "possible bias: 2.30 k branches count for less than due"
+        );
+    }
+
+    #[test]
+    fn searches_stand_for_the_pairs_that_were_not_searched() {
+        let connections = Connections {
+            certified: 30,
+            searches: 10,
+            ..Connections::default()
+        };
+        assert_eq!(coverage(&connections, 1.0), Some(0.75));
+        assert_eq!(coverage(&connections, 1.0 / 9.0), Some(0.25));
+        assert_eq!(coverage(&Connections::default(), 1.0), None);
+    }
+}

@@ -179,12 +179,14 @@ fn stats_tell_how_connections_fared() {
 fn searches_for_branches_are_counted() {
     let folder = Folder::with_scene(
         r#"<integrator type="path"><integer name="reflections" value="1"/></integrator>
-           <emitter type="point"><point name="position" value="0, 0, 3"/>
+           <emitter type="point"><point name="position" value="0, 0, -3"/>
              <float name="intensity" value="5"/></emitter>
            <shape type="sphere"><bsdf type="dielectric"/></shape>
-           <shape type="rectangle"><transform name="to_world"><translate z="-2"/></transform></shape>"#,
+           <shape type="rectangle"><transform name="to_world">
+             <scale value="3"/><rotate y="1" angle="180"/><translate z="5"/>
+           </transform></shape>"#,
     );
-    folder.succeed("render scene.xml --spp 8 --stats s.json -o a.npy");
+    folder.succeed("render scene.xml --spp 32 --stats s.json -o a.npy");
     let stats = folder.json("s.json");
     let connections = &stats["connections"];
     for name in ["searches", "secondary", "trials"] {
