@@ -115,9 +115,10 @@ def compare(scene, runs):
         spp = sum(run.spp for run in several) / len(several)
         capped = sum(run.connections["capped"] for run in several)
         gain = cost["path"] / cost[name] if cost[name] > 0 else float("inf")
+        gain = "> 100" if gain > 100 else f"{gain:.2g}"
         rows.append(
             f"| {scene} | {name} | {spp:.0f} | {mean:.5f} ± {error:.5f} | {errors[name]:.2e} "
-            f"| {gain:.2g} | {capped} |"
+            f"| {gain} | {capped} |"
         )
     return rows
 
@@ -176,9 +177,9 @@ thread(s).
 
 *Relative MSE*: variance of a pixel between renders of one estimator by the square of its brightness (the median of
 the estimators' means, plus {dark:g} % of the image's mean), averaged over pixels and channels. Variances of a few renders are uncertain
-themselves. Errors above 1 come from rare bright samples: they say little more than that there are some. *Gain*: how many times less processor time than
-path the estimator takes for the same error. *Mean of the image*: with its standard error, from the differences
-between the renders; where estimators differ by much more than that, one of them misses light
+themselves. Errors above 1 come from rare bright samples: they say little more than that there are some. *Gain*:
+how many times less processor time than path the estimator takes for the same error. *Mean of the image*: with its
+standard error, from the differences between the renders; where estimators differ by much more than that, one of them misses light
 ([which](scene-format.md#integrator)).
 *Capped*: branches whose weighing was cut off, over all renders.
 
