@@ -62,6 +62,8 @@ pub(super) fn pass(
             if number % tasks + 1 < tasks {
                 continue;
             }
+            let sum = image.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
+            film.add_whole(source.group, sum / pixels as f64);
             for (pixel, value) in film.group_mut(source.group).iter_mut().zip(&mut image) {
                 add(pixel, std::mem::take(value), &mut stats.not_finite);
             }
