@@ -213,10 +213,13 @@ impl<'a> Search<'a> {
         let arrives = shot.facing.is_none_or(|f| f.dot(link.emission) > 0.0);
         let through = match self.goal.aim {
             Aim::Point { .. } => true,
-            // A ray against its own direction, or through the medium behind the vertex's surface.
+            // A ray against its own direction, through the medium behind the vertex's surface, or from
+            // a part of the plane in another medium than it was started in.
             Aim::Plane { .. } => {
                 let last = ws.solver.pieces().last()?;
-                ray.optical_length > 0.0 && last.region == shot.place.medium
+                ray.optical_length > 0.0
+                    && last.region == shot.place.medium
+                    && self.scene.medium_at(ray.start) == shot.start.region
             }
         };
         let within = self.within_reach(ray, ws.solver.pieces());
