@@ -20,7 +20,7 @@ use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
 
 const RATE: f64 = 1e-3;
-const CALLS: u64 = 20_000;
+const CALLS: u64 = 6_000;
 const PAIRS: [[DVec3; 2]; 3] = [
     [DVec3::new(0.1, 0.05, 2.0), DVec3::new(-0.1, 0.02, -2.0)],
     [DVec3::new(0.05, -0.1, 1.6), DVec3::new(0.02, 0.12, -2.2)],
