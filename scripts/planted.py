@@ -45,25 +45,25 @@ PLANTED = [
     (
         "1/d² as geometry term",
         TRANSPORT + "path/link.rs",
-        "geometry: 1.0 / (ray.jacobian * n * n),",
-        "geometry: 1.0 / (x.distance_squared(y) * n * n),",
+        "geometry: passage.jump / (ray.jacobian * n_last * n_last),",
+        "geometry: passage.jump / (ray.start.distance_squared(shot.target) * n_last * n_last),",
         ("transport", "tallies", "irradiance_of_a_luneburg_ball_around_a_point_source"),
     ),
     (
         "chord directions in the scattering function",
         TRANSPORT + "path/link.rs",
-        "direction: ray.direction_out,",
-        "direction: (y - x).normalize(),",
+        "let (near, far) = (ray.direction_out, -ray.direction_in);",
+        "let near = (shot.target - ray.start).normalize(); let far = -near;",
         ("transport", "edges", "links_follow_the_harmonic_orbit"),
     ),
     (
         "failed connections not compensated by chance hits",
         TRANSPORT + "integrator/path.rs",
-        """aim, self.ws) else {
+        """if !edge.connectable {
             return 1.0;""",
-        """aim, self.ws) else {
+        """if !edge.connectable {
             return 0.0;""",
-        ("transport", "furnace", "strong_lens_in_fog"),
+        ("transport", "furnace", "touching_layers_with_flipped_normals"),
     ),
     (
         "solver tolerance looser than the distance to the wall",
@@ -75,9 +75,9 @@ PLANTED = [
     (
         "MIS density without the Jacobian in one strategy",
         TRANSPORT + "integrator/path.rs",
-        "let by_connection = self.scene.emitter_probability(emitter) * pdf * link.density;",
-        "let by_connection = self.scene.emitter_probability(emitter) * pdf;",
-        ("io", "reference", "diffuse_surfaces"),
+        "let by_chance = link.tube.density(pdf, link.n_aim) * cos * link.tube.survival(lanes);",
+        "let by_chance = pdf * cos * link.tube.survival(lanes);",
+        ("transport", "furnace", "luneburg_ball_of_fog"),
     ),
     (
         "visibility along the chord",
@@ -114,7 +114,7 @@ PLANTED = [
     (
         "index jump at a declared match scored as if matched",
         TRANSPORT + "path/walk.rs",
-        "self.edge.weight *= (n_far / n_near).powi(2);",
+        "self.edge.weight *= ratio * ratio;",
         "",
         ("transport", "furnace", "transparent_lens_behind_a_matched_boundary"),
     ),
@@ -131,6 +131,88 @@ PLANTED = [
         "0.5 - (0.245298957184271 + 0.604872665711080),",
         "0.5 - (0.245298957184271 + 0.604972665711080),",
         ("eikonal", "rays", "the_scheme_converges_at_fourth_order"),
+    ),
+    (
+        "further branches dropped",
+        TRANSPORT + "path/link.rs",
+        "} else if sampler.next_1d() < ws.search {",
+        "} else if sampler.next_1d() < 0.0 {",
+        ("transport", "branches", "branches_are_summed"),
+    ),
+    (
+        "reciprocal probability of a branch replaced by one",
+        TRANSPORT + "path/search.rs",
+        "return Some((value, f64::from(trial)));",
+        "return Some((value, f64::from(trial.min(1))));",
+        ("transport", "branches", "branches_are_summed"),
+    ),
+    (
+        "probability of the search not divided out",
+        TRANSPORT + "path/link.rs",
+        "(value, weight / ws.search)",
+        "(value, weight)",
+        ("transport", "branches", "branches_are_summed"),
+    ),
+    (
+        "branches averaged instead of summed",
+        TRANSPORT + "path/link.rs",
+        """        values
+    }""",
+        """        let share = 1.0 / values.len().max(1) as f64;
+        values.into_iter().map(|(v, w)| (v, w * share)).collect()
+    }""",
+        ("transport", "branches", "branches_are_summed"),
+    ),
+    (
+        "reverse density of the direction in which the path came",
+        TRANSPORT + "path/subpath.rs",
+        "self.vertex.seen_from(from).pdf(scene, self.step.back)",
+        "self.vertex.seen_from(from).pdf(scene, -self.step.back)",
+        ("transport", "furnace", "bidirectional_estimators"),
+    ),
+    (
+        "density without the Jacobian between two subpaths",
+        TRANSPORT + "integrator/bidirectional/paths.rs",
+        "let arrival = link.tube.density(from_z, link.n_aim) * event;",
+        "let arrival = from_z * event;",
+        ("transport", "furnace", "bidirectional_estimators"),
+    ),
+    (
+        "light image not multiplied by n² of the sensor",
+        TRANSPORT + "integrator/bidirectional/paths.rs",
+        "let importance = link.n_aim * link.n_aim * sensed.density;",
+        "let importance = sensed.density;",
+        ("transport", "reciprocity", "light_and_sensor"),
+    ),
+    (
+        "filter of the light image not normalised",
+        TRANSPORT + "render/splats.rs",
+        "image[pixel] += value(contribution) * filter;",
+        "image[pixel] += value(contribution) * filter.ceil();",
+        ("transport", "agreement", "estimators_agree_quickly"),
+    ),
+    (
+        "ease of rare branches ignored in one strategy",
+        TRANSPORT + "integrator/bidirectional/paths.rs",
+        """            from_emitter: aim.pdf,
+            ease: link.ease,""",
+        """            from_emitter: aim.pdf,
+            ease: 0.0,""",
+        ("transport", "furnace", "bidirectional_estimators"),
+    ),
+    (
+        "wrong ray tube from a point to a plane",
+        TRANSPORT + "path/tube.rs",
+        "proper(jump / spread.abs())",
+        "proper(jump * 0.25 / spread.abs())",
+        ("transport", "furnace", "bidirectional_estimators"),
+    ),
+    (
+        "share of a transmission not in its contribution",
+        TRANSPORT + "bsdf/dielectric.rs",
+        "true => (self.specular_transmittance, 1.0 - f),",
+        "true => (self.specular_transmittance, 1.0),",
+        ("transport", "furnace", "bidirectional_estimators"),
     ),
 ]
 

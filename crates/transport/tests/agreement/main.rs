@@ -53,6 +53,26 @@ fn rows(cases: &[case::Case], effort: Effort) -> Vec<Row> {
         .collect()
 }
 
+/// One cheap scene, fit for finding planted errors: a lamp that only connections find, through a thin lens,
+/// with a reconstruction filter wider than a pixel.
+#[test]
+fn estimators_agree_quickly() {
+    let effort = Effort {
+        batches: 12,
+        work: 1_500_000,
+    };
+    let case = case::Case {
+        index: Index::LinearSquare,
+        light: Light::Point,
+        matter: Matter::Fog,
+        wall: Wall::Matched,
+        view: View::Lens,
+    };
+    let row = compare("quick", &case.parts(), effort, 5000, true);
+    println!("{}", table(std::slice::from_ref(&row), RATE, effort));
+    judge(&[row], RATE).unwrap();
+}
+
 #[test]
 fn estimators_agree() {
     let (cases, effort) = match long() {

@@ -1,0 +1,98 @@
+//! Sums over all rays between two points: what connections find by luck must, on average, count once.
+//!
+//! The rays between two points on either side of a strong lens are listed by searching until nothing new
+//! turns up; their geometry terms add up to the exact answer. Connections, which find one of the rays for
+//! certain and search for others now and then, must give that sum on average, for any probability of
+//! searching. False-alarm rate: 1e-3 for the file.
+
+mod common;
+
+use common::{camera, container, fog, parts, vacuum};
+use eikonal::field::Gaussian;
+use glam::DVec3;
+use testkit::moments::Moments;
+use testkit::z_test::{max_abs_z, threshold};
+use transport::bsdf::Bsdf;
+use transport::emitter::Emitter;
+use transport::path::{Goal, Link, Start, Vertex, Workspace};
+use transport::sampling::Sampler;
+use transport::shape::Sphere;
+use transport::{Scene, Spectrum};
+
+const RATE: f64 = 1e-3;
+const CALLS: u64 = 6_000;
+const PAIRS: [[DVec3; 2]; 3] = [
+    [DVec3::new(0.1, 0.05, 2.0), DVec3::new(-0.1, 0.02, -2.0)],
+    [DVec3::new(0.05, -0.1, 1.6), DVec3::new(0.02, 0.12, -2.2)],
+    [DVec3::new(0.0, 0.2, 2.2), DVec3::new(0.1, -0.15, -1.7)],
+];
+
+fn lens([_, y]: [DVec3; 2]) -> Scene {
+    let index = Gaussian::new(1.0, 0.5, DVec3::ZERO, 0.3).unwrap();
+    let ball = Sphere::around(DVec3::ZERO, 1.2).unwrap();
+    let lamp = Emitter::Point {
+        position: y,
+        intensity: Spectrum::ONE,
+    };
+    let media = vec![vacuum(), fog(index, 0.0, 0.0, 0.0)];
+    let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);
+    let objects = vec![container(ball, Bsdf::Null)];
+    Scene::new(parts(objects, media, vec![lamp], sensor)).unwrap()
+}
+
+/// Connects a pair once per call, and hands every link with its weight to `each`.
+fn connect(pair: [DVec3; 2], search: f64, seed: u64, mut each: impl FnMut(u64, &Link, f64)) {
+    let scene = lens(pair);
+    let mut ws = Workspace::new(scene.tolerance());
+    ws.search = search;
+    let vertex = Vertex::end(&Start::point(pair[0], DVec3::Z, 0));
+    for call in 0..CALLS {
+        let mut sampler = Sampler::new(seed, 0, call);
+        let aimed = scene.emitters()[0].aim(scene.around(), |_| unreachable!(), [0.5; 2]);
+        let goal = Goal::emitter(&scene, 0, aimed.aim);
+        let found = Link::each(&scene, (&vertex, &goal), &mut sampler, &mut ws, |link| {
+            Some(*link)
+        });
+        for (link, weight) in found {
+            each(call, &link, weight);
+        }
+    }
+    assert_eq!(ws.stats.connections.capped, 0);
+}
+
+#[test]
+fn branches_are_summed() {
+    let mut zs = Vec::new();
+    for (k, pair) in PAIRS.into_iter().enumerate() {
+        let mut rays: Vec<Link> = Vec::new();
+        connect(pair, 1.0, 1 + k as u64, |_, link, _| {
+            if rays
+                .iter()
+                .all(|r| r.direction.distance(link.direction) > 1e-3)
+            {
+                rays.push(*link);
+            }
+        });
+        assert!(rays.len() >= 3, "{} rays", rays.len());
+        let exact: f64 = rays.iter().map(|r| r.tube.geometry).sum();
+        let found_for_certain = rays.iter().filter(|r| r.ease == 1.0);
+        let certain: f64 = found_for_certain.map(|r| r.tube.geometry).sum();
+        for search in [1.0, 0.25] {
+            let mut sums = vec![0.0; CALLS as usize];
+            connect(pair, search, 100 + k as u64, |call, link, weight| {
+                sums[call as usize] += link.tube.geometry * weight;
+            });
+            let mut moments = Moments::default();
+            sums.iter().for_each(|s| moments.push(*s));
+            let (mean, error) = (moments.mean(), moments.standard_error());
+            println!(
+                "{} rays: {mean} ± {error}, exact {exact}, certain {certain}, q = {search}",
+                rays.len()
+            );
+            // Without the rays that take luck the sum would be found wrong.
+            assert!(error * threshold(RATE, 6) < exact - certain);
+            zs.push(moments.z(exact));
+        }
+    }
+    max_abs_z(&zs, RATE).unwrap();
+}
