@@ -82,9 +82,15 @@ pub struct RenderArgs {
     /// Stop after this time, for example 30s, 2m or 1h30m; --spp is then an upper bound.
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub time: Option<Duration>,
-    /// Estimator, instead of the scene's.
+    /// Estimator, instead of the scene's: path, particle or bdpt. Parameters that all have in common
+    /// stay those of the scene.
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,
+    /// Write an EXR file that shows what each strategy of bdpt or particle finds: layers
+    /// s1t2.weighted, whose sum is the image, and s1t2.unweighted, for s vertices from the emitter
+    /// and t from the sensor (8 stands for 8 or more).
+    #[arg(long, value_name = "FILE")]
+    pub strategies: Option<PathBuf>,
     /// Brighten PNG files by this many stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub exposure: f64,

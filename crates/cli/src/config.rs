@@ -27,6 +27,7 @@ pub enum RayFormat {
     Svg,
 }
 
+/// The first can hold any number of layers.
 const IMAGE_FORMATS: [(&str, ImageFormat); 3] = [
     ("exr", ImageFormat::Exr),
     ("png", ImageFormat::Png),
@@ -59,6 +60,10 @@ pub fn images(args: &RenderArgs) -> Result<Vec<(PathBuf, ImageFormat)>, Failure>
         .into_iter()
         .map(format)
         .collect::<Result<_, Failure>>()?;
+    if let Some(strategies) = &args.strategies {
+        by_extension(strategies, &IMAGE_FORMATS[..1])?;
+        check_writable(strategies)?;
+    }
     if let Some(stats) = &args.stats {
         check_writable(stats)?;
     }

@@ -6,30 +6,58 @@ use io::image::png::Depth;
 use io::image::{ImageLayers, Layer, RgbImage, exr, npy, png};
 use std::path::Path;
 use transport::Film;
+use transport::render::{Rendering, StrategyImage};
 
 /// A film as an image: its mean, and layers `variance` (of the mean) and `samples` (their number).
 pub fn layers(film: &Film, names: &[String], attributes: Vec<(String, String)>) -> ImageLayers {
-    let layer = |name: &str, values: &[f32]| Layer {
-        name: name.into(),
-        channels: names
-            .iter()
-            .cloned()
-            .zip(planes(values, film.channels()))
-            .collect(),
-    };
     let counts = film.counts().into_iter().map(|n| n as f32).collect();
     let samples = Layer {
         name: "samples".into(),
         channels: vec![("N".into(), counts)],
     };
+    let layers = vec![
+        layer("", &film.mean(), names),
+        layer("variance", &film.variance(), names),
+        samples,
+    ];
+    image(film, layers, attributes)
+}
+
+/// What each strategy of a render found, in layers such as `s1t2.weighted` (its share: these add up to
+/// the main layer, which is the image) and `s1t2.unweighted` (all that it can find, on its own).
+pub fn strategies(
+    rendering: &Rendering,
+    names: &[String],
+    attributes: Vec<(String, String)>,
+) -> ImageLayers {
+    let mut layers = vec![layer("", &rendering.film.mean(), names)];
+    for StrategyImage {
+        s,
+        t,
+        weighted,
+        unweighted,
+    } in &rendering.strategies
+    {
+        for (kind, film) in [("weighted", weighted), ("unweighted", unweighted)] {
+            layers.push(layer(&format!("s{s}t{t}.{kind}"), &film.mean(), names));
+        }
+    }
+    image(&rendering.film, layers, attributes)
+}
+
+fn layer(name: &str, values: &[f32], channels: &[String]) -> Layer {
+    let planes = planes(values, channels.len());
+    Layer {
+        name: name.into(),
+        channels: channels.iter().cloned().zip(planes).collect(),
+    }
+}
+
+fn image(film: &Film, layers: Vec<Layer>, attributes: Vec<(String, String)>) -> ImageLayers {
     ImageLayers {
         width: film.width(),
         height: film.height(),
-        layers: vec![
-            layer("", &film.mean()),
-            layer("variance", &film.variance()),
-            samples,
-        ],
+        layers,
         attributes,
     }
 }

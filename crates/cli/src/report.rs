@@ -58,6 +58,9 @@ impl Report<'_> {
             connections(&self.rendering.stats.connections),
         ];
         let stats = &self.rendering.stats;
+        if stats.connections.capped > 0 {
+            parts.push(bias(stats.connections.capped));
+        }
         for (count, what) in [
             (stats.lost, "rays lost"),
             (stats.not_finite, "samples not finite"),
@@ -81,7 +84,8 @@ impl Report<'_> {
             ("seed", self.args.seed.to_string()),
             ("spp", self.rendering.samples.to_string()),
             ("options", self.options()),
-            ("connections", counts(&stats.connections).to_string()),
+            ("branches", self.branches().to_string()),
+            ("connections", self.connections().to_string()),
             ("lost", stats.lost.to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];
@@ -105,6 +109,42 @@ impl Report<'_> {
                 .map(|(k, v)| format!("-D {k}={v}")),
         );
         options.join(" ")
+    }
+
+    /// Which branches connections look for.
+    fn branches(&self) -> Value {
+        let reach = self.loaded.scene().branch_reach();
+        json!({
+            "reflections": reach.reflections,
+            "reflections_in_all": reach.bounces,
+            "optical_length": reach.optical_length,
+        })
+    }
+
+    /// What became of connections.
+    fn connections(&self) -> Value {
+        let stats = &self.rendering.stats;
+        let c = &stats.connections;
+        json!({
+            "attempts": c.attempts,
+            "found": c.found,
+            "discarded": c.discarded,
+            "occluded": c.occluded,
+            "not_converged": c.not_converged,
+            "ray_lost": c.ray_lost,
+            "degenerate": c.degenerate,
+            "failure_rate": c.failure_rate(),
+            "success_rate": share(c.found as f64, c.attempts as f64),
+            "shots_per_attempt": share(stats.work.shots as f64, c.attempts as f64),
+            "certified": c.certified,
+            "certificate_coverage": coverage(c, self.rendering.search),
+            "search_probability": self.rendering.search,
+            "searches": c.searches,
+            "secondary": c.secondary,
+            "trials": c.trials,
+            "capped": c.capped,
+            "possible_bias": (c.capped > 0).then_some("capped"),
+        })
     }
 
     /// Everything, as JSON.
@@ -134,7 +174,8 @@ impl Report<'_> {
             "mean": mean,
             "standard_error": error,
             "counters": counters(stats),
-            "connections": counts(&stats.connections),
+            "branches": self.branches(),
+            "connections": self.connections(),
         })
     }
 }
@@ -163,15 +204,49 @@ fn counters(stats: &Stats) -> Value {
     })
 }
 
-fn counts(connections: &Connections) -> Value {
-    json!({
-        "attempts": connections.attempts,
-        "found": connections.found,
-        "discarded": connections.discarded,
-        "occluded": connections.occluded,
-        "not_converged": connections.not_converged,
-        "ray_lost": connections.ray_lost,
-        "degenerate": connections.degenerate,
-        "failure_rate": connections.failure_rate(),
-    })
+/// A ratio; none of nothing.
+fn share(part: f64, whole: f64) -> Option<f64> {
+    (whole > 0.0).then(|| part / whole)
+}
+
+/// Share of the pairs that are known to be joined by one ray at most. Of the others, those that were
+/// searched are counted, and stand for the rest.
+fn coverage(connections: &Connections, search: f64) -> Option<f64> {
+    let certified = connections.certified as f64;
+    share(certified, certified + connections.searches as f64 / search)
+}
+
+/// A branch whose weighing is cut off makes the picture too dark.
+fn bias(capped: u64) -> String {
+    let branches = match capped {
+        1 => "1 branch counts".into(),
+        n => format!("{} branches count", numbers::count(n as f64)),
+    };
+    format!("possible bias: {branches} for less than due")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_branch_cut_off_is_a_possible_bias() {
+        assert_eq!(bias(1), "possible bias: 1 branch counts for less than due");
+        assert_eq!(
+            bias(2300),
+            "possible bias: 2.30 k branches count for less than due"
+        );
+    }
+
+    #[test]
+    fn searches_stand_for_the_pairs_that_were_not_searched() {
+        let connections = Connections {
+            certified: 30,
+            searches: 10,
+            ..Connections::default()
+        };
+        assert_eq!(coverage(&connections, 1.0), Some(0.75));
+        assert_eq!(coverage(&connections, 1.0 / 9.0), Some(0.25));
+        assert_eq!(coverage(&Connections::default(), 1.0), None);
+    }
 }

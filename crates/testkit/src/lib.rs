@@ -5,6 +5,7 @@
 //! that it fails although the code is right. Seeds are fixed, so a test either always passes or
 //! always fails for a given build; the rate is that of drawing an unlucky seed.
 
+pub mod batches;
 pub mod chi_square;
 pub mod convergence;
 pub mod direction;

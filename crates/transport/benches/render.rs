@@ -138,6 +138,7 @@ fn seconds(pool: &ThreadPool, scene: &[Scene]) -> f64 {
         integrator: Integrator::Path(PathTracer::default()),
         samples: SAMPLES,
         seed: 1,
+        strategies: false,
     };
     let start = Instant::now();
     let rendering = pool.install(|| render(scene, &options, |_| ControlFlow::Continue(())));

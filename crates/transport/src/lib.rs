@@ -2,6 +2,7 @@
 //!
 //! Estimators carry basic radiance L/n² throughout (theory §2). This crate reads no file.
 
+pub mod aim;
 pub mod bsdf;
 pub mod emitter;
 pub mod film;

@@ -38,6 +38,16 @@ pub struct Connections {
     pub ray_lost: u64,
     /// The target lay on a caustic, or coincided with the start.
     pub degenerate: u64,
+    /// Pairs that are known to be connected by one ray at most.
+    pub certified: u64,
+    /// Searches for further branches from a random start.
+    pub searches: u64,
+    /// Searches that found one.
+    pub secondary: u64,
+    /// Random starts that were spent on weighing these branches.
+    pub trials: u64,
+    /// Branches whose weighing was cut off: each counts for less than it should.
+    pub capped: u64,
 }
 
 impl Connections {
@@ -70,6 +80,11 @@ impl AddAssign for Connections {
         self.not_converged += o.not_converged;
         self.ray_lost += o.ray_lost;
         self.degenerate += o.degenerate;
+        self.certified += o.certified;
+        self.searches += o.searches;
+        self.secondary += o.secondary;
+        self.trials += o.trials;
+        self.capped += o.capped;
     }
 }
 

@@ -6,9 +6,10 @@ use common::{camera, container, fog, glass, parts, sky, vacuum};
 use eikonal::field::{LinearIndex, LinearSquare, Luneburg};
 use eikonal::{Field, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
+use transport::aim::Aim;
 use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{Aim, Emitter};
-use transport::path::{End, Link, Start, Vertex, Workspace, trace};
+use transport::emitter::Emitter;
+use transport::path::{Carry, End, Goal, Link, Sampling, Start, Vertex, Workspace, trace};
 use transport::sampling::Sampler;
 use transport::scene::{Object, Parts};
 use transport::shape::{Cube, Disk, Sphere};
@@ -23,18 +24,17 @@ fn finish(parts: Parts) -> Scene {
 }
 
 fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> transport::path::Edge {
-    let start = Start {
-        x,
-        direction: direction.normalize(),
-        medium: scene.medium_at(x),
+    let start = Start::point(x, direction.normalize(), scene.medium_at(x));
+    let sampling = Sampling {
+        carry: Carry::Radiance,
+        lanes: Spectrum([1.0, 0.0, 0.0, 0.0]),
+        extend: false,
     };
-    let lanes = Spectrum([1.0, 0.0, 0.0, 0.0]);
     let mut ws = Workspace::new(scene.tolerance());
     trace(
         scene,
         start,
-        lanes,
-        false,
+        sampling,
         &mut Sampler::new(seed, 0, 0),
         &mut ws,
     )
@@ -50,10 +50,13 @@ fn links(scene: &Scene, x: DVec3, y: DVec3) -> Vec<Link> {
         position: y,
         surface: None,
     };
-    let mut ws = Workspace::new(scene.tolerance());
-    let mut found = Vec::new();
-    Link::each(scene, &vertex, &aim, 0, &mut ws, |link| found.push(*link));
-    found
+    let goal = Goal::emitter(scene, 0, aim);
+    let (mut sampler, mut ws) = (Sampler::new(0, 0, 0), Workspace::new(scene.tolerance()));
+    ws.search = 1e-300;
+    let found = Link::each(scene, (&vertex, &goal), &mut sampler, &mut ws, |link| {
+        Some(*link)
+    });
+    found.into_iter().map(|(link, _)| link).collect()
 }
 
 fn luneburg_ball(sigma_t: f64) -> Scene {
@@ -79,20 +82,23 @@ fn links_follow_the_harmonic_orbit() {
     assert_eq!(found.len(), 1);
     let link = &found[0];
     let (n_x2, n_y2) = (2.0 - x.length_squared(), 2.0 - y.length_squared());
-    let (sin, cos) = link.sigma.sin_cos();
+    // |v₀|² = n_x² with v₀ = (y − x cos σ)/sin σ is quadratic in cos σ.
+    let (xy, both) = (x.dot(y), x.length_squared() + y.length_squared());
+    let cos = 0.5 * (xy + (xy * xy - 2.0 * (both - 2.0)).sqrt());
+    let (sin, sigma) = ((1.0 - cos * cos).sqrt(), cos.acos());
     let v = (y - x * cos) / sin;
     assert!((v.length_squared() - n_x2).abs() < 1e-7, "not an orbit");
     let arrival = v * cos - x * sin;
     assert!(link.direction.distance(v.normalize()) < 1e-8);
     assert!(link.emission.distance(-arrival.normalize()) < 1e-8);
     let j = n_x2 * sin * sin * v.normalize().dot(arrival.normalize());
-    assert!((link.geometry * j * n_y2 - 1.0).abs() < 1e-7);
-    assert!((link.density / j - 1.0).abs() < 1e-7);
+    assert!((link.tube.geometry * j * n_y2 - 1.0).abs() < 1e-7);
+    assert!((link.tube.density(1.0, link.n_aim) * j - 1.0).abs() < 1e-7);
     let steps = 20_000;
     let speed = |s: f64| (v * s.cos() - x * s.sin()).length();
-    let h = link.sigma / steps as f64;
+    let h = sigma / steps as f64;
     let length: f64 = (0..steps).map(|i| speed((i as f64 + 0.5) * h) * h).sum();
-    assert!((link.depth[0] - 0.7 * length).abs() < 1e-7);
+    assert!((link.tube.depth[0] - 0.7 * length).abs() < 1e-7);
     // The naive geometry term and direction are wrong by far more than any tolerance here.
     assert!((j / x.distance_squared(y) - 1.0).abs() > 0.05);
     assert!(link.direction.angle_between(y - x) > 0.05);
@@ -108,9 +114,9 @@ fn an_edge_is_as_long_as_its_way() {
         matches!(edge.end, End::Escaped { direction, .. } if direction.distance(DVec3::Z) < 1e-9)
     );
     assert!(
-        (edge.depth[0] / 1e-9 - 2.0).abs() < 1e-8,
+        (edge.tube.depth[0] / 1e-9 - 2.0).abs() < 1e-8,
         "{}",
-        edge.depth[0]
+        edge.tube.depth[0]
     );
     // Off axis all rays cross at the far pole.
     let b: f64 = 0.6;
@@ -148,7 +154,7 @@ fn refraction_uses_the_tangent_of_the_ray() {
         };
         let same_side = DVec3::new(out.x, out.y, out.z.abs());
         assert!(same_side.distance(direction) < 1e-8, "{out}");
-        straight_through += u32::from(edge.events == 2 && out.z > 0.0);
+        straight_through += u32::from(edge.tube.events == 2 && out.z > 0.0);
     }
     assert!(straight_through > 20);
 }
@@ -192,7 +198,8 @@ fn occlusion_follows_the_arc() {
     let open = links(&with_disc(None), x, y);
     assert_eq!(open.len(), 1);
     // dx/dσ is constant: half way in σ the ray is at x = 0, below the chord by a σ²/8 with a = ½.
-    let sag = 0.5 * open[0].sigma.powi(2) / 8.0;
+    let sigma = (y.x - x.x) / (1.5 * open[0].direction.x);
+    let sag = 0.5 * sigma.powi(2) / 8.0;
     assert!(sag > 0.1);
     assert_eq!(
         links(&with_disc(Some(DVec3::ZERO)), x, y).len(),
@@ -230,6 +237,7 @@ fn a_beam_is_connected_up_to_its_focus() {
     ))
     .unwrap();
     let mut ws = Workspace::new(scene.tolerance());
+    let mut sampler = Sampler::new(0, 0, 0);
     let mut missing = Vec::new();
     for before_focus in [1.0, 0.3, 0.1, 0.03, 0.01, 0.003] {
         for impact in [0.05, 0.25, 0.5, 0.75] {
@@ -246,11 +254,10 @@ fn a_beam_is_connected_up_to_its_focus() {
                 direction: DVec3::X,
                 medium: 1,
             };
-            let mut found = false;
-            Link::each(&scene, &vertex, &aim, 0, &mut ws, |link| {
-                found |= link.direction.distance(-v) < 1e-3;
-            });
-            if !found {
+            let goal = Goal::emitter(&scene, 0, aim);
+            let near = |link: &Link| (link.direction.distance(-v) < 1e-3).then_some(());
+            let found = Link::each(&scene, (&vertex, &goal), &mut sampler, &mut ws, near);
+            if found.is_empty() {
                 missing.push((before_focus, impact));
             }
         }

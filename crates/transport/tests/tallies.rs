@@ -8,7 +8,8 @@
 mod common;
 
 use common::{camera, container, estimate, fog, parts, vacuum};
-use eikonal::field::{Constant, Luneburg};
+use eikonal::Field;
+use eikonal::field::{Acoustic, AcousticMode, Constant, Luneburg};
 use glam::{DAffine3, DMat3, DVec3};
 use serde_json::Value;
 use std::f64::consts::PI;
@@ -122,13 +123,31 @@ fn power_that_a_luneburg_ball_scatters_out_of_a_beam() {
 
 #[test]
 fn irradiance_behind_a_slab_with_the_sound_off() {
+    // Farther out too few paths of a forward-peaked medium bring light for a normal mean.
+    behind_a_slab("field_off", Constant::new(N_SLAB).into(), 0..10);
+}
+
+/// With the sound on the index varies by ± 0.02 across the beam, J₀ of the distance from its axis: most of
+/// the light that is scattered forwards is guided. Takes minutes: under `MORGANA_LONG_TESTS` only.
+#[test]
+fn irradiance_behind_a_slab_with_the_sound_on() {
+    if std::env::var_os("MORGANA_LONG_TESTS").is_none() {
+        return;
+    }
+    let mode = AcousticMode::new(0.02, 0, 2.0 * PI / 0.6, 0.0).unwrap();
+    let sound = Acoustic::new(N_SLAB, DVec3::ZERO, DVec3::X, DVec3::Z, vec![mode]).unwrap();
+    behind_a_slab("field_on", sound.into(), 0..6);
+}
+
+const N_SLAB: f64 = 1.3333;
+
+fn behind_a_slab(entry: &str, index: Field, bins: std::ops::Range<usize>) {
     let data: Value = serde_json::from_str(include_str!("data/B3.json")).unwrap();
     let edges = numbers(&data["radial_edges"]);
-    let tally = &data["field_off"]["irradiance_scattered"];
+    let tally = &data[entry]["irradiance_scattered"];
     let (mean, error) = (numbers(&tally["mean"]), numbers(&tally["se"]));
-    let scene = Scene::new(waveguide()).unwrap();
-    // Farther out too few paths of a forward-peaked medium bring light for a normal mean.
-    let zs: Vec<f64> = (0..10)
+    let scene = Scene::new(waveguide(index)).unwrap();
+    let zs: Vec<f64> = bins
         .map(|bin| {
             let (irradiance, se) = estimate(&scene, (20_000, 200 + bin as u64), |sampler| {
                 let [u, v] = sampler.next_2d();
@@ -149,16 +168,15 @@ fn irradiance_behind_a_slab_with_the_sound_off() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// The slab of the waveguide reference without sound, with the matched index all around.
-fn waveguide() -> Parts {
-    let n = 1.3333;
+/// The slab of the waveguide reference, with the matched index all around.
+fn waveguide(index: Field) -> Parts {
     let to_world = DAffine3 {
         matrix3: DMat3::from_diagonal(DVec3::new(3.0, 1.5, 1.5)),
         translation: DVec3::X * 3.0,
     };
     let slab = container(Cube::new(to_world).unwrap(), Bsdf::Null);
     let mut ambient = vacuum();
-    ambient.index = Constant::new(n).into();
+    ambient.index = Constant::new(N_SLAB).into();
     let beam = Collimated::new(
         DVec3::X * 1e-6,
         DVec3::X,
@@ -167,7 +185,7 @@ fn waveguide() -> Parts {
     );
     parts(
         vec![slab],
-        vec![ambient, fog(Constant::new(n), 0.5, 1.0, 0.85)],
+        vec![ambient, fog(index, 0.5, 1.0, 0.85)],
         vec![Emitter::Collimated(beam)],
         camera(DVec3::X * 9.0, DVec3::ZERO),
     )

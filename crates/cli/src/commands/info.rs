@@ -7,13 +7,14 @@ use crate::numbers::{bytes, percent, plain};
 use eikonal::Uniqueness;
 use glam::DVec3;
 use io::Loaded;
+use io::assemble::{Needs, Walls};
 use io::diagnostic::Style;
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
 use transport::film::Pixel;
 use transport::medium::Texture;
-use transport::scene::{MediumId, Subject};
+use transport::scene::MediumId;
 use transport::sensor::Sensor;
 use transport::{Scene, Spectrum};
 
@@ -57,10 +58,13 @@ fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Re
         "  tolerance    {:e} of a ray's length",
         scene.tolerance().get()
     )?;
+    if Walls::of(scene).dielectric.is_some() {
+        writeln!(out, "  branches     through up to {}", reach(scene))?;
+    }
     writeln!(out, "  sensor       {}", sensor(scene))?;
     writeln!(out, "  objects      {}", scene.objects().len())?;
     writeln!(out, "\nemitters     {}", scene.emitters().len())?;
-    emitters(out, scene)?;
+    emitters(out, loaded)?;
     writeln!(out, "\nmedia        {}", scene.media().len())?;
     for id in 0..scene.media().len() {
         medium(out, loaded, id)?;
@@ -87,20 +91,49 @@ fn sensor(scene: &Scene) -> String {
     format!("{kind} at {place}, in '{name}' (n = {})", plain(n))
 }
 
-fn emitters(out: &mut String, scene: &Scene) -> std::fmt::Result {
-    for (i, emitter) in scene.emitters().iter().enumerate() {
-        let partial = scene
-            .warnings()
-            .iter()
-            .any(|w| w.subject == Subject::Emitter(i));
-        let found = match (emitter.is_delta(), partial) {
-            (true, true) => "by connections only, along the primary branch: other rays are missing",
-            (true, false) => "by connections, which are unique: complete",
-            (false, _) => "by connections and by chance: complete",
-        };
+fn emitters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
+    let walls = Walls::of(loaded.scene());
+    for emitter in loaded.scene().emitters() {
+        let needs = Needs::of(&loaded.integrator, emitter.is_delta());
+        let found = found(needs, &walls);
         writeln!(out, "  {:<12} found {found}", emitter.kind())?;
     }
     Ok(())
+}
+
+/// What finds an emitter's light, and how much of it.
+fn found(needs: Needs, walls: &Walls) -> String {
+    let (by, edge) = match needs {
+        Needs::Nothing => return "by connections and by chance: complete".into(),
+        Needs::FromEmitter => ("by connections", "on its way from the emitter"),
+        Needs::ToSensor => ("from the emitter", "on its way to the sensor"),
+        Needs::One => ("from both ends", "on every part of its way"),
+    };
+    let k = walls.reflections;
+    let reflected = match (walls.dielectric, walls.metal) {
+        (None, None) => return format!("{by}, along all branches: complete"),
+        (Some(_), None) => partially(k),
+        (None, Some(_)) => "by smooth metals".into(),
+        (Some(_), Some(_)) => format!("by smooth metals or {}", partially(k)),
+    };
+    format!("{by}: complete but for light that is reflected {reflected} {edge}")
+}
+
+fn partially(reflections: u32) -> String {
+    match reflections {
+        0 => "partially".into(),
+        1 => "partially more than once".into(),
+        k => format!("partially more than {k} times"),
+    }
+}
+
+/// Through how many reflections at smooth dielectrics branches are looked for.
+fn reach(scene: &Scene) -> String {
+    let reach = scene.branch_reach();
+    format!(
+        "{} partial reflections, {} with total ones",
+        reach.reflections, reach.bounces
+    )
 }
 
 fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {

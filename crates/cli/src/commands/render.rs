@@ -25,6 +25,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     if !args.quiet {
         load::warn(&loaded);
     }
+    check_strategies(args, &loaded)?;
     check_memory(&loaded)?;
     let interrupted = interrupt::watch()?;
     // A time limit replaces the scene's number of samples, but not that of the command line.
@@ -64,11 +65,16 @@ fn write(
     let images = images
         .iter()
         .map(|(path, format)| outputs::write(path, *format, &image, args.exposure));
+    let strategies = args.strategies.iter().map(|path| {
+        let image = outputs::strategies(report.rendering, names, report.attributes());
+        outputs::write(path, ImageFormat::Exr, &image, 0.0)
+    });
     let stats = args
         .stats
         .iter()
         .map(|path| io::atomic::write(path, |file| writeln!(file, "{:#}", report.json())));
     let failed: Vec<String> = images
+        .chain(strategies)
         .chain(stats)
         .filter_map(Result::err)
         .map(|e| e.to_string())
@@ -77,6 +83,17 @@ fn write(
         true => Ok(()),
         false => Err(Failure::Runtime(failed.join("\n"))),
     }
+}
+
+/// Only an estimator with several strategies can show them.
+fn check_strategies(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
+    if args.strategies.is_none() || loaded.integrator.splats() {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!(
+        "--strategies needs the integrator bdpt or particle: {} has one strategy only",
+        loaded.integrator.name()
+    )))
 }
 
 /// A film that does not fit into memory would end the program without a word.
@@ -120,6 +137,7 @@ fn run(
         integrator: loaded.integrator,
         samples: requested.unwrap_or(u64::MAX),
         seed: args.seed,
+        strategies: args.strategies.is_some(),
     };
     let (counter, started) = (AtomicU64::new(0), Instant::now());
     let mut stopped = None;

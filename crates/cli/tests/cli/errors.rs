@@ -96,7 +96,22 @@ fn options_are_checked() {
     refused(
         &folder,
         "render scene.xml --integrator bdtp",
-        &["unknown integrator 'bdtp'"],
+        &["unknown integrator 'bdtp'", "did you mean 'bdpt'?"],
+    );
+    refused(
+        &folder,
+        "render scene.xml --strategies s.exr",
+        &["--strategies needs", "path has one strategy only"],
+    );
+    refused(
+        &folder,
+        "render scene.xml --integrator bdpt --strategies s.png",
+        &["'.png'", "expected .exr"],
+    );
+    refused(
+        &folder,
+        "render scene.xml --integrator bdpt --strategies gone/s.exr",
+        &["cannot write 'gone/s.exr'"],
     );
     refused(
         &folder,

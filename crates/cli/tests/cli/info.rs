@@ -39,3 +39,40 @@ fn shows_extinction_and_albedo() {
     assert!(text.contains("extinction 0.5 per unit length"), "{text}");
     assert!(text.contains("albedo     0.9"), "{text}");
 }
+
+#[test]
+fn says_what_finds_an_emitter() {
+    let glass = r#"<shape type="sphere"><bsdf type="dielectric"/></shape>"#;
+    let lamp = r#"<emitter type="point"><point name="position" value="0, 3, 0"/>
+        <float name="intensity" value="1"/></emitter>"#;
+    let metal = r#"<shape type="cube"><transform name="to_world"><translate y="-5"/></transform>
+        <bsdf type="conductor"/></shape>"#;
+    let bdpt = r#"<integrator type="bdpt"><integer name="reflections" value="2"/></integrator>"#;
+    let of = |things: &[&str]| Folder::with_scene(&things.concat()).succeed("info scene.xml");
+    for (things, expected) in [
+        (
+            &[lamp][..],
+            "point        found by connections, along all branches: complete",
+        ),
+        (
+            &[lamp, glass],
+            "complete but for light that is reflected partially on its way from the emitter",
+        ),
+        (
+            &[lamp, glass, bdpt],
+            "found from both ends: complete but for light that is reflected partially more than 2 times on every",
+        ),
+        (
+            &[lamp, glass, metal],
+            "reflected by smooth metals or partially on its way",
+        ),
+        (
+            &[glass, bdpt],
+            "branches     through up to 2 partial reflections, 5 with total ones",
+        ),
+    ] {
+        let text = of(things);
+        assert!(text.contains(expected), "{expected}\n{text}");
+        assert!(text.contains("constant     found by connections and by chance: complete"));
+    }
+}

@@ -5,5 +5,6 @@ mod errors;
 mod info;
 mod limits;
 mod render;
+mod strategies;
 mod support;
 mod trace;

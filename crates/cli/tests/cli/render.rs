@@ -153,3 +153,51 @@ fn stats_hold_counts_and_settings() {
     assert_eq!(stats["counters"]["lost"], 0);
     assert_eq!(stats["scene_hash"].as_str().unwrap().len(), 64);
 }
+
+#[test]
+fn stats_tell_how_connections_fared() {
+    let folder = Folder::with_fog();
+    let line = folder.succeed("render scene.xml --spp 2 --stats s.json -o a.exr");
+    assert!(!line.contains("bias"), "{line}");
+    let stats = folder.json("s.json");
+    let connections = &stats["connections"];
+    assert_eq!(connections["success_rate"], 1.0);
+    assert_eq!(connections["certificate_coverage"], 1.0, "all is straight");
+    assert_eq!(connections["capped"], 0);
+    assert!(connections["possible_bias"].is_null());
+    assert_eq!(stats["branches"]["reflections"], 0);
+    assert_eq!(stats["branches"]["reflections_in_all"], 3);
+    let image = exr::read(&folder.path("a.exr")).unwrap();
+    let attribute =
+        |name| serde_json::from_str::<serde_json::Value>(image.attribute(name).unwrap());
+    assert_eq!(attribute("connections").unwrap(), *connections);
+    assert_eq!(attribute("branches").unwrap(), stats["branches"]);
+}
+
+/// Behind a ball of glass a point light has further branches, which are searched for.
+#[test]
+fn searches_for_branches_are_counted() {
+    let folder = Folder::with_scene(
+        r#"<integrator type="path"><integer name="reflections" value="1"/></integrator>
+           <emitter type="point"><point name="position" value="0, 0, -3"/>
+             <float name="intensity" value="5"/></emitter>
+           <shape type="sphere"><bsdf type="dielectric"/></shape>
+           <shape type="rectangle"><transform name="to_world">
+             <scale value="3"/><rotate y="1" angle="180"/><translate z="5"/>
+           </transform></shape>"#,
+    );
+    folder.succeed("render scene.xml --spp 32 --stats s.json -o a.npy");
+    let stats = folder.json("s.json");
+    let connections = &stats["connections"];
+    for name in ["searches", "secondary", "trials"] {
+        assert!(
+            connections[name].as_u64().unwrap() > 0,
+            "{name}: {connections}"
+        );
+    }
+    let number = |name: &str| connections[name].as_f64().unwrap();
+    assert!((1.0 / 16.0..=1.0).contains(&number("search_probability")));
+    assert!((0.0..1.0).contains(&number("certificate_coverage")));
+    assert!(number("shots_per_attempt") > 1.0);
+    assert_eq!(stats["branches"]["reflections"], 1);
+}

@@ -17,7 +17,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     ///
     /// The ray is followed over `reach.optical_length`. At each encounter with an interface where it
     /// could be refracted or reflected, `decide` says whether it is reflected, until
-    /// `reach.reflections` are used up. `None` if the ray is lost, or nowhere closer to `y` than at its
+    /// `reach.reflections` are used up; it ends after `reach.bounces` reflections of any kind. `None` if the ray is lost, or nowhere closer to `y` than at its
     /// start.
     pub fn approach<W: World<Region = R>>(
         &mut self,
@@ -37,7 +37,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         follow(
             world,
             (launch, region),
-            (reach.optical_length, self.scouting()),
+            (reach, self.scouting()),
             &mut reflect,
             &mut self.work,
             |leg| {

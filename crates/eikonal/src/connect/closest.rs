@@ -4,7 +4,7 @@ use super::connection::Failure;
 use super::launch::Launch;
 use super::pattern::Pattern;
 use super::shoot::Shot;
-use super::start::Start;
+use super::start::{Reach, Start};
 use super::world::{Piece, World};
 use crate::ray::{Node, Tolerance, Work};
 use glam::DVec3;
@@ -19,21 +19,24 @@ pub(super) struct Leg<R> {
     pub pattern: Pattern,
 }
 
-/// Follows the ray of a launch, without tangents, over an optical path length; `visit` sees every
+/// Follows the ray of a launch, without tangents, as far as the reach goes; `visit` sees every
 /// piece. Where refraction is possible `reflect`, given the number of the encounter, says whether to
 /// reflect all the same.
 pub(super) fn follow<W: World>(
     world: &W,
     (launch, region): (Launch, W::Region),
-    (optical_length, tolerance): (f64, Tolerance),
+    (reach, tolerance): (&Reach, Tolerance),
     reflect: &mut dyn FnMut(u32) -> bool,
     work: &mut Work,
     mut visit: impl FnMut(&Leg<W::Region>),
 ) -> Result<(), Failure> {
     let node = Node::launch(world.field(region), launch.x(), launch.direction(), ());
-    let mut shot = Shot::new(world, (node, region), optical_length, tolerance, work);
-    let (mut before, mut pattern) = (0.0, shot.pattern());
-    while let Some(piece) = shot.advance(reflect, work)? {
+    let length = reach.optical_length;
+    let mut shot = Shot::new(world, (node, region), length, tolerance, work);
+    let (mut before, mut pattern, mut bounces) = (0.0, shot.pattern(), 0);
+    while bounces <= reach.bounces
+        && let Some(piece) = shot.advance(reflect, work)?
+    {
         visit(&Leg {
             piece,
             before,
@@ -41,6 +44,7 @@ pub(super) fn follow<W: World>(
         });
         before += piece.arc.optical_length(piece.theta_end);
         pattern = shot.pattern();
+        bounces += u32::from(piece.is_reflected());
     }
     Ok(())
 }

@@ -84,7 +84,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let _ = follow(
             world,
             (launch, region),
-            (reach.optical_length, self.scouting()),
+            (reach, self.scouting()),
             &mut |_| false,
             &mut self.work,
             |leg| history.extend(leg.piece.event.map(|e| (leg.before, e.surface, e.rule))),

@@ -2,7 +2,7 @@
 
 use super::closest::{Leg, Nearest, follow, minima};
 use super::connection::Failure;
-use super::start::Start;
+use super::start::{Reach, Start};
 use super::world::{Piece, World};
 use crate::ray::{Tolerance, Work};
 use glam::DVec3;
@@ -33,10 +33,15 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         tolerance: Tolerance,
     ) -> Result<Self, Failure> {
         let mut legs = Vec::new();
+        let reach = Reach {
+            optical_length: start.optical_length,
+            reflections: u32::MAX,
+            bounces: u32::MAX,
+        };
         follow(
             world,
             (start.launch, start.region),
-            (start.optical_length, tolerance),
+            (&reach, tolerance),
             &mut |i| start.pattern.reflects(i),
             &mut Work::default(),
             |leg| legs.push(*leg),

@@ -66,7 +66,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let mut found = Vec::new();
         for branch in &rough {
             let branch = self.solve(world, &branch.again(region), y);
-            if let Some(branch) = branch.ok().filter(|b| b.within(reach)) {
+            if let Some(branch) = branch.ok().filter(|b| self.within(b, reach)) {
                 self.keep(&mut found, branch);
             }
         }
@@ -113,7 +113,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             let _ = follow(
                 world,
                 (launch, region),
-                (reach.optical_length, self.scouting()),
+                (reach, self.scouting()),
                 &mut reflect,
                 &mut self.work,
                 |leg| nearest.push(leg.nearest(y)),
@@ -132,6 +132,13 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         starts
     }
 
+    /// Whether the branch that was last solved for is looked for.
+    fn within(&self, branch: &Connection, reach: &Reach) -> bool {
+        let bounces = self.pieces().iter().filter(|p| p.is_reflected()).count();
+        let reflections = branch.pattern.reflections();
+        reach.includes(branch.optical_length, reflections, bounces as u32)
+    }
+
     fn keep(&self, found: &mut Vec<Connection>, branch: Connection) {
         let same = SAME.0.max(SAME.1 * self.tolerance().get());
         if !found.iter().any(|f| f.same_branch(&branch, same, same)) {
@@ -141,11 +148,6 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 }
 
 impl Connection {
-    fn within(&self, reach: &Reach) -> bool {
-        self.optical_length <= reach.optical_length
-            && self.pattern.reflections() <= reach.reflections
-    }
-
     /// A start that leads to this branch in one shot.
     fn again<R>(&self, region: R) -> Start<R> {
         Start {

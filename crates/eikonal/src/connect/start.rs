@@ -24,4 +24,16 @@ pub struct Reach {
     /// Most reflections at places where refraction is possible; at most [`Pattern::ENCOUNTERS`]
     /// matter.
     pub reflections: u32,
+    /// Most reflections in all, total ones included.
+    pub bounces: u32,
+}
+
+impl Reach {
+    /// Whether a branch is looked for that has this optical path length, takes `reflections` by choice
+    /// and `bounces` in all.
+    pub fn includes(&self, optical_length: f64, reflections: u32, bounces: u32) -> bool {
+        optical_length <= self.optical_length
+            && reflections <= self.reflections
+            && bounces <= self.bounces
+    }
 }

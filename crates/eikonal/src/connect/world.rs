@@ -73,6 +73,13 @@ pub struct Piece<R> {
     pub event: Option<Event>,
 }
 
+impl<R> Piece<R> {
+    /// Whether the ray was reflected at the end of the piece.
+    pub fn is_reflected(&self) -> bool {
+        self.event.is_some_and(|event| event.rule == Rule::Reflect)
+    }
+}
+
 /// One field that fills all of space.
 #[derive(Clone, Copy, Debug)]
 pub struct Unbounded<'a>(pub &'a Field);

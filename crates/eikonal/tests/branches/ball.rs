@@ -99,6 +99,7 @@ fn branches_of_a_ball_are_those_of_the_planar_scan() {
         let reach = Reach {
             optical_length: 40.0,
             reflections: 3,
+            bounces: u32::MAX,
         };
         let found = solver.all(&world, (from, 1), to, &reach);
         let expected = planar(x, y, gamma, 3);

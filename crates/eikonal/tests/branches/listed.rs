@@ -27,6 +27,7 @@ fn search(table: &Table, report: &mut String) -> Count {
     let reach = Reach {
         optical_length: REACH * table.longest(),
         reflections: 0,
+        bounces: u32::MAX,
     };
     let mut solver = Solver::new(Tolerance::new(1e-10));
     let mut count = Count::default();

@@ -9,6 +9,7 @@ use glam::DVec3;
 const REACH: Reach = Reach {
     optical_length: 7.0,
     reflections: 1,
+    bounces: u32::MAX,
 };
 
 fn sound(c: &Connection) {

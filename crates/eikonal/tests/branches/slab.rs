@@ -26,6 +26,7 @@ fn branches(
     let reach = Reach {
         optical_length,
         reflections,
+        bounces: u32::MAX,
     };
     let found = Solver::new(Tolerance::new(1e-10)).all(&world, from, y, &reach);
     found.into_iter().map(|(_, branch)| branch).collect()

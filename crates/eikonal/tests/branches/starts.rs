@@ -88,6 +88,7 @@ fn random_starts_lead_to_every_branch_behind_a_lens() {
     let reach = Reach {
         optical_length: 10.0,
         reflections: 0,
+        bounces: u32::MAX,
     };
     for pair in &table.pairs {
         let [x, y] = pair.ends;
@@ -125,6 +126,7 @@ fn approaches_decide_at_every_choice_until_the_reflections_are_used_up() {
         let reach = Reach {
             optical_length: 20.0,
             reflections,
+            bounces: u32::MAX,
         };
         let mut asked = 0;
         let mut decide = || {

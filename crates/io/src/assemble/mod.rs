@@ -7,12 +7,16 @@ mod channels;
 mod context;
 mod emitter;
 mod field;
+mod gaps;
+mod integrator;
 mod ior;
 mod medium;
 mod sensor;
 mod shape;
 mod sides;
 mod texture;
+
+pub use gaps::{Needs, Walls};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::{Query, unknown_plugin};
@@ -21,7 +25,7 @@ use channels::Channels;
 use context::Context;
 use eikonal::Tolerance;
 use std::path::Path;
-use transport::integrator::{Integrator, NAMES, PathTracer};
+use transport::integrator::{Integrator, PathTracer};
 use transport::scene::{Parts, Problem, Scene, Severity, Subject};
 
 /// What a caller may change about a scene file.
@@ -144,7 +148,7 @@ fn group_parts(
     if let [_, second, ..] = integrators[..] {
         context.error_at(&second.location, "the scene has more than one <integrator>");
     }
-    let (integrator, tolerance) = integrator(integrators.first().copied(), options, &mut context);
+    let method = integrator::build(integrators.first().copied(), options, &mut context);
     for &shape in &shapes {
         shape::add(shape, &mut context);
     }
@@ -173,7 +177,8 @@ fn group_parts(
         emitters: context.emitters,
         sensor: sensor.sensor,
         film: sensor.film,
-        tolerance,
+        tolerance: method.tolerance,
+        reflections: method.reflections,
     };
     let places = context.places;
     let mut report = |problem: &Problem| {
@@ -197,6 +202,9 @@ fn group_parts(
     match Scene::new(parts) {
         Ok(scene) => {
             scene.warnings().iter().for_each(&mut report);
+            gaps::warnings(&scene, &method.integrator)
+                .iter()
+                .for_each(&mut report);
             if let (Some(medium), [object]) = (sensor.medium, &sensors[..])
                 && medium != scene.sensor_medium()
             {
@@ -209,7 +217,7 @@ fn group_parts(
             }
             Some(GroupParts {
                 scene,
-                integrator,
+                integrator: method.integrator,
                 samples: sensor.samples,
             })
         }
@@ -249,38 +257,4 @@ fn children<'a>(root: &'a Object, context: &mut Context) -> Children<'a> {
     }
     query.finish(&[]);
     wanted
-}
-
-/// Names under which scene files may ask for the path tracer.
-const PATH_TRACERS: [&str; 3] = ["path", "volpath", "volpathmis"];
-
-fn integrator(
-    object: Option<&Object>,
-    options: &LoadOptions,
-    context: &mut Context,
-) -> (Integrator, Tolerance) {
-    if let Some(name) = options.integrator.as_deref().filter(|n| !NAMES.contains(n)) {
-        let help = format!("known integrators: {}", NAMES.join(", "));
-        let message = format!("unknown integrator '{name}'");
-        context
-            .diagnostics
-            .push(Diagnostic::error(message).help(help));
-    }
-    let default = PathTracer::default();
-    let Some(object) = object else {
-        return (Integrator::Path(default), Tolerance::default());
-    };
-    if !PATH_TRACERS.contains(&object.plugin.as_str()) {
-        unknown_plugin(object, &PATH_TRACERS, context.diagnostics);
-    }
-    let mut query = Query::new(object, context.diagnostics);
-    let max_depth = query.integer_in("max_depth", -1..=1_000_000, -1);
-    let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(default.rr_depth));
-    let tolerance = query.float_in("tolerance", 1e-12..=1e-4, Tolerance::default().get());
-    query.finish(&[]);
-    let path = PathTracer {
-        max_depth: u32::try_from(max_depth).ok(),
-        rr_depth: rr_depth as u32,
-    };
-    (Integrator::Path(path), Tolerance::new(tolerance))
 }

@@ -66,16 +66,19 @@ impl Dielectric {
         }
     }
 
-    /// What a connection that passes the interface is multiplied by, besides the probability that
-    /// [`Bsdf::sample`](super::Bsdf::sample) would choose the same way, and that probability.
-    /// `cos` is that of the angle of incidence, `n_far` is `None` for total internal reflection.
-    pub(crate) fn passage(&self, cos: f64, n_near: f64, n_far: Option<f64>) -> (Spectrum, f64) {
-        match n_far {
-            None => (self.specular_reflectance, 1.0),
-            Some(n_far) => {
-                let f = fresnel::dielectric(cos.min(1.0), n_near, n_far).reflectance;
-                (self.specular_transmittance, 1.0 - f)
-            }
+    /// What a connection that goes through the interface, or is reflected, is multiplied by, besides
+    /// the probability that [`Bsdf::sample`](super::Bsdf::sample) would choose the same way, and
+    /// that probability. `cos` is that of the angle of incidence.
+    pub(crate) fn passage(
+        &self,
+        cos: f64,
+        (n_near, n_far): (f64, f64),
+        transmitted: bool,
+    ) -> (Spectrum, f64) {
+        let f = fresnel::dielectric(cos.min(1.0), n_near, n_far).reflectance;
+        match transmitted {
+            true => (self.specular_transmittance, 1.0 - f),
+            false => (self.specular_reflectance, f),
         }
     }
 }

@@ -20,8 +20,7 @@ pub(super) fn sample(s: &Surface, toward: DVec3) -> BsdfSample {
 /// A null boundary is declared index-matched: the ray does not bend, so L itself goes through, and with
 /// it the energy. Where the indices match, as they should, this is 1. Where they do not, the
 /// boundary is unphysical (it keeps energy but not étendue), and not reciprocal: a walk from an emitter
-/// must pass as `toward` the side that it goes on to, that is, use the reciprocal of the
-/// weight that [`super::Bsdf::sample`] gives it.
+/// carries power, which passes without any factor.
 pub fn weight(s: &Surface, toward: DVec3) -> f64 {
     let side = s.facing(toward);
     let ratio = side.n_far / side.n_near;

@@ -1,7 +1,11 @@
 //! Collimated beam: a laser.
 
 use crate::Spectrum;
-use glam::DVec3;
+use crate::sampling::Frame;
+use crate::sampling::disc::{
+    gaussian_disc_pdf, gaussian_disc_sample, uniform_disc_pdf, uniform_disc_sample,
+};
+use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// How a beam's irradiance varies across it.
@@ -30,7 +34,8 @@ pub struct Collimated {
 }
 
 impl Collimated {
-    /// A beam of the given total power; `direction` has unit length.
+    /// A beam of the given total power; `origin` is the centre of the aperture, `direction` the unit
+    /// direction of the light.
     pub fn new(origin: DVec3, direction: DVec3, profile: Profile, power: Spectrum) -> Self {
         let area = match profile {
             Profile::Disc { radius } => PI * radius * radius,
@@ -64,13 +69,41 @@ impl Collimated {
 
     /// Irradiance at a point of the aperture plane.
     pub fn irradiance(&self, point: DVec3) -> Spectrum {
-        let r = (point - self.origin)
-            .reject_from_normalized(self.direction)
-            .length();
+        let r = self.distance(point);
         match self.profile {
             Profile::Disc { radius } if r <= radius => self.peak,
             Profile::Disc { .. } => Spectrum::ZERO,
             Profile::Gaussian { waist } => self.peak * (-2.0 * (r / waist).powi(2)).exp(),
         }
     }
+
+    /// A point of the aperture plane, in proportion to the irradiance there.
+    pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
+        let p = match self.profile {
+            Profile::Disc { radius } => radius * uniform_disc_sample(u),
+            Profile::Gaussian { waist } => gaussian_disc_sample(deviation(waist), u),
+        };
+        self.origin + Frame::from_normal(self.direction).to_world(p.extend(0.0))
+    }
+
+    /// Density of [`Collimated::sample`] per unit area.
+    pub(super) fn pdf(&self, point: DVec3) -> f64 {
+        let p = DVec2::new(self.distance(point), 0.0);
+        match self.profile {
+            Profile::Disc { radius } => uniform_disc_pdf(p / radius) / (radius * radius),
+            Profile::Gaussian { waist } => gaussian_disc_pdf(deviation(waist), p),
+        }
+    }
+
+    /// Distance from the axis.
+    fn distance(&self, point: DVec3) -> f64 {
+        (point - self.origin)
+            .reject_from_normalized(self.direction)
+            .length()
+    }
+}
+
+/// Standard deviation of exp(−2r²/w²) along each axis.
+fn deviation(waist: f64) -> f64 {
+    0.5 * waist
 }

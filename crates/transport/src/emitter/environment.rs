@@ -59,7 +59,7 @@ impl Environment {
         )?)))
     }
 
-    /// Radiance that arrives from the unit direction `toward`.
+    /// Radiance that arrives from the unit direction `toward`, against which the light travels.
     pub fn radiance(&self, toward: DVec3) -> Spectrum {
         match self {
             Environment::Constant(radiance) => *radiance,
@@ -67,7 +67,8 @@ impl Environment {
         }
     }
 
-    /// A direction towards the environment and its density per steradian.
+    /// A unit direction towards the environment, in proportion to its radiance but for the variation
+    /// of sin θ over a pixel, and its density per steradian; `u` is uniform in [0, 1)².
     pub fn sample(&self, u: [f64; 2]) -> (DVec3, f64) {
         match self {
             Environment::Constant(_) => (uniform_sphere_sample(u), uniform_sphere_pdf()),
@@ -75,7 +76,7 @@ impl Environment {
         }
     }
 
-    /// Density of [`Environment::sample`] per steradian.
+    /// Density of [`Environment::sample`] per steradian in the unit direction `toward`.
     pub fn pdf(&self, toward: DVec3) -> f64 {
         match self {
             Environment::Constant(_) => uniform_sphere_pdf(),
@@ -136,12 +137,13 @@ impl Image {
         })
     }
 
-    /// Image coordinates (u, v) in [0, 1]² of a direction, and sin θ.
+    /// Image coordinates (u, v) in [0, 1]² of a direction, and sin θ. Sines and the arc tangent keep
+    /// their digits near the poles, where the cosine loses them.
     fn locate(&self, toward: DVec3) -> ([f64; 2], f64) {
         let d = self.to_world.transpose() * toward;
         let u = d.x.atan2(-d.z) / TAU;
-        let cos = d.y.clamp(-1.0, 1.0);
-        ([u - u.floor(), cos.acos() / PI], (1.0 - cos * cos).sqrt())
+        let sin = d.x.hypot(d.z);
+        ([u - u.floor(), sin.atan2(d.y) / PI], sin)
     }
 
     fn radiance(&self, toward: DVec3) -> Spectrum {

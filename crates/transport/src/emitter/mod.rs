@@ -1,16 +1,22 @@
 //! Emitters.
 //!
-//! An emitter answers two questions: where a connection should aim (with what density), and how
-//! much light leaves it there. Radiometric factors that depend on the way between, and the division
-//! by n² that turns radiance into basic radiance, belong to `path`.
+//! An emitter answers three questions: where a connection should aim (with what density), how much
+//! light leaves it there, and which rays a light subpath should start with ([`Emission`]).
+//! Radiometric factors that depend on the way between, and the division by n² that turns radiance
+//! into basic radiance, belong to `path`.
 
 mod collimated;
+mod emission;
 mod environment;
 mod spot;
+mod surroundings;
 
+pub use crate::aim::{Aim, Aimed};
 pub use collimated::{Collimated, Profile};
+pub use emission::Emission;
 pub use environment::{Environment, ImageError};
 pub use spot::Spot;
+pub use surroundings::Surroundings;
 
 use crate::Spectrum;
 use crate::shape::Shape;
@@ -28,7 +34,8 @@ pub enum Emitter {
     },
     /// A point that radiates into a cone.
     Spot(Spot),
-    /// Radiates from the outer side of a shape, the same radiance in all directions.
+    /// Radiates from the side of a shape to which its normals point, the same radiance in all
+    /// directions.
     Area {
         /// Index of the object that it covers.
         object: usize,
@@ -48,82 +55,21 @@ pub enum Emitter {
     Collimated(Collimated),
 }
 
-/// Where a connection to an emitter should end.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Aim {
-    /// A point; the edge's geometry term is 1/J.
-    Point {
-        /// The point.
-        position: DVec3,
-        /// The object on which it lies, and its normal there.
-        surface: Option<(usize, DVec3)>,
-    },
-    /// Any point of the plane through `through` across `direction`, leaving along `direction`; the
-    /// edge's geometry term is 1/A. A beam is guided: the ray from its centre shows where it goes.
-    Plane {
-        /// A point of the plane.
-        through: DVec3,
-        /// Unit direction in which the light travels.
-        direction: DVec3,
-        /// Whether `through` is the centre of a beam.
-        beam: bool,
-    },
-}
-
-/// An aim and its density: per unit area on a surface, per steradian for an environment, 1 if there
-/// is no choice.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Aimed {
-    /// Where to.
-    pub aim: Aim,
-    /// With what density.
-    pub pdf: f64,
-    /// Whether scattered paths cannot find the emitter by chance.
-    pub delta: bool,
-}
-
-/// What an emitter must know of the scene around it.
-#[derive(Clone, Copy, Debug)]
-pub struct Surroundings {
-    /// Centre of a ball that contains everything.
-    pub center: DVec3,
-    /// Its radius.
-    pub radius: f64,
-}
-
-impl Surroundings {
-    /// A point outside the ball, from where light that travels in `direction` enters it.
-    fn before(&self, direction: DVec3) -> DVec3 {
-        self.center - direction * (2.0 * self.radius)
-    }
-}
-
 impl Emitter {
-    /// Chooses where to aim; `shape` gives the shape of an object.
+    /// Chooses where to aim; `shape` gives the shape of an object, `u` is uniform in [0, 1)².
     pub fn aim<'a>(
         &self,
         around: &Surroundings,
         shape: impl Fn(usize) -> &'a Shape,
         u: [f64; 2],
     ) -> Aimed {
-        let delta = |aim| Aimed {
-            aim,
-            pdf: 1.0,
-            delta: true,
-        };
-        let point = |position| Aim::Point {
-            position,
-            surface: None,
-        };
         match self {
-            Emitter::Point { position, .. } => delta(point(*position)),
-            Emitter::Spot(spot) => delta(point(spot.position())),
-            Emitter::Directional { direction, .. } => delta(Aim::Plane {
-                through: around.before(*direction),
-                direction: *direction,
-                beam: false,
-            }),
-            Emitter::Collimated(beam) => delta(Aim::Plane {
+            Emitter::Point { position, .. } => Aimed::only(Aim::at(*position)),
+            Emitter::Spot(spot) => Aimed::only(Aim::at(spot.position())),
+            Emitter::Directional { direction, .. } => {
+                Aimed::only(Aim::parallel(around.before(*direction), *direction))
+            }
+            Emitter::Collimated(beam) => Aimed::only(Aim::Plane {
                 through: beam.origin(),
                 direction: beam.direction(),
                 beam: true,
@@ -131,11 +77,7 @@ impl Emitter {
             Emitter::Environment(environment) => {
                 let (toward, pdf) = environment.sample(u);
                 Aimed {
-                    aim: Aim::Plane {
-                        through: around.before(-toward),
-                        direction: -toward,
-                        beam: false,
-                    },
+                    aim: Aim::parallel(around.before(-toward), -toward),
                     pdf,
                     delta: false,
                 }
@@ -195,7 +137,7 @@ impl Emitter {
         }
     }
 
-    /// Whether paths scattered at random can find it.
+    /// Whether paths scattered at random cannot find it.
     pub fn is_delta(&self) -> bool {
         !matches!(self, Emitter::Area { .. } | Emitter::Environment(_))
     }

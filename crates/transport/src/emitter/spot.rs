@@ -1,7 +1,10 @@
 //! Spotlight.
 
 use crate::Spectrum;
+use crate::sampling::Frame;
+use crate::sampling::sphere::uniform_cone_sample;
 use glam::DVec3;
+use std::f64::consts::TAU;
 
 /// A point source with full intensity inside a cone, falling linearly with the angle to zero at a
 /// wider one (as Mitsuba's `spot`).
@@ -15,8 +18,8 @@ pub struct Spot {
 }
 
 impl Spot {
-    /// `axis` is the unit direction of the cone; angles are half angles in radians, with
-    /// 0 ≤ `beam_width` ≤ `cutoff`.
+    /// `axis` is the unit direction of the cone and `intensity` that inside `beam_width`; angles are
+    /// half angles in radians, with 0 ≤ `beam_width` ≤ `cutoff`, 0 < `cutoff` ≤ π.
     pub fn new(
         position: DVec3,
         axis: DVec3,
@@ -39,7 +42,7 @@ impl Spot {
 
     /// Radiant intensity in a unit direction.
     pub fn intensity(&self, direction: DVec3) -> Spectrum {
-        let angle = self.axis.angle_between(direction);
+        let angle = self.angle(direction);
         if angle <= self.beam_width {
             self.intensity
         } else if angle >= self.cutoff {
@@ -47,5 +50,31 @@ impl Spot {
         } else {
             self.intensity * ((self.cutoff - angle) / (self.cutoff - self.beam_width))
         }
+    }
+
+    /// A direction uniform over the cone.
+    pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
+        let local = uniform_cone_sample(self.cap(), u);
+        Frame::from_normal(self.axis).to_world(local).normalize()
+    }
+
+    /// Density of [`Spot::sample`] per steradian.
+    pub(super) fn pdf(&self, direction: DVec3) -> f64 {
+        if self.angle(direction) <= self.cutoff {
+            1.0 / (TAU * self.cap())
+        } else {
+            0.0
+        }
+    }
+
+    /// Angle from the axis; unlike the arc cosine it keeps its digits in a narrow cone.
+    fn angle(&self, direction: DVec3) -> f64 {
+        let sin = self.axis.cross(direction).length();
+        sin.atan2(self.axis.dot(direction))
+    }
+
+    /// Height 1 − cos of the cap that the cone cuts out of the unit sphere.
+    fn cap(&self) -> f64 {
+        2.0 * (0.5 * self.cutoff).sin().powi(2)
     }
 }

@@ -1,5 +1,7 @@
 //! Reconstruction filters, sampled in proportion to their value.
 
+use std::f64::consts::{SQRT_2, TAU};
+
 /// A reconstruction filter, separable, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
@@ -17,6 +19,9 @@ pub enum Filter {
     },
 }
 
+/// Where Gaussians are cut off, in standard deviations.
+const CUT: f64 = 4.0;
+
 impl Filter {
     /// An offset from the pixel's centre with the filter as its density; `u` is uniform in [0, 1).
     pub fn sample(&self, u: f64) -> f64 {
@@ -27,12 +32,40 @@ impl Filter {
                 radius * v.signum() * (1.0 - (1.0 - v.abs()).sqrt())
             }
             Filter::Gaussian { stddev } => {
-                const CUT: f64 = 4.0;
-                let edge = libm::erf(CUT / std::f64::consts::SQRT_2);
-                stddev * std::f64::consts::SQRT_2 * inverse_erf((2.0 * u - 1.0) * edge)
+                stddev * SQRT_2 * inverse_erf((2.0 * u - 1.0) * gaussian_mass())
             }
         }
     }
+
+    /// Density of [`Filter::sample`] per pixel, zero beyond [`Filter::radius`]. The box includes its
+    /// lower edge alone, so that each position belongs to one pixel.
+    pub fn pdf(&self, offset: f64) -> f64 {
+        let x = offset.abs();
+        match *self {
+            Filter::Box => f64::from(u8::from((-0.5..0.5).contains(&offset))),
+            Filter::Tent { radius } => (1.0 - x / radius).max(0.0) / radius,
+            Filter::Gaussian { stddev } if x <= self.radius() => {
+                let z = x / stddev;
+                (-0.5 * z * z).exp() / (stddev * TAU.sqrt() * gaussian_mass())
+            }
+            Filter::Gaussian { .. } => 0.0,
+        }
+    }
+
+    /// Largest distance from the pixel's centre, along either axis, at which the filter is not zero,
+    /// in pixels.
+    pub fn radius(&self) -> f64 {
+        match *self {
+            Filter::Box => 0.5,
+            Filter::Tent { radius } => radius,
+            Filter::Gaussian { stddev } => CUT * stddev,
+        }
+    }
+}
+
+/// Share of a Gaussian that is not cut off.
+fn gaussian_mass() -> f64 {
+    libm::erf(CUT / SQRT_2)
 }
 
 /// Inverse error function on (−1, 1): Winitzki's closed form, polished by Newton's method.

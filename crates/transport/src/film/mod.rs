@@ -1,8 +1,10 @@
 //! Films: what is accumulated per pixel.
 
 mod filter;
+mod footprint;
 
 pub use filter::Filter;
+pub use footprint::footprint;
 
 use crate::Spectrum;
 
@@ -63,6 +65,8 @@ pub struct Film {
     height: usize,
     channels: usize,
     pixels: Vec<Pixel>,
+    /// For each group, samples of the image's mean, if pixels are not independent.
+    whole: Vec<Pixel>,
 }
 
 impl Film {
@@ -74,6 +78,7 @@ impl Film {
             height,
             channels,
             pixels: vec![Pixel::default(); width * height * groups],
+            whole: vec![Pixel::default(); groups],
         }
     }
 
@@ -107,6 +112,12 @@ impl Film {
     pub fn group_mut(&mut self, group: usize) -> &mut [Pixel] {
         let n = self.width * self.height;
         &mut self.pixels[group * n..(group + 1) * n]
+    }
+
+    /// Takes note of a sample of the mean over all pixels of a group: needed where one path contributes
+    /// to many pixels, so that the error of the image's mean does not follow from the errors of pixels.
+    pub fn add_whole(&mut self, group: usize, mean: Spectrum) {
+        self.whole[group].add(mean);
     }
 
     /// A quantity of every pixel, row by row with channels interleaved.
@@ -143,17 +154,23 @@ impl Film {
     }
 
     /// Mean over the image and over the channels, with its standard error. Channels of one group
-    /// share their paths, so their errors are added up as fully correlated.
+    /// share their paths, so their errors are added up as fully correlated. Pixels are taken as
+    /// independent unless [`Film::add_whole`] knows better.
     pub fn summary(&self) -> (f64, f64) {
         let n = (self.width * self.height) as f64;
         let (mut mean, mut variance) = (0.0, 0.0);
         for group in 0..self.groups() {
             let lanes = (self.channels - group * Spectrum::LANES).min(Spectrum::LANES);
-            for pixel in self.group(group) {
-                mean += pixel.mean().0[..lanes].iter().sum::<f64>();
+            let square = |pixel: &Pixel| {
                 let deviation = pixel.variance_of_mean().map(f64::sqrt);
-                variance += deviation.0[..lanes].iter().sum::<f64>().powi(2);
-            }
+                deviation.0[..lanes].iter().sum::<f64>().powi(2)
+            };
+            let pixels = self.group(group);
+            mean += pixels.iter().flat_map(|p| p.mean().0).sum::<f64>();
+            variance += match &self.whole[group] {
+                whole if whole.count > 0 => square(whole) * n * n,
+                _ => pixels.iter().map(square).sum(),
+            };
         }
         let scale = n * self.channels as f64;
         (mean / scale, variance.sqrt() / scale)

@@ -1,7 +1,15 @@
 //! Estimators of what a sensor measures. They never import one another.
 
+mod bdpt;
+mod bidirectional;
+mod contribution;
+mod particle;
 mod path;
 
+pub use bdpt::{Bdpt, Connections};
+pub use bidirectional::Heuristic;
+pub use contribution::Contribution;
+pub use particle::ParticleTracer;
 pub use path::PathTracer;
 
 use crate::Spectrum;
@@ -15,31 +23,60 @@ use crate::sensor::Ray;
 pub enum Integrator {
     /// Sensor subpaths with next-event estimation.
     Path(PathTracer),
+    /// Emitter subpaths, connected to the sensor.
+    Particle(ParticleTracer),
+    /// Subpaths from both ends, joined in every way.
+    Bdpt(Bdpt),
 }
 
 /// Names of the estimators, as scene files and command lines use them.
-pub const NAMES: [&str; 1] = ["path"];
+pub const NAMES: [&str; 3] = ["path", "particle", "bdpt"];
 
 impl Integrator {
-    /// One unbiased sample of the radiance that arrives along a sensor ray. `lanes` is the number of
-    /// channels in use.
-    pub fn radiance(
+    /// The contributions of one sample of a pixel, whose sensor ray is given. `channels` is the number
+    /// of channels in use. Their weighted sum over the whole image is unbiased if every pixel is
+    /// sampled equally often.
+    pub fn sample(
         &self,
         scene: &Scene,
         ray: Ray,
-        lanes: usize,
-        sampler: &mut Sampler,
-        ws: &mut Workspace,
-    ) -> Spectrum {
+        channels: usize,
+        (sampler, ws): (&mut Sampler, &mut Workspace),
+        out: &mut Vec<Contribution>,
+    ) {
+        let lane = |c| {
+            if c < channels {
+                1.0 / channels as f64
+            } else {
+                0.0
+            }
+        };
+        let lanes = Spectrum(std::array::from_fn(lane));
         match self {
-            Integrator::Path(path) => path.radiance(scene, ray, lanes, sampler, ws),
+            Integrator::Path(path) => out.push(Contribution {
+                image: None,
+                strategy: (0, 0),
+                value: path.radiance(scene, ray, channels, sampler, ws),
+                weight: 1.0,
+            }),
+            Integrator::Particle(particle) => {
+                particle.sample(scene, ray, lanes, (sampler, ws), out);
+            }
+            Integrator::Bdpt(bdpt) => bdpt.sample(scene, ray, lanes, (sampler, ws), out),
         }
+    }
+
+    /// Whether contributions go to other pixels than that of the sample.
+    pub fn splats(&self) -> bool {
+        !matches!(self, Integrator::Path(_))
     }
 
     /// Name, as in [`NAMES`].
     pub fn name(&self) -> &'static str {
         match self {
-            Integrator::Path(_) => "path",
+            Integrator::Path(_) => NAMES[0],
+            Integrator::Particle(_) => NAMES[1],
+            Integrator::Bdpt(_) => NAMES[2],
         }
     }
 }

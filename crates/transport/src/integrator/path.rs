@@ -2,10 +2,11 @@
 //! importance sampling against emitters that are hit by chance.
 
 use crate::Spectrum;
-use crate::emitter::{Aim, Emitter};
+use crate::aim::Aim;
+use crate::emitter::Emitter;
 use crate::path::{
-    Edge, End, Equiangular, Link, Scatter, Start, Vertex, Workspace, environment_aim, scatter,
-    scatter_pdf, trace,
+    Carry, Edge, End, Equiangular, Goal, Link, Sampling, Scatter, Start, Vertex, Workspace,
+    environment_aim, scatter, scatter_pdf, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -51,7 +52,9 @@ struct Tracing<'a> {
 }
 
 impl PathTracer {
-    pub(super) fn radiance(
+    /// One unbiased sample of the radiance that arrives along a sensor ray. `lanes` is the number of
+    /// channels in use.
+    pub fn radiance(
         &self,
         scene: &Scene,
         ray: Ray,
@@ -59,11 +62,8 @@ impl PathTracer {
         sampler: &mut Sampler,
         ws: &mut Workspace,
     ) -> Spectrum {
-        let start = Start {
-            x: ray.origin,
-            direction: ray.direction,
-            medium: scene.medium_of_sensor_ray(ray.origin),
-        };
+        let medium = scene.medium_of_sensor_ray(ray.origin);
+        let start = Start::point(ray.origin, ray.direction, medium);
         let n = scene.n(start.medium, start.x);
         let mut tracing = Tracing {
             scene,
@@ -93,12 +93,17 @@ impl PathTracer {
         radiance: &mut Spectrum,
     ) -> Option<Next> {
         let lanes = next.throughput / next.throughput.sum();
-        let edge = trace(t.scene, next.start, lanes, t.equiangular, t.sampler, t.ws);
+        let sampling = Sampling {
+            carry: Carry::Radiance,
+            lanes,
+            extend: t.equiangular,
+        };
+        let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
         let budget = self.budget(*depth + 1);
         if t.equiangular && budget > 0 {
             *radiance += t.around_emitter(&edge, &next, lanes, budget);
         }
-        *depth += 1 + edge.events;
+        *depth += 1 + edge.tube.events;
         if self.max_depth.is_some_and(|limit| *depth > limit) {
             return None;
         }
@@ -108,7 +113,7 @@ impl PathTracer {
             return None;
         }
         let vertex = Vertex::of(t.scene, &edge)?;
-        let throughput = next.throughput * t.edge_weight(&edge, lanes);
+        let throughput = next.throughput * edge.throughput(t.scene, lanes);
         *radiance += t.direct(&vertex, &edge, (throughput, lanes), budget);
         let next = t.scatter(vertex, throughput)?;
         self.roulette(t, next, *depth)
@@ -142,20 +147,6 @@ impl PathTracer {
 }
 
 impl Tracing<'_> {
-    /// Throughput of an edge up to its end, over the density of its sampling: T σ_s/p at a collision,
-    /// T/P on a surface.
-    fn edge_weight(&self, edge: &Edge, lanes: Spectrum) -> Spectrum {
-        let transmittance = edge.depth.exp_neg();
-        match &edge.end {
-            End::Collision(point) => {
-                let medium = self.scene.medium(point.medium);
-                let scattering = point.rate * medium.albedo.at(point.x);
-                transmittance * point.weight * scattering / Edge::collision_density(lanes, point)
-            }
-            _ => transmittance * edge.weight / edge.survival(lanes),
-        }
-    }
-
     /// Light emitted where the edge ends, weighted against the connection that competes for it.
     fn emission(&mut self, edge: &Edge, next: &Next, lanes: Spectrum) -> Spectrum {
         let mut sum = Spectrum::ZERO;
@@ -176,7 +167,8 @@ impl Tracing<'_> {
                         position: hit.position,
                         surface: Some((object, hit.normal)),
                     };
-                    let weight = self.mis(edge, next, lanes, (emitter, pdf), &aim);
+                    let cos = hit.normal.dot(-direction);
+                    let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, cos));
                     sum += radiance / (n * n) * weight;
                 }
             }
@@ -186,7 +178,7 @@ impl Tracing<'_> {
                 for (emitter, environment) in scene.environments() {
                     let pdf = environment.pdf(direction);
                     let aim = environment_aim(scene, direction);
-                    let weight = self.mis(edge, next, lanes, (emitter, pdf), &aim);
+                    let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, 1.0));
                     sum += environment.radiance(direction) / (n * n) * weight;
                 }
             }
@@ -195,18 +187,18 @@ impl Tracing<'_> {
         if sum.is_zero() {
             return sum;
         }
-        sum * next.throughput * self.edge_weight(edge, lanes)
+        sum * next.throughput * edge.throughput(self.scene, lanes)
     }
 
-    /// Balance heuristic for an edge that was sampled from its start and found an emitter. The
-    /// connection competes only if it would find this very edge.
+    /// Balance heuristic for an edge that was sampled from its start and found an emitter, where the
+    /// index is `n` and the cosine `cos`, against the connections that look for such edges.
     fn mis(
         &mut self,
         edge: &Edge,
         next: &Next,
         lanes: Spectrum,
-        (emitter, pdf): (usize, f64),
-        aim: &Aim,
+        (emitter, pdf, aim): (usize, f64, &Aim),
+        (n, cos): (f64, f64),
     ) -> f64 {
         let Some((vertex, direction_pdf)) = &next.from else {
             return 1.0;
@@ -214,11 +206,11 @@ impl Tracing<'_> {
         if !edge.connectable {
             return 1.0;
         }
-        let Some(link) = Link::matching(self.scene, vertex, edge, aim, self.ws) else {
-            return 1.0;
-        };
-        let by_connection = self.scene.emitter_probability(emitter) * pdf * link.density;
-        let by_chance = direction_pdf * edge.choice * edge.survival(lanes);
+        let goal = Goal::emitter(self.scene, emitter, *aim);
+        let way = (edge.start.direction, None);
+        let ease = Link::ease(self.scene, (vertex, &goal), way, self.ws);
+        let by_connection = self.scene.emitter_probability(emitter) * pdf * ease;
+        let by_chance = edge.tube.density(*direction_pdf, n) * cos * edge.tube.survival(lanes);
         by_chance / (by_chance + by_connection)
     }
 
@@ -300,22 +292,16 @@ impl Tracing<'_> {
         let emitter = &scene.emitters()[index];
         let shape = |object: usize| &scene.objects()[object].shape;
         let aimed = emitter.aim(scene.around(), shape, self.sampler.next_2d());
-        let mut sum = Spectrum::ZERO;
-        Link::each(scene, vertex, &aimed.aim, index, self.ws, |link| {
-            if link.events < budget {
-                let emitted = emitter.emitted(&aimed.aim, link.origin, link.emission);
-                let density = probability * aimed.pdf;
-                sum += received(
-                    scene,
-                    vertex,
-                    throughput,
-                    link,
-                    emitted,
-                    (density, aimed.delta),
-                );
-            }
+        let density = probability * aimed.pdf;
+        let goal = Goal::emitter(scene, index, aimed.aim);
+        let found = Link::each(scene, (vertex, &goal), self.sampler, self.ws, |link| {
+            let emitted = emitter.emitted(&aimed.aim, link.origin, link.emission);
+            let aimed = (&aimed.aim, density, aimed.delta);
+            let value = received(scene, vertex, throughput, link, emitted, aimed);
+            (link.tube.events < budget && !value.is_zero()).then_some(value)
         });
-        sum
+        let sum = |sum, (value, weight)| sum + value * weight;
+        found.into_iter().fold(Spectrum::ZERO, sum)
     }
 
     fn scatter(&mut self, vertex: Vertex, throughput: Spectrum) -> Option<Next> {
@@ -341,7 +327,7 @@ fn received(
     throughput: Spectrum,
     link: &Link,
     emitted: Spectrum,
-    (density, delta): (f64, bool),
+    (aim, density, delta): (&Aim, f64, bool),
 ) -> Spectrum {
     let scattered = throughput * vertex.eval(scene, link.direction);
     let received = scattered * link.transmittance() * emitted;
@@ -353,10 +339,17 @@ fn received(
     } else {
         // As the edge would be sampled if scattering chose this direction.
         let lanes = scattered / scattered.sum();
-        let survival = (lanes * link.depth.exp_neg()).sum();
-        let by_chance = scatter_pdf(scene, vertex, link.direction) * link.choice * survival;
-        let by_connection = density * link.density;
+        let cos = match aim {
+            Aim::Point {
+                surface: Some((_, normal)),
+                ..
+            } => normal.dot(link.emission),
+            _ => 1.0,
+        };
+        let pdf = scatter_pdf(scene, vertex, link.direction);
+        let by_chance = link.tube.density(pdf, link.n_aim) * cos * link.tube.survival(lanes);
+        let by_connection = density * link.ease;
         by_connection / (by_connection + by_chance)
     };
-    received * (link.geometry * weight / density)
+    received * (link.tube.geometry * weight / density)
 }

@@ -1,11 +1,21 @@
 //! An edge that was sampled from one end.
 
+use super::tube::Tube;
 use crate::Spectrum;
 use crate::medium::Attenuation;
-use crate::scene::MediumId;
+use crate::scene::{MediumId, Scene};
 use crate::shape::Hit;
 use eikonal::ray::Arc;
 use glam::DVec3;
+
+/// The family of rays that an edge is one of: its tangents are taken within the family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Front {
+    /// All directions from one point.
+    Point,
+    /// One direction from all points of a plane across it.
+    Plane,
+}
 
 /// Where an edge starts.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +26,29 @@ pub struct Start {
     pub direction: DVec3,
     /// Medium.
     pub medium: MediumId,
+    /// Family of rays.
+    pub front: Front,
+}
+
+impl Start {
+    /// From a point, in one of all directions.
+    pub fn point(x: DVec3, direction: DVec3, medium: MediumId) -> Self {
+        Start {
+            x,
+            direction,
+            medium,
+            front: Front::Point,
+        }
+    }
+}
+
+/// What a subpath carries along its edges. They differ at declared index matches only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Carry {
+    /// Basic radiance, towards its sources.
+    Radiance,
+    /// Power, away from its source.
+    Power,
 }
 
 /// One arc of an edge, within one medium.
@@ -116,20 +149,16 @@ pub struct Edge {
     pub lead: usize,
     /// How it ended.
     pub end: End,
-    /// Optical depth up to the end.
-    pub depth: Spectrum,
     /// Arc length up to the end.
     pub length: f64,
     /// Factor of the specular events: reflectances, and n² across declared index matches.
     pub weight: Spectrum,
-    /// Probability of the discrete choices at specular events.
-    pub choice: f64,
-    /// Number of specular events, index-matched boundaries not counted.
-    pub events: u32,
-    /// Whether a connection could follow the same way.
+    /// What connections must know of it.
+    pub tube: Tube,
+    /// Optical path length up to the end.
+    pub optical_length: f64,
+    /// Whether connections look for such ways: see [`super`].
     pub connectable: bool,
-    /// Whether it is one straight line through declared index matches.
-    pub straight: bool,
 }
 
 impl Edge {
@@ -139,9 +168,18 @@ impl Edge {
         (lanes * point.rate * point.depth.exp_neg()).sum()
     }
 
-    /// Probability that no collision occurs before the end.
-    pub fn survival(&self, lanes: Spectrum) -> f64 {
-        (lanes * self.depth.exp_neg()).sum()
+    /// What an edge that was sampled with channel probabilities `lanes` carries to its end, over the
+    /// density of its sampling: T σ_s/p at a collision, T/P on a surface.
+    pub fn throughput(&self, scene: &Scene, lanes: Spectrum) -> Spectrum {
+        let transmittance = self.tube.depth.exp_neg();
+        match &self.end {
+            End::Collision(point) => {
+                let medium = scene.medium(point.medium);
+                let scattering = point.rate * medium.albedo.at(point.x);
+                transmittance * point.weight * scattering / Edge::collision_density(lanes, point)
+            }
+            _ => transmittance * self.weight / self.tube.survival(lanes),
+        }
     }
 
     /// The spans before the first specular event.

@@ -1,19 +1,22 @@
-//! Edges made by connection: from a vertex to an emitter.
+//! Edges made by connection: from a vertex to an emitter, to the sensor, or to another vertex.
 
 use super::Workspace;
-use super::edge::Edge;
+use super::edge::Carry;
+use super::passage::Passage;
+use super::search::{Search, Shot};
+use super::tube::Tube;
 use super::vertex::Vertex;
 use crate::Spectrum;
-use crate::bsdf::Bsdf;
-use crate::emitter::Aim;
-use crate::medium::Attenuation;
+use crate::aim::Aim;
+use crate::emitter::Emitter;
+use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{Connection, Event, Piece, Start, World};
-use eikonal::interface::Rule;
+use eikonal::connect::{Connection, Guide, World};
 use glam::DVec3;
 
 /// Directions closer than this, in radians, are those of one branch, and closer than this multiple of
-/// the rays' tolerance: the solver is no better than the rays that it shoots.
+/// the rays' tolerance: the solver is no better than the rays that it shoots. Likewise for the
+/// relative difference of optical path lengths.
 const SAME_WAY: (f64, f64) = (1e-4, 100.0);
 
 /// A grazing ray touches the surface on which it ends this many times its miss before the end.
@@ -21,147 +24,227 @@ const SLACK_PER_MISS: f64 = 1e3;
 /// Likewise for the distance by which ends are kept off surfaces.
 const SLACK_PER_NUDGE: f64 = 1e3;
 
-/// A ray between a vertex and an emitter, seen from the vertex.
+/// What a vertex is to be connected to.
+#[derive(Clone, Copy, Debug)]
+pub struct Goal<'a> {
+    /// Where the connection should end.
+    pub aim: Aim,
+    /// Whether the connection may arrive on either side of the aim's surface, rather than on that of
+    /// the aim's normal only.
+    pub two_sided: bool,
+    /// Medium at the aim, if it is a point.
+    pub medium: Option<MediumId>,
+    /// Centre and radius of the part of a plane from which light may come.
+    pub disc: (DVec3, f64),
+    /// Where a beam goes.
+    pub guide: Option<&'a Guide<MediumId>>,
+    /// What the vertex's own subpath carries: the aim is then at the other end of the path.
+    pub carry: Carry,
+}
+
+impl<'a> Goal<'a> {
+    /// An aim at an emitter.
+    pub fn emitter(scene: &'a Scene, emitter: usize, aim: Aim) -> Self {
+        let around = scene.around();
+        let disc = match &scene.emitters()[emitter] {
+            // Where nothing to speak of is left of a beam.
+            Emitter::Collimated(beam) => (beam.origin(), 3.0 * beam.radius()),
+            _ => (around.center, around.radius),
+        };
+        Goal {
+            aim,
+            two_sided: false,
+            medium: scene.medium_of_aim(&aim),
+            disc,
+            guide: scene.guide(emitter),
+            carry: Carry::Radiance,
+        }
+    }
+
+    /// An aim at the sensor.
+    pub fn sensor(scene: &'a Scene, aim: Aim) -> Self {
+        let around = scene.around();
+        Goal {
+            aim,
+            two_sided: false,
+            medium: scene.medium_of_aim(&aim),
+            disc: (around.center, around.radius),
+            guide: None,
+            carry: Carry::Power,
+        }
+    }
+
+    /// A vertex of an emitter's subpath.
+    pub fn vertex(vertex: &Vertex) -> Self {
+        Goal {
+            aim: vertex.aim(),
+            two_sided: true,
+            medium: Some(vertex.medium()),
+            disc: (DVec3::ZERO, 0.0),
+            guide: None,
+            carry: Carry::Radiance,
+        }
+    }
+}
+
+/// A ray between a vertex and an aim, seen from the vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Link {
-    /// Unit direction at the vertex, towards the light.
+    /// Unit direction at the vertex, towards the aim.
     pub direction: DVec3,
-    /// Where the light starts.
+    /// Where the ray meets the aim.
     pub origin: DVec3,
-    /// Unit direction in which the light leaves the emitter.
+    /// Unit direction at the aim, towards the vertex.
     pub emission: DVec3,
-    /// Optical depth.
-    pub depth: Spectrum,
+    /// Geometry and depth.
+    pub tube: Tube,
     /// Factor of the interfaces on the way, Fresnel's included.
     pub factor: Spectrum,
-    /// Probability that an edge sampled by chance makes the same choices at these interfaces.
-    pub choice: f64,
-    /// Number of refractions and total reflections.
-    pub events: u32,
-    /// Span of σ.
-    pub sigma: f64,
+    /// Index at the vertex, on the side where the ray leaves it.
+    pub n_vertex: f64,
+    /// Index at the aim, on the side where the ray arrives.
+    pub n_aim: f64,
+    /// Optical path length.
+    pub optical_length: f64,
     /// How far the ray passes from the point that it was aimed at.
     pub miss: f64,
-    /// 1/(J n_e²) for a point, 1/(A n_x²) for a plane (theory §3): turns what is emitted into what
-    /// a basic-radiance vertex receives.
-    pub geometry: f64,
-    /// Density per steradian at the vertex of a unit density on the emitter: J/cos θ for a point on a
-    /// surface, A n_x²/n_e² for a plane.
-    pub density: f64,
+    /// How easily connections find it, as multiple importance sampling weighs them: 1 for a branch that
+    /// is found for certain, less for one that takes luck.
+    pub ease: f64,
 }
 
 impl Link {
-    /// Connects a vertex to an emitter and hands every ray that is found and not blocked to `visit`:
-    /// the primary branch, or for a beam one branch from each start of its guide. Every attempt and
-    /// its outcome is counted.
-    pub fn each(
+    /// Connects a vertex to a goal along all branches (theory §5) and asks `evaluate` what each is worth;
+    /// returns what it answers, each with a weight. Sums of value times weight are unbiased: rays
+    /// found from deterministic starts have weight 1, others the reciprocal of the probability that they
+    /// are found. Rays that are blocked or worth nothing (`None`) are left out. Every
+    /// attempt and its outcome is counted.
+    pub fn each<T>(
         scene: &Scene,
-        vertex: &Vertex,
-        aim: &Aim,
-        emitter: usize,
+        (vertex, goal): (&Vertex, &Goal),
+        sampler: &mut Sampler,
         ws: &mut Workspace,
-        mut visit: impl FnMut(&Link),
-    ) {
-        let mut offer = |link: Option<Link>, target: Option<usize>, ws: &mut Workspace| {
-            let Some(link) = link else { return };
-            let slack = SLACK_PER_MISS * link.miss + SLACK_PER_NUDGE * scene.nudge();
-            if scene.is_occluded(ws.solver.pieces(), target, slack) {
-                ws.stats.connections.occluded += 1;
-            } else {
-                visit(&link);
+        evaluate: impl Fn(&Link) -> Option<T>,
+    ) -> Vec<(T, f64)> {
+        let search = Search::new(scene, vertex, goal);
+        let mut values = Vec::new();
+        let mut known: Vec<Link> = Vec::new();
+        for shot in search.certain() {
+            let Some(link) = search.attempt(&shot, ws) else {
+                continue;
+            };
+            // Several starts may lead to one branch.
+            if known.iter().any(|k| k.is_branch_of(scene, &link)) {
+                continue;
             }
+            known.push(link);
+            if !link.is_blocked(scene, (vertex, goal), ws) {
+                values.extend(evaluate(&link).map(|value| (value, 1.0)));
+            }
+        }
+        if search.is_unique() && (!known.is_empty() || scene.is_straight()) {
+            ws.stats.connections.certified += 1;
+        } else if sampler.next_1d() < ws.search {
+            let other = |link: &Link| !known.iter().any(|k| k.is_branch_of(scene, link));
+            let found = search.lucky(sampler, ws, other, evaluate);
+            values.extend(found.map(|(value, weight)| (value, weight / ws.search)));
+        }
+        values
+    }
+
+    /// How easily connections from a vertex to a goal find the branch that leaves the vertex in
+    /// `direction`, which was found by other means. `optical_length` tells branches from a plane
+    /// apart that leave in one direction.
+    pub fn ease(
+        scene: &Scene,
+        (vertex, goal): (&Vertex, &Goal),
+        (direction, optical_length): (DVec3, Option<f64>),
+        ws: &mut Workspace,
+    ) -> f64 {
+        let search = Search::new(scene, vertex, goal);
+        if search.is_unique() {
+            return 1.0;
+        }
+        let same = |link: Link| {
+            same_way(scene, link.direction, direction)
+                && optical_length.is_none_or(|s| same_length(scene, s, link.optical_length))
         };
-        match *aim {
-            Aim::Point { position, surface } => {
-                let link = to_point(scene, vertex, position, surface.map(|s| s.1), ws);
-                offer(link, surface.map(|s| s.0), ws);
-            }
-            Aim::Plane {
-                through,
-                direction,
-                beam: false,
-            } => {
-                let link = to_plane(scene, vertex, (through, direction), None, ws);
-                offer(link, vertex.object(), ws);
-            }
-            Aim::Plane {
-                through,
-                direction,
-                beam: true,
-            } => {
-                let x = vertex.position();
-                let mut found: Vec<Link> = Vec::new();
-                for start in scene.guide(emitter).map_or(Vec::new(), |g| g.starts(x)) {
-                    let link = to_plane(scene, vertex, (through, direction), Some(start), ws);
-                    // Several starts may lead to one branch.
-                    let known = |l: &Link| found.iter().any(|f| f.is_branch_of(scene, l));
-                    if let Some(link) = link.filter(|l| !known(l)) {
-                        found.push(link);
-                        offer(Some(link), vertex.object(), ws);
-                    }
-                }
-            }
+        let mut certain = search.certain();
+        match certain.any(|shot| search.solve(&shot, ws).is_some_and(same)) {
+            true => 1.0,
+            false => ws.luck(),
         }
     }
 
-    /// The connection that would find the same way as an edge that was sampled by chance and ends on
-    /// the aim; `None` if the connection finds another way, or none.
-    pub fn matching(
+    /// The connection that a shot found, whose pieces the solver still holds.
+    pub(super) fn new(
         scene: &Scene,
-        vertex: &Vertex,
-        edge: &Edge,
-        aim: &Aim,
-        ws: &mut Workspace,
+        goal: &Goal,
+        (shot, ray): (&Shot, &Connection),
+        ws: &Workspace,
     ) -> Option<Link> {
-        let direction = edge.start.direction;
-        if edge.straight {
-            return Some(Link::straight(edge, aim));
-        }
-        let link = match *aim {
-            Aim::Point { position, surface } => {
-                to_point(scene, vertex, position, surface.map(|s| s.1), ws)?
-            }
-            Aim::Plane {
-                through, direction, ..
-            } => to_plane(scene, vertex, (through, direction), None, ws)?,
+        let pieces = ws.solver.pieces();
+        let passage = Passage::new(scene, pieces);
+        let last = pieces.last()?;
+        // The ray is followed from the vertex to a point, but from a plane to the vertex.
+        let (near, far) = (ray.direction_out, -ray.direction_in);
+        let from_vertex = matches!(goal.aim, Aim::Point { .. });
+        let n_last = scene.n(last.region, shot.target);
+        let against_light = from_vertex == (goal.carry == Carry::Radiance);
+        let jump = match against_light {
+            true => passage.jump,
+            false => 1.0 / passage.jump,
         };
-        same_way(scene, link.direction, direction).then_some(link)
-    }
-
-    /// The connection along a straight edge, which is unique.
-    fn straight(edge: &Edge, aim: &Aim) -> Link {
-        let direction = edge.start.direction;
-        let (origin, density) = match *aim {
-            Aim::Point { position, surface } => {
-                let cos = surface.map_or(1.0, |(_, normal)| normal.dot(-direction));
-                (position, edge.length * edge.length / cos)
-            }
-            Aim::Plane { through, .. } => (through, 1.0),
+        let n_first = scene.n(shot.start.region, ray.start);
+        let (direction, origin, emission, n_vertex, n_aim) = match goal.aim {
+            Aim::Point { position, .. } => (near, position, far, n_first, n_last),
+            Aim::Plane { .. } => (far, ray.start, near, n_last, n_first),
         };
-        Link {
+        Some(Link {
             direction,
             origin,
-            emission: -direction,
-            depth: edge.depth,
-            factor: edge.weight,
-            choice: 1.0,
-            events: 0,
-            sigma: edge.length,
-            miss: 0.0,
-            geometry: 1.0 / density,
-            density,
-        }
+            emission,
+            tube: Tube {
+                geometry: passage.jump / (ray.jacobian * n_last * n_last),
+                depth: passage.depth,
+                choice: passage.choice,
+                events: passage.events,
+            },
+            factor: passage.factor * jump,
+            n_vertex,
+            n_aim,
+            optical_length: ray.optical_length,
+            miss: ray.miss,
+            ease: 1.0,
+        })
     }
 
-    /// Whether two links to one beam are the same ray.
-    fn is_branch_of(&self, scene: &Scene, other: &Link) -> bool {
+    /// Whether an opaque or rough surface blocks the ray that was last found.
+    pub(super) fn is_blocked(
+        &self,
+        scene: &Scene,
+        (vertex, goal): (&Vertex, &Goal),
+        ws: &mut Workspace,
+    ) -> bool {
+        let slack = SLACK_PER_MISS * self.miss + SLACK_PER_NUDGE * scene.nudge();
+        let end = match goal.aim {
+            Aim::Point { surface, .. } => surface.map(|s| s.0),
+            Aim::Plane { .. } => vertex.object(),
+        };
+        let blocked = scene.is_occluded(ws.solver.pieces(), end, slack);
+        ws.stats.connections.occluded += u64::from(blocked);
+        blocked
+    }
+
+    /// Whether two connections of one vertex to one goal are the same ray.
+    pub(super) fn is_branch_of(&self, scene: &Scene, other: &Link) -> bool {
         same_way(scene, self.direction, other.direction)
-            && (self.sigma / other.sigma - 1.0).abs() < same_angle(scene)
+            && same_length(scene, self.optical_length, other.optical_length)
     }
 
     /// Transmittance, the factor of the interfaces included.
     pub fn transmittance(&self) -> Spectrum {
-        self.depth.exp_neg() * self.factor
+        self.tube.depth.exp_neg() * self.factor
     }
 }
 
@@ -173,150 +256,8 @@ fn same_way(scene: &Scene, a: DVec3, b: DVec3) -> bool {
     a.distance(b) < same_angle(scene)
 }
 
-fn to_point(
-    scene: &Scene,
-    vertex: &Vertex,
-    y: DVec3,
-    normal: Option<DVec3>,
-    ws: &mut Workspace,
-) -> Option<Link> {
-    let x = vertex.position();
-    let start = vertex.start(scene, y - x);
-    let target = match normal {
-        Some(normal) => super::walk::leave(scene, y, normal, normal),
-        None => y,
-    };
-    let outcome = ws.solver.connect(scene, (start.x, start.medium), target);
-    ws.stats.connections.count(&outcome);
-    let ray = outcome.ok()?;
-    if !vertex.same_side(ray.direction_out, start.direction) {
-        ws.stats.connections.discarded += 1;
-        return None;
-    }
-    let pieces = ws.solver.pieces();
-    let passage = Passage::new(scene, pieces, true);
-    let n = scene.n(pieces.last()?.region, target);
-    let cos = normal.map_or(1.0, |normal| normal.dot(-ray.direction_in));
-    Some(Link {
-        direction: ray.direction_out,
-        origin: y,
-        emission: -ray.direction_in,
-        depth: passage.depth,
-        factor: passage.factor,
-        choice: passage.choice,
-        events: passage.events,
-        sigma: ray.sigma,
-        miss: ray.miss,
-        geometry: 1.0 / (ray.jacobian * n * n),
-        density: ray.jacobian / cos.max(1e-300),
-    })
-}
-
-/// From the plane through a point across a direction, started at the foot of the vertex or where a guide
-/// says.
-fn to_plane(
-    scene: &Scene,
-    vertex: &Vertex,
-    (through, direction): (DVec3, DVec3),
-    guided: Option<Start<MediumId>>,
-    ws: &mut Workspace,
-) -> Option<Link> {
-    let start = vertex.start(scene, -direction);
-    let plane = (through, direction, scene.medium_at(through));
-    let outcome = match guided {
-        None => ws.solver.connect_plane(scene, plane, start.x),
-        Some(guided) => ws.solver.solve(scene, &guided, start.x),
-    };
-    ws.stats.connections.count(&outcome);
-    let ray: Connection = outcome.ok()?;
-    let arrives = ray.sigma > 0.0 && vertex.same_side(-ray.direction_in, start.direction);
-    let pieces = ws.solver.pieces();
-    if !arrives || pieces.last()?.region != start.medium {
-        ws.stats.connections.discarded += 1;
-        return None;
-    }
-    let passage = Passage::new(scene, pieces, false);
-    let (n_x, n_e) = (scene.n(start.medium, start.x), scene.n(plane.2, ray.start));
-    Some(Link {
-        direction: -ray.direction_in,
-        origin: ray.start,
-        emission: direction,
-        depth: passage.depth,
-        factor: passage.factor,
-        choice: passage.choice,
-        events: passage.events,
-        sigma: ray.sigma,
-        miss: ray.miss,
-        geometry: 1.0 / (ray.jacobian * n_x * n_x),
-        density: ray.jacobian * (n_x / n_e).powi(2) * pass_factor(pieces),
-    })
-}
-
-/// Share of the power in a ray tube that gets through the media and interfaces along it.
-pub fn transmittance(scene: &Scene, pieces: &[Piece<MediumId>]) -> Spectrum {
-    let passage = Passage::new(scene, pieces, false);
-    passage.depth.exp_neg() * passage.factor
-}
-
-/// What happens to the light of a connection on its way.
-struct Passage {
-    depth: Spectrum,
-    factor: Spectrum,
-    choice: f64,
-    events: u32,
-}
-
-impl Passage {
-    /// Along the pieces of a ray; `backwards` if the ray runs against the light.
-    fn new(scene: &Scene, pieces: &[Piece<MediumId>], backwards: bool) -> Self {
-        let mut passage = Passage {
-            depth: Spectrum::ZERO,
-            factor: Spectrum::ONE,
-            choice: 1.0,
-            events: 0,
-        };
-        for piece in pieces {
-            let medium = scene.medium(piece.region);
-            let attenuation = Attenuation::new(medium, &piece.arc, piece.theta_end);
-            passage.depth += attenuation.depth(&piece.arc, piece.theta_end);
-            if let Some(event) = &piece.event {
-                passage.cross(scene, event, backwards);
-            }
-        }
-        passage
-    }
-
-    fn cross(&mut self, scene: &Scene, event: &Event, backwards: bool) {
-        match &scene.objects()[event.surface].bsdf {
-            Bsdf::Dielectric(dielectric) => {
-                let (factor, probability) = dielectric.passage(
-                    event.normal.dot(event.before).abs() / event.before.length(),
-                    event.before.length(),
-                    (event.rule == Rule::Refract).then(|| event.after.length()),
-                );
-                self.factor *= factor * probability;
-                self.choice *= probability;
-                self.events += 1;
-            }
-            // Across a declared index match L, not L/n², is conserved. 1/J has no part of it when
-            // the ray runs against the light; 1/A has all of it when it runs along.
-            _ if backwards => {
-                self.factor *= event.after.length_squared() / event.before.length_squared();
-            }
-            _ => {}
-        }
-    }
-}
-
-/// ∏ n²/n'² over declared index matches, along the light: these jumps do not conserve étendue as
-/// refraction does.
-fn pass_factor(pieces: &[Piece<MediumId>]) -> f64 {
-    pieces
-        .iter()
-        .filter_map(|p| p.event)
-        .filter(|e| e.rule == Rule::Pass)
-        .map(|e| e.before.length_squared() / e.after.length_squared())
-        .product()
+fn same_length(scene: &Scene, a: f64, b: f64) -> bool {
+    (a - b).abs() < same_angle(scene) * a.abs().max(b.abs())
 }
 
 /// The aim with which a connection to an environment would look in the direction `toward`.

@@ -3,29 +3,48 @@
 //! An edge is curved flow plus the specular events that it passes. This is the only place that says
 //! which way light goes at each end of an edge, how long it is, and what its geometry term is.
 //!
-//! Which edges connections own is one rule (theory §7): an edge is *connectable* if every event on it
-//! is the one that a shot would choose, i.e. pass where indices are declared matched, refraction at
-//! smooth dielectrics wherever it is possible, and reflection where it is not. An edge found by chance
-//! that ends on an emitter shares its contribution with the connection that finds the same edge, and
-//! keeps all of it if none does.
+//! Which edges connections own is one rule (theory §7): an edge is *connectable* if connections look
+//! for its like, i.e. it passes where indices are declared matched, is refracted or totally reflected at
+//! smooth dielectrics, or is reflected there no more often than the scene allows, and is no longer than
+//! the scene's reach. Connections find all such edges: the one that a deterministic start leads to for
+//! certain, others by luck with a weight that makes up for it. So an edge that is connectable and was
+//! found by chance shares its contribution with the connections that compete for it, and any
+//! other edge keeps all of it.
 
 mod attract;
 mod edge;
+mod ends;
 mod equiangular;
+mod guess;
 mod link;
+mod passage;
+mod search;
+mod subpath;
+mod tube;
 mod vertex;
 mod walk;
 
 pub use attract::{scatter, scatter_pdf};
-pub use edge::{Edge, End, Span, Start};
+pub use edge::{Carry, Edge, End, Front, Span, Start};
+pub use ends::{Bounds, LightPath, sensor_path};
 pub use equiangular::Equiangular;
-pub use link::{Link, environment_aim, transmittance};
+pub use guess::guess;
+pub use link::{Goal, Link, environment_aim};
+pub use passage::transmittance;
+pub use subpath::{Escape, Ray, Station, Step, Subpath, Walker};
+pub use tube::Tube;
 pub use vertex::{Scatter, Vertex};
-pub use walk::trace;
+pub use walk::{Sampling, trace};
 
 use crate::scene::MediumId;
 use crate::stats::Stats;
 use eikonal::{Solver, Tolerance};
+
+/// Probability with which connections that may not be unique are searched for further branches,
+/// unless it is chosen otherwise.
+const SEARCH: f64 = 0.25;
+/// How certainly a lucky search counts, for multiple importance sampling.
+const LUCK: f64 = 0.25;
 
 /// Storage and counts of one thread.
 #[derive(Debug)]
@@ -34,6 +53,9 @@ pub struct Workspace {
     pub solver: Solver<MediumId>,
     /// What has happened so far.
     pub stats: Stats,
+    /// Probability in (0, 1] with which a connection that may not be unique is searched for further
+    /// branches. Any value is unbiased.
+    pub search: f64,
 }
 
 impl Workspace {
@@ -42,6 +64,7 @@ impl Workspace {
         Workspace {
             solver: Solver::new(tolerance),
             stats: Stats::default(),
+            search: SEARCH,
         }
     }
 
@@ -50,5 +73,11 @@ impl Workspace {
         let mut stats = self.stats;
         stats.work += self.solver.work;
         stats
+    }
+
+    /// What a branch that takes luck to be found counts for in the combination of estimators, where
+    /// one that is found for certain counts 1: its weight varies the more, the rarer it is.
+    fn luck(&self) -> f64 {
+        LUCK * self.search
     }
 }

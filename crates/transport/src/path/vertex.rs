@@ -1,8 +1,10 @@
 //! Vertices: where light is scattered.
 
 use super::edge::{Edge, End, Point, Start};
+use super::tube::Tube;
 use super::walk::{leave, surface_at};
 use crate::Spectrum;
+use crate::aim::Aim;
 use crate::bsdf::Surface;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
@@ -28,6 +30,8 @@ pub enum Vertex {
         direction: DVec3,
         /// Object.
         object: usize,
+        /// Part of the object's shape: see [`crate::shape::Hit`].
+        primitive: u32,
         /// Normal and indices.
         surface: Surface,
         /// Medium through which the sensor subpath arrived.
@@ -49,6 +53,15 @@ pub struct Scatter {
 }
 
 impl Vertex {
+    /// A vertex that stands for an end of a path on no surface; it is not to be asked how it scatters.
+    pub fn end(start: &Start) -> Vertex {
+        Vertex::Volume {
+            x: start.x,
+            direction: start.direction,
+            medium: start.medium,
+        }
+    }
+
     /// The vertex at which an edge ended, if it did at one.
     pub fn of(scene: &Scene, edge: &Edge) -> Option<Vertex> {
         match edge.end {
@@ -62,6 +75,7 @@ impl Vertex {
                 x: hit.position,
                 direction,
                 object,
+                primitive: hit.primitive,
                 surface: surface_at(scene, object, &hit, medium),
                 medium,
             }),
@@ -81,22 +95,18 @@ impl Vertex {
     /// Where an edge starts that leaves in a given direction.
     pub fn start(&self, scene: &Scene, direction: DVec3) -> Start {
         match *self {
-            Vertex::Volume { x, medium, .. } => Start {
-                x,
-                direction,
-                medium,
-            },
+            Vertex::Volume { x, medium, .. } => Start::point(x, direction, medium),
             Vertex::Surface {
                 x,
                 object,
                 surface,
                 medium,
                 ..
-            } => Start {
-                x: leave(scene, x, surface.normal, direction),
+            } => Start::point(
+                leave(scene, x, surface.normal, direction),
                 direction,
-                medium: scene.medium_beside(object, medium, (x, surface.normal), direction),
-            },
+                scene.medium_beside(object, medium, (x, surface.normal), direction),
+            ),
         }
     }
 
@@ -104,6 +114,52 @@ impl Vertex {
     pub fn position(&self) -> DVec3 {
         match *self {
             Vertex::Volume { x, .. } | Vertex::Surface { x, .. } => x,
+        }
+    }
+
+    /// The medium through which its subpath arrived.
+    pub fn medium(&self) -> MediumId {
+        match self {
+            Vertex::Volume { medium, .. } | Vertex::Surface { medium, .. } => *medium,
+        }
+    }
+
+    /// Unit direction in which its subpath arrived.
+    pub fn arrival(&self) -> DVec3 {
+        match self {
+            Vertex::Volume { direction, .. } | Vertex::Surface { direction, .. } => *direction,
+        }
+    }
+
+    /// The emitter on whose surface the vertex lies, the radiance that it emits against the arriving
+    /// subpath, and the density per unit area with which aims choose this point of it.
+    pub fn emitted(&self, scene: &Scene) -> Option<(usize, Spectrum, f64)> {
+        let Vertex::Surface {
+            x,
+            direction,
+            object,
+            primitive,
+            surface,
+            ..
+        } = *self
+        else {
+            return None;
+        };
+        let (emitter, radiance) = scene.emitted(object, surface.normal, -direction)?;
+        let pdf = scene.objects()[object].shape.pdf_area(x, primitive);
+        Some((emitter, radiance, pdf))
+    }
+
+    /// Itself as the end of a connection.
+    pub fn aim(&self) -> Aim {
+        match *self {
+            Vertex::Volume { x, .. } => Aim::at(x),
+            Vertex::Surface {
+                x, object, surface, ..
+            } => Aim::Point {
+                position: x,
+                surface: Some((object, surface.normal)),
+            },
         }
     }
 
@@ -120,6 +176,31 @@ impl Vertex {
         match self {
             Vertex::Volume { .. } => true,
             Vertex::Surface { surface, .. } => surface.normal.dot(a) * surface.normal.dot(b) > 0.0,
+        }
+    }
+
+    /// The vertex as a path sees it that comes from `direction`, a unit vector away from the vertex.
+    pub fn seen_from(mut self, from: DVec3) -> Self {
+        match &mut self {
+            Vertex::Volume { direction, .. } | Vertex::Surface { direction, .. } => {
+                *direction = -from;
+            }
+        }
+        self
+    }
+
+    /// What sampling must have happen for a path to end here, given a tube that arrives from
+    /// `direction`: a collision, per unit length, or a survival, with the cosine on a surface. For
+    /// channel probabilities `lanes`.
+    pub fn event(&self, scene: &Scene, lanes: Spectrum, direction: DVec3, tube: &Tube) -> f64 {
+        match self {
+            Vertex::Volume { x, medium, .. } => {
+                let extinction = scene.medium(*medium).extinction(*x);
+                (lanes * extinction * tube.depth.exp_neg()).sum()
+            }
+            Vertex::Surface { surface, .. } => {
+                surface.normal.dot(direction).abs() * tube.survival(lanes)
+            }
         }
     }
 

@@ -1,15 +1,17 @@
 //! Sampling an edge from its start: flow, collisions, and choices at specular surfaces.
 
 use super::Workspace;
-use super::edge::{Edge, End, Span, Start};
+use super::edge::{Carry, Edge, End, Front, Span, Start};
+use super::tube::{self, Tube};
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Surface};
 use crate::medium::Attenuation;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
 use crate::shape::Hit;
-use eikonal::connect::World;
-use eikonal::ray::{Flow, Node};
+use eikonal::connect::{Pattern, World};
+use eikonal::interface::{Interface, Rule};
+use eikonal::ray::{Flow, Node, Step, Tangents, Variation, perpendicular_basis};
 use glam::DVec3;
 
 /// More arcs than any sensible edge has.
@@ -17,23 +19,35 @@ const MOST_SPANS: usize = 20_000;
 /// More specular events than any edge needs: light between perfect mirrors never ends.
 const MOST_EVENTS: u32 = 1_000;
 
-/// Samples an edge. `lanes` are the probabilities with which each channel's extinction is used to
-/// sample the distance; they sum to one. With `extend`, spans are recorded beyond a collision up to
-/// the next surface that is not index-matched.
+/// How an edge is sampled.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampling {
+    /// What it carries.
+    pub carry: Carry,
+    /// Probabilities with which each channel's extinction is used to sample the distance; they sum to
+    /// one.
+    pub lanes: Spectrum,
+    /// Whether spans are recorded beyond a collision up to the next surface that is not index-matched.
+    pub extend: bool,
+}
+
+/// Samples an edge.
 pub fn trace(
     scene: &Scene,
     start: Start,
-    lanes: Spectrum,
-    extend: bool,
+    sampling: Sampling,
     sampler: &mut Sampler,
     ws: &mut Workspace,
 ) -> Edge {
     ws.stats.edges += 1;
-    let mut walk = Walk::new(scene, start, lanes, extend, sampler);
+    let mut walk = Walk::new(scene, start, sampling, sampler);
     while walk.region(ws) {}
     if matches!(walk.edge.end, End::Dead) && walk.lost {
         ws.stats.lost += 1;
     }
+    let reach = scene.branch_reach();
+    walk.edge.connectable &=
+        reach.includes(walk.reach, walk.reflections, walk.bounces) && walk.edge.tube.geometry > 0.0;
     walk.edge
 }
 
@@ -41,54 +55,61 @@ struct Walk<'a> {
     scene: &'a Scene,
     sampler: &'a mut Sampler,
     edge: Edge,
+    sampling: Sampling,
     /// Channel and optical depth of the collision that was drawn.
     target: (usize, f64),
-    extend: bool,
     collided: bool,
     lost: bool,
     x: DVec3,
     v: DVec3,
+    tangents: Tangents,
     medium: MediumId,
     /// Depth at the start of the next span.
     depth: Spectrum,
     /// Length at the start of the next span.
     length: f64,
+    /// ∏ n_after/n_before over declared index matches.
+    jump: f64,
+    /// Reflections where refraction was possible.
+    reflections: u32,
+    /// Reflections of any kind.
+    bounces: u32,
+    /// Optical path length that counts for the reach of connections: how far away a plane is does not.
+    reach: f64,
 }
 
 impl<'a> Walk<'a> {
-    fn new(
-        scene: &'a Scene,
-        start: Start,
-        lanes: Spectrum,
-        extend: bool,
-        sampler: &'a mut Sampler,
-    ) -> Self {
-        let channel = choose_lane(lanes, sampler.next_1d());
+    fn new(scene: &'a Scene, start: Start, sampling: Sampling, sampler: &'a mut Sampler) -> Self {
+        let channel = choose_lane(sampling.lanes, sampler.next_1d());
         let target = -(1.0 - sampler.next_1d()).ln();
+        let n = scene.n(start.medium, start.x);
         Walk {
             scene,
             sampler,
+            sampling,
             target: (channel, target),
-            extend,
             collided: false,
             lost: false,
             x: start.x,
-            v: start.direction * scene.n(start.medium, start.x),
+            v: start.direction * n,
+            tangents: tangents(scene, &start),
             medium: start.medium,
             depth: Spectrum::ZERO,
             length: 0.0,
+            jump: 1.0,
+            reflections: 0,
+            bounces: 0,
+            reach: 0.0,
             edge: Edge {
                 start,
                 spans: Vec::new(),
                 lead: 0,
                 end: End::Dead,
-                depth: Spectrum::ZERO,
                 length: 0.0,
                 weight: Spectrum::ONE,
-                choice: 1.0,
-                events: 0,
+                tube: Tube::new(),
+                optical_length: 0.0,
                 connectable: true,
-                straight: true,
             },
         }
     }
@@ -97,12 +118,8 @@ impl<'a> Walk<'a> {
     fn region(&mut self, ws: &mut Workspace) -> bool {
         let field = self.scene.field(self.medium);
         let straight = field.is_constant();
-        let mut flow = Flow::new(
-            field,
-            Node::new(field, self.x, self.v, ()),
-            self.scene.tolerance(),
-        );
-        self.edge.straight &= straight;
+        let node = Node::new(field, self.x, self.v, self.tangents);
+        let mut flow = Flow::new(field, node, self.scene.tolerance());
         loop {
             let reach = self.scene.reach(flow.node().x);
             let step = flow.advance(reach / flow.node().v.length(), &mut ws.stats.work);
@@ -111,14 +128,17 @@ impl<'a> Walk<'a> {
             }
             let hit = self.scene.first_hit(&step.arc);
             let theta_end = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
-            self.record(step.arc, theta_end);
-            if self.collided && !self.extend {
+            self.record(&step, theta_end);
+            if self.collided && !self.sampling.extend {
                 return false;
             }
             if let Some((object, hit)) = hit {
-                return self.surface(object, hit, step.arc.velocity(theta_end));
+                let (_, v, tangents) = step.at(theta_end);
+                self.tangents = tangents;
+                return self.surface(object, hit, v);
             }
             if straight {
+                self.tangents = step.end.variation;
                 return self.escape(step.end.v);
             }
             let outside =
@@ -130,7 +150,8 @@ impl<'a> Walk<'a> {
     }
 
     /// Adds one arc, and the collision if it happens there.
-    fn record(&mut self, arc: eikonal::ray::Arc, theta_end: f64) {
+    fn record(&mut self, step: &Step<Tangents>, theta_end: f64) {
+        let arc = step.arc;
         let medium = self.scene.medium(self.medium);
         let attenuation = Attenuation::new(medium, &arc, theta_end);
         let span = Span {
@@ -146,23 +167,41 @@ impl<'a> Walk<'a> {
             let (channel, target) = self.target;
             let left = target - self.depth[channel];
             if let Some(theta) = span.attenuation.invert(&arc, theta_end, channel, left) {
-                let point = span.at(theta);
-                self.edge.depth = point.depth;
-                self.edge.length = point.length;
-                self.edge.end = End::Collision(point);
-                self.collided = true;
+                self.collide(step, &span, theta);
+            } else {
+                self.lengthen(arc.optical_length(theta_end));
             }
         }
         self.depth += span.attenuation.depth(&arc, theta_end);
         self.length = span.length_after();
         if !self.collided {
-            self.edge.depth = self.depth;
+            self.edge.tube.depth = self.depth;
             self.edge.length = self.length;
         }
         self.edge.spans.push(span);
-        if self.edge.events == 0 {
+        if self.edge.tube.events == 0 {
             self.edge.lead = self.edge.spans.len();
         }
+    }
+
+    fn collide(&mut self, step: &Step<Tangents>, span: &Span, theta: f64) {
+        let point = span.at(theta);
+        let (_, v, tangents) = step.at(theta);
+        self.edge.tube.depth = point.depth;
+        self.edge.tube.geometry = tube::to_point(&tangents, v, self.jump);
+        self.edge.length = point.length;
+        self.lengthen(step.arc.optical_length(theta));
+        self.edge.end = End::Collision(point);
+        self.collided = true;
+    }
+
+    /// Adds to the optical path length.
+    fn lengthen(&mut self, length: f64) {
+        let first = self.edge.spans.is_empty() && self.edge.start.front == Front::Plane;
+        if !(first && self.scene.field(self.medium).is_constant()) {
+            self.reach += length;
+        }
+        self.edge.optical_length += length;
     }
 
     /// Goes through, is reflected, or ends at a surface. Returns whether the ray goes on.
@@ -176,12 +215,13 @@ impl<'a> Walk<'a> {
         if bsdf.is_null() {
             return self.pass(object, hit, v);
         }
-        if bsdf.is_delta() && self.edge.events < MOST_EVENTS {
+        if bsdf.is_delta() && self.edge.tube.events < MOST_EVENTS {
             return self.specular(object, hit, v);
         }
         if bsdf.is_delta() {
             return self.die(true);
         }
+        self.edge.tube.geometry = tube::to_point(&self.tangents, v, self.jump);
         self.edge.end = End::Surface {
             object,
             hit,
@@ -192,16 +232,16 @@ impl<'a> Walk<'a> {
     }
 
     /// Straight through a boundary that is declared index-matched. If the indices differ all the
-    /// same, L rather than L/n² is conserved: the declared jump carries no energy away.
+    /// same, power and L, rather than L/n², are conserved: the declared jump takes no energy away.
     fn pass(&mut self, object: usize, hit: Hit, v: DVec3) -> bool {
         let direction = v.normalize();
-        let beyond =
-            self.scene
-                .medium_beside(object, self.medium, (hit.position, hit.normal), direction);
-        let n_near = self.scene.n(self.medium, hit.position);
-        let n_far = self.scene.n(beyond, hit.position);
-        self.edge.weight *= (n_far / n_near).powi(2);
-        self.go_on(hit, direction, beyond, n_far)
+        let beyond = self.beyond(object, &hit, direction);
+        let ratio = self.scene.n(beyond, hit.position) / self.scene.n(self.medium, hit.position);
+        if self.sampling.carry == Carry::Radiance {
+            self.edge.weight *= ratio * ratio;
+        }
+        self.jump *= ratio;
+        self.go_on((object, hit), (v, direction), beyond, Rule::Pass)
     }
 
     /// Refracted or reflected by chance at a smooth surface.
@@ -213,32 +253,63 @@ impl<'a> Walk<'a> {
         let Some(sample) = bsdf.sample(&surface, toward, u) else {
             return self.die(false);
         };
-        let forced_reflection = !sample.transmitted && sample.pdf >= 1.0;
-        let dielectric = matches!(bsdf, Bsdf::Dielectric(_));
-        self.edge.connectable &= dielectric && (sample.transmitted || forced_reflection);
-        self.edge.straight = false;
-        self.edge.events += 1;
-        self.edge.choice *= sample.pdf;
+        self.edge.connectable &= matches!(bsdf, Bsdf::Dielectric(_));
+        if !sample.transmitted && sample.pdf < 1.0 {
+            self.reflections += 1;
+            // Connections know patterns of so many encounters.
+            self.edge.connectable &= self.edge.tube.events < Pattern::ENCOUNTERS;
+        }
+        self.bounces += u32::from(!sample.transmitted);
+        self.edge.tube.events += 1;
+        self.edge.tube.choice *= sample.pdf;
         self.edge.weight *= sample.weight;
-        let beyond = self.scene.medium_beside(
-            object,
-            self.medium,
-            (hit.position, hit.normal),
-            sample.direction,
-        );
-        let n = self.scene.n(beyond, hit.position);
-        self.go_on(hit, sample.direction, beyond, n)
+        let beyond = self.beyond(object, &hit, sample.direction);
+        let rule = match sample.transmitted {
+            true => Rule::Refract,
+            false => Rule::Reflect,
+        };
+        self.go_on((object, hit), (v, sample.direction), beyond, rule)
     }
 
-    fn go_on(&mut self, hit: Hit, direction: DVec3, medium: MediumId, n: f64) -> bool {
+    fn beyond(&self, object: usize, hit: &Hit, direction: DVec3) -> MediumId {
+        let at = (hit.position, hit.normal);
+        self.scene.medium_beside(object, self.medium, at, direction)
+    }
+
+    /// On from a surface with the velocity before and the direction after.
+    fn go_on(
+        &mut self,
+        (object, hit): (usize, Hit),
+        (v, direction): (DVec3, DVec3),
+        beyond: MediumId,
+        rule: Rule,
+    ) -> bool {
+        let local = |medium| {
+            let (n2, a, ()) = <() as Variation>::local(self.scene.field(medium), hit.position);
+            (n2, a)
+        };
+        let shape = &self.scene.objects()[object].shape;
+        let interface = Interface {
+            normal: hit.normal,
+            shape: shape.shape_operator(hit.position, hit.primitive),
+            near: local(self.medium),
+            far: local(beyond),
+        };
+        match interface.tangents(rule, v, &self.tangents) {
+            Some(tangents) => self.tangents = tangents,
+            None => self.edge.connectable = false,
+        }
         self.x = leave(self.scene, hit.position, hit.normal, direction);
-        self.v = direction * n;
-        self.medium = medium;
+        self.v = direction * interface.far.0.sqrt();
+        self.medium = beyond;
         true
     }
 
     fn escape(&mut self, v: DVec3) -> bool {
         if !self.collided {
+            let last = self.edge.spans.last();
+            self.reach -= last.map_or(0.0, |s| s.arc.optical_length(s.theta_end));
+            self.edge.tube.geometry = tube::to_plane(&self.tangents, v, self.jump);
             self.edge.end = End::Escaped {
                 direction: v.normalize(),
                 medium: self.medium,
@@ -253,6 +324,16 @@ impl<'a> Walk<'a> {
             self.lost = lost;
         }
         false
+    }
+}
+
+/// The tangents with which an edge starts: unit changes of the direction, or of the place.
+fn tangents(scene: &Scene, start: &Start) -> Tangents {
+    let basis = perpendicular_basis(start.direction);
+    let (n2, gradient) = scene.field(start.medium).gradient(start.x);
+    match start.front {
+        Front::Point => Tangents::angular(n2.sqrt(), basis),
+        Front::Plane => Tangents::lateral(n2.sqrt(), gradient, start.direction, basis),
     }
 }
 

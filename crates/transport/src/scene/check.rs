@@ -248,46 +248,5 @@ fn check_emitters(scene: &Scene) -> Vec<Problem> {
             )
         })
     });
-    let lost: Vec<Problem> = lost.collect();
-    if !lost.is_empty() || !may_have_several_branches(scene) {
-        return lost;
-    }
-    let emitters = scene.emitters().iter().enumerate();
-    emitters
-        .filter(|(_, e)| e.is_delta())
-        .map(|(i, e)| {
-            warning(
-                Subject::Emitter(i),
-                format!(
-                    "light of this {} emitter may reach a point along several rays, of which \
-                     connections find the primary one only; what the others carry is missing",
-                    e.kind()
-                ),
-                "an area or environment emitter is complete: scattered paths find its other rays",
-            )
-        })
-        .collect()
-}
-
-/// Whether two points may be connected by more than one ray: not if all rays are straight lines,
-/// nor if a single curved medium, convex and certified, is left for good by every ray that leaves it.
-fn may_have_several_branches(scene: &Scene) -> bool {
-    let bends = |o: &Object| matches!(o.bsdf, Bsdf::Dielectric(_) | Bsdf::Conductor(_));
-    if scene.objects().iter().any(bends) {
-        return true;
-    }
-    let curved: Vec<usize> = (0..scene.media().len())
-        .filter(|&id| !scene.medium(id).index.is_constant())
-        .collect();
-    match curved[..] {
-        [] => false,
-        [id] => {
-            let region = &scene.regions()[id];
-            let certified = region.uniqueness.as_ref().is_some_and(|u| u.whole_medium());
-            let inside = |e: &Emitter| e.singularity().is_some_and(|x| scene.medium_at(x) == id);
-            let emitters = scene.emitters().iter();
-            !(certified && emitters.filter(|e| e.is_delta()).all(inside))
-        }
-        _ => true,
-    }
+    lost.collect()
 }

@@ -8,6 +8,7 @@ pub use check::{Problem, Severity, Subject};
 pub use regions::Region;
 
 use crate::Spectrum;
+use crate::aim::Aim;
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Surroundings};
 use crate::film::Filter;
@@ -15,7 +16,7 @@ use crate::medium::Medium;
 use crate::sampling::Discrete;
 use crate::sensor::Sensor;
 use crate::shape::{Accel, Shape};
-use eikonal::connect::{Guide, Launch, Pattern, Start, World};
+use eikonal::connect::{Guide, Launch, Pattern, Reach, Start, World};
 use eikonal::{Aabb, Tolerance};
 use glam::DVec3;
 
@@ -89,6 +90,9 @@ pub struct Parts {
     pub film: FilmSpec,
     /// Tolerance of rays.
     pub tolerance: Tolerance,
+    /// Connections are looked for through at most this many reflections at smooth dielectrics where
+    /// refraction is possible; total reflections are not counted.
+    pub reflections: u32,
 }
 
 /// A scene that can be rendered.
@@ -102,6 +106,8 @@ pub struct Scene {
     sensor_medium: MediumId,
     emitter_choice: Option<Discrete>,
     around: Surroundings,
+    reach: Reach,
+    bending: Bending,
     attractors: Vec<DVec3>,
     /// Objects that touch, overlap or hold others: what lies beside their surfaces varies.
     crowded: Vec<bool>,
@@ -153,6 +159,12 @@ impl Scene {
             regions,
             attractors: attractors(&parts),
             crowded: crowded(&parts.objects, around.radius * 1e-9),
+            reach: Reach {
+                optical_length: REACH * around.radius,
+                reflections: parts.reflections,
+                bounces: parts.reflections + TOTAL_REFLECTIONS,
+            },
+            bending: Bending::of(&parts),
             sensor_medium,
             around,
             parts,
@@ -219,6 +231,39 @@ impl Scene {
     /// A ball that contains every object, the sensor and all emitters at finite distance.
     pub fn around(&self) -> &Surroundings {
         &self.around
+    }
+
+    /// How far, and through how many reflections, connections are looked for.
+    pub fn branch_reach(&self) -> &Reach {
+        &self.reach
+    }
+
+    /// Whether no ray is bent anywhere.
+    pub fn is_straight(&self) -> bool {
+        self.bending == Bending::None
+    }
+
+    /// Whether it is known that no two rays connect two points, given with their media: all rays are
+    /// straight, or both points are in the only medium that bends rays, which is convex, so that no ray that
+    /// leaves it returns, and [certified](eikonal::Uniqueness).
+    pub fn is_unique(&self, (x, medium): (DVec3, MediumId), (y, other): (DVec3, MediumId)) -> bool {
+        match self.bending {
+            Bending::None => true,
+            Bending::One(id) if id == medium && id == other => {
+                let certificate = self.regions[id].uniqueness.as_ref();
+                certificate
+                    .is_some_and(|u| u.whole_medium() || u.pair(&self.medium(id).index, x, y))
+            }
+            _ => false,
+        }
+    }
+
+    /// The medium at an aim that is a point, if [`Scene::is_unique`] could make use of it.
+    pub(crate) fn medium_of_aim(&self, aim: &Aim) -> Option<MediumId> {
+        match (self.bending, aim) {
+            (Bending::One(_), Aim::Point { position, .. }) => Some(self.medium_at(*position)),
+            _ => None,
+        }
     }
 
     /// Positions of point-like emitters, if anything scatters their light: near them its 1/r² fall-off
@@ -342,8 +387,37 @@ fn crowded(objects: &[Object], margin: f64) -> Vec<bool> {
         .collect()
 }
 
-/// A beam is followed over this many radii of the scene, in optical path length: enough for several bounces inside a tank.
-const GUIDE_LENGTH: f64 = 20.0;
+/// What bends rays in a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Bending {
+    /// Nothing.
+    None,
+    /// The index of one medium only.
+    One(MediumId),
+    /// Smooth interfaces, or several media.
+    Several,
+}
+
+impl Bending {
+    fn of(parts: &Parts) -> Self {
+        let bends = |o: &Object| matches!(o.bsdf, Bsdf::Dielectric(_));
+        let curved = |id: &MediumId| !parts.media[*id].index.is_constant();
+        let mut curved = (0..parts.media.len()).filter(curved);
+        match (curved.next(), curved.next()) {
+            _ if parts.objects.iter().any(bends) => Bending::Several,
+            (None, _) => Bending::None,
+            (Some(id), None) => Bending::One(id),
+            _ => Bending::Several,
+        }
+    }
+}
+
+/// Beams are followed, and branches looked for, over this many radii of the scene in optical path
+/// length: enough for several bounces inside a tank.
+const REACH: f64 = 20.0;
+/// Branches are looked for through this many total reflections. Inside a glass ball there is no end
+/// of branches that run along its surface from one to the next; each is ever harder to find.
+pub const TOTAL_REFLECTIONS: u32 = 3;
 
 fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
     let guide = |emitter: &Emitter| match emitter {
@@ -354,7 +428,7 @@ fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
                     direction: beam.direction(),
                 },
                 region: scene.medium_at(beam.origin()),
-                optical_length: GUIDE_LENGTH * scene.around.radius,
+                optical_length: scene.reach.optical_length,
                 pattern: Pattern::REFRACT,
             };
             Guide::new(scene, start, scene.tolerance()).ok()

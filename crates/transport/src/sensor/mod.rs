@@ -1,7 +1,22 @@
-//! Sensors: where sensor subpaths start.
+//! Sensors: where sensor subpaths start, and what a light subpath that arrives is worth.
 //!
-//! All sensors read radiance: a pixel is the mean of L over its footprint (and over the lens), so a
-//! sensor subpath starts with weight n² (theory §3) and nothing else.
+//! All sensors read radiance. With u = (s, t) a position on the image, pixel j reads
+//!
+//! ```text
+//! I_j = ∫ h_j(u) L(u) du,   L averaged over the lens,   ∫ h_j du = 1
+//! ```
+//!
+//! where h_j is the density of the reconstruction filter about the pixel's centre: a product of two
+//! [`Filter::pdf`](crate::film::Filter::pdf), each times the number of pixels along its side, since
+//! u is in units of the image.
+//!
+//! * A sensor subpath draws u from h_j and a point of the lens uniformly ([`Sensor::ray`]), so it
+//!   starts with weight n² (theory §3) and nothing else.
+//! * A light subpath that is connected to the sensor aims at a point of it ([`Sensor::aim`]). Changing
+//!   variables from u to the rays of that point (steradians), or to the parallel rays (area across
+//!   them), turns the integral into n² h_j(u) `density` L̃, with u and du/dΩ or du/dA⊥ = `density`
+//!   from [`Sensor::sense`]. On a lens the average over its area divides by that area, which is the
+//!   reciprocal of the density of the aim: they cancel.
 
 mod orthographic;
 mod perspective;
@@ -11,6 +26,7 @@ pub use orthographic::Orthographic;
 pub use perspective::Perspective;
 pub use thinlens::ThinLens;
 
+use crate::aim::{Aim, Aimed};
 use glam::{DAffine3, DVec3};
 
 /// A position and a unit direction.
@@ -20,6 +36,18 @@ pub struct Ray {
     pub origin: DVec3,
     /// Unit direction.
     pub direction: DVec3,
+}
+
+/// Where on the image a ray that leaves the sensor belongs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensed {
+    /// Position (s, t) from the top left corner in units of the image: the image is [0, 1]², but a
+    /// filter may reach beyond.
+    pub image: [f64; 2],
+    /// The density with which [`Sensor::ray`], with uniform positions on the image, chooses this ray
+    /// among those of the same point of the sensor: per steradian; for an orthographic sensor, per
+    /// unit area across its rays.
+    pub density: f64,
 }
 
 /// A sensor without its film. Local coordinates follow Mitsuba: the camera looks along +z, +y is
@@ -43,6 +71,42 @@ impl Sensor {
             Sensor::ThinLens(s) => s.ray(image, lens),
             Sensor::Orthographic(s) => s.ray(image),
         }
+    }
+
+    /// Chooses where a connection to the sensor should aim, uniformly over the lens; `u` is uniform
+    /// in [0, 1)². Importance travels along the aim's direction, so light against it.
+    pub fn aim(&self, u: [f64; 2]) -> Aimed {
+        match self {
+            Sensor::Perspective(_) => Aimed::only(Aim::at(self.position())),
+            Sensor::ThinLens(s) => s.aim(u),
+            Sensor::Orthographic(s) => s.aim(),
+        }
+    }
+
+    /// The aim at the point from which one of the sensor's rays starts.
+    pub fn aim_from(&self, origin: DVec3) -> Aim {
+        match self {
+            Sensor::Perspective(_) | Sensor::ThinLens(_) => Aim::at(origin),
+            Sensor::Orthographic(s) => s.aim().aim,
+        }
+    }
+
+    /// Where on the image the ray belongs that leaves the sensor at `start`, a point that was aimed
+    /// at, in the unit `direction`; the light travels against it. `None` if the sensor does not look
+    /// that way.
+    pub fn sense(&self, start: DVec3, direction: DVec3) -> Option<Sensed> {
+        let sensed = match self {
+            Sensor::Perspective(s) => s.sense(direction),
+            Sensor::ThinLens(s) => s.sense(start, direction),
+            Sensor::Orthographic(s) => s.sense(start, direction),
+        };
+        // Rays almost along the plane of the lens overflow.
+        sensed.filter(|s| s.density.is_finite() && s.image.iter().all(|x| x.is_finite()))
+    }
+
+    /// Whether all its rays have one direction.
+    pub fn is_parallel(&self) -> bool {
+        matches!(self, Sensor::Orthographic(_))
     }
 
     /// Local-to-world transform.

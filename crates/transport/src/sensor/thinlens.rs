@@ -1,8 +1,10 @@
 //! Thin-lens camera.
 
-use super::{Perspective, Ray, to_world};
+use super::{Perspective, Ray, Sensed, to_world};
+use crate::aim::{Aim, Aimed};
 use crate::sampling::disc::uniform_disc_sample;
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
+use std::f64::consts::PI;
 
 /// A camera whose aperture is a disc, sharp at one distance. The lens is ideal and the distance is
 /// measured along straight lines.
@@ -27,10 +29,38 @@ impl ThinLens {
         self.pinhole.to_world()
     }
 
+    /// A point of the lens in local coordinates.
+    fn on_lens(&self, u: [f64; 2]) -> DVec3 {
+        uniform_disc_sample(u).extend(0.0) * self.aperture_radius
+    }
+
+    /// Area of the lens in scene units.
+    fn area(&self) -> f64 {
+        let m = self.to_world().matrix3;
+        PI * self.aperture_radius.powi(2) * m.x_axis.cross(m.y_axis).length()
+    }
+
     pub(super) fn ray(&self, image: [f64; 2], lens: [f64; 2]) -> Ray {
-        let p = uniform_disc_sample(lens);
-        let origin = p.extend(0.0) * self.aperture_radius;
+        let origin = self.on_lens(lens);
         let focus = self.pinhole.at_unit_distance(image) * self.focus_distance;
         to_world(self.to_world(), origin, focus - origin)
+    }
+
+    pub(super) fn aim(&self, u: [f64; 2]) -> Aimed {
+        Aimed {
+            aim: Aim::at(self.to_world().transform_point3(self.on_lens(u))),
+            pdf: 1.0 / self.area(),
+            delta: true,
+        }
+    }
+
+    /// The ray belongs where it meets the plane of focus.
+    pub(super) fn sense(&self, start: DVec3, direction: DVec3) -> Option<Sensed> {
+        let to_local = self.pinhole.to_local();
+        let origin = to_local.transform_point3(start);
+        let local = to_local.transform_vector3(direction);
+        let focus = origin + local * ((self.focus_distance - origin.z) / local.z);
+        let sensed = || self.pinhole.sensed(focus / self.focus_distance, local.z);
+        (local.z > 0.0).then(sensed)
     }
 }

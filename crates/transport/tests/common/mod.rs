@@ -94,16 +94,23 @@ pub fn parts(
             filter: Filter::Box,
         },
         tolerance: Tolerance::default(),
+        reflections: 0,
     }
 }
 
 /// Renders with a given number of samples and seed.
 pub fn shoot(parts: Parts, samples: u64, seed: u64) -> Rendering {
+    shoot_by(path_tracer(), parts, samples, seed)
+}
+
+/// The same by any estimator.
+pub fn shoot_by(integrator: Integrator, parts: Parts, samples: u64, seed: u64) -> Rendering {
     let scene = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
     let options = Options {
-        integrator: path_tracer(),
+        integrator,
         samples,
         seed,
+        strategies: false,
     };
     render(&[scene], &options, |_| ControlFlow::Continue(()))
 }
@@ -125,7 +132,8 @@ pub fn estimate(
     for i in 0..samples {
         let mut sampler = transport::sampling::Sampler::new(seed, 0, i);
         let (ray, weight) = ray(&mut sampler);
-        let value = path_tracer().radiance(scene, ray, 1, &mut sampler, &mut ws)[0] * weight;
+        let value =
+            PathTracer::default().radiance(scene, ray, 1, &mut sampler, &mut ws)[0] * weight;
         assert!(value.is_finite());
         sum += value;
         squares += value * value;

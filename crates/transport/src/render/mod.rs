@@ -1,19 +1,23 @@
 //! Rendering: samples spread over threads, with results that depend on the seed alone.
 
-use crate::film::{Film, Pixel};
-use crate::integrator::Integrator;
-use crate::path::Workspace;
-use crate::sampling::Sampler;
-use crate::scene::Scene;
-use crate::spectrum::Spectrum;
-use crate::stats::Stats;
-use rayon::prelude::*;
-use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+mod pilot;
+mod pixels;
+mod source;
+mod splats;
+mod strategies;
 
-/// Pixels per unit of work: few enough to share out, enough not to matter.
-const PIXELS_PER_TASK: usize = 64;
+pub use strategies::StrategyImage;
+
+use crate::film::Film;
+use crate::integrator::Integrator;
+use crate::scene::Scene;
+use crate::stats::Stats;
+use source::Source;
+use std::ops::ControlFlow;
+use std::sync::atomic::AtomicU64;
+use std::time::{Duration, Instant};
+use strategies::Strategies;
+
 /// Passes grow until they take about this long: progress is seen and cancelling is quick, and
 /// waiting for the last thread at the end of a pass costs little.
 const PASS: Duration = Duration::from_millis(500);
@@ -27,6 +31,8 @@ pub struct Options {
     pub samples: u64,
     /// Seed: the same seed gives the same image, bit for bit, for any number of threads.
     pub seed: u64,
+    /// Whether an image of each strategy of a bidirectional estimator is wanted.
+    pub strategies: bool,
 }
 
 /// How far a render has got.
@@ -47,6 +53,11 @@ pub struct Rendering {
     pub stats: Stats,
     /// Samples per pixel done: fewer than asked for if the render was stopped.
     pub samples: u64,
+    /// Probability with which connections that may not be unique were searched for further branches:
+    /// the largest over the channel groups.
+    pub search: f64,
+    /// One image for each strategy, if they were wanted.
+    pub strategies: Vec<StrategyImage>,
 }
 
 /// Renders on the current thread pool: one scene for each group of up to four channels, alike but for
@@ -73,17 +84,22 @@ pub fn render_counted(
     let spec = scenes[0].film();
     let mut film = Film::new(spec.width, spec.height, spec.channels);
     let mut stats = Stats::default();
+    let mut strategies = options.strategies.then(|| Strategies::new(spec));
+    let sources: Vec<Source> = scenes
+        .iter()
+        .enumerate()
+        .map(|(group, scene)| Source::new(scene, options, group))
+        .collect();
     let (mut done, mut next) = (0, 1);
     while done < options.samples {
         let started = Instant::now();
         next = next.min(options.samples - done);
-        for (group, scene) in scenes.iter().enumerate() {
-            let source = Source {
-                scene,
-                integrator: options.integrator,
-                seed: group_seed(options.seed, group),
+        for source in &sources {
+            let range = done..done + next;
+            stats += match options.integrator.splats() {
+                true => splats::pass(source, range, (&mut film, strategies.as_mut()), counter),
+                false => pixels::pass(source, range, &mut film, counter),
             };
-            stats += pass(&source, done..done + next, group, (&mut film, counter));
         }
         done += next;
         let progress = Progress {
@@ -99,6 +115,8 @@ pub fn render_counted(
         film,
         stats,
         samples: done,
+        search: sources.iter().map(|s| s.search).fold(0.0, f64::max),
+        strategies: strategies.map_or(Vec::new(), Strategies::into_images),
     }
 }
 
@@ -111,80 +129,5 @@ fn longer_or_shorter(samples: u64, elapsed: Duration) -> u64 {
         (samples / 2).max(1)
     } else {
         samples
-    }
-}
-
-/// Each group's paths have an address space of their own.
-fn group_seed(seed: u64, group: usize) -> u64 {
-    seed.wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15))
-}
-
-/// Where the samples of one channel group come from.
-struct Source<'a> {
-    scene: &'a Scene,
-    integrator: Integrator,
-    seed: u64,
-}
-
-/// Adds a range of samples to every pixel of a channel group.
-fn pass(
-    source: &Source,
-    samples: std::ops::Range<u64>,
-    group: usize,
-    (film, counter): (&mut Film, &AtomicU64),
-) -> Stats {
-    let spec = *source.scene.film();
-    let lanes = (spec.channels - group * Spectrum::LANES).min(Spectrum::LANES);
-    film.group_mut(group)
-        .par_chunks_mut(PIXELS_PER_TASK)
-        .enumerate()
-        .map(|(task, pixels)| {
-            let mut ws = Workspace::new(source.scene.tolerance());
-            for (i, pixel) in pixels.iter_mut().enumerate() {
-                let index = task * PIXELS_PER_TASK + i;
-                for sample in samples.clone() {
-                    let mut sampler = Sampler::new(source.seed, index as u64, sample);
-                    let value = one_sample(source, index, lanes, &mut sampler, &mut ws);
-                    add(pixel, value, &mut ws);
-                }
-            }
-            let taken = pixels.len() as u64 * (samples.end - samples.start);
-            counter.fetch_add(taken, Ordering::Relaxed);
-            ws.stats()
-        })
-        .reduce(Stats::default, |mut a, b| {
-            a += b;
-            a
-        })
-}
-
-fn one_sample(
-    source: &Source,
-    index: usize,
-    lanes: usize,
-    sampler: &mut Sampler,
-    ws: &mut Workspace,
-) -> Spectrum {
-    let scene = source.scene;
-    let spec = scene.film();
-    let [u, v] = sampler.next_2d();
-    let lens = sampler.next_2d();
-    let (column, row) = (index % spec.width, index / spec.width);
-    let image = [
-        (column as f64 + 0.5 + spec.filter.sample(u)) / spec.width as f64,
-        (row as f64 + 0.5 + spec.filter.sample(v)) / spec.height as f64,
-    ];
-    let ray = scene.sensor().ray(image, lens);
-    ws.stats.paths += 1;
-    source.integrator.radiance(scene, ray, lanes, sampler, ws)
-}
-
-/// A sample that is not finite is counted and scored zero.
-fn add(pixel: &mut Pixel, value: Spectrum, ws: &mut Workspace) {
-    if value.is_finite() {
-        pixel.add(value);
-    } else {
-        ws.stats.not_finite += 1;
-        pixel.add(Spectrum::ZERO);
     }
 }

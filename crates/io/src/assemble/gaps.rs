@@ -1,0 +1,161 @@
+//! Light that an estimator does not find: connections do not follow every edge, and where nothing else
+//! can find one, its light is missing.
+
+use transport::bsdf::Bsdf;
+use transport::integrator::Integrator;
+use transport::scene::{Object, Problem, Scene, Severity, Subject, TOTAL_REFLECTIONS};
+
+/// Edges of a path that connections must find, because nothing else can.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    /// None: whatever connections miss is found by chance.
+    Nothing,
+    /// The one that starts at the emitter.
+    FromEmitter,
+    /// The one that ends at the sensor.
+    ToSensor,
+    /// Any one.
+    One,
+}
+
+impl Needs {
+    /// What an estimator needs for the light of an emitter; `delta` says that no ray can hit it.
+    pub fn of(integrator: &Integrator, delta: bool) -> Self {
+        match (integrator, delta) {
+            (Integrator::Particle(_), _) => Needs::ToSensor,
+            (_, false) => Needs::Nothing,
+            (Integrator::Path(_), true) => Needs::FromEmitter,
+            (Integrator::Bdpt(_), true) => Needs::One,
+        }
+    }
+}
+
+/// Surfaces of a scene that send light where connections do not look for it.
+#[derive(Clone, Copy, Debug)]
+pub struct Walls<'a> {
+    /// A smooth metal: connections are not reflected there.
+    pub metal: Option<&'a Object>,
+    /// A smooth dielectric: connections are reflected there a limited number of times.
+    pub dielectric: Option<&'a Object>,
+    /// The limit, total reflections not counted.
+    pub reflections: u32,
+}
+
+impl<'a> Walls<'a> {
+    /// Those of a scene.
+    pub fn of(scene: &'a Scene) -> Self {
+        let first = |is: fn(&Bsdf) -> bool| scene.objects().iter().find(|o| is(&o.bsdf));
+        Walls {
+            metal: first(|b| matches!(b, Bsdf::Conductor(_))),
+            dielectric: first(|b| matches!(b, Bsdf::Dielectric(_))),
+            reflections: scene.branch_reach().reflections,
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.metal.is_none() && self.dielectric.is_none()
+    }
+
+    /// A dielectric at which connections are never reflected where refraction is possible.
+    fn never_reflecting(&self) -> Option<&'a Object> {
+        self.dielectric.filter(|_| self.reflections == 0)
+    }
+}
+
+/// A warning for each kind of light that is missing. A limit of reflections that the scene sets is
+/// taken as meant.
+pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<Problem> {
+    let walls = Walls::of(scene);
+    let mut problems = Vec::new();
+    for (i, emitter) in scene.emitters().iter().enumerate() {
+        if Needs::of(integrator, emitter.is_delta()) == Needs::FromEmitter {
+            problems.extend(from_emitter(&walls, Subject::Emitter(i), emitter.kind()));
+        }
+    }
+    let any = |needs| {
+        let mut emitters = scene.emitters().iter();
+        emitters.any(|e| Needs::of(integrator, e.is_delta()) == needs)
+    };
+    if any(Needs::ToSensor) {
+        problems.extend(to_sensor(&walls));
+    }
+    if any(Needs::One) {
+        problems.extend(nowhere(&walls));
+    }
+    problems
+}
+
+fn warning(subject: Subject, message: String, help: String) -> Problem {
+    Problem {
+        severity: Severity::Warning,
+        subject,
+        message,
+        help,
+    }
+}
+
+fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<Problem> {
+    let metal = walls.metal.map(|object| {
+        let message = format!(
+            "light of this {kind} emitter that smooth metal ('{}') reflects before it is scattered is \
+             missing: nothing but connections finds it, and they are not reflected by metals",
+            object.name
+        );
+        let help = "the integrators bdpt and particle find it, and path finds an area light's";
+        warning(subject, message, help.into())
+    });
+    let dielectric = walls.never_reflecting().map(|object| {
+        let message = format!(
+            "light of this {kind} emitter that smooth dielectrics ('{}') reflect before it is scattered, \
+             other than totally, is missing: connections are refracted there",
+            object.name
+        );
+        warning(subject, message, set_reflections("bdpt or particle"))
+    });
+    metal.into_iter().chain(dielectric).collect()
+}
+
+fn to_sensor(walls: &Walls) -> Vec<Problem> {
+    let metal = walls.metal.map(|object| {
+        let message = format!(
+            "smooth metal ('{}') shows emitters only: the particle tracer connects scattered light to the \
+             sensor, and connections are not reflected by metals",
+            object.name
+        );
+        let help = "the integrators bdpt and path find the rest";
+        warning(Subject::Sensor, message, help.into())
+    });
+    let dielectric = walls.never_reflecting().map(|object| {
+        let message = format!(
+            "smooth dielectrics ('{}') show no reflections of scattered light but total ones: the particle \
+             tracer connects it to the sensor, and connections are refracted there",
+            object.name
+        );
+        warning(Subject::Sensor, message, set_reflections("bdpt or path"))
+    });
+    metal.into_iter().chain(dielectric).collect()
+}
+
+fn nowhere(walls: &Walls) -> Option<Problem> {
+    let object = walls.metal.or(walls.never_reflecting())?;
+    let message = format!(
+        "light of emitters that no ray can hit is missing where smooth surfaces ('{}') reflect it on every \
+         part of its way: connections look for no such part, and one must join emitter and sensor",
+        object.name
+    );
+    let help = match walls.metal {
+        Some(_) => "it concerns mirror images of what such light brightens by way of mirrors; an area light \
+                    has no such gap"
+            .into(),
+        None => set_reflections("area lights"),
+    };
+    Some(warning(Subject::Scene, message, help))
+}
+
+fn set_reflections(others: &str) -> String {
+    format!(
+        "set the integrator's 'reflections' to how many of them matter (up to {TOTAL_REFLECTIONS} total ones \
+         are looked for besides), or use {others}"
+    )
+}

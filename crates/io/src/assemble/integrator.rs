@@ -1,0 +1,132 @@
+//! Integrators.
+
+use super::context::Context;
+use super::*;
+use crate::diagnostic::suggest;
+use transport::integrator::{Bdpt, Connections, Heuristic, ParticleTracer};
+
+/// Names under which scene files and command lines may ask for an estimator. The first three are one
+/// and the same path tracer, the next two one particle tracer.
+const KNOWN: [(&str, Kind); 6] = [
+    ("path", Kind::Path),
+    ("volpath", Kind::Path),
+    ("volpathmis", Kind::Path),
+    ("particle", Kind::Particle),
+    ("ptracer", Kind::Particle),
+    ("bdpt", Kind::Bdpt),
+];
+/// What connections can keep track of.
+const MOST_REFLECTIONS: i64 = 28;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Path,
+    Particle,
+    Bdpt,
+}
+
+/// How a scene is to be rendered.
+pub(super) struct Method {
+    pub integrator: Integrator,
+    pub tolerance: Tolerance,
+    pub reflections: u32,
+}
+
+/// What a file says of its estimator. The parameters of the bidirectional one include those that all
+/// have in common.
+#[derive(Default)]
+struct Parameters {
+    bdpt: Bdpt,
+    tolerance: Tolerance,
+    reflections: u32,
+}
+
+/// The scene's integrator, or the path tracer with its defaults. An estimator that the caller names
+/// takes its place, but keeps the parameters that are common to all.
+pub(super) fn build(
+    object: Option<&Object>,
+    options: &LoadOptions,
+    context: &mut Context,
+) -> Method {
+    let written = object.map(|object| plugin(object, context));
+    let wanted = options.integrator.as_deref().map(|n| named(n, context));
+    let kind = wanted.or(written).unwrap_or(Kind::Path);
+    let parameters = match (object, written) {
+        (Some(object), Some(written)) => read(object, written, context),
+        _ => Parameters::default(),
+    };
+    let Bdpt {
+        max_depth,
+        rr_depth,
+        ..
+    } = parameters.bdpt;
+    let integrator = match kind {
+        Kind::Path => Integrator::Path(PathTracer {
+            max_depth,
+            rr_depth,
+        }),
+        Kind::Particle => Integrator::Particle(ParticleTracer {
+            max_depth,
+            rr_depth,
+        }),
+        Kind::Bdpt => Integrator::Bdpt(parameters.bdpt),
+    };
+    Method {
+        integrator,
+        tolerance: parameters.tolerance,
+        reflections: parameters.reflections,
+    }
+}
+
+fn find(name: &str) -> Option<Kind> {
+    KNOWN
+        .iter()
+        .find(|(n, _)| *n == name)
+        .map(|(_, kind)| *kind)
+}
+
+/// The kind that a file asks for; after an error, that with most parameters.
+fn plugin(object: &Object, context: &mut Context) -> Kind {
+    find(&object.plugin).unwrap_or_else(|| {
+        unknown_plugin(object, &KNOWN.map(|(name, _)| name), context.diagnostics);
+        Kind::Bdpt
+    })
+}
+
+/// The kind that the caller asks for.
+fn named(name: &str, context: &mut Context) -> Kind {
+    find(name).unwrap_or_else(|| {
+        let names = KNOWN.map(|(name, _)| name);
+        let help = suggest(name, names)
+            .unwrap_or_else(|| format!("known integrators: {}", names.join(", ")));
+        let message = format!("unknown integrator '{name}'");
+        context
+            .diagnostics
+            .push(Diagnostic::error(message).help(help));
+        Kind::Path
+    })
+}
+
+fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
+    let default = Parameters::default();
+    let mut bdpt = default.bdpt;
+    let mut query = Query::new(object, context.diagnostics);
+    let max_depth = query.integer_in("max_depth", -1..=1_000_000, -1);
+    let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(bdpt.rr_depth));
+    let tolerance = query.float_in("tolerance", 1e-12..=1e-4, default.tolerance.get());
+    let reflections = query.integer_in("reflections", 0..=MOST_REFLECTIONS, 0);
+    bdpt.max_depth = u32::try_from(max_depth).ok();
+    bdpt.rr_depth = rr_depth as u32;
+    if kind == Kind::Bdpt {
+        let heuristics = [Heuristic::Balance, Heuristic::Power];
+        bdpt.heuristic = heuristics[query.one_of("heuristic", &["balance", "power"])];
+        let connections = [Connections::Resampled, Connections::All];
+        bdpt.connections = connections[query.one_of("connections", &["resampled", "all"])];
+    }
+    query.finish(&[]);
+    Parameters {
+        bdpt,
+        tolerance: Tolerance::new(tolerance),
+        reflections: reflections as u32,
+    }
+}

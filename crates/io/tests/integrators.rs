@@ -1,0 +1,238 @@
+//! Integrators of scene files: names, parameters, and what they warn of.
+
+use io::{LoadOptions, Loaded};
+use std::fs;
+use transport::integrator::{Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer};
+
+const CAMERA: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
+  <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
+</sensor>"#;
+const LAMP: &str = r#"<emitter type="point"><point name="position" value="0, 3, 0"/>
+  <float name="intensity" value="1"/></emitter>"#;
+const SKY: &str = r#"<emitter type="constant"/>"#;
+const GLASS: &str = r#"<shape type="sphere" id="glass"><bsdf type="dielectric"/></shape>"#;
+const METAL: &str = r#"<shape type="sphere" id="metal"><bsdf type="conductor"/></shape>"#;
+
+fn load(body: &str, integrator: Option<&str>) -> Result<Loaded, String> {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("scene.xml");
+    // What is given begins on line 4.
+    let text = format!("<scene version=\"3.0.0\">{CAMERA}\n{body}</scene>");
+    fs::write(&path, text).unwrap();
+    let options = LoadOptions {
+        integrator: integrator.map(str::to_owned),
+        ..LoadOptions::default()
+    };
+    io::load_scene(&path, &options).map_err(|d| d.to_string())
+}
+
+fn accepted(body: &str, integrator: Option<&str>) -> Loaded {
+    load(body, integrator).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[track_caller]
+fn refused(body: &str, integrator: Option<&str>, expected: &[&str]) {
+    let message = load(body, integrator).expect_err("the scene was accepted");
+    for part in expected {
+        assert!(message.contains(part), "expected {part:?} in:\n{message}");
+    }
+}
+
+fn integrator(kind: &str, parameters: &str) -> String {
+    format!("<integrator type=\"{kind}\">{parameters}</integrator>{SKY}")
+}
+
+#[test]
+fn every_name_has_its_estimator() {
+    for (name, expected) in [
+        ("path", "path"),
+        ("volpath", "path"),
+        ("volpathmis", "path"),
+        ("particle", "particle"),
+        ("ptracer", "particle"),
+        ("bdpt", "bdpt"),
+    ] {
+        let loaded = accepted(&integrator(name, ""), None);
+        assert_eq!(loaded.integrator.name(), expected);
+        let loaded = accepted(SKY, Some(name));
+        assert_eq!(loaded.integrator.name(), expected);
+    }
+}
+
+#[test]
+fn defaults_are_those_of_the_estimators() {
+    let of = |name| accepted(&integrator(name, ""), None).integrator;
+    assert_eq!(of("path"), Integrator::Path(PathTracer::default()));
+    assert_eq!(
+        of("ptracer"),
+        Integrator::Particle(ParticleTracer::default())
+    );
+    assert_eq!(of("bdpt"), Integrator::Bdpt(Bdpt::default()));
+    let scene = accepted(&integrator("bdpt", ""), None);
+    assert_eq!(scene.scene().branch_reach().reflections, 0);
+}
+
+const COMMON: &str = r#"<integer name="max_depth" value="7"/><integer name="rr_depth" value="3"/>
+  <float name="tolerance" value="1e-8"/><integer name="reflections" value="2"/>"#;
+
+#[test]
+fn the_command_line_replaces_the_type_only() {
+    let body = integrator("volpath", COMMON);
+    for (name, expected) in [
+        (
+            "particle",
+            Integrator::Particle(ParticleTracer {
+                max_depth: Some(7),
+                rr_depth: 3,
+            }),
+        ),
+        (
+            "bdpt",
+            Integrator::Bdpt(Bdpt {
+                max_depth: Some(7),
+                rr_depth: 3,
+                ..Bdpt::default()
+            }),
+        ),
+    ] {
+        let loaded = accepted(&body, Some(name));
+        assert_eq!(loaded.integrator, expected);
+        assert_eq!(loaded.scene().tolerance().get(), 1e-8);
+        assert_eq!(loaded.scene().branch_reach().reflections, 2);
+    }
+    let body = integrator(
+        "bdpt",
+        &format!("{COMMON}<string name=\"heuristic\" value=\"power\"/>"),
+    );
+    let path = PathTracer {
+        max_depth: Some(7),
+        rr_depth: 3,
+    };
+    let loaded = accepted(&body, Some("path"));
+    assert_eq!(loaded.integrator, Integrator::Path(path));
+    assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
+}
+
+#[test]
+fn choices_are_made_by_name() {
+    let bdpt = |words: &str| match accepted(&integrator("bdpt", words), None).integrator {
+        Integrator::Bdpt(bdpt) => bdpt,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(bdpt(""), Bdpt::default());
+    for (name, expected) in [("power", Heuristic::Power), ("balance", Heuristic::Balance)] {
+        let words = format!("<string name=\"heuristic\" value=\"{name}\"/>");
+        assert_eq!(bdpt(&words).heuristic, expected);
+    }
+    for (name, expected) in [
+        ("all", Connections::All),
+        ("resampled", Connections::Resampled),
+    ] {
+        let words = format!("<string name=\"connections\" value=\"{name}\"/>");
+        assert_eq!(bdpt(&words).connections, expected);
+    }
+    refused(
+        &integrator("bdpt", "<string name=\"heuristic\" value=\"balanced\"/>"),
+        None,
+        &["scene.xml:4:", "did you mean 'balance'?"],
+    );
+    refused(
+        &integrator("path", "<string name=\"heuristic\" value=\"power\"/>"),
+        None,
+        &["scene.xml:4:", "no parameter 'heuristic'"],
+    );
+}
+
+#[test]
+fn mistakes_have_places_and_help() {
+    refused(
+        &integrator("bdtp", ""),
+        None,
+        &[
+            "scene.xml:4:",
+            "unknown integrator type 'bdtp'",
+            "did you mean 'bdpt'?",
+        ],
+    );
+    refused(
+        SKY,
+        Some("bdtp"),
+        &["unknown integrator 'bdtp'", "did you mean 'bdpt'?"],
+    );
+    refused(SKY, Some("photons"), &["known integrators: path, "]);
+    refused(
+        &integrator("bdpt", "<integer name=\"reflections\" value=\"29\"/>"),
+        None,
+        &["scene.xml:4:", "'reflections' is 29", "at most 28"],
+    );
+    refused(
+        &integrator("particle", "<integer name=\"reflexions\" value=\"1\"/>"),
+        None,
+        &["did you mean 'reflections'?"],
+    );
+    refused(
+        &format!("{}{}", integrator("path", ""), integrator("bdpt", "")),
+        None,
+        &["more than one <integrator>"],
+    );
+}
+
+/// The warnings of a scene with an integrator of the given number of reflections.
+fn warnings(kind: &str, reflections: u32, things: &str) -> String {
+    let parameters = format!("<integer name=\"reflections\" value=\"{reflections}\"/>");
+    let integrator = format!("<integrator type=\"{kind}\">{parameters}</integrator>");
+    accepted(&format!("{integrator}{things}"), None)
+        .warnings
+        .to_string()
+}
+
+#[test]
+fn light_that_nothing_finds_draws_a_warning() {
+    for (kind, things, expected) in [
+        (
+            "path",
+            [LAMP, GLASS],
+            "this point emitter that smooth dielectrics ('glass') reflect",
+        ),
+        (
+            "path",
+            [LAMP, METAL],
+            "this point emitter that smooth metal ('metal') reflects",
+        ),
+        (
+            "particle",
+            [SKY, GLASS],
+            "smooth dielectrics ('glass') show no reflections",
+        ),
+        (
+            "particle",
+            [SKY, METAL],
+            "smooth metal ('metal') shows emitters only",
+        ),
+        ("bdpt", [LAMP, GLASS], "on every part of its way"),
+        ("bdpt", [LAMP, METAL], "on every part of its way"),
+    ] {
+        let text = warnings(kind, 0, &things.concat());
+        assert!(text.contains(expected), "{kind}: {text}");
+        assert_eq!(text.matches("warning:").count(), 1, "{kind}: {text}");
+        assert!(text.contains("scene.xml:"), "{kind}: {text}");
+    }
+}
+
+#[test]
+fn light_that_is_found_draws_none() {
+    for (kind, reflections, things) in [
+        ("path", 0, [LAMP, ""]),
+        ("path", 0, [SKY, GLASS]),
+        ("path", 0, [SKY, METAL]),
+        ("path", 1, [LAMP, GLASS]),
+        ("particle", 0, [LAMP, ""]),
+        ("particle", 1, [SKY, GLASS]),
+        ("bdpt", 0, [SKY, GLASS]),
+        ("bdpt", 0, [SKY, METAL]),
+        ("bdpt", 1, [LAMP, GLASS]),
+    ] {
+        let text = warnings(kind, reflections, &things.concat());
+        assert_eq!(text, "", "{kind} {reflections}");
+    }
+}

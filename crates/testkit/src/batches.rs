@@ -1,0 +1,107 @@
+//! Means of independent batches: for estimators whose samples, or whose pixels, depend on one another.
+//!
+//! The only thing assumed is that batch means are independent and nearly normal. Student's t accounts
+//! for the standard error being estimated from few of them.
+
+use crate::moments::Moments;
+use crate::z_test::z_score;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// Mean and standard error of a few independent batch means.
+pub fn moments(batches: &[f64]) -> Moments {
+    let mut moments = Moments::default();
+    for batch in batches {
+        moments.push(*batch);
+    }
+    moments
+}
+
+/// Two-sided p-value of the hypothesis that two sets of batches have one mean (Welch 1947): uniform for
+/// normal batches whatever their variances, but for an error of the order of 1/batches².
+///
+/// Differences below `round_off` times the larger mean are none.
+pub fn welch(a: &[f64], b: &[f64], round_off: f64) -> f64 {
+    let (a, b) = (moments(a), moments(b));
+    let (va, vb) = (a.standard_error().powi(2), b.standard_error().powi(2));
+    let scale = a.mean().abs().max(b.mean().abs());
+    let difference = a.mean() - b.mean();
+    if difference.abs() <= round_off * scale {
+        return 1.0;
+    }
+    let share = |v: f64, m: &Moments| v * v / (m.count() as f64 - 1.0);
+    let freedom = (va + vb).powi(2) / (share(va, &a) + share(vb, &b));
+    student(z_score(difference, (va + vb).sqrt(), 0.0), freedom)
+}
+
+/// Two-sided p-value of the hypothesis that batches have a known mean.
+pub fn one_sample(batches: &[f64], expected: f64, round_off: f64) -> f64 {
+    let m = moments(batches);
+    if (m.mean() - expected).abs() <= round_off * expected.abs() {
+        return 1.0;
+    }
+    student(m.z(expected), m.count() as f64 - 1.0)
+}
+
+/// The |t| that a correct program exceeds with probability `rate`.
+pub fn critical_t(rate: f64, freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| -t.inverse_cdf(0.5 * rate))
+}
+
+fn student(t: f64, freedom: f64) -> f64 {
+    if t.is_infinite() {
+        return 0.0;
+    }
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |d| 2.0 * d.cdf(-t.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    fn batches(rng: &mut Rng, n: usize, (mean, deviation): (f64, f64)) -> Vec<f64> {
+        // A sum of twelve uniforms has variance 1.
+        let normal = |rng: &mut Rng| rng.uniform::<12>().iter().sum::<f64>() - 6.0;
+        (0..n).map(|_| mean + deviation * normal(rng)).collect()
+    }
+
+    #[test]
+    fn known_quantiles() {
+        assert!((critical_t(0.05, 10.0) - 2.228_138_852).abs() < 1e-6);
+        assert!((student(2.228_138_852, 10.0) - 0.05).abs() < 1e-8);
+    }
+
+    /// 4000 comparisons of 16 with 16 batches of different spread: rejections at 1 % and 0.1 % within 4
+    /// standard deviations of the binomial.
+    #[test]
+    fn rejects_as_often_as_it_says() {
+        let mut rng = Rng::new(5);
+        let runs = 4000;
+        let ps: Vec<f64> = (0..runs)
+            .map(|_| {
+                let a = batches(&mut rng, 16, (1.0, 0.1));
+                welch(&a, &batches(&mut rng, 16, (1.0, 0.4)), 0.0)
+            })
+            .collect();
+        for rate in [0.01, 0.001] {
+            let found = ps.iter().filter(|p| **p < rate).count() as f64;
+            let expected = rate * runs as f64;
+            assert!(
+                (found - expected).abs() < 4.0 * expected.sqrt(),
+                "{found} at {rate}"
+            );
+        }
+    }
+
+    #[test]
+    fn finds_a_shift() {
+        let mut rng = Rng::new(6);
+        let a = batches(&mut rng, 16, (1.0, 0.1));
+        let b = batches(&mut rng, 16, (1.3, 0.1));
+        assert!(welch(&a, &b, 0.0) < 1e-5);
+        assert!(one_sample(&a, 1.0, 0.0) > 1e-3);
+        assert!(one_sample(&b, 1.0, 0.0) < 1e-5);
+        assert_eq!(welch(&[1.0; 4], &[1.0; 4], 0.0), 1.0);
+        assert_eq!(welch(&[1.0; 4], &[1.1; 4], 1e-9), 0.0);
+    }
+}

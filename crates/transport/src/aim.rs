@@ -1,0 +1,71 @@
+//! Where a connection should end.
+//!
+//! Both ends of a path can be aimed at: a vertex of a sensor subpath is joined to an emitter, and a
+//! vertex of a light subpath to the sensor. An [`Aim`] says where such a connection should end; how
+//! it gets there, and with what geometry term, is the business of `path`.
+
+use glam::DVec3;
+
+/// Where a connection from a vertex to one end of a path, an emitter or the sensor, should end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aim {
+    /// A point; the edge's geometry term is 1/J.
+    Point {
+        /// The point.
+        position: DVec3,
+        /// The object on which it lies, and its normal there.
+        surface: Option<(usize, DVec3)>,
+    },
+    /// Any point of the plane through `through` across `direction`, leaving along `direction`; the
+    /// edge's geometry term is 1/A. A beam is guided: the ray from its centre shows where it goes.
+    Plane {
+        /// A point of the plane.
+        through: DVec3,
+        /// Unit direction in which light travels from an emitter, or importance from a sensor.
+        direction: DVec3,
+        /// Whether `through` is the centre of a beam.
+        beam: bool,
+    },
+}
+
+/// An aim and its density: per unit area on a surface or a lens, per steradian for an environment, 1
+/// if there is no choice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aimed {
+    /// Where to.
+    pub aim: Aim,
+    /// With what density.
+    pub pdf: f64,
+    /// Whether scattered paths cannot find this end by chance.
+    pub delta: bool,
+}
+
+impl Aim {
+    /// A point in space, on no surface.
+    pub(crate) fn at(position: DVec3) -> Self {
+        Aim::Point {
+            position,
+            surface: None,
+        }
+    }
+
+    /// Parallel rays across a whole plane.
+    pub(crate) fn parallel(through: DVec3, direction: DVec3) -> Self {
+        Aim::Plane {
+            through,
+            direction,
+            beam: false,
+        }
+    }
+}
+
+impl Aimed {
+    /// The only aim that there is.
+    pub(crate) fn only(aim: Aim) -> Self {
+        Aimed {
+            aim,
+            pdf: 1.0,
+            delta: true,
+        }
+    }
+}

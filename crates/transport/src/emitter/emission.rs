@@ -1,0 +1,106 @@
+//! Rays that start at an emitter.
+
+use super::{Emitter, Surroundings};
+use crate::Spectrum;
+use crate::aim::Aim;
+use crate::sampling::Frame;
+use crate::sampling::sphere::{
+    cosine_hemisphere_pdf, cosine_hemisphere_sample, uniform_sphere_pdf, uniform_sphere_sample,
+};
+use crate::shape::Shape;
+use glam::DVec3;
+
+/// A ray of light drawn at random: the first of a light subpath.
+///
+/// It is drawn in two steps, as a connection to the emitter would be made: an aim, then a ray that
+/// leaves from there. The subpath starts with the power `emitted`/(`aim_pdf` · `pdf` · probability
+/// of the emitter); no index enters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emission {
+    /// The end of the path, as a connection to it would aim.
+    pub aim: Aim,
+    /// Density of the aim: per unit area on a surface, per steradian for an environment, 1 if there
+    /// is no choice.
+    pub aim_pdf: f64,
+    /// Where the light starts.
+    pub x: DVec3,
+    /// Unit direction in which it leaves.
+    pub direction: DVec3,
+    /// Density of the ray, given the aim: per steradian from a point, per unit area across the
+    /// direction for parallel light.
+    pub pdf: f64,
+    /// What [`Emitter::emitted`] gives for this ray; not zero.
+    pub emitted: Spectrum,
+}
+
+impl Emitter {
+    /// Draws a ray of light; `shape` gives the shape of an object, `u` is uniform in [0, 1)⁴, and its
+    /// first two numbers choose the aim as [`Emitter::aim`] would. `None` if no light leaves along the
+    /// ray that was drawn.
+    pub fn emit<'a>(
+        &self,
+        around: &Surroundings,
+        shape: impl Fn(usize) -> &'a Shape,
+        [u0, u1, u2, u3]: [f64; 4],
+    ) -> Option<Emission> {
+        let aimed = self.aim(around, shape, [u0, u1]);
+        let (x, direction) = match aimed.aim {
+            Aim::Point { position, surface } => (position, self.direction_from(surface, [u2, u3])),
+            Aim::Plane { direction, .. } => (
+                self.start_of_parallel(around, direction, [u2, u3]),
+                direction,
+            ),
+        };
+        let pdf = self.pdf_emit(around, &aimed.aim, x, direction);
+        let emitted = self.emitted(&aimed.aim, x, direction);
+        (pdf > 0.0 && !emitted.is_zero()).then_some(Emission {
+            aim: aimed.aim,
+            aim_pdf: aimed.pdf,
+            x,
+            direction,
+            pdf,
+            emitted,
+        })
+    }
+
+    /// The density with which [`Emitter::emit`], given the aim, chooses the ray that leaves `x` in the
+    /// unit `direction`: per steradian from a point, per unit area across the direction for parallel
+    /// light. Zero for rays that it never chooses.
+    pub fn pdf_emit(&self, around: &Surroundings, aim: &Aim, x: DVec3, direction: DVec3) -> f64 {
+        match (self, aim) {
+            (Emitter::Point { .. }, _) => uniform_sphere_pdf(),
+            (Emitter::Spot(spot), _) => spot.pdf(direction),
+            (
+                Emitter::Area { .. },
+                Aim::Point {
+                    surface: Some((_, normal)),
+                    ..
+                },
+            ) => cosine_hemisphere_pdf(DVec3::Z * normal.dot(direction)),
+            (Emitter::Area { .. }, _) => 0.0,
+            (Emitter::Collimated(beam), _) => beam.pdf(x),
+            (Emitter::Directional { .. } | Emitter::Environment(_), _) => {
+                around.disc_pdf(direction, x)
+            }
+        }
+    }
+
+    /// Direction in which light leaves a point, which may lie on an object with a normal.
+    fn direction_from(&self, surface: Option<(usize, DVec3)>, u: [f64; 2]) -> DVec3 {
+        match (self, surface) {
+            (Emitter::Spot(spot), _) => spot.sample(u),
+            (_, Some((_, normal))) => Frame::from_normal(normal)
+                .to_world(cosine_hemisphere_sample(u))
+                .normalize(),
+            (_, None) => uniform_sphere_sample(u),
+        }
+    }
+
+    /// Where a ray of light parallel to `direction` starts.
+    fn start_of_parallel(&self, around: &Surroundings, direction: DVec3, u: [f64; 2]) -> DVec3 {
+        match self {
+            Emitter::Collimated(beam) => beam.sample(u),
+            _ => around.disc(direction, u),
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! Bidirectional path tracing (Lafortune and Willems 1993; Veach and Guibas 1994) over curved edges:
+//! a subpath from the sensor and one from an emitter, joined in every way, each path shared between
+//! all the ways in which it can be sampled.
+//!
+//! A strategy (s, t) takes s vertices from the emitter and t from the sensor. With s = 0 the sensor
+//! subpath finds the emitter by chance; with s = 1 or t = 1 the end is aimed at anew. Delta
+//! emitters are not seen directly: their image is a point.
+
+use super::Contribution;
+use super::bidirectional::{Heuristic, Joining, Setting};
+use crate::Spectrum;
+use crate::path::{Bounds, LightPath, Workspace, sensor_path};
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use crate::sensor::Ray;
+
+/// The bidirectional path tracer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bdpt {
+    /// Longest path, in edges and specular events; `None` for no limit.
+    pub max_depth: Option<u32>,
+    /// Number of edges and events of a subpath after which Russian roulette begins.
+    pub rr_depth: u32,
+    /// How strategies share a path.
+    pub heuristic: Heuristic,
+    /// Which vertices of the two subpaths are connected.
+    pub connections: Connections,
+}
+
+/// Which vertices of the two subpaths are connected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Connections {
+    /// Every one with every other.
+    All,
+    /// Every one of the sensor's with one of the emitter's, chosen by a guess of what it brings: the
+    /// better choice wherever rays bend, for a connection takes several rays to find.
+    #[default]
+    Resampled,
+}
+
+impl Default for Bdpt {
+    fn default() -> Self {
+        Bdpt {
+            max_depth: None,
+            rr_depth: 5,
+            heuristic: Heuristic::default(),
+            connections: Connections::default(),
+        }
+    }
+}
+
+impl Bdpt {
+    /// The contributions of one sensor subpath and one emitter subpath.
+    pub(super) fn sample(
+        &self,
+        scene: &Scene,
+        ray: Ray,
+        lanes: Spectrum,
+        (sampler, ws): (&mut Sampler, &mut Workspace),
+        out: &mut Vec<Contribution>,
+    ) {
+        let max_depth = self.max_depth.unwrap_or(u32::MAX);
+        let bounds = Bounds {
+            lanes,
+            max_depth,
+            rr_depth: self.rr_depth,
+            vertices: usize::MAX,
+            weighs: true,
+        };
+        let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws);
+        let from_emitter = LightPath::sample(scene, &bounds, sampler, ws);
+        let mut joining = Joining {
+            setting: Setting {
+                scene,
+                lanes,
+                heuristic: self.heuristic,
+                max_depth,
+            },
+            sampler,
+            ws,
+            out,
+        };
+        joining.hits(&from_sensor);
+        for i in 0..from_sensor.stations.len() {
+            joining.direct(&from_sensor.stations[..=i]);
+        }
+        let Some(light) = from_emitter else { return };
+        joining.seen(&light);
+        for j in 0..light.subpath.stations.len() {
+            joining.sensed(&light, j);
+        }
+        for i in 0..from_sensor.stations.len() {
+            let stations = &from_sensor.stations[..=i];
+            match self.connections {
+                Connections::All => joining.joined_to_all(stations, &light),
+                Connections::Resampled => joining.joined_to_one(stations, &light),
+            }
+        }
+    }
+}

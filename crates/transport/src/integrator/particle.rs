@@ -1,0 +1,76 @@
+//! Particle tracing (light tracing, Dutré et al. 1993): subpaths from the emitters, every vertex of
+//! which is connected to the sensor. Emitters that are seen directly are found from the sensor.
+//!
+//! Light that reaches the sensor over an edge that connections do not look for, such as a
+//! view in a metal mirror, is missing; a warning of the scene says so.
+
+use super::Contribution;
+use super::bidirectional::{Heuristic, Joining, Setting};
+use crate::Spectrum;
+use crate::path::{Bounds, LightPath, Workspace, sensor_path};
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use crate::sensor::Ray;
+
+/// The particle tracer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParticleTracer {
+    /// Longest path, in edges and specular events; `None` for no limit.
+    pub max_depth: Option<u32>,
+    /// Number of edges and events after which Russian roulette begins.
+    pub rr_depth: u32,
+}
+
+impl Default for ParticleTracer {
+    fn default() -> Self {
+        ParticleTracer {
+            max_depth: None,
+            rr_depth: 5,
+        }
+    }
+}
+
+impl ParticleTracer {
+    /// The contributions of one particle, and what is seen along one sensor ray.
+    pub(super) fn sample(
+        &self,
+        scene: &Scene,
+        ray: Ray,
+        lanes: Spectrum,
+        (sampler, ws): (&mut Sampler, &mut Workspace),
+        out: &mut Vec<Contribution>,
+    ) {
+        let max_depth = self.max_depth.unwrap_or(u32::MAX);
+        let bounds = Bounds {
+            lanes,
+            max_depth,
+            rr_depth: self.rr_depth,
+            vertices: 1,
+            weighs: false,
+        };
+        let seen = sensor_path(scene, ray, &bounds, sampler, ws);
+        let light = LightPath::sample(scene, &bounds, sampler, ws);
+        let first = out.len();
+        let mut joining = Joining {
+            setting: Setting {
+                scene,
+                lanes,
+                heuristic: Heuristic::default(),
+                max_depth,
+            },
+            sampler,
+            ws,
+            out,
+        };
+        joining.hits(&seen);
+        if let Some(light) = &light {
+            for j in 0..light.subpath.stations.len() {
+                joining.sensed(light, j);
+            }
+        }
+        // No other strategy competes.
+        for contribution in &mut out[first..] {
+            contribution.weight = 1.0;
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Where subpaths start: at the sensor, and at an emitter chosen at random.
+
+use super::Workspace;
+use super::edge::{Carry, Front, Start};
+use super::link::Goal;
+use super::subpath::{Ray, Subpath, Walker};
+use super::walk::leave;
+use crate::Spectrum;
+use crate::aim::Aim;
+use crate::emitter::Emission;
+use crate::sampling::Sampler;
+use crate::scene::{MediumId, Scene};
+use crate::sensor;
+use glam::DVec3;
+
+/// How a bidirectional estimator samples its subpaths.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// Channel probabilities: see [`Walker::lanes`].
+    pub lanes: Spectrum,
+    /// Most edges and specular events of a subpath.
+    pub max_depth: u32,
+    /// See [`Walker::rr_depth`].
+    pub rr_depth: u32,
+    /// Most vertices of the sensor's subpath.
+    pub vertices: usize,
+    /// See [`Walker::weighs`].
+    pub weighs: bool,
+}
+
+impl Bounds {
+    fn walker(&self, carry: Carry) -> Walker {
+        Walker {
+            carry,
+            vertices: match carry {
+                Carry::Radiance => self.vertices,
+                Carry::Power => usize::MAX,
+            },
+            lanes: self.lanes,
+            max_depth: self.max_depth,
+            rr_depth: self.rr_depth,
+            weighs: self.weighs,
+        }
+    }
+
+    /// One in every channel in use.
+    fn white(&self) -> Spectrum {
+        self.lanes.map(|p| f64::from(u8::from(p > 0.0)))
+    }
+}
+
+/// A subpath from an emitter.
+#[derive(Clone, Debug)]
+pub struct LightPath {
+    /// The emitter.
+    pub emitter: usize,
+    /// How it started.
+    pub emission: Emission,
+    /// Density of its end: that of the aim times the probability of the emitter.
+    pub density: f64,
+    /// Its vertices.
+    pub subpath: Subpath,
+}
+
+impl LightPath {
+    /// Samples one; `None` if the scene has no emitters, or no light leaves.
+    pub fn sample(
+        scene: &Scene,
+        bounds: &Bounds,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+    ) -> Option<Self> {
+        let choice = scene.choose_emitter(sampler.next_1d());
+        let ([a, b], [c, d]) = (sampler.next_2d(), sampler.next_2d());
+        let (index, probability) = choice?;
+        let emitter = &scene.emitters()[index];
+        let shape = |object: usize| &scene.objects()[object].shape;
+        let emission = emitter.emit(scene.around(), shape, [a, b, c, d])?;
+        let density = probability * emission.aim_pdf;
+        let start = start(scene, &emission.aim, (emission.x, emission.direction));
+        let ray = Ray {
+            start,
+            pdf: emission.pdf,
+            throughput: emission.emitted * bounds.white() / (density * emission.pdf),
+        };
+        let goal = Goal::emitter(scene, index, emission.aim);
+        let subpath = bounds
+            .walker(Carry::Power)
+            .walk(scene, ray, &goal, sampler, ws);
+        Some(LightPath {
+            emitter: index,
+            emission,
+            density,
+            subpath,
+        })
+    }
+}
+
+/// A subpath from the sensor along one of its rays. It carries basic radiance, n² of the sensor
+/// included.
+pub fn sensor_path(
+    scene: &Scene,
+    ray: sensor::Ray,
+    bounds: &Bounds,
+    sampler: &mut Sampler,
+    ws: &mut Workspace,
+) -> Subpath {
+    let (x, direction) = (ray.origin, ray.direction);
+    let aim = scene.sensor().aim_from(x);
+    let medium = scene.medium_of_sensor_ray(x);
+    let n = scene.n(medium, x);
+    let density = scene
+        .sensor()
+        .sense(x, direction)
+        .map_or(0.0, |s| s.density);
+    let ray = Ray {
+        start: Start {
+            x,
+            direction,
+            medium,
+            front: front(&aim),
+        },
+        pdf: density,
+        throughput: bounds.white() * (n * n),
+    };
+    let goal = Goal::sensor(scene, aim);
+    bounds
+        .walker(Carry::Radiance)
+        .walk(scene, ray, &goal, sampler, ws)
+}
+
+fn front(aim: &Aim) -> Front {
+    match aim {
+        Aim::Point { .. } => Front::Point,
+        Aim::Plane { .. } => Front::Plane,
+    }
+}
+
+/// Where the ray of an emission starts: off the surface on which its aim lies.
+fn start(scene: &Scene, aim: &Aim, (x, direction): (DVec3, DVec3)) -> Start {
+    let x = match aim {
+        Aim::Point {
+            surface: Some((_, normal)),
+            ..
+        } => leave(scene, x, *normal, direction),
+        _ => x,
+    };
+    let medium: MediumId = scene.medium_at(x);
+    Start {
+        x,
+        direction,
+        medium,
+        front: front(aim),
+    }
+}

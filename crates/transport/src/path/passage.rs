@@ -1,0 +1,67 @@
+//! What happens to light on the way of a connection.
+
+use crate::Spectrum;
+use crate::bsdf::Bsdf;
+use crate::medium::Attenuation;
+use crate::scene::{MediumId, Scene};
+use eikonal::connect::{Event, Piece};
+use eikonal::interface::Rule;
+
+/// Everything that the pieces of a ray do to light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passage {
+    /// Optical depth.
+    pub depth: Spectrum,
+    /// Factor of the smooth interfaces, Fresnel's included.
+    pub factor: Spectrum,
+    /// Probability that an edge sampled by chance makes the same choices.
+    pub choice: f64,
+    /// Number of refractions and reflections.
+    pub events: u32,
+    /// ∏ n_after/n_before over declared index matches, in the order in which the ray was followed.
+    pub jump: f64,
+}
+
+impl Passage {
+    /// Along the pieces of a ray.
+    pub fn new(scene: &Scene, pieces: &[Piece<MediumId>]) -> Self {
+        let mut passage = Passage {
+            depth: Spectrum::ZERO,
+            factor: Spectrum::ONE,
+            choice: 1.0,
+            events: 0,
+            jump: 1.0,
+        };
+        for piece in pieces {
+            let medium = scene.medium(piece.region);
+            let attenuation = Attenuation::new(medium, &piece.arc, piece.theta_end);
+            passage.depth += attenuation.depth(&piece.arc, piece.theta_end);
+            if let Some(event) = &piece.event {
+                passage.cross(scene, event);
+            }
+        }
+        passage
+    }
+
+    fn cross(&mut self, scene: &Scene, event: &Event) {
+        let (n_near, n_after) = (event.before.length(), event.after.length());
+        match &scene.objects()[event.surface].bsdf {
+            Bsdf::Dielectric(dielectric) => {
+                let cos = event.normal.dot(event.before).abs() / n_near;
+                let transmitted = event.rule == Rule::Refract;
+                let (factor, probability) =
+                    dielectric.passage(cos, (n_near, event.far_n), transmitted);
+                self.factor *= factor * probability;
+                self.choice *= probability;
+                self.events += 1;
+            }
+            _ => self.jump *= n_after / n_near,
+        }
+    }
+}
+
+/// Share of the power in a ray tube that gets through the media and interfaces along it.
+pub fn transmittance(scene: &Scene, pieces: &[Piece<MediumId>]) -> Spectrum {
+    let passage = Passage::new(scene, pieces);
+    passage.depth.exp_neg() * passage.factor
+}

@@ -1,0 +1,277 @@
+//! Where connections are looked for (theory §5): from deterministic starts, and from random ones.
+
+use super::Workspace;
+use super::edge::Start;
+use super::link::{Goal, Link};
+use super::vertex::Vertex;
+use super::walk::leave;
+use crate::aim::Aim;
+use crate::sampling::Sampler;
+use crate::scene::{MediumId, Scene};
+use eikonal::connect::{self, Connection, Launch, Piece, World, random_direction, random_foot};
+use glam::DVec3;
+
+/// Random starts after which the search for a branch that was found once is given up. Its weight is
+/// then too small: such events are counted.
+const MOST_TRIALS: u32 = 1000;
+
+/// A start for the solver, and what the ray that it finds must comply with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shot {
+    pub start: connect::Start<MediumId>,
+    /// The point to be met.
+    pub target: DVec3,
+    /// The vertex's end of the ray: the ray must leave on the side of its direction.
+    place: Start,
+    /// Normal of the aim's surface on the side on which the ray must arrive.
+    facing: Option<DVec3>,
+}
+
+/// A vertex and what it is to be connected to.
+#[derive(Clone, Copy)]
+pub(super) struct Search<'a> {
+    scene: &'a Scene,
+    vertex: &'a Vertex,
+    goal: &'a Goal<'a>,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(scene: &'a Scene, vertex: &'a Vertex, goal: &'a Goal<'a>) -> Self {
+        Search {
+            scene,
+            vertex,
+            goal,
+        }
+    }
+
+    /// Whether more than one ray cannot exist.
+    pub fn is_unique(&self) -> bool {
+        if self.scene.is_straight() {
+            return true;
+        }
+        let (Aim::Point { position, .. }, Some(medium)) = (self.goal.aim, self.goal.medium) else {
+            return false;
+        };
+        let x = self.vertex.position();
+        let start = self.vertex.start(self.scene, position - x);
+        self.scene
+            .is_unique((start.x, start.medium), (position, medium))
+    }
+
+    /// The deterministic starts: along the chord, at the foot of the vertex, or where a beam passes
+    /// by.
+    pub fn certain(self) -> impl Iterator<Item = Shot> {
+        let guided = self.goal.guide.map(|guide| {
+            let starts = guide.starts(self.vertex.position()).into_iter();
+            starts.map(move |start| self.straight(start))
+        });
+        let single = match guided {
+            Some(_) => None,
+            None => self.chord(),
+        };
+        single.into_iter().chain(guided.into_iter().flatten())
+    }
+
+    /// Straight ahead.
+    fn chord(&self) -> Option<Shot> {
+        let x = self.vertex.position();
+        match self.goal.aim {
+            Aim::Point { position, .. } => {
+                let direction = (position - x).try_normalize()?;
+                let place = self.vertex.start(self.scene, direction);
+                let (target, facing) = self.target(position, direction);
+                let launch = Launch::Point {
+                    x: place.x,
+                    direction: (target - place.x).try_normalize()?,
+                };
+                let n = self.scene.n(place.medium, place.x);
+                let start = connect::Start {
+                    launch,
+                    region: place.medium,
+                    optical_length: target.distance(place.x) * n,
+                    pattern: connect::Pattern::REFRACT,
+                };
+                Some(Shot {
+                    start,
+                    target,
+                    place,
+                    facing,
+                })
+            }
+            Aim::Plane {
+                through, direction, ..
+            } => {
+                let depth = (x - through).dot(direction);
+                let foot = x - direction * depth;
+                let region = self.scene.medium_at(foot);
+                let start = connect::Start {
+                    launch: Launch::Plane { x: foot, direction },
+                    region,
+                    optical_length: depth * self.scene.n(region, foot),
+                    pattern: connect::Pattern::REFRACT,
+                };
+                (depth > 0.0).then(|| self.straight(start))
+            }
+        }
+    }
+
+    /// The point to be met by a ray that arrives in `direction`, and the side of its surface.
+    fn target(&self, position: DVec3, direction: DVec3) -> (DVec3, Option<DVec3>) {
+        let Aim::Point {
+            surface: Some((_, normal)),
+            ..
+        } = self.goal.aim
+        else {
+            return (position, None);
+        };
+        let facing = match self.goal.two_sided && normal.dot(direction) > 0.0 {
+            true => -normal,
+            false => normal,
+        };
+        (leave(self.scene, position, facing, facing), Some(facing))
+    }
+
+    /// A shot from a plane that is taken to arrive as it left.
+    fn straight(&self, start: connect::Start<MediumId>) -> Shot {
+        self.arriving(start, start.launch.direction())
+    }
+
+    /// A shot from a plane that arrives at the vertex in a direction.
+    fn arriving(&self, start: connect::Start<MediumId>, direction: DVec3) -> Shot {
+        let place = self.vertex.start(self.scene, -direction);
+        Shot {
+            start,
+            target: place.x,
+            place,
+            facing: None,
+        }
+    }
+
+    /// A start drawn at random: the ray that comes closest to the target is its first guess.
+    fn random(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Shot> {
+        let u = [sampler.next_1d(), sampler.next_1d(), sampler.next_1d()];
+        let scene = self.scene;
+        let reach = scene.branch_reach();
+        let mut decide = || sampler.next_1d() < 0.5;
+        let x = self.vertex.position();
+        match self.goal.aim {
+            Aim::Point { position, .. } => {
+                let direction = random_direction(position - x, u);
+                let place = self.vertex.start(scene, direction);
+                let launch = Launch::Point {
+                    x: place.x,
+                    direction,
+                };
+                let (start, arrival) = ws.solver.approach(
+                    scene,
+                    (launch, place.medium),
+                    position,
+                    reach,
+                    &mut decide,
+                )?;
+                let (target, facing) = self.target(position, arrival);
+                Some(Shot {
+                    start,
+                    target,
+                    place,
+                    facing,
+                })
+            }
+            Aim::Plane {
+                through, direction, ..
+            } => {
+                let on_plane = |p: DVec3| p - direction * (p - through).dot(direction);
+                let (center, radius) = self.goal.disc;
+                let foot = random_foot(on_plane(x), direction, center, radius, u);
+                let launch = Launch::Plane { x: foot, direction };
+                let family = (launch, scene.medium_at(foot));
+                let (start, arrival) = ws.solver.approach(scene, family, x, reach, &mut decide)?;
+                Some(self.arriving(start, arrival))
+            }
+        }
+    }
+
+    /// One attempt, counted.
+    pub fn attempt(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
+        let outcome = ws.solver.solve(self.scene, &shot.start, shot.target);
+        ws.stats.connections.count(&outcome);
+        let link = self.comply(shot, &outcome.ok()?, ws);
+        ws.stats.connections.discarded += u64::from(link.is_none());
+        link
+    }
+
+    /// The same, not counted.
+    pub fn solve(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
+        let outcome = ws.solver.solve(self.scene, &shot.start, shot.target);
+        self.comply(shot, &outcome.ok()?, ws)
+    }
+
+    /// The link of a ray that was found, unless it arrives or leaves on the wrong side of a surface.
+    fn comply(&self, shot: &Shot, ray: &Connection, ws: &Workspace) -> Option<Link> {
+        let link = Link::new(self.scene, self.goal, (shot, ray), ws)?;
+        let leaves = self.vertex.same_side(link.direction, shot.place.direction);
+        let arrives = shot.facing.is_none_or(|f| f.dot(link.emission) > 0.0);
+        let through = match self.goal.aim {
+            Aim::Point { .. } => true,
+            // A ray against its own direction, or through the medium behind the vertex's surface.
+            Aim::Plane { .. } => {
+                let last = ws.solver.pieces().last()?;
+                ray.optical_length > 0.0 && last.region == shot.place.medium
+            }
+        };
+        let within = self.within_reach(ray, ws.solver.pieces());
+        (leaves && arrives && through && within).then_some(link)
+    }
+
+    /// Whether branches like this ray are looked for: see [`super`].
+    fn within_reach(&self, ray: &Connection, pieces: &[Piece<MediumId>]) -> bool {
+        let bounces = pieces.iter().filter(|p| p.is_reflected()).count() as u32;
+        // How far away a plane is does not count.
+        let approach = match (self.goal.aim, pieces.first()) {
+            (Aim::Plane { .. }, Some(first)) if self.scene.field(first.region).is_constant() => {
+                first.arc.optical_length(first.theta_end)
+            }
+            _ => 0.0,
+        };
+        let length = ray.optical_length - approach;
+        let reach = self.scene.branch_reach();
+        reach.includes(length, ray.pattern.reflections(), bounces)
+    }
+
+    /// A branch found from a random start that is none of the known ones, what it is worth, and an
+    /// unbiased estimate of the reciprocal of the probability of finding it: the number of further
+    /// random starts until it is found again (Booth 2007; Zeltner et al. 2020).
+    pub fn lucky<T>(
+        &self,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+        other: impl Fn(&Link) -> bool,
+        evaluate: impl Fn(&Link) -> Option<T>,
+    ) -> Option<(T, f64)> {
+        ws.stats.connections.searches += 1;
+        let link = self.try_luck(sampler, ws).filter(other)?;
+        let link = Link {
+            ease: ws.luck(),
+            ..link
+        };
+        ws.stats.connections.secondary += 1;
+        if link.is_blocked(self.scene, (self.vertex, self.goal), ws) {
+            return None;
+        }
+        let value = evaluate(&link)?;
+        for trial in 1..=MOST_TRIALS {
+            ws.stats.connections.trials += 1;
+            let again = self.try_luck(sampler, ws);
+            if again.is_some_and(|l| l.is_branch_of(self.scene, &link)) {
+                return Some((value, f64::from(trial)));
+            }
+        }
+        ws.stats.connections.capped += 1;
+        Some((value, f64::from(MOST_TRIALS)))
+    }
+
+    fn try_luck(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Link> {
+        let shot = self.random(sampler, ws)?;
+        self.solve(&shot, ws)
+    }
+}

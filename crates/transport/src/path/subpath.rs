@@ -1,0 +1,310 @@
+//! Subpaths from either end, with the densities that the combination of estimators needs.
+//!
+//! Vertices of a whole path are x₀ (sensor) … x_k (emitter). Each has two densities: that with which it
+//! is sampled from the side of the sensor, given the vertices before it, and that from the side of the
+//! emitter. A subpath knows both for its vertices as far as they do not depend on what comes
+//! after its last one.
+
+use super::Workspace;
+use super::edge::{Carry, Edge, End, Start};
+use super::link::{Goal, Link};
+use super::tube::Tube;
+use super::vertex::{Scatter, Vertex};
+use super::walk::{Sampling, trace};
+use crate::Spectrum;
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use glam::DVec3;
+
+/// An edge of a subpath, from the previous vertex to this one.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    /// Geometry and depth.
+    pub tube: Tube,
+    /// Unit direction at the previous vertex, towards this one.
+    pub leaving: DVec3,
+    /// Unit direction at this vertex, towards the previous one.
+    pub back: DVec3,
+    /// Index at the previous vertex, on the side where the edge leaves it.
+    pub n_before: f64,
+    /// Index at this vertex, on the side where the edge arrives.
+    pub n_after: f64,
+    /// How easily connections find the edge: see [`Link::ease`]; 0 if they do not look for it.
+    pub ease: f64,
+}
+
+/// A vertex of a subpath.
+#[derive(Clone, Copy, Debug)]
+pub struct Station {
+    /// The vertex.
+    pub vertex: Vertex,
+    /// The edge that led to it.
+    pub step: Step,
+    /// Throughput up to the vertex, its scattering coefficient included.
+    pub throughput: Spectrum,
+    /// Edges and specular events so far.
+    pub depth: u32,
+    /// Density with which the subpath sampled it.
+    pub forward: f64,
+    /// Density with which the opposite subpath would sample it; known once the subpath has gone on for
+    /// two more vertices.
+    pub backward: f64,
+}
+
+/// Where a subpath left the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Escape {
+    /// The edge that left; its ease is 1 if connections look for such edges.
+    pub step: Step,
+    /// Throughput up to there.
+    pub throughput: Spectrum,
+    /// Edges and specular events so far.
+    pub depth: u32,
+    /// Density per steradian with which it left this way.
+    pub forward: f64,
+}
+
+/// The vertices of a subpath in the order in which they were sampled; its end, on the sensor or an
+/// emitter, is not among them.
+#[derive(Clone, Debug)]
+pub struct Subpath {
+    /// Where it started.
+    pub start: Start,
+    /// The vertices.
+    pub stations: Vec<Station>,
+    /// Where it left the scene, if it did.
+    pub escape: Option<Escape>,
+    /// Density with which the opposite subpath would sample the end from the first vertex, but for the
+    /// cosine there.
+    pub end_backward: f64,
+}
+
+/// How subpaths are sampled.
+#[derive(Clone, Copy, Debug)]
+pub struct Walker {
+    /// What they carry.
+    pub carry: Carry,
+    /// Channel probabilities.
+    pub lanes: Spectrum,
+    /// Most edges and specular events.
+    pub max_depth: u32,
+    /// Most vertices.
+    pub vertices: usize,
+    /// Depth at which Russian roulette begins.
+    pub rr_depth: u32,
+    /// Whether [`Step::ease`] is wanted: it takes connections to find out.
+    pub weighs: bool,
+}
+
+/// A ray with which a subpath goes on.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Where it starts.
+    pub start: Start,
+    /// Density per steradian from a point, per unit area from a plane; 1 along a specular lobe.
+    pub pdf: f64,
+    /// Throughput.
+    pub throughput: Spectrum,
+}
+
+/// Russian roulette never lets a path go on with a larger probability than this.
+const LONGEST_ROULETTE: f64 = 0.95;
+
+impl Walker {
+    /// Samples a subpath that starts with a ray. `end` is how connections aim at its end.
+    pub fn walk(
+        &self,
+        scene: &Scene,
+        ray: Ray,
+        end: &Goal,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+    ) -> Subpath {
+        let mut subpath = Subpath {
+            start: ray.start,
+            stations: Vec::new(),
+            escape: None,
+            end_backward: 0.0,
+        };
+        let sampling = Sampling {
+            carry: self.carry,
+            lanes: self.lanes,
+            extend: false,
+        };
+        let (mut next, mut depth, mut passed) = (Some(ray), 0, false);
+        while let Some(current) = next.take() {
+            let mut edge = trace(scene, current.start, sampling, sampler, ws);
+            depth += 1 + edge.tube.events;
+            if depth > self.max_depth {
+                break;
+            }
+            let throughput = current.throughput * edge.throughput(scene, self.lanes);
+            let Some(vertex) = Vertex::of(scene, &edge) else {
+                edge.connectable &= !passed;
+                subpath.escape = self.escape(scene, &edge, current.pdf, (throughput, depth));
+                break;
+            };
+            let scatter = vertex.scatter(scene, sampler);
+            // No connection starts or ends where light passes straight through a vertex.
+            let passes = scatter.is_some_and(|s| s.delta);
+            edge.connectable &= !(passed || passes);
+            passed = passes;
+            let mut step = step(scene, &edge, &vertex);
+            if self.weighs && edge.connectable {
+                step.ease = self.ease(scene, &subpath, (&vertex, &step, &edge), end, ws);
+            }
+            let event = vertex.event(scene, self.lanes, step.back, &step.tube);
+            subpath.stations.push(Station {
+                vertex,
+                step,
+                throughput,
+                depth,
+                forward: step.tube.density(current.pdf, step.n_after) * event,
+                backward: 0.0,
+            });
+            let Some(scatter) = scatter else { break };
+            subpath.look_back(scene, self.lanes, &scatter);
+            if subpath.stations.len() < self.vertices {
+                let onward = Ray {
+                    start: scatter.start,
+                    pdf: if passes { 1.0 } else { scatter.pdf },
+                    throughput: throughput * scatter.weight,
+                };
+                next = self.roulette(onward, depth, ray.throughput, sampler);
+            }
+        }
+        subpath
+    }
+
+    /// How easily connections find the edge that led to a new vertex. They are made from the vertex
+    /// nearer to the sensor, but to the sensor itself from its neighbour.
+    fn ease(
+        &self,
+        scene: &Scene,
+        subpath: &Subpath,
+        (vertex, step, edge): (&Vertex, &Step, &Edge),
+        end: &Goal,
+        ws: &mut Workspace,
+    ) -> f64 {
+        match (subpath.stations.last(), self.carry) {
+            (None, _) => {
+                let way = (step.back, Some(edge.optical_length));
+                Link::ease(scene, (vertex, end), way, ws)
+            }
+            (Some(before), Carry::Power) => {
+                let goal = Goal::vertex(&before.vertex);
+                Link::ease(scene, (vertex, &goal), (step.back, None), ws)
+            }
+            (Some(before), Carry::Radiance) => {
+                let goal = Goal::vertex(vertex);
+                Link::ease(scene, (&before.vertex, &goal), (step.leaving, None), ws)
+            }
+        }
+    }
+
+    /// The edge by which a subpath left the scene, if that is how it ended.
+    fn escape(
+        &self,
+        scene: &Scene,
+        edge: &Edge,
+        pdf: f64,
+        (throughput, depth): (Spectrum, u32),
+    ) -> Option<Escape> {
+        let End::Escaped { direction, medium } = edge.end else {
+            return None;
+        };
+        let step = Step {
+            tube: edge.tube,
+            leaving: edge.start.direction,
+            back: -direction,
+            n_before: scene.n(edge.start.medium, edge.start.x),
+            n_after: scene.n(medium, edge.start.x),
+            ease: f64::from(u8::from(edge.connectable)),
+        };
+        let survival = step.tube.survival(self.lanes);
+        Some(Escape {
+            step,
+            throughput,
+            depth,
+            forward: step.tube.density(pdf, step.n_after) * survival,
+        })
+    }
+
+    /// Ends subpaths that have lost most of what they carried by chance, without bias.
+    fn roulette(
+        &self,
+        mut ray: Ray,
+        depth: u32,
+        initial: Spectrum,
+        sampler: &mut Sampler,
+    ) -> Option<Ray> {
+        if ray.throughput.is_zero() {
+            return None;
+        }
+        if depth >= self.rr_depth {
+            let survival = (ray.throughput.max() / initial.max()).min(LONGEST_ROULETTE);
+            if sampler.next_1d() >= survival {
+                return None;
+            }
+            ray.throughput *= 1.0 / survival;
+        }
+        Some(ray)
+    }
+}
+
+impl Subpath {
+    /// Now that it is known where the path goes on from its last vertex, so is the density with which
+    /// the opposite subpath would have sampled the vertex before that.
+    fn look_back(&mut self, scene: &Scene, lanes: Spectrum, scatter: &Scatter) {
+        let Some((last, before)) = self.stations.split_last_mut() else {
+            return;
+        };
+        let pdf = match scatter.delta {
+            true => 1.0,
+            false => last.reverse_pdf(scene, scatter.start.direction),
+        };
+        match before.last_mut() {
+            Some(before) => before.backward = last.density_before(scene, lanes, before, pdf),
+            None => self.end_backward = last.density_end(lanes, pdf),
+        }
+    }
+}
+
+impl Station {
+    /// Density per steradian with which a path that comes from the direction `from` would go on along
+    /// the step that led here, backwards.
+    pub fn reverse_pdf(&self, scene: &Scene, from: DVec3) -> f64 {
+        self.vertex.seen_from(from).pdf(scene, self.step.back)
+    }
+
+    /// Density with which the vertex before this one is sampled by a ray from here of density `pdf`.
+    pub fn density_before(
+        &self,
+        scene: &Scene,
+        lanes: Spectrum,
+        before: &Station,
+        pdf: f64,
+    ) -> f64 {
+        let step = &self.step;
+        let event = before.vertex.event(scene, lanes, step.leaving, &step.tube);
+        step.tube.density(pdf, step.n_before) * event
+    }
+
+    /// As [`Station::density_before`] for the end of the subpath, but for the cosine there.
+    pub fn density_end(&self, lanes: Spectrum, pdf: f64) -> f64 {
+        let step = &self.step;
+        step.tube.density(pdf, step.n_before) * step.tube.survival(lanes)
+    }
+}
+
+/// The step by which a subpath came to a vertex.
+fn step(scene: &Scene, edge: &Edge, vertex: &Vertex) -> Step {
+    Step {
+        tube: edge.tube,
+        leaving: edge.start.direction,
+        back: -vertex.arrival(),
+        n_before: scene.n(edge.start.medium, edge.start.x),
+        n_after: scene.n(vertex.medium(), vertex.position()),
+        ease: 0.0,
+    }
+}

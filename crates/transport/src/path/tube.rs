@@ -1,0 +1,92 @@
+//! What the two ends of an edge must know of the way between them.
+
+use crate::Spectrum;
+use eikonal::ray::Tangents;
+use glam::DVec3;
+
+/// A ray tube between two points, or between a point and a plane: the same from either end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tube {
+    /// Geometry term G: 1/(J n²) between two points, with J and n at the end that the ray was followed
+    /// to (theory §3: 1/(B n_a² n_b²)); 1/(A n²) between a plane and a point of index n (theory §5).
+    pub geometry: f64,
+    /// Optical depth.
+    pub depth: Spectrum,
+    /// Probability that an edge sampled by chance makes the same choices at the interfaces on the way.
+    pub choice: f64,
+    /// Number of refractions and reflections on the way.
+    pub events: u32,
+}
+
+impl Tube {
+    /// No way at all yet.
+    pub(super) fn new() -> Self {
+        Tube {
+            geometry: 0.0,
+            depth: Spectrum::ZERO,
+            choice: 1.0,
+            events: 0,
+        }
+    }
+
+    /// The probability that light or importance gets through without a collision, for channel
+    /// probabilities `lanes`.
+    pub fn survival(&self, lanes: Spectrum) -> f64 {
+        (lanes * self.depth.exp_neg()).sum()
+    }
+
+    /// Density with which sampling from one end finds the other, without the probability of what
+    /// happens there.
+    ///
+    /// `pdf` is the density of the ray: per steradian from a point, per unit area from a plane. The
+    /// result is per unit area across the ray at a point of index `n`, or per steradian at a plane where
+    /// the index is `n`: p/J = p·G·n² from point to point, p/A = p·G·n² from plane to point, and
+    /// p·dΩ/dΩ' = p·G·n² from point to plane.
+    pub fn density(&self, pdf: f64, n: f64) -> f64 {
+        pdf * self.choice * self.geometry * n * n
+    }
+}
+
+/// G for a ray that ends at a point with velocity `v`; `jump` is ∏ n_after/n_before over declared index
+/// matches, whose jumps do not conserve étendue as refraction does.
+pub(super) fn to_point(tangents: &Tangents, v: DVec3, jump: f64) -> f64 {
+    proper(jump / (tangents.cross_section(v).abs() * v.length_squared()))
+}
+
+/// G for a ray from a point that ends with velocity `v` at a plane across it, in a region of constant
+/// index. From dΩ'/dΩ = |δv₁ × δv₂|/n² follows A by étendue.
+pub(super) fn to_plane(tangents: &Tangents, v: DVec3, jump: f64) -> f64 {
+    let spread = tangents.dv[0].cross(tangents.dv[1]).dot(v.normalize());
+    proper(jump / spread.abs())
+}
+
+/// A geometry term on a caustic, or after a grazing refraction, is none.
+fn proper(geometry: f64) -> f64 {
+    if geometry.is_finite() { geometry } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eikonal::ray::perpendicular_basis;
+
+    #[test]
+    fn straight_tubes() {
+        let (n, r) = (1.5, 2.0);
+        let mut tangents = Tangents::angular(n, perpendicular_basis(DVec3::Z));
+        for k in 0..2 {
+            tangents.dx[k] = tangents.dv[k] * (r / n);
+        }
+        let v = DVec3::Z * n;
+        let tube = Tube {
+            geometry: to_point(&tangents, v, 1.0),
+            ..Tube::new()
+        };
+        assert!((tube.density(1.0, n) * r * r - 1.0).abs() < 1e-12);
+        let tube = Tube {
+            geometry: to_plane(&tangents, v, 1.0),
+            ..tube
+        };
+        assert!((tube.density(1.0, n) - 1.0).abs() < 1e-12);
+    }
+}

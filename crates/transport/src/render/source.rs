@@ -1,0 +1,82 @@
+//! Where the samples of a pixel come from.
+
+use super::{Options, pilot};
+use crate::Spectrum;
+use crate::film::Pixel;
+use crate::integrator::{Contribution, Integrator};
+use crate::path::Workspace;
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+
+/// The samples of one channel group.
+pub(super) struct Source<'a> {
+    pub scene: &'a Scene,
+    pub integrator: Integrator,
+    pub group: usize,
+    /// Probability with which connections are searched for further branches.
+    pub search: f64,
+    seed: u64,
+}
+
+impl<'a> Source<'a> {
+    pub fn new(scene: &'a Scene, options: &Options, group: usize) -> Self {
+        let mut source = Source {
+            scene,
+            integrator: options.integrator,
+            group,
+            search: 1.0,
+            // Each group's paths have an address space of their own.
+            seed: options
+                .seed
+                .wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)),
+        };
+        source.search = pilot::search_probability(&source);
+        source
+    }
+
+    /// Number of channels in use.
+    pub fn lanes(&self) -> usize {
+        let channels = self.scene.film().channels;
+        (channels - self.group * Spectrum::LANES).min(Spectrum::LANES)
+    }
+
+    pub fn workspace(&self) -> Workspace {
+        let mut ws = Workspace::new(self.scene.tolerance());
+        ws.search = self.search;
+        ws
+    }
+
+    /// Adds the contributions of one sample of a pixel to `out`.
+    pub fn sample(
+        &self,
+        pixel: usize,
+        sample: u64,
+        ws: &mut Workspace,
+        out: &mut Vec<Contribution>,
+    ) {
+        let mut sampler = Sampler::new(self.seed, pixel as u64, sample);
+        let spec = self.scene.film();
+        let [u, v] = sampler.next_2d();
+        let lens = sampler.next_2d();
+        let (column, row) = (pixel % spec.width, pixel / spec.width);
+        let image = [
+            (column as f64 + 0.5 + spec.filter.sample(u)) / spec.width as f64,
+            (row as f64 + 0.5 + spec.filter.sample(v)) / spec.height as f64,
+        ];
+        let ray = self.scene.sensor().ray(image, lens);
+        ws.stats.paths += 1;
+        let state = (&mut sampler, ws);
+        self.integrator
+            .sample(self.scene, ray, self.lanes(), state, out);
+    }
+}
+
+/// Adds a sample to a pixel. One that is not finite is counted and scored zero.
+pub(super) fn add(pixel: &mut Pixel, value: Spectrum, not_finite: &mut u64) {
+    if value.is_finite() {
+        pixel.add(value);
+    } else {
+        *not_finite += 1;
+        pixel.add(Spectrum::ZERO);
+    }
+}

@@ -1,0 +1,114 @@
+//! Estimators whose samples contribute all over the image.
+//!
+//! One sample of every pixel together make one sample of the whole image: contributions to other pixels
+//! are added up first, and then each pixel takes its sum as one sample. So pixels' samples are
+//! independent of one another over the sample's number, and the variance of their mean is known as
+//! for any other estimator. Sums are formed in the order of samples, pixels and paths, whatever thread
+//! computed them: the same seed gives the same bits.
+
+use super::source::{Source, add};
+use super::strategies::Strategies;
+use crate::Spectrum;
+use crate::film::{Film, footprint};
+use crate::integrator::Contribution;
+use crate::stats::Stats;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Pixels per unit of work.
+const PIXELS_PER_TASK: usize = 16;
+/// Units of work whose contributions are kept until they are added up: enough to keep all threads
+/// busy, few enough to fit into memory.
+const BLOCK: u64 = 1 << 10;
+
+/// One sample of a few neighbouring pixels: contributions, and the pixel whose sample each is.
+type Part = Vec<(usize, Contribution)>;
+
+/// Adds a range of samples to every pixel of the source's channel group.
+pub(super) fn pass(
+    source: &Source,
+    samples: Range<u64>,
+    (film, mut strategies): (&mut Film, Option<&mut Strategies>),
+    counter: &AtomicU64,
+) -> Stats {
+    let pixels = film.width() * film.height();
+    let tasks = pixels.div_ceil(PIXELS_PER_TASK) as u64;
+    let (first, end) = (samples.start * tasks, samples.end * tasks);
+    let mut stats = Stats::default();
+    let mut image = vec![Spectrum::ZERO; pixels];
+    for start in (first..end).step_by(BLOCK as usize) {
+        let parts: Vec<(Part, Stats)> = (start..end.min(start + BLOCK))
+            .into_par_iter()
+            .map(|number| {
+                let from = (number % tasks) as usize * PIXELS_PER_TASK;
+                let range = from..pixels.min(from + PIXELS_PER_TASK);
+                part(source, number / tasks, range, counter)
+            })
+            .collect();
+        for (number, (part, counts)) in (start..).zip(parts) {
+            stats += counts;
+            for (own, contribution) in &part {
+                splat(
+                    source,
+                    (*own, contribution),
+                    contribution.weighted(),
+                    &mut image,
+                );
+            }
+            if let Some(strategies) = strategies.as_deref_mut() {
+                strategies.splat(source, &part);
+            }
+            if number % tasks + 1 < tasks {
+                continue;
+            }
+            let sum = image.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
+            film.add_whole(source.group, sum / pixels as f64);
+            for (pixel, value) in film.group_mut(source.group).iter_mut().zip(&mut image) {
+                add(pixel, std::mem::take(value), &mut stats.not_finite);
+            }
+            if let Some(strategies) = strategies.as_deref_mut() {
+                strategies.finish(source, number / tasks);
+            }
+        }
+    }
+    stats
+}
+
+fn part(source: &Source, sample: u64, pixels: Range<usize>, counter: &AtomicU64) -> (Part, Stats) {
+    let mut ws = source.workspace();
+    let (mut found, mut part) = (Vec::new(), Part::new());
+    let taken = pixels.len() as u64;
+    for pixel in pixels {
+        source.sample(pixel, sample, &mut ws, &mut found);
+        for contribution in found.drain(..) {
+            if contribution.weighted().is_finite() {
+                part.push((pixel, contribution));
+            } else {
+                ws.stats.not_finite += 1;
+            }
+        }
+    }
+    counter.fetch_add(taken, Ordering::Relaxed);
+    (part, ws.stats())
+}
+
+/// Adds a value to the pixels in which a contribution counts: its own, or those around its place.
+pub(super) fn splat(
+    source: &Source,
+    (own, contribution): (usize, &Contribution),
+    value: Spectrum,
+    image: &mut [Spectrum],
+) {
+    let spec = source.scene.film();
+    match contribution.image {
+        None => image[own] += value,
+        // A pixel's filter per unit of the image's area is their number times that per pixel, and
+        // there are as many paths as pixels.
+        Some(place) => {
+            for (pixel, filter) in footprint((spec.width, spec.height), spec.filter, place) {
+                image[pixel] += value * filter;
+            }
+        }
+    }
+}

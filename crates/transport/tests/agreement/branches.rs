@@ -1,0 +1,144 @@
+//! Scenes in which pairs of points are connected by several rays, and light that only connections find.
+
+use crate::RATE;
+use crate::case::{acoustic, diffuse, facing};
+use crate::common::{container, fog, glass, parts, vacuum};
+use crate::compare::{Effort, Row, compare, judge, table};
+use eikonal::Field;
+use eikonal::field::{Constant, Gaussian, Selfoc};
+use glam::{DAffine3, DMat3, DVec3};
+use transport::Spectrum;
+use transport::bsdf::Bsdf;
+use transport::emitter::{Collimated, Emitter, Profile};
+use transport::scene::{Object, Parts};
+use transport::sensor::{Perspective, Sensor};
+use transport::shape::{Cube, Cylinder, Rectangle, Sphere};
+
+const EFFORT: Effort = Effort {
+    batches: 12,
+    work: 6_000_000,
+};
+
+fn view(from: DVec3, toward: DVec3, fov: f64) -> Sensor {
+    let to_world = facing(from, (toward - from).normalize(), 1.0);
+    Sensor::Perspective(Perspective::new(to_world, fov.to_radians(), 1.0))
+}
+
+/// A lamp of some size that shines along −z: no caustic is sharp in its light.
+fn lit_from(parts: &mut Parts, position: DVec3, half: f64) {
+    let to_world = facing(position, -DVec3::Z, half);
+    let mut lamp = diffuse(Rectangle::new(to_world).unwrap());
+    lamp.emitter = Some(parts.emitters.len());
+    parts.objects.push(lamp);
+    parts.emitters.push(Emitter::Area {
+        object: parts.objects.len() - 1,
+        radiance: Spectrum::splat(1.0 / half.powi(2)),
+    });
+}
+
+fn lamp(position: DVec3) -> Emitter {
+    Emitter::Point {
+        position,
+        intensity: Spectrum::splat(4.0),
+    }
+}
+
+/// A white screen across z.
+fn screen(z: f64, half: f64) -> Object {
+    diffuse(Rectangle::new(facing(DVec3::Z * z, DVec3::Z, half)).unwrap())
+}
+
+fn ambient(n: f64) -> transport::medium::Medium {
+    let mut ambient = vacuum();
+    ambient.index = Constant::new(n).into();
+    ambient
+}
+
+fn scene(shape: impl Into<transport::shape::Shape>, index: impl Into<Field>, n: f64) -> Parts {
+    let media = vec![ambient(n), fog(index, 0.0, 0.0, 0.0)];
+    let sensor = view(DVec3::Z * 4.0, DVec3::ZERO, 40.0);
+    parts(
+        vec![container(shape, Bsdf::Null)],
+        media,
+        Vec::new(),
+        sensor,
+    )
+}
+
+fn check(name: &str, parts: &Parts, seed: u64) -> Row {
+    let started = std::time::Instant::now();
+    let row = compare(name, parts, EFFORT, seed, true);
+    print!("{:.1} s ", started.elapsed().as_secs_f64());
+    println!(
+        "{}",
+        table(std::slice::from_ref(&row), RATE, EFFORT)
+            .lines()
+            .nth(2)
+            .unwrap()
+    );
+    row
+}
+
+/// A screen behind a strong lens: a point lamp lights it along up to three rays, and the camera looks at
+/// it along as many.
+fn behind_a_lens() -> Parts {
+    let lens = Gaussian::new(1.0, 0.5, DVec3::ZERO, 0.3).unwrap();
+    let ball = Sphere::around(DVec3::ZERO, 1.2).unwrap();
+    let mut parts = scene(ball, lens, 1.0);
+    parts.objects.push(screen(-2.0, 0.6));
+    parts.emitters = vec![lamp(DVec3::new(0.1, 0.05, 2.0))];
+    parts.sensor = view(DVec3::new(0.9, 0.6, 2.5), DVec3::Z * -2.0, 12.0);
+    parts
+}
+
+/// Light along more than a pitch of a graded rod, on to a screen at its end.
+fn rod() -> Parts {
+    let index = Selfoc::new(1.5, 1.2, DVec3::ZERO, DVec3::Z).unwrap();
+    let shape = Cylinder::between(DVec3::ZERO, DVec3::Z * 6.0, 0.6, true).unwrap();
+    let mut parts = scene(shape, index, 1.5);
+    parts.objects.push(screen(0.7, 0.25));
+    lit_from(&mut parts, DVec3::new(0.12, 0.1, 6.4), 0.15);
+    parts.sensor = view(DVec3::new(-0.2, 0.1, 5.8), DVec3::Z * 0.7, 25.0);
+    parts
+}
+
+/// Fog in a standing wave of sound with a beam through it.
+fn sound() -> Parts {
+    let shape = Cube::new(DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(
+        2.0, 1.0, 1.0,
+    ))))
+    .unwrap();
+    let mut parts = scene(shape, acoustic(1.33, 3), 1.33);
+    parts.media[1] = fog(acoustic(1.33, 3), 0.4, 0.9, 0.5);
+    parts.emitters = vec![Emitter::Collimated(Collimated::new(
+        DVec3::new(-2.5, 0.1, 0.05),
+        DVec3::X,
+        Profile::Disc { radius: 0.5 },
+        Spectrum::splat(4.0),
+    ))];
+    parts.sensor = view(DVec3::new(0.5, 0.8, 4.0), DVec3::ZERO, 50.0);
+    parts
+}
+
+/// A screen behind a glass ball, lit and seen past and through it.
+fn glass_ball() -> Parts {
+    let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();
+    let mut parts = scene(ball, Constant::new(1.5), 1.0);
+    parts.objects[0].bsdf = glass();
+    parts.objects.push(screen(-2.2, 1.0));
+    lit_from(&mut parts, DVec3::new(0.3, 0.2, 3.0), 0.5);
+    parts.sensor = view(DVec3::new(0.5, -0.4, 4.0), DVec3::Z * -2.2, 20.0);
+    parts.reflections = 2;
+    parts
+}
+
+#[test]
+fn estimators_agree_on_all_branches() {
+    let rows = [
+        check("behind a Gaussian lens, point", &behind_a_lens(), 1001),
+        check("rod longer than a pitch, area", &rod(), 1002),
+        check("mode 3 of sound, beam in fog", &sound(), 1003),
+        check("behind a glass ball, area", &glass_ball(), 1004),
+    ];
+    judge(&rows, RATE).unwrap();
+}

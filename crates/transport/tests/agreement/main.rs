@@ -1,0 +1,117 @@
+//! Estimators against one another (theory §8, oracle 9): they share a scene, and little else.
+//!
+//! The path tracer finds light from the sensor, the particle tracer finds the sensor from the light, and
+//! bidirectional path tracing weighs both with all that lies between. A geometry term, a density, a
+//! factor of an index or a branch that one of them has wrong shows as a difference of means.
+//!
+//! False-alarm rate: 1e-3 for each of the tests below, over all its comparisons, with fixed seeds.
+//!
+//! The whole matrix, with its table in `docs/agreement.md`:
+//! `MORGANA_LONG_TESTS=1 MORGANA_WRITE_DOCS=1 cargo test --release -p transport --test agreement`
+
+mod branches;
+mod case;
+#[path = "../common/mod.rs"]
+mod common;
+mod compare;
+mod matrix;
+
+use case::{Index, Light, Matter, View, Wall};
+use compare::{Effort, Row, compare, judge, table};
+use matrix::{covering, pairs, whole};
+use std::collections::HashSet;
+
+const RATE: f64 = 1e-3;
+
+fn long() -> bool {
+    std::env::var_os("MORGANA_LONG_TESTS").is_some()
+}
+
+fn rows(cases: &[case::Case], effort: Effort) -> Vec<Row> {
+    let all = whole();
+    cases
+        .iter()
+        .map(|case| {
+            let seed = all.iter().position(|c| c == case).unwrap() as u64;
+            let name = format!(
+                "{:?}, {:?}, {:?}, {:?}, {:?}",
+                case.index, case.light, case.matter, case.wall, case.view
+            );
+            let particles = !case.particles_are_heavy();
+            let started = std::time::Instant::now();
+            let row = compare(&name, &case.parts(), effort, seed, particles);
+            print!("{:.1} s ", started.elapsed().as_secs_f64());
+            println!(
+                "{}",
+                table(std::slice::from_ref(&row), RATE, effort)
+                    .lines()
+                    .nth(2)
+                    .unwrap()
+            );
+            row
+        })
+        .collect()
+}
+
+#[test]
+fn estimators_agree() {
+    let (cases, effort) = match long() {
+        true => (
+            whole(),
+            Effort {
+                batches: 12,
+                work: 1_500_000,
+            },
+        ),
+        false => (
+            covering(),
+            Effort {
+                batches: 12,
+                work: 2_500_000,
+            },
+        ),
+    };
+    let rows = rows(&cases, effort);
+    if long() && std::env::var_os("MORGANA_WRITE_DOCS").is_some() {
+        let text = document(&rows, effort);
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/agreement.md");
+        std::fs::write(path, text).unwrap();
+    }
+    judge(&rows, RATE).unwrap();
+}
+
+/// Every pair of levels of two factors is in the matrix, and every level in the few cases.
+#[test]
+fn the_matrix_covers_all_pairs() {
+    let all: HashSet<String> = whole().iter().flat_map(pairs).collect();
+    let levels = [
+        Index::ALL.len(),
+        Light::ALL.len(),
+        Matter::ALL.len(),
+        Wall::ALL.len(),
+        View::ALL.len(),
+    ];
+    let expected: usize = (0..5)
+        .map(|a| (0..a).map(|b| levels[a] * levels[b]).sum::<usize>())
+        .sum();
+    assert_eq!(all.len(), expected);
+    let few = covering();
+    let shown: HashSet<String> = few.iter().flat_map(pairs).collect();
+    println!("the few show {} of {expected} pairs", shown.len());
+    for case in whole() {
+        assert!(few.iter().any(|c| c.index == case.index));
+        assert!(few.iter().any(|c| c.light == case.light));
+        assert!(few.iter().any(|c| c.matter == case.matter));
+        assert!(few.iter().any(|c| c.view == case.view));
+    }
+}
+
+fn document(rows: &[Row], effort: Effort) -> String {
+    let comparisons: usize = rows.iter().map(|r| r.p_values.len()).sum();
+    let head = include_str!("document.md")
+        .replace("{scenes}", &rows.len().to_string())
+        .replace("{comparisons}", &comparisons.to_string())
+        .replace("{batches}", &effort.batches.to_string())
+        .replace("{rate}", &format!("{RATE:e}"));
+    format!("{head}\n{}", table(rows, RATE, effort))
+}

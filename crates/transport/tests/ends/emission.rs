@@ -1,0 +1,155 @@
+//! Light that leaves points and surfaces, and what holds for every emitter.
+
+use crate::support::*;
+use glam::DVec3;
+use testkit::{DirectionTable, Family, Mass, Rng, uniform_edges};
+use transport::Spectrum;
+use transport::aim::Aim;
+use transport::emitter::Emitter;
+
+/// A point of a surface with the normal `axis()`, or a point in space.
+fn aim_at(surface: bool) -> Aim {
+    Aim::Point {
+        position: DVec3::ZERO,
+        surface: surface.then(|| (0, axis())),
+    }
+}
+
+/// p-value of the directions in which light leaves a point, with bins that end at a cosine of `rim`.
+fn directions(emitter: &Emitter, shapes: &[transport::shape::Shape], rim: f64) -> f64 {
+    let aim = emit(emitter, shapes, [0.5; 4]).unwrap().aim;
+    let axis = match aim {
+        Aim::Point {
+            surface: Some((_, normal)),
+            ..
+        } => normal,
+        _ => axis(),
+    };
+    let mut edges = uniform_edges(rim, 1.0, 12);
+    if rim > -1.0 {
+        edges.insert(0, -1.0);
+    }
+    let table = DirectionTable::new(axis.to_array(), edges, 16);
+    let draw = |rng: &mut Rng| {
+        let [a, b] = rng.uniform();
+        let emission = emit(emitter, shapes, [0.5, 0.5, a, b]);
+        // Nothing leaves along the rim of a spot, so those directions count as `None`.
+        emission.map(|e| e.direction.to_array())
+    };
+    let pdf = |d: [f64; 3]| pdf_emit(emitter, &aim, DVec3::ZERO, d.into());
+    table
+        .test(1, 100_000, Mass::Exactly(1.0), draw, pdf)
+        .unwrap()
+        .p_value
+}
+
+#[test]
+fn directions_of_light_from_points_follow_their_density() {
+    let shapes = shapes();
+    let area = |object| Emitter::Area {
+        object,
+        radiance: color(),
+    };
+    let point = Emitter::Point {
+        position: DVec3::Y,
+        intensity: color(),
+    };
+    let mut family = Family::new(FALSE_ALARM);
+    for (name, emitter, rim) in [
+        ("point", point, -1.0),
+        ("spot", spot(color(), (CUTOFF, BEAM_WIDTH)), CUTOFF.cos()),
+        ("sharp spot", spot(color(), (CUTOFF, CUTOFF)), CUTOFF.cos()),
+        ("narrow spot", spot(color(), (1e-3, 5e-4)), 1e-3f64.cos()),
+        (
+            "round spot",
+            spot(color(), (std::f64::consts::PI, 0.1)),
+            -1.0,
+        ),
+        ("parallelogram", area(0), 0.0),
+        ("ellipsoid", area(1), 0.0),
+    ] {
+        family.push(name, directions(&emitter, &shapes, rim));
+    }
+    family.check().unwrap();
+}
+
+/// The ray is one to which a connection could have led, and its parts are what they are said to be.
+#[test]
+fn an_emission_agrees_with_aim_and_emitted() {
+    let (shapes, mut rng) = (shapes(), Rng::new(3));
+    for (name, emitter) in emitters(color()) {
+        for _ in 0..1000 {
+            let u: [f64; 4] = rng.uniform();
+            let Some(e) = emit(&emitter, &shapes, u) else {
+                panic!("{name} does not shine for {u:?}");
+            };
+            let aimed = emitter.aim(&AROUND, |i| &shapes[i], [u[0], u[1]]);
+            assert_eq!((aimed.aim, aimed.pdf), (e.aim, e.aim_pdf), "{name}");
+            assert_eq!(
+                emitter.emitted(&e.aim, e.x, e.direction),
+                e.emitted,
+                "{name}"
+            );
+            assert_eq!(
+                pdf_emit(&emitter, &e.aim, e.x, e.direction),
+                e.pdf,
+                "{name}"
+            );
+            assert!((e.direction.length() - 1.0).abs() < 1e-12, "{name}");
+            match e.aim {
+                Aim::Point { position, .. } => assert_eq!(position, e.x, "{name}"),
+                Aim::Plane {
+                    through, direction, ..
+                } => {
+                    assert_eq!(direction, e.direction, "{name}");
+                    assert!((e.x - through).dot(direction).abs() < 1e-12, "{name}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn black_emitters_send_nothing_out() {
+    let (shapes, mut rng) = (shapes(), Rng::new(4));
+    for (name, emitter) in emitters(Spectrum::ZERO) {
+        let emission = emit(&emitter, &shapes, rng.uniform());
+        assert_eq!(emission, None, "{name}");
+    }
+}
+
+#[test]
+fn rays_that_are_never_drawn_have_density_zero() {
+    let at = |emitter: &Emitter, aim: &Aim, x, direction| pdf_emit(emitter, aim, x, direction);
+    let turned = |angle: f64| {
+        let across = axis().any_orthonormal_vector();
+        axis() * angle.cos() + across * angle.sin()
+    };
+    let spot = spot(color(), (CUTOFF, BEAM_WIDTH));
+    let from_spot = |angle| at(&spot, &aim_at(false), DVec3::X, turned(angle));
+    assert!(from_spot(CUTOFF - 1e-9) > 0.0);
+    assert_eq!((from_spot(CUTOFF + 1e-9), from_spot(3.0)), (0.0, 0.0));
+    let area = Emitter::Area {
+        object: 0,
+        radiance: color(),
+    };
+    let from_area = |direction| at(&area, &aim_at(true), DVec3::ZERO, direction);
+    assert!(from_area(axis()) > 0.0);
+    assert_eq!(from_area(-axis()), 0.0);
+    let (_, directional) = emitters(color()).remove(4);
+    let offset = turned(std::f64::consts::FRAC_PI_2);
+    let parallel = |r: f64| {
+        let x = AROUND.center + offset * r - axis() * 7.0;
+        at(
+            &directional,
+            &Aim::Point {
+                position: x,
+                surface: None,
+            },
+            x,
+            axis(),
+        )
+    };
+    assert!(parallel(AROUND.radius * 0.999) > 0.0);
+    assert_eq!(parallel(AROUND.radius * 1.001), 0.0);
+}

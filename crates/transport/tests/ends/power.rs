@@ -1,0 +1,63 @@
+//! The mean weight of emissions is the emitter's power.
+
+use crate::support::*;
+use std::f64::consts::{PI, TAU};
+use testkit::{Family, Moments, Rng, z_test};
+use transport::shape::Shape;
+
+/// Total power over the colour, in closed form; for light from infinity, the power that enters the
+/// disc as wide as the surroundings.
+fn power(name: &str, shapes: &[Shape]) -> f64 {
+    let disc = PI * AROUND.radius * AROUND.radius;
+    match name {
+        "point" => 4.0 * PI,
+        // 2π ∫ sin θ dθ up to the beam's width, and beyond it times a ramp down to the cutoff.
+        "spot" => TAU * (1.0 - (CUTOFF.sin() - BEAM_WIDTH.sin()) / (CUTOFF - BEAM_WIDTH)),
+        "parallelogram" => PI * shapes[0].area(),
+        "ellipsoid" => PI * shapes[1].area(),
+        "directional" => disc,
+        "constant" => 4.0 * PI * disc,
+        "envmap" => image() * disc,
+        "disc beam" | "Gaussian beam" => 1.0,
+        _ => f64::NAN,
+    }
+}
+
+/// ∫ radiance over all directions: pixels times their solid angles.
+fn image() -> f64 {
+    let (width, height) = IMAGE;
+    let solid_angle = |row: usize| {
+        let cos = |edge: usize| (PI * edge as f64 / height as f64).cos();
+        TAU / width as f64 * (cos(row) - cos(row + 1))
+    };
+    (0..width * height)
+        .map(|i| pixel(i) * solid_angle(i / width))
+        .sum()
+}
+
+#[test]
+fn mean_weight_is_power() {
+    let (shapes, mut rng) = (shapes(), Rng::new(7));
+    let mut family = Family::new(FALSE_ALARM);
+    for (name, emitter) in emitters(color()) {
+        let mut weight = [Moments::default(); 4];
+        for _ in 0..100_000 {
+            let emission = emit(&emitter, &shapes, rng.uniform());
+            for (c, moments) in weight.iter_mut().enumerate() {
+                moments.push(emission.map_or(0.0, |e| e.emitted[c] / (e.aim_pdf * e.pdf)));
+            }
+        }
+        for (c, moments) in weight.iter().enumerate() {
+            let expected = power(name, &shapes) * color()[c];
+            if moments.standard_error() > 1e-9 * expected {
+                let z = moments.z(expected);
+                family.push(format!("{name}, channel {c}"), z_test::p_value(z));
+            } else {
+                // Every ray has the same weight.
+                let error = (moments.mean() - expected).abs();
+                assert!(error <= 1e-9 * expected, "{name}: {error}");
+            }
+        }
+    }
+    family.check().unwrap();
+}

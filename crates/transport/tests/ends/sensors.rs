@@ -1,0 +1,219 @@
+//! Sensors.
+
+use crate::support::{FALSE_ALARM, axis, random_map};
+use glam::{DAffine3, DVec3};
+use testkit::quadrature::Effort;
+use testkit::{DirectionTable, Family, Mass, Rng, Table, uniform_edges};
+use transport::aim::Aim;
+use transport::sampling::Frame;
+use transport::sensor::{Orthographic, Perspective, Ray, Sensor, ThinLens};
+
+fn sensors(map: DAffine3) -> [(&'static str, Sensor); 3] {
+    let pinhole = Perspective::new(map, 1.4, 1.6);
+    let lens = ThinLens::new(pinhole.clone(), 0.3, 1.7);
+    [
+        ("perspective", Sensor::Perspective(pinhole)),
+        ("thin lens", Sensor::ThinLens(lens)),
+        (
+            "orthographic",
+            Sensor::Orthographic(Orthographic::new(map, 1.6)),
+        ),
+    ]
+}
+
+/// Calls `f` for sensors with many maps, each with positions on and around the image and on the lens.
+fn for_many(seed: u64, mut f: impl FnMut(&'static str, &Sensor, [f64; 2], [f64; 2])) {
+    let mut rng = Rng::new(seed);
+    for _ in 0..200 {
+        for (name, sensor) in sensors(random_map(&mut rng)) {
+            for _ in 0..10 {
+                let image = [rng.range(-0.5, 1.5), rng.range(-0.5, 1.5)];
+                f(name, &sensor, image, rng.uniform());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_ray_is_sensed_where_it_came_from() {
+    for_many(1, |name, sensor, image, lens| {
+        let ray = sensor.ray(image, lens);
+        let sensed = sensor.sense(ray.origin, ray.direction).unwrap().image;
+        let error = (sensed[0] - image[0]).hypot(sensed[1] - image[1]);
+        assert!(error < 1e-11, "{name}: {image:?} becomes {sensed:?}");
+    });
+}
+
+#[test]
+fn nothing_is_sensed_behind_the_sensor() {
+    for_many(2, |name, sensor, image, lens| {
+        let ray = sensor.ray(image, lens);
+        assert_eq!(sensor.sense(ray.origin, -ray.direction), None, "{name}");
+    });
+}
+
+/// What a ray's small change is to its solid angle or to its area across the rays.
+fn difference(orthographic: bool, a: Ray, b: Ray) -> DVec3 {
+    if orthographic {
+        a.origin - b.origin
+    } else {
+        a.direction - b.direction
+    }
+}
+
+/// `density` is |∂(image)/∂(ray)|, by central differences.
+#[test]
+fn the_density_is_the_jacobian_of_the_ray() {
+    let h = 1e-5;
+    for_many(3, |name, sensor, [s, t], lens| {
+        let ray = sensor.ray([s, t], lens);
+        let density = sensor.sense(ray.origin, ray.direction).unwrap().density;
+        let along = |ds: f64, dt: f64| {
+            let (a, b) = ([s + ds, t + dt], [s - ds, t - dt]);
+            difference(
+                name == "orthographic",
+                sensor.ray(a, lens),
+                sensor.ray(b, lens),
+            ) / (2.0 * h)
+        };
+        let size = along(h, 0.0).cross(along(0.0, h)).dot(ray.direction).abs();
+        assert!(
+            (density * size - 1.0).abs() < 1e-7,
+            "{name}: {}",
+            density * size
+        );
+    });
+}
+
+/// Enough not to miss a corner of the image in a bin.
+const EFFORT: Effort = Effort {
+    tolerance: 1e-6,
+    min_depth: 3,
+    max_depth: 9,
+};
+
+/// The density of a ray, or zero beyond the image.
+fn density(sensor: &Sensor, start: DVec3, direction: DVec3) -> f64 {
+    let inside = |image: [f64; 2]| image.iter().all(|x| (0.0..=1.0).contains(x));
+    sensor
+        .sense(start, direction)
+        .filter(|s| inside(s.image))
+        .map_or(0.0, |s| s.density)
+}
+
+/// p-value of the directions that leave a fixed point of the sensor.
+fn directions(sensor: &Sensor, lens: [f64; 2]) -> f64 {
+    let center = sensor.ray([0.5; 2], lens);
+    // The border of the image runs through the bins; sheared, the image reaches beyond the horizon.
+    let table = DirectionTable::uniform(center.direction.to_array(), 32, 16)
+        .with_effort(EFFORT)
+        .with_mass_tolerance(1e-3);
+    let draw = |rng: &mut Rng| Some(sensor.ray(rng.uniform(), lens).direction.to_array());
+    let pdf = |d: [f64; 3]| density(sensor, center.origin, d.into());
+    table
+        .test(1, 100_000, Mass::Exactly(1.0), draw, pdf)
+        .unwrap()
+        .p_value
+}
+
+/// p-value of the positions of parallel rays.
+fn positions(sensor: &Sensor) -> f64 {
+    let Ray { origin, direction } = sensor.ray([0.5; 2], [0.5; 2]);
+    let frame = Frame::from_normal(direction);
+    let reach = [[0.0, 0.0], [0.0, 1.0]].map(|c| sensor.ray(c, [0.5; 2]).origin.distance(origin));
+    let reach = reach[0].max(reach[1]) * 1.01;
+    let edges = uniform_edges(-reach, reach, 16);
+    let draw = |rng: &mut Rng| {
+        let ray = sensor.ray(rng.uniform(), [0.5; 2]);
+        let local = frame.to_local(ray.origin - origin);
+        Some([local.x, local.y])
+    };
+    let pdf = |[x, y]: [f64; 2]| {
+        let start = origin + frame.to_world(DVec3::new(x, y, 0.0));
+        density(sensor, start, direction)
+    };
+    Table::new(edges.clone(), edges)
+        .with_effort(EFFORT)
+        .with_mass_tolerance(1e-3)
+        .test(1, 100_000, Mass::Exactly(1.0), draw, pdf)
+        .unwrap()
+        .p_value
+}
+
+#[test]
+fn rays_follow_the_density() {
+    let mut rng = Rng::new(4);
+    let mut family = Family::new(FALSE_ALARM);
+    for round in 0..3 {
+        for (name, sensor) in sensors(random_map(&mut rng)) {
+            let p = match sensor {
+                Sensor::Orthographic(_) => positions(&sensor),
+                _ => directions(&sensor, rng.uniform()),
+            };
+            family.push(format!("{name} {round}"), p);
+        }
+    }
+    family.check().unwrap();
+}
+
+/// A connection aims where the rays start, and at parallel rays along their direction.
+#[test]
+fn aims_are_where_rays_start() {
+    for_many(5, |name, sensor, image, lens| {
+        let ray = sensor.ray(image, lens);
+        let aimed = sensor.aim(lens);
+        assert!(aimed.delta, "{name}");
+        match aimed.aim {
+            Aim::Point { position, surface } => {
+                assert_eq!(surface, None, "{name}");
+                assert_eq!(position, ray.origin, "{name}");
+            }
+            Aim::Plane {
+                through,
+                direction,
+                beam,
+            } => {
+                assert!(!beam && direction.distance(ray.direction) < 1e-14, "{name}");
+                let ahead = (ray.origin - through).dot(direction);
+                assert!(ahead.abs() < 1e-13, "{name}: {ahead}");
+            }
+        }
+    });
+}
+
+/// The density of an aim is one over the area of the polygon that the rim of the lens nearly is.
+#[test]
+fn aims_are_uniform_over_the_lens() {
+    let mut rng = Rng::new(6);
+    for _ in 0..20 {
+        for (name, sensor) in sensors(random_map(&mut rng)) {
+            let pdf = sensor.aim([0.2, 0.9]).pdf;
+            if name != "thin lens" {
+                assert_eq!(pdf, 1.0, "{name}");
+                continue;
+            }
+            let rim = |i: usize| {
+                // The four sides of the unit square are mapped to the rim, one after the other.
+                let a = (i % 1000) as f64 / 1000.0;
+                let sides = [[a, 0.0], [1.0, a], [1.0 - a, 1.0], [0.0, 1.0 - a]];
+                sensor.ray([0.5; 2], sides[i / 1000 % 4]).origin - sensor.position()
+            };
+            let twice: DVec3 = (0..4000).map(|i| rim(i).cross(rim(i + 1))).sum();
+            let area = 0.5 * twice.length();
+            assert!((pdf * area - 1.0).abs() < 1e-5, "{}", pdf * area);
+        }
+    }
+}
+
+/// An axis that no map of the tests is aligned with: grazing rays overflow to nothing, not to NaN.
+#[test]
+fn rays_along_the_plane_of_the_lens_are_not_sensed() {
+    for (name, sensor) in sensors(DAffine3::IDENTITY) {
+        let across = DVec3::new(axis().x, axis().y, 0.0).normalize();
+        assert_eq!(sensor.sense(DVec3::ZERO, across), None, "{name}");
+        let grazing = (across + DVec3::Z * 1e-200).normalize();
+        if let Some(s) = sensor.sense(DVec3::ZERO, grazing) {
+            assert!(s.density.is_finite() && name == "orthographic");
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Emitters of every kind, and transforms of every kind.
+
+use glam::{DAffine3, DMat3, DVec3};
+use testkit::Rng;
+use transport::Spectrum;
+use transport::aim::Aim;
+use transport::emitter::{Collimated, Emission, Emitter, Environment, Profile, Spot, Surroundings};
+use transport::sampling::Frame;
+use transport::shape::{Rectangle, Shape, Sphere};
+
+/// False-alarm rate of each family.
+pub const FALSE_ALARM: f64 = 2e-4;
+
+pub const AROUND: Surroundings = Surroundings {
+    center: DVec3::new(3.0, -1.0, 0.5),
+    radius: 2.5,
+};
+
+/// Half angles of the spot.
+pub const CUTOFF: f64 = 0.9;
+pub const BEAM_WIDTH: f64 = 0.4;
+
+pub fn axis() -> DVec3 {
+    DVec3::new(0.48, -0.6, 0.64)
+}
+
+pub fn color() -> Spectrum {
+    Spectrum([0.5, 1.0, 2.0, 0.0])
+}
+
+/// Columns of different lengths at any angles, right- or left-handed, well away from singular.
+pub fn random_map(rng: &mut Rng) -> DAffine3 {
+    loop {
+        let mut column = || DVec3::from_array(rng.direction()) * rng.range(-1.5, 1.5).exp();
+        let m = DMat3::from_cols(column(), column(), column());
+        let lengths = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+        if m.determinant().abs() > 0.1 * lengths {
+            let shift = DVec3::from_array(rng.direction()) * 3.0;
+            return DAffine3::from_mat3_translation(m, shift);
+        }
+    }
+}
+
+/// Shapes for area emitters: a parallelogram and an ellipsoid.
+pub fn shapes() -> [Shape; 2] {
+    let rng = &mut Rng::new(11);
+    [
+        Rectangle::new(random_map(rng)).unwrap().into(),
+        Sphere::new(random_map(rng)).unwrap().into(),
+    ]
+}
+
+pub fn spot(intensity: Spectrum, angles: (f64, f64)) -> Emitter {
+    Emitter::Spot(Spot::new(DVec3::X, axis(), intensity, angles))
+}
+
+pub fn beam(profile: Profile, power: Spectrum) -> Emitter {
+    let origin = DVec3::new(0.3, 0.1, -2.0);
+    Emitter::Collimated(Collimated::new(origin, axis(), profile, power))
+}
+
+pub const DISC: Profile = Profile::Disc { radius: 0.3 };
+pub const GAUSSIAN: Profile = Profile::Gaussian { waist: 0.4 };
+/// Width and height of the environment's image.
+pub const IMAGE: (usize, usize) = (8, 5);
+
+/// Brightness of a pixel relative to the colour of the environment.
+pub fn pixel(i: usize) -> f64 {
+    0.2 + ((i * 7) % 5) as f64
+}
+
+fn image(color: Spectrum) -> Environment {
+    let pixels = (0..IMAGE.0 * IMAGE.1).map(|i| color * pixel(i)).collect();
+    let turn = DMat3::from_axis_angle(axis(), 1.1);
+    Environment::image(IMAGE, pixels, turn).unwrap()
+}
+
+/// One emitter of each kind with the given intensity, radiance, irradiance or power. The index of the
+/// object of an area emitter is that of [`shapes`].
+pub fn emitters(color: Spectrum) -> Vec<(&'static str, Emitter)> {
+    let area = |object| Emitter::Area {
+        object,
+        radiance: color,
+    };
+    let mut all = vec![
+        (
+            "point",
+            Emitter::Point {
+                position: DVec3::Y,
+                intensity: color,
+            },
+        ),
+        ("spot", spot(color, (CUTOFF, BEAM_WIDTH))),
+        ("parallelogram", area(0)),
+        ("ellipsoid", area(1)),
+        (
+            "directional",
+            Emitter::Directional {
+                direction: axis(),
+                irradiance: color,
+            },
+        ),
+        (
+            "constant",
+            Emitter::Environment(Environment::Constant(color)),
+        ),
+        ("disc beam", beam(DISC, color)),
+        ("Gaussian beam", beam(GAUSSIAN, color)),
+    ];
+    // A black image cannot be made.
+    if !color.is_zero() {
+        all.push(("envmap", Emitter::Environment(image(color))));
+    }
+    all
+}
+
+pub fn emit(emitter: &Emitter, shapes: &[Shape], u: [f64; 4]) -> Option<Emission> {
+    emitter.emit(&AROUND, |i| &shapes[i], u)
+}
+
+/// The density of a ray, asked for afterwards.
+pub fn pdf_emit(emitter: &Emitter, aim: &Aim, x: DVec3, direction: DVec3) -> f64 {
+    emitter.pdf_emit(&AROUND, aim, x, direction)
+}
+
+/// Polar coordinates of `x` about the axis through `center` along `direction`.
+pub fn polar(x: DVec3, center: DVec3, direction: DVec3) -> [f64; 2] {
+    let p = Frame::from_normal(direction).to_local(x - center);
+    [p.truncate().length(), p.y.atan2(p.x)]
+}
+
+/// The point with given polar coordinates in the plane through `center` across `direction`.
+pub fn from_polar([r, phi]: [f64; 2], center: DVec3, direction: DVec3) -> DVec3 {
+    let p = DVec3::new(r * phi.cos(), r * phi.sin(), 0.0);
+    center + Frame::from_normal(direction).to_world(p)
+}

@@ -1,0 +1,239 @@
+#!/usr/bin/env python3
+"""Compares the estimators for equal time on the example scenes.
+
+Renders each scene by path, particle and bdpt, several times with independent seeds, and writes a table of
+errors to docs/comparison.md and a figure to docs/images/comparison.png. Uses the standard library and
+the release binary, which it builds; files of its own go to a temporary folder.
+
+Usage: scripts/compare.py [--time SECONDS] [--seeds N] [--threads N] [SCENE ...]
+"""
+
+import argparse
+import array
+import ast
+import json
+import pathlib
+import resource
+import struct
+import subprocess
+import tempfile
+import zlib
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+ESTIMATORS = ("path", "particle", "bdpt")
+# Scene, parameters, brightening of the figure in stops.
+SCENES = (
+    ("luneburg_fog", {"width": 120, "height": 72}, 0),
+    ("aquarium_laser", {"width": 160, "height": 50, "reflections": 2}, 1),
+    ("acoustic_waveguide", {"width": 96, "height": 62}, 0),
+    ("grid_lens", {"width": 96, "height": 72}, 0),
+    ("mirage", {"width": 120, "height": 60}, 0),
+)
+# Relative errors are taken of pixels at least this bright, as a share of the mean of the image.
+DARK = 0.05
+GAP = 4
+
+
+class Run:
+    """One render: the image as rows of floats, and what was reported."""
+
+    def __init__(self, width, values, stats, seconds):
+        self.width, self.values = width, values
+        self.height = len(values) // (3 * width)
+        self.mean = stats["mean"]
+        self.spp, self.connections = stats["spp"], stats["connections"]
+        self.seconds = seconds
+
+
+def program():
+    build = ["cargo", "build", "--release", "--quiet", "-p", "morgana", "--message-format=json"]
+    output = subprocess.run(build, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    messages = (json.loads(line) for line in output.splitlines())
+    found = [m["executable"] for m in messages if m.get("executable")]
+    return found[-1]
+
+
+def render(binary, folder, scene, parameters, estimator, seed, args):
+    image, stats = folder / "image.npy", folder / "stats.json"
+    command = [binary, "render", ROOT / "scenes" / f"{scene}.xml", "--quiet"]
+    command += ["--integrator", estimator, "--seed", str(seed), "--time", f"{args.time}s"]
+    command += ["--threads", str(args.threads), "-o", image, "--stats", stats]
+    for name, value in parameters.items():
+        command += ["-D", f"{name}={value}"]
+    before = processor_time()
+    subprocess.run(command, check=True)
+    seconds = processor_time() - before
+    return Run(*read_npy(image), json.loads(stats.read_text()), seconds)
+
+
+def processor_time():
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def read_npy(path):
+    data = path.read_bytes()
+    length = struct.unpack_from("<H", data, 8)[0]
+    header = ast.literal_eval(data[10 : 10 + length].decode())
+    assert header["descr"] == "<f4" and not header["fortran_order"], header
+    values = array.array("f")
+    values.frombytes(data[10 + length :])
+    return header["shape"][1], values
+
+
+def averages(runs):
+    """Mean over runs of every value."""
+    return [sum(column) / len(runs) for column in zip(*(run.values for run in runs))]
+
+
+def relative_error(runs, reference):
+    """Mean over the image of a run's variance, from the runs' differences, by the squared reference."""
+    floor = (DARK * sum(reference) / len(reference)) ** 2
+    total = 0.0
+    for mean, r, *values in zip(averages(runs), reference, *(run.values for run in runs)):
+        variance = sum((v - mean) ** 2 for v in values) / (len(runs) - 1)
+        total += variance / (r * r + floor)
+    return total / len(reference)
+
+
+def overall(runs):
+    """Mean of the image over all runs, and its standard error from their differences."""
+    mean = sum(run.mean for run in runs) / len(runs)
+    variance = sum((run.mean - mean) ** 2 for run in runs) / (len(runs) - 1)
+    return mean, (variance / len(runs)) ** 0.5
+
+
+def compare(scene, runs):
+    """Rows of the table."""
+    # The median of the three: one rare bright sample would hide the error that it is.
+    reference = [sorted(means)[1] for means in zip(*(averages(several) for several in runs.values()))]
+    errors = {name: relative_error(several, reference) for name, several in runs.items()}
+    cost = {n: errors[n] * sum(r.seconds for r in several) / len(several) for n, several in runs.items()}
+    rows = []
+    for name, several in runs.items():
+        mean, error = overall(several)
+        spp = sum(run.spp for run in several) / len(several)
+        capped = sum(run.connections["capped"] for run in several)
+        gain = cost["path"] / cost[name] if cost[name] > 0 else float("inf")
+        gain = "> 100" if gain > 100 else f"{gain:.2g}"
+        rows.append(
+            f"| {scene} | {name} | {spp:.0f} | {mean:.5f} ± {error:.5f} | {errors[name]:.2e} "
+            f"| {gain} | {capped} |"
+        )
+    return rows
+
+
+def pixel(value, stops):
+    """sRGB of a linear value."""
+    v = min(max(value * 2.0**stops, 0.0), 1.0)
+    v = 12.92 * v if v <= 0.0031308 else 1.055 * v ** (1 / 2.4) - 0.055
+    return round(255 * v)
+
+
+def strip(runs, stops):
+    """Rows of bytes: the first run of every estimator, side by side."""
+    first = [several[0] for several in runs.values()]
+    rows = []
+    for y in range(first[0].height):
+        parts = []
+        for run in first:
+            start = 3 * run.width * y
+            parts.append(bytes(pixel(v, stops) for v in run.values[start : start + 3 * run.width]))
+        rows.append((b"\xff" * 3 * GAP).join(parts))
+    return rows
+
+
+def write_png(path, strips):
+    width = max(len(strip[0]) for strip in strips)
+    rows = []
+    for strip in strips:
+        rows += [row + b"\xff" * (width - len(row)) for row in strip]
+        rows += [b"\xff" * width] * GAP
+    rows = rows[:-GAP]
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width // 3, len(rows), 8, 2, 0, 0, 0)
+    data = zlib.compress(b"".join(b"\0" + row for row in rows), 9)
+    png = chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + png)
+
+
+TEXT = """# Comparison of the estimators
+
+`path`, `particle` and `bdpt` on the example scenes, each for the same time. Made by `scripts/compare.py`, which can
+be run again on any machine; this is one run with {seeds} independent renders per row, {time:g} s each on {threads}
+thread(s).
+
+![Each scene by path, particle and bdpt, from left to right](images/comparison.png)
+
+*One render of each, at equal time and exposure. From left to right: path, particle, bdpt. From top to bottom:
+{scenes}.*
+
+| scene | estimator | samples per pixel | mean of the image | relative MSE | gain | capped |
+|---|---|---|---|---|---|---|
+{rows}
+
+*Relative MSE*: variance of a pixel between renders of one estimator by the square of its brightness (the median of
+the estimators' means, plus {dark:g} % of the image's mean), averaged over pixels and channels. Variances of a few renders are uncertain
+themselves. Errors above 1 come from rare bright samples: they say little more than that there are some. *Gain*:
+how many times less processor time than path the estimator takes for the same error. *Mean of the image*: with its
+standard error, from the differences between the renders; where estimators differ by much more than that, one of them misses light
+([which](scene-format.md#integrator)).
+*Capped*: branches whose weighing was cut off, over all renders.
+
+Parameters: {parameters}.
+"""
+
+
+def describe(scenes):
+    def words(parameters):
+        return " ".join(f"-D {k}={v}" for k, v in parameters.items())
+
+    return "; ".join(f"{scene}, `{words(parameters)}`" for scene, parameters, _ in scenes)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--time", type=float, default=8.0, help="seconds per render")
+    parser.add_argument("--seeds", type=int, default=3, help="renders per estimator, at least 2")
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs")
+    parser.add_argument("scenes", nargs="*", metavar="SCENE")
+    args = parser.parse_args()
+    scenes = [s for s in SCENES if not args.scenes or s[0] in args.scenes]
+    if args.seeds < 2:
+        parser.error("errors are told from differences: at least two seeds are needed")
+    binary = program()
+    rows, strips = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for scene, parameters, stops in scenes:
+            runs = {}
+            for estimator in ESTIMATORS:
+                one = lambda seed: render(
+                    binary, pathlib.Path(folder), scene, parameters, estimator, seed, args
+                )
+                # Seeds differ between estimators, too.
+                first = 1000 * ESTIMATORS.index(estimator)
+                runs[estimator] = [one(first + i) for i in range(args.seeds)]
+            table = compare(scene, runs)
+            print("\n".join(table), flush=True)
+            rows += table
+            strips.append(strip(runs, stops))
+    (args.out / "images").mkdir(parents=True, exist_ok=True)
+    write_png(args.out / "images" / "comparison.png", strips)
+    text = TEXT.format(
+        seeds=args.seeds,
+        time=args.time,
+        threads=args.threads,
+        dark=100 * DARK,
+        scenes=", ".join(scene for scene, _, _ in scenes),
+        parameters=describe(scenes),
+        rows="\n".join(rows),
+    )
+    (args.out / "comparison.md").write_text(text)
+
+
+if __name__ == "__main__":
+    main()
