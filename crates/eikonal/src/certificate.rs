@@ -39,7 +39,13 @@ impl Uniqueness {
 
     /// Whether every pair of points of the medium is connected by at most one ray that stays inside.
     pub fn whole_medium(&self) -> bool {
-        unique(&self.bounds, self.longest_ray())
+        self.criterion() < 1.0
+    }
+
+    /// n_max·ℓ·√K/π of the whole medium: below one it is certified, and the less the weaker its field
+    /// is. Infinite if nothing is known.
+    pub fn criterion(&self) -> f64 {
+        criterion(&self.bounds, self.longest_ray())
     }
 
     /// Whether the pair `x`, `y` is connected by at most one ray that stays inside.
@@ -55,7 +61,7 @@ impl Uniqueness {
         let radius = length * (self.bounds.n2_max / self.bounds.n2_min).sqrt();
         let around = |p: DVec3| Aabb::new(p, p).grown(radius);
         let reachable = around(x).union(around(y)).intersection(self.region);
-        unique(&field.bounds(&reachable), length)
+        criterion(&field.bounds(&reachable), length) < 1.0
     }
 }
 
@@ -71,12 +77,12 @@ fn longest_arc(kappa: f64, d: f64) -> f64 {
     }
 }
 
-/// Klingenberg's criterion n_max·ℓ < π/√K for the optical metric, whose sectional curvature is at
-/// most 2·max(0, −λ_min(Hess ln n))/n².
-fn unique(bounds: &FieldBounds, longest: f64) -> bool {
+/// Klingenberg's criterion n_max·ℓ < π/√K for the optical metric, as the ratio of the two sides. Its
+/// sectional curvature K is at most 2·max(0, −λ_min(Hess ln n))/n².
+fn criterion(bounds: &FieldBounds, longest: f64) -> f64 {
     if !(bounds.n2_min > 0.0 && longest.is_finite()) {
-        return false;
+        return f64::INFINITY;
     }
     let curvature = 2.0 * bounds.neg_hess_ln_n() / bounds.n2_min;
-    bounds.n_max() * longest * curvature.sqrt() < PI
+    bounds.n_max() * longest * curvature.sqrt() / PI
 }
