@@ -41,12 +41,18 @@ pub enum Command {
         and reflected by smooth metals; they end at any other surface and where they leave the scene. \
         Nothing is scattered. Without -o, CSV goes to the standard output.")]
     Trace(TraceArgs),
-    /// Find the ray between two points of a scene.
-    #[command(after_help = "Example:\n  \
-        morgana connect scenes/luneburg_fog.xml --from=-0.5,0.2,0 --to 0.7,0,0.1\n\n\
+    /// Find the rays between two points of a scene.
+    #[command(after_help = "Examples:\n  \
+        morgana connect scenes/luneburg_fog.xml --from=-0.5,0.2,0 --to 0.7,0,0.1\n  \
+        morgana connect scenes/aquarium_laser.xml --from=10,4,0 --to 30,12,5 --all --reflections 1\n\n\
         Prints JSON: the primary branch, found from the direction of the chord, with its directions, \
-        lengths, transmittance per channel and the ray-tube Jacobian dA/dΩ. \"certified_unique\" says \
-        that no second ray that stays in the medium can exist; false says that none is known not to. \
+        lengths, transmittance per channel and the ray-tube Jacobian dA/dΩ. With --all, every branch, \
+        the shortest optical path first; \"primary\" says which one is found from the chord, \
+        \"occluded\" whether an opaque or rough surface blocks it, \"reflections\" how often it is \
+        reflected where it could have been refracted. The search follows rays in some 1500 directions; \
+        branches that graze an interface may be missed. \"failure\" and \"occluded\" at the end are \
+        those of the primary branch.\n\n\
+        \"certified_unique\" says that no second ray can exist; false says that none is known not to. \
         That there is no ray is an answer, not an error.")]
     Connect(ConnectArgs),
 }
@@ -141,6 +147,12 @@ pub struct ConnectArgs {
     /// Where the ray ends.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     pub to: DVec3,
+    /// Find every branch by a dense search, not only the primary one.
+    #[arg(long)]
+    pub all: bool,
+    /// Follow up to this many reflections at smooth dielectrics, where refraction is possible.
+    #[arg(long, value_name = "K", default_value_t = 0, requires = "all", value_parser = reflections)]
+    pub reflections: u32,
 }
 
 fn define(text: &str) -> Result<(String, String), String> {
@@ -165,6 +177,14 @@ fn rays(text: &str) -> Result<usize, String> {
 
 fn threads(text: &str) -> Result<usize, String> {
     bounded(text, MOST_THREADS)
+}
+
+/// Every reflection multiplies the ways that are followed.
+const MOST_REFLECTIONS: u32 = 8;
+
+fn reflections(text: &str) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|k| *k <= MOST_REFLECTIONS);
+    number.ok_or_else(|| format!("expected a whole number from 0 to {MOST_REFLECTIONS}"))
 }
 
 fn bounded(text: &str, most: u64) -> Result<usize, String> {

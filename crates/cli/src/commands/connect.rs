@@ -3,44 +3,65 @@
 use crate::args::ConnectArgs;
 use crate::failure::Failure;
 use crate::load::load_with_warnings;
-use eikonal::connect::{Connection, Piece};
-use eikonal::{Solver, World};
-use glam::DVec3;
+use eikonal::Solver;
+use eikonal::connect::{Connection, Piece, Reach};
 use io::Loaded;
 use serde_json::{Value, json};
 use std::io::Write;
 use std::process::ExitCode;
 use transport::Scene;
-use transport::bsdf::Bsdf;
 use transport::path::transmittance;
 use transport::scene::MediumId;
 
-/// Finds the ray between two points and prints it.
+/// Finds the ray between two points, or all of them, and prints them.
 pub fn connect(args: &ConnectArgs) -> Result<ExitCode, Failure> {
     let loaded = load_with_warnings(&args.scene)?;
     let scene = loaded.scene();
     let mut solver = Solver::new(scene.tolerance());
-    let start = (args.from, scene.medium_at(args.from));
-    let outcome = solver.connect(scene, start, args.to);
-    let pieces = solver.pieces();
-    let (branches, occluded) = match &outcome {
-        Ok(found) => (
-            vec![branch(&loaded, found, pieces)],
-            scene.is_occluded(pieces, None, 0.0),
-        ),
-        Err(_) => (vec![], false),
-    };
+    let ends = [args.from, args.to].map(|x| (x, scene.medium_at(x)));
+    let from = ends[0];
+    let primary = solver.connect(scene, from, args.to);
+    let (mut branches, mut occluded) = (vec![], false);
+    if let Ok(found) = &primary {
+        occluded = scene.is_occluded(solver.pieces(), None, 0.0);
+        branches.push(branch(&loaded, found, solver.pieces(), true));
+    }
+    if args.all {
+        branches.clear();
+        let reach = reach(scene, args.reflections, primary.as_ref().ok());
+        for (start, found) in solver.all(scene, from, args.to, &reach) {
+            let first = primary.is_ok_and(|p| solver.is_same_branch(&p, &found));
+            // Again, for the pieces of its ray.
+            let found = match first {
+                true => solver.connect(scene, from, args.to),
+                false => solver.solve(scene, &start, args.to),
+            };
+            let found = found.map(|f| branch(&loaded, &f, solver.pieces(), first));
+            branches.extend(found);
+        }
+    }
     let answer = json!({
         "branches": branches,
-        "certified_unique": certified(scene, args.from, args.to),
-        "failure": outcome.err().map(|f| f.to_string()),
+        "certified_unique": scene.is_unique(ends[0], ends[1]),
+        "failure": primary.err().map(|f| f.to_string()),
         "occluded": occluded,
     });
     writeln!(std::io::stdout(), "{answer:#}")?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn branch(loaded: &Loaded, found: &Connection, pieces: &[Piece<MediumId>]) -> Value {
+/// As far as connections of a render look for branches, but at least farther than the primary one.
+fn reach(scene: &Scene, reflections: u32, primary: Option<&Connection>) -> Reach {
+    let render = scene.branch_reach();
+    let primary = primary.map_or(0.0, |p| p.optical_length);
+    Reach {
+        optical_length: render.optical_length.max(2.0 * primary),
+        reflections,
+        bounces: reflections + (render.bounces - render.reflections),
+    }
+}
+
+fn branch(loaded: &Loaded, found: &Connection, pieces: &[Piece<MediumId>], primary: bool) -> Value {
     let lanes = loaded
         .groups
         .iter()
@@ -54,18 +75,8 @@ fn branch(loaded: &Loaded, found: &Connection, pieces: &[Piece<MediumId>]) -> Va
         "transmittance": transmittance,
         "jacobian": found.jacobian,
         "iterations": found.shots,
+        "reflections": found.pattern.reflections(),
+        "occluded": loaded.scene().is_occluded(pieces, None, 0.0),
+        "primary": primary,
     })
-}
-
-/// Whether no second ray between the points can exist that stays in their medium, or in the scene at
-/// all if all its rays are straight.
-fn certified(scene: &Scene, x: DVec3, y: DVec3) -> bool {
-    let bends = |o: &transport::scene::Object| matches!(o.bsdf, Bsdf::Dielectric(_));
-    let straight = scene.media().iter().all(|m| m.index.is_constant());
-    if straight && !scene.objects().iter().any(bends) {
-        return true;
-    }
-    let medium = scene.medium_at(x);
-    let uniqueness = &scene.regions()[medium].uniqueness;
-    medium == scene.medium_at(y) && uniqueness.is_some_and(|u| u.pair(scene.field(medium), x, y))
 }

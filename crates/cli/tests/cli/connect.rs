@@ -73,3 +73,105 @@ fn no_ray_is_an_answer() {
     assert_eq!(answer["branches"].as_array().unwrap().len(), 0);
     assert_eq!(answer["failure"], "the two points coincide");
 }
+
+/// A unit ball of glass around the origin.
+const BALL: &str = r#"<shape type="sphere"><bsdf type="dielectric">
+    <float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/>
+  </bsdf></shape>"#;
+
+fn branches(answer: &Value) -> &Vec<Value> {
+    answer["branches"].as_array().unwrap()
+}
+
+#[test]
+fn all_branches_behind_a_ball_of_glass_are_listed() {
+    let folder = Folder::with_scene(BALL);
+    // Rays at the rim meet the axis at 1.35, rays close to it at 2.4: between these both arrive, from
+    // either side.
+    let points = "--from=0,0,-4 --to 0.02,0,1.9";
+    let only = connect(&folder, points);
+    let all = connect(&folder, &format!("{points} --all"));
+    assert_eq!(branches(&only).len(), 1);
+    assert_eq!(branches(&all).len(), 3);
+    let primary: Vec<&Value> = branches(&all)
+        .iter()
+        .filter(|b| b["primary"] == true)
+        .collect();
+    assert_eq!(primary, [&branches(&only)[0]]);
+    for key in ["failure", "occluded", "certified_unique"] {
+        assert_eq!(all[key], only[key]);
+    }
+    let lengths: Vec<f64> = branches(&all)
+        .iter()
+        .map(|b| b["optical_length"].as_f64().unwrap())
+        .collect();
+    assert!(lengths.is_sorted());
+    for branch in branches(&all) {
+        assert_eq!(branch["reflections"], 0);
+        assert_eq!(branch["occluded"], false);
+        assert!(branch["direction_out"][1].as_f64().unwrap().abs() < 1e-6);
+    }
+}
+
+#[test]
+fn reflections_are_followed_on_request_and_weighted_by_fresnel() {
+    let folder = Folder::with_scene(BALL);
+    // Straight back off the near side (0.04), and off the far side (0.96² × 0.04).
+    let points = "--from=0.001,0,-4 --to 0,0,-3";
+    let none = connect(&folder, &format!("{points} --all"));
+    assert_eq!(branches(&none).len(), 1);
+    let one = connect(&folder, &format!("{points} --all --reflections 1"));
+    let transmittances: Vec<f64> = branches(&one)
+        .iter()
+        .filter(|b| b["reflections"] == 1 && b["arc_length"].as_f64().unwrap() < 9.01)
+        .map(|b| b["transmittance"][0].as_f64().unwrap())
+        .collect();
+    assert_eq!(transmittances.len(), 2, "{one:#}");
+    for (found, expected) in transmittances.iter().zip([0.04, 0.96 * 0.04 * 0.96]) {
+        assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+    }
+}
+
+#[test]
+fn each_branch_has_its_own_occlusion() {
+    // A small screen stands on the way close to the axis only.
+    let folder = Folder::with_scene(&format!(
+        r#"{BALL}<shape type="disk">
+          <transform name="to_world"><scale value="0.05"/><translate x="0.02" z="1.7"/></transform>
+        </shape>"#
+    ));
+    let answer = connect(&folder, "--from=0,0,-4 --to 0.02,0,1.9 --all");
+    let blocked: Vec<bool> = branches(&answer)
+        .iter()
+        .map(|b| b["occluded"].as_bool().unwrap())
+        .collect();
+    assert_eq!(blocked.iter().filter(|b| **b).count(), 1, "{answer:#}");
+}
+
+#[test]
+fn a_certified_pair_has_one_branch() {
+    let answer = connect(&Folder::with_fog(), "--from=-0.3,0,0 --to 0.3,0.4,0 --all");
+    assert_eq!(answer["certified_unique"], true);
+    assert_eq!(branches(&answer).len(), 1);
+    assert_eq!(branches(&answer)[0]["primary"], true);
+}
+
+#[test]
+fn no_branch_at_all_is_an_answer() {
+    let answer = connect(&Folder::with_fog(), "--from 1,1,1 --to 1,1,1 --all");
+    assert_eq!(branches(&answer).len(), 0);
+    assert_eq!(answer["failure"], "the two points coincide");
+}
+
+#[test]
+fn reflections_are_part_of_the_search_for_all() {
+    let folder = Folder::with_fog();
+    let points = "connect scene.xml --from 0,0,0 --to 0.3,0,0";
+    for bad in [
+        "--reflections 1",
+        "--all --reflections 9",
+        "--all --reflections -1",
+    ] {
+        folder.refuse(&format!("{points} {bad}"));
+    }
+}

@@ -15,10 +15,10 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// The start at the closest approach to `y` of the ray of a launch, and the unit direction in which
     /// the ray arrives there.
     ///
-    /// The ray is followed over `reach.optical_length`. At each encounter with an interface where it
-    /// could be refracted or reflected, `decide` says whether it is reflected, until
-    /// `reach.reflections` are used up; it ends after `reach.bounces` reflections of any kind. `None` if the ray is lost, or nowhere closer to `y` than at its
-    /// start.
+    /// The ray is followed over `reach.optical_length`, or until `reach.bounces` reflections of any kind are
+    /// exceeded. At each encounter with an interface where it could be refracted or reflected, `decide`
+    /// says whether it is reflected, until `reach.reflections` are used up. `None` if the ray is lost, or
+    /// nowhere closer to `y` than at its start.
     pub fn approach<W: World<Region = R>>(
         &mut self,
         world: &W,

@@ -139,9 +139,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         reach.includes(branch.optical_length, reflections, bounces as u32)
     }
 
-    fn keep(&self, found: &mut Vec<Connection>, branch: Connection) {
+    /// Whether two connections between the same ends are one branch, as far as rays of this tolerance
+    /// can tell: to 1e-4 in direction (radians) and in relative optical path length, or to 100 times the
+    /// tolerance if that is more.
+    pub fn is_same_branch(&self, a: &Connection, b: &Connection) -> bool {
         let same = SAME.0.max(SAME.1 * self.tolerance().get());
-        if !found.iter().any(|f| f.same_branch(&branch, same, same)) {
+        a.same_branch(b, same, same)
+    }
+
+    fn keep(&self, found: &mut Vec<Connection>, branch: Connection) {
+        if !found.iter().any(|f| self.is_same_branch(f, &branch)) {
             found.push(branch);
         }
     }

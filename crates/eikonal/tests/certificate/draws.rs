@@ -100,6 +100,7 @@ fn dense(field: &Field, [x, y]: [DVec3; 2]) -> usize {
     let reach = Reach {
         optical_length: 2.0 * x.distance(y) * field.n(DVec3::ZERO),
         reflections: 0,
+        bounces: 0,
     };
     let mut count = 0;
     for (start, _) in solver.all(&world, (x, ()), y, &reach) {
