@@ -32,7 +32,7 @@ macro_rules! factor {
 factor! {
     /// Refractive index of the ball in the middle of every scene.
     Index {
-        Constant, LinearIndex, LinearSquare, Luneburg, Selfoc, Fisheye, Gaussian, Acoustic0,
+        Constant, Linear, LinearSquare, Luneburg, Selfoc, Fisheye, Gaussian, Acoustic0,
         Acoustic3, Grid, Sum,
     }
 }
@@ -190,7 +190,7 @@ impl Index {
         let (o, up) = (DVec3::ZERO, DVec3::new(0.6, 0.8, 0.0));
         match self {
             Index::Constant => Constant::new(n).into(),
-            Index::LinearIndex => LinearIndex::new(n, up * 0.2, o).unwrap().into(),
+            Index::Linear => LinearIndex::new(n, up * 0.2, o).unwrap().into(),
             Index::LinearSquare => LinearSquare::new(n, up * 0.4, o).unwrap().into(),
             Index::Luneburg => Luneburg::new(0.75 * n, o, 2.0).unwrap().into(),
             Index::Selfoc => Selfoc::new(1.2 * n, 0.5, o, up).unwrap().into(),
