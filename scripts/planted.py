@@ -63,7 +63,7 @@ PLANTED = [
             return 1.0;""",
         """if !edge.connectable {
             return 0.0;""",
-        ("transport", "furnace", "touching_layers_with_flipped_normals"),
+        ("transport", "furnace", "many_reflections_in_a_block_of_glass"),
     ),
     (
         "solver tolerance looser than the distance to the wall",
@@ -212,7 +212,7 @@ PLANTED = [
         TRANSPORT + "bsdf/dielectric.rs",
         "true => (self.specular_transmittance, 1.0 - f),",
         "true => (self.specular_transmittance, 1.0),",
-        ("transport", "furnace", "bidirectional_estimators"),
+        ("transport", "slabs", "mcml_mismatched_half_space"),
     ),
 ]
 
