@@ -1,6 +1,6 @@
 //! From the ray of a launch to a start of Newton's method.
 
-use super::closest::{Nearest, follow};
+use super::closest::{Nearest, follow, minima};
 use super::launch::Launch;
 use super::solver::Solver;
 use super::start::{Reach, Start};
@@ -12,43 +12,44 @@ use glam::DVec3;
 const SCOUT: f64 = 1e-4;
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// The start at the closest approach to `y` of the ray of a launch, and the unit direction in which
+    /// A start at a closest approach to `y` of the ray of a launch, and the unit direction in which
     /// the ray arrives there.
     ///
     /// The ray is followed over `reach.optical_length`, or until `reach.bounces` reflections of any kind are
-    /// exceeded. At each encounter with an interface where it could be refracted or reflected, `decide`
-    /// says whether it is reflected, until `reach.reflections` are used up. `None` if the ray is lost, or
-    /// nowhere closer to `y` than at its start.
+    /// exceeded. At each encounter with an interface where it could be refracted or reflected, it is
+    /// reflected if `uniform`, independent uniform numbers in [0, 1), gives less than ½, until
+    /// `reach.reflections` are used up. Of the local closest approaches one is chosen in inverse
+    /// proportion to its distance: the way to a branch may pass by `y` before it is reflected, so the
+    /// closest of all must not be the only one that counts. `None` if the ray is lost, or nowhere closer
+    /// to `y` than at its start.
     pub fn approach<W: World<Region = R>>(
         &mut self,
         world: &W,
         (launch, region): (Launch, R),
         y: DVec3,
         reach: &Reach,
-        decide: &mut dyn FnMut() -> bool,
+        uniform: &mut dyn FnMut() -> f64,
     ) -> Option<(Start<R>, DVec3)> {
         let mut used = 0;
         let mut reflect = |_| {
-            let reflected = used < reach.reflections && decide();
+            let reflected = used < reach.reflections && uniform() < 0.5;
             used += u32::from(reflected);
             reflected
         };
-        let mut best: Option<Nearest> = None;
+        let mut all: Vec<Nearest> = Vec::new();
         follow(
             world,
             (launch, region),
             (reach, self.scouting()),
             &mut reflect,
             &mut self.work,
-            |leg| {
-                let nearest = leg.nearest(y);
-                if best.is_none_or(|b| nearest.distance < b.distance) {
-                    best = Some(nearest);
-                }
-            },
+            |leg| all.push(leg.nearest(y)),
         )
         .ok()?;
-        let nearest = best.filter(|n| n.optical_length > 0.0 && n.distance.is_finite())?;
+        let mut minima = minima(&all);
+        minima.retain(|n| n.optical_length > 0.0 && n.distance.is_finite());
+        minima.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        let nearest = choose(&minima, uniform)?;
         Some((nearest.start(launch, region), nearest.direction))
     }
 
@@ -56,4 +57,21 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     pub(super) fn scouting(&self) -> Tolerance {
         Tolerance::new(self.tolerance().get().max(SCOUT))
     }
+}
+
+/// One of several approaches, the closest first, in inverse proportion to their distances.
+fn choose<'a>(minima: &'a [Nearest], uniform: &mut dyn FnMut() -> f64) -> Option<&'a Nearest> {
+    let (first, others) = minima.split_first()?;
+    if others.is_empty() {
+        return Some(first);
+    }
+    // Relative to the closest, so that one that is met exactly does not divide by zero.
+    let weight =
+        |n: &Nearest| first.distance.max(f64::MIN_POSITIVE) / n.distance.max(f64::MIN_POSITIVE);
+    let mut left = uniform() * minima.iter().map(weight).sum::<f64>();
+    let chosen = minima.iter().find(|n| {
+        left -= weight(n);
+        left < 0.0
+    });
+    chosen.or(Some(first))
 }

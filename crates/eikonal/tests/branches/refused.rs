@@ -42,7 +42,7 @@ fn ask<W: World>(world: &W, from: (DVec3, W::Region), y: DVec3) -> Answers {
             Launch::Point { x, direction },
             Launch::Plane { x, direction },
         ] {
-            let start = solver.approach(world, (launch, region), y, &REACH, &mut || true);
+            let start = solver.approach(world, (launch, region), y, &REACH, &mut || 0.0);
             if let Some((start, arrival)) = start {
                 assert!(start.optical_length > 0.0 && start.optical_length.is_finite());
                 assert!((arrival.length() - 1.0).abs() < 1e-12);
@@ -105,7 +105,7 @@ fn what_is_not_finite_is_refused() {
             optical_length,
             ..REACH
         };
-        let start = solver.approach(&world, (start.launch, ()), DVec3::Z, &reach, &mut || true);
+        let start = solver.approach(&world, (start.launch, ()), DVec3::Z, &reach, &mut || 0.0);
         assert_eq!(start, None);
         assert!(solver.all(&world, (x, ()), DVec3::Z, &reach).len() <= 1);
     }
@@ -185,7 +185,7 @@ fn foci_are_answered_soundly() {
             let found = solver.connect_plane(&world, (x, direction, ()), pole);
             assert_eq!(found, Err(Failure::Caustic));
             let launch = Launch::Plane { x, direction };
-            let start = solver.approach(&world, (launch, ()), pole, &REACH, &mut || true);
+            let start = solver.approach(&world, (launch, ()), pole, &REACH, &mut || 0.0);
             let (start, _) = start.unwrap();
             solver.solve(&world, &start, pole).iter().for_each(sound);
         }

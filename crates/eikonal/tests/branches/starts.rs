@@ -97,7 +97,7 @@ fn random_starts_lead_to_every_branch_behind_a_lens() {
             let u = std::array::from_fn(|_| rng.next_1d());
             let direction = random_direction(y - x, u);
             let launch = Launch::Point { x, direction };
-            let start = solver.approach(&world, (launch, ()), y, &reach, &mut || false);
+            let start = solver.approach(&world, (launch, ()), y, &reach, &mut || rng.next_1d());
             let Some((start, arrival)) = start else {
                 continue;
             };
@@ -129,13 +129,18 @@ fn approaches_decide_at_every_choice_until_the_reflections_are_used_up() {
             bounces: u32::MAX,
         };
         let mut asked = 0;
-        let mut decide = || {
+        // When the ray has been followed, the closest of its approaches is asked for.
+        let mut uniform = || {
             asked += 1;
-            answers[asked - 1]
+            match answers.get(asked - 1) {
+                Some(true) | None => 0.0,
+                Some(false) => 0.9,
+            }
         };
         let (start, arrival) = solver
-            .approach(&world, (launch, 0), y, &reach, &mut decide)
+            .approach(&world, (launch, 0), y, &reach, &mut uniform)
             .unwrap();
+        let asked = asked.min(answers.len());
         (start, arrival.z, asked)
     };
     let (start, arrival, asked) = approach(0, &[]);

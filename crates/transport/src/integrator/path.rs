@@ -207,7 +207,7 @@ impl Tracing<'_> {
             return 1.0;
         }
         let goal = Goal::emitter(self.scene, emitter, *aim);
-        let way = (edge.start.direction, None);
+        let way = (&edge.tube, edge.start.direction, None);
         let ease = Link::ease(self.scene, (vertex, &goal), way, self.ws);
         let by_connection = self.scene.emitter_probability(emitter) * pdf * ease;
         let by_chance = edge.tube.density(*direction_pdf, n) * cos * edge.tube.survival(lanes);

@@ -158,7 +158,7 @@ impl Link {
     pub fn ease(
         scene: &Scene,
         (vertex, goal): (&Vertex, &Goal),
-        (direction, optical_length): (DVec3, Option<f64>),
+        (tube, direction, optical_length): (&Tube, DVec3, Option<f64>),
         ws: &mut Workspace,
     ) -> f64 {
         let search = Search::new(scene, vertex, goal);
@@ -172,7 +172,7 @@ impl Link {
         let mut certain = search.certain();
         match certain.any(|shot| search.solve(&shot, ws).is_some_and(same)) {
             true => 1.0,
-            false => ws.luck(),
+            false => ws.luck(tube),
         }
     }
 
@@ -209,6 +209,7 @@ impl Link {
                 depth: passage.depth,
                 choice: passage.choice,
                 events: passage.events,
+                reflections: passage.reflections,
             },
             factor: passage.factor * jump,
             n_vertex,

@@ -43,8 +43,10 @@ use eikonal::{Solver, Tolerance};
 /// Probability with which connections that may not be unique are searched for further branches,
 /// unless it is chosen otherwise.
 const SEARCH: f64 = 0.25;
-/// How certainly a lucky search counts, for multiple importance sampling.
-const LUCK: f64 = 0.25;
+/// How often a random start leads to a branch, at a guess for multiple importance sampling, and by
+/// what factor each reflection makes that rarer.
+const LUCK: f64 = 0.05;
+const LUCK_REFLECTED: f64 = 0.02;
 
 /// Storage and counts of one thread.
 #[derive(Debug)]
@@ -76,8 +78,10 @@ impl Workspace {
     }
 
     /// What a branch that takes luck to be found counts for in the combination of estimators, where
-    /// one that is found for certain counts 1: its weight varies the more, the rarer it is.
-    fn luck(&self) -> f64 {
-        LUCK * self.search
+    /// one that is found for certain counts 1. A find with probability P is worth N/q with a variance
+    /// of about 2/(qP), as if qP/2 samples had been taken; P itself is not known, and any guess of it
+    /// is unbiased that depends on the branch alone.
+    fn luck(&self, tube: &Tube) -> f64 {
+        self.search * LUCK * LUCK_REFLECTED.powi(tube.reflections.min(64) as i32)
     }
 }

@@ -18,6 +18,8 @@ pub(super) struct Passage {
     pub choice: f64,
     /// Number of refractions and reflections.
     pub events: u32,
+    /// Number of reflections among them.
+    pub reflections: u32,
     /// ∏ n_after/n_before over declared index matches, in the order in which the ray was followed.
     pub jump: f64,
 }
@@ -30,6 +32,7 @@ impl Passage {
             factor: Spectrum::ONE,
             choice: 1.0,
             events: 0,
+            reflections: 0,
             jump: 1.0,
         };
         for piece in pieces {
@@ -54,6 +57,7 @@ impl Passage {
                 self.factor *= factor * probability;
                 self.choice *= probability;
                 self.events += 1;
+                self.reflections += u32::from(!transmitted);
             }
             _ => self.jump *= n_after / n_near,
         }

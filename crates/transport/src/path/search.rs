@@ -152,7 +152,7 @@ impl<'a> Search<'a> {
         let u = [sampler.next_1d(), sampler.next_1d(), sampler.next_1d()];
         let scene = self.scene;
         let reach = scene.branch_reach();
-        let mut decide = || sampler.next_1d() < 0.5;
+        let mut uniform = || sampler.next_1d();
         let x = self.vertex.position();
         match self.goal.aim {
             Aim::Point { position, .. } => {
@@ -167,7 +167,7 @@ impl<'a> Search<'a> {
                     (launch, place.medium),
                     position,
                     reach,
-                    &mut decide,
+                    &mut uniform,
                 )?;
                 let (target, facing) = self.target(position, arrival);
                 Some(Shot {
@@ -185,7 +185,7 @@ impl<'a> Search<'a> {
                 let foot = random_foot(on_plane(x), direction, center, radius, u);
                 let launch = Launch::Plane { x: foot, direction };
                 let family = (launch, scene.medium_at(foot));
-                let (start, arrival) = ws.solver.approach(scene, family, x, reach, &mut decide)?;
+                let (start, arrival) = ws.solver.approach(scene, family, x, reach, &mut uniform)?;
                 Some(self.arriving(start, arrival))
             }
         }
@@ -254,7 +254,7 @@ impl<'a> Search<'a> {
         ws.stats.connections.searches += 1;
         let link = self.try_luck(sampler, ws).filter(other)?;
         let link = Link {
-            ease: ws.luck(),
+            ease: ws.luck(&link.tube),
             ..link
         };
         ws.stats.connections.secondary += 1;

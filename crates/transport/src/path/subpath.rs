@@ -188,16 +188,17 @@ impl Walker {
     ) -> f64 {
         match (subpath.stations.last(), self.carry) {
             (None, _) => {
-                let way = (step.back, Some(edge.optical_length));
+                let way = (&step.tube, step.back, Some(edge.optical_length));
                 Link::ease(scene, (vertex, end), way, ws)
             }
             (Some(before), Carry::Power) => {
                 let goal = Goal::vertex(&before.vertex);
-                Link::ease(scene, (vertex, &goal), (step.back, None), ws)
+                Link::ease(scene, (vertex, &goal), (&step.tube, step.back, None), ws)
             }
             (Some(before), Carry::Radiance) => {
                 let goal = Goal::vertex(vertex);
-                Link::ease(scene, (&before.vertex, &goal), (step.leaving, None), ws)
+                let way = (&step.tube, step.leaving, None);
+                Link::ease(scene, (&before.vertex, &goal), way, ws)
             }
         }
     }

@@ -16,6 +16,8 @@ pub struct Tube {
     pub choice: f64,
     /// Number of refractions and reflections on the way.
     pub events: u32,
+    /// Number of reflections among them, total ones included.
+    pub reflections: u32,
 }
 
 impl Tube {
@@ -26,6 +28,7 @@ impl Tube {
             depth: Spectrum::ZERO,
             choice: 1.0,
             events: 0,
+            reflections: 0,
         }
     }
 

@@ -47,7 +47,8 @@ pub fn trace(
     }
     let reach = scene.branch_reach();
     walk.edge.connectable &=
-        reach.includes(walk.reach, walk.reflections, walk.bounces) && walk.edge.tube.geometry > 0.0;
+        reach.includes(walk.reach, walk.reflections, walk.edge.tube.reflections)
+            && walk.edge.tube.geometry > 0.0;
     walk.edge
 }
 
@@ -72,8 +73,6 @@ struct Walk<'a> {
     jump: f64,
     /// Reflections where refraction was possible.
     reflections: u32,
-    /// Reflections of any kind.
-    bounces: u32,
     /// Optical path length that counts for the reach of connections: how far away a plane is does not.
     reach: f64,
 }
@@ -98,7 +97,6 @@ impl<'a> Walk<'a> {
             length: 0.0,
             jump: 1.0,
             reflections: 0,
-            bounces: 0,
             reach: 0.0,
             edge: Edge {
                 start,
@@ -259,7 +257,7 @@ impl<'a> Walk<'a> {
             // Connections know patterns of so many encounters.
             self.edge.connectable &= self.edge.tube.events < Pattern::ENCOUNTERS;
         }
-        self.bounces += u32::from(!sample.transmitted);
+        self.edge.tube.reflections += u32::from(!sample.transmitted);
         self.edge.tube.events += 1;
         self.edge.tube.choice *= sample.pdf;
         self.edge.weight *= sample.weight;

@@ -135,7 +135,6 @@ fn glass_ball() -> Parts {
 /// The lamp's image in the ball: the ray from the camera that finds it passes close by the lamp before it
 /// is reflected, and searches go for the closest of all approaches, so they rarely get to the second one.
 #[test]
-#[ignore = "connections through reflections lose this image: see the known limits in docs/validation.md"]
 fn a_lamp_is_mirrored_in_a_glass_ball() {
     let mut parts = glass_ball();
     parts.reflections = 2;

@@ -66,7 +66,8 @@ impl Joining<'_> {
             // From a point of the emitter to the sensor's plane; from plane to plane there is nothing.
             return sensor.stations.first().map_or(0.0, |z| {
                 let goal = Goal::sensor(scene, scene.sensor().aim_from(sensor.start.x));
-                Link::ease(scene, (&z.vertex, &goal), (step.back, None), self.ws)
+                let way = (&step.tube, step.back, None);
+                Link::ease(scene, (&z.vertex, &goal), way, self.ws)
             });
         }
         let vertex = match i {
@@ -74,7 +75,8 @@ impl Joining<'_> {
             _ => sensor.stations[i - 1].vertex,
         };
         let goal = Goal::emitter(scene, index, *aim);
-        Link::ease(scene, (&vertex, &goal), (step.leaving, None), self.ws)
+        let way = (&step.tube, step.leaving, None);
+        Link::ease(scene, (&vertex, &goal), way, self.ws)
     }
 
     /// s = 1: the last of the sensor's stations and an emitter.
