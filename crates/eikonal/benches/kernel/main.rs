@@ -1,8 +1,8 @@
 //! What rays and connections cost.
 //!
 //! ```text
-//! cargo bench -p eikonal                    # everything, about a minute
-//! cargo bench -p eikonal -- connections     # one part: evaluation, steps, connections
+//! cargo bench -p eikonal                    # everything, a few minutes
+//! cargo bench -p eikonal -- connections     # one part: evaluation, steps, connections, methods
 //! ```
 //!
 //! Wall times depend on the machine and on what else runs there, so that every table gives
@@ -14,6 +14,8 @@
 
 mod connections;
 mod evaluation;
+mod methods;
+mod published;
 mod setup;
 mod steps;
 mod timing;
@@ -24,10 +26,11 @@ fn main() {
         .skip(1)
         .filter(|a| !a.starts_with('-'))
         .collect();
-    let parts: [(&str, fn()); 3] = [
+    let parts: [(&str, fn()); 4] = [
         ("evaluation", evaluation::run),
         ("steps", steps::run),
         ("connections", connections::run),
+        ("methods", methods::run),
     ];
     for (name, run) in parts {
         if wanted.is_empty() || wanted.iter().any(|w| name.contains(w.as_str())) {

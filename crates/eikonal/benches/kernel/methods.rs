@@ -1,0 +1,200 @@
+//! Ways to connect two points, side by side: ours, ours from random directions, the published one, and
+//! what the search for further branches costs that the certificate saves.
+
+use crate::published::{Effort, Method};
+use crate::setup::{BALL, acoustic, ball_grid, in_ball, lumps, luneburg};
+use crate::timing::{Task, race};
+use eikonal::certificate::Uniqueness;
+use eikonal::connect::{Launch, Reach, Unbounded, random_direction};
+use eikonal::{Aabb, Field, Solver, Tolerance};
+use glam::DVec3;
+use std::hint::black_box;
+use testkit::Rng;
+
+const PAIRS: usize = 40;
+const ROUNDS: usize = 7;
+const TOLERANCE: f64 = 1e-6;
+/// The fast ways run this many times per round.
+const REPEATS: u64 = 10;
+/// Ways that start at random start again until the ray arrives, up to this many times.
+const RESTARTS: usize = 10;
+
+/// What a way took to connect all pairs.
+#[derive(Default)]
+struct Outcome {
+    found: u64,
+    shots: u64,
+    evaluations: u64,
+}
+
+type Pairs = [[DVec3; 2]];
+
+pub fn run() {
+    println!(
+        "\nways to connect uniform pairs in a ball, tolerance {TOLERANCE:e}; time relative to the first"
+    );
+    println!(
+        "one restart = another random direction of the hemisphere about the chord, at most {RESTARTS}\n"
+    );
+    let mut rng = Rng::new(3);
+    let cases = [
+        ("grid 64³, Δn 0.1", ball_grid(), BALL),
+        ("Luneburg", luneburg(), 1.0),
+        ("12 Gaussians, Δn ±0.03", lumps(0.03, &mut rng), 1.0),
+        ("12 Gaussians, Δn ±0.1", lumps(0.1, &mut rng), 1.0),
+        ("acoustic, Δn 1e-3", acoustic(1e-3), 1.0),
+        ("acoustic, Δn 1e-2", acoustic(1e-2), 1.0),
+    ];
+    for (name, field, radius) in &cases {
+        let pairs: Vec<_> = (0..PAIRS)
+            .map(|_| [in_ball(&mut rng, *radius), in_ball(&mut rng, *radius)])
+            .collect();
+        table(name, field, *radius, &pairs);
+    }
+}
+
+fn table(name: &str, field: &Field, radius: f64, pairs: &Pairs) {
+    let certificate = certificate(field, radius);
+    let certified = pairs
+        .iter()
+        .filter(|p| unique(&certificate, field, p))
+        .count();
+    println!(
+        "{name}: {} % of the pairs are certified",
+        100 * certified / pairs.len()
+    );
+    let ways: [(&str, u64, &dyn Fn() -> Outcome); 5] = [
+        ("chord, Newton", REPEATS, &|| chord(field, pairs)),
+        ("random, Newton", REPEATS, &|| random(field, pairs)),
+        ("random, BFGS, fixed step", 1, &|| {
+            published(field, radius, pairs)
+        }),
+        ("chord + 1 random search", REPEATS, &|| {
+            searched(field, pairs, None)
+        }),
+        ("same, if not certified", REPEATS, &|| {
+            searched(field, pairs, Some(&certificate))
+        }),
+    ];
+    let mut tasks: Vec<Task> = Vec::new();
+    for (_, repeats, way) in &ways {
+        tasks.push(Box::new(move || {
+            (0..*repeats).for_each(|_| {
+                black_box(way());
+            });
+            repeats * pairs.len() as u64
+        }));
+    }
+    let times = race(ROUNDS, &mut tasks);
+    drop(tasks);
+    println!(
+        "  {:26} {:>8} {:>7} {:>9} {:>14} {:>8}",
+        "", "found %", "shots", "evals", "connections/s", "time"
+    );
+    for (i, (way, _, run)) in ways.iter().enumerate() {
+        let outcome = run();
+        let per = |count: u64| count as f64 / pairs.len() as f64;
+        println!(
+            "  {way:26} {:8.1} {:7.2} {:9.0} {:14.0} {:8.2}",
+            100.0 * per(outcome.found),
+            per(outcome.shots),
+            per(outcome.evaluations),
+            1.0 / times.of(i),
+            times.ratio(i, 0),
+        );
+    }
+}
+
+fn certificate(field: &Field, radius: f64) -> Uniqueness {
+    let corner = DVec3::splat(1.02 * radius);
+    let region = Aabb::new(-corner, corner);
+    Uniqueness::new(region, 2.0 * radius, field.bounds(&region))
+}
+
+fn unique(certificate: &Uniqueness, field: &Field, [x, y]: &[DVec3; 2]) -> bool {
+    certificate.whole_medium() || certificate.pair(field, *x, *y)
+}
+
+fn solver() -> Solver<()> {
+    Solver::new(Tolerance::new(TOLERANCE))
+}
+
+fn outcome(found: u64, solver: &Solver<()>) -> Outcome {
+    Outcome {
+        found,
+        shots: solver.work.shots,
+        evaluations: solver.work.evaluations,
+    }
+}
+
+fn chord(field: &Field, pairs: &Pairs) -> Outcome {
+    let (mut solver, world) = (solver(), Unbounded(field));
+    let found = pairs
+        .iter()
+        .filter(|[x, y]| solver.connect(&world, (*x, ()), *y).is_ok());
+    outcome(found.count() as u64, &solver)
+}
+
+/// Newton's method from the closest approach of the ray in a direction.
+fn from(solver: &mut Solver<()>, field: &Field, [x, y]: [DVec3; 2], direction: DVec3) -> bool {
+    let reach = Reach {
+        optical_length: 3.0 * x.distance(y) * field.n(x),
+        reflections: 0,
+        bounces: 0,
+    };
+    let (world, launch) = (Unbounded(field), Launch::Point { x, direction });
+    let start = solver.approach(&world, (launch, ()), y, &reach, &mut || false);
+    start.is_some_and(|(start, _)| solver.solve(&world, &start, y).is_ok())
+}
+
+/// A uniform direction of the hemisphere about the chord.
+fn hemisphere(rng: &mut Rng, [x, y]: [DVec3; 2]) -> DVec3 {
+    let d = DVec3::from_array(rng.direction());
+    if d.dot(y - x) < 0.0 { -d } else { d }
+}
+
+fn random(field: &Field, pairs: &Pairs) -> Outcome {
+    let (mut solver, mut rng) = (solver(), Rng::new(4));
+    let mut arrives = |&pair: &[DVec3; 2]| {
+        (0..RESTARTS).any(|_| from(&mut solver, field, pair, hemisphere(&mut rng, pair)))
+    };
+    let found = pairs.iter().filter(|pair| arrives(pair)).count();
+    outcome(found as u64, &solver)
+}
+
+fn published(field: &Field, radius: f64, pairs: &Pairs) -> Outcome {
+    let method = Method {
+        step: 1e-3 * 2.0 * radius,
+        longest: 6.0 * radius,
+        tolerance: TOLERANCE,
+    };
+    let (mut effort, mut rng) = (Effort::default(), Rng::new(4));
+    let mut arrives = |&pair: &[DVec3; 2]| {
+        (0..RESTARTS).any(|_| {
+            let direction = hemisphere(&mut rng, pair);
+            method.arrives(field, pair, direction, &mut effort)
+        })
+    };
+    let found = pairs.iter().filter(|pair| arrives(pair)).count() as u64;
+    Outcome {
+        found,
+        shots: effort.shots,
+        evaluations: effort.evaluations,
+    }
+}
+
+/// The primary branch, and one start of the search for others unless there can be none.
+fn searched(field: &Field, pairs: &Pairs, certificate: Option<&Uniqueness>) -> Outcome {
+    let (mut solver, mut rng, world) = (solver(), Rng::new(5), Unbounded(field));
+    let mut found = 0;
+    for pair in pairs {
+        let [x, y] = *pair;
+        found += u64::from(solver.connect(&world, (x, ()), y).is_ok());
+        if certificate.is_some_and(|c| unique(c, field, pair)) {
+            continue;
+        }
+        let u = std::array::from_fn(|_| rng.next_1d());
+        black_box(from(&mut solver, field, *pair, random_direction(y - x, u)));
+    }
+    outcome(found, &solver)
+}
