@@ -81,7 +81,7 @@ fn estimators_agree() {
             whole(),
             Effort {
                 batches: 12,
-                work: 1_500_000,
+                work: 600_000,
             },
         ),
         false => (
