@@ -4,6 +4,7 @@ mod common;
 
 use common::{Case, Random, all_fields, scale};
 use eikonal::bounds::symmetric_eigenvalues;
+use eikonal::field::{Bspline, Placement};
 use eikonal::{Aabb, FieldBounds};
 use glam::{DMat3, DVec3};
 
@@ -197,6 +198,55 @@ fn bounds_over_a_whole_region_are_of_the_right_size() {
         };
         let tight = ratios.iter().all(|r| r.is_nan() || *r < factor);
         assert!(tight, "{}: {ratios:?} {b:?} {f:?}", case.name);
+    }
+}
+
+/// Those of large boxes come from blocks of cells, at several scales on a grid this long.
+#[test]
+fn bounds_of_large_grids_are_those_of_their_parts() {
+    let mut random = Random(19);
+    let domain = Aabb::new(DVec3::ZERO, DVec3::new(20.0, 1.0, 2.0));
+    let (dims, samples) = ([301, 12, 25], domain.grown(-0.05));
+    let grid = Bspline::from_fn(dims, domain, Placement::Nodes, |x| {
+        1.4 + 0.02 * (3.0 * x.x).sin() * (2.0 * x.y + x.z).cos() + 1e-3 * random.uniform()
+    })
+    .unwrap()
+    .into();
+    let case = Case {
+        name: "long grid",
+        field: grid,
+        region: samples,
+        special: vec![],
+        analytic: false,
+    };
+    // Steps of four cells along x, two boxes along y and z: few enough cells to be looked at one by one.
+    let parts = |region: &Aabb| {
+        let count = (region.size() / DVec3::new(0.26, 0.5, 1.0))
+            .ceil()
+            .max(DVec3::ONE);
+        let [x, y, z] = count.to_array().map(|n| n as usize);
+        let size = region.size() / count;
+        let part = |i: usize| {
+            let place = DVec3::new((i % x) as f64, (i / x % y) as f64, (i / x / y) as f64);
+            let min = region.min + size * place;
+            case.field.bounds(&Aabb::new(min, min + size))
+        };
+        (0..x * y * z).map(part).reduce(FieldBounds::union).unwrap()
+    };
+    for i in 0..200 {
+        let region = match i {
+            0 => samples,
+            1 => domain.grown(10.0),
+            _ => random.sub_box(&domain.grown(0.2)),
+        };
+        let found = sample(&case, &region, &mut random, 2000);
+        assert_conservative(&case, &region, &found);
+        if i == 0 {
+            // Nothing of where the field bends outside.
+            let (whole, parts) = (case.field.bounds(&region), parts(&region));
+            assert!(whole.hess_max < 1.3 * parts.hess_max, "{whole:?} {parts:?}");
+            assert!(whole.grad_max < 1.3 * parts.grad_max, "{whole:?} {parts:?}");
+        }
     }
 }
 

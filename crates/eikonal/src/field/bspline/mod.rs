@@ -1,5 +1,6 @@
 //! Sampled fields: a tricubic B-spline through the samples.
 
+mod blocks;
 mod bounds;
 mod evaluate;
 mod lattice;
@@ -9,8 +10,10 @@ pub use lattice::Placement;
 
 use super::error::FieldError;
 use crate::bounds::Aabb;
+use blocks::Blocks;
 use glam::DVec3;
 use lattice::{Lattice, PAD};
+use std::sync::OnceLock;
 
 /// δ = n² − n_ref² as the tricubic B-spline that interpolates samples on a regular grid: C², of
 /// order four in the spacing away from the faces and of order three on them (Unser, Aldroubi and
@@ -34,11 +37,14 @@ pub struct Bspline {
     /// Coefficients of δ, x fastest, with `PAD` extra ones at both ends of each axis.
     coefficients: Vec<f32>,
     constant: bool,
+    /// Made when bounds over a large box are first asked for.
+    blocks: OnceLock<Blocks>,
 }
 
 impl Bspline {
     pub(super) fn memory(&self) -> usize {
-        self.coefficients.len() * size_of::<f32>()
+        let blocks = self.blocks.get().map_or(0, Blocks::memory);
+        self.coefficients.len() * size_of::<f32>() + blocks
     }
 
     /// A field through `samples` of n (f32 or f64), x fastest, then y, then z, of a grid of `dims`
@@ -106,6 +112,7 @@ impl Bspline {
             n2_ref,
             coefficients,
             constant,
+            blocks: OnceLock::new(),
         })
     }
 

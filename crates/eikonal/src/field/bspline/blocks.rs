@@ -1,0 +1,136 @@
+//! Bounds over blocks of cells, kept so that those over large boxes need not look at every coefficient.
+
+use super::Bspline;
+use super::lattice::PAD;
+use crate::bounds::FieldBounds;
+
+/// Cells of the smallest blocks along each axis.
+const EDGE: usize = 8;
+/// Blocks of cells outside the samples, at either end of each axis.
+const OUTSIDE: usize = 2;
+/// Boxes of fewer cells are bounded exactly.
+const FEW: usize = 1000;
+/// Larger ones are put together of at most this many blocks along each axis: of the smallest that do.
+const MOST: usize = 16;
+
+/// A range of cells along each axis, both ends included.
+pub(super) type Cells = [[isize; 2]; 3];
+
+/// Blocks of several sizes, each twice the one before.
+#[derive(Clone, Debug)]
+pub(super) struct Blocks {
+    /// Samples of the grid.
+    samples: [usize; 3],
+    levels: Vec<Level>,
+}
+
+/// Equal blocks of the cells between samples, x fastest. At both ends of each axis come two more: the
+/// first cell beyond, where the spline is continued, and those where the field bends to a constant.
+#[derive(Clone, Debug)]
+struct Level {
+    edge: usize,
+    dims: [usize; 3],
+    bounds: Vec<FieldBounds>,
+}
+
+impl Blocks {
+    /// Whether a range of cells is so large that blocks pay.
+    pub(super) fn pay(cells: &Cells) -> bool {
+        let count: usize = cells.iter().map(|[a, b]| (b - a + 1) as usize).product();
+        count > FEW
+    }
+
+    /// Of a grid.
+    pub(super) fn new(grid: &Bspline, samples: [usize; 3]) -> Self {
+        let dims = samples.map(|n| (n - 1).div_ceil(EDGE) + 2 * OUTSIDE);
+        let block = |place: [usize; 3]| {
+            grid.bounds_in(&std::array::from_fn(|axis| {
+                let (end, beyond) = (samples[axis] as isize - 1, 2 + PAD as isize);
+                match (place[axis], dims[axis] - place[axis]) {
+                    (0, _) => [-beyond, -2],
+                    (1, _) => [-1, -1],
+                    (_, 1) => [end + 1, end + beyond],
+                    (_, 2) => [end, end],
+                    (i, _) => {
+                        let start = ((i - OUTSIDE) * EDGE) as isize;
+                        [start, (start + EDGE as isize).min(end) - 1]
+                    }
+                }
+            }))
+        };
+        let mut levels = vec![Level::from_fn(EDGE, dims, block)];
+        while let Some(level) = levels.last().filter(|l| l.dims.iter().any(|n| *n > MOST)) {
+            levels.push(level.coarser());
+        }
+        Blocks { samples, levels }
+    }
+
+    /// Bounds over a range of cells, and over what else is in their blocks.
+    pub(super) fn bounds(&self, cells: &Cells) -> Option<FieldBounds> {
+        let span = |level: &Level| level.span(cells, self.samples);
+        let fits = |level: &&Level| span(level).iter().all(|[a, b]| b - a < MOST);
+        let level = self.levels.iter().find(fits)?;
+        level.union(span(level))
+    }
+
+    /// Memory in bytes.
+    pub(super) fn memory(&self) -> usize {
+        let count: usize = self.levels.iter().map(|l| l.bounds.len()).sum();
+        count * size_of::<FieldBounds>()
+    }
+}
+
+impl Level {
+    fn from_fn(edge: usize, dims: [usize; 3], bounds: impl Fn([usize; 3]) -> FieldBounds) -> Self {
+        let [x, y, z] = dims;
+        let places = (0..x * y * z).map(|i| [i % x, i / x % y, i / x / y]);
+        Level {
+            edge,
+            dims,
+            bounds: places.map(bounds).collect(),
+        }
+    }
+
+    /// Blocks of twice the size; those beyond the samples stay.
+    fn coarser(&self) -> Level {
+        let dims = self
+            .dims
+            .map(|n| (n - 2 * OUTSIDE).div_ceil(2) + 2 * OUTSIDE);
+        Level::from_fn(2 * self.edge, dims, |place| {
+            let parts = std::array::from_fn(|axis| {
+                let (i, from_end) = (place[axis], dims[axis] - place[axis]);
+                let end = self.dims[axis];
+                if i < OUTSIDE {
+                    [i, i]
+                } else if from_end <= OUTSIDE {
+                    [end - from_end, end - from_end]
+                } else {
+                    let first = 2 * i - OUTSIDE;
+                    [first, (first + 1).min(end - OUTSIDE - 1)]
+                }
+            });
+            self.union(parts).unwrap_or(self.bounds[0])
+        })
+    }
+
+    /// The blocks that hold a range of cells, along each axis.
+    fn span(&self, cells: &Cells, samples: [usize; 3]) -> [[usize; 2]; 3] {
+        std::array::from_fn(|axis| {
+            let (end, blocks) = (samples[axis] as isize - 1, self.dims[axis]);
+            cells[axis].map(|c| match c {
+                ..-1 => 0,
+                -1 => 1,
+                c if c < end => OUTSIDE + c as usize / self.edge,
+                c if c == end => blocks - 2,
+                _ => blocks - 1,
+            })
+        })
+    }
+
+    fn union(&self, [xs, ys, zs]: [[usize; 2]; 3]) -> Option<FieldBounds> {
+        let [x, y, _] = self.dims;
+        let rows = (zs[0]..=zs[1]).flat_map(|k| (ys[0]..=ys[1]).map(move |j| (k * y + j) * x));
+        let blocks = rows.flat_map(|row| &self.bounds[row + xs[0]..=row + xs[1]]);
+        blocks.copied().reduce(FieldBounds::union)
+    }
+}
