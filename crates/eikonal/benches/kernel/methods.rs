@@ -143,7 +143,6 @@ fn from(solver: &mut Solver<()>, field: &Field, [x, y]: [DVec3; 2], direction: D
         bounces: 0,
     };
     let (world, launch) = (Unbounded(field), Launch::Point { x, direction });
-    // Of several approaches the closest.
     let start = solver.approach(&world, (launch, ()), y, &reach, &mut || 0.0);
     start.is_some_and(|(start, _)| solver.solve(&world, &start, y).is_ok())
 }
