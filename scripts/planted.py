@@ -187,8 +187,8 @@ PLANTED = [
     (
         "filter of the light image not normalised",
         TRANSPORT + "render/splats.rs",
-        "image[pixel] += value(contribution) * filter;",
-        "image[pixel] += value(contribution) * filter.ceil();",
+        "image[pixel] += value * filter;",
+        "image[pixel] += value * filter.ceil();",
         ("transport", "agreement", "estimators_agree_quickly"),
     ),
     (
