@@ -185,6 +185,13 @@ PLANTED = [
         ("transport", "reciprocity", "light_and_sensor"),
     ),
     (
+        "beam followed through another medium than it starts in",
+        TRANSPORT + "path/search.rs",
+        "                    && self.scene.medium_at(ray.start) == shot.start.region\n",
+        "",
+        ("transport", "beams", "all_of_a_beam_goes_through_a_graded_tank"),
+    ),
+    (
         "filter of the light image not normalised",
         TRANSPORT + "render/splats.rs",
         "image[pixel] += value * filter;",

@@ -147,7 +147,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A start drawn at random: the ray that comes closest to the target is its first guess.
+    /// A start drawn at random: a ray, and how far along it one of its close approaches to the target is.
     fn random(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Shot> {
         let u = [sampler.next_1d(), sampler.next_1d(), sampler.next_1d()];
         let scene = self.scene;
