@@ -15,8 +15,13 @@ use transport::sensor::{Perspective, Sensor};
 use transport::shape::{Cube, Cylinder, Rectangle, Sphere};
 
 const EFFORT: Effort = Effort {
-    batches: 12,
+    batches: 40,
     work: 6_000_000,
+};
+/// Where rare, bright finds need it.
+const LARGE: Effort = Effort {
+    batches: 40,
+    work: 15_000_000,
 };
 
 fn view(from: DVec3, toward: DVec3, fov: f64) -> Sensor {
@@ -65,17 +70,12 @@ fn scene(shape: impl Into<transport::shape::Shape>, index: impl Into<Field>, n: 
     )
 }
 
-fn check(name: &str, parts: &Parts, seed: u64, particles: bool) -> Row {
+fn check(name: &str, parts: &Parts, seed: u64, effort: Effort, particles: bool) -> Row {
     let started = std::time::Instant::now();
-    let row = compare(name, parts, EFFORT, seed, particles);
-    print!("{:.1} s ", started.elapsed().as_secs_f64());
-    println!(
-        "{}",
-        table(std::slice::from_ref(&row), RATE, EFFORT)
-            .lines()
-            .nth(2)
-            .unwrap()
-    );
+    let row = compare(name, parts, effort, seed, particles);
+    let table = table(std::slice::from_ref(&row), RATE, effort);
+    let line = table.lines().nth(2).unwrap();
+    println!("{:.1} s {line}", started.elapsed().as_secs_f64());
     row
 }
 
@@ -91,14 +91,14 @@ fn behind_a_lens() -> Parts {
     parts
 }
 
-/// Light along more than a pitch of a graded rod, on to a screen at its end.
+/// Thin fog in more than a pitch of a graded rod, lit by a lamp at its end.
 fn rod() -> Parts {
-    let index = Selfoc::new(1.5, 1.2, DVec3::ZERO, DVec3::Z).unwrap();
-    let shape = Cylinder::between(DVec3::ZERO, DVec3::Z * 6.0, 0.6, true).unwrap();
-    let mut parts = scene(shape, index, 1.5);
-    parts.objects.push(screen(0.7, 0.25));
-    lit_from(&mut parts, DVec3::new(0.12, 0.1, 6.4), 0.15);
-    parts.sensor = view(DVec3::new(-0.2, 0.1, 5.8), DVec3::Z * 0.7, 25.0);
+    let index = || Selfoc::new(1.5, 0.8, DVec3::ZERO, DVec3::Z).unwrap();
+    let shape = Cylinder::between(DVec3::ZERO, DVec3::Z * 9.0, 0.6, true).unwrap();
+    let mut parts = scene(shape, index(), 1.5);
+    parts.media[1] = fog(index(), 0.1, 0.9, 0.0);
+    parts.emitters = vec![lamp(DVec3::new(0.1, 0.05, -0.5))];
+    parts.sensor = view(DVec3::new(3.0, 0.2, 7.5), DVec3::Z * 7.5, 22.0);
     parts
 }
 
@@ -138,25 +138,26 @@ fn glass_ball() -> Parts {
 fn a_lamp_is_mirrored_in_a_glass_ball() {
     let mut parts = glass_ball();
     parts.reflections = 2;
-    judge(
-        &[check("image in a glass ball, area", &parts, 1005, false)],
-        RATE,
-    )
-    .unwrap();
+    let row = check("image in a glass ball, area", &parts, 1005, EFFORT, false);
+    judge(&[row], &[], RATE).unwrap();
 }
 
+/// Connections that leave out all but one ray, or that have 1/d² for their geometry term, fail this test
+/// (`scripts/planted.py`): `path` finds the light of a delta emitter by them alone.
 #[test]
 fn estimators_agree_on_all_branches() {
+    let lens = behind_a_lens();
     let rows = [
+        check("behind a Gaussian lens, point", &lens, 1001, LARGE, true),
+        check("fog in a long rod, point", &rod(), 1009, LARGE, true),
+        check("mode 3 of sound, beam in fog", &sound(), 1003, EFFORT, true),
         check(
-            "behind a Gaussian lens, point",
-            &behind_a_lens(),
-            1001,
-            true,
+            "behind a glass ball, area",
+            &glass_ball(),
+            1004,
+            EFFORT,
+            false,
         ),
-        check("rod longer than a pitch, area", &rod(), 1002, true),
-        check("mode 3 of sound, beam in fog", &sound(), 1003, true),
-        check("behind a glass ball, area", &glass_ball(), 1004, false),
     ];
-    judge(&rows, RATE).unwrap();
+    judge(&rows, &[], RATE).unwrap();
 }

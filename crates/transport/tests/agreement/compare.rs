@@ -5,6 +5,7 @@
 //! over the image and over its four quarters, by Welch's t-test.
 
 use crate::common::{path_tracer, shoot_by};
+use crate::pooled::Pooled;
 use testkit::batches::{critical_t, moments, welch};
 use testkit::{Family, sidak};
 use transport::integrator::{Bdpt, Integrator, ParticleTracer};
@@ -50,6 +51,8 @@ pub struct Row {
     pub p_values: Vec<(String, f64)>,
     /// Error of the difference path − bdpt, relative to the mean.
     pub error: f64,
+    /// Means of the batches over the image: path, particle, bdpt.
+    pub batches: [Option<Vec<f64>>; 3],
 }
 
 pub fn particle() -> Integrator {
@@ -115,14 +118,18 @@ pub fn compare(name: &str, parts: &Parts, effort: Effort, seed: u64, particles: 
         image,
         p_values,
         error: path.1.hypot(bdpt.1) / bdpt.0,
+        batches: [0, 1, 2].map(|k| means[k].as_ref().map(|m| m[0].clone())),
     }
 }
 
 /// A family of comparisons judged together.
-pub fn judge(rows: &[Row], rate: f64) -> Result<(), String> {
+pub fn judge(rows: &[Row], pooled: &[Pooled], rate: f64) -> Result<(), String> {
     let mut family = Family::new(rate);
     for (name, p) in rows.iter().flat_map(|r| &r.p_values) {
         family.push(name, *p);
+    }
+    for (name, p) in pooled.iter().flat_map(Pooled::p_values) {
+        family.push(name, p);
     }
     family.check()
 }

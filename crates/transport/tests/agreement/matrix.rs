@@ -22,20 +22,24 @@ pub fn whole() -> Vec<Case> {
     cases
 }
 
+/// Levels of a case's factors. Those of one name belong to different factors.
+pub fn levels(case: &Case) -> [String; 5] {
+    [
+        format!("index {:?}", case.index),
+        format!("light {:?}", case.light),
+        format!("matter {:?}", case.matter),
+        format!("wall {:?}", case.wall),
+        format!("view {:?}", case.view),
+    ]
+}
+
 /// Pairs of levels of different factors that occur in a case.
 pub fn pairs(case: &Case) -> Vec<String> {
-    let levels = [
-        format!("{:?}", case.index),
-        format!("{:?}", case.light),
-        format!("{:?}", case.matter),
-        format!("{:?}", case.wall),
-        format!("{:?}", case.view),
-    ];
+    let levels = levels(case);
     let mut pairs = Vec::new();
     for a in 0..levels.len() {
         for b in 0..a {
-            // Levels of one name belong to different factors.
-            pairs.push(format!("{b}{} {a}{}", levels[b], levels[a]));
+            pairs.push(format!("{}, {}", levels[b], levels[a]));
         }
     }
     pairs
