@@ -140,6 +140,20 @@ PLANTED = [
         ("transport", "branches", "branches_are_summed"),
     ),
     (
+        "further branches dropped: the estimators disagree",
+        TRANSPORT + "path/link.rs",
+        "} else if sampler.next_1d() < ws.search {",
+        "} else if sampler.next_1d() < 0.0 {",
+        ("transport", "agreement", "branches::estimators_agree_on_all_branches"),
+    ),
+    (
+        "1/d² as geometry term: the estimators disagree",
+        TRANSPORT + "path/link.rs",
+        "geometry: passage.jump / (ray.jacobian * n_last * n_last),",
+        "geometry: passage.jump / (ray.start.distance_squared(shot.target) * n_last * n_last),",
+        ("transport", "agreement", "branches::estimators_agree_on_all_branches"),
+    ),
+    (
         "reciprocal probability of a branch replaced by one",
         TRANSPORT + "path/search.rs",
         "return Some((value, f64::from(trial)));",
