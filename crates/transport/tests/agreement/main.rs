@@ -84,7 +84,7 @@ fn estimators_agree() {
             whole(),
             Effort {
                 batches: 24,
-                work: 1_200_000,
+                work: 600_000,
             },
         ),
         false => (
