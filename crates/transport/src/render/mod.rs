@@ -8,7 +8,7 @@ mod strategies;
 
 pub use strategies::StrategyImage;
 
-use crate::film::Film;
+use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
 use crate::scene::Scene;
 use crate::stats::Stats;
@@ -33,6 +33,21 @@ pub struct Options {
     pub seed: u64,
     /// Whether an image of each strategy of a bidirectional estimator is wanted.
     pub strategies: bool,
+    /// How light is told apart on the film.
+    pub decomposition: Decomposition,
+}
+
+impl Options {
+    /// Nothing but the image.
+    pub fn new(integrator: Integrator, samples: u64, seed: u64) -> Self {
+        Options {
+            integrator,
+            samples,
+            seed,
+            strategies: false,
+            decomposition: Decomposition::default(),
+        }
+    }
 }
 
 /// How far a render has got.
@@ -82,7 +97,8 @@ pub fn render_counted(
     mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
     let spec = scenes[0].film();
-    let mut film = Film::new(spec.width, spec.height, spec.channels);
+    let mut film =
+        Film::new(spec.width, spec.height, spec.channels).decomposed(options.decomposition);
     let mut stats = Stats::default();
     let mut strategies = options.strategies.then(|| Strategies::new(spec));
     let sources: Vec<Source> = scenes

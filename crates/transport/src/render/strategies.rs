@@ -72,7 +72,9 @@ impl Strategies {
             let layers = self.layers.entry(key).or_insert_with(new);
             let values = [contribution.weighted(), contribution.value];
             for (layer, value) in layers.iter_mut().zip(values) {
-                splat(source, (*own, contribution), value, &mut layer.image);
+                splat(source, *own, contribution, |pixel, filter| {
+                    layer.image[pixel] += value * filter;
+                });
             }
         }
     }
