@@ -45,7 +45,8 @@ pub fn strategies(
     image(&rendering.film, layers, attributes)
 }
 
-fn layer(name: &str, values: &[f32], channels: &[String]) -> Layer {
+/// A layer from channels that are interleaved.
+pub fn layer(name: &str, values: &[f32], channels: &[String]) -> Layer {
     let planes = planes(values, channels.len());
     Layer {
         name: name.into(),
@@ -62,7 +63,7 @@ fn image(film: &Film, layers: Vec<Layer>, attributes: Vec<(String, String)>) -> 
     }
 }
 
-/// Writes an image, completely or not at all.
+/// Writes an image, completely or not at all; an EXR file holds all of its layers, the others the main one.
 pub fn write(
     path: &Path,
     format: ImageFormat,

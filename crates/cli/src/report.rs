@@ -1,6 +1,7 @@
 //! What is reported of a render: in one line, in the attributes of images, and as JSON.
 
 use crate::args::RenderArgs;
+use crate::layers::Naming;
 use crate::load::file_name;
 use crate::numbers;
 use io::Loaded;
@@ -61,6 +62,11 @@ impl Report<'_> {
         if stats.connections.capped > 0 {
             parts.push(bias(stats.connections.capped));
         }
+        let naming = Naming::of(self.loaded);
+        let outside = naming.map_or(0.0, |n| n.outside(&self.rendering.film));
+        if outside > 0.0 {
+            parts.push(format!("{} outside of all bins", numbers::percent(outside)));
+        }
         for (count, what) in [
             (stats.lost, "rays lost"),
             (stats.not_finite, "samples not finite"),
@@ -89,7 +95,12 @@ impl Report<'_> {
             ("lost", stats.lost.to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];
-        pairs.map(|(name, value)| (name.to_owned(), value)).into()
+        let naming = Naming::of(self.loaded);
+        let axes = naming.map(|n| ("decomposition", Value::from(n.axes()).to_string()));
+        let pairs = pairs.into_iter().chain(axes);
+        pairs
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect()
     }
 
     /// The command's options that decide what is computed.
@@ -176,6 +187,7 @@ impl Report<'_> {
             "counters": counters(stats),
             "branches": self.branches(),
             "connections": self.connections(),
+            "decomposition": Naming::of(self.loaded).map(|n| n.json(film)),
         })
     }
 }

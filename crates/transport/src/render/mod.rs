@@ -1,11 +1,13 @@
 //! Rendering: samples spread over threads, with results that depend on the seed alone.
 
+mod memory;
 mod pilot;
 mod pixels;
 mod source;
 mod splats;
 mod strategies;
 
+pub use memory::memory;
 pub use strategies::StrategyImage;
 
 use crate::film::{Decomposition, Film};

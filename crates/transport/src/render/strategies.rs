@@ -10,7 +10,7 @@ use crate::scene::FilmSpec;
 use std::collections::BTreeMap;
 
 /// Strategies with more vertices than this from either end are not told apart from the last.
-const MOST_VERTICES: u32 = 8;
+pub(super) const MOST_VERTICES: u32 = 8;
 
 /// What one strategy found.
 #[derive(Clone, Debug)]
