@@ -8,18 +8,21 @@ use std::path::Path;
 use transport::Film;
 use transport::render::{Rendering, StrategyImage};
 
-/// A film as an image: its mean, and layers `variance` (of the mean) and `samples` (their number).
+/// A film as an image: its mean, and layers `variance` (of the mean), `samples` (their number), and
+/// `reweighted` if it was asked for.
 pub fn layers(film: &Film, names: &[String], attributes: Vec<(String, String)>) -> ImageLayers {
     let counts = film.counts().into_iter().map(|n| n as f32).collect();
     let samples = Layer {
         name: "samples".into(),
         channels: vec![("N".into(), counts)],
     };
-    let layers = vec![
+    let mut layers = vec![
         layer("", &film.mean(), names),
         layer("variance", &film.variance(), names),
         samples,
     ];
+    let reweighted = film.reweighted();
+    layers.extend(reweighted.map(|values| layer("reweighted", &values, names)));
     image(film, layers, attributes)
 }
 

@@ -17,6 +17,8 @@ pub enum Stopped {
     Interrupted,
     /// Its time was over.
     Time,
+    /// Its error was small enough.
+    Target,
 }
 
 /// A render that is done.
@@ -58,6 +60,7 @@ impl Report<'_> {
             format!("mean {}", numbers::with_error(mean, error)),
             connections(&self.rendering.stats.connections),
         ];
+        parts.extend(self.target_line());
         let stats = &self.rendering.stats;
         if stats.connections.capped > 0 {
             parts.push(bias(stats.connections.capped));
@@ -108,6 +111,8 @@ impl Report<'_> {
         let args = self.args;
         let mut options = vec![format!("--seed {}", args.seed)];
         options.extend(args.spp.map(|n| format!("--spp {n}")));
+        options.extend(args.target_error.map(|x| format!("--target-error {x}")));
+        options.extend(args.target.map(|m| format!("--target {}", m.name())));
         options.extend(
             args.integrator
                 .iter()
@@ -120,6 +125,36 @@ impl Report<'_> {
                 .map(|(k, v)| format!("-D {k}={v}")),
         );
         options.join(" ")
+    }
+
+    /// The error that was wanted, and what became of it.
+    fn target(&self) -> Option<Value> {
+        let measure = self.args.target.unwrap_or_default();
+        self.args.target_error.map(|wanted| {
+            let error = measure.error(&self.rendering.film);
+            json!({
+                "measure": measure.name(),
+                "wanted": wanted,
+                "error": error.is_finite().then_some(error),
+                "reached": self.rendering.reached,
+                "possible_bias": self.rendering.reached.then_some("stopping by measured error"),
+            })
+        })
+    }
+
+    /// The same in a few words.
+    fn target_line(&self) -> Option<String> {
+        let wanted = self.args.target_error?;
+        let measure = self.args.target.unwrap_or_default();
+        let error = numbers::percent(measure.error(&self.rendering.film));
+        let outcome = match self.rendering.reached {
+            true => "reached: slight bias by stopping".into(),
+            false => format!("of {} not reached", numbers::percent(wanted)),
+        };
+        Some(format!(
+            "{} error {error}, target {outcome}",
+            measure.name()
+        ))
     }
 
     /// Which branches connections look for.
@@ -174,6 +209,7 @@ impl Report<'_> {
             "stopped": self.stopped.map(|s| match s {
                 Stopped::Interrupted => "interrupted",
                 Stopped::Time => "time",
+                Stopped::Target => "target",
             }),
             "threads": self.threads,
             "seconds": self.elapsed.as_secs_f64(),
@@ -184,6 +220,7 @@ impl Report<'_> {
             "channels": self.loaded.channel_names,
             "mean": mean,
             "standard_error": error,
+            "target": self.target(),
             "counters": counters(stats),
             "branches": self.branches(),
             "connections": self.connections(),

@@ -74,6 +74,7 @@ fn film_layers(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     let scene = loaded.scene();
     let mut options = Options {
         decomposition: loaded.layering.decomposition,
+        reweight: loaded.reweight,
         ..Options::new(loaded.integrator, loaded.samples, 0)
     };
     if let Some(naming) = Naming::of(loaded) {

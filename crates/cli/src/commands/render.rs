@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
-use transport::render::{Options, Rendering, memory, render_counted};
+use transport::render::{Options, Rendering, Target, memory, render_counted};
 
 /// Renders a scene and writes its images.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
@@ -28,10 +28,10 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     check_strategies(args, &loaded)?;
     check_memory(args, &loaded)?;
     let interrupted = interrupt::watch()?;
-    // A time limit replaces the scene's number of samples, but not that of the command line.
-    let requested = match args.time {
-        Some(_) => args.spp,
-        None => Some(loaded.samples),
+    // Other limits replace the scene's number of samples, but not that of the command line.
+    let requested = match (args.time, args.target_error) {
+        (None, None) => Some(loaded.samples),
+        _ => args.spp,
     };
     let started = Instant::now();
     let (rendering, stopped) = run(args, &loaded, requested, &pool, &interrupted);
@@ -126,6 +126,11 @@ fn options(args: &RenderArgs, loaded: &Loaded) -> Options {
     Options {
         strategies: args.strategies.is_some(),
         decomposition: loaded.layering.decomposition,
+        reweight: loaded.reweight,
+        target: args.target_error.map(|error| Target {
+            error,
+            measure: args.target.unwrap_or_default(),
+        }),
         ..Options::new(loaded.integrator, loaded.samples, args.seed)
     }
 }
@@ -173,5 +178,6 @@ fn run(
             })
         })
     });
+    let stopped = stopped.or(rendering.reached.then_some(Stopped::Target));
     (rendering, stopped)
 }

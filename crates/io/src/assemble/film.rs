@@ -21,6 +21,7 @@ const DIVISION: f64 = 1e-6;
 pub(super) struct FilmParts {
     pub spec: FilmSpec,
     pub layering: Layering,
+    pub reweight: bool,
 }
 
 /// How a film tells light apart.
@@ -54,6 +55,7 @@ pub(super) fn build(object: Option<&Object>, context: &mut Context) -> FilmParts
             filter: Filter::Gaussian { stddev: 0.5 },
         },
         layering: Layering::default(),
+        reweight: false,
     };
     let Some(object) = object else {
         return film;
@@ -71,6 +73,7 @@ pub(super) fn build(object: Option<&Object>, context: &mut Context) -> FilmParts
     q.string_or("file_format", "openexr");
     q.string_or("component_format", "float32");
     film.layering = layering(&mut q);
+    film.reweight = q.boolean_or("reweight", false);
     let filter = q.child(PluginKind::Rfilter).cloned();
     q.finish(&BOUNDS);
     if let Some(object) = filter {

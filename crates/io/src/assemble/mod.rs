@@ -61,6 +61,8 @@ pub struct Loaded {
     pub emitter_names: Vec<String>,
     /// How the film tells light apart.
     pub layering: Layering,
+    /// Whether an image with less weight for rare bright samples is wanted beside the plain one.
+    pub reweight: bool,
 }
 
 impl Loaded {
@@ -123,7 +125,8 @@ pub fn assemble(
         return Err(diagnostics);
     };
     let emitter_names = std::mem::take(&mut first.emitter_names);
-    let (integrator, samples, layering) = (first.integrator, first.samples, first.layering);
+    let (integrator, samples) = (first.integrator, first.samples);
+    let (layering, reweight) = (first.layering, first.reweight);
     Ok(Loaded {
         groups: parts.into_iter().map(|p| p.scene).collect(),
         integrator,
@@ -133,6 +136,7 @@ pub fn assemble(
         channel_names: channels.names(),
         emitter_names,
         layering,
+        reweight,
     })
 }
 
@@ -143,6 +147,7 @@ struct GroupParts {
     samples: u64,
     emitter_names: Vec<String>,
     layering: Layering,
+    reweight: bool,
 }
 
 /// The scene of one channel group and how to render it; `None` after an error.
@@ -234,6 +239,7 @@ fn group_parts(
                 samples: sensor.samples,
                 emitter_names,
                 layering,
+                reweight: sensor.film.reweight,
             })
         }
         Err(problems) => {

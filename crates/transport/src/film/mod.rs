@@ -1,10 +1,13 @@
 //! Films: what is accumulated per pixel.
 
+mod cascade;
 mod decomposition;
 mod filter;
 mod footprint;
 mod layers;
+mod summary;
 
+pub use cascade::{Cascade, LevelsMut};
 pub use decomposition::{Axis, Bins, Decomposition, PathFacts};
 pub use filter::Filter;
 pub use footprint::footprint;
@@ -72,6 +75,19 @@ pub struct Film {
     /// For each group, samples of the image's mean, if pixels are not independent.
     whole: Vec<Pixel>,
     layers: Option<Layers>,
+    /// For each group, if rare bright samples are to be given less weight.
+    cascades: Option<Vec<Cascade>>,
+}
+
+/// All that a film keeps of a group of channels.
+#[derive(Debug)]
+pub struct PartsMut<'a> {
+    /// Row by row.
+    pub pixels: &'a mut [Pixel],
+    /// If light is told apart.
+    pub layers: Option<&'a mut LayerGroup>,
+    /// If samples are sorted by brightness.
+    pub cascade: Option<&'a mut Cascade>,
 }
 
 impl Film {
@@ -85,6 +101,7 @@ impl Film {
             pixels: vec![Pixel::default(); width * height * groups],
             whole: vec![Pixel::default(); groups],
             layers: None,
+            cascades: None,
         }
     }
 
@@ -130,16 +147,44 @@ impl Film {
         &mut self.pixels[group * n..(group + 1) * n]
     }
 
+    /// The film with samples sorted by brightness, if they are to be.
+    pub fn sorted(self, sorted: bool) -> Self {
+        let pixels = self.width * self.height;
+        let cascade = |group| Cascade::new(pixels, self.lanes(group));
+        Film {
+            cascades: sorted.then(|| (0..self.groups()).map(cascade).collect()),
+            ..self
+        }
+    }
+
+    /// Means with less weight for rare bright samples, in the layout of [`Film::mean`]; if samples are sorted.
+    /// These are biased: see [`Cascade`].
+    pub fn reweighted(&self) -> Option<Vec<f32>> {
+        let cascades = self.cascades.as_ref()?.iter();
+        let samples = self.pixels[0].count;
+        let groups: Vec<_> = cascades
+            .map(|c| c.reweighted(self.width, samples))
+            .collect();
+        let pixel = |i: usize| {
+            let values = groups.iter().flat_map(move |group| group[i].0);
+            values.take(self.channels).map(|v| v as f32)
+        };
+        Some((0..self.width * self.height).flat_map(pixel).collect())
+    }
+
     /// The layers, if light is told apart.
     pub fn layers(&self) -> Option<&Layers> {
         self.layers.as_ref()
     }
 
-    /// The pixels and the layers of a group.
-    pub fn parts_mut(&mut self, group: usize) -> (&mut [Pixel], Option<&mut LayerGroup>) {
+    /// All that is kept of a group.
+    pub fn parts_mut(&mut self, group: usize) -> PartsMut<'_> {
         let n = self.width * self.height;
-        let layers = self.layers.as_mut().map(|l| l.group_mut(group));
-        (&mut self.pixels[group * n..(group + 1) * n], layers)
+        PartsMut {
+            pixels: &mut self.pixels[group * n..(group + 1) * n],
+            layers: self.layers.as_mut().map(|l| l.group_mut(group)),
+            cascade: self.cascades.as_mut().map(|c| &mut c[group]),
+        }
     }
 
     /// Takes note of a sample of the mean over all pixels of a group: needed where one path contributes
@@ -198,45 +243,6 @@ impl Film {
     /// Total number of samples over all pixels and groups.
     pub fn samples(&self) -> u64 {
         self.pixels.iter().map(|p| p.count).sum()
-    }
-
-    /// Mean over the image and over the channels, with its standard error. Channels of one group
-    /// share their paths, so their errors are added up as fully correlated. Pixels are taken as
-    /// independent unless [`Film::add_whole`] knows better.
-    pub fn summary(&self) -> (f64, f64) {
-        self.summary_of(None)
-    }
-
-    /// As [`Film::summary`], of one layer.
-    pub fn layer_summary(&self, layer: usize) -> (f64, f64) {
-        self.summary_of(Some(layer))
-    }
-
-    fn summary_of(&self, layer: Option<usize>) -> (f64, f64) {
-        let n = self.width * self.height;
-        let (mut mean, mut variance) = (0.0, 0.0);
-        for group in 0..self.groups() {
-            let lanes = self.lanes(group);
-            let square = |pixel: &Pixel| {
-                let deviation = pixel.variance_of_mean().map(f64::sqrt);
-                deviation.0[..lanes].iter().sum::<f64>().powi(2)
-            };
-            let pixels = || (0..n).map(|i| self.pixel(group, i, layer));
-            mean += pixels().flat_map(|p| p.mean().0).sum::<f64>();
-            variance += match self.whole(group, layer) {
-                whole if whole.count > 0 => square(whole) * (n * n) as f64,
-                _ => pixels().map(|p| square(&p)).sum(),
-            };
-        }
-        let scale = (n * self.channels) as f64;
-        (mean / scale, variance.sqrt() / scale)
-    }
-
-    fn whole(&self, group: usize, layer: Option<usize>) -> &Pixel {
-        match (layer, &self.layers) {
-            (Some(layer), Some(layers)) => layers.whole(group, layer),
-            _ => &self.whole[group],
-        }
     }
 
     /// Number of channels of a group.

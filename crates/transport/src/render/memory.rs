@@ -3,7 +3,7 @@
 use super::Options;
 use super::strategies::MOST_VERTICES;
 use crate::Spectrum;
-use crate::film::{Cell, Pixel};
+use crate::film::{Cascade, Cell, Pixel};
 use crate::integrator::Integrator;
 use crate::scene::FilmSpec;
 
@@ -25,8 +25,11 @@ pub fn memory(spec: &FilmSpec, options: &Options) -> usize {
         false => 0,
     };
     let image = film + if splats { buffer } else { 0 };
-    let per_pixel = image
-        .saturating_mul(1 + strategies)
+    let cascade = match options.reweight {
+        true => spec.channels * Cascade::BYTES,
+        false => 0,
+    };
+    let per_pixel = (image.saturating_mul(1 + strategies) + cascade)
         .saturating_add(layer.saturating_mul(layers));
     pixels.saturating_mul(per_pixel)
 }

@@ -2,7 +2,7 @@
 
 use super::source::{Source, add};
 use crate::Spectrum;
-use crate::film::{CellsMut, Decomposition, Film, Pending, Pixel};
+use crate::film::{CellsMut, Decomposition, Film, LevelsMut, PartsMut, Pending, Pixel};
 use crate::integrator::Contribution;
 use crate::stats::Stats;
 use rayon::prelude::*;
@@ -17,6 +17,8 @@ struct Task<'a> {
     first: usize,
     pixels: &'a mut [Pixel],
     layers: Option<(Decomposition, CellsMut<'a>)>,
+    /// If samples are sorted by brightness.
+    levels: Option<LevelsMut<'a>>,
 }
 
 /// Adds a range of samples to every pixel of the source's channel group.
@@ -41,7 +43,12 @@ pub(super) fn pass(
 }
 
 fn tasks(film: &mut Film, group: usize) -> Vec<Task<'_>> {
-    let (pixels, layers) = film.parts_mut(group);
+    let PartsMut {
+        pixels,
+        layers,
+        cascade,
+    } = film.parts_mut(group);
+    let mut levels = cascade.map(|cascade| cascade.chunks_mut(PIXELS_PER_TASK));
     let mut layers = layers.map(|layers| {
         let decomposition = layers.decomposition();
         let chunks = layers.chunks_mut(PIXELS_PER_TASK);
@@ -53,6 +60,7 @@ fn tasks(film: &mut Film, group: usize) -> Vec<Task<'_>> {
             first: task * PIXELS_PER_TASK,
             pixels,
             layers: layers.as_mut().and_then(Iterator::next),
+            levels: levels.as_mut().and_then(Iterator::next),
         })
         .collect()
 }
@@ -73,6 +81,9 @@ fn run(source: &Source, samples: Range<u64>, mut task: Task) -> Stats {
                     pending.add(decomposition.layer(&c.path), c.weighted());
                 }
                 pending.take(|layer, value| cells.add(i, layer, value));
+            }
+            if let Some(levels) = &mut task.levels {
+                levels.add(i, value);
             }
             found.clear();
         }

@@ -37,7 +37,7 @@ pub(super) fn pass(
     let (first, end) = (samples.start * tasks, samples.end * tasks);
     let mut stats = Stats::default();
     let mut image = vec![Spectrum::ZERO; pixels];
-    let mut layered = Layered::new(film.parts_mut(source.group).1, pixels);
+    let mut layered = Layered::new(film.parts_mut(source.group).layers, pixels);
     for start in (first..end).step_by(BLOCK as usize) {
         let parts: Vec<(Part, Stats)> = (start..end.min(start + BLOCK))
             .into_par_iter()
@@ -66,10 +66,15 @@ pub(super) fn pass(
             }
             let sum = image.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
             film.add_whole(source.group, sum / pixels as f64);
-            for (pixel, value) in film.group_mut(source.group).iter_mut().zip(&mut image) {
-                add(pixel, std::mem::take(value), &mut stats.not_finite);
+            let mut parts = film.parts_mut(source.group);
+            let mut levels = parts.cascade.as_mut().map(|c| c.levels_mut());
+            for (i, (pixel, value)) in parts.pixels.iter_mut().zip(&mut image).enumerate() {
+                let value = add(pixel, std::mem::take(value), &mut stats.not_finite);
+                if let Some(levels) = &mut levels {
+                    levels.add(i, value);
+                }
             }
-            if let (Some(layered), Some(layers)) = (&mut layered, film.parts_mut(source.group).1) {
+            if let (Some(layered), Some(layers)) = (&mut layered, parts.layers) {
                 layered.finish(layers);
             }
             if let Some(strategies) = strategies.as_deref_mut() {

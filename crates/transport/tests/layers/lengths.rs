@@ -57,7 +57,7 @@ fn all_within(parts: &Parts, low: f64, high: f64, depth: u32) {
         ..Decomposition::default()
     };
     for integrator in bounded(depth) {
-        let rendering = shoot((integrator, decomposition), parts, 512, 1);
+        let rendering = shoot((integrator, decomposition), parts, 256, 1);
         let [inside, under, over] = means(&rendering)[..] else {
             panic!("three layers");
         };
