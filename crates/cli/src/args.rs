@@ -5,6 +5,7 @@ use clap::{Args as ClapArgs, Parser, Subcommand};
 use glam::DVec3;
 use std::path::PathBuf;
 use std::time::Duration;
+use transport::render::Measure;
 
 /// Renders light in media of continuously varying refractive index.
 #[derive(Debug, Parser)]
@@ -88,6 +89,14 @@ pub struct RenderArgs {
     /// Stop after this time, for example 30s, 2m or 1h30m; --spp is then an upper bound.
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub time: Option<Duration>,
+    /// Stop when the measured error is down to this part of the image's mean, for example 0.01; --spp is
+    /// then an upper bound. Stopping by measured errors biases the mean slightly.
+    #[arg(long, value_name = "X", value_parser = positive)]
+    pub target_error: Option<f64>,
+    /// What --target-error is of: image, the standard error of the image's mean (default), or pixel, the
+    /// root mean square of those of all pixels.
+    #[arg(long, value_name = "WHAT", requires = "target_error", value_parser = measure)]
+    pub target: Option<Measure>,
     /// Estimator, instead of the scene's: path, particle or bdpt. Parameters that all have in common
     /// stay those of the scene.
     #[arg(long, value_name = "NAME")]
@@ -166,6 +175,12 @@ fn define(text: &str) -> Result<(String, String), String> {
 const MOST_RAYS: u64 = 1_000_000;
 /// Beyond the largest machines.
 const MOST_THREADS: u64 = 4096;
+
+fn measure(text: &str) -> Result<Measure, String> {
+    let of = |measure: &Measure| measure.name() == text;
+    let known = [Measure::Image, Measure::Pixel].into_iter().find(of);
+    known.ok_or_else(|| format!("expected one of: {}", Measure::NAMES.join(", ")))
+}
 
 fn samples(text: &str) -> Result<u64, String> {
     whole(text, u64::MAX).ok_or_else(|| "expected a whole number, at least 1".into())

@@ -8,6 +8,7 @@ mod commands;
 mod config;
 mod failure;
 mod interrupt;
+mod layers;
 mod load;
 mod numbers;
 mod outputs;

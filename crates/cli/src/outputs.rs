@@ -8,18 +8,21 @@ use std::path::Path;
 use transport::Film;
 use transport::render::{Rendering, StrategyImage};
 
-/// A film as an image: its mean, and layers `variance` (of the mean) and `samples` (their number).
+/// A film as an image: its mean, and layers `variance` (of the mean), `samples` (their number), and
+/// `reweighted` if it was asked for.
 pub fn layers(film: &Film, names: &[String], attributes: Vec<(String, String)>) -> ImageLayers {
     let counts = film.counts().into_iter().map(|n| n as f32).collect();
     let samples = Layer {
         name: "samples".into(),
         channels: vec![("N".into(), counts)],
     };
-    let layers = vec![
+    let mut layers = vec![
         layer("", &film.mean(), names),
         layer("variance", &film.variance(), names),
         samples,
     ];
+    let reweighted = film.reweighted();
+    layers.extend(reweighted.map(|values| layer("reweighted", &values, names)));
     image(film, layers, attributes)
 }
 
@@ -45,7 +48,8 @@ pub fn strategies(
     image(&rendering.film, layers, attributes)
 }
 
-fn layer(name: &str, values: &[f32], channels: &[String]) -> Layer {
+/// A layer from channels that are interleaved.
+pub fn layer(name: &str, values: &[f32], channels: &[String]) -> Layer {
     let planes = planes(values, channels.len());
     Layer {
         name: name.into(),
@@ -62,7 +66,7 @@ fn image(film: &Film, layers: Vec<Layer>, attributes: Vec<(String, String)>) -> 
     }
 }
 
-/// Writes an image, completely or not at all.
+/// Writes an image, completely or not at all; an EXR file holds all of its layers, the others the main one.
 pub fn write(
     path: &Path,
     format: ImageFormat,

@@ -1,6 +1,7 @@
 //! What is reported of a render: in one line, in the attributes of images, and as JSON.
 
 use crate::args::RenderArgs;
+use crate::layers::Naming;
 use crate::load::file_name;
 use crate::numbers;
 use io::Loaded;
@@ -16,6 +17,8 @@ pub enum Stopped {
     Interrupted,
     /// Its time was over.
     Time,
+    /// Its error was small enough.
+    Target,
 }
 
 /// A render that is done.
@@ -57,9 +60,15 @@ impl Report<'_> {
             format!("mean {}", numbers::with_error(mean, error)),
             connections(&self.rendering.stats.connections),
         ];
+        parts.extend(self.target_line());
         let stats = &self.rendering.stats;
         if stats.connections.capped > 0 {
             parts.push(bias(stats.connections.capped));
+        }
+        let naming = Naming::of(self.loaded);
+        let outside = naming.map_or(0.0, |n| n.outside(&self.rendering.film));
+        if outside > 0.0 {
+            parts.push(format!("{} outside of all bins", numbers::percent(outside)));
         }
         for (count, what) in [
             (stats.lost, "rays lost"),
@@ -89,7 +98,12 @@ impl Report<'_> {
             ("lost", stats.lost.to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];
-        pairs.map(|(name, value)| (name.to_owned(), value)).into()
+        let naming = Naming::of(self.loaded);
+        let axes = naming.map(|n| ("decomposition", Value::from(n.axes()).to_string()));
+        let pairs = pairs.into_iter().chain(axes);
+        pairs
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect()
     }
 
     /// The command's options that decide what is computed.
@@ -97,6 +111,8 @@ impl Report<'_> {
         let args = self.args;
         let mut options = vec![format!("--seed {}", args.seed)];
         options.extend(args.spp.map(|n| format!("--spp {n}")));
+        options.extend(args.target_error.map(|x| format!("--target-error {x}")));
+        options.extend(args.target.map(|m| format!("--target {}", m.name())));
         options.extend(
             args.integrator
                 .iter()
@@ -109,6 +125,36 @@ impl Report<'_> {
                 .map(|(k, v)| format!("-D {k}={v}")),
         );
         options.join(" ")
+    }
+
+    /// The error that was wanted, and what became of it.
+    fn target(&self) -> Option<Value> {
+        let measure = self.args.target.unwrap_or_default();
+        self.args.target_error.map(|wanted| {
+            let error = measure.error(&self.rendering.film);
+            json!({
+                "measure": measure.name(),
+                "wanted": wanted,
+                "error": error.is_finite().then_some(error),
+                "reached": self.rendering.reached,
+                "possible_bias": self.rendering.reached.then_some("stopping by measured error"),
+            })
+        })
+    }
+
+    /// The same in a few words.
+    fn target_line(&self) -> Option<String> {
+        let wanted = self.args.target_error?;
+        let measure = self.args.target.unwrap_or_default();
+        let error = numbers::percent(measure.error(&self.rendering.film));
+        let outcome = match self.rendering.reached {
+            true => "reached: slight bias by stopping".into(),
+            false => format!("of {} not reached", numbers::percent(wanted)),
+        };
+        Some(format!(
+            "{} error {error}, target {outcome}",
+            measure.name()
+        ))
     }
 
     /// Which branches connections look for.
@@ -163,6 +209,7 @@ impl Report<'_> {
             "stopped": self.stopped.map(|s| match s {
                 Stopped::Interrupted => "interrupted",
                 Stopped::Time => "time",
+                Stopped::Target => "target",
             }),
             "threads": self.threads,
             "seconds": self.elapsed.as_secs_f64(),
@@ -173,9 +220,11 @@ impl Report<'_> {
             "channels": self.loaded.channel_names,
             "mean": mean,
             "standard_error": error,
+            "target": self.target(),
             "counters": counters(stats),
             "branches": self.branches(),
             "connections": self.connections(),
+            "decomposition": Naming::of(self.loaded).map(|n| n.json(film)),
         })
     }
 }

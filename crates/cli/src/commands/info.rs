@@ -2,6 +2,7 @@
 
 use crate::args::SceneArgs;
 use crate::failure::Failure;
+use crate::layers::Naming;
 use crate::load::{file_name, load};
 use crate::numbers::{bytes, percent, plain};
 use eikonal::Uniqueness;
@@ -12,8 +13,8 @@ use io::diagnostic::Style;
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
-use transport::film::Pixel;
 use transport::medium::Texture;
+use transport::render::{Options, memory};
 use transport::scene::MediumId;
 use transport::sensor::Sensor;
 use transport::{Scene, Spectrum};
@@ -42,11 +43,7 @@ fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Re
         film.height,
         loaded.channel_names.join(" ")
     )?;
-    writeln!(
-        out,
-        "               {}",
-        bytes(film_memory(scene, loaded.groups.len()))
-    )?;
+    film_layers(out, loaded)?;
     writeln!(
         out,
         "  sampling     {} samples per pixel, integrator {}",
@@ -72,10 +69,36 @@ fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Re
     writeln!(out)
 }
 
-/// Bytes of the film while it is rendered.
-fn film_memory(scene: &Scene, groups: usize) -> usize {
-    let film = scene.film();
-    film.width * film.height * groups * size_of::<Pixel>()
+/// How light is told apart, and the bytes that all films take while they are rendered.
+fn film_layers(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
+    let scene = loaded.scene();
+    let mut options = Options {
+        decomposition: loaded.layering.decomposition,
+        reweight: loaded.reweight,
+        ..Options::new(loaded.integrator, loaded.samples, 0)
+    };
+    if let Some(naming) = Naming::of(loaded) {
+        writeln!(out, "               {}", naming.describe())?;
+        let around = scene.around();
+        if options.decomposition.length.is_some() {
+            writeln!(
+                out,
+                "               light from outside counts from the ball of radius {} around {}",
+                plain(around.radius),
+                point(around.center)
+            )?;
+        }
+    }
+    let image = bytes(memory(scene.film(), &options));
+    options.strategies = true;
+    let strategies = match loaded.integrator.splats() {
+        true => format!(
+            "; up to {} with --strategies",
+            bytes(memory(scene.film(), &options))
+        ),
+        false => String::new(),
+    };
+    writeln!(out, "               {image}{strategies}")
 }
 
 fn sensor(scene: &Scene) -> String {

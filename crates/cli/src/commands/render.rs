@@ -3,6 +3,7 @@
 use crate::args::RenderArgs;
 use crate::config::ImageFormat;
 use crate::failure::Failure;
+use crate::layers::{self, Naming};
 use crate::progress::{self, Goal};
 use crate::report::{Report, Stopped};
 use crate::{config, interrupt, load, numbers, outputs};
@@ -14,8 +15,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
-use transport::film::Pixel;
-use transport::render::{Options, Rendering, render_counted};
+use transport::render::{Options, Rendering, Target, memory, render_counted};
 
 /// Renders a scene and writes its images.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
@@ -26,12 +26,12 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
         load::warn(&loaded);
     }
     check_strategies(args, &loaded)?;
-    check_memory(&loaded)?;
+    check_memory(args, &loaded)?;
     let interrupted = interrupt::watch()?;
-    // A time limit replaces the scene's number of samples, but not that of the command line.
-    let requested = match args.time {
-        Some(_) => args.spp,
-        None => Some(loaded.samples),
+    // Other limits replace the scene's number of samples, but not that of the command line.
+    let requested = match (args.time, args.target_error) {
+        (None, None) => Some(loaded.samples),
+        _ => args.spp,
     };
     let started = Instant::now();
     let (rendering, stopped) = run(args, &loaded, requested, &pool, &interrupted);
@@ -61,10 +61,17 @@ fn write(
     report: &Report,
 ) -> Result<(), Failure> {
     let names = &report.loaded.channel_names;
-    let image = outputs::layers(&report.rendering.film, names, report.attributes());
+    let film = &report.rendering.film;
+    let mut image = outputs::layers(film, names, report.attributes());
+    if images.iter().any(|(_, format)| *format == ImageFormat::Exr) {
+        layers::extend(&mut image, film, report.loaded);
+    }
     let images = images
         .iter()
-        .map(|(path, format)| outputs::write(path, *format, &image, args.exposure));
+        .map(|(path, format)| match (format, Naming::of(report.loaded)) {
+            (ImageFormat::Npy, Some(naming)) => naming.write_array(path, film),
+            _ => outputs::write(path, *format, &image, args.exposure),
+        });
     let strategies = args.strategies.iter().map(|path| {
         let image = outputs::strategies(report.rendering, names, report.attributes());
         outputs::write(path, ImageFormat::Exr, &image, 0.0)
@@ -97,19 +104,35 @@ fn check_strategies(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
 }
 
 /// A film that does not fit into memory would end the program without a word.
-fn check_memory(loaded: &Loaded) -> Result<(), Failure> {
+fn check_memory(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
     let film = loaded.scene().film();
-    let pixels = film.width * film.height * loaded.groups.len();
-    let size = numbers::bytes(pixels.saturating_mul(size_of::<Pixel>()));
+    let bytes = memory(film, &options(args, loaded));
     let message = |_| {
         let (width, height) = (film.width, film.height);
+        let layers = Naming::of(loaded).map(|n| format!(" with {}", n.describe()));
+        let strategies = args.strategies.is_some().then_some(" with --strategies");
         Failure::Runtime(format!(
-            "a film of {width} × {height} pixels needs {size} of memory"
+            "a film of {width} × {height} pixels{}{} needs {} of memory",
+            layers.unwrap_or_default(),
+            strategies.unwrap_or_default(),
+            numbers::bytes(bytes)
         ))
     };
-    Vec::<Pixel>::new()
-        .try_reserve_exact(pixels)
-        .map_err(message)
+    Vec::<u8>::new().try_reserve_exact(bytes).map_err(message)
+}
+
+/// How a scene is to be rendered.
+fn options(args: &RenderArgs, loaded: &Loaded) -> Options {
+    Options {
+        strategies: args.strategies.is_some(),
+        decomposition: loaded.layering.decomposition,
+        reweight: loaded.reweight,
+        target: args.target_error.map(|error| Target {
+            error,
+            measure: args.target.unwrap_or_default(),
+        }),
+        ..Options::new(loaded.integrator, loaded.samples, args.seed)
+    }
 }
 
 fn pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
@@ -134,10 +157,8 @@ fn run(
         time: args.time,
     };
     let options = Options {
-        integrator: loaded.integrator,
         samples: requested.unwrap_or(u64::MAX),
-        seed: args.seed,
-        strategies: args.strategies.is_some(),
+        ..options(args, loaded)
     };
     let (counter, started) = (AtomicU64::new(0), Instant::now());
     let mut stopped = None;
@@ -157,5 +178,6 @@ fn run(
             })
         })
     });
+    let stopped = stopped.or(rendering.reached.then_some(Stopped::Target));
     (rendering, stopped)
 }

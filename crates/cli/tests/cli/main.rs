@@ -3,6 +3,7 @@
 mod connect;
 mod errors;
 mod info;
+mod layers;
 mod limits;
 mod render;
 mod strategies;

@@ -21,6 +21,8 @@ pub(super) struct Context<'a> {
     pub index_open: Vec<bool>,
     pub objects: Vec<Object>,
     pub emitters: Vec<Emitter>,
+    /// Ids of the emitters, or of the shapes that they cover.
+    pub emitter_ids: Vec<Option<String>>,
     /// What each object's description says of its two sides.
     pub wishes: Vec<super::sides::Wish>,
     pub places: Places,
@@ -52,6 +54,7 @@ impl<'a> Context<'a> {
             index_open: vec![true],
             objects: Vec::new(),
             emitters: Vec::new(),
+            emitter_ids: Vec::new(),
             wishes: Vec::new(),
             places: Places {
                 media: vec![None],

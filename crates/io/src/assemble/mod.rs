@@ -7,6 +7,7 @@ mod channels;
 mod context;
 mod emitter;
 mod field;
+mod film;
 mod gaps;
 mod integrator;
 mod ior;
@@ -16,6 +17,7 @@ mod shape;
 mod sides;
 mod texture;
 
+pub use film::Layering;
 pub use gaps::{Needs, Walls};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -54,6 +56,13 @@ pub struct Loaded {
     pub hash: SceneHash,
     /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths.
     pub channel_names: Vec<String>,
+    /// Names of the emitters, all different: their ids, those of their shapes, or their kinds. Without dots,
+    /// which separate the names of layers.
+    pub emitter_names: Vec<String>,
+    /// How the film tells light apart.
+    pub layering: Layering,
+    /// Whether an image with less weight for rare bright samples is wanted beside the plain one.
+    pub reweight: bool,
 }
 
 impl Loaded {
@@ -112,14 +121,12 @@ pub fn assemble(
             return Err(diagnostics);
         }
     };
-    let Some(&GroupParts {
-        integrator,
-        samples,
-        ..
-    }) = parts.first()
-    else {
+    let Some(first) = parts.first_mut() else {
         return Err(diagnostics);
     };
+    let emitter_names = std::mem::take(&mut first.emitter_names);
+    let (integrator, samples) = (first.integrator, first.samples);
+    let (layering, reweight) = (first.layering, first.reweight);
     Ok(Loaded {
         groups: parts.into_iter().map(|p| p.scene).collect(),
         integrator,
@@ -127,6 +134,9 @@ pub fn assemble(
         warnings: diagnostics,
         hash,
         channel_names: channels.names(),
+        emitter_names,
+        layering,
+        reweight,
     })
 }
 
@@ -135,6 +145,9 @@ struct GroupParts {
     scene: Scene,
     integrator: Integrator,
     samples: u64,
+    emitter_names: Vec<String>,
+    layering: Layering,
+    reweight: bool,
 }
 
 /// The scene of one channel group and how to render it; `None` after an error.
@@ -176,10 +189,15 @@ fn group_parts(
         media: context.media,
         emitters: context.emitters,
         sensor: sensor.sensor,
-        film: sensor.film,
+        film: sensor.film.spec,
         tolerance: method.tolerance,
         reflections: method.reflections,
     };
+    let mut layering = sensor.film.layering;
+    if let Some(emitters) = &mut layering.decomposition.emitters {
+        *emitters = parts.emitters.len();
+    }
+    let emitter_names = emitter::names(&context.emitter_ids, &parts.emitters);
     let places = context.places;
     let mut report = |problem: &Problem| {
         let location = match problem.subject {
@@ -219,6 +237,9 @@ fn group_parts(
                 scene,
                 integrator: method.integrator,
                 samples: sensor.samples,
+                emitter_names,
+                layering,
+                reweight: sensor.film.reweight,
             })
         }
         Err(problems) => {

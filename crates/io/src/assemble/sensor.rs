@@ -1,14 +1,14 @@
-//! Sensors and films.
+//! Sensors.
 
 use super::context::Context;
+use super::film::{self, FilmParts};
 use super::medium;
 use super::texture::affine;
 use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use glam::DAffine3;
-use transport::film::Filter;
-use transport::scene::{FilmSpec, MediumId};
+use transport::scene::MediumId;
 use transport::sensor::{Orthographic, Perspective, Sensor, ThinLens};
 
 const KNOWN: [&str; 3] = ["perspective", "thinlens", "orthographic"];
@@ -17,12 +17,9 @@ const KNOWN: [&str; 3] = ["perspective", "thinlens", "orthographic"];
 pub(super) struct SensorParts {
     pub sensor: Sensor,
     pub medium: Option<MediumId>,
-    pub film: FilmSpec,
+    pub film: FilmParts,
     pub samples: u64,
 }
-
-/// At most so many pixels along a side.
-const LARGEST_SIDE: i64 = 1 << 16;
 
 /// The sensor that an object describes; `None` after an error.
 pub(super) fn build(object: &Object, context: &mut Context) -> Option<SensorParts> {
@@ -47,7 +44,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<SensorPart
     q.float_or("near_clip", 0.0);
     q.float_or("far_clip", 0.0);
     q.finish(&[]);
-    let film = self::film(film.as_deref(), context);
+    let film = film::build(film.as_deref(), context);
     let samples = self::samples(sampler.as_deref(), context);
     let medium = inside.map(|m| medium::medium(&m, context));
     let Some(optics) = optics else {
@@ -55,7 +52,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<SensorPart
         return None;
     };
     Some(SensorParts {
-        sensor: optics.sensor(frame, film.width as f64 / film.height as f64),
+        sensor: optics.sensor(frame, film.spec.width as f64 / film.spec.height as f64),
         medium,
         film,
         samples,
@@ -123,56 +120,6 @@ impl Optics {
             Optics::Orthographic => Sensor::Orthographic(Orthographic::new(frame, aspect)),
         }
     }
-}
-
-fn film(object: Option<&Object>, context: &mut Context) -> FilmSpec {
-    let channels = context.channels.count();
-    let mut spec = FilmSpec {
-        width: 768,
-        height: 576,
-        channels,
-        filter: Filter::Gaussian { stddev: 0.5 },
-    };
-    let Some(object) = object else {
-        return spec;
-    };
-    if object.plugin != "hdrfilm" {
-        unknown_plugin(object, &["hdrfilm"], context.diagnostics);
-        return spec;
-    }
-    let mut q = Query::new(object, context.diagnostics);
-    spec.width = q.integer_in("width", 1..=LARGEST_SIDE, 768) as usize;
-    spec.height = q.integer_in("height", 1..=LARGEST_SIDE, 576) as usize;
-    q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
-    q.has("wavelengths");
-    // How files are written is the command's business; Mitsuba's scene files say it here.
-    q.string_or("file_format", "openexr");
-    q.string_or("component_format", "float32");
-    let filter = q.child(PluginKind::Rfilter).cloned();
-    q.finish(&[]);
-    if let Some(object) = filter {
-        spec.filter = self::filter(&object, context);
-    }
-    spec
-}
-
-fn filter(object: &Object, context: &mut Context) -> Filter {
-    let mut q = Query::new(object, context.diagnostics);
-    let filter = match object.plugin.as_str() {
-        "box" => Filter::Box,
-        "tent" => Filter::Tent {
-            radius: q.float_in("radius", POSITIVE, 1.0),
-        },
-        "gaussian" => Filter::Gaussian {
-            stddev: q.float_in("stddev", POSITIVE, 0.5),
-        },
-        _ => {
-            unknown_plugin(object, &["box", "tent", "gaussian"], context.diagnostics);
-            return Filter::Box;
-        }
-    };
-    q.finish(&[]);
-    filter
 }
 
 fn samples(object: Option<&Object>, context: &mut Context) -> u64 {

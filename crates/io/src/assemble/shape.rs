@@ -49,7 +49,7 @@ pub(super) fn add(object: &Object, context: &mut Context) {
         indices: surface.indices,
     };
     let index = context.objects.len();
-    let emitter = light.and_then(|l| emitter::add_area(&l, index, context));
+    let emitter = light.and_then(|l| emitter::add_area(&l, (object, index), context));
     let shape = match geometry {
         Some(Ok(shape)) => shape.with_flipped_normals(flip),
         Some(Err(error)) => {

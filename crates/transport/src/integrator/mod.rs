@@ -53,12 +53,7 @@ impl Integrator {
         };
         let lanes = Spectrum(std::array::from_fn(lane));
         match self {
-            Integrator::Path(path) => out.push(Contribution {
-                image: None,
-                strategy: (0, 0),
-                value: path.radiance(scene, ray, channels, sampler, ws),
-                weight: 1.0,
-            }),
+            Integrator::Path(path) => path.sample(scene, ray, channels, (sampler, ws), out),
             Integrator::Particle(particle) => {
                 particle.sample(scene, ray, lanes, (sampler, ws), out);
             }

@@ -155,7 +155,8 @@ pub struct Edge {
     pub weight: Spectrum,
     /// What connections must know of it.
     pub tube: Tube,
-    /// Optical path length up to the end.
+    /// Optical path length up to the end; of an edge that escapes, up to where light that comes this way
+    /// is taken to start (see [`super::lead_in`]).
     pub optical_length: f64,
     /// Whether connections look for such ways: see [`super`].
     pub connectable: bool,
@@ -194,5 +195,18 @@ impl Edge {
         let span = lead.get(i).or(lead.last())?;
         let theta = span.arc.theta_at_length(s - span.length_before);
         Some(span.at(theta.min(span.theta_end)))
+    }
+
+    /// Optical path length from the start to the point at an arc length, before the first specular event.
+    pub fn optical_length_at(&self, s: f64) -> f64 {
+        let mut length = 0.0;
+        for span in self.lead() {
+            if span.length_after() >= s {
+                let theta = span.arc.theta_at_length(s - span.length_before);
+                return length + span.arc.optical_length(theta.min(span.theta_end));
+            }
+            length += span.arc.optical_length(span.theta_end);
+        }
+        length
     }
 }

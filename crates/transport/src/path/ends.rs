@@ -2,6 +2,7 @@
 
 use super::Workspace;
 use super::edge::{Carry, Front, Start};
+use super::length::lead_in;
 use super::link::Goal;
 use super::subpath::{Ray, Subpath, Walker};
 use super::walk::leave;
@@ -82,6 +83,7 @@ impl LightPath {
             start,
             pdf: emission.pdf,
             throughput: emission.emitted * bounds.white() / (density * emission.pdf),
+            optical_length: -lead_in(scene, index),
         };
         let goal = Goal::emitter(scene, index, emission.aim);
         let subpath = bounds
@@ -122,6 +124,7 @@ pub fn sensor_path(
         },
         pdf: density,
         throughput: bounds.white() * (n * n),
+        optical_length: 0.0,
     };
     let goal = Goal::sensor(scene, aim);
     bounds

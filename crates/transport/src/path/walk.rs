@@ -2,6 +2,7 @@
 
 use super::Workspace;
 use super::edge::{Carry, Edge, End, Front, Span, Start};
+use super::length::to_entrance;
 use super::tube::{self, Tube};
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Surface};
@@ -137,7 +138,7 @@ impl<'a> Walk<'a> {
             }
             if straight {
                 self.tangents = step.end.variation;
-                return self.escape(step.end.v);
+                return self.escape(step.end.x, step.end.v);
             }
             let outside =
                 step.end.x.distance(self.scene.around().center) > 1.01 * self.scene.around().radius;
@@ -303,13 +304,15 @@ impl<'a> Walk<'a> {
         true
     }
 
-    fn escape(&mut self, v: DVec3) -> bool {
+    fn escape(&mut self, x: DVec3, v: DVec3) -> bool {
         if !self.collided {
+            let (n, toward) = (v.length(), v.normalize());
+            self.edge.optical_length += to_entrance(self.scene, n, x, toward);
             let last = self.edge.spans.last();
             self.reach -= last.map_or(0.0, |s| s.arc.optical_length(s.theta_end));
             self.edge.tube.geometry = tube::to_plane(&self.tangents, v, self.jump);
             self.edge.end = End::Escaped {
-                direction: v.normalize(),
+                direction: toward,
                 medium: self.medium,
             };
         }

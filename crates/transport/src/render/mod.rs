@@ -1,14 +1,18 @@
 //! Rendering: samples spread over threads, with results that depend on the seed alone.
 
+mod memory;
 mod pilot;
 mod pixels;
 mod source;
 mod splats;
 mod strategies;
+mod target;
 
+pub use memory::memory;
 pub use strategies::StrategyImage;
+pub use target::{Measure, Target};
 
-use crate::film::Film;
+use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
 use crate::scene::Scene;
 use crate::stats::Stats;
@@ -17,6 +21,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::AtomicU64;
 use std::time::{Duration, Instant};
 use strategies::Strategies;
+use target::Watch;
 
 /// Passes grow until they take about this long: progress is seen and cancelling is quick, and
 /// waiting for the last thread at the end of a pass costs little.
@@ -33,6 +38,27 @@ pub struct Options {
     pub seed: u64,
     /// Whether an image of each strategy of a bidirectional estimator is wanted.
     pub strategies: bool,
+    /// How light is told apart on the film.
+    pub decomposition: Decomposition,
+    /// Whether samples are sorted by brightness, so that [`Film::reweighted`] is known.
+    pub reweight: bool,
+    /// Error at which the render ends, before it has all its samples.
+    pub target: Option<Target>,
+}
+
+impl Options {
+    /// Nothing but the image.
+    pub fn new(integrator: Integrator, samples: u64, seed: u64) -> Self {
+        Options {
+            integrator,
+            samples,
+            seed,
+            strategies: false,
+            decomposition: Decomposition::default(),
+            reweight: false,
+            target: None,
+        }
+    }
 }
 
 /// How far a render has got.
@@ -56,6 +82,8 @@ pub struct Rendering {
     /// Probability with which connections that may not be unique were searched for further branches:
     /// the largest over the channel groups.
     pub search: f64,
+    /// Whether the render ended because its error was small enough.
+    pub reached: bool,
     /// One image for each strategy, if they were wanted.
     pub strategies: Vec<StrategyImage>,
 }
@@ -82,7 +110,9 @@ pub fn render_counted(
     mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
     let spec = scenes[0].film();
-    let mut film = Film::new(spec.width, spec.height, spec.channels);
+    let mut film = Film::new(spec.width, spec.height, spec.channels)
+        .decomposed(options.decomposition)
+        .sorted(options.reweight);
     let mut stats = Stats::default();
     let mut strategies = options.strategies.then(|| Strategies::new(spec));
     let sources: Vec<Source> = scenes
@@ -90,10 +120,12 @@ pub fn render_counted(
         .enumerate()
         .map(|(group, scene)| Source::new(scene, options, group))
         .collect();
-    let (mut done, mut next) = (0, 1);
+    let mut watch = options.target.map(Watch::new);
+    let (mut done, mut next, mut reached) = (0, 1, false);
     while done < options.samples {
         let started = Instant::now();
-        next = next.min(options.samples - done);
+        let look = watch.as_ref().map_or(u64::MAX, Watch::next);
+        next = next.min(options.samples.min(look) - done);
         for source in &sources {
             let range = done..done + next;
             stats += match options.integrator.splats() {
@@ -109,6 +141,10 @@ pub fn render_counted(
         if on_pass(&progress).is_break() {
             break;
         }
+        reached = watch.as_mut().is_some_and(|w| w.is_over(done, &film));
+        if reached {
+            break;
+        }
         next = longer_or_shorter(next, started.elapsed());
     }
     Rendering {
@@ -116,6 +152,7 @@ pub fn render_counted(
         stats,
         samples: done,
         search: sources.iter().map(|s| s.search).fold(0.0, f64::max),
+        reached,
         strategies: strategies.map_or(Vec::new(), Strategies::into_images),
     }
 }

@@ -71,12 +71,15 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Adds a sample to a pixel. One that is not finite is counted and scored zero.
-pub(super) fn add(pixel: &mut Pixel, value: Spectrum, not_finite: &mut u64) {
-    if value.is_finite() {
-        pixel.add(value);
-    } else {
-        *not_finite += 1;
-        pixel.add(Spectrum::ZERO);
-    }
+/// Adds a sample to a pixel, and returns it. One that is not finite is counted and scored zero.
+pub(super) fn add(pixel: &mut Pixel, value: Spectrum, not_finite: &mut u64) -> Spectrum {
+    let value = match value.is_finite() {
+        true => value,
+        false => {
+            *not_finite += 1;
+            Spectrum::ZERO
+        }
+    };
+    pixel.add(value);
+    value
 }

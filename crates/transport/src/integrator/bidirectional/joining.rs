@@ -97,7 +97,7 @@ impl Joining<'_> {
         };
         let goal = Goal::emitter(scene, index, aim.aim);
         self.link(&z.vertex, &goal, |link| {
-            setting.direct(stations, link, (emitter, &aim))
+            setting.direct(stations, link, (index, &aim))
         });
     }
 
