@@ -42,9 +42,7 @@ pub fn trace(
     ws.stats.edges += 1;
     let mut walk = Walk::new(scene, start, sampling, sampler);
     while walk.region(ws) {}
-    if matches!(walk.edge.end, End::Dead) && walk.lost {
-        ws.stats.lost += 1;
-    }
+    ws.stats.lost += u64::from(walk.edge.lost);
     let reach = scene.branch_reach();
     walk.edge.connectable &=
         reach.includes(walk.reach, walk.reflections, walk.edge.tube.reflections)
@@ -60,7 +58,6 @@ struct Walk<'a> {
     /// Channel and optical depth of the collision that was drawn.
     target: (usize, f64),
     collided: bool,
-    lost: bool,
     x: DVec3,
     v: DVec3,
     tangents: Tangents,
@@ -88,7 +85,6 @@ impl<'a> Walk<'a> {
             sampling,
             target: (channel, target),
             collided: false,
-            lost: false,
             x: start.x,
             v: start.direction * n,
             tangents: tangents(scene, &start),
@@ -108,6 +104,7 @@ impl<'a> Walk<'a> {
                 tube: Tube::new(),
                 optical_length: 0.0,
                 connectable: true,
+                lost: false,
             },
         }
     }
@@ -125,8 +122,8 @@ impl<'a> Walk<'a> {
                 return self.die(true);
             }
             let hit = self.scene.first_hit(&step.arc);
-            let theta_end = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
-            self.record(&step, theta_end);
+            let theta_end = hit.map_or(1.0, |(_, hit)| hit.theta);
+            self.record(&step, hit);
             if self.collided && !self.sampling.extend {
                 return false;
             }
@@ -148,8 +145,9 @@ impl<'a> Walk<'a> {
     }
 
     /// Adds one arc, and the collision if it happens there.
-    fn record(&mut self, step: &Step<Tangents>, theta_end: f64) {
+    fn record(&mut self, step: &Step<Tangents>, hit: Option<(usize, Hit)>) {
         let arc = step.arc;
+        let theta_end = hit.map_or(1.0, |(_, hit)| hit.theta);
         let medium = self.scene.medium(self.medium);
         let attenuation = Attenuation::new(medium, &arc, theta_end);
         let span = Span {
@@ -160,6 +158,8 @@ impl<'a> Walk<'a> {
             length_before: self.length,
             depth_before: self.depth,
             weight_before: self.edge.weight,
+            events_before: self.edge.tube.events,
+            surface: hit,
         };
         if !self.collided {
             let (channel, target) = self.target;
@@ -319,7 +319,7 @@ impl<'a> Walk<'a> {
     fn die(&mut self, lost: bool) -> bool {
         if !self.collided {
             self.edge.end = End::Dead;
-            self.lost = lost;
+            self.edge.lost = lost;
         }
         false
     }

@@ -1,11 +1,13 @@
 //! Rendering: samples spread over threads, with results that depend on the seed alone.
 
+mod measure;
 mod pilot;
 mod pixels;
 mod source;
 mod splats;
 mod strategies;
 
+pub use measure::{MeasureError, MeasureOptions, Measurement, measure};
 pub use strategies::StrategyImage;
 
 use crate::film::Film;
