@@ -27,6 +27,7 @@ pub use reading::{Axis, Reading};
 pub use tally::{Part, Tally};
 
 use crate::Spectrum;
+use crate::emitter::Emitter;
 use crate::path::Workspace;
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
@@ -97,15 +98,16 @@ impl<'a> Setup<'a> {
     ) -> Option<Self> {
         let shape = |object: usize| &scene.objects()[object].shape;
         let emitters = scene.emitters().iter();
-        let powers: Vec<Spectrum> = emitters.map(|e| e.power(scene.around(), shape)).collect();
+        let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < channels))));
+        let power = |e: &Emitter| e.power(scene.around(), shape) * white;
+        let powers: Vec<Spectrum> = emitters.map(power).collect();
         let weights: Vec<f64> = powers.iter().map(|power| power.sum()).collect();
-        let used = |c: usize| f64::from(u8::from(c < channels));
         Some(Setup {
             scene,
             meters,
             choice: Discrete::new(&weights).ok()?,
             emitted: powers.into_iter().fold(Spectrum::ZERO, |sum, p| sum + p),
-            lanes: Spectrum(std::array::from_fn(|c| used(c) / channels as f64)),
+            lanes: white / channels as f64,
             channels,
             max_depth,
             rr_depth,
