@@ -9,6 +9,7 @@ mod config;
 mod failure;
 mod interrupt;
 mod load;
+mod measured;
 mod numbers;
 mod outputs;
 mod progress;

@@ -18,6 +18,16 @@ pub enum Stopped {
     Time,
 }
 
+impl Stopped {
+    /// As statistics name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stopped::Interrupted => "interrupted",
+            Stopped::Time => "time",
+        }
+    }
+}
+
 /// A render that is done.
 #[derive(Debug)]
 pub struct Report<'a> {
@@ -160,10 +170,7 @@ impl Report<'_> {
             "seed": self.args.seed,
             "spp": self.rendering.samples,
             "spp_requested": self.requested,
-            "stopped": self.stopped.map(|s| match s {
-                Stopped::Interrupted => "interrupted",
-                Stopped::Time => "time",
-            }),
+            "stopped": self.stopped.map(Stopped::name),
             "threads": self.threads,
             "seconds": self.elapsed.as_secs_f64(),
             "samples": film.samples(),
@@ -191,7 +198,8 @@ fn connections(connections: &Connections) -> String {
     }
 }
 
-fn counters(stats: &Stats) -> Value {
+/// Counts of a run, as JSON.
+pub fn counters(stats: &Stats) -> Value {
     json!({
         "paths": stats.paths,
         "edges": stats.edges,

@@ -11,12 +11,14 @@ mod gaps;
 mod integrator;
 mod ior;
 mod medium;
+mod meter;
 mod sensor;
 mod shape;
 mod sides;
 mod texture;
 
 pub use gaps::{Needs, Walls};
+pub use meter::{Gruneisen, Instrument, Normalization};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::{Query, unknown_plugin};
@@ -46,8 +48,10 @@ pub struct Loaded {
     pub groups: Vec<Scene>,
     /// Estimator.
     pub integrator: Integrator,
-    /// Samples per pixel.
+    /// Samples per pixel; particles if there are instruments.
     pub samples: u64,
+    /// Meters, if the scene has these in place of a camera.
+    pub instruments: Vec<Instrument>,
     /// What is doubtful about it.
     pub warnings: Diagnostics,
     /// Hash of the description and of all files it refers to.
@@ -112,15 +116,18 @@ pub fn assemble(
             return Err(diagnostics);
         }
     };
-    let Some(&GroupParts {
+    let Some(GroupParts {
         integrator,
         samples,
+        instruments,
         ..
     }) = parts.first()
     else {
         return Err(diagnostics);
     };
+    let (integrator, samples, instruments) = (*integrator, *samples, instruments.clone());
     Ok(Loaded {
+        instruments,
         groups: parts.into_iter().map(|p| p.scene).collect(),
         integrator,
         samples: options.samples.unwrap_or(samples),
@@ -135,6 +142,7 @@ struct GroupParts {
     scene: Scene,
     integrator: Integrator,
     samples: u64,
+    instruments: Vec<Instrument>,
 }
 
 /// The scene of one channel group and how to render it; `None` after an error.
@@ -155,7 +163,18 @@ fn group_parts(
     for &emitter in &emitters {
         emitter::add(emitter, &mut context);
     }
+    let (meters, sensors): (Vec<_>, Vec<_>) = sensors.into_iter().partition(|s| meter::is_meter(s));
+    let mut instruments = Vec::new();
     let sensor = match sensors[..] {
+        _ if !meters.is_empty() || !context.meters.is_empty() => meter::build(
+            (&meters, &sensors),
+            integrators.first().copied(),
+            &mut context,
+        )
+        .map(|(sensor, list)| {
+            instruments = list;
+            sensor
+        }),
         [sensor] => sensor::build(sensor, &mut context),
         [] => {
             context.error_at(&root.location, "the scene has no <sensor>");
@@ -184,7 +203,7 @@ fn group_parts(
     let mut report = |problem: &Problem| {
         let location = match problem.subject {
             Subject::Scene => Some(&root.location),
-            Subject::Sensor => sensors.first().map(|s| &s.location),
+            Subject::Sensor => sensors.first().or(meters.first()).map(|s| &s.location),
             Subject::Medium(i) => places.media[i].as_ref(),
             Subject::Object(i) => places.objects.get(i),
             Subject::Emitter(i) => places.emitters.get(i),
@@ -202,9 +221,13 @@ fn group_parts(
     match Scene::new(parts) {
         Ok(scene) => {
             scene.warnings().iter().for_each(&mut report);
-            gaps::warnings(&scene, &method.integrator)
-                .iter()
-                .for_each(&mut report);
+            if instruments.is_empty() {
+                let gaps = gaps::warnings(&scene, &method.integrator);
+                gaps.iter().for_each(&mut report);
+            }
+            for problem in instruments.iter().filter_map(|i| i.doubt(&scene)) {
+                report(&problem);
+            }
             if let (Some(medium), [object]) = (sensor.medium, &sensors[..])
                 && medium != scene.sensor_medium()
             {
@@ -219,6 +242,7 @@ fn group_parts(
                 scene,
                 integrator: method.integrator,
                 samples: sensor.samples,
+                instruments,
             })
         }
         Err(problems) => {
