@@ -27,7 +27,8 @@ pub enum Command {
     /// Render a scene to images.
     #[command(after_help = "Example:\n  \
         morgana render scenes/luneburg_fog.xml --spp 256 -o fog.exr -o fog.png\n\n\
-        Without -o, an EXR and a PNG file named after the scene are written to the current folder. \
+        Without -o, an EXR and a PNG file named after the scene are written to the current folder; \
+        an NPZ file if the scene has meters in place of a camera (docs/meters.md). \
         Ctrl-C stops the render and writes what there is; the same seed always gives the same image, \
         whatever the number of threads.")]
     Render(RenderArgs),
@@ -74,12 +75,17 @@ pub struct SceneArgs {
 pub struct RenderArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Image to write; its extension chooses the format: .exr, .png or .npy. May be repeated.
+    /// File to write; its extension chooses the format: .exr, .png or .npy for an image, .npz, .h5,
+    /// .nrrd or .npy for the readings of meters. May be repeated.
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Samples per pixel, instead of the scene's.
     #[arg(long, value_name = "N", value_parser = samples)]
     pub spp: Option<u64>,
+    /// Particles to follow if the scene has meters in place of a camera, for example 1e7, instead of
+    /// the scene's number.
+    #[arg(long, value_name = "N", value_parser = particles, conflicts_with = "spp")]
+    pub particles: Option<u64>,
     /// Seed of the random numbers.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
@@ -186,6 +192,17 @@ fn samples(text: &str) -> Result<u64, String> {
     whole(text, u64::MAX).ok_or_else(|| "expected a whole number, at least 1".into())
 }
 
+/// Whole numbers up to this are exact as floating-point numbers.
+const EXACT: f64 = (1u64 << 53) as f64;
+
+fn particles(text: &str) -> Result<u64, String> {
+    let number = finite(text).ok();
+    let number = number.filter(|n| n.fract() == 0.0 && (1.0..=EXACT).contains(n));
+    number
+        .map(|n| n as u64)
+        .ok_or_else(|| "expected a whole number, at least 1, such as 250000 or 1e7".into())
+}
+
 fn rays(text: &str) -> Result<usize, String> {
     bounded(text, MOST_RAYS)
 }
@@ -280,6 +297,15 @@ mod tests {
         assert_eq!(seconds("90"), Ok(90.0));
         for bad in ["", "0s", "s", "1x", "3m1h", "-1s", "1e400s", "nan"] {
             assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_particles() {
+        assert_eq!(particles("1e7"), Ok(10_000_000));
+        assert_eq!(particles("123"), Ok(123));
+        for bad in ["0", "0.5", "-1", "1e30", "many", ""] {
+            assert!(particles(bad).is_err(), "{bad}");
         }
     }
 

@@ -10,6 +10,7 @@ mod failure;
 mod interrupt;
 mod layers;
 mod load;
+mod measured;
 mod numbers;
 mod outputs;
 mod progress;

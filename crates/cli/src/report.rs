@@ -21,6 +21,17 @@ pub enum Stopped {
     Target,
 }
 
+impl Stopped {
+    /// As statistics name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stopped::Interrupted => "interrupted",
+            Stopped::Time => "time",
+            Stopped::Target => "target",
+        }
+    }
+}
+
 /// A render that is done.
 #[derive(Debug)]
 pub struct Report<'a> {
@@ -206,11 +217,7 @@ impl Report<'_> {
             "seed": self.args.seed,
             "spp": self.rendering.samples,
             "spp_requested": self.requested,
-            "stopped": self.stopped.map(|s| match s {
-                Stopped::Interrupted => "interrupted",
-                Stopped::Time => "time",
-                Stopped::Target => "target",
-            }),
+            "stopped": self.stopped.map(Stopped::name),
             "threads": self.threads,
             "seconds": self.elapsed.as_secs_f64(),
             "samples": film.samples(),
@@ -240,7 +247,8 @@ fn connections(connections: &Connections) -> String {
     }
 }
 
-fn counters(stats: &Stats) -> Value {
+/// Counts of a run, as JSON.
+pub fn counters(stats: &Stats) -> Value {
     json!({
         "paths": stats.paths,
         "edges": stats.edges,

@@ -8,6 +8,7 @@ pub mod emitter;
 pub mod film;
 pub mod integrator;
 pub mod medium;
+pub mod meter;
 pub mod path;
 pub mod phase;
 pub mod render;

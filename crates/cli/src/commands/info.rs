@@ -106,6 +106,7 @@ fn sensor(scene: &Scene) -> String {
         Sensor::Perspective(_) => "perspective",
         Sensor::ThinLens(_) => "thinlens",
         Sensor::Orthographic(_) => "orthographic",
+        Sensor::Absent(_) => "none (meters)",
     };
     let place = point(scene.sensor().position());
     let medium = scene.sensor_medium();

@@ -2,6 +2,7 @@
 
 mod connect;
 mod info;
+mod measure;
 mod render;
 mod trace;
 

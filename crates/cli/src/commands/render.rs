@@ -1,5 +1,6 @@
 //! `morgana render`.
 
+use super::measure::measure;
 use crate::args::RenderArgs;
 use crate::config::ImageFormat;
 use crate::failure::Failure;
@@ -19,9 +20,16 @@ use transport::render::{Options, Rendering, Target, memory, render_counted};
 
 /// Renders a scene and writes its images.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
-    let images = config::images(args)?;
     let pool = pool(args.threads)?;
     let loaded = load::load(&args.scene, args.integrator.as_deref(), args.spp)?;
+    if !loaded.instruments.is_empty() {
+        return measure(args, &loaded, &pool);
+    }
+    if args.particles.is_some() {
+        let message = "--particles is for scenes with meters; for a camera it is --spp";
+        return Err(Failure::Usage(message.into()));
+    }
+    let images = config::images(args)?;
     if !args.quiet {
         load::warn(&loaded);
     }
@@ -154,6 +162,7 @@ fn run(
     let goal = Goal {
         samples_per_spp: (film.width * film.height * loaded.groups.len()) as u64,
         spp: requested,
+        unit: "spp",
         time: args.time,
     };
     let options = Options {

@@ -1,5 +1,6 @@
 //! Spectral channels: luminance, RGB, or any list of wavelengths.
 
+use super::meter;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::{Object, PluginKind, SpectrumValue, Value};
 use transport::Spectrum;
@@ -19,15 +20,24 @@ pub(super) enum Channels {
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 impl Channels {
-    /// As the film of the scene's first sensor says.
+    /// As the film of the scene's first sensor says, be it that of a shape. Without a film, cameras
+    /// have three channels and meters one.
     pub fn of(root: &Object, diagnostics: &mut Diagnostics) -> Self {
-        let child = |o: &Object, kind| {
-            let mut children = o.children.iter().map(|c| c.object.clone());
-            children.find(|c| c.kind == kind)
+        let children = |o: &Object, kind| {
+            let children = o.children.iter().map(|c| c.object.clone());
+            let children: Vec<_> = children.filter(|c| c.kind == kind).collect();
+            children
         };
-        let film = child(root, PluginKind::Sensor).and_then(|s| child(&s, PluginKind::Film));
+        let mut sensors = children(root, PluginKind::Sensor);
+        let shapes = children(root, PluginKind::Shape);
+        sensors.extend(shapes.iter().flat_map(|s| children(s, PluginKind::Sensor)));
+        let first = sensors.first();
+        let film = first.and_then(|s| children(s, PluginKind::Film).first().cloned());
         let Some(film) = film else {
-            return Channels::Rgb;
+            return match first {
+                Some(sensor) if meter::is_meter(sensor) => Channels::Luminance,
+                _ => Channels::Rgb,
+            };
         };
         let text = |name: &str| {
             let property = film.properties.iter().find(|p| p.name == name)?;

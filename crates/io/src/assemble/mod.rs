@@ -12,6 +12,7 @@ mod gaps;
 mod integrator;
 mod ior;
 mod medium;
+mod meter;
 mod sensor;
 mod shape;
 mod sides;
@@ -19,6 +20,7 @@ mod texture;
 
 pub use film::Layering;
 pub use gaps::{Needs, Walls};
+pub use meter::{Gruneisen, Instrument, Normalization};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::{Query, unknown_plugin};
@@ -48,8 +50,10 @@ pub struct Loaded {
     pub groups: Vec<Scene>,
     /// Estimator.
     pub integrator: Integrator,
-    /// Samples per pixel.
+    /// Samples per pixel; particles if there are instruments.
     pub samples: u64,
+    /// Meters, if the scene has these in place of a camera.
+    pub instruments: Vec<Instrument>,
     /// What is doubtful about it.
     pub warnings: Diagnostics,
     /// Hash of the description and of all files it refers to.
@@ -127,7 +131,9 @@ pub fn assemble(
     let emitter_names = std::mem::take(&mut first.emitter_names);
     let (integrator, samples) = (first.integrator, first.samples);
     let (layering, reweight) = (first.layering, first.reweight);
+    let instruments = std::mem::take(&mut first.instruments);
     Ok(Loaded {
+        instruments,
         groups: parts.into_iter().map(|p| p.scene).collect(),
         integrator,
         samples: options.samples.unwrap_or(samples),
@@ -148,6 +154,7 @@ struct GroupParts {
     emitter_names: Vec<String>,
     layering: Layering,
     reweight: bool,
+    instruments: Vec<Instrument>,
 }
 
 /// The scene of one channel group and how to render it; `None` after an error.
@@ -168,7 +175,18 @@ fn group_parts(
     for &emitter in &emitters {
         emitter::add(emitter, &mut context);
     }
+    let (meters, sensors): (Vec<_>, Vec<_>) = sensors.into_iter().partition(|s| meter::is_meter(s));
+    let mut instruments = Vec::new();
     let sensor = match sensors[..] {
+        _ if !meters.is_empty() || !context.meters.is_empty() => meter::build(
+            (&meters, &sensors),
+            integrators.first().copied(),
+            &mut context,
+        )
+        .map(|(sensor, list)| {
+            instruments = list;
+            sensor
+        }),
         [sensor] => sensor::build(sensor, &mut context),
         [] => {
             context.error_at(&root.location, "the scene has no <sensor>");
@@ -202,7 +220,7 @@ fn group_parts(
     let mut report = |problem: &Problem| {
         let location = match problem.subject {
             Subject::Scene => Some(&root.location),
-            Subject::Sensor => sensors.first().map(|s| &s.location),
+            Subject::Sensor => sensors.first().or(meters.first()).map(|s| &s.location),
             Subject::Medium(i) => places.media[i].as_ref(),
             Subject::Object(i) => places.objects.get(i),
             Subject::Emitter(i) => places.emitters.get(i),
@@ -220,9 +238,13 @@ fn group_parts(
     match Scene::new(parts) {
         Ok(scene) => {
             scene.warnings().iter().for_each(&mut report);
-            gaps::warnings(&scene, &method.integrator)
-                .iter()
-                .for_each(&mut report);
+            if instruments.is_empty() {
+                let gaps = gaps::warnings(&scene, &method.integrator);
+                gaps.iter().for_each(&mut report);
+            }
+            for problem in instruments.iter().filter_map(|i| i.doubt(&scene)) {
+                report(&problem);
+            }
             if let (Some(medium), [object]) = (sensor.medium, &sensors[..])
                 && medium != scene.sensor_medium()
             {
@@ -240,6 +262,7 @@ fn group_parts(
                 emitter_names,
                 layering,
                 reweight: sensor.film.reweight,
+                instruments,
             })
         }
         Err(problems) => {

@@ -124,8 +124,13 @@ impl Optics {
 
 fn samples(object: Option<&Object>, context: &mut Context) -> u64 {
     const DEFAULT: i64 = 64;
+    count(object, DEFAULT, context)
+}
+
+/// The number of samples that a sampler asks for.
+pub(super) fn count(object: Option<&Object>, default: i64, context: &mut Context) -> u64 {
     let Some(object) = object else {
-        return DEFAULT as u64;
+        return default as u64;
     };
     if object.plugin != "independent" {
         let message = format!(
@@ -137,7 +142,7 @@ fn samples(object: Option<&Object>, context: &mut Context) -> u64 {
             .push(Diagnostic::warning(message).at(&object.plugin_location));
     }
     let mut q = Query::new(object, context.diagnostics);
-    let count = q.integer_in("sample_count", 1..=i64::MAX, DEFAULT);
+    let count = q.integer_in("sample_count", 1..=i64::MAX, default);
     q.has("seed");
     q.finish(&[]);
     count as u64

@@ -68,11 +68,17 @@ pub struct Span {
     pub depth_before: Spectrum,
     /// Factor of the specular events before this span.
     pub weight_before: Spectrum,
+    /// Number of specular events before this span.
+    pub events_before: u32,
+    /// The object on whose surface it ends, and where, if that is why it ends.
+    pub surface: Option<(usize, Hit)>,
 }
 
 /// A point inside a span.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
+    /// Parameter of the span's arc.
+    pub theta: f64,
     /// Position.
     pub x: DVec3,
     /// Unit direction of the ray.
@@ -93,6 +99,7 @@ impl Span {
     /// The point at θ.
     pub fn at(&self, theta: f64) -> Point {
         Point {
+            theta,
             x: self.arc.position(theta),
             direction: self.arc.velocity(theta).normalize(),
             medium: self.medium,
@@ -160,6 +167,8 @@ pub struct Edge {
     pub optical_length: f64,
     /// Whether connections look for such ways: see [`super`].
     pub connectable: bool,
+    /// Whether it is [`End::Dead`] because it was lost, not absorbed.
+    pub lost: bool,
 }
 
 impl Edge {

@@ -72,19 +72,10 @@ impl LightPath {
         ws: &mut Workspace,
     ) -> Option<Self> {
         let choice = scene.choose_emitter(sampler.next_1d());
-        let ([a, b], [c, d]) = (sampler.next_2d(), sampler.next_2d());
+        let u = (sampler.next_2d(), sampler.next_2d());
         let (index, probability) = choice?;
-        let emitter = &scene.emitters()[index];
-        let shape = |object: usize| &scene.objects()[object].shape;
-        let emission = emitter.emit(scene.around(), shape, [a, b, c, d])?;
+        let (emission, ray) = emit(scene, (index, probability), bounds.white(), u)?;
         let density = probability * emission.aim_pdf;
-        let start = start(scene, &emission.aim, (emission.x, emission.direction));
-        let ray = Ray {
-            start,
-            pdf: emission.pdf,
-            throughput: emission.emitted * bounds.white() / (density * emission.pdf),
-            optical_length: -lead_in(scene, index),
-        };
         let goal = Goal::emitter(scene, index, emission.aim);
         let subpath = bounds
             .walker(Carry::Power)
@@ -96,6 +87,27 @@ impl LightPath {
             subpath,
         })
     }
+}
+
+/// The first ray of a light subpath from an emitter that was chosen with the given probability; its
+/// throughput is the power that it carries, in the channels in which `white` is one. `None` if no light
+/// leaves along the ray that was drawn; `u` is uniform in [0, 1)⁴.
+pub fn emit(
+    scene: &Scene,
+    (emitter, probability): (usize, f64),
+    white: Spectrum,
+    ([a, b], [c, d]): ([f64; 2], [f64; 2]),
+) -> Option<(Emission, Ray)> {
+    let shape = |object: usize| &scene.objects()[object].shape;
+    let emission = scene.emitters()[emitter].emit(scene.around(), shape, [a, b, c, d])?;
+    let density = probability * emission.aim_pdf * emission.pdf;
+    let ray = Ray {
+        start: start(scene, &emission.aim, (emission.x, emission.direction)),
+        pdf: emission.pdf,
+        throughput: emission.emitted * white / density,
+        optical_length: -lead_in(scene, emitter),
+    };
+    Some((emission, ray))
 }
 
 /// A subpath from the sensor along one of its rays. It carries basic radiance, n² of the sensor

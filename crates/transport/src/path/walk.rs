@@ -43,9 +43,7 @@ pub fn trace(
     ws.stats.edges += 1;
     let mut walk = Walk::new(scene, start, sampling, sampler);
     while walk.region(ws) {}
-    if matches!(walk.edge.end, End::Dead) && walk.lost {
-        ws.stats.lost += 1;
-    }
+    ws.stats.lost += u64::from(walk.edge.lost);
     let reach = scene.branch_reach();
     walk.edge.connectable &=
         reach.includes(walk.reach, walk.reflections, walk.edge.tube.reflections)
@@ -61,7 +59,6 @@ struct Walk<'a> {
     /// Channel and optical depth of the collision that was drawn.
     target: (usize, f64),
     collided: bool,
-    lost: bool,
     x: DVec3,
     v: DVec3,
     tangents: Tangents,
@@ -89,7 +86,6 @@ impl<'a> Walk<'a> {
             sampling,
             target: (channel, target),
             collided: false,
-            lost: false,
             x: start.x,
             v: start.direction * n,
             tangents: tangents(scene, &start),
@@ -109,6 +105,7 @@ impl<'a> Walk<'a> {
                 tube: Tube::new(),
                 optical_length: 0.0,
                 connectable: true,
+                lost: false,
             },
         }
     }
@@ -126,8 +123,8 @@ impl<'a> Walk<'a> {
                 return self.die(true);
             }
             let hit = self.scene.first_hit(&step.arc);
-            let theta_end = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
-            self.record(&step, theta_end);
+            let theta_end = hit.map_or(1.0, |(_, hit)| hit.theta);
+            self.record(&step, hit);
             if self.collided && !self.sampling.extend {
                 return false;
             }
@@ -149,8 +146,9 @@ impl<'a> Walk<'a> {
     }
 
     /// Adds one arc, and the collision if it happens there.
-    fn record(&mut self, step: &Step<Tangents>, theta_end: f64) {
+    fn record(&mut self, step: &Step<Tangents>, hit: Option<(usize, Hit)>) {
         let arc = step.arc;
+        let theta_end = hit.map_or(1.0, |(_, hit)| hit.theta);
         let medium = self.scene.medium(self.medium);
         let attenuation = Attenuation::new(medium, &arc, theta_end);
         let span = Span {
@@ -161,6 +159,8 @@ impl<'a> Walk<'a> {
             length_before: self.length,
             depth_before: self.depth,
             weight_before: self.edge.weight,
+            events_before: self.edge.tube.events,
+            surface: hit,
         };
         if !self.collided {
             let (channel, target) = self.target;
@@ -322,7 +322,7 @@ impl<'a> Walk<'a> {
     fn die(&mut self, lost: bool) -> bool {
         if !self.collided {
             self.edge.end = End::Dead;
-            self.lost = lost;
+            self.edge.lost = lost;
         }
         false
     }

@@ -4,6 +4,7 @@ use super::{AMBIENT, Object, Scene};
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
 use crate::sampling::Sampler;
+use crate::sensor::Sensor;
 use eikonal::Aabb;
 use glam::DVec3;
 
@@ -130,7 +131,8 @@ fn smallest_square(scene: &Scene, id: usize, aabb: &Aabb) -> Option<(DVec3, f64)
 }
 
 fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<Problem> {
-    let inside = object.bsdf.is_opaque()
+    let inside = !matches!(scene.sensor(), Sensor::Absent(_))
+        && object.bsdf.is_opaque()
         && object.shape.is_closed()
         && object.shape.contains(scene.sensor().position());
     inside.then(|| {

@@ -314,7 +314,7 @@ impl Scene {
     /// The medium in which a sensor ray starts.
     pub(crate) fn medium_of_sensor_ray(&self, origin: DVec3) -> MediumId {
         match self.sensor() {
-            Sensor::Perspective(_) => self.sensor_medium,
+            Sensor::Perspective(_) | Sensor::Absent(_) => self.sensor_medium,
             Sensor::ThinLens(_) | Sensor::Orthographic(_) => self.medium_at(origin),
         }
     }

@@ -60,6 +60,8 @@ pub enum Sensor {
     ThinLens(ThinLens),
     /// Parallel rays.
     Orthographic(Orthographic),
+    /// None: light is measured by [meters](crate::meter). It sees nothing.
+    Absent(DAffine3),
 }
 
 impl Sensor {
@@ -70,6 +72,7 @@ impl Sensor {
             Sensor::Perspective(s) => s.ray(image),
             Sensor::ThinLens(s) => s.ray(image, lens),
             Sensor::Orthographic(s) => s.ray(image),
+            Sensor::Absent(frame) => to_world(frame, DVec3::ZERO, DVec3::Z),
         }
     }
 
@@ -77,7 +80,7 @@ impl Sensor {
     /// in [0, 1)². Importance travels along the aim's direction, so light against it.
     pub fn aim(&self, u: [f64; 2]) -> Aimed {
         match self {
-            Sensor::Perspective(_) => Aimed::only(Aim::at(self.position())),
+            Sensor::Perspective(_) | Sensor::Absent(_) => Aimed::only(Aim::at(self.position())),
             Sensor::ThinLens(s) => s.aim(u),
             Sensor::Orthographic(s) => s.aim(),
         }
@@ -86,7 +89,7 @@ impl Sensor {
     /// The aim at the point from which one of the sensor's rays starts.
     pub fn aim_from(&self, origin: DVec3) -> Aim {
         match self {
-            Sensor::Perspective(_) | Sensor::ThinLens(_) => Aim::at(origin),
+            Sensor::Perspective(_) | Sensor::ThinLens(_) | Sensor::Absent(_) => Aim::at(origin),
             Sensor::Orthographic(s) => s.aim().aim,
         }
     }
@@ -99,6 +102,7 @@ impl Sensor {
             Sensor::Perspective(s) => s.sense(direction),
             Sensor::ThinLens(s) => s.sense(start, direction),
             Sensor::Orthographic(s) => s.sense(start, direction),
+            Sensor::Absent(_) => None,
         };
         // Rays almost along the plane of the lens overflow.
         sensed.filter(|s| s.density.is_finite() && s.image.iter().all(|x| x.is_finite()))
@@ -115,6 +119,7 @@ impl Sensor {
             Sensor::Perspective(s) => s.to_world(),
             Sensor::ThinLens(s) => s.to_world(),
             Sensor::Orthographic(s) => s.to_world(),
+            Sensor::Absent(frame) => frame,
         }
     }
 

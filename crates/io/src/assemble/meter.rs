@@ -1,0 +1,339 @@
+//! Meters: instruments in place of a camera.
+
+use super::film::{FilmParts, Layering};
+use super::context::Context;
+use super::sensor::{self, SensorParts};
+use super::texture::affine;
+use crate::diagnostic::Diagnostic;
+use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::scene::{Object, PluginKind};
+use eikonal::Aabb;
+use glam::{DAffine3, DVec3};
+use transport::Scene;
+use transport::film::Filter;
+use transport::meter::{
+    Bins, Coordinates, Cosines, Estimator, FluenceMeter, Grid, IrradianceMeter, Meter, Positions,
+};
+use transport::scene::{FilmSpec, Problem, Severity, Subject};
+use transport::sensor::Sensor;
+
+const KNOWN: [&str; 2] = ["fluencemeter", "irradiancemeter"];
+/// Particles, unless a sampler says otherwise.
+const PARTICLES: i64 = 1_000_000;
+/// Most bins along an axis.
+const MOST_BINS: i64 = 1 << 20;
+/// Most cells at whose middles a meter's surroundings are probed.
+const PROBES: usize = 1 << 12;
+
+/// What readings are given in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Normalization {
+    /// As the emitters are: W, or J for pulses.
+    Absolute,
+    /// Divided by the power of all emitters (or their energy), channel by channel.
+    PerWatt,
+}
+
+/// What turns absorbed power into the pressure that a short pulse starts with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gruneisen {
+    /// Grüneisen parameter Γ ≥ 0.
+    pub parameter: f64,
+    /// Energy of the pulse in J.
+    pub pulse_energy: f64,
+    /// Length of a scene unit in m.
+    pub metres_per_unit: f64,
+}
+
+/// A meter, and what becomes of its readings.
+#[derive(Clone, Debug)]
+pub struct Instrument {
+    /// Its id, or else its type; distinct.
+    pub name: String,
+    /// What measures.
+    pub meter: Meter,
+    /// What readings are given in.
+    pub normalization: Normalization,
+    /// For initial pressures.
+    pub gruneisen: Option<Gruneisen>,
+}
+
+/// Whether a sensor is a meter.
+pub(super) fn is_meter(object: &Object) -> bool {
+    KNOWN.contains(&object.plugin.as_str())
+}
+
+/// The meters of the scene and of its shapes, and what stands for the camera; `None` after an error.
+pub(super) fn build(
+    (meters, cameras): (&[&Object], &[&Object]),
+    integrator: Option<&Object>,
+    context: &mut Context,
+) -> Option<(SensorParts, Vec<Instrument>)> {
+    if let [camera, ..] = cameras {
+        let message = "the scene has meters and a camera; it can be rendered or measured, not both";
+        context.error_at(&camera.location, message);
+    }
+    if let Some(object) = integrator.filter(|o| !["particle", "ptracer"].contains(&&*o.plugin)) {
+        let message = format!(
+            "meters follow particles from the emitters: of integrator '{}' they take max_depth, rr_depth \
+             and tolerance only",
+            object.plugin
+        );
+        let help = "write <integrator type=\"particle\">".to_owned();
+        let warning = Diagnostic::warning(message).help(help);
+        context
+            .diagnostics
+            .push(warning.at(&object.plugin_location));
+    }
+    let (mut instruments, mut particles) = (Vec::new(), 0);
+    let mut add = |object: &Object, surface, context: &mut Context| {
+        let (instrument, samples) = instrument(object, surface, context);
+        particles = samples.max(particles);
+        instruments.extend(instrument);
+    };
+    for object in meters {
+        add(object, None, context);
+    }
+    for (object, surface) in std::mem::take(&mut context.meters) {
+        add(&object, Some(surface), context);
+    }
+    distinct(&mut instruments);
+    Some((nobody(particles, context), instruments))
+}
+
+/// Stands for the camera, in the middle of everything.
+fn nobody(samples: u64, context: &Context) -> SensorParts {
+    let boxes = context.objects.iter().map(|o| o.shape.aabb());
+    let all = boxes.fold(Aabb::EMPTY, Aabb::union);
+    let middle = if all.is_empty() {
+        DVec3::ZERO
+    } else {
+        all.center()
+    };
+    SensorParts {
+        sensor: Sensor::Absent(DAffine3::from_translation(middle)),
+        medium: None,
+        film: FilmParts {
+            spec: FilmSpec {
+                width: 1,
+                height: 1,
+                channels: context.channels.count(),
+                filter: Filter::Box,
+            },
+            layering: Layering::default(),
+            reweight: false,
+        },
+        samples,
+    }
+}
+
+/// Gives meters of the same name numbers.
+fn distinct(instruments: &mut [Instrument]) {
+    let names: Vec<String> = instruments.iter().map(|i| i.name.clone()).collect();
+    for (i, instrument) in instruments.iter_mut().enumerate() {
+        if names.iter().filter(|name| **name == names[i]).count() > 1 {
+            let number = names[..=i].iter().filter(|name| **name == names[i]).count();
+            instrument.name = format!("{}_{number}", names[i]);
+        }
+    }
+}
+
+/// The meter that an object describes, on the surface of an object if it belongs to one, and the
+/// number of particles that it asks for.
+fn instrument(
+    object: &Object,
+    surface: Option<usize>,
+    context: &mut Context,
+) -> (Option<Instrument>, u64) {
+    let mut q = Query::new(object, context.diagnostics);
+    let film = q.child(PluginKind::Film).cloned();
+    let sampler = q.child(PluginKind::Sampler).cloned();
+    let words = [Normalization::Absolute, Normalization::PerWatt];
+    let normalization = words[q.one_of("normalization", &["absolute", "per_watt"])];
+    let lengths = lengths(&mut q);
+    let (mut meter, mut pressure) = (None, None);
+    match (object.plugin.as_str(), surface) {
+        ("fluencemeter", None) => {
+            pressure = gruneisen(&mut q);
+            meter = grid(&mut q).map(|(grid, estimator)| {
+                Meter::Fluence(FluenceMeter {
+                    grid,
+                    estimator,
+                    optical_length: lengths,
+                })
+            });
+            q.finish(&[]);
+        }
+        ("irradiancemeter", Some(surface)) => {
+            let resolution = ["nu", "nv"].map(|name| count(&mut q, name, 1));
+            let parts = q.boolean_or("parts", false);
+            let cosines = cosines(&mut q);
+            q.finish(&[]);
+            meter = Some(Meter::Irradiance(IrradianceMeter {
+                object: surface,
+                positions: Positions::new(&context.objects[surface].shape, resolution, parts),
+                cosines,
+                optical_length: lengths,
+            }));
+        }
+        ("irradiancemeter", None) => {
+            let message = "an irradiancemeter belongs inside the <shape> that it measures at";
+            context.error_at(&object.location, message);
+        }
+        ("fluencemeter", Some(_)) => {
+            let message =
+                "a fluencemeter measures in space: it belongs into the <scene>, not into a shape";
+            context.error_at(&object.location, message);
+        }
+        _ => unknown_plugin(object, &["irradiancemeter"], context.diagnostics),
+    }
+    if let Some(film) = film {
+        self::film(&film, context);
+    }
+    let samples = sensor::count(sampler.as_deref(), PARTICLES, context);
+    let instrument = meter.map(|meter| Instrument {
+        name: object.id.clone().unwrap_or_else(|| object.plugin.clone()),
+        meter,
+        normalization,
+        gruneisen: pressure,
+    });
+    (instrument, samples)
+}
+
+/// A meter's film has channels, but no pixels.
+fn film(object: &Object, context: &mut Context) {
+    if object.plugin != "hdrfilm" {
+        unknown_plugin(object, &["hdrfilm"], context.diagnostics);
+        return;
+    }
+    let mut q = Query::new(object, context.diagnostics);
+    q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
+    q.has("wavelengths");
+    q.finish(&[]);
+}
+
+fn count(q: &mut Query, name: &str, default: impl Into<Option<i64>>) -> usize {
+    q.integer_in(name, 1..=MOST_BINS, default) as usize
+}
+
+/// Cells and estimator of a fluence meter.
+fn grid(q: &mut Query) -> Option<(Grid, Estimator)> {
+    let words = [
+        Coordinates::Cartesian,
+        Coordinates::Cylindrical,
+        Coordinates::Spherical,
+    ];
+    let coordinates = words[q.one_of("coordinates", &["cartesian", "cylindrical", "spherical"])];
+    let names = match coordinates {
+        Coordinates::Cartesian => ["nx", "ny", "nz"],
+        Coordinates::Cylindrical => ["nr", "", "nz"],
+        Coordinates::Spherical => ["nr", "", ""],
+    };
+    let size = names.map(|name| match name {
+        "" => 1,
+        name => count(q, name, None),
+    });
+    let matrix = q.transform("to_world");
+    let to_world = affine(matrix, "to_world", q);
+    let grid = Grid::new(coordinates, size, to_world);
+    if grid.is_none() {
+        q.error(
+            "to_world",
+            "the meter's transform is singular: a scale of zero?",
+        );
+    }
+    let estimators = [Estimator::TrackLength, Estimator::Collision];
+    let estimator = estimators[q.one_of("estimator", &["track_length", "collision"])];
+    Some((grid?, estimator))
+}
+
+/// Bins of the optical path length, if any are asked for.
+fn lengths(q: &mut Query) -> Option<Bins> {
+    let names = ["min_bound", "max_bound", "bin_width"];
+    if !names.iter().fold(false, |any, name| q.has(name) || any) {
+        return None;
+    }
+    let min = q.float_in("min_bound", 0.0.., 0.0);
+    let max = q.float_in("max_bound", POSITIVE, None);
+    let width = q.float_in("bin_width", POSITIVE, None);
+    let count = (max - min) / width;
+    if !(min < max) {
+        q.error(
+            "max_bound",
+            format!("'max_bound' is {max}; it must be above 'min_bound', {min}"),
+        );
+        return None;
+    }
+    if (count - count.round()).abs() > 1e-6 * count || count.round() > MOST_BINS as f64 {
+        let message = format!(
+            "'bin_width' is {width}; the range of {} must be a whole number of bins, at most {MOST_BINS}",
+            max - min
+        );
+        q.error("bin_width", message);
+        return None;
+    }
+    Some(Bins {
+        min,
+        max,
+        count: count.round().max(1.0) as usize,
+    })
+}
+
+fn cosines(q: &mut Query) -> Option<Cosines> {
+    let axis = q.has("cosine_axis").then(|| q.vector("cosine_axis"));
+    if axis.is_none() && !q.has("cosine_bins") {
+        return None;
+    }
+    let count = count(q, "cosine_bins", None);
+    let unit = axis.and_then(DVec3::try_normalize);
+    if axis.is_some() && unit.is_none() {
+        q.error("cosine_axis", "the axis must not be zero");
+    }
+    Some(Cosines { count, axis: unit })
+}
+
+fn gruneisen(q: &mut Query) -> Option<Gruneisen> {
+    q.has("gruneisen").then(|| Gruneisen {
+        parameter: q.float_in("gruneisen", 0.0.., None),
+        pulse_energy: q.float_in("pulse_energy", POSITIVE, 1.0),
+        metres_per_unit: q.float_in("metres_per_unit", POSITIVE, 1.0),
+    })
+}
+
+impl Instrument {
+    /// What is doubtful about it in a scene: cells where it can find nothing.
+    pub(super) fn doubt(&self, scene: &Scene) -> Option<Problem> {
+        let Meter::Fluence(meter) = &self.meter else {
+            return None;
+        };
+        let cells = meter.grid.cells();
+        let step = cells.div_ceil(PROBES);
+        let clear = |cell: &usize| {
+            let medium = scene.medium_at(meter.grid.middle(*cell));
+            scene.medium(medium).is_transparent()
+        };
+        let probes = (0..cells).step_by(step);
+        let (all, clear) = (probes.len(), probes.filter(clear).count());
+        let share = 100.0 * clear as f64 / all as f64;
+        let (message, help) = match meter.estimator {
+            _ if clear == all => (
+                "lies where no medium attenuates light: nothing is absorbed there".to_owned(),
+                "check the meter's to_world, which maps the unit cube [0, 1]³ to its place",
+            ),
+            Estimator::Collision if clear > 0 => (
+                format!(
+                    "has {share:.0}% of its cells where no medium attenuates light: without collisions \
+                         its estimator finds none there"
+                ),
+                "use the estimator track_length, or a smaller meter",
+            ),
+            _ => return None,
+        };
+        Some(Problem {
+            severity: Severity::Warning,
+            subject: Subject::Sensor,
+            message: format!("the meter '{}' {message}", self.name),
+            help: help.into(),
+        })
+    }
+}
