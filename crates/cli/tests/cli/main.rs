@@ -4,6 +4,7 @@ mod connect;
 mod errors;
 mod info;
 mod limits;
+mod measure;
 mod render;
 mod strategies;
 mod support;
