@@ -21,6 +21,21 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "fluence of particles weighted by n²",
+        TRANSPORT + "meter/fluence.rs",
+        "let fluence = flight.power_at(0.0) * length;",
+        "let n2 = flight.span.arc.velocity(0.0).length_squared(); "
+        "let fluence = flight.power_at(0.0) * (length * n2);",
+        ("transport", "meters", "fluence_in_a_furnace_is_that_of_the_index_squared"),
+    ),
+    (
+        "reflected light counted as light that passes",
+        TRANSPORT + "meter/particle.rs",
+        "if opaque || side(direction) == side(before.0) {",
+        "if opaque || !side(direction) || side(direction) {",
+        ("transport", "meters", "a_half_space_with_an_index_of_its_own"),
+    ),
+    (
         "radiance weighted by 1/n² of the sensor instead of n²",
         TRANSPORT + "integrator/path.rs",
         "if c < lanes { n * n } else { 0.0 }",

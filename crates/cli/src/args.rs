@@ -57,6 +57,97 @@ pub enum Command {
         \"certified_unique\" says that no second ray can exist; false says that none is known not to. \
         That there is no ray is an answer, not an error.")]
     Connect(ConnectArgs),
+    /// Draw figures of results: profiles, histograms over time, sections of fluence, convergence.
+    #[command(after_help = "Examples:\n  \
+        morgana plot profile with.exr without.exr --row 48 -o profile.svg\n  \
+        morgana plot histogram transient.exr --pixel 20,30 -o time.png\n  \
+        morgana plot slice fluence.npz --axis z --at 0.5 --log -o slice.png\n  \
+        morgana plot convergence a.json b.json -o convergence.svg")]
+    Plot(PlotArgs),
+}
+
+/// `morgana plot`.
+#[derive(Debug, ClapArgs)]
+pub struct PlotArgs {
+    /// What to draw.
+    #[command(subcommand)]
+    pub figure: FigureArgs,
+}
+
+/// The figures.
+#[derive(Debug, Subcommand)]
+pub enum FigureArgs {
+    /// Values along a row or a column of EXR images, with bands of one standard error.
+    Profile {
+        /// Images (.exr).
+        #[arg(required = true, value_name = "IMAGE")]
+        images: Vec<PathBuf>,
+        /// Row of pixels, from 0 at the top.
+        #[arg(
+            long,
+            value_name = "Y",
+            conflicts_with = "column",
+            required_unless_present = "column"
+        )]
+        row: Option<usize>,
+        /// Column of pixels, from 0 at the left.
+        #[arg(long, value_name = "X")]
+        column: Option<usize>,
+        /// Layer, for example bounce.1; the image itself by default.
+        #[arg(long, value_name = "NAME", default_value = "")]
+        layer: String,
+        /// Channel; the mean over all by default.
+        #[arg(long, value_name = "NAME")]
+        channel: Option<String>,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Light over optical length or time, from EXR images with bins of them.
+    Histogram {
+        /// Images (.exr).
+        #[arg(required = true, value_name = "IMAGE")]
+        images: Vec<PathBuf>,
+        /// One pixel, from 0,0 at the top left, instead of the mean over all.
+        #[arg(long, value_name = "X,Y", value_parser = pixel)]
+        pixel: Option<[usize; 2]>,
+        /// Channel; the mean over all by default.
+        #[arg(long, value_name = "NAME")]
+        channel: Option<String>,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// A section through what a fluence meter has read.
+    Slice {
+        /// Readings (.npz).
+        #[arg(value_name = "READINGS")]
+        readings: PathBuf,
+        /// Axis across the section: x, y or z of the meter.
+        #[arg(long, value_name = "AXIS", default_value = "z", value_parser = ["x", "y", "z"])]
+        axis: String,
+        /// Where on that axis.
+        #[arg(long, value_name = "POSITION", allow_hyphen_values = true, value_parser = finite)]
+        at: f64,
+        /// Array, for example absorbed; the first by default.
+        #[arg(long, value_name = "NAME")]
+        array: Option<String>,
+        /// Colours go by the logarithm.
+        #[arg(long)]
+        log: bool,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Errors against samples per pixel, from files of `render --stats`, a line for each integrator.
+    Convergence {
+        /// Statistics (.json).
+        #[arg(required = true, value_name = "STATS")]
+        stats: Vec<PathBuf>,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
 }
 
 /// A scene file and its parameters.
@@ -226,6 +317,16 @@ fn bounded(text: &str, most: u64) -> Result<usize, String> {
 
 fn whole(text: &str, most: u64) -> Option<u64> {
     text.parse().ok().filter(|n| (1..=most).contains(n))
+}
+
+fn pixel(text: &str) -> Result<[usize; 2], String> {
+    let numbers = text
+        .split_once(',')
+        .map(|(x, y)| [x, y].map(|t| t.trim().parse().ok()));
+    match numbers {
+        Some([Some(x), Some(y)]) => Ok([x, y]),
+        _ => Err("expected two whole numbers, X,Y".into()),
+    }
 }
 
 fn finite(text: &str) -> Result<f64, String> {

@@ -13,6 +13,7 @@ mod load;
 mod measured;
 mod numbers;
 mod outputs;
+mod plot;
 mod progress;
 mod report;
 mod svg;
@@ -39,5 +40,6 @@ fn run(command: &Command) -> Result<ExitCode, Failure> {
         Command::Info(args) => commands::info(args),
         Command::Trace(args) => commands::trace(args),
         Command::Connect(args) => commands::connect(args),
+        Command::Plot(args) => commands::plot(args),
     }
 }

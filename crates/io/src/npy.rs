@@ -106,3 +106,15 @@ pub(crate) fn write_text(file: &mut impl Write, text: &str) -> io::Result<()> {
     let mut letters = text.chars();
     letters.try_for_each(|c| file.write_all(&u32::from(c).to_le_bytes()))
 }
+
+/// Reads what [`write_text`] has written.
+pub(crate) fn parse_text(bytes: &[u8]) -> Result<String, Problem> {
+    let foreign = || Problem::Unsupported("arrays of text other than one string of UTF-32".into());
+    // The header ends with a line feed, after which come letters of four bytes.
+    let start = bytes.iter().position(|b| *b == b'\n').ok_or_else(foreign)? + 1;
+    let letters = bytes[start..].chunks_exact(4);
+    let letter = |b: &[u8]| char::from_u32(u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let text: Option<String> = letters.map(letter).collect();
+    text.map(|t| t.trim_end_matches('\0').to_owned())
+        .ok_or_else(foreign)
+}

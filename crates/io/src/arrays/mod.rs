@@ -89,6 +89,15 @@ impl Arrays {
         }
     }
 
+    /// Reads the arrays, units and axes of an `.npz` file that [`Arrays::write`] has written.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read, or that comes from elsewhere.
+    pub fn read_npz(path: &Path) -> Result<Self, FileError> {
+        npz::read(path)
+    }
+
     /// The array of a format that holds one.
     fn single(&self) -> Result<&Array, Problem> {
         let array = self.main.and_then(|i| self.list.get(i));

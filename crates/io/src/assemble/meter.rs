@@ -1,7 +1,7 @@
 //! Meters: instruments in place of a camera.
 
-use super::film::{FilmParts, Layering};
 use super::context::Context;
+use super::film::{FilmParts, Layering};
 use super::sensor::{self, SensorParts};
 use super::texture::affine;
 use crate::diagnostic::Diagnostic;

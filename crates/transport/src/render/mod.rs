@@ -1,7 +1,7 @@
 //! Rendering: samples spread over threads, with results that depend on the seed alone.
 
-mod memory;
 mod measure;
+mod memory;
 mod pilot;
 mod pixels;
 mod source;
@@ -9,8 +9,8 @@ mod splats;
 mod strategies;
 mod target;
 
-pub use memory::memory;
 pub use measure::{MeasureError, MeasureOptions, Measurement, measure};
+pub use memory::memory;
 pub use strategies::StrategyImage;
 pub use target::{Measure, Target};
 
