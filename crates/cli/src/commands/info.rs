@@ -14,6 +14,7 @@ use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
 use transport::medium::Texture;
+use transport::path::lead_in;
 use transport::render::{Options, memory};
 use transport::scene::MediumId;
 use transport::sensor::Sensor;
@@ -80,7 +81,8 @@ fn film_layers(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     if let Some(naming) = Naming::of(loaded) {
         writeln!(out, "               {}", naming.describe())?;
         let around = scene.around();
-        if options.decomposition.length.is_some() {
+        let outside = (0..scene.emitters().len()).any(|i| lead_in(scene, i) > 0.0);
+        if options.decomposition.length.is_some() && outside {
             writeln!(
                 out,
                 "               light from outside counts from the ball of radius {} around {}",

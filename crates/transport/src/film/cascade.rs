@@ -231,7 +231,7 @@ mod tests {
             let mut levels = cascade.levels_mut();
             for pixel in 0..WIDTH * WIDTH {
                 for sample in 0..samples {
-                    let rare = (sample * 97 + pixel as u64 * 31) % 100 == 0;
+                    let rare = (sample * 97 + pixel as u64 * 31).is_multiple_of(100);
                     levels.add(pixel, Spectrum::splat(if rare { 1000.0 } else { 1.0 }));
                 }
             }
