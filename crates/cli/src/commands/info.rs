@@ -14,6 +14,7 @@ use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
 use transport::film::Pixel;
 use transport::medium::Texture;
+use transport::meter::Tally;
 use transport::scene::MediumId;
 use transport::sensor::Sensor;
 use transport::{Scene, Spectrum};
@@ -32,9 +33,53 @@ pub fn info(args: &SceneArgs) -> Result<ExitCode, Failure> {
 
 fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Result {
     let scene = loaded.scene();
-    let film = scene.film();
     writeln!(out, "{}", file_name(&args.path))?;
     writeln!(out, "  hash         {}", loaded.hash)?;
+    match loaded.instruments.is_empty() {
+        true => picture(out, loaded)?,
+        false => meters(out, loaded)?,
+    }
+    writeln!(
+        out,
+        "  tolerance    {:e} of a ray's length",
+        scene.tolerance().get()
+    )?;
+    if loaded.instruments.is_empty() {
+        if Walls::of(scene).dielectric.is_some() {
+            writeln!(out, "  branches     through up to {}", reach(scene))?;
+        }
+        writeln!(out, "  sensor       {}", sensor(scene))?;
+    }
+    writeln!(out, "  objects      {}", scene.objects().len())?;
+    writeln!(out, "\nemitters     {}", scene.emitters().len())?;
+    emitters(out, loaded)?;
+    writeln!(out, "\nmedia        {}", scene.media().len())?;
+    for id in 0..scene.media().len() {
+        medium(out, loaded, id)?;
+    }
+    writeln!(out)
+}
+
+/// What measures in place of a camera.
+fn meters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
+    let channels = loaded.channel_names.join(" ");
+    writeln!(
+        out,
+        "  sampling     {} particles, {channels}",
+        loaded.samples
+    )?;
+    for instrument in &loaded.instruments {
+        let cells = instrument.meter.cells();
+        let memory = Tally::memory(cells * loaded.channel_names.len());
+        let (name, memory) = (&instrument.name, bytes(memory));
+        writeln!(out, "  meter        {name}: {cells} bins, {memory}")?;
+    }
+    Ok(())
+}
+
+/// The film, and how it is filled.
+fn picture(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
+    let film = loaded.scene().film();
     writeln!(
         out,
         "  film         {} × {}, {}",
@@ -45,31 +90,14 @@ fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Re
     writeln!(
         out,
         "               {}",
-        bytes(film_memory(scene, loaded.groups.len()))
+        bytes(film_memory(loaded.scene(), loaded.groups.len()))
     )?;
     writeln!(
         out,
         "  sampling     {} samples per pixel, integrator {}",
         loaded.samples,
         loaded.integrator.name()
-    )?;
-    writeln!(
-        out,
-        "  tolerance    {:e} of a ray's length",
-        scene.tolerance().get()
-    )?;
-    if Walls::of(scene).dielectric.is_some() {
-        writeln!(out, "  branches     through up to {}", reach(scene))?;
-    }
-    writeln!(out, "  sensor       {}", sensor(scene))?;
-    writeln!(out, "  objects      {}", scene.objects().len())?;
-    writeln!(out, "\nemitters     {}", scene.emitters().len())?;
-    emitters(out, loaded)?;
-    writeln!(out, "\nmedia        {}", scene.media().len())?;
-    for id in 0..scene.media().len() {
-        medium(out, loaded, id)?;
-    }
-    writeln!(out)
+    )
 }
 
 /// Bytes of the film while it is rendered.
@@ -95,6 +123,10 @@ fn sensor(scene: &Scene) -> String {
 fn emitters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     let walls = Walls::of(loaded.scene());
     for emitter in loaded.scene().emitters() {
+        if !loaded.instruments.is_empty() {
+            writeln!(out, "  {}", emitter.kind())?;
+            continue;
+        }
         let needs = Needs::of(&loaded.integrator, emitter.is_delta());
         let found = found(needs, &walls);
         writeln!(out, "  {:<12} found {found}", emitter.kind())?;

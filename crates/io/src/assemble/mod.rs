@@ -8,6 +8,7 @@ mod context;
 mod emitter;
 mod field;
 mod gaps;
+mod instrument;
 mod integrator;
 mod ior;
 mod medium;
@@ -18,7 +19,7 @@ mod sides;
 mod texture;
 
 pub use gaps::{Needs, Walls};
-pub use meter::{Gruneisen, Instrument, Normalization};
+pub use instrument::{Gruneisen, Instrument, Normalization};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::{Query, unknown_plugin};
