@@ -146,7 +146,7 @@ fn mistakes_are_named() {
     refused(
         "",
         &with("<transform name=\"to_world\"><matrix value=\"1 0 0 0 0 0 0 0 0\"/></transform>"),
-        "singular",
+        "cannot be inverted",
     );
     refused(
         "",
@@ -174,7 +174,7 @@ fn doubts_are_told() {
     let far = fluence("").replace("-0.5", "30");
     warned(&scene("", &far), "no medium attenuates");
     let partly = fluence("<string name=\"estimator\" value=\"collision\"/>")
-        .replace("\"2\"/></transform>", "\"6\"/></transform>");
+        .replace("\"2\"/></transform>", "\"3\"/></transform>");
     warned(&scene("", &partly), "track_length");
     warned(
         &scene("", &fluence("")).replace("\"particle\"", "\"path\""),

@@ -14,6 +14,7 @@ use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
 use transport::medium::Texture;
+use transport::meter::Tally;
 use transport::path::lead_in;
 use transport::render::{Options, memory};
 use transport::scene::MediumId;
@@ -34,9 +35,53 @@ pub fn info(args: &SceneArgs) -> Result<ExitCode, Failure> {
 
 fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Result {
     let scene = loaded.scene();
-    let film = scene.film();
     writeln!(out, "{}", file_name(&args.path))?;
     writeln!(out, "  hash         {}", loaded.hash)?;
+    match loaded.instruments.is_empty() {
+        true => picture(out, loaded)?,
+        false => meters(out, loaded)?,
+    }
+    writeln!(
+        out,
+        "  tolerance    {:e} of a ray's length",
+        scene.tolerance().get()
+    )?;
+    if loaded.instruments.is_empty() {
+        if Walls::of(scene).dielectric.is_some() {
+            writeln!(out, "  branches     through up to {}", reach(scene))?;
+        }
+        writeln!(out, "  sensor       {}", sensor(scene))?;
+    }
+    writeln!(out, "  objects      {}", scene.objects().len())?;
+    writeln!(out, "\nemitters     {}", scene.emitters().len())?;
+    emitters(out, loaded)?;
+    writeln!(out, "\nmedia        {}", scene.media().len())?;
+    for id in 0..scene.media().len() {
+        medium(out, loaded, id)?;
+    }
+    writeln!(out)
+}
+
+/// What measures in place of a camera.
+fn meters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
+    let channels = loaded.channel_names.join(" ");
+    writeln!(
+        out,
+        "  sampling     {} particles, {channels}",
+        loaded.samples
+    )?;
+    for instrument in &loaded.instruments {
+        let cells = instrument.meter.cells();
+        let memory = Tally::memory(cells * loaded.channel_names.len());
+        let (name, memory) = (&instrument.name, bytes(memory));
+        writeln!(out, "  meter        {name}: {cells} bins, {memory}")?;
+    }
+    Ok(())
+}
+
+/// The film, and how it is filled.
+fn picture(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
+    let film = loaded.scene().film();
     writeln!(
         out,
         "  film         {} × {}, {}",
@@ -50,24 +95,7 @@ fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Re
         "  sampling     {} samples per pixel, integrator {}",
         loaded.samples,
         loaded.integrator.name()
-    )?;
-    writeln!(
-        out,
-        "  tolerance    {:e} of a ray's length",
-        scene.tolerance().get()
-    )?;
-    if Walls::of(scene).dielectric.is_some() {
-        writeln!(out, "  branches     through up to {}", reach(scene))?;
-    }
-    writeln!(out, "  sensor       {}", sensor(scene))?;
-    writeln!(out, "  objects      {}", scene.objects().len())?;
-    writeln!(out, "\nemitters     {}", scene.emitters().len())?;
-    emitters(out, loaded)?;
-    writeln!(out, "\nmedia        {}", scene.media().len())?;
-    for id in 0..scene.media().len() {
-        medium(out, loaded, id)?;
-    }
-    writeln!(out)
+    )
 }
 
 /// How light is told apart, and the bytes that all films take while they are rendered.
@@ -120,6 +148,10 @@ fn sensor(scene: &Scene) -> String {
 fn emitters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     let walls = Walls::of(loaded.scene());
     for emitter in loaded.scene().emitters() {
+        if !loaded.instruments.is_empty() {
+            writeln!(out, "  {}", emitter.kind())?;
+            continue;
+        }
         let needs = Needs::of(&loaded.integrator, emitter.is_delta());
         let found = found(needs, &walls);
         writeln!(out, "  {:<12} found {found}", emitter.kind())?;

@@ -77,6 +77,20 @@ fn files_depend_on_the_seed_alone() {
 }
 
 #[test]
+fn info_lists_meters() {
+    let text = folder(TANK).succeed("info scene.xml");
+    for part in [
+        "1000000 particles, Y",
+        "tank: 8 bins, 128 B",
+        "skin: 6 bins",
+        "collimated",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    assert!(!text.contains("film") && !text.contains("sensor"), "{text}");
+}
+
+#[test]
 fn a_meter_without_light_is_named() {
     let far = TANK.replace("tank", "far").replace(
         "<string",

@@ -2,6 +2,7 @@
 
 use super::context::Context;
 use super::film::{FilmParts, Layering};
+use super::instrument::{Gruneisen, Instrument, Normalization};
 use super::sensor::{self, SensorParts};
 use super::texture::affine;
 use crate::diagnostic::Diagnostic;
@@ -9,12 +10,11 @@ use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
-use transport::Scene;
 use transport::film::Filter;
 use transport::meter::{
     Bins, Coordinates, Cosines, Estimator, FluenceMeter, Grid, IrradianceMeter, Meter, Positions,
 };
-use transport::scene::{FilmSpec, Problem, Severity, Subject};
+use transport::scene::FilmSpec;
 use transport::sensor::Sensor;
 
 const KNOWN: [&str; 2] = ["fluencemeter", "irradiancemeter"];
@@ -22,42 +22,6 @@ const KNOWN: [&str; 2] = ["fluencemeter", "irradiancemeter"];
 const PARTICLES: i64 = 1_000_000;
 /// Most bins along an axis.
 const MOST_BINS: i64 = 1 << 20;
-/// Most cells at whose middles a meter's surroundings are probed.
-const PROBES: usize = 1 << 12;
-
-/// What readings are given in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Normalization {
-    /// As the emitters are: W, or J for pulses.
-    Absolute,
-    /// Divided by the power of all emitters (or their energy), channel by channel.
-    PerWatt,
-}
-
-/// What turns absorbed power into the pressure that a short pulse starts with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gruneisen {
-    /// Grüneisen parameter Γ ≥ 0.
-    pub parameter: f64,
-    /// Energy of the pulse in J.
-    pub pulse_energy: f64,
-    /// Length of a scene unit in m.
-    pub metres_per_unit: f64,
-}
-
-/// A meter, and what becomes of its readings.
-#[derive(Clone, Debug)]
-pub struct Instrument {
-    /// Its id, or else its type; distinct.
-    pub name: String,
-    /// What measures.
-    pub meter: Meter,
-    /// What readings are given in.
-    pub normalization: Normalization,
-    /// For initial pressures.
-    pub gruneisen: Option<Gruneisen>,
-}
-
 /// Whether a sensor is a meter.
 pub(super) fn is_meter(object: &Object) -> bool {
     KNOWN.contains(&object.plugin.as_str())
@@ -250,14 +214,14 @@ fn grid(q: &mut Query) -> Option<(Grid, Estimator)> {
 /// Bins of the optical path length, if any are asked for.
 fn lengths(q: &mut Query) -> Option<Bins> {
     let names = ["min_bound", "max_bound", "bin_width"];
-    if !names.iter().fold(false, |any, name| q.has(name) || any) {
+    if !names.iter().any(|name| q.has(name)) {
         return None;
     }
     let min = q.float_in("min_bound", 0.0.., 0.0);
     let max = q.float_in("max_bound", POSITIVE, None);
     let width = q.float_in("bin_width", POSITIVE, None);
     let count = (max - min) / width;
-    if !(min < max) {
+    if min >= max {
         q.error(
             "max_bound",
             format!("'max_bound' is {max}; it must be above 'min_bound', {min}"),
@@ -298,42 +262,4 @@ fn gruneisen(q: &mut Query) -> Option<Gruneisen> {
         pulse_energy: q.float_in("pulse_energy", POSITIVE, 1.0),
         metres_per_unit: q.float_in("metres_per_unit", POSITIVE, 1.0),
     })
-}
-
-impl Instrument {
-    /// What is doubtful about it in a scene: cells where it can find nothing.
-    pub(super) fn doubt(&self, scene: &Scene) -> Option<Problem> {
-        let Meter::Fluence(meter) = &self.meter else {
-            return None;
-        };
-        let cells = meter.grid.cells();
-        let step = cells.div_ceil(PROBES);
-        let clear = |cell: &usize| {
-            let medium = scene.medium_at(meter.grid.middle(*cell));
-            scene.medium(medium).is_transparent()
-        };
-        let probes = (0..cells).step_by(step);
-        let (all, clear) = (probes.len(), probes.filter(clear).count());
-        let share = 100.0 * clear as f64 / all as f64;
-        let (message, help) = match meter.estimator {
-            _ if clear == all => (
-                "lies where no medium attenuates light: nothing is absorbed there".to_owned(),
-                "check the meter's to_world, which maps the unit cube [0, 1]³ to its place",
-            ),
-            Estimator::Collision if clear > 0 => (
-                format!(
-                    "has {share:.0}% of its cells where no medium attenuates light: without collisions \
-                         its estimator finds none there"
-                ),
-                "use the estimator track_length, or a smaller meter",
-            ),
-            _ => return None,
-        };
-        Some(Problem {
-            severity: Severity::Warning,
-            subject: Subject::Sensor,
-            message: format!("the meter '{}' {message}", self.name),
-            help: help.into(),
-        })
-    }
 }

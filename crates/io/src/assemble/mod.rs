@@ -9,6 +9,7 @@ mod emitter;
 mod field;
 mod film;
 mod gaps;
+mod instrument;
 mod integrator;
 mod ior;
 mod medium;
@@ -20,7 +21,7 @@ mod texture;
 
 pub use film::Layering;
 pub use gaps::{Needs, Walls};
-pub use meter::{Gruneisen, Instrument, Normalization};
+pub use instrument::{Gruneisen, Instrument, Normalization};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::{Query, unknown_plugin};

@@ -33,15 +33,15 @@ pub struct Share {
 pub struct Balance {
     /// Power of all emitters, exactly.
     pub emitted: f64,
-    /// See [`Ledger::media`].
+    /// Absorbed by media.
     pub media: Share,
-    /// See [`Ledger::surfaces`].
+    /// Absorbed by surfaces.
     pub surfaces: Share,
-    /// See [`Ledger::escaped`].
+    /// Left the scene.
     pub escaped: Share,
-    /// See [`Ledger::cut`].
+    /// Still on its way at the largest depth.
     pub cut: Share,
-    /// See [`Ledger::lost`].
+    /// On rays that were lost: counted failures.
     pub lost: Share,
     /// What particles started with, less all of the above: zero within its error.
     pub residual: Share,

@@ -1,9 +1,9 @@
 //! Meters: what particles leave on their way from the emitters, other than in a picture.
 //!
 //! A particle starts with the power of the emitters over the density of its ray, flies along curved
-//! edges, and is absorbed and scattered on the way ([`particle`]). Meters take note of its flights,
-//! collisions and passages ([`flight`]); every meter has slots in one tally ([`tally`]), and the account
-//! of where the power went has some as well ([`balance`]). No index enters anywhere (theory §3): power is
+//! edges, and is absorbed and scattered on the way (`particle`). Meters take note of its flights,
+//! collisions and passages (`flight`); every meter has slots in one tally (`tally`), and the account
+//! of where the power went has some as well (`balance`). No index enters anywhere (theory §3): power is
 //! conserved along rays, whatever the index does to radiance.
 
 mod balance;
