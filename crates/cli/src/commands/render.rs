@@ -14,18 +14,21 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
+use transport::Spectrum;
 use transport::film::Pixel;
+use transport::integrator::Integrator;
 use transport::render::{Options, Rendering, render_counted};
 
 /// Renders a scene and writes its images.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
-    let images = config::images(args)?;
+    let mut images = config::images(args)?;
     let pool = pool(args.threads)?;
     let loaded = load::load(&args.scene, args.integrator.as_deref(), args.spp)?;
     if !args.quiet {
         load::warn(&loaded);
     }
     check_strategies(args, &loaded)?;
+    check_colours(args, &loaded, &mut images)?;
     check_memory(&loaded)?;
     let interrupted = interrupt::watch()?;
     // A time limit replaces the scene's number of samples, but not that of the command line.
@@ -96,10 +99,29 @@ fn check_strategies(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
     )))
 }
 
+/// Quantities other than light have no colours: nobody gets a PNG of them.
+fn check_colours(
+    args: &RenderArgs,
+    loaded: &Loaded,
+    images: &mut Vec<(PathBuf, ImageFormat)>,
+) -> Result<(), Failure> {
+    let is_png = |(_, format): &(PathBuf, ImageFormat)| *format == ImageFormat::Png;
+    if !matches!(loaded.integrator, Integrator::Aov(_)) {
+        return Ok(());
+    }
+    if !args.output.is_empty() && images.iter().any(is_png) {
+        let message = "the integrator aov has no colours to show in a PNG: write .exr or .npy";
+        return Err(Failure::Usage(message.into()));
+    }
+    images.retain(|image| !is_png(image));
+    Ok(())
+}
+
 /// A film that does not fit into memory would end the program without a word.
 fn check_memory(loaded: &Loaded) -> Result<(), Failure> {
     let film = loaded.scene().film();
-    let pixels = film.width * film.height * loaded.groups.len();
+    let groups = loaded.channel_names.len().div_ceil(Spectrum::LANES);
+    let pixels = film.width * film.height * groups;
     let size = numbers::bytes(pixels.saturating_mul(size_of::<Pixel>()));
     let message = |_| {
         let (width, height) = (film.width, film.height);

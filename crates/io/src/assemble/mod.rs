@@ -52,7 +52,7 @@ pub struct Loaded {
     pub warnings: Diagnostics,
     /// Hash of the description and of all files it refers to.
     pub hash: SceneHash,
-    /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths.
+    /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths, or quantities.
     pub channel_names: Vec<String>,
 }
 
@@ -86,7 +86,10 @@ pub fn assemble(
     mut diagnostics: Diagnostics,
 ) -> Result<Loaded, Diagnostics> {
     let mut files = FileRegistry::new();
-    let channels = Channels::of(&description.root, &mut diagnostics);
+    let mut channels = Channels::of(&description.root, &mut diagnostics);
+    if integrator::is_aov(&description.root, options) {
+        channels = channels.single(&mut diagnostics);
+    }
     let mut parts = Vec::new();
     for group in 0..channels.groups() {
         // What is doubtful is the same in every group: it is reported for the first only.
@@ -126,7 +129,10 @@ pub fn assemble(
         samples: options.samples.unwrap_or(samples),
         warnings: diagnostics,
         hash,
-        channel_names: channels.names(),
+        channel_names: match &integrator {
+            Integrator::Aov(tracer) => tracer.channels().map(str::to_owned).collect(),
+            _ => channels.names(),
+        },
     })
 }
 
@@ -201,7 +207,14 @@ fn group_parts(
     };
     match Scene::new(parts) {
         Ok(scene) => {
-            scene.warnings().iter().for_each(&mut report);
+            // Without light a picture is black, but other quantities are not.
+            let dark = matches!(method.integrator, Integrator::Aov(_));
+            let matters = |p: &&Problem| !(dark && p.subject == Subject::Scene);
+            scene
+                .warnings()
+                .iter()
+                .filter(matters)
+                .for_each(&mut report);
             gaps::warnings(&scene, &method.integrator)
                 .iter()
                 .for_each(&mut report);
