@@ -83,6 +83,7 @@ fn sensor(scene: &Scene) -> String {
         Sensor::Perspective(_) => "perspective",
         Sensor::ThinLens(_) => "thinlens",
         Sensor::Orthographic(_) => "orthographic",
+        Sensor::Telecentric(_) => "telecentric",
     };
     let place = point(scene.sensor().position());
     let medium = scene.sensor_medium();
