@@ -154,7 +154,7 @@ fn vti_that_is_refused() {
     vti_error(
         "format=\"ascii\"",
         "format=\"binary\"",
-        "its base64 is damaged",
+        "expected an array of 96 bytes",
     );
     vti_error(
         "format=\"ascii\"",
