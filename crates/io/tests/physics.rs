@@ -172,3 +172,48 @@ fn mistakes_are_named() {
     ];
     refused(&ior("gladstone_dale", &two), "the arrays: density, other");
 }
+
+fn example(name: &str, strength: &str) -> Loaded {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let options = LoadOptions {
+        defines: vec![("strength".into(), strength.into())],
+        ..LoadOptions::default()
+    };
+    io::load_scene(&path.join(name), &options).unwrap_or_else(|d| panic!("{d}"))
+}
+
+/// The jet can be turned off, and its index fits that of the air around: no scene has a warning.
+#[test]
+fn jets_on_and_off() {
+    for name in ["schlieren_jet.xml", "bos_jet.xml"] {
+        let on = example(name, "1");
+        assert!(on.warnings.is_empty(), "{}", on.warnings);
+        assert!(!on.scene().is_straight());
+        assert!(example(name, "0").scene().is_straight());
+    }
+}
+
+#[test]
+fn knife_edges_that_are_refused() {
+    let load = |parameters: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.xml");
+        let text = format!(
+            r#"<scene version="3.0.0"><sensor type="telecentric">{parameters}</sensor>
+               <emitter type="constant"/></scene>"#
+        );
+        std::fs::write(&path, text).unwrap();
+        io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+    };
+    let angle = r#"<float name="acceptance_angle" value="1"/>"#;
+    assert!(load(angle).is_ok());
+    let refused = |more: &str, expected: &str| {
+        let message = load(&format!("{angle}{more}")).unwrap_err();
+        assert!(message.contains(expected), "{message}");
+    };
+    let knife = r#"<float name="knife_angle" value="-1"/>"#;
+    refused(knife, "a knife needs <vector name=\"knife_edge\">");
+    let edge = r#"<vector name="knife_edge" x="1"/>"#;
+    refused(&format!("{edge}{knife}"), "greater than -1 and at most 1");
+    refused(r#"<vector name="knife_edge" z="1"/>"#, "across the axis");
+}

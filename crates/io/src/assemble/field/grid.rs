@@ -127,7 +127,7 @@ fn indices(
     for sample in &mut samples {
         let q = *sample;
         *sample = law.n0 + law.slope * (q - law.reference);
-        if !(*sample >= LEAST_INDEX) {
+        if !sample.is_finite() || *sample < LEAST_INDEX {
             let message = format!(
                 "a sample of {q:e} makes an index of {:.6}: check the units of the file, and 'scale'",
                 *sample

@@ -165,8 +165,11 @@ fn check_size(expected: usize, found: usize) -> Result<(), Problem> {
     }
 }
 
-/// Bytes of a number of the given type, and what makes one of its bytes in little-endian order.
-fn converter(kind: &str) -> Result<(usize, fn([u8; 8]) -> f64), Problem> {
+/// Bytes of a number, and what makes one of its bytes in little-endian order.
+type Converter = (usize, fn([u8; 8]) -> f64);
+
+/// That of the given type of numbers.
+fn converter(kind: &str) -> Result<Converter, Problem> {
     fn head<const N: usize>(bytes: [u8; 8]) -> [u8; N] {
         std::array::from_fn(|i| bytes[i])
     }
