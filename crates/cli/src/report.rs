@@ -7,6 +7,7 @@ use crate::numbers;
 use io::Loaded;
 use serde_json::{Value, json};
 use std::time::Duration;
+use transport::integrator::Integrator;
 use transport::render::Rendering;
 use transport::stats::{Connections, Stats};
 
@@ -59,7 +60,6 @@ impl Report<'_> {
 
     /// The line at the end of a render.
     pub fn line(&self) -> String {
-        let (mean, error) = self.rendering.film.summary();
         let stopped = match self.stopped {
             Some(Stopped::Interrupted) => "interrupted: ",
             _ => "",
@@ -68,8 +68,7 @@ impl Report<'_> {
             format!("{stopped}{}", numbers::duration(self.elapsed)),
             format!("{} spp", self.rendering.samples),
             format!("{} samples/s", numbers::count(self.rate())),
-            format!("mean {}", numbers::with_error(mean, error)),
-            connections(&self.rendering.stats.connections),
+            self.outcome(),
         ];
         parts.extend(self.target_line());
         let stats = &self.rendering.stats;
@@ -90,6 +89,22 @@ impl Report<'_> {
             }
         }
         parts.join(" · ")
+    }
+
+    /// What the image shows on the whole.
+    fn outcome(&self) -> String {
+        if let Integrator::Aov(_) = self.loaded.integrator {
+            let stats = &self.rendering.stats;
+            let valid = stats.paths.saturating_sub(stats.lost);
+            return format!(
+                "{} of the rays valid",
+                numbers::percent(valid as f64 / stats.paths.max(1) as f64)
+            );
+        }
+        let (mean, error) = self.rendering.film.summary();
+        let mean = numbers::with_error(mean, error);
+        let connections = connections(&self.rendering.stats.connections);
+        format!("mean {mean} · {connections}")
     }
 
     /// Attributes for images. They depend on what was computed, not on when, where or how fast:

@@ -51,6 +51,7 @@ fn every_name_has_its_estimator() {
         ("particle", "particle"),
         ("ptracer", "particle"),
         ("bdpt", "bdpt"),
+        ("aov", "aov"),
     ] {
         let loaded = accepted(&integrator(name, ""), None);
         assert_eq!(loaded.integrator.name(), expected);
@@ -235,4 +236,35 @@ fn light_that_is_found_draws_none() {
         let text = warnings(kind, reflections, &things.concat());
         assert_eq!(text, "", "{kind} {reflections}");
     }
+}
+
+#[test]
+fn aovs_are_chosen_by_name() {
+    let aovs = |list: &str| {
+        let list = format!("<string name=\"aovs\" value=\"{list}\"/>");
+        integrator("aov", &list)
+    };
+    let loaded = accepted(&aovs("steps, deflection"), None);
+    let expected = ["valid", "deflection.X", "deflection.Y", "steps"];
+    assert_eq!(loaded.channel_names, expected);
+    // No light is needed, and one wavelength will do.
+    let loaded = accepted("", Some("aov"));
+    assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
+    assert_eq!(loaded.channel_names.len(), 13);
+    assert_eq!(loaded.scene().film().channels, 1);
+    refused(
+        &aovs("steps, deflexion"),
+        None,
+        &[":4:", "deflexion", "did you mean 'deflection'?"],
+    );
+    refused(
+        &aovs(""),
+        None,
+        &["expected a list of: valid, exit_position"],
+    );
+    refused(
+        &integrator("path", "<string name=\"aovs\" value=\"steps\"/>"),
+        None,
+        &["aovs"],
+    );
 }

@@ -137,6 +137,7 @@ fn sensor(scene: &Scene) -> String {
         Sensor::ThinLens(_) => "thinlens",
         Sensor::Orthographic(_) => "orthographic",
         Sensor::Absent(_) => "none (meters)",
+        Sensor::Telecentric(_) => "telecentric",
     };
     let place = point(scene.sensor().position());
     let medium = scene.sensor_medium();

@@ -81,6 +81,7 @@ fn check(args: &RenderArgs) -> Result<(), Failure> {
             ": meters follow particles",
         ),
         (args.strategies.is_some(), "--strategies", ""),
+        (args.target_error.is_some(), "--target-error", ""),
         (args.exposure != 0.0, "--exposure", ""),
     ];
     match wrong.iter().find(|(given, ..)| *given) {
@@ -143,6 +144,8 @@ fn run(
 /// Longest path, and where Russian roulette begins.
 fn depths(integrator: &Integrator) -> (Option<u32>, u32) {
     match integrator {
+        // Scenes with meters and this integrator are refused.
+        Integrator::Aov(_) => (None, 1),
         Integrator::Path(i) => (i.max_depth, i.rr_depth),
         Integrator::Particle(i) => (i.max_depth, i.rr_depth),
         Integrator::Bdpt(i) => (i.max_depth, i.rr_depth),

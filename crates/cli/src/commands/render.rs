@@ -16,6 +16,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
+use transport::integrator::Integrator;
 use transport::render::{Options, Rendering, Target, memory, render_counted};
 
 /// Renders a scene and writes its images.
@@ -29,11 +30,12 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
         let message = "--particles is for scenes with meters; for a camera it is --spp";
         return Err(Failure::Usage(message.into()));
     }
-    let images = config::images(args)?;
+    let mut images = config::images(args)?;
     if !args.quiet {
         load::warn(&loaded);
     }
     check_strategies(args, &loaded)?;
+    check_colours(args, &loaded, &mut images)?;
     check_memory(args, &loaded)?;
     let interrupted = interrupt::watch()?;
     // Other limits replace the scene's number of samples, but not that of the command line.
@@ -109,6 +111,24 @@ fn check_strategies(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
         "--strategies needs the integrator bdpt or particle: {} has one strategy only",
         loaded.integrator.name()
     )))
+}
+
+/// Quantities other than light have no colours: nobody gets a PNG of them.
+fn check_colours(
+    args: &RenderArgs,
+    loaded: &Loaded,
+    images: &mut Vec<(PathBuf, ImageFormat)>,
+) -> Result<(), Failure> {
+    let is_png = |(_, format): &(PathBuf, ImageFormat)| *format == ImageFormat::Png;
+    if !matches!(loaded.integrator, Integrator::Aov(_)) {
+        return Ok(());
+    }
+    if !args.output.is_empty() && images.iter().any(is_png) {
+        let message = "the integrator aov has no colours to show in a PNG: write .exr or .npy";
+        return Err(Failure::Usage(message.into()));
+    }
+    images.retain(|image| !is_png(image));
+    Ok(())
 }
 
 /// A film that does not fit into memory would end the program without a word.

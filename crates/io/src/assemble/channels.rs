@@ -65,6 +65,22 @@ impl Channels {
         }
     }
 
+    /// The one channel in which quantities other than light are shown: luminance, or the only
+    /// wavelength.
+    pub fn single(self, diagnostics: &mut Diagnostics) -> Self {
+        match self {
+            Channels::Wavelengths(list) if list.len() > 1 => {
+                let message =
+                    "the integrator 'aov' follows rays of one wavelength, the film has several";
+                let help = "list one in the film's 'wavelengths'".to_owned();
+                diagnostics.push(Diagnostic::error(message).help(help));
+                Channels::Luminance
+            }
+            Channels::Wavelengths(list) => Channels::Wavelengths(list),
+            Channels::Luminance | Channels::Rgb => Channels::Luminance,
+        }
+    }
+
     /// Number of channels.
     pub fn count(&self) -> usize {
         match self {

@@ -59,7 +59,7 @@ pub struct Loaded {
     pub warnings: Diagnostics,
     /// Hash of the description and of all files it refers to.
     pub hash: SceneHash,
-    /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths.
+    /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths, or quantities.
     pub channel_names: Vec<String>,
     /// Names of the emitters, all different: their ids, those of their shapes, or their kinds. Without dots,
     /// which separate the names of layers.
@@ -100,7 +100,10 @@ pub fn assemble(
     mut diagnostics: Diagnostics,
 ) -> Result<Loaded, Diagnostics> {
     let mut files = FileRegistry::new();
-    let channels = Channels::of(&description.root, &mut diagnostics);
+    let mut channels = Channels::of(&description.root, &mut diagnostics);
+    if integrator::is_aov(&description.root, options) {
+        channels = channels.single(&mut diagnostics);
+    }
     let mut parts = Vec::new();
     for group in 0..channels.groups() {
         // What is doubtful is the same in every group: it is reported for the first only.
@@ -140,7 +143,10 @@ pub fn assemble(
         samples: options.samples.unwrap_or(samples),
         warnings: diagnostics,
         hash,
-        channel_names: channels.names(),
+        channel_names: match &integrator {
+            Integrator::Aov(tracer) => tracer.channels().map(str::to_owned).collect(),
+            _ => channels.names(),
+        },
         emitter_names,
         layering,
         reweight,
@@ -200,6 +206,17 @@ fn group_parts(
     };
     sides::settle(&mut context);
     let sensor = sensor?;
+    if matches!(method.integrator, Integrator::Aov(_)) {
+        let apart = sensor.film.layering.decomposition.is_some() || sensor.film.reweight;
+        let what = match instruments.is_empty() {
+            false => "meters",
+            true => "the film's 'decomposition' and 'reweight'",
+        };
+        if apart || !instruments.is_empty() {
+            let message = format!("the integrator aov sees no light: leave it, or {what}, out");
+            context.error_at(&root.location, message);
+        }
+    }
     if context.diagnostics.has_errors() {
         return None;
     }
@@ -238,7 +255,14 @@ fn group_parts(
     };
     match Scene::new(parts) {
         Ok(scene) => {
-            scene.warnings().iter().for_each(&mut report);
+            // Without light a picture is black, but other quantities are not.
+            let dark = matches!(method.integrator, Integrator::Aov(_));
+            let matters = |p: &&Problem| !(dark && p.subject == Subject::Scene);
+            scene
+                .warnings()
+                .iter()
+                .filter(matters)
+                .for_each(&mut report);
             if instruments.is_empty() {
                 let gaps = gaps::warnings(&scene, &method.integrator);
                 gaps.iter().for_each(&mut report);

@@ -8,10 +8,13 @@ use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use glam::DAffine3;
+use std::ops::Bound;
 use transport::scene::MediumId;
-use transport::sensor::{Orthographic, Perspective, Sensor, ThinLens};
+use transport::sensor::{Orthographic, Perspective, Sensor, Stop, Telecentric, ThinLens};
 
-const KNOWN: [&str; 3] = ["perspective", "thinlens", "orthographic"];
+const KNOWN: [&str; 4] = ["perspective", "thinlens", "orthographic", "telecentric"];
+/// Cones of telecentric sensors are narrow: lenses gather no wider ones.
+const WIDEST_STOP: f64 = 45.0;
 
 /// A sensor with its film and sampler.
 pub(super) struct SensorParts {
@@ -63,6 +66,7 @@ enum Optics {
     Pinhole(Fov),
     ThinLens(Fov, f64, f64),
     Orthographic,
+    Telecentric(f64, Stop),
 }
 
 /// A full angle in radians along an axis of the image.
@@ -82,8 +86,41 @@ fn optics(object: &Object, q: &mut Query) -> Option<Optics> {
             Optics::ThinLens(fov, radius, q.float_in("focus_distance", POSITIVE, None))
         }
         "orthographic" => Optics::Orthographic,
+        "telecentric" => {
+            let distance = q.float_in("focus_distance", 0.0.., 0.0);
+            Optics::Telecentric(distance, stop(q))
+        }
         _ => return None,
     })
+}
+
+/// The stop of a telecentric sensor, and the knife edge in it.
+fn stop(q: &mut Query) -> Stop {
+    let angle = q.float_in(
+        "acceptance_angle",
+        (Bound::Excluded(0.0), Bound::Included(WIDEST_STOP)),
+        None,
+    );
+    let radius = angle.to_radians().tan();
+    if !q.has("knife_edge") {
+        if q.has("knife_angle") {
+            q.error(
+                "knife_angle",
+                "a knife needs <vector name=\"knife_edge\">, its direction",
+            );
+        }
+        return Stop::disc(radius);
+    }
+    let edge = q.vector("knife_edge");
+    if edge.truncate().length() < 1e-9 || edge.z != 0.0 {
+        let message =
+            "'knife_edge' points to the covered side, across the axis: (x, y, 0), not zero";
+        q.error("knife_edge", message);
+        return Stop::disc(radius);
+    }
+    let open = (Bound::Excluded(-angle), Bound::Included(angle));
+    let cut = q.float_in("knife_angle", open, 0.0).to_radians().tan();
+    Stop::with_knife(radius, edge.truncate(), cut)
 }
 
 fn fov(q: &mut Query) -> Fov {
@@ -118,6 +155,9 @@ impl Optics {
                 Sensor::ThinLens(ThinLens::new(pinhole(fov), *radius, *distance))
             }
             Optics::Orthographic => Sensor::Orthographic(Orthographic::new(frame, aspect)),
+            Optics::Telecentric(distance, stop) => {
+                Sensor::Telecentric(Telecentric::new(frame, aspect, *distance, *stop))
+            }
         }
     }
 }

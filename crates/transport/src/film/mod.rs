@@ -187,6 +187,11 @@ impl Film {
         }
     }
 
+    /// The pixels of all groups, group by group.
+    pub fn groups_mut(&mut self) -> impl Iterator<Item = &mut [Pixel]> {
+        self.pixels.chunks_exact_mut(self.width * self.height)
+    }
+
     /// Takes note of a sample of the mean over all pixels of a group: needed where one path contributes
     /// to many pixels, so that the error of the image's mean does not follow from the errors of pixels.
     pub fn add_whole(&mut self, group: usize, mean: Spectrum) {

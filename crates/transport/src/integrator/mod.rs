@@ -1,11 +1,13 @@
 //! Estimators of what a sensor measures. They never import one another.
 
+mod aov;
 mod bdpt;
 mod bidirectional;
 mod contribution;
 mod particle;
 mod path;
 
+pub use aov::{Aov, AovTracer, deflection};
 pub use bdpt::{Bdpt, Connections};
 pub use bidirectional::Heuristic;
 pub use contribution::Contribution;
@@ -27,10 +29,12 @@ pub enum Integrator {
     Particle(ParticleTracer),
     /// Subpaths from both ends, joined in every way.
     Bdpt(Bdpt),
+    /// What becomes of sensor rays that are not scattered.
+    Aov(AovTracer),
 }
 
 /// Names of the estimators, as scene files and command lines use them.
-pub const NAMES: [&str; 3] = ["path", "particle", "bdpt"];
+pub const NAMES: [&str; 4] = ["path", "particle", "bdpt", "aov"];
 
 impl Integrator {
     /// The contributions of one sample of a pixel, whose sensor ray is given. `channels` is the number
@@ -58,12 +62,22 @@ impl Integrator {
                 particle.sample(scene, ray, lanes, (sampler, ws), out);
             }
             Integrator::Bdpt(bdpt) => bdpt.sample(scene, ray, lanes, (sampler, ws), out),
+            // Its values are no light, and more than a contribution has room for: see `AovTracer::sample`.
+            Integrator::Aov(_) => {}
+        }
+    }
+
+    /// Number of channels of an image of a scene whose film has `spectral` ones.
+    pub fn channels(&self, spectral: usize) -> usize {
+        match self {
+            Integrator::Aov(tracer) => tracer.channels().count(),
+            _ => spectral,
         }
     }
 
     /// Whether contributions go to other pixels than that of the sample.
     pub fn splats(&self) -> bool {
-        !matches!(self, Integrator::Path(_))
+        matches!(self, Integrator::Particle(_) | Integrator::Bdpt(_))
     }
 
     /// Name, as in [`NAMES`].
@@ -72,6 +86,7 @@ impl Integrator {
             Integrator::Path(_) => NAMES[0],
             Integrator::Particle(_) => NAMES[1],
             Integrator::Bdpt(_) => NAMES[2],
+            Integrator::Aov(_) => NAMES[3],
         }
     }
 }

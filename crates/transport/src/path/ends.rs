@@ -120,7 +120,7 @@ pub fn sensor_path(
     ws: &mut Workspace,
 ) -> Subpath {
     let (x, direction) = (ray.origin, ray.direction);
-    let aim = scene.sensor().aim_from(x);
+    let aim = scene.sensor().aim_from(x, direction);
     let medium = scene.medium_of_sensor_ray(x);
     let n = scene.n(medium, x);
     let density = scene

@@ -137,8 +137,7 @@ impl<'a> Walk<'a> {
                 self.tangents = step.end.variation;
                 return self.escape(step.end.x, step.end.v);
             }
-            let outside =
-                step.end.x.distance(self.scene.around().center) > 1.01 * self.scene.around().radius;
+            let outside = self.scene.is_outside(step.end.x);
             if outside || self.edge.spans.len() > MOST_SPANS {
                 return self.die(true);
             }

@@ -10,7 +10,8 @@ use crate::scene::FilmSpec;
 /// Bytes that the films of a render take at most, with all that is kept until it is added to them. Writing
 /// them to files takes more, but not at the same time.
 pub fn memory(spec: &FilmSpec, options: &Options) -> usize {
-    let groups = spec.channels.div_ceil(Spectrum::LANES);
+    let channels = options.integrator.channels(spec.channels);
+    let groups = channels.div_ceil(Spectrum::LANES);
     let pixels = spec.width.saturating_mul(spec.height);
     let film = groups * size_of::<Pixel>();
     let splats = options.integrator.splats();
@@ -19,14 +20,14 @@ pub fn memory(spec: &FilmSpec, options: &Options) -> usize {
         true => options.decomposition.layers(),
         false => 0,
     };
-    let layer = spec.channels * size_of::<Cell>() + if splats { buffer } else { 0 };
+    let layer = channels * size_of::<Cell>() + if splats { buffer } else { 0 };
     let strategies = match options.strategies {
         true => 2 * strategies(&options.integrator),
         false => 0,
     };
     let image = film + if splats { buffer } else { 0 };
     let cascade = match options.reweight {
-        true => spec.channels * Cascade::BYTES,
+        true => channels * Cascade::BYTES,
         false => 0,
     };
     let per_pixel = (image.saturating_mul(1 + strategies) + cascade)
@@ -43,7 +44,7 @@ fn strategies(integrator: &Integrator) -> usize {
     };
     let pairs = (0..=most).flat_map(|s| (1..=most).map(move |t| (s, t)));
     match integrator {
-        Integrator::Path(_) => 0,
+        Integrator::Path(_) | Integrator::Aov(_) => 0,
         Integrator::Particle(p) => pairs
             .filter(|&(s, t)| within(p.max_depth, (s, t)) && (t == 1 || (s, t) == (0, 2)))
             .count(),

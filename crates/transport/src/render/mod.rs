@@ -1,5 +1,6 @@
 //! Rendering: samples spread over threads, with results that depend on the seed alone.
 
+mod aov;
 mod measure;
 mod memory;
 mod pilot;
@@ -112,7 +113,8 @@ pub fn render_counted(
     mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
     let spec = scenes[0].film();
-    let mut film = Film::new(spec.width, spec.height, spec.channels)
+    let channels = options.integrator.channels(spec.channels);
+    let mut film = Film::new(spec.width, spec.height, channels)
         .decomposed(options.decomposition)
         .sorted(options.reweight);
     let mut stats = Stats::default();
@@ -130,9 +132,12 @@ pub fn render_counted(
         next = next.min(options.samples.min(look) - done);
         for source in &sources {
             let range = done..done + next;
-            stats += match options.integrator.splats() {
-                true => splats::pass(source, range, (&mut film, strategies.as_mut()), counter),
-                false => pixels::pass(source, range, &mut film, counter),
+            stats += match &options.integrator {
+                Integrator::Aov(tracer) => aov::pass(source, tracer, range, &mut film, counter),
+                integrator if integrator.splats() => {
+                    splats::pass(source, range, (&mut film, strategies.as_mut()), counter)
+                }
+                _ => pixels::pass(source, range, &mut film, counter),
             };
         }
         done += next;

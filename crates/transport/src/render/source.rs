@@ -7,6 +7,7 @@ use crate::integrator::{Contribution, Integrator};
 use crate::path::Workspace;
 use crate::sampling::Sampler;
 use crate::scene::Scene;
+use crate::sensor::Ray;
 
 /// The samples of one channel group.
 pub(super) struct Source<'a> {
@@ -46,14 +47,8 @@ impl<'a> Source<'a> {
         ws
     }
 
-    /// Adds the contributions of one sample of a pixel to `out`.
-    pub fn sample(
-        &self,
-        pixel: usize,
-        sample: u64,
-        ws: &mut Workspace,
-        out: &mut Vec<Contribution>,
-    ) {
+    /// The random numbers of one sample of a pixel, and its sensor ray.
+    pub fn ray(&self, pixel: usize, sample: u64) -> (Sampler, Ray) {
         let mut sampler = Sampler::new(self.seed, pixel as u64, sample);
         let spec = self.scene.film();
         let [u, v] = sampler.next_2d();
@@ -63,7 +58,18 @@ impl<'a> Source<'a> {
             (column as f64 + 0.5 + spec.filter.sample(u)) / spec.width as f64,
             (row as f64 + 0.5 + spec.filter.sample(v)) / spec.height as f64,
         ];
-        let ray = self.scene.sensor().ray(image, lens);
+        (sampler, self.scene.sensor().ray(image, lens))
+    }
+
+    /// Adds the contributions of one sample of a pixel to `out`.
+    pub fn sample(
+        &self,
+        pixel: usize,
+        sample: u64,
+        ws: &mut Workspace,
+        out: &mut Vec<Contribution>,
+    ) {
+        let (mut sampler, ray) = self.ray(pixel, sample);
         ws.stats.paths += 1;
         let state = (&mut sampler, ws);
         self.integrator

@@ -315,7 +315,7 @@ impl Scene {
     pub(crate) fn medium_of_sensor_ray(&self, origin: DVec3) -> MediumId {
         match self.sensor() {
             Sensor::Perspective(_) | Sensor::Absent(_) => self.sensor_medium,
-            Sensor::ThinLens(_) | Sensor::Orthographic(_) => self.medium_at(origin),
+            _ => self.medium_at(origin),
         }
     }
 
