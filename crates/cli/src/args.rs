@@ -129,7 +129,7 @@ pub enum FigureArgs {
         /// Where on that axis.
         #[arg(long, value_name = "POSITION", allow_hyphen_values = true, value_parser = finite)]
         at: f64,
-        /// Array, for example absorbed; the first by default.
+        /// Array, for example absorbed; the fluence by default.
         #[arg(long, value_name = "NAME")]
         array: Option<String>,
         /// Colours go by the logarithm.

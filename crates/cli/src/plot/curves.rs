@@ -116,6 +116,8 @@ impl Curves {
                 .background_style(WHITE.mix(0.85))
                 .border_style(BLACK.mix(0.2))
                 .label_font(scale.font(13))
+                .legend_area_size(scale.px(30))
+                .position(SeriesLabelPosition::UpperRight)
                 .draw()
                 .map_err(failed)?;
         }

@@ -53,6 +53,10 @@ impl Map {
             ((room - unit * (range.end - range.start)) / 2.0).max(0.0) as u32
         };
         let (aside, above) = (spare(room.0, &x), spare(room.1, &y));
+        let labels = |range: &Range<f64>, space: u32| {
+            ((unit * (range.end - range.start)) as u32 / scale.px(space)).max(2) as usize
+        };
+        let (across, upwards) = (labels(&x, 56), labels(&y, 36));
         let mut chart = ChartBuilder::on(&left)
             .caption(&self.title, caption)
             .margin(margin)
@@ -67,6 +71,8 @@ impl Map {
         chart
             .configure_mesh()
             .disable_mesh()
+            .x_labels(across)
+            .y_labels(upwards)
             .label_style(scale.font(13))
             .axis_desc_style(scale.font(15))
             .x_desc(&self.x.0)

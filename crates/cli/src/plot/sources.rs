@@ -246,7 +246,11 @@ pub fn slice(
     };
     let found = match array {
         Some(name) => arrays.list.iter().find(|a| a.name == name),
-        None => arrays.list.iter().find(space),
+        None => {
+            let fluence = |a: &&Array| space(a) && a.name.ends_with("fluence");
+            let first = arrays.list.iter().find(fluence);
+            first.or_else(|| arrays.list.iter().find(space))
+        }
     };
     let found = found.filter(space).ok_or_else(|| {
         wrong(
@@ -265,18 +269,25 @@ pub fn slice(
             .iter()
             .find(|a| a.name == key)
             .map(|a| a.data.clone());
-        edges.ok_or_else(|| wrong(path, format!("array '{key}' is missing")))
+        let cells = found.axes.iter().zip(&found.shape);
+        let cells = cells.filter(|(a, _)| *a == name).map(|(_, n)| n + 1);
+        let fits = |edges: &Vec<f64>| cells.clone().all(|n| n == edges.len());
+        let edges = edges.filter(fits);
+        edges.ok_or_else(|| {
+            wrong(
+                path,
+                format!("array '{key}' is missing or has another size"),
+            )
+        })
     };
     let across = edges(axis)?;
     let cell = across
         .windows(2)
         .position(|e| (e[0]..=e[1]).contains(&at))
         .ok_or_else(|| {
-            let (a, b) = (across.first(), across.last());
-            wrong(
-                path,
-                format!("{axis} = {at} is outside of the grid, {a:?} to {b:?}"),
-            )
+            let [a, b] = [across.first(), across.last()].map(|e| e.copied().unwrap_or_default());
+            let where_it_is = format!("the grid reaches from {axis} = {a} to {b}");
+            wrong(path, format!("{axis} = {at} is outside: {where_it_is}"))
         })?;
     let [right, up] = match axis {
         "x" => ["y", "z"],
