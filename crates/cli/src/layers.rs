@@ -69,8 +69,8 @@ impl<'a> Naming<'a> {
             axes.push(json!({
                 "name": self.length(),
                 "min": bins.min,
-                "max": bins.min + bins.count as f64 * bins.width,
-                "width": bins.width,
+                "max": bins.max,
+                "width": bins.width(),
                 "bins": bins.count,
                 "speed_of_light": self.layering.speed_of_light,
             }));
@@ -88,7 +88,7 @@ impl<'a> Naming<'a> {
     pub fn describe(&self) -> String {
         let decomposition = &self.layering.decomposition;
         let length = self.layering.bins().map(|bins| {
-            let max = bins.min + bins.count as f64 * bins.width;
+            let max = bins.max;
             let name = self.length();
             format!("{} bins of {name} from {} to {max}", bins.count, bins.min)
         });

@@ -2,7 +2,8 @@
 
 use io::{LoadOptions, Loaded};
 use std::fs;
-use transport::film::{Bins, Decomposition};
+use transport::Bins;
+use transport::film::Decomposition;
 
 /// A scene whose film has these parameters, from line 3.
 fn load(film: &str) -> Result<Loaded, String> {
@@ -56,7 +57,7 @@ fn films_tell_light_apart() {
     assert_eq!(decomposition(""), Decomposition::default());
     let bins = Bins {
         min: 1.0,
-        width: 0.5,
+        max: 4.0,
         count: 6,
     };
     for word in ["length", "transient"] {
@@ -68,7 +69,7 @@ fn films_tell_light_apart() {
     let all = decomposition(&(film + "<integer name=\"max_bounces\" value=\"3\"/>"));
     let bins = Bins {
         min: 2.0,
-        width: 1.0,
+        max: 8.0,
         count: 6,
     };
     assert_eq!(all.length, Some(bins));

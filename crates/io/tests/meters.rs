@@ -135,11 +135,11 @@ fn mistakes_are_named() {
     refused("", &with(&number("bin_width", "0.5")), "max_bound");
     let bins =
         |max: &str, width: &str| with(&(number("max_bound", max) + &number("bin_width", width)));
-    refused("", &bins("1", "0.3"), "whole number of bins");
+    refused("", &bins("1", "0.3"), "do not fill the range");
     refused(
         "",
         &with(&(number("min_bound", "2") + &number("max_bound", "1") + &number("bin_width", "1"))),
-        "above 'min_bound'",
+        "greater than 'min_bound'",
     );
     refused("", &with(&number("pulse_energy", "1")), "pulse_energy");
     refused("", &with(&number("gruneisen", "-1")), "gruneisen");

@@ -3,6 +3,7 @@
 //! Estimators carry basic radiance L/n² throughout (theory §2). This crate reads no file.
 
 pub mod aim;
+mod bins;
 pub mod bsdf;
 pub mod emitter;
 pub mod film;
@@ -19,6 +20,7 @@ pub mod shape;
 pub mod spectrum;
 pub mod stats;
 
+pub use bins::Bins;
 pub use film::Film;
 pub use scene::Scene;
 pub use spectrum::Spectrum;

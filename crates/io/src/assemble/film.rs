@@ -4,7 +4,8 @@ use super::context::Context;
 use crate::diagnostic::suggest;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
-use transport::film::{Bins, Decomposition, Filter};
+use transport::Bins;
+use transport::film::{Decomposition, Filter};
 use transport::scene::FilmSpec;
 
 /// At most so many pixels along a side.
@@ -39,7 +40,7 @@ impl Layering {
         let speed = self.speed_of_light.unwrap_or(1.0);
         self.decomposition.length.map(|bins| Bins {
             min: bins.min / speed,
-            width: bins.width / speed,
+            max: bins.max / speed,
             ..bins
         })
     }
@@ -159,7 +160,7 @@ fn layering(q: &mut Query) -> Layering {
 }
 
 /// Bins of length from bounds that are given in other units, of which `unit` is the length.
-fn bins(q: &mut Query, unit: f64) -> Option<Bins> {
+pub(super) fn bins(q: &mut Query, unit: f64) -> Option<Bins> {
     let min = q.float_or("min_bound", 0.0);
     let max = q.float_in("max_bound", .., None);
     let width = q.float_in("bin_width", POSITIVE, None);
@@ -189,7 +190,7 @@ fn bins(q: &mut Query, unit: f64) -> Option<Bins> {
     }
     Some(Bins {
         min: min * unit,
-        width: (max - min) * unit / count,
+        max: max * unit,
         count: count as usize,
     })
 }

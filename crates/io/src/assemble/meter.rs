@@ -1,7 +1,7 @@
 //! Meters: instruments in place of a camera.
 
 use super::context::Context;
-use super::film::{FilmParts, Layering};
+use super::film::{self, FilmParts, Layering};
 use super::instrument::{Gruneisen, Instrument, Normalization};
 use super::sensor::{self, SensorParts};
 use super::texture::affine;
@@ -10,9 +10,10 @@ use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
+use transport::Bins;
 use transport::film::Filter;
 use transport::meter::{
-    Bins, Coordinates, Cosines, Estimator, FluenceMeter, Grid, IrradianceMeter, Meter, Positions,
+    Coordinates, Cosines, Estimator, FluenceMeter, Grid, IrradianceMeter, Meter, Positions,
 };
 use transport::scene::FilmSpec;
 use transport::sensor::Sensor;
@@ -217,30 +218,7 @@ fn lengths(q: &mut Query) -> Option<Bins> {
     if !names.iter().any(|name| q.has(name)) {
         return None;
     }
-    let min = q.float_in("min_bound", 0.0.., 0.0);
-    let max = q.float_in("max_bound", POSITIVE, None);
-    let width = q.float_in("bin_width", POSITIVE, None);
-    let count = (max - min) / width;
-    if min >= max {
-        q.error(
-            "max_bound",
-            format!("'max_bound' is {max}; it must be above 'min_bound', {min}"),
-        );
-        return None;
-    }
-    if (count - count.round()).abs() > 1e-6 * count || count.round() > MOST_BINS as f64 {
-        let message = format!(
-            "'bin_width' is {width}; the range of {} must be a whole number of bins, at most {MOST_BINS}",
-            max - min
-        );
-        q.error("bin_width", message);
-        return None;
-    }
-    Some(Bins {
-        min,
-        max,
-        count: count.round().max(1.0) as usize,
-    })
+    film::bins(q, 1.0)
 }
 
 fn cosines(q: &mut Query) -> Option<Cosines> {

@@ -1,5 +1,7 @@
 //! How a film's light is told apart: by the length of its paths, their bounces, their emitters.
 
+use crate::Bins;
+
 /// What a film asks about the path of a contribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathFacts {
@@ -13,28 +15,12 @@ pub struct PathFacts {
     pub emitter: usize,
 }
 
-/// Equal bins of a quantity: the first starts at `min`. Each includes its lower edge.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bins {
-    /// Lower edge of the first bin.
-    pub min: f64,
-    /// Width of each, > 0.
-    pub width: f64,
-    /// Their number, ≥ 1.
-    pub count: usize,
-}
-
-impl Bins {
-    /// The slot of a value: that of its bin, or `count` below and `count + 1` above them all.
-    fn slot(&self, value: f64) -> usize {
-        let place = (value - self.min) / self.width;
-        if place < 0.0 {
-            self.count
-        } else if place < self.count as f64 {
-            place as usize
-        } else {
-            self.count + 1
-        }
+/// The slot of a value: that of its bin, or their number below and one more above them all.
+fn slot(bins: &Bins, value: f64) -> usize {
+    match bins.index(value) {
+        Some(bin) => bin,
+        None if value < bins.min => bins.count,
+        None => bins.count + 1,
     }
 }
 
@@ -91,7 +77,9 @@ impl Decomposition {
     /// The layer to which a path belongs.
     pub fn layer(&self, path: &PathFacts) -> usize {
         let [_, bounces, emitters] = self.axes();
-        let length = self.length.map_or(0, |bins| bins.slot(path.optical_length));
+        let length = self
+            .length
+            .map_or(0, |bins| slot(&bins, path.optical_length));
         let bounce = self.bounces.map_or(0, |k| path.bounces.min(k + 1) as usize);
         let emitter = self.emitters.map_or(0, |_| path.emitter);
         (length * bounces.slots() + bounce) * emitters.slots() + emitter
@@ -127,24 +115,22 @@ mod tests {
     }
 
     #[test]
-    fn bins_include_their_lower_edges() {
+    fn light_outside_of_the_bins_has_slots() {
         let bins = Bins {
             min: 1.0,
-            width: 0.5,
+            max: 3.0,
             count: 4,
         };
-        for (value, slot) in [
+        for (value, expected) in [
             (1.0, 0),
-            (1.49, 0),
-            (1.5, 1),
             (2.999, 3),
             (0.999, 4),
             (f64::NEG_INFINITY, 4),
-            (3.0, 5),
+            (3.001, 5),
             (f64::INFINITY, 5),
             (f64::NAN, 5),
         ] {
-            assert_eq!(bins.slot(value), slot, "{value}");
+            assert_eq!(slot(&bins, value), expected, "{value}");
         }
     }
 
@@ -153,7 +139,7 @@ mod tests {
         let all = Decomposition {
             length: Some(Bins {
                 min: 0.0,
-                width: 1.0,
+                max: 3.0,
                 count: 3,
             }),
             bounces: Some(1),

@@ -8,7 +8,7 @@ mod layers;
 mod summary;
 
 pub use cascade::{Cascade, LevelsMut};
-pub use decomposition::{Axis, Bins, Decomposition, PathFacts};
+pub use decomposition::{Axis, Decomposition, PathFacts};
 pub use filter::Filter;
 pub use footprint::footprint;
 pub use layers::{Cell, CellsMut, LayerGroup, Layers, Pending};

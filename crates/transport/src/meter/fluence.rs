@@ -6,13 +6,12 @@
 //! the area of its cross-section, whatever the index (theory §3). Arcs are cut where they pass from cell
 //! to cell, so the parts have the length of the whole.
 
-use super::bins::Bins;
 use super::flight::{Collision, Flight};
 use super::grid::Grid;
 use super::reading::{Axis, Quantity};
 use super::tally::Scores;
-use crate::Spectrum;
 use crate::sampling::Sampler;
+use crate::{Bins, Spectrum};
 
 /// How fluence is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

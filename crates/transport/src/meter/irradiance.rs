@@ -1,10 +1,10 @@
 //! Power through a surface, by side, position, direction and optical path length.
 
-use super::bins::Bins;
 use super::flight::Passing;
 use super::fluence::Slots;
 use super::positions::Positions;
 use super::reading::{Axis, Quantity};
+use crate::Bins;
 use glam::DVec3;
 
 /// Directions told apart by their cosine with an axis.

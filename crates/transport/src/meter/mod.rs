@@ -7,7 +7,6 @@
 //! conserved along rays, whatever the index does to radiance.
 
 mod balance;
-mod bins;
 mod flight;
 mod fluence;
 mod grid;
@@ -18,7 +17,6 @@ mod reading;
 mod tally;
 
 pub use balance::{Balance, Share};
-pub use bins::Bins;
 pub use fluence::{Estimator, FluenceMeter};
 pub use grid::{Coordinates, Grid};
 pub use irradiance::{Cosines, IrradianceMeter};

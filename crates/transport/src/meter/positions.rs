@@ -1,7 +1,7 @@
 //! Bins of position on a surface.
 
-use super::bins::Bins;
 use super::reading::Axis;
+use crate::Bins;
 use crate::sampling::Sampler;
 use crate::shape::{Hit, Shape};
 use std::f64::consts::PI;

@@ -1,8 +1,8 @@
 //! What is read off a meter.
 
-use super::bins::Bins;
 use super::grid::{Coordinates, Grid};
 use super::tally::Tally;
+use crate::Bins;
 
 /// One axis of an array of bins.
 #[derive(Clone, Debug, PartialEq)]

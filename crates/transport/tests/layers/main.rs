@@ -12,8 +12,9 @@ mod sums;
 
 use common::path_tracer;
 use std::ops::ControlFlow;
+use transport::Bins;
 use transport::Scene;
-use transport::film::{Bins, Decomposition};
+use transport::film::Decomposition;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer};
 use transport::render::{Options, Rendering, render};
 use transport::scene::Parts;
@@ -47,7 +48,8 @@ fn bounded(max_depth: u32) -> [Integrator; 3] {
 }
 
 fn bins(min: f64, width: f64, count: usize) -> Option<Bins> {
-    Some(Bins { min, width, count })
+    let max = min + width * count as f64;
+    Some(Bins { min, max, count })
 }
 
 /// Renders with light told apart.

@@ -5,10 +5,11 @@ use eikonal::field::{Constant, Luneburg};
 use glam::DVec3;
 use std::f64::consts::PI;
 use testkit::z_test::max_abs_z;
+use transport::Bins;
 use transport::Spectrum;
 use transport::bsdf::Bsdf;
 use transport::medium::Texture;
-use transport::meter::{Bins, Coordinates, Estimator, Meter};
+use transport::meter::{Coordinates, Estimator, Meter};
 use transport::scene::Parts;
 use transport::shape::{Cube, Sphere};
 

@@ -21,6 +21,11 @@ impl Bins {
         Some((position as usize).min(self.count - 1))
     }
 
+    /// Width of each.
+    pub fn width(&self) -> f64 {
+        (self.max - self.min) / self.count as f64
+    }
+
     /// The ends of all bins, one more than there are bins.
     pub fn edges(&self) -> Vec<f64> {
         let edge = |i: usize| self.min + (self.max - self.min) * i as f64 / self.count as f64;
@@ -29,7 +34,7 @@ impl Bins {
 
     /// The ends of bins inside the open interval (a, b).
     pub fn edges_between(&self, a: f64, b: f64) -> impl Iterator<Item = f64> + '_ {
-        let width = (self.max - self.min) / self.count as f64;
+        let width = self.width();
         let first = ((a - self.min) / width).floor().max(0.0);
         let last = ((b - self.min) / width).ceil().min(self.count as f64);
         let edges =
