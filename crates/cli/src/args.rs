@@ -57,9 +57,10 @@ pub enum Command {
         \"certified_unique\" says that no second ray can exist; false says that none is known not to. \
         That there is no ray is an answer, not an error.")]
     Connect(ConnectArgs),
-    /// Draw figures of results: profiles, histograms over time, sections of fluence, convergence.
+    /// Draw figures of results: profiles, maps, histograms over time, sections of fluence, convergence.
     #[command(after_help = "Examples:\n  \
         morgana plot profile with.exr without.exr --row 48 -o profile.svg\n  \
+        morgana plot image jet.exr --layer deflection --channel X -o deflection.png\n  \
         morgana plot histogram transient.exr --pixel 20,30 -o time.png\n  \
         morgana plot slice fluence.npz --axis z --at 0.5 --log -o slice.png\n  \
         morgana plot convergence a.json b.json -o convergence.svg")]
@@ -99,6 +100,24 @@ pub enum FigureArgs {
         /// Channel; the mean over all by default.
         #[arg(long, value_name = "NAME")]
         channel: Option<String>,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// A layer of an EXR image in false colours, with a colour bar.
+    Image {
+        /// Image (.exr).
+        #[arg(value_name = "IMAGE")]
+        image: PathBuf,
+        /// Layer, for example deflection; the image itself by default.
+        #[arg(long, value_name = "NAME", default_value = "")]
+        layer: String,
+        /// Channel; the mean over all by default.
+        #[arg(long, value_name = "NAME")]
+        channel: Option<String>,
+        /// Colours go by the logarithm.
+        #[arg(long)]
+        log: bool,
         /// File to write: .svg or .png.
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,

@@ -2,7 +2,9 @@
 
 use crate::args::{FigureArgs, PlotArgs};
 use crate::failure::Failure;
-use crate::plot::{Figure, Format, ProfileLine, convergence, histogram, profile, slice, write};
+use crate::plot::{
+    Figure, Format, ProfileLine, convergence, histogram, picture, profile, slice, write,
+};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -32,6 +34,16 @@ pub fn plot(args: &PlotArgs) -> Result<ExitCode, Failure> {
         } => {
             let curves = histogram(images, *pixel, channel.as_deref())?;
             (Figure::Curves(curves), output)
+        }
+        FigureArgs::Image {
+            image,
+            layer,
+            channel,
+            log,
+            output,
+        } => {
+            let map = picture(image, (layer, channel.as_deref()), *log)?;
+            (Figure::Map(map), output)
         }
         FigureArgs::Slice {
             readings,

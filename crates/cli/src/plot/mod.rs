@@ -8,4 +8,4 @@ mod sources;
 pub use curves::{Curves, Series};
 pub use figure::{Figure, Format, write};
 pub use map::Map;
-pub use sources::{ProfileLine, convergence, histogram, profile, slice};
+pub use sources::{ProfileLine, convergence, histogram, picture, profile, slice};

@@ -134,6 +134,27 @@ pub fn profile(
     })
 }
 
+/// A layer of an image in false colours.
+pub fn picture(
+    path: &Path,
+    (layer, channel): (&str, Option<&str>),
+    logarithmic: bool,
+) -> Result<Map, Failure> {
+    let image = exr::read(path)?;
+    let values = values(layer_of(path, &image, layer)?, channel).map_err(|e| wrong(path, e))?;
+    let edges = |n: usize| (0..=n).map(|i| i as f64).collect();
+    // Maps start at the bottom, images at the top.
+    let rows = values.chunks(image.width).rev();
+    Ok(Map {
+        title: quantity(layer, channel),
+        x: ("column (pixels)".into(), edges(image.width)),
+        y: ("row from the bottom (pixels)".into(), edges(image.height)),
+        values: rows.flatten().copied().collect(),
+        quantity: String::new(),
+        logarithmic,
+    })
+}
+
 fn quantity(layer: &str, channel: Option<&str>) -> String {
     let what = if layer.is_empty() { "radiance" } else { layer };
     match channel {

@@ -62,6 +62,8 @@ fn figures_are_drawn() {
     );
     let histogram = svg(&folder, "histogram a.exr --pixel 3,2");
     assert!(histogram.contains("pixel (3, 2)"));
+    let image = svg(&folder, "image a.exr --layer length.0003 --channel R");
+    assert_eq!(image.matches("<rect").count(), 6 * 4 + 200 + 1);
     let convergence = svg(&folder, "convergence a.json b.json");
     assert!(convergence.contains("1/√samples") && convergence.contains("path"));
     let slice = svg(&folder, "slice meter.npz --axis y --at 0.1");
@@ -92,7 +94,7 @@ fn mistakes_are_named() {
     says("profile a.exr --row 0 --layer no -o p.svg", "no layer 'no'");
     says(
         "profile a.exr --row 0 --channel X -o p.svg",
-        "no channel 'X'; there are R, G, B",
+        "no channel 'X'; there are B, G, R",
     );
     says("profile a.exr --row 0 -o p.gif", "figures are .svg or .png");
     says(
