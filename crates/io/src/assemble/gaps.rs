@@ -23,7 +23,7 @@ impl Needs {
     pub fn of(integrator: &Integrator, delta: bool) -> Self {
         match (integrator, delta) {
             (Integrator::Particle(_), _) => Needs::ToSensor,
-            (_, false) => Needs::Nothing,
+            (_, false) | (Integrator::Photon(_), true) => Needs::Nothing,
             (Integrator::Path(_), true) => Needs::FromEmitter,
             (Integrator::Bdpt(_), true) => Needs::One,
         }

@@ -3,26 +3,35 @@
 use super::context::Context;
 use super::*;
 use crate::diagnostic::suggest;
-use transport::integrator::{Bdpt, Connections, Heuristic, ParticleTracer};
+use crate::query::POSITIVE;
+use transport::integrator::{
+    Bdpt, Connections, Heuristic, ParticleTracer, PhotonMapping, Query as PhotonQuery,
+};
 
 /// Names under which scene files and command lines may ask for an estimator. The first three are one
 /// and the same path tracer, the next two one particle tracer.
-const KNOWN: [(&str, Kind); 6] = [
+const KNOWN: [(&str, Kind); 8] = [
     ("path", Kind::Path),
     ("volpath", Kind::Path),
     ("volpathmis", Kind::Path),
     ("particle", Kind::Particle),
     ("ptracer", Kind::Particle),
     ("bdpt", Kind::Bdpt),
+    ("photon", Kind::Photon),
+    ("sppm", Kind::Sppm),
 ];
 /// What connections can keep track of.
 const MOST_REFLECTIONS: i64 = 28;
+/// More light subpaths than a map has memory for.
+const MOST_PHOTONS: i64 = 1_000_000_000;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Path,
     Particle,
     Bdpt,
+    Photon,
+    Sppm,
 }
 
 /// How a scene is to be rendered.
@@ -37,6 +46,7 @@ pub(super) struct Method {
 #[derive(Default)]
 struct Parameters {
     bdpt: Bdpt,
+    photon: PhotonMapping,
     tolerance: Tolerance,
     reflections: u32,
 }
@@ -70,6 +80,12 @@ pub(super) fn build(
             rr_depth,
         }),
         Kind::Bdpt => Integrator::Bdpt(parameters.bdpt),
+        Kind::Photon | Kind::Sppm => Integrator::Photon(PhotonMapping {
+            max_depth,
+            rr_depth,
+            progressive: kind == Kind::Sppm,
+            ..parameters.photon
+        }),
     };
     Method {
         integrator,
@@ -123,10 +139,28 @@ fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
         let connections = [Connections::Resampled, Connections::All];
         bdpt.connections = connections[query.one_of("connections", &["resampled", "all"])];
     }
+    let photon = match kind {
+        Kind::Photon | Kind::Sppm => photons(&mut query),
+        _ => default.photon,
+    };
     query.finish(&[]);
     Parameters {
         bdpt,
+        photon,
         tolerance: Tolerance::new(tolerance),
         reflections: reflections as u32,
     }
+}
+
+fn photons(query: &mut Query) -> PhotonMapping {
+    let mut photon = PhotonMapping::default();
+    if query.has("photons") {
+        photon.photons = Some(query.integer_in("photons", 1..=MOST_PHOTONS, 1) as usize);
+    }
+    if query.has("radius") {
+        photon.radius = Some(query.float_in("radius", POSITIVE, 1.0));
+    }
+    let queries = [PhotonQuery::Beam, PhotonQuery::Point];
+    photon.query = queries[query.one_of("query", &["beam", "point"])];
+    photon
 }

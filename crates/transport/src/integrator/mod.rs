@@ -5,12 +5,16 @@ mod bidirectional;
 mod contribution;
 mod particle;
 mod path;
+mod photon;
 
 pub use bdpt::{Bdpt, Connections};
 pub use bidirectional::Heuristic;
 pub use contribution::Contribution;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
+pub use photon::{
+    Gathered, Gathering, Kernel, Photon, PhotonMap, PhotonMapping, Place, Query, Radii,
+};
 
 use crate::Spectrum;
 use crate::path::Workspace;
@@ -27,15 +31,17 @@ pub enum Integrator {
     Particle(ParticleTracer),
     /// Subpaths from both ends, joined in every way.
     Bdpt(Bdpt),
+    /// Maps of photons, seen by sensor rays.
+    Photon(PhotonMapping),
 }
 
 /// Names of the estimators, as scene files and command lines use them.
-pub const NAMES: [&str; 3] = ["path", "particle", "bdpt"];
+pub const NAMES: [&str; 5] = ["path", "particle", "bdpt", "photon", "sppm"];
 
 impl Integrator {
     /// The contributions of one sample of a pixel, whose sensor ray is given. `channels` is the number
     /// of channels in use. Their weighted sum over the whole image is unbiased if every pixel is
-    /// sampled equally often.
+    /// sampled equally often, but for the blur of photon maps.
     pub fn sample(
         &self,
         scene: &Scene,
@@ -44,26 +50,31 @@ impl Integrator {
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,
     ) {
-        let lane = |c| {
-            if c < channels {
-                1.0 / channels as f64
-            } else {
-                0.0
-            }
-        };
-        let lanes = Spectrum(std::array::from_fn(lane));
+        let lanes = lanes(channels);
         match self {
             Integrator::Path(path) => path.sample(scene, ray, channels, (sampler, ws), out),
             Integrator::Particle(particle) => {
                 particle.sample(scene, ray, lanes, (sampler, ws), out);
             }
             Integrator::Bdpt(bdpt) => bdpt.sample(scene, ray, lanes, (sampler, ws), out),
+            Integrator::Photon(photon) => photon.sample(scene, ray, lanes, (sampler, ws), out),
         }
     }
 
     /// Whether contributions go to other pixels than that of the sample.
     pub fn splats(&self) -> bool {
-        !matches!(self, Integrator::Path(_))
+        match self {
+            Integrator::Path(_) | Integrator::Photon(_) => false,
+            Integrator::Particle(_) | Integrator::Bdpt(_) => true,
+        }
+    }
+
+    /// Whether its error becomes as small as one likes with enough samples.
+    pub fn converges(&self) -> bool {
+        match self {
+            Integrator::Path(_) | Integrator::Particle(_) | Integrator::Bdpt(_) => true,
+            Integrator::Photon(photon) => photon.progressive,
+        }
     }
 
     /// Name, as in [`NAMES`].
@@ -72,6 +83,16 @@ impl Integrator {
             Integrator::Path(_) => NAMES[0],
             Integrator::Particle(_) => NAMES[1],
             Integrator::Bdpt(_) => NAMES[2],
+            Integrator::Photon(photon) => NAMES[3 + usize::from(photon.progressive)],
         }
     }
+}
+
+/// Probabilities of the channels, alike for those in use.
+pub fn lanes(channels: usize) -> Spectrum {
+    let lane = |c| match c < channels {
+        true => 1.0 / channels as f64,
+        false => 0.0,
+    };
+    Spectrum(std::array::from_fn(lane))
 }

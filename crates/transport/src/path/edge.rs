@@ -68,6 +68,8 @@ pub struct Span {
     pub depth_before: Spectrum,
     /// Factor of the specular events before this span.
     pub weight_before: Spectrum,
+    /// Number of specular events before this span.
+    pub events_before: u32,
 }
 
 /// A point inside a span.

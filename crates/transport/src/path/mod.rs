@@ -26,7 +26,7 @@ mod vertex;
 mod walk;
 
 pub use attract::{scatter, scatter_pdf};
-pub use edge::{Carry, Edge, End, Front, Span, Start};
+pub use edge::{Carry, Edge, End, Front, Point, Span, Start};
 pub use ends::{Bounds, LightPath, sensor_path};
 pub use equiangular::Equiangular;
 pub use guess::guess;

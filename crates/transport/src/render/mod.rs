@@ -1,6 +1,8 @@
 //! Rendering: samples spread over threads, with results that depend on the seed alone.
 
+mod bias;
 mod memory;
+mod photons;
 mod pilot;
 mod pixels;
 mod source;
@@ -8,6 +10,7 @@ mod splats;
 mod strategies;
 mod target;
 
+pub use bias::Debiased;
 pub use memory::memory;
 pub use strategies::StrategyImage;
 pub use target::{Measure, Target};
@@ -86,6 +89,17 @@ pub struct Rendering {
     pub reached: bool,
     /// One image for each strategy, if they were wanted.
     pub strategies: Vec<StrategyImage>,
+    /// The image without the bias that is known of, if the estimator has any.
+    pub debiased: Option<Debiased>,
+    /// Radius of the first photon map, the largest over the channel groups; zero for other estimators.
+    pub first_radius: f64,
+}
+
+impl Rendering {
+    /// The measured error, relative to the image's mean; infinite as long as it is not known.
+    pub fn error(&self, measure: Measure) -> f64 {
+        measure.error(&self.film, self.debiased.as_ref())
+    }
 }
 
 /// Renders on the current thread pool: one scene for each group of up to four channels, alike but for
@@ -120,6 +134,7 @@ pub fn render_counted(
         .enumerate()
         .map(|(group, scene)| Source::new(scene, options, group))
         .collect();
+    let mut debiased = photons::debiased(spec, &options.integrator);
     let mut watch = options.target.map(Watch::new);
     let (mut done, mut next, mut reached) = (0, 1, false);
     while done < options.samples {
@@ -128,9 +143,12 @@ pub fn render_counted(
         next = next.min(options.samples.min(look) - done);
         for source in &sources {
             let range = done..done + next;
-            stats += match options.integrator.splats() {
-                true => splats::pass(source, range, (&mut film, strategies.as_mut()), counter),
-                false => pixels::pass(source, range, &mut film, counter),
+            stats += match (&mut debiased, options.integrator.splats()) {
+                (Some(debiased), _) => photons::pass(source, range, (&mut film, debiased), counter),
+                (None, true) => {
+                    splats::pass(source, range, (&mut film, strategies.as_mut()), counter)
+                }
+                (None, false) => pixels::pass(source, range, &mut film, counter),
             };
         }
         done += next;
@@ -141,7 +159,8 @@ pub fn render_counted(
         if on_pass(&progress).is_break() {
             break;
         }
-        reached = watch.as_mut().is_some_and(|w| w.is_over(done, &film));
+        let watch = watch.as_mut();
+        reached = watch.is_some_and(|w| w.is_over(done, (&film, debiased.as_ref())));
         if reached {
             break;
         }
@@ -154,6 +173,8 @@ pub fn render_counted(
         search: sources.iter().map(|s| s.search).fold(0.0, f64::max),
         reached,
         strategies: strategies.map_or(Vec::new(), Strategies::into_images),
+        debiased,
+        first_radius: sources.iter().map(|s| s.radius).fold(0.0, f64::max),
     }
 }
 
