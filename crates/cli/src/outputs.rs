@@ -26,6 +26,19 @@ pub fn layers(film: &Film, names: &[String], attributes: Vec<(String, String)>) 
     image(film, layers, attributes)
 }
 
+/// Of photon maps, layers `bias` (what is known of that of every pixel) and `bound` (which the error by bias and
+/// noise exceeds in one of twenty pixels at most).
+pub fn bias(rendering: &Rendering, names: &[String]) -> Vec<Layer> {
+    let layers = rendering.debiased.iter().flat_map(|debiased| {
+        let film = &rendering.film;
+        [
+            layer("bias", &debiased.pixel_bias(film), names),
+            layer("bound", &debiased.bound(film), names),
+        ]
+    });
+    layers.collect()
+}
+
 /// What each strategy of a render found, in layers such as `s1t2.weighted` (its share: these add up to
 /// the main layer, which is the image) and `s1t2.unweighted` (all that it can find, on its own).
 pub fn strategies(

@@ -70,6 +70,7 @@ impl Report<'_> {
             format!("{} samples/s", numbers::count(self.rate())),
             self.outcome(),
         ];
+        parts.extend(self.photon_line());
         parts.extend(self.target_line());
         let stats = &self.rendering.stats;
         if stats.connections.capped > 0 {
@@ -157,7 +158,7 @@ impl Report<'_> {
     fn target(&self) -> Option<Value> {
         let measure = self.args.target.unwrap_or_default();
         self.args.target_error.map(|wanted| {
-            let error = measure.error(&self.rendering.film);
+            let error = self.rendering.error(measure);
             json!({
                 "measure": measure.name(),
                 "wanted": wanted,
@@ -172,7 +173,7 @@ impl Report<'_> {
     fn target_line(&self) -> Option<String> {
         let wanted = self.args.target_error?;
         let measure = self.args.target.unwrap_or_default();
-        let error = numbers::percent(measure.error(&self.rendering.film));
+        let error = numbers::percent(self.rendering.error(measure));
         let outcome = match self.rendering.reached {
             true => "reached: slight bias by stopping".into(),
             false => format!("of {} not reached", numbers::percent(wanted)),
@@ -181,6 +182,33 @@ impl Report<'_> {
             "{} error {error}, target {outcome}",
             measure.name()
         ))
+    }
+
+    /// What is known of photon maps.
+    fn photons(&self) -> Option<Value> {
+        let (rendering, photons) = (self.rendering, &self.rendering.stats.photons);
+        rendering.debiased.as_ref().map(|debiased| {
+            json!({
+                "in_media": photons.in_media,
+                "on_surfaces": photons.on_surfaces,
+                "radius": rendering.first_radius,
+                "bias": debiased.bias(&rendering.film),
+                "error": debiased.error(&rendering.film),
+                "possible_bias": "blur of photons",
+            })
+        })
+    }
+
+    /// The same in a few words.
+    fn photon_line(&self) -> Option<String> {
+        let debiased = self.rendering.debiased.as_ref()?;
+        let photons = &self.rendering.stats.photons;
+        if photons.in_media + photons.on_surfaces == 0 {
+            return Some("no photon fell on anything: only emitters are seen".into());
+        }
+        let film = &self.rendering.film;
+        let bias = debiased.bias(film) / film.summary().0;
+        Some(format!("bias about {}", numbers::percent(bias)))
     }
 
     /// Which branches connections look for.
@@ -246,6 +274,7 @@ impl Report<'_> {
             "counters": counters(stats),
             "branches": self.branches(),
             "connections": self.connections(),
+            "photons": self.photons(),
             "decomposition": Naming::of(self.loaded).map(|n| n.json(film)),
         })
     }

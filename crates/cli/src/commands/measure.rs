@@ -149,6 +149,7 @@ fn depths(integrator: &Integrator) -> (Option<u32>, u32) {
         Integrator::Path(i) => (i.max_depth, i.rr_depth),
         Integrator::Particle(i) => (i.max_depth, i.rr_depth),
         Integrator::Bdpt(i) => (i.max_depth, i.rr_depth),
+        Integrator::Photon(i) => (i.max_depth, i.rr_depth),
     }
 }
 

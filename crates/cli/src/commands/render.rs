@@ -36,6 +36,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     }
     check_strategies(args, &loaded)?;
     check_colours(args, &loaded, &mut images)?;
+    check_target(args, &loaded)?;
     check_memory(args, &loaded)?;
     let interrupted = interrupt::watch()?;
     // Other limits replace the scene's number of samples, but not that of the command line.
@@ -73,6 +74,7 @@ fn write(
     let names = &report.loaded.channel_names;
     let film = &report.rendering.film;
     let mut image = outputs::layers(film, names, report.attributes());
+    image.layers.extend(outputs::bias(report.rendering, names));
     if images.iter().any(|(_, format)| *format == ImageFormat::Exr) {
         layers::extend(&mut image, film, report.loaded);
     }
@@ -129,6 +131,19 @@ fn check_colours(
     }
     images.retain(|image| !is_png(image));
     Ok(())
+}
+
+/// A bias that does not shrink may keep a render from ever reaching its target.
+fn check_target(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
+    let endless = args.target_error.is_some() && args.spp.is_none() && args.time.is_none();
+    if !endless || loaded.integrator.converges() {
+        return Ok(());
+    }
+    Err(Failure::Usage(
+        "--target-error may never be reached by the integrator photon, whose bias does not shrink: use sppm, or \
+         set a limit by --spp or --time"
+            .into(),
+    ))
 }
 
 /// A film that does not fit into memory would end the program without a word.

@@ -24,7 +24,7 @@ impl Needs {
         match (integrator, delta) {
             (Integrator::Aov(_), _) => Needs::Nothing,
             (Integrator::Particle(_), _) => Needs::ToSensor,
-            (_, false) => Needs::Nothing,
+            (_, false) | (Integrator::Photon(_), true) => Needs::Nothing,
             (Integrator::Path(_), true) => Needs::FromEmitter,
             (Integrator::Bdpt(_), true) => Needs::One,
         }

@@ -3,11 +3,15 @@
 use super::context::Context;
 use super::*;
 use crate::diagnostic::suggest;
-use transport::integrator::{Aov, AovTracer, Bdpt, Connections, Heuristic, ParticleTracer};
+use crate::query::POSITIVE;
+use transport::integrator::{
+    Aov, AovTracer, Bdpt, Connections, Heuristic, ParticleTracer, PhotonMapping,
+    Query as PhotonQuery,
+};
 
 /// Names under which scene files and command lines may ask for an estimator. The first three are one
 /// and the same path tracer, the next two one particle tracer.
-const KNOWN: [(&str, Kind); 7] = [
+const KNOWN: [(&str, Kind); 9] = [
     ("path", Kind::Path),
     ("volpath", Kind::Path),
     ("volpathmis", Kind::Path),
@@ -15,9 +19,13 @@ const KNOWN: [(&str, Kind); 7] = [
     ("ptracer", Kind::Particle),
     ("bdpt", Kind::Bdpt),
     ("aov", Kind::Aov),
+    ("photon", Kind::Photon),
+    ("sppm", Kind::Sppm),
 ];
 /// What connections can keep track of.
 const MOST_REFLECTIONS: i64 = 28;
+/// More light subpaths than a map has memory for.
+const MOST_PHOTONS: i64 = 1_000_000_000;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -25,6 +33,8 @@ enum Kind {
     Particle,
     Bdpt,
     Aov,
+    Photon,
+    Sppm,
 }
 
 /// How a scene is to be rendered.
@@ -40,6 +50,7 @@ pub(super) struct Method {
 struct Parameters {
     bdpt: Bdpt,
     aov: AovTracer,
+    photon: PhotonMapping,
     tolerance: Tolerance,
     reflections: u32,
 }
@@ -83,6 +94,12 @@ pub(super) fn build(
         }),
         Kind::Bdpt => Integrator::Bdpt(parameters.bdpt),
         Kind::Aov => Integrator::Aov(parameters.aov),
+        Kind::Photon | Kind::Sppm => Integrator::Photon(PhotonMapping {
+            max_depth,
+            rr_depth,
+            progressive: kind == Kind::Sppm,
+            ..parameters.photon
+        }),
     };
     Method {
         integrator,
@@ -140,10 +157,15 @@ fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
         Kind::Aov => aovs(&mut query),
         _ => default.aov,
     };
+    let photon = match kind {
+        Kind::Photon | Kind::Sppm => photons(&mut query),
+        _ => default.photon,
+    };
     query.finish(&[]);
     Parameters {
         bdpt,
         aov,
+        photon,
         tolerance: Tolerance::new(tolerance),
         reflections: reflections as u32,
     }
@@ -171,4 +193,17 @@ fn aovs(query: &mut Query) -> AovTracer {
         query.error("aovs", format!("expected a list of: {}", names.join(", ")));
     }
     AovTracer::new(&wanted)
+}
+
+fn photons(query: &mut Query) -> PhotonMapping {
+    let mut photon = PhotonMapping::default();
+    if query.has("photons") {
+        photon.photons = Some(query.integer_in("photons", 1..=MOST_PHOTONS, 1) as usize);
+    }
+    if query.has("radius") {
+        photon.radius = Some(query.float_in("radius", POSITIVE, 1.0));
+    }
+    let queries = [PhotonQuery::Beam, PhotonQuery::Point];
+    photon.query = queries[query.one_of("query", &["beam", "point"])];
+    photon
 }

@@ -121,6 +121,7 @@ impl PathTracer {
             carry: Carry::Radiance,
             lanes,
             extend: t.equiangular,
+            collides: true,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
         let budget = self.budget(next.way.depth + 1);

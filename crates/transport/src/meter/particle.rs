@@ -51,6 +51,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             carry: Carry::Power,
             lanes: setup.lanes,
             extend: false,
+            collides: true,
         };
         for _ in 0..MOST_EDGES {
             let Some(ray) = next else {

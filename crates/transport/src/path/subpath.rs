@@ -136,6 +136,7 @@ impl Walker {
             carry: self.carry,
             lanes: self.lanes,
             extend: false,
+            collides: true,
         };
         let (mut next, mut depth, mut passed) = (Some(ray), 0, false);
         while let Some(current) = next.take() {

@@ -30,6 +30,8 @@ pub struct Sampling {
     pub lanes: Spectrum,
     /// Whether spans are recorded beyond a collision up to the next surface that is not index-matched.
     pub extend: bool,
+    /// Whether the edge may end at a collision; if not it goes on to a surface, through all media.
+    pub collides: bool,
 }
 
 /// Samples an edge.
@@ -78,7 +80,10 @@ struct Walk<'a> {
 impl<'a> Walk<'a> {
     fn new(scene: &'a Scene, start: Start, sampling: Sampling, sampler: &'a mut Sampler) -> Self {
         let channel = choose_lane(sampling.lanes, sampler.next_1d());
-        let target = -(1.0 - sampler.next_1d()).ln();
+        let target = match sampling.collides {
+            true => -(1.0 - sampler.next_1d()).ln(),
+            false => f64::INFINITY,
+        };
         let n = scene.n(start.medium, start.x);
         Walk {
             scene,

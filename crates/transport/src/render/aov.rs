@@ -56,7 +56,7 @@ fn values(
     (pixel, sample): (usize, u64),
     ws: &mut Workspace,
 ) -> Vec<f64> {
-    let (_, ray) = source.ray(pixel, sample);
+    let (ray, _) = source.ray(pixel, sample);
     ws.stats.paths += 1;
     let mut values = Vec::new();
     tracer.sample(source.scene, ray, ws, &mut values);

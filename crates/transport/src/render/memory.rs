@@ -44,7 +44,7 @@ fn strategies(integrator: &Integrator) -> usize {
     };
     let pairs = (0..=most).flat_map(|s| (1..=most).map(move |t| (s, t)));
     match integrator {
-        Integrator::Path(_) | Integrator::Aov(_) => 0,
+        Integrator::Path(_) | Integrator::Photon(_) | Integrator::Aov(_) => 0,
         Integrator::Particle(p) => pairs
             .filter(|&(s, t)| within(p.max_depth, (s, t)) && (t == 1 || (s, t) == (0, 2)))
             .count(),

@@ -1,8 +1,10 @@
 //! Rendering: samples spread over threads, with results that depend on the seed alone.
 
 mod aov;
+mod bias;
 mod measure;
 mod memory;
+mod photons;
 mod pilot;
 mod pixels;
 mod source;
@@ -10,6 +12,7 @@ mod splats;
 mod strategies;
 mod target;
 
+pub use bias::Debiased;
 pub use measure::{MeasureError, MeasureOptions, Measurement, measure};
 pub use memory::memory;
 pub use strategies::StrategyImage;
@@ -89,6 +92,17 @@ pub struct Rendering {
     pub reached: bool,
     /// One image for each strategy, if they were wanted.
     pub strategies: Vec<StrategyImage>,
+    /// The image without the bias that is known of, if the estimator has any.
+    pub debiased: Option<Debiased>,
+    /// Radius of the first photon map, the largest over the channel groups; zero for other estimators.
+    pub first_radius: f64,
+}
+
+impl Rendering {
+    /// The measured error, relative to the image's mean; infinite as long as it is not known.
+    pub fn error(&self, measure: Measure) -> f64 {
+        measure.error(&self.film, self.debiased.as_ref())
+    }
 }
 
 /// Renders on the current thread pool: one scene for each group of up to four channels, alike but for
@@ -124,6 +138,7 @@ pub fn render_counted(
         .enumerate()
         .map(|(group, scene)| Source::new(scene, options, group))
         .collect();
+    let mut debiased = photons::debiased(spec, &options.integrator);
     let mut watch = options.target.map(Watch::new);
     let (mut done, mut next, mut reached) = (0, 1, false);
     while done < options.samples {
@@ -132,9 +147,12 @@ pub fn render_counted(
         next = next.min(options.samples.min(look) - done);
         for source in &sources {
             let range = done..done + next;
-            stats += match &options.integrator {
-                Integrator::Aov(tracer) => aov::pass(source, tracer, range, &mut film, counter),
-                integrator if integrator.splats() => {
+            stats += match (&options.integrator, &mut debiased) {
+                (Integrator::Aov(tracer), _) => {
+                    aov::pass(source, tracer, range, &mut film, counter)
+                }
+                (_, Some(debiased)) => photons::pass(source, range, (&mut film, debiased), counter),
+                (integrator, None) if integrator.splats() => {
                     splats::pass(source, range, (&mut film, strategies.as_mut()), counter)
                 }
                 _ => pixels::pass(source, range, &mut film, counter),
@@ -148,7 +166,8 @@ pub fn render_counted(
         if on_pass(&progress).is_break() {
             break;
         }
-        reached = watch.as_mut().is_some_and(|w| w.is_over(done, &film));
+        let watch = watch.as_mut();
+        reached = watch.is_some_and(|w| w.is_over(done, (&film, debiased.as_ref())));
         if reached {
             break;
         }
@@ -161,6 +180,8 @@ pub fn render_counted(
         search: sources.iter().map(|s| s.search).fold(0.0, f64::max),
         reached,
         strategies: strategies.map_or(Vec::new(), Strategies::into_images),
+        debiased,
+        first_radius: sources.iter().map(|s| s.radius).fold(0.0, f64::max),
     }
 }
 

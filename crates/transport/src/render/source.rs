@@ -1,6 +1,6 @@
 //! Where the samples of a pixel come from.
 
-use super::{Options, pilot};
+use super::{Options, photons, pilot};
 use crate::Spectrum;
 use crate::film::Pixel;
 use crate::integrator::{Contribution, Integrator};
@@ -16,6 +16,8 @@ pub(super) struct Source<'a> {
     pub group: usize,
     /// Probability with which connections are searched for further branches.
     pub search: f64,
+    /// Radius of the first photon map; zero if there are none.
+    pub radius: f64,
     seed: u64,
 }
 
@@ -26,12 +28,16 @@ impl<'a> Source<'a> {
             integrator: options.integrator,
             group,
             search: 1.0,
+            radius: 0.0,
             // Each group's paths have an address space of their own.
             seed: options
                 .seed
                 .wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)),
         };
-        source.search = pilot::search_probability(&source);
+        match options.integrator {
+            Integrator::Photon(mapping) => source.radius = photons::first_radius(&source, &mapping),
+            _ => source.search = pilot::search_probability(&source),
+        }
         source
     }
 
@@ -47,20 +53,6 @@ impl<'a> Source<'a> {
         ws
     }
 
-    /// The random numbers of one sample of a pixel, and its sensor ray.
-    pub fn ray(&self, pixel: usize, sample: u64) -> (Sampler, Ray) {
-        let mut sampler = Sampler::new(self.seed, pixel as u64, sample);
-        let spec = self.scene.film();
-        let [u, v] = sampler.next_2d();
-        let lens = sampler.next_2d();
-        let (column, row) = (pixel % spec.width, pixel / spec.width);
-        let image = [
-            (column as f64 + 0.5 + spec.filter.sample(u)) / spec.width as f64,
-            (row as f64 + 0.5 + spec.filter.sample(v)) / spec.height as f64,
-        ];
-        (sampler, self.scene.sensor().ray(image, lens))
-    }
-
     /// Adds the contributions of one sample of a pixel to `out`.
     pub fn sample(
         &self,
@@ -69,11 +61,30 @@ impl<'a> Source<'a> {
         ws: &mut Workspace,
         out: &mut Vec<Contribution>,
     ) {
-        let (mut sampler, ray) = self.ray(pixel, sample);
+        let (ray, mut sampler) = self.ray(pixel, sample);
         ws.stats.paths += 1;
         let state = (&mut sampler, ws);
         self.integrator
             .sample(self.scene, ray, self.lanes(), state, out);
+    }
+
+    /// The sensor ray of a sample of a pixel, and the random numbers after it.
+    pub fn ray(&self, pixel: usize, sample: u64) -> (Ray, Sampler) {
+        let mut sampler = self.sampler(pixel as u64, sample);
+        let spec = self.scene.film();
+        let [u, v] = sampler.next_2d();
+        let lens = sampler.next_2d();
+        let (column, row) = (pixel % spec.width, pixel / spec.width);
+        let image = [
+            (column as f64 + 0.5 + spec.filter.sample(u)) / spec.width as f64,
+            (row as f64 + 0.5 + spec.filter.sample(v)) / spec.height as f64,
+        ];
+        (self.scene.sensor().ray(image, lens), sampler)
+    }
+
+    /// The random numbers of a sample of a pixel. Numbers beyond those of the pixels are for what they share.
+    pub fn sampler(&self, pixel: u64, sample: u64) -> Sampler {
+        Sampler::new(self.seed, pixel, sample)
     }
 }
 

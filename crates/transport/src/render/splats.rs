@@ -125,7 +125,7 @@ pub(super) fn splat(
 }
 
 /// The layers of a sample of the whole image, being added up.
-struct Layered {
+pub(super) struct Layered {
     decomposition: Decomposition,
     pixels: usize,
     /// By pixel and layer.
@@ -133,7 +133,7 @@ struct Layered {
 }
 
 impl Layered {
-    fn new(layers: Option<&mut LayerGroup>, pixels: usize) -> Option<Self> {
+    pub fn new(layers: Option<&mut LayerGroup>, pixels: usize) -> Option<Self> {
         let decomposition = layers?.decomposition();
         Some(Layered {
             decomposition,
@@ -143,17 +143,23 @@ impl Layered {
     }
 
     fn splat(&mut self, source: &Source, part: &Part) {
-        let layers = self.decomposition.layers();
         for (own, contribution) in part {
             let layer = self.decomposition.layer(&contribution.path);
             let value = contribution.weighted();
             splat(source, *own, contribution, |pixel, filter| {
-                self.pending.add(pixel * layers + layer, value * filter);
+                self.add(pixel, layer, value * filter);
             });
         }
     }
 
-    fn finish(&mut self, group: &mut LayerGroup) {
+    /// Adds a value to a pixel's sample.
+    pub fn add(&mut self, pixel: usize, layer: usize, value: Spectrum) {
+        self.pending
+            .add(pixel * self.decomposition.layers() + layer, value);
+    }
+
+    /// Adds what was added up to the film, and starts anew.
+    pub fn finish(&mut self, group: &mut LayerGroup) {
         let layers = self.decomposition.layers();
         let mut sums = vec![Spectrum::ZERO; layers];
         let mut cells = group.cells_mut();

@@ -5,6 +5,7 @@
 //! first look is not early, and two in a row must agree. What is left is a small bias of the mean, for
 //! renders stop a little too soon when bright samples happen to be missing (theory §10).
 
+use super::Debiased;
 use crate::film::Film;
 
 /// Samples per pixel before the first look.
@@ -26,10 +27,12 @@ pub struct Target {
 /// What an error is of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Measure {
-    /// The mean over the image and its channels: its standard error ([`Film::summary`]).
+    /// The mean over the image and its channels: its standard error ([`Film::summary`]), and the size of its
+    /// bias ([`Debiased::error`]).
     #[default]
     Image,
-    /// Single pixels: the root of the mean square of their standard errors ([`Film::rms_error`]).
+    /// Single pixels: the root of the mean square of their errors ([`Film::rms_error`],
+    /// [`Debiased::rms_error`]).
     Pixel,
 }
 
@@ -42,12 +45,15 @@ impl Measure {
         Measure::NAMES[self as usize]
     }
 
-    /// The error of a film relative to its mean; infinite as long as it is not known.
-    pub fn error(self, film: &Film) -> f64 {
+    /// The error of a film relative to its mean, with that by bias if there is any: infinite as long as it is
+    /// not known.
+    pub fn error(self, film: &Film, debiased: Option<&Debiased>) -> f64 {
         let (mean, error) = film.summary();
-        let error = match self {
-            Measure::Image => error,
-            Measure::Pixel => film.rms_error(),
+        let error = match (self, debiased) {
+            (Measure::Image, None) => error,
+            (Measure::Pixel, None) => film.rms_error(),
+            (Measure::Image, Some(debiased)) => debiased.error(film),
+            (Measure::Pixel, Some(debiased)) => debiased.rms_error(film),
         };
         match error / mean {
             relative if relative.is_finite() => relative,
@@ -78,12 +84,12 @@ impl Watch {
     }
 
     /// Whether to stop after `done` samples per pixel.
-    pub fn is_over(&mut self, done: u64, film: &Film) -> bool {
+    pub fn is_over(&mut self, done: u64, (film, debiased): (&Film, Option<&Debiased>)) -> bool {
         if done < self.next {
             return false;
         }
         self.next = (done as f64 * GROWTH).ceil() as u64;
-        self.met = match self.target.measure.error(film) <= self.target.error {
+        self.met = match self.target.measure.error(film, debiased) <= self.target.error {
             true => self.met + 1,
             false => 0,
         };
