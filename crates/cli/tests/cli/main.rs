@@ -5,6 +5,7 @@ mod errors;
 mod info;
 mod layers;
 mod limits;
+mod photons;
 mod render;
 mod strategies;
 mod support;
