@@ -2,7 +2,9 @@
 
 use io::{LoadOptions, Loaded};
 use std::fs;
-use transport::integrator::{Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer};
+use transport::integrator::{
+    Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer, PhotonMapping, Query,
+};
 
 const CAMERA: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
   <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
@@ -52,6 +54,8 @@ fn every_name_has_its_estimator() {
         ("ptracer", "particle"),
         ("bdpt", "bdpt"),
         ("aov", "aov"),
+        ("photon", "photon"),
+        ("sppm", "sppm"),
     ] {
         let loaded = accepted(&integrator(name, ""), None);
         assert_eq!(loaded.integrator.name(), expected);
@@ -145,6 +149,62 @@ fn choices_are_made_by_name() {
 }
 
 #[test]
+fn photon_maps_have_parameters() {
+    let photon = |kind: &str, words: &str| match accepted(&integrator(kind, words), None).integrator
+    {
+        Integrator::Photon(photon) => photon,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(photon("photon", ""), PhotonMapping::default());
+    let words = r#"<integer name="photons" value="1000"/><float name="radius" value="0.1"/>
+      <string name="query" value="point"/><integer name="max_depth" value="4"/>"#;
+    assert_eq!(
+        photon("sppm", words),
+        PhotonMapping {
+            photons: Some(1000),
+            radius: Some(0.1),
+            progressive: true,
+            query: Query::Point,
+            max_depth: Some(4),
+            rr_depth: 5,
+        }
+    );
+    for (words, expected) in [
+        (
+            r#"<float name="radius" value="0"/>"#,
+            "'radius' is 0 but must be greater than 0",
+        ),
+        (
+            r#"<float name="radius" value="-1"/>"#,
+            "must be greater than 0",
+        ),
+        (
+            r#"<integer name="photons" value="0"/>"#,
+            "'photons' is 0 but must be at least 1",
+        ),
+        (
+            r#"<string name="query" value="bean"/>"#,
+            "did you mean 'beam'?",
+        ),
+        (
+            r#"<string name="heuristic" value="power"/>"#,
+            "no parameter 'heuristic'",
+        ),
+    ] {
+        refused(
+            &integrator("photon", words),
+            None,
+            &["scene.xml:4:", expected],
+        );
+    }
+    refused(
+        &integrator("path", r#"<float name="radius" value="1"/>"#),
+        None,
+        &["no parameter 'radius'"],
+    );
+}
+
+#[test]
 fn mistakes_have_places_and_help() {
     refused(
         &integrator("bdtp", ""),
@@ -160,7 +220,7 @@ fn mistakes_have_places_and_help() {
         Some("bdtp"),
         &["unknown integrator 'bdtp'", "did you mean 'bdpt'?"],
     );
-    refused(SKY, Some("photons"), &["known integrators: path, "]);
+    refused(SKY, Some("metropolis"), &["known integrators: path, "]);
     refused(
         &integrator("bdpt", "<integer name=\"reflections\" value=\"29\"/>"),
         None,
@@ -232,6 +292,8 @@ fn light_that_is_found_draws_none() {
         ("bdpt", 0, [SKY, GLASS]),
         ("bdpt", 0, [SKY, METAL]),
         ("bdpt", 1, [LAMP, GLASS]),
+        ("photon", 0, [LAMP, METAL]),
+        ("sppm", 0, [SKY, GLASS]),
     ] {
         let text = warnings(kind, reflections, &things.concat());
         assert_eq!(text, "", "{kind} {reflections}");

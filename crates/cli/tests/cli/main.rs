@@ -6,6 +6,7 @@ mod info;
 mod layers;
 mod limits;
 mod measure;
+mod photons;
 mod plot;
 mod render;
 mod strategies;
