@@ -37,8 +37,7 @@ impl<'a> Source<'a> {
 
     /// Number of channels in use.
     pub fn lanes(&self) -> usize {
-        let channels = self.scene.film().channels;
-        (channels - self.group * Spectrum::LANES).min(Spectrum::LANES)
+        self.scene.film().lanes_of(self.group)
     }
 
     pub fn workspace(&self) -> Workspace {
@@ -72,8 +71,8 @@ impl<'a> Source<'a> {
         let (mut sampler, ray) = self.ray(pixel, sample);
         ws.stats.paths += 1;
         let state = (&mut sampler, ws);
-        self.integrator
-            .sample(self.scene, ray, self.lanes(), state, out);
+        let scene = self.scene.at(sample);
+        self.integrator.sample(scene, ray, self.lanes(), state, out);
     }
 }
 
