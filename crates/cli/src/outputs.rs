@@ -98,10 +98,11 @@ fn planes(values: &[f32], channels: usize) -> impl Iterator<Item = Vec<f32>> {
     (0..channels).map(move |c| values.iter().skip(c).step_by(channels).copied().collect())
 }
 
-/// What a screen shows: the image in colour, or the mean of its channels in grey if these are no
-/// colours.
+/// What a screen shows: the image in colour, be it from wavelengths, or the mean of its channels in grey if
+/// these tell no colours.
 fn colour(image: &ImageLayers) -> RgbImage {
-    image.rgb().unwrap_or_else(|| {
+    let coloured = image.rgb().or_else(|| image.spectral_rgb());
+    coloured.unwrap_or_else(|| {
         let channels = &image.layers[0].channels;
         let grey = |i: usize| {
             let sum: f32 = channels.iter().map(|(_, values)| values[i]).sum();

@@ -13,13 +13,13 @@ use io::diagnostic::Style;
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
+use transport::Scene;
 use transport::medium::Texture;
 use transport::meter::Tally;
 use transport::path::lead_in;
 use transport::render::{Options, memory};
 use transport::scene::MediumId;
 use transport::sensor::Sensor;
-use transport::{Scene, Spectrum};
 
 /// Describes a scene.
 pub fn info(args: &SceneArgs) -> Result<ExitCode, Failure> {
@@ -67,8 +67,9 @@ fn meters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     let channels = loaded.channel_names.join(" ");
     writeln!(
         out,
-        "  sampling     {} particles, {channels}",
-        loaded.samples
+        "  sampling     {} particles{}, {channels}",
+        loaded.samples,
+        instants(loaded)
     )?;
     for instrument in &loaded.instruments {
         let cells = instrument.meter.cells();
@@ -92,10 +93,19 @@ fn picture(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     film_layers(out, loaded)?;
     writeln!(
         out,
-        "  sampling     {} samples per pixel, integrator {}",
+        "  sampling     {} samples per pixel{}, integrator {}",
         loaded.samples,
+        instants(loaded),
         loaded.integrator.name()
     )
+}
+
+/// Over how many instants of a period of sound samples are spread.
+fn instants(loaded: &Loaded) -> String {
+    match loaded.scene().instants() {
+        1 => String::new(),
+        n => format!(" at {n} phases of the sound"),
+    }
 }
 
 /// How light is told apart, and the bytes that all films take while they are rendered.
@@ -200,16 +210,22 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     let (medium, region) = (scene.medium(id), &scene.regions()[id]);
     let bounds = &region.bounds;
     writeln!(out, "  {}", medium.name)?;
+    let wavelengths = loaded.groups.iter();
+    let indices = wavelengths.map(|s| s.n(id, DVec3::ZERO));
+    let (low, high) = indices.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), n| {
+        (low.min(n), high.max(n))
+    });
     if medium.index.is_constant() {
-        writeln!(
-            out,
-            "    index      {}: straight rays",
-            plain(scene.n(id, DVec3::ZERO))
-        )?;
+        let n = span((low, high), 1.0);
+        writeln!(out, "    index      {n}: straight rays")?;
     } else {
+        let first = match low < high {
+            true => format!(", at {}", loaded.channel_names[0]),
+            false => String::new(),
+        };
         writeln!(
             out,
-            "    index      {} to {} (bounds)",
+            "    index      {} to {} (bounds{first})",
             plain(bounds.n_min()),
             plain(bounds.n_max())
         )?;
@@ -227,9 +243,14 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     if medium.is_transparent() {
         return writeln!(out, "    clear");
     }
-    let groups = loaded.groups.iter().map(|s| s.medium(id));
+    let groups = loaded.groups.iter().enumerate();
+    let groups = groups.map(|(group, s)| (s.medium(id), s.film().lanes_of(group)));
     let all = |texture: fn(&transport::medium::Medium) -> &Texture| {
-        range(groups.clone().map(texture), loaded.channel_names.len())
+        range(
+            groups
+                .clone()
+                .map(|(medium, lanes)| (texture(medium), lanes)),
+        )
     };
     let sigma = all(|m| &m.sigma_t);
     writeln!(
@@ -244,15 +265,11 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     }
 }
 
-/// Smallest and largest value over all groups of channels.
-fn range<'a>(textures: impl Iterator<Item = &'a Texture>, channels: usize) -> (f64, f64) {
-    let mut left = channels;
+/// Smallest and largest value over all groups of channels, of which so many count.
+fn range<'a>(textures: impl Iterator<Item = (&'a Texture, usize)>) -> (f64, f64) {
     textures.fold(
         (f64::INFINITY, f64::NEG_INFINITY),
-        |(low, high), texture| {
-            // Lanes beyond the last channel are zero and do not count.
-            let lanes = left.min(Spectrum::LANES);
-            left -= lanes;
+        |(low, high), (texture, lanes)| {
             let (a, b) = match texture {
                 Texture::Uniform(v) => {
                     let used = &v.0[..lanes];

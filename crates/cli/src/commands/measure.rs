@@ -100,8 +100,8 @@ fn run(
 ) -> Result<(Measurement, Option<Stopped>), Failure> {
     // A time limit replaces the scene's number of particles, but not that of the command line.
     let requested = match args.time {
-        Some(_) => args.particles,
-        None => Some(args.particles.unwrap_or(loaded.samples)),
+        Some(_) => args.particles.map(|_| loaded.samples),
+        None => Some(loaded.samples),
     };
     let goal = Goal {
         samples_per_spp: loaded.groups.len() as u64,

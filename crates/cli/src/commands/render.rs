@@ -22,7 +22,11 @@ use transport::render::{Options, Rendering, Target, memory, render_counted};
 /// Renders a scene and writes its images.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     let pool = pool(args.threads)?;
-    let loaded = load::load(&args.scene, args.integrator.as_deref(), args.spp)?;
+    let loaded = load::load(
+        &args.scene,
+        args.integrator.as_deref(),
+        args.spp.or(args.particles),
+    )?;
     if !loaded.instruments.is_empty() {
         return measure(args, &loaded, &pool);
     }
@@ -42,7 +46,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     // Other limits replace the scene's number of samples, but not that of the command line.
     let requested = match (args.time, args.target_error) {
         (None, None) => Some(loaded.samples),
-        _ => args.spp,
+        _ => args.spp.map(|_| loaded.samples),
     };
     let started = Instant::now();
     let (rendering, stopped) = run(args, &loaded, requested, &pool, &interrupted);

@@ -3,7 +3,8 @@
 use super::context::Context;
 use super::film::{self, FilmParts, Layering};
 use super::instrument::{Gruneisen, Instrument, Normalization};
-use super::sensor::{self, SensorParts};
+use super::sampler::{self, Samples};
+use super::sensor::SensorParts;
 use super::texture::affine;
 use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
@@ -50,10 +51,10 @@ pub(super) fn build(
             .diagnostics
             .push(warning.at(&object.plugin_location));
     }
-    let (mut instruments, mut particles) = (Vec::new(), 0);
+    let (mut instruments, mut particles) = (Vec::new(), Samples::default());
     let mut add = |object: &Object, surface, context: &mut Context| {
         let (instrument, samples) = instrument(object, surface, context);
-        particles = samples.max(particles);
+        particles = particles.max(samples);
         instruments.extend(instrument);
     };
     for object in meters {
@@ -67,7 +68,7 @@ pub(super) fn build(
 }
 
 /// Stands for the camera, in the middle of everything.
-fn nobody(samples: u64, context: &Context) -> SensorParts {
+fn nobody(samples: Samples, context: &Context) -> SensorParts {
     let boxes = context.objects.iter().map(|o| o.shape.aabb());
     let all = boxes.fold(Aabb::EMPTY, Aabb::union);
     let middle = if all.is_empty() {
@@ -83,6 +84,7 @@ fn nobody(samples: u64, context: &Context) -> SensorParts {
                 width: 1,
                 height: 1,
                 channels: context.channels.count(),
+                lanes: context.channels.most_lanes(),
                 filter: Filter::Box,
             },
             layering: Layering::default(),
@@ -109,7 +111,7 @@ fn instrument(
     object: &Object,
     surface: Option<usize>,
     context: &mut Context,
-) -> (Option<Instrument>, u64) {
+) -> (Option<Instrument>, Samples) {
     let mut q = Query::new(object, context.diagnostics);
     let film = q.child(PluginKind::Film).cloned();
     let sampler = q.child(PluginKind::Sampler).cloned();
@@ -155,7 +157,7 @@ fn instrument(
     if let Some(film) = film {
         self::film(&film, context);
     }
-    let samples = sensor::count(sampler.as_deref(), PARTICLES, context);
+    let samples = sampler::build(sampler.as_deref(), PARTICLES, context);
     let instrument = meter.map(|meter| Instrument {
         name: object.id.clone().unwrap_or_else(|| object.plugin.clone()),
         meter,

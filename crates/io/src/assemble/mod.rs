@@ -14,6 +14,7 @@ mod integrator;
 mod ior;
 mod medium;
 mod meter;
+mod sampler;
 mod sensor;
 mod shape;
 mod sides;
@@ -47,7 +48,8 @@ pub struct LoadOptions {
 /// A scene that is ready to render.
 #[derive(Debug)]
 pub struct Loaded {
-    /// One scene for each group of up to four spectral channels; they differ in spectra only.
+    /// One scene for each group of up to four spectral channels; they differ in spectra only. If an index depends
+    /// on the wavelength, one for each channel.
     pub groups: Vec<Scene>,
     /// Estimator.
     pub integrator: Integrator,
@@ -71,7 +73,13 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// The scene of the first channel group: geometry, media and sensor are the same in all.
+    /// Whether groups differ in their indices: some medium disperses, and each wavelength has rays of its own.
+    pub fn is_dispersive(&self) -> bool {
+        self.scene().film().lanes == 1 && self.groups.len() > 1
+    }
+
+    /// The scene of the first channel group: geometry and sensor are the same in all, and indices if no medium
+    /// disperses.
     pub fn scene(&self) -> &Scene {
         &self.groups[0]
     }
@@ -133,14 +141,15 @@ pub fn assemble(
         return Err(diagnostics);
     };
     let emitter_names = std::mem::take(&mut first.emitter_names);
-    let (integrator, samples) = (first.integrator, first.samples);
+    let integrator = first.integrator;
+    let samples = whole_periods(options, first, &mut diagnostics);
     let (layering, reweight) = (first.layering, first.reweight);
     let instruments = std::mem::take(&mut first.instruments);
     Ok(Loaded {
         instruments,
         groups: parts.into_iter().map(|p| p.scene).collect(),
         integrator,
-        samples: options.samples.unwrap_or(samples),
+        samples,
         warnings: diagnostics,
         hash,
         channel_names: match &integrator {
@@ -151,6 +160,20 @@ pub fn assemble(
         layering,
         reweight,
     })
+}
+
+/// The number of samples: the same at each instant of a period of sound.
+fn whole_periods(options: &LoadOptions, parts: &GroupParts, diagnostics: &mut Diagnostics) -> u64 {
+    let wanted = options.samples.unwrap_or(parts.samples);
+    let samples = parts.scene.whole_periods(wanted);
+    if samples != wanted {
+        let instants = parts.scene.instants();
+        let message = format!(
+            "{samples} samples are taken instead of {wanted}: a multiple of the sampler's {instants} phases"
+        );
+        diagnostics.push(Diagnostic::warning(message));
+    }
+    samples
 }
 
 /// What the description makes for one channel group.
@@ -253,7 +276,7 @@ fn group_parts(
             None => diagnostic,
         });
     };
-    match Scene::new(parts) {
+    match Scene::over_period(parts, sensor.samples.instants) {
         Ok(scene) => {
             // Without light a picture is black, but other quantities are not.
             let dark = matches!(method.integrator, Integrator::Aov(_));
@@ -283,7 +306,7 @@ fn group_parts(
             Some(GroupParts {
                 scene,
                 integrator: method.integrator,
-                samples: sensor.samples,
+                samples: sensor.samples.count,
                 emitter_names,
                 layering,
                 reweight: sensor.film.reweight,

@@ -3,8 +3,8 @@
 use super::context::Context;
 use super::film::{self, FilmParts};
 use super::medium;
+use super::sampler::{self, Samples};
 use super::texture::affine;
-use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use glam::DAffine3;
@@ -13,6 +13,8 @@ use transport::scene::MediumId;
 use transport::sensor::{Orthographic, Perspective, Sensor, Stop, Telecentric, ThinLens};
 
 const KNOWN: [&str; 4] = ["perspective", "thinlens", "orthographic", "telecentric"];
+/// Samples per pixel, unless a sampler says otherwise.
+const SAMPLES: i64 = 64;
 /// Cones of telecentric sensors are narrow: lenses gather no wider ones.
 const WIDEST_STOP: f64 = 45.0;
 
@@ -21,7 +23,7 @@ pub(super) struct SensorParts {
     pub sensor: Sensor,
     pub medium: Option<MediumId>,
     pub film: FilmParts,
-    pub samples: u64,
+    pub samples: Samples,
 }
 
 /// The sensor that an object describes; `None` after an error.
@@ -48,7 +50,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<SensorPart
     q.float_or("far_clip", 0.0);
     q.finish(&[]);
     let film = film::build(film.as_deref(), context);
-    let samples = self::samples(sampler.as_deref(), context);
+    let samples = sampler::build(sampler.as_deref(), SAMPLES, context);
     let medium = inside.map(|m| medium::medium(&m, context));
     let Some(optics) = optics else {
         unknown_plugin(object, &KNOWN, context.diagnostics);
@@ -160,30 +162,4 @@ impl Optics {
             }
         }
     }
-}
-
-fn samples(object: Option<&Object>, context: &mut Context) -> u64 {
-    const DEFAULT: i64 = 64;
-    count(object, DEFAULT, context)
-}
-
-/// The number of samples that a sampler asks for.
-pub(super) fn count(object: Option<&Object>, default: i64, context: &mut Context) -> u64 {
-    let Some(object) = object else {
-        return default as u64;
-    };
-    if object.plugin != "independent" {
-        let message = format!(
-            "sampler '{}' is not available; 'independent' is used instead",
-            object.plugin
-        );
-        context
-            .diagnostics
-            .push(Diagnostic::warning(message).at(&object.plugin_location));
-    }
-    let mut q = Query::new(object, context.diagnostics);
-    let count = q.integer_in("sample_count", 1..=i64::MAX, default);
-    q.has("seed");
-    q.finish(&[]);
-    count as u64
 }

@@ -77,7 +77,7 @@ fn of_group(volume: Volume, context: &Context) -> ([usize; 3], usize, Vec<f32>) 
     if channels == 1 || channels == lanes {
         return (size, channels, volume.into_data());
     }
-    let first = context.group * Spectrum::LANES;
+    let first = context.channels.first(context.group);
     let voxels = volume.data().chunks_exact(channels);
     let data = voxels.flat_map(|v| &v[first..first + lanes]).copied();
     (size, lanes, data.collect())

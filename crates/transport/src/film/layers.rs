@@ -29,11 +29,13 @@ pub struct LayerGroup {
 }
 
 impl Layers {
-    pub(super) fn new(decomposition: Decomposition, pixels: usize, channels: usize) -> Self {
-        let groups = (0..channels.div_ceil(Spectrum::LANES)).map(|group| {
-            let lanes = (channels - group * Spectrum::LANES).min(Spectrum::LANES);
-            LayerGroup::new(decomposition, pixels, lanes)
-        });
+    /// For groups of so many channels each.
+    pub(super) fn new(
+        decomposition: Decomposition,
+        pixels: usize,
+        lanes: impl Iterator<Item = usize>,
+    ) -> Self {
+        let groups = lanes.map(|lanes| LayerGroup::new(decomposition, pixels, lanes));
         Layers {
             decomposition,
             groups: groups.collect(),

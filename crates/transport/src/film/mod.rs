@@ -62,7 +62,7 @@ impl Pixel {
 }
 
 /// Accumulated image: `width × height` pixels from the top left, with any number of channels, which
-/// are kept in groups of [`Spectrum::LANES`].
+/// are kept in groups of at most [`Spectrum::LANES`].
 ///
 /// Filters other than the box are sampled in proportion to their value, so every pixel is a plain
 /// mean of independent samples and its variance is known without bias.
@@ -71,6 +71,8 @@ pub struct Film {
     width: usize,
     height: usize,
     channels: usize,
+    /// Channels per group.
+    lanes: usize,
     pixels: Vec<Pixel>,
     /// For each group, samples of the image's mean, if pixels are not independent.
     whole: Vec<Pixel>,
@@ -91,13 +93,19 @@ pub struct PartsMut<'a> {
 }
 
 impl Film {
-    /// An empty film; no argument may be zero.
+    /// An empty film with channels in as few groups as possible; no argument may be zero.
     pub fn new(width: usize, height: usize, channels: usize) -> Self {
-        let groups = channels.div_ceil(Spectrum::LANES);
+        Self::in_groups(width, height, channels, Spectrum::LANES)
+    }
+
+    /// An empty film with groups of `lanes` channels, at most [`Spectrum::LANES`]; no argument may be zero.
+    pub fn in_groups(width: usize, height: usize, channels: usize, lanes: usize) -> Self {
+        let groups = channels.div_ceil(lanes);
         Film {
             width,
             height,
             channels,
+            lanes,
             pixels: vec![Pixel::default(); width * height * groups],
             whole: vec![Pixel::default(); groups],
             layers: None,
@@ -108,7 +116,8 @@ impl Film {
     /// The film with layers of light told apart, if it is to be.
     pub fn decomposed(self, decomposition: Decomposition) -> Self {
         let pixels = self.width * self.height;
-        let layers = || Layers::new(decomposition, pixels, self.channels);
+        let groups = (0..self.groups()).map(|group| self.lanes(group));
+        let layers = || Layers::new(decomposition, pixels, groups);
         Film {
             layers: decomposition.is_some().then(layers),
             ..self
@@ -132,7 +141,7 @@ impl Film {
 
     /// Number of channel groups.
     pub fn groups(&self) -> usize {
-        self.channels.div_ceil(Spectrum::LANES)
+        self.channels.div_ceil(self.lanes)
     }
 
     /// Pixels of a group, row by row.
@@ -166,8 +175,9 @@ impl Film {
             .map(|c| c.reweighted(self.width, samples))
             .collect();
         let pixel = |i: usize| {
-            let values = groups.iter().flat_map(move |group| group[i].0);
-            values.take(self.channels).map(|v| v as f32)
+            let values = groups.iter().enumerate();
+            let values = values.flat_map(move |(g, group)| &group[i].0[..self.lanes(g)]);
+            values.map(|v| *v as f32)
         };
         Some((0..self.width * self.height).flat_map(pixel).collect())
     }
@@ -252,6 +262,6 @@ impl Film {
 
     /// Number of channels of a group.
     fn lanes(&self, group: usize) -> usize {
-        (self.channels - group * Spectrum::LANES).min(Spectrum::LANES)
+        (self.channels - group * self.lanes).min(self.lanes)
     }
 }

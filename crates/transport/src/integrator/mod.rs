@@ -75,6 +75,14 @@ impl Integrator {
         }
     }
 
+    /// Number of channels in each group of such an image, if those of the film are in groups of `spectral`.
+    pub fn lanes(&self, spectral: usize) -> usize {
+        match self {
+            Integrator::Aov(_) => Spectrum::LANES,
+            _ => spectral,
+        }
+    }
+
     /// Whether contributions go to other pixels than that of the sample.
     pub fn splats(&self) -> bool {
         matches!(self, Integrator::Particle(_) | Integrator::Bdpt(_))

@@ -134,7 +134,7 @@ impl<'a> Setup<'a> {
                 cuts: &mut cuts,
                 sampler: Sampler::new(seed, 1, number),
             };
-            let mut particle = Particle::new(self, recorder);
+            let mut particle = Particle::new(self, number, recorder);
             let initial = particle.run(&mut sampler, ws);
             let account = self.slots() - Ledger::SLOTS;
             particle

@@ -6,6 +6,7 @@ use super::{Recorder, Setup};
 use crate::Spectrum;
 use crate::path::{Carry, Edge, End, Point, Ray, Sampling, Span, Vertex, Workspace, emit, trace};
 use crate::sampling::Sampler;
+use crate::scene::Scene;
 use glam::DVec3;
 
 /// Particles that have gone over so many edges are lost: between walls that absorb nothing they would go
@@ -17,6 +18,8 @@ const SMALL: f64 = 0.1;
 /// A particle on its way.
 pub(super) struct Particle<'a, 'r> {
     pub setup: &'a Setup<'a>,
+    /// The scene at the particle's instant.
+    scene: &'a Scene,
     pub recorder: Recorder<'r>,
     pub ledger: Ledger,
     /// Edges and specular events so far.
@@ -26,9 +29,11 @@ pub(super) struct Particle<'a, 'r> {
 }
 
 impl<'a, 'r> Particle<'a, 'r> {
-    pub fn new(setup: &'a Setup<'a>, recorder: Recorder<'r>) -> Self {
+    /// The particle of this number.
+    pub fn new(setup: &'a Setup<'a>, number: u64, recorder: Recorder<'r>) -> Self {
         Particle {
             setup,
+            scene: setup.scene.at(number),
             recorder,
             ledger: Ledger::default(),
             depth: 0,
@@ -42,7 +47,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         let pick = setup.choice.sample(sampler.next_1d());
         let u = (sampler.next_2d(), sampler.next_2d());
         let white = setup.lanes.map(|p| f64::from(u8::from(p > 0.0)));
-        let Some((_, ray)) = emit(setup.scene, (pick.index, pick.probability), white, u) else {
+        let Some((_, ray)) = emit(self.scene, (pick.index, pick.probability), white, u) else {
             return 0.0;
         };
         self.optical_length = ray.optical_length;
@@ -57,7 +62,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             let Some(ray) = next else {
                 return initial.sum();
             };
-            let edge = trace(setup.scene, ray.start, sampling, sampler, ws);
+            let edge = trace(self.scene, ray.start, sampling, sampler, ws);
             let onward = self.edge(&edge, ray.throughput, sampler);
             next = onward.and_then(|ray| self.roulette(ray, initial, sampler));
         }
@@ -84,7 +89,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             };
             let theta_end = collision.map_or(span.theta_end, |point| point.theta);
             let flight = Flight {
-                scene: self.setup.scene,
+                scene: self.scene,
                 lanes: self.setup.lanes,
                 span,
                 theta_end,
@@ -127,7 +132,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         let Some((object, hit)) = span.surface else {
             return;
         };
-        let opaque = self.setup.scene.objects()[object].bsdf.is_opaque();
+        let opaque = self.scene.objects()[object].bsdf.is_opaque();
         let seen = if opaque { Some(before) } else { after };
         let Some((direction, power)) = seen else {
             return;
@@ -151,7 +156,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         (power, left): (Spectrum, Spectrum),
         sampler: &mut Sampler,
     ) -> Option<Ray> {
-        let scene = self.setup.scene;
+        let scene = self.scene;
         match &edge.end {
             End::Collision(point) => {
                 let collision = self.collision(point, power);
@@ -205,7 +210,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         let lanes = self.setup.lanes;
         let share = share(lanes, point.depth);
         Collision {
-            scene: self.setup.scene,
+            scene: self.scene,
             point: *point,
             path: power * point.weight * share / (lanes * point.rate * share).sum(),
             optical_length: self.optical_length,

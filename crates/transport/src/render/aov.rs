@@ -59,7 +59,7 @@ fn values(
     let (ray, _) = source.ray(pixel, sample);
     ws.stats.paths += 1;
     let mut values = Vec::new();
-    tracer.sample(source.scene, ray, ws, &mut values);
+    tracer.sample(source.scene.at(sample), ray, ws, &mut values);
     values
 }
 

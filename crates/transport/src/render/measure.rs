@@ -1,7 +1,6 @@
 //! Measuring: particles spread over threads, with results that depend on the seed alone.
 
 use super::longer_or_shorter;
-use crate::Spectrum;
 use crate::meter::{Balance, Meter, Part, Reading, Setup, Tally};
 use crate::path::Workspace;
 use crate::scene::Scene;
@@ -19,7 +18,7 @@ const MOST_TASKS: u64 = 1 << 10;
 /// How a measurement is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeasureOptions {
-    /// Particles, for each group of up to four channels.
+    /// Particles, for each group of channels.
     pub particles: u64,
     /// Seed: the same seed gives the same readings, bit for bit, for any number of threads.
     pub seed: u64,
@@ -56,8 +55,8 @@ pub enum MeasureError {
     Memory(usize),
 }
 
-/// Measures on the current thread pool: one scene for each group of up to four channels, alike but for
-/// their spectra, whose film gives the number of channels. `counter` grows by one for each particle.
+/// Measures on the current thread pool: one scene for each group of channels, alike but for their spectra and
+/// indices, whose film gives the number of channels. `counter` grows by one for each particle.
 ///
 /// `on_pass` is called between passes with the number of particles done; when it breaks, the measurement
 /// stops with what it has.
@@ -116,7 +115,7 @@ impl<'a> Group<'a> {
         meters: &'a [Meter],
         options: &MeasureOptions,
     ) -> Result<Self, MeasureError> {
-        let channels = (scene.film().channels - index * Spectrum::LANES).min(Spectrum::LANES);
+        let channels = scene.film().lanes_of(index);
         let depths = (options.max_depth.unwrap_or(u32::MAX), options.rr_depth);
         let setup = Setup::new(scene, meters, channels, depths).ok_or(MeasureError::Dark)?;
         let slots = setup.slots();

@@ -11,7 +11,7 @@ use crate::scene::FilmSpec;
 /// them to files takes more, but not at the same time.
 pub fn memory(spec: &FilmSpec, options: &Options) -> usize {
     let channels = options.integrator.channels(spec.channels);
-    let groups = channels.div_ceil(Spectrum::LANES);
+    let groups = channels.div_ceil(options.integrator.lanes(spec.lanes));
     let pixels = spec.width.saturating_mul(spec.height);
     let film = groups * size_of::<Pixel>();
     let splats = options.integrator.splats();

@@ -105,8 +105,9 @@ impl Rendering {
     }
 }
 
-/// Renders on the current thread pool: one scene for each group of up to four channels, alike but for
-/// their spectra. A film's groups are in the same order.
+/// Renders on the current thread pool: one scene for each group of channels, alike but for their spectra and
+/// indices. A film's groups are in the same order. Of scenes over a period of sound, all instants get the
+/// same number of samples if [`Options::samples`] is a multiple of theirs.
 ///
 /// `on_pass` is called between passes; when it breaks, the render stops with what it has. All pixels
 /// then have the same number of samples, and the same values as a render of just that many.
@@ -128,7 +129,8 @@ pub fn render_counted(
 ) -> Rendering {
     let spec = scenes[0].film();
     let channels = options.integrator.channels(spec.channels);
-    let mut film = Film::new(spec.width, spec.height, channels)
+    let lanes = options.integrator.lanes(spec.lanes);
+    let mut film = Film::in_groups(spec.width, spec.height, channels, lanes)
         .decomposed(options.decomposition)
         .sorted(options.reweight);
     let mut stats = Stats::default();
@@ -144,7 +146,8 @@ pub fn render_counted(
     while done < options.samples {
         let started = Instant::now();
         let look = watch.as_ref().map_or(u64::MAX, Watch::next);
-        next = next.min(options.samples.min(look) - done);
+        next = scenes[0].whole_periods(next.min(look.saturating_sub(done)));
+        next = next.min(options.samples - done);
         for source in &sources {
             let range = done..done + next;
             stats += match (&options.integrator, &mut debiased) {

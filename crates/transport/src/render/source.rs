@@ -43,8 +43,7 @@ impl<'a> Source<'a> {
 
     /// Number of channels in use.
     pub fn lanes(&self) -> usize {
-        let channels = self.scene.film().channels;
-        (channels - self.group * Spectrum::LANES).min(Spectrum::LANES)
+        self.scene.film().lanes_of(self.group)
     }
 
     pub fn workspace(&self) -> Workspace {
@@ -64,8 +63,8 @@ impl<'a> Source<'a> {
         let (ray, mut sampler) = self.ray(pixel, sample);
         ws.stats.paths += 1;
         let state = (&mut sampler, ws);
-        self.integrator
-            .sample(self.scene, ray, self.lanes(), state, out);
+        let scene = self.scene.at(sample);
+        self.integrator.sample(scene, ray, self.lanes(), state, out);
     }
 
     /// The sensor ray of a sample of a pixel, and the random numbers after it.

@@ -40,7 +40,7 @@ struct Layer {
 impl Layer {
     fn new(spec: &FilmSpec) -> Self {
         Layer {
-            film: Film::new(spec.width, spec.height, spec.channels),
+            film: Film::in_groups(spec.width, spec.height, spec.channels, spec.lanes),
             image: vec![Spectrum::ZERO; spec.width * spec.height],
         }
     }

@@ -91,6 +91,7 @@ pub fn parts(
             width: 4,
             height: 4,
             channels: 1,
+            lanes: Spectrum::LANES,
             filter: Filter::Box,
         },
         tolerance: Tolerance::default(),

@@ -42,6 +42,7 @@ fn mode(q: &mut Query) -> Result<AcousticMode, FieldError> {
     let amplitude = amplitude(q);
     let order = q.integer_in("order", 0..=64, 0) as u16;
     let phase = q.float_or("phase", 0.0);
+    let time_phase = q.float_or("time_phase", 0.0);
     if q.has("frequency") || q.has("sound_speed") {
         let frequency = q.float_in("frequency", POSITIVE, None);
         let speed = q.float_in("sound_speed", POSITIVE, None);
@@ -51,14 +52,16 @@ fn mode(q: &mut Query) -> Result<AcousticMode, FieldError> {
                 "give frequency and sound_speed, or wave_number, not both",
             );
         }
-        return AcousticMode::from_frequency(amplitude, order, frequency, speed, phase);
+        let mode = AcousticMode::from_frequency(amplitude, order, frequency, speed, phase)?;
+        return mode.with_time_phase(time_phase);
     }
     AcousticMode::new(
         amplitude,
         order,
         q.float_in("wave_number", POSITIVE, None),
         phase,
-    )
+    )?
+    .with_time_phase(time_phase)
 }
 
 /// The amplitude of the index: as such, or that of the pressure times dn/dp.

@@ -26,6 +26,7 @@ struct Law {
 pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     // In double precision: rounding of n to single would drown contrasts of 1e-6.
     let (volume, source) = read::<f64>(object, context);
+    let nm = context.channels.wavelength(context.group);
     let mut query = Query::new(object, context.diagnostics);
     for known in ["filename", "axis_order", "dataset", "to_world"] {
         query.has(known);
@@ -36,7 +37,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
                        sit at voxel centres, \"nodes\" if the outermost lie on the bounds";
         query.error("filename", message);
     }
-    let law = law(object, &mut query);
+    let law = law(object, nm, &mut query);
     query.finish(&[]);
     let volume = volume?;
     if volume.channels() != 1 {
@@ -70,12 +71,12 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     placed(field, rest, object, context)
 }
 
-/// What the samples are, unless they are the index itself.
-fn law(object: &Object, q: &mut Query) -> Option<Law> {
+/// What the samples are, unless they are the index itself, at the wavelength `nm` of the channel if it has one.
+fn law(object: &Object, nm: Option<f64>, q: &mut Query) -> Option<Law> {
     let law = match object.plugin.as_str() {
         "gladstone_dale" => Law {
             n0: q.float_in("n0", POSITIVE, 1.0),
-            slope: gladstone_dale(q),
+            slope: gladstone_dale(nm, q),
             reference: q.float_or("reference", 0.0),
         },
         "pressure" => Law {
@@ -92,9 +93,21 @@ fn law(object: &Object, q: &mut Query) -> Option<Law> {
     })
 }
 
-/// K of Gladstone and Dale in m³/kg: given, or that of air at a wavelength.
-fn gladstone_dale(q: &mut Query) -> f64 {
+/// K of Gladstone and Dale in m³/kg: given, or that of air at a wavelength, which is that of the channel
+/// unless it is given.
+fn gladstone_dale(channel: Option<f64>, q: &mut Query) -> f64 {
     match (q.has("constant"), q.has("wavelength")) {
+        (false, false) if let Some(nm) = channel => {
+            if !air::VALID.contains(&nm) {
+                let (least, most) = (air::VALID.start(), air::VALID.end());
+                let message = format!(
+                    "the index of air is known from {least} to {most} nm, not at the film's {nm} nm: give \
+                     <float name=\"wavelength\"> or <float name=\"constant\">"
+                );
+                q.error("filename", message);
+            }
+            air::gladstone_dale(nm)
+        }
         (true, false) => q.float_in("constant", 0.0..=0.1, None),
         (false, true) => air::gladstone_dale(q.float_in("wavelength", air::VALID, None)),
         (false, false) => {

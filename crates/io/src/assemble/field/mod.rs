@@ -2,7 +2,10 @@
 
 mod acoustic;
 mod air;
+mod dispersion;
 mod grid;
+
+pub(super) use dispersion::disperses;
 
 use super::context::Context;
 use super::texture::affine;
@@ -15,7 +18,7 @@ use eikonal::field::{
 };
 use glam::{DAffine3, DVec3};
 
-const KNOWN: [&str; 12] = [
+const KNOWN: [&str; 14] = [
     "constant",
     "linear",
     "linear_square",
@@ -28,6 +31,8 @@ const KNOWN: [&str; 12] = [
     "gladstone_dale",
     "pressure",
     "sum",
+    "cauchy",
+    "sellmeier",
 ];
 
 /// The field that a volume describes; `None` after an error.
@@ -35,6 +40,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     match object.plugin.as_str() {
         "bspline" | "gladstone_dale" | "pressure" => return grid::build(object, context),
         "sum" => return sum(object, context),
+        plugin if dispersion::LAWS.contains(&plugin) => return dispersion::build(object, context),
         _ => {}
     }
     let mut query = Query::new(object, context.diagnostics);
