@@ -79,7 +79,7 @@ fn a_stopped_render_is_a_render_of_as_many_samples() {
             };
             let one = with(1);
             assert!(one.reached && one.samples > 40, "{error}: {}", one.samples);
-            assert!(measure.error(&one.film) <= error);
+            assert!(one.error(measure) <= error);
             assert_eq!(one.film, with(3).film);
             assert_eq!(
                 one.film,
