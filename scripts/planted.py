@@ -21,6 +21,20 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "every wavelength refracted as the first",
+        "crates/io/src/assemble/channels.rs",
+        "Some(nm[self.first(group)])",
+        "Some(nm[0])",
+        ("io", "dispersion", "a_glass_ball_deflects_each_wavelength_by_snells_law"),
+    ),
+    (
+        "half of the instants of a period left out",
+        TRANSPORT + "scene/period.rs",
+        "match (sample % self.instants() as u64) as usize {",
+        "match (sample % self.instants() as u64 / 2) as usize {",
+        ("transport", "period", "averaged_fluence_is_the_mean_of_the_instants"),
+    ),
+    (
         "fluence of particles weighted by n²",
         TRANSPORT + "meter/fluence.rs",
         "let fluence = flight.power_at(0.0) * length;",

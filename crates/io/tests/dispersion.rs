@@ -185,7 +185,11 @@ fn mistakes_are_named() {
         &["the index at 500 nm is 16001", "µm"],
     );
     let nested = WEAK.replace("</volume>", "<volume type=\"luneburg\"/></volume>");
-    refused(&film("500"), &nested, &["needs <float name=\"reference_wavelength\">"]);
+    refused(
+        &film("500"),
+        &nested,
+        &["needs <float name=\"reference_wavelength\">"],
+    );
     let alone = WEAK.replace(
         "</volume>",
         "<float name=\"reference_wavelength\" value=\"500\"/></volume>",
