@@ -43,7 +43,7 @@ pub(super) fn first_radius(source: &Source, mapping: &PhotonMapping) -> f64 {
 }
 
 fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Stats) {
-    let (scene, spec) = (source.scene, source.scene.film());
+    let (scene, spec) = (source.scene.at(sample), source.scene.film());
     // Light subpaths are numbered after the pixels.
     let pixels = (spec.width * spec.height) as u64;
     let bounds = mapping.bounds(lanes(source.lanes()));
@@ -66,7 +66,7 @@ pub(super) fn pass(
         let (map, counts) = map(source, mapping, sample);
         stats += counts;
         let gathering = Gathering {
-            scene: source.scene,
+            scene: source.scene.at(sample),
             mapping,
             map: &map,
             radii: mapping.radii(source.radius, sample),
