@@ -180,7 +180,7 @@ the estimators' means, plus {dark:g} % of the image's mean), averaged over pixel
 themselves. Errors above 1 come from rare bright samples: they say little more than that there are some. *Gain*:
 how many times less processor time than path the estimator takes for the same error. *Mean of the image*: with its
 standard error, from the differences between the renders; where estimators differ by much more than that, one of them misses light
-([which](scene-format.md#integrator)).
+([which](scene-format.md#integrator)). Photon maps are compared in [photons.md](photons.md).
 *Capped*: branches whose weighing was cut off, over all renders.
 
 Parameters: {parameters}.

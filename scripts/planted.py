@@ -21,17 +21,46 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "every wavelength refracted as the first",
+        "crates/io/src/assemble/channels.rs",
+        "Some(nm[self.first(group)])",
+        "Some(nm[0])",
+        ("io", "dispersion", "a_glass_ball_deflects_each_wavelength_by_snells_law"),
+    ),
+    (
+        "half of the instants of a period left out",
+        TRANSPORT + "scene/period.rs",
+        "match (sample % self.instants() as u64) as usize {",
+        "match (sample % self.instants() as u64 / 2) as usize {",
+        ("transport", "period", "averaged_fluence_is_the_mean_of_the_instants"),
+    ),
+    (
+        "fluence of particles weighted by n²",
+        TRANSPORT + "meter/fluence.rs",
+        "let fluence = flight.power_at(0.0) * length;",
+        "let n2 = flight.span.arc.velocity(0.0).length_squared(); "
+        "let fluence = flight.power_at(0.0) * (length * n2);",
+        ("transport", "meters", "fluence_in_a_furnace_is_that_of_the_index_squared"),
+    ),
+    (
+        "reflected light counted as light that passes",
+        TRANSPORT + "meter/particle.rs",
+        "if opaque || side(direction) == side(before.0) {",
+        "if opaque || !side(direction) || side(direction) {",
+        ("transport", "meters", "a_half_space_with_an_index_of_its_own"),
+    ),
+    (
         "radiance weighted by 1/n² of the sensor instead of n²",
         TRANSPORT + "integrator/path.rs",
-        "if c < lanes { n * n } else { 0.0 }",
-        "if c < lanes { 1.0 / (n * n) } else { 0.0 }",
+        "if c < channels { n * n } else { 0.0 }",
+        "if c < channels { 1.0 / (n * n) } else { 0.0 }",
         ("transport", "furnace", "luneburg_ball_of_fog"),
     ),
     (
         "emission not divided by n² of the emitter",
         TRANSPORT + "integrator/path.rs",
-        "sum += radiance / (n * n) * weight;",
-        "sum += radiance * weight;",
+        "let light = radiance / (n * n) * weight;",
+        "let light = radiance * weight;",
         ("transport", "slabs", "graded_slab_between_black_plates"),
     ),
     (
@@ -234,6 +263,27 @@ PLANTED = [
         "true => (self.specular_transmittance, 1.0 - f),",
         "true => (self.specular_transmittance, 1.0),",
         ("transport", "slabs", "mcml_mismatched_half_space"),
+    ),
+    (
+        "optical length of light from outside counted from its aim",
+        TRANSPORT + "path/length.rs",
+        "around.radius * scene.n(AMBIENT, around.center)",
+        "0.0 * around.radius * scene.n(AMBIENT, around.center)",
+        ("transport", "layers", "light_from_outside_counts_from_the_ball_around_the_scene"),
+    ),
+    (
+        "geometric in place of optical length",
+        TRANSPORT + "path/walk.rs",
+        "self.lengthen(arc.optical_length(theta_end));",
+        "self.lengthen(arc.arc_length(theta_end));",
+        ("transport", "layers", "all_rays_of_a_luneburg_ball_are_equally_long"),
+    ),
+    (
+        "optical length of the emitter's subpath forgotten where subpaths are joined",
+        TRANSPORT + "integrator/bidirectional/paths.rs",
+        "z.optical_length + link.optical_length + y.optical_length",
+        "z.optical_length + link.optical_length",
+        ("transport", "layers", "estimators_agree_in_every_bin"),
     ),
 ]
 

@@ -5,6 +5,7 @@ use clap::{Args as ClapArgs, Parser, Subcommand};
 use glam::DVec3;
 use std::path::PathBuf;
 use std::time::Duration;
+use transport::render::Measure;
 
 /// Renders light in media of continuously varying refractive index.
 #[derive(Debug, Parser)]
@@ -26,7 +27,8 @@ pub enum Command {
     /// Render a scene to images.
     #[command(after_help = "Example:\n  \
         morgana render scenes/luneburg_fog.xml --spp 256 -o fog.exr -o fog.png\n\n\
-        Without -o, an EXR and a PNG file named after the scene are written to the current folder. \
+        Without -o, an EXR and a PNG file named after the scene are written to the current folder; \
+        an NPZ file if the scene has meters in place of a camera (docs/meters.md). \
         Ctrl-C stops the render and writes what there is; the same seed always gives the same image, \
         whatever the number of threads.")]
     Render(RenderArgs),
@@ -55,6 +57,116 @@ pub enum Command {
         \"certified_unique\" says that no second ray can exist; false says that none is known not to. \
         That there is no ray is an answer, not an error.")]
     Connect(ConnectArgs),
+    /// Draw figures of results: profiles, maps, histograms over time, sections of fluence, convergence.
+    #[command(after_help = "Examples:\n  \
+        morgana plot profile with.exr without.exr --row 48 -o profile.svg\n  \
+        morgana plot image jet.exr --layer deflection --channel X -o deflection.png\n  \
+        morgana plot histogram transient.exr --pixel 20,30 -o time.png\n  \
+        morgana plot slice fluence.npz --axis z --at 0.5 --log -o slice.png\n  \
+        morgana plot convergence a.json b.json -o convergence.svg")]
+    Plot(PlotArgs),
+}
+
+/// `morgana plot`.
+#[derive(Debug, ClapArgs)]
+pub struct PlotArgs {
+    /// What to draw.
+    #[command(subcommand)]
+    pub figure: FigureArgs,
+}
+
+/// The figures.
+#[derive(Debug, Subcommand)]
+pub enum FigureArgs {
+    /// Values along a row or a column of EXR images, with bands of one standard error.
+    Profile {
+        /// Images (.exr).
+        #[arg(required = true, value_name = "IMAGE")]
+        images: Vec<PathBuf>,
+        /// Row of pixels, from 0 at the top.
+        #[arg(
+            long,
+            value_name = "Y",
+            conflicts_with = "column",
+            required_unless_present = "column"
+        )]
+        row: Option<usize>,
+        /// Column of pixels, from 0 at the left.
+        #[arg(long, value_name = "X")]
+        column: Option<usize>,
+        /// Layer, for example bounce.1; the image itself by default.
+        #[arg(long, value_name = "NAME", default_value = "")]
+        layer: String,
+        /// Channel; the mean over all by default.
+        #[arg(long, value_name = "NAME")]
+        channel: Option<String>,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// A layer of an EXR image in false colours, with a colour bar.
+    Image {
+        /// Image (.exr).
+        #[arg(value_name = "IMAGE")]
+        image: PathBuf,
+        /// Layer, for example deflection; the image itself by default.
+        #[arg(long, value_name = "NAME", default_value = "")]
+        layer: String,
+        /// Channel; the mean over all by default.
+        #[arg(long, value_name = "NAME")]
+        channel: Option<String>,
+        /// Colours go by the logarithm.
+        #[arg(long)]
+        log: bool,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Light over optical length or time, from EXR images with bins of them.
+    Histogram {
+        /// Images (.exr).
+        #[arg(required = true, value_name = "IMAGE")]
+        images: Vec<PathBuf>,
+        /// One pixel, from 0,0 at the top left, instead of the mean over all.
+        #[arg(long, value_name = "X,Y", value_parser = pixel)]
+        pixel: Option<[usize; 2]>,
+        /// Channel; the mean over all by default.
+        #[arg(long, value_name = "NAME")]
+        channel: Option<String>,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// A section through what a fluence meter has read.
+    Slice {
+        /// Readings (.npz).
+        #[arg(value_name = "READINGS")]
+        readings: PathBuf,
+        /// Axis across the section: x, y or z of the meter.
+        #[arg(long, value_name = "AXIS", default_value = "z", value_parser = ["x", "y", "z"])]
+        axis: String,
+        /// Where on that axis.
+        #[arg(long, value_name = "POSITION", allow_hyphen_values = true, value_parser = finite)]
+        at: f64,
+        /// Array, for example absorbed; the fluence by default.
+        #[arg(long, value_name = "NAME")]
+        array: Option<String>,
+        /// Colours go by the logarithm.
+        #[arg(long)]
+        log: bool,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Errors against samples per pixel, from files of `render --stats`, a line for each integrator.
+    Convergence {
+        /// Statistics (.json).
+        #[arg(required = true, value_name = "STATS")]
+        stats: Vec<PathBuf>,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
 }
 
 /// A scene file and its parameters.
@@ -73,12 +185,17 @@ pub struct SceneArgs {
 pub struct RenderArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Image to write; its extension chooses the format: .exr, .png or .npy. May be repeated.
+    /// File to write; its extension chooses the format: .exr, .png or .npy for an image, .npz, .h5,
+    /// .nrrd or .npy for the readings of meters. May be repeated.
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Samples per pixel, instead of the scene's.
     #[arg(long, value_name = "N", value_parser = samples)]
     pub spp: Option<u64>,
+    /// Particles to follow if the scene has meters in place of a camera, for example 1e7, instead of
+    /// the scene's number.
+    #[arg(long, value_name = "N", value_parser = particles, conflicts_with = "spp")]
+    pub particles: Option<u64>,
     /// Seed of the random numbers.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
@@ -88,7 +205,15 @@ pub struct RenderArgs {
     /// Stop after this time, for example 30s, 2m or 1h30m; --spp is then an upper bound.
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub time: Option<Duration>,
-    /// Estimator, instead of the scene's: path, particle or bdpt. Parameters that all have in common
+    /// Stop when the measured error is down to this part of the image's mean, for example 0.01; --spp is
+    /// then an upper bound. Stopping by measured errors biases the mean slightly.
+    #[arg(long, value_name = "X", value_parser = positive)]
+    pub target_error: Option<f64>,
+    /// What --target-error is of: image, the standard error of the image's mean (default), or pixel, the
+    /// root mean square of those of all pixels.
+    #[arg(long, value_name = "WHAT", requires = "target_error", value_parser = measure)]
+    pub target: Option<Measure>,
+    /// Estimator, instead of the scene's: path, particle, bdpt, photon or sppm. Parameters that all have in common
     /// stay those of the scene.
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,
@@ -167,8 +292,25 @@ const MOST_RAYS: u64 = 1_000_000;
 /// Beyond the largest machines.
 const MOST_THREADS: u64 = 4096;
 
+fn measure(text: &str) -> Result<Measure, String> {
+    let of = |measure: &Measure| measure.name() == text;
+    let known = [Measure::Image, Measure::Pixel].into_iter().find(of);
+    known.ok_or_else(|| format!("expected one of: {}", Measure::NAMES.join(", ")))
+}
+
 fn samples(text: &str) -> Result<u64, String> {
     whole(text, u64::MAX).ok_or_else(|| "expected a whole number, at least 1".into())
+}
+
+/// Whole numbers up to this are exact as floating-point numbers.
+const EXACT: f64 = (1u64 << 53) as f64;
+
+fn particles(text: &str) -> Result<u64, String> {
+    let number = finite(text).ok();
+    let number = number.filter(|n| n.fract() == 0.0 && (1.0..=EXACT).contains(n));
+    number
+        .map(|n| n as u64)
+        .ok_or_else(|| "expected a whole number, at least 1, such as 250000 or 1e7".into())
 }
 
 fn rays(text: &str) -> Result<usize, String> {
@@ -194,6 +336,16 @@ fn bounded(text: &str, most: u64) -> Result<usize, String> {
 
 fn whole(text: &str, most: u64) -> Option<u64> {
     text.parse().ok().filter(|n| (1..=most).contains(n))
+}
+
+fn pixel(text: &str) -> Result<[usize; 2], String> {
+    let numbers = text
+        .split_once(',')
+        .map(|(x, y)| [x, y].map(|t| t.trim().parse().ok()));
+    match numbers {
+        Some([Some(x), Some(y)]) => Ok([x, y]),
+        _ => Err("expected two whole numbers, X,Y".into()),
+    }
 }
 
 fn finite(text: &str) -> Result<f64, String> {
@@ -265,6 +417,15 @@ mod tests {
         assert_eq!(seconds("90"), Ok(90.0));
         for bad in ["", "0s", "s", "1x", "3m1h", "-1s", "1e400s", "nan"] {
             assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_particles() {
+        assert_eq!(particles("1e7"), Ok(10_000_000));
+        assert_eq!(particles("123"), Ok(123));
+        for bad in ["0", "0.5", "-1", "1e30", "many", ""] {
+            assert!(particles(bad).is_err(), "{bad}");
         }
     }
 

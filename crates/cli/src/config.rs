@@ -2,6 +2,7 @@
 
 use crate::args::{RenderArgs, TraceArgs};
 use crate::failure::Failure;
+use io::arrays::ArrayFormat;
 use std::fs::{self, OpenOptions};
 use std::path::{Path, PathBuf};
 
@@ -33,6 +34,13 @@ const IMAGE_FORMATS: [(&str, ImageFormat); 3] = [
     ("png", ImageFormat::Png),
     ("npy", ImageFormat::Npy),
 ];
+const ARRAY_FORMATS: [(&str, ArrayFormat); 5] = [
+    ("npz", ArrayFormat::Npz),
+    ("h5", ArrayFormat::Hdf5),
+    ("hdf5", ArrayFormat::Hdf5),
+    ("nrrd", ArrayFormat::Nrrd),
+    ("npy", ArrayFormat::Npy),
+];
 const RAY_FORMATS: [(&str, RayFormat); 3] = [
     ("csv", RayFormat::Csv),
     ("json", RayFormat::Json),
@@ -42,24 +50,7 @@ const RAY_FORMATS: [(&str, RayFormat); 3] = [
 /// The images that a render writes: those asked for, or else an EXR and a PNG file named after the
 /// scene in the current folder. All of them can be written as far as can be told now.
 pub fn images(args: &RenderArgs) -> Result<Vec<(PathBuf, ImageFormat)>, Failure> {
-    let mut paths = args.output.clone();
-    if paths.is_empty() {
-        let named = |extension| {
-            let mut name = args.scene.path.file_stem().unwrap_or_default().to_owned();
-            name.push(extension);
-            PathBuf::from(name)
-        };
-        paths = [".exr", ".png"].map(named).into();
-    }
-    let format = |path: PathBuf| {
-        let format = by_extension(&path, &IMAGE_FORMATS)?;
-        check_writable(&path)?;
-        Ok((path, format))
-    };
-    let images = paths
-        .into_iter()
-        .map(format)
-        .collect::<Result<_, Failure>>()?;
+    let images = outputs(args, &[".exr", ".png"], &IMAGE_FORMATS)?;
     if let Some(strategies) = &args.strategies {
         by_extension(strategies, &IMAGE_FORMATS[..1])?;
         check_writable(strategies)?;
@@ -68,6 +59,45 @@ pub fn images(args: &RenderArgs) -> Result<Vec<(PathBuf, ImageFormat)>, Failure>
         check_writable(stats)?;
     }
     Ok(images)
+}
+
+/// The files of readings that a measurement writes: those asked for, or else an NPZ file named after
+/// the scene. Formats of one array cannot hold the readings of several meters.
+pub fn readings(args: &RenderArgs, meters: usize) -> Result<Vec<(PathBuf, ArrayFormat)>, Failure> {
+    let files = outputs(args, &[".npz"], &ARRAY_FORMATS)?;
+    if let Some((path, _)) = files.iter().find(|(_, f)| f.is_single() && meters > 1) {
+        return Err(Failure::Usage(format!(
+            "'{}' can hold one array, but the scene has {meters} meters: use .npz or .h5",
+            path.display()
+        )));
+    }
+    if let Some(stats) = &args.stats {
+        check_writable(stats)?;
+    }
+    Ok(files)
+}
+
+/// The files asked for with their formats, or else those named after the scene.
+fn outputs<F: Copy>(
+    args: &RenderArgs,
+    default: &[&str],
+    formats: &[(&str, F)],
+) -> Result<Vec<(PathBuf, F)>, Failure> {
+    let named = |extension: &&str| {
+        let mut name = args.scene.path.file_stem().unwrap_or_default().to_owned();
+        name.push(extension);
+        PathBuf::from(name)
+    };
+    let paths = match args.output.is_empty() {
+        true => default.iter().map(named).collect(),
+        false => args.output.clone(),
+    };
+    let format = |path: PathBuf| {
+        let format = by_extension(&path, formats)?;
+        check_writable(&path)?;
+        Ok((path, format))
+    };
+    paths.into_iter().map(format).collect()
 }
 
 /// The file for rays, if not the standard output, and its format.

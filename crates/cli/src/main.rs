@@ -8,9 +8,12 @@ mod commands;
 mod config;
 mod failure;
 mod interrupt;
+mod layers;
 mod load;
+mod measured;
 mod numbers;
 mod outputs;
+mod plot;
 mod progress;
 mod report;
 mod svg;
@@ -37,5 +40,6 @@ fn run(command: &Command) -> Result<ExitCode, Failure> {
         Command::Info(args) => commands::info(args),
         Command::Trace(args) => commands::trace(args),
         Command::Connect(args) => commands::connect(args),
+        Command::Plot(args) => commands::plot(args),
     }
 }

@@ -8,19 +8,35 @@ use std::path::Path;
 use transport::Film;
 use transport::render::{Rendering, StrategyImage};
 
-/// A film as an image: its mean, and layers `variance` (of the mean) and `samples` (their number).
+/// A film as an image: its mean, and layers `variance` (of the mean), `samples` (their number), and
+/// `reweighted` if it was asked for.
 pub fn layers(film: &Film, names: &[String], attributes: Vec<(String, String)>) -> ImageLayers {
     let counts = film.counts().into_iter().map(|n| n as f32).collect();
     let samples = Layer {
         name: "samples".into(),
         channels: vec![("N".into(), counts)],
     };
-    let layers = vec![
+    let mut layers = vec![
         layer("", &film.mean(), names),
         layer("variance", &film.variance(), names),
         samples,
     ];
+    let reweighted = film.reweighted();
+    layers.extend(reweighted.map(|values| layer("reweighted", &values, names)));
     image(film, layers, attributes)
+}
+
+/// Of photon maps, layers `bias` (what is known of that of every pixel) and `bound` (which the error by bias and
+/// noise exceeds in one of twenty pixels at most).
+pub fn bias(rendering: &Rendering, names: &[String]) -> Vec<Layer> {
+    let layers = rendering.debiased.iter().flat_map(|debiased| {
+        let film = &rendering.film;
+        [
+            layer("bias", &debiased.pixel_bias(film), names),
+            layer("bound", &debiased.bound(film), names),
+        ]
+    });
+    layers.collect()
 }
 
 /// What each strategy of a render found, in layers such as `s1t2.weighted` (its share: these add up to
@@ -45,7 +61,8 @@ pub fn strategies(
     image(&rendering.film, layers, attributes)
 }
 
-fn layer(name: &str, values: &[f32], channels: &[String]) -> Layer {
+/// A layer from channels that are interleaved.
+pub fn layer(name: &str, values: &[f32], channels: &[String]) -> Layer {
     let planes = planes(values, channels.len());
     Layer {
         name: name.into(),
@@ -62,7 +79,7 @@ fn image(film: &Film, layers: Vec<Layer>, attributes: Vec<(String, String)>) -> 
     }
 }
 
-/// Writes an image, completely or not at all.
+/// Writes an image, completely or not at all; an EXR file holds all of its layers, the others the main one.
 pub fn write(
     path: &Path,
     format: ImageFormat,
@@ -81,10 +98,11 @@ fn planes(values: &[f32], channels: usize) -> impl Iterator<Item = Vec<f32>> {
     (0..channels).map(move |c| values.iter().skip(c).step_by(channels).copied().collect())
 }
 
-/// What a screen shows: the image in colour, or the mean of its channels in grey if these are no
-/// colours.
+/// What a screen shows: the image in colour, be it from wavelengths, or the mean of its channels in grey if
+/// these tell no colours.
 fn colour(image: &ImageLayers) -> RgbImage {
-    image.rgb().unwrap_or_else(|| {
+    let coloured = image.rgb().or_else(|| image.spectral_rgb());
+    coloured.unwrap_or_else(|| {
         let channels = &image.layers[0].channels;
         let grey = |i: usize| {
             let sum: f32 = channels.iter().map(|(_, values)| values[i]).sum();

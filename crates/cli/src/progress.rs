@@ -20,6 +20,8 @@ pub struct Goal {
     pub samples_per_spp: u64,
     /// Samples per pixel asked for, if there is a limit.
     pub spp: Option<u64>,
+    /// What these are called.
+    pub unit: &'static str,
     /// Time to stop at, if there is one.
     pub time: Option<Duration>,
 }
@@ -83,8 +85,8 @@ impl Goal {
         let fraction = self.fraction(samples, elapsed);
         let done = samples as f64 / self.samples_per_spp as f64;
         let spp = match self.spp {
-            Some(total) => format!("{done:.0}/{total} spp"),
-            None => format!("{done:.0} spp"),
+            Some(total) => format!("{done:.0}/{total} {}", self.unit),
+            None => format!("{done:.0} {}", self.unit),
         };
         let rate = numbers::count(samples as f64 / seconds.max(1e-9));
         let left = if fraction > 0.0 {
@@ -113,6 +115,7 @@ mod tests {
     const GOAL: Goal = Goal {
         samples_per_spp: 100,
         spp: Some(10),
+        unit: "spp",
         time: None,
     };
 

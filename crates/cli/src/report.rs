@@ -1,11 +1,13 @@
 //! What is reported of a render: in one line, in the attributes of images, and as JSON.
 
 use crate::args::RenderArgs;
+use crate::layers::Naming;
 use crate::load::file_name;
 use crate::numbers;
 use io::Loaded;
 use serde_json::{Value, json};
 use std::time::Duration;
+use transport::integrator::Integrator;
 use transport::render::Rendering;
 use transport::stats::{Connections, Stats};
 
@@ -16,6 +18,19 @@ pub enum Stopped {
     Interrupted,
     /// Its time was over.
     Time,
+    /// Its error was small enough.
+    Target,
+}
+
+impl Stopped {
+    /// As statistics name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stopped::Interrupted => "interrupted",
+            Stopped::Time => "time",
+            Stopped::Target => "target",
+        }
+    }
 }
 
 /// A render that is done.
@@ -45,7 +60,6 @@ impl Report<'_> {
 
     /// The line at the end of a render.
     pub fn line(&self) -> String {
-        let (mean, error) = self.rendering.film.summary();
         let stopped = match self.stopped {
             Some(Stopped::Interrupted) => "interrupted: ",
             _ => "",
@@ -54,12 +68,18 @@ impl Report<'_> {
             format!("{stopped}{}", numbers::duration(self.elapsed)),
             format!("{} spp", self.rendering.samples),
             format!("{} samples/s", numbers::count(self.rate())),
-            format!("mean {}", numbers::with_error(mean, error)),
-            connections(&self.rendering.stats.connections),
+            self.outcome(),
         ];
+        parts.extend(self.photon_line());
+        parts.extend(self.target_line());
         let stats = &self.rendering.stats;
         if stats.connections.capped > 0 {
             parts.push(bias(stats.connections.capped));
+        }
+        let naming = Naming::of(self.loaded);
+        let outside = naming.map_or(0.0, |n| n.outside(&self.rendering.film));
+        if outside > 0.0 {
+            parts.push(format!("{} outside of all bins", numbers::percent(outside)));
         }
         for (count, what) in [
             (stats.lost, "rays lost"),
@@ -70,6 +90,22 @@ impl Report<'_> {
             }
         }
         parts.join(" · ")
+    }
+
+    /// What the image shows on the whole.
+    fn outcome(&self) -> String {
+        if let Integrator::Aov(_) = self.loaded.integrator {
+            let stats = &self.rendering.stats;
+            let valid = stats.paths.saturating_sub(stats.lost);
+            return format!(
+                "{} of the rays valid",
+                numbers::percent(valid as f64 / stats.paths.max(1) as f64)
+            );
+        }
+        let (mean, error) = self.rendering.film.summary();
+        let mean = numbers::with_error(mean, error);
+        let connections = connections(&self.rendering.stats.connections);
+        format!("mean {mean} · {connections}")
     }
 
     /// Attributes for images. They depend on what was computed, not on when, where or how fast:
@@ -89,7 +125,12 @@ impl Report<'_> {
             ("lost", stats.lost.to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];
-        pairs.map(|(name, value)| (name.to_owned(), value)).into()
+        let naming = Naming::of(self.loaded);
+        let axes = naming.map(|n| ("decomposition", Value::from(n.axes()).to_string()));
+        let pairs = pairs.into_iter().chain(axes);
+        pairs
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect()
     }
 
     /// The command's options that decide what is computed.
@@ -97,6 +138,8 @@ impl Report<'_> {
         let args = self.args;
         let mut options = vec![format!("--seed {}", args.seed)];
         options.extend(args.spp.map(|n| format!("--spp {n}")));
+        options.extend(args.target_error.map(|x| format!("--target-error {x}")));
+        options.extend(args.target.map(|m| format!("--target {}", m.name())));
         options.extend(
             args.integrator
                 .iter()
@@ -109,6 +152,63 @@ impl Report<'_> {
                 .map(|(k, v)| format!("-D {k}={v}")),
         );
         options.join(" ")
+    }
+
+    /// The error that was wanted, and what became of it.
+    fn target(&self) -> Option<Value> {
+        let measure = self.args.target.unwrap_or_default();
+        self.args.target_error.map(|wanted| {
+            let error = self.rendering.error(measure);
+            json!({
+                "measure": measure.name(),
+                "wanted": wanted,
+                "error": error.is_finite().then_some(error),
+                "reached": self.rendering.reached,
+                "possible_bias": self.rendering.reached.then_some("stopping by measured error"),
+            })
+        })
+    }
+
+    /// The same in a few words.
+    fn target_line(&self) -> Option<String> {
+        let wanted = self.args.target_error?;
+        let measure = self.args.target.unwrap_or_default();
+        let error = numbers::percent(self.rendering.error(measure));
+        let outcome = match self.rendering.reached {
+            true => "reached: slight bias by stopping".into(),
+            false => format!("of {} not reached", numbers::percent(wanted)),
+        };
+        Some(format!(
+            "{} error {error}, target {outcome}",
+            measure.name()
+        ))
+    }
+
+    /// What is known of photon maps.
+    fn photons(&self) -> Option<Value> {
+        let (rendering, photons) = (self.rendering, &self.rendering.stats.photons);
+        rendering.debiased.as_ref().map(|debiased| {
+            json!({
+                "in_media": photons.in_media,
+                "on_surfaces": photons.on_surfaces,
+                "radius": rendering.first_radius,
+                "bias": debiased.bias(&rendering.film),
+                "error": debiased.error(&rendering.film),
+                "possible_bias": "blur of photons",
+            })
+        })
+    }
+
+    /// The same in a few words.
+    fn photon_line(&self) -> Option<String> {
+        let debiased = self.rendering.debiased.as_ref()?;
+        let photons = &self.rendering.stats.photons;
+        if photons.in_media + photons.on_surfaces == 0 {
+            return Some("no photon fell on anything: only emitters are seen".into());
+        }
+        let film = &self.rendering.film;
+        let bias = debiased.bias(film) / film.summary().0;
+        Some(format!("bias about {}", numbers::percent(bias)))
     }
 
     /// Which branches connections look for.
@@ -160,10 +260,7 @@ impl Report<'_> {
             "seed": self.args.seed,
             "spp": self.rendering.samples,
             "spp_requested": self.requested,
-            "stopped": self.stopped.map(|s| match s {
-                Stopped::Interrupted => "interrupted",
-                Stopped::Time => "time",
-            }),
+            "stopped": self.stopped.map(Stopped::name),
             "threads": self.threads,
             "seconds": self.elapsed.as_secs_f64(),
             "samples": film.samples(),
@@ -173,9 +270,12 @@ impl Report<'_> {
             "channels": self.loaded.channel_names,
             "mean": mean,
             "standard_error": error,
+            "target": self.target(),
             "counters": counters(stats),
             "branches": self.branches(),
             "connections": self.connections(),
+            "photons": self.photons(),
+            "decomposition": Naming::of(self.loaded).map(|n| n.json(film)),
         })
     }
 }
@@ -191,7 +291,8 @@ fn connections(connections: &Connections) -> String {
     }
 }
 
-fn counters(stats: &Stats) -> Value {
+/// Counts of a run, as JSON.
+pub fn counters(stats: &Stats) -> Value {
     json!({
         "paths": stats.paths,
         "edges": stats.edges,

@@ -68,13 +68,19 @@ fn inside_transport_data_flows_one_way() {
         &["crate::integrator", "crate::render"],
     );
     refuses("transport/src/integrator", &["crate::render"]);
+    refuses(
+        "transport/src/meter",
+        &["crate::integrator", "crate::render", "crate::film"],
+    );
 }
 
 /// Directions, distances and geometry terms between vertices come from `path` alone.
 #[test]
 fn integrators_derive_no_geometry() {
-    refuses(
-        "transport/src/integrator",
-        &[".distance(", "distance_squared", "solver.connect"],
-    );
+    for room in ["integrator", "meter"] {
+        refuses(
+            &format!("transport/src/{room}"),
+            &[".distance(", "distance_squared", "solver.connect"],
+        );
+    }
 }

@@ -5,6 +5,7 @@
 //! parameters through [`query::Query`], which reports every mistake with its place and a
 //! suggestion. Nothing here prints, panics on bad input, or leaves a half-written file behind.
 
+pub mod arrays;
 pub mod assemble;
 pub mod atomic;
 mod binary;

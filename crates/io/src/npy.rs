@@ -5,7 +5,7 @@
 
 mod header;
 
-use std::io::{BufReader, Read, Write};
+use std::io::{self, BufReader, Read, Write};
 use std::path::Path;
 
 use crate::error::{FileError, Problem};
@@ -86,8 +86,35 @@ pub fn write(path: &Path, shape: &[usize], data: &[f32]) -> Result<(), FileError
         return Err(Problem::Mismatch { expected, found }.at(path));
     }
     atomic::write(path, |file| {
-        file.write_all(&header::bytes(shape))?;
+        file.write_all(&header::bytes("<f4", shape))?;
         data.iter()
             .try_for_each(|value| file.write_all(&value.to_le_bytes()))
     })
+}
+
+/// Writes a double-precision array in C order to a file that is open.
+pub(crate) fn write_f64(file: &mut impl Write, shape: &[usize], data: &[f64]) -> io::Result<()> {
+    file.write_all(&header::bytes("<f8", shape))?;
+    data.iter()
+        .try_for_each(|value| file.write_all(&value.to_le_bytes()))
+}
+
+/// Writes a text, as an array without axes, to a file that is open.
+pub(crate) fn write_text(file: &mut impl Write, text: &str) -> io::Result<()> {
+    let letters = text.chars().count().max(1);
+    file.write_all(&header::bytes(&format!("<U{letters}"), &[]))?;
+    let mut letters = text.chars();
+    letters.try_for_each(|c| file.write_all(&u32::from(c).to_le_bytes()))
+}
+
+/// Reads what [`write_text`] has written.
+pub(crate) fn parse_text(bytes: &[u8]) -> Result<String, Problem> {
+    let foreign = || Problem::Unsupported("arrays of text other than one string of UTF-32".into());
+    // The header ends with a line feed, after which come letters of four bytes.
+    let start = bytes.iter().position(|b| *b == b'\n').ok_or_else(foreign)? + 1;
+    let letters = bytes[start..].chunks_exact(4);
+    let letter = |b: &[u8]| char::from_u32(u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let text: Option<String> = letters.map(letter).collect();
+    text.map(|t| t.trim_end_matches('\0').to_owned())
+        .ok_or_else(foreign)
 }

@@ -1,6 +1,6 @@
 //! No input makes a reader panic.
 
-use io::volume::{AxisOrder, npy, vol};
+use io::volume::{AxisOrder, hdf5, npy, vol, vti};
 use io::{Diagnostics, FileRegistry, PluginKind, Query, mesh, xml};
 use proptest::prelude::*;
 
@@ -160,6 +160,18 @@ fn obj_pieces() -> impl Strategy<Value = String> {
     .prop_map(|pieces| pieces.concat())
 }
 
+/// A file made by the reference library of its format (data/volumes/make.py).
+fn made(name: &str) -> Vec<u8> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/volumes");
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+fn read_hdf5(bytes: &[u8]) {
+    for dataset in ["p_final", "p_max", "results/rho", ""] {
+        let _ = hdf5::parse::<f32>(bytes, dataset, AxisOrder::Zyx);
+    }
+}
+
 #[test]
 fn the_valid_files_are_valid() {
     assert!(vol::parse(&vol_file()).is_ok());
@@ -228,5 +240,32 @@ proptest! {
     #[test]
     fn ply_of_damaged_binary(bytes in damaged(ply_file("binary_little_endian"))) {
         let _ = mesh::ply::parse(&bytes);
+    }
+
+    #[test]
+    fn vti_of_arbitrary_bytes(bytes in after(vec![vec![], made("ascii.vti")[..300].to_vec()])) {
+        let _ = vti::parse::<f32>(&bytes, None);
+    }
+
+    #[test]
+    fn vti_of_damaged_files(
+        raw in damaged(made("appended_raw_zlib.vti")),
+        base64 in damaged(made("inline_zlib.vti")),
+        ascii in damaged(made("ascii.vti")),
+        plain in damaged(made("appended_base64.vti")),
+    ) {
+        for bytes in [raw, base64, ascii, plain] {
+            let _ = vti::parse::<f32>(&bytes, None);
+        }
+    }
+
+    #[test]
+    fn hdf5_of_damaged_files(bytes in damaged(made("kwave.h5"))) {
+        read_hdf5(&bytes);
+    }
+
+    #[test]
+    fn hdf5_of_arbitrary_bytes(bytes in after(vec![vec![], made("kwave.h5")[..96].to_vec()])) {
+        read_hdf5(&bytes);
     }
 }

@@ -2,7 +2,9 @@
 
 use io::{LoadOptions, Loaded};
 use std::fs;
-use transport::integrator::{Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer};
+use transport::integrator::{
+    Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer, PhotonMapping, Query,
+};
 
 const CAMERA: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
   <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
@@ -51,6 +53,9 @@ fn every_name_has_its_estimator() {
         ("particle", "particle"),
         ("ptracer", "particle"),
         ("bdpt", "bdpt"),
+        ("aov", "aov"),
+        ("photon", "photon"),
+        ("sppm", "sppm"),
     ] {
         let loaded = accepted(&integrator(name, ""), None);
         assert_eq!(loaded.integrator.name(), expected);
@@ -144,6 +149,62 @@ fn choices_are_made_by_name() {
 }
 
 #[test]
+fn photon_maps_have_parameters() {
+    let photon = |kind: &str, words: &str| match accepted(&integrator(kind, words), None).integrator
+    {
+        Integrator::Photon(photon) => photon,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(photon("photon", ""), PhotonMapping::default());
+    let words = r#"<integer name="photons" value="1000"/><float name="radius" value="0.1"/>
+      <string name="query" value="point"/><integer name="max_depth" value="4"/>"#;
+    assert_eq!(
+        photon("sppm", words),
+        PhotonMapping {
+            photons: Some(1000),
+            radius: Some(0.1),
+            progressive: true,
+            query: Query::Point,
+            max_depth: Some(4),
+            rr_depth: 5,
+        }
+    );
+    for (words, expected) in [
+        (
+            r#"<float name="radius" value="0"/>"#,
+            "'radius' is 0 but must be greater than 0",
+        ),
+        (
+            r#"<float name="radius" value="-1"/>"#,
+            "must be greater than 0",
+        ),
+        (
+            r#"<integer name="photons" value="0"/>"#,
+            "'photons' is 0 but must be at least 1",
+        ),
+        (
+            r#"<string name="query" value="bean"/>"#,
+            "did you mean 'beam'?",
+        ),
+        (
+            r#"<string name="heuristic" value="power"/>"#,
+            "no parameter 'heuristic'",
+        ),
+    ] {
+        refused(
+            &integrator("photon", words),
+            None,
+            &["scene.xml:4:", expected],
+        );
+    }
+    refused(
+        &integrator("path", r#"<float name="radius" value="1"/>"#),
+        None,
+        &["no parameter 'radius'"],
+    );
+}
+
+#[test]
 fn mistakes_have_places_and_help() {
     refused(
         &integrator("bdtp", ""),
@@ -159,7 +220,7 @@ fn mistakes_have_places_and_help() {
         Some("bdtp"),
         &["unknown integrator 'bdtp'", "did you mean 'bdpt'?"],
     );
-    refused(SKY, Some("photons"), &["known integrators: path, "]);
+    refused(SKY, Some("metropolis"), &["known integrators: path, "]);
     refused(
         &integrator("bdpt", "<integer name=\"reflections\" value=\"29\"/>"),
         None,
@@ -231,8 +292,41 @@ fn light_that_is_found_draws_none() {
         ("bdpt", 0, [SKY, GLASS]),
         ("bdpt", 0, [SKY, METAL]),
         ("bdpt", 1, [LAMP, GLASS]),
+        ("photon", 0, [LAMP, METAL]),
+        ("sppm", 0, [SKY, GLASS]),
     ] {
         let text = warnings(kind, reflections, &things.concat());
         assert_eq!(text, "", "{kind} {reflections}");
     }
+}
+
+#[test]
+fn aovs_are_chosen_by_name() {
+    let aovs = |list: &str| {
+        let list = format!("<string name=\"aovs\" value=\"{list}\"/>");
+        integrator("aov", &list)
+    };
+    let loaded = accepted(&aovs("steps, deflection"), None);
+    let expected = ["valid", "deflection.X", "deflection.Y", "steps"];
+    assert_eq!(loaded.channel_names, expected);
+    // No light is needed, and one wavelength will do.
+    let loaded = accepted("", Some("aov"));
+    assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
+    assert_eq!(loaded.channel_names.len(), 13);
+    assert_eq!(loaded.scene().film().channels, 1);
+    refused(
+        &aovs("steps, deflexion"),
+        None,
+        &[":4:", "deflexion", "did you mean 'deflection'?"],
+    );
+    refused(
+        &aovs(""),
+        None,
+        &["expected a list of: valid, exit_position"],
+    );
+    refused(
+        &integrator("path", "<string name=\"aovs\" value=\"steps\"/>"),
+        None,
+        &["aovs"],
+    );
 }

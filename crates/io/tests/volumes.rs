@@ -75,7 +75,7 @@ fn npy_error(bytes: &[u8], expected: &str) {
 
 #[test]
 fn the_reference_volume() {
-    let volume = Volume::<f32>::read(&data("p5_sigma_t.vol"), AxisOrder::Zyx).unwrap();
+    let volume = Volume::<f32>::read(&data("p5_sigma_t.vol"), AxisOrder::Zyx, None).unwrap();
     assert_eq!((volume.size(), volume.channels()), ([16; 3], 1));
     // The values follow a formula of the position of the voxel's centre.
     let centre = |i: usize| 2.0 * (i as f64 + 0.5) / 16.0 - 1.0;
@@ -115,7 +115,7 @@ fn an_npy_file_round_trips() {
         let volume = sample([2, 3, 4], channels);
         let path = folder.path().join("a.npy");
         npy::write(&path, &volume).unwrap();
-        let read = Volume::<f32>::read(&path, AxisOrder::Zyx).unwrap();
+        let read = Volume::<f32>::read(&path, AxisOrder::Zyx, None).unwrap();
         assert_eq!((read.size(), read.data()), (volume.size(), volume.data()));
         assert_eq!(read.bbox(), None);
     }
@@ -294,7 +294,7 @@ fn npy_files_that_are_refused() {
 #[test]
 fn a_missing_file_is_named() {
     for name in ["no/such.vol", "no/such.npy"] {
-        let error = Volume::<f32>::read(Path::new(name), AxisOrder::Zyx)
+        let error = Volume::<f32>::read(Path::new(name), AxisOrder::Zyx, None)
             .unwrap_err()
             .to_string();
         assert!(
@@ -302,12 +302,12 @@ fn a_missing_file_is_named() {
             "{error}"
         );
     }
-    let error = Volume::<f32>::read(Path::new("a.vdb"), AxisOrder::Zyx)
+    let error = Volume::<f32>::read(Path::new("a.vdb"), AxisOrder::Zyx, None)
         .unwrap_err()
         .to_string();
     assert_eq!(
         error,
-        "a.vdb: not supported: volumes are read from .vol and .npy"
+        "a.vdb: not supported: volumes are read from .vol, .npy, .vti, .h5 and .hdf5"
     );
 }
 

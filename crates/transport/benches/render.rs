@@ -80,6 +80,7 @@ fn scene(index: Field, emitter: Emitter) -> Scene {
         width: SIDE,
         height: SIDE,
         channels: 1,
+        lanes: Spectrum::LANES,
         filter: Filter::Box,
     };
     parts.tolerance = Tolerance::new(1e-5);
@@ -134,12 +135,7 @@ fn arithmetic(pool: &ThreadPool) -> f64 {
 }
 
 fn seconds(pool: &ThreadPool, scene: &[Scene]) -> f64 {
-    let options = Options {
-        integrator: Integrator::Path(PathTracer::default()),
-        samples: SAMPLES,
-        seed: 1,
-        strategies: false,
-    };
+    let options = Options::new(Integrator::Path(PathTracer::default()), SAMPLES, 1);
     let start = Instant::now();
     let rendering = pool.install(|| render(scene, &options, |_| ControlFlow::Continue(())));
     assert_eq!(rendering.samples, SAMPLES);

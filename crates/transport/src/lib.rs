@@ -3,11 +3,13 @@
 //! Estimators carry basic radiance L/n² throughout (theory §2). This crate reads no file.
 
 pub mod aim;
+mod bins;
 pub mod bsdf;
 pub mod emitter;
 pub mod film;
 pub mod integrator;
 pub mod medium;
+pub mod meter;
 pub mod path;
 pub mod phase;
 pub mod render;
@@ -18,6 +20,7 @@ pub mod shape;
 pub mod spectrum;
 pub mod stats;
 
+pub use bins::Bins;
 pub use film::Film;
 pub use scene::Scene;
 pub use spectrum::Spectrum;

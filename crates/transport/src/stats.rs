@@ -14,10 +14,21 @@ pub struct Stats {
     pub work: Work,
     /// Connections.
     pub connections: Connections,
+    /// Photons that were stored.
+    pub photons: Photons,
     /// Edges that left their medium's field or circled for too long: counted, and scored zero.
     pub lost: u64,
     /// Samples that were not finite: counted, and scored zero.
     pub not_finite: u64,
+}
+
+/// Counts of photons.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Photons {
+    /// Those that media scatter.
+    pub in_media: u64,
+    /// Those on surfaces.
+    pub on_surfaces: u64,
 }
 
 /// Counts of connections.
@@ -94,6 +105,8 @@ impl AddAssign for Stats {
         self.edges += o.edges;
         self.work += o.work;
         self.connections += o.connections;
+        self.photons.in_media += o.photons.in_media;
+        self.photons.on_surfaces += o.photons.on_surfaces;
         self.lost += o.lost;
         self.not_finite += o.not_finite;
     }

@@ -29,6 +29,7 @@ fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> transport::path
         carry: Carry::Radiance,
         lanes: Spectrum([1.0, 0.0, 0.0, 0.0]),
         extend: false,
+        collides: true,
     };
     let mut ws = Workspace::new(scene.tolerance());
     trace(

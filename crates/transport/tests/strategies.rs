@@ -47,10 +47,8 @@ fn lamp_beside_fog() -> Parts {
 
 fn options(integrator: Integrator, samples: u64, seed: u64) -> Options {
     Options {
-        integrator,
-        samples,
-        seed,
         strategies: true,
+        ..Options::new(integrator, samples, seed)
     }
 }
 

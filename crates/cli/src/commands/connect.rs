@@ -62,11 +62,18 @@ fn reach(scene: &Scene, reflections: u32, primary: Option<&Connection>) -> Reach
 }
 
 fn branch(loaded: &Loaded, found: &Connection, pieces: &[Piece<MediumId>], primary: bool) -> Value {
-    let lanes = loaded
-        .groups
-        .iter()
-        .flat_map(|scene| transmittance(scene, pieces).0);
-    let transmittance: Vec<f64> = lanes.take(loaded.channel_names.len()).collect();
+    // Where wavelengths have rays of their own, this is a ray of the first.
+    let rays = if loaded.is_dispersive() {
+        1
+    } else {
+        loaded.groups.len()
+    };
+    let groups = loaded.groups[..rays].iter().enumerate();
+    let lanes = groups.flat_map(|(group, scene)| {
+        let lanes = scene.film().lanes_of(group);
+        transmittance(scene, pieces).0.into_iter().take(lanes)
+    });
+    let transmittance: Vec<f64> = lanes.collect();
     json!({
         "direction_out": found.direction_out.to_array(),
         "direction_in": found.direction_in.to_array(),

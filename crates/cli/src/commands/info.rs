@@ -2,6 +2,7 @@
 
 use crate::args::SceneArgs;
 use crate::failure::Failure;
+use crate::layers::Naming;
 use crate::load::{file_name, load};
 use crate::numbers::{bytes, percent, plain};
 use eikonal::Uniqueness;
@@ -12,11 +13,13 @@ use io::diagnostic::Style;
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
-use transport::film::Pixel;
+use transport::Scene;
 use transport::medium::Texture;
+use transport::meter::Tally;
+use transport::path::lead_in;
+use transport::render::{Options, memory};
 use transport::scene::MediumId;
 use transport::sensor::Sensor;
-use transport::{Scene, Spectrum};
 
 /// Describes a scene.
 pub fn info(args: &SceneArgs) -> Result<ExitCode, Failure> {
@@ -32,36 +35,23 @@ pub fn info(args: &SceneArgs) -> Result<ExitCode, Failure> {
 
 fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Result {
     let scene = loaded.scene();
-    let film = scene.film();
     writeln!(out, "{}", file_name(&args.path))?;
     writeln!(out, "  hash         {}", loaded.hash)?;
-    writeln!(
-        out,
-        "  film         {} × {}, {}",
-        film.width,
-        film.height,
-        loaded.channel_names.join(" ")
-    )?;
-    writeln!(
-        out,
-        "               {}",
-        bytes(film_memory(scene, loaded.groups.len()))
-    )?;
-    writeln!(
-        out,
-        "  sampling     {} samples per pixel, integrator {}",
-        loaded.samples,
-        loaded.integrator.name()
-    )?;
+    match loaded.instruments.is_empty() {
+        true => picture(out, loaded)?,
+        false => meters(out, loaded)?,
+    }
     writeln!(
         out,
         "  tolerance    {:e} of a ray's length",
         scene.tolerance().get()
     )?;
-    if Walls::of(scene).dielectric.is_some() {
-        writeln!(out, "  branches     through up to {}", reach(scene))?;
+    if loaded.instruments.is_empty() {
+        if Walls::of(scene).dielectric.is_some() {
+            writeln!(out, "  branches     through up to {}", reach(scene))?;
+        }
+        writeln!(out, "  sensor       {}", sensor(scene))?;
     }
-    writeln!(out, "  sensor       {}", sensor(scene))?;
     writeln!(out, "  objects      {}", scene.objects().len())?;
     writeln!(out, "\nemitters     {}", scene.emitters().len())?;
     emitters(out, loaded)?;
@@ -72,10 +62,83 @@ fn describe(out: &mut String, args: &SceneArgs, loaded: &Loaded) -> std::fmt::Re
     writeln!(out)
 }
 
-/// Bytes of the film while it is rendered.
-fn film_memory(scene: &Scene, groups: usize) -> usize {
-    let film = scene.film();
-    film.width * film.height * groups * size_of::<Pixel>()
+/// What measures in place of a camera.
+fn meters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
+    let channels = loaded.channel_names.join(" ");
+    writeln!(
+        out,
+        "  sampling     {} particles{}, {channels}",
+        loaded.samples,
+        instants(loaded)
+    )?;
+    for instrument in &loaded.instruments {
+        let cells = instrument.meter.cells();
+        let memory = Tally::memory(cells * loaded.channel_names.len());
+        let (name, memory) = (&instrument.name, bytes(memory));
+        writeln!(out, "  meter        {name}: {cells} bins, {memory}")?;
+    }
+    Ok(())
+}
+
+/// The film, and how it is filled.
+fn picture(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
+    let film = loaded.scene().film();
+    writeln!(
+        out,
+        "  film         {} × {}, {}",
+        film.width,
+        film.height,
+        loaded.channel_names.join(" ")
+    )?;
+    film_layers(out, loaded)?;
+    writeln!(
+        out,
+        "  sampling     {} samples per pixel{}, integrator {}",
+        loaded.samples,
+        instants(loaded),
+        loaded.integrator.name()
+    )
+}
+
+/// Over how many instants of a period of sound samples are spread.
+fn instants(loaded: &Loaded) -> String {
+    match loaded.scene().instants() {
+        1 => String::new(),
+        n => format!(" at {n} phases of the sound"),
+    }
+}
+
+/// How light is told apart, and the bytes that all films take while they are rendered.
+fn film_layers(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
+    let scene = loaded.scene();
+    let mut options = Options {
+        decomposition: loaded.layering.decomposition,
+        reweight: loaded.reweight,
+        ..Options::new(loaded.integrator, loaded.samples, 0)
+    };
+    if let Some(naming) = Naming::of(loaded) {
+        writeln!(out, "               {}", naming.describe())?;
+        let around = scene.around();
+        let outside = (0..scene.emitters().len()).any(|i| lead_in(scene, i) > 0.0);
+        if options.decomposition.length.is_some() && outside {
+            writeln!(
+                out,
+                "               light from outside counts from the ball of radius {} around {}",
+                plain(around.radius),
+                point(around.center)
+            )?;
+        }
+    }
+    let image = bytes(memory(scene.film(), &options));
+    options.strategies = true;
+    let strategies = match loaded.integrator.splats() {
+        true => format!(
+            "; up to {} with --strategies",
+            bytes(memory(scene.film(), &options))
+        ),
+        false => String::new(),
+    };
+    writeln!(out, "               {image}{strategies}")
 }
 
 fn sensor(scene: &Scene) -> String {
@@ -83,6 +146,8 @@ fn sensor(scene: &Scene) -> String {
         Sensor::Perspective(_) => "perspective",
         Sensor::ThinLens(_) => "thinlens",
         Sensor::Orthographic(_) => "orthographic",
+        Sensor::Absent(_) => "none (meters)",
+        Sensor::Telecentric(_) => "telecentric",
     };
     let place = point(scene.sensor().position());
     let medium = scene.sensor_medium();
@@ -94,6 +159,10 @@ fn sensor(scene: &Scene) -> String {
 fn emitters(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
     let walls = Walls::of(loaded.scene());
     for emitter in loaded.scene().emitters() {
+        if !loaded.instruments.is_empty() {
+            writeln!(out, "  {}", emitter.kind())?;
+            continue;
+        }
         let needs = Needs::of(&loaded.integrator, emitter.is_delta());
         let found = found(needs, &walls);
         writeln!(out, "  {:<12} found {found}", emitter.kind())?;
@@ -141,16 +210,22 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     let (medium, region) = (scene.medium(id), &scene.regions()[id]);
     let bounds = &region.bounds;
     writeln!(out, "  {}", medium.name)?;
+    let wavelengths = loaded.groups.iter();
+    let indices = wavelengths.map(|s| s.n(id, DVec3::ZERO));
+    let (low, high) = indices.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), n| {
+        (low.min(n), high.max(n))
+    });
     if medium.index.is_constant() {
-        writeln!(
-            out,
-            "    index      {}: straight rays",
-            plain(scene.n(id, DVec3::ZERO))
-        )?;
+        let n = span((low, high), 1.0);
+        writeln!(out, "    index      {n}: straight rays")?;
     } else {
+        let first = match low < high {
+            true => format!(", at {}", loaded.channel_names[0]),
+            false => String::new(),
+        };
         writeln!(
             out,
-            "    index      {} to {} (bounds)",
+            "    index      {} to {} (bounds{first})",
             plain(bounds.n_min()),
             plain(bounds.n_max())
         )?;
@@ -168,9 +243,14 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     if medium.is_transparent() {
         return writeln!(out, "    clear");
     }
-    let groups = loaded.groups.iter().map(|s| s.medium(id));
+    let groups = loaded.groups.iter().enumerate();
+    let groups = groups.map(|(group, s)| (s.medium(id), s.film().lanes_of(group)));
     let all = |texture: fn(&transport::medium::Medium) -> &Texture| {
-        range(groups.clone().map(texture), loaded.channel_names.len())
+        range(
+            groups
+                .clone()
+                .map(|(medium, lanes)| (texture(medium), lanes)),
+        )
     };
     let sigma = all(|m| &m.sigma_t);
     writeln!(
@@ -185,15 +265,11 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     }
 }
 
-/// Smallest and largest value over all groups of channels.
-fn range<'a>(textures: impl Iterator<Item = &'a Texture>, channels: usize) -> (f64, f64) {
-    let mut left = channels;
+/// Smallest and largest value over all groups of channels, of which so many count.
+fn range<'a>(textures: impl Iterator<Item = (&'a Texture, usize)>) -> (f64, f64) {
     textures.fold(
         (f64::INFINITY, f64::NEG_INFINITY),
-        |(low, high), texture| {
-            // Lanes beyond the last channel are zero and do not count.
-            let lanes = left.min(Spectrum::LANES);
-            left -= lanes;
+        |(low, high), (texture, lanes)| {
             let (a, b) = match texture {
                 Texture::Uniform(v) => {
                     let used = &v.0[..lanes];

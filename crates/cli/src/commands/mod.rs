@@ -2,10 +2,13 @@
 
 mod connect;
 mod info;
+mod measure;
+mod plot;
 mod render;
 mod trace;
 
 pub use connect::connect;
 pub use info::info;
+pub use plot::plot;
 pub use render::render;
 pub use trace::trace;

@@ -1,8 +1,10 @@
 //! `morgana render`.
 
+use super::measure::measure;
 use crate::args::RenderArgs;
 use crate::config::ImageFormat;
 use crate::failure::Failure;
+use crate::layers::{self, Naming};
 use crate::progress::{self, Goal};
 use crate::report::{Report, Stopped};
 use crate::{config, interrupt, load, numbers, outputs};
@@ -14,24 +16,37 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
-use transport::film::Pixel;
-use transport::render::{Options, Rendering, render_counted};
+use transport::integrator::Integrator;
+use transport::render::{Options, Rendering, Target, memory, render_counted};
 
 /// Renders a scene and writes its images.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
-    let images = config::images(args)?;
     let pool = pool(args.threads)?;
-    let loaded = load::load(&args.scene, args.integrator.as_deref(), args.spp)?;
+    let loaded = load::load(
+        &args.scene,
+        args.integrator.as_deref(),
+        args.spp.or(args.particles),
+    )?;
+    if !loaded.instruments.is_empty() {
+        return measure(args, &loaded, &pool);
+    }
+    if args.particles.is_some() {
+        let message = "--particles is for scenes with meters; for a camera it is --spp";
+        return Err(Failure::Usage(message.into()));
+    }
+    let mut images = config::images(args)?;
     if !args.quiet {
         load::warn(&loaded);
     }
     check_strategies(args, &loaded)?;
-    check_memory(&loaded)?;
+    check_colours(args, &loaded, &mut images)?;
+    check_target(args, &loaded)?;
+    check_memory(args, &loaded)?;
     let interrupted = interrupt::watch()?;
-    // A time limit replaces the scene's number of samples, but not that of the command line.
-    let requested = match args.time {
-        Some(_) => args.spp,
-        None => Some(loaded.samples),
+    // Other limits replace the scene's number of samples, but not that of the command line.
+    let requested = match (args.time, args.target_error) {
+        (None, None) => Some(loaded.samples),
+        _ => args.spp.map(|_| loaded.samples),
     };
     let started = Instant::now();
     let (rendering, stopped) = run(args, &loaded, requested, &pool, &interrupted);
@@ -61,10 +76,18 @@ fn write(
     report: &Report,
 ) -> Result<(), Failure> {
     let names = &report.loaded.channel_names;
-    let image = outputs::layers(&report.rendering.film, names, report.attributes());
+    let film = &report.rendering.film;
+    let mut image = outputs::layers(film, names, report.attributes());
+    image.layers.extend(outputs::bias(report.rendering, names));
+    if images.iter().any(|(_, format)| *format == ImageFormat::Exr) {
+        layers::extend(&mut image, film, report.loaded);
+    }
     let images = images
         .iter()
-        .map(|(path, format)| outputs::write(path, *format, &image, args.exposure));
+        .map(|(path, format)| match (format, Naming::of(report.loaded)) {
+            (ImageFormat::Npy, Some(naming)) => naming.write_array(path, film),
+            _ => outputs::write(path, *format, &image, args.exposure),
+        });
     let strategies = args.strategies.iter().map(|path| {
         let image = outputs::strategies(report.rendering, names, report.attributes());
         outputs::write(path, ImageFormat::Exr, &image, 0.0)
@@ -96,20 +119,67 @@ fn check_strategies(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
     )))
 }
 
+/// Quantities other than light have no colours: nobody gets a PNG of them.
+fn check_colours(
+    args: &RenderArgs,
+    loaded: &Loaded,
+    images: &mut Vec<(PathBuf, ImageFormat)>,
+) -> Result<(), Failure> {
+    let is_png = |(_, format): &(PathBuf, ImageFormat)| *format == ImageFormat::Png;
+    if !matches!(loaded.integrator, Integrator::Aov(_)) {
+        return Ok(());
+    }
+    if !args.output.is_empty() && images.iter().any(is_png) {
+        let message = "the integrator aov has no colours to show in a PNG: write .exr or .npy";
+        return Err(Failure::Usage(message.into()));
+    }
+    images.retain(|image| !is_png(image));
+    Ok(())
+}
+
+/// A bias that does not shrink may keep a render from ever reaching its target.
+fn check_target(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
+    let endless = args.target_error.is_some() && args.spp.is_none() && args.time.is_none();
+    if !endless || loaded.integrator.converges() {
+        return Ok(());
+    }
+    Err(Failure::Usage(
+        "--target-error may never be reached by the integrator photon, whose bias does not shrink: use sppm, or \
+         set a limit by --spp or --time"
+            .into(),
+    ))
+}
+
 /// A film that does not fit into memory would end the program without a word.
-fn check_memory(loaded: &Loaded) -> Result<(), Failure> {
+fn check_memory(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
     let film = loaded.scene().film();
-    let pixels = film.width * film.height * loaded.groups.len();
-    let size = numbers::bytes(pixels.saturating_mul(size_of::<Pixel>()));
+    let bytes = memory(film, &options(args, loaded));
     let message = |_| {
         let (width, height) = (film.width, film.height);
+        let layers = Naming::of(loaded).map(|n| format!(" with {}", n.describe()));
+        let strategies = args.strategies.is_some().then_some(" with --strategies");
         Failure::Runtime(format!(
-            "a film of {width} × {height} pixels needs {size} of memory"
+            "a film of {width} × {height} pixels{}{} needs {} of memory",
+            layers.unwrap_or_default(),
+            strategies.unwrap_or_default(),
+            numbers::bytes(bytes)
         ))
     };
-    Vec::<Pixel>::new()
-        .try_reserve_exact(pixels)
-        .map_err(message)
+    Vec::<u8>::new().try_reserve_exact(bytes).map_err(message)
+}
+
+/// How a scene is to be rendered.
+fn options(args: &RenderArgs, loaded: &Loaded) -> Options {
+    Options {
+        strategies: args.strategies.is_some(),
+        decomposition: loaded.layering.decomposition,
+        reweight: loaded.reweight,
+        target: args.target_error.map(|error| Target {
+            error,
+            measure: args.target.unwrap_or_default(),
+        }),
+        ..Options::new(loaded.integrator, loaded.samples, args.seed)
+    }
 }
 
 fn pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
@@ -131,13 +201,12 @@ fn run(
     let goal = Goal {
         samples_per_spp: (film.width * film.height * loaded.groups.len()) as u64,
         spp: requested,
+        unit: "spp",
         time: args.time,
     };
     let options = Options {
-        integrator: loaded.integrator,
         samples: requested.unwrap_or(u64::MAX),
-        seed: args.seed,
-        strategies: args.strategies.is_some(),
+        ..options(args, loaded)
     };
     let (counter, started) = (AtomicU64::new(0), Instant::now());
     let mut stopped = None;
@@ -157,5 +226,6 @@ fn run(
             })
         })
     });
+    let stopped = stopped.or(rendering.reached.then_some(Stopped::Target));
     (rendering, stopped)
 }

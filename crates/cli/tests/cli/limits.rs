@@ -33,6 +33,46 @@ fn samples_bound_a_render_that_has_time() {
     assert!(line.contains("3 spp"), "{line}");
 }
 
+#[test]
+fn a_target_ends_a_render() {
+    let folder = Folder::with_fog();
+    let target = "--target-error 0.004 --stats s.json -o a.exr";
+    let line = folder.succeed(&format!("render scene.xml {target}"));
+    assert!(
+        line.contains("target reached: slight bias by stopping"),
+        "{line}"
+    );
+    let stats = folder.json("s.json");
+    assert_eq!(stats["stopped"], "target");
+    assert!(stats["spp_requested"].is_null());
+    let reached = &stats["target"];
+    assert_eq!(
+        (&reached["measure"], &reached["reached"]),
+        (&"image".into(), &true.into())
+    );
+    assert!(reached["error"].as_f64().unwrap() <= 0.004);
+    assert_eq!(reached["possible_bias"], "stopping by measured error");
+    let image = exr::read(&folder.path("a.exr")).unwrap();
+    assert_eq!(
+        image.attribute("options"),
+        Some("--seed 0 --target-error 0.004")
+    );
+    let spp = stats["spp"].as_u64().unwrap();
+    folder.succeed(&format!("render scene.xml --spp {spp} -o b.exr"));
+    assert_eq!(
+        image.layers,
+        exr::read(&folder.path("b.exr")).unwrap().layers
+    );
+    // Pixels by themselves are less exact than their mean.
+    let line = folder.succeed(&format!(
+        "render scene.xml {target} --target pixel --spp {spp}"
+    ));
+    assert!(line.contains("target of 0.4% not reached"), "{line}");
+    assert_eq!(folder.json("s.json")["target"]["reached"], false);
+    let message = folder.refuse("render scene.xml --target pixel");
+    assert!(message.contains("--target-error"), "{message}");
+}
+
 #[cfg(unix)]
 mod interruption {
     use super::*;

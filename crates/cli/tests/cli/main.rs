@@ -3,7 +3,11 @@
 mod connect;
 mod errors;
 mod info;
+mod layers;
 mod limits;
+mod measure;
+mod photons;
+mod plot;
 mod render;
 mod strategies;
 mod support;

@@ -78,3 +78,17 @@ fn the_estimator_is_named_in_all_outputs() {
     );
     assert_eq!(folder.json("s.json")["integrator"], "particle");
 }
+
+#[test]
+fn aovs_are_named_channels() {
+    let folder = Folder::with_lens();
+    folder.succeed("render scene.xml --integrator aov --spp 2");
+    assert_eq!(folder.files(), ["scene.exr", "scene.xml"]);
+    let image = exr::read(&folder.path("scene.exr")).unwrap();
+    assert!(image.layer("deflection").unwrap().channel("Y").is_some());
+    assert!(image.layer("exit.position").unwrap().channel("Z").is_some());
+    let valid = image.layer("").unwrap().channel("valid").unwrap();
+    assert!(valid.iter().all(|v| *v == 1.0));
+    let message = folder.refuse("render scene.xml --integrator aov -o a.png");
+    assert!(message.contains("write .exr or .npy"), "{message}");
+}

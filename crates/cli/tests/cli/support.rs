@@ -47,9 +47,15 @@ impl Folder {
 
     /// With `scene.xml` of the usual sensor and light, and what is given.
     pub fn with_scene(content: &str) -> Self {
+        Self::with_file(&format!(
+            "<scene version=\"3.0.0\">{SENSOR}\n{content}\n</scene>\n"
+        ))
+    }
+
+    /// With `scene.xml` as given.
+    pub fn with_file(text: &str) -> Self {
         let folder = Folder(TempDir::new().unwrap());
-        let scene = format!("<scene version=\"3.0.0\">{SENSOR}\n{content}\n</scene>\n");
-        std::fs::write(folder.path("scene.xml"), scene).unwrap();
+        std::fs::write(folder.path("scene.xml"), text).unwrap();
         folder
     }
 

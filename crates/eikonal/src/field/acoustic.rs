@@ -7,9 +7,14 @@ use crate::bounds::{Aabb, FieldBounds, IndexBounds};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
-/// One cylindrical mode, Δn J_m(kr) cos(mφ + φ₀).
+/// One cylindrical mode of standing sound, Δn J_m(kr) cos(mφ + φ₀) cos(ωt + τ), at an instant t.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AcousticMode {
+    /// Δn.
+    peak: f64,
+    /// τ.
+    time_phase: f64,
+    /// Δn cos(ωt + τ).
     amplitude: f64,
     order: u16,
     wave_number: f64,
@@ -18,15 +23,18 @@ pub struct AcousticMode {
 
 impl AcousticMode {
     /// A mode of `amplitude` Δn (any sign), azimuthal `order` m, `wave_number` k > 0 in radians
-    /// per scene unit and azimuthal `phase` φ₀ in radians.
+    /// per scene unit and azimuthal `phase` φ₀ in radians, at t = 0 and with τ = 0.
     pub fn new(
         amplitude: f64,
         order: u16,
         wave_number: f64,
         phase: f64,
     ) -> Result<Self, FieldError> {
+        let amplitude = finite("amplitude of an acoustic mode", amplitude)?;
         Ok(AcousticMode {
-            amplitude: finite("amplitude of an acoustic mode", amplitude)?,
+            peak: amplitude,
+            time_phase: 0.0,
+            amplitude,
             order,
             wave_number: positive("wave number of an acoustic mode", wave_number)?,
             phase: finite("phase of an acoustic mode", phase)?,
@@ -45,6 +53,22 @@ impl AcousticMode {
         let frequency = positive("frequency of an acoustic mode", frequency)?;
         let sound_speed = positive("speed of sound", sound_speed)?;
         Self::new(amplitude, order, TAU * frequency / sound_speed, phase)
+    }
+
+    /// The mode with the phase in time τ = `time_phase`, in radians, at t = 0. Two modes with τ = 0 and −π/2 and
+    /// φ₀ = 0 and −π/2 are one that turns, cos(mφ − ωt).
+    pub fn with_time_phase(self, time_phase: f64) -> Result<Self, FieldError> {
+        let time_phase = finite("phase in time of an acoustic mode", time_phase)?;
+        let mode = AcousticMode { time_phase, ..self };
+        Ok(mode.at_phase(0.0))
+    }
+
+    /// The mode at the phase ωt.
+    fn at_phase(self, phase: f64) -> Self {
+        AcousticMode {
+            amplitude: self.peak * (phase + self.time_phase).cos(),
+            ..self
+        }
     }
 
     /// Upper bounds over all radii r in `range` of |value|, |gradient| and |curvature|.
@@ -155,7 +179,7 @@ pub struct Acoustic {
 
 impl Acoustic {
     /// Mean index `n0` > 0 around an axis through `origin` along `direction`; `reference` is not
-    /// parallel to it. The sum of the peaks of the modes stays below `n0`.
+    /// parallel to it. The sum of the peaks of the modes, at whatever instant, stays below `n0`.
     pub fn new(
         n0: f64,
         origin: DVec3,
@@ -163,13 +187,34 @@ impl Acoustic {
         reference: DVec3,
         modes: Vec<AcousticMode>,
     ) -> Result<Self, FieldError> {
-        let peaks: f64 = modes.iter().map(|m| m.limits(EVERYWHERE)[0]).sum();
+        let loudest = |m: &AcousticMode| AcousticMode {
+            amplitude: m.peak,
+            ..*m
+        };
+        let peaks = modes.iter().map(|m| loudest(m).limits(EVERYWHERE)[0]);
+        let peaks: f64 = peaks.sum();
         positive("smallest index in the acoustic field", n0 - peaks)?;
         Ok(Acoustic {
             n0: positive("mean refractive index", n0)?,
             axis: Axis::with_reference(origin, direction, reference)?,
             modes,
         })
+    }
+
+    /// The field at the phase ωt of the sound, in radians.
+    pub(super) fn at_phase(&self, phase: f64) -> Self {
+        Acoustic {
+            modes: self.modes.iter().map(|m| m.at_phase(phase)).collect(),
+            ..*self
+        }
+    }
+
+    /// Shortest and longest wavelength 2π/k of the modes.
+    pub(super) fn wavelengths(&self) -> Option<[f64; 2]> {
+        let lengths = self.modes.iter().map(|m| TAU / m.wave_number);
+        lengths
+            .map(|length| [length, length])
+            .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
     fn wave(&self, d: DVec2) -> Wave {

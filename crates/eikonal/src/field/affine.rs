@@ -38,6 +38,24 @@ impl Affine {
         })
     }
 
+    /// The field in local coordinates.
+    pub(super) fn inner(&self) -> &Field {
+        &self.field
+    }
+
+    /// Another field under the same transform.
+    pub(super) fn over(&self, field: Field) -> Self {
+        Affine {
+            field: Box::new(field),
+            ..*self
+        }
+    }
+
+    /// Length in the world of a unit of local length, as a mean over directions.
+    pub(super) fn mean_scale(&self) -> f64 {
+        self.to_local.matrix3.determinant().abs().cbrt().recip()
+    }
+
     fn local(&self, x: DVec3) -> DVec3 {
         self.to_local.transform_point3(x)
     }

@@ -12,7 +12,9 @@ mod gaussian;
 mod linear;
 mod luneburg;
 mod radial;
+mod scaled;
 mod selfoc;
+mod sound;
 mod sum;
 
 pub use acoustic::{Acoustic, AcousticMode};
@@ -24,6 +26,7 @@ pub use fisheye::Fisheye;
 pub use gaussian::Gaussian;
 pub use linear::{LinearIndex, LinearSquare};
 pub use luneburg::Luneburg;
+pub use scaled::Scaled;
 pub use selfoc::Selfoc;
 pub use sum::Sum;
 
@@ -91,6 +94,8 @@ pub enum Field {
     Sum(Sum),
     /// A field under an affine transform.
     Affine(Affine),
+    /// A field times a constant.
+    Scaled(Scaled),
 }
 
 /// Calls the same method on whichever field this is.
@@ -108,6 +113,7 @@ macro_rules! each {
             Field::Bspline($f) => $e,
             Field::Sum($f) => $e,
             Field::Affine($f) => $e,
+            Field::Scaled($f) => $e,
         }
     };
 }
@@ -134,7 +140,8 @@ into_field!(
     Acoustic,
     Bspline,
     Sum,
-    Affine
+    Affine,
+    Scaled
 );
 
 impl Field {
@@ -175,6 +182,7 @@ impl Field {
             Field::Bspline(f) => f.memory(),
             Field::Sum(f) => f.memory(),
             Field::Affine(f) => f.memory(),
+            Field::Scaled(f) => f.inner().memory(),
             _ => 0,
         }
     }

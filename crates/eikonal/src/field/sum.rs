@@ -28,6 +28,19 @@ impl Sum {
         })
     }
 
+    /// The terms.
+    pub(super) fn terms(&self) -> impl Iterator<Item = &Field> {
+        self.terms.iter()
+    }
+
+    /// The same with other terms.
+    pub(super) fn map(&self, f: impl Fn(&Field) -> Field) -> Self {
+        Sum {
+            n2_ref: self.n2_ref,
+            terms: self.terms.iter().map(f).collect(),
+        }
+    }
+
     pub(super) fn n2(&self, x: DVec3) -> f64 {
         let terms = self.terms.iter();
         terms.fold(self.n2_ref, |n2, t| n2 + (t.n2(x) - self.n2_ref))

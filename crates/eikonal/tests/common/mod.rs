@@ -190,6 +190,12 @@ pub fn all_fields() -> Vec<Case> {
                 DVec3::ZERO,
             )
         },
+        case(
+            "scaled bump",
+            Scaled::new(bump.into(), 1.02).unwrap(),
+            1.5,
+            CENTER,
+        ),
     ]
 }
 

@@ -1,5 +1,6 @@
 //! Spectral channels: luminance, RGB, or any list of wavelengths.
 
+use super::{field, meter};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::{Object, PluginKind, SpectrumValue, Value};
 use transport::Spectrum;
@@ -11,24 +12,39 @@ pub(super) enum Channels {
     Luminance,
     /// Red, green and blue.
     Rgb,
-    /// Wavelengths in nanometres.
-    Wavelengths(Vec<f64>),
+    /// Wavelengths.
+    Wavelengths {
+        /// In nanometres.
+        nm: Vec<f64>,
+        /// Whether each has paths of its own, because an index depends on the wavelength.
+        apart: bool,
+    },
 }
 
 /// Weights of linear sRGB in luminance (ITU-R BT.709).
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 impl Channels {
-    /// As the film of the scene's first sensor says.
+    /// As the film of the scene's first sensor says, be it that of a shape. Without a film, cameras
+    /// have three channels and meters one.
     pub fn of(root: &Object, diagnostics: &mut Diagnostics) -> Self {
-        let child = |o: &Object, kind| {
-            let mut children = o.children.iter().map(|c| c.object.clone());
-            children.find(|c| c.kind == kind)
+        let children = |o: &Object, kind| {
+            let children = o.children.iter().map(|c| c.object.clone());
+            let children: Vec<_> = children.filter(|c| c.kind == kind).collect();
+            children
         };
-        let film = child(root, PluginKind::Sensor).and_then(|s| child(&s, PluginKind::Film));
+        let mut sensors = children(root, PluginKind::Sensor);
+        let shapes = children(root, PluginKind::Shape);
+        sensors.extend(shapes.iter().flat_map(|s| children(s, PluginKind::Sensor)));
+        let first = sensors.first();
+        let film = first.and_then(|s| children(s, PluginKind::Film).first().cloned());
         let Some(film) = film else {
-            return Channels::Rgb;
+            return match first {
+                Some(sensor) if meter::is_meter(sensor) => Channels::Luminance,
+                _ => Channels::Rgb,
+            };
         };
+        let apart = seen(root).any(field::disperses);
         let text = |name: &str| {
             let property = film.properties.iter().find(|p| p.name == name)?;
             match &property.value {
@@ -39,7 +55,7 @@ impl Channels {
         match text("pixel_format").map(|(format, _)| format) {
             Some("luminance") => Channels::Luminance,
             Some("spectral") => match text("wavelengths") {
-                Some((list, location)) => wavelengths(list).unwrap_or_else(|| {
+                Some((list, location)) => wavelengths(list, apart).unwrap_or_else(|| {
                     let message = "'wavelengths': expected positive numbers in nanometres";
                     diagnostics.push(Diagnostic::error(message).at(location));
                     Channels::Luminance
@@ -55,23 +71,62 @@ impl Channels {
         }
     }
 
+    /// The one channel in which quantities other than light are shown: luminance, or the only
+    /// wavelength.
+    pub fn single(self, diagnostics: &mut Diagnostics) -> Self {
+        match self {
+            Channels::Wavelengths { nm, .. } if nm.len() > 1 => {
+                let message =
+                    "the integrator 'aov' follows rays of one wavelength, the film has several";
+                let help = "list one in the film's 'wavelengths'".to_owned();
+                diagnostics.push(Diagnostic::error(message).help(help));
+                Channels::Luminance
+            }
+            Channels::Wavelengths { .. } => self,
+            Channels::Luminance | Channels::Rgb => Channels::Luminance,
+        }
+    }
+
     /// Number of channels.
     pub fn count(&self) -> usize {
         match self {
             Channels::Luminance => 1,
             Channels::Rgb => 3,
-            Channels::Wavelengths(list) => list.len(),
+            Channels::Wavelengths { nm, .. } => nm.len(),
         }
     }
 
     /// Number of groups that are rendered separately.
     pub fn groups(&self) -> usize {
-        self.count().div_ceil(Spectrum::LANES)
+        self.count().div_ceil(self.most_lanes())
+    }
+
+    /// Number of channels that share their paths.
+    pub fn most_lanes(&self) -> usize {
+        match self {
+            Channels::Wavelengths { apart: true, .. } => 1,
+            _ => Spectrum::LANES,
+        }
+    }
+
+    /// The first channel of a group.
+    pub fn first(&self, group: usize) -> usize {
+        group * self.most_lanes()
+    }
+
+    /// The wavelength of a group in nm, if it has just one.
+    pub fn wavelength(&self, group: usize) -> Option<f64> {
+        match self {
+            Channels::Wavelengths { nm, .. } if self.lanes(group) == 1 => {
+                Some(nm[self.first(group)])
+            }
+            _ => None,
+        }
     }
 
     /// Number of channels in a group.
     pub fn lanes(&self, group: usize) -> usize {
-        (self.count() - group * Spectrum::LANES).min(Spectrum::LANES)
+        (self.count() - self.first(group)).min(self.most_lanes())
     }
 
     /// Names, as in image files.
@@ -79,7 +134,7 @@ impl Channels {
         match self {
             Channels::Luminance => vec!["Y".into()],
             Channels::Rgb => ["R", "G", "B"].map(String::from).into(),
-            Channels::Wavelengths(list) => list.iter().map(|nm| format!("{nm}nm")).collect(),
+            Channels::Wavelengths { nm, .. } => nm.iter().map(|nm| format!("{nm}nm")).collect(),
         }
     }
 
@@ -96,10 +151,10 @@ impl Channels {
                 let y = rgb.iter().zip(LUMINANCE).map(|(v, w)| v * w).sum();
                 Ok(all(&|_| y))
             }
-            (Channels::Wavelengths(list), SpectrumValue::Sampled(samples)) => Ok(all(&|c| {
-                interpolate(samples, list[group * Spectrum::LANES + c])
-            })),
-            (Channels::Wavelengths(_), SpectrumValue::Rgb(_)) => Err(
+            (Channels::Wavelengths { nm, .. }, SpectrumValue::Sampled(samples)) => {
+                Ok(all(&|c| interpolate(samples, nm[self.first(group) + c])))
+            }
+            (Channels::Wavelengths { .. }, SpectrumValue::Rgb(_)) => Err(
                 "an <rgb> value has no meaning on a spectral film; use <spectrum> with \
                  wavelength:value pairs, or one number"
                     .into(),
@@ -113,15 +168,22 @@ impl Channels {
     }
 }
 
+/// Objects of the scene that light may meet: media and volumes that nothing refers to do not count.
+fn seen(root: &Object) -> impl Iterator<Item = &Object> {
+    let kinds = [PluginKind::Shape, PluginKind::Sensor, PluginKind::Emitter];
+    let children = root.children.iter().map(|c| &*c.object);
+    children.filter(move |o| kinds.contains(&o.kind))
+}
+
 /// At most so many wavelengths: more is a mistake.
 const MOST_WAVELENGTHS: usize = 4096;
 
-fn wavelengths(list: &str) -> Option<Channels> {
+fn wavelengths(list: &str, apart: bool) -> Option<Channels> {
     let numbers = list.split([',', ' ']).filter(|word| !word.is_empty());
     let numbers: Option<Vec<f64>> = numbers.map(|word| word.parse().ok()).collect();
     let numbers = numbers.filter(|n| !n.is_empty() && n.len() <= MOST_WAVELENGTHS)?;
     let valid = numbers.iter().all(|nm| nm.is_finite() && *nm > 0.0);
-    valid.then_some(Channels::Wavelengths(numbers))
+    valid.then_some(Channels::Wavelengths { nm: numbers, apart })
 }
 
 /// Linear between samples in increasing wavelength, constant beyond them.

@@ -5,6 +5,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{FileRegistry, ObjectId, SpectrumValue};
 use eikonal::field::Constant;
 use std::collections::HashMap;
+use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::Emitter;
 use transport::medium::Medium;
@@ -21,6 +22,10 @@ pub(super) struct Context<'a> {
     pub index_open: Vec<bool>,
     pub objects: Vec<Object>,
     pub emitters: Vec<Emitter>,
+    /// Ids of the emitters, or of the shapes that they cover.
+    pub emitter_ids: Vec<Option<String>>,
+    /// Meters of shapes, with the numbers of their objects.
+    pub meters: Vec<(Arc<crate::scene::Object>, usize)>,
     /// What each object's description says of its two sides.
     pub wishes: Vec<super::sides::Wish>,
     pub places: Places,
@@ -52,6 +57,8 @@ impl<'a> Context<'a> {
             index_open: vec![true],
             objects: Vec::new(),
             emitters: Vec::new(),
+            emitter_ids: Vec::new(),
+            meters: Vec::new(),
             wishes: Vec::new(),
             places: Places {
                 media: vec![None],

@@ -28,12 +28,16 @@ pub(super) fn add(object: &Object, context: &mut Context) {
         return;
     }
     if let Some(emitter) = build(object, context) {
-        push(emitter, object, context);
+        push(emitter, object, object.id.clone(), context);
     }
 }
 
 /// Adds the area emitter of a shape that will become object `index`; returns its index.
-pub(super) fn add_area(object: &Object, index: usize, context: &mut Context) -> Option<usize> {
+pub(super) fn add_area(
+    object: &Object,
+    (shape, index): (&Object, usize),
+    context: &mut Context,
+) -> Option<usize> {
     if object.plugin != "area" {
         unknown_plugin(object, &["area"], context.diagnostics);
         return None;
@@ -46,13 +50,31 @@ pub(super) fn add_area(object: &Object, index: usize, context: &mut Context) -> 
         object: index,
         radiance,
     };
-    Some(push(emitter, object, context))
+    let id = object.id.as_ref().or(shape.id.as_ref()).cloned();
+    Some(push(emitter, object, id, context))
 }
 
-fn push(emitter: Emitter, object: &Object, context: &mut Context) -> usize {
+fn push(emitter: Emitter, object: &Object, id: Option<String>, context: &mut Context) -> usize {
     context.emitters.push(emitter);
+    context.emitter_ids.push(id);
     context.places.emitters.push(object.location.clone());
     context.emitters.len() - 1
+}
+
+/// Names of channels in files are not much longer than this.
+const LONGEST_NAME: usize = 60;
+
+/// Names of emitters: their ids or their kinds, made different by numbers, and without dots.
+pub(super) fn names(ids: &[Option<String>], emitters: &[Emitter]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for (id, emitter) in ids.iter().zip(emitters) {
+        let id = id.as_deref().unwrap_or(emitter.kind());
+        let stem: String = id.replace('.', "_").chars().take(LONGEST_NAME).collect();
+        let numbered = (2..).map(|k| format!("{stem}_{k}"));
+        let mut candidates = std::iter::once(stem.clone()).chain(numbered);
+        names.extend(candidates.find(|name| !names.contains(name)));
+    }
+    names
 }
 
 fn build(object: &Object, context: &mut Context) -> Option<Emitter> {

@@ -3,26 +3,38 @@
 use super::context::Context;
 use super::*;
 use crate::diagnostic::suggest;
-use transport::integrator::{Bdpt, Connections, Heuristic, ParticleTracer};
+use crate::query::POSITIVE;
+use transport::integrator::{
+    Aov, AovTracer, Bdpt, Connections, Heuristic, ParticleTracer, PhotonMapping,
+    Query as PhotonQuery,
+};
 
 /// Names under which scene files and command lines may ask for an estimator. The first three are one
 /// and the same path tracer, the next two one particle tracer.
-const KNOWN: [(&str, Kind); 6] = [
+const KNOWN: [(&str, Kind); 9] = [
     ("path", Kind::Path),
     ("volpath", Kind::Path),
     ("volpathmis", Kind::Path),
     ("particle", Kind::Particle),
     ("ptracer", Kind::Particle),
     ("bdpt", Kind::Bdpt),
+    ("aov", Kind::Aov),
+    ("photon", Kind::Photon),
+    ("sppm", Kind::Sppm),
 ];
 /// What connections can keep track of.
 const MOST_REFLECTIONS: i64 = 28;
+/// More light subpaths than a map has memory for.
+const MOST_PHOTONS: i64 = 1_000_000_000;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Path,
     Particle,
     Bdpt,
+    Aov,
+    Photon,
+    Sppm,
 }
 
 /// How a scene is to be rendered.
@@ -37,8 +49,19 @@ pub(super) struct Method {
 #[derive(Default)]
 struct Parameters {
     bdpt: Bdpt,
+    aov: AovTracer,
+    photon: PhotonMapping,
     tolerance: Tolerance,
     reflections: u32,
+}
+
+/// Whether the scene is asked for other quantities than light.
+pub(super) fn is_aov(root: &Object, options: &LoadOptions) -> bool {
+    let mut children = root.children.iter().map(|c| &c.object);
+    let written = children.find(|o| o.kind == PluginKind::Integrator);
+    let name = options.integrator.as_deref();
+    let name = name.or(written.map(|o| o.plugin.as_str()));
+    name.and_then(find) == Some(Kind::Aov)
 }
 
 /// The scene's integrator, or the path tracer with its defaults. An estimator that the caller names
@@ -70,6 +93,13 @@ pub(super) fn build(
             rr_depth,
         }),
         Kind::Bdpt => Integrator::Bdpt(parameters.bdpt),
+        Kind::Aov => Integrator::Aov(parameters.aov),
+        Kind::Photon | Kind::Sppm => Integrator::Photon(PhotonMapping {
+            max_depth,
+            rr_depth,
+            progressive: kind == Kind::Sppm,
+            ..parameters.photon
+        }),
     };
     Method {
         integrator,
@@ -123,10 +153,57 @@ fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
         let connections = [Connections::Resampled, Connections::All];
         bdpt.connections = connections[query.one_of("connections", &["resampled", "all"])];
     }
+    let aov = match kind {
+        Kind::Aov => aovs(&mut query),
+        _ => default.aov,
+    };
+    let photon = match kind {
+        Kind::Photon | Kind::Sppm => photons(&mut query),
+        _ => default.photon,
+    };
     query.finish(&[]);
     Parameters {
         bdpt,
+        aov,
+        photon,
         tolerance: Tolerance::new(tolerance),
         reflections: reflections as u32,
     }
+}
+
+/// The quantities in a list such as `deflection, optical_length`; all without one.
+fn aovs(query: &mut Query) -> AovTracer {
+    if !query.has("aovs") {
+        return AovTracer::default();
+    }
+    let names = Aov::ALL.map(Aov::name);
+    let list = query.string("aovs");
+    let words = list.split([',', ' ']).filter(|word| !word.is_empty());
+    let mut wanted = Vec::new();
+    for word in words {
+        match Aov::ALL.into_iter().find(|aov| aov.name() == word) {
+            Some(aov) => wanted.push(aov),
+            None => {
+                let help = suggest(word, names).unwrap_or_else(|| names.join(", "));
+                query.error("aovs", format!("unknown aov '{word}' ({help})"));
+            }
+        }
+    }
+    if wanted.is_empty() {
+        query.error("aovs", format!("expected a list of: {}", names.join(", ")));
+    }
+    AovTracer::new(&wanted)
+}
+
+fn photons(query: &mut Query) -> PhotonMapping {
+    let mut photon = PhotonMapping::default();
+    if query.has("photons") {
+        photon.photons = Some(query.integer_in("photons", 1..=MOST_PHOTONS, 1) as usize);
+    }
+    if query.has("radius") {
+        photon.radius = Some(query.float_in("radius", POSITIVE, 1.0));
+    }
+    let queries = [PhotonQuery::Beam, PhotonQuery::Point];
+    photon.query = queries[query.one_of("query", &["beam", "point"])];
+    photon
 }

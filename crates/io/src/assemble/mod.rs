@@ -7,16 +7,22 @@ mod channels;
 mod context;
 mod emitter;
 mod field;
+mod film;
 mod gaps;
+mod instrument;
 mod integrator;
 mod ior;
 mod medium;
+mod meter;
+mod sampler;
 mod sensor;
 mod shape;
 mod sides;
 mod texture;
 
+pub use film::Layering;
 pub use gaps::{Needs, Walls};
+pub use instrument::{Gruneisen, Instrument, Normalization};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::{Query, unknown_plugin};
@@ -42,22 +48,38 @@ pub struct LoadOptions {
 /// A scene that is ready to render.
 #[derive(Debug)]
 pub struct Loaded {
-    /// One scene for each group of up to four spectral channels; they differ in spectra only.
+    /// One scene for each group of up to four spectral channels; they differ in spectra only. If an index depends
+    /// on the wavelength, one for each channel.
     pub groups: Vec<Scene>,
     /// Estimator.
     pub integrator: Integrator,
-    /// Samples per pixel.
+    /// Samples per pixel; particles if there are instruments.
     pub samples: u64,
+    /// Meters, if the scene has these in place of a camera.
+    pub instruments: Vec<Instrument>,
     /// What is doubtful about it.
     pub warnings: Diagnostics,
     /// Hash of the description and of all files it refers to.
     pub hash: SceneHash,
-    /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths.
+    /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths, or quantities.
     pub channel_names: Vec<String>,
+    /// Names of the emitters, all different: their ids, those of their shapes, or their kinds. Without dots,
+    /// which separate the names of layers.
+    pub emitter_names: Vec<String>,
+    /// How the film tells light apart.
+    pub layering: Layering,
+    /// Whether an image with less weight for rare bright samples is wanted beside the plain one.
+    pub reweight: bool,
 }
 
 impl Loaded {
-    /// The scene of the first channel group: geometry, media and sensor are the same in all.
+    /// Whether groups differ in their indices: some medium disperses, and each wavelength has rays of its own.
+    pub fn is_dispersive(&self) -> bool {
+        self.scene().film().lanes == 1 && self.groups.len() > 1
+    }
+
+    /// The scene of the first channel group: geometry and sensor are the same in all, and indices if no medium
+    /// disperses.
     pub fn scene(&self) -> &Scene {
         &self.groups[0]
     }
@@ -86,7 +108,10 @@ pub fn assemble(
     mut diagnostics: Diagnostics,
 ) -> Result<Loaded, Diagnostics> {
     let mut files = FileRegistry::new();
-    let channels = Channels::of(&description.root, &mut diagnostics);
+    let mut channels = Channels::of(&description.root, &mut diagnostics);
+    if integrator::is_aov(&description.root, options) {
+        channels = channels.single(&mut diagnostics);
+    }
     let mut parts = Vec::new();
     for group in 0..channels.groups() {
         // What is doubtful is the same in every group: it is reported for the first only.
@@ -112,22 +137,43 @@ pub fn assemble(
             return Err(diagnostics);
         }
     };
-    let Some(&GroupParts {
-        integrator,
-        samples,
-        ..
-    }) = parts.first()
-    else {
+    let Some(first) = parts.first_mut() else {
         return Err(diagnostics);
     };
+    let emitter_names = std::mem::take(&mut first.emitter_names);
+    let integrator = first.integrator;
+    let samples = whole_periods(options, first, &mut diagnostics);
+    let (layering, reweight) = (first.layering, first.reweight);
+    let instruments = std::mem::take(&mut first.instruments);
     Ok(Loaded {
+        instruments,
         groups: parts.into_iter().map(|p| p.scene).collect(),
         integrator,
-        samples: options.samples.unwrap_or(samples),
+        samples,
         warnings: diagnostics,
         hash,
-        channel_names: channels.names(),
+        channel_names: match &integrator {
+            Integrator::Aov(tracer) => tracer.channels().map(str::to_owned).collect(),
+            _ => channels.names(),
+        },
+        emitter_names,
+        layering,
+        reweight,
     })
+}
+
+/// The number of samples: the same at each instant of a period of sound.
+fn whole_periods(options: &LoadOptions, parts: &GroupParts, diagnostics: &mut Diagnostics) -> u64 {
+    let wanted = options.samples.unwrap_or(parts.samples);
+    let samples = parts.scene.whole_periods(wanted);
+    if samples != wanted {
+        let instants = parts.scene.instants();
+        let message = format!(
+            "{samples} samples are taken instead of {wanted}: a multiple of the sampler's {instants} phases"
+        );
+        diagnostics.push(Diagnostic::warning(message));
+    }
+    samples
 }
 
 /// What the description makes for one channel group.
@@ -135,6 +181,10 @@ struct GroupParts {
     scene: Scene,
     integrator: Integrator,
     samples: u64,
+    emitter_names: Vec<String>,
+    layering: Layering,
+    reweight: bool,
+    instruments: Vec<Instrument>,
 }
 
 /// The scene of one channel group and how to render it; `None` after an error.
@@ -155,7 +205,18 @@ fn group_parts(
     for &emitter in &emitters {
         emitter::add(emitter, &mut context);
     }
+    let (meters, sensors): (Vec<_>, Vec<_>) = sensors.into_iter().partition(|s| meter::is_meter(s));
+    let mut instruments = Vec::new();
     let sensor = match sensors[..] {
+        _ if !meters.is_empty() || !context.meters.is_empty() => meter::build(
+            (&meters, &sensors),
+            integrators.first().copied(),
+            &mut context,
+        )
+        .map(|(sensor, list)| {
+            instruments = list;
+            sensor
+        }),
         [sensor] => sensor::build(sensor, &mut context),
         [] => {
             context.error_at(&root.location, "the scene has no <sensor>");
@@ -168,6 +229,17 @@ fn group_parts(
     };
     sides::settle(&mut context);
     let sensor = sensor?;
+    if matches!(method.integrator, Integrator::Aov(_)) {
+        let apart = sensor.film.layering.decomposition.is_some() || sensor.film.reweight;
+        let what = match instruments.is_empty() {
+            false => "meters",
+            true => "the film's 'decomposition' and 'reweight'",
+        };
+        if apart || !instruments.is_empty() {
+            let message = format!("the integrator aov sees no light: leave it, or {what}, out");
+            context.error_at(&root.location, message);
+        }
+    }
     if context.diagnostics.has_errors() {
         return None;
     }
@@ -176,15 +248,20 @@ fn group_parts(
         media: context.media,
         emitters: context.emitters,
         sensor: sensor.sensor,
-        film: sensor.film,
+        film: sensor.film.spec,
         tolerance: method.tolerance,
         reflections: method.reflections,
     };
+    let mut layering = sensor.film.layering;
+    if let Some(emitters) = &mut layering.decomposition.emitters {
+        *emitters = parts.emitters.len();
+    }
+    let emitter_names = emitter::names(&context.emitter_ids, &parts.emitters);
     let places = context.places;
     let mut report = |problem: &Problem| {
         let location = match problem.subject {
             Subject::Scene => Some(&root.location),
-            Subject::Sensor => sensors.first().map(|s| &s.location),
+            Subject::Sensor => sensors.first().or(meters.first()).map(|s| &s.location),
             Subject::Medium(i) => places.media[i].as_ref(),
             Subject::Object(i) => places.objects.get(i),
             Subject::Emitter(i) => places.emitters.get(i),
@@ -199,12 +276,23 @@ fn group_parts(
             None => diagnostic,
         });
     };
-    match Scene::new(parts) {
+    match Scene::over_period(parts, sensor.samples.instants) {
         Ok(scene) => {
-            scene.warnings().iter().for_each(&mut report);
-            gaps::warnings(&scene, &method.integrator)
+            // Without light a picture is black, but other quantities are not.
+            let dark = matches!(method.integrator, Integrator::Aov(_));
+            let matters = |p: &&Problem| !(dark && p.subject == Subject::Scene);
+            scene
+                .warnings()
                 .iter()
+                .filter(matters)
                 .for_each(&mut report);
+            if instruments.is_empty() {
+                let gaps = gaps::warnings(&scene, &method.integrator);
+                gaps.iter().for_each(&mut report);
+            }
+            for problem in instruments.iter().filter_map(|i| i.doubt(&scene)) {
+                report(&problem);
+            }
             if let (Some(medium), [object]) = (sensor.medium, &sensors[..])
                 && medium != scene.sensor_medium()
             {
@@ -218,7 +306,11 @@ fn group_parts(
             Some(GroupParts {
                 scene,
                 integrator: method.integrator,
-                samples: sensor.samples,
+                samples: sensor.samples.count,
+                emitter_names,
+                layering,
+                reweight: sensor.film.reweight,
+                instruments,
             })
         }
         Err(problems) => {

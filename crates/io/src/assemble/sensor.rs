@@ -1,28 +1,30 @@
-//! Sensors and films.
+//! Sensors.
 
 use super::context::Context;
+use super::film::{self, FilmParts};
 use super::medium;
+use super::sampler::{self, Samples};
 use super::texture::affine;
-use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use glam::DAffine3;
-use transport::film::Filter;
-use transport::scene::{FilmSpec, MediumId};
-use transport::sensor::{Orthographic, Perspective, Sensor, ThinLens};
+use std::ops::Bound;
+use transport::scene::MediumId;
+use transport::sensor::{Orthographic, Perspective, Sensor, Stop, Telecentric, ThinLens};
 
-const KNOWN: [&str; 3] = ["perspective", "thinlens", "orthographic"];
+const KNOWN: [&str; 4] = ["perspective", "thinlens", "orthographic", "telecentric"];
+/// Samples per pixel, unless a sampler says otherwise.
+const SAMPLES: i64 = 64;
+/// Cones of telecentric sensors are narrow: lenses gather no wider ones.
+const WIDEST_STOP: f64 = 45.0;
 
 /// A sensor with its film and sampler.
 pub(super) struct SensorParts {
     pub sensor: Sensor,
     pub medium: Option<MediumId>,
-    pub film: FilmSpec,
-    pub samples: u64,
+    pub film: FilmParts,
+    pub samples: Samples,
 }
-
-/// At most so many pixels along a side.
-const LARGEST_SIDE: i64 = 1 << 16;
 
 /// The sensor that an object describes; `None` after an error.
 pub(super) fn build(object: &Object, context: &mut Context) -> Option<SensorParts> {
@@ -47,15 +49,15 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<SensorPart
     q.float_or("near_clip", 0.0);
     q.float_or("far_clip", 0.0);
     q.finish(&[]);
-    let film = self::film(film.as_deref(), context);
-    let samples = self::samples(sampler.as_deref(), context);
+    let film = film::build(film.as_deref(), context);
+    let samples = sampler::build(sampler.as_deref(), SAMPLES, context);
     let medium = inside.map(|m| medium::medium(&m, context));
     let Some(optics) = optics else {
         unknown_plugin(object, &KNOWN, context.diagnostics);
         return None;
     };
     Some(SensorParts {
-        sensor: optics.sensor(frame, film.width as f64 / film.height as f64),
+        sensor: optics.sensor(frame, film.spec.width as f64 / film.spec.height as f64),
         medium,
         film,
         samples,
@@ -66,6 +68,7 @@ enum Optics {
     Pinhole(Fov),
     ThinLens(Fov, f64, f64),
     Orthographic,
+    Telecentric(f64, Stop),
 }
 
 /// A full angle in radians along an axis of the image.
@@ -85,8 +88,41 @@ fn optics(object: &Object, q: &mut Query) -> Option<Optics> {
             Optics::ThinLens(fov, radius, q.float_in("focus_distance", POSITIVE, None))
         }
         "orthographic" => Optics::Orthographic,
+        "telecentric" => {
+            let distance = q.float_in("focus_distance", 0.0.., 0.0);
+            Optics::Telecentric(distance, stop(q))
+        }
         _ => return None,
     })
+}
+
+/// The stop of a telecentric sensor, and the knife edge in it.
+fn stop(q: &mut Query) -> Stop {
+    let angle = q.float_in(
+        "acceptance_angle",
+        (Bound::Excluded(0.0), Bound::Included(WIDEST_STOP)),
+        None,
+    );
+    let radius = angle.to_radians().tan();
+    if !q.has("knife_edge") {
+        if q.has("knife_angle") {
+            q.error(
+                "knife_angle",
+                "a knife needs <vector name=\"knife_edge\">, its direction",
+            );
+        }
+        return Stop::disc(radius);
+    }
+    let edge = q.vector("knife_edge");
+    if edge.truncate().length() < 1e-9 || edge.z != 0.0 {
+        let message =
+            "'knife_edge' points to the covered side, across the axis: (x, y, 0), not zero";
+        q.error("knife_edge", message);
+        return Stop::disc(radius);
+    }
+    let open = (Bound::Excluded(-angle), Bound::Included(angle));
+    let cut = q.float_in("knife_angle", open, 0.0).to_radians().tan();
+    Stop::with_knife(radius, edge.truncate(), cut)
 }
 
 fn fov(q: &mut Query) -> Fov {
@@ -121,77 +157,9 @@ impl Optics {
                 Sensor::ThinLens(ThinLens::new(pinhole(fov), *radius, *distance))
             }
             Optics::Orthographic => Sensor::Orthographic(Orthographic::new(frame, aspect)),
+            Optics::Telecentric(distance, stop) => {
+                Sensor::Telecentric(Telecentric::new(frame, aspect, *distance, *stop))
+            }
         }
     }
-}
-
-fn film(object: Option<&Object>, context: &mut Context) -> FilmSpec {
-    let channels = context.channels.count();
-    let mut spec = FilmSpec {
-        width: 768,
-        height: 576,
-        channels,
-        filter: Filter::Gaussian { stddev: 0.5 },
-    };
-    let Some(object) = object else {
-        return spec;
-    };
-    if object.plugin != "hdrfilm" {
-        unknown_plugin(object, &["hdrfilm"], context.diagnostics);
-        return spec;
-    }
-    let mut q = Query::new(object, context.diagnostics);
-    spec.width = q.integer_in("width", 1..=LARGEST_SIDE, 768) as usize;
-    spec.height = q.integer_in("height", 1..=LARGEST_SIDE, 576) as usize;
-    q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
-    q.has("wavelengths");
-    // How files are written is the command's business; Mitsuba's scene files say it here.
-    q.string_or("file_format", "openexr");
-    q.string_or("component_format", "float32");
-    let filter = q.child(PluginKind::Rfilter).cloned();
-    q.finish(&[]);
-    if let Some(object) = filter {
-        spec.filter = self::filter(&object, context);
-    }
-    spec
-}
-
-fn filter(object: &Object, context: &mut Context) -> Filter {
-    let mut q = Query::new(object, context.diagnostics);
-    let filter = match object.plugin.as_str() {
-        "box" => Filter::Box,
-        "tent" => Filter::Tent {
-            radius: q.float_in("radius", POSITIVE, 1.0),
-        },
-        "gaussian" => Filter::Gaussian {
-            stddev: q.float_in("stddev", POSITIVE, 0.5),
-        },
-        _ => {
-            unknown_plugin(object, &["box", "tent", "gaussian"], context.diagnostics);
-            return Filter::Box;
-        }
-    };
-    q.finish(&[]);
-    filter
-}
-
-fn samples(object: Option<&Object>, context: &mut Context) -> u64 {
-    const DEFAULT: i64 = 64;
-    let Some(object) = object else {
-        return DEFAULT as u64;
-    };
-    if object.plugin != "independent" {
-        let message = format!(
-            "sampler '{}' is not available; 'independent' is used instead",
-            object.plugin
-        );
-        context
-            .diagnostics
-            .push(Diagnostic::warning(message).at(&object.plugin_location));
-    }
-    let mut q = Query::new(object, context.diagnostics);
-    let count = q.integer_in("sample_count", 1..=i64::MAX, DEFAULT);
-    q.has("seed");
-    q.finish(&[]);
-    count as u64
 }

@@ -28,6 +28,7 @@ pub(super) fn add(object: &Object, context: &mut Context) {
     let exterior = q.role(PluginKind::Medium, "exterior").cloned();
     let bsdf = bsdf::of_shape(&mut q);
     let light = q.child(PluginKind::Emitter).cloned();
+    let meter = q.child(PluginKind::Sensor).cloned();
     let flip = q.boolean_or("flip_normals", false);
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", &mut q);
@@ -49,7 +50,8 @@ pub(super) fn add(object: &Object, context: &mut Context) {
         indices: surface.indices,
     };
     let index = context.objects.len();
-    let emitter = light.and_then(|l| emitter::add_area(&l, index, context));
+    context.meters.extend(meter.map(|m| (m, index)));
+    let emitter = light.and_then(|l| emitter::add_area(&l, (object, index), context));
     let shape = match geometry {
         Some(Ok(shape)) => shape.with_flipped_normals(flip),
         Some(Err(error)) => {

@@ -3,7 +3,7 @@
 use super::context::Context;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::Object;
-use crate::volume::{AxisOrder, Sample, Volume};
+use crate::volume::{AxisOrder, Format, Sample, Volume};
 use glam::{DAffine3, DMat4};
 use std::sync::Arc;
 use transport::Spectrum;
@@ -46,7 +46,7 @@ fn grid(object: &Object, allowed: (f64, f64), context: &mut Context) -> Option<G
     }
     let (volume, source) = read::<f32>(object, context);
     let mut query = Query::new(object, context.diagnostics);
-    for known in ["filename", "axis_order", "placement", "to_world"] {
+    for known in ["filename", "axis_order", "dataset", "placement", "to_world"] {
         query.has(known);
     }
     let filter = query.one_of("filter_type", &["trilinear", "nearest"]);
@@ -77,7 +77,7 @@ fn of_group(volume: Volume, context: &Context) -> ([usize; 3], usize, Vec<f32>) 
     if channels == 1 || channels == lanes {
         return (size, channels, volume.into_data());
     }
-    let first = context.group * Spectrum::LANES;
+    let first = context.channels.first(context.group);
     let voxels = volume.data().chunks_exact(channels);
     let data = voxels.flat_map(|v| &v[first..first + lanes]).copied();
     (size, lanes, data.collect())
@@ -87,7 +87,7 @@ fn of_group(volume: Volume, context: &Context) -> ([usize; 3], usize, Vec<f32>) 
 pub(super) struct Source {
     /// 0: voxel centres, 1: nodes on the bounds.
     pub placement: usize,
-    /// From the unit cube.
+    /// From the unit cube, by way of the file's own coordinates if it has any.
     pub to_world: DAffine3,
 }
 
@@ -99,25 +99,60 @@ pub(super) fn read<T: Sample>(
 ) -> (Option<Volume<T>>, Source) {
     let mut query = Query::new(object, context.diagnostics);
     let path = query.path("filename", context.files);
-    let is_npy = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("npy"));
-    if is_npy && !query.has("axis_order") {
-        let message = "a .npy volume needs <string name=\"axis_order\">: \"zyx\" if the last index \
-                       runs along x, \"xyz\" if the first does";
-        query.error("filename", message);
+    let format = Format::of(&path);
+    let named = query.has("axis_order");
+    match format {
+        Some(format) if format.needs_axis_order() && !named => {
+            let message = "a .npy or HDF5 volume needs <string name=\"axis_order\">: \"zyx\" if the \
+                           last index runs along x, \"xyz\" if the first does";
+            query.error("filename", message);
+        }
+        Some(Format::Vti) if named => {
+            query.error("axis_order", "a .vti file has its own: x is fastest");
+        }
+        _ => {}
     }
     let axes = [AxisOrder::Zyx, AxisOrder::Xyz][query.one_of("axis_order", &["zyx", "xyz"])];
-    let placement = query.one_of("placement", &["centers", "nodes"]);
+    let dataset = dataset(format, &mut query);
+    let chosen = query.has("placement");
+    let mut placement = query.one_of("placement", &["centers", "nodes"]);
     let matrix = query.transform("to_world");
     let volume = (!path.as_os_str().is_empty())
-        .then(|| Volume::read(&path, axes))
+        .then(|| Volume::read(&path, axes, dataset.as_deref()))
         .and_then(|read| read.map_err(|e| query.file_error("filename", &e)).ok());
+    let mut to_world = affine(matrix, "to_world", &mut query);
+    if let Some(frame) = volume.as_ref().and_then(Volume::frame) {
+        if chosen && placement != usize::from(frame.nodes) {
+            query.error(
+                "placement",
+                "the file says otherwise: leave 'placement' out",
+            );
+        }
+        placement = usize::from(frame.nodes);
+        to_world *= frame.to_file;
+    }
     let source = Source {
         placement,
-        to_world: affine(matrix, "to_world", &mut query),
+        to_world,
     };
     (volume, source)
+}
+
+/// Which of the volumes of a file is meant.
+fn dataset(format: Option<Format>, query: &mut Query) -> Option<String> {
+    let named = query.has("dataset");
+    match format {
+        Some(format) if named && !format.has_datasets() => {
+            query.error("dataset", "only .vti and HDF5 files hold several");
+            None
+        }
+        Some(Format::Hdf5) if !named => {
+            let message = "an HDF5 volume needs <string name=\"dataset\">, for example \"p_final\"";
+            query.error("filename", message);
+            None
+        }
+        _ => named.then(|| query.string("dataset")),
+    }
 }
 
 /// An affine map; a projective one is reported.

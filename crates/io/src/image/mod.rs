@@ -1,5 +1,6 @@
 //! Images: layers of named channels, written to EXR, NPY and PNG; environment maps read back.
 
+pub mod cie;
 pub mod exr;
 mod exr_header;
 pub mod npy;

@@ -223,11 +223,11 @@ impl<'t> Cursor<'t> {
     }
 }
 
-/// The header of a float32 array in C order.
-pub(super) fn bytes(shape: &[usize]) -> Vec<u8> {
+/// The header of an array in C order whose elements are as NumPy's `descriptor` says.
+pub(super) fn bytes(descriptor: &str, shape: &[usize]) -> Vec<u8> {
     let axes: String = shape.iter().map(|n| format!("{n}, ")).collect();
     let mut text = format!(
-        "{{'descr': '<f4', 'fortran_order': False, 'shape': ({}), }}",
+        "{{'descr': '{descriptor}', 'fortran_order': False, 'shape': ({}), }}",
         axes.trim_end()
     );
     // The dictionary is padded with blanks and ends with a line break.

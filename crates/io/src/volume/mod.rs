@@ -1,14 +1,30 @@
 //! Grids of values in space.
 
+pub mod hdf5;
 pub mod npy;
 pub mod vol;
+pub mod vti;
 
 use std::path::Path;
+
+use glam::DAffine3;
 
 use crate::binary;
 use crate::error::{FileError, Problem};
 
 pub use npy::AxisOrder;
+
+/// The most by which deflate compresses, 1032, rounded up: what a file may be trusted to become.
+const INFLATION: u64 = 1100;
+
+/// Where a file says that its samples are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// From the unit cube, which the samples fill, to the file's coordinates.
+    pub to_file: DAffine3,
+    /// Whether the outermost samples sit on the cube's faces, rather than half a spacing inside.
+    pub nodes: bool,
+}
 
 /// A number of which volumes are made: `f32`, or `f64` where contrasts are small.
 pub trait Sample: Copy + 'static {
@@ -45,6 +61,7 @@ pub struct Volume<T = f32> {
     channels: usize,
     data: Vec<T>,
     bbox: Option<[[f32; 3]; 2]>,
+    frame: Option<Frame>,
 }
 
 impl<T: Sample> Volume<T> {
@@ -91,7 +108,21 @@ impl<T: Sample> Volume<T> {
             channels,
             data,
             bbox,
+            frame: None,
         })
+    }
+
+    /// The same volume in a place of its own.
+    fn placed(self, frame: Frame) -> Self {
+        Volume {
+            frame: Some(frame),
+            ..self
+        }
+    }
+
+    /// Where the file says that the samples are, if its format does.
+    pub fn frame(&self) -> Option<Frame> {
+        self.frame
     }
 
     /// Number of voxels along x, y, z.
@@ -130,25 +161,65 @@ impl<T: Sample> Volume<T> {
                 .map(|v| U::nearest(v.wide()))
                 .collect(),
             bbox: self.bbox,
+            frame: self.frame,
         }
     }
 
-    /// Reads a `.vol` or `.npy` file, by its extension. The axes of an `.npy` array are in the
-    /// given order.
+    /// Reads a `.vol`, `.npy`, `.vti` or HDF5 (`.h5`, `.hdf5`) file, by its extension. The axes of an
+    /// array of NumPy or HDF5 are in the given order; `dataset` chooses one of those of an HDF5 or `.vti`
+    /// file.
     ///
     /// # Errors
     ///
-    /// See [`vol::read`] and [`npy::read`].
-    pub fn read(path: &Path, axes: AxisOrder) -> Result<Self, FileError> {
-        let extension = path
-            .extension()
-            .and_then(|e| e.to_str())
-            .map(str::to_ascii_lowercase);
-        match extension.as_deref() {
-            Some("vol") => Ok(vol::read(path)?.cast()),
-            Some("npy") => npy::read(path, axes),
-            _ => Err(Problem::Unsupported("volumes are read from .vol and .npy".into()).at(path)),
+    /// See [`vol::read`], [`npy::read`], [`vti::read`] and [`hdf5::read`].
+    pub fn read(path: &Path, axes: AxisOrder, dataset: Option<&str>) -> Result<Self, FileError> {
+        match Format::of(path) {
+            Some(Format::Vol) => Ok(vol::read(path)?.cast()),
+            Some(Format::Npy) => npy::read(path, axes),
+            Some(Format::Vti) => vti::read(path, dataset),
+            Some(Format::Hdf5) => hdf5::read(path, dataset.unwrap_or_default(), axes),
+            None => {
+                let message = "volumes are read from .vol, .npy, .vti, .h5 and .hdf5";
+                Err(Problem::Unsupported(message.into()).at(path))
+            }
         }
+    }
+}
+
+/// A format of volumes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Mitsuba's grids.
+    Vol,
+    /// NumPy's arrays.
+    Npy,
+    /// VTK's image data.
+    Vti,
+    /// HDF5.
+    Hdf5,
+}
+
+impl Format {
+    /// By a file's extension.
+    pub fn of(path: &Path) -> Option<Format> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        Some(match extension.as_str() {
+            "vol" => Format::Vol,
+            "npy" => Format::Npy,
+            "vti" => Format::Vti,
+            "h5" | "hdf5" => Format::Hdf5,
+            _ => return None,
+        })
+    }
+
+    /// Whether the order of the axes is the user's to say.
+    pub fn needs_axis_order(self) -> bool {
+        matches!(self, Format::Npy | Format::Hdf5)
+    }
+
+    /// Whether a file may hold several volumes.
+    pub fn has_datasets(self) -> bool {
+        matches!(self, Format::Vti | Format::Hdf5)
     }
 }
 

@@ -50,7 +50,10 @@ pub fn write(path: &Path, volume: &Volume) -> Result<(), FileError> {
     }
 }
 
-fn from_array<T: Sample>(array: NpyArray, axes: AxisOrder) -> Result<Volume<T>, Problem> {
+pub(super) fn from_array<T: Sample>(
+    array: NpyArray,
+    axes: AxisOrder,
+) -> Result<Volume<T>, Problem> {
     let (a, b, c, channels) = match array.shape[..] {
         [a, b, c] => (a, b, c, 1),
         [a, b, c, channels] => (a, b, c, channels),

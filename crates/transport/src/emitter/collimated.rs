@@ -23,6 +23,16 @@ pub enum Profile {
     },
 }
 
+impl Profile {
+    /// ∫ irradiance dA over that on the axis.
+    fn area(self) -> f64 {
+        match self {
+            Profile::Disc { radius } => PI * radius * radius,
+            Profile::Gaussian { waist } => 0.5 * PI * waist * waist,
+        }
+    }
+}
+
 /// A beam of parallel rays that starts on a plane.
 #[derive(Clone, Debug)]
 pub struct Collimated {
@@ -37,15 +47,11 @@ impl Collimated {
     /// A beam of the given total power; `origin` is the centre of the aperture, `direction` the unit
     /// direction of the light.
     pub fn new(origin: DVec3, direction: DVec3, profile: Profile, power: Spectrum) -> Self {
-        let area = match profile {
-            Profile::Disc { radius } => PI * radius * radius,
-            Profile::Gaussian { waist } => 0.5 * PI * waist * waist,
-        };
         Collimated {
             origin,
             direction,
             profile,
-            peak: power / area,
+            peak: power / profile.area(),
         }
     }
 
@@ -57,6 +63,11 @@ impl Collimated {
     /// Unit direction of the light.
     pub fn direction(&self) -> DVec3 {
         self.direction
+    }
+
+    /// Total power.
+    pub fn power(&self) -> Spectrum {
+        self.peak * self.profile.area()
     }
 
     /// Radius that contains most of the beam.

@@ -84,6 +84,14 @@ impl Environment {
         }
     }
 
+    /// ∫ radiance over all directions.
+    pub(super) fn integral(&self) -> Spectrum {
+        match self {
+            Environment::Constant(radiance) => *radiance * (4.0 * PI),
+            Environment::Image(image) => image.integral(),
+        }
+    }
+
     pub(super) fn kind(&self) -> &'static str {
         match self {
             Environment::Constant(_) => "constant",
@@ -151,6 +159,17 @@ impl Image {
         let x = ((u * self.width as f64) as usize).min(self.width - 1);
         let y = ((v * self.height as f64) as usize).min(self.height - 1);
         self.pixels[y * self.width + x]
+    }
+
+    /// Pixels times their solid angles.
+    fn integral(&self) -> Spectrum {
+        let cos = |row: usize| (PI * row as f64 / self.height as f64).cos();
+        let rows = self.pixels.chunks_exact(self.width).enumerate();
+        let total = rows.fold(Spectrum::ZERO, |total, (row, pixels)| {
+            let sum = pixels.iter().fold(Spectrum::ZERO, |sum, p| sum + *p);
+            total + sum * (cos(row) - cos(row + 1))
+        });
+        total * (TAU / self.width as f64)
     }
 
     fn sample(&self, u: [f64; 2]) -> (DVec3, f64) {

@@ -8,6 +8,7 @@
 mod collimated;
 mod emission;
 mod environment;
+mod power;
 mod spot;
 mod surroundings;
 

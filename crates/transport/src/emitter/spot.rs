@@ -52,6 +52,17 @@ impl Spot {
         }
     }
 
+    /// Total power: 2π ∫ I sin θ dθ, constant up to the beam's width and a ramp from there to the cutoff.
+    pub fn power(&self) -> Spectrum {
+        let (inner, outer) = (self.beam_width, self.cutoff);
+        let ramp = match outer - inner {
+            // The limit of a narrow ramp, without its cancellation.
+            width if width < 1e-6 => (0.5 * (inner + outer)).cos(),
+            width => (outer.sin() - inner.sin()) / width,
+        };
+        self.intensity * (TAU * (1.0 - ramp))
+    }
+
     /// A direction uniform over the cone.
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
         let local = uniform_cone_sample(self.cap(), u);

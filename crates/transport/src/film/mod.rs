@@ -1,10 +1,17 @@
 //! Films: what is accumulated per pixel.
 
+mod cascade;
+mod decomposition;
 mod filter;
 mod footprint;
+mod layers;
+mod summary;
 
+pub use cascade::{Cascade, LevelsMut};
+pub use decomposition::{Axis, Decomposition, PathFacts};
 pub use filter::Filter;
 pub use footprint::footprint;
+pub use layers::{Cell, CellsMut, LayerGroup, Layers, Pending};
 
 use crate::Spectrum;
 
@@ -55,7 +62,7 @@ impl Pixel {
 }
 
 /// Accumulated image: `width × height` pixels from the top left, with any number of channels, which
-/// are kept in groups of [`Spectrum::LANES`].
+/// are kept in groups of at most [`Spectrum::LANES`].
 ///
 /// Filters other than the box are sampled in proportion to their value, so every pixel is a plain
 /// mean of independent samples and its variance is known without bias.
@@ -64,21 +71,56 @@ pub struct Film {
     width: usize,
     height: usize,
     channels: usize,
+    /// Channels per group.
+    lanes: usize,
     pixels: Vec<Pixel>,
     /// For each group, samples of the image's mean, if pixels are not independent.
     whole: Vec<Pixel>,
+    layers: Option<Layers>,
+    /// For each group, if rare bright samples are to be given less weight.
+    cascades: Option<Vec<Cascade>>,
+}
+
+/// All that a film keeps of a group of channels.
+#[derive(Debug)]
+pub struct PartsMut<'a> {
+    /// Row by row.
+    pub pixels: &'a mut [Pixel],
+    /// If light is told apart.
+    pub layers: Option<&'a mut LayerGroup>,
+    /// If samples are sorted by brightness.
+    pub cascade: Option<&'a mut Cascade>,
 }
 
 impl Film {
-    /// An empty film; no argument may be zero.
+    /// An empty film with channels in as few groups as possible; no argument may be zero.
     pub fn new(width: usize, height: usize, channels: usize) -> Self {
-        let groups = channels.div_ceil(Spectrum::LANES);
+        Self::in_groups(width, height, channels, Spectrum::LANES)
+    }
+
+    /// An empty film with groups of `lanes` channels, at most [`Spectrum::LANES`]; no argument may be zero.
+    pub fn in_groups(width: usize, height: usize, channels: usize, lanes: usize) -> Self {
+        let groups = channels.div_ceil(lanes);
         Film {
             width,
             height,
             channels,
+            lanes,
             pixels: vec![Pixel::default(); width * height * groups],
             whole: vec![Pixel::default(); groups],
+            layers: None,
+            cascades: None,
+        }
+    }
+
+    /// The film with layers of light told apart, if it is to be.
+    pub fn decomposed(self, decomposition: Decomposition) -> Self {
+        let pixels = self.width * self.height;
+        let groups = (0..self.groups()).map(|group| self.lanes(group));
+        let layers = || Layers::new(decomposition, pixels, groups);
+        Film {
+            layers: decomposition.is_some().then(layers),
+            ..self
         }
     }
 
@@ -99,7 +141,7 @@ impl Film {
 
     /// Number of channel groups.
     pub fn groups(&self) -> usize {
-        self.channels.div_ceil(Spectrum::LANES)
+        self.channels.div_ceil(self.lanes)
     }
 
     /// Pixels of a group, row by row.
@@ -114,20 +156,75 @@ impl Film {
         &mut self.pixels[group * n..(group + 1) * n]
     }
 
+    /// The film with samples sorted by brightness, if they are to be.
+    pub fn sorted(self, sorted: bool) -> Self {
+        let pixels = self.width * self.height;
+        let cascade = |group| Cascade::new(pixels, self.lanes(group));
+        Film {
+            cascades: sorted.then(|| (0..self.groups()).map(cascade).collect()),
+            ..self
+        }
+    }
+
+    /// Means with less weight for rare bright samples, in the layout of [`Film::mean`]; if samples are sorted.
+    /// These are biased: see [`Cascade`].
+    pub fn reweighted(&self) -> Option<Vec<f32>> {
+        let cascades = self.cascades.as_ref()?.iter();
+        let samples = self.pixels[0].count;
+        let groups: Vec<_> = cascades
+            .map(|c| c.reweighted(self.width, samples))
+            .collect();
+        let pixel = |i: usize| {
+            let values = groups.iter().enumerate();
+            let values = values.flat_map(move |(g, group)| &group[i].0[..self.lanes(g)]);
+            values.map(|v| *v as f32)
+        };
+        Some((0..self.width * self.height).flat_map(pixel).collect())
+    }
+
+    /// The layers, if light is told apart.
+    pub fn layers(&self) -> Option<&Layers> {
+        self.layers.as_ref()
+    }
+
+    /// All that is kept of a group.
+    pub fn parts_mut(&mut self, group: usize) -> PartsMut<'_> {
+        let n = self.width * self.height;
+        PartsMut {
+            pixels: &mut self.pixels[group * n..(group + 1) * n],
+            layers: self.layers.as_mut().map(|l| l.group_mut(group)),
+            cascade: self.cascades.as_mut().map(|c| &mut c[group]),
+        }
+    }
+
+    /// The pixels of all groups, group by group.
+    pub fn groups_mut(&mut self) -> impl Iterator<Item = &mut [Pixel]> {
+        self.pixels.chunks_exact_mut(self.width * self.height)
+    }
+
     /// Takes note of a sample of the mean over all pixels of a group: needed where one path contributes
     /// to many pixels, so that the error of the image's mean does not follow from the errors of pixels.
     pub fn add_whole(&mut self, group: usize, mean: Spectrum) {
         self.whole[group].add(mean);
     }
 
+    /// The sums of a pixel of a group, in a layer or in all.
+    fn pixel(&self, group: usize, i: usize, layer: Option<usize>) -> Pixel {
+        let all = &self.pixels[group * self.width * self.height + i];
+        match (layer, &self.layers) {
+            (Some(layer), Some(layers)) => layers.pixel((group, i), layer, all.count),
+            _ => *all,
+        }
+    }
+
     /// A quantity of every pixel, row by row with channels interleaved.
-    fn plane(&self, f: impl Fn(&Pixel) -> Spectrum) -> Vec<f32> {
+    fn plane(&self, layer: Option<usize>, f: impl Fn(&Pixel) -> Spectrum) -> Vec<f32> {
         let n = self.width * self.height;
         let mut out = Vec::with_capacity(n * self.channels);
         for i in 0..n {
-            for c in 0..self.channels {
-                let pixel = &self.pixels[c / Spectrum::LANES * n + i];
-                out.push(f(pixel)[c % Spectrum::LANES] as f32);
+            for group in 0..self.groups() {
+                let values = f(&self.pixel(group, i, layer)).0;
+                out.extend(values[..self.lanes(group)].iter().map(|v| *v as f32));
             }
         }
         out
@@ -135,12 +232,22 @@ impl Film {
 
     /// Means: row by row with channels interleaved.
     pub fn mean(&self) -> Vec<f32> {
-        self.plane(Pixel::mean)
+        self.plane(None, Pixel::mean)
     }
 
     /// Variances of the means, same layout.
     pub fn variance(&self) -> Vec<f32> {
-        self.plane(Pixel::variance_of_mean)
+        self.plane(None, Pixel::variance_of_mean)
+    }
+
+    /// Means of a layer: see [`Decomposition::slots`]. The layers add up to the image.
+    pub fn layer_mean(&self, layer: usize) -> Vec<f32> {
+        self.plane(Some(layer), Pixel::mean)
+    }
+
+    /// Variances of the means of a layer.
+    pub fn layer_variance(&self, layer: usize) -> Vec<f32> {
+        self.plane(Some(layer), Pixel::variance_of_mean)
     }
 
     /// Number of samples of each pixel, row by row.
@@ -153,26 +260,8 @@ impl Film {
         self.pixels.iter().map(|p| p.count).sum()
     }
 
-    /// Mean over the image and over the channels, with its standard error. Channels of one group
-    /// share their paths, so their errors are added up as fully correlated. Pixels are taken as
-    /// independent unless [`Film::add_whole`] knows better.
-    pub fn summary(&self) -> (f64, f64) {
-        let n = (self.width * self.height) as f64;
-        let (mut mean, mut variance) = (0.0, 0.0);
-        for group in 0..self.groups() {
-            let lanes = (self.channels - group * Spectrum::LANES).min(Spectrum::LANES);
-            let square = |pixel: &Pixel| {
-                let deviation = pixel.variance_of_mean().map(f64::sqrt);
-                deviation.0[..lanes].iter().sum::<f64>().powi(2)
-            };
-            let pixels = self.group(group);
-            mean += pixels.iter().flat_map(|p| p.mean().0).sum::<f64>();
-            variance += match &self.whole[group] {
-                whole if whole.count > 0 => square(whole) * n * n,
-                _ => pixels.iter().map(square).sum(),
-            };
-        }
-        let scale = n * self.channels as f64;
-        (mean / scale, variance.sqrt() / scale)
+    /// Number of channels of a group.
+    fn lanes(&self, group: usize) -> usize {
+        (self.channels - group * self.lanes).min(self.lanes)
     }
 }

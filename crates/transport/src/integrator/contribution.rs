@@ -1,6 +1,7 @@
 //! What an estimator hands to the film.
 
 use crate::Spectrum;
+use crate::film::PathFacts;
 
 /// A contribution of one path to the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -8,12 +9,15 @@ pub struct Contribution {
     /// Where on the image, in units of its size from the top left; `None` for the pixel whose sample it
     /// is. Elsewhere the value is per unit of the image's area: a pixel receives it times its filter.
     pub image: Option<[f64; 2]>,
-    /// Number of vertices that were sampled from the emitter and from the sensor, ends included.
+    /// Number of vertices that were sampled from the emitter and from the sensor, ends included; zeros
+    /// of an estimator that does not tell strategies apart.
     pub strategy: (u32, u32),
     /// Unweighted.
     pub value: Spectrum,
     /// Weight against the other strategies that can sample this path, in [0, 1].
     pub weight: f64,
+    /// What is known of the path.
+    pub path: PathFacts,
 }
 
 impl Contribution {

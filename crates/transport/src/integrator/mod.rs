@@ -1,16 +1,22 @@
 //! Estimators of what a sensor measures. They never import one another.
 
+mod aov;
 mod bdpt;
 mod bidirectional;
 mod contribution;
 mod particle;
 mod path;
+mod photon;
 
+pub use aov::{Aov, AovTracer, deflection};
 pub use bdpt::{Bdpt, Connections};
 pub use bidirectional::Heuristic;
 pub use contribution::Contribution;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
+pub use photon::{
+    Gathered, Gathering, Kernel, Photon, PhotonMap, PhotonMapping, Place, Query, Radii,
+};
 
 use crate::Spectrum;
 use crate::path::Workspace;
@@ -27,15 +33,19 @@ pub enum Integrator {
     Particle(ParticleTracer),
     /// Subpaths from both ends, joined in every way.
     Bdpt(Bdpt),
+    /// What becomes of sensor rays that are not scattered.
+    Aov(AovTracer),
+    /// Maps of photons, seen by sensor rays.
+    Photon(PhotonMapping),
 }
 
 /// Names of the estimators, as scene files and command lines use them.
-pub const NAMES: [&str; 3] = ["path", "particle", "bdpt"];
+pub const NAMES: [&str; 6] = ["path", "particle", "bdpt", "aov", "photon", "sppm"];
 
 impl Integrator {
     /// The contributions of one sample of a pixel, whose sensor ray is given. `channels` is the number
     /// of channels in use. Their weighted sum over the whole image is unbiased if every pixel is
-    /// sampled equally often.
+    /// sampled equally often, but for the blur of photon maps.
     pub fn sample(
         &self,
         scene: &Scene,
@@ -44,31 +54,46 @@ impl Integrator {
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,
     ) {
-        let lane = |c| {
-            if c < channels {
-                1.0 / channels as f64
-            } else {
-                0.0
-            }
-        };
-        let lanes = Spectrum(std::array::from_fn(lane));
+        let lanes = lanes(channels);
         match self {
-            Integrator::Path(path) => out.push(Contribution {
-                image: None,
-                strategy: (0, 0),
-                value: path.radiance(scene, ray, channels, sampler, ws),
-                weight: 1.0,
-            }),
+            Integrator::Path(path) => path.sample(scene, ray, channels, (sampler, ws), out),
             Integrator::Particle(particle) => {
                 particle.sample(scene, ray, lanes, (sampler, ws), out);
             }
             Integrator::Bdpt(bdpt) => bdpt.sample(scene, ray, lanes, (sampler, ws), out),
+            Integrator::Photon(photon) => photon.sample(scene, ray, lanes, (sampler, ws), out),
+            // Its values are no light, and more than a contribution has room for: see `AovTracer::sample`.
+            Integrator::Aov(_) => {}
+        }
+    }
+
+    /// Number of channels of an image of a scene whose film has `spectral` ones.
+    pub fn channels(&self, spectral: usize) -> usize {
+        match self {
+            Integrator::Aov(tracer) => tracer.channels().count(),
+            _ => spectral,
+        }
+    }
+
+    /// Number of channels in each group of such an image, if those of the film are in groups of `spectral`.
+    pub fn lanes(&self, spectral: usize) -> usize {
+        match self {
+            Integrator::Aov(_) => Spectrum::LANES,
+            _ => spectral,
         }
     }
 
     /// Whether contributions go to other pixels than that of the sample.
     pub fn splats(&self) -> bool {
-        !matches!(self, Integrator::Path(_))
+        matches!(self, Integrator::Particle(_) | Integrator::Bdpt(_))
+    }
+
+    /// Whether its error becomes as small as one likes with enough samples.
+    pub fn converges(&self) -> bool {
+        match self {
+            Integrator::Photon(photon) => photon.progressive,
+            _ => true,
+        }
     }
 
     /// Name, as in [`NAMES`].
@@ -77,6 +102,17 @@ impl Integrator {
             Integrator::Path(_) => NAMES[0],
             Integrator::Particle(_) => NAMES[1],
             Integrator::Bdpt(_) => NAMES[2],
+            Integrator::Aov(_) => NAMES[3],
+            Integrator::Photon(photon) => NAMES[4 + usize::from(photon.progressive)],
         }
     }
+}
+
+/// Probabilities of the channels, alike for those in use.
+pub fn lanes(channels: usize) -> Spectrum {
+    let lane = |c| match c < channels {
+        true => 1.0 / channels as f64,
+        false => 0.0,
+    };
+    Spectrum(std::array::from_fn(lane))
 }

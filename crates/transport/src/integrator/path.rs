@@ -1,12 +1,14 @@
 //! Path tracing: sensor subpaths, next-event estimation over curved connections, and multiple
 //! importance sampling against emitters that are hit by chance.
 
+use super::Contribution;
 use crate::Spectrum;
 use crate::aim::Aim;
 use crate::emitter::Emitter;
+use crate::film::PathFacts;
 use crate::path::{
     Carry, Edge, End, Equiangular, Goal, Link, Sampling, Scatter, Start, Vertex, Workspace,
-    environment_aim, scatter, scatter_pdf, trace,
+    environment_aim, lead_in, scatter, scatter_pdf, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -41,27 +43,55 @@ struct Next {
     /// The vertex and the density with which it chose the direction; `None` if no connection
     /// competes (from the sensor, or along a specular lobe).
     from: Option<(Vertex, f64)>,
+    /// How far the path has come.
+    way: Way,
+}
+
+/// How long a part of a path is.
+#[derive(Clone, Copy, Default)]
+struct Way {
+    /// Edges and specular events.
+    depth: u32,
+    optical_length: f64,
+}
+
+impl Way {
+    /// With another edge, which passes some specular events.
+    fn and(self, events: u32, optical_length: f64) -> Self {
+        Way {
+            depth: self.depth.saturating_add(1 + events),
+            optical_length: self.optical_length + optical_length,
+        }
+    }
+}
+
+/// What a connection brings, and how far it goes.
+struct Light {
+    value: Spectrum,
+    events: u32,
+    optical_length: f64,
 }
 
 struct Tracing<'a> {
     scene: &'a Scene,
     sampler: &'a mut Sampler,
     ws: &'a mut Workspace,
+    out: &'a mut Vec<Contribution>,
     /// Point-like emitters make it worthwhile to sample distances around them.
     equiangular: bool,
 }
 
 impl PathTracer {
-    /// One unbiased sample of the radiance that arrives along a sensor ray. `lanes` is the number of
-    /// channels in use.
-    pub fn radiance(
+    /// The contributions to the radiance that arrives along a sensor ray; their sum is unbiased.
+    /// `channels` is the number of channels in use.
+    pub(super) fn sample(
         &self,
         scene: &Scene,
         ray: Ray,
-        lanes: usize,
-        sampler: &mut Sampler,
-        ws: &mut Workspace,
-    ) -> Spectrum {
+        channels: usize,
+        (sampler, ws): (&mut Sampler, &mut Workspace),
+        out: &mut Vec<Contribution>,
+    ) {
         let medium = scene.medium_of_sensor_ray(ray.origin);
         let start = Start::point(ray.origin, ray.direction, medium);
         let n = scene.n(start.medium, start.x);
@@ -69,54 +99,49 @@ impl PathTracer {
             scene,
             sampler,
             ws,
+            out,
             equiangular: !scene.attractors().is_empty(),
         };
-        let throughput = Spectrum(std::array::from_fn(|c| if c < lanes { n * n } else { 0.0 }));
+        let white = |c| if c < channels { n * n } else { 0.0 };
         let mut next = Some(Next {
             start,
-            throughput,
+            throughput: Spectrum(std::array::from_fn(white)),
             from: None,
+            way: Way::default(),
         });
-        let (mut radiance, mut depth) = (Spectrum::ZERO, 0);
         while let Some(edge) = next {
-            next = self.edge(&mut tracing, edge, &mut depth, &mut radiance);
+            next = self.edge(&mut tracing, edge);
         }
-        radiance
     }
 
-    /// Follows one edge, adds what it finds to `radiance`, and scatters at its end.
-    fn edge(
-        &self,
-        t: &mut Tracing,
-        next: Next,
-        depth: &mut u32,
-        radiance: &mut Spectrum,
-    ) -> Option<Next> {
+    /// Follows one edge, hands over what it finds, and scatters at its end.
+    fn edge(&self, t: &mut Tracing, next: Next) -> Option<Next> {
         let lanes = next.throughput / next.throughput.sum();
         let sampling = Sampling {
             carry: Carry::Radiance,
             lanes,
             extend: t.equiangular,
+            collides: true,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
-        let budget = self.budget(*depth + 1);
+        let budget = self.budget(next.way.depth + 1);
         if t.equiangular && budget > 0 {
-            *radiance += t.around_emitter(&edge, &next, lanes, budget);
+            t.around_emitter(&edge, &next, lanes, budget);
         }
-        *depth += 1 + edge.tube.events;
-        if self.max_depth.is_some_and(|limit| *depth > limit) {
+        let way = next.way.and(edge.tube.events, edge.optical_length);
+        if self.max_depth.is_some_and(|limit| way.depth > limit) {
             return None;
         }
-        *radiance += t.emission(&edge, &next, lanes);
-        let budget = self.budget(*depth);
+        t.emission(&edge, &next, way, lanes);
+        let budget = self.budget(way.depth);
         if budget == 0 {
             return None;
         }
         let vertex = Vertex::of(t.scene, &edge)?;
         let throughput = next.throughput * edge.throughput(t.scene, lanes);
-        *radiance += t.direct(&vertex, &edge, (throughput, lanes), budget);
-        let next = t.scatter(vertex, throughput)?;
-        self.roulette(t, next, *depth)
+        t.direct(&vertex, (&edge, way), (throughput, lanes), budget);
+        let next = t.scatter(vertex, throughput, way)?;
+        self.roulette(t, next)
     }
 
     /// How much longer a path of `depth` may get.
@@ -127,11 +152,11 @@ impl PathTracer {
 
     /// Ends paths of little throughput by chance, without bias. The scale is the throughput of
     /// radiance, so that n² of the medium does not count.
-    fn roulette(&self, t: &mut Tracing, mut next: Next, depth: u32) -> Option<Next> {
+    fn roulette(&self, t: &mut Tracing, mut next: Next) -> Option<Next> {
         if next.throughput.is_zero() {
             return None;
         }
-        if depth < self.rr_depth {
+        if next.way.depth < self.rr_depth {
             return Some(next);
         }
         let n = t
@@ -148,8 +173,7 @@ impl PathTracer {
 
 impl Tracing<'_> {
     /// Light emitted where the edge ends, weighted against the connection that competes for it.
-    fn emission(&mut self, edge: &Edge, next: &Next, lanes: Spectrum) -> Spectrum {
-        let mut sum = Spectrum::ZERO;
+    fn emission(&mut self, edge: &Edge, next: &Next, way: Way, lanes: Spectrum) {
         match edge.end {
             End::Surface {
                 object,
@@ -157,20 +181,21 @@ impl Tracing<'_> {
                 direction,
                 medium,
             } => {
-                if let Some((emitter, radiance)) =
-                    self.scene.emitted(object, hit.normal, -direction)
-                {
-                    let n = self.scene.n(medium, hit.position);
-                    let shape = &self.scene.objects()[object].shape;
-                    let pdf = shape.pdf_area(hit.position, hit.primitive);
-                    let aim = Aim::Point {
-                        position: hit.position,
-                        surface: Some((object, hit.normal)),
-                    };
-                    let cos = hit.normal.dot(-direction);
-                    let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, cos));
-                    sum += radiance / (n * n) * weight;
-                }
+                let emitted = self.scene.emitted(object, hit.normal, -direction);
+                let Some((emitter, radiance)) = emitted else {
+                    return;
+                };
+                let n = self.scene.n(medium, hit.position);
+                let shape = &self.scene.objects()[object].shape;
+                let pdf = shape.pdf_area(hit.position, hit.primitive);
+                let aim = Aim::Point {
+                    position: hit.position,
+                    surface: Some((object, hit.normal)),
+                };
+                let cos = hit.normal.dot(-direction);
+                let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, cos));
+                let light = radiance / (n * n) * weight;
+                self.emitted(light, (edge, next), lanes, (way, emitter));
             }
             End::Escaped { direction, medium } => {
                 let n = self.scene.n(medium, edge.start.x);
@@ -179,15 +204,48 @@ impl Tracing<'_> {
                     let pdf = environment.pdf(direction);
                     let aim = environment_aim(scene, direction);
                     let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, 1.0));
-                    sum += environment.radiance(direction) / (n * n) * weight;
+                    let light = environment.radiance(direction) / (n * n) * weight;
+                    self.emitted(light, (edge, next), lanes, (way, emitter));
                 }
             }
-            End::Collision(_) | End::Dead => return sum,
+            End::Collision(_) | End::Dead => {}
         }
-        if sum.is_zero() {
-            return sum;
+    }
+
+    /// Hands over light that is emitted at the end of an edge.
+    fn emitted(
+        &mut self,
+        light: Spectrum,
+        (edge, next): (&Edge, &Next),
+        lanes: Spectrum,
+        (way, emitter): (Way, usize),
+    ) {
+        if !light.is_zero() {
+            let value = light * next.throughput * edge.throughput(self.scene, lanes);
+            self.hand_over(value, way, emitter);
         }
-        sum * next.throughput * edge.throughput(self.scene, lanes)
+    }
+
+    fn hand_over(&mut self, value: Spectrum, way: Way, emitter: usize) {
+        self.out.push(Contribution {
+            image: None,
+            strategy: (0, 0),
+            value,
+            weight: 1.0,
+            path: PathFacts {
+                optical_length: way.optical_length,
+                bounces: way.depth - 1,
+                emitter,
+            },
+        });
+    }
+
+    /// Hands over a share of what connections from a vertex to an emitter bring.
+    fn connected(&mut self, light: Vec<(Light, f64)>, share: f64, (way, emitter): (Way, usize)) {
+        for (light, weight) in light {
+            let way = way.and(light.events, light.optical_length);
+            self.hand_over(light.value * (weight * share), way, emitter);
+        }
     }
 
     /// Balance heuristic for an edge that was sampled from its start and found an emitter, where the
@@ -219,57 +277,59 @@ impl Tracing<'_> {
     fn direct(
         &mut self,
         vertex: &Vertex,
-        edge: &Edge,
+        (edge, way): (&Edge, Way),
         (throughput, lanes): (Spectrum, Spectrum),
         budget: u32,
-    ) -> Spectrum {
+    ) {
         let choice = self.scene.choose_emitter(self.sampler.next_1d());
         let Some((index, probability)) = choice.filter(|_| !throughput.is_zero()) else {
-            return Spectrum::ZERO;
+            return;
         };
         let light = self.connect(vertex, throughput, (index, probability), budget);
+        if light.is_empty() {
+            return;
+        }
         let emitter = &self.scene.emitters()[index];
-        match (&edge.end, self.around(edge, emitter)) {
-            (End::Collision(point), Some(around)) if !light.is_zero() => {
+        let share = match (&edge.end, self.around(edge, emitter)) {
+            (End::Collision(point), Some(around)) => {
                 // The same vertex could have been placed by its distance to the emitter.
                 let by_collision = Edge::collision_density(lanes, point);
-                light * (by_collision / (by_collision + around.pdf(point.length)))
+                by_collision / (by_collision + around.pdf(point.length))
             }
-            _ => light,
-        }
+            _ => 1.0,
+        };
+        self.connected(light, share, (way, index));
     }
 
     /// Single scattering at a point of the edge that is chosen by its distance to a point-like
     /// emitter: its light falls off as 1/r², and collisions alone would sample it with infinite
     /// variance (theory §9).
-    fn around_emitter(
-        &mut self,
-        edge: &Edge,
-        next: &Next,
-        lanes: Spectrum,
-        budget: u32,
-    ) -> Spectrum {
+    fn around_emitter(&mut self, edge: &Edge, next: &Next, lanes: Spectrum, budget: u32) {
         let choice = self.scene.choose_emitter(self.sampler.next_1d());
         let u = self.sampler.next_1d();
         let Some((index, probability)) = choice else {
-            return Spectrum::ZERO;
+            return;
         };
         let emitter = &self.scene.emitters()[index];
         let Some(around) = self.around(edge, emitter) else {
-            return Spectrum::ZERO;
+            return;
         };
         let Some(point) = edge.at_length(around.sample(u)) else {
-            return Spectrum::ZERO;
+            return;
         };
         let albedo = self.scene.medium(point.medium).albedo.at(point.x);
         let scattering = point.rate * albedo * point.depth.exp_neg() * point.weight;
         if scattering.is_zero() {
-            return Spectrum::ZERO;
+            return;
         }
         let density = around.pdf(point.length) + Edge::collision_density(lanes, &point);
         let throughput = next.throughput * scattering / density;
         let vertex = Vertex::volume(&point);
-        self.connect(&vertex, throughput, (index, probability), budget)
+        let light = self.connect(&vertex, throughput, (index, probability), budget);
+        if !light.is_empty() {
+            let way = next.way.and(0, edge.optical_length_at(point.length));
+            self.connected(light, 1.0, (way, index));
+        }
     }
 
     fn around(&self, edge: &Edge, emitter: &Emitter) -> Option<Equiangular> {
@@ -287,24 +347,27 @@ impl Tracing<'_> {
         throughput: Spectrum,
         (index, probability): (usize, f64),
         budget: u32,
-    ) -> Spectrum {
+    ) -> Vec<(Light, f64)> {
         let scene = self.scene;
         let emitter = &scene.emitters()[index];
         let shape = |object: usize| &scene.objects()[object].shape;
         let aimed = emitter.aim(scene.around(), shape, self.sampler.next_2d());
         let density = probability * aimed.pdf;
         let goal = Goal::emitter(scene, index, aimed.aim);
-        let found = Link::each(scene, (vertex, &goal), self.sampler, self.ws, |link| {
+        let behind = lead_in(scene, index);
+        Link::each(scene, (vertex, &goal), self.sampler, self.ws, |link| {
             let emitted = emitter.emitted(&aimed.aim, link.origin, link.emission);
             let aimed = (&aimed.aim, density, aimed.delta);
             let value = received(scene, vertex, throughput, link, emitted, aimed);
-            (link.tube.events < budget && !value.is_zero()).then_some(value)
-        });
-        let sum = |sum, (value, weight)| sum + value * weight;
-        found.into_iter().fold(Spectrum::ZERO, sum)
+            (link.tube.events < budget && !value.is_zero()).then_some(Light {
+                value,
+                events: link.tube.events,
+                optical_length: link.optical_length - behind,
+            })
+        })
     }
 
-    fn scatter(&mut self, vertex: Vertex, throughput: Spectrum) -> Option<Next> {
+    fn scatter(&mut self, vertex: Vertex, throughput: Spectrum, way: Way) -> Option<Next> {
         let Scatter {
             start,
             weight,
@@ -315,6 +378,7 @@ impl Tracing<'_> {
             start,
             throughput: throughput * weight,
             from: (!delta).then_some((vertex, pdf)),
+            way,
         })
     }
 }

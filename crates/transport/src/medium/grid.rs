@@ -2,6 +2,7 @@
 
 use crate::Spectrum;
 use glam::{DAffine3, DVec3};
+use std::sync::Arc;
 
 /// Where on the unit cube the samples of a grid sit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +68,8 @@ pub enum GridError {
 pub struct Grid {
     size: [usize; 3],
     channels: usize,
-    data: Vec<f32>,
+    /// Shared by copies of the grid.
+    data: Arc<[f32]>,
     to_local: DAffine3,
     voxel: f64,
     range: (f64, f64),
@@ -112,7 +114,7 @@ impl Grid {
         Ok(Grid {
             size,
             channels,
-            data,
+            data: data.into(),
             to_local: to_world.inverse(),
             voxel: side(0).min(side(1)).min(side(2)),
             range,

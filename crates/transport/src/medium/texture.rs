@@ -23,6 +23,14 @@ impl Texture {
         }
     }
 
+    /// The value, if it is the same everywhere.
+    pub fn uniform(&self) -> Option<Spectrum> {
+        match self {
+            Texture::Uniform(value) => Some(*value),
+            Texture::Grid(_) => None,
+        }
+    }
+
     /// Whether it is zero everywhere.
     pub fn is_zero(&self) -> bool {
         match self {

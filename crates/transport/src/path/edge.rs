@@ -68,11 +68,17 @@ pub struct Span {
     pub depth_before: Spectrum,
     /// Factor of the specular events before this span.
     pub weight_before: Spectrum,
+    /// Number of specular events before this span.
+    pub events_before: u32,
+    /// The object on whose surface it ends, and where, if that is why it ends.
+    pub surface: Option<(usize, Hit)>,
 }
 
 /// A point inside a span.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
+    /// Parameter of the span's arc.
+    pub theta: f64,
     /// Position.
     pub x: DVec3,
     /// Unit direction of the ray.
@@ -93,6 +99,7 @@ impl Span {
     /// The point at θ.
     pub fn at(&self, theta: f64) -> Point {
         Point {
+            theta,
             x: self.arc.position(theta),
             direction: self.arc.velocity(theta).normalize(),
             medium: self.medium,
@@ -155,10 +162,13 @@ pub struct Edge {
     pub weight: Spectrum,
     /// What connections must know of it.
     pub tube: Tube,
-    /// Optical path length up to the end.
+    /// Optical path length up to the end; of an edge that escapes, up to where light that comes this way
+    /// is taken to start (see [`super::lead_in`]).
     pub optical_length: f64,
     /// Whether connections look for such ways: see [`super`].
     pub connectable: bool,
+    /// Whether it is [`End::Dead`] because it was lost, not absorbed.
+    pub lost: bool,
 }
 
 impl Edge {
@@ -194,5 +204,18 @@ impl Edge {
         let span = lead.get(i).or(lead.last())?;
         let theta = span.arc.theta_at_length(s - span.length_before);
         Some(span.at(theta.min(span.theta_end)))
+    }
+
+    /// Optical path length from the start to the point at an arc length, before the first specular event.
+    pub fn optical_length_at(&self, s: f64) -> f64 {
+        let mut length = 0.0;
+        for span in self.lead() {
+            if span.length_after() >= s {
+                let theta = span.arc.theta_at_length(s - span.length_before);
+                return length + span.arc.optical_length(theta.min(span.theta_end));
+            }
+            length += span.arc.optical_length(span.theta_end);
+        }
+        length
     }
 }

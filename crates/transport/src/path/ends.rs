@@ -2,6 +2,7 @@
 
 use super::Workspace;
 use super::edge::{Carry, Front, Start};
+use super::length::lead_in;
 use super::link::Goal;
 use super::subpath::{Ray, Subpath, Walker};
 use super::walk::leave;
@@ -71,18 +72,10 @@ impl LightPath {
         ws: &mut Workspace,
     ) -> Option<Self> {
         let choice = scene.choose_emitter(sampler.next_1d());
-        let ([a, b], [c, d]) = (sampler.next_2d(), sampler.next_2d());
+        let u = (sampler.next_2d(), sampler.next_2d());
         let (index, probability) = choice?;
-        let emitter = &scene.emitters()[index];
-        let shape = |object: usize| &scene.objects()[object].shape;
-        let emission = emitter.emit(scene.around(), shape, [a, b, c, d])?;
+        let (emission, ray) = emit(scene, (index, probability), bounds.white(), u)?;
         let density = probability * emission.aim_pdf;
-        let start = start(scene, &emission.aim, (emission.x, emission.direction));
-        let ray = Ray {
-            start,
-            pdf: emission.pdf,
-            throughput: emission.emitted * bounds.white() / (density * emission.pdf),
-        };
         let goal = Goal::emitter(scene, index, emission.aim);
         let subpath = bounds
             .walker(Carry::Power)
@@ -96,6 +89,27 @@ impl LightPath {
     }
 }
 
+/// The first ray of a light subpath from an emitter that was chosen with the given probability; its
+/// throughput is the power that it carries, in the channels in which `white` is one. `None` if no light
+/// leaves along the ray that was drawn; `u` is uniform in [0, 1)⁴.
+pub fn emit(
+    scene: &Scene,
+    (emitter, probability): (usize, f64),
+    white: Spectrum,
+    ([a, b], [c, d]): ([f64; 2], [f64; 2]),
+) -> Option<(Emission, Ray)> {
+    let shape = |object: usize| &scene.objects()[object].shape;
+    let emission = scene.emitters()[emitter].emit(scene.around(), shape, [a, b, c, d])?;
+    let density = probability * emission.aim_pdf * emission.pdf;
+    let ray = Ray {
+        start: start(scene, &emission.aim, (emission.x, emission.direction)),
+        pdf: emission.pdf,
+        throughput: emission.emitted * white / density,
+        optical_length: -lead_in(scene, emitter),
+    };
+    Some((emission, ray))
+}
+
 /// A subpath from the sensor along one of its rays. It carries basic radiance, n² of the sensor
 /// included.
 pub fn sensor_path(
@@ -106,7 +120,7 @@ pub fn sensor_path(
     ws: &mut Workspace,
 ) -> Subpath {
     let (x, direction) = (ray.origin, ray.direction);
-    let aim = scene.sensor().aim_from(x);
+    let aim = scene.sensor().aim_from(x, direction);
     let medium = scene.medium_of_sensor_ray(x);
     let n = scene.n(medium, x);
     let density = scene
@@ -122,6 +136,7 @@ pub fn sensor_path(
         },
         pdf: density,
         throughput: bounds.white() * (n * n),
+        optical_length: 0.0,
     };
     let goal = Goal::sensor(scene, aim);
     bounds

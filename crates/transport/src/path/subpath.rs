@@ -44,6 +44,8 @@ pub struct Station {
     pub throughput: Spectrum,
     /// Edges and specular events so far.
     pub depth: u32,
+    /// Optical path length so far.
+    pub optical_length: f64,
     /// Density with which the subpath sampled it.
     pub forward: f64,
     /// Density with which the opposite subpath would sample it; known once the subpath has gone on for
@@ -60,6 +62,8 @@ pub struct Escape {
     pub throughput: Spectrum,
     /// Edges and specular events so far.
     pub depth: u32,
+    /// Optical path length so far: see [`Edge::optical_length`].
+    pub optical_length: f64,
     /// Density per steradian with which it left this way.
     pub forward: f64,
 }
@@ -105,6 +109,8 @@ pub struct Ray {
     pub pdf: f64,
     /// Throughput.
     pub throughput: Spectrum,
+    /// Optical path length so far.
+    pub optical_length: f64,
 }
 
 /// Russian roulette never lets a path go on with a larger probability than this.
@@ -130,6 +136,7 @@ impl Walker {
             carry: self.carry,
             lanes: self.lanes,
             extend: false,
+            collides: true,
         };
         let (mut next, mut depth, mut passed) = (Some(ray), 0, false);
         while let Some(current) = next.take() {
@@ -139,9 +146,10 @@ impl Walker {
                 break;
             }
             let throughput = current.throughput * edge.throughput(scene, self.lanes);
+            let optical_length = current.optical_length + edge.optical_length;
             let Some(vertex) = Vertex::of(scene, &edge) else {
                 edge.connectable &= !passed;
-                subpath.escape = self.escape(scene, &edge, current.pdf, (throughput, depth));
+                subpath.escape = self.escape(scene, &edge, &current, (throughput, depth));
                 break;
             };
             let scatter = vertex.scatter(scene, sampler);
@@ -159,6 +167,7 @@ impl Walker {
                 step,
                 throughput,
                 depth,
+                optical_length,
                 forward: step.tube.density(current.pdf, step.n_after) * event,
                 backward: 0.0,
             });
@@ -169,6 +178,7 @@ impl Walker {
                     start: scatter.start,
                     pdf: if passes { 1.0 } else { scatter.pdf },
                     throughput: throughput * scatter.weight,
+                    optical_length,
                 };
                 next = self.roulette(onward, depth, ray.throughput, sampler);
             }
@@ -208,7 +218,7 @@ impl Walker {
         &self,
         scene: &Scene,
         edge: &Edge,
-        pdf: f64,
+        ray: &Ray,
         (throughput, depth): (Spectrum, u32),
     ) -> Option<Escape> {
         let End::Escaped { direction, medium } = edge.end else {
@@ -227,7 +237,8 @@ impl Walker {
             step,
             throughput,
             depth,
-            forward: step.tube.density(pdf, step.n_after) * survival,
+            optical_length: ray.optical_length + edge.optical_length,
+            forward: step.tube.density(ray.pdf, step.n_after) * survival,
         })
     }
 

@@ -2,6 +2,7 @@
 
 use super::Workspace;
 use super::edge::{Carry, Edge, End, Front, Span, Start};
+use super::length::to_entrance;
 use super::tube::{self, Tube};
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Surface};
@@ -29,6 +30,8 @@ pub struct Sampling {
     pub lanes: Spectrum,
     /// Whether spans are recorded beyond a collision up to the next surface that is not index-matched.
     pub extend: bool,
+    /// Whether the edge may end at a collision; if not it goes on to a surface, through all media.
+    pub collides: bool,
 }
 
 /// Samples an edge.
@@ -42,9 +45,7 @@ pub fn trace(
     ws.stats.edges += 1;
     let mut walk = Walk::new(scene, start, sampling, sampler);
     while walk.region(ws) {}
-    if matches!(walk.edge.end, End::Dead) && walk.lost {
-        ws.stats.lost += 1;
-    }
+    ws.stats.lost += u64::from(walk.edge.lost);
     let reach = scene.branch_reach();
     walk.edge.connectable &=
         reach.includes(walk.reach, walk.reflections, walk.edge.tube.reflections)
@@ -60,7 +61,6 @@ struct Walk<'a> {
     /// Channel and optical depth of the collision that was drawn.
     target: (usize, f64),
     collided: bool,
-    lost: bool,
     x: DVec3,
     v: DVec3,
     tangents: Tangents,
@@ -80,7 +80,10 @@ struct Walk<'a> {
 impl<'a> Walk<'a> {
     fn new(scene: &'a Scene, start: Start, sampling: Sampling, sampler: &'a mut Sampler) -> Self {
         let channel = choose_lane(sampling.lanes, sampler.next_1d());
-        let target = -(1.0 - sampler.next_1d()).ln();
+        let target = match sampling.collides {
+            true => -(1.0 - sampler.next_1d()).ln(),
+            false => f64::INFINITY,
+        };
         let n = scene.n(start.medium, start.x);
         Walk {
             scene,
@@ -88,7 +91,6 @@ impl<'a> Walk<'a> {
             sampling,
             target: (channel, target),
             collided: false,
-            lost: false,
             x: start.x,
             v: start.direction * n,
             tangents: tangents(scene, &start),
@@ -108,6 +110,7 @@ impl<'a> Walk<'a> {
                 tube: Tube::new(),
                 optical_length: 0.0,
                 connectable: true,
+                lost: false,
             },
         }
     }
@@ -125,8 +128,8 @@ impl<'a> Walk<'a> {
                 return self.die(true);
             }
             let hit = self.scene.first_hit(&step.arc);
-            let theta_end = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
-            self.record(&step, theta_end);
+            let theta_end = hit.map_or(1.0, |(_, hit)| hit.theta);
+            self.record(&step, hit);
             if self.collided && !self.sampling.extend {
                 return false;
             }
@@ -137,10 +140,9 @@ impl<'a> Walk<'a> {
             }
             if straight {
                 self.tangents = step.end.variation;
-                return self.escape(step.end.v);
+                return self.escape(step.end.x, step.end.v);
             }
-            let outside =
-                step.end.x.distance(self.scene.around().center) > 1.01 * self.scene.around().radius;
+            let outside = self.scene.is_outside(step.end.x);
             if outside || self.edge.spans.len() > MOST_SPANS {
                 return self.die(true);
             }
@@ -148,8 +150,9 @@ impl<'a> Walk<'a> {
     }
 
     /// Adds one arc, and the collision if it happens there.
-    fn record(&mut self, step: &Step<Tangents>, theta_end: f64) {
+    fn record(&mut self, step: &Step<Tangents>, hit: Option<(usize, Hit)>) {
         let arc = step.arc;
+        let theta_end = hit.map_or(1.0, |(_, hit)| hit.theta);
         let medium = self.scene.medium(self.medium);
         let attenuation = Attenuation::new(medium, &arc, theta_end);
         let span = Span {
@@ -160,6 +163,8 @@ impl<'a> Walk<'a> {
             length_before: self.length,
             depth_before: self.depth,
             weight_before: self.edge.weight,
+            events_before: self.edge.tube.events,
+            surface: hit,
         };
         if !self.collided {
             let (channel, target) = self.target;
@@ -303,13 +308,15 @@ impl<'a> Walk<'a> {
         true
     }
 
-    fn escape(&mut self, v: DVec3) -> bool {
+    fn escape(&mut self, x: DVec3, v: DVec3) -> bool {
         if !self.collided {
+            let (n, toward) = (v.length(), v.normalize());
+            self.edge.optical_length += to_entrance(self.scene, n, x, toward);
             let last = self.edge.spans.last();
             self.reach -= last.map_or(0.0, |s| s.arc.optical_length(s.theta_end));
             self.edge.tube.geometry = tube::to_plane(&self.tangents, v, self.jump);
             self.edge.end = End::Escaped {
-                direction: v.normalize(),
+                direction: toward,
                 medium: self.medium,
             };
         }
@@ -319,7 +326,7 @@ impl<'a> Walk<'a> {
     fn die(&mut self, lost: bool) -> bool {
         if !self.collided {
             self.edge.end = End::Dead;
-            self.lost = lost;
+            self.edge.lost = lost;
         }
         false
     }

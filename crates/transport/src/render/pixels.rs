@@ -2,7 +2,7 @@
 
 use super::source::{Source, add};
 use crate::Spectrum;
-use crate::film::Film;
+use crate::film::{CellsMut, Decomposition, Film, LevelsMut, PartsMut, Pending, Pixel};
 use crate::integrator::Contribution;
 use crate::stats::Stats;
 use rayon::prelude::*;
@@ -12,6 +12,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Pixels per unit of work: few enough to share out, enough not to matter.
 const PIXELS_PER_TASK: usize = 64;
 
+/// A few neighbouring pixels, with their layers if light is told apart.
+struct Task<'a> {
+    first: usize,
+    pixels: &'a mut [Pixel],
+    layers: Option<(Decomposition, CellsMut<'a>)>,
+    /// If samples are sorted by brightness.
+    levels: Option<LevelsMut<'a>>,
+}
+
 /// Adds a range of samples to every pixel of the source's channel group.
 pub(super) fn pass(
     source: &Source,
@@ -19,26 +28,65 @@ pub(super) fn pass(
     film: &mut Film,
     counter: &AtomicU64,
 ) -> Stats {
-    film.group_mut(source.group)
-        .par_chunks_mut(PIXELS_PER_TASK)
-        .enumerate()
-        .map(|(task, pixels)| {
-            let mut ws = source.workspace();
-            let mut found = Vec::new();
-            for (i, pixel) in pixels.iter_mut().enumerate() {
-                for sample in samples.clone() {
-                    source.sample(task * PIXELS_PER_TASK + i, sample, &mut ws, &mut found);
-                    let sum = |sum, c: Contribution| sum + c.weighted();
-                    let value = found.drain(..).fold(Spectrum::ZERO, sum);
-                    add(pixel, value, &mut ws.stats.not_finite);
-                }
-            }
-            let taken = pixels.len() as u64 * (samples.end - samples.start);
+    tasks(film, source.group)
+        .into_par_iter()
+        .map(|task| {
+            let taken = task.pixels.len() as u64 * (samples.end - samples.start);
+            let stats = run(source, samples.clone(), task);
             counter.fetch_add(taken, Ordering::Relaxed);
-            ws.stats()
+            stats
         })
         .reduce(Stats::default, |mut a, b| {
             a += b;
             a
         })
+}
+
+fn tasks(film: &mut Film, group: usize) -> Vec<Task<'_>> {
+    let PartsMut {
+        pixels,
+        layers,
+        cascade,
+    } = film.parts_mut(group);
+    let mut levels = cascade.map(|cascade| cascade.chunks_mut(PIXELS_PER_TASK));
+    let mut layers = layers.map(|layers| {
+        let decomposition = layers.decomposition();
+        let chunks = layers.chunks_mut(PIXELS_PER_TASK);
+        chunks.map(move |cells| (decomposition, cells))
+    });
+    let chunks = pixels.chunks_mut(PIXELS_PER_TASK).enumerate();
+    chunks
+        .map(|(task, pixels)| Task {
+            first: task * PIXELS_PER_TASK,
+            pixels,
+            layers: layers.as_mut().and_then(Iterator::next),
+            levels: levels.as_mut().and_then(Iterator::next),
+        })
+        .collect()
+}
+
+fn run(source: &Source, samples: Range<u64>, mut task: Task) -> Stats {
+    let mut ws = source.workspace();
+    let mut found = Vec::new();
+    let layers = task.layers.as_ref().map_or(0, |(d, _)| d.layers());
+    let mut pending = Pending::new(layers);
+    for (i, pixel) in task.pixels.iter_mut().enumerate() {
+        for sample in samples.clone() {
+            source.sample(task.first + i, sample, &mut ws, &mut found);
+            let sum = |sum, c: &Contribution| sum + c.weighted();
+            let value = found.iter().fold(Spectrum::ZERO, sum);
+            let value = add(pixel, value, &mut ws.stats.not_finite);
+            if let (Some((decomposition, cells)), false) = (&mut task.layers, value.is_zero()) {
+                for c in &found {
+                    pending.add(decomposition.layer(&c.path), c.weighted());
+                }
+                pending.take(|layer, value| cells.add(i, layer, value));
+            }
+            if let Some(levels) = &mut task.levels {
+                levels.add(i, value);
+            }
+            found.clear();
+        }
+    }
+    ws.stats()
 }

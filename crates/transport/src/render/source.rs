@@ -1,12 +1,13 @@
 //! Where the samples of a pixel come from.
 
-use super::{Options, pilot};
+use super::{Options, photons, pilot};
 use crate::Spectrum;
 use crate::film::Pixel;
 use crate::integrator::{Contribution, Integrator};
 use crate::path::Workspace;
 use crate::sampling::Sampler;
 use crate::scene::Scene;
+use crate::sensor::Ray;
 
 /// The samples of one channel group.
 pub(super) struct Source<'a> {
@@ -15,6 +16,8 @@ pub(super) struct Source<'a> {
     pub group: usize,
     /// Probability with which connections are searched for further branches.
     pub search: f64,
+    /// Radius of the first photon map; zero if there are none.
+    pub radius: f64,
     seed: u64,
 }
 
@@ -25,19 +28,22 @@ impl<'a> Source<'a> {
             integrator: options.integrator,
             group,
             search: 1.0,
+            radius: 0.0,
             // Each group's paths have an address space of their own.
             seed: options
                 .seed
                 .wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)),
         };
-        source.search = pilot::search_probability(&source);
+        match options.integrator {
+            Integrator::Photon(mapping) => source.radius = photons::first_radius(&source, &mapping),
+            _ => source.search = pilot::search_probability(&source),
+        }
         source
     }
 
     /// Number of channels in use.
     pub fn lanes(&self) -> usize {
-        let channels = self.scene.film().channels;
-        (channels - self.group * Spectrum::LANES).min(Spectrum::LANES)
+        self.scene.film().lanes_of(self.group)
     }
 
     pub fn workspace(&self) -> Workspace {
@@ -54,7 +60,16 @@ impl<'a> Source<'a> {
         ws: &mut Workspace,
         out: &mut Vec<Contribution>,
     ) {
-        let mut sampler = Sampler::new(self.seed, pixel as u64, sample);
+        let (ray, mut sampler) = self.ray(pixel, sample);
+        ws.stats.paths += 1;
+        let state = (&mut sampler, ws);
+        let scene = self.scene.at(sample);
+        self.integrator.sample(scene, ray, self.lanes(), state, out);
+    }
+
+    /// The sensor ray of a sample of a pixel, and the random numbers after it.
+    pub fn ray(&self, pixel: usize, sample: u64) -> (Ray, Sampler) {
+        let mut sampler = self.sampler(pixel as u64, sample);
         let spec = self.scene.film();
         let [u, v] = sampler.next_2d();
         let lens = sampler.next_2d();
@@ -63,20 +78,24 @@ impl<'a> Source<'a> {
             (column as f64 + 0.5 + spec.filter.sample(u)) / spec.width as f64,
             (row as f64 + 0.5 + spec.filter.sample(v)) / spec.height as f64,
         ];
-        let ray = self.scene.sensor().ray(image, lens);
-        ws.stats.paths += 1;
-        let state = (&mut sampler, ws);
-        self.integrator
-            .sample(self.scene, ray, self.lanes(), state, out);
+        (self.scene.sensor().ray(image, lens), sampler)
+    }
+
+    /// The random numbers of a sample of a pixel. Numbers beyond those of the pixels are for what they share.
+    pub fn sampler(&self, pixel: u64, sample: u64) -> Sampler {
+        Sampler::new(self.seed, pixel, sample)
     }
 }
 
-/// Adds a sample to a pixel. One that is not finite is counted and scored zero.
-pub(super) fn add(pixel: &mut Pixel, value: Spectrum, not_finite: &mut u64) {
-    if value.is_finite() {
-        pixel.add(value);
-    } else {
-        *not_finite += 1;
-        pixel.add(Spectrum::ZERO);
-    }
+/// Adds a sample to a pixel, and returns it. One that is not finite is counted and scored zero.
+pub(super) fn add(pixel: &mut Pixel, value: Spectrum, not_finite: &mut u64) -> Spectrum {
+    let value = match value.is_finite() {
+        true => value,
+        false => {
+            *not_finite += 1;
+            Spectrum::ZERO
+        }
+    };
+    pixel.add(value);
+    value
 }

@@ -9,7 +9,7 @@
 use super::source::{Source, add};
 use super::strategies::Strategies;
 use crate::Spectrum;
-use crate::film::{Film, footprint};
+use crate::film::{Decomposition, Film, LayerGroup, Pending, footprint};
 use crate::integrator::Contribution;
 use crate::stats::Stats;
 use rayon::prelude::*;
@@ -37,6 +37,7 @@ pub(super) fn pass(
     let (first, end) = (samples.start * tasks, samples.end * tasks);
     let mut stats = Stats::default();
     let mut image = vec![Spectrum::ZERO; pixels];
+    let mut layered = Layered::new(film.parts_mut(source.group).layers, pixels);
     for start in (first..end).step_by(BLOCK as usize) {
         let parts: Vec<(Part, Stats)> = (start..end.min(start + BLOCK))
             .into_par_iter()
@@ -49,12 +50,13 @@ pub(super) fn pass(
         for (number, (part, counts)) in (start..).zip(parts) {
             stats += counts;
             for (own, contribution) in &part {
-                splat(
-                    source,
-                    (*own, contribution),
-                    contribution.weighted(),
-                    &mut image,
-                );
+                let value = contribution.weighted();
+                splat(source, *own, contribution, |pixel, filter| {
+                    image[pixel] += value * filter;
+                });
+            }
+            if let Some(layered) = &mut layered {
+                layered.splat(source, &part);
             }
             if let Some(strategies) = strategies.as_deref_mut() {
                 strategies.splat(source, &part);
@@ -64,8 +66,16 @@ pub(super) fn pass(
             }
             let sum = image.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
             film.add_whole(source.group, sum / pixels as f64);
-            for (pixel, value) in film.group_mut(source.group).iter_mut().zip(&mut image) {
-                add(pixel, std::mem::take(value), &mut stats.not_finite);
+            let mut parts = film.parts_mut(source.group);
+            let mut levels = parts.cascade.as_mut().map(|c| c.levels_mut());
+            for (i, (pixel, value)) in parts.pixels.iter_mut().zip(&mut image).enumerate() {
+                let value = add(pixel, std::mem::take(value), &mut stats.not_finite);
+                if let Some(levels) = &mut levels {
+                    levels.add(i, value);
+                }
+            }
+            if let (Some(layered), Some(layers)) = (&mut layered, parts.layers) {
+                layered.finish(layers);
             }
             if let Some(strategies) = strategies.as_deref_mut() {
                 strategies.finish(source, number / tasks);
@@ -93,22 +103,72 @@ fn part(source: &Source, sample: u64, pixels: Range<usize>, counter: &AtomicU64)
     (part, ws.stats())
 }
 
-/// Adds a value to the pixels in which a contribution counts: its own, or those around its place.
+/// Tells `count` the pixels in which a contribution counts, its own or those around its place, and by
+/// what factor.
 pub(super) fn splat(
     source: &Source,
-    (own, contribution): (usize, &Contribution),
-    value: Spectrum,
-    image: &mut [Spectrum],
+    own: usize,
+    contribution: &Contribution,
+    mut count: impl FnMut(usize, f64),
 ) {
     let spec = source.scene.film();
     match contribution.image {
-        None => image[own] += value,
+        None => count(own, 1.0),
         // A pixel's filter per unit of the image's area is their number times that per pixel, and
         // there are as many paths as pixels.
         Some(place) => {
             for (pixel, filter) in footprint((spec.width, spec.height), spec.filter, place) {
-                image[pixel] += value * filter;
+                count(pixel, filter);
             }
         }
+    }
+}
+
+/// The layers of a sample of the whole image, being added up.
+pub(super) struct Layered {
+    decomposition: Decomposition,
+    pixels: usize,
+    /// By pixel and layer.
+    pending: Pending,
+}
+
+impl Layered {
+    pub fn new(layers: Option<&mut LayerGroup>, pixels: usize) -> Option<Self> {
+        let decomposition = layers?.decomposition();
+        Some(Layered {
+            decomposition,
+            pixels,
+            pending: Pending::new(pixels * decomposition.layers()),
+        })
+    }
+
+    fn splat(&mut self, source: &Source, part: &Part) {
+        for (own, contribution) in part {
+            let layer = self.decomposition.layer(&contribution.path);
+            let value = contribution.weighted();
+            splat(source, *own, contribution, |pixel, filter| {
+                self.add(pixel, layer, value * filter);
+            });
+        }
+    }
+
+    /// Adds a value to a pixel's sample.
+    pub fn add(&mut self, pixel: usize, layer: usize, value: Spectrum) {
+        self.pending
+            .add(pixel * self.decomposition.layers() + layer, value);
+    }
+
+    /// Adds what was added up to the film, and starts anew.
+    pub fn finish(&mut self, group: &mut LayerGroup) {
+        let layers = self.decomposition.layers();
+        let mut sums = vec![Spectrum::ZERO; layers];
+        let mut cells = group.cells_mut();
+        self.pending.take(|place, value| {
+            let (pixel, layer) = (place / layers, place % layers);
+            cells.add(pixel, layer, value);
+            sums[layer] += value;
+        });
+        let pixels = self.pixels as f64;
+        group.add_whole(sums.into_iter().map(|sum| sum / pixels));
     }
 }

@@ -10,7 +10,7 @@ use crate::scene::FilmSpec;
 use std::collections::BTreeMap;
 
 /// Strategies with more vertices than this from either end are not told apart from the last.
-const MOST_VERTICES: u32 = 8;
+pub(super) const MOST_VERTICES: u32 = 8;
 
 /// What one strategy found.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ struct Layer {
 impl Layer {
     fn new(spec: &FilmSpec) -> Self {
         Layer {
-            film: Film::new(spec.width, spec.height, spec.channels),
+            film: Film::in_groups(spec.width, spec.height, spec.channels, spec.lanes),
             image: vec![Spectrum::ZERO; spec.width * spec.height],
         }
     }
@@ -72,7 +72,9 @@ impl Strategies {
             let layers = self.layers.entry(key).or_insert_with(new);
             let values = [contribution.weighted(), contribution.value];
             for (layer, value) in layers.iter_mut().zip(values) {
-                splat(source, (*own, contribution), value, &mut layer.image);
+                splat(source, *own, contribution, |pixel, filter| {
+                    layer.image[pixel] += value * filter;
+                });
             }
         }
     }

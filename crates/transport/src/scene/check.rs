@@ -4,6 +4,7 @@ use super::{AMBIENT, Object, Scene};
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
 use crate::sampling::Sampler;
+use crate::sensor::Sensor;
 use eikonal::Aabb;
 use glam::DVec3;
 
@@ -46,6 +47,8 @@ pub struct Problem {
 
 /// Index jumps below this are round-off of a match.
 const MATCHED: f64 = 1e-6;
+/// No sound of interest has a wavelength beyond the size of its medium by this factor, or below it.
+const SOUND: f64 = 1e3;
 /// Points at which a surface is probed.
 const SURFACE_PROBES: u64 = 64;
 /// Points per side at which a region is probed where its bounds leave doubt.
@@ -56,6 +59,7 @@ pub(super) fn check(scene: &Scene) -> Vec<Problem> {
     let mut problems = Vec::new();
     for id in 0..scene.media().len() {
         problems.extend(check_index(scene, id));
+        problems.extend(check_sound(scene, id));
     }
     for (i, object) in scene.objects().iter().enumerate() {
         problems.extend(check_sensor_outside(scene, object));
@@ -113,6 +117,30 @@ fn check_index(scene: &Scene, id: usize) -> Option<Problem> {
     })
 }
 
+/// A sound wave of which the medium holds a tiny part, or very many, is a mistake of units.
+fn check_sound(scene: &Scene, id: usize) -> Option<Problem> {
+    let [shortest, longest] = scene.medium(id).index.sound_wavelengths()?;
+    let size = scene.regions()[id].aabb.diagonal();
+    if !(size.is_finite() && size > 0.0) {
+        return None;
+    }
+    let length = match () {
+        () if longest > SOUND * size => longest,
+        () if shortest * SOUND < size => shortest,
+        () => return None,
+    };
+    Some(warning(
+        Subject::Medium(id),
+        format!(
+            "the sound in medium '{}' has a wavelength of {length:.3e}, but the medium is {size:.3e} across \
+             (scene units)",
+            scene.medium(id).name
+        ),
+        "check the units: frequency is in Hz, sound_speed in scene units per second (1.5e6 for water in \
+         millimetres), wave_number in radians per scene unit",
+    ))
+}
+
 /// The smallest n² among points of a grid inside the objects that hold a medium.
 fn smallest_square(scene: &Scene, id: usize, aabb: &Aabb) -> Option<(DVec3, f64)> {
     let holders: Vec<&Object> = scene
@@ -130,7 +158,8 @@ fn smallest_square(scene: &Scene, id: usize, aabb: &Aabb) -> Option<(DVec3, f64)
 }
 
 fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<Problem> {
-    let inside = object.bsdf.is_opaque()
+    let inside = !matches!(scene.sensor(), Sensor::Absent(_))
+        && object.bsdf.is_opaque()
         && object.shape.is_closed()
         && object.shape.contains(scene.sensor().position());
     inside.then(|| {

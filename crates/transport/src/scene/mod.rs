@@ -1,6 +1,7 @@
 //! The scene: immutable, and valid by construction.
 
 mod check;
+mod period;
 mod regions;
 mod world;
 
@@ -71,8 +72,23 @@ pub struct FilmSpec {
     pub height: usize,
     /// Number of spectral channels.
     pub channels: usize,
+    /// Number of channels that share their paths, 1 to [`Spectrum::LANES`]: one where the index depends on
+    /// the wavelength.
+    pub lanes: usize,
     /// Reconstruction filter.
     pub filter: Filter,
+}
+
+impl FilmSpec {
+    /// Number of groups of channels, each with a scene and paths of its own.
+    pub fn groups(&self) -> usize {
+        self.channels.div_ceil(self.lanes)
+    }
+
+    /// Number of channels in a group.
+    pub fn lanes_of(&self, group: usize) -> usize {
+        (self.channels - group * self.lanes).min(self.lanes)
+    }
 }
 
 /// Everything that a scene is made of.
@@ -114,6 +130,8 @@ pub struct Scene {
     /// For each emitter that is a beam, where it goes.
     guides: Vec<Option<Guide<MediumId>>>,
     warnings: Vec<Problem>,
+    /// The scene at later instants of the sound's period.
+    later: Vec<Scene>,
 }
 
 /// Some of the objects, for intersection tests.
@@ -152,6 +170,7 @@ impl Scene {
         let mut scene = Scene {
             guides: Vec::new(),
             warnings: Vec::new(),
+            later: Vec::new(),
             all: Index::new(&parts.objects, |_| true),
             interfaces: Index::new(&parts.objects, Object::is_interface),
             blockers: Index::new(&parts.objects, |o| !o.is_interface()),
@@ -314,8 +333,8 @@ impl Scene {
     /// The medium in which a sensor ray starts.
     pub(crate) fn medium_of_sensor_ray(&self, origin: DVec3) -> MediumId {
         match self.sensor() {
-            Sensor::Perspective(_) => self.sensor_medium,
-            Sensor::ThinLens(_) | Sensor::Orthographic(_) => self.medium_at(origin),
+            Sensor::Perspective(_) | Sensor::Absent(_) => self.sensor_medium,
+            _ => self.medium_at(origin),
         }
     }
 

@@ -88,4 +88,9 @@ impl Scene {
     pub(crate) fn reach(&self, x: glam::DVec3) -> f64 {
         1.01 * (x.distance(self.around.center) + self.around.radius)
     }
+
+    /// Whether a point lies beyond everything in the scene.
+    pub(crate) fn is_outside(&self, x: glam::DVec3) -> bool {
+        x.distance(self.around.center) > 1.01 * self.around.radius
+    }
 }

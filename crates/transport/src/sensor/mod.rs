@@ -15,15 +15,17 @@
 //! * A light subpath that is connected to the sensor aims at a point of it ([`Sensor::aim`]). Changing
 //!   variables from u to the rays of that point (steradians), or to the parallel rays (area across
 //!   them), turns the integral into n² h_j(u) `density` L̃, with u and du/dΩ or du/dA⊥ = `density`
-//!   from [`Sensor::sense`]. On a lens the average over its area divides by that area, which is the
-//!   reciprocal of the density of the aim: they cancel.
+//!   from [`Sensor::sense`]. On a lens or a stop the average over its area divides by that area,
+//!   which is the reciprocal of the density of the aim: they cancel.
 
 mod orthographic;
 mod perspective;
+mod telecentric;
 mod thinlens;
 
 pub use orthographic::Orthographic;
 pub use perspective::Perspective;
+pub use telecentric::{Stop, Telecentric};
 pub use thinlens::ThinLens;
 
 use crate::aim::{Aim, Aimed};
@@ -45,8 +47,8 @@ pub struct Sensed {
     /// filter may reach beyond.
     pub image: [f64; 2],
     /// The density with which [`Sensor::ray`], with uniform positions on the image, chooses this ray
-    /// among those of the same point of the sensor: per steradian; for an orthographic sensor, per
-    /// unit area across its rays.
+    /// among those of the same point of the sensor: per steradian; for an orthographic or
+    /// telecentric sensor, per unit area across its rays.
     pub density: f64,
 }
 
@@ -60,6 +62,10 @@ pub enum Sensor {
     ThinLens(ThinLens),
     /// Parallel rays.
     Orthographic(Orthographic),
+    /// None: light is measured by [meters](crate::meter). It sees nothing.
+    Absent(DAffine3),
+    /// Parallel rays for each point of a stop.
+    Telecentric(Telecentric),
 }
 
 impl Sensor {
@@ -70,6 +76,8 @@ impl Sensor {
             Sensor::Perspective(s) => s.ray(image),
             Sensor::ThinLens(s) => s.ray(image, lens),
             Sensor::Orthographic(s) => s.ray(image),
+            Sensor::Absent(frame) => to_world(frame, DVec3::ZERO, DVec3::Z),
+            Sensor::Telecentric(s) => s.ray(image, lens),
         }
     }
 
@@ -77,17 +85,20 @@ impl Sensor {
     /// in [0, 1)². Importance travels along the aim's direction, so light against it.
     pub fn aim(&self, u: [f64; 2]) -> Aimed {
         match self {
-            Sensor::Perspective(_) => Aimed::only(Aim::at(self.position())),
+            Sensor::Perspective(_) | Sensor::Absent(_) => Aimed::only(Aim::at(self.position())),
             Sensor::ThinLens(s) => s.aim(u),
             Sensor::Orthographic(s) => s.aim(),
+            Sensor::Telecentric(s) => s.aim(u),
         }
     }
 
-    /// The aim at the point from which one of the sensor's rays starts.
-    pub fn aim_from(&self, origin: DVec3) -> Aim {
+    /// The aim at the point from which one of the sensor's rays starts, in a unit direction, or at all
+    /// rays of that direction.
+    pub fn aim_from(&self, origin: DVec3, direction: DVec3) -> Aim {
         match self {
-            Sensor::Perspective(_) | Sensor::ThinLens(_) => Aim::at(origin),
+            Sensor::Perspective(_) | Sensor::ThinLens(_) | Sensor::Absent(_) => Aim::at(origin),
             Sensor::Orthographic(s) => s.aim().aim,
+            Sensor::Telecentric(s) => s.aim_along(direction),
         }
     }
 
@@ -99,14 +110,16 @@ impl Sensor {
             Sensor::Perspective(s) => s.sense(direction),
             Sensor::ThinLens(s) => s.sense(start, direction),
             Sensor::Orthographic(s) => s.sense(start, direction),
+            Sensor::Absent(_) => None,
+            Sensor::Telecentric(s) => s.sense(start, direction),
         };
         // Rays almost along the plane of the lens overflow.
         sensed.filter(|s| s.density.is_finite() && s.image.iter().all(|x| x.is_finite()))
     }
 
-    /// Whether all its rays have one direction.
+    /// Whether its rays, those of one point of its stop if it has any, have one direction.
     pub fn is_parallel(&self) -> bool {
-        matches!(self, Sensor::Orthographic(_))
+        matches!(self, Sensor::Orthographic(_) | Sensor::Telecentric(_))
     }
 
     /// Local-to-world transform.
@@ -115,6 +128,8 @@ impl Sensor {
             Sensor::Perspective(s) => s.to_world(),
             Sensor::ThinLens(s) => s.to_world(),
             Sensor::Orthographic(s) => s.to_world(),
+            Sensor::Absent(frame) => frame,
+            Sensor::Telecentric(s) => s.to_world(),
         }
     }
 

@@ -63,6 +63,11 @@ impl Cube {
         2.0 * self.face_areas().iter().sum::<f64>()
     }
 
+    pub(super) fn part_areas(&self) -> Vec<f64> {
+        let [x, y, z] = self.face_areas();
+        vec![x, x, y, y, z, z]
+    }
+
     /// Areas of the faces across each axis.
     fn face_areas(&self) -> [f64; 3] {
         DVec3::AXES.map(|n| 4.0 * self.placement.stretch(n))

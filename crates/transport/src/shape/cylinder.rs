@@ -142,6 +142,12 @@ impl Cylinder {
         self.side_area + caps
     }
 
+    pub(super) fn part_areas(&self) -> Vec<f64> {
+        let caps = if self.capped { 2 } else { 0 };
+        let caps = std::iter::repeat_n(self.cap_area(), caps);
+        [self.side_area].into_iter().chain(caps).collect()
+    }
+
     fn cap_area(&self) -> f64 {
         0.5 * TAU * self.placement.stretch(DVec3::Z)
     }

@@ -180,6 +180,16 @@ impl Shape {
         each!(self, s => s.area())
     }
 
+    /// Areas of the parts that [`Hit::primitive`] tells apart, in scene units.
+    pub fn part_areas(&self) -> Vec<f64> {
+        match self {
+            Shape::Cube(s) => s.part_areas(),
+            Shape::Cylinder(s) => s.part_areas(),
+            Shape::Mesh(s) => s.part_areas(),
+            whole => vec![whole.area()],
+        }
+    }
+
     /// A point of the surface from two uniform numbers; uniform in area except on spheres and
     /// cylinders under maps that are no similarity, where `pdf` varies.
     pub fn sample_area(&self, u: [f64; 2]) -> AreaSample {

@@ -93,6 +93,7 @@ impl Case {
                 width: 4,
                 height: 4,
                 channels: 1,
+                lanes: Spectrum::LANES,
                 filter: Filter::Tent { radius: 1.0 },
             },
             tolerance: Tolerance::new(1e-6),

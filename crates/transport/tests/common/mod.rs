@@ -91,6 +91,7 @@ pub fn parts(
             width: 4,
             height: 4,
             channels: 1,
+            lanes: Spectrum::LANES,
             filter: Filter::Box,
         },
         tolerance: Tolerance::default(),
@@ -106,12 +107,7 @@ pub fn shoot(parts: Parts, samples: u64, seed: u64) -> Rendering {
 /// The same by any estimator.
 pub fn shoot_by(integrator: Integrator, parts: Parts, samples: u64, seed: u64) -> Rendering {
     let scene = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
-    let options = Options {
-        integrator,
-        samples,
-        seed,
-        strategies: false,
-    };
+    let options = Options::new(integrator, samples, seed);
     render(&[scene], &options, |_| ControlFlow::Continue(()))
 }
 
@@ -132,8 +128,9 @@ pub fn estimate(
     for i in 0..samples {
         let mut sampler = transport::sampling::Sampler::new(seed, 0, i);
         let (ray, weight) = ray(&mut sampler);
-        let value =
-            PathTracer::default().radiance(scene, ray, 1, &mut sampler, &mut ws)[0] * weight;
+        let mut found = Vec::new();
+        path_tracer().sample(scene, ray, 1, (&mut sampler, &mut ws), &mut found);
+        let value = found.iter().map(|c| c.weighted()[0]).sum::<f64>() * weight;
         assert!(value.is_finite());
         sum += value;
         squares += value * value;

@@ -1,4 +1,4 @@
-//! The mean weight of emissions is the emitter's power.
+//! The mean weight of emissions is the emitter's power, and so is what it states.
 
 use crate::support::*;
 use std::f64::consts::{PI, TAU};
@@ -47,8 +47,10 @@ fn mean_weight_is_power() {
                 moments.push(emission.map_or(0.0, |e| e.emitted[c] / (e.aim_pdf * e.pdf)));
             }
         }
+        let stated = emitter.power(&AROUND, |object| &shapes[object]);
         for (c, moments) in weight.iter().enumerate() {
             let expected = power(name, &shapes) * color()[c];
+            assert!((stated[c] - expected).abs() <= 1e-12 * expected, "{name}");
             if moments.standard_error() > 1e-9 * expected {
                 let z = moments.z(expected);
                 family.push(format!("{name}, channel {c}"), z_test::p_value(z));

@@ -1,22 +1,28 @@
 //! Sensors.
 
 use crate::support::{FALSE_ALARM, axis, random_map};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
+use std::f64::consts::PI;
 use testkit::quadrature::Effort;
 use testkit::{DirectionTable, Family, Mass, Rng, Table, uniform_edges};
 use transport::aim::Aim;
 use transport::sampling::Frame;
-use transport::sensor::{Orthographic, Perspective, Ray, Sensor, ThinLens};
+use transport::sensor::{Orthographic, Perspective, Ray, Sensor, Stop, Telecentric, ThinLens};
 
-fn sensors(map: DAffine3) -> [(&'static str, Sensor); 3] {
+fn sensors(map: DAffine3) -> [(&'static str, Sensor); 4] {
     let pinhole = Perspective::new(map, 1.4, 1.6);
     let lens = ThinLens::new(pinhole.clone(), 0.3, 1.7);
+    let stop = Stop::with_knife(0.2, DVec2::new(1.0, -2.0), 0.05);
     [
         ("perspective", Sensor::Perspective(pinhole)),
         ("thin lens", Sensor::ThinLens(lens)),
         (
             "orthographic",
             Sensor::Orthographic(Orthographic::new(map, 1.6)),
+        ),
+        (
+            "telecentric",
+            Sensor::Telecentric(Telecentric::new(map, 1.6, 1.7, stop)),
         ),
     ]
 }
@@ -53,8 +59,8 @@ fn nothing_is_sensed_behind_the_sensor() {
 }
 
 /// What a ray's small change is to its solid angle or to its area across the rays.
-fn difference(orthographic: bool, a: Ray, b: Ray) -> DVec3 {
-    if orthographic {
+fn difference(parallel: bool, a: Ray, b: Ray) -> DVec3 {
+    if parallel {
         a.origin - b.origin
     } else {
         a.direction - b.direction
@@ -71,7 +77,7 @@ fn the_density_is_the_jacobian_of_the_ray() {
         let along = |ds: f64, dt: f64| {
             let (a, b) = ([s + ds, t + dt], [s - ds, t - dt]);
             difference(
-                name == "orthographic",
+                sensor.is_parallel(),
                 sensor.ray(a, lens),
                 sensor.ray(b, lens),
             ) / (2.0 * h)
@@ -147,7 +153,7 @@ fn rays_follow_the_density() {
     for round in 0..3 {
         for (name, sensor) in sensors(random_map(&mut rng)) {
             let p = match sensor {
-                Sensor::Orthographic(_) => positions(&sensor),
+                Sensor::Orthographic(_) | Sensor::Telecentric(_) => positions(&sensor),
                 _ => directions(&sensor, rng.uniform()),
             };
             family.push(format!("{name} {round}"), p);
@@ -188,6 +194,9 @@ fn aims_are_uniform_over_the_lens() {
     for _ in 0..20 {
         for (name, sensor) in sensors(random_map(&mut rng)) {
             let pdf = sensor.aim([0.2, 0.9]).pdf;
+            if name == "telecentric" {
+                continue;
+            }
             if name != "thin lens" {
                 assert_eq!(pdf, 1.0, "{name}");
                 continue;
@@ -213,7 +222,43 @@ fn rays_along_the_plane_of_the_lens_are_not_sensed() {
         assert_eq!(sensor.sense(DVec3::ZERO, across), None, "{name}");
         let grazing = (across + DVec3::Z * 1e-200).normalize();
         if let Some(s) = sensor.sense(DVec3::ZERO, grazing) {
-            assert!(s.density.is_finite() && name == "orthographic");
+            assert!(s.density.is_finite() && sensor.is_parallel(), "{name}");
         }
     }
+}
+
+/// Slopes of a telecentric camera: moments of the half disc that a knife edge leaves, against
+/// ∫t dA = −2R³/3 and ∫t² dA = πR⁴/8, over its area; and of the whole disc.
+#[test]
+fn slopes_fill_the_open_part_of_the_stop() {
+    const R: f64 = 0.3;
+    let edge = DVec2::new(0.6, -0.8);
+    let moments = |stop: Stop| {
+        let sensor = Telecentric::new(DAffine3::IDENTITY, 1.0, 0.0, stop);
+        let sensor = Sensor::Telecentric(sensor);
+        let n = 400;
+        let at = |i: usize| (i as f64 + 0.5) / n as f64;
+        let mut sums = [0.0; 4];
+        for (i, k) in (0..n).flat_map(|i| (0..n).map(move |k| (i, k))) {
+            let d = sensor.ray([0.5; 2], [at(i), at(k)]).direction;
+            let slope = d.truncate() / d.z;
+            let (t, c) = (slope.dot(edge), slope.perp_dot(edge));
+            assert!(slope.length() <= R * (1.0 + 1e-9));
+            let values = [t, t * t, c, c * c];
+            sums.iter_mut().zip(values).for_each(|(s, v)| *s += v);
+        }
+        (sums.map(|s| s / (n * n) as f64), sensor.aim([0.5; 2]).pdf)
+    };
+    let near = |found: [f64; 4], expected: [f64; 4]| {
+        let error = |(a, b): (f64, f64)| (a - b).abs();
+        let errors = found.into_iter().zip(expected).map(error);
+        assert!(errors.fold(0.0, f64::max) < 1e-5, "{found:?} {expected:?}");
+    };
+    let quarter = R * R / 4.0;
+    let (half, pdf) = moments(Stop::with_knife(R, edge, 0.0));
+    near(half, [-4.0 * R / (3.0 * PI), quarter, 0.0, quarter]);
+    assert!((pdf * PI * R * R / 2.0 - 1.0).abs() < 1e-12);
+    let (whole, pdf) = moments(Stop::disc(R));
+    near(whole, [0.0, quarter, 0.0, quarter]);
+    assert!((pdf * PI * R * R - 1.0).abs() < 1e-12);
 }

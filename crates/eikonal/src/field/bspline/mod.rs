@@ -13,7 +13,7 @@ use crate::bounds::Aabb;
 use blocks::Blocks;
 use glam::DVec3;
 use lattice::{Lattice, PAD};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// δ = n² − n_ref² as the tricubic B-spline that interpolates samples on a regular grid: C², of
 /// order four in the spacing away from the faces and of order three on them (Unser, Aldroubi and
@@ -35,7 +35,8 @@ pub struct Bspline {
     lattice: Lattice,
     n2_ref: f64,
     /// Coefficients of δ, x fastest, with `PAD` extra ones at both ends of each axis.
-    coefficients: Vec<f32>,
+    /// Shared by copies of the field.
+    coefficients: Arc<[f32]>,
     constant: bool,
     /// Made when bounds over a large box are first asked for.
     blocks: OnceLock<Blocks>,
@@ -110,7 +111,7 @@ impl Bspline {
         Ok(Bspline {
             lattice,
             n2_ref,
-            coefficients,
+            coefficients: coefficients.into(),
             constant,
             blocks: OnceLock::new(),
         })

@@ -65,7 +65,8 @@ impl Joining<'_> {
         if i == 0 && scene.sensor().is_parallel() {
             // From a point of the emitter to the sensor's plane; from plane to plane there is nothing.
             return sensor.stations.first().map_or(0.0, |z| {
-                let goal = Goal::sensor(scene, scene.sensor().aim_from(sensor.start.x));
+                let (x, direction) = (sensor.start.x, sensor.start.direction);
+                let goal = Goal::sensor(scene, scene.sensor().aim_from(x, direction));
                 let way = (&step.tube, step.back, None);
                 Link::ease(scene, (&z.vertex, &goal), way, self.ws)
             });
@@ -97,7 +98,7 @@ impl Joining<'_> {
         };
         let goal = Goal::emitter(scene, index, aim.aim);
         self.link(&z.vertex, &goal, |link| {
-            setting.direct(stations, link, (emitter, &aim))
+            setting.direct(stations, link, (index, &aim))
         });
     }
 

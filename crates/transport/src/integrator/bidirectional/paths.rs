@@ -3,9 +3,9 @@
 use super::weight::{Density, Heuristic, weight};
 use crate::Spectrum;
 use crate::aim::{Aim, Aimed};
-use crate::emitter::Emitter;
+use crate::film::PathFacts;
 use crate::integrator::Contribution;
-use crate::path::{Escape, LightPath, Link, Station, Step, Subpath};
+use crate::path::{Escape, LightPath, Link, Station, Step, Subpath, lead_in};
 use crate::scene::Scene;
 use glam::DVec3;
 
@@ -34,12 +34,22 @@ struct Found<'a> {
     step: &'a Step,
     forward: f64,
     depth: u32,
+    optical_length: f64,
     /// A point on the ray of its light.
     x: DVec3,
 }
 
-/// Where on the image a path belongs, how it was sampled (s, t), how long it is.
-type Sampled = (Option<[f64; 2]>, (u32, u32), u32);
+/// A path, sampled in one of the ways.
+struct Sampled {
+    /// Where on the image it belongs.
+    image: Option<[f64; 2]>,
+    /// Numbers of vertices (s, t).
+    strategy: (u32, u32),
+    /// Edges and specular events.
+    depth: u32,
+    optical_length: f64,
+    emitter: usize,
+}
 
 impl Setting<'_> {
     /// The sensor subpath came upon an emitter at the last of its stations. It is what `aim` stands for,
@@ -57,6 +67,7 @@ impl Setting<'_> {
             step: &z.step,
             forward: z.forward,
             depth: z.depth,
+            optical_length: z.optical_length,
             x: z.vertex.position(),
         };
         self.found((before, &last), (index, aim), (value, ease))
@@ -76,6 +87,7 @@ impl Setting<'_> {
             step,
             forward: escape.forward,
             depth: escape.depth,
+            optical_length: escape.optical_length,
             x: sensor
                 .stations
                 .last()
@@ -105,8 +117,14 @@ impl Setting<'_> {
             from_emitter: aim.pdf,
             ease,
         });
-        let strategy = (0, stations.len() as u32 + 2);
-        self.contribution((None, strategy, last.depth), value, &path)
+        let sampled = Sampled {
+            image: None,
+            strategy: (0, stations.len() as u32 + 2),
+            depth: last.depth,
+            optical_length: last.optical_length,
+            emitter: index,
+        };
+        self.contribution(sampled, value, &path)
     }
 
     /// A link from the last of the sensor's stations to an emitter that was aimed at with density
@@ -115,9 +133,10 @@ impl Setting<'_> {
         &self,
         stations: &[Station],
         link: &Link,
-        (emitter, aim): (&Emitter, &Aimed),
+        (index, aim): (usize, &Aimed),
     ) -> Option<Contribution> {
         let z = stations.last()?;
+        let emitter = &self.scene.emitters()[index];
         let emitted = emitter.emitted(&aim.aim, link.origin, link.emission);
         let eval = z.vertex.eval(self.scene, link.direction);
         let value = z.throughput * eval * emitted * link.transmittance();
@@ -132,11 +151,13 @@ impl Setting<'_> {
             from_emitter: aim.pdf,
             ease: link.ease,
         });
-        let sampled = (
-            None,
-            (1, stations.len() as u32 + 1),
-            z.depth.saturating_add(1 + link.tube.events),
-        );
+        let sampled = Sampled {
+            image: None,
+            strategy: (1, stations.len() as u32 + 1),
+            depth: z.depth.saturating_add(1 + link.tube.events),
+            optical_length: z.optical_length + link.optical_length - lead_in(self.scene, index),
+            emitter: index,
+        };
         self.contribution(sampled, value * (link.tube.geometry / aim.pdf), &path)
     }
 
@@ -159,13 +180,14 @@ impl Setting<'_> {
             .event(self.scene, self.lanes, link.emission, &link.tube);
         let arrival = link.tube.density(from_z, link.n_aim) * event;
         path.extend(self.emitter_side((light, j), (link.emission, link.ease), arrival));
-        let sampled = (
-            None,
-            (j as u32 + 2, stations.len() as u32 + 1),
-            z.depth
-                .saturating_add(y.depth)
-                .saturating_add(1 + link.tube.events),
-        );
+        let depth = z.depth.saturating_add(y.depth);
+        let sampled = Sampled {
+            image: None,
+            strategy: (j as u32 + 2, stations.len() as u32 + 1),
+            depth: depth.saturating_add(1 + link.tube.events),
+            optical_length: z.optical_length + link.optical_length + y.optical_length,
+            emitter: light.emitter,
+        };
         self.contribution(sampled, value * link.tube.geometry, &path)
     }
 
@@ -180,8 +202,13 @@ impl Setting<'_> {
             .event(self.scene, self.lanes, link.direction, &link.tube);
         let arrival = link.tube.density(sensed.density, link.n_vertex) * event;
         let path = self.emitter_side((light, j), (link.direction, link.ease), arrival);
-        let depth = y.depth.saturating_add(1 + link.tube.events);
-        let sampled = (Some(sensed.image), (j as u32 + 2, 1), depth);
+        let sampled = Sampled {
+            image: Some(sensed.image),
+            strategy: (j as u32 + 2, 1),
+            depth: y.depth.saturating_add(1 + link.tube.events),
+            optical_length: y.optical_length + link.optical_length,
+            emitter: light.emitter,
+        };
         self.contribution(sampled, value * (link.tube.geometry * importance), &path)
     }
 
@@ -200,25 +227,36 @@ impl Setting<'_> {
             from_emitter: light.density,
             ease: link.ease,
         }];
-        let sampled = (Some(sensed.image), (1, 1), 1 + link.tube.events);
+        let sampled = Sampled {
+            image: Some(sensed.image),
+            strategy: (1, 1),
+            depth: 1 + link.tube.events,
+            optical_length: link.optical_length - lead_in(self.scene, light.emitter),
+            emitter: light.emitter,
+        };
         let factor = link.tube.geometry * importance / light.density;
         self.contribution(sampled, value * factor, &path)
     }
 
     fn contribution(
         &self,
-        (image, strategy, depth): Sampled,
+        sampled: Sampled,
         value: Spectrum,
         path: &[Density],
     ) -> Option<Contribution> {
-        if depth > self.max_depth || value.is_zero() {
+        if sampled.depth > self.max_depth || value.is_zero() {
             return None;
         }
         Some(Contribution {
-            image,
-            strategy,
+            image: sampled.image,
+            strategy: sampled.strategy,
             value,
-            weight: weight(self.heuristic, path, strategy.1 as usize),
+            weight: weight(self.heuristic, path, sampled.strategy.1 as usize),
+            path: PathFacts {
+                optical_length: sampled.optical_length,
+                bounces: sampled.depth - 1,
+                emitter: sampled.emitter,
+            },
         })
     }
 

@@ -134,6 +134,11 @@ impl Mesh {
         self.areas[self.areas.len() - 1]
     }
 
+    pub(super) fn part_areas(&self) -> Vec<f64> {
+        let before = [0.0].iter().chain(&self.areas);
+        before.zip(&self.areas).map(|(a, b)| b - a).collect()
+    }
+
     pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
         let v = u[0] * self.area();
         let last = self.areas.len() - 1;

@@ -1,0 +1,75 @@
+//! `morgana plot`.
+
+use crate::args::{FigureArgs, PlotArgs};
+use crate::failure::Failure;
+use crate::plot::{
+    Figure, Format, ProfileLine, convergence, histogram, picture, profile, slice, write,
+};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Draws a figure.
+pub fn plot(args: &PlotArgs) -> Result<ExitCode, Failure> {
+    let (figure, output) = match &args.figure {
+        FigureArgs::Profile {
+            images,
+            row,
+            column,
+            layer,
+            channel,
+            output,
+        } => {
+            let line = row
+                .map(ProfileLine::Row)
+                .or(column.map(ProfileLine::Column));
+            let line = line.unwrap_or(ProfileLine::Row(0));
+            let what = (layer.as_str(), channel.as_deref());
+            (Figure::Curves(profile(images, line, what)?), output)
+        }
+        FigureArgs::Histogram {
+            images,
+            pixel,
+            channel,
+            output,
+        } => {
+            let curves = histogram(images, *pixel, channel.as_deref())?;
+            (Figure::Curves(curves), output)
+        }
+        FigureArgs::Image {
+            image,
+            layer,
+            channel,
+            log,
+            output,
+        } => {
+            let map = picture(image, (layer, channel.as_deref()), *log)?;
+            (Figure::Map(map), output)
+        }
+        FigureArgs::Slice {
+            readings,
+            axis,
+            at,
+            array,
+            log,
+            output,
+        } => {
+            let map = slice(readings, array.as_deref(), (axis, *at), *log)?;
+            (Figure::Map(map), output)
+        }
+        FigureArgs::Convergence { stats, output } => (Figure::Curves(convergence(stats)?), output),
+    };
+    write(output, format(output)?, &figure)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn format(path: &Path) -> Result<Format, Failure> {
+    let extension = path.extension().and_then(|e| e.to_str());
+    match extension.map(str::to_ascii_lowercase).as_deref() {
+        Some("svg") => Ok(Format::Svg),
+        Some("png") => Ok(Format::Png),
+        _ => Err(Failure::Usage(format!(
+            "cannot tell the format of '{}': figures are .svg or .png",
+            path.display()
+        ))),
+    }
+}

@@ -1,0 +1,184 @@
+//! Films whose light is told apart, as files and reports show them.
+
+use io::assemble::Layering;
+use io::image::{ImageLayers, Layer};
+use io::{FileError, Loaded};
+use serde_json::{Value, json};
+use std::path::Path;
+use transport::Film;
+
+use crate::outputs::layer;
+
+/// Bins have numbers of at least so many digits: names then sort like numbers.
+const DIGITS: usize = 4;
+
+/// What is needed to name layers.
+#[derive(Clone, Copy, Debug)]
+pub struct Naming<'a> {
+    layering: &'a Layering,
+    emitters: &'a [String],
+}
+
+impl<'a> Naming<'a> {
+    /// Names as in the scene; `None` if its film keeps light together.
+    pub fn of(loaded: &'a Loaded) -> Option<Self> {
+        loaded.layering.decomposition.is_some().then_some(Naming {
+            layering: &loaded.layering,
+            emitters: &loaded.emitter_names,
+        })
+    }
+
+    /// What the first axis is called.
+    fn length(&self) -> &'static str {
+        match self.layering.speed_of_light {
+            Some(_) => "time",
+            None => "length",
+        }
+    }
+
+    /// The name of a layer, such as `length.0012.bounce.1.light.lamp`.
+    fn name(&self, layer: usize) -> String {
+        let decomposition = &self.layering.decomposition;
+        let [length, bounce, emitter] = decomposition.slots(layer);
+        let mut parts = Vec::new();
+        if let Some(bins) = &decomposition.length {
+            let slot = match length.checked_sub(bins.count) {
+                None => format!("{length:0DIGITS$}"),
+                Some(0) => "under".into(),
+                Some(_) => "over".into(),
+            };
+            parts.push(format!("{}.{slot}", self.length()));
+        }
+        if let Some(most) = decomposition.bounces {
+            parts.push(match bounce > most as usize {
+                true => "bounce.over".into(),
+                false => format!("bounce.{bounce}"),
+            });
+        }
+        if decomposition.emitters.is_some() {
+            parts.push(format!("light.{}", self.emitters[emitter]));
+        }
+        parts.join(".")
+    }
+
+    /// The axes along which light is told apart, in the order of arrays and names.
+    pub fn axes(&self) -> Vec<Value> {
+        let decomposition = &self.layering.decomposition;
+        let mut axes = Vec::new();
+        if let Some(bins) = self.layering.bins() {
+            axes.push(json!({
+                "name": self.length(),
+                "min": bins.min,
+                "max": bins.max,
+                "width": bins.width(),
+                "bins": bins.count,
+                "speed_of_light": self.layering.speed_of_light,
+            }));
+        }
+        if let Some(most) = decomposition.bounces {
+            axes.push(json!({ "name": "bounce", "max": most }));
+        }
+        if decomposition.emitters.is_some() {
+            axes.push(json!({ "name": "light", "emitters": self.emitters }));
+        }
+        axes
+    }
+
+    /// The axes in a few words, for people.
+    pub fn describe(&self) -> String {
+        let decomposition = &self.layering.decomposition;
+        let length = self.layering.bins().map(|bins| {
+            let max = bins.max;
+            let name = self.length();
+            format!("{} bins of {name} from {} to {max}", bins.count, bins.min)
+        });
+        let bounces = decomposition.bounces.map(|k| format!("0 to {k} bounces"));
+        let lights = decomposition.emitters.map(|n| format!("{n} lights"));
+        let parts: Vec<String> = [length, bounces, lights].into_iter().flatten().collect();
+        parts.join(" × ")
+    }
+
+    fn layers(&self) -> std::ops::Range<usize> {
+        0..self.layering.decomposition.layers()
+    }
+
+    /// Every layer of an image and its variance: `length.0012` and `variance.length.0012`.
+    pub fn image_layers(&self, film: &Film, channels: &[String]) -> Vec<Layer> {
+        let both = |i| {
+            let (name, mean, variance) = (self.name(i), film.layer_mean(i), film.layer_variance(i));
+            [
+                layer(&name, &mean, channels),
+                layer(&format!("variance.{name}"), &variance, channels),
+            ]
+        };
+        self.layers().flat_map(both).collect()
+    }
+
+    /// Writes the means as an array `[row, column, length, bounce, light, channel]` without the axes
+    /// that are not asked for. Light that is outside of the bins is left out.
+    pub fn write_array(&self, path: &Path, film: &Film) -> Result<(), FileError> {
+        let decomposition = &self.layering.decomposition;
+        let regular = self.layers().filter(|&l| decomposition.is_regular(l));
+        let planes: Vec<Vec<f32>> = regular.map(|l| film.layer_mean(l)).collect();
+        let pixels = film.width() * film.height();
+        let mut data = Vec::with_capacity(pixels * planes.len() * film.channels());
+        for pixel in 0..pixels {
+            let at = pixel * film.channels()..(pixel + 1) * film.channels();
+            planes.iter().for_each(|p| data.extend(&p[at.clone()]));
+        }
+        let asked = [
+            decomposition.length.is_some(),
+            decomposition.bounces.is_some(),
+            decomposition.emitters.is_some(),
+        ];
+        let axes = decomposition.axes().into_iter().zip(asked);
+        let mut shape = vec![film.height(), film.width()];
+        shape.extend(
+            axes.filter(|(_, asked)| *asked)
+                .map(|(axis, _)| axis.regular),
+        );
+        shape.push(film.channels());
+        io::npy::write(path, &shape, &data)
+    }
+
+    /// Axes, and mean and standard error of every layer.
+    pub fn json(&self, film: &Film) -> Value {
+        let layer = |i| {
+            let (mean, error) = film.layer_summary(i);
+            json!({
+                "name": self.name(i),
+                "slots": self.layering.decomposition.slots(i),
+                "mean": mean,
+                "standard_error": finite(error),
+            })
+        };
+        json!({
+            "axes": self.axes(),
+            "outside": self.outside(film),
+            "layers": self.layers().map(layer).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Share of the image's light that is outside of the bins.
+    pub fn outside(&self, film: &Film) -> f64 {
+        let decomposition = &self.layering.decomposition;
+        let outside = self.layers().filter(|&l| !decomposition.is_regular(l));
+        let light: f64 = outside.map(|l| film.layer_summary(l).0).sum();
+        match film.summary().0 {
+            0.0 => 0.0,
+            whole => light / whole,
+        }
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+/// Adds the layers to an image, if there are any.
+pub fn extend(image: &mut ImageLayers, film: &Film, loaded: &Loaded) {
+    if let Some(naming) = Naming::of(loaded) {
+        let layers = naming.image_layers(film, &loaded.channel_names);
+        image.layers.extend(layers);
+    }
+}

@@ -1,0 +1,220 @@
+//! What is reported of a measurement: as text, in the attributes of files, and as JSON.
+
+use crate::args::RenderArgs;
+use crate::load::file_name;
+use crate::numbers;
+use crate::report::{Stopped, counters};
+use io::Loaded;
+use serde_json::{Value, json};
+use std::time::Duration;
+use transport::meter::{Reading, Share};
+use transport::render::Measurement;
+
+/// A measurement that is done.
+#[derive(Debug)]
+pub struct Measured<'a> {
+    /// What was asked for.
+    pub args: &'a RenderArgs,
+    /// The scene.
+    pub loaded: &'a Loaded,
+    /// The result.
+    pub measurement: &'a Measurement,
+    /// How long it took.
+    pub elapsed: Duration,
+    /// Number of threads.
+    pub threads: usize,
+    /// Why it ended early, if it did.
+    pub stopped: Option<Stopped>,
+}
+
+/// How well the bins of a reading are known.
+struct Quality {
+    bins: usize,
+    /// Bins that received no light.
+    empty: usize,
+    /// Median of the relative standard errors of the others.
+    error: Option<f64>,
+}
+
+impl Quality {
+    fn of(reading: &Reading) -> Self {
+        let pairs = reading.mean.iter().zip(&reading.error);
+        let lit = pairs.filter(|(mean, _)| **mean != 0.0);
+        let mut errors: Vec<f64> = lit.map(|(mean, error)| error / mean.abs()).collect();
+        errors.sort_by(f64::total_cmp);
+        Quality {
+            bins: reading.mean.len(),
+            empty: reading.mean.len() - errors.len(),
+            error: errors.get(errors.len() / 2).copied(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let empty = match self.empty {
+            0 => String::new(),
+            n if n == self.bins => ", no light".into(),
+            n => format!(
+                ", {} without light",
+                numbers::percent(n as f64 / self.bins as f64)
+            ),
+        };
+        let bins = match self.bins {
+            1 => "1 bin".into(),
+            n => format!("{} bins", numbers::count(n as f64)),
+        };
+        let error = self.error.map_or(String::new(), |e| {
+            format!(", median error {}", numbers::percent(e))
+        });
+        format!("{bins}{empty}{error}")
+    }
+}
+
+impl Measured<'_> {
+    fn rate(&self) -> f64 {
+        let particles = self.measurement.stats.paths as f64;
+        particles / self.elapsed.as_secs_f64().max(1e-9)
+    }
+
+    /// Meters that have received nothing.
+    pub fn dark(&self) -> impl Iterator<Item = &str> {
+        self.meters()
+            .filter(|(_, readings)| readings.iter().all(|r| r.mean.iter().all(|v| *v == 0.0)))
+            .map(|(name, _)| name)
+    }
+
+    fn meters(&self) -> impl Iterator<Item = (&str, &Vec<Reading>)> {
+        let names = self.loaded.instruments.iter().map(|i| i.name.as_str());
+        names.zip(&self.measurement.readings)
+    }
+
+    /// The lines at the end of a measurement: what was done, each meter's readings, and where the
+    /// light went.
+    pub fn text(&self) -> String {
+        let stopped = match self.stopped {
+            Some(Stopped::Interrupted) => "interrupted: ",
+            _ => "",
+        };
+        let mut lines = vec![format!(
+            "{stopped}{} · {} particles · {} particles/s",
+            numbers::duration(self.elapsed),
+            numbers::count(self.measurement.particles as f64),
+            numbers::count(self.rate()),
+        )];
+        for (name, readings) in self.meters() {
+            let each = readings
+                .iter()
+                .map(|r| format!("{} ({})", r.name, Quality::of(r).text()));
+            lines.push(format!("{name}: {}", each.collect::<Vec<_>>().join("; ")));
+        }
+        lines.push(self.balance());
+        let stats = &self.measurement.stats;
+        for (count, what) in [
+            (stats.lost, "rays lost"),
+            (stats.not_finite, "scores not finite"),
+        ] {
+            if count > 0 {
+                lines.push(format!("{} {what}", numbers::count(count as f64)));
+            }
+        }
+        lines.join("\n")
+    }
+
+    /// Emitted = absorbed + escaped + ..., with what is left over.
+    fn balance(&self) -> String {
+        let b = &self.measurement.balance;
+        let entries = [
+            ("absorbed by media", b.media),
+            ("by surfaces", b.surfaces),
+            ("escaped", b.escaped),
+            ("cut off at max_depth", b.cut),
+            ("lost", b.lost),
+            ("left over", b.residual),
+        ];
+        let text = |(name, share): &(&str, Share)| {
+            format!("{name} {}", numbers::with_error(share.mean, share.error))
+        };
+        // What is zero for certain is left out.
+        let there = entries
+            .iter()
+            .filter(|(_, s)| s.mean.abs() > 1e-12 * b.emitted || s.error > 1e-12 * b.emitted);
+        let parts: Vec<String> = there.map(text).collect();
+        format!(
+            "emitted {}: {}",
+            numbers::plain(b.emitted),
+            parts.join(" · ")
+        )
+    }
+
+    /// Attributes for files. They depend on what was computed, not on when, where or how fast.
+    pub fn attributes(&self) -> Vec<(String, String)> {
+        let stats = &self.measurement.stats;
+        let pairs = [
+            ("scene", file_name(&self.args.scene.path)),
+            ("scene_hash", self.loaded.hash.to_string()),
+            ("morgana_version", env!("CARGO_PKG_VERSION").into()),
+            ("seed", self.args.seed.to_string()),
+            ("particles", self.measurement.particles.to_string()),
+            ("options", self.options()),
+            ("balance", self.account().to_string()),
+            ("lost", stats.lost.to_string()),
+            ("not_finite", stats.not_finite.to_string()),
+        ];
+        pairs.map(|(name, value)| (name.to_owned(), value)).into()
+    }
+
+    /// The command's options that decide what is computed.
+    fn options(&self) -> String {
+        let args = self.args;
+        let mut options = vec![format!("--seed {}", args.seed)];
+        options.extend(args.particles.map(|n| format!("--particles {n}")));
+        let defines = args.scene.defines.iter();
+        options.extend(defines.map(|(k, v)| format!("-D {k}={v}")));
+        options.join(" ")
+    }
+
+    fn account(&self) -> Value {
+        let b = &self.measurement.balance;
+        let share = |share: Share| json!({"mean": share.mean, "standard_error": share.error});
+        json!({
+            "emitted": b.emitted,
+            "absorbed_by_media": share(b.media),
+            "absorbed_by_surfaces": share(b.surfaces),
+            "escaped": share(b.escaped),
+            "cut_off": share(b.cut),
+            "lost": share(b.lost),
+            "left_over": share(b.residual),
+        })
+    }
+
+    /// Everything, as JSON.
+    pub fn json(&self) -> Value {
+        let measurement = self.measurement;
+        let reading = |r: &Reading| {
+            let quality = Quality::of(r);
+            json!({
+                "name": r.name,
+                "bins": quality.bins,
+                "bins_without_light": quality.empty,
+                "median_relative_error": quality.error,
+            })
+        };
+        let meter = |(name, readings): (&str, &Vec<Reading>)| json!({"name": name, "readings": readings.iter().map(reading).collect::<Vec<_>>()});
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "scene": file_name(&self.args.scene.path),
+            "scene_hash": self.loaded.hash.to_string(),
+            "options": self.options(),
+            "seed": self.args.seed,
+            "particles": measurement.particles,
+            "stopped": self.stopped.map(Stopped::name),
+            "threads": self.threads,
+            "seconds": self.elapsed.as_secs_f64(),
+            "particles_per_second": self.rate(),
+            "channels": self.loaded.channel_names,
+            "emitted": measurement.emitted,
+            "balance": self.account(),
+            "meters": self.meters().map(meter).collect::<Vec<_>>(),
+            "counters": counters(&measurement.stats),
+        })
+    }
+}

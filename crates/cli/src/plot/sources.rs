@@ -1,0 +1,402 @@
+//! What figures are made of: images, arrays of meters, and statistics of renders.
+
+use super::{Curves, Map, Series};
+use crate::failure::Failure;
+use io::arrays::{Array, Arrays};
+use io::image::{ImageLayers, Layer, exr};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// A line of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileLine {
+    /// From left to right.
+    Row(usize),
+    /// From top to bottom.
+    Column(usize),
+}
+
+fn wrong(path: &Path, message: impl std::fmt::Display) -> Failure {
+    Failure::Usage(format!("{}: {message}", path.display()))
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_stem()
+        .map_or_else(String::new, |s| s.to_string_lossy().into_owned())
+}
+
+/// The channel to show: the one that is named, or else the mean over all.
+fn values(layer: &Layer, channel: Option<&str>) -> Result<Vec<f64>, String> {
+    let known = || {
+        let names: Vec<&str> = layer.channels.iter().map(|(n, _)| n.as_str()).collect();
+        names.join(", ")
+    };
+    match channel {
+        Some(name) => {
+            let found = layer.channel(name);
+            let found =
+                found.ok_or_else(|| format!("no channel '{name}'; there are {}", known()))?;
+            Ok(found.iter().map(|v| f64::from(*v)).collect())
+        }
+        None => {
+            let count = layer.channels.len().max(1) as f64;
+            let pixels = layer.channels.first().map_or(0, |(_, v)| v.len());
+            let sum = |i: usize| {
+                layer
+                    .channels
+                    .iter()
+                    .map(|(_, v)| f64::from(v[i]))
+                    .sum::<f64>()
+            };
+            Ok((0..pixels).map(|i| sum(i) / count).collect())
+        }
+    }
+}
+
+/// Standard errors of the same: channels of an image share paths, so errors of their mean are added up.
+fn errors(image: &ImageLayers, layer: &str, channel: Option<&str>) -> Option<Vec<f64>> {
+    let name = match layer {
+        "" => "variance".to_owned(),
+        _ => format!("variance.{layer}"),
+    };
+    let mut variance = image.layer(&name)?.clone();
+    for (_, values) in &mut variance.channels {
+        values.iter_mut().for_each(|v| *v = v.sqrt());
+    }
+    values(&variance, channel).ok()
+}
+
+fn layer_of<'a>(path: &Path, image: &'a ImageLayers, name: &str) -> Result<&'a Layer, Failure> {
+    image.layer(name).ok_or_else(|| {
+        let names: Vec<&str> = image.layers.iter().map(|l| l.name.as_str()).collect();
+        let known: Vec<&str> = names
+            .into_iter()
+            .filter(|n| !n.is_empty())
+            .take(20)
+            .collect();
+        wrong(
+            path,
+            format!("no layer '{name}'; there are {}", known.join(", ")),
+        )
+    })
+}
+
+/// Values along a line of pixels of several images.
+pub fn profile(
+    paths: &[PathBuf],
+    line: ProfileLine,
+    (layer, channel): (&str, Option<&str>),
+) -> Result<Curves, Failure> {
+    let mut series = Vec::new();
+    for path in paths {
+        let image = exr::read(path)?;
+        let (w, h) = (image.width, image.height);
+        let (number, limit) = match line {
+            ProfileLine::Row(y) => (y, h),
+            ProfileLine::Column(x) => (x, w),
+        };
+        if number >= limit {
+            return Err(wrong(
+                path,
+                format!("the image has lines 0 to {} only", limit - 1),
+            ));
+        }
+        let values = values(layer_of(path, &image, layer)?, channel).map_err(|e| wrong(path, e))?;
+        let errors = errors(&image, layer, channel);
+        let point = |k: usize| {
+            let i = match line {
+                ProfileLine::Row(y) => y * w + k,
+                ProfileLine::Column(x) => k * w + x,
+            };
+            [k as f64, values[i], errors.as_ref().map_or(0.0, |e| e[i])]
+        };
+        let length = if matches!(line, ProfileLine::Row(_)) {
+            w
+        } else {
+            h
+        };
+        series.push(Series {
+            name: name_of(path),
+            points: (0..length).map(point).collect(),
+            guide: false,
+        });
+    }
+    let (along, number) = match line {
+        ProfileLine::Row(y) => ("column", format!("row {y}")),
+        ProfileLine::Column(x) => ("row", format!("column {x}")),
+    };
+    Ok(Curves {
+        title: format!("Profile along {number}"),
+        x: format!("{along} (pixels)"),
+        y: quantity(layer, channel),
+        logarithmic: false,
+        series,
+    })
+}
+
+/// A layer of an image in false colours.
+pub fn picture(
+    path: &Path,
+    (layer, channel): (&str, Option<&str>),
+    logarithmic: bool,
+) -> Result<Map, Failure> {
+    let image = exr::read(path)?;
+    let values = values(layer_of(path, &image, layer)?, channel).map_err(|e| wrong(path, e))?;
+    let edges = |n: usize| (0..=n).map(|i| i as f64).collect();
+    // Maps start at the bottom, images at the top.
+    let rows = values.chunks(image.width).rev();
+    Ok(Map {
+        title: quantity(layer, channel),
+        x: ("column (pixels)".into(), edges(image.width)),
+        y: ("row from the bottom (pixels)".into(), edges(image.height)),
+        values: rows.flatten().copied().collect(),
+        quantity: String::new(),
+        logarithmic,
+    })
+}
+
+fn quantity(layer: &str, channel: Option<&str>) -> String {
+    let what = if layer.is_empty() { "radiance" } else { layer };
+    match channel {
+        Some(channel) => format!("{what}, {channel}"),
+        None => what.to_owned(),
+    }
+}
+
+/// Light over its optical length or time: of whole images, or of one of their pixels.
+pub fn histogram(
+    paths: &[PathBuf],
+    pixel: Option<[usize; 2]>,
+    channel: Option<&str>,
+) -> Result<Curves, Failure> {
+    let mut series = Vec::new();
+    let mut axis_name = String::new();
+    for path in paths {
+        let image = exr::read(path)?;
+        let axis = bins(&image).ok_or_else(|| {
+            let need = "no bins of length or time: render to .exr with the film's decomposition";
+            wrong(path, need)
+        })?;
+        axis_name = axis.name.clone();
+        let index = match pixel {
+            Some([x, y]) if x < image.width && y < image.height => Some(y * image.width + x),
+            Some(_) => {
+                let size = format!("the image has {} x {} pixels", image.width, image.height);
+                return Err(wrong(path, size));
+            }
+            None => None,
+        };
+        let mut points = Vec::new();
+        for bin in 0..axis.count {
+            let prefix = format!("{}.{bin:04}", axis.name);
+            let of_bin = |l: &&Layer| l.name == prefix || l.name.starts_with(&format!("{prefix}."));
+            let mut sum = 0.0;
+            for layer in image.layers.iter().filter(of_bin) {
+                let values = values(layer, channel).map_err(|e| wrong(path, e))?;
+                sum += match index {
+                    Some(i) => values[i],
+                    None => values.iter().sum::<f64>() / values.len() as f64,
+                };
+            }
+            let [a, b] = [bin, bin + 1].map(|i| axis.min + axis.width * i as f64);
+            points.extend([[a, sum / axis.width, 0.0], [b, sum / axis.width, 0.0]]);
+        }
+        series.push(Series {
+            name: name_of(path),
+            points,
+            guide: false,
+        });
+    }
+    let whose = pixel.map_or("the whole image".to_owned(), |[x, y]| {
+        format!("pixel ({x}, {y})")
+    });
+    let x = match axis_name.as_str() {
+        "time" => "time",
+        _ => "optical path length (scene units)",
+    };
+    Ok(Curves {
+        title: format!("Light of {whose}"),
+        x: x.into(),
+        y: format!("radiance per unit of {axis_name}"),
+        logarithmic: false,
+        series,
+    })
+}
+
+struct BinAxis {
+    name: String,
+    min: f64,
+    width: f64,
+    count: usize,
+}
+
+/// The bins that an image's attributes speak of.
+fn bins(image: &ImageLayers) -> Option<BinAxis> {
+    let axes: Value = serde_json::from_str(image.attribute("decomposition")?).ok()?;
+    let axis = axes.as_array()?.iter().find(|a| a["bins"].is_u64())?;
+    Some(BinAxis {
+        name: axis["name"].as_str()?.to_owned(),
+        min: axis["min"].as_f64()?,
+        width: axis["width"].as_f64()?,
+        count: usize::try_from(axis["bins"].as_u64()?).ok()?,
+    })
+}
+
+/// A section through an array of a meter, across one of its axes.
+pub fn slice(
+    path: &Path,
+    array: Option<&str>,
+    (axis, at): (&str, f64),
+    logarithmic: bool,
+) -> Result<Map, Failure> {
+    let arrays = Arrays::read_npz(path)?;
+    let space = |a: &&Array| {
+        a.axes.len() >= 3
+            && ["x", "y", "z"]
+                .iter()
+                .all(|k| a.axes.iter().any(|x| x == k))
+    };
+    let list = || {
+        let names: Vec<&str> = arrays
+            .list
+            .iter()
+            .filter(space)
+            .map(|a| a.name.as_str())
+            .collect();
+        names.join(", ")
+    };
+    let found = match array {
+        Some(name) => arrays.list.iter().find(|a| a.name == name),
+        None => {
+            let fluence = |a: &&Array| space(a) && a.name.ends_with("fluence");
+            let first = arrays.list.iter().find(fluence);
+            first.or_else(|| arrays.list.iter().find(space))
+        }
+    };
+    let found = found.filter(space).ok_or_else(|| {
+        wrong(
+            path,
+            format!("no such array over x, y, z; there are: {}", list()),
+        )
+    })?;
+    let edges = |name: &str| {
+        let prefix = found
+            .name
+            .rsplit_once('.')
+            .map_or(String::new(), |(p, _)| format!("{p}."));
+        let key = format!("{prefix}{name}_edges");
+        let edges = arrays
+            .list
+            .iter()
+            .find(|a| a.name == key)
+            .map(|a| a.data.clone());
+        let cells = found.axes.iter().zip(&found.shape);
+        let cells = cells.filter(|(a, _)| *a == name).map(|(_, n)| n + 1);
+        let fits = |edges: &Vec<f64>| cells.clone().all(|n| n == edges.len());
+        let edges = edges.filter(fits);
+        edges.ok_or_else(|| {
+            wrong(
+                path,
+                format!("array '{key}' is missing or has another size"),
+            )
+        })
+    };
+    let across = edges(axis)?;
+    let cell = across
+        .windows(2)
+        .position(|e| (e[0]..=e[1]).contains(&at))
+        .ok_or_else(|| {
+            let [a, b] = [across.first(), across.last()].map(|e| e.copied().unwrap_or_default());
+            let where_it_is = format!("the grid reaches from {axis} = {a} to {b}");
+            wrong(path, format!("{axis} = {at} is outside: {where_it_is}"))
+        })?;
+    let [right, up] = match axis {
+        "x" => ["y", "z"],
+        "y" => ["x", "z"],
+        _ => ["x", "y"],
+    };
+    let (x, y) = (edges(right)?, edges(up)?);
+    let (columns, rows) = (x.len() - 1, y.len() - 1);
+    // Sums over what is not a direction in space; a mean over channels.
+    let mut values = vec![0.0; columns * rows];
+    let channels = found.axes.iter().zip(&found.shape);
+    let channels = channels
+        .filter(|(a, _)| *a == "channel")
+        .map(|(_, n)| *n)
+        .next()
+        .unwrap_or(1);
+    for (i, value) in found.data.iter().enumerate() {
+        let (mut rest, mut place) = (i, [0, 0, 0]);
+        for (name, n) in found.axes.iter().zip(&found.shape).rev() {
+            let k = rest % n;
+            rest /= n;
+            match name.as_str() {
+                s if s == axis => place[0] = k,
+                s if s == right => place[1] = k,
+                s if s == up => place[2] = k,
+                _ => {}
+            }
+        }
+        if place[0] == cell {
+            values[place[2] * columns + place[1]] += value / channels as f64;
+        }
+    }
+    Ok(Map {
+        title: format!("{} at {axis} = {at}", found.name),
+        x: (right.into(), x),
+        y: (up.into(), y),
+        values,
+        quantity: found.unit.clone(),
+        logarithmic,
+    })
+}
+
+/// Relative standard errors of renders against their samples, from `--stats` files.
+pub fn convergence(paths: &[PathBuf]) -> Result<Curves, Failure> {
+    let mut series: Vec<Series> = Vec::new();
+    for path in paths {
+        let text = std::fs::read_to_string(path).map_err(|e| wrong(path, e))?;
+        let stats: Value = serde_json::from_str(&text).map_err(|e| wrong(path, e))?;
+        let number = |key: &str| {
+            let value = stats[key].as_f64();
+            value.ok_or_else(|| wrong(path, format!("no number '{key}': is this a --stats file?")))
+        };
+        let point = [
+            number("spp")?,
+            number("standard_error")? / number("mean")?,
+            0.0,
+        ];
+        let name = stats["integrator"].as_str().unwrap_or("render").to_owned();
+        match series.iter_mut().find(|s| s.name == name) {
+            Some(s) => s.points.push(point),
+            None => series.push(Series {
+                name,
+                points: vec![point],
+                guide: false,
+            }),
+        }
+    }
+    for s in &mut series {
+        s.points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    }
+    // What independent samples do.
+    if let Some([n, e, _]) = series.first().and_then(|s| s.points.first()).copied() {
+        let last = series
+            .iter()
+            .flat_map(|s| &s.points)
+            .fold(n, |m, p| m.max(p[0]));
+        let end = [last, e * (n / last).sqrt(), 0.0];
+        series.push(Series {
+            name: "1/√samples".into(),
+            points: vec![[n, e, 0.0], end],
+            guide: true,
+        });
+    }
+    Ok(Curves {
+        title: "Convergence".into(),
+        x: "samples per pixel".into(),
+        y: "relative standard error of the mean".into(),
+        logarithmic: true,
+        series,
+    })
+}

@@ -1,0 +1,125 @@
+//! `morgana render` for scenes with meters in place of a camera.
+
+use crate::support::Folder;
+
+/// A ball of haze in a beam, with a meter inside and one far away.
+fn folder(meters: &str) -> Folder {
+    Folder::with_file(&format!(
+        r#"<scene version="3.0.0">
+  <default name="power" value="1"/>
+  <integrator type="particle"/>
+  <shape type="sphere"><bsdf type="null"/>
+    <medium type="homogeneous" name="interior">
+      <float name="sigma_t" value="2"/><float name="albedo" value="0.8"/>
+    </medium>
+    <sensor type="irradiancemeter" id="skin"/>
+  </shape>
+  <emitter type="collimated">
+    <transform name="to_world"><translate z="-2"/></transform>
+    <float name="radius" value="0.3"/><float name="power" value="$power"/>
+  </emitter>
+  {meters}
+</scene>"#
+    ))
+}
+
+const TANK: &str = r#"<sensor type="fluencemeter" id="tank">
+    <string name="coordinates" value="spherical"/><integer name="nr" value="4"/>
+  </sensor>"#;
+
+#[test]
+fn writes_readings_and_the_account_of_the_light() {
+    let folder = folder(TANK);
+    let text = folder.succeed("render scene.xml --particles 2e3 --stats s.json");
+    for part in [
+        "2.00 k particles",
+        "tank: fluence (4 bins",
+        "skin: power",
+        "emitted 1:",
+        "absorbed by media 0.",
+        "escaped 0.",
+    ] {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+    assert_eq!(folder.files(), ["s.json", "scene.npz", "scene.xml"]);
+    let stats = folder.json("s.json");
+    assert_eq!(stats["particles"], 2000);
+    assert_eq!(stats["meters"][0]["name"], "tank");
+    let account = &stats["balance"];
+    let entries = [
+        "absorbed_by_media",
+        "absorbed_by_surfaces",
+        "escaped",
+        "cut_off",
+        "lost",
+        "left_over",
+    ];
+    let sum: f64 = entries
+        .iter()
+        .map(|e| account[e]["mean"].as_f64().unwrap())
+        .sum();
+    assert!((sum - 1.0).abs() < 1e-9, "{account}");
+    assert_eq!(account["lost"]["mean"], 0.0);
+}
+
+#[test]
+fn files_depend_on_the_seed_alone() {
+    let folder = folder(TANK);
+    for threads in [1, 3] {
+        folder.succeed(&format!(
+            "render scene.xml --particles 1000 --seed 4 --threads {threads} -o {threads}.npz -o {threads}.h5 -q"
+        ));
+    }
+    assert_eq!(folder.read("1.npz"), folder.read("3.npz"));
+    assert_eq!(folder.read("1.h5"), folder.read("3.h5"));
+    folder.succeed("render scene.xml --particles 1000 --seed 5 -o other.npz -q");
+    assert_ne!(folder.read("1.npz"), folder.read("other.npz"));
+}
+
+#[test]
+fn info_lists_meters() {
+    let text = folder(TANK).succeed("info scene.xml");
+    for part in [
+        "1000000 particles, Y",
+        "tank: 8 bins, 128 B",
+        "skin: 6 bins",
+        "collimated",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    assert!(!text.contains("film") && !text.contains("sensor"), "{text}");
+}
+
+#[test]
+fn a_meter_without_light_is_named() {
+    let far = TANK.replace("tank", "far").replace(
+        "<string",
+        "<transform name=\"to_world\"><translate x=\"9\"/></transform><string",
+    );
+    let outcome = folder(&far).run("render scene.xml --particles 200");
+    assert_eq!(outcome.status, Some(0), "{outcome:?}");
+    assert!(
+        outcome.stderr.contains("'far' received no light"),
+        "{outcome:?}"
+    );
+    let dark = folder(TANK).refuse("render scene.xml --particles 200 -D power=0");
+    assert!(dark.contains("emits no light"), "{dark}");
+}
+
+#[test]
+fn options_of_pictures_are_refused_and_the_other_way_round() {
+    let folder = folder(TANK);
+    for (options, expected) in [
+        ("--spp 8", "--particles"),
+        ("--integrator path", "--integrator"),
+        ("--exposure 1", "--exposure"),
+        ("-o a.exr", ".npz"),
+        ("-o a.npy", "2 meters"),
+        ("--particles 0.5", "whole number"),
+    ] {
+        let message = folder.refuse(&format!("render scene.xml {options}"));
+        assert!(message.contains(expected), "{options}: {message}");
+    }
+    let message = Folder::with_fog().refuse("render scene.xml --particles 100");
+    assert!(message.contains("--spp"), "{message}");
+}

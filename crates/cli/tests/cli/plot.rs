@@ -1,0 +1,113 @@
+//! Figures: that they are drawn from what the program writes, and what is said if they cannot be.
+
+use crate::support::Folder;
+
+const CAMERA: &str = r#"<scene version="3.0.0">
+  <sensor type="perspective"><float name="fov" value="40"/>
+    <transform name="to_world"><lookat origin="0, 0, -4" target="0, 0, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm"><integer name="width" value="6"/><integer name="height" value="4"/>
+      <string name="decomposition" value="length"/>
+      <float name="min_bound" value="3"/><float name="max_bound" value="9"/>
+      <float name="bin_width" value="1"/>
+    </film>
+  </sensor>
+  MEDIUM
+</scene>"#;
+const METER: &str = r#"<scene version="3.0.0">
+  <sensor type="fluencemeter" id="cells">
+    <transform name="to_world"><translate value="-0.5"/><scale value="2"/></transform>
+    <integer name="nx" value="3"/><integer name="ny" value="4"/><integer name="nz" value="5"/>
+  </sensor>
+  MEDIUM
+</scene>"#;
+const MEDIUM: &str = r#"<shape type="sphere"><bsdf type="null"/>
+    <medium type="homogeneous" name="interior">
+      <float name="sigma_t" value="0.5"/><float name="albedo" value="0.9"/>
+    </medium>
+  </shape>
+  <emitter type="point"><point name="position" value="-1, 2, -1"/>
+    <float name="intensity" value="9"/></emitter>"#;
+
+fn folder() -> Folder {
+    let folder = Folder::with_scene("");
+    for (name, scene) in [("scene.xml", CAMERA), ("meter.xml", METER)] {
+        std::fs::write(folder.path(name), scene.replace("MEDIUM", MEDIUM)).unwrap();
+    }
+    folder.succeed("render scene.xml --spp 8 -o a.exr --stats a.json");
+    folder.succeed("render scene.xml --spp 32 -o b.exr --stats b.json");
+    folder.succeed("render meter.xml --particles 2000 -o meter.npz");
+    folder
+}
+
+fn svg(folder: &Folder, command: &str) -> String {
+    folder.succeed(&format!("plot {command} -o figure.svg"));
+    let text = std::fs::read_to_string(folder.path("figure.svg")).unwrap();
+    roxmltree::Document::parse(&text).unwrap();
+    text
+}
+
+#[test]
+fn figures_are_drawn() {
+    let folder = folder();
+    let profile = svg(&folder, "profile a.exr b.exr --row 2");
+    // Two lines, each with its band.
+    assert_eq!(profile.matches("<polygon").count(), 2);
+    assert!(profile.contains("Profile along row 2"));
+    assert!(
+        svg(
+            &folder,
+            "profile a.exr --column 3 --channel G --layer length.0003"
+        )
+        .contains("row")
+    );
+    let histogram = svg(&folder, "histogram a.exr --pixel 3,2");
+    assert!(histogram.contains("pixel (3, 2)"));
+    let image = svg(&folder, "image a.exr --layer length.0003 --channel R");
+    assert_eq!(image.matches("<rect").count(), 6 * 4 + 200 + 1);
+    let convergence = svg(&folder, "convergence a.json b.json");
+    assert!(convergence.contains("1/√samples") && convergence.contains("path"));
+    let slice = svg(&folder, "slice meter.npz --axis y --at 0.1");
+    assert!(slice.contains("fluence at y = 0.1"));
+    // One rectangle for each of 3 × 5 cells, 200 of the colour bar, and the page.
+    assert_eq!(slice.matches("<rect").count(), 15 + 200 + 1);
+    for command in [
+        "slice meter.npz --at 0 --log --array absorbed",
+        "profile a.exr --row 0",
+    ] {
+        folder.succeed(&format!("plot {command} -o figure.png"));
+        let image = io::image::RgbImage::read(&folder.path("figure.png")).unwrap();
+        assert_eq!((image.width, image.height), (1600, 1000));
+        assert!(image.pixels.iter().any(|p| *p != image.pixels[0]));
+    }
+}
+
+#[test]
+fn mistakes_are_named() {
+    let folder = folder();
+    let says = |command: &str, text: &str| {
+        let outcome = folder.run(&format!("plot {command}"));
+        assert!(matches!(outcome.status, Some(1 | 2)), "{command}");
+        let error = outcome.stderr;
+        assert!(error.contains(text), "{command}: {error}");
+    };
+    says("profile a.exr --row 4 -o p.svg", "lines 0 to 3 only");
+    says("profile a.exr --row 0 --layer no -o p.svg", "no layer 'no'");
+    says(
+        "profile a.exr --row 0 --channel X -o p.svg",
+        "no channel 'X'; there are B, G, R",
+    );
+    says("profile a.exr --row 0 -o p.gif", "figures are .svg or .png");
+    says(
+        "histogram a.exr --pixel 6,0 -o p.svg",
+        "the image has 6 x 4 pixels",
+    );
+    says(
+        "slice meter.npz --at 7 -o p.svg",
+        "the grid reaches from z = -1 to 1",
+    );
+    says(
+        "slice a.json --at 0 -o p.svg",
+        "archives that were not written by a meter",
+    );
+    says("convergence meter.npz -o p.svg", "meter.npz");
+}

@@ -1,0 +1,101 @@
+//! Sound in time: standing and turning waves, and their wavelengths.
+
+mod common;
+
+use common::{CENTER, Random, rigid};
+use eikonal::Field;
+use eikonal::field::*;
+use glam::{DAffine3, DMat3, DVec3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+const K: f64 = 6.0;
+
+fn around_z(modes: Vec<AcousticMode>) -> Field {
+    let field = Acoustic::new(1.33, DVec3::ZERO, DVec3::Z, DVec3::X, modes);
+    field.unwrap().into()
+}
+
+fn mode(phase: f64, time_phase: f64) -> AcousticMode {
+    let mode = AcousticMode::new(0.02, 2, K, phase).unwrap();
+    mode.with_time_phase(time_phase).unwrap()
+}
+
+fn points() -> Vec<DVec3> {
+    let mut random = Random(5);
+    (0..100).map(|_| random.vector() * 2.0 - 1.0).collect()
+}
+
+/// Δ cos(ωt + τ) is the amplitude, whatever surrounds the field. Phase 0 is the field itself, bit for bit.
+#[test]
+fn a_standing_wave_oscillates_in_place() {
+    let still = around_z(vec![mode(0.3, 0.0)]);
+    let wrapped = |field: Field| -> Field {
+        let sum = Sum::new(1.33, vec![field, Constant::new(1.34).into()]).unwrap();
+        let moved = Affine::new(sum.into(), rigid()).unwrap();
+        Scaled::new(moved.into(), 1.01).unwrap().into()
+    };
+    for (tau, phase) in [(0.0, 0.0), (0.0, 0.7), (0.4, 2.0), (-1.0, PI)] {
+        let amplitude = AcousticMode::new(0.02 * (phase + tau).cos(), 2, K, 0.3).unwrap();
+        let expected = around_z(vec![amplitude]);
+        let found = around_z(vec![mode(0.3, tau)]).at_phase(phase);
+        let (wrapped_found, wrapped_expected) = (
+            wrapped(around_z(vec![mode(0.3, tau)])).at_phase(phase),
+            wrapped(expected.clone()),
+        );
+        for x in points() {
+            assert_eq!(found.n2(x), expected.n2(x));
+            assert_eq!(wrapped_found.n2(x), wrapped_expected.n2(x));
+            assert_eq!(still.at_phase(0.0).n2(x), still.n2(x));
+        }
+    }
+}
+
+/// cos mφ cos ωt + sin mφ sin ωt = cos(mφ − ωt): the pattern of order m = 2 turns by ωt/2.
+#[test]
+fn two_modes_make_a_wave_that_turns() {
+    let field = around_z(vec![mode(0.0, 0.0), mode(-FRAC_PI_2, -FRAC_PI_2)]);
+    let still = around_z(vec![mode(0.0, 0.0)]);
+    for phase in [0.0, 0.5, 1.7, 3.9] {
+        let turned = field.at_phase(phase);
+        let back = DMat3::from_rotation_z(-0.5 * phase);
+        for x in points() {
+            assert!((turned.n2(x) - still.n2(back * x)).abs() < 1e-14);
+        }
+    }
+}
+
+#[test]
+fn bad_phases_are_refused() {
+    let mode = AcousticMode::new(0.02, 2, K, 0.0).unwrap();
+    assert!(mode.with_time_phase(f64::NAN).is_err());
+    // A mode that is silent now is loud later.
+    let loud = AcousticMode::new(2.0, 0, K, 0.0).unwrap();
+    let silent = loud.with_time_phase(FRAC_PI_2).unwrap();
+    let field = Acoustic::new(1.33, DVec3::ZERO, DVec3::Z, DVec3::X, vec![silent]);
+    assert!(field.is_err());
+}
+
+#[test]
+fn wavelengths_follow_transforms() {
+    let field = around_z(vec![mode(0.0, 0.0)]);
+    let close = |field: &Field, expected: f64| {
+        let [shortest, longest] = field.sound_wavelengths().unwrap();
+        assert_eq!(shortest, longest);
+        assert!((shortest - expected).abs() < 1e-12);
+    };
+    close(&field, TAU / K);
+    let larger = DAffine3::from_scale(DVec3::splat(1.7));
+    close(
+        &Affine::new(field.clone(), larger).unwrap().into(),
+        1.7 * TAU / K,
+    );
+    close(&Scaled::new(field.clone(), 1.1).unwrap().into(), TAU / K);
+    let other = AcousticMode::new(0.01, 0, 2.0 * K, 0.0).unwrap();
+    let both = Sum::new(1.33, vec![field, around_z(vec![other])]).unwrap();
+    assert_eq!(
+        Field::from(both).sound_wavelengths(),
+        Some([PI / K, TAU / K])
+    );
+    let bump = Gaussian::new(1.33, 0.1, CENTER, 0.4).unwrap();
+    assert_eq!(Field::from(bump).sound_wavelengths(), None);
+}

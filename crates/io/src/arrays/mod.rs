@@ -1,0 +1,109 @@
+//! Named arrays of numbers with units and axes, as files: readings of meters.
+//!
+//! NPZ and HDF5 hold all arrays of a measurement, NPY and NRRD one of them. Elements are float64, the last
+//! axis runs fastest.
+
+mod hdf5;
+mod npz;
+mod nrrd;
+mod readings;
+
+pub use readings::{Context, arrays};
+
+use crate::error::{FileError, Problem};
+use crate::{atomic, npy};
+use std::path::Path;
+
+/// An array with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Array {
+    /// Its name, a word; that of the meter comes first, with a dot, if there are several.
+    pub name: String,
+    /// Names of its axes, the slowest first.
+    pub axes: Vec<String>,
+    /// Number of elements along each axis.
+    pub shape: Vec<usize>,
+    /// Unit of the elements; empty if they have none.
+    pub unit: String,
+    /// Elements.
+    pub data: Vec<f64>,
+}
+
+/// Where the array that a one-array format holds lies in space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placement {
+    /// Names of axes that are directions in space, with the vector from each element to the next.
+    pub steps: Vec<(String, [f64; 3])>,
+    /// Position of the first element, the middle of its cell.
+    pub origin: [f64; 3],
+}
+
+/// Everything that a measurement has found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arrays {
+    /// The arrays.
+    pub list: Vec<Array>,
+    /// The one that formats with one array hold, as an index of `list`; none if there are several meters.
+    pub main: Option<usize>,
+    /// Where it lies, if it does so in space.
+    pub placement: Option<Placement>,
+    /// What else there is to know.
+    pub attributes: Vec<(String, String)>,
+}
+
+/// A format of arrays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ArrayFormat {
+    /// NumPy: all arrays, and a text `metadata` in JSON.
+    Npz,
+    /// NumPy: one array.
+    Npy,
+    /// Nearly raw raster data: one array, with its place in space.
+    Nrrd,
+    /// Hierarchical data format 5: all arrays, with attributes.
+    Hdf5,
+}
+
+impl ArrayFormat {
+    /// Whether it holds only one array.
+    pub fn is_single(self) -> bool {
+        matches!(self, ArrayFormat::Npy | ArrayFormat::Nrrd)
+    }
+}
+
+impl Arrays {
+    /// Writes them, completely or not at all.
+    ///
+    /// # Errors
+    ///
+    /// A format of one array for several meters, and everything that [`atomic::write()`] reports.
+    pub fn write(&self, path: &Path, format: ArrayFormat) -> Result<(), FileError> {
+        match format {
+            ArrayFormat::Npz => npz::write(path, self),
+            ArrayFormat::Hdf5 => hdf5::write(path, self),
+            ArrayFormat::Nrrd => nrrd::write(path, self),
+            ArrayFormat::Npy => {
+                let array = self.single().map_err(|problem| problem.at(path))?;
+                atomic::write(path, |file| npy::write_f64(file, &array.shape, &array.data))
+            }
+        }
+    }
+
+    /// Reads the arrays, units and axes of an `.npz` file that [`Arrays::write`] has written.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read, or that comes from elsewhere.
+    pub fn read_npz(path: &Path) -> Result<Self, FileError> {
+        npz::read(path)
+    }
+
+    /// The array of a format that holds one.
+    fn single(&self) -> Result<&Array, Problem> {
+        let array = self.main.and_then(|i| self.list.get(i));
+        array.ok_or_else(|| {
+            let message = "a file of one array for the readings of several meters; use .npz or .h5";
+            Problem::Unsupported(message.into())
+        })
+    }
+}

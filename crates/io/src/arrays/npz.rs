@@ -1,0 +1,126 @@
+//! NPZ: a ZIP archive of NPY files, not compressed. <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
+
+use super::{Array, Arrays};
+use crate::error::{FileError, Problem};
+use crate::npy::{NpyArray, NpyData};
+use crate::{atomic, npy};
+use serde_json::{Map, Value, json};
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek};
+use std::path::Path;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+
+/// Archives beyond this need the 64 bit extension, which must be announced for each file.
+const LARGE: usize = 1 << 30;
+
+/// Writes all arrays and a text `metadata`.
+pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
+    atomic::write(path, |file| {
+        let mut archive = ZipWriter::new(file);
+        for array in &arrays.list {
+            start(
+                &mut archive,
+                &array.name,
+                array.data.len() * size_of::<f64>(),
+            )?;
+            npy::write_f64(&mut archive, &array.shape, &array.data)?;
+        }
+        start(&mut archive, "metadata", 0)?;
+        npy::write_text(&mut archive, &metadata(arrays))?;
+        archive.finish()?;
+        Ok(())
+    })
+}
+
+fn start<W: io::Write + io::Seek>(
+    archive: &mut ZipWriter<W>,
+    name: &str,
+    size: usize,
+) -> io::Result<()> {
+    // The time is that of the beginning: equal measurements give equal files.
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(DateTime::default())
+        .large_file(size >= LARGE);
+    Ok(archive.start_file(format!("{name}.npy"), options)?)
+}
+
+/// Attributes, and units and axes of all arrays, as JSON.
+fn metadata(arrays: &Arrays) -> String {
+    let about = arrays.list.iter().map(|array| {
+        let value = json!({"unit": array.unit, "axes": array.axes});
+        (array.name.clone(), value)
+    });
+    let text = |(name, value): &(String, String)| (name.clone(), Value::from(value.clone()));
+    let mut all: Map<String, Value> = arrays.attributes.iter().map(text).collect();
+    all.insert("arrays".into(), about.collect::<Map<_, _>>().into());
+    Value::from(all).to_string()
+}
+
+/// Reads what [`write`] has written: arrays with their units and axes. Where they lie is left out.
+///
+/// # Errors
+///
+/// A file that is no such archive, compressed, or without the text `metadata`.
+pub(super) fn read(path: &Path) -> Result<Arrays, FileError> {
+    let open = || -> Result<Arrays, Problem> {
+        let file = BufReader::new(File::open(path).map_err(Problem::Read)?);
+        let mut archive = ZipArchive::new(file).map_err(foreign)?;
+        let metadata = npy::parse_text(&member(&mut archive, "metadata")?)?;
+        let metadata: Value = serde_json::from_str(&metadata).map_err(foreign)?;
+        let about = metadata["arrays"].as_object();
+        let about = about.ok_or_else(|| foreign("its metadata lists no arrays"))?;
+        let list = about.iter().map(|(name, about)| {
+            let stored = npy::parse(&member(&mut archive, name)?)?;
+            array(name, about, stored)
+        });
+        let list = list.collect::<Result<_, Problem>>()?;
+        let text =
+            |(name, value): (&String, &Value)| Some((name.clone(), value.as_str()?.to_owned()));
+        let attributes = metadata.as_object().into_iter().flatten();
+        Ok(Arrays {
+            list,
+            main: None,
+            placement: None,
+            attributes: attributes.filter_map(text).collect(),
+        })
+    };
+    open().map_err(|problem| problem.at(path))
+}
+
+fn foreign(reason: impl std::fmt::Display) -> Problem {
+    Problem::Unsupported(format!(
+        "archives that were not written by a meter ({reason})"
+    ))
+}
+
+/// The bytes of a member, which are stored as they are: never more than the file has.
+fn member<R: Read + Seek>(archive: &mut ZipArchive<R>, name: &str) -> Result<Vec<u8>, Problem> {
+    let mut file = archive.by_name(&format!("{name}.npy")).map_err(foreign)?;
+    if file.compression() != CompressionMethod::Stored {
+        return Err(foreign("it is compressed"));
+    }
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(Problem::Read)?;
+    Ok(bytes)
+}
+
+fn array(name: &str, about: &Value, stored: NpyArray) -> Result<Array, Problem> {
+    let axes = about["axes"].as_array().into_iter().flatten();
+    let axes: Vec<String> = axes.filter_map(|a| Some(a.as_str()?.to_owned())).collect();
+    let data = match stored.data {
+        NpyData::F64(data) => data,
+        NpyData::F32(_) => return Err(foreign("it holds single precision")),
+    };
+    if stored.fortran_order || axes.len() != stored.shape.len() {
+        return Err(foreign("its arrays do not have the axes of its metadata"));
+    }
+    Ok(Array {
+        name: name.into(),
+        axes,
+        shape: stored.shape,
+        unit: about["unit"].as_str().unwrap_or_default().into(),
+        data,
+    })
+}

@@ -1,0 +1,220 @@
+//! From what meters have read to arrays with units.
+
+use super::{Array, Arrays, Placement};
+use crate::assemble::{Gruneisen, Instrument, Normalization};
+use transport::meter::{Coordinates, Meter, Reading};
+use transport::render::Measurement;
+
+/// A measurement and what it was made with.
+#[derive(Clone, Copy, Debug)]
+pub struct Context<'a> {
+    /// Meters.
+    pub instruments: &'a [Instrument],
+    /// Their readings.
+    pub measurement: &'a Measurement,
+    /// Names of the channels.
+    pub channels: &'a [String],
+}
+
+/// Everything that the meters have read: means and standard errors, the edges of all bins, and where
+/// grids lie. `attributes` are added to.
+pub fn arrays(context: &Context, mut attributes: Vec<(String, String)>) -> Arrays {
+    let several = context.instruments.len() > 1;
+    let mut list = vec![emitted(context)];
+    let (mut main, mut placement) = (None, None);
+    attributes.push(("channels".into(), context.channels.join(" ")));
+    for (instrument, readings) in context
+        .instruments
+        .iter()
+        .zip(&context.measurement.readings)
+    {
+        let prefix = if several {
+            format!("{}.", instrument.name)
+        } else {
+            String::new()
+        };
+        let scribe = Scribe {
+            context,
+            instrument,
+            prefix: &prefix,
+            pulsed: readings
+                .iter()
+                .flat_map(|r| &r.axes)
+                .any(|axis| axis.name == "opl"),
+        };
+        if !several {
+            // What a fluence meter reads first, an irradiance meter in most detail.
+            let first = matches!(instrument.meter, Meter::Fluence(_));
+            let reading = if first { 0 } else { readings.len() - 1 };
+            main = Some(list.len() + 2 * reading);
+            placement = self::placement(&instrument.meter);
+        }
+        for reading in readings {
+            list.extend(scribe.reading(reading));
+        }
+        if let Some(gruneisen) = &instrument.gruneisen {
+            list.extend(scribe.pressure(&readings[1], gruneisen));
+        }
+        list.extend(scribe.axes(readings));
+        attributes.push((format!("{prefix}meter"), instrument.name.clone()));
+        attributes.push((
+            format!("{prefix}normalization"),
+            scribe.normalization().into(),
+        ));
+    }
+    Arrays {
+        list,
+        main,
+        placement,
+        attributes,
+    }
+}
+
+/// Power of all emitters, per channel.
+fn emitted(context: &Context) -> Array {
+    let power = &context.measurement.emitted;
+    Array {
+        name: "emitted".into(),
+        axes: vec!["channel".into()],
+        shape: vec![power.len()],
+        unit: "W".into(),
+        data: power.clone(),
+    }
+}
+
+/// Turns the readings of one meter into arrays.
+struct Scribe<'a> {
+    context: &'a Context<'a>,
+    instrument: &'a Instrument,
+    prefix: &'a str,
+    /// Whether light is told apart by its optical length: emitters are pulses then, of an energy.
+    pulsed: bool,
+}
+
+impl Scribe<'_> {
+    fn normalization(&self) -> &'static str {
+        match (self.instrument.normalization, self.pulsed) {
+            (Normalization::Absolute, _) => "absolute",
+            (Normalization::PerWatt, false) => "per_watt",
+            (Normalization::PerWatt, true) => "per_joule",
+        }
+    }
+
+    /// Mean and standard error of a reading.
+    fn reading(&self, reading: &Reading) -> [Array; 2] {
+        let emitted = &self.context.measurement.emitted;
+        let scale = |c: usize| match self.instrument.normalization {
+            Normalization::Absolute => 1.0,
+            Normalization::PerWatt => reciprocal(emitted[c]),
+        };
+        let power = match (self.instrument.normalization, self.pulsed) {
+            (Normalization::PerWatt, _) => "1",
+            (_, true) => "J",
+            (_, false) => "W",
+        };
+        let unit = match reading.name {
+            "fluence" | "irradiance" => format!("{power}/unit^2"),
+            "absorbed" => format!("{power}/unit^3"),
+            "optical_moment" => format!("{power}*unit"),
+            _ => power.to_owned(),
+        };
+        self.pair(reading, reading.name, &unit, scale)
+    }
+
+    /// Initial pressure p₀ = Γ μ_a Φ, with the fluence Φ of a short pulse, and its standard error.
+    fn pressure(&self, absorbed: &Reading, gruneisen: &Gruneisen) -> [Array; 2] {
+        let emitted = &self.context.measurement.emitted;
+        let volume = gruneisen.metres_per_unit.powi(3);
+        let factor = gruneisen.parameter * gruneisen.pulse_energy / volume;
+        self.pair(absorbed, "p0", "Pa", |c| factor * reciprocal(emitted[c]))
+    }
+
+    fn pair(
+        &self,
+        reading: &Reading,
+        name: &str,
+        unit: &str,
+        scale: impl Fn(usize) -> f64,
+    ) -> [Array; 2] {
+        let channels = self.context.channels.len();
+        let mut axes: Vec<String> = reading.axes.iter().map(|axis| axis.name.into()).collect();
+        let mut shape: Vec<usize> = reading.axes.iter().map(|axis| axis.len()).collect();
+        if channels > 1 {
+            axes.push("channel".into());
+            shape.push(channels);
+        }
+        let array = |suffix: &str, values: &[f64]| Array {
+            name: format!("{}{name}{suffix}", self.prefix),
+            axes: axes.clone(),
+            shape: shape.clone(),
+            unit: unit.into(),
+            data: values
+                .iter()
+                .enumerate()
+                .map(|(i, v)| v * scale(i % channels))
+                .collect(),
+        };
+        [array("", &reading.mean), array("_error", &reading.error)]
+    }
+
+    /// The edges of the bins of all axes, and where a grid lies.
+    fn axes(&self, readings: &[Reading]) -> Vec<Array> {
+        let mut list: Vec<Array> = Vec::new();
+        for axis in readings.iter().flat_map(|r| &r.axes) {
+            let name = format!("{}{}_edges", self.prefix, axis.name);
+            if axis.name == "side" || axis.name == "part" || list.iter().any(|a| a.name == name) {
+                continue;
+            }
+            let length = ["x", "y", "z", "r", "opl"].contains(&axis.name);
+            // Radii of a disk are relative to its own.
+            let length = length && !matches!(self.instrument.meter, Meter::Irradiance(_))
+                || axis.name == "opl";
+            list.push(Array {
+                name,
+                axes: vec![axis.name.into()],
+                shape: vec![axis.edges.len()],
+                unit: if length { "unit".into() } else { String::new() },
+                data: axis.edges.clone(),
+            });
+        }
+        if let Meter::Fluence(meter) = &self.instrument.meter {
+            let map = meter.grid.to_world();
+            let columns = [
+                map.matrix3.x_axis,
+                map.matrix3.y_axis,
+                map.matrix3.z_axis,
+                map.translation,
+            ];
+            list.push(Array {
+                name: format!("{}to_world", self.prefix),
+                axes: vec!["row".into(), "column".into()],
+                shape: vec![3, 4],
+                unit: "unit".into(),
+                data: (0..3).flat_map(|row| columns.map(|c| c[row])).collect(),
+            });
+        }
+        list
+    }
+}
+
+/// 1/x; 0 for a channel without light.
+fn reciprocal(x: f64) -> f64 {
+    if x > 0.0 { x.recip() } else { 0.0 }
+}
+
+/// Where the cells of a Cartesian grid lie.
+fn placement(meter: &Meter) -> Option<Placement> {
+    let Meter::Fluence(meter) = meter else {
+        return None;
+    };
+    let grid = &meter.grid;
+    let step = |i: usize| (grid.to_world().matrix3.col(i) / grid.size()[i] as f64).to_array();
+    (grid.coordinates() == Coordinates::Cartesian).then(|| Placement {
+        steps: ["x", "y", "z"]
+            .iter()
+            .enumerate()
+            .map(|(i, name)| ((*name).to_owned(), step(i)))
+            .collect(),
+        origin: grid.middle(0).to_array(),
+    })
+}

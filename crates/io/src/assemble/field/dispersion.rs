@@ -1,0 +1,143 @@
+//! Indices that depend on the wavelength.
+
+use super::super::context::Context;
+use crate::query::{POSITIVE, Query};
+use crate::scene::{Object, PluginKind};
+use eikonal::Field;
+use eikonal::field::{Constant, Scaled};
+use std::ops::RangeInclusive;
+
+/// Laws of n over the wavelength, as types of volumes.
+pub(super) const LAWS: [&str; 2] = ["cauchy", "sellmeier"];
+/// Other indices are mistakes of units: coefficients are for wavelengths in µm.
+const INDICES: RangeInclusive<f64> = 0.5..=10.0;
+
+/// A law of the index over the wavelength λ in µm.
+enum Law {
+    /// n = A + B/λ² + C/λ⁴.
+    Cauchy([f64; 3]),
+    /// n² = 1 + Σ Bᵢλ²/(λ² − Cᵢ), as pairs (Bᵢ, Cᵢ).
+    Sellmeier([(f64, f64); 3]),
+}
+
+impl Law {
+    fn read(plugin: &str, q: &mut Query) -> Law {
+        match plugin {
+            "cauchy" => Law::Cauchy([
+                q.float_in("a", POSITIVE, None),
+                q.float_or("b", 0.0),
+                q.float_or("c", 0.0),
+            ]),
+            _ => Law::Sellmeier([
+                (q.float("b1"), q.float_in("c1", 0.0.., None)),
+                (q.float_or("b2", 0.0), q.float_in("c2", 0.0.., 0.0)),
+                (q.float_or("b3", 0.0), q.float_in("c3", 0.0.., 0.0)),
+            ]),
+        }
+    }
+
+    /// n at a wavelength in nm; not a number where the formula has no value.
+    fn index(&self, nm: f64) -> f64 {
+        let square = (nm * 1e-3).powi(2);
+        match self {
+            Law::Cauchy([a, b, c]) => a + b / square + c / (square * square),
+            Law::Sellmeier(terms) => {
+                let term = |(b, c): &(f64, f64)| b * square / (square - c);
+                (1.0 + terms.iter().map(term).sum::<f64>()).sqrt()
+            }
+        }
+    }
+}
+
+/// The field of a volume of type `cauchy` or `sellmeier`, at the wavelength of the group: the same index
+/// everywhere, or that of the nested volume times n(λ)/n(λ₀); `None` after an error.
+pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
+    let nm = context.channels.wavelength(context.group);
+    let mut q = Query::new(object, context.diagnostics);
+    let law = Law::read(&object.plugin, &mut q);
+    let nested = q.child(PluginKind::Volume).cloned();
+    let reference = match (&nested, q.has("reference_wavelength")) {
+        (Some(_), given) => {
+            let nm = q.float_in("reference_wavelength", POSITIVE, None);
+            given.then_some(nm)
+        }
+        (None, false) => None,
+        (None, true) => {
+            let message = "'reference_wavelength' is that at which a nested volume gives the index, but there \
+                           is no nested volume";
+            q.error("reference_wavelength", message);
+            None
+        }
+    };
+    let Some(nm) = nm else {
+        let message = format!(
+            "an index of type '{}' depends on the wavelength, but the film has none: give it <string \
+             name=\"pixel_format\" value=\"spectral\"/> and <string name=\"wavelengths\" value=\"450, 550, \
+             650\"/> (nm), or use an index of type 'constant'",
+            object.plugin
+        );
+        q.error("type", message);
+        q.finish(&[]);
+        return None;
+    };
+    let mut index = |nm: f64| {
+        let n = law.index(nm);
+        if !INDICES.contains(&n) {
+            let message = format!(
+                "the index at {nm} nm is {n:.4}: check the coefficients, which are for wavelengths in µm (c1 \
+                 to c3 of 'sellmeier' in µm²)"
+            );
+            q.error("type", message);
+        }
+        n
+    };
+    let n = index(nm);
+    let reference = reference.map(&mut index);
+    q.finish(&[]);
+    match (nested, reference) {
+        (Some(nested), Some(reference)) => {
+            let field = super::build(&nested, context)?;
+            let scaled = Scaled::new(field, n / reference);
+            context.accept(&object.location, scaled).map(Field::from)
+        }
+        _ => Some(Constant::new(n).into()),
+    }
+}
+
+/// Whether an object, or one inside it, has an index that follows the wavelength of the channel.
+pub(in super::super) fn disperses(object: &Object) -> bool {
+    let gives = |name: &str| object.properties.iter().any(|p| p.name == name);
+    let of_air = object.plugin == "gladstone_dale" && !gives("wavelength") && !gives("constant");
+    let volume = object.kind == PluginKind::Volume;
+    (volume && (of_air || LAWS.contains(&object.plugin.as_str())))
+        || object.children.iter().any(|c| disperses(&c.object))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// N-BK7: coefficients and indices of SCHOTT's data sheet, lines F′, d, C and t.
+    #[test]
+    fn sellmeier_of_bk7() {
+        let law = Law::Sellmeier([
+            (1.03961212, 0.00600069867),
+            (0.231792344, 0.0200179144),
+            (1.01046945, 103.560653),
+        ]);
+        for (nm, n) in [
+            (479.9914, 1.52283),
+            (587.5618, 1.51680),
+            (656.2725, 1.51432),
+            (1013.98, 1.50731),
+        ] {
+            assert!((law.index(nm) - n).abs() < 1e-5, "{nm}: {}", law.index(nm));
+        }
+    }
+
+    #[test]
+    fn cauchy_is_its_formula() {
+        let law = Law::Cauchy([1.5, 0.004, 2e-4]);
+        assert!((law.index(500.0) - (1.5 + 0.016 + 0.0032)).abs() < 1e-14);
+    }
+}

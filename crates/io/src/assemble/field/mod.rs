@@ -1,0 +1,130 @@
+//! Refractive-index fields: volumes named `ior`.
+
+mod acoustic;
+mod air;
+mod dispersion;
+mod grid;
+
+pub(super) use dispersion::disperses;
+
+use super::context::Context;
+use super::texture::affine;
+use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::scene::{Object, PluginKind};
+use eikonal::Field;
+use eikonal::field::{
+    Affine, Constant, FieldError, Fisheye, Gaussian, LinearIndex, LinearSquare, Luneburg, Selfoc,
+    Sum,
+};
+use glam::{DAffine3, DVec3};
+
+const KNOWN: [&str; 14] = [
+    "constant",
+    "linear",
+    "linear_square",
+    "luneburg",
+    "selfoc",
+    "fisheye",
+    "gaussian",
+    "acoustic",
+    "bspline",
+    "gladstone_dale",
+    "pressure",
+    "sum",
+    "cauchy",
+    "sellmeier",
+];
+
+/// The field that a volume describes; `None` after an error.
+pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
+    match object.plugin.as_str() {
+        "bspline" | "gladstone_dale" | "pressure" => return grid::build(object, context),
+        "sum" => return sum(object, context),
+        plugin if dispersion::LAWS.contains(&plugin) => return dispersion::build(object, context),
+        _ => {}
+    }
+    let mut query = Query::new(object, context.diagnostics);
+    let field = match analytic(object, &mut query) {
+        Some(field) => field,
+        None => {
+            unknown_plugin(object, &KNOWN, context.diagnostics);
+            return None;
+        }
+    };
+    let has_transform = query.has("to_world");
+    let matrix = query.transform("to_world");
+    let map = affine(matrix, "to_world", &mut query);
+    query.finish(&[]);
+    let field = context.accept(&object.location, field)?;
+    placed(field, has_transform.then_some(map), object, context)
+}
+
+fn placed(
+    field: Field,
+    map: Option<DAffine3>,
+    object: &Object,
+    context: &mut Context,
+) -> Option<Field> {
+    match map {
+        None => Some(field),
+        Some(map) => context
+            .accept(&object.location, Affine::new(field, map))
+            .map(Field::from),
+    }
+}
+
+/// Fields given by formulas; `None` if the type is not known.
+fn analytic(object: &Object, q: &mut Query) -> Option<Result<Field, FieldError>> {
+    let origin = DVec3::ZERO;
+    Some(match object.plugin.as_str() {
+        "constant" => Ok(Constant::new(q.float_in("value", POSITIVE, None)).into()),
+        "linear" => {
+            let (n0, slope) = (q.float_in("n0", POSITIVE, None), q.vector("slope"));
+            LinearIndex::new(n0, slope, q.point_or("origin", origin)).map(Field::from)
+        }
+        "linear_square" => {
+            let (n0, slope) = (q.float_in("n0", POSITIVE, None), q.vector("slope"));
+            LinearSquare::new(n0, slope, q.point_or("origin", origin)).map(Field::from)
+        }
+        "luneburg" => {
+            let n = q.float_in("n_exterior", POSITIVE, 1.0);
+            let center = q.point_or("center", origin);
+            Luneburg::new(n, center, q.float_in("radius", POSITIVE, 1.0)).map(Field::from)
+        }
+        "selfoc" => {
+            let n0 = q.float_in("n0", POSITIVE, None);
+            let alpha = q.float_in("alpha", 0.0.., None);
+            let (o, d) = (
+                q.point_or("origin", origin),
+                q.vector_or("direction", DVec3::Z),
+            );
+            Selfoc::new(n0, alpha, o, d).map(Field::from)
+        }
+        "fisheye" => {
+            let n0 = q.float_in("n0", POSITIVE, 2.0);
+            let center = q.point_or("center", origin);
+            Fisheye::new(n0, center, q.float_in("radius", POSITIVE, 1.0)).map(Field::from)
+        }
+        "gaussian" => {
+            let n0 = q.float_in("n0", POSITIVE, None);
+            let delta = q.float("delta");
+            let center = q.point_or("center", origin);
+            Gaussian::new(n0, delta, center, q.float_in("width", POSITIVE, None)).map(Field::from)
+        }
+        "acoustic" => acoustic::build(q),
+        _ => return None,
+    })
+}
+
+fn sum(object: &Object, context: &mut Context) -> Option<Field> {
+    let mut query = Query::new(object, context.diagnostics);
+    let reference = query.float_in("reference", POSITIVE, 1.0);
+    let terms = query.children(PluginKind::Volume);
+    let has_transform = query.has("to_world");
+    let matrix = query.transform("to_world");
+    let map = affine(matrix, "to_world", &mut query);
+    query.finish(&[]);
+    let terms: Option<Vec<Field>> = terms.into_iter().map(|t| build(t, context)).collect();
+    let field = context.accept(&object.location, Sum::new(reference, terms?))?;
+    placed(field.into(), has_transform.then_some(map), object, context)
+}

@@ -1,0 +1,197 @@
+//! Films: size, filter, and how light is told apart.
+
+use super::context::Context;
+use crate::diagnostic::suggest;
+use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::scene::{Object, PluginKind};
+use transport::Bins;
+use transport::film::{Decomposition, Filter};
+use transport::scene::FilmSpec;
+
+/// At most so many pixels along a side.
+const LARGEST_SIDE: i64 = 1 << 16;
+/// At most so many bins.
+const MOST_BINS: f64 = 65536.0;
+/// At most so many numbers of bounces.
+const MOST_BOUNCES: i64 = 1000;
+/// How closely the width must divide the range of bins, relative to a bin: a user's ten digits.
+const DIVISION: f64 = 1e-6;
+
+/// A film, and how it tells light apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FilmParts {
+    pub spec: FilmSpec,
+    pub layering: Layering,
+    pub reweight: bool,
+}
+
+/// How a film tells light apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Layering {
+    /// In optical length, whatever the file speaks of.
+    pub decomposition: Decomposition,
+    /// Speed of light in scene units per unit of time, if the file gives bins of time.
+    pub speed_of_light: Option<f64>,
+}
+
+impl Layering {
+    /// The bins in the units of the file.
+    pub fn bins(&self) -> Option<Bins> {
+        let speed = self.speed_of_light.unwrap_or(1.0);
+        self.decomposition.length.map(|bins| Bins {
+            min: bins.min / speed,
+            max: bins.max / speed,
+            ..bins
+        })
+    }
+}
+
+/// The film that an object describes, or that of no object.
+pub(super) fn build(object: Option<&Object>, context: &mut Context) -> FilmParts {
+    let mut film = FilmParts {
+        spec: FilmSpec {
+            width: 768,
+            height: 576,
+            channels: context.channels.count(),
+            lanes: context.channels.most_lanes(),
+            filter: Filter::Gaussian { stddev: 0.5 },
+        },
+        layering: Layering::default(),
+        reweight: false,
+    };
+    let Some(object) = object else {
+        return film;
+    };
+    if object.plugin != "hdrfilm" {
+        unknown_plugin(object, &["hdrfilm"], context.diagnostics);
+        return film;
+    }
+    let mut q = Query::new(object, context.diagnostics);
+    film.spec.width = q.integer_in("width", 1..=LARGEST_SIDE, 768) as usize;
+    film.spec.height = q.integer_in("height", 1..=LARGEST_SIDE, 576) as usize;
+    q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
+    q.has("wavelengths");
+    // How files are written is the command's business; Mitsuba's scene files say it here.
+    q.string_or("file_format", "openexr");
+    q.string_or("component_format", "float32");
+    film.layering = layering(&mut q);
+    film.reweight = q.boolean_or("reweight", false);
+    let filter = q.child(PluginKind::Rfilter).cloned();
+    q.finish(&BOUNDS);
+    if let Some(object) = filter {
+        film.spec.filter = self::filter(&object, context);
+    }
+    film
+}
+
+fn filter(object: &Object, context: &mut Context) -> Filter {
+    let mut q = Query::new(object, context.diagnostics);
+    let filter = match object.plugin.as_str() {
+        "box" => Filter::Box,
+        "tent" => Filter::Tent {
+            radius: q.float_in("radius", POSITIVE, 1.0),
+        },
+        "gaussian" => Filter::Gaussian {
+            stddev: q.float_in("stddev", POSITIVE, 0.5),
+        },
+        _ => {
+            unknown_plugin(object, &["box", "tent", "gaussian"], context.diagnostics);
+            return Filter::Box;
+        }
+    };
+    q.finish(&[]);
+    filter
+}
+
+/// What light may be told apart by; the first and the last are one and the same.
+const WAYS: [&str; 5] = ["length", "time", "bounce", "light", "transient"];
+/// Parameters that only some of these need.
+const BOUNDS: [&str; 5] = [
+    "min_bound",
+    "max_bound",
+    "bin_width",
+    "speed_of_light",
+    "max_bounces",
+];
+
+fn layering(q: &mut Query) -> Layering {
+    let mut layering = Layering::default();
+    if !q.has("decomposition") {
+        return layering;
+    }
+    let text = q.string("decomposition");
+    let words: Vec<&str> = text.split(',').map(str::trim).collect();
+    for (i, word) in words.iter().enumerate() {
+        if !WAYS.contains(word) {
+            let help = suggest(word, WAYS).unwrap_or_else(|| {
+                format!(
+                    "it is a list of: {}, separated by commas",
+                    WAYS[..4].join(", ")
+                )
+            });
+            q.error(
+                "decomposition",
+                format!("light cannot be told apart by '{word}'; {help}"),
+            );
+        } else if words[..i].contains(word) {
+            q.error("decomposition", format!("'{word}' is there twice"));
+        }
+    }
+    let has = |word| words.contains(&word);
+    let (by_length, by_time) = (has("length") || has("transient"), has("time"));
+    if by_time && by_length {
+        let message = "length and time are one: time is length over 'speed_of_light'";
+        q.error("decomposition", message);
+    }
+    if by_time {
+        layering.speed_of_light = Some(q.float_in("speed_of_light", POSITIVE, None));
+    }
+    if by_length || by_time {
+        layering.decomposition.length = bins(q, layering.speed_of_light.unwrap_or(1.0));
+    }
+    if has("bounce") {
+        let most = q.integer_in("max_bounces", 0..=MOST_BOUNCES, None);
+        layering.decomposition.bounces = Some(most as u32);
+    }
+    if has("light") {
+        // How many there are is settled when all are known.
+        layering.decomposition.emitters = Some(0);
+    }
+    layering
+}
+
+/// Bins of length from bounds that are given in other units, of which `unit` is the length.
+pub(super) fn bins(q: &mut Query, unit: f64) -> Option<Bins> {
+    let min = q.float_or("min_bound", 0.0);
+    let max = q.float_in("max_bound", .., None);
+    let width = q.float_in("bin_width", POSITIVE, None);
+    if !(q.has("max_bound") && q.has("bin_width")) {
+        return None;
+    }
+    if min >= max {
+        let message = format!("'max_bound' is {max} but must be greater than 'min_bound', {min}");
+        q.error("max_bound", message);
+        return None;
+    }
+    let ratio = (max - min) / width;
+    if ratio > MOST_BINS {
+        let message = format!("these are {ratio:.0} bins; at most {MOST_BINS} are possible");
+        q.error("bin_width", message);
+        return None;
+    }
+    let count = ratio.round().max(1.0);
+    if (ratio - count).abs() > DIVISION {
+        let message = format!(
+            "bins of {width} do not fill the range from {min} to {max}: there would be {ratio:.3}; \
+             {count} of {} would",
+            (max - min) / count
+        );
+        q.error("bin_width", message);
+        return None;
+    }
+    Some(Bins {
+        min: min * unit,
+        max: max * unit,
+        count: count as usize,
+    })
+}

@@ -1,0 +1,245 @@
+//! Meters: instruments in place of a camera.
+
+use super::context::Context;
+use super::film::{self, FilmParts, Layering};
+use super::instrument::{Gruneisen, Instrument, Normalization};
+use super::sampler::{self, Samples};
+use super::sensor::SensorParts;
+use super::texture::affine;
+use crate::diagnostic::Diagnostic;
+use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::scene::{Object, PluginKind};
+use eikonal::Aabb;
+use glam::{DAffine3, DVec3};
+use transport::Bins;
+use transport::film::Filter;
+use transport::meter::{
+    Coordinates, Cosines, Estimator, FluenceMeter, Grid, IrradianceMeter, Meter, Positions,
+};
+use transport::scene::FilmSpec;
+use transport::sensor::Sensor;
+
+const KNOWN: [&str; 2] = ["fluencemeter", "irradiancemeter"];
+/// Particles, unless a sampler says otherwise.
+const PARTICLES: i64 = 1_000_000;
+/// Most bins along an axis.
+const MOST_BINS: i64 = 1 << 20;
+/// Whether a sensor is a meter.
+pub(super) fn is_meter(object: &Object) -> bool {
+    KNOWN.contains(&object.plugin.as_str())
+}
+
+/// The meters of the scene and of its shapes, and what stands for the camera; `None` after an error.
+pub(super) fn build(
+    (meters, cameras): (&[&Object], &[&Object]),
+    integrator: Option<&Object>,
+    context: &mut Context,
+) -> Option<(SensorParts, Vec<Instrument>)> {
+    if let [camera, ..] = cameras {
+        let message = "the scene has meters and a camera; it can be rendered or measured, not both";
+        context.error_at(&camera.location, message);
+    }
+    if let Some(object) = integrator.filter(|o| !["particle", "ptracer"].contains(&&*o.plugin)) {
+        let message = format!(
+            "meters follow particles from the emitters: of integrator '{}' they take max_depth, rr_depth \
+             and tolerance only",
+            object.plugin
+        );
+        let help = "write <integrator type=\"particle\">".to_owned();
+        let warning = Diagnostic::warning(message).help(help);
+        context
+            .diagnostics
+            .push(warning.at(&object.plugin_location));
+    }
+    let (mut instruments, mut particles) = (Vec::new(), Samples::default());
+    let mut add = |object: &Object, surface, context: &mut Context| {
+        let (instrument, samples) = instrument(object, surface, context);
+        particles = particles.max(samples);
+        instruments.extend(instrument);
+    };
+    for object in meters {
+        add(object, None, context);
+    }
+    for (object, surface) in std::mem::take(&mut context.meters) {
+        add(&object, Some(surface), context);
+    }
+    distinct(&mut instruments);
+    Some((nobody(particles, context), instruments))
+}
+
+/// Stands for the camera, in the middle of everything.
+fn nobody(samples: Samples, context: &Context) -> SensorParts {
+    let boxes = context.objects.iter().map(|o| o.shape.aabb());
+    let all = boxes.fold(Aabb::EMPTY, Aabb::union);
+    let middle = if all.is_empty() {
+        DVec3::ZERO
+    } else {
+        all.center()
+    };
+    SensorParts {
+        sensor: Sensor::Absent(DAffine3::from_translation(middle)),
+        medium: None,
+        film: FilmParts {
+            spec: FilmSpec {
+                width: 1,
+                height: 1,
+                channels: context.channels.count(),
+                lanes: context.channels.most_lanes(),
+                filter: Filter::Box,
+            },
+            layering: Layering::default(),
+            reweight: false,
+        },
+        samples,
+    }
+}
+
+/// Gives meters of the same name numbers.
+fn distinct(instruments: &mut [Instrument]) {
+    let names: Vec<String> = instruments.iter().map(|i| i.name.clone()).collect();
+    for (i, instrument) in instruments.iter_mut().enumerate() {
+        if names.iter().filter(|name| **name == names[i]).count() > 1 {
+            let number = names[..=i].iter().filter(|name| **name == names[i]).count();
+            instrument.name = format!("{}_{number}", names[i]);
+        }
+    }
+}
+
+/// The meter that an object describes, on the surface of an object if it belongs to one, and the
+/// number of particles that it asks for.
+fn instrument(
+    object: &Object,
+    surface: Option<usize>,
+    context: &mut Context,
+) -> (Option<Instrument>, Samples) {
+    let mut q = Query::new(object, context.diagnostics);
+    let film = q.child(PluginKind::Film).cloned();
+    let sampler = q.child(PluginKind::Sampler).cloned();
+    let words = [Normalization::Absolute, Normalization::PerWatt];
+    let normalization = words[q.one_of("normalization", &["absolute", "per_watt"])];
+    let lengths = lengths(&mut q);
+    let (mut meter, mut pressure) = (None, None);
+    match (object.plugin.as_str(), surface) {
+        ("fluencemeter", None) => {
+            pressure = gruneisen(&mut q);
+            meter = grid(&mut q).map(|(grid, estimator)| {
+                Meter::Fluence(FluenceMeter {
+                    grid,
+                    estimator,
+                    optical_length: lengths,
+                })
+            });
+            q.finish(&[]);
+        }
+        ("irradiancemeter", Some(surface)) => {
+            let resolution = ["nu", "nv"].map(|name| count(&mut q, name, 1));
+            let parts = q.boolean_or("parts", false);
+            let cosines = cosines(&mut q);
+            q.finish(&[]);
+            meter = Some(Meter::Irradiance(IrradianceMeter {
+                object: surface,
+                positions: Positions::new(&context.objects[surface].shape, resolution, parts),
+                cosines,
+                optical_length: lengths,
+            }));
+        }
+        ("irradiancemeter", None) => {
+            let message = "an irradiancemeter belongs inside the <shape> that it measures at";
+            context.error_at(&object.location, message);
+        }
+        ("fluencemeter", Some(_)) => {
+            let message =
+                "a fluencemeter measures in space: it belongs into the <scene>, not into a shape";
+            context.error_at(&object.location, message);
+        }
+        _ => unknown_plugin(object, &["irradiancemeter"], context.diagnostics),
+    }
+    if let Some(film) = film {
+        self::film(&film, context);
+    }
+    let samples = sampler::build(sampler.as_deref(), PARTICLES, context);
+    let instrument = meter.map(|meter| Instrument {
+        name: object.id.clone().unwrap_or_else(|| object.plugin.clone()),
+        meter,
+        normalization,
+        gruneisen: pressure,
+    });
+    (instrument, samples)
+}
+
+/// A meter's film has channels, but no pixels.
+fn film(object: &Object, context: &mut Context) {
+    if object.plugin != "hdrfilm" {
+        unknown_plugin(object, &["hdrfilm"], context.diagnostics);
+        return;
+    }
+    let mut q = Query::new(object, context.diagnostics);
+    q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
+    q.has("wavelengths");
+    q.finish(&[]);
+}
+
+fn count(q: &mut Query, name: &str, default: impl Into<Option<i64>>) -> usize {
+    q.integer_in(name, 1..=MOST_BINS, default) as usize
+}
+
+/// Cells and estimator of a fluence meter.
+fn grid(q: &mut Query) -> Option<(Grid, Estimator)> {
+    let words = [
+        Coordinates::Cartesian,
+        Coordinates::Cylindrical,
+        Coordinates::Spherical,
+    ];
+    let coordinates = words[q.one_of("coordinates", &["cartesian", "cylindrical", "spherical"])];
+    let names = match coordinates {
+        Coordinates::Cartesian => ["nx", "ny", "nz"],
+        Coordinates::Cylindrical => ["nr", "", "nz"],
+        Coordinates::Spherical => ["nr", "", ""],
+    };
+    let size = names.map(|name| match name {
+        "" => 1,
+        name => count(q, name, None),
+    });
+    let matrix = q.transform("to_world");
+    let to_world = affine(matrix, "to_world", q);
+    let grid = Grid::new(coordinates, size, to_world);
+    if grid.is_none() {
+        q.error(
+            "to_world",
+            "the meter's transform is singular: a scale of zero?",
+        );
+    }
+    let estimators = [Estimator::TrackLength, Estimator::Collision];
+    let estimator = estimators[q.one_of("estimator", &["track_length", "collision"])];
+    Some((grid?, estimator))
+}
+
+/// Bins of the optical path length, if any are asked for.
+fn lengths(q: &mut Query) -> Option<Bins> {
+    let names = ["min_bound", "max_bound", "bin_width"];
+    if !names.iter().any(|name| q.has(name)) {
+        return None;
+    }
+    film::bins(q, 1.0)
+}
+
+fn cosines(q: &mut Query) -> Option<Cosines> {
+    let axis = q.has("cosine_axis").then(|| q.vector("cosine_axis"));
+    if axis.is_none() && !q.has("cosine_bins") {
+        return None;
+    }
+    let count = count(q, "cosine_bins", None);
+    let unit = axis.and_then(DVec3::try_normalize);
+    if axis.is_some() && unit.is_none() {
+        q.error("cosine_axis", "the axis must not be zero");
+    }
+    Some(Cosines { count, axis: unit })
+}
+
+fn gruneisen(q: &mut Query) -> Option<Gruneisen> {
+    q.has("gruneisen").then(|| Gruneisen {
+        parameter: q.float_in("gruneisen", 0.0.., None),
+        pulse_energy: q.float_in("pulse_energy", POSITIVE, 1.0),
+        metres_per_unit: q.float_in("metres_per_unit", POSITIVE, 1.0),
+    })
+}

@@ -1,0 +1,65 @@
+//! Samplers: how many samples there are, and over how many instants of a period of sound.
+
+use super::context::Context;
+use crate::diagnostic::Diagnostic;
+use crate::query::Query;
+use crate::scene::Object;
+
+/// Each instant has a scene of its own in memory; a period needs few of them.
+const MOST_INSTANTS: i64 = 256;
+
+/// What a sampler asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Samples {
+    /// Samples per pixel, or particles.
+    pub count: u64,
+    /// Instants of a period of sound that they are spread over.
+    pub instants: usize,
+}
+
+impl Default for Samples {
+    fn default() -> Self {
+        Samples {
+            count: 0,
+            instants: 1,
+        }
+    }
+}
+
+impl Samples {
+    /// The larger numbers of both.
+    pub fn max(self, other: Self) -> Self {
+        Samples {
+            count: self.count.max(other.count),
+            instants: self.instants.max(other.instants),
+        }
+    }
+}
+
+/// What a sampler asks for, or `default` samples at one instant.
+pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context) -> Samples {
+    let Some(object) = object else {
+        return Samples {
+            count: default as u64,
+            instants: 1,
+        };
+    };
+    if object.plugin != "independent" {
+        let message = format!(
+            "sampler '{}' is not available; 'independent' is used instead",
+            object.plugin
+        );
+        context
+            .diagnostics
+            .push(Diagnostic::warning(message).at(&object.plugin_location));
+    }
+    let mut q = Query::new(object, context.diagnostics);
+    let count = q.integer_in("sample_count", 1..=i64::MAX, default);
+    let instants = q.integer_in("phases", 1..=MOST_INSTANTS, 1);
+    q.has("seed");
+    q.finish(&[]);
+    Samples {
+        count: count as u64,
+        instants: instants as usize,
+    }
+}

@@ -1,0 +1,193 @@
+//! From spectra to colours on a screen.
+
+use super::{ImageLayers, RgbImage};
+
+/// One lobe of a fit: value at the peak, the wavelength of the peak in nm, and widths below and above it as
+/// reciprocals in 1/nm.
+type Lobe = (f64, f64, f64, f64);
+
+/// Lobes of x̄, ȳ and z̄ of the CIE 1931 standard observer: C. Wyman, P.-P. Sloan and P. Shirley, "Simple
+/// analytic approximations to the CIE XYZ color matching functions", JCGT 2(2), 2013, multi-lobe fit.
+const LOBES: [&[Lobe]; 3] = [
+    &[
+        (0.362, 442.0, 0.0624, 0.0374),
+        (1.056, 599.8, 0.0264, 0.0323),
+        (-0.065, 501.1, 0.0490, 0.0382),
+    ],
+    &[
+        (0.821, 568.8, 0.0213, 0.0247),
+        (0.286, 530.9, 0.0613, 0.0322),
+    ],
+    &[
+        (1.217, 437.0, 0.0845, 0.0278),
+        (0.681, 459.0, 0.0385, 0.0725),
+    ],
+];
+
+/// Linear sRGB (D65) from XYZ: IEC 61966-2-1.
+const SRGB_OF_XYZ: [[f64; 3]; 3] = [
+    [3.2406, -1.5372, -0.4986],
+    [-0.9689, 1.8758, 0.0415],
+    [0.0557, -0.2040, 1.0570],
+];
+
+/// The colour matching functions x̄, ȳ, z̄ at a wavelength in nm, within 0.02 of the tables.
+pub fn matching(nm: f64) -> [f64; 3] {
+    LOBES.map(|lobes| {
+        let value = |(peak, center, below, above): &Lobe| {
+            let width = if nm < *center { below } else { above };
+            peak * (-0.5 * ((nm - center) * width).powi(2)).exp()
+        };
+        lobes.iter().map(value).sum()
+    })
+}
+
+/// White of sRGB (D65): X, Y, Z.
+const WHITE: [f64; 3] = [0.9505, 1.0, 1.089];
+/// Each of X, Y and Z of white needs so much of its matching function's mean over the wavelengths, or colours
+/// cannot be told.
+const LEAST: f64 = 1e-3;
+
+/// The weights with which radiances at some wavelengths (nm, in any order) make linear red, green and blue.
+///
+/// X, Y and Z are sums over the listed wavelengths with the weights of the trapezoidal rule. White is the same
+/// radiance at all of them: each of X, Y, Z is divided by what it is for that, and multiplied by that of
+/// sRGB's white, so that radiance 1 becomes (1, 1, 1), however few or uneven the wavelengths. `None` if they do
+/// not tell colours apart: a single one, or none where one of the matching functions is.
+///
+/// Colours outside of the gamut, such as those of single wavelengths, have negative parts.
+pub fn weights(wavelengths: &[f64]) -> Option<Vec<[f64; 3]>> {
+    let steps = trapezoid(wavelengths);
+    let xyz: Vec<[f64; 3]> = wavelengths
+        .iter()
+        .zip(&steps)
+        .map(|(nm, step)| matching(*nm).map(|v| v * step))
+        .collect();
+    let white: [f64; 3] = std::array::from_fn(|c| xyz.iter().map(|v| v[c]).sum());
+    let total: f64 = steps.iter().sum();
+    if wavelengths.len() < 2 || white.iter().any(|w| *w <= LEAST * total) {
+        return None;
+    }
+    let colour = |xyz: &[f64; 3]| {
+        SRGB_OF_XYZ.map(|row| {
+            let part = |c: usize| row[c] * xyz[c] / white[c] * WHITE[c];
+            (0..3).map(part).sum()
+        })
+    };
+    Some(xyz.iter().map(colour).collect())
+}
+
+/// Half the distance between the neighbours of each wavelength; at the ends, half that to the only one.
+fn trapezoid(wavelengths: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..wavelengths.len()).collect();
+    order.sort_by(|a, b| wavelengths[*a].total_cmp(&wavelengths[*b]));
+    let mut steps = vec![0.0; wavelengths.len()];
+    for pair in order.windows(2) {
+        let half = 0.5 * (wavelengths[pair[1]] - wavelengths[pair[0]]);
+        steps[pair[0]] += half;
+        steps[pair[1]] += half;
+    }
+    steps
+}
+
+impl ImageLayers {
+    /// The main layer in colour, if its channels are wavelengths (`450nm` and so on) that tell colours apart: see
+    /// [`weights`].
+    pub fn spectral_rgb(&self) -> Option<RgbImage> {
+        let channels = &self.layer("")?.channels;
+        let nm = |(name, _): &(String, _)| name.strip_suffix("nm")?.parse().ok();
+        let wavelengths: Vec<f64> = channels.iter().map(nm).collect::<Option<_>>()?;
+        let weights = weights(&wavelengths)?;
+        let pixel = |i: usize| {
+            let mut rgb = [0.0; 3];
+            for ((_, values), weights) in channels.iter().zip(&weights) {
+                for (sum, weight) in rgb.iter_mut().zip(weights) {
+                    *sum += weight * f64::from(values[i]);
+                }
+            }
+            rgb.map(|v| v as f32)
+        };
+        Some(RgbImage {
+            width: self.width,
+            height: self.height,
+            pixels: (0..self.width * self.height).map(pixel).collect(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Table of CIE 1931, at wavelengths all over the visible range; the fit is within 0.02 of it.
+    #[test]
+    fn matching_functions_are_those_of_the_table() {
+        for (nm, table) in [
+            (420.0, [0.1344, 0.0040, 0.6456]),
+            (450.0, [0.3362, 0.0380, 1.7721]),
+            (500.0, [0.0049, 0.3230, 0.2720]),
+            (555.0, [0.5121, 1.0000, 0.0057]),
+            (600.0, [1.0622, 0.6310, 0.0008]),
+            (650.0, [0.2835, 0.1070, 0.0000]),
+            (700.0, [0.0114, 0.0041, 0.0000]),
+        ] {
+            let found = matching(nm);
+            for (f, t) in found.iter().zip(table) {
+                assert!((f - t).abs() < 0.02, "{nm} nm: {found:?}, {table:?}");
+            }
+        }
+    }
+
+    fn colour(wavelengths: &[f64], radiance: impl Fn(f64) -> f64) -> [f64; 3] {
+        let weights = weights(wavelengths).unwrap();
+        let mut rgb = [0.0; 3];
+        for (nm, w) in wavelengths.iter().zip(weights) {
+            rgb = std::array::from_fn(|c| rgb[c] + w[c] * radiance(*nm));
+        }
+        rgb
+    }
+
+    fn visible() -> Vec<f64> {
+        (0..81).map(|i| 380.0 + 5.0 * f64::from(i)).collect()
+    }
+
+    #[test]
+    fn equal_energy_is_white_for_every_list() {
+        let uneven = [620.0, 450.0, 480.0, 560.0, 700.0];
+        for list in [&visible()[..], &uneven] {
+            for part in colour(list, |_| 0.5) {
+                assert!((part - 0.5).abs() < 5e-4, "{part}");
+            }
+        }
+    }
+
+    /// Luminance of a spectrum is the integral over ȳ, relative to that of white.
+    #[test]
+    fn luminance_is_weighted_by_the_second_matching_function() {
+        let ramp = |nm: f64| (nm - 380.0) / 400.0;
+        let [r, g, b] = colour(&visible(), ramp);
+        let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let sum = |f: &dyn Fn(f64) -> f64| visible().iter().map(|nm| f(*nm)).sum::<f64>();
+        let expected = sum(&|nm| matching(nm)[1] * ramp(nm)) / sum(&|nm| matching(nm)[1]);
+        assert!(
+            (luminance - expected).abs() < 2e-3,
+            "{luminance}, {expected}"
+        );
+    }
+
+    #[test]
+    fn hues_are_in_order() {
+        let line = |at: f64| move |nm: f64| f64::from(u8::from((nm - at).abs() < 3.0));
+        let largest = |rgb: [f64; 3]| (0..3).max_by(|a, b| rgb[*a].total_cmp(&rgb[*b]));
+        for (nm, channel) in [(630.0, 0), (530.0, 1), (450.0, 2)] {
+            assert_eq!(largest(colour(&visible(), line(nm))), Some(channel));
+        }
+    }
+
+    #[test]
+    fn wavelengths_that_tell_no_colours_have_none() {
+        for list in [&[532.0][..], &[700.0, 720.0], &[1064.0, 1310.0], &[]] {
+            assert_eq!(weights(list), None);
+        }
+    }
+}

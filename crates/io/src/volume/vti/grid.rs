@@ -1,0 +1,88 @@
+//! Where the samples of a `.vti` file are.
+
+use glam::{DAffine3, DMat3, DVec3};
+use roxmltree::Node;
+
+use super::bad;
+use crate::error::Problem;
+use crate::volume::Frame;
+
+/// The size of a grid and its place.
+pub(super) struct Grid {
+    /// Samples along x, y, z.
+    pub size: [usize; 3],
+    /// The box that the samples span.
+    pub frame: Frame,
+}
+
+impl Grid {
+    /// As the attributes of the image and of its only piece say.
+    pub fn read(image: Node, piece: Node, on_points: bool) -> Result<Self, Problem> {
+        let whole = extent(image, "WholeExtent")?;
+        if extent(piece, "Extent")? != whole {
+            let message = "a piece that is not the whole image";
+            return Err(Problem::Unsupported(message.into()));
+        }
+        let origin = numbers(image, "Origin", &[0.0; 3])?;
+        let spacing = DVec3::from_array(numbers(image, "Spacing", &[1.0; 3])?);
+        let direction = numbers(
+            image,
+            "Direction",
+            &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        )?;
+        let direction = DMat3::from_cols_array(&direction).transpose();
+        if spacing.min_element() <= 0.0 || direction.determinant() == 0.0 {
+            return Err(bad("its spacing or direction is degenerate".into()));
+        }
+        let axes = whole.map(|range| axis(range, on_points));
+        let start = DVec3::from_array(axes.map(|(_, start, _)| start));
+        let edge = DVec3::from_array(axes.map(|(_, _, edge)| edge));
+        Ok(Grid {
+            size: axes.map(|(count, _, _)| count),
+            frame: Frame {
+                to_file: DAffine3 {
+                    matrix3: direction * DMat3::from_diagonal(spacing * edge),
+                    translation: DVec3::from_array(origin) + direction * (spacing * start),
+                },
+                nodes: on_points,
+            },
+        })
+    }
+}
+
+/// Number of samples along an axis, where their box begins, and its edge, in units of the spacing. A
+/// single layer is one spacing thick.
+fn axis([low, high]: [i32; 2], on_points: bool) -> (usize, f64, f64) {
+    let cells = (i64::from(high) - i64::from(low)) as usize;
+    match (cells, on_points) {
+        (0, _) => (1, f64::from(low) - 0.5, 1.0),
+        (cells, true) => (cells + 1, f64::from(low), cells as f64),
+        (cells, false) => (cells, f64::from(low), cells as f64),
+    }
+}
+
+fn extent(node: Node, name: &str) -> Result<[[i32; 2]; 3], Problem> {
+    let text = node.attribute(name).unwrap_or("");
+    let numbers: Result<Vec<i32>, _> = text.split_whitespace().map(str::parse).collect();
+    match numbers.as_deref() {
+        Ok(&[x0, x1, y0, y1, z0, z1]) if x0 <= x1 && y0 <= y1 && z0 <= z1 => {
+            Ok([[x0, x1], [y0, y1], [z0, z1]])
+        }
+        _ => Err(bad(format!("its {name} is '{text}'"))),
+    }
+}
+
+fn numbers<const N: usize>(
+    node: Node,
+    name: &str,
+    default: &[f64; N],
+) -> Result<[f64; N], Problem> {
+    let Some(text) = node.attribute(name) else {
+        return Ok(*default);
+    };
+    let numbers = text.split_whitespace().map(str::parse::<f64>);
+    let numbers = numbers.collect::<Result<Vec<f64>, _>>().ok();
+    let numbers = numbers.filter(|n| n.iter().all(|v| v.is_finite()));
+    let numbers = numbers.and_then(|n| n.try_into().ok());
+    numbers.ok_or_else(|| bad(format!("its {name} is '{text}'")))
+}

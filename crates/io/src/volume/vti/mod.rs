@@ -1,0 +1,145 @@
+//! VTK's XML image data (`.vti`): regular grids with their place in space.
+//!
+//! Read are files of one piece with numbers of any type, as text, as base64 or appended, raw or as base64,
+//! uncompressed or by zlib: "VTK XML file formats", docs.vtk.org.
+
+mod grid;
+mod payload;
+
+use std::path::Path;
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+use super::{Sample, Volume};
+use crate::error::{FileError, Problem};
+use grid::Grid;
+use payload::{Appended, Encoding};
+
+/// Elements, texts and comments in a header at most.
+const MAX_NODES: u32 = 100_000;
+
+/// Reads the volume whose values are the array of the given name: the only one if none is given.
+///
+/// # Errors
+///
+/// A file that cannot be read, is no valid `.vti` file or one of several pieces, an array that it does not
+/// have, and NaN or infinite values.
+pub fn read<T: Sample>(path: &Path, array: Option<&str>) -> Result<Volume<T>, FileError> {
+    let bytes = std::fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
+    parse(&bytes, array).map_err(|problem| problem.at(path))
+}
+
+/// Reads a volume from the bytes of a file.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn parse<T: Sample>(bytes: &[u8], array: Option<&str>) -> Result<Volume<T>, Problem> {
+    let (header, appended) = split(bytes)?;
+    let options = ParsingOptions {
+        nodes_limit: MAX_NODES,
+        ..ParsingOptions::default()
+    };
+    let document =
+        Document::parse_with_options(&header, options).map_err(|e| bad(e.to_string()))?;
+    let root = document.root_element();
+    if root.tag_name().name() != "VTKFile" || root.attribute("type") != Some("ImageData") {
+        return Err(bad("it is not a VTKFile of type ImageData".into()));
+    }
+    let image = child(root, "ImageData")?;
+    let piece = child(image, "Piece")?;
+    let (data, on_points) = choose(piece, array)?;
+    let grid = Grid::read(image, piece, on_points)?;
+    let channels = match data.attribute("NumberOfComponents") {
+        Some(text) => integer(text)?,
+        None => 1,
+    };
+    let count = grid
+        .size
+        .iter()
+        .try_fold(channels, |n: usize, m| n.checked_mul(*m));
+    let too_large = || Problem::TooLarge(format!("a grid of {:?}", grid.size));
+    let count = count.ok_or_else(too_large)?;
+    let values = Encoding::of(root, data)?.values(data, appended.as_ref(), count)?;
+    let values = values.into_iter().map(T::nearest).collect();
+    let volume = Volume::new(grid.size, channels, values, None)?;
+    Ok(volume.placed(grid.frame))
+}
+
+/// The part that is XML, and the appended data, whose raw bytes are none.
+fn split(bytes: &[u8]) -> Result<(String, Option<Appended<'_>>), Problem> {
+    const TAG: &[u8] = b"<AppendedData";
+    let text = |bytes: &[u8]| {
+        let text = std::str::from_utf8(bytes).map_err(|_| bad("its header is not UTF-8".into()));
+        text.map(str::to_owned)
+    };
+    let Some(start) = bytes.windows(TAG.len()).position(|w| w == TAG) else {
+        return Ok((text(bytes)?, None));
+    };
+    let unfinished = || bad("its appended data do not begin".into());
+    let end = |from: usize, byte| {
+        let found = bytes[from..].iter().position(|b| *b == byte);
+        found.map(|i| from + i + 1).ok_or_else(unfinished)
+    };
+    let tag_end = end(start, b'>')?;
+    let data = end(tag_end, b'_')?;
+    let mut header = text(&bytes[..tag_end])?;
+    header.push_str("</AppendedData></VTKFile>");
+    let is_base64 = header[start..].contains("base64");
+    let appended = Appended::new(&bytes[data..], is_base64);
+    Ok((header, Some(appended)))
+}
+
+/// The array with the given name, or the only one, and whether its values sit on points.
+fn choose<'a, 'i>(
+    piece: Node<'a, 'i>,
+    name: Option<&str>,
+) -> Result<(Node<'a, 'i>, bool), Problem> {
+    let of = |tag: &'static str, on_points: bool| {
+        let groups = piece.children().filter(move |n| n.has_tag_name(tag));
+        let arrays = groups.flat_map(|g| g.children().filter(|n| n.has_tag_name("DataArray")));
+        arrays.map(move |n| (n, on_points))
+    };
+    let all: Vec<_> = of("PointData", true).chain(of("CellData", false)).collect();
+    let called = |node: &Node<'a, 'i>| node.attribute("Name").unwrap_or("").to_owned();
+    let wanted = all
+        .iter()
+        .filter(|(node, _)| name.is_none_or(|name| name == called(node)));
+    let wanted: Vec<_> = wanted.collect();
+    match wanted[..] {
+        [one] => Ok(*one),
+        _ => {
+            let names: Vec<String> = all.iter().map(|(node, _)| called(node)).collect();
+            Err(Problem::Mismatch {
+                expected: match name {
+                    Some(name) => format!("one array '{name}'"),
+                    None => "one array, or its name as 'dataset'".into(),
+                },
+                found: format!("the arrays: {}", names.join(", ")),
+            })
+        }
+    }
+}
+
+fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Result<Node<'a, 'i>, Problem> {
+    let mut found = node.children().filter(|n| n.has_tag_name(tag));
+    match (found.next(), found.next()) {
+        (Some(one), None) => Ok(one),
+        (None, _) => Err(bad(format!("it has no <{tag}>"))),
+        _ => Err(Problem::Unsupported(format!(
+            "several <{tag}> in a .vti file"
+        ))),
+    }
+}
+
+fn integer<I: std::str::FromStr>(text: &str) -> Result<I, Problem> {
+    let number = text.trim().parse();
+    number.map_err(|_| bad(format!("'{text}' is not a whole number")))
+}
+
+fn bad(reason: String) -> Problem {
+    Problem::WrongFormat {
+        format: "VTI",
+        reason,
+    }
+}

@@ -1,0 +1,339 @@
+//! Meters in scene files, and their readings as files.
+
+use io::arrays::{Array, ArrayFormat, Arrays, Context, arrays};
+use io::{LoadOptions, Loaded, npy};
+use std::fs;
+use std::io::Read;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::AtomicU64;
+use transport::meter::{Coordinates, Estimator, Meter};
+use transport::render::{MeasureOptions, Measurement, measure};
+
+/// An absorbing ball of radius 1 in a beam of power 2, with what is given in the ball and in the scene.
+fn scene(inside: &str, body: &str) -> String {
+    format!(
+        r#"<scene version="3.0.0">
+<integrator type="particle"/>
+<shape type="sphere"><bsdf type="null"/>
+  <medium type="homogeneous" name="interior"><float name="sigma_t" value="2"/><float name="albedo" value="0.5"/></medium>
+  {inside}
+</shape>
+<emitter type="collimated">
+  <transform name="to_world"><translate z="-2"/></transform>
+  <float name="radius" value="0.5"/><float name="power" value="2"/>
+</emitter>
+{body}
+</scene>"#
+    )
+}
+
+const BOX: &str = r#"<transform name="to_world"><translate value="-0.5"/><scale value="2"/></transform>
+<integer name="nx" value="2"/><integer name="ny" value="3"/><integer name="nz" value="4"/>"#;
+
+fn fluence(more: &str) -> String {
+    format!("<sensor type=\"fluencemeter\" id=\"tank\">{BOX}{more}</sensor>")
+}
+
+fn load(text: &str) -> Result<Loaded, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    fs::write(&path, text).unwrap();
+    io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+}
+
+#[track_caller]
+fn refused(inside: &str, body: &str, expected: &str) {
+    let message = load(&scene(inside, body)).expect_err("the scene was accepted");
+    assert!(
+        message.contains(expected),
+        "expected {expected:?} in:\n{message}"
+    );
+}
+
+#[track_caller]
+fn warned(text: &str, expected: &str) {
+    let warnings = load(text).unwrap().warnings.to_string();
+    assert!(
+        warnings.contains(expected),
+        "expected {expected:?} in:\n{warnings}"
+    );
+}
+
+fn run(loaded: &Loaded, particles: u64) -> Measurement {
+    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
+    let options = MeasureOptions {
+        particles,
+        seed: 1,
+        max_depth: None,
+        rr_depth: 5,
+    };
+    let go_on = |_| ControlFlow::Continue(());
+    measure(&loaded.groups, &meters, &options, &AtomicU64::new(0), go_on).unwrap()
+}
+
+fn readings(loaded: &Loaded, measurement: &Measurement) -> Arrays {
+    let context = Context {
+        instruments: &loaded.instruments,
+        measurement,
+        channels: &loaded.channel_names,
+    };
+    arrays(&context, vec![("seed".into(), "1".into())])
+}
+
+fn array<'a>(arrays: &'a Arrays, name: &str) -> &'a Array {
+    let found = arrays.list.iter().find(|a| a.name == name);
+    found.unwrap_or_else(|| panic!("no {name}"))
+}
+
+#[test]
+fn meters_take_the_place_of_a_camera() {
+    let sampler = r#"<string name="estimator" value="collision"/><string name="coordinates" value="cartesian"/>
+        <sampler type="independent"><integer name="sample_count" value="1234"/></sampler>"#;
+    let inside = r#"<sensor type="irradiancemeter" id="skin"><integer name="nv" value="5"/>
+        <integer name="cosine_bins" value="7"/><float name="max_bound" value="4"/><float name="bin_width" value="0.5"/></sensor>"#;
+    let loaded = load(&scene(inside, &fluence(sampler))).unwrap();
+    // The meter of the ball asks for the usual million.
+    assert_eq!(loaded.samples, 1_000_000);
+    assert_eq!(loaded.channel_names, ["Y"]);
+    let names: Vec<&str> = loaded.instruments.iter().map(|i| i.name.as_str()).collect();
+    assert_eq!(names, ["tank", "skin"]);
+    let Meter::Fluence(tank) = &loaded.instruments[0].meter else {
+        panic!("{:?}", loaded.instruments[0]);
+    };
+    assert_eq!(tank.grid.size(), [2, 3, 4]);
+    assert_eq!(tank.grid.coordinates(), Coordinates::Cartesian);
+    assert_eq!(tank.estimator, Estimator::Collision);
+    let Meter::Irradiance(skin) = &loaded.instruments[1].meter else {
+        panic!("{:?}", loaded.instruments[1]);
+    };
+    assert_eq!((skin.object, skin.positions.bins()), (0, 5));
+    assert_eq!(skin.cosines.unwrap().count, 7);
+    assert_eq!(skin.optical_length.unwrap().count, 8);
+    let only = load(&scene("", &fluence(sampler))).unwrap();
+    assert_eq!(only.samples, 1234);
+}
+
+#[test]
+fn mistakes_are_named() {
+    let meter = |more: &str| {
+        format!("<sensor type=\"fluencemeter\"><integer name=\"nr\" value=\"3\"/>{more}</sensor>")
+    };
+    let word = |name: &str, value: &str| format!("<string name=\"{name}\" value=\"{value}\"/>");
+    let number = |name: &str, value: &str| format!("<float name=\"{name}\" value=\"{value}\"/>");
+    refused(
+        "",
+        "<sensor type=\"fluencemeter\"/>",
+        "needs <integer name=\"nx\">",
+    );
+    refused("", &meter(&word("coordinates", "polar")), "polar");
+    let shells = word("coordinates", "spherical");
+    assert!(load(&scene("", &meter(&shells))).is_ok());
+    let with = |more: &str| meter(&format!("{shells}{more}"));
+    refused("", &with(&number("nz", "2")), "nz");
+    refused("", &with(&number("estimater", "2")), "estimater");
+    refused("", &with(&number("bin_width", "0.5")), "max_bound");
+    let bins =
+        |max: &str, width: &str| with(&(number("max_bound", max) + &number("bin_width", width)));
+    refused("", &bins("1", "0.3"), "do not fill the range");
+    refused(
+        "",
+        &with(&(number("min_bound", "2") + &number("max_bound", "1") + &number("bin_width", "1"))),
+        "greater than 'min_bound'",
+    );
+    refused("", &with(&number("pulse_energy", "1")), "pulse_energy");
+    refused("", &with(&number("gruneisen", "-1")), "gruneisen");
+    refused(
+        "",
+        &with("<transform name=\"to_world\"><matrix value=\"1 0 0 0 0 0 0 0 0\"/></transform>"),
+        "cannot be inverted",
+    );
+    refused(
+        "",
+        &with("<film type=\"hdrfilm\"><integer name=\"width\" value=\"8\"/></film>"),
+        "width",
+    );
+    refused(
+        "",
+        "<sensor type=\"irradiancemeter\"/>",
+        "inside the <shape>",
+    );
+    refused("<sensor type=\"fluencemeter\"/>", "", "not into a shape");
+    refused("<sensor type=\"perspective\"/>", "", "irradiancemeter");
+    refused(
+        "<sensor type=\"irradiancemeter\"><vector name=\"cosine_axis\" z=\"1\"/></sensor>",
+        "",
+        "cosine_bins",
+    );
+    let camera = "<sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/></sensor>";
+    refused("", &(with("") + camera), "not both");
+}
+
+#[test]
+fn doubts_are_told() {
+    let far = fluence("").replace("-0.5", "30");
+    warned(&scene("", &far), "no medium attenuates");
+    let partly = fluence("<string name=\"estimator\" value=\"collision\"/>")
+        .replace("\"2\"/></transform>", "\"3\"/></transform>");
+    warned(&scene("", &partly), "track_length");
+    warned(
+        &scene("", &fluence("")).replace("\"particle\"", "\"path\""),
+        "particle",
+    );
+    let fine = load(&scene("", &fluence(""))).unwrap();
+    assert!(fine.warnings.is_empty(), "{}", fine.warnings);
+}
+
+#[test]
+fn readings_have_units_axes_and_normalizations() {
+    let more = r#"<float name="gruneisen" value="0.25"/><float name="pulse_energy" value="0.5"/>
+        <float name="metres_per_unit" value="0.01"/><string name="normalization" value="per_watt"/>"#;
+    let absolute = load(&scene("", &fluence(""))).unwrap();
+    let per_watt = load(&scene("", &fluence(more))).unwrap();
+    let measurement = run(&absolute, 500);
+    let (a, b) = (
+        readings(&absolute, &measurement),
+        readings(&per_watt, &measurement),
+    );
+    let (power, share) = (array(&a, "absorbed"), array(&b, "absorbed"));
+    assert_eq!(
+        (power.shape.as_slice(), power.axes.join(" ").as_str()),
+        (&[4, 3, 2][..], "z y x")
+    );
+    assert_eq!(
+        (power.unit.as_str(), share.unit.as_str()),
+        ("W/unit^3", "1/unit^3")
+    );
+    assert_eq!(array(&a, "emitted").data, [2.0]);
+    assert_eq!(array(&a, "z_edges").data, [-1.0, -0.5, 0.0, 0.5, 1.0]);
+    assert_eq!(&array(&a, "to_world").data[..4], [2.0, 0.0, 0.0, -1.0]);
+    let pressure = array(&b, "p0");
+    assert_eq!(pressure.unit, "Pa");
+    for ((power, share), pressure) in power.data.iter().zip(&share.data).zip(&pressure.data) {
+        assert!((share * 2.0 - power).abs() < 1e-12);
+        // Γ μ_a Φ of 0.5 J in cubic metres.
+        assert!((pressure - 0.25 * 0.5 * share * 1e6).abs() <= 1e-9 * pressure.abs());
+    }
+    let attribute = |name: &str| {
+        let found = b.attributes.iter().find(|(n, _)| n == name);
+        found.map(|(_, value)| value.as_str())
+    };
+    assert_eq!(attribute("normalization"), Some("per_watt"));
+    assert_eq!(attribute("meter"), Some("tank"));
+    // The absorbed share of the box, which the ball touches, is that of the ball.
+    let volume = 8.0 / 24.0;
+    let absorbed: f64 = power.data.iter().sum::<f64>() * volume;
+    assert!((absorbed / measurement.balance.media.mean - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn channels_run_last() {
+    let film = r#"<film type="hdrfilm"><string name="pixel_format" value="spectral"/>
+        <string name="wavelengths" value="400, 500, 600, 700, 800"/></film>"#;
+    let tinted = scene("", &fluence(film)).replace(
+        "<float name=\"power\" value=\"2\"/>",
+        "<spectrum name=\"power\" value=\"400:1, 800:5\"/>",
+    );
+    let loaded = load(&tinted).unwrap();
+    assert_eq!(loaded.groups.len(), 2);
+    let measurement = run(&loaded, 300);
+    assert_eq!(measurement.emitted, [1.0, 2.0, 3.0, 4.0, 5.0]);
+    let arrays = readings(&loaded, &measurement);
+    let fluence = array(&arrays, "fluence");
+    assert_eq!(fluence.shape, [4, 3, 2, 5]);
+    let middle = &fluence.data[5 * (2 + 2 * 3)..][..5];
+    // The first four share their paths; the medium is grey.
+    assert!((middle[1] / middle[0] - 2.0).abs() < 1e-9, "{middle:?}");
+    assert!(middle[4] > 3.0 * middle[0], "{middle:?}");
+}
+
+/// Writes in a format and returns the bytes.
+fn written(arrays: &Arrays, folder: &Path, name: &str, format: ArrayFormat) -> Vec<u8> {
+    let path = folder.join(name);
+    arrays.write(&path, format).unwrap();
+    fs::read(path).unwrap()
+}
+
+#[test]
+fn files_give_back_what_was_written() {
+    let loaded = load(&scene("", &fluence(""))).unwrap();
+    let arrays = readings(&loaded, &run(&loaded, 500));
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let fluence = array(&arrays, "fluence");
+
+    written(&arrays, folder, "a.npy", ArrayFormat::Npy);
+    let npy = npy::read(&folder.join("a.npy")).unwrap();
+    assert_eq!(npy.shape, fluence.shape);
+    assert_eq!(npy.data, npy::NpyData::F64(fluence.data.clone()));
+
+    let bytes = written(&arrays, folder, "a.npz", ArrayFormat::Npz);
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).unwrap();
+    for array in &arrays.list {
+        let mut entry = Vec::new();
+        let name = format!("{}.npy", array.name);
+        archive
+            .by_name(&name)
+            .unwrap()
+            .read_to_end(&mut entry)
+            .unwrap();
+        let found = npy::parse(&entry).unwrap();
+        assert_eq!(found.shape, array.shape);
+        assert_eq!(found.data, npy::NpyData::F64(array.data.clone()));
+    }
+    let mut metadata = Vec::new();
+    archive
+        .by_name("metadata.npy")
+        .unwrap()
+        .read_to_end(&mut metadata)
+        .unwrap();
+    let start = metadata.iter().position(|b| *b == b'\n').unwrap() + 1;
+    let letters = metadata[start..].chunks(4).map(|c| char::from(c[0]));
+    let metadata: serde_json::Value = serde_json::from_str(&letters.collect::<String>()).unwrap();
+    assert_eq!(metadata["seed"], "1");
+    assert_eq!(metadata["arrays"]["fluence"]["unit"], "W/unit^2");
+
+    let bytes = written(&arrays, folder, "a.h5", ArrayFormat::Hdf5);
+    let file = hdf5_reader::Hdf5File::from_bytes(&bytes).unwrap();
+    for array in &arrays.list {
+        let dataset = file.dataset(&format!("/{}", array.name)).unwrap();
+        let found = dataset.read_array::<f64>().unwrap();
+        assert_eq!(found.shape(), array.shape);
+        assert_eq!(found.as_slice().unwrap(), array.data);
+        let axes = dataset.attribute("axes").unwrap().read_string().unwrap();
+        assert_eq!(axes, array.axes.join(" "));
+    }
+
+    let bytes = written(&arrays, folder, "a.nrrd", ArrayFormat::Nrrd);
+    let end = bytes.windows(2).position(|w| w == b"\n\n").unwrap();
+    let header = str::from_utf8(&bytes[..end]).unwrap();
+    for line in [
+        "NRRD0005",
+        "type: double",
+        "sizes: 2 3 4",
+        "space origin: (-0.5,-0.6666666666666667,-0.75)",
+        "labels: \"x\" \"y\" \"z\"",
+        "seed:=1",
+    ] {
+        assert!(header.contains(line), "{line} in {header}");
+    }
+    let values = bytes[end + 2..]
+        .chunks(8)
+        .map(|c| f64::from_le_bytes(c.try_into().unwrap()));
+    assert_eq!(values.collect::<Vec<_>>(), fluence.data);
+}
+
+#[test]
+fn several_meters_need_a_file_of_several_arrays() {
+    let inside = "<sensor type=\"irradiancemeter\"/>";
+    let loaded = load(&scene(inside, &fluence(""))).unwrap();
+    let arrays = readings(&loaded, &run(&loaded, 100));
+    assert_eq!(array(&arrays, "irradiancemeter.power").shape, [2]);
+    assert_eq!(array(&arrays, "tank.fluence").shape, [4, 3, 2]);
+    let folder = tempfile::tempdir().unwrap();
+    let error = arrays
+        .write(&folder.path().join("a.npy"), ArrayFormat::Npy)
+        .unwrap_err();
+    assert!(error.to_string().contains("several meters"), "{error}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}

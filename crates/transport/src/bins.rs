@@ -1,0 +1,75 @@
+//! Equal bins of a quantity.
+
+/// Equal bins from `min` to `max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bins {
+    /// Lower end of the first.
+    pub min: f64,
+    /// Upper end of the last; above `min`.
+    pub max: f64,
+    /// Their number, at least one.
+    pub count: usize,
+}
+
+impl Bins {
+    /// The bin of a value. The last bin holds its upper end.
+    pub fn index(&self, value: f64) -> Option<usize> {
+        if !(self.min..=self.max).contains(&value) {
+            return None;
+        }
+        let position = (value - self.min) / (self.max - self.min) * self.count as f64;
+        Some((position as usize).min(self.count - 1))
+    }
+
+    /// Width of each.
+    pub fn width(&self) -> f64 {
+        (self.max - self.min) / self.count as f64
+    }
+
+    /// The ends of all bins, one more than there are bins.
+    pub fn edges(&self) -> Vec<f64> {
+        let edge = |i: usize| self.min + (self.max - self.min) * i as f64 / self.count as f64;
+        (0..=self.count).map(edge).collect()
+    }
+
+    /// The ends of bins inside the open interval (a, b).
+    pub fn edges_between(&self, a: f64, b: f64) -> impl Iterator<Item = f64> + '_ {
+        let width = self.width();
+        let first = ((a - self.min) / width).floor().max(0.0);
+        let last = ((b - self.min) / width).ceil().min(self.count as f64);
+        let edges =
+            (first as usize..=last.max(0.0) as usize).map(move |i| self.min + width * i as f64);
+        edges.filter(move |edge| *edge > a && *edge < b)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_has_its_bin() {
+        let bins = Bins {
+            min: -1.0,
+            max: 1.0,
+            count: 4,
+        };
+        assert_eq!(bins.edges(), [-1.0, -0.5, 0.0, 0.5, 1.0]);
+        let found = [-1.1, -1.0, -0.6, 0.0, 0.99, 1.0, 1.01, f64::NAN].map(|v| bins.index(v));
+        let expected = [
+            None,
+            Some(0),
+            Some(0),
+            Some(2),
+            Some(3),
+            Some(3),
+            None,
+            None,
+        ];
+        assert_eq!(found, expected);
+        let between = |a, b| bins.edges_between(a, b).collect::<Vec<_>>();
+        assert_eq!(between(-0.7, 0.2), [-0.5, 0.0]);
+        assert_eq!(between(-9.0, 9.0), [-1.0, -0.5, 0.0, 0.5, 1.0]);
+        assert!(between(0.1, 0.2).is_empty() && between(3.0, 4.0).is_empty());
+    }
+}

@@ -1,0 +1,22 @@
+//! How much light an emitter gives off.
+
+use super::{Emitter, Surroundings};
+use crate::Spectrum;
+use crate::shape::Shape;
+use std::f64::consts::PI;
+
+impl Emitter {
+    /// Total power: the mean weight of [`Emitter::emit`]. For light from infinity, the power that enters
+    /// the disc as wide as the surroundings, from every direction.
+    pub fn power<'a>(&self, around: &Surroundings, shape: impl Fn(usize) -> &'a Shape) -> Spectrum {
+        let disc = PI * around.radius * around.radius;
+        match self {
+            Emitter::Point { intensity, .. } => *intensity * (4.0 * PI),
+            Emitter::Spot(spot) => spot.power(),
+            Emitter::Area { object, radiance } => *radiance * (PI * shape(*object).area()),
+            Emitter::Directional { irradiance, .. } => *irradiance * disc,
+            Emitter::Environment(environment) => environment.integral() * disc,
+            Emitter::Collimated(beam) => beam.power(),
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! Samples sorted by brightness, so that rare bright ones can be given less weight.
+//!
+//! After Zirr, Hanika and Dachsbacher, "Re-weighting Firefly Samples for Improved Finite-Sample Monte Carlo
+//! Estimates" (2018). Each sample is shared between two levels of brightness b^i. What a level holds tells
+//! how many samples of its brightness there were, here and in the pixels around. Levels of which there are
+//! too few to trust count for less. The result is biased: too dark until there are many samples.
+
+use crate::Spectrum;
+
+/// Ratio of the brightness of neighbouring levels, b.
+const BASE: f64 = 8.0;
+/// The exponents of the darkest and the brightest level: what is beyond belongs to these.
+const EXPONENTS: std::ops::RangeInclusive<i32> = -10..=10;
+/// Number of levels.
+const LEVELS: usize = 21;
+/// Brightness relative to the mean of the image that is always trusted.
+const TRUSTED: f64 = 0.05;
+
+/// Sums of one group of channels, by pixel, level, channel; the last fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cascade {
+    lanes: usize,
+    sums: Vec<f64>,
+}
+
+/// The levels of some pixels.
+#[derive(Debug)]
+pub struct LevelsMut<'a> {
+    lanes: usize,
+    sums: &'a mut [f64],
+}
+
+impl Cascade {
+    /// Bytes that a pixel takes for each channel.
+    pub const BYTES: usize = LEVELS * size_of::<f64>();
+
+    pub(super) fn new(pixels: usize, lanes: usize) -> Self {
+        Cascade {
+            lanes,
+            sums: vec![0.0; pixels * LEVELS * lanes],
+        }
+    }
+
+    /// The levels of runs of `pixels` pixels.
+    pub fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = LevelsMut<'_>> {
+        let lanes = self.lanes;
+        let chunks = self.sums.chunks_mut(pixels * LEVELS * lanes);
+        chunks.map(move |sums| LevelsMut { lanes, sums })
+    }
+
+    /// The levels of all pixels.
+    pub fn levels_mut(&mut self) -> LevelsMut<'_> {
+        LevelsMut {
+            lanes: self.lanes,
+            sums: &mut self.sums,
+        }
+    }
+
+    fn sum(&self, pixel: usize, level: usize) -> &[f64] {
+        let first = (pixel * LEVELS + level) * self.lanes;
+        &self.sums[first..first + self.lanes]
+    }
+
+    /// Sum of all levels of a pixel: that of its samples.
+    pub fn total(&self, pixel: usize) -> Spectrum {
+        let mut total = Spectrum::ZERO;
+        for level in 0..LEVELS {
+            add(&mut total, self.sum(pixel, level), 1.0);
+        }
+        total
+    }
+
+    /// The image of given width, from `samples` samples per pixel, without what cannot be trusted.
+    pub fn reweighted(&self, width: usize, samples: u64) -> Vec<Spectrum> {
+        let pixels = self.sums.len() / (LEVELS * self.lanes);
+        let n = samples as f64;
+        let brightness = self.sums.iter().sum::<f64>() / (self.lanes * pixels) as f64 / n;
+        let trusted = TRUSTED * brightness;
+        let pixel = |i: usize| {
+            let mut value = Spectrum::ZERO;
+            for (level, exponent) in EXPONENTS.enumerate() {
+                let sum = self.sum(i, level);
+                if sum.iter().all(|s| *s == 0.0) {
+                    continue;
+                }
+                let so_far = value.sum() / self.lanes as f64;
+                let by_colour = so_far.max(trusted) * n / BASE.powi(exponent);
+                let reliability = 0.5 * (self.by_count(i, width, level) + by_colour);
+                add(&mut value, sum, reliability.clamp(0.0, 1.0) / n);
+            }
+            value
+        };
+        (0..pixels).map(pixel).collect()
+    }
+
+    /// By how much the number of samples of a brightness in a pixel exceeds one; if there is less than one
+    /// per pixel in the block around it, what is short of that.
+    fn by_count(&self, pixel: usize, width: usize, level: usize) -> f64 {
+        let height = self.sums.len() / (LEVELS * self.lanes * width);
+        let (x, y) = (pixel % width, pixel / width);
+        let (columns, rows) = (x.saturating_sub(1)..=x + 1, y.saturating_sub(1)..=y + 1);
+        let (mut sum, mut number) = (0.0, 0.0);
+        for row in rows.filter(|row| *row < height) {
+            for column in columns.clone().filter(|column| *column < width) {
+                sum += self.count(row * width + column, level);
+                number += 1.0;
+            }
+        }
+        match sum / number - 1.0 {
+            around if around < 0.0 => around,
+            _ => self.count(pixel, level) - 1.0,
+        }
+    }
+
+    /// About how many samples of a pixel were as bright as a level, or its neighbours.
+    fn count(&self, pixel: usize, level: usize) -> f64 {
+        let levels = level.saturating_sub(1)..=(level + 1).min(LEVELS - 1);
+        let count = |level: usize| {
+            let exponent = EXPONENTS.start() + level as i32;
+            let sum: f64 = self.sum(pixel, level).iter().sum();
+            sum / self.lanes as f64 / BASE.powi(exponent)
+        };
+        levels.map(count).sum()
+    }
+}
+
+impl LevelsMut<'_> {
+    /// Adds a sample of a pixel.
+    pub fn add(&mut self, pixel: usize, value: Spectrum) {
+        let brightness = value.0[..self.lanes].iter().sum::<f64>() / self.lanes as f64;
+        let (lower, share) = place(brightness);
+        for (level, share) in [(lower, share), (lower + 1, 1.0 - share)] {
+            let first = (pixel * LEVELS + level) * self.lanes;
+            let sums = &mut self.sums[first..first + self.lanes];
+            for (sum, v) in sums.iter_mut().zip(value.0) {
+                *sum += v * share;
+            }
+        }
+    }
+}
+
+/// The lower of the two levels to which a brightness belongs, and the share that it holds: linear in the
+/// reciprocal of the brightness.
+fn place(brightness: f64) -> (usize, f64) {
+    let (first, last) = (*EXPONENTS.start(), *EXPONENTS.end());
+    let exponent = brightness.max(f64::MIN_POSITIVE).log(BASE).floor();
+    let exponent = exponent.clamp(f64::from(first), f64::from(last - 1)) as i32;
+    let lower = BASE.powi(exponent);
+    let share = (lower / brightness - 1.0 / BASE) / (1.0 - 1.0 / BASE);
+    ((exponent - first) as usize, share.clamp(0.0, 1.0))
+}
+
+fn add(total: &mut Spectrum, sum: &[f64], factor: f64) {
+    for (lane, s) in sum.iter().enumerate() {
+        total[lane] += s * factor;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDTH: usize = 7;
+
+    /// A 7 × 7 image of `samples` samples of brightness about `mean`, and one that is 10⁵ times as bright.
+    fn outlier(samples: u64, mean: f64) -> (Cascade, f64) {
+        let mut cascade = Cascade::new(WIDTH * WIDTH, 1);
+        let mut levels = cascade.levels_mut();
+        for pixel in 0..WIDTH * WIDTH {
+            for sample in 0..samples {
+                let wave = 1.0 + 0.5 * ((pixel as u64 + sample) as f64).sin();
+                levels.add(pixel, Spectrum::splat(mean * wave));
+            }
+        }
+        let firefly = 1e5 * mean;
+        levels.add(WIDTH * 3 + 3, Spectrum::splat(firefly));
+        (cascade, firefly / samples as f64)
+    }
+
+    #[test]
+    fn levels_share_all_of_a_sample() {
+        let values = [0.0, 1e-300, 1e-9, 0.3, 1.0, 7.999, 8.0, 123.0, 1e9, 1e30];
+        for value in values {
+            let mut cascade = Cascade::new(1, 2);
+            cascade
+                .levels_mut()
+                .add(0, Spectrum([value, 2.0 * value, 9.0, 9.0]));
+            let total = cascade.total(0);
+            assert!((total[0] - value).abs() <= 1e-15 * value, "{value}");
+            assert!((total[1] - 2.0 * value).abs() <= 2e-15 * value, "{value}");
+        }
+    }
+
+    /// The two levels of a sample count it as about one, so that counts mean something.
+    #[test]
+    fn a_sample_counts_as_about_one() {
+        for exponent in -80..80 {
+            let mut cascade = Cascade::new(1, 1);
+            let value = 10f64.powf(f64::from(exponent) / 10.0);
+            cascade.levels_mut().add(0, Spectrum::splat(value));
+            let (level, _) = place(value);
+            let count = cascade.count(0, level);
+            assert!((0.99..1.01).contains(&count), "{value}: {count}");
+        }
+    }
+
+    #[test]
+    fn an_outlier_is_removed_and_nothing_else() {
+        for mean in [1.0, 1e-4, 300.0] {
+            let (cascade, firefly) = outlier(64, mean);
+            let image = cascade.reweighted(WIDTH, 64);
+            for (i, value) in image.iter().enumerate() {
+                let plain = cascade.total(i)[0] / 64.0;
+                let wanted = if i == WIDTH * 3 + 3 {
+                    plain - firefly
+                } else {
+                    plain
+                };
+                let error = (value[0] - wanted).abs() / mean;
+                assert!(error < 0.02, "{i}: {} {wanted} {plain}", value[0]);
+            }
+        }
+    }
+
+    /// Samples that are as bright but as frequent as the law says stay: with more and more of them, the
+    /// image is the plain mean.
+    #[test]
+    fn it_converges_to_the_plain_mean() {
+        let error = |samples: u64| {
+            let mut cascade = Cascade::new(WIDTH * WIDTH, 1);
+            let mut levels = cascade.levels_mut();
+            for pixel in 0..WIDTH * WIDTH {
+                for sample in 0..samples {
+                    let rare = (sample * 97 + pixel as u64 * 31).is_multiple_of(100);
+                    levels.add(pixel, Spectrum::splat(if rare { 1000.0 } else { 1.0 }));
+                }
+            }
+            let image = cascade.reweighted(WIDTH, samples);
+            let errors = image.iter().enumerate();
+            let error =
+                |(i, v): (usize, &Spectrum)| 1.0 - v[0] * samples as f64 / cascade.total(i)[0];
+            errors.map(error).fold(0.0, f64::max)
+        };
+        assert!(error(50) > 0.5);
+        assert_eq!(error(4000), 0.0);
+    }
+}

@@ -1,0 +1,165 @@
+//! How a film's light is told apart: by the length of its paths, their bounces, their emitters.
+
+use crate::Bins;
+
+/// What a film asks about the path of a contribution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathFacts {
+    /// Optical length ∫n ds from the emitter to the sensor, in scene units. Where it starts:
+    /// [`lead_in`](crate::path::lead_in).
+    pub optical_length: f64,
+    /// Scatterings and specular events on the way, passages of matched boundaries not counted: the depth
+    /// of the path less one.
+    pub bounces: u32,
+    /// Index of the emitter.
+    pub emitter: usize,
+}
+
+/// The slot of a value: that of its bin, or their number below and one more above them all.
+fn slot(bins: &Bins, value: f64) -> usize {
+    match bins.index(value) {
+        Some(bin) => bin,
+        None if value < bins.min => bins.count,
+        None => bins.count + 1,
+    }
+}
+
+/// The ways in which a film's light is told apart: all combinations of those that are given. The default
+/// keeps it together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Decomposition {
+    /// Bins of optical length.
+    pub length: Option<Bins>,
+    /// Each number of bounces up to this one.
+    pub bounces: Option<u32>,
+    /// Each of so many emitters.
+    pub emitters: Option<usize>,
+}
+
+/// One of the ways in which light is told apart: `regular` slots, and a few more for what fits in none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Axis {
+    /// Number of bins, of numbers of bounces, or of emitters.
+    pub regular: usize,
+    /// Slots after them: below and above the bins; more bounces than any.
+    pub others: usize,
+}
+
+impl Axis {
+    /// All slots.
+    pub fn slots(&self) -> usize {
+        self.regular + self.others
+    }
+}
+
+impl Decomposition {
+    /// Whether light is told apart at all.
+    pub fn is_some(&self) -> bool {
+        *self != Decomposition::default()
+    }
+
+    /// Its axes: length, bounces, emitters; one regular slot for each that is not asked for.
+    pub fn axes(&self) -> [Axis; 3] {
+        let axis = |regular, others| Axis { regular, others };
+        let whole = axis(1, 0);
+        [
+            self.length.map_or(whole, |bins| axis(bins.count, 2)),
+            self.bounces.map_or(whole, |k| axis(k as usize + 1, 1)),
+            self.emitters.map_or(whole, |n| axis(n, 0)),
+        ]
+    }
+
+    /// Number of layers: combinations of slots, the last axis varying fastest.
+    pub fn layers(&self) -> usize {
+        self.axes().iter().map(Axis::slots).product()
+    }
+
+    /// The layer to which a path belongs.
+    pub fn layer(&self, path: &PathFacts) -> usize {
+        let [_, bounces, emitters] = self.axes();
+        let length = self
+            .length
+            .map_or(0, |bins| slot(&bins, path.optical_length));
+        let bounce = self.bounces.map_or(0, |k| path.bounces.min(k + 1) as usize);
+        let emitter = self.emitters.map_or(0, |_| path.emitter);
+        (length * bounces.slots() + bounce) * emitters.slots() + emitter
+    }
+
+    /// The slot of a layer on each axis.
+    pub fn slots(&self, layer: usize) -> [usize; 3] {
+        let [_, bounces, emitters] = self.axes().map(|a| a.slots());
+        [
+            layer / emitters / bounces,
+            layer / emitters % bounces,
+            layer % emitters,
+        ]
+    }
+
+    /// Whether a layer is one of regular slots only.
+    pub fn is_regular(&self, layer: usize) -> bool {
+        let slots = self.slots(layer);
+        self.axes().iter().zip(slots).all(|(a, s)| s < a.regular)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn facts(optical_length: f64, bounces: u32, emitter: usize) -> PathFacts {
+        PathFacts {
+            optical_length,
+            bounces,
+            emitter,
+        }
+    }
+
+    #[test]
+    fn light_outside_of_the_bins_has_slots() {
+        let bins = Bins {
+            min: 1.0,
+            max: 3.0,
+            count: 4,
+        };
+        for (value, expected) in [
+            (1.0, 0),
+            (2.999, 3),
+            (0.999, 4),
+            (f64::NEG_INFINITY, 4),
+            (3.001, 5),
+            (f64::INFINITY, 5),
+            (f64::NAN, 5),
+        ] {
+            assert_eq!(slot(&bins, value), expected, "{value}");
+        }
+    }
+
+    #[test]
+    fn every_combination_is_a_layer_of_its_own() {
+        let all = Decomposition {
+            length: Some(Bins {
+                min: 0.0,
+                max: 3.0,
+                count: 3,
+            }),
+            bounces: Some(1),
+            emitters: Some(2),
+        };
+        assert_eq!(all.layers(), 5 * 3 * 2);
+        let mut seen = Vec::new();
+        for length in [0.5, 1.5, 2.5, -1.0, 9.0] {
+            for bounces in [0, 1, 7] {
+                for emitter in [0, 1] {
+                    let layer = all.layer(&facts(length, bounces, emitter));
+                    let regular = (0.0..3.0).contains(&length) && bounces <= 1;
+                    assert_eq!(all.is_regular(layer), regular);
+                    assert_eq!(all.slots(layer)[2], emitter);
+                    seen.push(layer);
+                }
+            }
+        }
+        assert_eq!(seen, (0..30).collect::<Vec<_>>());
+        let none = Decomposition::default();
+        assert_eq!((none.layers(), none.layer(&facts(1.0, 3, 5))), (1, 0));
+    }
+}

@@ -1,0 +1,172 @@
+//! What a film keeps of each layer of a decomposition.
+
+use super::{Decomposition, Pixel};
+use crate::Spectrum;
+
+/// Sums over the samples of one pixel in one layer and one channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cell {
+    sum: f64,
+    sum_of_squares: f64,
+}
+
+/// The layers of a film.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layers {
+    decomposition: Decomposition,
+    groups: Vec<LayerGroup>,
+}
+
+/// The layers of one group of channels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerGroup {
+    decomposition: Decomposition,
+    lanes: usize,
+    /// By pixel, layer, channel; the last fastest.
+    cells: Vec<Cell>,
+    /// For each layer, samples of its mean over the image, if pixels are not independent.
+    whole: Vec<Pixel>,
+}
+
+impl Layers {
+    /// For groups of so many channels each.
+    pub(super) fn new(
+        decomposition: Decomposition,
+        pixels: usize,
+        lanes: impl Iterator<Item = usize>,
+    ) -> Self {
+        let groups = lanes.map(|lanes| LayerGroup::new(decomposition, pixels, lanes));
+        Layers {
+            decomposition,
+            groups: groups.collect(),
+        }
+    }
+
+    /// How light is told apart.
+    pub fn decomposition(&self) -> &Decomposition {
+        &self.decomposition
+    }
+
+    pub(super) fn group_mut(&mut self, group: usize) -> &mut LayerGroup {
+        &mut self.groups[group]
+    }
+
+    /// The samples of a pixel in a layer, of which there were `count`.
+    pub(super) fn pixel(&self, (group, pixel): (usize, usize), layer: usize, count: u64) -> Pixel {
+        let group = &self.groups[group];
+        let first = (pixel * self.decomposition.layers() + layer) * group.lanes;
+        let mut result = Pixel {
+            count,
+            ..Pixel::default()
+        };
+        for (lane, cell) in group.cells[first..first + group.lanes].iter().enumerate() {
+            result.sum[lane] = cell.sum;
+            result.sum_of_squares[lane] = cell.sum_of_squares;
+        }
+        result
+    }
+
+    pub(super) fn whole(&self, group: usize, layer: usize) -> &Pixel {
+        &self.groups[group].whole[layer]
+    }
+}
+
+impl LayerGroup {
+    fn new(decomposition: Decomposition, pixels: usize, lanes: usize) -> Self {
+        let layers = decomposition.layers();
+        LayerGroup {
+            decomposition,
+            lanes,
+            cells: vec![Cell::default(); pixels * layers * lanes],
+            whole: vec![Pixel::default(); layers],
+        }
+    }
+
+    /// How light is told apart.
+    pub fn decomposition(&self) -> Decomposition {
+        self.decomposition
+    }
+
+    /// The cells of runs of `pixels` pixels.
+    pub fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = CellsMut<'_>> {
+        let (layers, lanes) = (self.decomposition.layers(), self.lanes);
+        let chunks = self.cells.chunks_mut(pixels * layers * lanes);
+        chunks.map(move |cells| CellsMut {
+            layers,
+            lanes,
+            cells,
+        })
+    }
+
+    /// All cells.
+    pub fn cells_mut(&mut self) -> CellsMut<'_> {
+        CellsMut {
+            layers: self.decomposition.layers(),
+            lanes: self.lanes,
+            cells: &mut self.cells,
+        }
+    }
+
+    /// Takes note of a sample of the mean of each layer over all pixels: see
+    /// [`Film::add_whole`](super::Film::add_whole).
+    pub fn add_whole(&mut self, means: impl IntoIterator<Item = Spectrum>) {
+        for (whole, mean) in self.whole.iter_mut().zip(means) {
+            whole.add(mean);
+        }
+    }
+}
+
+/// The cells of some pixels.
+#[derive(Debug)]
+pub struct CellsMut<'a> {
+    layers: usize,
+    lanes: usize,
+    cells: &'a mut [Cell],
+}
+
+impl CellsMut<'_> {
+    /// Adds a pixel's sample of a layer, unless it is zero.
+    pub fn add(&mut self, pixel: usize, layer: usize, value: Spectrum) {
+        let first = (pixel * self.layers + layer) * self.lanes;
+        let cells = &mut self.cells[first..first + self.lanes];
+        for (cell, v) in cells.iter_mut().zip(value.0) {
+            cell.sum += v;
+            cell.sum_of_squares += v * v;
+        }
+    }
+}
+
+/// A sample that is being added up: values at some of many places.
+#[derive(Debug)]
+pub struct Pending {
+    values: Vec<Spectrum>,
+    touched: Vec<usize>,
+}
+
+impl Pending {
+    /// Zero at so many places.
+    pub fn new(places: usize) -> Self {
+        Pending {
+            values: vec![Spectrum::ZERO; places],
+            touched: Vec::new(),
+        }
+    }
+
+    /// Adds a value at a place.
+    pub fn add(&mut self, place: usize, value: Spectrum) {
+        if self.values[place].is_zero() {
+            self.touched.push(place);
+        }
+        self.values[place] += value;
+    }
+
+    /// Takes all values that are not zero, in the order in which their places came up.
+    pub fn take(&mut self, mut to: impl FnMut(usize, Spectrum)) {
+        for place in self.touched.drain(..) {
+            let value = std::mem::take(&mut self.values[place]);
+            if !value.is_zero() {
+                to(place, value);
+            }
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! Arbitrary output variables: what becomes of a sensor ray that is not scattered.
+//!
+//! The ray is followed through index-matched and smooth boundaries to an opaque surface, or out of the
+//! scene: then its *exit* is on the last boundary that it passed, or at its start if it met none.
+//! Lengths and optical depth are those up to the exit.
+
+use crate::path::{Ending, Way, Workspace, follow};
+use crate::scene::Scene;
+use crate::sensor::Ray;
+use glam::{DAffine3, DVec3};
+
+/// A quantity, or a vector of several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aov {
+    /// 1; 0 if the ray is trapped or left its medium's field. All other channels are 0 then.
+    Valid,
+    /// Position of the exit in the world, scene units.
+    ExitPosition,
+    /// Unit direction at the exit, in the world.
+    ExitDirection,
+    /// Angles in radians between the directions at the exit and at the start, along the sensor's local
+    /// x and y axes: see [`deflection`].
+    Deflection,
+    /// ∫n ds up to the exit, scene units.
+    OpticalLength,
+    /// ∫ds up to the exit, scene units.
+    ArcLength,
+    /// ∫σ_t ds up to the exit, in the film's first channel.
+    OpticalDepth,
+    /// Number of steps of the ray, straight ones included.
+    Steps,
+}
+
+impl Aov {
+    /// All, in the order in which they are stored.
+    pub const ALL: [Aov; 8] = [
+        Aov::Valid,
+        Aov::ExitPosition,
+        Aov::ExitDirection,
+        Aov::Deflection,
+        Aov::OpticalLength,
+        Aov::ArcLength,
+        Aov::OpticalDepth,
+        Aov::Steps,
+    ];
+
+    /// Name, as in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Aov::Valid => "valid",
+            Aov::ExitPosition => "exit_position",
+            Aov::ExitDirection => "exit_direction",
+            Aov::Deflection => "deflection",
+            Aov::OpticalLength => "optical_length",
+            Aov::ArcLength => "arc_length",
+            Aov::OpticalDepth => "optical_depth",
+            Aov::Steps => "steps",
+        }
+    }
+
+    /// Names of its channels, as in images.
+    pub fn channels(self) -> &'static [&'static str] {
+        match self {
+            Aov::Valid => &["valid"],
+            Aov::ExitPosition => &["exit.position.X", "exit.position.Y", "exit.position.Z"],
+            Aov::ExitDirection => &["exit.direction.X", "exit.direction.Y", "exit.direction.Z"],
+            Aov::Deflection => &["deflection.X", "deflection.Y"],
+            Aov::OpticalLength => &["optical_length"],
+            Aov::ArcLength => &["arc_length"],
+            Aov::OpticalDepth => &["optical_depth"],
+            Aov::Steps => &["steps"],
+        }
+    }
+
+    /// Its values for a ray that was followed; of these as many count as it has channels.
+    fn values(self, way: &Way, to_world: &DAffine3, entry: DVec3) -> [f64; 3] {
+        match self {
+            Aov::Valid => [1.0, 0.0, 0.0],
+            Aov::ExitPosition => way.x.to_array(),
+            Aov::ExitDirection => way.direction.to_array(),
+            Aov::Deflection => {
+                let [x, y] = deflection(to_world, entry, way.direction);
+                [x, y, 0.0]
+            }
+            Aov::OpticalLength => [way.optical_length, 0.0, 0.0],
+            Aov::ArcLength => [way.length, 0.0, 0.0],
+            Aov::OpticalDepth => [way.depth[0], 0.0, 0.0],
+            Aov::Steps => [way.steps as f64, 0.0, 0.0],
+        }
+    }
+}
+
+/// Follows sensor rays without scattering. Validity is always among its channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AovTracer {
+    wanted: [bool; Aov::ALL.len()],
+}
+
+impl Default for AovTracer {
+    /// All quantities.
+    fn default() -> Self {
+        AovTracer::new(&Aov::ALL)
+    }
+}
+
+impl AovTracer {
+    /// The given quantities, in any order, and validity.
+    pub fn new(wanted: &[Aov]) -> Self {
+        let is_wanted = |aov: Aov| aov == Aov::Valid || wanted.contains(&aov);
+        AovTracer {
+            wanted: Aov::ALL.map(is_wanted),
+        }
+    }
+
+    fn aovs(&self) -> impl Iterator<Item = Aov> {
+        let all = Aov::ALL.into_iter().zip(self.wanted);
+        all.filter_map(|(aov, wanted)| wanted.then_some(aov))
+    }
+
+    /// Names of its channels, in the order of [`Aov::ALL`].
+    pub fn channels(&self) -> impl Iterator<Item = &'static str> {
+        self.aovs().flat_map(|aov| aov.channels()).copied()
+    }
+
+    /// The values of a sensor ray, one for each channel; all zero if the ray is lost, which is counted.
+    pub fn sample(&self, scene: &Scene, ray: Ray, ws: &mut Workspace, out: &mut Vec<f64>) {
+        let medium = scene.medium_of_sensor_ray(ray.origin);
+        let way = follow(scene, (ray.origin, ray.direction), medium, ws);
+        if way.ending == Ending::Lost {
+            return out.resize(out.len() + self.channels().count(), 0.0);
+        }
+        for aov in self.aovs() {
+            let values = aov.values(&way, scene.sensor().to_world(), ray.direction);
+            out.extend(&values[..aov.channels().len()]);
+        }
+    }
+}
+
+/// How far a ray that started in the unit direction `entry` and ends in `exit` has turned towards the
+/// sensor's local x and y axes.
+///
+/// With a and b these axes made orthogonal to the entry direction d, x first, and to one another, the
+/// angles are atan2(exit·a, exit·d) and atan2(exit·b, exit·d): those of the projections of the exit
+/// direction on the planes of d and a, and of d and b.
+pub fn deflection(to_world: &DAffine3, entry: DVec3, exit: DVec3) -> [f64; 2] {
+    let across = |v: DVec3, u: DVec3| v - u * v.dot(u);
+    let a = across(to_world.matrix3.x_axis, entry).normalize_or_zero();
+    let b = across(across(to_world.matrix3.y_axis, entry), a).normalize_or_zero();
+    [a, b].map(|axis| exit.dot(axis).atan2(exit.dot(entry)))
+}

@@ -1,0 +1,288 @@
+//! What a sensor ray sees in a photon map: the photons around it, or around a place that it samples, and
+//! those on the first surface that is not specular.
+
+use super::kernel::Kernel;
+use super::map::{Photon, PhotonMap, Place};
+use super::pieces::pieces;
+use super::{PhotonMapping, Query, Radii};
+use crate::Spectrum;
+use crate::film::PathFacts;
+use crate::path::Point;
+use crate::path::{Carry, Edge, End, Sampling, Start, Vertex, Workspace, trace};
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use crate::sensor::Ray;
+use glam::DVec3;
+
+/// Light that was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gathered {
+    /// Its value.
+    pub value: Spectrum,
+    /// The part of it that is bias, to second order in the radius.
+    pub bias: Spectrum,
+    /// What is known of the path.
+    pub path: PathFacts,
+}
+
+/// Where a sensor ray has got to.
+struct Sight {
+    start: Start,
+    /// In basic radiance: n² of the sensor included.
+    throughput: Spectrum,
+    /// Edges and specular events.
+    depth: u32,
+    optical_length: f64,
+}
+
+/// What gathering needs to know.
+pub struct Gathering<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// How it is seen.
+    pub mapping: &'a PhotonMapping,
+    /// The photons.
+    pub map: &'a PhotonMap,
+    /// How far around a ray, or a place, they count.
+    pub radii: Radii,
+    /// Probabilities of the channels; none of those that are not in use.
+    pub lanes: Spectrum,
+}
+
+impl Gathering<'_> {
+    /// Hands over what is found along a sensor ray.
+    pub fn along(
+        &self,
+        ray: Ray,
+        (sampler, ws): (&mut Sampler, &mut Workspace),
+        mut found: impl FnMut(Gathered),
+    ) {
+        let scene = self.scene;
+        let start = Start::point(
+            ray.origin,
+            ray.direction,
+            scene.medium_of_sensor_ray(ray.origin),
+        );
+        let n = scene.n(start.medium, start.x);
+        let mut next = Some(Sight {
+            start,
+            throughput: self.lanes.map(|p| if p > 0.0 { n * n } else { 0.0 }),
+            depth: 0,
+            optical_length: 0.0,
+        });
+        while let Some(sight) = next {
+            let sampling = Sampling {
+                carry: Carry::Radiance,
+                lanes: self.lanes,
+                extend: false,
+                collides: self.mapping.query == Query::Point,
+            };
+            let edge = trace(scene, sight.start, sampling, sampler, ws);
+            match (self.mapping.query, &edge.end) {
+                (Query::Beam, _) => self.beside(&sight, &edge, &mut found),
+                (Query::Point, End::Collision(point)) => {
+                    self.around(&sight, &edge, point, &mut found)
+                }
+                (Query::Point, _) => {}
+            }
+            next = self.arrive(sight, &edge, sampler, &mut found);
+        }
+    }
+
+    /// The photons beside an edge: each counts where the edge is closest.
+    fn beside(&self, sight: &Sight, edge: &Edge, found: &mut impl FnMut(Gathered)) {
+        let kernel = Kernel::disc(self.radii.volume);
+        let mut optical_length = sight.optical_length;
+        for span in &edge.spans {
+            for piece in pieces(span, kernel.radius()) {
+                let photon = |photon: &Photon| {
+                    let Some((theta, squared)) = piece.foot(photon.x) else {
+                        return;
+                    };
+                    let point = span.at(theta);
+                    let seen = Seen {
+                        throughput: sight.throughput * point.weight * point.depth.exp_neg(),
+                        depth: sight.depth + 1 + span.events_before,
+                        optical_length: optical_length + span.arc.optical_length(theta),
+                    };
+                    let scattered = self.phase(photon, point.direction);
+                    self.count(photon, &seen, scattered, kernel.weigh(squared), found);
+                };
+                self.map
+                    .volume
+                    .visit(|bounds| piece.touches(bounds), photon);
+            }
+            optical_length += span.arc.optical_length(span.theta_end);
+        }
+    }
+
+    /// The photons around a collision.
+    fn around(&self, sight: &Sight, edge: &Edge, point: &Point, found: &mut impl FnMut(Gathered)) {
+        let kernel = Kernel::ball(self.radii.volume);
+        let density = Edge::collision_density(self.lanes, point);
+        let seen = Seen {
+            throughput: sight.throughput * point.weight * point.depth.exp_neg() / density,
+            depth: sight.depth + 1 + edge.tube.events,
+            optical_length: sight.optical_length + edge.optical_length,
+        };
+        self.map.volume.visit(
+            |bounds| bounds.nearest_distance(point.x) < kernel.radius(),
+            |photon| {
+                let weighed = kernel.weigh(photon.x.distance_squared(point.x));
+                let scattered = self.phase(photon, point.direction);
+                self.count(photon, &seen, scattered, weighed, found);
+            },
+        );
+    }
+
+    /// At the end of an edge: light that is emitted there, and light on the surface. Goes on only where light
+    /// passes straight through it.
+    fn arrive(
+        &self,
+        sight: Sight,
+        edge: &Edge,
+        sampler: &mut Sampler,
+        found: &mut impl FnMut(Gathered),
+    ) -> Option<Sight> {
+        let chance = match self.mapping.query {
+            Query::Beam => 1.0,
+            Query::Point => edge.tube.survival(self.lanes),
+        };
+        let seen = Seen {
+            throughput: sight.throughput * edge.weight * edge.tube.depth.exp_neg() / chance,
+            depth: sight.depth + 1 + edge.tube.events,
+            optical_length: sight.optical_length + edge.optical_length,
+        };
+        if self
+            .mapping
+            .max_depth
+            .is_some_and(|limit| seen.depth > limit)
+        {
+            return None;
+        }
+        if let End::Escaped { direction, medium } = edge.end {
+            let n = self.scene.n(medium, edge.start.x);
+            for (emitter, environment) in self.scene.environments() {
+                self.emission(&seen, emitter, environment.radiance(direction), n, found);
+            }
+        }
+        let vertex = Vertex::of(self.scene, edge)?;
+        let Vertex::Surface { x, .. } = vertex else {
+            return None;
+        };
+        if let Some((emitter, radiance, _)) = vertex.emitted(self.scene) {
+            self.emission(
+                &seen,
+                emitter,
+                radiance,
+                self.scene.n(vertex.medium(), x),
+                found,
+            );
+        }
+        let scatter = vertex.scatter(self.scene, sampler)?;
+        if !scatter.delta {
+            self.on_surface(&seen, &vertex, found);
+            return None;
+        }
+        Some(Sight {
+            start: scatter.start,
+            throughput: seen.throughput * scatter.weight,
+            depth: seen.depth,
+            optical_length: seen.optical_length,
+        })
+    }
+
+    /// The photons on a surface around a vertex. Those on other objects, or on the other side of a thin one,
+    /// are no measure of the light that falls there.
+    fn on_surface(&self, seen: &Seen, vertex: &Vertex, found: &mut impl FnMut(Gathered)) {
+        let Vertex::Surface {
+            x, object, surface, ..
+        } = *vertex
+        else {
+            return;
+        };
+        let kernel = Kernel::disc(self.radii.surface);
+        let alike = |place: Place| match place {
+            Place::Surface(other, normal) => other == object && normal.dot(surface.normal) > 0.0,
+            Place::Volume(_) => false,
+        };
+        self.map.surface.visit(
+            |bounds| bounds.nearest_distance(x) < kernel.radius(),
+            |photon| {
+                let cosine = surface.normal.dot(photon.direction).abs();
+                if alike(photon.place) && cosine > 0.0 {
+                    let weighed = kernel.weigh(photon.x.distance_squared(x));
+                    let scattered = vertex.eval(self.scene, -photon.direction) / cosine;
+                    self.count(photon, seen, scattered, weighed, found);
+                }
+            },
+        );
+    }
+
+    /// The phase function for light of a photon that is scattered against the direction of a sensor ray.
+    fn phase(&self, photon: &Photon, direction: DVec3) -> Spectrum {
+        match photon.place {
+            Place::Volume(medium) => {
+                let cosine = -photon.direction.dot(direction);
+                Spectrum::splat(self.scene.medium(medium).phase.pdf(cosine))
+            }
+            Place::Surface(..) => Spectrum::ZERO,
+        }
+    }
+
+    /// Hands over what a photon brings, given the kernel there.
+    fn count(
+        &self,
+        photon: &Photon,
+        seen: &Seen,
+        scattered: Spectrum,
+        weighed: Option<(f64, f64)>,
+        found: &mut impl FnMut(Gathered),
+    ) {
+        let depth = seen.depth + photon.depth;
+        let (Some((kernel, bias)), false) = (
+            weighed,
+            self.mapping.max_depth.is_some_and(|limit| depth > limit),
+        ) else {
+            return;
+        };
+        let light = seen.throughput * scattered * photon.power;
+        found(Gathered {
+            value: light * kernel,
+            bias: light * bias,
+            path: PathFacts {
+                optical_length: seen.optical_length + photon.optical_length,
+                bounces: depth - 1,
+                emitter: photon.emitter,
+            },
+        });
+    }
+
+    /// Hands over radiance that is emitted where the index is `n`.
+    fn emission(
+        &self,
+        seen: &Seen,
+        emitter: usize,
+        radiance: Spectrum,
+        n: f64,
+        found: &mut impl FnMut(Gathered),
+    ) {
+        found(Gathered {
+            value: seen.throughput * radiance / (n * n),
+            bias: Spectrum::ZERO,
+            path: PathFacts {
+                optical_length: seen.optical_length,
+                bounces: seen.depth - 1,
+                emitter,
+            },
+        });
+    }
+}
+
+/// A place that a sensor ray sees.
+struct Seen {
+    throughput: Spectrum,
+    /// Edges and specular events up to there.
+    depth: u32,
+    optical_length: f64,
+}

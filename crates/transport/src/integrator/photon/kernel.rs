@@ -1,0 +1,83 @@
+//! Kernels: how the photons around a place are weighed.
+
+use std::f64::consts::PI;
+
+/// The biweight kernel K(d) ∝ (1 − d²/r²)² on a disc or in a ball of radius r: one when integrated over it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kernel {
+    dimensions: f64,
+    radius: f64,
+    peak: f64,
+}
+
+impl Kernel {
+    /// On a disc of a radius > 0.
+    pub fn disc(radius: f64) -> Self {
+        Kernel {
+            dimensions: 2.0,
+            radius,
+            peak: 3.0 / (PI * radius.powi(2)),
+        }
+    }
+
+    /// In a ball of a radius > 0.
+    pub fn ball(radius: f64) -> Self {
+        Kernel {
+            dimensions: 3.0,
+            radius,
+            peak: 105.0 / (32.0 * PI * radius.powi(3)),
+        }
+    }
+
+    /// The radius, beyond which it is zero.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// At a squared distance: K, and the part of it that is bias to second order, B = ½m∇²K with m the
+    /// second moment of K along an axis (theory §9). Without it the kernel, K − B, has no second moments.
+    pub fn weigh(&self, squared_distance: f64) -> Option<(f64, f64)> {
+        let t = squared_distance / (self.radius * self.radius);
+        let d = self.dimensions;
+        // m = r²/(d + 6), and ∇²(1 − u²)² = (−4d + (4d + 8)u²)/r².
+        let bias = (-2.0 * d + (2.0 * d + 4.0) * t) / (d + 6.0);
+        (t < 1.0).then(|| (self.peak * (1.0 - t).powi(2), self.peak * bias))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Moments over the disc or ball by the midpoint rule, of |x|⁰ and |x|².
+    fn moments(kernel: Kernel, surface: impl Fn(f64) -> f64) -> [[f64; 2]; 2] {
+        let n = 4000;
+        let mut sums = [[0.0; 2]; 2];
+        for i in 0..n {
+            let d = kernel.radius() * (i as f64 + 0.5) / n as f64;
+            let (k, b) = kernel.weigh(d * d).unwrap();
+            let weight = surface(d) * kernel.radius() / n as f64;
+            for (power, scale) in [(0, 1.0), (1, d * d)] {
+                sums[0][power] += k * weight * scale;
+                sums[1][power] += (k - b) * weight * scale;
+            }
+        }
+        sums
+    }
+
+    #[test]
+    fn moments_are_those_of_the_theory() {
+        let disc = moments(Kernel::disc(0.3), |d| 2.0 * PI * d);
+        let ball = moments(Kernel::ball(0.3), |d| 4.0 * PI * d * d);
+        for (m, dimensions) in [(disc, 2.0), (ball, 3.0)] {
+            let second = 0.09 * dimensions / (dimensions + 6.0);
+            let expected = [[1.0, second], [1.0, 0.0]];
+            for (row, expected) in m.iter().zip(expected) {
+                for (value, expected) in row.iter().zip(expected) {
+                    assert!((value - expected).abs() < 1e-6, "{value} {expected}");
+                }
+            }
+        }
+        assert_eq!(Kernel::disc(0.3).weigh(0.09), None);
+    }
+}

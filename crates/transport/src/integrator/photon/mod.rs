@@ -1,0 +1,182 @@
+//! Photon mapping (Jensen 1996; Jensen and Christensen 1998) along curved rays, and its progressive form
+//! (Hachisuka et al. 2008) as independent passes with smaller and smaller radii (Knaus and Zwicker 2011).
+//!
+//! Every sample of the image has a photon map of its own, so that samples are independent and the noise of
+//! their mean is known. Every sensor ray sees the map directly: nothing is gathered over a second bounce.
+//! Light is blurred over the radius, which is a bias. To second order in the radius it is known from the
+//! same photons (theory §9).
+
+mod gather;
+mod kernel;
+mod map;
+mod pieces;
+mod tree;
+
+pub use gather::{Gathered, Gathering};
+pub use kernel::Kernel;
+pub use map::{Photon, PhotonMap, Place};
+
+use super::Contribution;
+use crate::Spectrum;
+use crate::path::{Bounds, Workspace};
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use crate::sensor::Ray;
+
+/// Photon mapping.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhotonMapping {
+    /// Light subpaths of each map, > 0; `None` for as many as there are pixels.
+    pub photons: Option<usize>,
+    /// Radius of the first map, > 0, in scene units; `None` for one that reaches a few photons.
+    pub radius: Option<f64>,
+    /// Whether radii shrink from sample to sample, so that the mean converges to the image.
+    pub progressive: bool,
+    /// Which photons in media a sensor ray sees.
+    pub query: Query,
+    /// Longest path, in edges and specular events; `None` for no limit.
+    pub max_depth: Option<u32>,
+    /// Number of edges and events of a light subpath after which Russian roulette begins.
+    pub rr_depth: u32,
+}
+
+/// Which photons in media a sensor ray sees.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Query {
+    /// All within the radius of the ray, wherever they are along it (Jarosz et al. 2008).
+    #[default]
+    Beam,
+    /// Those within the radius of a point at which the ray is scattered.
+    Point,
+}
+
+/// The radii of one map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Radii {
+    /// For photons in media.
+    pub volume: f64,
+    /// For photons on surfaces.
+    pub surface: f64,
+}
+
+/// Share of the scene's radius within which photons count if there are too few to tell.
+const LONELY: f64 = 0.05;
+
+impl Default for PhotonMapping {
+    fn default() -> Self {
+        PhotonMapping {
+            photons: None,
+            radius: None,
+            progressive: false,
+            query: Query::default(),
+            max_depth: None,
+            rr_depth: 5,
+        }
+    }
+}
+
+impl PhotonMapping {
+    /// The radii of the map of a sample, given that of the first.
+    pub fn radii(&self, first: f64, sample: u64) -> Radii {
+        let shrunk = |dimensions: f64| match self.progressive {
+            true => first * shrinkage(dimensions, sample),
+            false => first,
+        };
+        Radii {
+            volume: shrunk(match self.query {
+                Query::Beam => 2.0,
+                Query::Point => 3.0,
+            }),
+            surface: shrunk(2.0),
+        }
+    }
+
+    /// How light subpaths are sampled in the channels with a probability.
+    pub fn bounds(&self, lanes: Spectrum) -> Bounds {
+        Bounds {
+            lanes,
+            // One edge at least joins a photon to the sensor.
+            max_depth: self
+                .max_depth
+                .map_or(u32::MAX, |depth| depth.saturating_sub(1)),
+            rr_depth: self.rr_depth,
+            vertices: usize::MAX,
+            weighs: false,
+        }
+    }
+
+    /// Light subpaths of each map.
+    pub fn paths(&self, scene: &Scene) -> usize {
+        let film = scene.film();
+        self.photons.unwrap_or(film.width * film.height)
+    }
+
+    /// Radius of the first map of a scene, given a map like it.
+    pub fn first_radius(&self, scene: &Scene, map: &PhotonMap) -> f64 {
+        let lonely = LONELY * scene.around().radius;
+        let typical = || map.typical_radius().unwrap_or(lonely);
+        self.radius.unwrap_or_else(typical)
+    }
+
+    /// The contributions of a sensor ray that sees a map of its own. Renders share one among all pixels.
+    pub(super) fn sample(
+        &self,
+        scene: &Scene,
+        ray: Ray,
+        lanes: Spectrum,
+        (sampler, ws): (&mut Sampler, &mut Workspace),
+        out: &mut Vec<Contribution>,
+    ) {
+        let seed = sampler.next_1d().to_bits();
+        let sampler_of = |path| Sampler::new(seed, path, 0);
+        let (map, stats) =
+            PhotonMap::trace(scene, &self.bounds(lanes), self.paths(scene), sampler_of);
+        ws.stats += stats;
+        let gathering = Gathering {
+            scene,
+            mapping: self,
+            radii: self.radii(self.first_radius(scene, &map), 0),
+            map: &map,
+            lanes,
+        };
+        gathering.along(ray, (sampler, ws), |light| {
+            out.push(Contribution {
+                image: None,
+                strategy: (0, 0),
+                value: light.value,
+                weight: 1.0,
+                path: light.path,
+            });
+        });
+    }
+}
+
+/// Radius of the map of a sample, counted from 0, over that of the first. With the exponent that makes
+/// bias and noise of the mean fall alike, the content r^d shrinks by (i + α)/(i + 1) after sample i
+/// (Knaus and Zwicker 2011): r_i^d = Γ(i + α)/(Γ(1 + α) Γ(i + 1)), i counted from 1.
+fn shrinkage(dimensions: f64, sample: u64) -> f64 {
+    let alpha = 4.0 / (dimensions + 4.0);
+    let i = sample as f64 + 1.0;
+    let log = libm::lgamma(i + alpha) - libm::lgamma(1.0 + alpha) - libm::lgamma(i + 1.0);
+    (log / dimensions).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn radii_shrink_by_the_recursion() {
+        for dimensions in [2.0, 3.0] {
+            let alpha = 4.0 / (dimensions + 4.0);
+            let mut content = 1.0;
+            for sample in 0..1000 {
+                let expected = f64::powf(content, 1.0 / dimensions);
+                let found = shrinkage(dimensions, sample);
+                assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+                let i = sample as f64 + 1.0;
+                content *= (i + alpha) / (i + 1.0);
+            }
+        }
+    }
+}

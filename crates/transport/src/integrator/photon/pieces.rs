@@ -1,0 +1,97 @@
+//! Curved edges in pieces that are nearly straight, to find the photons around them.
+
+use crate::path::Span;
+use eikonal::Aabb;
+use eikonal::ray::Arc;
+use glam::DVec3;
+
+/// A piece is no farther from its chord than this share of the radius.
+const SAG: f64 = 0.25;
+
+/// A piece of an arc, and how far around it photons count.
+pub struct Piece<'a> {
+    arc: &'a Arc,
+    /// θ at its ends.
+    range: [f64; 2],
+    /// Position and velocity dx/dσ at its ends.
+    ends: [(DVec3, DVec3); 2],
+    /// Photons count within this distance of the piece; the chord may be `sag` farther away.
+    radius: f64,
+    sag: f64,
+}
+
+/// The pieces of a span, around which photons count up to a radius.
+pub fn pieces(span: &Span, radius: f64) -> impl Iterator<Item = Piece<'_>> {
+    let (arc, end) = (&span.arc, span.theta_end);
+    // A Bézier curve of degree 5 with second differences of control points up to D leaves the chord of a
+    // piece of width w by at most ⅛ w² 20 D.
+    let c = arc.control();
+    let bend = match arc.is_straight() {
+        true => 0.0,
+        false => (0..4)
+            .map(|i| (c[i] - 2.0 * c[i + 1] + c[i + 2]).length())
+            .fold(0.0, f64::max),
+    };
+    let sag = move |width: f64| 2.5 * width * width * bend;
+    let count = (sag(end) / (SAG * radius)).sqrt().ceil().max(1.0) as usize;
+    let width = end / count as f64;
+    (0..count).map(move |i| {
+        let range = [i, i + 1].map(|k| k as f64 * width);
+        Piece {
+            arc,
+            range,
+            ends: range.map(|theta| (arc.position(theta), arc.velocity(theta))),
+            radius,
+            sag: sag(width),
+        }
+    })
+}
+
+impl Piece<'_> {
+    /// Whether a photon in a box may count.
+    pub fn touches(&self, bounds: &Aabb) -> bool {
+        let b = bounds.grown(self.radius + self.sag);
+        let start = self.ends[0].0;
+        // A component of zero would make infinities that cannot be compared.
+        let d = self.chord().to_array();
+        let inverse = DVec3::from(d.map(|d| 1.0 / if d == 0.0 { 1e-300 } else { d }));
+        let (low, high) = ((b.min - start) * inverse, (b.max - start) * inverse);
+        let enter = low.min(high).max_element().max(0.0);
+        let exit = low.max(high).min_element().min(1.0);
+        enter <= exit
+    }
+
+    /// θ of the foot of the perpendicular from a place to the piece, and its squared length, if there is one
+    /// within the radius. Of adjacent pieces of a smooth curve one at most has the foot.
+    pub fn foot(&self, y: DVec3) -> Option<(f64, f64)> {
+        let [start, end] = self.ends;
+        let along = (y - start.0).dot(self.chord()) / self.chord().length_squared();
+        let nearest = start.0 + self.chord() * along.clamp(0.0, 1.0);
+        let reach = self.radius + self.sag;
+        if nearest.distance_squared(y) > reach * reach {
+            return None;
+        }
+        // Half the derivative of the squared distance with respect to σ.
+        let slope = |(x, v): (DVec3, DVec3)| (x - y).dot(v);
+        let (a, b) = (slope(start), slope(end));
+        if a >= 0.0 || b < 0.0 {
+            return None;
+        }
+        let [low, high] = self.range;
+        let mut theta = low + (high - low) * a / (a - b);
+        let at = |theta| (self.arc.position(theta), self.arc.velocity(theta));
+        let mut place = at(theta);
+        // The slope is nearly linear: each step takes off a factor of radius times curvature or more.
+        for _ in 0..if self.arc.is_straight() { 0 } else { 2 } {
+            theta -= slope(place) / (place.1.length_squared() * self.arc.h());
+            theta = theta.clamp(low, high);
+            place = at(theta);
+        }
+        let squared = place.0.distance_squared(y);
+        (squared < self.radius * self.radius).then_some((theta, squared))
+    }
+
+    fn chord(&self) -> DVec3 {
+        self.ends[1].0 - self.ends[0].0
+    }
+}

@@ -1,0 +1,145 @@
+//! A k-d tree over photons, in place: the middle one of a slice splits it across the longest side of the
+//! box that the splits above have left.
+
+use super::map::Photon;
+use eikonal::Aabb;
+
+/// Slices of up to so many photons are not split.
+const LEAF: usize = 8;
+/// Slices of more than so many are sorted by two threads.
+const PARALLEL: usize = 1 << 13;
+
+/// Photons, in the order of the tree.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    photons: Vec<Photon>,
+    bounds: Aabb,
+}
+
+impl Tree {
+    /// Over any number of photons.
+    pub fn new(mut photons: Vec<Photon>) -> Self {
+        let bounds = Aabb::around(photons.iter().map(|p| p.x));
+        sort(&mut photons, bounds);
+        Tree { photons, bounds }
+    }
+
+    /// The photons, neighbours close to one another.
+    pub fn photons(&self) -> &[Photon] {
+        &self.photons
+    }
+
+    /// Calls `found` with every photon in the boxes that are touched, and with few others.
+    pub fn visit(&self, touches: impl Fn(&Aabb) -> bool, mut found: impl FnMut(&Photon)) {
+        if !self.photons.is_empty() {
+            visit(&self.photons, self.bounds, &touches, &mut found);
+        }
+    }
+}
+
+fn sort(photons: &mut [Photon], bounds: Aabb) {
+    if photons.len() <= LEAF {
+        return;
+    }
+    let axis = longest(&bounds);
+    let middle = photons.len() / 2;
+    let by_place = |a: &Photon, b: &Photon| a.x[axis].total_cmp(&b.x[axis]);
+    photons.select_nth_unstable_by(middle, by_place);
+    let [below, above] = split(&bounds, axis, photons[middle].x[axis]);
+    let parallel = photons.len() > PARALLEL;
+    // The one in the middle stays there: it says where the slice is split.
+    let (low, high) = photons.split_at_mut(middle);
+    let high = &mut high[1..];
+    if parallel {
+        rayon::join(|| sort(low, below), || sort(high, above));
+    } else {
+        sort(low, below);
+        sort(high, above);
+    }
+}
+
+fn visit(
+    photons: &[Photon],
+    bounds: Aabb,
+    touches: &impl Fn(&Aabb) -> bool,
+    found: &mut impl FnMut(&Photon),
+) {
+    if !touches(&bounds) {
+        return;
+    }
+    if photons.len() <= LEAF {
+        photons.iter().for_each(found);
+        return;
+    }
+    let axis = longest(&bounds);
+    let middle = photons.len() / 2;
+    let [below, above] = split(&bounds, axis, photons[middle].x[axis]);
+    visit(&photons[..middle], below, touches, found);
+    found(&photons[middle]);
+    visit(&photons[middle + 1..], above, touches, found);
+}
+
+fn longest(bounds: &Aabb) -> usize {
+    let size = bounds.size();
+    (0..3).fold(0, |a, b| if size[b] > size[a] { b } else { a })
+}
+
+fn split(bounds: &Aabb, axis: usize, at: f64) -> [Aabb; 2] {
+    let (mut below, mut above) = (*bounds, *bounds);
+    below.max[axis] = at;
+    above.min[axis] = at;
+    [below, above]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::Sampler;
+    use glam::DVec3;
+
+    fn photons(count: usize) -> Vec<Photon> {
+        let mut sampler = Sampler::new(7, 0, 0);
+        let mut next = || {
+            DVec3::new(
+                sampler.next_1d(),
+                sampler.next_1d(),
+                0.1 * sampler.next_1d(),
+            )
+        };
+        (0..count).map(|_| Photon::at(next())).collect()
+    }
+
+    /// All photons in a ball are found, each once, whatever their number.
+    #[test]
+    fn finds_what_a_search_of_all_finds() {
+        for count in [0, 1, 8, 9, 17, 1000, 20_000] {
+            let all = photons(count);
+            let tree = Tree::new(all.clone());
+            let (center, radius) = (DVec3::new(0.4, 0.6, 0.02), 0.15);
+            let inside = |p: &Photon| p.x.distance(center) <= radius;
+            let mut found = Vec::new();
+            tree.visit(
+                |b| b.nearest_distance(center) <= radius,
+                |p| found.extend(inside(p).then_some(p.x.to_array())),
+            );
+            let mut expected: Vec<_> = all
+                .iter()
+                .filter(|p| inside(p))
+                .map(|p| p.x.to_array())
+                .collect();
+            let order = |a: &[f64; 3], b: &[f64; 3]| a[0].total_cmp(&b[0]);
+            found.sort_by(order);
+            expected.sort_by(order);
+            assert_eq!(found, expected, "{count}");
+        }
+    }
+
+    /// Photons in one place are no trouble.
+    #[test]
+    fn coincident_photons() {
+        let tree = Tree::new(vec![Photon::at(DVec3::ONE); 100]);
+        let mut count = 0;
+        tree.visit(|b| b.contains(DVec3::ONE), |_| count += 1);
+        assert_eq!(count, 100);
+    }
+}

@@ -1,0 +1,136 @@
+//! What meters see of a particle.
+
+use crate::Spectrum;
+use crate::path::{Point, Span};
+use crate::scene::Scene;
+use crate::shape::Hit;
+use glam::DVec3;
+
+/// A particle on one arc of its way.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Channel probabilities with which distances are sampled.
+    pub lanes: Spectrum,
+    /// The arc.
+    pub span: &'a Span,
+    /// The particle flies from θ = 0 to here.
+    pub theta_end: f64,
+    /// Power with which the edge started.
+    pub power: Spectrum,
+    /// Optical path length from the emitter to the start of the arc.
+    pub optical_length: f64,
+}
+
+/// A collision in a medium.
+#[derive(Clone, Copy, Debug)]
+pub struct Collision<'a> {
+    /// The medium's scene.
+    pub scene: &'a Scene,
+    /// Where.
+    pub point: Point,
+    /// Power of the particle over the density per unit length of the collision: an estimate of ∫ Φ dV.
+    pub path: Spectrum,
+    /// Optical path length from the emitter.
+    pub optical_length: f64,
+}
+
+/// Light that passes through a surface, or arrives at an opaque one.
+#[derive(Clone, Copy, Debug)]
+pub struct Passing {
+    /// The object.
+    pub object: usize,
+    /// Where.
+    pub hit: Hit,
+    /// Unit direction beyond the surface; of arrival at an opaque one.
+    pub direction: DVec3,
+    /// Power.
+    pub power: Spectrum,
+    /// Optical path length from the emitter.
+    pub optical_length: f64,
+}
+
+impl Flight<'_> {
+    /// Expected power at θ, given that the particle gets there without a collision. With one channel it
+    /// is the same all along the arc.
+    pub fn power_at(&self, theta: f64) -> Spectrum {
+        let depth = self.span.depth_before + self.span.attenuation.depth(&self.span.arc, theta);
+        self.power * self.span.weight_before * share(self.lanes, depth)
+    }
+
+    /// Whether its power varies along the arc.
+    pub fn power_varies(&self) -> bool {
+        let several = self.lanes.0.iter().filter(|p| **p > 0.0).count() > 1;
+        several && !self.scene.medium(self.span.medium).is_transparent()
+    }
+
+    /// Absorption coefficient at θ.
+    pub fn absorption_at(&self, theta: f64) -> Spectrum {
+        let (arc, medium) = (&self.span.arc, self.scene.medium(self.span.medium));
+        self.span.attenuation.rate(arc, theta)
+            * absorbed_share(medium.albedo.at(arc.position(theta)))
+    }
+
+    /// The absorption coefficient, if it is the same all along the arc.
+    pub fn uniform_absorption(&self) -> Option<Spectrum> {
+        let medium = self.scene.medium(self.span.medium);
+        if medium.is_transparent() {
+            return Some(Spectrum::ZERO);
+        }
+        Some(medium.uniform_extinction()? * absorbed_share(medium.albedo.uniform()?))
+    }
+}
+
+impl Collision<'_> {
+    /// What the medium takes of the particle.
+    pub fn absorbed(&self) -> Spectrum {
+        let albedo = self.scene.medium(self.point.medium).albedo.at(self.point.x);
+        self.path * self.point.rate * absorbed_share(albedo)
+    }
+
+    /// What it scatters.
+    pub fn scattered(&self) -> Spectrum {
+        let albedo = self.scene.medium(self.point.medium).albedo.at(self.point.x);
+        self.path * self.point.rate * albedo
+    }
+}
+
+/// 1 − albedo.
+fn absorbed_share(albedo: Spectrum) -> Spectrum {
+    albedo.map(|a| 1.0 - a)
+}
+
+/// Transmittance of each channel over the probability of getting that far, for channel probabilities
+/// `lanes`. Nothing underflows: only differences of depths enter.
+pub fn share(lanes: Spectrum, depth: Spectrum) -> Spectrum {
+    let used = |i: usize| lanes[i] > 0.0;
+    let least = (0..Spectrum::LANES).filter(|&i| used(i)).map(|i| depth[i]);
+    let least = least.fold(f64::INFINITY, f64::min);
+    let relative = |i: usize| {
+        if used(i) {
+            (least - depth[i]).exp()
+        } else {
+            0.0
+        }
+    };
+    let transmittance = Spectrum(std::array::from_fn(relative));
+    transmittance / (lanes * transmittance).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_channel_keeps_its_power_and_several_share_it() {
+        let one = Spectrum([1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(share(one, Spectrum([2000.0, 0.0, 0.0, 0.0])), one);
+        let two = Spectrum([0.5, 0.5, 0.0, 0.0]);
+        let shared = share(two, Spectrum([1000.0, 1001.0, 0.0, 0.0]));
+        let total = 0.5 + 0.5 * (-1.0f64).exp();
+        assert!((shared[0] - 1.0 / total).abs() < 1e-14);
+        assert!((shared[1] - (-1.0f64).exp() / total).abs() < 1e-14);
+        assert_eq!(shared[2], 0.0);
+    }
+}

@@ -1,0 +1,121 @@
+//! Power through a surface, by side, position, direction and optical path length.
+
+use super::flight::Passing;
+use super::fluence::Slots;
+use super::positions::Positions;
+use super::reading::{Axis, Quantity};
+use crate::Bins;
+use glam::DVec3;
+
+/// Directions told apart by their cosine with an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cosines {
+    /// Number of equal bins.
+    pub count: usize,
+    /// Unit axis; `None` for the normal of the surface, on the side to which the light goes.
+    pub axis: Option<DVec3>,
+}
+
+/// Measures the power that passes through the surface of an object, or arrives there if it is opaque.
+/// Side 0 is light that goes to where the normal points, so light that leaves a closed shape; side 1 is
+/// the opposite.
+#[derive(Clone, Debug)]
+pub struct IrradianceMeter {
+    /// The object.
+    pub object: usize,
+    /// Bins of position.
+    pub positions: Positions,
+    /// Bins of direction.
+    pub cosines: Option<Cosines>,
+    /// Bins of the optical path length from the emitter.
+    pub optical_length: Option<Bins>,
+}
+
+/// Cells before those of bins: power and its optical moment on either side.
+const TOTALS: usize = 4;
+
+impl Cosines {
+    fn bins(&self) -> Bins {
+        Bins {
+            min: if self.axis.is_some() { -1.0 } else { 0.0 },
+            max: 1.0,
+            count: self.count,
+        }
+    }
+
+    fn index(&self, passing: &Passing) -> Option<usize> {
+        let cosine = match self.axis {
+            Some(axis) => axis.dot(passing.direction),
+            None => passing.hit.normal.dot(passing.direction).abs(),
+        };
+        self.bins().index(cosine.clamp(-1.0, 1.0))
+    }
+}
+
+impl IrradianceMeter {
+    /// Bins on one side.
+    fn bins(&self) -> usize {
+        let lengths = self.optical_length.map_or(1, |b| b.count);
+        let cosines = self.cosines.map_or(1, |c| c.count);
+        lengths
+            .saturating_mul(cosines)
+            .saturating_mul(self.positions.bins())
+    }
+
+    /// Number of cells.
+    pub(super) fn slots(&self) -> usize {
+        self.bins().saturating_mul(2).saturating_add(TOTALS)
+    }
+
+    /// What is measured. The binned power and the irradiance are the same sums.
+    pub(super) fn quantities(&self) -> Vec<Quantity> {
+        let sides = Bins {
+            min: 0.0,
+            max: 2.0,
+            count: 2,
+        };
+        let side = Axis::new("side", &sides);
+        let mut axes = vec![side.clone()];
+        axes.extend(self.optical_length.map(|bins| Axis::optical_length(&bins)));
+        axes.extend(self.cosines.map(|c| Axis::new("cosine", &c.bins())));
+        axes.extend(self.positions.axes());
+        let quantity = |name, axes: &[Axis], first, measures: &[f64]| Quantity {
+            name,
+            axes: axes.to_vec(),
+            first,
+            measures: measures.to_vec(),
+        };
+        let mut quantities = vec![
+            quantity("power", std::slice::from_ref(&side), 0, &[1.0]),
+            quantity("optical_moment", &[side], 2, &[1.0]),
+        ];
+        if axes.len() > 1 {
+            quantities.push(quantity("binned_power", &axes, TOTALS, &[1.0]));
+        }
+        if let Some(areas) = self.positions.areas() {
+            quantities.push(quantity("irradiance", &axes, TOTALS, areas));
+        }
+        quantities
+    }
+
+    /// Takes note of light that passes.
+    pub(super) fn pass(&self, passing: &Passing, slots: &mut Slots) {
+        let side = usize::from(passing.hit.normal.dot(passing.direction) <= 0.0);
+        slots.add(side, passing.power);
+        slots.add(2 + side, passing.power * passing.optical_length);
+        if let Some(bin) = self.bin(passing) {
+            slots.add(TOTALS + side * self.bins() + bin, passing.power);
+        }
+    }
+
+    /// The bin on its side that light falls into; `None` outside the range of optical lengths.
+    fn bin(&self, passing: &Passing) -> Option<usize> {
+        let length = self
+            .optical_length
+            .map_or(Some(0), |b| b.index(passing.optical_length))?;
+        let cosine = self.cosines.map_or(Some(0), |c| c.index(passing))?;
+        let cosines = self.cosines.map_or(1, |c| c.count);
+        let position = self.positions.index(&passing.hit)?;
+        Some((length * cosines + cosine) * self.positions.bins() + position)
+    }
+}

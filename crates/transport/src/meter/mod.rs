@@ -1,0 +1,218 @@
+//! Meters: what particles leave on their way from the emitters, other than in a picture.
+//!
+//! A particle starts with the power of the emitters over the density of its ray, flies along curved
+//! edges, and is absorbed and scattered on the way (`particle`). Meters take note of its flights,
+//! collisions and passages (`flight`); every meter has slots in one tally (`tally`), and the account
+//! of where the power went has some as well (`balance`). No index enters anywhere (theory §3): power is
+//! conserved along rays, whatever the index does to radiance.
+
+mod balance;
+mod flight;
+mod fluence;
+mod grid;
+mod irradiance;
+mod particle;
+mod positions;
+mod reading;
+mod tally;
+
+pub use balance::{Balance, Share};
+pub use fluence::{Estimator, FluenceMeter};
+pub use grid::{Coordinates, Grid};
+pub use irradiance::{Cosines, IrradianceMeter};
+pub use positions::Positions;
+pub use reading::{Axis, Reading};
+pub use tally::{Part, Tally};
+
+use crate::Spectrum;
+use crate::emitter::Emitter;
+use crate::path::Workspace;
+use crate::sampling::{Discrete, Sampler};
+use crate::scene::Scene;
+use balance::Ledger;
+use flight::{Collision, Flight, Passing};
+use fluence::{Cuts, Slots};
+use particle::Particle;
+use reading::Quantity;
+use tally::Scores;
+
+/// An instrument.
+#[derive(Clone, Debug)]
+pub enum Meter {
+    /// Fluence rate and absorbed power in space.
+    Fluence(FluenceMeter),
+    /// Power through a surface.
+    Irradiance(IrradianceMeter),
+}
+
+impl Meter {
+    /// Number of cells, over all that it measures.
+    pub fn cells(&self) -> usize {
+        match self {
+            Meter::Fluence(meter) => meter.slots(),
+            Meter::Irradiance(meter) => meter.slots(),
+        }
+    }
+
+    fn quantities(&self) -> Vec<Quantity> {
+        match self {
+            Meter::Fluence(meter) => meter.quantities(),
+            Meter::Irradiance(meter) => meter.quantities(),
+        }
+    }
+}
+
+/// Slots that meters take in a tally with so many channels, the account included.
+pub fn slots(meters: &[Meter], channels: usize) -> usize {
+    let cells = meters.iter().map(Meter::cells);
+    let cells = cells.fold(0, usize::saturating_add);
+    cells.saturating_mul(channels).saturating_add(Ledger::SLOTS)
+}
+
+/// How particles are followed and what measures them, for one group of channels.
+#[derive(Debug)]
+pub struct Setup<'a> {
+    scene: &'a Scene,
+    meters: &'a [Meter],
+    /// Emitters by their power.
+    choice: Discrete,
+    /// Power of all emitters.
+    emitted: Spectrum,
+    /// Channel probabilities.
+    lanes: Spectrum,
+    channels: usize,
+    max_depth: u32,
+    rr_depth: u32,
+}
+
+impl<'a> Setup<'a> {
+    /// `depths`: longest path in edges and specular events, and that at which Russian roulette begins.
+    /// `None` if no light is emitted.
+    pub fn new(
+        scene: &'a Scene,
+        meters: &'a [Meter],
+        channels: usize,
+        (max_depth, rr_depth): (u32, u32),
+    ) -> Option<Self> {
+        let shape = |object: usize| &scene.objects()[object].shape;
+        let emitters = scene.emitters().iter();
+        let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < channels))));
+        let power = |e: &Emitter| e.power(scene.around(), shape) * white;
+        let powers: Vec<Spectrum> = emitters.map(power).collect();
+        let weights: Vec<f64> = powers.iter().map(|power| power.sum()).collect();
+        Some(Setup {
+            scene,
+            meters,
+            choice: Discrete::new(&weights).ok()?,
+            emitted: powers.into_iter().fold(Spectrum::ZERO, |sum, p| sum + p),
+            lanes: white / channels as f64,
+            channels,
+            max_depth,
+            rr_depth,
+        })
+    }
+
+    /// Power of all emitters, per channel.
+    pub fn emitted(&self) -> Spectrum {
+        self.emitted
+    }
+
+    /// Number of slots.
+    pub fn slots(&self) -> usize {
+        slots(self.meters, self.channels)
+    }
+
+    /// Follows the particles of one task, each with random numbers of its own.
+    pub fn task(&self, seed: u64, particles: std::ops::Range<u64>, ws: &mut Workspace) -> Part {
+        let (mut part, mut scores, mut cuts) = (Part::default(), Scores::default(), Cuts::new());
+        for number in particles {
+            ws.stats.paths += 1;
+            let mut sampler = Sampler::new(seed, 0, number);
+            let recorder = Recorder {
+                setup: self,
+                scores: &mut scores,
+                cuts: &mut cuts,
+                sampler: Sampler::new(seed, 1, number),
+            };
+            let mut particle = Particle::new(self, number, recorder);
+            let initial = particle.run(&mut sampler, ws);
+            let account = self.slots() - Ledger::SLOTS;
+            particle
+                .ledger
+                .score(initial, account, particle.recorder.scores);
+            part.take(&mut scores);
+        }
+        ws.stats.not_finite += scores.not_finite;
+        part.finish()
+    }
+
+    /// What each meter has measured.
+    pub fn readings(&self, tally: &Tally) -> Vec<Vec<Reading>> {
+        let mut first = 0;
+        let read = |meter: &Meter| {
+            let quantities = meter.quantities();
+            let readings = quantities
+                .iter()
+                .map(|q| q.read(tally, first, self.channels));
+            let readings = readings.collect();
+            first += meter.cells() * self.channels;
+            readings
+        };
+        self.meters.iter().map(read).collect()
+    }
+
+    /// The account.
+    pub fn balance(&self, tally: &Tally) -> Balance {
+        Balance::of(tally, self.slots() - Ledger::SLOTS, self.emitted.sum())
+    }
+}
+
+/// Passes what happens to a particle on to the meters. Meters draw from random numbers of their own, so
+/// that the particle's way does not depend on who is looking.
+struct Recorder<'r> {
+    setup: &'r Setup<'r>,
+    scores: &'r mut Scores,
+    cuts: &'r mut Cuts,
+    sampler: Sampler,
+}
+
+impl Recorder<'_> {
+    /// Each meter with its slots.
+    fn each(&mut self, mut see: impl FnMut(&Meter, &mut Slots, &mut Cuts, &mut Sampler)) {
+        let channels = self.setup.channels;
+        let mut slots = Slots {
+            scores: self.scores,
+            first: 0,
+            channels,
+        };
+        for meter in self.setup.meters {
+            see(meter, &mut slots, self.cuts, &mut self.sampler);
+            slots.first += meter.cells() * channels;
+        }
+    }
+
+    fn fly(&mut self, flight: &Flight) {
+        self.each(|meter, slots, cuts, sampler| {
+            if let Meter::Fluence(meter) = meter {
+                meter.fly(flight, slots, (cuts, sampler));
+            }
+        });
+    }
+
+    fn collide(&mut self, collision: &Collision) {
+        self.each(|meter, slots, _, _| {
+            if let Meter::Fluence(meter) = meter {
+                meter.collide(collision, slots);
+            }
+        });
+    }
+
+    fn pass(&mut self, passing: &Passing) {
+        self.each(|meter, slots, _, _| match meter {
+            Meter::Irradiance(meter) if meter.object == passing.object => {
+                meter.pass(passing, slots);
+            }
+            _ => {}
+        });
+    }
+}

@@ -1,0 +1,234 @@
+//! The way of one particle from its emitter to its end.
+
+use super::balance::Ledger;
+use super::flight::{Collision, Flight, Passing, share};
+use super::{Recorder, Setup};
+use crate::Spectrum;
+use crate::path::{Carry, Edge, End, Point, Ray, Sampling, Span, Vertex, Workspace, emit, trace};
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use glam::DVec3;
+
+/// Particles that have gone over so many edges are lost: between walls that absorb nothing they would go
+/// on for ever.
+const MOST_EDGES: usize = 1_000_000;
+/// Russian roulette is played when a particle has less than this share of its power left.
+const SMALL: f64 = 0.1;
+
+/// A particle on its way.
+pub(super) struct Particle<'a, 'r> {
+    pub setup: &'a Setup<'a>,
+    /// The scene at the particle's instant.
+    scene: &'a Scene,
+    pub recorder: Recorder<'r>,
+    pub ledger: Ledger,
+    /// Edges and specular events so far.
+    depth: u32,
+    /// Optical path length so far.
+    optical_length: f64,
+}
+
+impl<'a, 'r> Particle<'a, 'r> {
+    /// The particle of this number.
+    pub fn new(setup: &'a Setup<'a>, number: u64, recorder: Recorder<'r>) -> Self {
+        Particle {
+            setup,
+            scene: setup.scene.at(number),
+            recorder,
+            ledger: Ledger::default(),
+            depth: 0,
+            optical_length: 0.0,
+        }
+    }
+
+    /// Emits it and follows it to its end. Returns the power that it started with, summed over channels.
+    pub fn run(&mut self, sampler: &mut Sampler, ws: &mut Workspace) -> f64 {
+        let setup = self.setup;
+        let pick = setup.choice.sample(sampler.next_1d());
+        let u = (sampler.next_2d(), sampler.next_2d());
+        let white = setup.lanes.map(|p| f64::from(u8::from(p > 0.0)));
+        let Some((_, ray)) = emit(self.scene, (pick.index, pick.probability), white, u) else {
+            return 0.0;
+        };
+        self.optical_length = ray.optical_length;
+        let (initial, mut next) = (ray.throughput, Some(ray));
+        let sampling = Sampling {
+            carry: Carry::Power,
+            lanes: setup.lanes,
+            extend: false,
+            collides: true,
+        };
+        for _ in 0..MOST_EDGES {
+            let Some(ray) = next else {
+                return initial.sum();
+            };
+            let edge = trace(self.scene, ray.start, sampling, sampler, ws);
+            let onward = self.edge(&edge, ray.throughput, sampler);
+            next = onward.and_then(|ray| self.roulette(ray, initial, sampler));
+        }
+        if let Some(ray) = next {
+            ws.stats.lost += 1;
+            self.ledger.lost += ray.throughput.sum();
+        }
+        initial.sum()
+    }
+
+    /// Takes note of an edge, and of its end. Returns how the particle goes on.
+    fn edge(&mut self, edge: &Edge, power: Spectrum, sampler: &mut Sampler) -> Option<Ray> {
+        let mut left = power;
+        for (i, span) in edge.spans.iter().enumerate() {
+            let depth = self.depth.saturating_add(1 + span.events_before);
+            left = power * self.share_before(span);
+            if depth > self.setup.max_depth {
+                self.ledger.cut += left.sum();
+                return None;
+            }
+            let collision = match edge.end {
+                End::Collision(point) if i + 1 == edge.spans.len() => Some(point),
+                _ => None,
+            };
+            let theta_end = collision.map_or(span.theta_end, |point| point.theta);
+            let flight = Flight {
+                scene: self.scene,
+                lanes: self.setup.lanes,
+                span,
+                theta_end,
+                power,
+                optical_length: self.optical_length,
+            };
+            self.recorder.fly(&flight);
+            self.optical_length += span.arc.optical_length(theta_end);
+            left = flight.power_at(theta_end);
+            if let (None, Some(next)) = (collision, edge.spans.get(i + 1)) {
+                self.go_on((span, next), left, power * self.share_before(next));
+            }
+        }
+        self.depth = self.depth.saturating_add(1 + edge.tube.events);
+        self.end(edge, (power, left), sampler)
+    }
+
+    /// Share of an edge's power that is left at the start of a span, over the probability of getting there.
+    fn share_before(&self, span: &Span) -> Spectrum {
+        span.weight_before * share(self.setup.lanes, span.depth_before)
+    }
+
+    /// From one span to the next, perhaps by way of a smooth surface or a boundary.
+    fn go_on(&mut self, (span, next): (&Span, &Span), before: Spectrum, after: Spectrum) {
+        self.ledger.surfaces += (before - after).sum();
+        if span.surface.is_some() {
+            let arrival = span.arc.velocity(span.theta_end).normalize();
+            let onward = next.arc.velocity(0.0).normalize();
+            self.surface(span, (arrival, before), Some((onward, after)));
+        }
+    }
+
+    /// Shows the meters a surface at the end of a span: directions and powers before and after.
+    fn surface(
+        &mut self,
+        span: &Span,
+        before: (DVec3, Spectrum),
+        after: Option<(DVec3, Spectrum)>,
+    ) {
+        let Some((object, hit)) = span.surface else {
+            return;
+        };
+        let opaque = self.scene.objects()[object].bsdf.is_opaque();
+        let seen = if opaque { Some(before) } else { after };
+        let Some((direction, power)) = seen else {
+            return;
+        };
+        let side = |d: DVec3| hit.normal.dot(d) > 0.0;
+        if opaque || side(direction) == side(before.0) {
+            self.recorder.pass(&Passing {
+                object,
+                hit,
+                direction,
+                power,
+                optical_length: self.optical_length,
+            });
+        }
+    }
+
+    /// What happens at the end of an edge that started with `power` and has `left` some.
+    fn end(
+        &mut self,
+        edge: &Edge,
+        (power, left): (Spectrum, Spectrum),
+        sampler: &mut Sampler,
+    ) -> Option<Ray> {
+        let scene = self.scene;
+        match &edge.end {
+            End::Collision(point) => {
+                let collision = self.collision(point, power);
+                self.recorder.collide(&collision);
+                self.ledger.media += collision.absorbed().sum();
+                let scatter = Vertex::volume(point).scatter(scene, sampler)?;
+                Some(Ray {
+                    start: scatter.start,
+                    pdf: scatter.pdf,
+                    throughput: collision.scattered(),
+                    optical_length: self.optical_length,
+                })
+            }
+            End::Surface { direction, .. } => {
+                let scatter = Vertex::of(scene, edge)?.scatter(scene, sampler);
+                let onward = scatter.map(|s| (s.start, s.pdf, left * s.weight));
+                let after = onward.map_or(Spectrum::ZERO, |(_, _, power)| power);
+                self.ledger.surfaces += (left - after).sum();
+                if let Some(span) = edge.spans.last() {
+                    let beyond = onward.map(|(start, _, power)| (start.direction, power));
+                    self.surface(span, (*direction, left), beyond);
+                }
+                onward.map(|(start, pdf, throughput)| Ray {
+                    start,
+                    pdf,
+                    throughput,
+                    optical_length: self.optical_length,
+                })
+            }
+            End::Escaped { .. } => {
+                self.ledger.escaped += left.sum();
+                None
+            }
+            End::Dead if edge.lost => {
+                self.ledger.lost += left.sum();
+                None
+            }
+            End::Dead => {
+                self.ledger.surfaces += left.sum();
+                if let Some(span) = edge.spans.last() {
+                    let arrival = span.arc.velocity(span.theta_end).normalize();
+                    self.surface(span, (arrival, left), None);
+                }
+                None
+            }
+        }
+    }
+
+    /// A collision: with channel probabilities p, its density per unit length is Σ p σ_t T.
+    fn collision(&self, point: &Point, power: Spectrum) -> Collision<'a> {
+        let lanes = self.setup.lanes;
+        let share = share(lanes, point.depth);
+        Collision {
+            scene: self.scene,
+            point: *point,
+            path: power * point.weight * share / (lanes * point.rate * share).sum(),
+            optical_length: self.optical_length,
+        }
+    }
+
+    /// Ends particles that have lost most of their power by chance, without bias.
+    fn roulette(&self, mut ray: Ray, initial: Spectrum, sampler: &mut Sampler) -> Option<Ray> {
+        if ray.throughput.is_zero() {
+            return None;
+        }
+        let left = ray.throughput.sum() / initial.sum();
+        if self.depth >= self.setup.rr_depth && left < SMALL {
+            if sampler.next_1d() >= left {
+                return None;
+            }
+            ray.throughput *= 1.0 / left;
+        }
+        Some(ray)
+    }
+}

@@ -1,0 +1,136 @@
+//! Bins of position on a surface.
+
+use super::reading::Axis;
+use crate::Bins;
+use crate::sampling::Sampler;
+use crate::shape::{Hit, Shape};
+use std::f64::consts::PI;
+
+/// Bins of position on the surface of a shape: parts, and within each the coordinates u and v.
+///
+/// | shape | parts | u | v |
+/// |---|---|---|---|
+/// | rectangle, side of a cube | sides of the cube | first local coordinate, in \[0, 1\] | second |
+/// | disk, cap | | radius, in \[0, 1\] | angle, in turns |
+/// | side of a cylinder | side 0, caps 1 and 2 | angle, in turns | height, in \[0, 1\] |
+/// | sphere | | angle, in turns | cosine of the polar angle |
+/// | mesh | triangles | none | none |
+#[derive(Clone, Debug, PartialEq)]
+pub struct Positions {
+    /// Whether v is the cosine of an angle.
+    sphere: bool,
+    parts: usize,
+    resolution: [usize; 2],
+    /// Areas of all bins, if known.
+    areas: Option<Vec<f64>>,
+}
+
+/// Densities that differ by less are the same.
+const UNIFORM: f64 = 1e-9;
+/// Points at which they are compared.
+const PROBES: u64 = 32;
+
+impl Positions {
+    /// So many bins along u and v; parts are told apart if `parts` is set.
+    pub fn new(shape: &Shape, [u, v]: [usize; 2], parts: bool) -> Self {
+        let areas = shape.part_areas();
+        let total = areas.iter().sum();
+        let areas = if parts { areas } else { vec![total] };
+        let fine = (u, v) != (1, 1);
+        let divide = |(part, area): (usize, &f64)| {
+            let disk =
+                matches!(shape, Shape::Disk(_)) || matches!(shape, Shape::Cylinder(_)) && part > 0;
+            let fraction = move |i: usize| match disk {
+                true => (2 * i + 1) as f64 / (u * u * v) as f64,
+                false => 1.0 / (u * v) as f64,
+            };
+            let area = *area;
+            (0..u * v)
+                .map(move |bin| area * fraction(bin % u))
+                .collect::<Vec<f64>>()
+        };
+        Positions {
+            sphere: matches!(shape, Shape::Sphere(_)),
+            parts: areas.len(),
+            resolution: [u, v],
+            areas: (!fine || is_even(shape))
+                .then(|| areas.iter().enumerate().flat_map(divide).collect()),
+        }
+    }
+
+    /// Number of bins.
+    pub fn bins(&self) -> usize {
+        let [u, v] = self.resolution;
+        self.parts.saturating_mul(u).saturating_mul(v)
+    }
+
+    /// Areas of all bins; `None` if the coordinates are not even in area, as on an ellipsoid.
+    pub fn areas(&self) -> Option<&[f64]> {
+        self.areas.as_deref()
+    }
+
+    /// The axes that have more than one bin.
+    pub(super) fn axes(&self) -> Vec<Axis> {
+        let parts = Bins {
+            min: 0.0,
+            max: self.parts as f64,
+            count: self.parts,
+        };
+        let [u, v] = self.ranges();
+        let mut axes = Vec::new();
+        if self.parts > 1 {
+            axes.push(Axis::new("part", &parts));
+        }
+        if self.resolution != [1, 1] {
+            axes.extend([Axis::new("v", &v), Axis::new("u", &u)]);
+        }
+        axes
+    }
+
+    fn ranges(&self) -> [Bins; 2] {
+        let bins = |min, count| Bins {
+            min,
+            max: 1.0,
+            count,
+        };
+        let least = if self.sphere { -1.0 } else { 0.0 };
+        [
+            bins(0.0, self.resolution[0]),
+            bins(least, self.resolution[1]),
+        ]
+    }
+
+    /// The bin of a point of the surface.
+    pub(super) fn index(&self, hit: &Hit) -> Option<usize> {
+        let part = if self.parts > 1 {
+            hit.primitive as usize
+        } else {
+            0
+        };
+        if self.resolution == [1, 1] {
+            return Some(part);
+        }
+        let [u_bins, v_bins] = self.ranges();
+        let v = if self.sphere {
+            (PI * hit.uv[1]).cos()
+        } else {
+            hit.uv[1]
+        };
+        let u = u_bins.index(hit.uv[0].clamp(0.0, 1.0))?;
+        let v = v_bins.index(v.clamp(v_bins.min, 1.0))?;
+        Some((part * v_bins.count + v) * u_bins.count + u)
+    }
+}
+
+/// Whether the coordinates of curved shapes divide them evenly.
+fn is_even(shape: &Shape) -> bool {
+    if !matches!(shape, Shape::Sphere(_) | Shape::Cylinder(_)) {
+        return true;
+    }
+    let mut first = [None; 3];
+    (0..PROBES).all(|i| {
+        let sample = shape.sample_area(Sampler::new(2, i, 0).next_2d());
+        let expected = *first[sample.primitive as usize % 3].get_or_insert(sample.pdf);
+        (sample.pdf - expected).abs() <= UNIFORM * expected
+    })
+}

@@ -1,0 +1,118 @@
+//! What is read off a meter.
+
+use super::grid::{Coordinates, Grid};
+use super::tally::Tally;
+use crate::Bins;
+
+/// One axis of an array of bins.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Its name: `x`, `y`, `z`, `r`, `opl`, `cosine`, `side`, `part`, `u`, `v`.
+    pub name: &'static str,
+    /// The ends of its bins, one more than there are bins.
+    pub edges: Vec<f64>,
+}
+
+impl Axis {
+    /// An axis of equal bins.
+    pub fn new(name: &'static str, bins: &Bins) -> Self {
+        Axis {
+            name,
+            edges: bins.edges(),
+        }
+    }
+
+    pub(super) fn optical_length(bins: &Bins) -> Self {
+        Axis::new("opl", bins)
+    }
+
+    /// The axes of a grid, the last one running fastest. Positions are those of the world if the grid
+    /// is neither turned nor sheared, and else lengths from its corner, or from its centre.
+    pub(super) fn of_grid(grid: &Grid) -> Vec<Self> {
+        let (matrix, origin) = (grid.to_world().matrix3, grid.to_world().translation);
+        let upright = (0..3).all(|i| {
+            let side = matrix.col(i);
+            side[i] > 0.0 && side.length() == side[i]
+        });
+        let axis = |name, i: usize, moved: bool| {
+            let start = if upright && moved { origin[i] } else { 0.0 };
+            Axis::new(
+                name,
+                &Bins {
+                    min: start,
+                    max: start + matrix.col(i).length(),
+                    count: grid.size()[i],
+                },
+            )
+        };
+        match grid.coordinates() {
+            Coordinates::Cartesian => {
+                vec![axis("z", 2, true), axis("y", 1, true), axis("x", 0, true)]
+            }
+            Coordinates::Cylindrical => vec![axis("z", 2, true), axis("r", 0, false)],
+            Coordinates::Spherical => vec![axis("r", 0, false)],
+        }
+    }
+
+    /// Number of bins.
+    pub fn len(&self) -> usize {
+        self.edges.len() - 1
+    }
+
+    /// Whether there are none; never.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// An array of sums over bins, and what each is to be divided by.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Quantity {
+    pub name: &'static str,
+    pub axes: Vec<Axis>,
+    /// The first of its cells among those of the meter.
+    pub first: usize,
+    /// Measures of cells, such as volumes: those of the fastest axes, repeated over the others.
+    pub measures: Vec<f64>,
+}
+
+impl Quantity {
+    /// Number of bins.
+    pub fn cells(&self) -> usize {
+        self.axes
+            .iter()
+            .fold(1, |n, axis| n.saturating_mul(axis.len()))
+    }
+
+    /// Reads it off the tally, in which the meter has the slots from `first`, with so many channels.
+    pub fn read(&self, tally: &Tally, first: usize, channels: usize) -> Reading {
+        let slots = 0..self.cells() * channels;
+        let of = |value: &dyn Fn(usize) -> f64| {
+            let start = first + self.first * channels;
+            let measure = |i: usize| self.measures[i / channels % self.measures.len()];
+            slots
+                .clone()
+                .map(|i| value(start + i) / measure(i))
+                .collect()
+        };
+        Reading {
+            name: self.name,
+            axes: self.axes.clone(),
+            mean: of(&|slot| tally.mean(slot)),
+            error: of(&|slot| tally.error(slot)),
+        }
+    }
+}
+
+/// An array that a meter has measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// `fluence`, `absorbed`, `power`, `irradiance`, ...
+    pub name: &'static str,
+    /// Its axes, the slowest first. Channels run fastest of all, after the last axis.
+    pub axes: Vec<Axis>,
+    /// Means for each bin and channel.
+    pub mean: Vec<f64>,
+    /// Standard errors of the means.
+    pub error: Vec<f64>,
+}

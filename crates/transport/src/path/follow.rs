@@ -1,0 +1,164 @@
+//! One ray from the sensor on: unscattered, on the way that Snell's law and mirrors leave no choice of.
+
+use super::Workspace;
+use super::walk::leave;
+use crate::Spectrum;
+use crate::bsdf::Bsdf;
+use crate::medium::Attenuation;
+use crate::scene::{MediumId, Scene};
+use crate::shape::Hit;
+use eikonal::connect::World;
+use eikonal::interface::{Interface, Rule};
+use eikonal::ray::{Arc, Flow, Node};
+use glam::{DMat3, DVec3};
+
+/// More arcs than any sensible ray has.
+const MOST_STEPS: u64 = 20_000;
+
+/// How a ray that was followed ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// On an object that passes no ray on in one direction.
+    Surface(usize),
+    /// It left the scene.
+    Left,
+    /// It left its medium's field, or took too many steps: it may be trapped.
+    Lost,
+}
+
+/// A ray up to an opaque surface, or up to the last boundary if it left the scene; up to its start if it
+/// met nothing at all.
+#[derive(Clone, Copy, Debug)]
+pub struct Way {
+    /// Position of its end.
+    pub x: DVec3,
+    /// Unit direction there, beyond a boundary.
+    pub direction: DVec3,
+    /// Arc length.
+    pub length: f64,
+    /// ∫n ds.
+    pub optical_length: f64,
+    /// Optical depth.
+    pub depth: Spectrum,
+    /// Number of arcs, the last one out of the scene included.
+    pub steps: u64,
+    /// How it ended.
+    pub ending: Ending,
+}
+
+/// Follows the ray from `x` in a unit direction: on through index-matched boundaries, refracted by
+/// smooth dielectrics, or totally reflected, and reflected by smooth metals.
+pub fn follow(
+    scene: &Scene,
+    (x, direction): (DVec3, DVec3),
+    medium: MediumId,
+    ws: &mut Workspace,
+) -> Way {
+    let mut follower = Follower {
+        scene,
+        x,
+        v: direction * scene.n(medium, x),
+        medium,
+        way: Way {
+            x,
+            direction,
+            length: 0.0,
+            optical_length: 0.0,
+            depth: Spectrum::ZERO,
+            steps: 0,
+            ending: Ending::Lost,
+        },
+    };
+    let ending = loop {
+        if let Some(ending) = follower.region(ws) {
+            break ending;
+        }
+    };
+    ws.stats.lost += u64::from(ending == Ending::Lost);
+    Way {
+        ending,
+        ..follower.way
+    }
+}
+
+struct Follower<'a> {
+    scene: &'a Scene,
+    x: DVec3,
+    v: DVec3,
+    medium: MediumId,
+    way: Way,
+}
+
+impl Follower<'_> {
+    /// Follows the ray through one medium. Returns how it ended, unless it goes on into another.
+    fn region(&mut self, ws: &mut Workspace) -> Option<Ending> {
+        let scene = self.scene;
+        let field = scene.field(self.medium);
+        let node = Node::new(field, self.x, self.v, ());
+        let mut flow = Flow::new(field, node, scene.tolerance());
+        loop {
+            let reach = scene.reach(flow.node().x);
+            let step = flow.advance(reach / flow.node().v.length(), &mut ws.stats.work);
+            self.way.steps += 1;
+            if !step.end.x.is_finite() || self.way.steps > MOST_STEPS {
+                return Some(Ending::Lost);
+            }
+            match scene.first_hit(&step.arc) {
+                Some((object, hit)) => {
+                    self.lengthen(&step.arc, hit.theta);
+                    return self.surface(object, &hit, step.arc.velocity(hit.theta));
+                }
+                None if field.is_constant() => return Some(Ending::Left),
+                None => self.lengthen(&step.arc, 1.0),
+            }
+            if scene.is_outside(step.end.x) {
+                return Some(Ending::Lost);
+            }
+        }
+    }
+
+    fn lengthen(&mut self, arc: &Arc, theta: f64) {
+        let attenuation = Attenuation::new(self.scene.medium(self.medium), arc, theta);
+        self.way.depth += attenuation.depth(arc, theta);
+        self.way.length += arc.arc_length(theta);
+        self.way.optical_length += arc.optical_length(theta);
+    }
+
+    /// Goes on from a surface if there is one way to go.
+    fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> Option<Ending> {
+        // The arc's speed is the index up to the tolerance: here it becomes the index again.
+        let v = v.normalize() * self.scene.n(self.medium, hit.position);
+        self.way.x = hit.position;
+        self.way.direction = v.normalize();
+        let rule = match self.scene.objects()[object].bsdf {
+            Bsdf::Null => Rule::Pass,
+            Bsdf::Dielectric(_) => Rule::Refract,
+            Bsdf::Conductor(_) if hit.normal.dot(v) < 0.0 => Rule::Reflect,
+            _ => return Some(Ending::Surface(object)),
+        };
+        self.go_on(rule, (object, hit), v)
+    }
+
+    fn go_on(&mut self, rule: Rule, (object, hit): (usize, &Hit), v: DVec3) -> Option<Ending> {
+        let scene = self.scene;
+        let at = (hit.position, hit.normal);
+        let beyond = scene.medium_beside(object, self.medium, at, v);
+        let n2 = |medium| (scene.field(medium).n2(hit.position), DVec3::ZERO);
+        let interface = Interface {
+            normal: hit.normal,
+            shape: DMat3::ZERO,
+            near: n2(self.medium),
+            far: n2(beyond),
+        };
+        let refracted = interface.velocity(rule, v);
+        self.v = refracted
+            .or_else(|| interface.velocity(Rule::Reflect, v))
+            .unwrap_or(-v);
+        if refracted.is_some() && rule != Rule::Reflect {
+            self.medium = beyond;
+        }
+        self.way.direction = self.v.normalize();
+        self.x = leave(scene, hit.position, hit.normal, self.way.direction);
+        None
+    }
+}

@@ -1,0 +1,32 @@
+//! Where the optical length of a path counts from.
+//!
+//! From the point of a point-like emitter, the surface of an area light, the plane of a beam's aperture. Light
+//! from outside has no such place: it counts from the plane across its direction that touches the ball
+//! around the scene ([`Surroundings`](crate::emitter::Surroundings)) where the light enters it. At the other
+//! end: from the pinhole, the point of the lens, or the plane on which the rays of a parallel view start.
+
+use crate::emitter::Emitter;
+use crate::scene::{AMBIENT, Scene};
+use glam::DVec3;
+
+/// Optical length by which an aim at an emitter lies behind the place where its paths count from:
+/// the aims of light from outside are planes two radii from the centre of the ball.
+pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
+    match &scene.emitters()[emitter] {
+        Emitter::Directional { .. } | Emitter::Environment(_) => {
+            let around = scene.around();
+            around.radius * scene.n(AMBIENT, around.center)
+        }
+        Emitter::Point { .. }
+        | Emitter::Spot(_)
+        | Emitter::Area { .. }
+        | Emitter::Collimated(_) => 0.0,
+    }
+}
+
+/// Optical length from `x`, in surroundings of index `n`, to the plane where light that comes from the
+/// unit direction `toward` enters the ball. The light is parallel, so the plane is one of its phase.
+pub(super) fn to_entrance(scene: &Scene, n: f64, x: DVec3, toward: DVec3) -> f64 {
+    let around = scene.around();
+    n * (around.radius - (x - around.center).dot(toward))
+}

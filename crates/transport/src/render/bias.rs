@@ -1,0 +1,79 @@
+//! Images whose bias is known to second order.
+//!
+//! A sample V of a pixel comes with an estimate B of its bias, from the same photons. Then V − B is free of
+//! bias but for higher orders, and with means over samples V̄ and B̄ the image is off by no more than
+//! |B̄| + z·(standard error of V − B), with the probability that goes with z (theory §9).
+
+use crate::Spectrum;
+use crate::film::{Film, Pixel};
+
+/// Standard deviations within which a normal deviate lies with a probability of 95 %.
+const DEVIATIONS: f64 = 1.959_963_984_540_054;
+
+/// The image with its known bias taken off: the mean of V − B.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Debiased {
+    /// It.
+    pub film: Film,
+}
+
+impl Debiased {
+    /// Estimate of the bias of the mean over the image and its channels.
+    pub fn bias(&self, image: &Film) -> f64 {
+        image.summary().0 - self.film.summary().0
+    }
+
+    /// Error of the mean over the image and its channels: the size of its bias and the standard error
+    /// without it.
+    pub fn error(&self, image: &Film) -> f64 {
+        self.bias(image).abs() + self.film.summary().1
+    }
+
+    /// The same for pixels: the root of its mean square over pixels and channels.
+    pub fn rms_error(&self, image: &Film) -> f64 {
+        let errors = self.values(image, |bias, error| bias.abs() + error);
+        let sum: f64 = errors.iter().map(|e| e * e).sum();
+        (sum / errors.len() as f64).sqrt()
+    }
+
+    /// Bias of every pixel: row by row with channels interleaved.
+    pub fn pixel_bias(&self, image: &Film) -> Vec<f32> {
+        self.stored(image, |bias, _| bias)
+    }
+
+    /// Bound of the error of every pixel by noise and bias, which holds with a probability of at least 95 %;
+    /// same layout.
+    pub fn bound(&self, image: &Film) -> Vec<f32> {
+        self.stored(image, |bias, error| bias.abs() + DEVIATIONS * error)
+    }
+
+    fn stored(&self, image: &Film, f: impl Fn(f64, f64) -> f64) -> Vec<f32> {
+        self.values(image, f)
+            .into_iter()
+            .map(|v| v as f32)
+            .collect()
+    }
+
+    /// A quantity of every pixel and channel, from its bias and the standard error without it.
+    fn values(&self, image: &Film, f: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+        let mut out = Vec::with_capacity(image.width() * image.height() * image.channels());
+        for i in 0..image.width() * image.height() {
+            for group in 0..image.groups() {
+                let (biased, debiased) = (&image.group(group)[i], &self.film.group(group)[i]);
+                let lanes = (image.channels() - group * Spectrum::LANES).min(Spectrum::LANES);
+                out.extend(lane_values(biased, debiased, &f).take(lanes));
+            }
+        }
+        out
+    }
+}
+
+fn lane_values(
+    biased: &Pixel,
+    debiased: &Pixel,
+    f: impl Fn(f64, f64) -> f64,
+) -> impl Iterator<Item = f64> {
+    let bias = biased.mean() - debiased.mean();
+    let error = debiased.variance_of_mean().map(f64::sqrt);
+    (0..Spectrum::LANES).map(move |lane| f(bias[lane], error[lane]))
+}

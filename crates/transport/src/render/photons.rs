@@ -1,0 +1,164 @@
+//! Estimators whose pixels share photon maps: one for each sample of the whole image.
+//!
+//! As for splats, samples of the whole image are independent of one another, and so are those of a pixel,
+//! while pixels of one sample are not.
+
+use super::Debiased;
+use super::source::{Source, add};
+use super::splats::Layered;
+use crate::Spectrum;
+use crate::film::{Decomposition, Film, Pending};
+use crate::integrator::{Gathering, Integrator, PhotonMap, PhotonMapping, lanes};
+use crate::scene::FilmSpec;
+use crate::stats::Stats;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Pixels per unit of work.
+const PIXELS_PER_TASK: usize = 16;
+/// Number of the sample whose map chooses the radius: no render gets there.
+const PILOT: u64 = 1 << 63;
+
+/// One sample of a pixel.
+struct Taken {
+    value: Spectrum,
+    /// The part of it that is bias.
+    bias: Spectrum,
+    /// Values by layer, if light is told apart.
+    layers: Vec<(usize, Spectrum)>,
+}
+
+/// What keeps the image without its bias, for estimators that know of it.
+pub(super) fn debiased(spec: &FilmSpec, integrator: &Integrator) -> Option<Debiased> {
+    let film = || Film::new(spec.width, spec.height, spec.channels);
+    let is_biased = matches!(integrator, Integrator::Photon(_));
+    is_biased.then(|| Debiased { film: film() })
+}
+
+/// Radius of the first photon map of a source.
+pub(super) fn first_radius(source: &Source, mapping: &PhotonMapping) -> f64 {
+    let automatic = || mapping.first_radius(source.scene, &map(source, mapping, PILOT).0);
+    mapping.radius.unwrap_or_else(automatic)
+}
+
+fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Stats) {
+    let (scene, spec) = (source.scene.at(sample), source.scene.film());
+    // Light subpaths are numbered after the pixels.
+    let pixels = (spec.width * spec.height) as u64;
+    let bounds = mapping.bounds(lanes(source.lanes()));
+    let sampler = |path| source.sampler(pixels + path, sample);
+    PhotonMap::trace(scene, &bounds, mapping.paths(scene), sampler)
+}
+
+/// Adds a range of samples to every pixel of the source's channel group.
+pub(super) fn pass(
+    source: &Source,
+    samples: Range<u64>,
+    (film, debiased): (&mut Film, &mut Debiased),
+    counter: &AtomicU64,
+) -> Stats {
+    let Integrator::Photon(mapping) = &source.integrator else {
+        return Stats::default();
+    };
+    let mut stats = Stats::default();
+    for sample in samples {
+        let (map, counts) = map(source, mapping, sample);
+        stats += counts;
+        let gathering = Gathering {
+            scene: source.scene.at(sample),
+            mapping,
+            map: &map,
+            radii: mapping.radii(source.radius, sample),
+            lanes: lanes(source.lanes()),
+        };
+        let decomposition = film.layers().map(|layers| *layers.decomposition());
+        let pixels = film.width() * film.height();
+        let parts: Vec<(Vec<Taken>, Stats)> = (0..pixels.div_ceil(PIXELS_PER_TASK))
+            .into_par_iter()
+            .map(|task| {
+                let range = task * PIXELS_PER_TASK..pixels.min((task + 1) * PIXELS_PER_TASK);
+                part(source, (&gathering, decomposition), sample, range, counter)
+            })
+            .collect();
+        let mut taken = Vec::with_capacity(pixels);
+        for (part, counts) in parts {
+            stats += counts;
+            taken.extend(part);
+        }
+        add_sample(source.group, &taken, (film, debiased), &mut stats);
+    }
+    stats
+}
+
+fn part(
+    source: &Source,
+    (gathering, decomposition): (&Gathering, Option<Decomposition>),
+    sample: u64,
+    pixels: Range<usize>,
+    counter: &AtomicU64,
+) -> (Vec<Taken>, Stats) {
+    let mut ws = source.workspace();
+    let mut pending = decomposition.map(|d| (d, Pending::new(d.layers())));
+    let count = pixels.len() as u64;
+    let taken = pixels.map(|pixel| {
+        let (ray, mut sampler) = source.ray(pixel, sample);
+        ws.stats.paths += 1;
+        let (mut value, mut bias) = (Spectrum::ZERO, Spectrum::ZERO);
+        gathering.along(ray, (&mut sampler, &mut ws), |light| {
+            value += light.value;
+            bias += light.bias;
+            if let Some((decomposition, pending)) = &mut pending {
+                pending.add(decomposition.layer(&light.path), light.value);
+            }
+        });
+        let mut layers = Vec::new();
+        if let Some((_, pending)) = &mut pending {
+            pending.take(|layer, value| layers.push((layer, value)));
+        }
+        Taken {
+            value,
+            bias,
+            layers,
+        }
+    });
+    let taken = taken.collect();
+    counter.fetch_add(count, Ordering::Relaxed);
+    (taken, ws.stats())
+}
+
+/// Adds a sample of every pixel.
+fn add_sample(
+    group: usize,
+    taken: &[Taken],
+    (film, debiased): (&mut Film, &mut Debiased),
+    stats: &mut Stats,
+) {
+    let mut layered = Layered::new(film.parts_mut(group).layers, taken.len());
+    let mut parts = film.parts_mut(group);
+    let mut levels = parts.cascade.as_mut().map(|c| c.levels_mut());
+    let (mut sum, mut sum_debiased) = (Spectrum::ZERO, Spectrum::ZERO);
+    let pixels = parts.pixels.iter_mut().zip(debiased.film.group_mut(group));
+    for (i, ((pixel, other), taken)) in pixels.zip(taken).enumerate() {
+        let finite = taken.value.is_finite();
+        let bias = if finite { taken.bias } else { Spectrum::ZERO };
+        let value = add(pixel, taken.value, &mut stats.not_finite);
+        sum += value;
+        sum_debiased += add(other, value - bias, &mut stats.not_finite);
+        if let Some(levels) = &mut levels {
+            levels.add(i, value);
+        }
+        if let (Some(layered), true) = (&mut layered, finite) {
+            for &(layer, value) in &taken.layers {
+                layered.add(i, layer, value);
+            }
+        }
+    }
+    if let (Some(layered), Some(layers)) = (&mut layered, parts.layers) {
+        layered.finish(layers);
+    }
+    film.add_whole(group, sum / taken.len() as f64);
+    debiased
+        .film
+        .add_whole(group, sum_debiased / taken.len() as f64);
+}

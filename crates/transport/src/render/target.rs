@@ -1,0 +1,98 @@
+//! Ending a render when its measured error is small enough.
+//!
+//! The error is looked at after fixed numbers of samples, whatever the passes and threads, so that a render
+//! that stops is a render of just that many samples. Errors are measured, and may be too small by chance: the
+//! first look is not early, and two in a row must agree. What is left is a small bias of the mean, for
+//! renders stop a little too soon when bright samples happen to be missing (theory §10).
+
+use super::Debiased;
+use crate::film::Film;
+
+/// Samples per pixel before the first look.
+const FIRST: u64 = 32;
+/// Factor between looks.
+const GROWTH: f64 = 1.25;
+/// So many looks in a row must find the error small enough.
+const AGREEING: u32 = 2;
+
+/// What is to become how exact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// The error, > 0, relative to the mean of the image.
+    pub error: f64,
+    /// What it is the error of.
+    pub measure: Measure,
+}
+
+/// What an error is of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Measure {
+    /// The mean over the image and its channels: its standard error ([`Film::summary`]), and the size of its
+    /// bias ([`Debiased::error`]).
+    #[default]
+    Image,
+    /// Single pixels: the root of the mean square of their errors ([`Film::rms_error`],
+    /// [`Debiased::rms_error`]).
+    Pixel,
+}
+
+impl Measure {
+    /// Names, as command lines use them, in the order of the variants.
+    pub const NAMES: [&'static str; 2] = ["image", "pixel"];
+
+    /// Name, as in [`Measure::NAMES`].
+    pub fn name(self) -> &'static str {
+        Measure::NAMES[self as usize]
+    }
+
+    /// The error of a film relative to its mean, with that by bias if there is any: infinite as long as it is
+    /// not known.
+    pub fn error(self, film: &Film, debiased: Option<&Debiased>) -> f64 {
+        let (mean, error) = film.summary();
+        let error = match (self, debiased) {
+            (Measure::Image, None) => error,
+            (Measure::Pixel, None) => film.rms_error(),
+            (Measure::Image, Some(debiased)) => debiased.error(film),
+            (Measure::Pixel, Some(debiased)) => debiased.rms_error(film),
+        };
+        match error / mean {
+            relative if relative.is_finite() => relative,
+            _ => f64::INFINITY,
+        }
+    }
+}
+
+/// Looks at the error from time to time.
+pub(super) struct Watch {
+    target: Target,
+    next: u64,
+    met: u32,
+}
+
+impl Watch {
+    pub fn new(target: Target) -> Self {
+        Watch {
+            target,
+            next: FIRST,
+            met: 0,
+        }
+    }
+
+    /// Samples per pixel before the next look.
+    pub fn next(&self) -> u64 {
+        self.next
+    }
+
+    /// Whether to stop after `done` samples per pixel.
+    pub fn is_over(&mut self, done: u64, (film, debiased): (&Film, Option<&Debiased>)) -> bool {
+        if done < self.next {
+            return false;
+        }
+        self.next = (done as f64 * GROWTH).ceil() as u64;
+        self.met = match self.target.measure.error(film, debiased) <= self.target.error {
+            true => self.met + 1,
+            false => 0,
+        };
+        self.met >= AGREEING
+    }
+}

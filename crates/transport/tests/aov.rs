@@ -1,0 +1,235 @@
+//! What becomes of sensor rays that are not scattered, against closed forms.
+
+mod common;
+
+use common::{container, fog, glass, parts, shoot_by, vacuum};
+use eikonal::connect::World;
+use eikonal::field::{Constant, Gaussian, Luneburg};
+use eikonal::{Field, Tolerance};
+use glam::{DAffine3, DMat3, DVec3};
+use std::f64::consts::{PI, TAU};
+use testkit::convergence::fit_order;
+use transport::bsdf::{Bsdf, Diffuse};
+use transport::integrator::{Aov, AovTracer, Integrator, deflection};
+use transport::medium::Medium;
+use transport::render::Rendering;
+use transport::scene::{Object, Parts};
+use transport::sensor::{Orthographic, Sensor};
+use transport::shape::{Rectangle, Shape, Sphere};
+use transport::{Scene, Spectrum};
+
+/// An orthographic sensor at `position` that sees `half` to either side of the z axis and looks along +z.
+fn along_z(position: DVec3, half: f64) -> Sensor {
+    let map = DAffine3::from_mat3_translation(DMat3::from_diagonal(DVec3::splat(half)), position);
+    Sensor::Orthographic(Orthographic::new(map, 1.0))
+}
+
+fn ball(radius: f64) -> Shape {
+    Sphere::new(DAffine3::from_scale(DVec3::splat(radius)))
+        .unwrap()
+        .into()
+}
+
+/// A ball around the origin of a clear medium of given index, seen along z from z = −`distance`.
+fn seen(index: impl Into<Field>, radius: f64, distance: f64, half: f64) -> Parts {
+    let media = vec![vacuum(), Medium::transparent("ball", index.into())];
+    let sensor = along_z(DVec3::NEG_Z * distance, half);
+    let mut parts = parts(
+        vec![container(ball(radius), Bsdf::Null)],
+        media,
+        vec![],
+        sensor,
+    );
+    parts.tolerance = Tolerance::new(1e-11);
+    parts
+}
+
+fn all(parts: Parts) -> Rendering {
+    shoot_by(Integrator::Aov(AovTracer::default()), parts, 4, 1)
+}
+
+/// The values of one ray, by the names of their channels.
+fn of_ray(scene: &Scene, origin: DVec3, direction: DVec3) -> impl Fn(&str) -> f64 + use<> {
+    let tracer = AovTracer::default();
+    let mut ws = transport::path::Workspace::new(scene.tolerance());
+    let mut values = Vec::new();
+    let ray = transport::sensor::Ray { origin, direction };
+    tracer.sample(scene, ray, &mut ws, &mut values);
+    move |name| values[tracer.channels().position(|n| n == name).unwrap()]
+}
+
+fn scene(parts: Parts) -> Scene {
+    Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"))
+}
+
+/// A parallel ray at distance b from the middle of a weak Gaussian bump turns by
+/// ε = ∫∂n/∂b ds/n₀ = −√(2π) Δ b e^(−b²/2w²)/(n₀ w) along b, up to terms of order Δ².
+#[test]
+fn a_weak_bump_deflects_by_its_gradient() {
+    let (n0, w) = (1.33, 0.4);
+    for b in [0.2, 0.5] {
+        let amplitudes = [1e-2, 5e-3, 2.5e-3, 1.25e-3];
+        let errors = amplitudes.map(|delta| {
+            let field = Gaussian::new(n0, delta, DVec3::ZERO, w).unwrap();
+            let mut parts = seen(field, 4.0, 5.0, 1.0);
+            // No refraction at the ball: the bump is not seen there.
+            parts.media[0] = Medium::transparent("around", Constant::new(n0).into());
+            let value = of_ray(&scene(parts), DVec3::new(b, 0.0, -5.0), DVec3::Z);
+            let bump = (-b * b / (2.0 * w * w)).exp();
+            let expected = -TAU.sqrt() * delta * b * bump / (n0 * w);
+            assert!(value("deflection.Y").abs() < 1e-12);
+            let error = (value("deflection.X") - expected).abs();
+            assert!(error < 0.05 * expected.abs(), "{error} {expected}");
+            error
+        });
+        let fit = fit_order(&amplitudes, &errors);
+        assert!((fit.order - 2.0).abs() < 0.05, "order {}", fit.order);
+    }
+}
+
+/// All parallel rays meet at the far pole, and are equally long from the plane that touches the near one:
+/// ∫n ds = (1 + π/2)R.
+#[test]
+fn luneburg_lens_is_equally_long_for_all() {
+    let (r, tolerance) = (1.5, 1e-8);
+    let field = Luneburg::new(1.0, DVec3::ZERO, r).unwrap();
+    // The sensor is a little off the pole that the rays' equal lengths start from.
+    let gap = 0.5;
+    let scene = scene(seen(field, r, r + gap, r));
+    for (x, y) in [(0.0, 0.0), (0.3, -0.2), (-0.9, 0.4), (0.1, 1.2)] {
+        let value = of_ray(&scene, DVec3::new(x, y, -r - gap), DVec3::Z);
+        assert_eq!(value("valid"), 1.0);
+        let length = value("optical_length") - gap;
+        let error = (length - (1.0 + PI / 2.0) * r).abs();
+        assert!(error < tolerance, "{error}");
+        let exit = ["X", "Y", "Z"].map(|axis| value(&format!("exit.position.{axis}")));
+        assert!(DVec3::from_array(exit).distance(DVec3::Z * r) < tolerance);
+        // A ray at distance b from the axis leaves the pole at the angle asin(b/R) with it.
+        let b = x.hypot(y);
+        let z = value("exit.direction.Z");
+        assert!((z - (1.0 - (b / r).powi(2)).sqrt()).abs() < 1e-7);
+        assert!((value("deflection.X") - (-(x / r)).atan2(z)).abs() < 1e-7);
+        assert!((value("deflection.Y") - (-(y / r)).atan2(z)).abs() < 1e-7);
+    }
+}
+
+/// Without any change of the index nothing is deflected, and lengths are chords.
+#[test]
+fn a_homogeneous_ball_deflects_nothing() {
+    let media = vec![vacuum(), fog(Constant::new(1.0), 0.7, 0.9, 0.0)];
+    let sensor = along_z(DVec3::NEG_Z * 3.0, 1.0);
+    let parts = parts(
+        vec![container(ball(1.0), Bsdf::Null)],
+        media,
+        vec![],
+        sensor,
+    );
+    let scene = scene(parts);
+    let value = of_ray(&scene, DVec3::new(0.6, 0.0, -3.0), DVec3::Z);
+    assert_eq!((value("deflection.X"), value("deflection.Y")), (0.0, 0.0));
+    assert!((value("arc_length") - 3.8).abs() < 1e-9);
+    assert!((value("optical_length") - 3.8).abs() < 1e-9);
+    assert!((value("optical_depth") - 0.7 * 1.6).abs() < 1e-9);
+    assert!((value("exit.position.Z") - 0.8).abs() < 1e-9);
+    // Past the ball nothing is met: the exit is the start.
+    let past = of_ray(&scene, DVec3::new(2.0, 0.0, -3.0), DVec3::Z);
+    assert_eq!((past("valid"), past("arc_length")), (1.0, 0.0));
+    assert_eq!(past("exit.position.Z"), -3.0);
+}
+
+/// A glass slab shifts a slanted ray but does not turn it; a screen behind ends it.
+#[test]
+fn refraction_up_to_a_screen() {
+    let (n, thick) = (1.5, 0.4);
+    let slab = DAffine3::from_scale(DVec3::new(3.0, 3.0, 0.5 * thick));
+    let slab: Shape = transport::shape::Cube::new(slab).unwrap().into();
+    let screen = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(3.0),
+        glam::DQuat::from_rotation_y(PI),
+        DVec3::Z * 2.0,
+    );
+    let screen = Object {
+        name: "screen".into(),
+        shape: Rectangle::new(screen).unwrap().into(),
+        bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ONE).unwrap()),
+        sides: None,
+        emitter: None,
+    };
+    let media = vec![
+        vacuum(),
+        Medium::transparent("glass", Constant::new(n).into()),
+    ];
+    let objects = vec![container(slab, glass()), screen];
+    let scene = scene(parts(
+        objects,
+        media,
+        vec![],
+        along_z(DVec3::NEG_Z * 2.0, 1.0),
+    ));
+    let (sin, cos) = 0.5_f64.sin_cos();
+    let value = of_ray(&scene, DVec3::NEG_Z * 2.0, DVec3::new(sin, 0.0, cos));
+    let inside = (1.0 - (sin / n).powi(2)).sqrt();
+    let x = (4.0 - thick) * sin / cos + thick * sin / n / inside;
+    // A ray starts a nudge off each of the surfaces that it leaves.
+    let tolerance = 10.0 * scene.nudge();
+    assert!((value("exit.position.X") - x).abs() < tolerance);
+    assert!(value("deflection.X").abs() < 1e-12);
+    let length = (4.0 - thick) / cos + n * thick / inside;
+    assert!((value("optical_length") - length).abs() < tolerance);
+}
+
+/// Rays that leave a field which is not closed are lost: zero and counted, never NaN.
+#[test]
+fn lost_rays_are_counted() {
+    let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
+    let mut parts = seen(index, 1.0, 2.0, 0.5);
+    // An open disc in place of the ball: the medium behind it has no end.
+    parts.objects[0].shape =
+        transport::shape::Disk::new(DAffine3::from_scale_rotation_translation(
+            DVec3::ONE,
+            glam::DQuat::from_rotation_y(PI),
+            DVec3::ZERO,
+        ))
+        .unwrap()
+        .into();
+    let rendering = all(parts);
+    assert_eq!(rendering.stats.lost, 4 * 16);
+    assert_eq!(rendering.stats.not_finite, 0);
+    assert!(rendering.film.mean().iter().all(|v| *v == 0.0));
+}
+
+/// Angles follow the sensor's axes, whichever way these point, and add up for small turns.
+#[test]
+fn deflection_has_the_signs_of_the_axes() {
+    let turn = DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(-0.4);
+    for mirror in [1.0, -1.0] {
+        let axes = turn * DMat3::from_diagonal(DVec3::new(2.0 * mirror, 3.0, 0.5));
+        let map = DAffine3::from_mat3(axes);
+        let (x, y, z) = (turn.x_axis * mirror, turn.y_axis, turn.z_axis);
+        for [ex, ey] in [[1e-4, 2e-4], [-0.3, 0.0], [0.0, 0.2]] {
+            let exit = (z + x * f64::tan(ex) + y * f64::tan(ey)).normalize();
+            let [dx, dy] = deflection(&map, z, exit);
+            assert!((dx - ex).abs() < 1e-12 && (dy - ey).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn results_do_not_depend_on_threads_and_lists() {
+    let render = |threads: usize, aovs: &[Aov]| {
+        let field = Gaussian::new(1.0, 0.1, DVec3::ZERO, 0.3).unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let tracer = Integrator::Aov(AovTracer::new(aovs));
+        let work = || shoot_by(tracer, seen(field, 2.0, 3.0, 1.0), 8, 5);
+        pool.build().unwrap().install(work)
+    };
+    let one = render(1, &Aov::ALL);
+    assert_eq!(one.film, render(3, &Aov::ALL).film);
+    assert_eq!(one.film.channels(), 13);
+    // The same rays whichever quantities are asked for: deflection is channels 7 and 8 of all.
+    let two = render(2, &[Aov::Deflection]);
+    let (all, some) = (one.film.mean(), two.film.mean());
+    for (all, some) in all.chunks(13).zip(some.chunks(3)) {
+        assert_eq!([all[0], all[7], all[8]], *some);
+    }
+}

@@ -1,0 +1,177 @@
+//! What must be equal up to rounding, or bit for bit.
+
+use super::common::{camera, container, fog, glass, parts, sky, vacuum};
+use super::{bins, bounded, estimators, means, shoot};
+use eikonal::Field;
+use eikonal::field::{Constant, Gaussian};
+use glam::DVec3;
+use std::ops::ControlFlow;
+use transport::bsdf::Bsdf;
+use transport::emitter::Emitter;
+use transport::film::Decomposition;
+use transport::render::{Options, render};
+use transport::scene::Parts;
+use transport::shape::Sphere;
+use transport::{Scene, Spectrum};
+
+/// A ball of fog, under a point light and a sky.
+fn ball(index: impl Into<Field>, wall: Bsdf) -> Parts {
+    let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), wall);
+    let lamp = Emitter::Point {
+        position: DVec3::new(1.0, 1.5, 1.0),
+        intensity: Spectrum::splat(60.0),
+    };
+    let mut parts = parts(
+        vec![ball],
+        vec![vacuum(), fog(index, 1.0, 0.9, 0.3)],
+        vec![lamp, sky()],
+        camera(DVec3::Z * 3.5, DVec3::ZERO),
+    );
+    parts.film.filter = transport::film::Filter::Tent { radius: 1.0 };
+    parts
+}
+
+fn lens() -> Parts {
+    ball(Gaussian::new(1.3, 0.3, DVec3::ZERO, 0.3).unwrap(), glass())
+}
+
+fn everything() -> Decomposition {
+    Decomposition {
+        length: bins(6.0, 0.5, 6),
+        bounces: Some(2),
+        emitters: Some(2),
+    }
+}
+
+#[test]
+fn layers_add_up_to_the_image() {
+    for integrator in estimators() {
+        let rendering = shoot((integrator, everything()), &lens(), 24, 3);
+        let film = &rendering.film;
+        let layers = everything().layers();
+        let planes: Vec<Vec<f32>> = (0..layers).map(|l| film.layer_mean(l)).collect();
+        let lit = planes.iter().filter(|p| p.iter().any(|v| *v > 0.0)).count();
+        assert!(lit > layers / 4, "{lit} of {layers} layers");
+        let scale = film.summary().0;
+        for (i, value) in film.mean().into_iter().enumerate() {
+            let sum: f64 = planes.iter().map(|p| f64::from(p[i])).sum();
+            let tolerance = 1e-6 * (f64::from(value) + scale);
+            assert!((sum - f64::from(value)).abs() < tolerance, "{sum} {value}");
+        }
+        let sum: f64 = means(&rendering).iter().sum();
+        assert!((sum / scale - 1.0).abs() < 1e-12, "{sum} {scale}");
+    }
+}
+
+#[test]
+fn layers_change_nothing_about_the_image() {
+    for integrator in estimators() {
+        let with = shoot((integrator, everything()), &lens(), 8, 4);
+        let without = shoot((integrator, Decomposition::default()), &lens(), 8, 4);
+        assert_eq!(with.film.group(0), without.film.group(0));
+        assert_eq!(with.film.summary(), without.film.summary());
+        assert!(without.film.layers().is_none());
+    }
+}
+
+/// With one bin that holds everything, layers know what the image knows, errors included.
+#[test]
+fn one_layer_is_the_image() {
+    let one = Decomposition {
+        length: bins(0.0, 1e3, 1),
+        ..Decomposition::default()
+    };
+    for integrator in estimators() {
+        let film = shoot((integrator, one), &lens(), 16, 5).film;
+        let (mean, error) = film.summary();
+        let (layer_mean, layer_error) = film.layer_summary(0);
+        assert!((layer_mean / mean - 1.0).abs() < 1e-12);
+        assert!(
+            (layer_error / error - 1.0).abs() < 1e-9,
+            "{layer_error} {error}"
+        );
+        for (a, b) in film.layer_variance(0).iter().zip(film.variance()) {
+            assert!((a - b).abs() <= 1e-5 * b, "{a} {b}");
+        }
+        assert_eq!(film.layer_summary(1).0 + film.layer_summary(2).0, 0.0);
+    }
+}
+
+#[test]
+fn layers_do_not_depend_on_threads_and_passes() {
+    for integrator in estimators() {
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let run = || shoot((integrator, everything()), &lens(), 10, 5).film;
+            pool.build().unwrap().install(run)
+        };
+        let one = with(1);
+        assert_eq!(one, with(2));
+        assert_eq!(one, with(5));
+        let options = Options {
+            decomposition: everything(),
+            ..Options::new(integrator, 40, 5)
+        };
+        let scene = [Scene::new(lens()).unwrap()];
+        let stopped = render(&scene, &options, |progress| match progress.done >= 5 {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        });
+        let short = shoot((integrator, everything()), &lens(), stopped.samples, 5);
+        assert_eq!(stopped.film, short.film);
+    }
+}
+
+/// Where nothing bends rays, the path tracer draws the same paths whatever their longest length: a layer of
+/// so many bounces is the difference of two renders.
+#[test]
+fn bounces_are_differences_of_depths() {
+    let mut parts = ball(Constant::new(1.0), Bsdf::Null);
+    parts.emitters.remove(0);
+    let by_bounces = Decomposition {
+        bounces: Some(3),
+        ..Decomposition::default()
+    };
+    let path = estimators()[0];
+    let layers = means(&shoot((path, by_bounces), &parts, 64, 6));
+    let mut before = 0.0;
+    for (k, layer) in layers[..4].iter().enumerate() {
+        let path = bounded(k as u32 + 1)[0];
+        let mean = shoot((path, Decomposition::default()), &parts, 64, 6);
+        let mean = mean.film.summary().0;
+        assert!(
+            (mean - before - layer).abs() < 1e-12,
+            "{k}: {mean} {before} {layer}"
+        );
+        assert!(*layer > 0.0);
+        before = mean;
+    }
+    assert!(layers[4] > 0.0);
+}
+
+/// Layers of emitters, dimmed and brightened, are the image of emitters that are.
+#[test]
+fn emitters_can_be_weighed_afterwards() {
+    let by_emitter = Decomposition {
+        emitters: Some(2),
+        ..Decomposition::default()
+    };
+    let mut other = lens();
+    other.emitters[0] = Emitter::Point {
+        position: DVec3::new(1.0, 1.5, 1.0),
+        intensity: Spectrum::splat(15.0),
+    };
+    other.emitters[1] = Emitter::Environment(transport::emitter::Environment::Constant(
+        Spectrum::splat(2.0),
+    ));
+    for integrator in estimators() {
+        let layers = means(&shoot((integrator, by_emitter), &lens(), 16, 7));
+        let mean = shoot((integrator, by_emitter), &other, 16, 7)
+            .film
+            .summary()
+            .0;
+        let weighed = 0.25 * layers[0] + 2.0 * layers[1];
+        assert!((weighed / mean - 1.0).abs() < 1e-12, "{weighed} {mean}");
+        assert!(layers[0] > 0.05 * layers[1] && layers[1] > 0.05 * layers[0]);
+    }
+}

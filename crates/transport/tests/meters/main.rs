@@ -1,0 +1,15 @@
+//! Meters against closed forms, independent tallies, each other, and the conservation of power.
+//!
+//! Statistical tests compare at a family-wise false-alarm rate of 1e-3 each, by z with the standard errors
+//! that the meters state.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod closed_forms;
+mod conservation;
+mod cutting;
+mod reproducible;
+mod slabs;
+mod support;
+mod tallies;

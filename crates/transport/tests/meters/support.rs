@@ -1,0 +1,106 @@
+//! Measurements for tests.
+
+pub use crate::common::{container, fog, glass, parts, sky, vacuum};
+use glam::{DAffine3, DMat3, DVec3};
+use std::ops::ControlFlow;
+use std::sync::atomic::AtomicU64;
+use transport::emitter::{Collimated, Emitter, Profile};
+use transport::meter::{
+    Coordinates, Estimator, FluenceMeter, Grid, IrradianceMeter, Meter, Positions, Reading,
+};
+use transport::render::{MeasureOptions, Measurement, measure};
+use transport::scene::{Object, Parts};
+use transport::sensor::Sensor;
+use transport::{Scene, Spectrum};
+
+pub const FAMILY: f64 = 1e-3;
+
+/// No camera.
+pub fn nobody() -> Sensor {
+    Sensor::Absent(DAffine3::IDENTITY)
+}
+
+/// Ten times as many particles under `MORGANA_LONG_TESTS`.
+pub fn particles(n: u64) -> u64 {
+    match std::env::var_os("MORGANA_LONG_TESTS") {
+        Some(_) => 10 * n,
+        None => n,
+    }
+}
+
+pub fn options(particles: u64, seed: u64) -> MeasureOptions {
+    MeasureOptions {
+        particles,
+        seed,
+        max_depth: None,
+        rr_depth: 5,
+    }
+}
+
+pub fn run(parts: Parts, meters: &[Meter], options: &MeasureOptions) -> Measurement {
+    let scene = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
+    let counter = AtomicU64::new(0);
+    let go_on = |_| ControlFlow::Continue(());
+    let measurement = measure(&[scene], meters, options, &counter, go_on).unwrap();
+    assert_eq!(measurement.stats.not_finite, 0);
+    assert_eq!(counter.into_inner(), options.particles);
+    measurement
+}
+
+pub fn scaled(scale: DVec3, translation: DVec3) -> DAffine3 {
+    DAffine3::from_mat3_translation(DMat3::from_diagonal(scale), translation)
+}
+
+pub fn fluence(coordinates: Coordinates, size: [usize; 3], to_world: DAffine3) -> FluenceMeter {
+    FluenceMeter {
+        grid: Grid::new(coordinates, size, to_world).unwrap(),
+        estimator: Estimator::TrackLength,
+        optical_length: None,
+    }
+}
+
+/// Shells of the unit ball.
+pub fn shells(count: usize) -> FluenceMeter {
+    fluence(Coordinates::Spherical, [count, 1, 1], DAffine3::IDENTITY)
+}
+
+/// Through the surface of the `index`th object.
+pub fn through(
+    objects: &[Object],
+    index: usize,
+    resolution: [usize; 2],
+    by_part: bool,
+) -> IrradianceMeter {
+    IrradianceMeter {
+        object: index,
+        positions: Positions::new(&objects[index].shape, resolution, by_part),
+        cosines: None,
+        optical_length: None,
+    }
+}
+
+/// A beam of unit power.
+pub fn beam(origin: DVec3, direction: DVec3, radius: f64) -> Emitter {
+    Emitter::Collimated(Collimated::new(
+        origin,
+        direction,
+        Profile::Disc { radius },
+        Spectrum::ONE,
+    ))
+}
+
+/// The reading of that name of the `meter`th meter.
+pub fn reading<'a>(measurement: &'a Measurement, meter: usize, name: &str) -> &'a Reading {
+    let mut readings = measurement.readings[meter].iter();
+    readings.find(|r| r.name == name).unwrap()
+}
+
+/// Differences from exact values in standard errors.
+pub fn zs<'a>(reading: &'a Reading, exact: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    assert_eq!(reading.mean.len(), exact.len());
+    let all = reading.mean.iter().zip(&reading.error).zip(exact);
+    all.map(|((mean, error), exact)| {
+        println!("{}: {mean} ± {error}, expected {exact}", reading.name);
+        (mean - exact) / error
+    })
+}

@@ -1,0 +1,159 @@
+#!/usr/bin/env python3
+"""Bias and noise of photon maps, against bdpt for equal time, on the Luneburg lens in fog.
+
+Renders the scene several times with independent seeds, compares with a long render of particles, and writes
+docs/photons.md and docs/images/photons.png. Uses the standard library and the release binary (--binary takes
+another one).
+
+Usage: scripts/compare_photons.py [--time SECONDS] [--seeds N] [--threads N] [--binary FILE]
+"""
+
+import argparse
+import json
+import pathlib
+import subprocess
+import tempfile
+
+import compare
+
+SCENE, SIZE = "luneburg_fog", {"width": 96, "height": 58}
+# Name, integrator, parameters.
+ESTIMATORS = (
+    ("bdpt", "bdpt", ""),
+    ("photon, radius 0.1", "photon", '<float name="radius" value="0.1"/>'),
+    ("photon, radius 0.025", "photon", '<float name="radius" value="0.025"/>'),
+    ("sppm, radius 0.1", "sppm", '<float name="radius" value="0.1"/>'),
+)
+# The reference is the mean of so many renders.
+REFERENCES = 10
+
+
+def with_integrator(folder, name, kind, parameters):
+    """A copy of the scene with another integrator."""
+    text = (compare.ROOT / "scenes" / f"{SCENE}.xml").read_text()
+    old = '<integrator type="path">'
+    assert old in text
+    path = folder / f"{name}.xml"
+    path.write_text(text.replace(old, f'<integrator type="{kind}">{parameters}'))
+    return path
+
+
+def render(binary, folder, scene, seed, seconds, threads):
+
+
+    image, stats = folder / "image.npy", folder / "stats.json"
+    command = [binary, "render", scene, "--quiet", "--seed", str(seed), "--time", f"{seconds}s"]
+    command += ["--threads", str(threads), "-o", image, "--stats", stats]
+    for name, value in SIZE.items():
+        command += ["-D", f"{name}={value}"]
+    subprocess.run(command, check=True)
+    return compare.Run(*compare.read_npy(image), json.loads(stats.read_text()), seconds)
+
+
+def errors(runs, references):
+    """Variance of a render and squared bias, relative to the squared reference, averaged over the image. The
+    noise of both means is known from the differences between renders, and taken off the bias."""
+    reference = compare.averages(references)
+    noise = noise_of_mean(references, reference)
+    floor = (compare.DARK * sum(reference) / len(reference)) ** 2
+    variance, bias = 0.0, 0.0
+    means = compare.averages(runs)
+    for mean, r, own, other in zip(means, reference, noise_of_mean(runs, means), noise):
+        variance += own * len(runs) / (r * r + floor)
+        bias += ((mean - r) ** 2 - own - other) / (r * r + floor)
+    return variance / len(reference), bias / len(reference)
+
+
+def noise_of_mean(runs, means):
+    """Variance of the mean over runs of every value."""
+    columns = zip(*(run.values for run in runs))
+    scale = len(runs) * (len(runs) - 1)
+    return [sum((x - m) ** 2 for x in column) / scale for m, column in zip(means, columns)]
+
+
+def difference(runs, reference):
+    """Rows of bytes: red where the mean of the renders is too bright, blue where it is too dark."""
+    width = runs[0].width
+    scale = 4 * sum(reference) / len(reference)
+    averages = compare.averages(runs)
+    pixels = []
+    for i in range(0, len(reference), 3):
+        d = sum(averages[i : i + 3]) - sum(reference[i : i + 3])
+        strength = round(255 * min(abs(d) / scale * 4, 1.0))
+        faded = 255 - strength
+        pixels.append(bytes((255, faded, faded) if d > 0 else (faded, faded, 255)))
+    rows = [pixels[k : k + width] for k in range(0, len(pixels), width)]
+    return [b"".join(row) for row in rows]
+
+
+TEXT = """# Photon maps compared
+
+Bias and noise of photon maps on `{scene}` ({size}), {time:g} s per render on {threads} threads, {seeds} independent
+renders each. Made by `scripts/compare_photons.py`. The reference is the mean of {references} such renders by
+`particle`.
+
+![One render of each, and below them where their means are too bright or too dark](images/photons.png)
+
+*Above: one render of {names}, from left to right. Below: mean of the
+renders less the reference, red where that is too bright, blue where it is too dark: what is left of noise in both
+is seen as well.*
+
+| estimator | samples per pixel | mean of the image | variance | squared bias |
+|---|---|---|---|---|
+{rows}
+| reference | | {mean:.5f} ± {error:.5f} | | |
+
+*Variance*, *squared bias*: of pixels, by the squared reference (plus {dark:g} % of the image's mean), averaged over the
+image. The noise of both means is taken off the second, so that it may be negative where there is no bias. `bdpt` has none: its
+value shows how uncertain the others are.
+"""
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--time", type=float, default=6.0)
+    parser.add_argument("--seeds", type=int, default=4)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--binary")
+    args = parser.parse_args()
+    binary = args.binary or compare.program()
+    rows, images, differences = [], [], []
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        scene = with_integrator(folder, "reference", "particle", "")
+        seeds = range(1000, 1000 + REFERENCES)
+        references = [render(binary, folder, scene, s, args.time, args.threads) for s in seeds]
+        reference = compare.averages(references)
+        for number, (name, kind, parameters) in enumerate(ESTIMATORS):
+            scene = with_integrator(folder, kind, kind, parameters)
+            one = lambda seed: render(binary, folder, scene, seed, args.time, args.threads)
+            runs = [one(100 * number + i) for i in range(args.seeds)]
+            mean, error = compare.overall(runs)
+            variance, bias = errors(runs, references)
+            spp = sum(run.spp for run in runs) / len(runs)
+            rows.append(f"| {name} | {spp:.0f} | {mean:.5f} ± {error:.5f} | {variance:.1e} | {bias:.1e} |")
+            print(rows[-1], flush=True)
+            images.append(compare.strip({name: runs[:1]}, 0))
+            differences.append(difference(runs, reference))
+    gap = b"\xff" * 3 * compare.GAP
+    beside = lambda strips: [gap.join(parts) for parts in zip(*strips)]
+    out = compare.ROOT / "docs"
+    compare.write_png(out / "images" / "photons.png", [beside(images), beside(differences)])
+    text = TEXT.format(
+        scene=SCENE,
+        size=" × ".join(str(v) for v in SIZE.values()),
+        time=args.time,
+        threads=args.threads,
+        seeds=args.seeds,
+        references=REFERENCES,
+        names="; ".join(name for name, _, _ in ESTIMATORS),
+        rows="\n".join(rows),
+        mean=compare.overall(references)[0],
+        error=compare.overall(references)[1],
+        dark=100 * compare.DARK,
+    )
+    (out / "photons.md").write_text(text)
+
+
+if __name__ == "__main__":
+    main()
