@@ -10,6 +10,7 @@ pub mod integrator;
 pub mod medium;
 pub mod path;
 pub mod phase;
+pub mod photons;
 pub mod render;
 pub mod sampling;
 pub mod scene;
