@@ -67,6 +67,10 @@ fn inside_transport_data_flows_one_way() {
         "transport/src/path",
         &["crate::integrator", "crate::render"],
     );
+    refuses(
+        "transport/src/photons",
+        &["crate::integrator", "crate::render"],
+    );
     refuses("transport/src/integrator", &["crate::render"]);
     refuses(
         "transport/src/meter",

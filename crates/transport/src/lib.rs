@@ -12,6 +12,7 @@ pub mod medium;
 pub mod meter;
 pub mod path;
 pub mod phase;
+pub mod photons;
 pub mod render;
 pub mod sampling;
 pub mod scene;

@@ -4,7 +4,8 @@ use crate::FAMILY;
 use crate::common::shoot_by;
 use crate::support::{InBox, boxed, photons};
 use testkit::z_test::{max_abs_z, z_score};
-use transport::integrator::{Integrator, Kernel, PhotonMapping, Query};
+use transport::integrator::{Integrator, PhotonMapping, Query};
+use transport::photons::Kernel;
 
 fn kernel(query: Query, radius: f64) -> Kernel {
     match query {

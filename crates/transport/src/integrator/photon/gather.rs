@@ -1,14 +1,12 @@
 //! What a sensor ray sees in a photon map: the photons around it, or around a place that it samples, and
 //! those on the first surface that is not specular.
 
-use super::kernel::Kernel;
-use super::map::{Photon, PhotonMap, Place};
-use super::pieces::pieces;
 use super::{PhotonMapping, Query, Radii};
 use crate::Spectrum;
 use crate::film::PathFacts;
 use crate::path::Point;
 use crate::path::{Carry, Edge, End, Sampling, Start, Vertex, Workspace, trace};
+use crate::photons::{Kernel, Photon, PhotonMap, Place, pieces};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::Ray;
@@ -128,7 +126,7 @@ impl Gathering<'_> {
         self.map.volume.visit(
             |bounds| bounds.nearest_distance(point.x) < kernel.radius(),
             |photon| {
-                let weighed = kernel.weigh(photon.x.distance_squared(point.x));
+                let weighed = kernel.between(photon.x, point.x);
                 let scattered = self.phase(photon, point.direction);
                 self.count(photon, &seen, scattered, weighed, found);
             },
@@ -211,7 +209,7 @@ impl Gathering<'_> {
             |photon| {
                 let cosine = surface.normal.dot(photon.direction).abs();
                 if alike(photon.place) && cosine > 0.0 {
-                    let weighed = kernel.weigh(photon.x.distance_squared(x));
+                    let weighed = kernel.between(photon.x, x);
                     let scattered = vertex.eval(self.scene, -photon.direction) / cosine;
                     self.count(photon, seen, scattered, weighed, found);
                 }

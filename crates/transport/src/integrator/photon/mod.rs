@@ -7,18 +7,13 @@
 //! same photons (theory §9).
 
 mod gather;
-mod kernel;
-mod map;
-mod pieces;
-mod tree;
 
 pub use gather::{Gathered, Gathering};
-pub use kernel::Kernel;
-pub use map::{Photon, PhotonMap, Place};
 
 use super::Contribution;
 use crate::Spectrum;
 use crate::path::{Bounds, Workspace};
+use crate::photons::PhotonMap;
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::Ray;

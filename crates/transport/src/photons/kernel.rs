@@ -1,5 +1,6 @@
 //! Kernels: how the photons around a place are weighed.
 
+use glam::DVec3;
 use std::f64::consts::PI;
 
 /// The biweight kernel K(d) ∝ (1 − d²/r²)² on a disc or in a ball of radius r: one when integrated over it.
@@ -32,6 +33,11 @@ impl Kernel {
     /// The radius, beyond which it is zero.
     pub fn radius(&self) -> f64 {
         self.radius
+    }
+
+    /// As [`Kernel::weigh`], at the distance between two places.
+    pub fn between(&self, x: DVec3, y: DVec3) -> Option<(f64, f64)> {
+        self.weigh(x.distance_squared(y))
     }
 
     /// At a squared distance: K, and the part of it that is bias to second order, B = ½m∇²K with m the
