@@ -100,7 +100,7 @@ impl PhotonMap {
         (map, stats)
     }
 
-    /// A radius that reaches [`NEIGHBOURS`] photons around a typical one: the median over some of them.
+    /// A radius that reaches `NEIGHBOURS` photons around a typical one: the median over some of them.
     /// `None` if there are fewer than two photons.
     pub fn typical_radius(&self) -> Option<f64> {
         let trees = [&self.volume, &self.surface];
