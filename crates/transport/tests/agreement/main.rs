@@ -153,6 +153,14 @@ fn the_matrix_covers_all_pairs() {
     }
 }
 
+/// What the family as a whole says.
+fn verdict(rows: &[Row], pooled: &[Pooled]) -> String {
+    match judge(rows, pooled, RATE) {
+        Ok(()) => "All of them agree.".into(),
+        Err(which) => which,
+    }
+}
+
 fn document(rows: &[Row], pooled: &[Pooled], effort: Effort) -> String {
     let single = rows.iter().map(|r| r.p_values.len()).sum::<usize>();
     let comparisons = single + pooled.iter().flat_map(Pooled::p_values).count();
@@ -163,6 +171,7 @@ fn document(rows: &[Row], pooled: &[Pooled], effort: Effort) -> String {
         .replace("{comparisons}", &comparisons.to_string())
         .replace("{batches}", &effort.batches.to_string())
         .replace("{rate}", &format!("{RATE:e}"))
-        .replace("{pooled}", &pooled::table(pooled, sigmas));
+        .replace("{pooled}", &pooled::table(pooled, sigmas))
+        .replace("{verdict}", &verdict(rows, pooled));
     format!("{head}\n{}", table(rows, RATE, effort))
 }
