@@ -102,7 +102,8 @@ pub fn profile(
             ));
         }
         let values = values(layer_of(path, &image, layer)?, channel).map_err(|e| wrong(path, e))?;
-        let errors = errors(&image, layer, channel);
+        // One sample per pixel knows no error: no band.
+        let errors = errors(&image, layer, channel).filter(|e| e.iter().all(|e| e.is_finite()));
         let point = |k: usize| {
             let i = match line {
                 ProfileLine::Row(y) => y * w + k,
