@@ -71,6 +71,7 @@ fn scene(shape: impl Into<transport::shape::Shape>, index: impl Into<Field>, n: 
 }
 
 fn check(name: &str, parts: &Parts, seed: u64, effort: Effort, particles: bool) -> Row {
+    let particles = particles.then_some(effort);
     let started = std::time::Instant::now();
     let row = compare(name, parts, effort, seed, particles);
     let table = table(std::slice::from_ref(&row), RATE, effort);

@@ -1,6 +1,7 @@
 //! The factors of the matrix, and the scene of each of their combinations.
 
 use crate::common::{container, glass, sky, vacuum};
+use crate::compare::Effort;
 use eikonal::field::{
     Acoustic, AcousticMode, Bspline, Constant, Fisheye, Gaussian, LinearIndex, LinearSquare,
     Luneburg, Placement, Selfoc, Sum,
@@ -65,11 +66,24 @@ pub struct Case {
 }
 
 impl Case {
-    /// Whether light reaches the sensor's neighbourhood inside fog: a particle that is scattered close to
-    /// a pinhole is worth 1/r², whose variance is infinite. Only estimators that can do otherwise there
-    /// are compared.
-    pub fn particles_are_heavy(&self) -> bool {
-        self.view == View::PinholeInside && self.matter != Matter::Ball
+    /// The effort that `particle` takes here where the others take `effort`, if it is compared at all.
+    ///
+    /// Where light reaches the sensor's neighbourhood inside fog, a particle that is scattered close to a
+    /// pinhole is worth 1/r², whose variance is infinite. Fog that scatters forwards sends few particles to
+    /// the sensor (a lobe of g = 0.9 covers 1/400 of all directions), so that the effort of others would
+    /// leave a batch without any of those that carry the light, and its mean far from normal.
+    pub fn particle_effort(&self, effort: Effort) -> Option<Effort> {
+        if self.view == View::PinholeInside && self.matter != Matter::Ball {
+            return None;
+        }
+        Some(match self.scatters_forward() {
+            true => effort.times(20),
+            false => effort,
+        })
+    }
+
+    fn scatters_forward(&self) -> bool {
+        matches!(self.matter, Matter::Forward | Matter::ForwardCloud)
     }
 
     pub fn parts(&self) -> Parts {
@@ -125,8 +139,7 @@ impl Case {
 
     fn emitter(&self, objects: &mut Vec<Object>) -> Emitter {
         // Fog that scatters forwards is lit from behind: few paths turn around in it.
-        let forward = matches!(self.matter, Matter::Forward | Matter::ForwardCloud);
-        let lamp = DVec3::new(1.2, 1.4, if forward { -2.0 } else { 1.6 });
+        let lamp = DVec3::new(1.2, 1.4, if self.scatters_forward() { -2.0 } else { 1.6 });
         let down = -lamp.normalize();
         match self.light {
             Light::Point => Emitter::Point {

@@ -30,6 +30,14 @@ pub struct Effort {
 const PROBE: u64 = 4;
 
 impl Effort {
+    /// As many batches, each `factor` times as large.
+    pub fn times(self, factor: u64) -> Self {
+        Effort {
+            work: self.work * factor,
+            ..self
+        }
+    }
+
     /// Samples per pixel of a batch. Counts, and not times, decide: the same on every machine.
     fn samples(&self, integrator: Integrator, parts: &Parts) -> u64 {
         let stats = shoot_by(integrator, parts.clone(), PROBE, u64::MAX).stats;
@@ -90,11 +98,22 @@ fn areas(rendering: &Rendering) -> [f64; AREAS] {
     sums
 }
 
-/// Compares the path tracer and, unless told otherwise, the particle tracer with bidirectional path tracing.
-pub fn compare(name: &str, parts: &Parts, effort: Effort, seed: u64, particles: bool) -> Row {
-    let estimators = [Some(path_tracer()), particles.then(particle), Some(bdpt())];
+/// Compares the path tracer and, with the effort it is given, the particle tracer with bidirectional path
+/// tracing.
+pub fn compare(
+    name: &str,
+    parts: &Parts,
+    effort: Effort,
+    seed: u64,
+    particles: Option<Effort>,
+) -> Row {
+    let estimators = [
+        Some((path_tracer(), effort)),
+        particles.map(|effort| (particle(), effort)),
+        Some((bdpt(), effort)),
+    ];
     let means: Vec<Option<Means>> = (0..3)
-        .map(|k| estimators[k].map(|e| render(e, parts, effort, 3 * seed + k as u64)))
+        .map(|k| estimators[k].map(|(e, effort)| render(e, parts, effort, 3 * seed + k as u64)))
         .collect();
     let reference = means[2].as_ref().unwrap();
     let mut p_values = Vec::new();

@@ -41,7 +41,7 @@ fn rows(cases: &[case::Case], effort: Effort) -> Vec<Row> {
                 "{:?}, {:?}, {:?}, {:?}, {:?}",
                 case.index, case.light, case.matter, case.wall, case.view
             );
-            let particles = !case.particles_are_heavy();
+            let particles = case.particle_effort(effort);
             let started = std::time::Instant::now();
             let row = compare(&name, &case.parts(), effort, seed, particles);
             print!("{:.1} s ", started.elapsed().as_secs_f64());
@@ -72,7 +72,7 @@ fn estimators_agree_quickly() {
         wall: Wall::Matched,
         view: View::Lens,
     };
-    let row = compare("quick", &case.parts(), effort, 5000, true);
+    let row = compare("quick", &case.parts(), effort, 5000, Some(effort));
     println!("{}", table(std::slice::from_ref(&row), RATE, effort));
     judge(&[row], &[], RATE).unwrap();
 }
