@@ -1,6 +1,6 @@
 //! No input makes a reader panic.
 
-use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vol, vti, vtk};
+use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
 use io::{Diagnostics, FileRegistry, PluginKind, Query, mesh, xml};
 use proptest::prelude::*;
 
@@ -398,5 +398,23 @@ proptest! {
     #[test]
     fn vtk_of_pieces(text in vtk_pieces()) {
         let _ = vtk::parse::<f32>(format!("# vtk DataFile Version 3\n\n{text}").as_bytes(), None);
+    }
+
+    #[test]
+    fn vdb_of_damaged_files(
+        single in damaged(made("single.vdb")),
+        head in prop::collection::vec((0..2048usize, any::<u8>()), 0..4),
+        trees in damaged(made("trees.vdb")),
+    ) {
+        let _ = vdb::parse::<f32>(&single, None);
+        let _ = vdb::parse::<f32>(&trees, Some("waves"));
+        let mut bytes = made("single.vdb");
+        head.into_iter().for_each(|(at, byte)| bytes[at] = byte);
+        let _ = vdb::parse::<f32>(&bytes, None);
+    }
+
+    #[test]
+    fn vdb_of_arbitrary_bytes(bytes in after(vec![vec![], made("single.vdb")[..0x28c].to_vec()])) {
+        let _ = vdb::parse::<f32>(&bytes, None);
     }
 }

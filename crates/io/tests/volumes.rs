@@ -395,13 +395,13 @@ fn a_missing_file_is_named() {
             "{error}"
         );
     }
-    let error = Volume::<f32>::read(Path::new("a.vdb"), Options::default())
+    let error = Volume::<f32>::read(Path::new("a.png"), Options::default())
         .unwrap_err()
         .to_string();
     assert_eq!(
         error,
-        "a.vdb: not supported: volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk; \
-         export others, such as .vdb, to one of these"
+        "a.png: not supported: volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk, \
+         and .vdb to read"
     );
 }
 

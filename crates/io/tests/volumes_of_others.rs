@@ -426,7 +426,7 @@ fn legacy_vtk_that_is_refused() {
         "whose size is not the same everywhere",
     );
     vtk_error("24 float", "24 bit", "numbers of type 'bit'");
-    vtk_error("24 float", "25 float", "'0' where an array belongs");
+    vtk_error("24 float", "25 float", "the line 'INFORMATION 0'");
     vtk_error("1 24 float", "1 999999999999 float", "an array ends early");
     vtk_error(
         "DIMENSIONS 2",

@@ -3,7 +3,7 @@
 use super::context::Context;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::Object;
-use crate::volume::{AxisOrder, Format, Options, Sample, Volume};
+use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
 use glam::{DAffine3, DMat4};
 use std::sync::Arc;
 use transport::Spectrum;
@@ -101,6 +101,12 @@ pub(super) fn read<T: Sample>(
     let mut query = Query::new(object, context.diagnostics);
     let path = query.path("filename", context.files);
     let format = Format::of(&path);
+    if let Some(name) = (format == Some(Format::Nrrd))
+        .then(|| nrrd::data_file(&path))
+        .flatten()
+    {
+        context.files.add(path.with_file_name(&name), &name);
+    }
     let axes = axes(format, &mut query);
     let dataset = dataset(format, &mut query);
     let options = Options {

@@ -23,6 +23,8 @@ pub enum Format {
     Vti,
     /// VTK's structured points.
     Vtk,
+    /// OpenVDB; read only.
+    Vdb,
 }
 
 impl Format {
@@ -38,14 +40,15 @@ impl Format {
             "nrrd" | "nhdr" => Format::Nrrd,
             "vti" => Format::Vti,
             "vtk" => Format::Vtk,
+            "vdb" => Format::Vdb,
             _ => return None,
         })
     }
 
     /// What is wrong with a file of another extension.
     pub fn unknown() -> Problem {
-        let message = "volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk; export \
-                       others, such as .vdb, to one of these";
+        let message = "volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk, and .vdb \
+                       to read";
         Problem::Unsupported(message.into())
     }
 
@@ -56,14 +59,14 @@ impl Format {
 
     /// Whether the format itself says which axis is which.
     pub fn has_axis_order(self) -> bool {
-        matches!(self, Format::Vol | Format::Vti | Format::Vtk)
+        matches!(self, Format::Vol | Format::Vti | Format::Vtk | Format::Vdb)
     }
 
     /// Whether a file may hold several volumes.
     pub fn has_datasets(self) -> bool {
         matches!(
             self,
-            Format::Npz | Format::Hdf5 | Format::Mat | Format::Vti | Format::Vtk
+            Format::Npz | Format::Hdf5 | Format::Mat | Format::Vti | Format::Vtk | Format::Vdb
         )
     }
 

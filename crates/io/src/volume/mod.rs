@@ -5,6 +5,7 @@ pub mod mat;
 pub mod npy;
 pub mod npz;
 pub mod nrrd;
+pub mod vdb;
 pub mod vol;
 pub mod vti;
 pub mod vtk;
@@ -217,6 +218,7 @@ impl<T: Sample> Volume<T> {
             Some(Format::Nrrd) => nrrd::read(path, options),
             Some(Format::Vti) => vti::read(path, options.dataset),
             Some(Format::Vtk) => vtk::read(path, options.dataset),
+            Some(Format::Vdb) => vdb::read(path, options.dataset),
             None => Err(Format::unknown().at(path)),
         }
     }

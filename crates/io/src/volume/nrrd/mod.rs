@@ -41,6 +41,12 @@ pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileE
     read().map_err(|problem| problem.at(path))
 }
 
+/// The name of the file with the data, if the header at `path` stands alone and can be read.
+pub fn data_file(path: &Path) -> Option<String> {
+    let (mut reader, _) = binary::open(path).ok()?;
+    Header::read(&mut reader).ok()?.data_file
+}
+
 /// Reads a volume from the bytes of a file.
 ///
 /// # Errors
