@@ -3,6 +3,8 @@
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use glam::DVec3;
+use io::element::Element;
+use io::volume::AxisOrder;
 use std::path::PathBuf;
 use std::time::Duration;
 use transport::render::Measure;
@@ -65,6 +67,55 @@ pub enum Command {
         morgana plot slice fluence.npz --axis z --at 0.5 --log -o slice.png\n  \
         morgana plot convergence a.json b.json -o convergence.svg")]
     Plot(PlotArgs),
+    /// Convert a volume to another format, and say what is in it.
+    #[command(after_help = "Examples:\n  \
+        morgana convert density.npy density.vti --axes xyz --spacing 0.1,0.1,0.2\n  \
+        morgana convert kwave.h5 pressure.nrrd --dataset p_final --axes zyx --resample 64x64x32\n\n\
+        Extensions choose the formats: .vol, .npy, .npz, .h5 or .hdf5, .mat, .nrrd, .vti and .vtk \
+        (docs/scene-format.md). Numbers keep their type where the new format has it; if values are \
+        rounded or the place in space is not kept, the summary says so.")]
+    Convert(ConvertArgs),
+}
+
+/// `morgana convert`.
+#[derive(Debug, ClapArgs)]
+pub struct ConvertArgs {
+    /// Volume to read.
+    #[arg(value_name = "IN")]
+    pub input: PathBuf,
+    /// Volume to write.
+    #[arg(value_name = "OUT")]
+    pub output: PathBuf,
+    /// Which of several arrays to read: path of a dataset, name of an array or variable.
+    #[arg(long, value_name = "NAME")]
+    pub dataset: Option<String>,
+    /// Which axis of the array is which, where the format does not say: zyx if the last index runs along
+    /// x, xyz if the first does; with c where the channels are, if not last.
+    #[arg(long, value_name = "ORDER")]
+    pub axes: Option<AxisOrder>,
+    /// Name of the array that is written, in formats that have names.
+    #[arg(long, value_name = "NAME", default_value = "volume")]
+    pub out_dataset: String,
+    /// Change the number of samples in the same box: trilinear between samples, constant from the outermost
+    /// on. Fewer samples are not means over what lies between them.
+    #[arg(long, value_name = "NXxNYxNZ", value_parser = grid)]
+    pub resample: Option<[usize; 3]>,
+    /// Distances between samples along x, y and z, instead of those of the file. The first sample is at the
+    /// origin if neither the file nor --origin says where it is.
+    #[arg(long, value_name = "X,Y,Z", value_parser = spacing)]
+    pub spacing: Option<DVec3>,
+    /// Position of the first sample, instead of that of the file.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
+    pub origin: Option<DVec3>,
+    /// Multiply all values by this.
+    #[arg(long, value_name = "S", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite)]
+    pub scale: f64,
+    /// Then add this.
+    #[arg(long, value_name = "O", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    pub offset: f64,
+    /// Type of the numbers that are written: float16, float32, float64, int8 to int64, uint8 to uint64.
+    #[arg(long = "type", value_name = "TYPE", value_parser = element)]
+    pub kind: Option<Element>,
 }
 
 /// `morgana plot`.
@@ -371,6 +422,26 @@ fn point(text: &str) -> Result<DVec3, String> {
         Some(&[x, y, z]) => Ok(DVec3::new(x, y, z)),
         _ => Err("expected three numbers separated by commas, such as 0,1,-2.5".into()),
     }
+}
+
+fn spacing(text: &str) -> Result<DVec3, String> {
+    let message = || "expected three numbers above zero".to_owned();
+    let spacing = point(text)?;
+    (spacing.min_element() > 0.0)
+        .then_some(spacing)
+        .ok_or_else(message)
+}
+
+fn grid(text: &str) -> Result<[usize; 3], String> {
+    let numbers: Option<Vec<usize>> = text.split('x').map(|n| n.trim().parse().ok()).collect();
+    let numbers = numbers.and_then(|n| n.try_into().ok());
+    let numbers = numbers.filter(|n: &[usize; 3]| !n.contains(&0));
+    numbers.ok_or_else(|| "expected three whole numbers above zero, such as 64x64x32".into())
+}
+
+fn element(text: &str) -> Result<Element, String> {
+    let names = Element::ALL.map(Element::name);
+    Element::of_name(text).ok_or_else(|| format!("expected one of: {}", names.join(", ")))
 }
 
 fn direction(text: &str) -> Result<DVec3, String> {

@@ -42,5 +42,6 @@ fn run(command: &Command) -> Result<ExitCode, Failure> {
         Command::Trace(args) => commands::trace(args),
         Command::Connect(args) => commands::connect(args),
         Command::Plot(args) => commands::plot(args),
+        Command::Convert(args) => commands::convert(args),
     }
 }

@@ -10,6 +10,7 @@ pub mod assemble;
 pub mod atomic;
 mod binary;
 pub mod diagnostic;
+pub mod element;
 pub mod error;
 pub mod image;
 pub mod mesh;

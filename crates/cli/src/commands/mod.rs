@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod connect;
+mod convert;
 mod info;
 mod measure;
 mod plot;
@@ -8,6 +9,7 @@ mod render;
 mod trace;
 
 pub use connect::connect;
+pub use convert::convert;
 pub use info::info;
 pub use plot::plot;
 pub use render::render;

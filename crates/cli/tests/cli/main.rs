@@ -1,6 +1,7 @@
 //! Tests of the `morgana` program itself, on small scenes.
 
 mod connect;
+mod convert;
 mod errors;
 mod info;
 mod layers;

@@ -71,7 +71,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     placed(field, rest, object, context)
 }
 
-/// What the samples are, unless they are the index itself, at the wavelength `nm` of the channel if it has one.
+/// What the samples say, unless they are the index as it is, at the wavelength `nm` of the channel if it has one.
 fn law(object: &Object, nm: Option<f64>, q: &mut Query) -> Option<Law> {
     let law = match object.plugin.as_str() {
         "gladstone_dale" => Law {
@@ -83,6 +83,11 @@ fn law(object: &Object, nm: Option<f64>, q: &mut Query) -> Option<Law> {
             n0: q.float_in("n0", POSITIVE, None),
             slope: dn_dp(q),
             reference: q.float_or("reference", 0.0),
+        },
+        _ if q.has("scale") || q.has("offset") => Law {
+            n0: q.float_or("offset", 0.0),
+            slope: 1.0,
+            reference: 0.0,
         },
         _ => return None,
     };
