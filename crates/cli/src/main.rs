@@ -6,6 +6,7 @@
 mod args;
 mod commands;
 mod config;
+mod difference;
 mod failure;
 mod interrupt;
 mod layers;
@@ -14,6 +15,7 @@ mod measured;
 mod numbers;
 mod outputs;
 mod plot;
+mod preview;
 mod progress;
 mod report;
 mod svg;
@@ -41,5 +43,9 @@ fn run(command: &Command) -> Result<ExitCode, Failure> {
         Command::Trace(args) => commands::trace(args),
         Command::Connect(args) => commands::connect(args),
         Command::Plot(args) => commands::plot(args),
+        Command::Compare(args) => commands::compare(args),
+        Command::Tonemap(args) => commands::tonemap(args),
+        Command::Completions { shell } => commands::completions(*shell),
+        Command::Man { folder } => commands::man(folder),
     }
 }
