@@ -32,7 +32,12 @@ pub enum FigureArgs {
         #[arg(long, value_name = "X")]
         column: Option<usize>,
         /// Layer, for example bounce.1; the image itself by default.
-        #[arg(long, value_name = "NAME", default_value = "")]
+        #[arg(
+            long,
+            value_name = "NAME",
+            default_value = "",
+            hide_default_value = true
+        )]
         layer: String,
         /// Channel; the mean over all by default.
         #[arg(long, value_name = "NAME")]
@@ -47,7 +52,12 @@ pub enum FigureArgs {
         #[arg(value_name = "IMAGE")]
         image: PathBuf,
         /// Layer, for example deflection; the image itself by default.
-        #[arg(long, value_name = "NAME", default_value = "")]
+        #[arg(
+            long,
+            value_name = "NAME",
+            default_value = "",
+            hide_default_value = true
+        )]
         layer: String,
         /// Channel; the mean over all by default.
         #[arg(long, value_name = "NAME")]

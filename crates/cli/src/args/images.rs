@@ -34,7 +34,12 @@ pub struct TonemapArgs {
     #[arg(value_name = "IMAGE")]
     pub image: PathBuf,
     /// Layer, for example bounce.1; the image itself by default.
-    #[arg(long, value_name = "NAME", default_value = "")]
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "",
+        hide_default_value = true
+    )]
     pub layer: String,
     #[command(flatten)]
     pub tone: ToneArgs,
@@ -53,7 +58,12 @@ pub struct CompareArgs {
     #[arg(value_name = "REFERENCE")]
     pub reference: PathBuf,
     /// Layer, for example bounce.1; the images themselves by default.
-    #[arg(long, value_name = "NAME", default_value = "")]
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "",
+        hide_default_value = true
+    )]
     pub layer: String,
     /// Brighten both images by this many stops before FLIP looks at them.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]

@@ -1,5 +1,6 @@
 //! Tests of the `morgana` program itself, on small scenes.
 
+mod compare;
 mod connect;
 mod errors;
 mod info;
@@ -8,7 +9,9 @@ mod limits;
 mod measure;
 mod photons;
 mod plot;
+mod preview;
 mod render;
+mod shell;
 mod strategies;
 mod support;
 mod trace;

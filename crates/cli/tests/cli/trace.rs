@@ -150,3 +150,120 @@ fn a_plot_without_anything_but_one_ray_is_a_plot() {
     assert!(roxmltree::Document::parse(&text).is_ok());
     assert!(!text.contains("NaN") && !text.contains("inf"));
 }
+
+/// The positions of all rays, as the table has them.
+fn positions(folder: &Folder) -> Vec<(String, [f64; 3])> {
+    let text = folder.succeed(BEAM);
+    let rows = text.lines().skip(1).map(|line| {
+        let row: Vec<&str> = line.split(',').collect();
+        (
+            row[0].to_owned(),
+            [2, 3, 4].map(|i| row[i].parse().unwrap()),
+        )
+    });
+    rows.collect()
+}
+
+fn numbers(line: &str) -> Vec<f64> {
+    line.split_whitespace()
+        .filter_map(|w| w.parse().ok())
+        .collect()
+}
+
+#[test]
+fn lines_of_obj_files_are_the_rays() {
+    let folder = Folder::with_lens();
+    let table = positions(&folder);
+    folder.succeed(&format!("{BEAM} -o rays.obj"));
+    let text = String::from_utf8(folder.read("rays.obj")).unwrap();
+    let lines = |start: &'static str| {
+        text.lines()
+            .filter_map(move |l| l.strip_prefix(start))
+            .map(numbers)
+    };
+    let vertices: Vec<Vec<f64>> = lines("v ").collect();
+    assert!(vertices.iter().zip(&table).all(|(v, (_, x))| v == x));
+    let mut next = 1.0;
+    for (ray, line) in lines("l ").enumerate() {
+        for number in line {
+            assert_eq!(number, next);
+            assert_eq!(table[number as usize - 1].0, ray.to_string());
+            next += 1.0;
+        }
+    }
+    assert_eq!(next as usize - 1, table.len());
+}
+
+#[test]
+fn edges_of_ply_files_join_points_of_a_ray() {
+    let folder = Folder::with_lens();
+    let table = positions(&folder);
+    folder.succeed(&format!("{BEAM} -o rays.ply"));
+    let text = String::from_utf8(folder.read("rays.ply")).unwrap();
+    let (header, body) = text.split_once("end_header\n").unwrap();
+    let edges = table.len() - 9;
+    assert!(header.contains(&format!("element vertex {}\n", table.len())));
+    assert!(header.contains(&format!("element edge {edges}\n")));
+    let rows: Vec<Vec<f64>> = body.lines().map(numbers).collect();
+    assert_eq!(rows.len(), table.len() + edges);
+    assert!(
+        rows.iter()
+            .zip(&table)
+            .all(|(row, (_, x))| row[..3] == x[..] && row.len() == 6)
+    );
+    for edge in &rows[table.len()..] {
+        assert_eq!(edge[0] + 1.0, edge[1]);
+        for end in &edge[..2] {
+            assert_eq!(table[*end as usize].0, edge[2].to_string());
+        }
+    }
+}
+
+#[test]
+fn vtk_files_hold_lines_and_lengths() {
+    let folder = Folder::with_lens();
+    let count = positions(&folder).len();
+    folder.succeed(&format!("{BEAM} -o rays.vtk"));
+    let text = String::from_utf8(folder.read("rays.vtk")).unwrap();
+    assert!(text.starts_with("# vtk DataFile Version 3.0\n"));
+    for part in [
+        format!("POINTS {count} double"),
+        format!("LINES 9 {}", count + 9),
+        format!("POINT_DATA {count}"),
+    ] {
+        assert!(text.contains(&part), "{part}");
+    }
+    let lines = text.lines().count();
+    // Each point has a position, three scalars and a direction; there are 9 lines and 14 headings.
+    assert_eq!(lines, 5 * count + 9 + 14);
+}
+
+/// In empty space the camera, at (0, 0, −4) with a field of 40°, sees straight lines where they are.
+#[test]
+fn an_overlay_lies_where_the_camera_sees_it() {
+    let folder = Folder::with_scene("");
+    folder.succeed("render scene.xml --spp 1 -o a.png");
+    let ray = "trace scene.xml --from=-0.5,0.3,0 --direction 1,0,0 --max-length 1 --overlay a.png";
+    folder.succeed(&format!("{ray} -o rays.svg"));
+    let text = String::from_utf8(folder.read("rays.svg")).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let line = document.descendants().find(|n| n.has_tag_name("polyline"));
+    let points = line.unwrap().attribute("points").unwrap();
+    let points: Vec<Vec<f64>> = points
+        .split(' ')
+        .map(|p| p.split(',').map(|v| v.parse().unwrap()).collect())
+        .collect();
+    // Pixels per unit at distance 4: the film is 8 pixels wide, and x runs to the left.
+    let scale = 4.0 / (4.0 * 20f64.to_radians().tan());
+    let (first, last) = (&points[0], &points[points.len() - 1]);
+    let expected = [4.0 + 0.5 * scale, 3.0 - 0.3 * scale];
+    assert!(
+        (first[0] - expected[0]).abs() < 0.02,
+        "{first:?}, {expected:?}"
+    );
+    assert!((last[0] - (8.0 - expected[0])).abs() < 0.02, "{last:?}");
+    assert!(points.iter().all(|p| (p[1] - expected[1]).abs() < 0.01));
+    folder.refuse(&format!("{ray} -o rays.csv"));
+    folder.refuse(ray);
+    folder.refuse(&format!("{} -o c.svg", ray.replace("a.png", "scene.xml")));
+}
