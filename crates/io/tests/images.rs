@@ -276,3 +276,34 @@ fn environment_maps_are_colours_or_grey_and_finite() {
         "{error}"
     );
 }
+
+/// What other programs read besides the channels.
+#[test]
+fn an_exr_file_states_its_colours_and_its_program() {
+    use ::exr::meta::MetaData;
+    let bytes = exr::encode(&sample()).unwrap();
+    let metadata = MetaData::read_from_buffered(bytes.as_slice(), true).unwrap();
+    let header = &metadata.headers[0];
+    let colours = header.shared_attributes.chromaticities.unwrap();
+    assert_eq!((colours.red.x(), colours.white.y()), (0.64, 0.329));
+    let software = header.own_attributes.software_name.as_ref().unwrap();
+    assert!(software.to_string().starts_with("morgana "));
+    let names: Vec<String> = header
+        .channels
+        .list
+        .iter()
+        .map(|c| c.name.to_string())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "B",
+            "G",
+            "R",
+            "samples.Y",
+            "variance.B",
+            "variance.G",
+            "variance.R"
+        ]
+    );
+}

@@ -16,6 +16,9 @@ pub struct PlotArgs {
 #[derive(Debug, Subcommand)]
 pub enum FigureArgs {
     /// Values along a row or a column of EXR images, with bands of one standard error.
+    #[command(
+        after_help = "Example:\n  morgana plot profile with.exr without.exr --row 48 -o profile.svg"
+    )]
     Profile {
         /// Images (.exr).
         #[arg(required = true, value_name = "IMAGE")]
@@ -47,6 +50,8 @@ pub enum FigureArgs {
         output: PathBuf,
     },
     /// A layer of an EXR image in false colours, with a colour bar.
+    #[command(after_help = "Example:\n  \
+        morgana plot image jet.exr --layer deflection --channel X -o deflection.png")]
     Image {
         /// Image (.exr).
         #[arg(value_name = "IMAGE")]
@@ -70,6 +75,9 @@ pub enum FigureArgs {
         output: PathBuf,
     },
     /// Light over optical length or time, from EXR images with bins of them.
+    #[command(
+        after_help = "Example:\n  morgana plot histogram transient.exr --pixel 20,30 -o time.png"
+    )]
     Histogram {
         /// Images (.exr).
         #[arg(required = true, value_name = "IMAGE")]
@@ -85,6 +93,8 @@ pub enum FigureArgs {
         output: PathBuf,
     },
     /// A section through what a fluence meter has read.
+    #[command(after_help = "Example:\n  \
+        morgana plot slice fluence.npz --axis z --at 0.5 --log -o slice.png")]
     Slice {
         /// Readings (.npz).
         #[arg(value_name = "READINGS")]
@@ -106,6 +116,7 @@ pub enum FigureArgs {
         output: PathBuf,
     },
     /// Errors against samples per pixel, from files of `render --stats`, a line for each integrator.
+    #[command(after_help = "Example:\n  morgana plot convergence a.json b.json -o convergence.svg")]
     Convergence {
         /// Statistics (.json).
         #[arg(required = true, value_name = "STATS")]

@@ -78,11 +78,11 @@ pub struct CompareArgs {
     /// (brighter, 5): .png, or .exr for the numbers. Both images need variances.
     #[arg(long, value_name = "FILE")]
     pub zmap: Option<PathBuf>,
-    #[command(flatten)]
-    pub limits: Limits,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
+    #[command(flatten)]
+    pub limits: Limits,
 }
 
 /// What is accepted.

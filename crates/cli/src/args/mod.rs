@@ -22,7 +22,9 @@ use values::define;
     name = "morgana",
     version,
     max_term_width = 100,
-    arg_required_else_help = true
+    arg_required_else_help = true,
+    after_help = "Example:\n  morgana render scenes/luneburg_fog.xml -o fog.exr -o fog.png\n\n\
+        Each command has examples of its own: morgana trace --help."
 )]
 pub struct Args {
     /// What to do.
@@ -67,12 +69,9 @@ pub enum Command {
         That there is no ray is an answer, not an error.")]
     Connect(ConnectArgs),
     /// Draw figures of results: profiles, maps, histograms over time, sections of fluence, convergence.
-    #[command(after_help = "Examples:\n  \
-        morgana plot profile with.exr without.exr --row 48 -o profile.svg\n  \
-        morgana plot image jet.exr --layer deflection --channel X -o deflection.png\n  \
-        morgana plot histogram transient.exr --pixel 20,30 -o time.png\n  \
-        morgana plot slice fluence.npz --axis z --at 0.5 --log -o slice.png\n  \
-        morgana plot convergence a.json b.json -o convergence.svg")]
+    #[command(after_help = "Example:\n  \
+        morgana plot profile with.exr without.exr --row 48 -o profile.svg\n\n\
+        Each figure has an example of its own: morgana plot image --help.")]
     Plot(PlotArgs),
     /// Compare an image with a reference: errors, a map of visible differences, standard errors.
     #[command(after_help = "Examples:\n  \
@@ -135,16 +134,21 @@ mod tests {
 
     #[test]
     fn every_command_has_examples_that_can_be_given() {
-        for command in Args::command().get_subcommands() {
-            let (name, examples) = (command.get_name(), examples(command));
-            assert!(!examples.is_empty(), "{name}");
-            for example in examples {
-                let words: Vec<&str> = example.split_whitespace().collect();
-                assert_eq!(words[..2], ["morgana", name]);
-                if let Err(e) = Args::try_parse_from(&words) {
-                    panic!("{example}: {e}");
-                }
+        check_examples(&Args::command(), "morgana");
+    }
+
+    /// Checks a command that is called by these words, and its subcommands.
+    fn check_examples(command: &clap::Command, called: &str) {
+        let examples = examples(command);
+        assert!(!examples.is_empty(), "{called}");
+        for example in examples {
+            assert!(example.starts_with(called), "{called}: {example}");
+            if let Err(e) = Args::try_parse_from(example.split_whitespace()) {
+                panic!("{example}: {e}");
             }
+        }
+        for command in command.get_subcommands() {
+            check_examples(command, &format!("{called} {}", command.get_name()));
         }
     }
 }

@@ -4,6 +4,9 @@ use super::follow::{Path, Point};
 use std::fmt::Write;
 use std::ops::Range;
 
+/// A number that a point has.
+type Scalar = fn(&Point) -> f64;
+
 /// All points, ray by ray.
 fn points(paths: &[Path]) -> impl Iterator<Item = &Point> {
     paths.iter().flat_map(|p| &p.points)
@@ -77,7 +80,7 @@ pub fn vtk(paths: &[Path]) -> String {
         let _ = writeln!(out, "{} {}", range.len(), joined(range));
     }
     let _ = writeln!(out, "POINT_DATA {count}");
-    let scalars: [(&str, fn(&Point) -> f64); 3] = [
+    let scalars: [(&str, Scalar); 3] = [
         ("arc_length", |p| p.arc_length),
         ("opl", |p| p.optical_length),
         ("index", |p| p.index),
