@@ -285,6 +285,27 @@ PLANTED = [
         "z.optical_length + link.optical_length",
         ("transport", "layers", "estimators_agree_in_every_bin"),
     ),
+    (
+        "photons without 1/n²",
+        TRANSPORT + "photons/map.rs",
+        "power: station.throughput / (n * n * paths as f64),",
+        "power: station.throughput / (n * 1.0 * paths as f64),",
+        ("transport", "photons", "photons_show_what_bdpt_shows"),
+    ),
+    (
+        "the kernel of a disc too high",
+        TRANSPORT + "photons/kernel.rs",
+        "peak: 3.0 / (PI * radius.powi(2)),",
+        "peak: 3.3 / (PI * radius.powi(2)),",
+        ("transport", "photons", "photons_show_what_bdpt_shows"),
+    ),
+    (
+        "light that smooth surfaces absorb is missing from the account",
+        TRANSPORT + "path/account.rs",
+        "End::Dead => self.surfaces += left(),",
+        "End::Dead => {}",
+        ("transport", "meters", "every_particle_is_accounted_for"),
+    ),
 ]
 
 

@@ -4,6 +4,7 @@
 //! 0 for success, 1 for a failure while running, 2 for bad input, 130 after an interruption.
 
 mod args;
+mod balance;
 mod commands;
 mod config;
 mod difference;
