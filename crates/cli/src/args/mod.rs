@@ -45,7 +45,7 @@ pub enum Command {
     Render(RenderArgs),
     /// Describe a scene: media, emitters, certificates of unique connections, memory.
     #[command(after_help = "Example:\n  morgana info scenes/luneburg_fog.xml")]
-    Info(SceneArgs),
+    Info(InfoArgs),
     /// Follow rays through a scene and write their paths as CSV, JSON or a plot.
     #[command(after_help = "Example:\n  \
         morgana trace scenes/luneburg_fog.xml --from=-3,0,0 --direction 1,0,0 \\\n    \
@@ -110,6 +110,16 @@ pub struct SceneArgs {
     /// Set a parameter that the scene declares with `<default>`; may be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     pub defines: Vec<(String, String)>,
+}
+
+/// `morgana info`.
+#[derive(Debug, ClapArgs)]
+pub struct InfoArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[cfg(test)]
