@@ -238,32 +238,91 @@ fn vtk_files_hold_lines_and_lengths() {
     assert_eq!(lines, 5 * count + 9 + 14);
 }
 
-/// In empty space the camera, at (0, 0, −4) with a field of 40°, sees straight lines where they are.
+/// Positions on the picture, in pixels, of what is drawn over it.
+fn overlay(folder: &Folder, ray: &str) -> Vec<[f64; 2]> {
+    folder.succeed("render scene.xml --spp 1 -o a.png -q");
+    folder.succeed(&format!(
+        "trace scene.xml {ray} --overlay a.png -o rays.svg"
+    ));
+    let text = String::from_utf8(folder.read("rays.svg")).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let lines = document
+        .descendants()
+        .filter(|n| n.has_tag_name("polyline"));
+    let points = lines.flat_map(|line| line.attribute("points").unwrap().split(' '));
+    let point = |text: &str| {
+        let (x, y) = text.split_once(',').unwrap();
+        [x, y].map(|v| v.parse().unwrap())
+    };
+    points.map(point).collect()
+}
+
+/// Pixels per unit of the tangent of the angle to the camera's axis: its field of 40° is 8 pixels wide.
+fn pixels_per_tangent() -> f64 {
+    4.0 / 20f64.to_radians().tan()
+}
+
+/// In empty space the camera, at (0, 0, −4), sees straight lines where they are; x runs to the left.
 #[test]
 fn an_overlay_lies_where_the_camera_sees_it() {
     let folder = Folder::with_scene("");
-    folder.succeed("render scene.xml --spp 1 -o a.png");
-    let ray = "trace scene.xml --from=-0.5,0.3,0 --direction 1,0,0 --max-length 1 --overlay a.png";
-    folder.succeed(&format!("{ray} -o rays.svg"));
-    let text = String::from_utf8(folder.read("rays.svg")).unwrap();
-    let document = roxmltree::Document::parse(&text).unwrap();
-    let line = document.descendants().find(|n| n.has_tag_name("polyline"));
-    let points = line.unwrap().attribute("points").unwrap();
-    let points: Vec<Vec<f64>> = points
-        .split(' ')
-        .map(|p| p.split(',').map(|v| v.parse().unwrap()).collect())
-        .collect();
-    // Pixels per unit at distance 4: the film is 8 pixels wide, and x runs to the left.
-    let scale = 4.0 / (4.0 * 20f64.to_radians().tan());
-    let (first, last) = (&points[0], &points[points.len() - 1]);
-    let expected = [4.0 + 0.5 * scale, 3.0 - 0.3 * scale];
-    assert!(
-        (first[0] - expected[0]).abs() < 0.02,
-        "{first:?}, {expected:?}"
+    let ray = "--from=-0.5,0.3,0 --direction 1,0,0 --max-length 1";
+    let points = overlay(&folder, ray);
+    let (x, y) = (
+        0.5 / 4.0 * pixels_per_tangent(),
+        0.3 / 4.0 * pixels_per_tangent(),
     );
-    assert!((last[0] - (8.0 - expected[0])).abs() < 0.02, "{last:?}");
-    assert!(points.iter().all(|p| (p[1] - expected[1]).abs() < 0.01));
-    folder.refuse(&format!("{ray} -o rays.csv"));
-    folder.refuse(ray);
-    folder.refuse(&format!("{} -o c.svg", ray.replace("a.png", "scene.xml")));
+    let (first, last) = (points[0], points[points.len() - 1]);
+    assert!((first[0] - (4.0 + x)).abs() < 0.02, "{first:?}");
+    assert!((last[0] - (4.0 - x)).abs() < 0.02, "{last:?}");
+    assert!(
+        points.iter().all(|p| (p[1] - (3.0 - y)).abs() < 0.01),
+        "{points:?}"
+    );
+    for wrong in [
+        "--overlay a.png -o c.csv",
+        "--overlay a.png",
+        "--overlay scene.xml -o c.svg",
+    ] {
+        folder.refuse(&format!("trace scene.xml {ray} {wrong}"));
+    }
+}
+
+/// Glass begins at z = 0: a point 1 behind its face and 0.8 beside the axis is seen, by Snell's law, at the
+/// angle θ with 4 tan θ + tan θ′ = 0.8, sin θ = 1.5 sin θ′.
+#[test]
+fn an_overlay_is_refracted() {
+    let glass = |screen: &str| {
+        Folder::with_scene(&format!(
+            r#"<shape type="cube"><transform name="to_world"><scale value="5"/><translate z="5"/></transform>
+                 <bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>
+               </shape>{screen}"#
+        ))
+    };
+    let ray = "--from=-0.8,0,1 --direction 1,0,0 --max-length 1.6";
+    let points = overlay(&glass(""), ray);
+    let reach = |tan: f64| {
+        let sin = tan / (1.0 + tan * tan).sqrt() / 1.5;
+        4.0 * tan + sin / (1.0 - sin * sin).sqrt()
+    };
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if reach(middle) < 0.8 {
+            low = middle
+        } else {
+            high = middle
+        }
+    }
+    // The first point is half a piece, of 200, from the start.
+    let expected = 4.0 + low * pixels_per_tangent() * (1.0 - 1.0 / 200.0);
+    assert!(
+        (points[0][0] - expected).abs() < 0.01,
+        "{:?}, {expected}",
+        points[0]
+    );
+    // Without refraction it would lie elsewhere.
+    assert!((expected - (4.0 + 0.8 / 5.0 * pixels_per_tangent())).abs() > 0.05);
+    let screen = r#"<shape type="rectangle"><transform name="to_world"><translate z="-1"/></transform></shape>"#;
+    assert_eq!(overlay(&glass(screen), ray).len(), 0, "a screen hides it");
 }
