@@ -5,6 +5,7 @@
 
 use crate::failure::{Failure, show};
 use io::{Diagnostic, Diagnostics};
+use std::io::ErrorKind;
 use std::net::{TcpStream, ToSocketAddrs};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
@@ -51,7 +52,11 @@ impl Preview {
         let (frames, waiting) = sync_channel(1);
         let sending = std::thread::spawn(move || {
             if let Err(error) = send(TevClient::wrap(stream), &canvas, &waiting) {
-                let message = format!("--tev: the viewer is gone ({error}); the render goes on");
+                let why = match error.kind() {
+                    ErrorKind::WouldBlock | ErrorKind::TimedOut => "it does not answer".into(),
+                    _ => error.to_string(),
+                };
+                let message = format!("--tev: the viewer is gone ({why}); the render goes on");
                 let mut diagnostics = Diagnostics::new();
                 diagnostics.push(Diagnostic::warning(message));
                 show(&diagnostics);
