@@ -9,6 +9,7 @@ pub mod arrays;
 pub mod assemble;
 pub mod atomic;
 mod binary;
+pub mod compare;
 pub mod diagnostic;
 pub mod element;
 pub mod error;
