@@ -1,8 +1,9 @@
 //! Quantities that may vary in space: constants and grids.
 
 use super::context::Context;
+use crate::diagnostic::Location;
 use crate::query::{Input, Query, unknown_plugin};
-use crate::scene::Object;
+use crate::scene::{Object, SpectrumValue};
 use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
 use glam::{DAffine3, DMat4};
 use std::sync::Arc;
@@ -19,18 +20,15 @@ pub(super) fn texture(
 ) -> Texture {
     match input {
         Input::Spectrum(value) => {
-            let location = parent
-                .properties
-                .iter()
-                .find(|p| p.name == name)
-                .map_or(&parent.location, |p| &p.location);
-            let outside = |v: &f64| !(*v >= allowed.0 && *v <= allowed.1);
-            if let Some(bad) = value.values().into_iter().find(outside) {
-                let (low, high) = allowed;
-                let message = format!("'{name}' is {bad}; it must lie between {low} and {high}");
-                context.error_at(location, message);
-            }
-            Texture::Uniform(context.spectrum(&value, location))
+            let property = parent.properties.iter().find(|p| p.name == name);
+            let location = property.map_or(&parent.location, |p| &p.location);
+            uniform((&value, location), name, allowed, context)
+        }
+        Input::Object(object) if object.plugin == "constvolume" => {
+            let mut query = Query::new(object, context.diagnostics);
+            let value = query.spectrum("value");
+            query.finish(&[]);
+            uniform((&value, &object.location), name, allowed, context)
         }
         Input::Object(object) => grid(object, allowed, context)
             .map_or(Texture::Uniform(Spectrum::ZERO), |grid| {
@@ -39,14 +37,29 @@ pub(super) fn texture(
     }
 }
 
+fn uniform(
+    (value, location): (&SpectrumValue, &Location),
+    name: &str,
+    allowed: (f64, f64),
+    context: &mut Context,
+) -> Texture {
+    let outside = |v: &f64| !(*v >= allowed.0 && *v <= allowed.1);
+    if let Some(bad) = value.values().into_iter().find(outside) {
+        let (low, high) = allowed;
+        let message = format!("'{name}' is {bad}; it must lie between {low} and {high}");
+        context.error_at(location, message);
+    }
+    Texture::Uniform(context.spectrum(value, location))
+}
+
 fn grid(object: &Object, allowed: (f64, f64), context: &mut Context) -> Option<Grid> {
     if object.plugin != "gridvolume" {
-        unknown_plugin(object, &["gridvolume"], context.diagnostics);
+        unknown_plugin(object, &["gridvolume", "constvolume"], context.diagnostics);
         return None;
     }
     let (volume, source) = read::<f32>(object, context);
     let mut query = Query::new(object, context.diagnostics);
-    for known in ["filename", "axis_order", "dataset", "placement", "to_world"] {
+    for known in SOURCE {
         query.has(known);
     }
     let (scale, offset) = (query.float_or("scale", 1.0), query.float_or("offset", 0.0));
@@ -84,6 +97,16 @@ fn of_group(volume: Volume, context: &Context) -> ([usize; 3], usize, Vec<f32>) 
     (size, lanes, data.collect())
 }
 
+/// What [`read`] asks for.
+pub(super) const SOURCE: [&str; 6] = [
+    "filename",
+    "axis_order",
+    "dataset",
+    "placement",
+    "to_world",
+    "use_grid_bbox",
+];
+
 /// Where the samples of a volume file belong.
 pub(super) struct Source {
     /// 0: voxel centres, 1: nodes on the bounds.
@@ -116,6 +139,7 @@ pub(super) fn read<T: Sample>(
     let chosen = query.has("placement");
     let mut placement = query.one_of("placement", &["centers", "nodes"]);
     let matrix = query.transform("to_world");
+    let boxed = query.boolean_or("use_grid_bbox", false);
     let volume = (!path.as_os_str().is_empty())
         .then(|| Volume::read(&path, options))
         .and_then(|read| read.map_err(|e| query.file_error("filename", &e)).ok());
@@ -129,12 +153,30 @@ pub(super) fn read<T: Sample>(
         }
         placement = usize::from(frame.nodes);
         to_world *= frame.to_file(volume.size());
+    } else if let (Some(volume), true) = (&volume, boxed) {
+        to_world *= own_box(volume, &mut query);
     }
     let source = Source {
         placement,
         to_world,
     };
     (volume, source)
+}
+
+/// From the unit cube to the bounding box that a file states.
+fn own_box<T: Sample>(volume: &Volume<T>, query: &mut Query) -> DAffine3 {
+    let Some([min, max]) = volume.bbox() else {
+        let message = "the file has no bounding box: place the volume by 'to_world'";
+        query.error("use_grid_bbox", message);
+        return DAffine3::IDENTITY;
+    };
+    let size = max - min;
+    if size.min_element() <= 0.0 {
+        let message = format!("the file's bounding box is empty: {min} to {max}");
+        query.error("use_grid_bbox", message);
+        return DAffine3::IDENTITY;
+    }
+    DAffine3::from_translation(min) * DAffine3::from_scale(size)
 }
 
 /// Which axis of an array is which.

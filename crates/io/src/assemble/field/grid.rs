@@ -1,7 +1,7 @@
 //! Indices sampled on a grid, or following from samples of a density or a pressure.
 
 use super::super::context::Context;
-use super::super::texture::read;
+use super::super::texture::{SOURCE, read};
 use super::{air, placed};
 use crate::query::{POSITIVE, Query};
 use crate::scene::Object;
@@ -28,7 +28,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     let (volume, source) = read::<f64>(object, context);
     let nm = context.channels.wavelength(context.group);
     let mut query = Query::new(object, context.diagnostics);
-    for known in ["filename", "axis_order", "dataset", "to_world"] {
+    for known in SOURCE {
         query.has(known);
     }
     let says = volume.as_ref().is_some_and(|v| v.frame().is_some());
