@@ -12,9 +12,9 @@ use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::scene::linear_from_srgb;
 
-/// Bytes that one byte can stand for: DEFLATE codes 258 bytes with two bits at best (RFC 1951). A file that claims
-/// more is truncated.
-const MOST_COMPRESSION: u64 = 1032;
+/// Bytes that one byte can stand for: DEFLATE codes 258 bytes with two bits at best (RFC 1951), each of which may be
+/// eight pixels. A file that claims more is truncated.
+const MOST_COMPRESSION: u64 = 8 * 258 * 8 / 2;
 
 /// Bits per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
