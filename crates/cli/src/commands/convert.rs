@@ -21,8 +21,7 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
     // In double precision, so that numbers of all types pass unchanged.
     let volume = Volume::<f64>::read(&args.input, options);
     let mut volume = volume.map_err(|e| Failure::Usage(e.to_string()))?;
-    let mut out = std::io::stdout();
-    writeln!(out, "{}: {}", args.input.display(), describe(&volume))?;
+    let source = describe(&volume);
     if args.spacing.is_some() || args.origin.is_some() {
         let frame = moved(&volume, args)?;
         volume = volume.with_frame(frame);
@@ -45,6 +44,8 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
         }
         volume = volume.with_element(element);
     }
+    let mut out = std::io::stdout();
+    writeln!(out, "{}: {source}", args.input.display())?;
     let has_place = has_place(&volume);
     let stored = write(&args.output, &volume, &args.out_dataset)?;
     writeln!(
