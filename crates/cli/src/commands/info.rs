@@ -179,11 +179,11 @@ fn found(needs: Needs, walls: &Walls) -> String {
         Needs::One => ("from both ends", "on every part of its way"),
     };
     let k = walls.reflections;
-    let reflected = match (walls.dielectric, walls.metal) {
+    let reflected = match (walls.dielectric, walls.mirror) {
         (None, None) => return format!("{by}, along all branches: complete"),
         (Some(_), None) => partially(k),
-        (None, Some(_)) => "by smooth metals".into(),
-        (Some(_), Some(_)) => format!("by smooth metals or {}", partially(k)),
+        (None, Some(_)) => "by mirrors".into(),
+        (Some(_), Some(_)) => format!("by mirrors or {}", partially(k)),
     };
     format!("{by}: complete but for light that is reflected {reflected} {edge}")
 }

@@ -1,6 +1,7 @@
 //! What is gathered while a scene is assembled.
 
 use super::channels::Channels;
+use super::surface_texture::Role;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{FileRegistry, ObjectId, SpectrumValue};
 use eikonal::field::Constant;
@@ -10,6 +11,7 @@ use transport::Spectrum;
 use transport::emitter::Emitter;
 use transport::medium::Medium;
 use transport::scene::{MediumId, Object};
+use transport::texture::Texture;
 
 /// The parts so far, and where they were written.
 pub(super) struct Context<'a> {
@@ -29,6 +31,8 @@ pub(super) struct Context<'a> {
     /// What each object's description says of its two sides.
     pub wishes: Vec<super::sides::Wish>,
     pub places: Places,
+    /// Textures that were read from files.
+    pub textures: HashMap<(ObjectId, Role), Texture>,
     medium_ids: HashMap<ObjectId, MediumId>,
 }
 
@@ -65,6 +69,7 @@ impl<'a> Context<'a> {
                 objects: Vec::new(),
                 emitters: Vec::new(),
             },
+            textures: HashMap::new(),
             medium_ids: HashMap::new(),
         }
     }

@@ -8,6 +8,7 @@ use crate::mesh::MeshData;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use glam::{DAffine3, DVec3};
+use std::sync::Arc;
 use transport::bsdf::Bsdf;
 use transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, ShapeError, Sphere};
 
@@ -32,13 +33,20 @@ pub(super) fn add(object: &Object, context: &mut Context) {
     let flip = q.boolean_or("flip_normals", false);
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", &mut q);
-    let geometry = geometry(object, frame, &mut q, context.files);
+    let turned = |(shape, colours): (Shape, Colours)| (shape.with_flipped_normals(flip), colours);
+    let geometry = geometry(object, frame, &mut q, context.files).map(|g| g.map(turned));
     q.finish(&[]);
     if geometry.is_none() && !KNOWN.contains(&object.plugin.as_str()) {
         unknown_plugin(object, &KNOWN, context.diagnostics);
     }
+    let vertices = match &geometry {
+        Some(Ok((Shape::Mesh(mesh), colours))) => {
+            colours.as_ref().map(|c| (mesh.clone(), c.clone()))
+        }
+        _ => None,
+    };
     let surface = match &bsdf {
-        Some(object) => bsdf::build(object, context),
+        Some(object) => bsdf::build(object, &vertices, context),
         None => bsdf::Surface {
             bsdf: bsdf::default(),
             indices: None,
@@ -53,7 +61,7 @@ pub(super) fn add(object: &Object, context: &mut Context) {
     context.meters.extend(meter.map(|m| (m, index)));
     let emitter = light.and_then(|l| emitter::add_area(&l, (object, index), context));
     let shape = match geometry {
-        Some(Ok(shape)) => shape.with_flipped_normals(flip),
+        Some(Ok((shape, _))) => shape,
         Some(Err(error)) => {
             context.error_at(&object.location, error.to_string());
             placeholder()
@@ -88,14 +96,17 @@ fn placeholder() -> Shape {
     unit.map_or_else(|_| unreachable!("the unit sphere is valid"), Shape::from)
 }
 
+/// Colours of the vertices of a mesh.
+type Colours = Option<Arc<Vec<[f32; 3]>>>;
+
 /// The geometry; `None` if the type is unknown or its file cannot be read (reported then).
 fn geometry(
     object: &Object,
     frame: DAffine3,
     q: &mut Query,
     files: &mut crate::scene::FileRegistry,
-) -> Option<Result<Shape, ShapeError>> {
-    Some(match object.plugin.as_str() {
+) -> Option<Result<(Shape, Colours), ShapeError>> {
+    let analytic = match object.plugin.as_str() {
         "sphere" => {
             let center = q.point_or("center", DVec3::ZERO);
             let radius = q.float_in("radius", POSITIVE, 1.0);
@@ -114,17 +125,34 @@ fn geometry(
                 .and_then(|l| Cylinder::new(frame * l, capped))
                 .map(Shape::from)
         }
-        "obj" | "ply" => {
-            let path = q.path("filename", files);
-            // Normals are geometric throughout: interpolated ones would break the laws of refraction.
-            q.boolean_or("face_normals", true);
-            let data = MeshData::read(&path)
-                .map_err(|e| q.file_error("filename", &e))
-                .ok()?;
-            Mesh::new(data.positions, data.triangles, data.uvs)
-                .and_then(|mesh| mesh.transformed(frame))
-                .map(Shape::from)
-        }
+        "obj" | "ply" => return mesh(object, frame, q, files),
         _ => return None,
-    })
+    };
+    Some(analytic.map(|shape| (shape, None)))
+}
+
+fn mesh(
+    object: &Object,
+    frame: DAffine3,
+    q: &mut Query,
+    files: &mut crate::scene::FileRegistry,
+) -> Option<Result<(Shape, Colours), ShapeError>> {
+    let path = q.path("filename", files);
+    // Normals are geometric throughout: interpolated ones would break the laws of refraction.
+    q.boolean_or("face_normals", true);
+    // Most programs that write .obj files have v grow upwards, whereas images begin at the top.
+    let flip = q.boolean_or("flip_tex_coords", object.plugin == "obj");
+    let mut data = MeshData::read(&path)
+        .map_err(|e| q.file_error("filename", &e))
+        .ok()?;
+    if flip {
+        data.uvs
+            .iter_mut()
+            .flatten()
+            .for_each(|uv| uv[1] = 1.0 - uv[1]);
+    }
+    let colours = data.colours.map(Arc::new);
+    let mesh = Mesh::new(data.positions, data.triangles, data.uvs);
+    let mesh = mesh.and_then(|mesh| mesh.transformed(frame));
+    Some(mesh.map(|mesh| (Shape::from(mesh), colours)))
 }
