@@ -2,7 +2,7 @@
 
 use crate::RATE;
 use crate::case::{Index, Wall, diffuse, facing};
-use crate::common::{container, fog, parts, sky, vacuum};
+use crate::common::{container, fog, parts, vacuum};
 use crate::compare::{Effort, Row, compare, judge, table};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use transport::texture::{Bitmap, Checkerboard, Filter, Texture, Wrap};
 
 const EFFORT: Effort = Effort {
     batches: 16,
-    work: 4_000_000,
+    work: 8_000_000,
 };
 
 fn checked(low: f64, high: f64) -> Texture {
@@ -43,12 +43,20 @@ fn object(shape: impl Into<Shape>, bsdf: Bsdf) -> Object {
     }
 }
 
-fn seen(objects: Vec<Object>, emitters: Vec<Emitter>, fog_index: Index) -> Parts {
+/// With a lamp that shines on the middle, seen by a camera; fog of some index where there is a container.
+fn lit(mut objects: Vec<Object>, lamp: DVec3, half: f64, fog_index: Index) -> Parts {
+    let mut black = diffuse(Rectangle::new(facing(lamp, -lamp.normalize(), half)).unwrap());
+    black.emitter = Some(0);
+    objects.push(black);
+    let emitter = Emitter::Area {
+        object: objects.len() - 1,
+        radiance: Spectrum::splat(1.0 / (half * half)),
+    };
     let from = DVec3::new(0.2, 0.3, 3.0);
     let to_world = facing(from, -from.normalize(), 1.0);
     let sensor = Sensor::Perspective(Perspective::new(to_world, 45f64.to_radians(), 1.0));
     let medium = fog(fog_index.field(Wall::Matched), 0.4, 0.8, 0.3);
-    parts(objects, vec![vacuum(), medium], emitters, sensor)
+    parts(objects, vec![vacuum(), medium], vec![emitter], sensor)
 }
 
 /// Light and views go through a disk with holes inside a ball of thin fog that bends them.
@@ -74,15 +82,11 @@ fn cutouts() -> Parts {
             Bsdf::Mask(leaf),
         ),
     ];
-    let lamp = Emitter::Point {
-        position: DVec3::new(0.6, 1.3, 1.2),
-        intensity: Spectrum::splat(6.0),
-    };
-    seen(objects, vec![lamp], Index::Linear)
+    lit(objects, DVec3::new(0.7, 1.5, 1.4), 0.3, Index::Linear)
 }
 
-/// A ball of plastic and one of a half mirror on a blended floor, behind a pane: mirrors that connections do
-/// not follow, but chance does.
+/// A ball of plastic and one of a half mirror between a wall and a floor that is mostly a mirror, behind a
+/// pane: mirrors that connections do not follow, but chance does.
 fn coats() -> Parts {
     let floor = facing(
         DVec3::new(0.0, -0.6, 0.0),
@@ -91,13 +95,12 @@ fn coats() -> Parts {
     );
     let mirror =
         || Bsdf::Conductor(Conductor::new(Spectrum::ZERO, Spectrum::ONE, image()).unwrap());
-    let white = |r| Bsdf::Diffuse(Diffuse::new(Spectrum::splat(r)).unwrap());
+    let white = |r: f64| Bsdf::Diffuse(Diffuse::new(Spectrum::splat(r)).unwrap());
     let plastic = Plastic::new(1.5, checked(0.3, 0.8), Spectrum::splat(0.9), true).unwrap();
-    let blend = Blend::new(checked(0.1, 0.6), white(0.6), mirror()).unwrap();
+    let blend = Blend::new(checked(0.7, 0.95), white(0.6), mirror()).unwrap();
     let half = Mask::new(Spectrum::splat(0.6), mirror()).unwrap();
     let pane = ThinDielectric::new(1.5, Spectrum::splat(0.8), Spectrum::splat(0.9)).unwrap();
-    let lamp = DVec3::new(1.3, 1.6, 0.4);
-    let mut objects = vec![
+    let objects = vec![
         object(Rectangle::new(floor).unwrap(), Bsdf::Blend(blend)),
         object(
             Sphere::around(DVec3::new(-0.5, -0.1, 0.0), 0.5).unwrap(),
@@ -112,16 +115,35 @@ fn coats() -> Parts {
             Bsdf::ThinDielectric(pane),
         ),
         object(
-            Rectangle::new(facing(lamp, -lamp.normalize(), 0.5)).unwrap(),
-            white(0.5),
+            Rectangle::new(facing(DVec3::new(0.0, 0.2, -0.8), DVec3::Z, 1.4)).unwrap(),
+            white(0.8),
         ),
     ];
-    objects[4].emitter = Some(0);
-    let area = Emitter::Area {
-        object: 4,
-        radiance: Spectrum::splat(5.0),
-    };
-    seen(objects, vec![area, sky()], Index::Constant)
+    lit(objects, DVec3::new(0.2, 1.3, 0.8), 0.7, Index::Constant)
+}
+
+/// A wall that is lit by way of a floor that is partly a mirror: light that is reflected there as by a mirror is
+/// found from either end, but by no connection.
+fn mirrored() -> Parts {
+    let tint = checked(0.9, 1.0);
+    let mirror = Conductor::new(Spectrum::ZERO, Spectrum::ONE, tint).unwrap();
+    let white = Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.8)).unwrap());
+    let blend = Blend::new(checked(0.1, 0.4), Bsdf::Conductor(mirror), white).unwrap();
+    let wall = facing(DVec3::ZERO, DVec3::new(0.0, -0.2, 1.0).normalize(), 1.4);
+    let floor = facing(DVec3::new(0.0, -1.0, 1.5), DVec3::new(0.0, 1.0, 0.01), 1.6);
+    let objects = vec![
+        diffuse(Rectangle::new(wall).unwrap()),
+        object(Rectangle::new(floor).unwrap(), Bsdf::Blend(blend)),
+    ];
+    // The lamp shines from beside the camera towards the floor, hardly on the wall.
+    let mut parts = lit(objects, DVec3::new(0.0, 1.2, 1.2), 0.6, Index::Constant);
+    let down = facing(
+        DVec3::new(0.0, 1.2, 1.2),
+        DVec3::new(0.0, -1.0, 0.05).normalize(),
+        0.6,
+    );
+    parts.objects[2].shape = Rectangle::new(down).unwrap().into();
+    parts
 }
 
 fn check(name: &str, parts: &Parts, seed: u64, particles: bool) {
@@ -140,4 +162,9 @@ fn textures_and_masks() {
 #[test]
 fn coats_and_panes() {
     check("coats", &coats(), 7001, false);
+}
+
+#[test]
+fn partial_mirrors() {
+    check("mirrored", &mirrored(), 7002, false);
 }
