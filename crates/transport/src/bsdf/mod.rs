@@ -23,6 +23,7 @@ mod plastic;
 mod principled;
 mod rough_conductor;
 mod rough_dielectric;
+mod rough_plastic;
 mod surface;
 mod thin_dielectric;
 mod two_sided;
@@ -36,6 +37,7 @@ pub use plastic::Plastic;
 pub use principled::Principled;
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
+pub use rough_plastic::RoughPlastic;
 pub use surface::Surface;
 pub use thin_dielectric::ThinDielectric;
 pub use two_sided::TwoSided;
@@ -125,6 +127,8 @@ pub enum Bsdf {
     RoughConductor(RoughConductor),
     /// A diffuse base under a smooth coat.
     Plastic(Plastic),
+    /// A diffuse base under a rough coat.
+    RoughPlastic(RoughPlastic),
     /// A diffuse base and facets of a dielectric or a metal.
     Principled(Principled),
     /// A mixture of two surfaces.
@@ -148,6 +152,7 @@ impl Bsdf {
             Bsdf::Conductor(b) => b.sample(s, toward),
             Bsdf::RoughConductor(b) => b.sample(s, toward, [u[1], u[2]]),
             Bsdf::Plastic(b) => b.sample(s, toward, u),
+            Bsdf::RoughPlastic(b) => b.sample(s, toward, u),
             Bsdf::Principled(b) => b.sample(s, toward, u),
             Bsdf::Blend(b) => b.sample(s, toward, u),
             Bsdf::TwoSided(b) => b.sample(s, toward, u),
@@ -165,6 +170,7 @@ impl Bsdf {
             Bsdf::RoughDielectric(b) => b.eval(s, toward, direction),
             Bsdf::RoughConductor(b) => b.eval(s, toward, direction),
             Bsdf::Plastic(b) => b.eval(s, toward, direction),
+            Bsdf::RoughPlastic(b) => b.eval(s, toward, direction),
             Bsdf::Principled(b) => b.eval(s, toward, direction),
             Bsdf::Blend(b) => b.eval(s, toward, direction),
             Bsdf::TwoSided(b) => b.eval(s, toward, direction),
@@ -181,6 +187,7 @@ impl Bsdf {
             Bsdf::RoughDielectric(b) => b.pdf(s, toward, direction),
             Bsdf::RoughConductor(b) => b.pdf(s, toward, direction),
             Bsdf::Plastic(b) => b.pdf(s, toward, direction),
+            Bsdf::RoughPlastic(b) => b.pdf(s, toward, direction),
             Bsdf::Principled(b) => b.pdf(s, toward, direction),
             Bsdf::Blend(b) => b.pdf(s, toward, direction),
             Bsdf::TwoSided(b) => b.pdf(s, toward, direction),
@@ -238,7 +245,8 @@ impl Bsdf {
             Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_) => false,
             Bsdf::Mask(_) | Bsdf::ThinDielectric(_) => false,
             Bsdf::Diffuse(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => true,
-            Bsdf::Plastic(_) | Bsdf::Principled(_) | Bsdf::Blend(_) | Bsdf::TwoSided(_) => true,
+            Bsdf::Plastic(_) | Bsdf::RoughPlastic(_) | Bsdf::Principled(_) => true,
+            Bsdf::Blend(_) | Bsdf::TwoSided(_) => true,
         }
     }
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 use transport::Spectrum;
 use transport::bsdf::{
     Blend, Bsdf, Conductor, Dielectric, Diffuse, Mask, Plastic, Principled, RoughConductor,
-    RoughDielectric, Surface, ThinDielectric, TwoSided,
+    RoughDielectric, RoughPlastic, Surface, ThinDielectric, TwoSided,
 };
 
 /// A tilted unit normal: no axis of the world is special to the code.
@@ -50,6 +50,13 @@ pub fn diffuse() -> Bsdf {
 pub fn plastic(nonlinear: bool) -> Bsdf {
     let base = Spectrum([0.9, 0.5, 0.1, 1.0]);
     Bsdf::Plastic(Plastic::new(1.5, base, Spectrum::ONE, nonlinear).unwrap())
+}
+
+/// A rough white coat over the base of [`plastic`].
+pub fn rough_plastic(alpha: f64, nonlinear: bool) -> Bsdf {
+    let base = Spectrum([0.9, 0.5, 0.1, 1.0]);
+    let coated = RoughPlastic::new(alpha, 1.5, base, Spectrum::ONE, nonlinear);
+    Bsdf::RoughPlastic(coated.unwrap())
 }
 
 /// A principled surface of the colour of [`plastic`].
@@ -122,6 +129,7 @@ pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
     let mirror = smooth().remove(2).1;
     let more = [
         ("plastic", plastic(true)),
+        ("rough plastic", rough_plastic(0.2, true)),
         ("principled", principled(0.5, 0.3, 0.5)),
         ("blend", blend(0.3, diffuse(), rough_conductor(0.3))),
         ("blend with a mirror", blend(0.6, mirror, diffuse())),

@@ -4,7 +4,7 @@
 
 use crate::common::{
     NORMAL, at_cosine, blend, diffuse, mask, metal, pane, plastic, principled, rough_conductor,
-    rough_dielectric, smooth, spread, surface, two_sided,
+    rough_dielectric, rough_plastic, smooth, spread, surface, two_sided,
 };
 use glam::DVec3;
 use testkit::{Moments, Rng, z_test};
@@ -65,7 +65,9 @@ fn weights_never_exceed_one() {
         .into_iter()
         .chain(smooth)
         // Directions are not drawn exactly in proportion to what plastic and principled surfaces reflect.
-        .filter(|c| !c.1.is_null() && !["plastic", "principled"].contains(&c.0.as_str()))
+        .filter(|c| {
+            !c.1.is_null() && !["plastic", "rough plastic", "principled"].contains(&c.0.as_str())
+        })
     {
         for [outer, inner] in pairs {
             for _ in 0..2000 {
@@ -341,6 +343,32 @@ fn white_plastic_loses_nothing() {
         let total = 2.0 * tau * diffuse + coat;
         assert!((total - 1.0).abs() < 2e-5, "{nonlinear}: {total}");
     }
+}
+
+/// Nor does it under a rough coat, as what facets lose in each other's shadows goes to the base. At random over
+/// cosines that light leaves at.
+#[test]
+fn white_rough_plastic_loses_nothing() {
+    let mut zs = Vec::new();
+    let mut rng = Rng::new(31);
+    for alpha in [0.05, 0.2, 0.7] {
+        let bsdf = rough_plastic(alpha, false);
+        let mut reflected = Moments::default();
+        for _ in 0..100_000 {
+            // In proportion to the cosine.
+            let toward = at_cosine(rng.next_1d().sqrt());
+            let sample = bsdf.sample(&surface(1.0, 1.0), toward, rng.uniform());
+            reflected.push(sample.map_or(0.0, |b| b.weight[3]));
+        }
+        // The table of the coat's reflectance is linear between its cosines.
+        assert!(reflected.standard_error() < 1e-3);
+        zs.push(z_test::z_score(
+            reflected.mean(),
+            reflected.standard_error(),
+            1.0,
+        ));
+    }
+    z_test::max_abs_z(&zs, FALSE_ALARM).unwrap();
 }
 
 /// The mean reflectance from inside follows from that outside: (1 − F̄')n'² = (1 − F̄)n².

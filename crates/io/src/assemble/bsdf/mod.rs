@@ -10,16 +10,18 @@ use crate::diagnostic::Location;
 use crate::query::{Query, unknown_plugin};
 use crate::scene::{Object, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
-use parameters::{Quantity, TINTS, colour, eta, nested, number, principled, roughness, tints};
+use parameters::{
+    Coated, Quantity, TINTS, coated, colour, eta, nested, number, principled, roughness, tints,
+};
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::bsdf::{
     Blend, Bsdf, BsdfError, Conductor, Dielectric, Diffuse, Mask, Plastic, Principled,
-    RoughConductor, RoughDielectric, ThinDielectric, TwoSided,
+    RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric, TwoSided,
 };
 use transport::texture::Texture;
 
-const KNOWN: [&str; 12] = [
+const KNOWN: [&str; 13] = [
     "null",
     "diffuse",
     "dielectric",
@@ -28,6 +30,7 @@ const KNOWN: [&str; 12] = [
     "conductor",
     "roughconductor",
     "plastic",
+    "roughplastic",
     "principled",
     "blendbsdf",
     "mask",
@@ -49,8 +52,7 @@ pub(super) struct Indices {
     pub location: Location,
 }
 
-/// Indices of the substances that Mitsuba's plastic and panes are made of by default.
-const POLYPROPYLENE: f64 = 1.49;
+/// Index of the glass that Mitsuba's panes are made of by default.
 const BK7: f64 = 1.5046;
 
 /// The bsdf that an object describes, for a mesh whose vertices may be coloured; diffuse after an error.
@@ -106,7 +108,7 @@ enum Raw<'a> {
     ThinDielectric(f64, [Quantity<'a>; 2]),
     Conductor(Optics, Quantity<'a>),
     RoughConductor(f64, Optics, Quantity<'a>),
-    Plastic(f64, [Quantity<'a>; 2], bool),
+    Plastic(Option<f64>, Coated<'a>),
     Principled([Quantity<'a>; 3], f64),
     Blend(Quantity<'a>, Vec<&'a Object>),
     Mask(Quantity<'a>, Vec<&'a Object>),
@@ -125,12 +127,8 @@ fn raw<'a>(object: &'a Object, q: &mut Query<'a, '_>) -> Option<Raw<'a>> {
         "thindielectric" => Raw::ThinDielectric(eta(q, BK7), tints(q)),
         "conductor" => Raw::Conductor(optics(q), colour(q, TINTS[0], 1.0)),
         "roughconductor" => Raw::RoughConductor(roughness(q), optics(q), colour(q, TINTS[0], 1.0)),
-        "plastic" => {
-            let reflectances = [("diffuse_reflectance", 0.5), (TINTS[0], 1.0)];
-            let reflectances = reflectances.map(|(name, default)| colour(q, name, default));
-            let nonlinear = q.boolean_or("nonlinear", false);
-            Raw::Plastic(eta(q, POLYPROPYLENE), reflectances, nonlinear)
-        }
+        "plastic" => Raw::Plastic(None, coated(q)),
+        "roughplastic" => Raw::Plastic(Some(roughness(q)), coated(q)),
         "principled" => {
             let (quantities, specular) = principled(q);
             Raw::Principled(quantities, specular)
@@ -172,9 +170,14 @@ fn make(raw: Raw, (object, vertices): (&Object, &Vertices), context: &mut Contex
             let [eta, k] = maker.optics(metal);
             RoughConductor::new(alpha, eta, k, maker.texture(tint)).map(Bsdf::RoughConductor)
         }
-        Raw::Plastic(eta, reflectances, nonlinear) => {
+        Raw::Plastic(alpha, Coated(eta, reflectances, nonlinear)) => {
             let [diffuse, coat] = reflectances.map(|r| maker.texture(r));
-            Plastic::new(eta, diffuse, coat, nonlinear).map(Bsdf::Plastic)
+            match alpha {
+                None => Plastic::new(eta, diffuse, coat, nonlinear).map(Bsdf::Plastic),
+                Some(alpha) => {
+                    RoughPlastic::new(alpha, eta, diffuse, coat, nonlinear).map(Bsdf::RoughPlastic)
+                }
+            }
         }
         Raw::Principled(quantities, specular) => {
             let [base, roughness, metallic] = quantities.map(|q| maker.texture(q));

@@ -11,8 +11,9 @@ pub(super) struct Quantity<'a>(pub &'static str, pub Role, pub Input<'a>);
 
 /// Smallest roughness that is not better called smooth.
 const LEAST_ALPHA: f64 = 1e-4;
-/// Index of air.
+/// Index of air, and of the substance that Mitsuba's plastic is made of by default.
 const AIR: f64 = 1.000277;
+const POLYPROPYLENE: f64 = 1.49;
 
 /// A spectrum or a texture.
 pub(super) fn colour<'a>(q: &mut Query<'a, '_>, name: &'static str, default: f64) -> Quantity<'a> {
@@ -41,6 +42,16 @@ pub(super) fn roughness(q: &mut Query) -> f64 {
 /// The index inside over that outside, which is air by default, of a surface on which it is the same everywhere.
 pub(super) fn eta(q: &mut Query, inside: f64) -> f64 {
     index(q, "int_ior").unwrap_or(inside) / index(q, "ext_ior").unwrap_or(AIR)
+}
+
+/// Index, reflectances of base and coat, and whether colours deepen, of plastic.
+pub(super) struct Coated<'a>(pub f64, pub [Quantity<'a>; 2], pub bool);
+
+pub(super) fn coated<'a>(q: &mut Query<'a, '_>) -> Coated<'a> {
+    let reflectances = [("diffuse_reflectance", 0.5), (TINTS[0], 1.0)];
+    let reflectances = reflectances.map(|(name, default)| colour(q, name, default));
+    let nonlinear = q.boolean_or("nonlinear", false);
+    Coated(eta(q, POLYPROPYLENE), reflectances, nonlinear)
 }
 
 /// Nested bsdfs; none unless there are as many as there should be (reported then).
