@@ -11,6 +11,7 @@ pub mod atomic;
 mod binary;
 pub mod diagnostic;
 pub mod error;
+pub mod ies;
 pub mod image;
 pub mod mesh;
 pub mod npy;

@@ -72,7 +72,7 @@ enum Optics {
 }
 
 /// A full angle in radians along an axis of the image.
-struct Fov {
+pub(super) struct Fov {
     angle: f64,
     axis: usize,
 }
@@ -125,7 +125,7 @@ fn stop(q: &mut Query) -> Stop {
     Stop::with_knife(radius, edge.truncate(), cut)
 }
 
-fn fov(q: &mut Query) -> Fov {
+pub(super) fn fov(q: &mut Query) -> Fov {
     let angle = q.float_in("fov", 1e-3..=179.0, None).to_radians();
     let axis = q.one_of("fov_axis", &AXES);
     Fov { angle, axis }
@@ -133,7 +133,7 @@ fn fov(q: &mut Query) -> Fov {
 
 impl Fov {
     /// The horizontal angle for an aspect ratio, width over height.
-    fn horizontal(&self, aspect: f64) -> f64 {
+    pub(super) fn horizontal(&self, aspect: f64) -> f64 {
         let vertical = match AXES[self.axis] {
             "y" => true,
             "smaller" => aspect > 1.0,

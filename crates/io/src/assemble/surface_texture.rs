@@ -135,6 +135,31 @@ fn bitmap(object: &Object, role: Role, context: &mut Context) -> Option<Bitmap> 
     context.accept(&object.location, bitmap)
 }
 
+/// Size and pixels of an image that a bitmap names, for light that is constant within each.
+pub(super) fn screen(
+    object: &Object,
+    context: &mut Context,
+) -> Option<([usize; 2], Vec<Spectrum>)> {
+    let mut q = Query::new(object, context.diagnostics);
+    let path = q.path("filename", context.files);
+    let raw = q.boolean_or("raw", false);
+    q.one_of("filter_type", &["nearest"]);
+    let image = RgbImage::read(&path).map_err(|e| q.file_error("filename", &e));
+    q.finish(&[]);
+    let image = image.ok()?;
+    let pixels = pixels(&image, raw && is_encoded(&path), Role::Colour, context);
+    let (lanes, data) = context.accept(&object.location, pixels)?;
+    let used = context.channels.lanes(context.group);
+    let spectrum = |values: &[f32]| {
+        let lane = |c: usize| f64::from(values[c.min(lanes - 1)]);
+        Spectrum(std::array::from_fn(
+            |c| if c < used { lane(c) } else { 0.0 },
+        ))
+    };
+    let pixels = data.chunks_exact(lanes).map(spectrum).collect();
+    Some(([image.width, image.height], pixels))
+}
+
 /// Whether the numbers in an image file are encoded as in sRGB; reading the image decodes them.
 fn is_encoded(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str());
