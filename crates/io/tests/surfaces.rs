@@ -1,4 +1,5 @@
-//! Bsdfs and textures in scene files: what becomes of them, and what is refused.
+//! Bsdfs, textures, lamps and shapes from files, and instances in scene files: what becomes of them, and what is
+//! refused.
 
 mod common;
 
@@ -334,4 +335,171 @@ fn what_is_refused() {
          <emitter type=\"area\"><float name=\"radiance\" value=\"1\"/></emitter></shape>",
         &["emits light from a specular, null, masked or thin surface"],
     );
+}
+
+const IES: &str = "IESNA:LM-63-2002\n[MANUFAC] nobody\nTILT=NONE\n1 1000 2 3 2 1 1 0.1 0.1 0.1\n1 1 50\n\
+    0 45 90\n0 90\n100 50 0\n200 100 0\n";
+
+#[test]
+fn photometric_files() {
+    let lamp = io::ies::parse(IES.as_bytes()).unwrap();
+    assert_eq!(lamp.vertical, [0.0, 45.0, 90.0]);
+    // A quarter of the turn, mirrored twice; all times the multiplier 2.
+    assert_eq!(lamp.horizontal, [0.0, 90.0, 180.0, 270.0, 360.0]);
+    let (a, b) = ([200.0, 100.0, 0.0], [400.0, 200.0, 0.0]);
+    assert_eq!(lamp.candela, [a, b, a, b, a].concat());
+    let half = IES
+        .replace("3 2 1 1", "3 3 1 1")
+        .replace("\n0 90\n100", "\n90 180 270\n7 8 9 100");
+    let lamp = io::ies::parse(half.as_bytes()).unwrap();
+    assert_eq!(lamp.horizontal, [0.0, 90.0, 180.0, 270.0, 360.0]);
+    assert_eq!(lamp.candela[..6], [200.0, 100.0, 0.0, 14.0, 16.0, 18.0]);
+    let tilted = IES.replace("TILT=NONE", "TILT=INCLUDE\n1\n2\n0 90\n1 0.9");
+    assert_eq!(io::ies::parse(tilted.as_bytes()).unwrap().vertical.len(), 3);
+    for (from, to, expected) in [
+        (
+            "TILT=NONE",
+            "TILT=LAMP.TLT",
+            "not supported: TILT=LAMP.TLT: a tilt in another file",
+        ),
+        ("TILT=NONE", "", "there is no line TILT="),
+        (
+            "3 2 1 1",
+            "3 2 2 1",
+            "not supported: photometry of type A or B; type C is read",
+        ),
+        ("3 2 1 1", "3 2.5 1 1", "number of horizontal angles: 2.5"),
+        (
+            "3 2 1 1",
+            "3000000 2 1 1",
+            "number of vertical angles: 3000000",
+        ),
+        ("200 100 0\n", "200 100\n", "the file ends before candela"),
+        ("45", "fourty", "vertical angles: 'fourty' is not a number"),
+        ("\n0 90\n1", "\n0 80\n1", "horizontal angles from 0 to 80"),
+    ] {
+        let error = io::ies::parse(IES.replace(from, to).as_bytes()).unwrap_err();
+        assert_eq!(error.to_string(), expected);
+    }
+}
+
+fn emitted(loaded: &Loaded, direction: DVec3) -> [f64; 3] {
+    use transport::emitter::Emitter;
+    let direction = direction.normalize();
+    let value = match &loaded.scene().emitters()[1] {
+        Emitter::Projector(p) => p.intensity(direction),
+        Emitter::Luminaire(l) => l.intensity(direction),
+        other => panic!("{other:?}"),
+    };
+    [value[0], value[1], value[2]]
+}
+
+#[test]
+fn lamps_from_files() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &PIXELS);
+    fs::write(directory.path().join("lamp.ies"), IES).unwrap();
+    let pose = r#"<transform name="to_world"><lookat origin="0, 3, 0" target="0, 0, 0" up="0, 0, 1"/></transform>"#;
+    let body = format!(
+        r#"<emitter type="ies">{pose}<string name="filename" value="lamp.ies"/>
+<rgb name="scale" value="1, 0.5, 0.25"/></emitter>"#
+    );
+    let loaded = load_from(directory.path(), "", &body).unwrap();
+    close(emitted(&loaded, -DVec3::Y), [200.0, 100.0, 50.0]);
+    // Halfway between the first two vertical angles, in the plane of the first horizontal one: local +x.
+    let tilt = 22.5f64.to_radians();
+    let aside = emitted(&loaded, DVec3::new(tilt.sin(), -tilt.cos(), 0.0));
+    close(aside, [150.0, 75.0, 37.5]);
+    close(emitted(&loaded, DVec3::Y), [0.0; 3]);
+    let body = format!(
+        r#"<emitter type="projector">{pose}<float name="fov" value="90"/><float name="scale" value="2"/>
+<texture name="irradiance" type="bitmap"><string name="filename" value="image.png"/></texture></emitter>"#
+    );
+    let loaded = load_from(directory.path(), "", &body).unwrap();
+    // The left half of the image is on the side of local +x.
+    let left = DVec3::new(0.5, -1.0, 0.1);
+    let cos = left.normalize().dot(-DVec3::Y);
+    let factor = 2.0 * std::f64::consts::PI / cos.powi(3);
+    close(emitted(&loaded, left).map(|v| v / factor), [0.5, 0.25, 0.0]);
+    let right = DVec3::new(-0.5, -1.0, 0.1);
+    close(
+        emitted(&loaded, right).map(|v| v / factor),
+        [0.125, 0.5, 1.0],
+    );
+    let error = load_from(directory.path(), "", &body.replace("90", "900")).unwrap_err();
+    assert!(error.contains("'fov' is 900"), "{error}");
+    let scaled = body.replace("<lookat", "<scale value=\"1, 2, 1\"/><lookat");
+    let error = load_from(directory.path(), "", &scaled).unwrap_err();
+    assert!(
+        error.contains("this emitter can only be moved and rotated"),
+        "{error}"
+    );
+}
+
+const GROUP: &str = r#"<shape type="shapegroup" id="g">
+<shape type="ply"><string name="filename" value="t.ply"/><transform name="to_world"><scale value="2"/></transform>
+<bsdf type="diffuse"><texture name="reflectance" type="mesh_attribute"><string name="name" value="vertex_color"/></texture></bsdf>
+</shape><shape type="sphere"/></shape>"#;
+
+#[test]
+fn instances_are_copies() {
+    let directory = tempfile::tempdir().unwrap();
+    fs::write(directory.path().join("t.ply"), PLY).unwrap();
+    let instance = |x: f64| {
+        format!(
+            r#"<shape type="instance"><ref id="g"/><transform name="to_world"><translate x="{x}"/></transform></shape>"#
+        )
+    };
+    let body = format!("{GROUP}{}{}", instance(1.0), instance(-4.0));
+    let loaded = load_from(directory.path(), "", &body).unwrap_or_else(|e| panic!("{e}"));
+    let objects = loaded.scene().objects();
+    assert_eq!(objects.len(), 4);
+    for (k, x) in [(0, 1.0), (2, -4.0)] {
+        let mesh = objects[k].shape.aabb();
+        assert!((mesh.min.x - x).abs() < 1e-9 && (mesh.max.x - x - 2.0).abs() < 1e-9);
+        let ball = objects[k + 1].shape.aabb();
+        assert!((ball.center().x - x).abs() < 1e-9);
+    }
+    // A group alone puts up nothing.
+    assert!(
+        load_from(directory.path(), "", GROUP)
+            .unwrap()
+            .scene()
+            .objects()
+            .is_empty()
+    );
+    let broken = body.replace("sphere", "spere");
+    let error = load_from(directory.path(), "", &broken).unwrap_err();
+    assert_eq!(
+        error.matches("unknown shape type 'spere'").count(),
+        1,
+        "{error}"
+    );
+    refused(
+        "<shape type=\"instance\"/>",
+        &["an instance needs a <shape type=\"shapegroup\">"],
+    );
+    refused(
+        "<shape type=\"shapegroup\" id=\"a\"><shape type=\"instance\"/></shape>\
+         <shape type=\"instance\"><ref id=\"a\"/></shape>",
+        &["a shapegroup holds shapes, not groups or instances"],
+    );
+}
+
+#[test]
+fn serialized_shapes() {
+    let file = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/data/meshes/meshes4.serialized"
+    );
+    let shape = |index: i32| {
+        format!(
+            "<shape type=\"serialized\"><string name=\"filename\" value=\"{file}\"/>\
+             <integer name=\"shape_index\" value=\"{index}\"/></shape>"
+        )
+    };
+    let loaded = load(&shape(1)).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(loaded.scene().objects()[0].shape.part_areas().len(), 2);
+    refused(&shape(2), &["there is no mesh 2"]);
+    refused(&shape(-1), &["'shape_index' is -1"]);
 }

@@ -1,11 +1,12 @@
 //! What is gathered while a scene is assembled.
 
 use super::channels::Channels;
+use super::shape::Originals;
 use super::surface_texture::Role;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{FileRegistry, ObjectId, SpectrumValue};
 use eikonal::field::Constant;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::Emitter;
@@ -33,6 +34,10 @@ pub(super) struct Context<'a> {
     pub places: Places,
     /// Textures that were read from files.
     pub textures: HashMap<(ObjectId, Role), Texture>,
+    /// Meshes of groups of shapes.
+    pub originals: Originals,
+    /// Groups of shapes with something wrong in them.
+    pub refused_groups: HashSet<ObjectId>,
     medium_ids: HashMap<ObjectId, MediumId>,
 }
 
@@ -70,6 +75,8 @@ impl<'a> Context<'a> {
                 emitters: Vec::new(),
             },
             textures: HashMap::new(),
+            originals: Originals::default(),
+            refused_groups: HashSet::new(),
             medium_ids: HashMap::new(),
         }
     }

@@ -3,6 +3,7 @@
 mod build;
 pub mod obj;
 pub mod ply;
+pub mod serialized;
 
 use std::path::Path;
 

@@ -111,7 +111,10 @@ impl Reader<'_> {
                 0 => {
                     let bytes = self.bytes(vertices, 4 * per_vertex)?;
                     let (values, _) = bytes.as_chunks::<4>();
-                    Ok(values.iter().map(|b| f32::from_le_bytes(*b).into()).collect())
+                    Ok(values
+                        .iter()
+                        .map(|b| f32::from_le_bytes(*b).into())
+                        .collect())
                 }
                 _ => {
                     let bytes = self.bytes(vertices, 8 * per_vertex)?;
@@ -177,7 +180,10 @@ impl Reader<'_> {
 fn corners(indices: &[[u8; 4]], vertices: u64) -> Result<Vec<[u32; 3]>, Problem> {
     let (triangles, _) = indices.as_chunks::<3>();
     let corner = |bytes: &[u8; 4]| u32::from_le_bytes(*bytes);
-    let triangles: Vec<[u32; 3]> = triangles.iter().map(|t| [0, 1, 2].map(|k| corner(&t[k]))).collect();
+    let triangles: Vec<[u32; 3]> = triangles
+        .iter()
+        .map(|t| [0, 1, 2].map(|k| corner(&t[k])))
+        .collect();
     let outside = |v: &&u32| u64::from(**v) >= vertices;
     match triangles.iter().flatten().find(outside) {
         Some(v) => {
