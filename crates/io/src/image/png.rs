@@ -1,15 +1,14 @@
 //! PNG files in sRGB.
 
-use std::fs::File;
-use std::io::{BufReader, Cursor};
+use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageBuffer, ImageFormat, ImageReader, Rgb};
+use image::{DynamicImage, ImageBuffer, ImageFormat, Rgb};
 
 use super::RgbImage;
 use crate::atomic;
 use crate::error::{FileError, Problem};
-use crate::scene::{linear_from_srgb, srgb_from_linear};
+use crate::scene::srgb_from_linear;
 
 /// Bits per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,25 +82,5 @@ fn srgb(value: f64) -> f64 {
 ///
 /// A file that cannot be read or is no valid PNG file.
 pub fn read(path: &Path) -> Result<RgbImage, FileError> {
-    let file = File::open(path).map_err(|e| Problem::Read(e).at(path))?;
-    let reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
-    let image = reader.decode().map_err(|error| {
-        Problem::WrongFormat {
-            format: "PNG",
-            reason: error.to_string(),
-        }
-        .at(path)
-    })?;
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    let linear = |v: u16| linear_from_srgb(f64::from(v) / 65535.0) as f32;
-    let pixels = image
-        .into_rgb16()
-        .pixels()
-        .map(|pixel| pixel.0.map(linear))
-        .collect();
-    Ok(RgbImage {
-        width,
-        height,
-        pixels,
-    })
+    super::encoded::read(path, ImageFormat::Png, "PNG")
 }

@@ -53,11 +53,8 @@ impl Luminaire {
         [polar, azimuths]: [Vec<f64>; 2],
         values: Vec<f64>,
     ) -> Result<Self, LuminaireError> {
-        if polar.len() < 2
-            || !increase(&polar)
-            || polar[0] < 0.0
-            || !(polar[polar.len() - 1] <= 180.0)
-        {
+        let inside = polar.iter().all(|a| (0.0..=180.0).contains(a));
+        if polar.len() < 2 || !increase(&polar) || !inside {
             return Err(LuminaireError::Polar);
         }
         let whole = azimuths.first() == Some(&0.0) && azimuths.last() == Some(&360.0);

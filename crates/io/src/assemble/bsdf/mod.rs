@@ -65,9 +65,11 @@ pub(super) fn build(object: &Object, vertices: &Vertices, context: &mut Context)
         location: object.location.clone(),
     });
     let raw = raw(object, &mut query);
-    query.finish(&[]);
     let bsdf = match raw {
-        Some(raw) => make(raw, (object, vertices), context),
+        Some(raw) => {
+            query.finish(&[]);
+            make(raw, (object, vertices), context)
+        }
         None => {
             unknown(object, context);
             None
