@@ -13,6 +13,7 @@ pub mod compare;
 pub mod diagnostic;
 pub mod element;
 pub mod error;
+pub mod ies;
 pub mod image;
 pub mod mesh;
 pub mod npy;
