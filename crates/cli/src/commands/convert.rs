@@ -18,13 +18,36 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
     };
     // In double precision, so that numbers of all types pass unchanged.
     let volume = Volume::<f64>::read(&args.input, options);
-    let mut volume = volume.map_err(|e| Failure::Usage(e.to_string()))?;
-    let mut out = std::io::stdout();
-    writeln!(out, "{}: {}", args.input.display(), contents(&volume))?;
-    match has_place(&volume) {
-        true => writeln!(out, "{}", place(&volume))?,
-        false => writeln!(out, "  place     not given")?,
+    let volume = volume.map_err(|e| Failure::Usage(e.to_string()))?;
+    let mut summary = vec![
+        format!("{}: {}", args.input.display(), contents(&volume)),
+        match has_place(&volume) {
+            true => place(&volume),
+            false => "  place     not given".into(),
+        },
+    ];
+    let volume = changed(volume, args)?;
+    let stored = write(&args.output, &volume, &args.out_dataset)?;
+    let volume = volume.with_element(stored.element);
+    summary.push(format!("{}: {}", args.output.display(), contents(&volume)));
+    if stored.place {
+        summary.push(place(&volume));
+    } else if has_place(&volume) {
+        summary.push("  place     is not kept by this format".into());
     }
+    if let Some(axes) = stored.axes {
+        summary.push(format!("  axes      {axes} (axis_order, --axes)"));
+    }
+    if stored.rounding > 0.0 {
+        let most = plain(stored.rounding);
+        summary.push(format!("  rounding  changes values by up to {most}"));
+    }
+    writeln!(std::io::stdout(), "{}", summary.join("\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What the user wants of a volume.
+fn changed(mut volume: Volume<f64>, args: &ConvertArgs) -> Result<Volume<f64>, Failure> {
     if args.spacing.is_some() || args.origin.is_some() {
         let frame = moved(&volume, args)?;
         volume = volume.with_frame(frame);
@@ -39,22 +62,7 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
     if let Some(element) = args.kind {
         volume = volume.with_element(element);
     }
-    let stored = write(&args.output, &volume, &args.out_dataset)?;
-    let volume = volume.with_element(stored.element);
-    writeln!(out, "{}: {}", args.output.display(), contents(&volume))?;
-    if stored.place {
-        writeln!(out, "{}", place(&volume))?;
-    } else if has_place(&volume) {
-        writeln!(out, "  place     is not kept by this format")?;
-    }
-    if let Some(axes) = stored.axes {
-        writeln!(out, "  axes      {axes} (axis_order, --axes)")?;
-    }
-    if stored.rounding > 0.0 {
-        let most = plain(stored.rounding);
-        writeln!(out, "  rounding  changes values by up to {most}")?;
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(volume)
 }
 
 /// Checks the files and the type of numbers, before anything is read.
@@ -109,14 +117,14 @@ fn contents(volume: &Volume<f64>) -> String {
         1 => String::new(),
         n => format!(", {n} channels"),
     };
-    let data = volume.data();
-    let least = data.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = data.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mean = data.iter().sum::<f64>() / data.len() as f64;
+    let element = volume.element();
+    let values = || volume.data().iter().map(|v| element.nearest(*v));
+    let least = values().fold(f64::INFINITY, f64::min);
+    let most = values().fold(f64::NEG_INFINITY, f64::max);
+    let mean = values().sum::<f64>() / volume.data().len() as f64;
     let (least, most, mean) = (plain(least), plain(most), plain(mean));
     format!(
-        "{x} x {y} x {z} voxels{channels}, {}\n  values    {least} to {most}, mean {mean}",
-        volume.element()
+        "{x} x {y} x {z} voxels{channels}, {element}\n  values    {least} to {most}, mean {mean}"
     )
 }
 
