@@ -143,10 +143,11 @@ fn huge_claims() {
     let dimensions = [400, 1000, 1000i32].map(i32::to_le_bytes).concat();
     array[32..44].copy_from_slice(&dimensions);
     array[68..72].copy_from_slice(&3_200_000_000u32.to_le_bytes());
-    let packed = ZlibEncoder::new(&array[..], Compression::default());
+    let mut packed = Vec::new();
+    let mut encoder = ZlibEncoder::new(&array[..], Compression::default());
+    encoder.read_to_end(&mut packed).unwrap();
     mat.truncate(128);
     mat.extend([15u8, 0, 0, 0]);
-    let packed: Vec<u8> = packed.bytes().map(Result::unwrap).collect();
     mat.extend((packed.len() as u32).to_le_bytes());
     mat.extend(packed);
     for (name, bytes) in [
