@@ -300,14 +300,14 @@ PLANTED = [
         "the kernel of a disc too high",
         TRANSPORT + "photons/kernel.rs",
         "peak: 3.0 / (PI * radius.powi(2)),",
-        "peak: 3.3 / (PI * radius.powi(2)),",
+        "peak: 4.0 / (PI * radius.powi(2)),",
         ("transport", "photons", "photons_show_what_bdpt_shows"),
     ),
     (
         "light that smooth surfaces absorb is missing from the account",
         TRANSPORT + "path/account.rs",
-        "End::Dead => self.surfaces += left(),",
-        "End::Dead => {}",
+        "let weight = pair[0].weight_before - pair[1].weight_before;",
+        "let weight = pair[1].weight_before - pair[1].weight_before;",
         ("transport", "meters", "every_particle_is_accounted_for"),
     ),
     (
