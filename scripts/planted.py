@@ -290,6 +290,27 @@ PLANTED = [
         ("transport", "layers", "estimators_agree_in_every_bin"),
     ),
     (
+        "photons without 1/n²",
+        TRANSPORT + "photons/map.rs",
+        "power: station.throughput / (n * n * paths as f64),",
+        "power: station.throughput / (n * 1.0 * paths as f64),",
+        ("transport", "photons", "photons_show_what_bdpt_shows"),
+    ),
+    (
+        "the kernel of a disc too high",
+        TRANSPORT + "photons/kernel.rs",
+        "peak: 3.0 / (PI * radius.powi(2)),",
+        "peak: 4.0 / (PI * radius.powi(2)),",
+        ("transport", "photons", "photons_show_what_bdpt_shows"),
+    ),
+    (
+        "light that smooth surfaces absorb is missing from the account",
+        TRANSPORT + "path/account.rs",
+        "let weight = pair[0].weight_before - pair[1].weight_before;",
+        "let weight = pair[1].weight_before - pair[1].weight_before;",
+        ("transport", "meters", "every_particle_is_accounted_for"),
+    ),
+    (
         "connections pass masks and panes unweakened",
         TRANSPORT + "path/link.rs",
         "self.factor *= through.factor * through.probability;",

@@ -4,8 +4,10 @@
 //! 0 for success, 1 for a failure while running, 2 for bad input, 130 after an interruption.
 
 mod args;
+mod balance;
 mod commands;
 mod config;
+mod difference;
 mod failure;
 mod interrupt;
 mod layers;
@@ -14,6 +16,7 @@ mod measured;
 mod numbers;
 mod outputs;
 mod plot;
+mod preview;
 mod progress;
 mod report;
 mod svg;
@@ -41,5 +44,11 @@ fn run(command: &Command) -> Result<ExitCode, Failure> {
         Command::Trace(args) => commands::trace(args),
         Command::Connect(args) => commands::connect(args),
         Command::Plot(args) => commands::plot(args),
+        Command::Convert(args) => commands::convert(args),
+        Command::Check(args) => commands::check(args),
+        Command::Compare(args) => commands::compare(args),
+        Command::Tonemap(args) => commands::tonemap(args),
+        Command::Completions { shell } => commands::completions(*shell),
+        Command::Man { folder } => commands::man(folder),
     }
 }

@@ -1,13 +1,14 @@
 //! What is reported of a measurement: as text, in the attributes of files, and as JSON.
 
 use crate::args::RenderArgs;
+use crate::balance;
 use crate::load::file_name;
 use crate::numbers;
 use crate::report::{Stopped, counters};
 use io::Loaded;
 use serde_json::{Value, json};
 use std::time::Duration;
-use transport::meter::{Reading, Share};
+use transport::meter::Reading;
 use transport::render::Measurement;
 
 /// A measurement that is done.
@@ -106,7 +107,7 @@ impl Measured<'_> {
                 .map(|r| format!("{} ({})", r.name, Quality::of(r).text()));
             lines.push(format!("{name}: {}", each.collect::<Vec<_>>().join("; ")));
         }
-        lines.push(self.balance());
+        lines.push(balance::text(&self.measurement.balance));
         let stats = &self.measurement.stats;
         for (count, what) in [
             (stats.lost, "rays lost"),
@@ -119,32 +120,6 @@ impl Measured<'_> {
         lines.join("\n")
     }
 
-    /// Emitted = absorbed + escaped + ..., with what is left over.
-    fn balance(&self) -> String {
-        let b = &self.measurement.balance;
-        let entries = [
-            ("absorbed by media", b.media),
-            ("by surfaces", b.surfaces),
-            ("escaped", b.escaped),
-            ("cut off at max_depth", b.cut),
-            ("lost", b.lost),
-            ("left over", b.residual),
-        ];
-        let text = |(name, share): &(&str, Share)| {
-            format!("{name} {}", numbers::with_error(share.mean, share.error))
-        };
-        // What is zero for certain is left out.
-        let there = entries
-            .iter()
-            .filter(|(_, s)| s.mean.abs() > 1e-12 * b.emitted || s.error > 1e-12 * b.emitted);
-        let parts: Vec<String> = there.map(text).collect();
-        format!(
-            "emitted {}: {}",
-            numbers::plain(b.emitted),
-            parts.join(" · ")
-        )
-    }
-
     /// Attributes for files. They depend on what was computed, not on when, where or how fast.
     pub fn attributes(&self) -> Vec<(String, String)> {
         let stats = &self.measurement.stats;
@@ -155,7 +130,10 @@ impl Measured<'_> {
             ("seed", self.args.seed.to_string()),
             ("particles", self.measurement.particles.to_string()),
             ("options", self.options()),
-            ("balance", self.account().to_string()),
+            (
+                "balance",
+                balance::json(&self.measurement.balance).to_string(),
+            ),
             ("lost", stats.lost.to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];
@@ -170,20 +148,6 @@ impl Measured<'_> {
         let defines = args.scene.defines.iter();
         options.extend(defines.map(|(k, v)| format!("-D {k}={v}")));
         options.join(" ")
-    }
-
-    fn account(&self) -> Value {
-        let b = &self.measurement.balance;
-        let share = |share: Share| json!({"mean": share.mean, "standard_error": share.error});
-        json!({
-            "emitted": b.emitted,
-            "absorbed_by_media": share(b.media),
-            "absorbed_by_surfaces": share(b.surfaces),
-            "escaped": share(b.escaped),
-            "cut_off": share(b.cut),
-            "lost": share(b.lost),
-            "left_over": share(b.residual),
-        })
     }
 
     /// Everything, as JSON.
@@ -212,7 +176,7 @@ impl Measured<'_> {
             "particles_per_second": self.rate(),
             "channels": self.loaded.channel_names,
             "emitted": measurement.emitted,
-            "balance": self.account(),
+            "balance": balance::json(&measurement.balance),
             "meters": self.meters().map(meter).collect::<Vec<_>>(),
             "counters": counters(&measurement.stats),
         })

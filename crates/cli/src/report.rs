@@ -1,6 +1,7 @@
 //! What is reported of a render: in one line, in the attributes of images, and as JSON.
 
 use crate::args::RenderArgs;
+use crate::balance;
 use crate::layers::Naming;
 use crate::load::file_name;
 use crate::numbers;
@@ -58,7 +59,7 @@ impl Report<'_> {
         self.rendering.film.samples() as f64 / self.elapsed.as_secs_f64().max(1e-9)
     }
 
-    /// The line at the end of a render.
+    /// The line at the end of a render, and that of the account if there is one.
     pub fn line(&self) -> String {
         let stopped = match self.stopped {
             Some(Stopped::Interrupted) => "interrupted: ",
@@ -89,7 +90,9 @@ impl Report<'_> {
                 parts.push(format!("{} {what}", numbers::count(count as f64)));
             }
         }
-        parts.join(" · ")
+        let account = self.rendering.balance.iter().map(balance::text);
+        let lines = std::iter::once(parts.join(" · ")).chain(account);
+        lines.collect::<Vec<_>>().join("\n")
     }
 
     /// What the image shows on the whole.
@@ -275,6 +278,7 @@ impl Report<'_> {
             "branches": self.branches(),
             "connections": self.connections(),
             "photons": self.photons(),
+            "balance": self.rendering.balance.as_ref().map(balance::json),
             "decomposition": Naming::of(self.loaded).map(|n| n.json(film)),
         })
     }

@@ -4,6 +4,7 @@
 mod common;
 
 use glam::DVec3;
+use io::image::tone::Tone;
 use io::image::{RgbImage, png};
 use io::{LoadOptions, Loaded};
 use std::fs;
@@ -79,7 +80,7 @@ fn write_image(directory: &Path, pixels: &[[f32; 3]; 2]) {
         &directory.join("image.png"),
         &image,
         png::Depth::Sixteen,
-        0.0,
+        Tone::default(),
     )
     .unwrap();
 }

@@ -71,6 +71,8 @@ pub(super) fn build(object: Option<&Object>, context: &mut Context) -> FilmParts
     film.spec.height = q.integer_in("height", 1..=LARGEST_SIDE, 576) as usize;
     q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
     q.has("wavelengths");
+    // Light from beyond the image's edge always counts.
+    q.boolean_or("sample_border", true);
     // How files are written is the command's business; Mitsuba's scene files say it here.
     q.string_or("file_format", "openexr");
     q.string_or("component_format", "float32");

@@ -145,6 +145,14 @@ fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
     let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(bdpt.rr_depth));
     let tolerance = query.float_in("tolerance", 1e-12..=1e-4, default.tolerance.get());
     let reflections = query.integer_in("reflections", 0..=MOST_REFLECTIONS, 0);
+    if query.boolean_or("hide_emitters", false) {
+        let message =
+            "emitters that are in view are always shown: leave 'hide_emitters' out, or move them";
+        query.error("hide_emitters", message);
+    }
+    // How work is divided; Mitsuba's scene files have them.
+    query.has("samples_per_pass");
+    query.has("block_size");
     bdpt.max_depth = u32::try_from(max_depth).ok();
     bdpt.rr_depth = rr_depth as u32;
     if kind == Kind::Bdpt {

@@ -38,6 +38,7 @@ pub(super) fn diagnostic(out: &mut String, diagnostic: &Diagnostic, style: Style
     let colour = match diagnostic.severity {
         Severity::Error => "1;31",
         Severity::Warning => "1;33",
+        Severity::Note => "1;36",
     };
     let severity = style.paint(colour, &diagnostic.severity.to_string());
     let message = style.paint("1", &printable(&diagnostic.message));

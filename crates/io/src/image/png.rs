@@ -6,9 +6,9 @@ use std::path::Path;
 use image::{DynamicImage, ImageBuffer, ImageFormat, Rgb};
 
 use super::RgbImage;
+use super::tone::Tone;
 use crate::atomic;
 use crate::error::{FileError, Problem};
-use crate::scene::srgb_from_linear;
 
 /// Bits per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,14 +19,13 @@ pub enum Depth {
     Sixteen,
 }
 
-/// Writes an image in sRGB, at once or not at all. Values are multiplied by 2^`exposure` and
-/// clamped to [0, 1]; NaN becomes 0.
+/// Writes an image in sRGB, at once or not at all; `tone` says how bright it is.
 ///
 /// # Errors
 ///
 /// An image whose size does not fit its pixels, and everything that [`atomic::write()`] reports.
-pub fn write(path: &Path, image: &RgbImage, depth: Depth, exposure: f64) -> Result<(), FileError> {
-    let bytes = encode(image, depth, exposure).map_err(|problem| problem.at(path))?;
+pub fn write(path: &Path, image: &RgbImage, depth: Depth, tone: Tone) -> Result<(), FileError> {
+    let bytes = encode(image, depth, tone).map_err(|problem| problem.at(path))?;
     atomic::write_bytes(path, &bytes)
 }
 
@@ -35,7 +34,7 @@ pub fn write(path: &Path, image: &RgbImage, depth: Depth, exposure: f64) -> Resu
 /// # Errors
 ///
 /// As for [`write()`], but for the file system.
-pub fn encode(image: &RgbImage, depth: Depth, exposure: f64) -> Result<Vec<u8>, Problem> {
+pub fn encode(image: &RgbImage, depth: Depth, tone: Tone) -> Result<Vec<u8>, Problem> {
     let mismatch = || Problem::Mismatch {
         expected: format!("{} x {} pixels", image.width, image.height),
         found: format!("{}", image.pixels.len()),
@@ -47,12 +46,7 @@ pub fn encode(image: &RgbImage, depth: Depth, exposure: f64) -> Result<Vec<u8>, 
             .ok_or_else(mismatch)
     };
     let (width, height) = (side(image.width)?, side(image.height)?);
-    let scale = exposure.exp2();
-    let encoded = image
-        .pixels
-        .iter()
-        .flatten()
-        .map(|v| srgb(f64::from(*v) * scale));
+    let encoded = image.pixels.iter().flatten().map(|v| tone.encode(*v));
     let dynamic = match depth {
         Depth::Eight => {
             let data = encoded.map(|v| (v * 255.0).round() as u8).collect();
@@ -71,11 +65,6 @@ pub fn encode(image: &RgbImage, depth: Depth, exposure: f64) -> Result<Vec<u8>, 
     Ok(bytes)
 }
 
-fn srgb(value: f64) -> f64 {
-    let value = if value.is_nan() { 0.0 } else { value };
-    srgb_from_linear(value.clamp(0.0, 1.0))
-}
-
 /// Reads an image and makes its values linear; they are in [0, 1]. Transparency is dropped.
 ///
 /// # Errors
@@ -83,4 +72,13 @@ fn srgb(value: f64) -> f64 {
 /// A file that cannot be read or is no valid PNG file.
 pub fn read(path: &Path) -> Result<RgbImage, FileError> {
     super::encoded::read(path, ImageFormat::Png, "PNG")
+}
+
+/// Reads an image from the bytes of a file.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn decode(bytes: &[u8]) -> Result<RgbImage, Problem> {
+    super::encoded::decode(bytes, ImageFormat::Png, "PNG")
 }

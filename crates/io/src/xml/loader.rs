@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DMat4;
 use roxmltree::Node;
 
+use super::dialect::Dialect;
 use super::element::{self, Element};
 use super::parameters::Parameters;
 use super::resolve::{Alias, Draft, DraftChild, Drafts, Target};
@@ -29,6 +30,7 @@ pub(super) fn load(
         drafts: Drafts::default(),
         open_files: vec![identity(&source)],
         includes: 0,
+        dialect: Dialect::default(),
         diagnostics,
     };
     loader.root(&source)?;
@@ -58,6 +60,7 @@ struct Loader<'d> {
     /// The file being read and those that include it.
     open_files: Vec<PathBuf>,
     includes: usize,
+    dialect: Dialect,
     diagnostics: &'d mut Diagnostics,
 }
 
@@ -96,12 +99,24 @@ impl Loader<'_> {
         let Some(version) = element.get("version") else {
             return;
         };
-        let major = version.value.split('.').next().unwrap_or("");
-        if !matches!(major, "2" | "3") {
-            let message = format!("scenes of version '{}' are not supported", version.value);
-            let help = "write version=\"3.0.0\" and use the parameter names of Mitsuba 3";
-            let diagnostic = Diagnostic::error(message).help(help.to_owned());
-            self.diagnostics.push(diagnostic.at(&version.location));
+        let mut numbers = version.value.split('.');
+        match (numbers.next(), numbers.next()) {
+            (Some("2" | "3"), _) => self.dialect.old = false,
+            (Some("0"), Some("5" | "6")) => {
+                let message = format!(
+                    "a scene of Mitsuba {}: read in its own dialect",
+                    version.value
+                );
+                self.dialect.old = true;
+                let note = Diagnostic::note(message);
+                self.diagnostics.push(note.at(&version.location));
+            }
+            _ => {
+                let message = format!("scenes of version '{}' are not supported", version.value);
+                let help = "write version=\"3.0.0\" and use the parameter names of Mitsuba 3";
+                let diagnostic = Diagnostic::error(message).help(help.to_owned());
+                self.diagnostics.push(diagnostic.at(&version.location));
+            }
         }
     }
 
@@ -136,7 +151,7 @@ impl Loader<'_> {
             Tag::Include => self.include(&element, parent, depth),
             Tag::Transform => {
                 if let Some(property) = self.transform(&element, node) {
-                    parent.add_property(property, self.diagnostics);
+                    self.add_property(property, parent);
                 }
             }
             tag => {
@@ -154,7 +169,7 @@ impl Loader<'_> {
             Tag::Default => self.default(element),
             Tag::Property => {
                 if let Some(property) = properties::property(element, self.diagnostics) {
-                    parent.add_property(property, self.diagnostics);
+                    self.add_property(property, parent);
                 }
             }
             _ => {
@@ -164,6 +179,23 @@ impl Loader<'_> {
                 self.diagnostics.push(diagnostic.at(&element.location));
             }
         }
+    }
+
+    fn add_property(&mut self, property: Property, parent: &mut Draft) {
+        let name = self.dialect.name(property.name);
+        parent.add_property(Property { name, ..property }, self.diagnostics);
+    }
+
+    /// Adds an object in the role that an element gives it.
+    fn add_child(&mut self, element: &Element, target: Target, parent: &mut Draft) {
+        let name = element.get("name");
+        let name = name.map(|a| (self.dialect.name(a.value.clone()), a.name_location.clone()));
+        let child = DraftChild {
+            name,
+            target,
+            location: element.location.clone(),
+        };
+        parent.add_child(child, self.diagnostics);
     }
 
     fn childless(&mut self, node: Node<'_, '_>, source: &Arc<SourceFile>) {
@@ -191,18 +223,19 @@ impl Loader<'_> {
         let mut draft = Draft::new(kind, plugin, element.location.clone(), plugin_location);
         let source = Arc::clone(element.location.source());
         self.contents(node, &source, &mut draft, depth + 1);
+        self.dialect.update(&mut draft, self.diagnostics);
         let id = element
             .get("id")
             .map(|a| (a.value.clone(), a.location.clone()));
         let index = self.drafts.add(draft, id, self.diagnostics);
-        parent.add_child(child(element, Target::Draft(index)), self.diagnostics);
+        self.add_child(element, Target::Draft(index), parent);
     }
 
     fn reference(&mut self, element: &Element, parent: &mut Draft) {
         element.allow(&["id", "name"], self.diagnostics);
         if let Some(id) = element.require("id", self.diagnostics) {
             let target = Target::Id(id.value.clone(), id.location.clone());
-            parent.add_child(child(element, target), self.diagnostics);
+            self.add_child(element, target, parent);
         }
     }
 
@@ -288,23 +321,13 @@ impl Loader<'_> {
         let node = document.root_element();
         // A whole scene adds its contents; any other root is one more element.
         if node.tag_name().name() == "scene" {
-            let element = self.element(node, source);
+            let (element, outer) = (self.element(node, source), self.dialect.old);
             self.check_scene(&element);
             self.contents(node, source, parent, depth + 1);
+            self.dialect.old = outer;
         } else {
             self.item(node, source, parent, depth + 1);
         }
         self.open_files.pop();
-    }
-}
-
-fn child(element: &Element, target: Target) -> DraftChild {
-    let name = element
-        .get("name")
-        .map(|a| (a.value.clone(), a.name_location.clone()));
-    DraftChild {
-        name,
-        target,
-        location: element.location.clone(),
     }
 }

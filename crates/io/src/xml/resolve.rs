@@ -9,15 +9,15 @@ use crate::scene::{Child, Object, ObjectId, PluginKind, Property};
 
 /// An object whose references are still names.
 pub(super) struct Draft {
-    kind: PluginKind,
-    plugin: String,
+    pub(super) kind: PluginKind,
+    pub(super) plugin: String,
     id: Option<String>,
-    properties: Vec<Property>,
-    children: Vec<DraftChild>,
+    pub(super) properties: Vec<Property>,
+    pub(super) children: Vec<DraftChild>,
     /// Names of parameters and roles.
-    names: HashMap<String, Location>,
+    pub(super) names: HashMap<String, Location>,
     location: Location,
-    plugin_location: Location,
+    pub(super) plugin_location: Location,
 }
 
 /// A nested object or a reference.

@@ -20,7 +20,7 @@ pub(super) fn part(element: &Element, diagnostics: &mut Diagnostics) -> Option<D
             scale(element, diagnostics)
         }
         "rotate" => rotate(element, diagnostics),
-        "lookat" => look_at_element(element, diagnostics),
+        "lookat" | "lookAt" => look_at_element(element, diagnostics),
         "matrix" => matrix(element, diagnostics),
         other => {
             let message = format!("<{other}> is no part of a transform");

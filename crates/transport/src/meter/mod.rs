@@ -2,11 +2,9 @@
 //!
 //! A particle starts with the power of the emitters over the density of its ray, flies along curved
 //! edges, and is absorbed and scattered on the way (`particle`). Meters take note of its flights,
-//! collisions and passages (`flight`); every meter has slots in one tally (`tally`), and the account
-//! of where the power went has some as well (`balance`). No index enters anywhere (theory §3): power is
+//! collisions and passages (`flight`); every meter has slots in one tally (`tally`). No index enters anywhere (theory §3): power is
 //! conserved along rays, whatever the index does to radiance.
 
-mod balance;
 mod flight;
 mod fluence;
 mod grid;
@@ -16,7 +14,6 @@ mod positions;
 mod reading;
 mod tally;
 
-pub use balance::{Balance, Share};
 pub use fluence::{Estimator, FluenceMeter};
 pub use grid::{Coordinates, Grid};
 pub use irradiance::{Cosines, IrradianceMeter};
@@ -25,11 +22,9 @@ pub use reading::{Axis, Reading};
 pub use tally::{Part, Tally};
 
 use crate::Spectrum;
-use crate::emitter::Emitter;
-use crate::path::Workspace;
+use crate::path::{Account, Workspace};
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
-use balance::Ledger;
 use flight::{Collision, Flight, Passing};
 use fluence::{Cuts, Slots};
 use particle::Particle;
@@ -62,11 +57,11 @@ impl Meter {
     }
 }
 
-/// Slots that meters take in a tally with so many channels, the account included.
+/// Slots that meters take in a tally with so many channels.
 pub fn slots(meters: &[Meter], channels: usize) -> usize {
     let cells = meters.iter().map(Meter::cells);
     let cells = cells.fold(0, usize::saturating_add);
-    cells.saturating_mul(channels).saturating_add(Ledger::SLOTS)
+    cells.saturating_mul(channels)
 }
 
 /// How particles are followed and what measures them, for one group of channels.
@@ -94,11 +89,8 @@ impl<'a> Setup<'a> {
         channels: usize,
         (max_depth, rr_depth): (u32, u32),
     ) -> Option<Self> {
-        let shape = |object: usize| &scene.objects()[object].shape;
-        let emitters = scene.emitters().iter();
         let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < channels))));
-        let power = |e: &Emitter| e.power(scene.around(), shape) * white;
-        let powers: Vec<Spectrum> = emitters.map(power).collect();
+        let powers: Vec<Spectrum> = scene.powers(channels).collect();
         let weights: Vec<f64> = powers.iter().map(|power| power.sum()).collect();
         Some(Setup {
             scene,
@@ -123,8 +115,14 @@ impl<'a> Setup<'a> {
     }
 
     /// Follows the particles of one task, each with random numbers of its own.
-    pub fn task(&self, seed: u64, particles: std::ops::Range<u64>, ws: &mut Workspace) -> Part {
+    pub fn task(
+        &self,
+        seed: u64,
+        particles: std::ops::Range<u64>,
+        ws: &mut Workspace,
+    ) -> (Part, Account) {
         let (mut part, mut scores, mut cuts) = (Part::default(), Scores::default(), Cuts::new());
+        let mut account = Account::default();
         for number in particles {
             ws.stats.paths += 1;
             let mut sampler = Sampler::new(seed, 0, number);
@@ -135,15 +133,12 @@ impl<'a> Setup<'a> {
                 sampler: Sampler::new(seed, 1, number),
             };
             let mut particle = Particle::new(self, number, recorder);
-            let initial = particle.run(&mut sampler, ws);
-            let account = self.slots() - Ledger::SLOTS;
-            particle
-                .ledger
-                .score(initial, account, particle.recorder.scores);
+            particle.run(&mut sampler, ws);
+            account.add(&particle.ledger);
             part.take(&mut scores);
         }
         ws.stats.not_finite += scores.not_finite;
-        part.finish()
+        (part.finish(), account)
     }
 
     /// What each meter has measured.
@@ -159,11 +154,6 @@ impl<'a> Setup<'a> {
             readings
         };
         self.meters.iter().map(read).collect()
-    }
-
-    /// The account.
-    pub fn balance(&self, tally: &Tally) -> Balance {
-        Balance::of(tally, self.slots() - Ledger::SLOTS, self.emitted.sum())
     }
 }
 

@@ -1,10 +1,12 @@
 //! The way of one particle from its emitter to its end.
 
-use super::balance::Ledger;
-use super::flight::{Collision, Flight, Passing, share};
+use super::flight::{Collision, Flight, Passing};
 use super::{Recorder, Setup};
 use crate::Spectrum;
-use crate::path::{Carry, Edge, End, Point, Ray, Sampling, Span, Vertex, Workspace, emit, trace};
+use crate::path::{
+    Carry, Edge, End, Ledger, Point, Ray, Sampling, Span, Vertex, Workspace, collided, emit, share,
+    trace,
+};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use glam::DVec3;
@@ -41,14 +43,14 @@ impl<'a, 'r> Particle<'a, 'r> {
         }
     }
 
-    /// Emits it and follows it to its end. Returns the power that it started with, summed over channels.
-    pub fn run(&mut self, sampler: &mut Sampler, ws: &mut Workspace) -> f64 {
+    /// Emits it and follows it to its end.
+    pub fn run(&mut self, sampler: &mut Sampler, ws: &mut Workspace) {
         let setup = self.setup;
         let pick = setup.choice.sample(sampler.next_1d());
         let u = (sampler.next_2d(), sampler.next_2d());
         let white = setup.lanes.map(|p| f64::from(u8::from(p > 0.0)));
         let Some((_, ray)) = emit(self.scene, (pick.index, pick.probability), white, u) else {
-            return 0.0;
+            return;
         };
         self.optical_length = ray.optical_length;
         let (initial, mut next) = (ray.throughput, Some(ray));
@@ -60,7 +62,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         };
         for _ in 0..MOST_EDGES {
             let Some(ray) = next else {
-                return initial.sum();
+                return;
             };
             let edge = trace(self.scene, ray.start, sampling, sampler, ws);
             let onward = self.edge(&edge, ray.throughput, sampler);
@@ -70,7 +72,6 @@ impl<'a, 'r> Particle<'a, 'r> {
             ws.stats.lost += 1;
             self.ledger.lost += ray.throughput.sum();
         }
-        initial.sum()
     }
 
     /// Takes note of an edge, and of its end. Returns how the particle goes on.
@@ -80,6 +81,8 @@ impl<'a, 'r> Particle<'a, 'r> {
             let depth = self.depth.saturating_add(1 + span.events_before);
             left = power * self.share_before(span);
             if depth > self.setup.max_depth {
+                self.ledger
+                    .passed(self.setup.lanes, &edge.spans[..=i], power);
                 self.ledger.cut += left.sum();
                 return None;
             }
@@ -104,7 +107,11 @@ impl<'a, 'r> Particle<'a, 'r> {
             }
         }
         self.depth = self.depth.saturating_add(1 + edge.tube.events);
-        self.end(edge, (power, left), sampler)
+        let onward = self.end(edge, (power, left), sampler);
+        let after = onward.map_or(Spectrum::ZERO, |ray| ray.throughput);
+        let how = (self.scene, self.setup.lanes);
+        self.ledger.enter(how, edge, (power, after));
+        onward
     }
 
     /// Share of an edge's power that is left at the start of a span, over the probability of getting there.
@@ -114,7 +121,6 @@ impl<'a, 'r> Particle<'a, 'r> {
 
     /// From one span to the next, perhaps by way of a smooth surface or a boundary.
     fn go_on(&mut self, (span, next): (&Span, &Span), before: Spectrum, after: Spectrum) {
-        self.ledger.surfaces += (before - after).sum();
         if span.surface.is_some() {
             let arrival = span.arc.velocity(span.theta_end).normalize();
             let onward = next.arc.velocity(0.0).normalize();
@@ -161,7 +167,6 @@ impl<'a, 'r> Particle<'a, 'r> {
             End::Collision(point) => {
                 let collision = self.collision(point, power);
                 self.recorder.collide(&collision);
-                self.ledger.media += collision.absorbed().sum();
                 let scatter = Vertex::volume(point).scatter(scene, sampler)?;
                 Some(Ray {
                     start: scatter.start,
@@ -173,8 +178,6 @@ impl<'a, 'r> Particle<'a, 'r> {
             End::Surface { direction, .. } => {
                 let scatter = Vertex::of(scene, edge)?.scatter(scene, sampler);
                 let onward = scatter.map(|s| (s.start, s.pdf, left * s.weight));
-                let after = onward.map_or(Spectrum::ZERO, |(_, _, power)| power);
-                self.ledger.surfaces += (left - after).sum();
                 if let Some(span) = edge.spans.last() {
                     let beyond = onward.map(|(start, _, power)| (start.direction, power));
                     self.surface(span, (*direction, left), beyond);
@@ -186,16 +189,9 @@ impl<'a, 'r> Particle<'a, 'r> {
                     optical_length: self.optical_length,
                 })
             }
-            End::Escaped { .. } => {
-                self.ledger.escaped += left.sum();
-                None
-            }
-            End::Dead if edge.lost => {
-                self.ledger.lost += left.sum();
-                None
-            }
+            End::Escaped { .. } => None,
+            End::Dead if edge.lost => None,
             End::Dead => {
-                self.ledger.surfaces += left.sum();
                 if let Some(span) = edge.spans.last() {
                     let arrival = span.arc.velocity(span.theta_end).normalize();
                     self.surface(span, (arrival, left), None);
@@ -205,14 +201,11 @@ impl<'a, 'r> Particle<'a, 'r> {
         }
     }
 
-    /// A collision: with channel probabilities p, its density per unit length is Σ p σ_t T.
     fn collision(&self, point: &Point, power: Spectrum) -> Collision<'a> {
-        let lanes = self.setup.lanes;
-        let share = share(lanes, point.depth);
         Collision {
             scene: self.scene,
             point: *point,
-            path: power * point.weight * share / (lanes * point.rate * share).sum(),
+            path: power * collided(self.setup.lanes, point),
             optical_length: self.optical_length,
         }
     }

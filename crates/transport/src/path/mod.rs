@@ -11,6 +11,7 @@
 //! found by chance shares its contribution with the connections that compete for it, and any
 //! other edge keeps all of it.
 
+mod account;
 mod attract;
 mod edge;
 mod ends;
@@ -21,11 +22,13 @@ mod length;
 mod link;
 mod passage;
 mod search;
+mod share;
 mod subpath;
 mod tube;
 mod vertex;
 mod walk;
 
+pub use account::{Account, Balance, Ledger, Share};
 pub use attract::{scatter, scatter_pdf};
 pub use edge::{Carry, Edge, End, Front, Point, Span, Start};
 pub use ends::{Bounds, LightPath, emit, sensor_path};
@@ -35,6 +38,7 @@ pub use guess::guess;
 pub use length::lead_in;
 pub use link::{Goal, Link, environment_aim};
 pub use passage::transmittance;
+pub use share::{collided, share};
 pub use subpath::{Escape, Ray, Station, Step, Subpath, Walker};
 pub use tube::Tube;
 pub use vertex::{Scatter, Vertex};
@@ -59,6 +63,8 @@ pub struct Workspace {
     pub solver: Solver<MediumId>,
     /// What has happened so far.
     pub stats: Stats,
+    /// What has become of the particles followed since it was last taken.
+    pub ledger: Ledger,
     /// Probability in (0, 1] with which a connection that may not be unique is searched for further
     /// branches. Any value is unbiased.
     pub search: f64,
@@ -70,6 +76,7 @@ impl Workspace {
         Workspace {
             solver: Solver::new(tolerance),
             stats: Stats::default(),
+            ledger: Ledger::default(),
             search: SEARCH,
         }
     }

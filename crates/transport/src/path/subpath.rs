@@ -145,16 +145,22 @@ impl Walker {
             let mut edge = trace(scene, current.start, sampling, sampler, ws);
             depth += 1 + edge.tube.events;
             if depth > self.max_depth {
+                if self.carry == Carry::Power {
+                    ws.ledger.cut += current.throughput.sum();
+                }
                 break;
             }
             let throughput = current.throughput * edge.throughput(scene, self.lanes);
             let optical_length = current.optical_length + edge.optical_length;
             let Some(vertex) = Vertex::of(scene, &edge) else {
+                self.enter(scene, &edge, (current.throughput, Spectrum::ZERO), ws);
                 edge.connectable &= !passed;
                 subpath.escape = self.escape(scene, &edge, &current, (throughput, depth));
                 break;
             };
             let scatter = vertex.scatter(scene, sampler);
+            let onward = scatter.map_or(Spectrum::ZERO, |s| throughput * s.weight);
+            self.enter(scene, &edge, (current.throughput, onward), ws);
             edge.connectable &= !passed;
             passed = scatter.is_some_and(|s| s.delta);
             let mut step = step(scene, &edge, &vertex);
@@ -178,13 +184,20 @@ impl Walker {
                 let onward = Ray {
                     start: scatter.start,
                     pdf: if passed { 1.0 } else { scatter.pdf },
-                    throughput: throughput * scatter.weight,
+                    throughput: onward,
                     optical_length,
                 };
                 next = self.roulette(onward, depth, ray.throughput, sampler);
             }
         }
         subpath
+    }
+
+    /// Keeps account of power: see [`Ledger::enter`].
+    fn enter(&self, scene: &Scene, edge: &Edge, powers: (Spectrum, Spectrum), ws: &mut Workspace) {
+        if self.carry == Carry::Power {
+            ws.ledger.enter((scene, self.lanes), edge, powers);
+        }
     }
 
     /// How easily connections find the edge that led to a new vertex. They are made from the vertex

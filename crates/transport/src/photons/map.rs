@@ -2,7 +2,7 @@
 
 use super::tree::Tree;
 use crate::Spectrum;
-use crate::path::{Bounds, LightPath, Station, Vertex, Workspace};
+use crate::path::{Account, Bounds, LightPath, Station, Vertex, Workspace};
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
 use crate::stats::{Photons, Stats};
@@ -62,26 +62,28 @@ impl PhotonMap {
         bounds: &Bounds,
         paths: usize,
         sampler: impl Fn(u64) -> Sampler + Sync,
-    ) -> (Self, Stats) {
+    ) -> (Self, Stats, Account) {
         let tasks = paths.div_ceil(PER_TASK);
-        let parts: Vec<(Vec<Photon>, Stats)> = (0..tasks)
+        let parts: Vec<(Vec<Photon>, Stats, Account)> = (0..tasks)
             .into_par_iter()
             .map(|task| {
                 let mut ws = Workspace::new(scene.tolerance());
-                let mut photons = Vec::new();
+                let (mut photons, mut account) = (Vec::new(), Account::default());
                 for path in task * PER_TASK..paths.min((task + 1) * PER_TASK) {
                     let mut sampler = sampler(path as u64);
                     if let Some(light) = LightPath::sample(scene, bounds, &mut sampler, &mut ws) {
                         photons.extend(landed(scene, &light, paths));
                     }
+                    account.add(&std::mem::take(&mut ws.ledger));
                 }
-                (photons, ws.stats())
+                (photons, ws.stats(), account)
             })
             .collect();
-        let mut stats = Stats::default();
+        let (mut stats, mut account) = (Stats::default(), Account::default());
         let (mut volume, mut surface) = (Vec::new(), Vec::new());
-        for (photons, counts) in parts {
+        for (photons, counts, part) in parts {
             stats += counts;
+            account += part;
             for photon in photons {
                 match photon.place {
                     Place::Volume(_) => volume.push(photon),
@@ -97,7 +99,7 @@ impl PhotonMap {
             volume: Tree::new(volume),
             surface: Tree::new(surface),
         };
-        (map, stats)
+        (map, stats, account)
     }
 
     /// A radius that reaches `NEIGHBOURS` photons around a typical one: the median over some of them.

@@ -1,8 +1,8 @@
 //! Measuring: particles spread over threads, with results that depend on the seed alone.
 
 use super::longer_or_shorter;
-use crate::meter::{Balance, Meter, Part, Reading, Setup, Tally};
-use crate::path::Workspace;
+use crate::meter::{Meter, Part, Reading, Setup, Tally};
+use crate::path::{Account, Balance, Workspace};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use rayon::prelude::*;
@@ -92,7 +92,7 @@ pub fn measure(
         readings: join(groups.iter().map(|g| (g.readings(), g.channels)).collect()),
         emitted: groups.iter().flat_map(Group::emitted).collect(),
         balance: groups.iter().fold(Balance::default(), |mut sum, group| {
-            sum += group.setup.balance(&group.tally);
+            sum += group.account.balance(group.setup.emitted().sum());
             sum
         }),
         stats,
@@ -105,6 +105,7 @@ struct Group<'a> {
     setup: Setup<'a>,
     scene: &'a Scene,
     tally: Tally,
+    account: Account,
     seed: u64,
     channels: usize,
 }
@@ -123,6 +124,7 @@ impl<'a> Group<'a> {
         let tally = tally.and_then(Tally::new);
         Ok(Group {
             tally: tally.ok_or(MeasureError::Memory(Tally::memory(slots)))?,
+            account: Account::default(),
             setup,
             scene,
             // Each group's paths have an address space of their own.
@@ -145,8 +147,12 @@ impl<'a> Group<'a> {
             counter.fetch_add(range.end - range.start, Ordering::Relaxed);
             (part, ws.stats())
         };
-        let (parts, stats): (Vec<Part>, Vec<Stats>) = (0..tasks).into_par_iter().map(task).unzip();
+        let ((parts, accounts), stats): ((Vec<Part>, Vec<Account>), Vec<Stats>) =
+            (0..tasks).into_par_iter().map(task).unzip();
         self.tally.add(&parts, particles.end - particles.start);
+        for account in accounts {
+            self.account += account;
+        }
         stats.into_iter().fold(Stats::default(), |mut sum, s| {
             sum += s;
             sum

@@ -20,6 +20,7 @@ pub use target::{Measure, Target};
 
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
+use crate::path::{Account, Balance};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use source::Source;
@@ -68,12 +69,14 @@ impl Options {
 }
 
 /// How far a render has got.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Progress {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress<'a> {
     /// Samples per pixel done.
     pub done: u64,
     /// Samples per pixel asked for.
     pub total: u64,
+    /// The image so far.
+    pub film: &'a Film,
 }
 
 /// What a render gives.
@@ -94,6 +97,8 @@ pub struct Rendering {
     pub strategies: Vec<StrategyImage>,
     /// The image without the bias that is known of, if the estimator has any.
     pub debiased: Option<Debiased>,
+    /// Where the light of all emitters went, if the estimator follows it from there.
+    pub balance: Option<Balance>,
     /// Radius of the first photon map, the largest over the channel groups; zero for other estimators.
     pub first_radius: f64,
 }
@@ -141,6 +146,7 @@ pub fn render_counted(
         .map(|(group, scene)| Source::new(scene, options, group))
         .collect();
     let mut debiased = photons::debiased(spec, &options.integrator);
+    let mut accounts = vec![Account::default(); sources.len()];
     let mut watch = options.target.map(Watch::new);
     let (mut done, mut next, mut reached) = (0, 1, false);
     while done < options.samples {
@@ -148,15 +154,18 @@ pub fn render_counted(
         let look = watch.as_ref().map_or(u64::MAX, Watch::next);
         next = scenes[0].whole_periods(next.min(look.saturating_sub(done)));
         next = next.min(options.samples - done);
-        for source in &sources {
+        for (source, account) in sources.iter().zip(&mut accounts) {
             let range = done..done + next;
             stats += match (&options.integrator, &mut debiased) {
                 (Integrator::Aov(tracer), _) => {
                     aov::pass(source, tracer, range, &mut film, counter)
                 }
-                (_, Some(debiased)) => photons::pass(source, range, (&mut film, debiased), counter),
+                (_, Some(debiased)) => {
+                    photons::pass(source, range, (&mut film, debiased, account), counter)
+                }
                 (integrator, None) if integrator.splats() => {
-                    splats::pass(source, range, (&mut film, strategies.as_mut()), counter)
+                    let into = (&mut film, strategies.as_mut(), account);
+                    splats::pass(source, range, into, counter)
                 }
                 _ => pixels::pass(source, range, &mut film, counter),
             };
@@ -165,6 +174,7 @@ pub fn render_counted(
         let progress = Progress {
             done,
             total: options.samples,
+            film: &film,
         };
         if on_pass(&progress).is_break() {
             break;
@@ -184,8 +194,23 @@ pub fn render_counted(
         reached,
         strategies: strategies.map_or(Vec::new(), Strategies::into_images),
         debiased,
+        balance: balance(&sources, &accounts),
         first_radius: sources.iter().map(|s| s.radius).fold(0.0, f64::max),
     }
+}
+
+/// The account over all channels, if there is one.
+fn balance(sources: &[Source], accounts: &[Account]) -> Option<Balance> {
+    let of = |(source, account): (&Source, &Account)| {
+        let emitted = source.scene.powers(source.lanes()).map(|p| p.sum()).sum();
+        account.balance(emitted)
+    };
+    let kept = sources.iter().zip(accounts);
+    let kept = kept.filter(|(_, account)| account.particles() > 0);
+    kept.map(of).reduce(|mut sum, balance| {
+        sum += balance;
+        sum
+    })
 }
 
 /// Samples for the next pass after one of `samples` that took `elapsed`. Each pixel adds up its

@@ -9,6 +9,7 @@ use super::splats::Layered;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, Pending};
 use crate::integrator::{Gathering, Integrator, PhotonMapping, lanes};
+use crate::path::Account;
 use crate::photons::PhotonMap;
 use crate::scene::FilmSpec;
 use crate::stats::Stats;
@@ -43,7 +44,7 @@ pub(super) fn first_radius(source: &Source, mapping: &PhotonMapping) -> f64 {
     mapping.radius.unwrap_or_else(automatic)
 }
 
-fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Stats) {
+fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Stats, Account) {
     let (scene, spec) = (source.scene.at(sample), source.scene.film());
     // Light subpaths are numbered after the pixels.
     let pixels = (spec.width * spec.height) as u64;
@@ -56,7 +57,7 @@ fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Sta
 pub(super) fn pass(
     source: &Source,
     samples: Range<u64>,
-    (film, debiased): (&mut Film, &mut Debiased),
+    (film, debiased, account): (&mut Film, &mut Debiased, &mut Account),
     counter: &AtomicU64,
 ) -> Stats {
     let Integrator::Photon(mapping) = &source.integrator else {
@@ -64,8 +65,9 @@ pub(super) fn pass(
     };
     let mut stats = Stats::default();
     for sample in samples {
-        let (map, counts) = map(source, mapping, sample);
+        let (map, counts, followed) = map(source, mapping, sample);
         stats += counts;
+        *account += followed;
         let gathering = Gathering {
             scene: source.scene.at(sample),
             mapping,

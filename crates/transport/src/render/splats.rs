@@ -11,6 +11,7 @@ use super::strategies::Strategies;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, LayerGroup, Pending, footprint};
 use crate::integrator::Contribution;
+use crate::path::Account;
 use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -29,7 +30,7 @@ type Part = Vec<(usize, Contribution)>;
 pub(super) fn pass(
     source: &Source,
     samples: Range<u64>,
-    (film, mut strategies): (&mut Film, Option<&mut Strategies>),
+    (film, mut strategies, account): (&mut Film, Option<&mut Strategies>, &mut Account),
     counter: &AtomicU64,
 ) -> Stats {
     let pixels = film.width() * film.height();
@@ -39,7 +40,7 @@ pub(super) fn pass(
     let mut image = vec![Spectrum::ZERO; pixels];
     let mut layered = Layered::new(film.parts_mut(source.group).layers, pixels);
     for start in (first..end).step_by(BLOCK as usize) {
-        let parts: Vec<(Part, Stats)> = (start..end.min(start + BLOCK))
+        let parts: Vec<(Part, Stats, Account)> = (start..end.min(start + BLOCK))
             .into_par_iter()
             .map(|number| {
                 let from = (number % tasks) as usize * PIXELS_PER_TASK;
@@ -47,8 +48,9 @@ pub(super) fn pass(
                 part(source, number / tasks, range, counter)
             })
             .collect();
-        for (number, (part, counts)) in (start..).zip(parts) {
+        for (number, (part, counts, particles)) in (start..).zip(parts) {
             stats += counts;
+            *account += particles;
             for (own, contribution) in &part {
                 let value = contribution.weighted();
                 splat(source, *own, contribution, |pixel, filter| {
@@ -85,12 +87,19 @@ pub(super) fn pass(
     stats
 }
 
-fn part(source: &Source, sample: u64, pixels: Range<usize>, counter: &AtomicU64) -> (Part, Stats) {
+fn part(
+    source: &Source,
+    sample: u64,
+    pixels: Range<usize>,
+    counter: &AtomicU64,
+) -> (Part, Stats, Account) {
     let mut ws = source.workspace();
+    let mut account = Account::default();
     let (mut found, mut part) = (Vec::new(), Part::new());
     let taken = pixels.len() as u64;
     for pixel in pixels {
         source.sample(pixel, sample, &mut ws, &mut found);
+        account.add(&std::mem::take(&mut ws.ledger));
         for contribution in found.drain(..) {
             if contribution.weighted().is_finite() {
                 part.push((pixel, contribution));
@@ -100,7 +109,7 @@ fn part(source: &Source, sample: u64, pixels: Range<usize>, counter: &AtomicU64)
         }
     }
     counter.fetch_add(taken, Ordering::Relaxed);
-    (part, ws.stats())
+    (part, ws.stats(), account)
 }
 
 /// Tells `count` the pixels in which a contribution counts, its own or those around its place, and by

@@ -345,6 +345,14 @@ impl Scene {
         self.medium(medium).index.n(x)
     }
 
+    /// Power of each emitter in the first so many channels, and none in the others.
+    pub fn powers(&self, channels: usize) -> impl Iterator<Item = Spectrum> {
+        let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < channels))));
+        let shape = |object: usize| &self.objects()[object].shape;
+        let emitters = self.emitters().iter();
+        emitters.map(move |e| e.power(self.around(), shape) * white)
+    }
+
     /// Chooses an emitter: its index and the probability of the choice.
     pub(crate) fn choose_emitter(&self, u: f64) -> Option<(usize, f64)> {
         let pick = self.emitter_choice.as_ref()?.sample(u);

@@ -9,12 +9,13 @@ use transport::Spectrum;
 use transport::bsdf::{Bsdf, Conductor, Diffuse};
 use transport::emitter::Emitter;
 use transport::medium::Texture;
-use transport::meter::{Balance, Coordinates, Estimator, Meter};
+use transport::meter::{Coordinates, Estimator, Meter};
+use transport::path::Balance;
 use transport::scene::{Object, Parts};
 use transport::shape::{Cube, Rectangle, Sphere};
 
 /// A lamp over a graded ball of haze and a glass cube, with a grey floor and a golden wall.
-fn room(channels: usize) -> Parts {
+pub fn room(channels: usize) -> Parts {
     let plain = |name: &str, to_world: DAffine3, bsdf: Bsdf| Object {
         name: name.into(),
         shape: Rectangle::new(to_world).unwrap().into(),

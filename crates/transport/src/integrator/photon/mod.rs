@@ -124,7 +124,7 @@ impl PhotonMapping {
     ) {
         let seed = sampler.next_1d().to_bits();
         let sampler_of = |path| Sampler::new(seed, path, 0);
-        let (map, stats) =
+        let (map, stats, _) =
             PhotonMap::trace(scene, &self.bounds(lanes), self.paths(scene), sampler_of);
         ws.stats += stats;
         let gathering = Gathering {

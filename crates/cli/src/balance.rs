@@ -1,0 +1,43 @@
+//! Where the light went: as text, and as JSON.
+
+use crate::numbers;
+use serde_json::{Value, json};
+use transport::path::{Balance, Share};
+
+/// Emitted = absorbed + escaped + ..., with what is left over. What is zero for certain is left out.
+pub fn text(b: &Balance) -> String {
+    let entries = [
+        ("absorbed by media", b.media),
+        ("by surfaces", b.surfaces),
+        ("escaped", b.escaped),
+        ("cut off at max_depth", b.cut),
+        ("lost", b.lost),
+        ("left over", b.residual),
+    ];
+    let text = |(name, share): &(&str, Share)| {
+        format!("{name} {}", numbers::with_error(share.mean, share.error))
+    };
+    let there = entries
+        .iter()
+        .filter(|(_, s)| s.mean.abs() > 1e-12 * b.emitted || s.error > 1e-12 * b.emitted);
+    let parts: Vec<String> = there.map(text).collect();
+    format!(
+        "emitted {}: {}",
+        numbers::plain(b.emitted),
+        parts.join(" · ")
+    )
+}
+
+/// All entries.
+pub fn json(b: &Balance) -> Value {
+    let share = |share: Share| json!({"mean": share.mean, "standard_error": share.error});
+    json!({
+        "emitted": b.emitted,
+        "absorbed_by_media": share(b.media),
+        "absorbed_by_surfaces": share(b.surfaces),
+        "escaped": share(b.escaped),
+        "cut_off": share(b.cut),
+        "lost": share(b.lost),
+        "left_over": share(b.residual),
+    })
+}

@@ -1,0 +1,145 @@
+//! `morgana convert`.
+
+use crate::args::ConvertArgs;
+use crate::failure::Failure;
+use crate::numbers::plain;
+use glam::{DMat3, DVec3};
+use io::volume::{Format, Frame, Options, Volume, write};
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Reads a volume and writes it in another format.
+pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
+    check(args)?;
+    let options = Options {
+        axes: args.axes,
+        dataset: args.dataset.as_deref(),
+    };
+    // In double precision, so that numbers of all types pass unchanged.
+    let volume = Volume::<f64>::read(&args.input, options);
+    let volume = volume.map_err(|e| Failure::Usage(e.to_string()))?;
+    let mut summary = vec![
+        format!("{}: {}", args.input.display(), contents(&volume)),
+        match has_place(&volume) {
+            true => place(&volume),
+            false => "  place     not given".into(),
+        },
+    ];
+    let volume = changed(volume, args)?;
+    let stored = write(&args.output, &volume, &args.out_dataset)?;
+    let volume = volume.with_element(stored.element);
+    summary.push(format!("{}: {}", args.output.display(), contents(&volume)));
+    if stored.place {
+        summary.push(place(&volume));
+    } else if has_place(&volume) {
+        summary.push("  place     is not kept by this format".into());
+    }
+    if let Some(axes) = stored.axes {
+        summary.push(format!("  axes      {axes} (axis_order, --axes)"));
+    }
+    if stored.rounding > 0.0 {
+        let most = plain(stored.rounding);
+        summary.push(format!("  rounding  changes values by up to {most}"));
+    }
+    writeln!(std::io::stdout(), "{}", summary.join("\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What the user wants of a volume.
+fn changed(mut volume: Volume<f64>, args: &ConvertArgs) -> Result<Volume<f64>, Failure> {
+    if args.spacing.is_some() || args.origin.is_some() {
+        let frame = moved(&volume, args)?;
+        volume = volume.with_frame(frame);
+    }
+    volume = volume
+        .scaled(args.scale, args.offset)
+        .map_err(|e| wrong(&args.input, &e))?;
+    if let Some(size) = args.resample {
+        let resampled = volume.resampled(size);
+        volume = resampled.map_err(|e| wrong(&args.input, &e))?;
+    }
+    if let Some(element) = args.kind {
+        volume = volume.with_element(element);
+    }
+    Ok(volume)
+}
+
+/// Checks the files and the type of numbers, before anything is read.
+fn check(args: &ConvertArgs) -> Result<(), Failure> {
+    let known = |path| Format::of(path).ok_or_else(|| wrong(path, &Format::unknown()));
+    known(&args.input)?;
+    let target = known(&args.output)?;
+    if target == Format::Vdb {
+        return Err(wrong(&args.output, &Format::unknown()));
+    }
+    match args.kind {
+        Some(element) if target.element(element) != element => Err(Failure::Usage(format!(
+            "{}: the format has no {element}; {} comes closest",
+            args.output.display(),
+            target.element(element)
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn wrong(path: &Path, problem: &io::Problem) -> Failure {
+    Failure::Usage(format!("{}: {problem}", path.display()))
+}
+
+/// Where the samples are, as the user says rather than the file.
+fn moved(volume: &Volume<f64>, args: &ConvertArgs) -> Result<Frame, Failure> {
+    let place = has_place(volume).then(|| volume.place());
+    let steps = args.spacing.map(DMat3::from_diagonal);
+    let Some(steps) = steps.or(place.map(|place| place.steps)) else {
+        let message =
+            "--origin needs --spacing: the file does not say how far apart its samples are";
+        return Err(Failure::Usage(message.into()));
+    };
+    Ok(Frame {
+        first: args
+            .origin
+            .or(place.map(|place| place.first))
+            .unwrap_or_default(),
+        steps,
+        nodes: place.is_some_and(|place| place.nodes),
+    })
+}
+
+fn has_place(volume: &Volume<f64>) -> bool {
+    volume.frame().is_some() || volume.bbox().is_some()
+}
+
+/// Size, type and range.
+fn contents(volume: &Volume<f64>) -> String {
+    let [x, y, z] = volume.size();
+    let channels = match volume.channels() {
+        1 => String::new(),
+        n => format!(", {n} channels"),
+    };
+    let element = volume.element();
+    let values = || volume.data().iter().map(|v| element.nearest(*v));
+    let least = values().fold(f64::INFINITY, f64::min);
+    let most = values().fold(f64::NEG_INFINITY, f64::max);
+    let mean = values().sum::<f64>() / volume.data().len() as f64;
+    let (least, most, mean) = (plain(least), plain(most), plain(mean));
+    format!(
+        "{x} x {y} x {z} voxels{channels}, {element}\n  values    {least} to {most}, mean {mean}"
+    )
+}
+
+/// Where the samples are.
+fn place(volume: &Volume<f64>) -> String {
+    let frame = volume.place();
+    let unit = volume
+        .unit()
+        .map_or(String::new(), |unit| format!(" {unit}"));
+    let numbers = |v: DVec3| v.to_array().map(plain).join(" x ");
+    let turned = if frame.is_aligned() { "" } else { ", turned" };
+    let samples = if frame.nodes { "nodes" } else { "centers" };
+    let first = frame.first.to_array().map(plain).join(", ");
+    format!(
+        "  spacing   {}{unit}{turned}\n  first     ({first}){unit}; samples at {samples}",
+        numbers(frame.spacing())
+    )
+}

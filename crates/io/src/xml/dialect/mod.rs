@@ -1,0 +1,194 @@
+//! Other dialects: scenes of Mitsuba 0.5 and 0.6, and the plugins of the refractive fork of Mitsuba 0.6 that
+//! Pediredla et al. published, said in the names of Mitsuba 3 and of this program.
+//!
+//! What an old name means is written down once, as a [`Rule`]. What depends on values is in [`special`].
+
+mod rules;
+mod special;
+
+use super::resolve::Draft;
+use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use crate::scene::{PluginKind, Property, Value};
+use rules::RULES;
+use std::collections::BTreeSet;
+
+/// How a plugin of another dialect is said here.
+struct Rule {
+    kind: PluginKind,
+    from: &'static str,
+    to: &'static str,
+    /// Only in scenes of Mitsuba 0.5 and 0.6: the name has another meaning in later ones.
+    old: bool,
+    /// Parameters and roles with other names.
+    renamed: &'static [(&'static str, &'static str)],
+    /// Parameters and roles that say how to compute, not what.
+    dropped: &'static [&'static str],
+    /// Defaults that differ from those of the plugin that it becomes.
+    implied: &'static [(&'static str, Implied)],
+}
+
+/// A value that a plugin has without saying so.
+#[derive(Clone, Copy)]
+enum Implied {
+    Float(f64),
+    Integer(i64),
+    Boolean(bool),
+    String(&'static str),
+    Vector(f64, f64, f64),
+}
+
+/// A scene's dialect, and what has been said of it.
+#[derive(Default)]
+pub(super) struct Dialect {
+    /// Whether the file being read is of Mitsuba 0.5 or 0.6.
+    pub old: bool,
+    /// Plugins that were mentioned.
+    noted: BTreeSet<String>,
+}
+
+impl Dialect {
+    /// A parameter's or role's name, as Mitsuba 3 writes it.
+    pub fn name(&self, name: String) -> String {
+        match self.old {
+            true => snake_case(&name),
+            false => name,
+        }
+    }
+
+    /// Brings a plugin up to date.
+    pub fn update(&mut self, draft: &mut Draft, diagnostics: &mut Diagnostics) {
+        special::before(draft, self.old, diagnostics);
+        let applies = |rule: &&Rule| {
+            rule.kind == draft.kind && rule.from == draft.plugin && (self.old || !rule.old)
+        };
+        let Some(rule) = RULES.iter().find(applies) else {
+            return;
+        };
+        let dropped = drop(draft, rule.dropped);
+        for (from, to) in rule.renamed {
+            draft.rename(from, to);
+        }
+        for (name, value) in rule.implied {
+            imply(draft, name, *value);
+        }
+        draft.plugin = rule.to.to_owned();
+        self.note(rule, &dropped, &draft.plugin_location.clone(), diagnostics);
+    }
+
+    /// Says once what has become of a plugin.
+    fn note(
+        &mut self,
+        rule: &Rule,
+        dropped: &[String],
+        location: &Location,
+        diagnostics: &mut Diagnostics,
+    ) {
+        let read = match rule.from == rule.to {
+            true => format!("in '{}'", rule.from),
+            false => format!("'{}' is read as '{}'", rule.from, rule.to),
+        };
+        let message = match dropped {
+            [] if rule.from == rule.to => return,
+            [] => read,
+            dropped => format!("{read}; ignored: {}", dropped.join(", ")),
+        };
+        if self.noted.insert(message.clone()) {
+            diagnostics.push(Diagnostic::note(message).at(location));
+        }
+    }
+}
+
+/// Drops parameters and roles; returns the names of those that were there.
+fn drop(draft: &mut Draft, names: &[&str]) -> Vec<String> {
+    let there: Vec<String> = names
+        .iter()
+        .filter(|name| draft.names.remove(**name).is_some())
+        .map(|name| (*name).to_owned())
+        .collect();
+    draft.properties.retain(|p| !there.contains(&p.name));
+    let goes = |name: &Option<(String, Location)>| {
+        name.as_ref().is_some_and(|(name, _)| there.contains(name))
+    };
+    draft.children.retain(|c| !goes(&c.name));
+    there
+}
+
+/// Adds a parameter unless the plugin has it.
+fn imply(draft: &mut Draft, name: &str, value: Implied) {
+    if draft.names.contains_key(name) {
+        return;
+    }
+    let value = match value {
+        Implied::Float(v) => Value::Float(v),
+        Implied::Integer(v) => Value::Integer(v),
+        Implied::Boolean(v) => Value::Boolean(v),
+        Implied::String(v) => Value::String(v.to_owned()),
+        Implied::Vector(x, y, z) => Value::Vector(glam::DVec3::new(x, y, z)),
+    };
+    draft.set(name, value);
+}
+
+impl Draft {
+    /// Gives a parameter or role another name.
+    fn rename(&mut self, from: &str, to: &str) {
+        let Some(location) = self.names.remove(from) else {
+            return;
+        };
+        self.names.insert(to.to_owned(), location);
+        for property in self.properties.iter_mut().filter(|p| p.name == from) {
+            property.name = to.to_owned();
+        }
+        let roles = self.children.iter_mut().filter_map(|c| c.name.as_mut());
+        for (name, _) in roles.filter(|(name, _)| name == from) {
+            *name = to.to_owned();
+        }
+    }
+
+    /// Sets a parameter that the file does not mention: its place is that of the plugin's type.
+    fn set(&mut self, name: &str, value: Value) {
+        self.properties.retain(|p| p.name != name);
+        self.names
+            .insert(name.to_owned(), self.plugin_location.clone());
+        self.properties.push(Property {
+            name: name.to_owned(),
+            value,
+            name_location: self.plugin_location.clone(),
+            location: self.plugin_location.clone(),
+        });
+    }
+}
+
+/// `toWorld` → `to_world`, `intIOR` → `int_ior`, `sigmaT` → `sigma_t`.
+fn snake_case(name: &str) -> String {
+    let mut out = String::with_capacity(name.len() + 2);
+    let mut before = '_';
+    for c in name.chars() {
+        if c.is_ascii_uppercase() && (before.is_ascii_lowercase() || before.is_ascii_digit()) {
+            out.push('_');
+        }
+        out.push(c.to_ascii_lowercase());
+        before = c;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::snake_case;
+
+    #[test]
+    fn names_become_those_of_mitsuba_3() {
+        for (old, new) in [
+            ("toWorld", "to_world"),
+            ("intIOR", "int_ior"),
+            ("sigmaT", "sigma_t"),
+            ("rrDepth", "rr_depth"),
+            ("cropOffsetX", "crop_offset_x"),
+            ("n_o", "n_o"),
+            ("filename", "filename"),
+            ("p0", "p0"),
+        ] {
+            assert_eq!(snake_case(old), new);
+        }
+    }
+}

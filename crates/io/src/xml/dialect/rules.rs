@@ -1,0 +1,164 @@
+//! What plugins of other dialects are called here.
+
+use super::Implied::{Boolean, Float, Integer, String, Vector};
+use super::Rule;
+use crate::scene::PluginKind::{
+    self, Bsdf, Emitter, Film, Integrator, Medium, Sampler, Sensor, Shape, Volume,
+};
+
+/// Nothing but another name.
+const fn same(kind: PluginKind, from: &'static str, to: &'static str) -> Rule {
+    Rule {
+        kind,
+        from,
+        to,
+        old: false,
+        renamed: &[],
+        dropped: &[],
+        implied: &[],
+    }
+}
+
+/// The same plugin in Mitsuba 0.6, with parameters that mean nothing here.
+const fn old(kind: PluginKind, name: &'static str, dropped: &'static [&'static str]) -> Rule {
+    Rule {
+        old: true,
+        dropped,
+        ..same(kind, name, name)
+    }
+}
+
+/// Of films: how files are written.
+const FILES: &[&str] = &[
+    "banner",
+    "high_quality_edges",
+    "attach_log",
+    "gamma",
+    "variable",
+    "digits",
+    "tonemap_method",
+];
+/// Of cameras: motion.
+const SHUTTER: &[&str] = &["shutter_open", "shutter_close"];
+/// Of integrators: how they sample.
+const METHOD: &[&str] = &["strict_normals"];
+/// Of samplers.
+const SEQUENCES: &[&str] = &["dimension", "scramble"];
+/// Of the fork's medium: its solver, stepper and way of sampling distances.
+const SOLVER: &[&str] = &[
+    "sdf",
+    "stepsize",
+    "tol2",
+    "rrweight",
+    "boundaryprecision",
+    "cerescheckgradients",
+    "ceresgradient_check_relative_precision",
+    "ceresmaxiterations",
+    "ceresfunctiontolerance",
+    "ceresgradienttolerance",
+    "ceresparametertolerance",
+    "makesensordirectconnections",
+    "aggressivetracing",
+    "strategy",
+    "medium_sampling_weight",
+    "sampling_density",
+];
+
+pub(super) const RULES: &[Rule] = &[
+    // The refractive fork.
+    Rule {
+        renamed: &[("rif", "ior")],
+        dropped: SOLVER,
+        ..same(Medium, "heterogeneousrefractive", "homogeneous")
+    },
+    Rule {
+        dropped: &["send_data", "sendData"],
+        implied: &[
+            ("placement", String("nodes")),
+            ("use_grid_bbox", Boolean(true)),
+        ],
+        ..same(Volume, "splinevolume", "bspline")
+    },
+    // n = n_o + n_max J_m(kr) cos(mφ) around x, with φ from z; its to_world and box are without effect.
+    Rule {
+        renamed: &[
+            ("freq", "frequency"),
+            ("speed", "sound_speed"),
+            ("n_o", "n0"),
+            ("n_max", "amplitude"),
+            ("mode", "order"),
+        ],
+        dropped: &["to_world", "min", "max", "send_data", "sendData"],
+        implied: &[
+            ("frequency", Float(832_000.0)),
+            ("sound_speed", Float(1500.0)),
+            ("n0", Float(1.3333)),
+            ("amplitude", Float(0.0)),
+            ("order", Integer(0)),
+            ("direction", Vector(1.0, 0.0, 0.0)),
+            ("reference", Vector(0.0, 0.0, 1.0)),
+        ],
+        ..same(Volume, "acousticrifvolume", "acoustic")
+    },
+    same(Bsdf, "hdielectric", "dielectric"),
+    same(Bsdf, "hroughdielectric", "roughdielectric"),
+    // Mitsuba 0.5 and 0.6.
+    old(Film, "hdrfilm", FILES),
+    Rule {
+        old: true,
+        dropped: FILES,
+        implied: &[("width", Integer(1)), ("height", Integer(1))],
+        ..same(Film, "mfilm", "hdrfilm")
+    },
+    Rule {
+        dropped: FILES,
+        ..same(Film, "ldrfilm", "hdrfilm")
+    },
+    Rule {
+        dropped: FILES,
+        ..same(Film, "tiledhdrfilm", "hdrfilm")
+    },
+    old(Sensor, "perspective", SHUTTER),
+    old(Sensor, "thinlens", SHUTTER),
+    old(Sensor, "orthographic", SHUTTER),
+    old(Integrator, "path", METHOD),
+    old(Integrator, "volpath", METHOD),
+    Rule {
+        dropped: METHOD,
+        ..same(Integrator, "volpath_simple", "volpath")
+    },
+    Rule {
+        old: true,
+        dropped: &["light_image", "sample_direct"],
+        ..same(Integrator, "bdpt", "bdpt")
+    },
+    old(Sampler, "independent", SEQUENCES),
+    old(Sampler, "ldsampler", SEQUENCES),
+    old(Sampler, "stratified", SEQUENCES),
+    old(Sampler, "halton", SEQUENCES),
+    old(Sampler, "hammersley", SEQUENCES),
+    old(Sampler, "sobol", SEQUENCES),
+    Rule {
+        old: true,
+        renamed: &[("density", "sigma_t")],
+        dropped: &["method"],
+        ..same(Medium, "heterogeneous", "heterogeneous")
+    },
+    Rule {
+        old: true,
+        dropped: &["send_data"],
+        implied: &[
+            ("placement", String("nodes")),
+            ("use_grid_bbox", Boolean(true)),
+        ],
+        ..same(Volume, "gridvolume", "gridvolume")
+    },
+    old(Emitter, "envmap", &["cache", "gamma"]),
+    old(
+        Shape,
+        "obj",
+        &["max_smooth_angle", "collapse", "flip_tex_coords"],
+    ),
+    old(Shape, "ply", &["max_smooth_angle", "srgb"]),
+    old(Shape, "serialized", &["max_smooth_angle"]),
+];

@@ -1,0 +1,101 @@
+//! What cannot be said by other names alone.
+
+use super::{Draft, Implied, imply};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use crate::scene::{PluginKind, Value};
+use glam::{DMat4, DVec3};
+
+/// Parameters that depend on others, with the names that the plugin has in its own dialect.
+pub(super) fn before(draft: &mut Draft, old: bool, diagnostics: &mut Diagnostics) {
+    match (draft.kind, draft.plugin.as_str()) {
+        (PluginKind::Volume, "splinevolume") => boxed(draft, diagnostics),
+        (PluginKind::Volume, "gridvolume") if old => boxed(draft, diagnostics),
+        (PluginKind::Film, _) if old => bounces(draft, diagnostics),
+        (PluginKind::Medium, "heterogeneousrefractive") => coefficients(draft, diagnostics),
+        _ => {}
+    }
+}
+
+/// `min` and `max` put the samples into a box of their own rather than into that of the file.
+fn boxed(draft: &mut Draft, diagnostics: &mut Diagnostics) {
+    let [Some((min, _)), Some((max, location))] = ["min", "max"].map(|name| point(draft, name))
+    else {
+        return;
+    };
+    super::drop(draft, &["min", "max"]);
+    let size = max - min;
+    if size.min_element() <= 0.0 {
+        let message = "'max' must be greater than 'min' in every coordinate";
+        diagnostics.push(Diagnostic::error(message).at(&location));
+        return;
+    }
+    let to_world = draft.properties.iter().find(|p| p.name == "to_world");
+    let before = match to_world.map(|p| &p.value) {
+        Some(Value::Transform(matrix)) => *matrix,
+        _ => DMat4::IDENTITY,
+    };
+    let into = DMat4::from_translation(min) * DMat4::from_scale(size);
+    draft.set("to_world", Value::Transform(before * into));
+    imply(draft, "use_grid_bbox", Implied::Boolean(false));
+}
+
+fn point(draft: &Draft, name: &str) -> Option<(DVec3, Location)> {
+    let property = draft.properties.iter().find(|p| p.name == name)?;
+    match property.value {
+        Value::Point(v) | Value::Vector(v) => Some((v, property.location.clone())),
+        _ => None,
+    }
+}
+
+fn number(draft: &Draft, name: &str, default: f64) -> f64 {
+    let property = draft.properties.iter().find(|p| p.name == name);
+    match property.map(|p| &p.value) {
+        Some(Value::Float(v)) => *v,
+        Some(Value::Integer(v)) => *v as f64,
+        _ => default,
+    }
+}
+
+/// The fork's films: `none` is no decomposition, the width of bins is 1 unless given, and bounces have
+/// bounds as lengths do.
+fn bounces(draft: &mut Draft, diagnostics: &mut Diagnostics) {
+    let property = draft.properties.iter().find(|p| p.name == "decomposition");
+    let Some(Value::String(word)) = property.map(|p| &p.value) else {
+        return;
+    };
+    match word.to_ascii_lowercase().as_str() {
+        "none" => {
+            super::drop(
+                draft,
+                &["decomposition", "min_bound", "max_bound", "bin_width"],
+            );
+        }
+        "transient" => imply(draft, "bin_width", Implied::Float(1.0)),
+        "bounce" => {
+            let bounds = ["min_bound", "max_bound"].map(|name| number(draft, name, 0.0));
+            let width = number(draft, "bin_width", 1.0);
+            if bounds[0] != 0.0 || width != 1.0 {
+                let message = "bounces are told apart one by one, from none: 'minBound' must be 0, 'binWidth' 1";
+                diagnostics.push(Diagnostic::error(message).at(&draft.plugin_location));
+            }
+            super::drop(draft, &["min_bound", "max_bound", "bin_width"]);
+            let most = (bounds[1].ceil() - 1.0).max(0.0);
+            imply(draft, "max_bounces", Implied::Integer(most as i64));
+        }
+        _ => {}
+    }
+}
+
+/// The fork's medium takes a named material unless it has coefficients of its own.
+fn coefficients(draft: &mut Draft, diagnostics: &mut Diagnostics) {
+    let own = [
+        "sigma_t", "sigma_s", "sigma_a", "sigmaT", "sigmaS", "sigmaA",
+    ];
+    if own.iter().any(|name| draft.names.contains_key(*name)) {
+        return;
+    }
+    let message = "'heterogeneousrefractive' takes its coefficients from a material, and materials are not known here";
+    let help = "give sigma_s and sigma_a, or sigma_t and albedo, per scene unit";
+    let diagnostic = Diagnostic::error(message).help(help.to_owned());
+    diagnostics.push(diagnostic.at(&draft.plugin_location));
+}

@@ -1,0 +1,228 @@
+//! Scenes in the dialect of Mitsuba 0.5 and 0.6, and of the refractive fork: what they become, said outright.
+
+use glam::DVec3;
+use io::scene::SceneHash;
+use io::volume::{Volume, vol};
+use io::{Diagnostics, FileRegistry, LoadOptions, Severity, xml};
+
+/// The fingerprint of a scene, and the notes on it.
+fn read(text: &str) -> (SceneHash, Vec<String>) {
+    let mut diagnostics = Diagnostics::new();
+    let scene = xml::parse(text, "scene.xml", &[], &mut diagnostics);
+    let scene = scene.unwrap_or_else(|| panic!("{diagnostics}"));
+    let notes = diagnostics.iter().map(|d| {
+        assert_eq!(d.severity, Severity::Note, "{diagnostics}");
+        d.message.clone()
+    });
+    (scene.hash(&FileRegistry::new()).unwrap(), notes.collect())
+}
+
+/// What a scene of version 0.6 becomes; returns the notes after the first, which names the version.
+fn becomes(old: &str, new: &str) -> Vec<String> {
+    let (old, mut notes) = read(&format!("<scene version='0.6.0'>{old}</scene>"));
+    let (new, none) = read(&format!("<scene version='3.0.0'>{new}</scene>"));
+    assert!(none.is_empty(), "{none:?}");
+    assert!(old == new, "not the same scene; {notes:?}");
+    assert_eq!(
+        notes.remove(0),
+        "a scene of Mitsuba 0.6.0: read in its own dialect"
+    );
+    notes
+}
+
+/// The errors of a scene of version 0.6.
+fn errors(contents: &str) -> Vec<String> {
+    let mut diagnostics = Diagnostics::new();
+    let text = format!("<scene version='0.6.0'>{contents}</scene>");
+    assert!(xml::parse(&text, "scene.xml", &[], &mut diagnostics).is_none());
+    let errors = diagnostics.iter().filter(|d| d.severity == Severity::Error);
+    errors.map(|d| d.message.clone()).collect()
+}
+
+#[test]
+fn names_of_parameters_and_roles() {
+    let notes = becomes(
+        "<default name='sampleCount' value='4'/>
+         <sensor type='perspective'>
+           <transform name='toWorld'><lookAt origin='0,0,5' target='0,0,0' up='0,1,0'/></transform>
+           <float name='fov' value='30'/> <string name='fovAxis' value='y'/>
+           <float name='shutterOpen' value='0'/>
+           <sampler type='independent'><integer name='sampleCount' value='$sampleCount'/></sampler>
+           <film type='hdrfilm'><integer name='width' value='4'/><boolean name='banner' value='false'/></film>
+         </sensor>
+         <bsdf type='dielectric' id='glass'><float name='intIOR' value='1.5'/><float name='extIOR' value='1'/></bsdf>",
+        "<default name='sampleCount' value='4'/>
+         <sensor type='perspective'>
+           <transform name='to_world'><lookat origin='0,0,5' target='0,0,0' up='0,1,0'/></transform>
+           <float name='fov' value='30'/> <string name='fov_axis' value='y'/>
+           <sampler type='independent'><integer name='sample_count' value='$sampleCount'/></sampler>
+           <film type='hdrfilm'><integer name='width' value='4'/></film>
+         </sensor>
+         <bsdf type='dielectric' id='glass'><float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/></bsdf>",
+    );
+    assert_eq!(
+        notes,
+        [
+            "in 'hdrfilm'; ignored: banner",
+            "in 'perspective'; ignored: shutter_open"
+        ]
+    );
+}
+
+#[test]
+fn the_medium_of_the_fork() {
+    let notes = becomes(
+        "<medium type='heterogeneousrefractive' id='tissue'>
+           <spectrum name='sigmaT' value='1.5'/> <spectrum name='albedo' value='0.9'/>
+           <float name='stepsize' value='1e-3'/> <float name='tol2' value='1e-6'/>
+           <volume name='rif' type='acousticrifvolume'>
+             <float name='n_max' value='1e-3'/> <integer name='mode' value='2'/>
+             <point name='min' x='-1' y='-1' z='-1'/> <point name='max' x='1' y='1' z='1'/>
+           </volume>
+           <volume name='sdf' type='splinevolume'><string name='filename' value='sdf.vol'/></volume>
+           <phase type='hg'><float name='g' value='0.85'/></phase>
+         </medium>
+         <bsdf type='hdielectric' id='wall'/>",
+        "<medium type='homogeneous' id='tissue'>
+           <spectrum name='sigma_t' value='1.5'/> <spectrum name='albedo' value='0.9'/>
+           <volume name='ior' type='acoustic'>
+             <float name='amplitude' value='1e-3'/> <integer name='order' value='2'/>
+             <float name='frequency' value='832000'/> <float name='sound_speed' value='1500'/>
+             <float name='n0' value='1.3333'/>
+             <vector name='direction' value='1, 0, 0'/> <vector name='reference' value='0, 0, 1'/>
+           </volume>
+           <phase type='hg'><float name='g' value='0.85'/></phase>
+         </medium>
+         <bsdf type='dielectric' id='wall'/>",
+    );
+    assert_eq!(
+        notes,
+        [
+            "'acousticrifvolume' is read as 'acoustic'; ignored: min, max",
+            "'splinevolume' is read as 'bspline'",
+            "'heterogeneousrefractive' is read as 'homogeneous'; ignored: sdf, stepsize, tol2",
+            "'hdielectric' is read as 'dielectric'",
+        ]
+    );
+    let material =
+        "<medium type='heterogeneousrefractive'><string name='material' value='skin1'/></medium>";
+    assert_eq!(
+        errors(material),
+        [
+            "'heterogeneousrefractive' takes its coefficients from a material, and materials are not known here"
+        ]
+    );
+}
+
+#[test]
+fn grids_lie_in_the_box_of_their_file_or_in_their_own() {
+    becomes(
+        "<volume type='splinevolume' id='n'><string name='filename' value='n.vol'/></volume>
+         <volume type='gridvolume' id='s'><string name='filename' value='s.vol'/></volume>",
+        "<volume type='bspline' id='n'><string name='filename' value='n.vol'/>
+           <string name='placement' value='nodes'/><boolean name='use_grid_bbox' value='true'/></volume>
+         <volume type='gridvolume' id='s'><string name='filename' value='s.vol'/>
+           <string name='placement' value='nodes'/><boolean name='use_grid_bbox' value='true'/></volume>",
+    );
+    // The box comes before the transform.
+    becomes(
+        "<volume type='splinevolume' id='n'><string name='filename' value='n.vol'/>
+           <point name='min' value='-1, -2, -3'/><point name='max' value='1, 2, 3'/>
+           <transform name='toWorld'><scale value='2'/></transform></volume>",
+        "<volume type='bspline' id='n'><string name='filename' value='n.vol'/>
+           <string name='placement' value='nodes'/><boolean name='use_grid_bbox' value='false'/>
+           <transform name='to_world'><scale value='2, 4, 6'/><translate value='-1, -2, -3'/>
+             <scale value='2'/></transform></volume>",
+    );
+    let empty = "<volume type='splinevolume'><string name='filename' value='n.vol'/>
+           <point name='min' value='0'/><point name='max' value='0'/></volume>";
+    let expected = "'max' must be greater than 'min' in every coordinate";
+    assert_eq!(errors(empty), [expected]);
+}
+
+#[test]
+fn films_of_the_fork() {
+    becomes(
+        "<sensor type='orthographic'><film type='mfilm'>
+           <string name='decomposition' value='transient'/>
+           <float name='minBound' value='2'/><float name='maxBound' value='8'/></film></sensor>",
+        "<sensor type='orthographic'><film type='hdrfilm'>
+           <string name='decomposition' value='transient'/><float name='bin_width' value='1'/>
+           <float name='min_bound' value='2'/><float name='max_bound' value='8'/>
+           <integer name='width' value='1'/><integer name='height' value='1'/></film></sensor>",
+    );
+    becomes(
+        "<sensor type='orthographic'><film type='ldrfilm'>
+           <string name='decomposition' value='bounce'/><float name='maxBound' value='8'/></film></sensor>",
+        "<sensor type='orthographic'><film type='hdrfilm'>
+           <string name='decomposition' value='bounce'/><integer name='max_bounces' value='7'/></film></sensor>",
+    );
+    becomes(
+        "<film type='hdrfilm'><string name='decomposition' value='none'/><float name='maxBound' value='8'/></film>",
+        "<film type='hdrfilm'/>",
+    );
+    let some = "<film type='hdrfilm'><string name='decomposition' value='bounce'/>
+        <float name='minBound' value='2'/><float name='maxBound' value='8'/></film>";
+    let expected =
+        "bounces are told apart one by one, from none: 'minBound' must be 0, 'binWidth' 1";
+    assert_eq!(errors(some), [expected]);
+}
+
+/// A spline through samples of a linear index is that index: at the nodes of the file's box, or of one given.
+#[test]
+fn an_index_of_the_fork_is_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = [5, 4, 6];
+    let (min, max) = (DVec3::new(-1.0, -2.0, -1.5), DVec3::new(1.0, 1.0, 2.0));
+    let n = |x: DVec3| 1.3 + 0.01 * x.x - 0.02 * x.y + 0.005 * x.z;
+    let mut samples = Vec::new();
+    for k in 0..size[2] {
+        for j in 0..size[1] {
+            for i in 0..size[0] {
+                let u = DVec3::new(i as f64 / 4.0, j as f64 / 3.0, k as f64 / 5.0);
+                samples.push(n(min + (max - min) * u) as f32);
+            }
+        }
+    }
+    let volume = Volume::new(size, 1, samples).unwrap().with_bbox([min, max]);
+    vol::write(&folder.path().join("n.vol"), &volume).unwrap();
+    let index = |own: &str| {
+        let text = format!(
+            "<scene version='0.6.0'><sensor type='perspective'><float name='fov' value='20'/>
+               <transform name='toWorld'><lookAt origin='0,0,9' target='0,0,0' up='0,1,0'/></transform></sensor>
+             <shape type='sphere'><float name='radius' value='0.3'/><bsdf type='null'/>
+               <medium name='interior' type='heterogeneousrefractive'>
+                 <spectrum name='sigmaS' value='1'/><spectrum name='sigmaA' value='0'/>
+                 <volume name='rif' type='splinevolume'><string name='filename' value='n.vol'/>{own}</volume>
+               </medium></shape><emitter type='constant'/></scene>"
+        );
+        let path = folder.path().join("scene.xml");
+        std::fs::write(&path, text).unwrap();
+        let loaded = io::load_scene(&path, &LoadOptions::default());
+        let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+        let field = loaded.scene().medium(1).index.clone();
+        move |x: DVec3| field.n(x)
+    };
+    for x in [DVec3::ZERO, DVec3::new(0.11, -0.07, 0.19)] {
+        assert!((index("")(x) - n(x)).abs() < 1e-6);
+        let half =
+            "<point name='min' value='-0.5, -1, -0.75'/><point name='max' value='0.5, 0.5, 1'/>";
+        assert!((index(half)(x) - n(2.0 * x)).abs() < 1e-6);
+        let moved = "<transform name='toWorld'><scale value='2'/><translate x='0.1'/></transform>";
+        let before = (x - DVec3::X * 0.1) / 2.0;
+        assert!((index(moved)(x) - n(before)).abs() < 1e-6);
+    }
+}
+
+/// Names of Mitsuba 0.6 have no meaning in scenes of version 3, and the other way round.
+#[test]
+fn a_scene_has_one_dialect() {
+    let mut diagnostics = Diagnostics::new();
+    let text = "<scene version='3.0.0'><sensor type='orthographic'>
+        <transform name='toWorld'/></sensor></scene>";
+    let scene = xml::parse(text, "scene.xml", &[], &mut diagnostics).unwrap();
+    let refused = io::assemble(&scene, &LoadOptions::default(), diagnostics).unwrap_err();
+    let text = refused.to_string();
+    assert!(text.contains("no parameter 'toWorld'"), "{text}");
+    assert!(text.contains("did you mean 'to_world'?"), "{text}");
+}

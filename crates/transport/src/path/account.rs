@@ -1,0 +1,181 @@
+//! Where the light of a run of particles went.
+
+use super::edge::{Edge, End, Span};
+use super::share::{collided, share};
+use crate::Spectrum;
+use crate::scene::Scene;
+use std::ops::AddAssign;
+
+/// Number of entries of a ledger.
+const ENTRIES: usize = 5;
+
+/// What became of the power of one particle, summed over channels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Absorbed by media.
+    pub media: f64,
+    /// Absorbed by surfaces.
+    pub surfaces: f64,
+    /// Left the scene.
+    pub escaped: f64,
+    /// Still on its way at the largest depth.
+    pub cut: f64,
+    /// On rays that were lost: counted failures.
+    pub lost: f64,
+}
+
+impl Ledger {
+    /// Enters an edge that started with `power`, and of which `onward` goes on from its end. `lanes` are
+    /// the channel probabilities with which it was sampled.
+    pub fn enter(
+        &mut self,
+        (scene, lanes): (&Scene, Spectrum),
+        edge: &Edge,
+        (power, onward): (Spectrum, Spectrum),
+    ) {
+        self.passed(lanes, &edge.spans, power);
+        let left = || (power * edge.weight * share(lanes, edge.tube.depth)).sum();
+        match &edge.end {
+            End::Collision(point) => {
+                let albedo = scene.medium(point.medium).albedo.at(point.x);
+                let absorption = point.rate * albedo.map(|a| 1.0 - a);
+                self.media += (power * collided(lanes, point) * absorption).sum();
+            }
+            End::Surface { .. } => self.surfaces += left() - onward.sum(),
+            End::Escaped { .. } => self.escaped += left(),
+            End::Dead if edge.lost => self.lost += left(),
+            End::Dead => self.surfaces += left(),
+        }
+    }
+
+    /// Enters what smooth surfaces between the first spans of an edge have absorbed.
+    pub fn passed(&mut self, lanes: Spectrum, spans: &[Span], power: Spectrum) {
+        for pair in spans.windows(2) {
+            let weight = pair[0].weight_before - pair[1].weight_before;
+            self.surfaces += (power * weight * share(lanes, pair[1].depth_before)).sum();
+        }
+    }
+
+    fn entries(&self) -> [f64; ENTRIES] {
+        [self.media, self.surfaces, self.escaped, self.cut, self.lost]
+    }
+}
+
+/// Sums over particles, in the order in which they are added.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Account {
+    particles: u64,
+    /// Of each entry, and of their total: the sum, and the sum of squares.
+    sums: [[f64; 2]; ENTRIES + 1],
+}
+
+impl Account {
+    /// Adds a particle.
+    pub fn add(&mut self, ledger: &Ledger) {
+        let entries = ledger.entries();
+        let total = entries.iter().sum();
+        self.particles += 1;
+        for (sum, value) in self.sums.iter_mut().zip(entries.into_iter().chain([total])) {
+            sum[0] += value;
+            sum[1] += value * value;
+        }
+    }
+
+    /// Number of particles.
+    pub fn particles(&self) -> u64 {
+        self.particles
+    }
+
+    /// What became of the power of emitters that emit `emitted`, summed over channels.
+    pub fn balance(&self, emitted: f64) -> Balance {
+        let share = |i: usize| self.share(i);
+        let total = share(ENTRIES);
+        Balance {
+            emitted,
+            media: share(0),
+            surfaces: share(1),
+            escaped: share(2),
+            cut: share(3),
+            lost: share(4),
+            residual: Share {
+                mean: emitted - total.mean,
+                error: total.error,
+            },
+        }
+    }
+
+    fn share(&self, i: usize) -> Share {
+        let (n, [sum, square]) = (self.particles as f64, self.sums[i]);
+        let mean = sum / n.max(1.0);
+        let variance = (square / n - mean * mean).max(0.0) / (n - 1.0);
+        Share {
+            mean,
+            error: if n < 2.0 {
+                f64::INFINITY
+            } else {
+                variance.sqrt()
+            },
+        }
+    }
+}
+
+impl AddAssign for Account {
+    /// More particles. Sums are rounded: add parts in an order that does not depend on threads.
+    fn add_assign(&mut self, o: Self) {
+        self.particles += o.particles;
+        for (sum, other) in self.sums.iter_mut().zip(o.sums) {
+            sum[0] += other[0];
+            sum[1] += other[1];
+        }
+    }
+}
+
+/// An amount of power, summed over channels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Share {
+    /// Mean over particles.
+    pub mean: f64,
+    /// Its standard error.
+    pub error: f64,
+}
+
+/// The account of a whole run. What the entries leave of the emitted power is what the choice of emitters and
+/// rays, Russian roulette and spectral sampling, which are fair but by chance, have added or taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Balance {
+    /// Power of all emitters, exactly.
+    pub emitted: f64,
+    /// Absorbed by media.
+    pub media: Share,
+    /// Absorbed by surfaces.
+    pub surfaces: Share,
+    /// Left the scene.
+    pub escaped: Share,
+    /// Still on its way at the largest depth.
+    pub cut: Share,
+    /// On rays that were lost: counted failures.
+    pub lost: Share,
+    /// What was emitted, less all of the other entries: zero within its error.
+    pub residual: Share,
+}
+
+impl AddAssign for Share {
+    /// Independent amounts.
+    fn add_assign(&mut self, o: Self) {
+        self.mean += o.mean;
+        self.error = self.error.hypot(o.error);
+    }
+}
+
+impl AddAssign for Balance {
+    /// Other channels, with particles of their own.
+    fn add_assign(&mut self, o: Self) {
+        self.emitted += o.emitted;
+        self.media += o.media;
+        self.surfaces += o.surfaces;
+        self.escaped += o.escaped;
+        self.cut += o.cut;
+        self.lost += o.lost;
+        self.residual += o.residual;
+    }
+}

@@ -1,0 +1,45 @@
+//! What is left of power on an edge whose length was sampled for several channels at once.
+
+use super::edge::Point;
+use crate::Spectrum;
+
+/// Transmittance of each channel over the probability of getting that far, for channel probabilities
+/// `lanes`. Nothing underflows: only differences of depths enter.
+pub fn share(lanes: Spectrum, depth: Spectrum) -> Spectrum {
+    let used = |i: usize| lanes[i] > 0.0;
+    let least = (0..Spectrum::LANES).filter(|&i| used(i)).map(|i| depth[i]);
+    let least = least.fold(f64::INFINITY, f64::min);
+    let relative = |i: usize| {
+        if used(i) {
+            (least - depth[i]).exp()
+        } else {
+            0.0
+        }
+    };
+    let transmittance = Spectrum(std::array::from_fn(relative));
+    transmittance / (lanes * transmittance).sum()
+}
+
+/// What a particle of power 1 that collides is worth there, over the density per unit length of the collision,
+/// Σ p σ_t T.
+pub fn collided(lanes: Spectrum, point: &Point) -> Spectrum {
+    let share = share(lanes, point.depth);
+    point.weight * share / (lanes * point.rate * share).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_channel_keeps_its_power_and_several_share_it() {
+        let one = Spectrum([1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(share(one, Spectrum([2000.0, 0.0, 0.0, 0.0])), one);
+        let two = Spectrum([0.5, 0.5, 0.0, 0.0]);
+        let shared = share(two, Spectrum([1000.0, 1001.0, 0.0, 0.0]));
+        let total = 0.5 + 0.5 * (-1.0f64).exp();
+        assert!((shared[0] - 1.0 / total).abs() < 1e-14);
+        assert!((shared[1] - (-1.0f64).exp() / total).abs() < 1e-14);
+        assert_eq!(shared[2], 0.0);
+    }
+}
