@@ -1,6 +1,7 @@
 //! Triangle meshes.
 
 mod build;
+pub mod gltf;
 pub mod obj;
 pub mod ply;
 pub mod serialized;
@@ -25,11 +26,11 @@ pub struct MeshData {
 }
 
 impl MeshData {
-    /// Reads an `.obj` or `.ply` file, by its extension.
+    /// Reads an `.obj`, `.ply`, `.gltf` or `.glb` file, by its extension.
     ///
     /// # Errors
     ///
-    /// See [`obj::read`] and [`ply::read`].
+    /// See [`obj::read`], [`ply::read`] and [`gltf::read`].
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let extension = path
             .extension()
@@ -38,7 +39,11 @@ impl MeshData {
         match extension.as_deref() {
             Some("obj") => obj::read(path),
             Some("ply") => ply::read(path),
-            _ => Err(Problem::Unsupported("meshes are read from .obj and .ply".into()).at(path)),
+            Some("gltf" | "glb") => gltf::read(path),
+            _ => {
+                let message = "meshes are read from .obj, .ply, .gltf and .glb";
+                Err(Problem::Unsupported(message.into()).at(path))
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Shapes from files.
 
 use crate::error::FileError;
-use crate::mesh::{MeshData, serialized};
+use crate::mesh::{MeshData, gltf, serialized};
 use crate::query::Query;
 use crate::scene::{FileRegistry, Object, ObjectId};
 use glam::DAffine3;
@@ -33,11 +33,16 @@ pub(super) fn mesh(
     (files, originals): (&mut FileRegistry, &mut Originals),
 ) -> Option<Result<(Shape, Colours), ShapeError>> {
     let path = q.path("filename", files);
+    if object.plugin == "gltf" {
+        for name in gltf::data_files(&path) {
+            files.add(path.with_file_name(&name), &name);
+        }
+    }
     // Normals are geometric throughout: interpolated ones would break the laws of refraction.
     q.boolean_or("face_normals", true);
     // Most programs that write .obj files have v grow upwards, whereas images begin at the top.
     let flip = match object.plugin.as_str() {
-        "serialized" => false,
+        "serialized" | "gltf" => false,
         kind => q.boolean_or("flip_tex_coords", kind == "obj"),
     };
     let index = match object.plugin.as_str() {

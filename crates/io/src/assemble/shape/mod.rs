@@ -16,7 +16,7 @@ use mesh::{Colours, mesh};
 use transport::bsdf::Bsdf;
 use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 
-const KNOWN: [&str; 10] = [
+const KNOWN: [&str; 11] = [
     "sphere",
     "cube",
     "rectangle",
@@ -25,6 +25,7 @@ const KNOWN: [&str; 10] = [
     "obj",
     "ply",
     "serialized",
+    "gltf",
     "shapegroup",
     "instance",
 ];
@@ -141,7 +142,7 @@ fn geometry(
                 .and_then(|l| Cylinder::new(frame * l, capped))
                 .map(Shape::from)
         }
-        "obj" | "ply" | "serialized" => return mesh(object, (frame, copied), q, files),
+        "obj" | "ply" | "serialized" | "gltf" => return mesh(object, (frame, copied), q, files),
         _ => return None,
     };
     Some(analytic.map(|shape| (shape, None)))
