@@ -10,12 +10,15 @@ pub mod assemble;
 pub mod atomic;
 mod binary;
 pub mod diagnostic;
+mod draft;
 pub mod error;
 pub mod image;
+pub mod json;
 pub mod mesh;
 pub mod npy;
 pub mod query;
 pub mod scene;
+pub mod schema;
 pub mod volume;
 pub mod xml;
 
