@@ -91,7 +91,10 @@ impl Loaded {
 /// Everything that is wrong with it, warnings included.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnostics> {
     let mut diagnostics = Diagnostics::new();
-    let read = match path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
+    let read = match path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+    {
         true => crate::json::load,
         false => crate::xml::load,
     };

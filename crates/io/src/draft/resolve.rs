@@ -34,7 +34,13 @@ impl Drafts {
     }
 
     /// Makes an object referable by a name; reports a name that another one has.
-    pub(crate) fn name(&mut self, id: &str, index: usize, at: &Location, diagnostics: &mut Diagnostics) {
+    pub(crate) fn name(
+        &mut self,
+        id: &str,
+        index: usize,
+        at: &Location,
+        diagnostics: &mut Diagnostics,
+    ) {
         if let Some((_, first)) = self.ids.get(id) {
             let message = format!("the id '{id}' is taken");
             let help = format!("the first object with this id is at {first}");

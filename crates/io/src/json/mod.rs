@@ -21,8 +21,6 @@ mod write;
 
 pub use write::write;
 
-
-
 use crate::diagnostic::{Diagnostics, SourceFile};
 use crate::draft;
 use crate::scene::SceneDescription;

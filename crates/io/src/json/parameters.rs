@@ -66,7 +66,9 @@ impl Parameters {
                 node.json = match self.texts.substitute(text, diagnostics) {
                     Ok(new) => match draft::Parameters::whole(text) {
                         Some(name) => self.typed(name, &new, &at),
-                        None => tree::number(&new).unwrap_or_else(|| Json::String(new.into_owned())),
+                        None => {
+                            tree::number(&new).unwrap_or_else(|| Json::String(new.into_owned()))
+                        }
                     },
                     Err(failure) => {
                         let diagnostic = Diagnostic::error(failure.message).help(failure.help);

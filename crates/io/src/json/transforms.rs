@@ -10,11 +10,7 @@ use glam::{DMat4, DVec3};
 const PARTS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
 
 /// Parts such as `[{"scale": 2}, {"translate": [0, 0, 1]}]`.
-pub(super) fn parts(
-    items: &[Node],
-    node: &Node,
-    diagnostics: &mut Diagnostics,
-) -> Option<Value> {
+pub(super) fn parts(items: &[Node], node: &Node, diagnostics: &mut Diagnostics) -> Option<Value> {
     let mut matrix = DMat4::IDENTITY;
     for item in items {
         matrix = part(item, diagnostics)? * matrix;
@@ -69,8 +65,14 @@ fn rotate(value: &Node, diagnostics: &mut Diagnostics) -> Option<Result<DMat4, S
 
 fn look_at(value: &Node, diagnostics: &mut Diagnostics) -> Option<Result<DMat4, String>> {
     let entries = fields(value, &["origin", "target", "up"], diagnostics)?;
-    let origin = triple(required(value, entries, "origin", diagnostics)?, diagnostics)?;
-    let target = triple(required(value, entries, "target", diagnostics)?, diagnostics)?;
+    let origin = triple(
+        required(value, entries, "origin", diagnostics)?,
+        diagnostics,
+    )?;
+    let target = triple(
+        required(value, entries, "target", diagnostics)?,
+        diagnostics,
+    )?;
     let up = match get(entries, "up") {
         Some(up) => triple(up, diagnostics)?,
         None => DVec3::ZERO,

@@ -103,7 +103,13 @@ pub(super) fn parse(source: &Arc<SourceFile>, diagnostics: &mut Diagnostics) -> 
     };
     match parse_to_ast(source.text(), &CollectOptions::default(), &STRICT) {
         Ok(result) => match result.value {
-            Some(value) => Some(Builder { source, diagnostics }.node(value)),
+            Some(value) => Some(
+                Builder {
+                    source,
+                    diagnostics,
+                }
+                .node(value),
+            ),
             None => {
                 diagnostics.push(invalid("the file is empty", Range::new(0, 0)));
                 None

@@ -101,7 +101,8 @@ fn spectrum(
 ) -> Option<SpectrumValue> {
     const VALUE: &str = "value";
     only(entries, &[TYPE, VALUE], diagnostics);
-    let is_rgb = get(entries, TYPE).is_some_and(|t| matches!(&t.json, Json::String(t) if t == "rgb"));
+    let is_rgb =
+        get(entries, TYPE).is_some_and(|t| matches!(&t.json, Json::String(t) if t == "rgb"));
     let Some(value) = get(entries, VALUE) else {
         report(node, "a colour or spectrum needs a \"value\"", diagnostics);
         return None;

@@ -109,7 +109,11 @@ impl Keys {
         let properties = object.properties.iter().map(|p| p.name.clone());
         let roles = object.children.iter().filter_map(|c| c.name.clone());
         Keys {
-            taken: reserved.into_iter().chain(properties).chain(roles).collect(),
+            taken: reserved
+                .into_iter()
+                .chain(properties)
+                .chain(roles)
+                .collect(),
             counts: HashMap::new(),
         }
     }
@@ -160,9 +164,12 @@ fn text(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// The shortest decimal that reads as the same number.
+/// The shortest text that reads as the same number.
 fn number(v: f64) -> String {
-    format!("{v:?}")
+    match v as i64 {
+        whole if whole as f64 == v => whole.to_string(),
+        _ => format!("{v:?}"),
+    }
 }
 
 fn numbers(values: &[f64]) -> String {

@@ -217,7 +217,10 @@ enum Lookup<'a, T> {
 /// Reports that an object's `type` is not one of the `known` ones.
 pub fn unknown_plugin(object: &Object, known: &[&str], diagnostics: &mut Diagnostics) {
     let listed = |name: &&str| schema::find(object.kind, name).is_some();
-    debug_assert!(known.iter().all(listed), "io::schema lists not all of {known:?}");
+    debug_assert!(
+        known.iter().all(listed),
+        "io::schema lists not all of {known:?}"
+    );
     let message = format!("unknown {} type '{}'", object.kind, object.plugin);
     let help = suggest(&object.plugin, known.iter().copied())
         .unwrap_or_else(|| format!("known types: {}", known.join(", ")));

@@ -20,7 +20,11 @@ const SPOT: &[Parameter] = &[
 
 const BEAM: &[Parameter] = &[
     float("radius", "required", "scene units, > 0"),
-    word("profile", &["disc", "gaussian"], "irradiance across the beam"),
+    word(
+        "profile",
+        &["disc", "gaussian"],
+        "irradiance across the beam",
+    ),
     spectrum("power", "", "W, ≥ 0; this or the irradiance is required"),
     spectrum("irradiance", "", "on the axis, W/m², ≥ 0"),
 ];
@@ -51,7 +55,11 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[
             &[
                 spectrum("irradiance", "required", "across the direction, W/m², ≥ 0"),
-                vector("direction", "", "required unless to_world is given, then +z"),
+                vector(
+                    "direction",
+                    "",
+                    "required unless to_world is given, then +z",
+                ),
             ],
             PLACED,
         ],

@@ -22,7 +22,11 @@ const HDRFILM: &[Parameter] = &[
         "",
         "what light is told apart by: length, time, bounce, light",
     ),
-    float("min_bound", "0", "of length or time: start of the first bin"),
+    float(
+        "min_bound",
+        "0",
+        "of length or time: start of the first bin",
+    ),
     float("max_bound", "", "of length or time: end of the last bin"),
     float("bin_width", "", "of length or time: width of a bin, > 0"),
     float(

@@ -73,12 +73,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[],
     ),
     plugin("ptracer", "The same as particle.", &[COMMON], &[]),
-    plugin(
-        "bdpt",
-        "Bidirectional path tracing.",
-        &[COMMON, BDPT],
-        &[],
-    ),
+    plugin("bdpt", "Bidirectional path tracing.", &[COMMON, BDPT], &[]),
     plugin(
         "aov",
         "Quantities of unscattered rays instead of light.",
@@ -91,10 +86,5 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[COMMON, PHOTONS],
         &[],
     ),
-    plugin(
-        "sppm",
-        "Progressive photon maps.",
-        &[COMMON, PHOTONS],
-        &[],
-    ),
+    plugin("sppm", "Progressive photon maps.", &[COMMON, PHOTONS], &[]),
 ];

@@ -176,9 +176,7 @@ fn reference(name: &str) -> Value {
 /// Definitions of values. Wherever there is one, a text with a parameter may stand.
 fn values() -> Map<String, Value> {
     let or_parameter = |schema: Value| json!({"anyOf": [schema, reference("parameter")]});
-    let array = |items: Value, length: usize| {
-        json!({"type": "array", "items": items, "minItems": length, "maxItems": length})
-    };
+    let array = |items: Value, length: usize| json!({"type": "array", "items": items, "minItems": length, "maxItems": length});
     let number = reference("number");
     let triple = array(number.clone(), 3);
     let rows = |n: usize| array(array(number.clone(), n), n);

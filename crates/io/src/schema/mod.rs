@@ -16,7 +16,6 @@ mod shape;
 pub(crate) mod substance;
 mod volume;
 
-
 pub use json::json_schema;
 
 use crate::scene::PluginKind;

@@ -1,6 +1,6 @@
 //! Cameras and meters.
 
-use super::row::{boolean, choice, float, integer, one, plugin, vector, word, TO_WORLD};
+use super::row::{TO_WORLD, boolean, choice, float, integer, one, plugin, vector, word};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Film, Medium, Sampler};
 
@@ -77,13 +77,21 @@ const CELLS: &[Parameter] = &[
     ),
     float("gruneisen", "", "Γ ≥ 0; adds the initial pressure p0"),
     float("pulse_energy", "1", "for p0, J, > 0"),
-    float("metres_per_unit", "1", "for p0, length of a scene unit, > 0"),
+    float(
+        "metres_per_unit",
+        "1",
+        "for p0, length of a scene unit, > 0",
+    ),
 ];
 
 const SURFACE: &[Parameter] = &[
     integer("nu", "1", "bins of position along u, ≥ 1"),
     integer("nv", "1", "bins of position along v, ≥ 1"),
-    boolean("parts", "false", "whether sides of the shape are told apart"),
+    boolean(
+        "parts",
+        "false",
+        "whether sides of the shape are told apart",
+    ),
     integer("cosine_bins", "", "bins of the cosine, ≥ 1"),
     vector(
         "cosine_axis",

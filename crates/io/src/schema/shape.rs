@@ -68,6 +68,11 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[CYLINDER, COMMON],
         CHILDREN,
     ),
-    plugin("obj", "Triangles of an OBJ file.", &[MESH, COMMON], CHILDREN),
+    plugin(
+        "obj",
+        "Triangles of an OBJ file.",
+        &[MESH, COMMON],
+        CHILDREN,
+    ),
     plugin("ply", "Triangles of a PLY file.", &[MESH, COMMON], CHILDREN),
 ];

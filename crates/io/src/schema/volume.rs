@@ -1,6 +1,8 @@
 //! Volumes: refractive indices, and what else varies in space.
 
-use super::row::{TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, text, vector, word};
+use super::row::{
+    TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, text, vector, word,
+};
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::Volume;
 
@@ -8,11 +10,7 @@ const PLACED: &[Parameter] = &[TO_WORLD];
 
 const FILE: &[Parameter] = &[
     text("filename", "required", "the file with the samples"),
-    text(
-        "dataset",
-        "",
-        "which of a file's arrays; required for HDF5",
-    ),
+    text("dataset", "", "which of a file's arrays; required for HDF5"),
     choice(
         "axis_order",
         &["zyx", "xyz"],
@@ -29,27 +27,35 @@ const FILE: &[Parameter] = &[
 ];
 
 const GRID: &[Parameter] = &[
-    word(
-        "filter_type",
-        &["trilinear", "nearest"],
-        "between samples",
-    ),
+    word("filter_type", &["trilinear", "nearest"], "between samples"),
     word("wrap_mode", &["clamp"], "beyond the outermost samples"),
     boolean("raw", "true", "accepted and ignored"),
     boolean("accel", "true", "accepted and ignored"),
 ];
 
 const LAW: &[Parameter] = &[
-    float("reference", "0", "density or pressure at which the index is n0"),
+    float(
+        "reference",
+        "0",
+        "density or pressure at which the index is n0",
+    ),
     float("scale", "1", "factor of the samples' effect"),
 ];
 
 const N0: Parameter = float("n0", "required", "index, > 0");
-const ORIGIN: Parameter = point("origin", "[0, 0, 0]", "a point on the axis, or where n = n0");
+const ORIGIN: Parameter = point(
+    "origin",
+    "[0, 0, 0]",
+    "a point on the axis, or where n = n0",
+);
 const CENTER: Parameter = point("center", "[0, 0, 0]", "the middle");
 const DIRECTION: Parameter = vector("direction", "[0, 0, 1]", "of the axis");
 const SLOPE: Parameter = vector("slope", "required", "gradient per scene unit");
-const DN_DP: Parameter = float("dn_dp", "", "index per pascal, at most 1e-6; needed with a pressure");
+const DN_DP: Parameter = float(
+    "dn_dp",
+    "",
+    "index per pascal, at most 1e-6; needed with a pressure",
+);
 
 const MODE: &[Parameter] = &[
     float("amplitude", "", "of the index; this, or pressure and dn_dp"),
@@ -74,41 +80,100 @@ const DISPERSION: &[Parameter] = &[float(
 )];
 
 pub(super) const PLUGINS: &[Plugin] = &[
-    plugin("constant", "The same index everywhere.", &[&[float("value", "required", "> 0")], PLACED], &[]),
-    plugin("linear", "n = n0 + slope·(x − origin).", &[&[N0, SLOPE, ORIGIN], PLACED], &[]),
-    plugin("linear_square", "n² = n0² + slope·(x − origin).", &[&[N0, SLOPE, ORIGIN], PLACED], &[]),
+    plugin(
+        "constant",
+        "The same index everywhere.",
+        &[&[float("value", "required", "> 0")], PLACED],
+        &[],
+    ),
+    plugin(
+        "linear",
+        "n = n0 + slope·(x − origin).",
+        &[&[N0, SLOPE, ORIGIN], PLACED],
+        &[],
+    ),
+    plugin(
+        "linear_square",
+        "n² = n0² + slope·(x − origin).",
+        &[&[N0, SLOPE, ORIGIN], PLACED],
+        &[],
+    ),
     plugin(
         "luneburg",
         "n² = n_exterior² (2 − r²/radius²).",
-        &[&[float("n_exterior", "1", "> 0"), CENTER, float("radius", "1", "scene units, > 0")], PLACED],
+        &[
+            &[
+                float("n_exterior", "1", "> 0"),
+                CENTER,
+                float("radius", "1", "scene units, > 0"),
+            ],
+            PLACED,
+        ],
         &[],
     ),
     plugin(
         "selfoc",
         "n² = n0² (1 − alpha² r²), r from the axis.",
-        &[&[N0, float("alpha", "required", "per scene unit, ≥ 0"), ORIGIN, DIRECTION], PLACED],
+        &[
+            &[
+                N0,
+                float("alpha", "required", "per scene unit, ≥ 0"),
+                ORIGIN,
+                DIRECTION,
+            ],
+            PLACED,
+        ],
         &[],
     ),
     plugin(
         "fisheye",
         "n = n0/(1 + r²/radius²).",
-        &[&[float("n0", "2", "> 0"), CENTER, float("radius", "1", "scene units, > 0")], PLACED],
+        &[
+            &[
+                float("n0", "2", "> 0"),
+                CENTER,
+                float("radius", "1", "scene units, > 0"),
+            ],
+            PLACED,
+        ],
         &[],
     ),
     plugin(
         "gaussian",
         "n = n0 + delta exp(−r²/2 width²).",
-        &[&[N0, float("delta", "required", "height"), CENTER, float("width", "required", "scene units, > 0")], PLACED],
+        &[
+            &[
+                N0,
+                float("delta", "required", "height"),
+                CENTER,
+                float("width", "required", "scene units, > 0"),
+            ],
+            PLACED,
+        ],
         &[],
     ),
     plugin(
         "acoustic",
         "Standing sound around an axis: one mode, or nested ones.",
-        &[&[N0, ORIGIN, DIRECTION, vector("reference", "(any)", "where the azimuth is 0")], MODE, PLACED],
+        &[
+            &[
+                N0,
+                ORIGIN,
+                DIRECTION,
+                vector("reference", "(any)", "where the azimuth is 0"),
+            ],
+            MODE,
+            PLACED,
+        ],
         &[many(Volume, "Modes.")],
     ),
     plugin("mode", "A mode of an acoustic field.", &[MODE], &[]),
-    plugin("bspline", "A tricubic B-spline through samples of the index.", &[FILE], &[]),
+    plugin(
+        "bspline",
+        "A tricubic B-spline through samples of the index.",
+        &[FILE],
+        &[],
+    ),
     plugin(
         "gladstone_dale",
         "The index of a gas from samples of its density, kg/m³.",
@@ -138,7 +203,14 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "cauchy",
         "n = a + b/λ² + c/λ⁴, λ in µm.",
-        &[&[float("a", "required", "> 0"), float("b", "0", "µm²"), float("c", "0", "µm⁴")], DISPERSION],
+        &[
+            &[
+                float("a", "required", "> 0"),
+                float("b", "0", "µm²"),
+                float("c", "0", "µm⁴"),
+            ],
+            DISPERSION,
+        ],
         &[one(Volume, "The index at the reference wavelength.")],
     ),
     plugin(
@@ -157,5 +229,10 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[one(Volume, "The index at the reference wavelength.")],
     ),
-    plugin("gridvolume", "Samples of an extinction or albedo.", &[FILE, GRID], &[]),
+    plugin(
+        "gridvolume",
+        "Samples of an extinction or albedo.",
+        &[FILE, GRID],
+        &[],
+    ),
 ];

@@ -25,7 +25,9 @@ pub(super) fn load(
     diagnostics: &mut Diagnostics,
 ) -> Option<SceneDescription> {
     let mut loader = Loader {
-        parameters: Parameters::new(overrides, |name| format!("<default name=\"{name}\" value=\"...\"/>")),
+        parameters: Parameters::new(overrides, |name| {
+            format!("<default name=\"{name}\" value=\"...\"/>")
+        }),
         drafts: Drafts::default(),
         open_files: vec![identity(&source)],
         includes: 0,
