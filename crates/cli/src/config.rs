@@ -17,6 +17,15 @@ pub enum ImageFormat {
     Npy,
 }
 
+/// A format of maps of differences.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapFormat {
+    /// Numbers.
+    Exr,
+    /// Colours.
+    Png,
+}
+
 /// A format of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayFormat {
@@ -26,6 +35,12 @@ pub enum RayFormat {
     Json,
     /// A plot.
     Svg,
+    /// Lines of a Wavefront OBJ file.
+    Obj,
+    /// Edges of a PLY file.
+    Ply,
+    /// Lines of a legacy VTK file.
+    Vtk,
 }
 
 /// The first can hold any number of layers.
@@ -41,10 +56,14 @@ const ARRAY_FORMATS: [(&str, ArrayFormat); 5] = [
     ("nrrd", ArrayFormat::Nrrd),
     ("npy", ArrayFormat::Npy),
 ];
-const RAY_FORMATS: [(&str, RayFormat); 3] = [
+const MAP_FORMATS: [(&str, MapFormat); 2] = [("png", MapFormat::Png), ("exr", MapFormat::Exr)];
+const RAY_FORMATS: [(&str, RayFormat); 6] = [
     ("csv", RayFormat::Csv),
     ("json", RayFormat::Json),
     ("svg", RayFormat::Svg),
+    ("obj", RayFormat::Obj),
+    ("ply", RayFormat::Ply),
+    ("vtk", RayFormat::Vtk),
 ];
 
 /// The images that a render writes: those asked for, or else an EXR and a PNG file named after the
@@ -106,10 +125,29 @@ pub fn rays(args: &TraceArgs) -> Result<(Option<PathBuf>, RayFormat), Failure> {
         None => Ok((None, RayFormat::Csv)),
         Some(path) => {
             let format = by_extension(path, &RAY_FORMATS)?;
+            if args.overlay.is_some() && format != RayFormat::Svg {
+                let message = "--overlay draws over a picture: write -o FILE.svg";
+                return Err(Failure::Usage(message.into()));
+            }
             check_writable(path)?;
             Ok((Some(path.clone()), format))
         }
     }
+}
+
+/// The format of a map of differences, if one is wanted.
+pub fn map(path: Option<&Path>) -> Result<Option<MapFormat>, Failure> {
+    path.map(|path| {
+        check_writable(path)?;
+        by_extension(path, &MAP_FORMATS)
+    })
+    .transpose()
+}
+
+/// Refuses anything but a PNG file that can be written.
+pub fn picture(path: &Path) -> Result<(), Failure> {
+    by_extension(path, &[("png", ())])?;
+    check_writable(path)
 }
 
 fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, Failure> {

@@ -7,6 +7,7 @@ mod args;
 mod balance;
 mod commands;
 mod config;
+mod difference;
 mod failure;
 mod interrupt;
 mod layers;
@@ -15,6 +16,7 @@ mod measured;
 mod numbers;
 mod outputs;
 mod plot;
+mod preview;
 mod progress;
 mod report;
 mod svg;
@@ -42,5 +44,12 @@ fn run(command: &Command) -> Result<ExitCode, Failure> {
         Command::Trace(args) => commands::trace(args),
         Command::Connect(args) => commands::connect(args),
         Command::Plot(args) => commands::plot(args),
+        Command::Convert(args) => commands::convert(args),
+        Command::Check(args) => commands::check(args),
+        Command::Compare(args) => commands::compare(args),
+        Command::Tonemap(args) => commands::tonemap(args),
+        Command::Schema => commands::schema(),
+        Command::Completions { shell } => commands::completions(*shell),
+        Command::Man { folder } => commands::man(folder),
     }
 }

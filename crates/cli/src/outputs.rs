@@ -3,7 +3,8 @@
 use crate::config::ImageFormat;
 use io::FileError;
 use io::image::png::Depth;
-use io::image::{ImageLayers, Layer, RgbImage, exr, npy, png};
+use io::image::tone::Tone;
+use io::image::{ImageLayers, Layer, exr, npy, png};
 use std::path::Path;
 use transport::Film;
 use transport::render::{Rendering, StrategyImage};
@@ -84,34 +85,19 @@ pub fn write(
     path: &Path,
     format: ImageFormat,
     image: &ImageLayers,
-    exposure: f64,
+    tone: Tone,
 ) -> Result<(), FileError> {
     match format {
         ImageFormat::Exr => exr::write(path, image),
         ImageFormat::Npy => npy::write(path, image, ""),
-        ImageFormat::Png => png::write(path, &colour(image), Depth::Eight, exposure),
+        ImageFormat::Png => {
+            let shown = image.on_screen().unwrap_or_default();
+            png::write(path, &shown, Depth::Eight, tone)
+        }
     }
 }
 
 /// Channels that are interleaved, one by one.
 fn planes(values: &[f32], channels: usize) -> impl Iterator<Item = Vec<f32>> {
     (0..channels).map(move |c| values.iter().skip(c).step_by(channels).copied().collect())
-}
-
-/// What a screen shows: the image in colour, be it from wavelengths, or the mean of its channels in grey if
-/// these tell no colours.
-fn colour(image: &ImageLayers) -> RgbImage {
-    let coloured = image.rgb().or_else(|| image.spectral_rgb());
-    coloured.unwrap_or_else(|| {
-        let channels = &image.layers[0].channels;
-        let grey = |i: usize| {
-            let sum: f32 = channels.iter().map(|(_, values)| values[i]).sum();
-            [sum / channels.len() as f32; 3]
-        };
-        RgbImage {
-            width: image.width,
-            height: image.height,
-            pixels: (0..image.width * image.height).map(grey).collect(),
-        }
-    })
 }

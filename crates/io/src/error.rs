@@ -76,6 +76,9 @@ pub enum Problem {
         /// What the file holds.
         found: String,
     },
+    /// What neither the file nor the user has said.
+    #[error("{0}")]
+    Unsaid(String),
     /// Content that breaks the rules of its format.
     #[error("{0}")]
     Malformed(String),

@@ -1,4 +1,4 @@
-//! NumPy's `.npy` arrays of floating-point numbers.
+//! NumPy's `.npy` arrays.
 //!
 //! The header is read by a small parser of our own: it is a fixed dictionary with three entries,
 //! and a general parser of Python literals can be made to exhaust the stack.
@@ -8,9 +8,10 @@ mod header;
 use std::io::{self, BufReader, Read, Write};
 use std::path::Path;
 
+use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
 use crate::{atomic, binary};
-use header::Header;
+pub(crate) use header::Header;
 
 /// An array as stored.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,21 +55,38 @@ pub fn parse(bytes: &[u8]) -> Result<NpyArray, Problem> {
 
 fn read_from(reader: &mut impl Read, size: u64) -> Result<NpyArray, Problem> {
     let header = Header::read(reader, size)?;
-    let element = header.element;
+    let Encoding { element, .. } = header.encoding;
     let count = binary::checked_count(&header.shape, element.size(), header.size, size)?;
     let data = match element {
-        header::Element::F32Little => binary::values(reader, count, f32::from_le_bytes),
-        header::Element::F32Big => binary::values(reader, count, f32::from_be_bytes),
-        header::Element::F64Little => {
-            let data = binary::values(reader, count, f64::from_le_bytes).map_err(Problem::Read)?;
-            return Ok(header.with(NpyData::F64(data)));
-        }
-        header::Element::F64Big => {
-            let data = binary::values(reader, count, f64::from_be_bytes).map_err(Problem::Read)?;
-            return Ok(header.with(NpyData::F64(data)));
+        Element::F32 => NpyData::F32(elements(reader, &header, count, |v| v as f32)?),
+        Element::F64 => NpyData::F64(elements(reader, &header, count, |v| v)?),
+        other => {
+            return Err(Problem::Mismatch {
+                expected: "elements of type float32 or float64".to_owned(),
+                found: other.to_string(),
+            });
         }
     };
-    Ok(header.with(NpyData::F32(data.map_err(Problem::Read)?)))
+    Ok(NpyArray {
+        shape: header.shape,
+        fortran_order: header.fortran_order,
+        data,
+    })
+}
+
+fn elements<T>(
+    reader: &mut impl Read,
+    header: &Header,
+    count: usize,
+    convert: impl Fn(f64) -> T,
+) -> Result<Vec<T>, Problem> {
+    let mut data = Vec::with_capacity(count);
+    let sink = |v| data.push(convert(v));
+    header
+        .encoding
+        .read(reader, count, sink)
+        .map_err(Problem::Read)?;
+    Ok(data)
 }
 
 /// Writes an array of single-precision numbers in C order, at once or not at all.
@@ -85,18 +103,26 @@ pub fn write(path: &Path, shape: &[usize], data: &[f32]) -> Result<(), FileError
         let found = format!("{} values", data.len());
         return Err(Problem::Mismatch { expected, found }.at(path));
     }
+    let values = data.iter().map(|v| f64::from(*v));
     atomic::write(path, |file| {
-        file.write_all(&header::bytes("<f4", shape))?;
-        data.iter()
-            .try_for_each(|value| file.write_all(&value.to_le_bytes()))
+        write_elements(file, Element::F32, shape, values)
     })
 }
 
 /// Writes a double-precision array in C order to a file that is open.
 pub(crate) fn write_f64(file: &mut impl Write, shape: &[usize], data: &[f64]) -> io::Result<()> {
-    file.write_all(&header::bytes("<f8", shape))?;
-    data.iter()
-        .try_for_each(|value| file.write_all(&value.to_le_bytes()))
+    write_elements(file, Element::F64, shape, data.iter().copied())
+}
+
+/// Writes an array in C order to a file that is open.
+pub(crate) fn write_elements(
+    file: &mut impl Write,
+    element: Element,
+    shape: &[usize],
+    values: impl IntoIterator<Item = f64>,
+) -> io::Result<()> {
+    file.write_all(&header::bytes(header::descriptor(element), shape))?;
+    Encoding::little(element).write(file, values)
 }
 
 /// Writes a text, as an array without axes, to a file that is open.

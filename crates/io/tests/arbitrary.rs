@@ -1,6 +1,6 @@
 //! No input makes a reader panic.
 
-use io::volume::{AxisOrder, hdf5, npy, vol, vti};
+use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
 use io::{Diagnostics, FileRegistry, PluginKind, Query, mesh, xml};
 use proptest::prelude::*;
 
@@ -160,22 +160,89 @@ fn obj_pieces() -> impl Strategy<Value = String> {
     .prop_map(|pieces| pieces.concat())
 }
 
+/// Lines of which text is often nearly a header of NRRD.
+fn nrrd_pieces() -> impl Strategy<Value = String> {
+    let known = prop::sample::select(vec![
+        "type: float\n",
+        "type: uint8\n",
+        "dimension: 3\n",
+        "sizes: 1 1 2\n",
+        "sizes: 99999999999 99999999999 9\n",
+        "sizes: 0 1 1\n",
+        "encoding: raw\n",
+        "encoding: gzip\n",
+        "encoding: text\n",
+        "endian: little\n",
+        "line skip: 2\n",
+        "byte skip: -1\n",
+        "byte skip: 7\n",
+        "byte skip: -9223372036854775808\n",
+        "spacings: 1 nan 1\n",
+        "spacings: 1\n",
+        "space directions: (1,0,0) (0,1,0) (0,0,1)\n",
+        "space directions: none (1,0,0) (0,1,0)\n",
+        "space origin: (0,0,inf)\n",
+        "centers: node cell\n",
+        "data file: .\n",
+        "data file: LIST\n",
+        "a:=b\n",
+        "\n",
+        "1 2",
+    ]);
+    let pieces = prop_oneof![9 => known.prop_map(str::to_owned), 1 => ".*"];
+    prop::collection::vec(pieces, 0..12).prop_map(|p| format!("NRRD0005\n{}", p.concat()))
+}
+
+/// Lines of which text is often nearly a file of structured points.
+fn vtk_pieces() -> impl Strategy<Value = String> {
+    let known = prop::sample::select(vec![
+        "ASCII\n",
+        "BINARY\n",
+        "DATASET STRUCTURED_POINTS\n",
+        "DIMENSIONS 2 1 1\n",
+        "DIMENSIONS 0 1 18446744073709551615\n",
+        "ORIGIN 0 0 0\n",
+        "SPACING 1 1 1\n",
+        "POINT_DATA 2\n",
+        "CELL_DATA 1\n",
+        "POINT_DATA 18446744073709551615\n",
+        "SCALARS a float\n",
+        "SCALARS a double 18446744073709551615\n",
+        "LOOKUP_TABLE default\n",
+        "VECTORS a int\n",
+        "FIELD f 2\n",
+        "FIELD f 18446744073709551615\n",
+        "b 1 2 unsigned_char\n",
+        "METADATA\n",
+        "\n",
+        "1 2\n",
+        "nan",
+    ]);
+    let pieces = prop_oneof![9 => known.prop_map(str::to_owned), 1 => ".*"];
+    prop::collection::vec(pieces, 0..12).prop_map(|p| p.concat())
+}
+
 /// A file made by the reference library of its format (data/volumes/make.py).
 fn made(name: &str) -> Vec<u8> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/volumes");
     std::fs::read(folder.join(name)).unwrap()
 }
 
+const ZYX: Options = Options {
+    axes: Some(AxisOrder::ZYX),
+    dataset: None,
+};
+
 fn read_hdf5(bytes: &[u8]) {
     for dataset in ["p_final", "p_max", "results/rho", ""] {
-        let _ = hdf5::parse::<f32>(bytes, dataset, AxisOrder::Zyx);
+        let _ = hdf5::parse::<f32>(bytes, ZYX.of(dataset));
     }
 }
 
 #[test]
 fn the_valid_files_are_valid() {
-    assert!(vol::parse(&vol_file()).is_ok());
-    assert!(npy::parse::<f32>(&npy_file(), AxisOrder::Xyz).is_ok());
+    assert!(vol::parse::<f32>(&vol_file()).is_ok());
+    assert!(npy::parse::<f32>(&npy_file(), ZYX).is_ok());
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
         assert!(mesh::ply::parse(&ply_file(format)).is_ok(), "{format}");
     }
@@ -199,22 +266,22 @@ proptest! {
 
     #[test]
     fn vol_of_arbitrary_bytes(bytes in after(vec![vec![], vol_file()[..8].to_vec()])) {
-        let _ = vol::parse(&bytes);
+        let _ = vol::parse::<f32>(&bytes);
     }
 
     #[test]
     fn vol_of_damaged_files(bytes in damaged(vol_file())) {
-        let _ = vol::parse(&bytes);
+        let _ = vol::parse::<f32>(&bytes);
     }
 
     #[test]
     fn npy_of_arbitrary_bytes(bytes in after(vec![vec![], npy_file()[..12].to_vec()])) {
-        let _ = npy::parse::<f32>(&bytes, AxisOrder::Zyx);
+        let _ = npy::parse::<f32>(&bytes, ZYX);
     }
 
     #[test]
     fn npy_of_damaged_files(bytes in damaged(npy_file())) {
-        let _ = npy::parse::<f32>(&bytes, AxisOrder::Zyx);
+        let _ = npy::parse::<f32>(&bytes, ZYX);
     }
 
     #[test]
@@ -267,5 +334,87 @@ proptest! {
     #[test]
     fn hdf5_of_arbitrary_bytes(bytes in after(vec![vec![], made("kwave.h5")[..96].to_vec()])) {
         read_hdf5(&bytes);
+    }
+
+    #[test]
+    fn npz_of_damaged_files(
+        stored in damaged(made("stored.npz")),
+        compressed in damaged(made("compressed.npz")),
+    ) {
+        let _ = npz::parse::<f32>(&stored, ZYX.of("density"));
+        let _ = npz::parse::<f32>(&compressed, ZYX);
+    }
+
+    #[test]
+    fn npz_of_arbitrary_bytes(bytes in after(vec![vec![], made("stored.npz")[..40].to_vec()])) {
+        let _ = npz::parse::<f32>(&bytes, ZYX);
+    }
+
+    #[test]
+    fn nrrd_of_damaged_files(
+        raw in damaged(made("raw.nrrd")),
+        gzip in damaged(made("gzip.nrrd")),
+        ascii in damaged(made("ascii.nrrd")),
+        spacings in damaged(made("spacings.nrrd")),
+    ) {
+        for bytes in [raw, gzip, ascii] {
+            let _ = nrrd::parse::<f32>(&bytes, Options::default());
+        }
+        let _ = nrrd::parse::<f32>(&spacings, ZYX);
+    }
+
+    #[test]
+    fn nrrd_of_pieces(text in nrrd_pieces()) {
+        let _ = nrrd::parse::<f32>(text.as_bytes(), Options::default());
+        let _ = nrrd::parse::<f32>(text.as_bytes(), ZYX);
+    }
+
+    #[test]
+    fn mat_of_damaged_files(
+        plain in damaged(made("plain.mat")),
+        compressed in damaged(made("compressed.mat")),
+    ) {
+        let _ = mat::parse::<f32>(&plain, ZYX.of("density"));
+        let _ = mat::parse::<f32>(&compressed, ZYX);
+    }
+
+    #[test]
+    fn mat_of_arbitrary_bytes(bytes in after(vec![vec![], made("plain.mat")[..128].to_vec()])) {
+        let _ = mat::parse::<f32>(&bytes, ZYX);
+    }
+
+    #[test]
+    fn vtk_of_damaged_files(
+        ascii in damaged(made("ascii.vtk")),
+        cells in damaged(made("cells.vtk")),
+        three in damaged(made("three.vtk")),
+    ) {
+        for bytes in [ascii, cells, three] {
+            let _ = vtk::parse::<f32>(&bytes, None);
+            let _ = vtk::parse::<f32>(&bytes, Some("density"));
+        }
+    }
+
+    #[test]
+    fn vtk_of_pieces(text in vtk_pieces()) {
+        let _ = vtk::parse::<f32>(format!("# vtk DataFile Version 3\n\n{text}").as_bytes(), None);
+    }
+
+    #[test]
+    fn vdb_of_damaged_files(
+        single in damaged(made("single.vdb")),
+        head in prop::collection::vec((0..2048usize, any::<u8>()), 0..4),
+        trees in damaged(made("trees.vdb")),
+    ) {
+        let _ = vdb::parse::<f32>(&single, None);
+        let _ = vdb::parse::<f32>(&trees, Some("waves"));
+        let mut bytes = made("single.vdb");
+        head.into_iter().for_each(|(at, byte)| bytes[at] = byte);
+        let _ = vdb::parse::<f32>(&bytes, None);
+    }
+
+    #[test]
+    fn vdb_of_arbitrary_bytes(bytes in after(vec![vec![], made("single.vdb")[..0x28c].to_vec()])) {
+        let _ = vdb::parse::<f32>(&bytes, None);
     }
 }

@@ -1,6 +1,8 @@
 //! Scenes in the dialect of Mitsuba 0.5 and 0.6, and of the refractive fork: what they become, said outright.
 
+use glam::DVec3;
 use io::scene::SceneHash;
+use io::volume::{Volume, vol};
 use io::{Diagnostics, FileRegistry, LoadOptions, Severity, xml};
 
 /// The fingerprint of a scene, and the notes on it.
@@ -164,6 +166,52 @@ fn films_of_the_fork() {
     let expected =
         "bounces are told apart one by one, from none: 'minBound' must be 0, 'binWidth' 1";
     assert_eq!(errors(some), [expected]);
+}
+
+/// A spline through samples of a linear index is that index: at the nodes of the file's box, or of one given.
+#[test]
+fn an_index_of_the_fork_is_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = [5, 4, 6];
+    let (min, max) = (DVec3::new(-1.0, -2.0, -1.5), DVec3::new(1.0, 1.0, 2.0));
+    let n = |x: DVec3| 1.3 + 0.01 * x.x - 0.02 * x.y + 0.005 * x.z;
+    let mut samples = Vec::new();
+    for k in 0..size[2] {
+        for j in 0..size[1] {
+            for i in 0..size[0] {
+                let u = DVec3::new(i as f64 / 4.0, j as f64 / 3.0, k as f64 / 5.0);
+                samples.push(n(min + (max - min) * u) as f32);
+            }
+        }
+    }
+    let volume = Volume::new(size, 1, samples).unwrap().with_bbox([min, max]);
+    vol::write(&folder.path().join("n.vol"), &volume).unwrap();
+    let index = |own: &str| {
+        let text = format!(
+            "<scene version='0.6.0'><sensor type='perspective'><float name='fov' value='20'/>
+               <transform name='toWorld'><lookAt origin='0,0,9' target='0,0,0' up='0,1,0'/></transform></sensor>
+             <shape type='sphere'><float name='radius' value='0.3'/><bsdf type='null'/>
+               <medium name='interior' type='heterogeneousrefractive'>
+                 <spectrum name='sigmaS' value='1'/><spectrum name='sigmaA' value='0'/>
+                 <volume name='rif' type='splinevolume'><string name='filename' value='n.vol'/>{own}</volume>
+               </medium></shape><emitter type='constant'/></scene>"
+        );
+        let path = folder.path().join("scene.xml");
+        std::fs::write(&path, text).unwrap();
+        let loaded = io::load_scene(&path, &LoadOptions::default());
+        let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+        let field = loaded.scene().medium(1).index.clone();
+        move |x: DVec3| field.n(x)
+    };
+    for x in [DVec3::ZERO, DVec3::new(0.11, -0.07, 0.19)] {
+        assert!((index("")(x) - n(x)).abs() < 1e-6);
+        let half =
+            "<point name='min' value='-0.5, -1, -0.75'/><point name='max' value='0.5, 0.5, 1'/>";
+        assert!((index(half)(x) - n(2.0 * x)).abs() < 1e-6);
+        let moved = "<transform name='toWorld'><scale value='2'/><translate x='0.1'/></transform>";
+        let before = (x - DVec3::X * 0.1) / 2.0;
+        assert!((index(moved)(x) - n(before)).abs() < 1e-6);
+    }
 }
 
 /// Names of Mitsuba 0.6 have no meaning in scenes of version 3, and the other way round.

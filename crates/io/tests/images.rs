@@ -1,5 +1,6 @@
 //! Images: round trips and what must be refused.
 
+use io::image::tone::Tone;
 use io::image::{ImageLayers, Layer, RgbImage, exr, npy, png};
 
 fn ramp(n: usize, scale: f32) -> Vec<f32> {
@@ -160,7 +161,7 @@ fn png_files_round_trip_up_to_their_depth() {
     let path = folder.path().join("a.png");
     let expected = |v: f32| if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) };
     for (depth, tolerance) in [(png::Depth::Eight, 5e-3), (png::Depth::Sixteen, 2e-5)] {
-        png::write(&path, &colours(), depth, 0.0).unwrap();
+        png::write(&path, &colours(), depth, Tone::default()).unwrap();
         let image = RgbImage::read(&path).unwrap();
         assert_eq!((image.width, image.height), (2, 2));
         for (a, b) in image
@@ -186,8 +187,15 @@ fn exposure_counts_in_stops() {
         height: 1,
         pixels: vec![[0.5; 3]],
     };
-    let bytes = png::encode(&grey, png::Depth::Eight, 2.0).unwrap();
-    assert_eq!(bytes, png::encode(&bright, png::Depth::Eight, 0.0).unwrap());
+    let brighter = Tone {
+        exposure: 2.0,
+        ..Tone::default()
+    };
+    let bytes = png::encode(&grey, png::Depth::Eight, brighter).unwrap();
+    assert_eq!(
+        bytes,
+        png::encode(&bright, png::Depth::Eight, Tone::default()).unwrap()
+    );
 }
 
 #[test]
@@ -198,7 +206,7 @@ fn a_png_must_fit_its_pixels() {
             height,
             ..colours()
         };
-        let error = png::encode(&image, png::Depth::Eight, 0.0)
+        let error = png::encode(&image, png::Depth::Eight, Tone::default())
             .unwrap_err()
             .to_string();
         assert_eq!(
@@ -266,5 +274,36 @@ fn environment_maps_are_colours_or_grey_and_finite() {
     assert!(
         error.ends_with("value NaN at pixel (2, 1) is not finite"),
         "{error}"
+    );
+}
+
+/// What other programs read besides the channels.
+#[test]
+fn an_exr_file_states_its_colours_and_its_program() {
+    use ::exr::meta::MetaData;
+    let bytes = exr::encode(&sample()).unwrap();
+    let metadata = MetaData::read_from_buffered(bytes.as_slice(), true).unwrap();
+    let header = &metadata.headers[0];
+    let colours = header.shared_attributes.chromaticities.unwrap();
+    assert_eq!((colours.red.x(), colours.white.y()), (0.64, 0.329));
+    let software = header.own_attributes.software_name.as_ref().unwrap();
+    assert!(software.to_string().starts_with("morgana "));
+    let names: Vec<String> = header
+        .channels
+        .list
+        .iter()
+        .map(|c| c.name.to_string())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "B",
+            "G",
+            "R",
+            "samples.Y",
+            "variance.B",
+            "variance.G",
+            "variance.R"
+        ]
     );
 }

@@ -133,11 +133,11 @@ fn mistakes_are_named() {
     };
     refused(
         &without(1),
-        "an HDF5 volume needs <string name=\"dataset\">",
+        "give a dataset; those of '/': Nt, hole, p_final, p_max",
     );
     refused(
         &without(2),
-        "a .npy or HDF5 volume needs <string name=\"axis_order\">",
+        "which axis is which: give <string name=\"axis_order\">",
     );
     refused(&without(3), "needs <string name=\"placement\">");
     let hole = [KWAVE[0], ("string", "dataset", "hole"), KWAVE[2], KWAVE[3]];

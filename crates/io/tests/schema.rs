@@ -36,7 +36,9 @@ fn scene(kind: PluginKind, plugin: &str, object: &str) -> String {
         PluginKind::Phase => format!(
             r#"{sensor}, "s": {{"type": "sphere", "interior": {{"type": "homogeneous", "phase": {object}}}}}"#
         ),
-        PluginKind::Volume if plugin == "gridvolume" => volume("sigma_t", object),
+        PluginKind::Volume if ["gridvolume", "constvolume"].contains(&plugin) => {
+            volume("sigma_t", object)
+        }
         PluginKind::Volume if plugin == "mode" => volume(
             "ior",
             &format!(r#"{{"type": "acoustic", "n0": 1, "volume": {object}}}"#),
@@ -377,7 +379,15 @@ mod json_schema {
         let sphere = &schema["$defs"]["shape.sphere"];
         assert_eq!(sphere["properties"]["radius"]["default"], json!(1));
         let sensor = &schema["$defs"]["sensor.perspective"];
-        assert_eq!(sensor["required"], json!(["type", "fov"]));
+        assert_eq!(
+            sensor["properties"]["focal_length"]["default"],
+            json!("50mm")
+        );
+        let lens = &schema["$defs"]["sensor.thinlens"];
+        assert_eq!(
+            lens["required"],
+            json!(["type", "aperture_radius", "focus_distance"])
+        );
         assert_eq!(sensor["properties"]["fov_axis"]["default"], json!("x"));
         let words = &sensor["properties"]["fov_axis"]["anyOf"][0]["enum"];
         assert_eq!(words, &json!(["x", "y", "smaller", "larger"]));

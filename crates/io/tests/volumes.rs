@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use io::volume::{AxisOrder, Volume, npy, vol};
+use glam::DVec3;
+use io::element::Element;
+use io::volume::{AxisOrder, Options, Volume, npy, vol};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -21,7 +23,8 @@ fn sample(size: [usize; 3], channels: usize) -> Volume {
             }
         }
     }
-    Volume::new(size, channels, data, Some([[-1.0; 3], [1.0, 2.0, 3.0]])).unwrap()
+    let volume = Volume::new(size, channels, data).unwrap();
+    volume.with_bbox([DVec3::splat(-1.0), DVec3::new(1.0, 2.0, 3.0)])
 }
 
 fn vol_bytes(version: u8, encoding: i32, sizes: [i32; 4], values: &[f32]) -> Vec<u8> {
@@ -60,13 +63,13 @@ fn f32s(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
 
 #[track_caller]
 fn vol_error(bytes: &[u8], expected: &str) {
-    assert_eq!(vol::parse(bytes).unwrap_err().to_string(), expected);
+    assert_eq!(vol::parse::<f32>(bytes).unwrap_err().to_string(), expected);
 }
 
 #[track_caller]
 fn npy_error(bytes: &[u8], expected: &str) {
     assert_eq!(
-        npy::parse::<f32>(bytes, AxisOrder::Zyx)
+        npy::parse::<f32>(bytes, Options::order(AxisOrder::ZYX))
             .unwrap_err()
             .to_string(),
         expected
@@ -75,7 +78,7 @@ fn npy_error(bytes: &[u8], expected: &str) {
 
 #[test]
 fn the_reference_volume() {
-    let volume = Volume::<f32>::read(&data("p5_sigma_t.vol"), AxisOrder::Zyx, None).unwrap();
+    let volume = Volume::<f32>::read(&data("p5_sigma_t.vol"), Options::default()).unwrap();
     assert_eq!((volume.size(), volume.channels()), ([16; 3], 1));
     // The values follow a formula of the position of the voxel's centre.
     let centre = |i: usize| 2.0 * (i as f64 + 0.5) / 16.0 - 1.0;
@@ -101,7 +104,7 @@ fn a_vol_file_round_trips() {
         assert_eq!(vol::read(&path).unwrap(), volume);
     }
     let copy = folder.path().join("copy.vol");
-    vol::write(&copy, &vol::read(&data("p5_sigma_t.vol")).unwrap()).unwrap();
+    vol::write(&copy, &vol::read::<f32>(&data("p5_sigma_t.vol")).unwrap()).unwrap();
     assert_eq!(
         std::fs::read(&copy).unwrap(),
         std::fs::read(data("p5_sigma_t.vol")).unwrap()
@@ -115,7 +118,7 @@ fn an_npy_file_round_trips() {
         let volume = sample([2, 3, 4], channels);
         let path = folder.path().join("a.npy");
         npy::write(&path, &volume).unwrap();
-        let read = Volume::<f32>::read(&path, AxisOrder::Zyx, None).unwrap();
+        let read = Volume::<f32>::read(&path, Options::order(AxisOrder::ZYX)).unwrap();
         assert_eq!((read.size(), read.data()), (volume.size(), volume.data()));
         assert_eq!(read.bbox(), None);
     }
@@ -134,11 +137,11 @@ fn the_same_array_in_every_layout() {
         .flat_map(|x| range(3).flat_map(move |y| range(4).map(move |z| value(x, y, z))))
         .collect();
     for (shape, fortran, values, axes) in [
-        ("(4, 3, 2)", false, &x_fastest, AxisOrder::Zyx),
-        ("(4, 3, 2)", true, &z_fastest, AxisOrder::Zyx),
-        ("(2, 3, 4)", false, &z_fastest, AxisOrder::Xyz),
-        ("(2, 3, 4)", true, &x_fastest, AxisOrder::Xyz),
-        ("(2, 3, 4, 1)", true, &x_fastest, AxisOrder::Xyz),
+        ("(4, 3, 2)", false, &x_fastest, AxisOrder::ZYX),
+        ("(4, 3, 2)", true, &z_fastest, AxisOrder::ZYX),
+        ("(2, 3, 4)", false, &z_fastest, AxisOrder::XYZ),
+        ("(2, 3, 4)", true, &x_fastest, AxisOrder::XYZ),
+        ("(2, 3, 4, 1)", true, &x_fastest, AxisOrder::XYZ),
     ] {
         let mut encodings = vec![("<f4", f32s(values.iter().copied()))];
         encodings.push((">f4", values.iter().flat_map(|v| v.to_be_bytes()).collect()));
@@ -157,8 +160,11 @@ fn the_same_array_in_every_layout() {
                 .collect(),
         ));
         for (descr, bytes) in encodings {
-            let volume =
-                npy::parse::<f32>(&npy_bytes(descr, fortran, shape, &bytes), axes).unwrap();
+            let volume = npy::parse::<f32>(
+                &npy_bytes(descr, fortran, shape, &bytes),
+                Options::order(axes),
+            )
+            .unwrap();
             assert_eq!(volume.size(), [2, 3, 4]);
             assert_eq!(
                 volume.data(),
@@ -178,14 +184,97 @@ fn channels_of_a_fortran_array() {
         "(1, 1, 2, 2)",
         &f32s([0.0, 1.0, 1000.0, 1001.0]),
     );
-    let volume = npy::parse::<f32>(&bytes, AxisOrder::Zyx).unwrap();
+    let volume = npy::parse::<f32>(&bytes, Options::order(AxisOrder::ZYX)).unwrap();
     assert_eq!(volume.data(), [0.0, 1000.0, 1.0, 1001.0]);
+}
+
+/// Any order of the axes, with the channels anywhere, against indices written out.
+#[test]
+fn every_order_of_axes() {
+    let lengths = |letter| match letter {
+        'x' => 2,
+        'y' => 3,
+        'z' => 4,
+        _ => 2,
+    };
+    for order in ["zyx", "xyz", "yxz", "zxy", "czyx", "zcyx", "xycz", "yxzc"] {
+        let axes: Vec<char> = order.chars().collect();
+        let shape: Vec<usize> = axes.iter().map(|a| lengths(*a)).collect();
+        for fortran in [false, true] {
+            let count: usize = shape.iter().product();
+            let values = (0..count).map(|i| {
+                // The index along each axis, the fastest first.
+                let mut rest = i;
+                let mut at = std::collections::HashMap::new();
+                let mut fastest: Vec<usize> = (0..axes.len()).collect();
+                if !fortran {
+                    fastest.reverse();
+                }
+                for axis in fastest {
+                    at.insert(axes[axis], rest % shape[axis]);
+                    rest /= shape[axis];
+                }
+                let at = |axis| *at.get(&axis).unwrap_or(&0) as f32;
+                at('x') + 10.0 * at('y') + 100.0 * at('z') + 1000.0 * at('c')
+            });
+            let text = format!(
+                "({})",
+                shape.iter().map(|n| format!("{n},")).collect::<String>()
+            );
+            let bytes = npy_bytes("<f4", fortran, &text, &f32s(values));
+            let options = Options::order(order.parse().unwrap());
+            let volume = npy::parse::<f32>(&bytes, options).unwrap();
+            let channels = if axes.len() == 4 { 2 } else { 1 };
+            assert_eq!(
+                volume.data(),
+                sample([2, 3, 4], channels).data(),
+                "{order} {fortran}"
+            );
+        }
+    }
+    for bad in ["", "xy", "xxz", "xyzz", "xyzcc", "abc"] {
+        assert!(bad.parse::<AxisOrder>().is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn an_order_of_axes_is_never_guessed() {
+    let bytes = npy_bytes("<f4", false, "(1, 1, 1)", &f32s([1.0]));
+    let error = npy::parse::<f32>(&bytes, Options::default()).unwrap_err();
+    assert!(
+        error.to_string().contains("give the order of its axes"),
+        "{error}"
+    );
+    let czyx = Options::order("czyx".parse().unwrap());
+    let error = npy::parse::<f32>(&bytes, czyx).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "expected an array of 4 axes (czyx), found 3 (1 x 1 x 1)"
+    );
+}
+
+/// Half precision and bytes, whose 0 to 255 are 0 to 1, as the format has them.
+#[test]
+fn encodings_of_vol() {
+    let head = |encoding| vol_bytes(3, encoding, [2, 1, 1, 1], &[]);
+    // 1 and −2 in half precision are 0x3c00 and 0xc000.
+    let half = [&head(2)[..], &[0x00, 0x3c, 0x00, 0xc0]].concat();
+    let volume = vol::parse::<f32>(&half).unwrap();
+    assert_eq!(volume.data(), [1.0, -2.0]);
+    assert_eq!(volume.element(), Element::F16);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("half.vol");
+    vol::write(&path, &volume.with_bbox([DVec3::ZERO, DVec3::ONE])).unwrap();
+    assert_eq!(std::fs::read(&path).unwrap(), half);
+    let bytes = [&head(3)[..], &[255, 51]].concat();
+    assert_eq!(vol::parse::<f32>(&bytes).unwrap().data(), [1.0, 0.2]);
+    vol_error(&bytes[..49], "truncated: expected 50 bytes, found 49");
 }
 
 #[test]
 fn vol_files_that_are_refused() {
     let good = vol_bytes(3, 1, [2, 1, 1, 1], &[1.0, 2.0]);
-    assert!(vol::parse(&good).is_ok());
+    assert!(vol::parse::<f32>(&good).is_ok());
     vol_error(b"PNG", "not a VOL file: it does not begin with 'VOL'");
     vol_error(b"", "not a VOL file: it does not begin with 'VOL'");
     vol_error(&good[..20], "truncated: expected 48 bytes, found 20");
@@ -199,8 +288,12 @@ fn vol_files_that_are_refused() {
         "not supported: VOL version 2",
     );
     vol_error(
-        &vol_bytes(3, 2, [1; 4], &[1.0]),
-        "not supported: VOL encoding 2 (only 1, float32, is)",
+        &vol_bytes(3, 4, [1; 4], &[1.0]),
+        "not supported: VOL encoding 4, directions; a volume needs numbers (encodings 1, 2, 3)",
+    );
+    vol_error(
+        &vol_bytes(3, 9, [1; 4], &[1.0]),
+        "not supported: VOL encoding 9; known are 1 (float32), 2 (float16) and 3 (uint8)",
     );
     vol_error(
         &vol_bytes(3, 1, [0, 1, 1, 1], &[]),
@@ -213,7 +306,7 @@ fn vol_files_that_are_refused() {
     let huge = i32::MAX;
     vol_error(
         &vol_bytes(3, 1, [huge; 4], &[]),
-        "too large: an array of 2147483647 x 2147483647 x 2147483647 x 2147483647",
+        "too large: 2147483647 x 2147483647 x 2147483647 voxels with 2147483647 channels",
     );
     vol_error(
         &vol_bytes(3, 1, [huge, 1000, 1, 1], &[1.0]),
@@ -233,7 +326,7 @@ fn vol_files_that_are_refused() {
 fn npy_files_that_are_refused() {
     let one = f32s([1.0]);
     let file = |descr, shape| npy_bytes(descr, false, shape, &one);
-    assert!(npy::parse::<f32>(&file("<f4", "(1, 1, 1)"), AxisOrder::Zyx).is_ok());
+    assert!(npy::parse::<f32>(&file("<f4", "(1, 1, 1)"), Options::order(AxisOrder::ZYX)).is_ok());
     npy_error(
         b"VOL and more",
         "not a NPY file: it does not begin with the magic bytes",
@@ -252,8 +345,8 @@ fn npy_files_that_are_refused() {
         "too large: a header of 4294967295 bytes",
     );
     npy_error(
-        &file("<i4", "(1, 1, 1)"),
-        "expected elements of type float32 or float64, found '<i4'",
+        &file("<U1", "(1, 1, 1)"),
+        "expected elements that are integers or floating-point numbers, found '<U1'",
     );
     npy_error(
         &file("<f4", "(1, 1)"),
@@ -269,7 +362,7 @@ fn npy_files_that_are_refused() {
     );
     npy_error(
         &file("<f4", "(99999999999, 99999999999, 1)"),
-        "too large: an array of 99999999999 x 99999999999 x 1",
+        "too large: 1 x 99999999999 x 99999999999 voxels with 1 channels",
     );
     npy_error(
         &file("<f4", "(99999999999999999999999, 1, 1)"),
@@ -294,7 +387,7 @@ fn npy_files_that_are_refused() {
 #[test]
 fn a_missing_file_is_named() {
     for name in ["no/such.vol", "no/such.npy"] {
-        let error = Volume::<f32>::read(Path::new(name), AxisOrder::Zyx, None)
+        let error = Volume::<f32>::read(Path::new(name), Options::default())
             .unwrap_err()
             .to_string();
         assert!(
@@ -302,18 +395,19 @@ fn a_missing_file_is_named() {
             "{error}"
         );
     }
-    let error = Volume::<f32>::read(Path::new("a.vdb"), AxisOrder::Zyx, None)
+    let error = Volume::<f32>::read(Path::new("a.png"), Options::default())
         .unwrap_err()
         .to_string();
     assert_eq!(
         error,
-        "a.vdb: not supported: volumes are read from .vol, .npy, .vti, .h5 and .hdf5"
+        "a.png: not supported: volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk, \
+         and .vdb to read"
     );
 }
 
 #[test]
 fn a_volume_must_fit_its_data() {
-    let error = Volume::new([2, 2, 2], 1, vec![0.0; 7], None)
+    let error = Volume::new([2, 2, 2], 1, vec![0.0; 7])
         .unwrap_err()
         .to_string();
     assert_eq!(

@@ -1,10 +1,11 @@
-//! Volumes written by the reference libraries of their formats, VTK and h5py (data/volumes/make.py), and
-//! such files that must be refused. Values are x + 10 y + 100 z.
+//! Volumes written by the reference libraries of their formats, VTK, h5py, NumPy, pynrrd and SciPy
+//! (data/volumes/make.py), and such files that must be refused. Values are x + 10 y + 100 z.
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
-use io::volume::{AxisOrder, Volume, hdf5, vti};
+use glam::{DMat3, DVec3};
+use io::element::Element;
+use io::volume::{AxisOrder, Frame, Options, Volume, hdf5, mat, nrrd, vti, vtk};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -41,8 +42,9 @@ fn every_encoding_of_vti() {
         check(&volume, name);
         let frame = volume.frame().unwrap();
         assert_eq!(frame.nodes, name != "cells");
+        let to_file = frame.to_file(volume.size());
         // Extents begin at (3, 0, −1), from the origin (0.5, −1, 2) in steps of (0.1, 0.2, 0.4).
-        let low = frame.to_file.transform_point3(DVec3::ZERO);
+        let low = to_file.transform_point3(DVec3::ZERO);
         assert!(low.distance(DVec3::new(0.8, -1.0, 1.6)) < 1e-12, "{name}");
         let samples = if name == "cells" {
             [2, 3, 4]
@@ -50,7 +52,7 @@ fn every_encoding_of_vti() {
             [1, 2, 3]
         };
         let edge = DVec3::from_array(samples.map(f64::from)) * DVec3::new(0.1, 0.2, 0.4);
-        let high = frame.to_file.transform_point3(DVec3::ONE);
+        let high = to_file.transform_point3(DVec3::ONE);
         assert!(high.distance(low + edge) < 1e-12, "{name}");
     }
 }
@@ -72,20 +74,389 @@ fn one_of_several_arrays() {
 fn hdf5_as_of_k_wave() {
     let path = data("kwave.h5");
     for (dataset, axes) in [
-        ("p_final", AxisOrder::Zyx),
-        ("/p_final", AxisOrder::Zyx),
-        ("p_max", AxisOrder::Zyx),
-        ("results/rho", AxisOrder::Xyz),
+        ("p_final", AxisOrder::ZYX),
+        ("/p_final", AxisOrder::ZYX),
+        ("p_max", AxisOrder::ZYX),
+        ("results/rho", AxisOrder::XYZ),
     ] {
-        let volume = hdf5::read(&path, dataset, axes).unwrap();
+        let volume = hdf5::read(&path, Options::order(axes).of(dataset)).unwrap();
         check(&volume, dataset);
         assert_eq!(volume.frame(), None);
     }
 }
 
+/// The place of the grid in most files: from (0.8, −1, 1.6) in steps of (0.1, 0.2, 0.4).
+fn place(nodes: bool) -> Frame {
+    Frame {
+        first: DVec3::new(0.8, -1.0, 1.6),
+        steps: DMat3::from_diagonal(DVec3::new(0.1, 0.2, 0.4)),
+        nodes,
+    }
+}
+
+#[test]
+fn all_types_of_hdf5() {
+    let path = data("numbers.h5");
+    let types = [
+        ("f2", Element::F16),
+        ("i1", Element::I8),
+        ("i2", Element::I16),
+        ("i4", Element::I32),
+        ("i8", Element::I64),
+        ("u1", Element::U8),
+        ("u2", Element::U16),
+        ("u4", Element::U32),
+        ("u8", Element::U64),
+    ];
+    for (name, element) in types {
+        let volume = Volume::<f32>::read(&path, Options::order(AxisOrder::ZYX).of(name)).unwrap();
+        assert_eq!(volume.element(), element);
+        let values = (0..24).map(|i| (i % 2 + 10 * (i / 2 % 3)) as f32);
+        assert!(volume.data().iter().copied().eq(values), "{name}");
+        // Of single precision, as k-Wave writes dx, dy, dz.
+        let [low, high] = volume.bbox().unwrap();
+        let edges = DVec3::new(2e-4, 6e-4, 16e-4);
+        assert!(low == DVec3::ZERO && high.distance(edges) < 1e-10);
+    }
+    let options = Options::order("czyx".parse().unwrap()).of("czyx");
+    let volume = Volume::<f64>::read(&path, options).unwrap();
+    assert_eq!(volume.channels(), 2);
+    assert_eq!(volume.data()[46..], [321.0, 1321.0]);
+}
+
+#[test]
+fn npy_and_npz() {
+    let zyx = Options::order(AxisOrder::ZYX);
+    let xyz = Options::order(AxisOrder::XYZ);
+    for (name, options, element) in [
+        ("half.npy", zyx, Element::F16),
+        ("big.npy", xyz, Element::I32),
+        ("stored.npz", zyx.of("density"), Element::F32),
+        ("compressed.npz", zyx, Element::U16),
+        ("compressed.npz", zyx.of("density"), Element::U16),
+    ] {
+        let volume = Volume::read(&data(name), options).unwrap();
+        check(&volume, name);
+        assert_eq!(volume.element(), element);
+    }
+    let refused = |options| {
+        Volume::<f32>::read(&data("stored.npz"), options)
+            .unwrap_err()
+            .to_string()
+    };
+    let error = refused(zyx);
+    assert!(
+        error.ends_with("found the arrays: density, other"),
+        "{error}"
+    );
+    let error = refused(zyx.of("other"));
+    assert!(error.ends_with("found 1 (3)"), "{error}");
+}
+
+#[test]
+fn nrrd_of_every_encoding() {
+    for (name, element, nodes) in [
+        ("raw.nrrd", Element::F32, true),
+        ("gzip.nrrd", Element::I16, false),
+        ("ascii.nrrd", Element::F64, true),
+        ("detached.nhdr", Element::U16, false),
+    ] {
+        let volume = Volume::read(&data(name), Options::default()).unwrap();
+        check(&volume, name);
+        assert_eq!(volume.element(), element);
+        assert_eq!(volume.frame(), Some(place(nodes)), "{name}");
+        assert_eq!(volume.unit(), Some("mm"));
+    }
+}
+
+#[test]
+fn nrrd_axes_and_places() {
+    let read = |name, options| Volume::<f64>::read(&data(name), options);
+    // Of the axes as they are listed, the fastest first.
+    let volume = read("spacings.nrrd", Options::order(AxisOrder::XYZ)).unwrap();
+    check(&volume, "spacings");
+    let first = DVec3::ZERO;
+    assert_eq!(
+        volume.frame(),
+        Some(Frame {
+            first,
+            ..place(false)
+        })
+    );
+    let volume = read("z_first.nrrd", Options::order(AxisOrder::ZYX)).unwrap();
+    check(&volume, "z_first");
+    assert_eq!(volume.frame(), None);
+    let volume = read("turned.nrrd", Options::default()).unwrap();
+    assert_eq!((volume.size(), volume.channels()), ([2, 3, 4], 2));
+    assert_eq!(volume.data()[46..], [321.0, 1321.0]);
+    let steps = DMat3::from_cols(DVec3::Y * 0.1, DVec3::X * -0.2, DVec3::Z * 0.4);
+    assert_eq!(
+        volume.frame(),
+        Some(Frame {
+            steps,
+            ..place(false)
+        })
+    );
+    let error = read("spacings.nrrd", Options::default())
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("give the order of its axes"), "{error}");
+    let error = read("raw.nrrd", Options::order(AxisOrder::XYZ))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("leave the order of axes out"), "{error}");
+}
+
+#[track_caller]
+fn nrrd_error(name: &str, from: &str, to: &str, expected: &str) {
+    let bytes = bytes(name);
+    let at = bytes.windows(from.len()).position(|w| w == from.as_bytes());
+    let at = at.unwrap();
+    let changed = [&bytes[..at], to.as_bytes(), &bytes[at + from.len()..]].concat();
+    let error = nrrd::parse::<f32>(&changed, Options::default())
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains(expected), "{error}");
+}
+
+#[test]
+fn nrrd_that_is_refused() {
+    nrrd_error(
+        "raw.nrrd",
+        "NRRD0005",
+        "NRRE0005",
+        "it does not begin with 'NRRD000'",
+    );
+    nrrd_error(
+        "raw.nrrd",
+        "type: float",
+        "type: block",
+        "numbers of type 'block'",
+    );
+    nrrd_error(
+        "raw.nrrd",
+        "sizes: 2 3 4",
+        "sizes: 2 3 5",
+        "truncated: expected 120 bytes, found 96",
+    );
+    nrrd_error(
+        "raw.nrrd",
+        "sizes: 2 3 4",
+        "sizes: 2 3 3",
+        "24 unexpected bytes",
+    );
+    nrrd_error(
+        "raw.nrrd",
+        "sizes: 2 3 4",
+        "sizes: 2 x 4",
+        "its 'sizes' is '2 x 4'",
+    );
+    nrrd_error(
+        "raw.nrrd",
+        "endian: little",
+        "endian: middle",
+        "no 'endian'",
+    );
+    nrrd_error(
+        "raw.nrrd",
+        "encoding: raw",
+        "encoding: bzip2",
+        "NRRD encoding 'bzip2'",
+    );
+    nrrd_error(
+        "raw.nrrd",
+        "(0.10000000000000001,0,0)",
+        "(0,0,0)",
+        "degenerate",
+    );
+    nrrd_error(
+        "raw.nrrd",
+        "(0.10000000000000001,0,0)",
+        "none",
+        "other than three 'space directions'",
+    );
+    nrrd_error(
+        "raw.nrrd",
+        "node node node",
+        "node node cell",
+        "'centers' of both kinds",
+    );
+    nrrd_error(
+        "gzip.nrrd",
+        "sizes: 2 3 4",
+        "sizes: 2 3 5",
+        "damaged or end early",
+    );
+    let huge = "sizes: 99999999 99999 9";
+    nrrd_error("gzip.nrrd", "sizes: 2 3 4", huge, "truncated: expected");
+    nrrd_error(
+        "ascii.nrrd",
+        "sizes: 2 3 4",
+        "sizes: 2 3 5",
+        "expected 30 values, found 24",
+    );
+    let error = nrrd::parse::<f32>(&bytes("detached.nhdr"), Options::default()).unwrap_err();
+    assert!(
+        error.to_string().contains("in a file of their own"),
+        "{error}"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let copy = folder.path().join("a.nhdr");
+    std::fs::copy(data("detached.nhdr"), &copy).unwrap();
+    let error = nrrd::read::<f32>(&copy, Options::default())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("its data file 'detached.raw': cannot read"),
+        "{error}"
+    );
+}
+
+#[test]
+fn matlab() {
+    let xyz = Options::order(AxisOrder::XYZ);
+    for (name, options, element) in [
+        ("plain.mat", xyz.of("density"), Element::F32),
+        ("compressed.mat", xyz, Element::F64),
+        ("compressed.mat", xyz.of("density"), Element::F64),
+    ] {
+        let volume = Volume::read(&data(name), options).unwrap();
+        check(&volume, name);
+        assert_eq!(volume.element(), element);
+    }
+    // A single layer has two axes there.
+    let flat: Volume = Volume::read(&data("plain.mat"), xyz.of("flat")).unwrap();
+    assert_eq!((flat.size(), flat.data()[5]), ([2, 3, 1], 21.0));
+}
+
+#[track_caller]
+fn mat_error(bytes: &[u8], name: Option<&str>, expected: &str) {
+    let options = Options {
+        dataset: name,
+        ..Options::order(AxisOrder::XYZ)
+    };
+    let error = mat::parse::<f32>(bytes, options).unwrap_err().to_string();
+    assert!(error.contains(expected), "{error}");
+}
+
+#[test]
+fn matlab_that_is_refused() {
+    let plain = bytes("plain.mat");
+    mat_error(&plain, None, "found the arrays: density, flat, wave");
+    mat_error(&plain, Some("label"), "expected one array 'label'");
+    mat_error(&plain, Some("wave"), "the complex array 'wave'");
+    mat_error(
+        &bytes("v73.mat"),
+        None,
+        "MATLAB 7.3, which is HDF5: rename it to .h5",
+    );
+    mat_error(b"MATLAB 5.0 MAT-file", None, "shorter than a header");
+    mat_error(&[0; 128], None, "its header is not that of version 5");
+    mat_error(&plain[..200], None, "truncated: expected 96 bytes, found");
+    let mut compressed = bytes("compressed.mat");
+    compressed[200] ^= 0xff;
+    mat_error(&compressed, Some("density"), "");
+}
+
+/// What the message for a file of MATLAB 7.3 advises works.
+#[test]
+fn matlab_7_3_as_hdf5() {
+    let options = Options::order(AxisOrder::ZYX).of("density");
+    check(&hdf5::parse(&bytes("v73.mat"), options).unwrap(), "v73");
+}
+
+#[test]
+fn legacy_vtk() {
+    for (name, array, element, nodes) in [
+        ("ascii.vtk", None, Element::F32, true),
+        ("cells.vtk", None, Element::I16, false),
+        ("three.vtk", Some("density"), Element::F32, true),
+    ] {
+        let volume = vtk::read(&data(name), array).unwrap();
+        check(&volume, name);
+        assert_eq!(volume.element(), element);
+        let frame = volume.frame().unwrap();
+        let half = if nodes {
+            DVec3::ZERO
+        } else {
+            DVec3::new(0.05, 0.1, 0.2)
+        };
+        assert!(
+            frame.first.distance(place(nodes).first + half) < 1e-12,
+            "{name}"
+        );
+        assert_eq!((frame.steps, frame.nodes), (place(nodes).steps, nodes));
+    }
+    let pair: Volume<f64> = vtk::read(&data("three.vtk"), Some("pair")).unwrap();
+    assert_eq!(
+        (pair.channels(), &pair.data()[46..]),
+        (2, &[321.0, 1321.0][..])
+    );
+    let error = vtk::read::<f32>(&data("three.vtk"), None)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.ends_with("found the arrays: other, density, pair"),
+        "{error}"
+    );
+}
+
+#[track_caller]
+fn vtk_error(from: &str, to: &str, expected: &str) {
+    let text = String::from_utf8(bytes("ascii.vtk")).unwrap();
+    assert!(text.contains(from));
+    let error = vtk::parse::<f32>(text.replace(from, to).as_bytes(), None).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains(expected), "{error}");
+}
+
+#[test]
+fn legacy_vtk_that_is_refused() {
+    vtk_error(
+        "# vtk",
+        "# VTK",
+        "does not begin with '# vtk DataFile Version'",
+    );
+    vtk_error("ASCII", "ascii", "'ascii' where ASCII or BINARY belongs");
+    vtk_error("STRUCTURED_POINTS", "POLYDATA", "VTK data of type POLYDATA");
+    vtk_error("SPACING 0.1", "SPACING 0", "SPACING is degenerate");
+    vtk_error(
+        "24 float",
+        "24 long",
+        "whose size is not the same everywhere",
+    );
+    vtk_error("24 float", "24 bit", "numbers of type 'bit'");
+    vtk_error("24 float", "25 float", "the line 'INFORMATION 0'");
+    vtk_error("1 24 float", "1 999999999999 float", "an array ends early");
+    vtk_error(
+        "DIMENSIONS 2",
+        "DIMENSIONS 3",
+        "expected 36 values, as DIMENSIONS say, found 24",
+    );
+    vtk_error("320 321", "320 x", "'x' is not a number");
+    vtk_error(
+        "320 321",
+        "320 nan",
+        "value NaN at voxel (1, 2, 3) is not finite",
+    );
+    vtk_error(
+        "METADATA",
+        "METADATUM",
+        "the line 'METADATUM' in a .vtk file",
+    );
+    vtk_error("ASCII", "BINARY", "the line 'INFORMATION 0' in a .vtk file");
+    let cut = &bytes("cells.vtk")[..210];
+    let error = vtk::parse::<f32>(cut, None).unwrap_err().to_string();
+    assert!(error.starts_with("truncated: expected"), "{error}");
+}
+
 #[track_caller]
 fn hdf5_error(dataset: &str, expected: &str) {
-    let error = hdf5::parse::<f32>(&bytes("kwave.h5"), dataset, AxisOrder::Zyx).unwrap_err();
+    let error = hdf5::parse::<f32>(
+        &bytes("kwave.h5"),
+        Options::order(AxisOrder::ZYX).of(dataset),
+    )
+    .unwrap_err();
     let error = error.to_string();
     assert!(error.contains(expected), "{error}");
 }
@@ -96,16 +467,12 @@ fn hdf5_that_is_refused() {
     hdf5_error("p", "datasets of '/': Nt, hole, p_final, p_max");
     hdf5_error("results/r", "datasets of '/results': name, rho");
     hdf5_error("", "no dataset ''");
-    hdf5_error("Nt", "expected a dataset of floating-point numbers");
-    hdf5_error(
-        "results/name",
-        "expected a dataset of floating-point numbers",
-    );
+    hdf5_error("results/name", "expected a dataset of numbers");
     hdf5_error("hole", "value NaN at voxel (0, 1, 2) is not finite");
-    let error = hdf5::parse::<f32>(b"VOL", "p", AxisOrder::Zyx).unwrap_err();
+    let error = hdf5::parse::<f32>(b"VOL", Options::order(AxisOrder::ZYX).of("p")).unwrap_err();
     assert!(error.to_string().starts_with("not a HDF5 file"), "{error}");
     let cut = &bytes("kwave.h5")[..3000];
-    assert!(hdf5::parse::<f32>(cut, "p_final", AxisOrder::Zyx).is_err());
+    assert!(hdf5::parse::<f32>(cut, Options::order(AxisOrder::ZYX).of("p_final")).is_err());
 }
 
 #[track_caller]

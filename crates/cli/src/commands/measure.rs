@@ -82,7 +82,8 @@ fn check(args: &RenderArgs) -> Result<(), Failure> {
         ),
         (args.strategies.is_some(), "--strategies", ""),
         (args.target_error.is_some(), "--target-error", ""),
-        (args.exposure != 0.0, "--exposure", ""),
+        (args.tone.exposure != 0.0, "--exposure", ""),
+        (args.tev.is_some(), "--tev", ""),
     ];
     match wrong.iter().find(|(given, ..)| *given) {
         Some((_, option, why)) => Err(Failure::Usage(format!(

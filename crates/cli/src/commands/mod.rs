@@ -1,14 +1,26 @@
 //! The commands, one file each.
 
+mod check;
+mod compare;
 mod connect;
+mod convert;
 mod info;
 mod measure;
 mod plot;
 mod render;
+mod schema;
+mod shell;
+mod tonemap;
 mod trace;
 
+pub use check::check;
+pub use compare::compare;
 pub use connect::connect;
+pub use convert::convert;
 pub use info::info;
 pub use plot::plot;
 pub use render::render;
+pub use schema::schema;
+pub use shell::{completions, man};
+pub use tonemap::tonemap;
 pub use trace::trace;

@@ -5,10 +5,12 @@ use crate::args::RenderArgs;
 use crate::config::ImageFormat;
 use crate::failure::Failure;
 use crate::layers::{self, Naming};
+use crate::preview::{Canvas, Preview};
 use crate::progress::{self, Goal};
 use crate::report::{Report, Stopped};
 use crate::{config, interrupt, load, numbers, outputs};
 use io::Loaded;
+use io::image::tone::Tone;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -42,6 +44,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     check_colours(args, &loaded, &mut images)?;
     check_target(args, &loaded)?;
     check_memory(args, &loaded)?;
+    let mut preview = preview(args, &loaded)?;
     let interrupted = interrupt::watch()?;
     // Other limits replace the scene's number of samples, but not that of the command line.
     let requested = match (args.time, args.target_error) {
@@ -49,7 +52,14 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
         _ => args.spp.map(|_| loaded.samples),
     };
     let started = Instant::now();
-    let (rendering, stopped) = run(args, &loaded, requested, &pool, &interrupted);
+    let (rendering, stopped) = run(
+        args,
+        &loaded,
+        requested,
+        &pool,
+        &interrupted,
+        preview.as_mut(),
+    );
     let report = Report {
         args,
         loaded: &loaded,
@@ -59,7 +69,11 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
         threads: pool.current_num_threads(),
         stopped,
     };
-    write(args, &images, &report)?;
+    let written = write(args, &images, &report);
+    if let Some(preview) = preview {
+        preview.finish(&rendering.film);
+    }
+    written?;
     if !args.quiet {
         writeln!(std::io::stdout(), "{}", report.line())?;
     }
@@ -86,11 +100,11 @@ fn write(
         .iter()
         .map(|(path, format)| match (format, Naming::of(report.loaded)) {
             (ImageFormat::Npy, Some(naming)) => naming.write_array(path, film),
-            _ => outputs::write(path, *format, &image, args.exposure),
+            _ => outputs::write(path, *format, &image, args.tone.tone()),
         });
     let strategies = args.strategies.iter().map(|path| {
         let image = outputs::strategies(report.rendering, names, report.attributes());
-        outputs::write(path, ImageFormat::Exr, &image, 0.0)
+        outputs::write(path, ImageFormat::Exr, &image, Tone::default())
     });
     let stats = args
         .stats
@@ -106,6 +120,20 @@ fn write(
         true => Ok(()),
         false => Err(Failure::Runtime(failed.join("\n"))),
     }
+}
+
+/// The viewer that is to show the render, if there is one.
+fn preview(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Preview>, Failure> {
+    let film = loaded.scene().film();
+    let open = |address: &String| {
+        let canvas = Canvas {
+            name: load::file_name(&args.scene.path),
+            size: [film.width, film.height].map(|n| n as u32),
+            channels: loaded.channel_names.clone(),
+        };
+        Preview::open(address, canvas)
+    };
+    args.tev.as_ref().map(open).transpose()
 }
 
 /// Only an estimator with several strategies can show them.
@@ -196,6 +224,7 @@ fn run(
     requested: Option<u64>,
     pool: &ThreadPool,
     interrupted: &AtomicBool,
+    mut preview: Option<&mut Preview>,
 ) -> (Rendering, Option<Stopped>) {
     let film = loaded.scene().film();
     let goal = Goal {
@@ -214,6 +243,9 @@ fn run(
         let _drawing = (!args.quiet).then(|| progress::draw(scope, goal, &counter, interrupted));
         pool.install(|| {
             render_counted(&loaded.groups, &options, &counter, |progress| {
+                if let Some(preview) = &mut preview {
+                    preview.update(progress.film);
+                }
                 if interrupted.load(Ordering::Relaxed) {
                     stopped = Some(Stopped::Interrupted);
                 } else if args.time.is_some_and(|t| started.elapsed() >= t) {

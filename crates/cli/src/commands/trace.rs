@@ -4,7 +4,7 @@ use crate::args::TraceArgs;
 use crate::config::{self, RayFormat};
 use crate::failure::Failure;
 use crate::load::{file_name, load_with_warnings};
-use crate::trace::{Ending, Path, Tracer, csv, fan, json};
+use crate::trace::{Ending, Path, Tracer, csv, fan, json, obj, ply, vtk};
 use crate::{numbers, svg};
 use std::io::Write;
 use std::process::ExitCode;
@@ -21,7 +21,13 @@ pub fn trace(args: &TraceArgs) -> Result<ExitCode, Failure> {
     let text = match format {
         RayFormat::Csv => csv(scene, &paths),
         RayFormat::Json => format!("{:#}\n", json(scene, &paths)),
-        RayFormat::Svg => svg::plot(scene, &paths, &title(args))?,
+        RayFormat::Svg => match &args.overlay {
+            Some(picture) => svg::overlay(scene, &paths, picture)?,
+            None => svg::plot(scene, &paths, &title(args))?,
+        },
+        RayFormat::Obj => obj(&paths),
+        RayFormat::Ply => ply(&paths),
+        RayFormat::Vtk => vtk(&paths),
     };
     match file {
         Some(path) => io::atomic::write_bytes(&path, text.as_bytes())?,

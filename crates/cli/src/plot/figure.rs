@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use io::atomic;
 use io::image::RgbImage;
 use io::image::png::{Depth, encode};
+use io::image::tone::Tone;
 use io::scene::linear_from_srgb;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -86,7 +87,7 @@ pub fn write(path: &Path, format: Format, figure: &Figure) -> Result<(), Failure
                     .map(|p| [linear(p[0]), linear(p[1]), linear(p[2])])
                     .collect(),
             };
-            encode(&image, Depth::Eight, 0.0).map_err(failed)?
+            encode(&image, Depth::Eight, Tone::default()).map_err(failed)?
         }
     };
     Ok(atomic::write_bytes(path, &bytes)?)

@@ -9,6 +9,7 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use io::image::RgbImage;
 use io::image::png::{Depth, encode};
+use io::image::tone::Tone;
 use io::scene::linear_from_srgb;
 use std::fmt::Write;
 use transport::Scene;
@@ -62,7 +63,7 @@ impl Heat {
             height,
             pixels: cells.iter().map(colour).collect(),
         };
-        let bytes = encode(&image, Depth::Eight, 0.0);
+        let bytes = encode(&image, Depth::Eight, Tone::default());
         let bytes = bytes.map_err(|e| Failure::Runtime(e.to_string()))?;
         let png = BASE64_STANDARD.encode(bytes);
         Ok(Some(Heat { png, low, high }))

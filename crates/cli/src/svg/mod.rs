@@ -4,6 +4,7 @@ mod axes;
 mod colour;
 mod heat;
 mod outline;
+mod overlay;
 mod ticks;
 mod view;
 
@@ -14,6 +15,8 @@ use heat::Heat;
 use std::fmt::Write;
 use transport::Scene;
 use view::View;
+
+pub use overlay::overlay;
 
 /// Space around the plot, in pixels: left, top, right, bottom.
 const MARGIN: [f64; 4] = [72.0, 44.0, 24.0, 62.0];

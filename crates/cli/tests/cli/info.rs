@@ -76,3 +76,48 @@ fn says_what_finds_an_emitter() {
         assert!(text.contains("constant     found by connections and by chance: complete"));
     }
 }
+
+#[test]
+fn json_says_what_the_text_says() {
+    let folder = Folder::with_lens();
+    let text = folder.succeed("info scene.xml");
+    let info: serde_json::Value =
+        serde_json::from_str(&folder.succeed("info scene.xml --json")).unwrap();
+    assert!(text.contains(info["hash"].as_str().unwrap()));
+    assert_eq!(info["film"]["width"], 8);
+    assert_eq!(info["channels"], serde_json::json!(["R", "G", "B"]));
+    assert_eq!(
+        (&info["samples"], &info["integrator"]),
+        (&4.into(), &"path".into())
+    );
+    assert_eq!(info["sensor"]["type"], "perspective");
+    assert_eq!(
+        info["sensor"]["position"],
+        serde_json::json!([0.0, 0.0, -4.0])
+    );
+    assert_eq!(info["meters"], serde_json::json!([]));
+    assert_eq!(info["emitters"][0]["type"], "constant");
+    assert_eq!(info["emitters"][0]["complete"], true);
+    let media = info["media"].as_array().unwrap();
+    let glass = media.iter().find(|m| m["name"] == "glass").unwrap();
+    assert!((glass["index"]["max"].as_f64().unwrap() - 2f64.sqrt()).abs() < 1e-6);
+    assert_eq!(
+        (&glass["constant"], &glass["unique_branches"]),
+        (&false.into(), &false.into())
+    );
+    assert!(glass["extinction"].is_null());
+    let fog = Folder::with_fog().succeed("info scene.xml --json");
+    let fog: serde_json::Value = serde_json::from_str(&fog).unwrap();
+    let medium = fog["media"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|m| m["name"] == "fog")
+        .unwrap();
+    assert_eq!(
+        medium["extinction"],
+        serde_json::json!({ "min": 0.5, "max": 0.5 })
+    );
+    assert_eq!(medium["albedo"]["max"], 0.9);
+    assert_eq!(medium["unique_branches"], true);
+}

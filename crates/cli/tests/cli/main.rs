@@ -1,6 +1,8 @@
 //! Tests of the `morgana` program itself, on small scenes.
 
+mod compare;
 mod connect;
+mod convert;
 mod errors;
 mod info;
 mod layers;
@@ -8,7 +10,10 @@ mod limits;
 mod measure;
 mod photons;
 mod plot;
+mod preview;
 mod render;
+mod schema;
+mod shell;
 mod strategies;
 mod support;
 mod trace;

@@ -150,3 +150,179 @@ fn a_plot_without_anything_but_one_ray_is_a_plot() {
     assert!(roxmltree::Document::parse(&text).is_ok());
     assert!(!text.contains("NaN") && !text.contains("inf"));
 }
+
+/// The positions of all rays, as the table has them.
+fn positions(folder: &Folder) -> Vec<(String, [f64; 3])> {
+    let text = folder.succeed(BEAM);
+    let rows = text.lines().skip(1).map(|line| {
+        let row: Vec<&str> = line.split(',').collect();
+        (
+            row[0].to_owned(),
+            [2, 3, 4].map(|i| row[i].parse().unwrap()),
+        )
+    });
+    rows.collect()
+}
+
+fn numbers(line: &str) -> Vec<f64> {
+    line.split_whitespace()
+        .filter_map(|w| w.parse().ok())
+        .collect()
+}
+
+#[test]
+fn lines_of_obj_files_are_the_rays() {
+    let folder = Folder::with_lens();
+    let table = positions(&folder);
+    folder.succeed(&format!("{BEAM} -o rays.obj"));
+    let text = String::from_utf8(folder.read("rays.obj")).unwrap();
+    let lines = |start: &'static str| {
+        text.lines()
+            .filter_map(move |l| l.strip_prefix(start))
+            .map(numbers)
+    };
+    let vertices: Vec<Vec<f64>> = lines("v ").collect();
+    assert!(vertices.iter().zip(&table).all(|(v, (_, x))| v == x));
+    let mut next = 1.0;
+    for (ray, line) in lines("l ").enumerate() {
+        for number in line {
+            assert_eq!(number, next);
+            assert_eq!(table[number as usize - 1].0, ray.to_string());
+            next += 1.0;
+        }
+    }
+    assert_eq!(next as usize - 1, table.len());
+}
+
+#[test]
+fn edges_of_ply_files_join_points_of_a_ray() {
+    let folder = Folder::with_lens();
+    let table = positions(&folder);
+    folder.succeed(&format!("{BEAM} -o rays.ply"));
+    let text = String::from_utf8(folder.read("rays.ply")).unwrap();
+    let (header, body) = text.split_once("end_header\n").unwrap();
+    let edges = table.len() - 9;
+    assert!(header.contains(&format!("element vertex {}\n", table.len())));
+    assert!(header.contains(&format!("element edge {edges}\n")));
+    let rows: Vec<Vec<f64>> = body.lines().map(numbers).collect();
+    assert_eq!(rows.len(), table.len() + edges);
+    assert!(
+        rows.iter()
+            .zip(&table)
+            .all(|(row, (_, x))| row[..3] == x[..] && row.len() == 6)
+    );
+    for edge in &rows[table.len()..] {
+        assert_eq!(edge[0] + 1.0, edge[1]);
+        for end in &edge[..2] {
+            assert_eq!(table[*end as usize].0, edge[2].to_string());
+        }
+    }
+}
+
+#[test]
+fn vtk_files_hold_lines_and_lengths() {
+    let folder = Folder::with_lens();
+    let count = positions(&folder).len();
+    folder.succeed(&format!("{BEAM} -o rays.vtk"));
+    let text = String::from_utf8(folder.read("rays.vtk")).unwrap();
+    assert!(text.starts_with("# vtk DataFile Version 3.0\n"));
+    for part in [
+        format!("POINTS {count} double"),
+        format!("LINES 9 {}", count + 9),
+        format!("POINT_DATA {count}"),
+    ] {
+        assert!(text.contains(&part), "{part}");
+    }
+    let lines = text.lines().count();
+    // Each point has a position, three scalars and a direction; there are 9 lines and 14 headings.
+    assert_eq!(lines, 5 * count + 9 + 14);
+}
+
+/// Positions on the picture, in pixels, of what is drawn over it.
+fn overlay(folder: &Folder, ray: &str) -> Vec<[f64; 2]> {
+    folder.succeed("render scene.xml --spp 1 -o a.png -q");
+    folder.succeed(&format!(
+        "trace scene.xml {ray} --overlay a.png -o rays.svg"
+    ));
+    let text = String::from_utf8(folder.read("rays.svg")).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let lines = document
+        .descendants()
+        .filter(|n| n.has_tag_name("polyline"));
+    let points = lines.flat_map(|line| line.attribute("points").unwrap().split(' '));
+    let point = |text: &str| {
+        let (x, y) = text.split_once(',').unwrap();
+        [x, y].map(|v| v.parse().unwrap())
+    };
+    points.map(point).collect()
+}
+
+/// Pixels per unit of the tangent of the angle to the camera's axis: its field of 40° is 8 pixels wide.
+fn pixels_per_tangent() -> f64 {
+    4.0 / 20f64.to_radians().tan()
+}
+
+/// In empty space the camera, at (0, 0, −4), sees straight lines where they are; x runs to the left.
+#[test]
+fn an_overlay_lies_where_the_camera_sees_it() {
+    let folder = Folder::with_scene("");
+    let ray = "--from=-0.5,0.3,0 --direction 1,0,0 --max-length 1";
+    let points = overlay(&folder, ray);
+    let (x, y) = (
+        0.5 / 4.0 * pixels_per_tangent(),
+        0.3 / 4.0 * pixels_per_tangent(),
+    );
+    let (first, last) = (points[0], points[points.len() - 1]);
+    assert!((first[0] - (4.0 + x)).abs() < 0.02, "{first:?}");
+    assert!((last[0] - (4.0 - x)).abs() < 0.02, "{last:?}");
+    assert!(
+        points.iter().all(|p| (p[1] - (3.0 - y)).abs() < 0.01),
+        "{points:?}"
+    );
+    for wrong in [
+        "--overlay a.png -o c.csv",
+        "--overlay a.png",
+        "--overlay scene.xml -o c.svg",
+    ] {
+        folder.refuse(&format!("trace scene.xml {ray} {wrong}"));
+    }
+}
+
+/// Glass begins at z = 0: a point 1 behind its face and 0.8 beside the axis is seen, by Snell's law, at the
+/// angle θ with 4 tan θ + tan θ′ = 0.8, sin θ = 1.5 sin θ′.
+#[test]
+fn an_overlay_is_refracted() {
+    let glass = |screen: &str| {
+        Folder::with_scene(&format!(
+            r#"<shape type="cube"><transform name="to_world"><scale value="5"/><translate z="5"/></transform>
+                 <bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>
+               </shape>{screen}"#
+        ))
+    };
+    let ray = "--from=-0.8,0,1 --direction 1,0,0 --max-length 1.6";
+    let points = overlay(&glass(""), ray);
+    let reach = |tan: f64| {
+        let sin = tan / (1.0 + tan * tan).sqrt() / 1.5;
+        4.0 * tan + sin / (1.0 - sin * sin).sqrt()
+    };
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if reach(middle) < 0.8 {
+            low = middle
+        } else {
+            high = middle
+        }
+    }
+    // The first point is half a piece, of 200, from the start.
+    let expected = 4.0 + low * pixels_per_tangent() * (1.0 - 1.0 / 200.0);
+    assert!(
+        (points[0][0] - expected).abs() < 0.01,
+        "{:?}, {expected}",
+        points[0]
+    );
+    // Without refraction it would lie elsewhere.
+    assert!((expected - (4.0 + 0.8 / 5.0 * pixels_per_tangent())).abs() > 0.05);
+    let screen = r#"<shape type="rectangle"><transform name="to_world"><translate z="-1"/></transform></shape>"#;
+    assert_eq!(overlay(&glass(screen), ray).len(), 0, "a screen hides it");
+}

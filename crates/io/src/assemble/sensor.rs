@@ -77,7 +77,11 @@ struct Fov {
     axis: usize,
 }
 
-const AXES: [&str; 4] = ["x", "y", "smaller", "larger"];
+const AXES: [&str; 5] = ["x", "y", "smaller", "larger", "diagonal"];
+/// A frame of 35 mm film, 36 mm × 24 mm: what focal lengths are stated for.
+const FRAME: [f64; 2] = [36.0, 24.0];
+/// Focal length in mm of a camera that says nothing of its field of view.
+const FOCAL_LENGTH: &str = "50mm";
 
 fn optics(object: &Object, q: &mut Query) -> Option<Optics> {
     Some(match object.plugin.as_str() {
@@ -125,15 +129,43 @@ fn stop(q: &mut Query) -> Stop {
     Stop::with_knife(radius, edge.truncate(), cut)
 }
 
+/// By an angle, or by the focal length of a lens for 35 mm film, which is an angle along the diagonal.
 fn fov(q: &mut Query) -> Fov {
-    let angle = q.float_in("fov", 1e-3..=179.0, None).to_radians();
-    let axis = q.one_of("fov_axis", &AXES);
-    Fov { angle, axis }
+    if q.has("fov") {
+        if q.has("focal_length") {
+            q.error("focal_length", "give fov, or focal_length, not both");
+        }
+        let angle = q.float_in("fov", 1e-3..=179.0, None).to_radians();
+        let axis = q.one_of("fov_axis", &AXES);
+        return Fov { angle, axis };
+    }
+    if q.has("fov_axis") {
+        q.error(
+            "fov_axis",
+            "a focal_length is about the diagonal: 'fov_axis' needs 'fov'",
+        );
+    }
+    let text = q.string_or("focal_length", FOCAL_LENGTH);
+    let number = text.strip_suffix("mm").unwrap_or(&text).trim().parse();
+    let focal = number.ok().filter(|f: &f64| *f > 0.0 && f.is_finite());
+    if focal.is_none() {
+        let message =
+            format!("'focal_length' is a number of millimetres such as \"50mm\", not '{text}'");
+        q.error("focal_length", message);
+    }
+    Fov {
+        angle: 2.0 * (FRAME[0].hypot(FRAME[1]) / (2.0 * focal.unwrap_or(1.0))).atan(),
+        axis: AXES.len() - 1,
+    }
 }
 
 impl Fov {
     /// The horizontal angle for an aspect ratio, width over height.
     fn horizontal(&self, aspect: f64) -> f64 {
+        if AXES[self.axis] == "diagonal" {
+            let half = (0.5 * self.angle).tan() / (1.0 + aspect.powi(-2)).sqrt();
+            return 2.0 * half.atan();
+        }
         let vertical = match AXES[self.axis] {
             "y" => true,
             "smaller" => aspect > 1.0,

@@ -1,9 +1,10 @@
 //! Quantities that may vary in space: constants and grids.
 
 use super::context::Context;
+use crate::diagnostic::Location;
 use crate::query::{Input, Query, unknown_plugin};
-use crate::scene::Object;
-use crate::volume::{AxisOrder, Format, Sample, Volume};
+use crate::scene::{Object, SpectrumValue};
+use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
 use glam::{DAffine3, DMat4};
 use std::sync::Arc;
 use transport::Spectrum;
@@ -19,18 +20,15 @@ pub(super) fn texture(
 ) -> Texture {
     match input {
         Input::Spectrum(value) => {
-            let location = parent
-                .properties
-                .iter()
-                .find(|p| p.name == name)
-                .map_or(&parent.location, |p| &p.location);
-            let outside = |v: &f64| !(*v >= allowed.0 && *v <= allowed.1);
-            if let Some(bad) = value.values().into_iter().find(outside) {
-                let (low, high) = allowed;
-                let message = format!("'{name}' is {bad}; it must lie between {low} and {high}");
-                context.error_at(location, message);
-            }
-            Texture::Uniform(context.spectrum(&value, location))
+            let property = parent.properties.iter().find(|p| p.name == name);
+            let location = property.map_or(&parent.location, |p| &p.location);
+            uniform((&value, location), name, allowed, context)
+        }
+        Input::Object(object) if object.plugin == "constvolume" => {
+            let mut query = Query::new(object, context.diagnostics);
+            let value = query.spectrum("value");
+            query.finish(&[]);
+            uniform((&value, &object.location), name, allowed, context)
         }
         Input::Object(object) => grid(object, allowed, context)
             .map_or(Texture::Uniform(Spectrum::ZERO), |grid| {
@@ -39,16 +37,32 @@ pub(super) fn texture(
     }
 }
 
+fn uniform(
+    (value, location): (&SpectrumValue, &Location),
+    name: &str,
+    allowed: (f64, f64),
+    context: &mut Context,
+) -> Texture {
+    let outside = |v: &f64| !(*v >= allowed.0 && *v <= allowed.1);
+    if let Some(bad) = value.values().into_iter().find(outside) {
+        let (low, high) = allowed;
+        let message = format!("'{name}' is {bad}; it must lie between {low} and {high}");
+        context.error_at(location, message);
+    }
+    Texture::Uniform(context.spectrum(value, location))
+}
+
 fn grid(object: &Object, allowed: (f64, f64), context: &mut Context) -> Option<Grid> {
     if object.plugin != "gridvolume" {
-        unknown_plugin(object, &["gridvolume"], context.diagnostics);
+        unknown_plugin(object, &["gridvolume", "constvolume"], context.diagnostics);
         return None;
     }
     let (volume, source) = read::<f32>(object, context);
     let mut query = Query::new(object, context.diagnostics);
-    for known in ["filename", "axis_order", "dataset", "placement", "to_world"] {
+    for known in SOURCE {
         query.has(known);
     }
+    let (scale, offset) = (query.float_or("scale", 1.0), query.float_or("offset", 0.0));
     let filter = query.one_of("filter_type", &["trilinear", "nearest"]);
     query.one_of("wrap_mode", &["clamp"]);
     // Values are always used as they are, and there is nothing to accelerate: both are accepted
@@ -56,7 +70,7 @@ fn grid(object: &Object, allowed: (f64, f64), context: &mut Context) -> Option<G
     query.boolean_or("raw", true);
     query.boolean_or("accel", true);
     query.finish(&[]);
-    let volume = volume?;
+    let volume = context.accept(&object.location, volume?.scaled(scale, offset))?;
     let (channels, film) = (volume.channels(), context.channels.count());
     if channels != 1 && channels != film {
         let message = format!("the grid has {channels} channels, the film {film}");
@@ -83,6 +97,16 @@ fn of_group(volume: Volume, context: &Context) -> ([usize; 3], usize, Vec<f32>) 
     (size, lanes, data.collect())
 }
 
+/// What [`read`] asks for.
+pub(super) const SOURCE: [&str; 6] = [
+    "filename",
+    "axis_order",
+    "dataset",
+    "placement",
+    "to_world",
+    "use_grid_bbox",
+];
+
 /// Where the samples of a volume file belong.
 pub(super) struct Source {
     /// 0: voxel centres, 1: nodes on the bounds.
@@ -91,8 +115,8 @@ pub(super) struct Source {
     pub to_world: DAffine3,
 }
 
-/// Reads the file that a volume names. What the file format does not say, the scene must: the axis
-/// order of a `.npy` array.
+/// Reads the file that a volume names. What the file format does not say, the scene must, such as which axis of
+/// an array is which.
 pub(super) fn read<T: Sample>(
     object: &Object,
     context: &mut Context,
@@ -100,28 +124,27 @@ pub(super) fn read<T: Sample>(
     let mut query = Query::new(object, context.diagnostics);
     let path = query.path("filename", context.files);
     let format = Format::of(&path);
-    let named = query.has("axis_order");
-    match format {
-        Some(format) if format.needs_axis_order() && !named => {
-            let message = "a .npy or HDF5 volume needs <string name=\"axis_order\">: \"zyx\" if the \
-                           last index runs along x, \"xyz\" if the first does";
-            query.error("filename", message);
-        }
-        Some(Format::Vti) if named => {
-            query.error("axis_order", "a .vti file has its own: x is fastest");
-        }
-        _ => {}
+    if let Some(name) = (format == Some(Format::Nrrd))
+        .then(|| nrrd::data_file(&path))
+        .flatten()
+    {
+        context.files.add(path.with_file_name(&name), &name);
     }
-    let axes = [AxisOrder::Zyx, AxisOrder::Xyz][query.one_of("axis_order", &["zyx", "xyz"])];
+    let axes = axes(format, &mut query);
     let dataset = dataset(format, &mut query);
+    let options = Options {
+        axes,
+        dataset: dataset.as_deref(),
+    };
     let chosen = query.has("placement");
     let mut placement = query.one_of("placement", &["centers", "nodes"]);
     let matrix = query.transform("to_world");
+    let boxed = query.boolean_or("use_grid_bbox", false);
     let volume = (!path.as_os_str().is_empty())
-        .then(|| Volume::read(&path, axes, dataset.as_deref()))
+        .then(|| Volume::read(&path, options))
         .and_then(|read| read.map_err(|e| query.file_error("filename", &e)).ok());
     let mut to_world = affine(matrix, "to_world", &mut query);
-    if let Some(frame) = volume.as_ref().and_then(Volume::frame) {
+    if let Some((volume, frame)) = volume.as_ref().and_then(|v| Some((v, v.frame()?))) {
         if chosen && placement != usize::from(frame.nodes) {
             query.error(
                 "placement",
@@ -129,7 +152,9 @@ pub(super) fn read<T: Sample>(
             );
         }
         placement = usize::from(frame.nodes);
-        to_world *= frame.to_file;
+        to_world *= frame.to_file(volume.size());
+    } else if let (Some(volume), true) = (&volume, boxed) {
+        to_world *= own_box(volume, &mut query);
     }
     let source = Source {
         placement,
@@ -138,17 +163,52 @@ pub(super) fn read<T: Sample>(
     (volume, source)
 }
 
+/// From the unit cube to the bounding box that a file states.
+fn own_box<T: Sample>(volume: &Volume<T>, query: &mut Query) -> DAffine3 {
+    let Some([min, max]) = volume.bbox() else {
+        let message = "the file has no bounding box: place the volume by 'to_world'";
+        query.error("use_grid_bbox", message);
+        return DAffine3::IDENTITY;
+    };
+    let size = max - min;
+    if size.min_element() <= 0.0 {
+        let message = format!("the file's bounding box is empty: {min} to {max}");
+        query.error("use_grid_bbox", message);
+        return DAffine3::IDENTITY;
+    }
+    DAffine3::from_translation(min) * DAffine3::from_scale(size)
+}
+
+/// Which axis of an array is which.
+fn axes(format: Option<Format>, query: &mut Query) -> Option<AxisOrder> {
+    let named = query.has("axis_order");
+    match format {
+        Some(format) if format.needs_axis_order() && !named => {
+            let message = "the format does not say which axis is which: give <string name=\"axis_order\">, \"zyx\" \
+                           if the last index runs along x, \"xyz\" if the first does";
+            query.error("filename", message);
+            Some(AxisOrder::ZYX)
+        }
+        Some(format) if format.has_axis_order() && named => {
+            query.error("axis_order", "the format has its own: x is fastest");
+            None
+        }
+        _ if named => {
+            let order = query.string("axis_order").parse();
+            let wrong = |message: String| query.error("axis_order", message);
+            Some(order.map_err(wrong).unwrap_or(AxisOrder::ZYX))
+        }
+        _ => None,
+    }
+}
+
 /// Which of the volumes of a file is meant.
 fn dataset(format: Option<Format>, query: &mut Query) -> Option<String> {
     let named = query.has("dataset");
     match format {
         Some(format) if named && !format.has_datasets() => {
-            query.error("dataset", "only .vti and HDF5 files hold several");
-            None
-        }
-        Some(Format::Hdf5) if !named => {
-            let message = "an HDF5 volume needs <string name=\"dataset\">, for example \"p_final\"";
-            query.error("filename", message);
+            let message = "only .npz, HDF5, .mat, .vti and .vtk files hold several";
+            query.error("dataset", message);
             None
         }
         _ => named.then(|| query.string("dataset")),

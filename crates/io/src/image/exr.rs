@@ -10,6 +10,7 @@ use std::path::Path;
 
 use exr::error::Error;
 use exr::meta::MetaData;
+use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, LayerAttributes,
     ReadChannels, ReadLayers, SmallVec, Text, Vec2, WritableImage,
@@ -24,6 +25,15 @@ use crate::error::{FileError, Problem};
 const MAX_SAMPLES: usize = 1 << 30;
 /// Longest name of a channel or an attribute that the format allows, in bytes.
 const MAX_NAME: usize = 255;
+
+/// Primaries and white (D65) of red, green and blue: ITU-R BT.709, which is what readers assume if a file
+/// does not say.
+const REC_709: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.3, 0.6),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.329),
+};
 
 type Flat = exr::prelude::Layer<AnyChannels<FlatSamples>>;
 
@@ -45,7 +55,10 @@ pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
 /// As for [`write()`], but for the file system.
 pub fn encode(image: &ImageLayers) -> Result<Vec<u8>, Problem> {
     image.check()?;
-    let mut attributes = LayerAttributes::default();
+    let mut attributes = LayerAttributes {
+        software_name: Some(text(concat!("morgana ", env!("CARGO_PKG_VERSION")))),
+        ..LayerAttributes::default()
+    };
     for (name, value) in &image.attributes {
         check_name("attribute", name)?;
         let value = AttributeValue::Text(text(value));
@@ -57,9 +70,9 @@ pub fn encode(image: &ImageLayers) -> Result<Vec<u8>, Problem> {
     let size = Vec2(image.width, image.height);
     let layer = Flat::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
     let mut bytes = Vec::new();
-    let written = Image::from_layer(layer)
-        .write()
-        .to_buffered(Cursor::new(&mut bytes));
+    let mut file = Image::from_layer(layer);
+    file.attributes.chromaticities = Some(REC_709);
+    let written = file.write().to_buffered(Cursor::new(&mut bytes));
     written.map_err(|e| Problem::Malformed(format!("cannot be stored as EXR: {e}")))?;
     // The encoder writes attributes in an order that changes from run to run.
     exr_header::sort_attributes(&mut bytes);

@@ -1,10 +1,12 @@
-//! Images: layers of named channels, written to EXR, NPY and PNG; environment maps read back.
+//! Images: layers of named channels, written to EXR, NPY and PNG and read back; what a screen shows of them.
 
 pub mod cie;
 pub mod exr;
 mod exr_header;
 pub mod npy;
+mod open;
 pub mod png;
+pub mod tone;
 
 use std::path::Path;
 

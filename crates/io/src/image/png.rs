@@ -1,15 +1,20 @@
 //! PNG files in sRGB.
 
-use std::fs::File;
-use std::io::{BufReader, Cursor};
+use std::fs;
+use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageBuffer, ImageFormat, ImageReader, Rgb};
+use image::{DynamicImage, ImageBuffer, ImageFormat, ImageReader, Limits, Rgb};
 
 use super::RgbImage;
+use super::tone::Tone;
 use crate::atomic;
 use crate::error::{FileError, Problem};
-use crate::scene::{linear_from_srgb, srgb_from_linear};
+use crate::scene::linear_from_srgb;
+
+/// Bytes that one byte can stand for: DEFLATE codes 258 bytes with two bits at best (RFC 1951). A file that claims
+/// more is truncated.
+const MOST_COMPRESSION: u64 = 1032;
 
 /// Bits per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,14 +25,13 @@ pub enum Depth {
     Sixteen,
 }
 
-/// Writes an image in sRGB, at once or not at all. Values are multiplied by 2^`exposure` and
-/// clamped to [0, 1]; NaN becomes 0.
+/// Writes an image in sRGB, at once or not at all; `tone` says how bright it is.
 ///
 /// # Errors
 ///
 /// An image whose size does not fit its pixels, and everything that [`atomic::write()`] reports.
-pub fn write(path: &Path, image: &RgbImage, depth: Depth, exposure: f64) -> Result<(), FileError> {
-    let bytes = encode(image, depth, exposure).map_err(|problem| problem.at(path))?;
+pub fn write(path: &Path, image: &RgbImage, depth: Depth, tone: Tone) -> Result<(), FileError> {
+    let bytes = encode(image, depth, tone).map_err(|problem| problem.at(path))?;
     atomic::write_bytes(path, &bytes)
 }
 
@@ -36,7 +40,7 @@ pub fn write(path: &Path, image: &RgbImage, depth: Depth, exposure: f64) -> Resu
 /// # Errors
 ///
 /// As for [`write()`], but for the file system.
-pub fn encode(image: &RgbImage, depth: Depth, exposure: f64) -> Result<Vec<u8>, Problem> {
+pub fn encode(image: &RgbImage, depth: Depth, tone: Tone) -> Result<Vec<u8>, Problem> {
     let mismatch = || Problem::Mismatch {
         expected: format!("{} x {} pixels", image.width, image.height),
         found: format!("{}", image.pixels.len()),
@@ -48,12 +52,7 @@ pub fn encode(image: &RgbImage, depth: Depth, exposure: f64) -> Result<Vec<u8>, 
             .ok_or_else(mismatch)
     };
     let (width, height) = (side(image.width)?, side(image.height)?);
-    let scale = exposure.exp2();
-    let encoded = image
-        .pixels
-        .iter()
-        .flatten()
-        .map(|v| srgb(f64::from(*v) * scale));
+    let encoded = image.pixels.iter().flatten().map(|v| tone.encode(*v));
     let dynamic = match depth {
         Depth::Eight => {
             let data = encoded.map(|v| (v * 255.0).round() as u8).collect();
@@ -72,25 +71,29 @@ pub fn encode(image: &RgbImage, depth: Depth, exposure: f64) -> Result<Vec<u8>, 
     Ok(bytes)
 }
 
-fn srgb(value: f64) -> f64 {
-    let value = if value.is_nan() { 0.0 } else { value };
-    srgb_from_linear(value.clamp(0.0, 1.0))
-}
-
 /// Reads an image and makes its values linear; they are in [0, 1]. Transparency is dropped.
 ///
 /// # Errors
 ///
 /// A file that cannot be read or is no valid PNG file.
 pub fn read(path: &Path) -> Result<RgbImage, FileError> {
-    let file = File::open(path).map_err(|e| Problem::Read(e).at(path))?;
-    let reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
-    let image = reader.decode().map_err(|error| {
-        Problem::WrongFormat {
-            format: "PNG",
-            reason: error.to_string(),
-        }
-        .at(path)
+    let bytes = fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
+    decode(&bytes).map_err(|problem| problem.at(path))
+}
+
+/// Reads an image from the bytes of a file.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn decode(bytes: &[u8]) -> Result<RgbImage, Problem> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MOST_COMPRESSION * bytes.len() as u64);
+    reader.limits(limits);
+    let image = reader.decode().map_err(|error| Problem::WrongFormat {
+        format: "PNG",
+        reason: error.to_string(),
     })?;
     let (width, height) = (image.width() as usize, image.height() as usize);
     let linear = |v: u16| linear_from_srgb(f64::from(v) / 65535.0) as f32;

@@ -2,7 +2,7 @@
 
 use std::io::Read;
 
-use super::{NpyArray, NpyData};
+use crate::element::{Element, Encoding};
 use crate::error::Problem;
 
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
@@ -14,57 +14,47 @@ const MAX_AXES: usize = 32;
 const ALIGNMENT: usize = 64;
 
 /// What is known before the data.
-pub(super) struct Header {
-    pub(super) element: Element,
-    pub(super) fortran_order: bool,
-    pub(super) shape: Vec<usize>,
+pub(crate) struct Header {
+    pub encoding: Encoding,
+    pub fortran_order: bool,
+    pub shape: Vec<usize>,
     /// Bytes before the data.
-    pub(super) size: u64,
+    pub size: u64,
 }
 
-/// Type and byte order of the elements.
-#[derive(Clone, Copy)]
-pub(super) enum Element {
-    F32Little,
-    F32Big,
-    F64Little,
-    F64Big,
-}
-
-impl Element {
-    fn new(descriptor: &str) -> Result<Self, Problem> {
-        match descriptor {
-            "<f4" => Ok(Element::F32Little),
-            ">f4" => Ok(Element::F32Big),
-            "<f8" => Ok(Element::F64Little),
-            ">f8" => Ok(Element::F64Big),
-            other => Err(Problem::Mismatch {
-                expected: "elements of type float32 or float64".to_owned(),
-                found: format!("'{other}'"),
-            }),
-        }
+/// NumPy's word for numbers of a type, the least significant byte first.
+pub(super) fn descriptor(element: Element) -> &'static str {
+    match element {
+        Element::F16 => "<f2",
+        Element::F32 => "<f4",
+        Element::F64 => "<f8",
+        Element::I8 => "|i1",
+        Element::I16 => "<i2",
+        Element::I32 => "<i4",
+        Element::I64 => "<i8",
+        Element::U8 => "|u1",
+        Element::U16 => "<u2",
+        Element::U32 => "<u4",
+        Element::U64 => "<u8",
     }
+}
 
-    /// Bytes of an element.
-    pub(super) fn size(self) -> usize {
-        match self {
-            Element::F32Little | Element::F32Big => 4,
-            Element::F64Little | Element::F64Big => 8,
-        }
+fn encoding(word: &str) -> Result<Encoding, Problem> {
+    let (order, kind) = word.split_at_checked(1).unwrap_or_default();
+    let same = |element: &Element| descriptor(*element)[1..] == *kind;
+    match (order, Element::ALL.into_iter().find(same)) {
+        ("<" | "|", Some(element)) => Ok(Encoding::little(element)),
+        (">", Some(element)) => Ok(Encoding::big(element)),
+        _ => Err(Problem::Mismatch {
+            expected: "elements that are integers or floating-point numbers".to_owned(),
+            found: format!("'{word}'"),
+        }),
     }
 }
 
 impl Header {
-    pub(super) fn with(self, data: NpyData) -> NpyArray {
-        NpyArray {
-            shape: self.shape,
-            fortran_order: self.fortran_order,
-            data,
-        }
-    }
-
     /// Reads the header of a file of `size` bytes.
-    pub(super) fn read(reader: &mut impl Read, size: u64) -> Result<Self, Problem> {
+    pub fn read(reader: &mut impl Read, size: u64) -> Result<Self, Problem> {
         let truncated = |expected| Problem::Truncated {
             expected,
             found: size,
@@ -102,13 +92,13 @@ impl Header {
 /// Reads `{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }`.
 fn parse(text: &str, size: u64) -> Result<Header, Problem> {
     let mut cursor = Cursor { rest: text.trim() };
-    let (mut element, mut fortran_order, mut shape) = (None, None, None);
+    let (mut encoding, mut fortran_order, mut shape) = (None, None, None);
     cursor.expect('{')?;
     while !cursor.accept('}') {
         let key = cursor.string()?;
         cursor.expect(':')?;
         match key {
-            "descr" => element = Some(Element::new(cursor.string()?)?),
+            "descr" => encoding = Some(self::encoding(cursor.string()?)?),
             "fortran_order" => fortran_order = Some(cursor.boolean()?),
             "shape" => shape = Some(cursor.shape()?),
             other => {
@@ -124,7 +114,7 @@ fn parse(text: &str, size: u64) -> Result<Header, Problem> {
     }
     let missing = |name| move || wrong_format(&format!("its header has no '{name}'"));
     Ok(Header {
-        element: element.ok_or_else(missing("descr"))?,
+        encoding: encoding.ok_or_else(missing("descr"))?,
         fortran_order: fortran_order.ok_or_else(missing("fortran_order"))?,
         shape: shape.ok_or_else(missing("shape"))?,
         size,

@@ -1,6 +1,6 @@
 //! Cameras and meters.
 
-use super::row::{TO_WORLD, boolean, choice, float, integer, one, plugin, vector, word};
+use super::row::{TO_WORLD, boolean, choice, float, integer, one, plugin, text, vector, word};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Film, Medium, Sampler};
 
@@ -11,11 +11,20 @@ const CAMERA: &[Parameter] = &[
 ];
 
 const VIEW: &[Parameter] = &[
-    float("fov", "required", "field of view in degrees, 0.001 to 179"),
+    float(
+        "fov",
+        "(by focal_length)",
+        "field of view in degrees, 0.001 to 179",
+    ),
     word(
         "fov_axis",
-        &["x", "y", "smaller", "larger"],
+        &["x", "y", "smaller", "larger", "diagonal"],
         "the side of the image that fov is across",
+    ),
+    text(
+        "focal_length",
+        "\"50mm\"",
+        "in place of fov: that of a lens for 35 mm film",
     ),
 ];
 

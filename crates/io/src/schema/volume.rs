@@ -1,7 +1,8 @@
 //! Volumes: refractive indices, and what else varies in space.
 
 use super::row::{
-    TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, text, vector, word,
+    TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, spectrum, text, vector,
+    word,
 };
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::Volume;
@@ -11,11 +12,10 @@ const PLACED: &[Parameter] = &[TO_WORLD];
 const FILE: &[Parameter] = &[
     text("filename", "required", "the file with the samples"),
     text("dataset", "", "which of a file's arrays; required for HDF5"),
-    choice(
+    text(
         "axis_order",
-        &["zyx", "xyz"],
         "",
-        "which axis of the array runs along which axis of space; required for .npy and HDF5",
+        "which axis of the array is which, such as zyx; required where the format does not say",
     ),
     choice(
         "placement",
@@ -24,6 +24,16 @@ const FILE: &[Parameter] = &[
         "where samples sit; required for an index, unless the file says it",
     ),
     TO_WORLD,
+    boolean(
+        "use_grid_bbox",
+        "false",
+        "whether the bounding box of a .vol file takes the place of the unit cube",
+    ),
+];
+
+const NUMBERS: &[Parameter] = &[
+    float("scale", "1", "factor of the file's numbers"),
+    float("offset", "0", "added to them"),
 ];
 
 const GRID: &[Parameter] = &[
@@ -171,7 +181,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "bspline",
         "A tricubic B-spline through samples of the index.",
-        &[FILE],
+        &[FILE, NUMBERS],
         &[],
     ),
     plugin(
@@ -232,7 +242,17 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "gridvolume",
         "Samples of an extinction or albedo.",
-        &[FILE, GRID],
+        &[FILE, NUMBERS, GRID],
+        &[],
+    ),
+    plugin(
+        "constvolume",
+        "The same extinction or albedo everywhere.",
+        &[&[spectrum(
+            "value",
+            "required",
+            "as the quantity that it stands for",
+        )]],
         &[],
     ),
 ];

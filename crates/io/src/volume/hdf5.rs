@@ -1,31 +1,32 @@
 //! Volumes as datasets of HDF5 files, such as those of k-Wave.
 
+use std::io;
 use std::path::Path;
 
-use hdf5_reader::{Dataset, Datatype, Hdf5File, OpenOptions};
+use glam::DVec3;
+use hdf5_reader::{ByteOrder, Dataset, Datatype, Hdf5File, OpenOptions};
+use hdf5_writer::{DatasetBuilder, Hdf5Builder, Hdf5Writer, WriteOptions};
 
-use super::npy::{AxisOrder, from_array};
-use super::{INFLATION, Sample, Volume};
+use super::layout::Layout;
+use super::{Format, INFLATION, Options, Sample, Volume, npy};
+use crate::atomic;
+use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
-use crate::npy::{NpyArray, NpyData};
 
-/// Reads a volume from the dataset at the given path in the file: an array of three axes, or four with
-/// the channels last.
+/// Reads a volume from the dataset whose path in the file is given: an array of three axes, or four with
+/// channels. `dx`, `dy` and `dz` beside it, as k-Wave has them, become the volume's box.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, or is no HDF5 file; a dataset that it does not have, or that has another
-/// number of axes or other elements than floating-point numbers of 32 or 64 bits; NaN or infinite values.
-pub fn read<T: Sample>(
-    path: &Path,
-    dataset: &str,
-    axes: AxisOrder,
-) -> Result<Volume<T>, FileError> {
+/// A file that cannot be read, or is no HDF5 file; a dataset or axis order that is not given; a dataset that the
+/// file does not have, or that has another number of axes or other elements than numbers; NaN or infinite
+/// values.
+pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let size = std::fs::metadata(path)
         .map_err(|e| Problem::Read(e).at(path))?
         .len();
     let file = Hdf5File::open_with_options(path, limits(size)).map_err(describe);
-    file.and_then(|file| volume(&file, dataset, axes))
+    file.and_then(|file| volume(&file, options))
         .map_err(|problem| problem.at(path))
 }
 
@@ -34,14 +35,10 @@ pub fn read<T: Sample>(
 /// # Errors
 ///
 /// As for [`read`].
-pub fn parse<T: Sample>(
-    bytes: &[u8],
-    dataset: &str,
-    axes: AxisOrder,
-) -> Result<Volume<T>, Problem> {
-    let options = limits(bytes.len() as u64);
-    let file = Hdf5File::from_bytes_with_options(bytes, options).map_err(describe)?;
-    volume(&file, dataset, axes)
+pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
+    let limits = limits(bytes.len() as u64);
+    let file = Hdf5File::from_bytes_with_options(bytes, limits).map_err(describe)?;
+    volume(&file, options)
 }
 
 /// No more memory than compressed data in a file of `size` bytes can need.
@@ -52,38 +49,97 @@ fn limits(size: u64) -> OpenOptions {
         .with_max_read_bytes(most)
 }
 
-fn volume<T: Sample>(
-    file: &Hdf5File,
-    dataset: &str,
-    axes: AxisOrder,
-) -> Result<Volume<T>, Problem> {
-    let data = file
-        .dataset(dataset)
-        .map_err(|e| missing(file, dataset, e))?;
+fn volume<T: Sample>(file: &Hdf5File, options: Options) -> Result<Volume<T>, Problem> {
+    let Some(name) = options.dataset else {
+        let names = file.root_group().and_then(|group| group.member_names());
+        let names = names.map_or(String::new(), |(_, names)| names.join(", "));
+        let message = format!("it may hold several: give a dataset; those of '/': {names}");
+        return Err(Problem::Unsaid(message));
+    };
+    let data = file.dataset(name).map_err(|e| missing(file, name, e))?;
+    let encoding = encoding(&data)?;
     let shape: Option<Vec<usize>> = data.shape().iter().map(|n| (*n).try_into().ok()).collect();
     let too_large = || Problem::TooLarge(format!("an array of {:?}", data.shape()));
-    let array = NpyArray {
-        shape: shape.ok_or_else(too_large)?,
-        fortran_order: false,
-        data: elements(&data)?,
-    };
-    from_array(array, axes)
+    let layout = Layout::new(&shape.ok_or_else(too_large)?, false, options.axes()?)?;
+    let bytes = data.read_raw_bytes().map_err(describe)?;
+    let values = layout.read(&mut &bytes[..], encoding)?;
+    let volume = Volume::new(layout.size, layout.channels, values)?;
+    let volume = volume.with_element(encoding.element);
+    Ok(match spacing(file) {
+        Some(spacing) => {
+            let size = DVec3::from_array(layout.size.map(|n| n as f64));
+            volume.with_bbox([DVec3::ZERO, size * spacing])
+        }
+        None => volume,
+    })
 }
 
-fn elements(data: &Dataset) -> Result<NpyData, Problem> {
-    match data.dtype() {
-        Datatype::FloatingPoint { size: 4, .. } => {
-            let array = data.read_array::<f32>().map_err(describe)?;
-            Ok(NpyData::F32(array.into_iter().collect()))
+/// What the datasets `dx`, `dy` and `dz` of k-Wave say, in metres.
+fn spacing(file: &Hdf5File) -> Option<DVec3> {
+    let number = |name| {
+        let data = file.dataset(name).ok()?;
+        let encoding = encoding(&data).ok()?;
+        let bytes = (data.num_elements().ok()? == 1).then(|| data.read_raw_bytes().ok());
+        let mut number = None;
+        let sink = |v: f64| number = Some(v);
+        encoding.read(&mut &bytes??[..], 1, sink).ok()?;
+        number.filter(|v| v.is_finite() && *v > 0.0)
+    };
+    Some(DVec3::new(number("dx")?, number("dy")?, number("dz")?))
+}
+
+fn encoding(data: &Dataset) -> Result<Encoding, Problem> {
+    let (element, order) = match data.dtype() {
+        Datatype::FloatingPoint { size, byte_order } => {
+            let floats = [Element::F16, Element::F32, Element::F64];
+            let same = |element: &Element| element.size() == usize::from(*size);
+            (floats.into_iter().find(same), byte_order)
         }
-        Datatype::FloatingPoint { size: 8, .. } => {
-            let array = data.read_array::<f64>().map_err(describe)?;
-            Ok(NpyData::F64(array.into_iter().collect()))
-        }
-        _ => Err(Problem::Mismatch {
-            expected: "a dataset of floating-point numbers of 32 or 64 bits".into(),
-            found: "other elements".into(),
-        }),
+        Datatype::FixedPoint {
+            size,
+            signed,
+            byte_order,
+        } => (Element::integer(usize::from(*size), *signed), byte_order),
+        _ => (None, &ByteOrder::LittleEndian),
+    };
+    let big = matches!(order, ByteOrder::BigEndian);
+    let encoding = element.map(|element| Encoding { element, big });
+    encoding.ok_or_else(|| Problem::Mismatch {
+        expected: "a dataset of numbers".into(),
+        found: "other elements".into(),
+    })
+}
+
+/// Writes a volume as the dataset `name`, an array in the order of [`npy::write`].
+///
+/// # Errors
+///
+/// Everything that [`atomic::write()`] reports, and what is no name of a dataset.
+pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
+    atomic::write(path, |file| {
+        let shape: Vec<u64> = npy::shape(volume).iter().map(|n| *n as u64).collect();
+        let element = Format::Hdf5.element(volume.element());
+        let mut bytes = Vec::with_capacity(volume.data().len() * element.size());
+        let values = volume.data().iter().map(|v| v.wide());
+        Encoding::little(element).write(&mut bytes, values)?;
+        let dataset = DatasetBuilder::new(name, datatype(element), shape).raw_data(bytes);
+        let plan = Hdf5Builder::new().dataset(dataset).into_plan();
+        let writer = Hdf5Writer::new(file, WriteOptions::default());
+        plan.and_then(|plan| writer.finish(plan))
+            .map_err(io::Error::other)?;
+        Ok(())
+    })
+}
+
+fn datatype(element: Element) -> Datatype {
+    let (size, byte_order) = (element.size() as u8, ByteOrder::LittleEndian);
+    match element.is_integer() {
+        false => Datatype::FloatingPoint { size, byte_order },
+        true => Datatype::FixedPoint {
+            size,
+            signed: element.name().starts_with('i'),
+            byte_order,
+        },
     }
 }
 

@@ -1,33 +1,40 @@
 //! Grids of values in space.
 
 pub mod hdf5;
+pub mod mat;
 pub mod npy;
+pub mod npz;
+pub mod nrrd;
+pub mod vdb;
 pub mod vol;
 pub mod vti;
+pub mod vtk;
+
+mod format;
+mod frame;
+mod layout;
+mod resample;
+mod write;
 
 use std::path::Path;
 
-use glam::DAffine3;
+use glam::DVec3;
 
-use crate::binary;
+use crate::element::Element;
 use crate::error::{FileError, Problem};
 
-pub use npy::AxisOrder;
+pub use format::Format;
+pub use frame::Frame;
+pub use layout::AxisOrder;
+pub use write::{Stored, write};
 
 /// The most by which deflate compresses, 1032, rounded up: what a file may be trusted to become.
 const INFLATION: u64 = 1100;
 
-/// Where a file says that its samples are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
-    /// From the unit cube, which the samples fill, to the file's coordinates.
-    pub to_file: DAffine3,
-    /// Whether the outermost samples sit on the cube's faces, rather than half a spacing inside.
-    pub nodes: bool,
-}
-
 /// A number of which volumes are made: `f32`, or `f64` where contrasts are small.
 pub trait Sample: Copy + 'static {
+    /// Its type in files.
+    const ELEMENT: Element;
     /// The number in double precision.
     fn wide(self) -> f64;
     /// The nearest such number.
@@ -35,6 +42,8 @@ pub trait Sample: Copy + 'static {
 }
 
 impl Sample for f32 {
+    const ELEMENT: Element = Element::F32;
+
     fn wide(self) -> f64 {
         f64::from(self)
     }
@@ -45,6 +54,8 @@ impl Sample for f32 {
 }
 
 impl Sample for f64 {
+    const ELEMENT: Element = Element::F64;
+
     fn wide(self) -> f64 {
         self
     }
@@ -54,45 +65,30 @@ impl Sample for f64 {
     }
 }
 
-/// Values at the centres of the voxels of a grid, in single precision; always finite.
+/// Values on a grid; always finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Volume<T = f32> {
     size: [usize; 3],
     channels: usize,
     data: Vec<T>,
-    bbox: Option<[[f32; 3]; 2]>,
+    element: Element,
+    bbox: Option<[DVec3; 2]>,
     frame: Option<Frame>,
+    unit: Option<String>,
 }
 
 impl<T: Sample> Volume<T> {
     /// A volume of `size` = (nx, ny, nz) voxels. In `data` the channels of a voxel are neighbours,
-    /// then x is the fastest axis and z the slowest. `bbox` holds the least and the greatest corner
-    /// if the file has them.
+    /// then x is the fastest axis and z the slowest.
     ///
     /// # Errors
     ///
     /// A size of zero, a size that does not fit the data, NaN or infinite values.
-    pub fn new(
-        size: [usize; 3],
-        channels: usize,
-        data: Vec<T>,
-        bbox: Option<[[f32; 3]; 2]>,
-    ) -> Result<Self, Problem> {
-        let [x, y, z] = size;
-        let count = [x, y, z, channels]
-            .iter()
-            .try_fold(1usize, |n, &m| n.checked_mul(m));
-        if count == Some(0) {
-            let sizes = binary::product(&size);
-            return Err(Problem::Empty(format!(
-                "{sizes} voxels with {channels} channels"
-            )));
-        }
-        if count != Some(data.len()) {
-            let sizes = binary::product(&size);
-            let expected = format!("{sizes} voxels with {channels} channels");
+    pub fn new(size: [usize; 3], channels: usize, data: Vec<T>) -> Result<Self, Problem> {
+        if layout::check(size, channels)? != data.len() {
+            let [x, y, z] = size;
             return Err(Problem::Mismatch {
-                expected,
+                expected: format!("{x} x {y} x {z} voxels with {channels} channels"),
                 found: format!("{} values", data.len()),
             });
         }
@@ -107,22 +103,37 @@ impl<T: Sample> Volume<T> {
             size,
             channels,
             data,
-            bbox,
+            element: T::ELEMENT,
+            bbox: None,
             frame: None,
+            unit: None,
         })
     }
 
-    /// The same volume in a place of its own.
-    fn placed(self, frame: Frame) -> Self {
-        Volume {
-            frame: Some(frame),
-            ..self
-        }
+    /// The same volume with another record of the type of numbers that its file holds.
+    #[must_use]
+    pub fn with_element(self, element: Element) -> Self {
+        Volume { element, ..self }
     }
 
-    /// Where the file says that the samples are, if its format does.
-    pub fn frame(&self) -> Option<Frame> {
-        self.frame
+    /// The same volume in a place of its own.
+    #[must_use]
+    pub fn with_frame(self, frame: Frame) -> Self {
+        let frame = Some(frame);
+        Volume { frame, ..self }
+    }
+
+    /// The same volume with the least and the greatest corner of a box.
+    #[must_use]
+    pub fn with_bbox(self, bbox: [DVec3; 2]) -> Self {
+        let bbox = Some(bbox);
+        Volume { bbox, ..self }
+    }
+
+    /// The same volume with a unit of length.
+    #[must_use]
+    pub fn with_unit(self, unit: Option<String>) -> Self {
+        Volume { unit, ..self }
     }
 
     /// Number of voxels along x, y, z.
@@ -145,82 +156,125 @@ impl<T: Sample> Volume<T> {
         self.data
     }
 
-    /// Least and greatest corner as the file gives them, if it does.
-    pub fn bbox(&self) -> Option<[[f32; 3]; 2]> {
+    /// The type of numbers in the file.
+    pub fn element(&self) -> Element {
+        self.element
+    }
+
+    /// Where the file says that the samples are, if it does so bindingly: scenes follow it.
+    pub fn frame(&self) -> Option<Frame> {
+        self.frame
+    }
+
+    /// Least and greatest corner of a box that the file mentions; scenes do not follow it.
+    pub fn bbox(&self) -> Option<[DVec3; 2]> {
         self.bbox
     }
 
-    /// The same volume with another kind of numbers.
-    fn cast<U: Sample>(self) -> Volume<U> {
-        Volume {
-            size: self.size,
-            channels: self.channels,
-            data: self
-                .data
-                .into_iter()
-                .map(|v| U::nearest(v.wide()))
-                .collect(),
-            bbox: self.bbox,
-            frame: self.frame,
-        }
+    /// The unit of length of the file's coordinates, if the file names it.
+    pub fn unit(&self) -> Option<&str> {
+        self.unit.as_deref()
     }
 
-    /// Reads a `.vol`, `.npy`, `.vti` or HDF5 (`.h5`, `.hdf5`) file, by its extension. The axes of an
-    /// array of NumPy or HDF5 are in the given order; `dataset` chooses one of those of an HDF5 or `.vti`
-    /// file.
+    /// Where the samples are: in the file's own place, else at the centres of the cells of its box, or of
+    /// the unit cube.
+    pub fn place(&self) -> Frame {
+        let bbox = self.bbox.unwrap_or([DVec3::ZERO, DVec3::ONE]);
+        self.frame.unwrap_or_else(|| Frame::of_box(bbox, self.size))
+    }
+
+    /// Every value v as `scale` v + `offset`, floating-point numbers then.
     ///
     /// # Errors
     ///
-    /// See [`vol::read`], [`npy::read`], [`vti::read`] and [`hdf5::read`].
-    pub fn read(path: &Path, axes: AxisOrder, dataset: Option<&str>) -> Result<Self, FileError> {
+    /// A value that this makes too large.
+    pub fn scaled(mut self, scale: f64, offset: f64) -> Result<Self, Problem> {
+        if (scale, offset) == (1.0, 0.0) {
+            return Ok(self);
+        }
+        for v in &mut self.data {
+            *v = T::nearest(scale * v.wide() + offset);
+        }
+        let data = std::mem::take(&mut self.data);
+        Ok(Volume {
+            data: Self::new(self.size, self.channels, data)?.data,
+            element: self.element.float(),
+            ..self
+        })
+    }
+
+    /// Reads a file of the format that its extension tells ([`Format`]).
+    ///
+    /// # Errors
+    ///
+    /// An extension that no format has, and what the format's own function reports.
+    pub fn read(path: &Path, options: Options) -> Result<Self, FileError> {
         match Format::of(path) {
-            Some(Format::Vol) => Ok(vol::read(path)?.cast()),
-            Some(Format::Npy) => npy::read(path, axes),
-            Some(Format::Vti) => vti::read(path, dataset),
-            Some(Format::Hdf5) => hdf5::read(path, dataset.unwrap_or_default(), axes),
-            None => {
-                let message = "volumes are read from .vol, .npy, .vti, .h5 and .hdf5";
-                Err(Problem::Unsupported(message.into()).at(path))
-            }
+            Some(Format::Vol) => vol::read(path),
+            Some(Format::Npy) => npy::read(path, options),
+            Some(Format::Npz) => npz::read(path, options),
+            Some(Format::Hdf5) => hdf5::read(path, options),
+            Some(Format::Mat) => mat::read(path, options),
+            Some(Format::Nrrd) => nrrd::read(path, options),
+            Some(Format::Vti) => vti::read(path, options.dataset),
+            Some(Format::Vtk) => vtk::read(path, options.dataset),
+            Some(Format::Vdb) => vdb::read(path, options.dataset),
+            None => Err(Format::unknown().at(path)),
         }
     }
 }
 
-/// A format of volumes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// Mitsuba's grids.
-    Vol,
-    /// NumPy's arrays.
-    Npy,
-    /// VTK's image data.
-    Vti,
-    /// HDF5.
-    Hdf5,
+/// What a user has to say of a file whose format leaves it open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options<'a> {
+    /// Which axis is which.
+    pub axes: Option<AxisOrder>,
+    /// Which of several arrays is meant: its path or name.
+    pub dataset: Option<&'a str>,
 }
 
-impl Format {
-    /// By a file's extension.
-    pub fn of(path: &Path) -> Option<Format> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        Some(match extension.as_str() {
-            "vol" => Format::Vol,
-            "npy" => Format::Npy,
-            "vti" => Format::Vti,
-            "h5" | "hdf5" => Format::Hdf5,
-            _ => return None,
-        })
+impl<'a> Options<'a> {
+    /// For a file of one array in a given order.
+    pub fn order(axes: AxisOrder) -> Self {
+        Options {
+            axes: Some(axes),
+            dataset: None,
+        }
     }
 
-    /// Whether the order of the axes is the user's to say.
-    pub fn needs_axis_order(self) -> bool {
-        matches!(self, Format::Npy | Format::Hdf5)
+    /// The same for one of several arrays.
+    #[must_use]
+    pub fn of(self, dataset: &'a str) -> Self {
+        Options {
+            dataset: Some(dataset),
+            ..self
+        }
     }
 
-    /// Whether a file may hold several volumes.
-    pub fn has_datasets(self) -> bool {
-        matches!(self, Format::Vti | Format::Hdf5)
+    fn axes(&self) -> Result<AxisOrder, Problem> {
+        let message = "it does not say which axis is which: give the order of its axes, zyx if the last \
+                       index runs along x, xyz if the first does";
+        self.axes.ok_or(Problem::Unsaid(message.into()))
     }
+}
+
+/// Which of several arrays is meant.
+fn choose(names: &[&str], name: Option<&str>) -> Result<usize, Problem> {
+    let wanted = |i: &usize| name.is_none_or(|name| name == names[*i]);
+    let wanted: Vec<usize> = (0..names.len()).filter(wanted).collect();
+    if let [one] = wanted[..] {
+        return Ok(one);
+    }
+    Err(Problem::Mismatch {
+        expected: match name {
+            Some(name) => format!("one array '{name}'"),
+            None => "one array, or its name as 'dataset'".into(),
+        },
+        found: match names.is_empty() {
+            true => "none".into(),
+            false => format!("the arrays: {}", names.join(", ")),
+        },
+    })
 }
 
 fn place([nx, ny, _]: [usize; 3], channels: usize, index: usize) -> String {

@@ -1,30 +1,22 @@
 //! Volumes as NumPy arrays.
 
+use std::io::{BufReader, Read};
 use std::path::Path;
 
-use super::{Sample, Volume};
-use crate::binary;
+use super::layout::Layout;
+use super::{Options, Sample, Volume};
 use crate::error::{FileError, Problem};
-use crate::npy::{self, NpyArray, NpyData};
+use crate::{atomic, binary, npy};
 
-/// The meaning of an array's first three axes. A file does not say: the user must.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AxisOrder {
-    /// `array[z, y, x]`, as Mitsuba has it.
-    Zyx,
-    /// `array[x, y, z]`.
-    Xyz,
-}
-
-/// Reads a volume from an array of three axes, or four with the channels last.
+/// Reads a volume from an array of three axes, or four with channels, of numbers of any type.
 ///
 /// # Errors
 ///
-/// Everything that [`npy::read`] reports, another number of axes, a size of zero, and NaN or
-/// infinite values (also those beyond single precision).
-pub fn read<T: Sample>(path: &Path, axes: AxisOrder) -> Result<Volume<T>, FileError> {
-    let array = npy::read(path)?;
-    from_array(array, axes).map_err(|problem| problem.at(path))
+/// A file that cannot be read or is no `.npy` file, an axis order that is not given, another number of axes,
+/// other elements, a size of zero, and NaN or infinite values (also those beyond single precision).
+pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
+    let (mut reader, size) = binary::open(path)?;
+    read_from(&mut reader, size, options).map_err(|problem| problem.at(path))
 }
 
 /// Reads a volume from the bytes of an `.npy` file.
@@ -32,71 +24,49 @@ pub fn read<T: Sample>(path: &Path, axes: AxisOrder) -> Result<Volume<T>, FileEr
 /// # Errors
 ///
 /// As for [`read`].
-pub fn parse<T: Sample>(bytes: &[u8], axes: AxisOrder) -> Result<Volume<T>, Problem> {
-    from_array(npy::parse(bytes)?, axes)
+pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
+    read_from(&mut BufReader::new(bytes), bytes.len() as u64, options)
 }
 
-/// Writes a volume as a float32 array `[z, y, x]`, or `[z, y, x, channel]` if it has several
-/// channels; at once or not at all.
+/// Reads a volume from a file of `size` bytes.
+pub(super) fn read_from<T: Sample>(
+    reader: &mut impl Read,
+    size: u64,
+    options: Options,
+) -> Result<Volume<T>, Problem> {
+    let header = npy::Header::read(reader, size)?;
+    let layout = Layout::new(&header.shape, header.fortran_order, options.axes()?)?;
+    let element = header.encoding.element;
+    binary::check_size(layout.count(), element.size(), header.size, size)?;
+    let data = layout.read(reader, header.encoding)?;
+    let volume = Volume::new(layout.size, layout.channels, data)?;
+    Ok(volume.with_element(element))
+}
+
+/// Writes a volume as an array `[z, y, x]`, or `[z, y, x, channel]` if it has several channels, of the type of
+/// its file; at once or not at all.
 ///
 /// # Errors
 ///
-/// Everything that [`npy::write()`] reports.
-pub fn write(path: &Path, volume: &Volume) -> Result<(), FileError> {
+/// Everything that [`atomic::write()`] reports.
+pub fn write<T: Sample>(path: &Path, volume: &Volume<T>) -> Result<(), FileError> {
+    atomic::write(path, |file| write_to(file, volume))
+}
+
+/// Writes a volume to a file that is open.
+pub(super) fn write_to<T: Sample>(
+    file: &mut impl std::io::Write,
+    volume: &Volume<T>,
+) -> std::io::Result<()> {
+    let values = volume.data().iter().map(|v| v.wide());
+    npy::write_elements(file, volume.element(), &shape(volume), values)
+}
+
+/// The axes of an array with x fastest, or the channels if there are several.
+pub(super) fn shape<T: Sample>(volume: &Volume<T>) -> Vec<usize> {
     let [x, y, z] = volume.size();
     match volume.channels() {
-        1 => npy::write(path, &[z, y, x], volume.data()),
-        channels => npy::write(path, &[z, y, x, channels], volume.data()),
+        1 => vec![z, y, x],
+        channels => vec![z, y, x, channels],
     }
-}
-
-pub(super) fn from_array<T: Sample>(
-    array: NpyArray,
-    axes: AxisOrder,
-) -> Result<Volume<T>, Problem> {
-    let (a, b, c, channels) = match array.shape[..] {
-        [a, b, c] => (a, b, c, 1),
-        [a, b, c, channels] => (a, b, c, channels),
-        ref other => {
-            let expected = "an array of 3 axes, or 4 with the channels last".to_owned();
-            let found = format!("{} ({})", other.len(), binary::product(other));
-            return Err(Problem::Mismatch { expected, found });
-        }
-    };
-    // Distance in memory between neighbours along each axis.
-    let strides = if array.fortran_order {
-        [1, a, a * b, a * b * c]
-    } else {
-        [b * c * channels, c * channels, channels, 1]
-    };
-    let (size, strides) = match axes {
-        AxisOrder::Xyz => ([a, b, c], strides),
-        AxisOrder::Zyx => ([c, b, a], [strides[2], strides[1], strides[0], strides[3]]),
-    };
-    let data = match array.data {
-        NpyData::F32(data) => arrange(&data, size, channels, strides),
-        NpyData::F64(data) => arrange(&data, size, channels, strides),
-    };
-    Volume::new(size, channels, data, None)
-}
-
-/// Copies the values so that channels are neighbours, then x is fastest.
-fn arrange<S: Sample, T: Sample>(
-    data: &[S],
-    [nx, ny, nz]: [usize; 3],
-    channels: usize,
-    [sx, sy, sz, sc]: [usize; 4],
-) -> Vec<T> {
-    let mut out = Vec::with_capacity(data.len());
-    for z in 0..nz {
-        for y in 0..ny {
-            for x in 0..nx {
-                let voxel = x * sx + y * sy + z * sz;
-                out.extend(
-                    (0..channels).map(|channel| T::nearest(data[voxel + channel * sc].wide())),
-                );
-            }
-        }
-    }
-    out
 }

@@ -1,13 +1,18 @@
 //! Mitsuba's `.vol` files, version 3.
 //!
-//! Little-endian: `VOL`, a byte with the version, the encoding (1 is float32), the sizes along x,
-//! y, z and the number of channels as 32-bit integers, the corners of the bounding box as six
-//! float32, then the values.
+//! Little-endian: `VOL`, a byte with the version, the encoding, the sizes along x, y, z and the number of
+//! channels as 32-bit integers, the corners of the bounding box as six float32, then the values. Encodings
+//! are 1, float32; 2, float16; 3, uint8, where 0 to 255 stand for 0 to 1; 4, directions in 16 bits (Mitsuba
+//! 0.5 manual, `gridvolume`). Directions are refused.
 
 use std::io::{BufReader, Read, Write};
 use std::path::Path;
 
-use super::Volume;
+use glam::DVec3;
+
+use super::layout::Layout;
+use super::{Format, Sample, Volume};
+use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
 use crate::{atomic, binary};
 
@@ -15,16 +20,17 @@ use crate::{atomic, binary};
 const HEADER: usize = 48;
 const VERSION: u8 = 3;
 const FLOAT32: i32 = 1;
-/// The bounding box that is written when a volume has none: the unit cube.
-const UNIT: [[f32; 3]; 2] = [[0.0; 3], [1.0; 3]];
+const FLOAT16: i32 = 2;
+const UINT8: i32 = 3;
+const DIRECTIONS: i32 = 4;
 
 /// Reads a volume.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is no `.vol` file of version 3 with float32 values, does not have
-/// the size that its header calls for, or holds NaN or infinite values.
-pub fn read(path: &Path) -> Result<Volume, FileError> {
+/// A file that cannot be read, is no `.vol` file of version 3 with numbers, does not have the size that its
+/// header calls for, or holds NaN or infinite values.
+pub fn read<T: Sample>(path: &Path) -> Result<Volume<T>, FileError> {
     let (mut reader, size) = binary::open(path)?;
     read_from(&mut reader, size).map_err(|problem| problem.at(path))
 }
@@ -34,11 +40,11 @@ pub fn read(path: &Path) -> Result<Volume, FileError> {
 /// # Errors
 ///
 /// As for [`read`].
-pub fn parse(bytes: &[u8]) -> Result<Volume, Problem> {
+pub fn parse<T: Sample>(bytes: &[u8]) -> Result<Volume<T>, Problem> {
     read_from(&mut BufReader::new(bytes), bytes.len() as u64)
 }
 
-fn read_from(reader: &mut impl Read, size: u64) -> Result<Volume, Problem> {
+fn read_from<T: Sample>(reader: &mut impl Read, size: u64) -> Result<Volume<T>, Problem> {
     let mut header = Vec::with_capacity(HEADER);
     reader
         .take(HEADER as u64)
@@ -62,44 +68,77 @@ fn read_from(reader: &mut impl Read, size: u64) -> Result<Volume, Problem> {
     }
     let (words, _) = header[4..].as_chunks::<4>();
     let integer = |i: usize| i32::from_le_bytes(words[i]);
-    if integer(0) != FLOAT32 {
-        let message = format!("VOL encoding {} (only 1, float32, is)", integer(0));
-        return Err(Problem::Unsupported(message));
-    }
+    let element = element(integer(0))?;
     let length = |i| {
         let n = integer(i);
         usize::try_from(n).map_err(|_| Problem::Malformed(format!("a size of {n} in the header")))
     };
-    let shape = [length(1)?, length(2)?, length(3)?, length(4)?];
-    let count = binary::checked_count(&shape, 4, HEADER as u64, size)?;
-    let data = binary::values(reader, count, f32::from_le_bytes).map_err(Problem::Read)?;
-    let corner = |from: usize| [0, 1, 2].map(|i| f32::from_le_bytes(words[from + i]));
-    let bbox = [corner(5), corner(8)];
-    Volume::new([shape[0], shape[1], shape[2]], shape[3], data, Some(bbox))
+    let layout = Layout::plain([length(1)?, length(2)?, length(3)?], length(4)?)?;
+    binary::check_size(layout.count(), element.size(), HEADER as u64, size)?;
+    let data = layout.read(reader, Encoding::little(element))?;
+    let volume = Volume::new(layout.size, layout.channels, data)?;
+    let corner = |from: usize| {
+        DVec3::from_array([0, 1, 2].map(|i| f64::from(f32::from_le_bytes(words[from + i]))))
+    };
+    let volume = volume.with_bbox([corner(5), corner(8)]);
+    match element {
+        Element::U8 => volume.scaled(1.0 / 255.0, 0.0),
+        _ => Ok(volume.with_element(element)),
+    }
 }
 
-/// Writes a volume, at once or not at all. Without a bounding box, that of the unit cube is
-/// written.
+fn element(encoding: i32) -> Result<Element, Problem> {
+    match encoding {
+        FLOAT32 => Ok(Element::F32),
+        FLOAT16 => Ok(Element::F16),
+        UINT8 => Ok(Element::U8),
+        DIRECTIONS => {
+            let message = "VOL encoding 4, directions; a volume needs numbers (encodings 1, 2, 3)";
+            Err(Problem::Unsupported(message.into()))
+        }
+        other => Err(Problem::Unsupported(format!(
+            "VOL encoding {other}; known are 1 (float32), 2 (float16) and 3 (uint8)"
+        ))),
+    }
+}
+
+/// Writes a volume, at once or not at all, in half precision if it comes from such a file, else in single.
+/// The bounding box is that of the cells around the samples, unless these are turned: then that of the file
+/// that the volume comes from, or of the unit cube.
 ///
 /// # Errors
 ///
 /// A size beyond 32 bits, and everything that [`atomic::write()`] reports.
-pub fn write(path: &Path, volume: &Volume) -> Result<(), FileError> {
+pub fn write<T: Sample>(path: &Path, volume: &Volume<T>) -> Result<(), FileError> {
     let [x, y, z] = volume.size();
+    let element = Format::Vol.element(volume.element());
     let mut header = b"VOL".to_vec();
     header.push(VERSION);
-    header.extend(FLOAT32.to_le_bytes());
+    let encoding = match element {
+        Element::F16 => FLOAT16,
+        _ => FLOAT32,
+    };
+    header.extend(encoding.to_le_bytes());
     for length in [x, y, z, volume.channels()] {
         let too_large = |_| Problem::TooLarge(format!("{length} voxels along an axis")).at(path);
         header.extend(i32::try_from(length).map_err(too_large)?.to_le_bytes());
     }
-    let corners = volume.bbox().unwrap_or(UNIT);
+    let corners = corners(volume).map(|corner| corner.as_vec3().to_array());
     header.extend(corners.iter().flatten().flat_map(|v| v.to_le_bytes()));
     atomic::write(path, |file| {
         file.write_all(&header)?;
-        volume
-            .data()
-            .iter()
-            .try_for_each(|v| file.write_all(&v.to_le_bytes()))
+        let values = volume.data().iter().map(|v| v.wide());
+        Encoding::little(element).write(file, values)
     })
+}
+
+fn corners<T: Sample>(volume: &Volume<T>) -> [DVec3; 2] {
+    match volume.frame() {
+        Some(frame) if frame.is_aligned() => {
+            let half = 0.5 * frame.spacing();
+            let last = DVec3::from_array(volume.size().map(|n| (n - 1) as f64));
+            [frame.first - half, frame.first + frame.steps * last + half]
+        }
+        _ => volume.bbox().unwrap_or([DVec3::ZERO, DVec3::ONE]),
+    }
 }

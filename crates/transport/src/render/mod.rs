@@ -69,12 +69,14 @@ impl Options {
 }
 
 /// How far a render has got.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Progress {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress<'a> {
     /// Samples per pixel done.
     pub done: u64,
     /// Samples per pixel asked for.
     pub total: u64,
+    /// The image so far.
+    pub film: &'a Film,
 }
 
 /// What a render gives.
@@ -172,6 +174,7 @@ pub fn render_counted(
         let progress = Progress {
             done,
             total: options.samples,
+            film: &film,
         };
         if on_pass(&progress).is_break() {
             break;

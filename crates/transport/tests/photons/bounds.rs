@@ -65,8 +65,8 @@ fn renders_stop_at_their_error() {
         error: 0.05,
         measure: Measure::Image,
     });
-    let go_on = |_: &_| std::ops::ControlFlow::Continue(());
-    let rendering = render(&[Scene::new(boxed()).unwrap()], &options, go_on);
+    let scene = Scene::new(boxed()).unwrap();
+    let rendering = render(&[scene], &options, |_| std::ops::ControlFlow::Continue(()));
     assert!(rendering.reached && rendering.samples >= 32);
     assert!(rendering.error(Measure::Image) <= 0.05);
     let truth = InBox::pixels().iter().sum::<f64>() / 16.0;

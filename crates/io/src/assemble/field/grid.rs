@@ -1,7 +1,7 @@
 //! Indices sampled on a grid, or following from samples of a density or a pressure.
 
 use super::super::context::Context;
-use super::super::texture::read;
+use super::super::texture::{SOURCE, read};
 use super::{air, placed};
 use crate::query::{POSITIVE, Query};
 use crate::scene::Object;
@@ -28,7 +28,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     let (volume, source) = read::<f64>(object, context);
     let nm = context.channels.wavelength(context.group);
     let mut query = Query::new(object, context.diagnostics);
-    for known in ["filename", "axis_order", "dataset", "to_world"] {
+    for known in SOURCE {
         query.has(known);
     }
     let says = volume.as_ref().is_some_and(|v| v.frame().is_some());
@@ -71,7 +71,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     placed(field, rest, object, context)
 }
 
-/// What the samples are, unless they are the index itself, at the wavelength `nm` of the channel if it has one.
+/// What the samples say, unless they are the index as it is, at the wavelength `nm` of the channel if it has one.
 fn law(object: &Object, nm: Option<f64>, q: &mut Query) -> Option<Law> {
     let law = match object.plugin.as_str() {
         "gladstone_dale" => Law {
@@ -83,6 +83,11 @@ fn law(object: &Object, nm: Option<f64>, q: &mut Query) -> Option<Law> {
             n0: q.float_in("n0", POSITIVE, None),
             slope: dn_dp(q),
             reference: q.float_or("reference", 0.0),
+        },
+        _ if q.has("scale") || q.has("offset") => Law {
+            n0: q.float_or("offset", 0.0),
+            slope: 1.0,
+            reference: 0.0,
         },
         _ => return None,
     };

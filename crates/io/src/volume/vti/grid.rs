@@ -1,6 +1,6 @@
 //! Where the samples of a `.vti` file are.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DMat3, DVec3};
 use roxmltree::Node;
 
 use super::bad;
@@ -11,7 +11,7 @@ use crate::volume::Frame;
 pub(super) struct Grid {
     /// Samples along x, y, z.
     pub size: [usize; 3],
-    /// The box that the samples span.
+    /// Where they are.
     pub frame: Frame,
 }
 
@@ -35,29 +35,26 @@ impl Grid {
             return Err(bad("its spacing or direction is degenerate".into()));
         }
         let axes = whole.map(|range| axis(range, on_points));
-        let start = DVec3::from_array(axes.map(|(_, start, _)| start));
-        let edge = DVec3::from_array(axes.map(|(_, _, edge)| edge));
+        let first = DVec3::from_array(axes.map(|(_, first)| first));
         Ok(Grid {
-            size: axes.map(|(count, _, _)| count),
+            size: axes.map(|(count, _)| count),
             frame: Frame {
-                to_file: DAffine3 {
-                    matrix3: direction * DMat3::from_diagonal(spacing * edge),
-                    translation: DVec3::from_array(origin) + direction * (spacing * start),
-                },
+                first: DVec3::from_array(origin) + direction * (spacing * first),
+                steps: direction * DMat3::from_diagonal(spacing),
                 nodes: on_points,
             },
         })
     }
 }
 
-/// Number of samples along an axis, where their box begins, and its edge, in units of the spacing. A
-/// single layer is one spacing thick.
-fn axis([low, high]: [i32; 2], on_points: bool) -> (usize, f64, f64) {
+/// Number of samples along an axis, and where the first is, in units of the spacing. A single layer has no
+/// cells: its samples are at its points.
+fn axis([low, high]: [i32; 2], on_points: bool) -> (usize, f64) {
     let cells = (i64::from(high) - i64::from(low)) as usize;
     match (cells, on_points) {
-        (0, _) => (1, f64::from(low) - 0.5, 1.0),
-        (cells, true) => (cells + 1, f64::from(low), cells as f64),
-        (cells, false) => (cells, f64::from(low), cells as f64),
+        (0, _) => (1, f64::from(low)),
+        (cells, true) => (cells + 1, f64::from(low)),
+        (cells, false) => (cells, f64::from(low) + 0.5),
     }
 }
 

@@ -5,15 +5,19 @@
 
 mod grid;
 mod payload;
+mod write;
 
 use std::path::Path;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
+use super::layout::Layout;
 use super::{Sample, Volume};
 use crate::error::{FileError, Problem};
 use grid::Grid;
-use payload::{Appended, Encoding};
+use payload::{Appended, Payload};
+
+pub use write::write;
 
 /// Elements, texts and comments in a header at most.
 const MAX_NODES: u32 = 100_000;
@@ -54,16 +58,13 @@ pub fn parse<T: Sample>(bytes: &[u8], array: Option<&str>) -> Result<Volume<T>, 
         Some(text) => integer(text)?,
         None => 1,
     };
-    let count = grid
-        .size
-        .iter()
-        .try_fold(channels, |n: usize, m| n.checked_mul(*m));
-    let too_large = || Problem::TooLarge(format!("a grid of {:?}", grid.size));
-    let count = count.ok_or_else(too_large)?;
-    let values = Encoding::of(root, data)?.values(data, appended.as_ref(), count)?;
-    let values = values.into_iter().map(T::nearest).collect();
-    let volume = Volume::new(grid.size, channels, values, None)?;
-    Ok(volume.placed(grid.frame))
+    let layout = Layout::plain(grid.size, channels)?;
+    let payload = Payload::of(root, data)?;
+    let values = payload.values(data, appended.as_ref(), &layout)?;
+    let volume = Volume::new(grid.size, channels, values)?;
+    Ok(volume
+        .with_frame(grid.frame)
+        .with_element(payload.element()))
 }
 
 /// The part that is XML, and the appended data, whose raw bytes are none.
@@ -101,24 +102,9 @@ fn choose<'a, 'i>(
         arrays.map(move |n| (n, on_points))
     };
     let all: Vec<_> = of("PointData", true).chain(of("CellData", false)).collect();
-    let called = |node: &Node<'a, 'i>| node.attribute("Name").unwrap_or("").to_owned();
-    let wanted = all
-        .iter()
-        .filter(|(node, _)| name.is_none_or(|name| name == called(node)));
-    let wanted: Vec<_> = wanted.collect();
-    match wanted[..] {
-        [one] => Ok(*one),
-        _ => {
-            let names: Vec<String> = all.iter().map(|(node, _)| called(node)).collect();
-            Err(Problem::Mismatch {
-                expected: match name {
-                    Some(name) => format!("one array '{name}'"),
-                    None => "one array, or its name as 'dataset'".into(),
-                },
-                found: format!("the arrays: {}", names.join(", ")),
-            })
-        }
-    }
+    let names = all.iter().map(|(node, _)| node.attribute("Name"));
+    let names: Vec<&str> = names.map(Option::unwrap_or_default).collect();
+    Ok(all[super::choose(&names, name)?])
 }
 
 fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Result<Node<'a, 'i>, Problem> {

@@ -3,6 +3,7 @@
 //! Binary data begin with a header of integers of 32 or 64 bits: the number of bytes; or, compressed, the
 //! number of blocks, the size of a block and of the last one if it differs, and the compressed sizes.
 
+use std::borrow::Cow;
 use std::io::Read;
 
 use base64::Engine;
@@ -11,8 +12,10 @@ use flate2::read::ZlibDecoder;
 use roxmltree::Node;
 
 use super::{bad, integer};
+use crate::element::{Element, Encoding};
 use crate::error::Problem;
-use crate::volume::INFLATION;
+use crate::volume::layout::Layout;
+use crate::volume::{INFLATION, Sample};
 
 /// What follows the header of a file.
 pub(super) struct Appended<'a> {
@@ -26,55 +29,60 @@ impl<'a> Appended<'a> {
         Appended { bytes, is_base64 }
     }
 
-    fn from(&self, offset: usize) -> Result<Vec<u8>, Problem> {
+    fn from(&self, offset: usize) -> Result<Cow<'a, [u8]>, Problem> {
         let beyond = || bad(format!("an offset of {offset} beyond its appended data"));
         let bytes = self.bytes.get(offset..).ok_or_else(beyond)?;
         match self.is_base64 {
-            false => Ok(bytes.to_vec()),
+            false => Ok(bytes.into()),
             true => {
                 let end = bytes.iter().position(|b| *b == b'<');
-                decode(&bytes[..end.unwrap_or(bytes.len())])
+                Ok(decode(&bytes[..end.unwrap_or(bytes.len())])?.into())
             }
         }
     }
 }
 
 /// How numbers are written.
-pub(super) struct Encoding<'a> {
-    kind: &'a str,
+pub(super) struct Payload {
+    encoding: Encoding,
     wide: bool,
-    big: bool,
     zlib: bool,
 }
 
-impl<'a> Encoding<'a> {
+impl Payload {
     /// As the attributes of a file and of an array say.
-    pub fn of(root: Node<'a, '_>, data: Node<'a, '_>) -> Result<Self, Problem> {
+    pub fn of(root: Node, data: Node) -> Result<Self, Problem> {
         let zlib = match root.attribute("compressor") {
             None | Some("") => false,
             Some("vtkZLibDataCompressor") => true,
             Some(other) => return Err(Problem::Unsupported(format!("compression by {other}"))),
         };
-        Ok(Encoding {
-            kind: data.attribute("type").unwrap_or(""),
+        Ok(Payload {
+            encoding: Encoding {
+                element: element(data.attribute("type").unwrap_or(""))?,
+                big: root.attribute("byte_order") == Some("BigEndian"),
+            },
             wide: root.attribute("header_type") == Some("UInt64"),
-            big: root.attribute("byte_order") == Some("BigEndian"),
             zlib,
         })
     }
 
-    /// The values of an array that must have `count` of them.
-    pub fn values(
+    /// The type of numbers.
+    pub fn element(&self) -> Element {
+        self.encoding.element
+    }
+
+    /// The values of an array.
+    pub fn values<T: Sample>(
         &self,
         data: Node,
         appended: Option<&Appended>,
-        count: usize,
-    ) -> Result<Vec<f64>, Problem> {
-        let (size, convert) = converter(self.kind)?;
+        layout: &Layout,
+    ) -> Result<Vec<T>, Problem> {
         let text = data.text().unwrap_or("");
-        let bytes = match data.attribute("format") {
-            Some("ascii") => return numbers(text, count),
-            Some("binary") => decode(text.as_bytes())?,
+        let bytes: Cow<[u8]> = match data.attribute("format") {
+            Some("ascii") => return layout.parse(text),
+            Some("binary") => decode(text.as_bytes())?.into(),
             Some("appended") => {
                 let offset = integer(data.attribute("offset").unwrap_or(""))?;
                 let none = || bad("it has no appended data".into());
@@ -82,21 +90,12 @@ impl<'a> Encoding<'a> {
             }
             other => return Err(bad(format!("an array of format {other:?}"))),
         };
-        let too_large = || Problem::TooLarge(format!("{count} values"));
-        let expected = count.checked_mul(size).ok_or_else(too_large)?;
-        let payload = match self.zlib {
-            true => self.inflate(&bytes, expected)?,
-            false => self.plain(&bytes, expected)?,
+        let expected = layout.count() * self.encoding.element.size();
+        let payload: Cow<[u8]> = match self.zlib {
+            true => self.inflate(&bytes, expected)?.into(),
+            false => self.plain(&bytes, expected)?.into(),
         };
-        let number = |chunk: &[u8]| {
-            let mut little = [0; 8];
-            little[..size].copy_from_slice(chunk);
-            if self.big {
-                little[..size].reverse();
-            }
-            convert(little)
-        };
-        Ok(payload.chunks_exact(size).map(number).collect())
+        layout.read(&mut &payload[..], self.encoding)
     }
 
     /// One integer of a header, and what follows.
@@ -106,21 +105,20 @@ impl<'a> Encoding<'a> {
         let (head, rest) = bytes.split_at_checked(size).ok_or_else(cut)?;
         let mut word = [0; 8];
         word[..size].copy_from_slice(head);
-        if self.big {
+        if self.encoding.big {
             word[..size].reverse();
         }
         let number = usize::try_from(u64::from_le_bytes(word));
         Ok((number.map_err(|_| cut())?, rest))
     }
 
-    fn plain(&self, bytes: &[u8], expected: usize) -> Result<Vec<u8>, Problem> {
+    fn plain<'b>(&self, bytes: &'b [u8], expected: usize) -> Result<&'b [u8], Problem> {
         let (size, rest) = self.header(bytes)?;
         check_size(expected, size)?;
-        let payload = rest.get(..size).ok_or(Problem::Truncated {
+        rest.get(..size).ok_or(Problem::Truncated {
             expected: size as u64,
             found: rest.len() as u64,
-        })?;
-        Ok(payload.to_vec())
+        })
     }
 
     fn inflate(&self, bytes: &[u8], expected: usize) -> Result<Vec<u8>, Problem> {
@@ -165,43 +163,26 @@ fn check_size(expected: usize, found: usize) -> Result<(), Problem> {
     }
 }
 
-/// Bytes of a number, and what makes one of its bytes in little-endian order.
-type Converter = (usize, fn([u8; 8]) -> f64);
-
-/// That of the given type of numbers.
-fn converter(kind: &str) -> Result<Converter, Problem> {
-    fn head<const N: usize>(bytes: [u8; 8]) -> [u8; N] {
-        std::array::from_fn(|i| bytes[i])
+/// VTK's word for numbers of a type.
+pub(super) fn word(element: Element) -> &'static str {
+    match element {
+        Element::F16 | Element::F32 => "Float32",
+        Element::F64 => "Float64",
+        Element::I8 => "Int8",
+        Element::I16 => "Int16",
+        Element::I32 => "Int32",
+        Element::I64 => "Int64",
+        Element::U8 => "UInt8",
+        Element::U16 => "UInt16",
+        Element::U32 => "UInt32",
+        Element::U64 => "UInt64",
     }
-    Ok(match kind {
-        "Float32" => (4, |b| f64::from(f32::from_le_bytes(head(b)))),
-        "Float64" => (8, f64::from_le_bytes),
-        "Int8" => (1, |b| f64::from(b[0] as i8)),
-        "UInt8" => (1, |b| f64::from(b[0])),
-        "Int16" => (2, |b| f64::from(i16::from_le_bytes(head(b)))),
-        "UInt16" => (2, |b| f64::from(u16::from_le_bytes(head(b)))),
-        "Int32" => (4, |b| f64::from(i32::from_le_bytes(head(b)))),
-        "UInt32" => (4, |b| f64::from(u32::from_le_bytes(head(b)))),
-        "Int64" => (8, |b| i64::from_le_bytes(b) as f64),
-        "UInt64" => (8, |b| u64::from_le_bytes(b) as f64),
-        other => return Err(Problem::Unsupported(format!("numbers of type '{other}'"))),
-    })
 }
 
-fn numbers(text: &str, count: usize) -> Result<Vec<f64>, Problem> {
-    let words = text.split_whitespace();
-    let number = |word: &str| {
-        word.parse()
-            .map_err(|_| bad(format!("'{word}' is not a number")))
-    };
-    let numbers: Vec<f64> = words.map(number).collect::<Result<_, _>>()?;
-    match numbers.len() == count {
-        true => Ok(numbers),
-        false => Err(Problem::Mismatch {
-            expected: format!("{count} values"),
-            found: format!("{}", numbers.len()),
-        }),
-    }
+fn element(name: &str) -> Result<Element, Problem> {
+    let same = |element: &Element| *element != Element::F16 && word(*element) == name;
+    let found = Element::ALL.into_iter().find(same);
+    found.ok_or_else(|| Problem::Unsupported(format!("numbers of type '{name}'")))
 }
 
 /// The bytes of base64 text, blanks left out. Header and data may be encoded apart: padding ends a part,

@@ -1,9 +1,11 @@
-"""Makes the volume files of this folder by the formats' own libraries: pip install numpy h5py vtk.
+"""Makes the volume files of this folder by the formats' own libraries: pip install numpy h5py vtk pynrrd scipy.
 
 Samples say where they are: x + 10 y + 100 z at sample (x, y, z) of a grid of 2 x 3 x 4, as in the tests.
 """
 import h5py
+import nrrd
 import numpy as np
+import scipy.io
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk
 
@@ -65,3 +67,60 @@ with h5py.File("kwave.h5", "w") as file:
     hole = VALUES.astype("<f4")
     hole[2, 1, 0] = np.nan
     file.create_dataset("hole", data=hole)
+
+# Other numbers, and the grid of k-Wave.
+with h5py.File("numbers.h5", "w") as file:
+    for dtype in ["<f2", "|i1", ">i2", "<i4", "<i8", "|u1", "<u2", ">u4", "<u8"]:
+        file.create_dataset(dtype[1:], data=(VALUES % 100).astype(dtype))
+    channels = np.stack([VALUES, 1000 + VALUES])
+    file.create_dataset("czyx", data=channels.astype("<f4"))
+    for name, step in zip(["dx", "dy", "dz"], [1e-4, 2e-4, 4e-4]):
+        file.create_dataset(name, data=np.array([[[step]]], dtype="<f4"))
+
+np.save("half.npy", VALUES.astype("<f2"))
+np.save("big.npy", np.asfortranarray(VALUES.T.astype(">i4")))  # [x, y, z]
+np.savez("stored.npz", density=VALUES.astype("<f4"), other=np.arange(3))
+np.savez_compressed("compressed.npz", density=VALUES.astype("<u2"))
+
+# Axes of NRRD are listed from the fastest on.
+place = {
+    "space": "left-posterior-superior",
+    "space directions": np.diag([0.1, 0.2, 0.4]),
+    "space origin": [0.8, -1.0, 1.6],
+    "space units": ["mm", "mm", "mm"],
+}
+node = place | {"centerings": ["node", "node", "node"]}
+cell = place | {"centerings": ["cell", "cell", "cell"]}
+nrrd.write("raw.nrrd", VALUES.T.astype("<f4"), node | {"encoding": "raw"})
+nrrd.write("gzip.nrrd", VALUES.T.astype(">i2"), cell | {"encoding": "gzip"})
+nrrd.write("ascii.nrrd", VALUES.T.astype("<f8"), node | {"encoding": "ascii"})
+nrrd.write("detached.nhdr", VALUES.T.astype("<u2"), cell | {"encoding": "raw"}, detached_header=True)
+nrrd.write("spacings.nrrd", VALUES.T.astype("<f4"), {"spacings": [0.1, 0.2, 0.4], "encoding": "raw"})
+nrrd.write("z_first.nrrd", VALUES.astype("<f4"), {"encoding": "raw"})
+vectors = {"space directions": np.array([[np.nan] * 3, [0, 0.1, 0], [-0.2, 0, 0], [0, 0, 0.4]])}
+nrrd.write("turned.nrrd", np.stack([VALUES.T, 1000 + VALUES.T]).astype("<f4"), place | vectors | {"encoding": "raw"})
+
+arrays = {"density": VALUES.T.astype("<f4"), "label": "water", "flat": VALUES[0].T.astype("u1"), "wave": 1j * VALUES.T}
+scipy.io.savemat("plain.mat", arrays)
+scipy.io.savemat("compressed.mat", {"density": VALUES.T.astype("<f8"), "label": "water"}, do_compression=True)
+with h5py.File("v73.mat", "w", userblock_size=512) as file:
+    file.create_dataset("density", data=VALUES.astype("<f4"))
+with open("v73.mat", "r+b") as file:
+    file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\0\2IM")
+
+
+def legacy(name, data, binary):
+    writer = vtk.vtkDataSetWriter()
+    writer.SetFileName(name)
+    writer.SetInputData(data)
+    writer.SetFileType(vtk.VTK_BINARY if binary else vtk.VTK_ASCII)
+    writer.Write()
+
+
+legacy("ascii.vtk", points, False)
+legacy("cells.vtk", image(VALUES, False, np.int16), True)
+vectors = numpy_to_vtk(np.stack([VALUES.ravel(), 1000.0 + VALUES.ravel()], axis=1), deep=True)
+vectors.SetName("pair")
+two.GetPointData().AddArray(vectors)
+two.GetPointData().SetActiveScalars("other")
+legacy("three.vtk", two, True)

@@ -1,0 +1,128 @@
+//! `morgana plot`.
+
+use super::values::{finite, pixel};
+use clap::{Args as ClapArgs, Subcommand};
+use std::path::PathBuf;
+
+/// `morgana plot`.
+#[derive(Debug, ClapArgs)]
+pub struct PlotArgs {
+    /// What to draw.
+    #[command(subcommand)]
+    pub figure: FigureArgs,
+}
+
+/// The figures.
+#[derive(Debug, Subcommand)]
+pub enum FigureArgs {
+    /// Values along a row or a column of EXR images, with bands of one standard error.
+    #[command(
+        after_help = "Example:\n  morgana plot profile with.exr without.exr --row 48 -o profile.svg"
+    )]
+    Profile {
+        /// Images (.exr).
+        #[arg(required = true, value_name = "IMAGE")]
+        images: Vec<PathBuf>,
+        /// Row of pixels, from 0 at the top.
+        #[arg(
+            long,
+            value_name = "Y",
+            conflicts_with = "column",
+            required_unless_present = "column"
+        )]
+        row: Option<usize>,
+        /// Column of pixels, from 0 at the left.
+        #[arg(long, value_name = "X")]
+        column: Option<usize>,
+        /// Layer, for example bounce.1; the image itself by default.
+        #[arg(
+            long,
+            value_name = "NAME",
+            default_value = "",
+            hide_default_value = true
+        )]
+        layer: String,
+        /// Channel; the mean over all by default.
+        #[arg(long, value_name = "NAME")]
+        channel: Option<String>,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// A layer of an EXR image in false colours, with a colour bar.
+    #[command(after_help = "Example:\n  \
+        morgana plot image jet.exr --layer deflection --channel X -o deflection.png")]
+    Image {
+        /// Image (.exr).
+        #[arg(value_name = "IMAGE")]
+        image: PathBuf,
+        /// Layer, for example deflection; the image itself by default.
+        #[arg(
+            long,
+            value_name = "NAME",
+            default_value = "",
+            hide_default_value = true
+        )]
+        layer: String,
+        /// Channel; the mean over all by default.
+        #[arg(long, value_name = "NAME")]
+        channel: Option<String>,
+        /// Colours go by the logarithm.
+        #[arg(long)]
+        log: bool,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Light over optical length or time, from EXR images with bins of them.
+    #[command(
+        after_help = "Example:\n  morgana plot histogram transient.exr --pixel 20,30 -o time.png"
+    )]
+    Histogram {
+        /// Images (.exr).
+        #[arg(required = true, value_name = "IMAGE")]
+        images: Vec<PathBuf>,
+        /// One pixel, from 0,0 at the top left, instead of the mean over all.
+        #[arg(long, value_name = "X,Y", value_parser = pixel)]
+        pixel: Option<[usize; 2]>,
+        /// Channel; the mean over all by default.
+        #[arg(long, value_name = "NAME")]
+        channel: Option<String>,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// A section through what a fluence meter has read.
+    #[command(after_help = "Example:\n  \
+        morgana plot slice fluence.npz --axis z --at 0.5 --log -o slice.png")]
+    Slice {
+        /// Readings (.npz).
+        #[arg(value_name = "READINGS")]
+        readings: PathBuf,
+        /// Axis across the section: x, y or z of the meter.
+        #[arg(long, value_name = "AXIS", default_value = "z", value_parser = ["x", "y", "z"])]
+        axis: String,
+        /// Where on that axis.
+        #[arg(long, value_name = "POSITION", allow_hyphen_values = true, value_parser = finite)]
+        at: f64,
+        /// Array, for example absorbed; the fluence by default.
+        #[arg(long, value_name = "NAME")]
+        array: Option<String>,
+        /// Colours go by the logarithm.
+        #[arg(long)]
+        log: bool,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Errors against samples per pixel, from files of `render --stats`, a line for each integrator.
+    #[command(after_help = "Example:\n  morgana plot convergence a.json b.json -o convergence.svg")]
+    Convergence {
+        /// Statistics (.json).
+        #[arg(required = true, value_name = "STATS")]
+        stats: Vec<PathBuf>,
+        /// File to write: .svg or .png.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+}

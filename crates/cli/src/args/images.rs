@@ -1,0 +1,107 @@
+//! `morgana compare` and `morgana tonemap`.
+
+use super::values::{block, curve, finite, not_negative};
+use clap::Args as ClapArgs;
+use io::image::tone::{Curve, Tone};
+use std::path::PathBuf;
+
+/// How bright images are on a screen.
+#[derive(Clone, Copy, Debug, ClapArgs)]
+pub struct ToneArgs {
+    /// Brighten PNG files by this many stops.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    pub exposure: f64,
+    /// What happens to bright values in PNG files: srgb cuts them off at 1, filmic compresses them up to 5.6 (the
+    /// curve of J. Hable, 2010), which darkens the others.
+    #[arg(long, value_name = "CURVE", default_value = "srgb", value_parser = curve)]
+    pub tone_map: Curve,
+}
+
+impl ToneArgs {
+    /// As images take it.
+    pub fn tone(self) -> Tone {
+        Tone {
+            exposure: self.exposure,
+            curve: self.tone_map,
+        }
+    }
+}
+
+/// `morgana tonemap`.
+#[derive(Debug, ClapArgs)]
+pub struct TonemapArgs {
+    /// Image (.exr, .png or .npy).
+    #[arg(value_name = "IMAGE")]
+    pub image: PathBuf,
+    /// Layer, for example bounce.1; the image itself by default.
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub layer: String,
+    #[command(flatten)]
+    pub tone: ToneArgs,
+    /// File to write: .png.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+}
+
+/// `morgana compare`.
+#[derive(Debug, ClapArgs)]
+pub struct CompareArgs {
+    /// Image (.exr, .png or .npy).
+    #[arg(value_name = "IMAGE")]
+    pub image: PathBuf,
+    /// What it should look like (.exr, .png or .npy).
+    #[arg(value_name = "REFERENCE")]
+    pub reference: PathBuf,
+    /// Layer, for example bounce.1; the images themselves by default.
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub layer: String,
+    /// Brighten both images by this many stops before FLIP looks at them.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    pub exposure: f64,
+    /// Divide differences of means over blocks of N × N pixels by their standard errors.
+    #[arg(long, value_name = "N", default_value = "1", value_parser = block)]
+    pub block: usize,
+    /// Write a map of the differences that FLIP sees: .png or .exr.
+    #[arg(long = "image", value_name = "FILE")]
+    pub map: Option<PathBuf>,
+    /// Write a map of differences by their standard errors, from blue (darker than the reference, -5) to red
+    /// (brighter, 5): .png, or .exr for the numbers. Both images need variances.
+    #[arg(long, value_name = "FILE")]
+    pub zmap: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub limits: Limits,
+}
+
+/// What is accepted.
+#[derive(Clone, Copy, Debug, ClapArgs)]
+#[command(next_help_heading = "Limits")]
+pub struct Limits {
+    /// Largest root of the mean squared difference.
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub max_rmse: Option<f64>,
+    /// Largest mean of squared relative differences.
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub max_relative_mse: Option<f64>,
+    /// Smallest ratio of the reference's largest value to the error, in decibels.
+    #[arg(long, value_name = "DB", allow_negative_numbers = true, value_parser = finite)]
+    pub min_psnr: Option<f64>,
+    /// Largest mean of FLIP, from 0 to 1.
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub max_flip: Option<f64>,
+    /// Largest difference by its standard error. Both images need variances.
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub max_z: Option<f64>,
+}

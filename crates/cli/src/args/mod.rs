@@ -1,0 +1,191 @@
+//! The command line as it is written. Each value is checked on its own here; what depends on
+//! several values, on files or on the scene is checked in [`crate::config`].
+
+mod figures;
+mod images;
+mod rays;
+mod render;
+mod values;
+mod volumes;
+
+use clap::{Args as ClapArgs, Parser, Subcommand};
+use std::path::PathBuf;
+
+pub use figures::{FigureArgs, PlotArgs};
+pub use images::{CompareArgs, ToneArgs, TonemapArgs};
+pub use rays::{ConnectArgs, TraceArgs};
+pub use render::RenderArgs;
+use values::define;
+pub use volumes::ConvertArgs;
+
+/// Renders light in media of continuously varying refractive index.
+#[derive(Debug, Parser)]
+#[command(
+    name = "morgana",
+    version,
+    max_term_width = 100,
+    arg_required_else_help = true,
+    after_help = "Example:\n  morgana render scenes/luneburg_fog.xml -o fog.exr -o fog.png\n\n\
+        Each command has examples of its own: morgana trace --help."
+)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to images.
+    #[command(after_help = "Example:\n  \
+        morgana render scenes/luneburg_fog.xml --spp 256 -o fog.exr -o fog.png\n\n\
+        Without -o, an EXR and a PNG file named after the scene are written to the current folder; \
+        an NPZ file if the scene has meters in place of a camera (docs/meters.md). \
+        Ctrl-C stops the render and writes what there is; the same seed always gives the same image, \
+        whatever the number of threads.")]
+    Render(RenderArgs),
+    /// Describe a scene: media, emitters, certificates of unique connections, memory.
+    #[command(after_help = "Example:\n  morgana info scenes/luneburg_fog.xml")]
+    Info(InfoArgs),
+    /// Follow rays through a scene and write their paths as CSV, JSON or a plot.
+    #[command(after_help = "Example:\n  \
+        morgana trace scenes/luneburg_fog.xml --from=-3,0,0 --direction 1,0,0 \\\n    \
+        --rays 15 --width 1.8 -o rays.svg\n\n\
+        Rays pass index-matched boundaries, are refracted by smooth dielectrics (or totally reflected) \
+        and reflected by smooth metals; they end at any other surface and where they leave the scene. \
+        Nothing is scattered. Without -o, CSV goes to the standard output.")]
+    Trace(TraceArgs),
+    /// Find the rays between two points of a scene.
+    #[command(after_help = "Examples:\n  \
+        morgana connect scenes/luneburg_fog.xml --from=-0.5,0.2,0 --to 0.7,0,0.1\n  \
+        morgana connect scenes/aquarium_laser.xml --from=10,4,0 --to 30,12,5 --all --reflections 1\n\n\
+        Prints JSON: the primary branch, found from the direction of the chord, with its directions, \
+        lengths, transmittance per channel and the ray-tube Jacobian dA/dΩ. With --all, every branch, \
+        the shortest optical path first; \"primary\" says which one is found from the chord, \
+        \"occluded\" whether an opaque or rough surface blocks it, \"reflections\" how often it is \
+        reflected where it could have been refracted. The search follows rays in some 1500 directions; \
+        branches that graze an interface may be missed. \"failure\" and \"occluded\" at the end are \
+        those of the primary branch.\n\n\
+        \"certified_unique\" says that no second ray can exist; false says that none is known not to. \
+        That there is no ray is an answer, not an error.")]
+    Connect(ConnectArgs),
+    /// Draw figures of results: profiles, maps, histograms over time, sections of fluence, convergence.
+    #[command(after_help = "Example:\n  \
+        morgana plot profile with.exr without.exr --row 48 -o profile.svg\n\n\
+        Each figure has an example of its own: morgana plot image --help.")]
+    Plot(PlotArgs),
+    /// Compare an image with a reference: errors, a map of visible differences, standard errors.
+    #[command(after_help = "Examples:\n  \
+        morgana compare new.exr old.exr --image difference.png\n  \
+        morgana compare path.exr bdpt.exr --max-z 6 --max-relative-mse 0.01\n\n\
+        Exit status: 0 if no limit is exceeded, 1 if one is, 2 if the images cannot be compared. Numbers are of \
+        linear values, over all pixels and channels (docs/images.md).")]
+    Compare(CompareArgs),
+    /// Turn an image into a PNG file as a screen shows it.
+    #[command(after_help = "Example:\n  \
+        morgana tonemap fog.exr --exposure 1.5 --tone-map filmic -o fog.png\n\n\
+        For false colours with a colour bar see morgana plot image.")]
+    Tonemap(TonemapArgs),
+    /// Convert a volume to another format, and say what is in it.
+    #[command(after_help = "Examples:\n  \
+        morgana convert density.npy density.vti --axes xyz --spacing 0.1,0.1,0.2\n  \
+        morgana convert kwave.h5 pressure.nrrd --dataset p_final --axes zyx --resample 64x64x32\n\n\
+        Extensions choose the formats: .vol, .npy, .npz, .h5 or .hdf5, .mat, .nrrd, .vti and .vtk \
+        (docs/scene-format.md). Numbers keep their type where the new format has it; if values are \
+        rounded or the place in space is not kept, the summary says so.")]
+    Convert(ConvertArgs),
+    /// Check a scene without rendering it: every error, warning and note.
+    #[command(after_help = "Example:\n  \
+        morgana check scenes/luneburg_fog.xml -D albedo=0.5\n\n\
+        Data files are read, too. Exit status: 0 if the scene can be used, 2 if not.")]
+    Check(CheckArgs),
+    /// Print the JSON Schema of scenes in JSON, by which editors complete and check them.
+    #[command(after_help = "Example:\n  \
+        morgana schema > scene.schema.json\n\n\
+        A scene names it by \"$schema\": \"scene.schema.json\" (docs/scene-format.md).")]
+    Schema,
+    /// Print a script that completes command lines in a shell.
+    #[command(after_help = "Example:\n  \
+        morgana completions bash > ~/.local/share/bash-completion/completions/morgana")]
+    Completions {
+        /// Shell.
+        shell: clap_complete::Shell,
+    },
+    /// Write manual pages: morgana.1, and one for each command.
+    #[command(after_help = "Example:\n  morgana man ~/.local/share/man/man1")]
+    Man {
+        /// Folder to write to.
+        #[arg(value_name = "FOLDER")]
+        folder: PathBuf,
+    },
+}
+
+/// A scene file and its parameters.
+#[derive(Clone, Debug, ClapArgs)]
+pub struct SceneArgs {
+    /// Scene file: .json, or XML.
+    #[arg(value_name = "SCENE")]
+    pub path: PathBuf,
+    /// Set a parameter that the scene declares; may be repeated.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
+    pub defines: Vec<(String, String)>,
+}
+
+/// `morgana info`.
+#[derive(Debug, ClapArgs)]
+pub struct InfoArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `morgana check`.
+#[derive(Debug, ClapArgs)]
+pub struct CheckArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Args::command().debug_assert();
+    }
+
+    /// Commands as help shows them, joined where a line ends with a backslash.
+    fn examples(command: &clap::Command) -> Vec<String> {
+        let help = command.get_after_help().map(ToString::to_string);
+        let help = help.unwrap_or_default().replace("\\\n", " ");
+        let examples = help.lines().filter_map(|l| l.strip_prefix("  "));
+        examples
+            .map(|l| l.split(" > ").next().unwrap_or(l).to_owned())
+            .collect()
+    }
+
+    #[test]
+    fn every_command_has_examples_that_can_be_given() {
+        check_examples(&Args::command(), "morgana");
+    }
+
+    /// Checks a command that is called by these words, and its subcommands.
+    fn check_examples(command: &clap::Command, called: &str) {
+        let examples = examples(command);
+        assert!(!examples.is_empty(), "{called}");
+        for example in examples {
+            assert!(example.starts_with(called), "{called}: {example}");
+            if let Err(e) = Args::try_parse_from(example.split_whitespace()) {
+                panic!("{example}: {e}");
+            }
+        }
+        for command in command.get_subcommands() {
+            check_examples(command, &format!("{called} {}", command.get_name()));
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! `morgana trace` and `morgana connect`.
+
+use super::SceneArgs;
+use super::values::{direction, not_negative, point, positive, rays, reflections};
+use clap::Args as ClapArgs;
+use glam::DVec3;
+use std::path::PathBuf;
+
+/// `morgana trace`.
+#[derive(Debug, ClapArgs)]
+pub struct TraceArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Where the rays start.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
+    pub from: DVec3,
+    /// Direction of the middle ray; any length.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = direction)]
+    pub direction: DVec3,
+    /// Number of rays.
+    #[arg(long, value_name = "N", default_value = "1", value_parser = rays)]
+    pub rays: usize,
+    /// Angle of the fan of rays, in degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, value_parser = not_negative)]
+    pub spread: f64,
+    /// Width over which the starts of the rays are spread, across their direction.
+    #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = not_negative)]
+    pub width: f64,
+    /// Longest ray; ten times the size of the scene by default.
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub max_length: Option<f64>,
+    /// Draw the rays over this picture of the scene (.png), where its camera sees them; needs -o FILE.svg.
+    #[arg(long, value_name = "PICTURE", requires = "output")]
+    pub overlay: Option<PathBuf>,
+    /// File to write; its extension chooses the format: .csv or .json, .svg for a plot, .obj, .ply or .vtk for
+    /// other programs.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+/// `morgana connect`.
+#[derive(Debug, ClapArgs)]
+pub struct ConnectArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Where the ray starts.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
+    pub from: DVec3,
+    /// Where the ray ends.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
+    pub to: DVec3,
+    /// Find every branch by a dense search, not only the primary one.
+    #[arg(long)]
+    pub all: bool,
+    /// Follow up to this many reflections at smooth dielectrics, where refraction is possible.
+    #[arg(long, value_name = "K", default_value_t = 0, requires = "all", value_parser = reflections)]
+    pub reflections: u32,
+}

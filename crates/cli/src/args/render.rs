@@ -1,0 +1,63 @@
+//! `morgana render`.
+
+use super::values::{duration, measure, particles, positive, samples, threads};
+use super::{SceneArgs, ToneArgs};
+use clap::Args as ClapArgs;
+use std::path::PathBuf;
+use std::time::Duration;
+use transport::render::Measure;
+
+/// `morgana render`.
+#[derive(Debug, ClapArgs)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// File to write; its extension chooses the format: .exr, .png or .npy for an image, .npz, .h5,
+    /// .nrrd or .npy for the readings of meters. May be repeated.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Samples per pixel, instead of the scene's.
+    #[arg(long, value_name = "N", value_parser = samples)]
+    pub spp: Option<u64>,
+    /// Particles to follow if the scene has meters in place of a camera, for example 1e7, instead of
+    /// the scene's number.
+    #[arg(long, value_name = "N", value_parser = particles, conflicts_with = "spp")]
+    pub particles: Option<u64>,
+    /// Seed of the random numbers.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Number of threads; all processors by default.
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub threads: Option<usize>,
+    /// Stop after this time, for example 30s, 2m or 1h30m; --spp is then an upper bound.
+    #[arg(long, value_name = "DURATION", value_parser = duration)]
+    pub time: Option<Duration>,
+    /// Stop when the measured error is down to this part of the image's mean, for example 0.01; --spp is
+    /// then an upper bound. Stopping by measured errors biases the mean slightly.
+    #[arg(long, value_name = "X", value_parser = positive)]
+    pub target_error: Option<f64>,
+    /// What --target-error is of: image, the standard error of the image's mean (default), or pixel, the
+    /// root mean square of those of all pixels.
+    #[arg(long, value_name = "WHAT", requires = "target_error", value_parser = measure)]
+    pub target: Option<Measure>,
+    /// Estimator, instead of the scene's: path, particle, bdpt, photon or sppm. Parameters that all have in common
+    /// stay those of the scene.
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<String>,
+    /// Write an EXR file that shows what each strategy of bdpt or particle finds: layers
+    /// s1t2.weighted, whose sum is the image, and s1t2.unweighted, for s vertices from the emitter
+    /// and t from the sensor (8 stands for 8 or more).
+    #[arg(long, value_name = "FILE")]
+    pub strategies: Option<PathBuf>,
+    #[command(flatten)]
+    pub tone: ToneArgs,
+    /// Show the image while it is made in a running tev, for example localhost:14158.
+    #[arg(long, value_name = "HOST[:PORT]")]
+    pub tev: Option<String>,
+    /// Write counts, rates and settings as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+    /// Print nothing but errors.
+    #[arg(short, long)]
+    pub quiet: bool,
+}

@@ -1,0 +1,195 @@
+//! Values of options.
+
+use glam::DVec3;
+use io::element::Element;
+use io::image::tone::Curve;
+use std::time::Duration;
+use transport::render::Measure;
+
+pub fn define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
+        _ => Err("expected NAME=VALUE".into()),
+    }
+}
+
+/// Rays are all kept until they are written.
+const MOST_RAYS: u64 = 1_000_000;
+/// Beyond the largest machines.
+const MOST_THREADS: u64 = 4096;
+
+pub fn measure(text: &str) -> Result<Measure, String> {
+    let of = |measure: &Measure| measure.name() == text;
+    let known = [Measure::Image, Measure::Pixel].into_iter().find(of);
+    known.ok_or_else(|| format!("expected one of: {}", Measure::NAMES.join(", ")))
+}
+
+pub fn curve(text: &str) -> Result<Curve, String> {
+    let known = Curve::NAMES.iter().find(|(name, _)| *name == text);
+    let names = || Curve::NAMES.map(|(name, _)| name).join(", ");
+    known
+        .map(|(_, curve)| *curve)
+        .ok_or_else(|| format!("expected one of: {}", names()))
+}
+
+pub fn samples(text: &str) -> Result<u64, String> {
+    whole(text, u64::MAX).ok_or_else(|| "expected a whole number, at least 1".into())
+}
+
+/// Whole numbers up to this are exact as floating-point numbers.
+const EXACT: f64 = (1u64 << 53) as f64;
+
+pub fn particles(text: &str) -> Result<u64, String> {
+    let number = finite(text).ok();
+    let number = number.filter(|n| n.fract() == 0.0 && (1.0..=EXACT).contains(n));
+    number
+        .map(|n| n as u64)
+        .ok_or_else(|| "expected a whole number, at least 1, such as 250000 or 1e7".into())
+}
+
+pub fn block(text: &str) -> Result<usize, String> {
+    bounded(text, u32::MAX.into())
+}
+
+pub fn rays(text: &str) -> Result<usize, String> {
+    bounded(text, MOST_RAYS)
+}
+
+pub fn threads(text: &str) -> Result<usize, String> {
+    bounded(text, MOST_THREADS)
+}
+
+/// Every reflection multiplies the ways that are followed.
+const MOST_REFLECTIONS: u32 = 8;
+
+pub fn reflections(text: &str) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|k| *k <= MOST_REFLECTIONS);
+    number.ok_or_else(|| format!("expected a whole number from 0 to {MOST_REFLECTIONS}"))
+}
+
+fn bounded(text: &str, most: u64) -> Result<usize, String> {
+    let number = whole(text, most).and_then(|n| usize::try_from(n).ok());
+    number.ok_or_else(|| format!("expected a whole number from 1 to {most}"))
+}
+
+fn whole(text: &str, most: u64) -> Option<u64> {
+    text.parse().ok().filter(|n| (1..=most).contains(n))
+}
+
+pub fn pixel(text: &str) -> Result<[usize; 2], String> {
+    let numbers = text
+        .split_once(',')
+        .map(|(x, y)| [x, y].map(|t| t.trim().parse().ok()));
+    match numbers {
+        Some([Some(x), Some(y)]) => Ok([x, y]),
+        _ => Err("expected two whole numbers, X,Y".into()),
+    }
+}
+
+pub fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        _ => Err("expected a number".into()),
+    }
+}
+
+pub fn not_negative(text: &str) -> Result<f64, String> {
+    let message = || "expected a number, zero or more".to_owned();
+    finite(text).ok().filter(|v| *v >= 0.0).ok_or_else(message)
+}
+
+pub fn positive(text: &str) -> Result<f64, String> {
+    let message = || "expected a number above zero".to_owned();
+    finite(text).ok().filter(|v| *v > 0.0).ok_or_else(message)
+}
+
+pub fn point(text: &str) -> Result<DVec3, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|t| finite(t).ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) => Ok(DVec3::new(x, y, z)),
+        _ => Err("expected three numbers separated by commas, such as 0,1,-2.5".into()),
+    }
+}
+
+pub fn direction(text: &str) -> Result<DVec3, String> {
+    let zero = || "the direction must not be zero".to_owned();
+    point(text)?.try_normalize().ok_or_else(zero)
+}
+
+/// Hours, minutes and seconds in this order: `1h30m`, `2m`, `1.5s`; a number alone is seconds.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    let message = || "expected a time above zero such as 30s, 2m or 1h30m".to_owned();
+    let (mut rest, mut seconds) = (text.trim(), 0.0);
+    for (unit, length) in [('h', 3600.0), ('m', 60.0), ('s', 1.0)] {
+        if let Some((number, after)) = rest.split_once(unit) {
+            seconds += length * not_negative(number).map_err(|_| message())?;
+            rest = after;
+        }
+    }
+    if !rest.is_empty() {
+        seconds += not_negative(rest).map_err(|_| message())?;
+    }
+    match Duration::try_from_secs_f64(seconds) {
+        Ok(time) if !time.is_zero() => Ok(time),
+        _ => Err(message()),
+    }
+}
+
+/// Three lengths above zero.
+pub fn spacing(text: &str) -> Result<DVec3, String> {
+    let message = || "expected three numbers above zero".to_owned();
+    let spacing = point(text)?;
+    (spacing.min_element() > 0.0)
+        .then_some(spacing)
+        .ok_or_else(message)
+}
+
+/// Three counts, such as 64x64x32.
+pub fn grid(text: &str) -> Result<[usize; 3], String> {
+    let numbers: Option<Vec<usize>> = text.split('x').map(|n| n.trim().parse().ok()).collect();
+    let numbers = numbers.and_then(|n| n.try_into().ok());
+    let numbers = numbers.filter(|n: &[usize; 3]| !n.contains(&0));
+    numbers.ok_or_else(|| "expected three whole numbers above zero, such as 64x64x32".into())
+}
+
+/// A type of numbers.
+pub fn element(text: &str) -> Result<Element, String> {
+    let names = Element::ALL.map(Element::name);
+    Element::of_name(text).ok_or_else(|| format!("expected one of: {}", names.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations() {
+        let seconds = |text| duration(text).map(|d| d.as_secs_f64());
+        assert_eq!(seconds("30s"), Ok(30.0));
+        assert_eq!(seconds("2m"), Ok(120.0));
+        assert_eq!(seconds("1h30m"), Ok(5400.0));
+        assert_eq!(seconds("1h0m1.5s"), Ok(3601.5));
+        assert_eq!(seconds("90"), Ok(90.0));
+        for bad in ["", "0s", "s", "1x", "3m1h", "-1s", "1e400s", "nan"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_particles() {
+        assert_eq!(particles("1e7"), Ok(10_000_000));
+        assert_eq!(particles("123"), Ok(123));
+        for bad in ["0", "0.5", "-1", "1e30", "many", ""] {
+            assert!(particles(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn points() {
+        assert_eq!(point("1,-2, 3.5"), Ok(DVec3::new(1.0, -2.0, 3.5)));
+        for bad in ["1,2", "1,2,3,4", "a,b,c", "1,2,inf", ""] {
+            assert!(point(bad).is_err(), "{bad}");
+        }
+        assert!(direction("0,0,0").is_err());
+    }
+}

@@ -1,0 +1,29 @@
+//! `morgana check`.
+
+use crate::args::CheckArgs;
+use crate::failure::Failure;
+use crate::load::load_with_warnings;
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Loads a scene as a render would, and says what there is to say about it.
+pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
+    let loaded = load_with_warnings(&args.scene)?;
+    let film = loaded.scene().film();
+    let what = match loaded.instruments.len() {
+        0 => format!("{} × {} pixels", film.width, film.height),
+        1 => "1 meter".into(),
+        n => format!("{n} meters"),
+    };
+    let warnings = match loaded.warnings.iter().count() {
+        0 => "no warnings".to_owned(),
+        1 => "1 warning or note".into(),
+        n => format!("{n} warnings and notes"),
+    };
+    let name = args.scene.path.display();
+    writeln!(
+        std::io::stdout(),
+        "{name}: can be used ({what}; {warnings})"
+    )?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,70 @@
+//! `morgana compare`.
+
+use crate::args::CompareArgs;
+use crate::config;
+use crate::difference::{Difference, map};
+use crate::failure::Failure;
+use io::compare::compare as differences;
+use io::compare::flip::flip;
+use io::image::{ImageLayers, RgbImage};
+use io::{FileError, Problem};
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Exit status if a limit is exceeded, as of `cmp` and `diff`.
+const DIFFERENT: u8 = 1;
+
+/// Compares an image with a reference.
+pub fn compare(args: &CompareArgs) -> Result<ExitCode, Failure> {
+    let map_format = config::map(args.map.as_deref())?;
+    let zmap_format = config::map(args.zmap.as_deref())?;
+    // Status 1 says that images differ, so nothing else may.
+    let fail = |e: FileError| Failure::Usage(e.to_string());
+    let [image, reference] =
+        [&args.image, &args.reference].map(|path| read(path, &args.layer).map_err(fail));
+    let (image, reference) = (image?, reference?);
+    let at = |problem: Problem| fail(problem.at(&args.reference));
+    let numbers = differences(&image, &reference, args.block).map_err(at)?;
+    let flip = flip(&exposed(&image, args), &exposed(&reference, args)).map_err(at)?;
+    if numbers.z.is_none() && (args.zmap.is_some() || args.limits.max_z.is_some()) {
+        let message = "standard errors are not known: --zmap and --max-z need .exr files of renders, which have \
+                       variances";
+        return Err(Failure::Usage(message.into()));
+    }
+    let difference = Difference {
+        args,
+        images: [&image, &reference],
+        numbers: &numbers,
+        flip: &flip,
+    };
+    let size = (image.width, image.height);
+    if let (Some(path), Some(format)) = (&args.map, map_format) {
+        map::flip(path, format, size, &flip).map_err(fail)?;
+    }
+    if let (Some(path), Some(format), Some(z)) = (&args.zmap, zmap_format, &numbers.z) {
+        map::z(path, format, size, z).map_err(fail)?;
+    }
+    let text = match args.json {
+        true => format!("{:#}\n", difference.json()),
+        false => difference.text(),
+    };
+    std::io::stdout().write_all(text.as_bytes())?;
+    Ok(match difference.exceeded().is_empty() {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::from(DIFFERENT),
+    })
+}
+
+fn read(path: &Path, layer: &str) -> Result<ImageLayers, FileError> {
+    let image = ImageLayers::read(path)?;
+    image.focused(layer).map_err(|problem| problem.at(path))
+}
+
+/// What a screen shows before it cuts off what is too bright.
+fn exposed(image: &ImageLayers, args: &CompareArgs) -> RgbImage {
+    let gain = args.exposure.exp2() as f32;
+    let mut shown = image.on_screen().unwrap_or_default();
+    shown.pixels.iter_mut().flatten().for_each(|v| *v *= gain);
+    shown
+}

@@ -1,0 +1,97 @@
+//! A scene as JSON.
+
+use super::{constant_index, extinction_and_albedo, film_memory, found, meters, sensor_kind};
+use crate::layers::Naming;
+use crate::load::file_name;
+use io::Loaded;
+use serde_json::{Value, json};
+use std::path::Path;
+use transport::emitter::Emitter;
+use transport::scene::MediumId;
+
+/// All that the text says, and warnings.
+pub fn describe(path: &Path, loaded: &Loaded) -> Value {
+    let scene = loaded.scene();
+    let emitters = scene.emitters().iter().zip(&loaded.emitter_names);
+    let camera = loaded.instruments.is_empty();
+    json!({
+        "scene": file_name(path),
+        "hash": loaded.hash.to_string(),
+        "channels": loaded.channel_names,
+        "samples": loaded.samples,
+        "phases": scene.instants(),
+        "integrator": camera.then(|| loaded.integrator.name()),
+        "tolerance": scene.tolerance().get(),
+        "film": camera.then(|| film(loaded)),
+        "sensor": camera.then(|| sensor(loaded)),
+        "meters": meters(loaded)
+            .map(|(name, bins, bytes)| json!({ "name": name, "bins": bins, "bytes": bytes }))
+            .collect::<Vec<_>>(),
+        "objects": scene.objects().len(),
+        "emitters": emitters.map(|(e, name)| emitter(loaded, e, name)).collect::<Vec<_>>(),
+        "media": (0..scene.media().len()).map(|id| medium(loaded, id)).collect::<Vec<_>>(),
+        "warnings": loaded.warnings.iter().map(|w| w.message.as_str()).collect::<Vec<_>>(),
+    })
+}
+
+fn film(loaded: &Loaded) -> Value {
+    let film = loaded.scene().film();
+    let (bytes, with_strategies) = film_memory(loaded);
+    json!({
+        "width": film.width,
+        "height": film.height,
+        "decomposition": Naming::of(loaded).map(|n| n.axes()),
+        "bytes": bytes,
+        "bytes_with_strategies": with_strategies,
+    })
+}
+
+fn sensor(loaded: &Loaded) -> Value {
+    let scene = loaded.scene();
+    let (position, medium) = (scene.sensor().position(), scene.sensor_medium());
+    json!({
+        "type": sensor_kind(scene),
+        "position": position.to_array(),
+        "medium": scene.medium(medium).name,
+        "index": scene.n(medium, position),
+    })
+}
+
+fn emitter(loaded: &Loaded, emitter: &Emitter, name: &str) -> Value {
+    let found = found(loaded, emitter);
+    json!({
+        "name": name,
+        "type": emitter.kind(),
+        "found": found.as_ref().map(|(how, _)| how),
+        "complete": found.as_ref().map(|(_, complete)| complete),
+    })
+}
+
+/// Lengths are in scene units; "extinction" and "albedo" are null in clear media.
+fn medium(loaded: &Loaded, id: MediumId) -> Value {
+    let scene = loaded.scene();
+    let (medium, region) = (scene.medium(id), &scene.regions()[id]);
+    let bounds = &region.bounds;
+    let constant = medium.index.is_constant();
+    let (low, high) = match constant {
+        true => constant_index(loaded, id),
+        false => (bounds.n_min(), bounds.n_max()),
+    };
+    let range = |(low, high): (f64, f64)| json!({ "min": low, "max": high });
+    let [extinction, albedo] = match medium.is_transparent() {
+        true => [Value::Null, Value::Null],
+        false => extinction_and_albedo(loaded, id).map(range),
+    };
+    let uniqueness = region.uniqueness.as_ref();
+    json!({
+        "name": medium.name,
+        "constant": constant,
+        "index": range((low, high)),
+        "max_gradient_of_log_index": bounds.kappa(),
+        "unique_branches": constant || uniqueness.is_some_and(|u| u.whole_medium()),
+        "longest_ray": uniqueness.map(|u| u.longest_ray()).filter(|l| l.is_finite()),
+        "extinction": extinction,
+        "albedo": albedo,
+        "bytes": medium.memory(),
+    })
+}

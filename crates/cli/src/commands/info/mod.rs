@@ -1,0 +1,153 @@
+//! `morgana info`: what is known of a scene, in words and as JSON.
+
+mod json;
+mod text;
+
+use crate::args::InfoArgs;
+use crate::failure::Failure;
+use crate::load::load;
+use glam::DVec3;
+use io::Loaded;
+use io::assemble::{Needs, Walls};
+use io::diagnostic::Style;
+use std::io::{IsTerminal, Write as _};
+use std::process::ExitCode;
+use transport::Scene;
+use transport::emitter::Emitter;
+use transport::medium::{Medium, Texture};
+use transport::meter::Tally;
+use transport::render::{Options, memory};
+use transport::scene::MediumId;
+use transport::sensor::Sensor;
+
+/// Describes a scene.
+pub fn info(args: &InfoArgs) -> Result<ExitCode, Failure> {
+    let loaded = load(&args.scene, None, None)?;
+    let mut stdout = std::io::stdout();
+    let text = match args.json {
+        true => format!("{:#}\n", json::describe(&args.scene.path, &loaded)),
+        false => {
+            let style = Style::detect(stdout.is_terminal());
+            let text = text::describe(&args.scene.path, &loaded);
+            text.map_err(|e| Failure::Runtime(e.to_string()))? + &loaded.warnings.render(style)
+        }
+    };
+    stdout.write_all(text.as_bytes())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The kind of camera.
+fn sensor_kind(scene: &Scene) -> &'static str {
+    match scene.sensor() {
+        Sensor::Perspective(_) => "perspective",
+        Sensor::ThinLens(_) => "thinlens",
+        Sensor::Orthographic(_) => "orthographic",
+        Sensor::Absent(_) => "none (meters)",
+        Sensor::Telecentric(_) => "telecentric",
+    }
+}
+
+/// Bytes that all films take while they are rendered, and those that they take with images of strategies,
+/// where there are any.
+fn film_memory(loaded: &Loaded) -> (usize, Option<usize>) {
+    let film = loaded.scene().film();
+    let image = Options {
+        decomposition: loaded.layering.decomposition,
+        reweight: loaded.reweight,
+        ..Options::new(loaded.integrator, loaded.samples, 0)
+    };
+    let strategies = Options {
+        strategies: true,
+        ..image
+    };
+    let splats = loaded.integrator.splats();
+    (
+        memory(film, &image),
+        splats.then(|| memory(film, &strategies)),
+    )
+}
+
+/// Name, cells and bytes of every meter.
+fn meters(loaded: &Loaded) -> impl Iterator<Item = (&str, usize, usize)> {
+    loaded.instruments.iter().map(|instrument| {
+        let cells = instrument.meter.cells();
+        let memory = Tally::memory(cells * loaded.channel_names.len());
+        (instrument.name.as_str(), cells, memory)
+    })
+}
+
+/// Smallest and largest index of a medium that is the same everywhere, over the wavelengths.
+fn constant_index(loaded: &Loaded, id: MediumId) -> (f64, f64) {
+    let indices = loaded.groups.iter().map(|s| s.n(id, DVec3::ZERO));
+    indices.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), n| {
+        (low.min(n), high.max(n))
+    })
+}
+
+/// Smallest and largest extinction and albedo of a medium, over all channels.
+fn extinction_and_albedo(loaded: &Loaded, id: MediumId) -> [(f64, f64); 2] {
+    let groups = || {
+        let groups = loaded.groups.iter().enumerate();
+        groups.map(|(group, s)| (s.medium(id), s.film().lanes_of(group)))
+    };
+    let all = |texture: fn(&Medium) -> &Texture| {
+        range(groups().map(|(medium, lanes)| (texture(medium), lanes)))
+    };
+    let scale = loaded.scene().medium(id).scale;
+    let (low, high) = all(|m| &m.sigma_t);
+    [(low * scale, high * scale), all(|m| &m.albedo)]
+}
+
+/// What finds an emitter's light, and how much of it, in words; and whether that is all. `None` if it is not
+/// for a camera.
+fn found(loaded: &Loaded, emitter: &Emitter) -> Option<(String, bool)> {
+    let needs = Needs::of(&loaded.integrator, emitter.is_delta());
+    loaded
+        .instruments
+        .is_empty()
+        .then(|| finds(needs, &Walls::of(loaded.scene())))
+}
+
+fn finds(needs: Needs, walls: &Walls) -> (String, bool) {
+    let (by, edge) = match needs {
+        Needs::Nothing => return ("by connections and by chance: complete".into(), true),
+        Needs::FromEmitter => ("by connections", "on its way from the emitter"),
+        Needs::ToSensor => ("from the emitter", "on its way to the sensor"),
+        Needs::One => ("from both ends", "on every part of its way"),
+    };
+    let k = walls.reflections;
+    let reflected = match (walls.dielectric, walls.metal) {
+        (None, None) => return (format!("{by}, along all branches: complete"), true),
+        (Some(_), None) => partially(k),
+        (None, Some(_)) => "by smooth metals".into(),
+        (Some(_), Some(_)) => format!("by smooth metals or {}", partially(k)),
+    };
+    let but = format!("{by}: complete but for light that is reflected {reflected} {edge}");
+    (but, false)
+}
+
+fn partially(reflections: u32) -> String {
+    match reflections {
+        0 => "partially".into(),
+        1 => "partially more than once".into(),
+        k => format!("partially more than {k} times"),
+    }
+}
+
+/// Smallest and largest value over all groups of channels, of which so many count.
+fn range<'a>(textures: impl Iterator<Item = (&'a Texture, usize)>) -> (f64, f64) {
+    textures.fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(low, high), (texture, lanes)| {
+            let (a, b) = match texture {
+                Texture::Uniform(v) => {
+                    let used = &v.0[..lanes];
+                    let low = used.iter().copied().fold(f64::INFINITY, f64::min);
+                    (low, used.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+                }
+                Texture::Grid(grid) => grid.range(),
+            };
+            (low.min(a), high.max(b))
+        },
+    )
+}

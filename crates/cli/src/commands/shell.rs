@@ -1,0 +1,24 @@
+//! `morgana completions` and `morgana man`: what belongs to the command in a shell.
+
+use crate::args::Args;
+use crate::failure::Failure;
+use clap::CommandFactory;
+use clap_complete::{Shell, generate};
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Prints a script that completes command lines.
+pub fn completions(shell: Shell) -> Result<ExitCode, Failure> {
+    let mut script = Vec::new();
+    generate(shell, &mut Args::command(), "morgana", &mut script);
+    std::io::stdout().write_all(&script)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes manual pages, one for each command and its subcommands.
+pub fn man(folder: &Path) -> Result<ExitCode, Failure> {
+    clap_mangen::generate_to(Args::command(), folder)
+        .map_err(|e| Failure::Runtime(format!("cannot write to '{}': {e}", folder.display())))?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,150 @@
+//! The image while it is made, in the viewer tev (<https://github.com/Tom94/tev>).
+//!
+//! A thread of its own sends images, so that a render never waits for the viewer. Images that come while it
+//! is busy are left out.
+
+use crate::failure::{Failure, show};
+use io::{Diagnostic, Diagnostics};
+use std::io::ErrorKind;
+use std::net::{TcpStream, ToSocketAddrs};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
+use transport::Film;
+
+/// Where tev listens unless it is told otherwise.
+const PORT: u16 = 14158;
+/// Longest time to wait for a viewer that does not answer.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Time between two images, at least.
+const INTERVAL: Duration = Duration::from_millis(250);
+/// Values of a message, about: tev shows what it has between messages.
+const MESSAGE: usize = 1 << 20;
+
+/// A viewer that shows a render.
+#[derive(Debug)]
+pub struct Preview {
+    frames: SyncSender<Vec<f32>>,
+    sending: JoinHandle<()>,
+    last: Option<Instant>,
+}
+
+/// An image in the viewer.
+#[derive(Clone, Debug)]
+pub struct Canvas {
+    /// What it is called.
+    pub name: String,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Names of its channels.
+    pub channels: Vec<String>,
+}
+
+impl Preview {
+    /// Connects to a viewer, `HOST` or `HOST:PORT`.
+    pub fn open(address: &str, canvas: Canvas) -> Result<Self, Failure> {
+        let stream = connect(address).map_err(|why| {
+            Failure::Usage(format!(
+                "--tev: no viewer answers at '{address}': {why}; start tev first"
+            ))
+        })?;
+        let (frames, waiting) = sync_channel(1);
+        let sending = std::thread::spawn(move || {
+            if let Err(error) = send(TevClient::wrap(stream), &canvas, &waiting) {
+                let why = match error.kind() {
+                    ErrorKind::WouldBlock | ErrorKind::TimedOut => "it does not answer".into(),
+                    _ => error.to_string(),
+                };
+                let message = format!("--tev: the viewer is gone ({why}); the render goes on");
+                let mut diagnostics = Diagnostics::new();
+                diagnostics.push(Diagnostic::warning(message));
+                show(&diagnostics);
+            }
+        });
+        Ok(Preview {
+            frames,
+            sending,
+            last: None,
+        })
+    }
+
+    /// Shows how far a render has got, unless that has just been done.
+    pub fn update(&mut self, film: &Film) {
+        if self.last.is_none_or(|last| last.elapsed() >= INTERVAL) {
+            self.last = Some(Instant::now());
+            // A viewer that is busy or gone gets nothing.
+            let _ = self.frames.try_send(film.mean());
+        }
+    }
+
+    /// Shows the image that is done, and waits until the viewer has it.
+    pub fn finish(self, film: &Film) {
+        let _ = self.frames.send(film.mean());
+        drop(self.frames);
+        // A panic has been told already.
+        let _ = self.sending.join();
+    }
+}
+
+fn connect(address: &str) -> std::io::Result<TcpStream> {
+    let addresses = match address.to_socket_addrs() {
+        Ok(addresses) => addresses,
+        Err(_) => (address, PORT).to_socket_addrs()?,
+    };
+    let mut error = std::io::Error::other("there is no such host");
+    for address in addresses {
+        match TcpStream::connect_timeout(&address, PATIENCE) {
+            Ok(stream) => {
+                stream.set_write_timeout(Some(PATIENCE))?;
+                return Ok(stream);
+            }
+            Err(e) => error = e,
+        }
+    }
+    Err(error)
+}
+
+/// Sends images as they come.
+fn send(
+    mut viewer: TevClient,
+    canvas: &Canvas,
+    frames: &Receiver<Vec<f32>>,
+) -> std::io::Result<()> {
+    let [width, height] = canvas.size;
+    viewer.send(PacketCreateImage {
+        image_name: &canvas.name,
+        grab_focus: true,
+        width,
+        height,
+        channel_names: &canvas.channels,
+    })?;
+    for frame in frames {
+        canvas.send(&mut viewer, &frame)?;
+    }
+    Ok(())
+}
+
+impl Canvas {
+    /// Sends an image in bands of rows; its channels are interleaved.
+    fn send(&self, viewer: &mut TevClient, frame: &[f32]) -> std::io::Result<()> {
+        let ([width, height], channels) = (self.size, self.channels.len());
+        let row = width as usize * channels;
+        let rows = (MESSAGE / row).clamp(1, height as usize);
+        for (band, data) in frame.chunks(rows * row).enumerate() {
+            viewer.send(PacketUpdateImage {
+                image_name: &self.name,
+                grab_focus: false,
+                channel_names: &self.channels,
+                channel_offsets: &(0..channels as u64).collect::<Vec<_>>(),
+                channel_strides: &vec![channels as u64; channels],
+                x: 0,
+                y: (band * rows) as u32,
+                width,
+                height: (data.len() / row) as u32,
+                data,
+            })?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,124 @@
+//! Rays over a picture of the scene, where its camera sees them.
+//!
+//! A point is seen along the curved ray that joins it to the camera, as the light that it scatters is, so
+//! that lines lie on the beams of a picture.
+
+use super::colour::RAY;
+use crate::failure::Failure;
+use crate::trace::Path;
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use eikonal::Solver;
+use glam::DVec3;
+use io::image::png;
+use std::fmt::Write;
+use transport::Scene;
+use transport::scene::MediumId;
+use transport::sensor::Sensor;
+
+/// Points per ray: what is straight in the scene need not be so in the picture.
+const PIECES: f64 = 200.0;
+/// Width of lines, relative to the larger side of the picture.
+const STROKE: f64 = 0.002;
+
+/// An SVG document with a picture (a PNG file) and the rays over it.
+pub fn overlay(
+    scene: &Scene,
+    paths: &[Path],
+    picture: &std::path::Path,
+) -> Result<String, Failure> {
+    let camera = match scene.sensor() {
+        Sensor::Perspective(_) | Sensor::ThinLens(_) => scene.sensor(),
+        _ => {
+            let message = "--overlay needs a perspective or thinlens camera";
+            return Err(Failure::Usage(message.into()));
+        }
+    };
+    let size = size(scene, picture)?;
+    let bytes = std::fs::read(picture)
+        .map_err(|e| Failure::Usage(format!("cannot read '{}': {e}", picture.display())))?;
+    let mut eye = Eye {
+        scene,
+        camera,
+        solver: Solver::new(scene.tolerance()),
+    };
+    let [width, height] = size;
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {width} {height}\">\n<image width=\"{width}\" height=\"{height}\" \
+         href=\"data:image/png;base64,{}\"/>\n<g fill=\"none\" stroke=\"{RAY}\" stroke-width=\"{:.2}\" \
+         stroke-linejoin=\"round\" stroke-linecap=\"round\">\n",
+        BASE64_STANDARD.encode(bytes),
+        STROKE * width.max(height)
+    );
+    for line in paths.iter().flat_map(|path| eye.lines(path)) {
+        let points = line
+            .iter()
+            .map(|[s, t]| format!("{:.2},{:.2}", s * width, t * height));
+        let points: Vec<String> = points.collect();
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "<polyline points=\"{}\"/>", points.join(" "));
+    }
+    out.push_str("</g>\n</svg>\n");
+    Ok(out)
+}
+
+/// Width and height of a picture that has the proportions of the scene's film.
+fn size(scene: &Scene, picture: &std::path::Path) -> Result<[f64; 2], Failure> {
+    let image = png::read(picture).map_err(|e| Failure::Usage(e.to_string()))?;
+    let film = scene.film();
+    // One side follows from the other up to a pixel.
+    let [width, height] = [image.width, image.height].map(|n| n as f64);
+    let expected = width * film.height as f64 / film.width as f64;
+    if (height - expected).abs() > 1.0 {
+        return Err(Failure::Usage(format!(
+            "{}: the picture has {width} x {height} pixels, other proportions than the film's {} x {}",
+            picture.display(),
+            film.width,
+            film.height
+        )));
+    }
+    Ok([width, height])
+}
+
+struct Eye<'a> {
+    scene: &'a Scene,
+    camera: &'a Sensor,
+    solver: Solver<MediumId>,
+}
+
+impl Eye<'_> {
+    /// The parts of a ray that are seen, as positions on the picture from (0, 0) to (1, 1).
+    fn lines(&mut self, path: &Path) -> Vec<Vec<[f64; 2]>> {
+        let mut lines = vec![Vec::new()];
+        let longest = path.points.last().map_or(0.0, |p| p.arc_length) / PIECES;
+        for pair in path.points.windows(2) {
+            let pieces = ((pair[1].arc_length - pair[0].arc_length) / longest).ceil();
+            // Points amid the pieces: the ends may lie on surfaces.
+            for i in 0..pieces as usize {
+                let x = pair[0].x.lerp(pair[1].x, (i as f64 + 0.5) / pieces);
+                match self.place(x, pair[0].medium) {
+                    Some(place) => lines.last_mut().into_iter().for_each(|l| l.push(place)),
+                    None => lines.push(Vec::new()),
+                }
+            }
+        }
+        lines.retain(|line| line.len() > 1);
+        lines
+    }
+
+    /// Where a point of a medium is seen; `None` if it is hidden or outside of the picture.
+    fn place(&mut self, x: DVec3, medium: MediumId) -> Option<[f64; 2]> {
+        let eye = self.camera.position();
+        let found = self.solver.connect(self.scene, (x, medium), eye).ok()?;
+        if self.scene.is_occluded(self.solver.pieces(), None, 0.0) {
+            return None;
+        }
+        let place = self.camera.sense(eye, -found.direction_in)?.image;
+        // Lines to places a little outside are cut off by the frame.
+        place
+            .iter()
+            .all(|x| (-0.5..=1.5).contains(x))
+            .then_some(place)
+    }
+}

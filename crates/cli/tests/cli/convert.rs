@@ -1,0 +1,98 @@
+//! `morgana convert`: through all formats and back, its summary, and what it refuses.
+
+use crate::support::Folder;
+use io::volume::{AxisOrder, Options, Volume, npy};
+
+/// A folder with `in.npy` of 3 x 4 x 5 voxels and values of a sixteenth.
+fn folder() -> Folder {
+    let folder = Folder::with_scene("");
+    let data = (0..60).map(|i| i as f32 / 16.0).collect();
+    let volume = Volume::<f32>::new([3, 4, 5], 1, data).unwrap();
+    npy::write(&folder.path("in.npy"), &volume).unwrap();
+    folder
+}
+
+#[test]
+fn there_and_back_is_exact() {
+    let folder = folder();
+    for (format, back) in [
+        ("vol", ""),
+        ("npz", "--axes zyx"),
+        ("h5", "--axes zyx --dataset p"),
+        ("mat", "--axes xyz"),
+        ("nrrd", ""),
+        ("vti", ""),
+        ("vtk", ""),
+    ] {
+        let there = format!("convert in.npy a.{format} --axes zyx --out-dataset p");
+        folder.succeed(&there);
+        folder.succeed(&format!("convert a.{format} out.npy {back}"));
+        assert_eq!(folder.read("in.npy"), folder.read("out.npy"), "{format}");
+    }
+}
+
+#[test]
+fn the_summary_says_what_is_there() {
+    let folder = folder();
+    let summary = folder.succeed(
+        "convert in.npy a.nrrd --axes zyx --spacing 0.1,0.2,0.5 --origin=-1,0,2 --resample 3x2x5",
+    );
+    let expected = "in.npy: 3 x 4 x 5 voxels, float32\n  values    0 to 3.6875, mean 1.8438\n  \
+                    place     not given\na.nrrd: 3 x 2 x 5 voxels, float32\n  \
+                    values    0.09375 to 3.5938, mean 1.8438\n  spacing   0.1 x 0.4 x 0.5\n  \
+                    first     (-1, 0.1, 2); samples at centers\n";
+    assert_eq!(summary, expected);
+    let summary = folder.succeed("convert a.nrrd b.npy --type float16");
+    assert!(
+        summary.contains("axes      zyx (axis_order, --axes)"),
+        "{summary}"
+    );
+    assert!(
+        summary.contains("place     is not kept by this format"),
+        "{summary}"
+    );
+    let summary =
+        folder.succeed("convert in.npy b.npy --axes zyx --type uint8 --scale 3 --offset 0.5");
+    assert!(
+        summary.contains("rounding  changes values by up to 0.5"),
+        "{summary}"
+    );
+    let read = Volume::<f64>::read(&folder.path("b.npy"), Options::order(AxisOrder::ZYX));
+    assert_eq!(read.unwrap().data()[59], 12.0);
+}
+
+#[test]
+fn mistakes_are_named() {
+    let folder = folder();
+    let says = |arguments: &str, expected: &str| {
+        let error = folder.refuse(&format!("convert {arguments}"));
+        assert!(error.contains(expected), "{arguments}: {error}");
+    };
+    says("in.npy a.vol", "give the order of its axes");
+    says("in.npy a.vol --axes xxy", "'xxy' is no order of axes");
+    says("in.npy a.gif --axes zyx", "volumes are .vol");
+    says("none.vol a.npy", "none.vol: cannot read");
+    says(
+        "in.npy a.vol --axes zyx --type int8",
+        "a.vol: the format has no int8; float32 comes closest",
+    );
+    says(
+        "in.npy a.vol --axes zyx --resample 0x1x1",
+        "three whole numbers above zero",
+    );
+    says(
+        "in.npy a.vol --axes zyx --spacing 1,0,1",
+        "three numbers above zero",
+    );
+    says(
+        "in.npy a.vol --axes zyx --origin 0,0,0",
+        "--origin needs --spacing",
+    );
+    let outcome = folder.run("convert in.npy a.npy --axes zyx --scale 1e9 --type float16");
+    assert_eq!(outcome.status, Some(1));
+    assert!(
+        outcome.stderr.contains("as a number of type float16"),
+        "{outcome:?}"
+    );
+    assert_eq!(folder.files(), ["in.npy", "scene.xml"]);
+}

@@ -1,0 +1,113 @@
+//! Images of any format as layers of named channels.
+
+use std::path::Path;
+
+use super::{ImageLayers, Layer, exr, png};
+use crate::error::{FileError, Problem};
+use crate::npy::{self, NpyArray, NpyData};
+
+impl ImageLayers {
+    /// Reads an `.exr`, `.png` or `.npy` file, by its extension. Values of PNG files are taken as sRGB and made
+    /// linear, in the channels R, G and B. An array is `[row, column, channel]` or `[row, column]`: three channels
+    /// are R, G and B, a single one is Y, and others have numbers from 0.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read, is not valid, or has another extension, and arrays of other shapes.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let extension = path.extension().and_then(|e| e.to_str());
+        match extension.map(str::to_ascii_lowercase).as_deref() {
+            Some("exr") => exr::read(path),
+            Some("png") => {
+                let image = png::read(path)?;
+                let plane = |c: usize| image.pixels.iter().map(|p| p[c]).collect();
+                let planes = (0..3).map(plane).collect();
+                Ok(planar(image.width, image.height, planes))
+            }
+            Some("npy") => from_array(npy::read(path)?).map_err(|problem| problem.at(path)),
+            _ => {
+                let message = "images are read from .exr, .png and .npy".to_owned();
+                Err(Problem::Unsupported(message).at(path))
+            }
+        }
+    }
+
+    /// The image with a layer, and its variance, in place of the main layer; nothing else is kept. An empty
+    /// name stands for the main layer.
+    ///
+    /// # Errors
+    ///
+    /// A layer that the image does not have.
+    pub fn focused(mut self, layer: &str) -> Result<Self, Problem> {
+        let variance = match layer {
+            "" => "variance".to_owned(),
+            _ => format!("variance.{layer}"),
+        };
+        if self.layer(layer).is_none() {
+            return Err(Problem::Unsupported(self.missing(layer)));
+        }
+        self.layers
+            .retain(|l| l.name == layer || l.name == variance);
+        for l in &mut self.layers {
+            l.name = if l.name == layer { "" } else { "variance" }.to_owned();
+        }
+        Ok(self)
+    }
+
+    /// Says that there is no such layer, and names some that there are.
+    fn missing(&self, layer: &str) -> String {
+        const SHOWN: usize = 20;
+        let names = self.layers.iter().map(|l| l.name.as_str());
+        let names: Vec<&str> = names.filter(|n| !n.is_empty()).take(SHOWN).collect();
+        match names.is_empty() {
+            true => format!("the image has no layer '{layer}', only itself"),
+            false => format!(
+                "the image has no layer '{layer}'; there are {}",
+                names.join(", ")
+            ),
+        }
+    }
+}
+
+fn from_array(array: NpyArray) -> Result<ImageLayers, Problem> {
+    let (height, width, channels) = match array.shape[..] {
+        [height, width] => (height, width, 1),
+        [height, width, channels] => (height, width, channels),
+        _ => {
+            let found = format!("an array with {} axes", array.shape.len());
+            let expected = "[row, column, channel] or [row, column]".to_owned();
+            return Err(Problem::Mismatch { expected, found });
+        }
+    };
+    let data: Vec<f32> = match array.data {
+        NpyData::F32(data) => data,
+        NpyData::F64(data) => data.into_iter().map(|v| v as f32).collect(),
+    };
+    let index = |c: usize, i: usize| match array.fortran_order {
+        false => i * channels + c,
+        true => (c * width + i % width) * height + i / width,
+    };
+    let plane = |c: usize| (0..width * height).map(|i| data[index(c, i)]).collect();
+    let image = planar(width, height, (0..channels).map(plane).collect());
+    image.check()?;
+    Ok(image)
+}
+
+fn planar(width: usize, height: usize, planes: Vec<Vec<f32>>) -> ImageLayers {
+    let count = planes.len();
+    let name = |c: usize| match count {
+        1 => "Y".to_owned(),
+        3 => ["R", "G", "B"][c].to_owned(),
+        _ => c.to_string(),
+    };
+    let planes = planes.into_iter().enumerate();
+    ImageLayers {
+        width,
+        height,
+        layers: vec![Layer {
+            name: String::new(),
+            channels: planes.map(|(c, values)| (name(c), values)).collect(),
+        }],
+        attributes: Vec::new(),
+    }
+}

@@ -1,0 +1,190 @@
+//! The order of an array's elements, and that of a volume's.
+
+use super::Sample;
+use crate::binary;
+use crate::element::Encoding;
+use crate::error::Problem;
+use std::fmt;
+use std::io::Read;
+use std::str::FromStr;
+
+/// Which axis of space runs along which axis of an array: a letter for each axis, in the order of the
+/// array's indices; `c` is that of the channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AxisOrder {
+    letters: [char; 4],
+    /// Whether the channels were named: else an array of four axes has them last.
+    channels: bool,
+}
+
+impl AxisOrder {
+    /// `array[z, y, x]`, as Mitsuba and k-Wave have it.
+    pub const ZYX: AxisOrder = AxisOrder {
+        letters: ['z', 'y', 'x', 'c'],
+        channels: false,
+    };
+    /// `array[x, y, z]`.
+    pub const XYZ: AxisOrder = AxisOrder {
+        letters: ['x', 'y', 'z', 'c'],
+        channels: false,
+    };
+
+    /// The letters of an array of `axes` axes.
+    fn of(&self, axes: usize) -> Option<&[char]> {
+        match (axes, self.channels) {
+            (4, _) => Some(&self.letters),
+            (3, false) => Some(&self.letters[..3]),
+            _ => None,
+        }
+    }
+}
+
+impl FromStr for AxisOrder {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut letters: Vec<char> = text.chars().collect();
+        let channels = letters.len() == 4;
+        if letters.len() == 3 {
+            letters.push('c');
+        }
+        let mut sorted = letters.clone();
+        sorted.sort_unstable();
+        match (<[char; 4]>::try_from(letters), &sorted[..]) {
+            (Ok(letters), ['c', 'x', 'y', 'z']) => Ok(AxisOrder { letters, channels }),
+            _ => Err(format!(
+                "'{text}' is no order of axes: it is the letters x, y, z, in the order of the array's indices, \
+                 for example zyx; with c where the channels are, for example czyx"
+            )),
+        }
+    }
+}
+
+impl fmt::Display for AxisOrder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let shown = if self.channels { 4 } else { 3 };
+        self.letters[..shown]
+            .iter()
+            .try_for_each(|c| write!(f, "{c}"))
+    }
+}
+
+/// The size of a volume and the order in which a file has its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Layout {
+    pub size: [usize; 3],
+    pub channels: usize,
+    /// Of each axis, the slowest of the file first: its length, and the distance of neighbours in the volume.
+    axes: [(usize, usize); 4],
+}
+
+impl Layout {
+    /// That of an array, whose first index runs fastest if `fortran`.
+    pub fn new(shape: &[usize], fortran: bool, order: AxisOrder) -> Result<Self, Problem> {
+        let Some(letters) = order.of(shape.len()) else {
+            let expected = match order.channels {
+                true => format!("an array of 4 axes ({order})"),
+                false => "an array of 3 axes, or 4 with the channels last".to_owned(),
+            };
+            let found = format!("{} ({})", shape.len(), binary::product(shape));
+            return Err(Problem::Mismatch { expected, found });
+        };
+        let length = |letter| {
+            let found = letters.iter().position(|l| *l == letter);
+            found.map_or(1, |i| shape[i])
+        };
+        let (size, channels) = (['x', 'y', 'z'].map(length), length('c'));
+        check(size, channels)?;
+        let stride = |letter| match letter {
+            'c' => 1,
+            'x' => channels,
+            'y' => channels * size[0],
+            _ => channels * size[0] * size[1],
+        };
+        let mut axes = order.letters.map(|letter| (length(letter), stride(letter)));
+        if fortran {
+            axes.reverse();
+        }
+        Ok(Layout {
+            size,
+            channels,
+            axes,
+        })
+    }
+
+    /// That of a volume: channels are neighbours, then x is fastest.
+    pub fn plain(size: [usize; 3], channels: usize) -> Result<Self, Problem> {
+        let [x, y, z] = size;
+        Self::new(&[z, y, x, channels], false, AxisOrder::ZYX)
+    }
+
+    /// Number of values.
+    pub fn count(&self) -> usize {
+        self.axes.iter().map(|(length, _)| length).product()
+    }
+
+    /// Reads values. The caller has checked that they can be there.
+    pub fn read<T: Sample>(
+        &self,
+        reader: &mut impl Read,
+        encoding: Encoding,
+    ) -> Result<Vec<T>, Problem> {
+        let mut data = vec![T::nearest(0.0); self.count()];
+        let mut targets = self.targets();
+        let place = |v| {
+            if let Some(i) = targets.next() {
+                data[i] = T::nearest(v);
+            }
+        };
+        encoding
+            .read(reader, self.count(), place)
+            .map_err(Problem::Read)?;
+        Ok(data)
+    }
+
+    /// Values that are written as text and separated by blanks.
+    pub fn parse<T: Sample>(&self, text: &str) -> Result<Vec<T>, Problem> {
+        // A number takes a byte, and a blank.
+        if self.count() > text.len().div_ceil(2) {
+            return Err(self.other_count(text.split_ascii_whitespace().count()));
+        }
+        let mut data = vec![T::nearest(0.0); self.count()];
+        let mut words = text.split_ascii_whitespace();
+        for (target, word) in self.targets().zip(&mut words) {
+            let bad = |_| Problem::Malformed(format!("'{word}' is not a number"));
+            data[target] = T::nearest(word.parse().map_err(bad)?);
+        }
+        match text.split_ascii_whitespace().count() {
+            n if n == self.count() => Ok(data),
+            n => Err(self.other_count(n)),
+        }
+    }
+
+    fn other_count(&self, found: usize) -> Problem {
+        Problem::Mismatch {
+            expected: format!("{} values", self.count()),
+            found: found.to_string(),
+        }
+    }
+
+    /// Where in the volume the values of the file belong, in the order of the file.
+    pub fn targets(&self) -> impl Iterator<Item = usize> + use<> {
+        let [(a, da), (b, db), (c, dc), (d, dd)] = self.axes;
+        (0..a).flat_map(move |i| {
+            (0..b).flat_map(move |j| {
+                (0..c).flat_map(move |k| (0..d).map(move |l| i * da + j * db + k * dc + l * dd))
+            })
+        })
+    }
+}
+
+/// Refuses sizes of zero, and those that no memory has.
+pub(super) fn check(size: [usize; 3], channels: usize) -> Result<usize, Problem> {
+    let sizes = || format!("{} voxels with {channels} channels", binary::product(&size));
+    if channels == 0 || size.contains(&0) {
+        return Err(Problem::Empty(sizes()));
+    }
+    let count = size.iter().try_fold(channels, |n, m| n.checked_mul(*m));
+    let count = count.filter(|n| n.checked_mul(size_of::<f64>()).is_some());
+    count.ok_or_else(|| Problem::TooLarge(sizes()))
+}

@@ -1,0 +1,92 @@
+//! Volumes in archives of NumPy's arrays.
+//! <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
+
+use std::fs::File;
+use std::io::{BufReader, Cursor, Read, Seek};
+use std::path::Path;
+
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+
+use super::{INFLATION, Options, Sample, Volume, choose, npy};
+use crate::atomic;
+use crate::error::{FileError, Problem};
+
+/// Archives beyond this need the 64 bit extension, which must be announced for each file.
+const LARGE: usize = 1 << 30;
+
+/// Reads a volume from the array of the given name, stored or compressed; from the only one if none is given.
+///
+/// # Errors
+///
+/// A file that cannot be read or is no such archive, an array that it does not have, and everything that
+/// [`npy::read`] reports.
+pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
+    let read = || {
+        let file = File::open(path).map_err(Problem::Read)?;
+        let size = file.metadata().map_err(Problem::Read)?.len();
+        read_from(BufReader::new(file), size, options)
+    };
+    read().map_err(|problem| problem.at(path))
+}
+
+/// Reads a volume from the bytes of a file.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
+    read_from(Cursor::new(bytes), bytes.len() as u64, options)
+}
+
+fn read_from<T: Sample>(
+    reader: impl Read + Seek,
+    size: u64,
+    options: Options,
+) -> Result<Volume<T>, Problem> {
+    let mut archive = ZipArchive::new(reader).map_err(bad)?;
+    // Other members are none of ours.
+    let arrays = archive.file_names().filter_map(Result::ok);
+    let arrays = arrays.filter_map(|n| n.strip_suffix(".npy").map(str::to_owned));
+    let arrays: Vec<String> = arrays.collect();
+    let names: Vec<&str> = arrays.iter().map(String::as_str).collect();
+    let name = names[choose(&names, options.dataset)?];
+    let mut file = archive.by_name(&format!("{name}.npy")).map_err(bad)?;
+    let length = file.size();
+    // Nothing is set aside for more than the archive can become.
+    if length > size.saturating_mul(INFLATION) {
+        return Err(Problem::Truncated {
+            expected: length,
+            found: size,
+        });
+    }
+    npy::read_from(&mut file, length, options)
+}
+
+/// Writes a volume as the array `name` of an archive, not compressed, in the order of [`npy::write`].
+///
+/// # Errors
+///
+/// Everything that [`atomic::write()`] reports.
+pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
+    let bytes = volume.data().len() * volume.element().size();
+    // The time is that of the beginning: equal volumes give equal files.
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(DateTime::default())
+        .large_file(bytes >= LARGE);
+    atomic::write(path, |file| {
+        let mut archive = ZipWriter::new(file);
+        archive.start_file(format!("{name}.npy"), options)?;
+        npy::write_to(&mut archive, volume)?;
+        archive.finish()?;
+        Ok(())
+    })
+}
+
+fn bad(error: zip::result::ZipError) -> Problem {
+    Problem::WrongFormat {
+        format: "NPZ",
+        reason: error.to_string(),
+    }
+}

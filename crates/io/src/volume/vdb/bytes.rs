@@ -1,0 +1,62 @@
+//! Little-endian numbers and texts, one after the other.
+
+use crate::error::Problem;
+
+/// What is left of a file.
+pub(super) struct Bytes<'a> {
+    left: &'a [u8],
+}
+
+/// The file ends before what it should hold.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Cut;
+
+impl From<Cut> for Problem {
+    fn from(_: Cut) -> Self {
+        Problem::Malformed("the file ends early, or its sizes make no sense".into())
+    }
+}
+
+impl<'a> Bytes<'a> {
+    pub fn new(left: &'a [u8]) -> Self {
+        Bytes { left }
+    }
+
+    pub fn take(&mut self, size: usize) -> Result<&'a [u8], Cut> {
+        let (taken, left) = self.left.split_at_checked(size).ok_or(Cut)?;
+        self.left = left;
+        Ok(taken)
+    }
+
+    pub fn array<const N: usize>(&mut self) -> Result<[u8; N], Cut> {
+        let (taken, left) = self.left.split_first_chunk().ok_or(Cut)?;
+        self.left = left;
+        Ok(*taken)
+    }
+
+    pub fn u32(&mut self) -> Result<u32, Cut> {
+        Ok(u32::from_le_bytes(self.array()?))
+    }
+
+    pub fn i32(&mut self) -> Result<i32, Cut> {
+        Ok(i32::from_le_bytes(self.array()?))
+    }
+
+    pub fn i64(&mut self) -> Result<i64, Cut> {
+        Ok(i64::from_le_bytes(self.array()?))
+    }
+
+    pub fn f64(&mut self) -> Result<f64, Cut> {
+        Ok(f64::from_le_bytes(self.array()?))
+    }
+
+    /// A length of 32 bits and so many bytes.
+    pub fn sized(&mut self) -> Result<&'a [u8], Cut> {
+        let size = self.u32()?;
+        self.take(size as usize)
+    }
+
+    pub fn text(&mut self) -> Result<String, Cut> {
+        Ok(String::from_utf8_lossy(self.sized()?).into_owned())
+    }
+}

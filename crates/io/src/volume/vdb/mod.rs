@@ -1,0 +1,98 @@
+//! OpenVDB: sparse grids of floating-point numbers, made dense within the box of their active voxels.
+//!
+//! Read are grids of the usual tree (root, 32³, 16³, leaves of 8³) in files of version 222 (OpenVDB 3) and later,
+//! with any of their compressions, after OpenVDB's own reader: `io/Archive.cc`, `io/Compression.h`, `tree/`,
+//! openvdb.org.
+
+mod blosc;
+mod bytes;
+mod grid;
+mod tree;
+mod values;
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::{Frame, INFLATION, Sample, Volume, choose, layout};
+use crate::error::{FileError, Problem};
+use bytes::Bytes;
+use grid::Descriptor;
+use tree::Tree;
+
+/// First bytes of a file.
+const MAGIC: [u8; 8] = *b" BDV\0\0\0\0";
+/// The oldest version that is read: that of compressed nodes.
+const OLDEST: u32 = 222;
+/// Characters of the identifier of a file.
+const UUID: usize = 36;
+
+/// Reads the grid of the given name; the only one of floating-point numbers if none is given.
+///
+/// # Errors
+///
+/// A file that cannot be read, is no OpenVDB file or an old one, a grid that it does not have or that has no active
+/// voxels, other compressions than zlib and Blosc with LZ4 or zlib, a dense grid far beyond the size of the file,
+/// and NaN and infinite values.
+pub fn read<T: Sample>(path: &Path, name: Option<&str>) -> Result<Volume<T>, FileError> {
+    let bytes = std::fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
+    parse(&bytes, name).map_err(|problem| problem.at(path))
+}
+
+/// Reads a grid from the bytes of a file.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn parse<T: Sample>(bytes: &[u8], name: Option<&str>) -> Result<Volume<T>, Problem> {
+    let mut cursor = Bytes::new(bytes);
+    if cursor.array() != Ok(MAGIC) {
+        return Err(Problem::WrongFormat {
+            format: "VDB",
+            reason: "it does not begin with OpenVDB's magic number".into(),
+        });
+    }
+    let version = cursor.u32()?;
+    if version < OLDEST {
+        let message =
+            format!("OpenVDB files of version {version}; save it anew with OpenVDB 3 or later");
+        return Err(Problem::Unsupported(message));
+    }
+    cursor.take(8)?; // The version of the library.
+    let [has_offsets] = cursor.array()?;
+    if has_offsets == 0 {
+        let message = "OpenVDB streams; save the grid as a file";
+        return Err(Problem::Unsupported(message.into()));
+    }
+    cursor.take(UUID)?;
+    grid::skip_metadata(&mut cursor)?;
+    let grids = Descriptor::all(&mut cursor, bytes)?;
+    let names: Vec<&str> = grids.iter().map(|g| g.name.as_str()).collect();
+    let grid = &grids[choose(&names, name)?];
+    let mut cursor = Bytes::new(bytes.get(grid.at..).unwrap_or_default());
+    let compression = cursor.u32()?;
+    grid::skip_metadata(&mut cursor)?;
+    let map = grid::transform(&mut cursor)?;
+    let tree = Tree::read(&mut cursor, values::Coding::new(grid, compression)?)?;
+    let (first, size) = tree
+        .active_box()
+        .ok_or_else(|| Problem::Empty("a grid without active voxels".into()))?;
+    let count = layout::check(size, 1)?;
+    if count as u64 > (bytes.len() as u64).saturating_mul(INFLATION) {
+        let [x, y, z] = size;
+        let message =
+            format!("the active voxels spread over {x} x {y} x {z}; crop the grid or resample it");
+        return Err(Problem::TooLarge(message));
+    }
+    let data = tree.dense(&mut cursor, first, size)?;
+    let frame = Frame {
+        first: map.transform_point3(DVec3::from_array(first.map(|n| n as f64))),
+        steps: map.matrix3,
+        nodes: false,
+    };
+    if !frame.is_sound() {
+        return Err(Problem::Malformed("its transform is degenerate".into()));
+    }
+    let volume = Volume::new(size, 1, data)?;
+    Ok(volume.with_element(grid.element).with_frame(frame))
+}

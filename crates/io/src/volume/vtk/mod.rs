@@ -1,0 +1,114 @@
+//! VTK's structured points: `.vtk`, the older format of image data, as text or binary.
+//! "VTK Legacy File Formats", docs.vtk.org.
+
+mod scan;
+mod write;
+
+use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+
+use super::layout::Layout;
+use super::{Frame, Sample, Volume, choose};
+use crate::binary;
+use crate::element::{Element, Encoding};
+use crate::error::{FileError, Problem};
+use scan::{Array, File};
+
+pub use write::write;
+
+/// Reads the volume whose values are the array of the given name: the only one if none is given.
+///
+/// # Errors
+///
+/// A file that cannot be read or holds no structured points, an array that it does not have, numbers of a type
+/// whose size differs between systems (`long`), and NaN and infinite values.
+pub fn read<T: Sample>(path: &Path, array: Option<&str>) -> Result<Volume<T>, FileError> {
+    let (mut reader, size) = binary::open(path)?;
+    read_from(&mut reader, size, array).map_err(|problem| problem.at(path))
+}
+
+/// Reads a volume from the bytes of a file.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn parse<T: Sample>(bytes: &[u8], array: Option<&str>) -> Result<Volume<T>, Problem> {
+    let mut reader = BufReader::new(Cursor::new(bytes));
+    read_from(&mut reader, bytes.len() as u64, array)
+}
+
+fn read_from<T: Sample>(
+    reader: &mut (impl BufRead + Seek),
+    size: u64,
+    name: Option<&str>,
+) -> Result<Volume<T>, Problem> {
+    let file = File::scan(reader, size)?;
+    let names: Vec<&str> = file.arrays.iter().map(|a| a.name.as_str()).collect();
+    let array = &file.arrays[choose(&names, name)?];
+    let (sizes, frame) = grid(&file, array)?;
+    let layout = Layout::plain(sizes, array.components)?;
+    if layout.count() != array.count {
+        return Err(Problem::Mismatch {
+            expected: format!("{} values, as DIMENSIONS say", layout.count()),
+            found: array.count.to_string(),
+        });
+    }
+    reader
+        .seek(SeekFrom::Start(array.at))
+        .map_err(Problem::Read)?;
+    let data = match file.binary {
+        true => layout.read(reader, Encoding::big(array.element))?,
+        false => {
+            let mut text = String::new();
+            let ends = reader.take(array.bytes).read_to_string(&mut text);
+            ends.map_err(Problem::Read)?;
+            layout.parse(&text)?
+        }
+    };
+    let volume = Volume::new(sizes, array.components, data)?;
+    Ok(volume.with_frame(frame).with_element(array.element))
+}
+
+/// The number of samples, and where they are.
+fn grid(file: &File, array: &Array) -> Result<([usize; 3], Frame), Problem> {
+    let axis = |points: usize| match (array.on_points, points) {
+        (true, _) | (_, 0 | 1) => (points, 0.0),
+        (false, points) => (points - 1, 0.5),
+    };
+    let axes = file.dimensions.map(axis);
+    let offset = DVec3::from_array(axes.map(|(_, offset)| offset));
+    let frame = Frame {
+        first: file.origin + file.spacing * offset,
+        steps: DMat3::from_diagonal(file.spacing),
+        nodes: array.on_points,
+    };
+    match frame.is_sound() && file.spacing.min_element() > 0.0 {
+        true => Ok((axes.map(|(size, _)| size), frame)),
+        false => Err(bad("its ORIGIN or SPACING is degenerate")),
+    }
+}
+
+/// VTK's word for numbers of a type.
+fn word(element: Element) -> &'static str {
+    match element {
+        Element::F16 | Element::F32 => "float",
+        Element::F64 => "double",
+        Element::I8 => "signed_char",
+        Element::I16 => "short",
+        Element::I32 => "int",
+        Element::I64 => "vtktypeint64",
+        Element::U8 => "unsigned_char",
+        Element::U16 => "unsigned_short",
+        Element::U32 => "unsigned_int",
+        Element::U64 => "vtktypeuint64",
+    }
+}
+
+fn bad(reason: &str) -> Problem {
+    Problem::WrongFormat {
+        format: "VTK",
+        reason: reason.into(),
+    }
+}

@@ -1,0 +1,53 @@
+//! Writing `.vtk` files.
+
+use std::io::Write;
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::word;
+use crate::atomic;
+use crate::element::Encoding;
+use crate::error::FileError;
+use crate::volume::{Format, Frame, Sample, Volume};
+
+/// Components that VTK's scalars have at most.
+const SCALARS: usize = 4;
+
+/// Writes a volume as the array `name`, of points if the outermost samples sit on the faces of its box, else of
+/// cells; binary. Steps that are not along x, y and z are beyond the format: only their lengths are kept.
+///
+/// # Errors
+///
+/// Everything that [`atomic::write()`] reports.
+pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
+    let element = Format::Vtk.element(volume.element());
+    let values = volume.data().iter().map(|v| v.wide());
+    atomic::write(path, |file| {
+        write!(file, "{}", header(volume, name, word(element)))?;
+        Encoding::big(element).write(file, values)?;
+        writeln!(file)
+    })
+}
+
+fn header<T: Sample>(volume: &Volume<T>, name: &str, kind: &str) -> String {
+    let Frame { first, nodes, .. } = volume.place();
+    let spacing = volume.place().spacing();
+    let (group, origin, more) = match nodes {
+        true => ("POINT_DATA", first, 0),
+        false => ("CELL_DATA", first - 0.5 * spacing, 1),
+    };
+    let [x, y, z] = volume.size().map(|n| n + more);
+    let voxels: usize = volume.size().iter().product();
+    let numbers = |v: DVec3| format!("{} {} {}", v.x, v.y, v.z);
+    let array = match volume.channels() {
+        n if n <= SCALARS => format!("SCALARS {name} {kind} {n}\nLOOKUP_TABLE default"),
+        n => format!("FIELD FieldData 1\n{name} {n} {voxels} {kind}"),
+    };
+    format!(
+        "# vtk DataFile Version 3.0\nvolume\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS {x} {y} {z}\n\
+         ORIGIN {}\nSPACING {}\n{group} {voxels}\n{array}\n",
+        numbers(origin),
+        numbers(spacing)
+    )
+}

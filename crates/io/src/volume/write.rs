@@ -1,0 +1,79 @@
+//! Writing volumes.
+
+use std::path::Path;
+
+use super::{AxisOrder, Format, Sample, Volume, hdf5, mat, npy, npz, nrrd, vol, vti, vtk};
+use crate::element::Element;
+use crate::error::{FileError, Problem};
+
+/// What a file keeps of a volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stored {
+    /// The type of its numbers.
+    pub element: Element,
+    /// By how much rounding to this type changes a value at most.
+    pub rounding: f64,
+    /// Whether it says where the samples are.
+    pub place: bool,
+    /// The order of axes by which it must be read, if its format does not say.
+    pub axes: Option<AxisOrder>,
+}
+
+/// Writes a volume in the format that the extension tells, with numbers of the type that the volume's file has if
+/// the format has them ([`Format::element`]); as the array `name`, if arrays have names there. At once or not at all.
+///
+/// # Errors
+///
+/// An extension that no format has, a value beyond the range of the type, a name that is not made of letters,
+/// digits, `_`, `-` and `.`, and what the format's own function reports.
+pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<Stored, FileError> {
+    let format = Format::of(path).ok_or_else(|| Format::unknown().at(path))?;
+    let stored = stored(format, volume).map_err(|problem| problem.at(path))?;
+    let letters = |c: char| c.is_alphanumeric() || "_-.".contains(c);
+    if name.is_empty() || !name.chars().all(letters) {
+        let message =
+            format!("'{name}' as the name of an array: use letters, digits, '_', '-' and '.'");
+        return Err(Problem::Unsupported(message).at(path));
+    }
+    match format {
+        Format::Vol => vol::write(path, volume),
+        Format::Npy => npy::write(path, volume),
+        Format::Npz => npz::write(path, volume, name),
+        Format::Hdf5 => hdf5::write(path, volume, name),
+        Format::Mat => mat::write(path, volume, name),
+        Format::Nrrd => nrrd::write(path, volume),
+        Format::Vti => vti::write(path, volume, name),
+        Format::Vtk => vtk::write(path, volume, name),
+        Format::Vdb => Err(Format::unknown().at(path)),
+    }?;
+    Ok(stored)
+}
+
+fn stored<T: Sample>(format: Format, volume: &Volume<T>) -> Result<Stored, Problem> {
+    let element = format.element(volume.element());
+    let mut rounding: f64 = 0.0;
+    for v in volume.data().iter().map(|v| v.wide()) {
+        let change = (element.nearest(v) - v).abs();
+        if !change.is_finite() || (element.is_integer() && change > 0.5) {
+            return Err(Problem::TooLarge(format!(
+                "{v} as a number of type {element}"
+            )));
+        }
+        rounding = rounding.max(change);
+    }
+    let turned = volume.frame().is_some_and(|frame| !frame.is_aligned());
+    Ok(Stored {
+        element,
+        rounding,
+        place: match format {
+            Format::Nrrd | Format::Vti => true,
+            Format::Vol | Format::Vtk => !turned,
+            _ => false,
+        },
+        axes: match format {
+            Format::Npy | Format::Npz | Format::Hdf5 => Some(AxisOrder::ZYX),
+            Format::Mat => Some(AxisOrder::XYZ),
+            _ => None,
+        },
+    })
+}

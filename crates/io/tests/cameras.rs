@@ -1,0 +1,79 @@
+//! Fields of view, against the trigonometry of the frame.
+
+use io::{LoadOptions, Loaded};
+
+fn load(parameters: &str, size: [usize; 2]) -> Result<Loaded, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let [width, height] = size;
+    let text = format!(
+        "<scene version='3.0.0'><sensor type='perspective'>{parameters}<film type='hdrfilm'>
+         <integer name='width' value='{width}'/><integer name='height' value='{height}'/></film></sensor>
+         <emitter type='constant'/></scene>"
+    );
+    std::fs::write(&path, text).unwrap();
+    io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+}
+
+/// Slopes at which the left edge's and the upper edge's middles are seen.
+fn edges(parameters: &str, size: [usize; 2]) -> [f64; 2] {
+    let loaded = load(parameters, size).unwrap_or_else(|e| panic!("{e}"));
+    let slope = |image| {
+        let d = loaded.scene().sensor().ray(image, [0.5; 2]).direction;
+        [d.x / d.z, d.y / d.z]
+    };
+    [slope([0.0, 0.5])[0], slope([0.5, 0.0])[1]]
+}
+
+#[track_caller]
+fn close(found: [f64; 2], expected: [f64; 2]) {
+    for (a, b) in found.into_iter().zip(expected) {
+        assert!((a - b).abs() < 1e-12, "{found:?}, not {expected:?}");
+    }
+}
+
+#[test]
+fn a_focal_length_is_that_of_a_lens_for_36_by_24_mm() {
+    let focal = |f: &str| format!("<string name='focal_length' value='{f}'/>");
+    close(edges("", [36, 24]), [18.0 / 50.0, 12.0 / 50.0]);
+    close(edges(&focal("35mm"), [36, 24]), [18.0 / 35.0, 12.0 / 35.0]);
+    close(edges(&focal("100"), [24, 36]), [12.0 / 100.0, 18.0 / 100.0]);
+    // The diagonal stays the same.
+    let half = 12f64.hypot(18.0) / 50.0 / 2f64.sqrt();
+    close(edges(&focal("50 mm"), [10, 10]), [half, half]);
+}
+
+#[test]
+fn an_angle_is_along_the_axis_that_is_named() {
+    let fov = |axis: &str| {
+        format!("<float name='fov' value='60'/><string name='fov_axis' value='{axis}'/>")
+    };
+    let t = 30f64.to_radians().tan();
+    close(edges(&fov("x"), [20, 10]), [t, t / 2.0]);
+    close(edges(&fov("y"), [20, 10]), [2.0 * t, t]);
+    close(edges(&fov("smaller"), [20, 10]), [2.0 * t, t]);
+    close(edges(&fov("larger"), [20, 10]), [t, t / 2.0]);
+    let d = 5f64.sqrt();
+    close(edges(&fov("diagonal"), [20, 10]), [2.0 * t / d, t / d]);
+}
+
+#[test]
+fn contradictions_are_refused() {
+    for (parameters, expected) in [
+        (
+            "<float name='fov' value='60'/><string name='focal_length' value='50mm'/>",
+            "give fov, or focal_length, not both",
+        ),
+        (
+            "<string name='fov_axis' value='y'/>",
+            "'fov_axis' needs 'fov'",
+        ),
+        (
+            "<string name='focal_length' value='5cm'/>",
+            "a number of millimetres such as \"50mm\", not '5cm'",
+        ),
+    ] {
+        let refused = load(parameters, [4, 4]).unwrap_err();
+        assert!(refused.contains(expected), "{refused}");
+    }
+}

@@ -1,0 +1,164 @@
+//! How much memory readers of volumes use: no more than the samples and, where a format is not read in pieces,
+//! the file; and of damaged files no more than their size justifies.
+//!
+//! One test, as memory is counted for the whole program.
+
+use std::path::Path;
+
+use io::volume::{
+    AxisOrder, Format, Options, Volume, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk, write,
+};
+use peak_alloc::PeakAlloc;
+
+#[global_allocator]
+static ALLOCATOR: PeakAlloc = PeakAlloc;
+
+/// Buffers, tables of decompression, names.
+const SMALL: usize = 512 << 10;
+/// Deflate compresses 1100 times at most, and a byte becomes a number of four.
+const INFLATION: usize = 4 * 1100;
+
+const ZYX: Options = Options {
+    axes: Some(AxisOrder::ZYX),
+    dataset: None,
+};
+
+/// The most memory that is used during a call, beyond that before.
+fn peak<T>(call: impl FnOnce() -> T) -> usize {
+    ALLOCATOR.reset_peak_usage();
+    let before = ALLOCATOR.current_usage();
+    let result = call();
+    let peak = ALLOCATOR.peak_usage().saturating_sub(before);
+    drop(result);
+    peak
+}
+
+fn valid_files() {
+    const SIDE: usize = 128;
+    let data = (0..SIDE * SIDE * SIDE).map(|i| i as f32).collect();
+    let volume = Volume::<f32>::new([SIDE; 3], 1, data).unwrap();
+    let samples = size_of::<f32>() * SIDE * SIDE * SIDE;
+    let folder = tempfile::tempdir().unwrap();
+    for extension in ["vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk"] {
+        let path = folder.path().join("a").with_extension(extension);
+        let axes = write(&path, &volume, "a").unwrap().axes;
+        let dataset = Format::of(&path).unwrap().has_datasets().then_some("a");
+        let options = Options { axes, dataset };
+        let peak = peak(|| Volume::<f32>::read(&path, options).unwrap());
+        // These are in memory as a whole.
+        let whole = match extension {
+            "h5" | "vti" => samples,
+            _ => 0,
+        };
+        assert!(peak <= samples + whole + SMALL, "{extension}: {peak} bytes");
+        assert!(peak >= samples, "{extension}: {peak} bytes cannot be");
+    }
+}
+
+fn made(name: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/volumes");
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+fn parse(name: &str, bytes: &[u8]) {
+    let _: Option<Volume> = match Path::new(name).extension().unwrap().to_str().unwrap() {
+        "vol" => vol::parse(bytes).ok(),
+        "npy" => npy::parse(bytes, ZYX).ok(),
+        "npz" => npz::parse(bytes, ZYX.of("density")).ok(),
+        "h5" => hdf5::parse(bytes, ZYX.of("p_max")).ok(),
+        "mat" => mat::parse(bytes, ZYX.of("density")).ok(),
+        "nrrd" => nrrd::parse(bytes, Options::default()).ok(),
+        "vti" => vti::parse(bytes, None).ok(),
+        "vdb" => vdb::parse(bytes, None).ok(),
+        _ => vtk::parse(bytes, None).ok(),
+    };
+}
+
+/// Files with a few bytes replaced, of which many claim other sizes.
+fn damaged_files() {
+    let mut state = 1u64;
+    let mut random = move |below: usize| {
+        // Knuth's MMIX generator, of which the upper bits are good.
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (state >> 33) as usize % below
+    };
+    for name in [
+        "half.npy",
+        "stored.npz",
+        "compressed.npz",
+        "kwave.h5",
+        "plain.mat",
+        "compressed.mat",
+        "raw.nrrd",
+        "gzip.nrrd",
+        "ascii.nrrd",
+        "ascii.vti",
+        "inline_zlib.vti",
+        "appended_raw_zlib.vti",
+        "ascii.vtk",
+        "cells.vtk",
+        "single.vdb",
+    ] {
+        let file = made(name);
+        for _ in 0..1000 {
+            let mut bytes = file.clone();
+            for _ in 0..1 + random(4) {
+                // Digits make other sizes of a text, large bytes of a number.
+                let value = [b'9', 0xff, 0x7f, random(256) as u8][random(4)];
+                bytes[random(file.len())] = value;
+            }
+            let peak = peak(|| parse(name, &bytes));
+            assert!(
+                peak <= INFLATION * file.len() + SMALL,
+                "{name}: {peak} bytes"
+            );
+        }
+    }
+}
+
+/// Files that claim to be huge, without compression that could make up for it.
+fn huge_claims() {
+    let mut vol = b"VOL\x03\x01\0\0\0".to_vec();
+    vol.extend(
+        [1 << 11, 1 << 10, 1 << 10, 1i32]
+            .iter()
+            .flat_map(|n| n.to_le_bytes()),
+    );
+    vol.extend([0; 28]);
+    let text = |name, from: &str, to: &str| {
+        let text = String::from_utf8_lossy(&made(name)).into_owned();
+        assert!(text.contains(from), "{name}");
+        text.replace(from, to).into_bytes()
+    };
+    for (name, bytes) in [
+        ("a.vol", vol),
+        (
+            "a.nrrd",
+            text("ascii.nrrd", "sizes: 2 3 4", "sizes: 2000 1000 1000"),
+        ),
+        (
+            "a.vti",
+            text("ascii.vti", "3 4 0 2 -1 2", "0 2000 0 1000 0 1000"),
+        ),
+        (
+            "a.vtk",
+            text("ascii.vtk", "1 24 float", "1 2000000000 float"),
+        ),
+        (
+            "a.vtk",
+            text("ascii.vtk", "POINT_DATA 24", "POINT_DATA 2000000000"),
+        ),
+    ] {
+        let peak = peak(|| parse(name, &bytes));
+        assert!(peak <= SMALL, "{name}: {peak} bytes");
+    }
+}
+
+#[test]
+fn memory_is_bounded() {
+    valid_files();
+    huge_claims();
+    damaged_files();
+}
