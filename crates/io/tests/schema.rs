@@ -108,7 +108,7 @@ fn every_parameter_of_the_table_is_one() {
                     plugin.name, parameter.name
                 );
             }
-            let unknown = |message: &String| message.starts_with("unknown ");
+            let unknown = |message: &String| message.starts_with(&format!("unknown {kind} type"));
             assert!(
                 !complaints.iter().flatten().any(unknown),
                 "{kind} {}",
@@ -390,6 +390,6 @@ mod json_schema {
         );
         assert_eq!(sensor["properties"]["fov_axis"]["default"], json!("x"));
         let words = &sensor["properties"]["fov_axis"]["anyOf"][0]["enum"];
-        assert_eq!(words, &json!(["x", "y", "smaller", "larger"]));
+        assert_eq!(words, &json!(["x", "y", "smaller", "larger", "diagonal"]));
     }
 }
