@@ -111,12 +111,16 @@ PLANTED = [
     (
         "visibility along the chord",
         TRANSPORT + "scene/world.rs",
-        """        let Some((last, before)) = pieces.split_last() else {""",
+        """        let last = pieces.len().saturating_sub(1);""",
         """        let ends = (pieces[0].arc.start(), pieces[pieces.len() - 1].arc.end());
         let chord = Arc::line(ends.0, ends.1 - ends.0, 1.0);
-        return self.first_of(&self.blockers, &chord, 0.0, 1.0).is_some() && target.is_none();
-        #[allow(unreachable_code)]
-        let Some((last, before)) = pieces.split_last() else {""",
+        if target.is_some() || self.first_of(&self.blockers, &chord, 0.0, 1.0).is_none() {
+            return Some(all);
+        }
+        let last = pieces.len().saturating_sub(1);
+        if last < usize::MAX {
+            return None;
+        }""",
         ("transport", "edges", "occlusion_follows_the_arc"),
     ),
     (
@@ -296,15 +300,29 @@ PLANTED = [
         "the kernel of a disc too high",
         TRANSPORT + "photons/kernel.rs",
         "peak: 3.0 / (PI * radius.powi(2)),",
-        "peak: 3.3 / (PI * radius.powi(2)),",
+        "peak: 4.0 / (PI * radius.powi(2)),",
         ("transport", "photons", "photons_show_what_bdpt_shows"),
     ),
     (
         "light that smooth surfaces absorb is missing from the account",
         TRANSPORT + "path/account.rs",
-        "End::Dead => self.surfaces += left(),",
-        "End::Dead => {}",
+        "let weight = pair[0].weight_before - pair[1].weight_before;",
+        "let weight = pair[1].weight_before - pair[1].weight_before;",
         ("transport", "meters", "every_particle_is_accounted_for"),
+    ),
+    (
+        "connections pass masks and panes unweakened",
+        TRANSPORT + "path/link.rs",
+        "self.factor *= through.factor * through.probability;",
+        "self.factor *= through.factor;",
+        ("transport", "agreement", "textures_and_masks"),
+    ),
+    (
+        "edges beside mirror lobes taken for such that connections find",
+        TRANSPORT + "path/subpath.rs",
+        "            true => 0.0,\n            false => self.step.ease,",
+        "            _ => self.step.ease,",
+        ("transport", "agreement", "partial_mirrors"),
     ),
 ]
 

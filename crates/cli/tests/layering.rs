@@ -57,7 +57,7 @@ fn inside_transport_data_flows_one_way() {
         "crate::integrator",
         "crate::render",
     ];
-    for leaf in ["sampling", "shape", "phase", "bsdf", "film"] {
+    for leaf in ["sampling", "shape", "texture", "phase", "bsdf", "film"] {
         refuses(&format!("transport/src/{leaf}"), &above_leaves);
     }
     for room in ["medium", "emitter", "sensor"] {

@@ -14,6 +14,7 @@ pub mod diagnostic;
 mod draft;
 pub mod element;
 pub mod error;
+pub mod ies;
 pub mod image;
 pub mod json;
 pub mod mesh;

@@ -1,7 +1,7 @@
 //! No input makes a reader panic.
 
 use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
-use io::{Diagnostics, FileRegistry, PluginKind, Query, mesh, xml};
+use io::{Diagnostics, FileRegistry, PluginKind, Query, ies, mesh, xml};
 use proptest::prelude::*;
 
 /// Reads a scene and asks every object for everything.
@@ -239,10 +239,17 @@ fn read_hdf5(bytes: &[u8]) {
     }
 }
 
+const SERIALIZED: &[u8] = include_bytes!("data/meshes/meshes4.serialized");
+const IES: &[u8] =
+    b"IESNA:LM-63-2002\n[MANUFAC] nobody\nTILT=NONE\n1 1000 2 3 2 1 1 0.1 0.1 0.1\n1 1 50\n\
+    0 45 90\n0 90\n100 50 0\n200 100 0\n";
+
 #[test]
 fn the_valid_files_are_valid() {
     assert!(vol::parse::<f32>(&vol_file()).is_ok());
     assert!(npy::parse::<f32>(&npy_file(), ZYX).is_ok());
+    assert!(mesh::serialized::parse(SERIALIZED, 0).is_ok());
+    assert!(ies::parse(IES).is_ok());
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
         assert!(mesh::ply::parse(&ply_file(format)).is_ok(), "{format}");
     }
@@ -307,6 +314,26 @@ proptest! {
     #[test]
     fn ply_of_damaged_binary(bytes in damaged(ply_file("binary_little_endian"))) {
         let _ = mesh::ply::parse(&bytes);
+    }
+
+    #[test]
+    fn serialized_of_arbitrary_bytes(bytes in after(vec![vec![], SERIALIZED[..20].to_vec()]), i in 0..3usize) {
+        let _ = mesh::serialized::parse(&bytes, i);
+    }
+
+    #[test]
+    fn serialized_of_damaged_files(bytes in damaged(SERIALIZED.to_vec()), i in 0..2usize) {
+        let _ = mesh::serialized::parse(&bytes, i);
+    }
+
+    #[test]
+    fn ies_of_arbitrary_bytes(bytes in after(vec![vec![], b"TILT=NONE\n".to_vec(), IES[..70].to_vec()])) {
+        let _ = ies::parse(&bytes);
+    }
+
+    #[test]
+    fn ies_of_damaged_files(bytes in damaged(IES.to_vec())) {
+        let _ = ies::parse(&bytes);
     }
 
     #[test]

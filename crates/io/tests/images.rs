@@ -124,10 +124,10 @@ fn files_that_are_no_images() {
     std::fs::write(&path, b"no").unwrap();
     let error = RgbImage::read(&path).unwrap_err().to_string();
     assert!(error.contains("a.png: not a PNG file: "), "{error}");
-    let error = RgbImage::read("a.jpg".as_ref()).unwrap_err().to_string();
+    let error = RgbImage::read("a.gif".as_ref()).unwrap_err().to_string();
     assert_eq!(
         error,
-        "a.jpg: not supported: colour images are read from .exr and .png"
+        "a.gif: not supported: colour images are read from .exr, .png and .jpg"
     );
 }
 
@@ -306,4 +306,29 @@ fn an_exr_file_states_its_colours_and_its_program() {
             "variance.R"
         ]
     );
+}
+
+/// `data/images/two_colours.jpg` was written by Mitsuba 3.9.1 at quality 100: (200, 100, 50) on the left, (20, 40, 240)
+/// on the right, which is what JPEG makes of it within some steps of 255.
+#[test]
+fn jpeg_files_are_srgb() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let path = path.join("tests/data/images/two_colours.jpg");
+    let image = RgbImage::read(&path).unwrap();
+    assert_eq!((image.width, image.height), (16, 16));
+    for (x, expected) in [(1, [200.0, 100.0, 50.0]), (14, [20.0, 40.0, 240.0])] {
+        let pixel = image.pixels[5 * 16 + x];
+        for (found, expected) in pixel.into_iter().zip(expected) {
+            let encoded = io::scene::srgb_from_linear(f64::from(found)) * 255.0;
+            assert!(
+                (encoded - expected).abs() < 4.0,
+                "{x}: {encoded} against {expected}"
+            );
+        }
+    }
+    let broken = tempfile::tempdir().unwrap();
+    let broken = broken.path().join("b.jpg");
+    std::fs::write(&broken, b"no image").unwrap();
+    let error = RgbImage::read(&broken).unwrap_err().to_string();
+    assert!(error.contains("not a JPEG file"), "{error}");
 }

@@ -258,7 +258,7 @@ fn light_that_nothing_finds_draws_a_warning() {
         (
             "path",
             [LAMP, METAL],
-            "this point emitter that smooth metal ('metal') reflects",
+            "this point emitter that a mirror ('metal') reflects",
         ),
         (
             "particle",
@@ -268,7 +268,7 @@ fn light_that_nothing_finds_draws_a_warning() {
         (
             "particle",
             [SKY, METAL],
-            "smooth metal ('metal') shows emitters only",
+            "a mirror ('metal') shows emitters only",
         ),
         ("bdpt", [LAMP, GLASS], "on every part of its way"),
         ("bdpt", [LAMP, METAL], "on every part of its way"),

@@ -1,7 +1,8 @@
 //! Meshes: what is read, and files that must be refused.
 
 use glam::DVec3;
-use io::mesh::{MeshData, obj, ply};
+use io::mesh::{MeshData, obj, ply, serialized};
+use std::path::{Path, PathBuf};
 
 #[track_caller]
 fn obj_error(text: &str, line: Option<usize>, expected: &str) {
@@ -222,4 +223,79 @@ fn files_are_read_by_extension_and_named_in_errors() {
         error,
         "a.stl: not supported: meshes are read from .obj and .ply"
     );
+}
+
+fn serialized_file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/meshes")
+        .join(name)
+}
+
+/// Files that Mitsuba 3.9.1 reads in the same way, colours aside.
+#[test]
+fn serialized_meshes() {
+    let corners = [
+        (0.0, 0.0, 0.0),
+        (1.0, 0.0, 0.0),
+        (0.0, 2.0, 0.0),
+        (1.0, 2.0, 0.5),
+    ];
+    let corners = corners.map(|(x, y, z)| DVec3::new(x, y, z));
+    let uvs = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+    for name in ["meshes3.serialized", "meshes4.serialized"] {
+        let path = serialized_file(name);
+        let first = serialized::read(&path, 0).unwrap();
+        assert_eq!(first.positions, corners[..3]);
+        assert_eq!(first.triangles, [[0, 1, 2]]);
+        assert_eq!((first.uvs, first.colours), (Some(uvs[..3].to_vec()), None));
+        let second = serialized::read(&path, 1).unwrap();
+        assert_eq!(second.positions, corners);
+        assert_eq!(second.triangles, [[0, 1, 2], [1, 3, 2]]);
+        assert_eq!(second.uvs, Some(uvs.to_vec()));
+        assert_eq!(second.colours.unwrap()[3], [0.5; 3]);
+        let none = serialized::read(&path, 2).unwrap_err().to_string();
+        assert!(
+            none.ends_with("there is no mesh 2: the file has 2, from 0 on"),
+            "{none}"
+        );
+    }
+}
+
+#[test]
+fn serialized_files_that_are_refused() {
+    let bytes = std::fs::read(serialized_file("meshes4.serialized")).unwrap();
+    let error = |bytes: &[u8]| serialized::parse(bytes, 0).unwrap_err().to_string();
+    assert_eq!(error(b""), "not a serialized mesh file: too short");
+    assert_eq!(
+        error(b"PLY file"),
+        "not a serialized mesh file: it does not begin with 1c 04"
+    );
+    assert_eq!(
+        error(&[0x1c, 4, 2, 0, 1, 0, 0, 0]),
+        "not supported: version 2"
+    );
+    assert_eq!(
+        error(&[0x1c, 4, 4, 0, 1, 0, 0, 0]),
+        "not a serialized mesh file: its table of meshes is cut off"
+    );
+    for cut in 4..bytes.len() {
+        // The end of the file is the table, of which something is always missing.
+        assert!(serialized::parse(&bytes[..cut], 0).is_err(), "{cut}");
+        let mut damaged = bytes.clone();
+        damaged[cut] ^= 0x55;
+        // Whatever comes of it, it must not panic.
+        let _ = serialized::parse(&damaged, 1);
+    }
+}
+
+#[test]
+fn colours_in_mesh_files() {
+    let text = "v 0 0 0 0.25 0.5 1\nv 1 0 0 1 0 0\nv 0 1 0 0 0 0\nf 1 2 3\n";
+    let mesh = obj::parse(text.as_bytes()).unwrap();
+    let expected = vec![[0.25, 0.5, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]];
+    assert_eq!(mesh.colours, Some(expected));
+    // Colours of some vertices only are of no use.
+    let mesh = obj::parse(b"v 0 0 0 0.25 0.5 1\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    assert_eq!(mesh.colours, None);
+    obj_error("v 0 0 0 0.5 red 1", Some(1), "'red' is not a number");
 }

@@ -133,7 +133,7 @@ fn mistakes_are_named() {
     };
     refused(
         &without(1),
-        "give a dataset; those of '/': Nt, hole, p_final, p_max",
+        "(--dataset, or 'dataset' in a scene); those of '/': Nt, hole, p_final, p_max",
     );
     refused(
         &without(2),

@@ -174,6 +174,12 @@ fn rough_glass_and_metal() {
     check("p4_rough_glass", "p4_rough_glass", 3, 64);
 }
 
+/// Textures, a mask, a pane, plastic and a principled surface.
+#[test]
+fn many_surfaces() {
+    check("p6_surfaces", "p6_surfaces", 3, 64);
+}
+
 #[test]
 fn heterogeneous_smoke() {
     check("p5_het_smoke", "p5_het_smoke", 1, 64);

@@ -3,8 +3,11 @@
 //!
 //! One test, as memory is counted for the whole program.
 
+use std::io::Read;
 use std::path::Path;
 
+use flate2::Compression;
+use flate2::read::{ZlibDecoder, ZlibEncoder};
 use io::volume::{
     AxisOrder, Format, Options, Volume, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk, write,
 };
@@ -132,8 +135,24 @@ fn huge_claims() {
         assert!(text.contains(from), "{name}");
         text.replace(from, to).into_bytes()
     };
+    // An array of MATLAB: its dimensions follow flags, its size a name; compressed as it is.
+    let mut mat = made("compressed.mat");
+    let mut array = Vec::new();
+    let mut block = ZlibDecoder::new(&mat[136..]);
+    block.read_to_end(&mut array).unwrap();
+    let dimensions = [400, 1000, 1000i32].map(i32::to_le_bytes).concat();
+    array[32..44].copy_from_slice(&dimensions);
+    array[68..72].copy_from_slice(&3_200_000_000u32.to_le_bytes());
+    let mut packed = Vec::new();
+    let mut encoder = ZlibEncoder::new(&array[..], Compression::default());
+    encoder.read_to_end(&mut packed).unwrap();
+    mat.truncate(128);
+    mat.extend([15u8, 0, 0, 0]);
+    mat.extend((packed.len() as u32).to_le_bytes());
+    mat.extend(packed);
     for (name, bytes) in [
         ("a.vol", vol),
+        ("a.mat", mat),
         (
             "a.nrrd",
             text("ascii.nrrd", "sizes: 2 3 4", "sizes: 2000 1000 1000"),

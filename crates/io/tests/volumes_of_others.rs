@@ -64,7 +64,7 @@ fn one_of_several_arrays() {
     let other: Volume<f64> = vti::read(&path, Some("other")).unwrap();
     assert_eq!(other.data()[23], 642.0);
     let refused = |name| vti::read::<f64>(&path, name).unwrap_err().to_string();
-    let expected = "expected one array, or its name as 'dataset', found the arrays: density, other";
+    let expected = "expected one array, or its name (--dataset, or 'dataset' in a scene), found the arrays: density, other";
     assert!(refused(None).ends_with(expected), "{}", refused(None));
     let expected = "expected one array 'rho', found the arrays: density, other";
     assert!(refused(Some("rho")).ends_with(expected));
@@ -444,7 +444,7 @@ fn legacy_vtk_that_is_refused() {
         "METADATUM",
         "the line 'METADATUM' in a .vtk file",
     );
-    vtk_error("ASCII", "BINARY", "the line 'INFORMATION 0' in a .vtk file");
+    vtk_error("ASCII", "BINARY", "the line 'ATA' in a .vtk file");
     let cut = &bytes("cells.vtk")[..210];
     let error = vtk::parse::<f32>(cut, None).unwrap_err().to_string();
     assert!(error.starts_with("truncated: expected"), "{error}");

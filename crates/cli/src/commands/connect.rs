@@ -23,7 +23,7 @@ pub fn connect(args: &ConnectArgs) -> Result<ExitCode, Failure> {
     let primary = solver.connect(scene, from, args.to);
     let (mut branches, mut occluded) = (vec![], false);
     if let Ok(found) = &primary {
-        occluded = scene.is_occluded(solver.pieces(), None, 0.0);
+        occluded = scene.visibility(solver.pieces(), None, 0.0).is_none();
         branches.push(branch(&loaded, found, solver.pieces(), true));
     }
     if args.all {
@@ -83,7 +83,7 @@ fn branch(loaded: &Loaded, found: &Connection, pieces: &[Piece<MediumId>], prima
         "jacobian": found.jacobian,
         "iterations": found.shots,
         "reflections": found.pattern.reflections(),
-        "occluded": loaded.scene().is_occluded(pieces, None, 0.0),
+        "occluded": loaded.scene().visibility(pieces, None, 0.0).is_none(),
         "primary": primary,
     })
 }

@@ -4,25 +4,50 @@ use crate::args::ConvertArgs;
 use crate::failure::Failure;
 use crate::numbers::plain;
 use glam::{DMat3, DVec3};
-use io::volume::{Format, Frame, Options, Stored, Volume, write};
+use io::volume::{Format, Frame, Options, Volume, write};
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
 /// Reads a volume and writes it in another format.
 pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
-    let known = |path| Format::of(path).ok_or_else(|| wrong(path, &Format::unknown()));
-    known(&args.input)?;
-    let target = known(&args.output)?;
+    check(args)?;
     let options = Options {
         axes: args.axes,
         dataset: args.dataset.as_deref(),
     };
     // In double precision, so that numbers of all types pass unchanged.
     let volume = Volume::<f64>::read(&args.input, options);
-    let mut volume = volume.map_err(|e| Failure::Usage(e.to_string()))?;
-    let mut out = std::io::stdout();
-    writeln!(out, "{}: {}", args.input.display(), describe(&volume))?;
+    let volume = volume.map_err(|e| Failure::Usage(e.to_string()))?;
+    let mut summary = vec![
+        format!("{}: {}", args.input.display(), contents(&volume)),
+        match has_place(&volume) {
+            true => place(&volume),
+            false => "  place     not given".into(),
+        },
+    ];
+    let volume = changed(volume, args)?;
+    let stored = write(&args.output, &volume, &args.out_dataset)?;
+    let volume = volume.with_element(stored.element);
+    summary.push(format!("{}: {}", args.output.display(), contents(&volume)));
+    if stored.place {
+        summary.push(place(&volume));
+    } else if has_place(&volume) {
+        summary.push("  place     is not kept by this format".into());
+    }
+    if let Some(axes) = stored.axes {
+        summary.push(format!("  axes      {axes} (axis_order, --axes)"));
+    }
+    if stored.rounding > 0.0 {
+        let most = plain(stored.rounding);
+        summary.push(format!("  rounding  changes values by up to {most}"));
+    }
+    writeln!(std::io::stdout(), "{}", summary.join("\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What the user wants of a volume.
+fn changed(mut volume: Volume<f64>, args: &ConvertArgs) -> Result<Volume<f64>, Failure> {
     if args.spacing.is_some() || args.origin.is_some() {
         let frame = moved(&volume, args)?;
         volume = volume.with_frame(frame);
@@ -35,26 +60,27 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
         volume = resampled.map_err(|e| wrong(&args.input, &e))?;
     }
     if let Some(element) = args.kind {
-        if target.element(element) != element {
-            let message = format!(
-                "{}: the format has no {element}; {} comes closest",
-                args.output.display(),
-                target.element(element)
-            );
-            return Err(Failure::Usage(message));
-        }
         volume = volume.with_element(element);
     }
-    let has_place = has_place(&volume);
-    let stored = write(&args.output, &volume, &args.out_dataset)?;
-    writeln!(
-        out,
-        "{}: {}",
-        args.output.display(),
-        describe(&volume.with_element(stored.element))
-    )?;
-    notes(&stored, has_place, &mut out)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(volume)
+}
+
+/// Checks the files and the type of numbers, before anything is read.
+fn check(args: &ConvertArgs) -> Result<(), Failure> {
+    let known = |path| Format::of(path).ok_or_else(|| wrong(path, &Format::unknown()));
+    known(&args.input)?;
+    let target = known(&args.output)?;
+    if target == Format::Vdb {
+        return Err(wrong(&args.output, &Format::unknown()));
+    }
+    match args.kind {
+        Some(element) if target.element(element) != element => Err(Failure::Usage(format!(
+            "{}: the format has no {element}; {} comes closest",
+            args.output.display(),
+            target.element(element)
+        ))),
+        _ => Ok(()),
+    }
 }
 
 fn wrong(path: &Path, problem: &io::Problem) -> Failure {
@@ -84,29 +110,26 @@ fn has_place(volume: &Volume<f64>) -> bool {
     volume.frame().is_some() || volume.bbox().is_some()
 }
 
-/// Size, type, range and place.
-fn describe(volume: &Volume<f64>) -> String {
+/// Size, type and range.
+fn contents(volume: &Volume<f64>) -> String {
     let [x, y, z] = volume.size();
     let channels = match volume.channels() {
         1 => String::new(),
         n => format!(", {n} channels"),
     };
-    let data = volume.data();
-    let least = data.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = data.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mean = data.iter().sum::<f64>() / data.len() as f64;
+    let element = volume.element();
+    let values = || volume.data().iter().map(|v| element.nearest(*v));
+    let least = values().fold(f64::INFINITY, f64::min);
+    let most = values().fold(f64::NEG_INFINITY, f64::max);
+    let mean = values().sum::<f64>() / volume.data().len() as f64;
     let (least, most, mean) = (plain(least), plain(most), plain(mean));
     format!(
-        "{x} x {y} x {z} voxels{channels}, {}\n  values    {least} to {most}, mean {mean}\n{}",
-        volume.element(),
-        place(volume)
+        "{x} x {y} x {z} voxels{channels}, {element}\n  values    {least} to {most}, mean {mean}"
     )
 }
 
+/// Where the samples are.
 fn place(volume: &Volume<f64>) -> String {
-    if !has_place(volume) {
-        return "  place     not given".into();
-    }
     let frame = volume.place();
     let unit = volume
         .unit()
@@ -119,22 +142,4 @@ fn place(volume: &Volume<f64>) -> String {
         "  spacing   {}{unit}{turned}\n  first     ({first}){unit}; samples at {samples}",
         numbers(frame.spacing())
     )
-}
-
-/// What the file does not say, and what it has lost.
-fn notes(stored: &Stored, has_place: bool, out: &mut impl Write) -> std::io::Result<()> {
-    if let Some(axes) = stored.axes {
-        writeln!(out, "  axes      {axes} (axis_order, --axes)")?;
-    }
-    if stored.rounding > 0.0 {
-        writeln!(
-            out,
-            "  rounding  changes values by up to {}",
-            plain(stored.rounding)
-        )?;
-    }
-    if has_place && !stored.place {
-        writeln!(out, "  place     is not kept by this format")?;
-    }
-    Ok(())
 }

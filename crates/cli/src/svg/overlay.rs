@@ -111,9 +111,7 @@ impl Eye<'_> {
     fn place(&mut self, x: DVec3, medium: MediumId) -> Option<[f64; 2]> {
         let eye = self.camera.position();
         let found = self.solver.connect(self.scene, (x, medium), eye).ok()?;
-        if self.scene.is_occluded(self.solver.pieces(), None, 0.0) {
-            return None;
-        }
+        self.scene.visibility(self.solver.pieces(), None, 0.0)?;
         let place = self.camera.sense(eye, -found.direction_in)?.image;
         // Lines to places a little outside are cut off by the frame.
         place

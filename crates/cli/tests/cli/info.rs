@@ -64,7 +64,7 @@ fn says_what_finds_an_emitter() {
         ),
         (
             &[lamp, glass, metal],
-            "reflected by smooth metals or partially on its way",
+            "reflected by mirrors or partially on its way",
         ),
         (
             &[glass, bdpt],

@@ -8,11 +8,7 @@ use serde_json::{Map, Value, json};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
-
-/// Archives beyond this need the 64 bit extension, which must be announced for each file.
-const LARGE: usize = 1 << 30;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 /// Writes all arrays and a text `metadata`.
 pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
@@ -38,12 +34,7 @@ fn start<W: io::Write + io::Seek>(
     name: &str,
     size: usize,
 ) -> io::Result<()> {
-    // The time is that of the beginning: equal measurements give equal files.
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .last_modified_time(DateTime::default())
-        .large_file(size >= LARGE);
-    Ok(archive.start_file(format!("{name}.npy"), options)?)
+    Ok(archive.start_file(format!("{name}.npy"), npy::stored(size))?)
 }
 
 /// Attributes, and units and axes of all arrays, as JSON.

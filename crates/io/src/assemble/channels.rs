@@ -148,7 +148,7 @@ impl Channels {
             (_, SpectrumValue::Uniform(v)) => Ok(all(&|_| *v)),
             (Channels::Rgb, SpectrumValue::Rgb(rgb)) => Ok(all(&|c| rgb[c])),
             (Channels::Luminance, SpectrumValue::Rgb(rgb)) => {
-                let y = rgb.iter().zip(LUMINANCE).map(|(v, w)| v * w).sum();
+                let y = luminance(*rgb);
                 Ok(all(&|_| y))
             }
             (Channels::Wavelengths { nm, .. }, SpectrumValue::Sampled(samples)) => {
@@ -166,6 +166,11 @@ impl Channels {
             ),
         }
     }
+}
+
+/// Luminance of linear sRGB.
+pub(super) fn luminance(rgb: [f64; 3]) -> f64 {
+    rgb.iter().zip(LUMINANCE).map(|(v, w)| v * w).sum()
 }
 
 /// Objects of the scene that light may meet: media and volumes that nothing refers to do not count.

@@ -1,15 +1,18 @@
 //! What is gathered while a scene is assembled.
 
 use super::channels::Channels;
+use super::shape::Originals;
+use super::surface_texture::Role;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{FileRegistry, ObjectId, SpectrumValue};
 use eikonal::field::Constant;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::Emitter;
 use transport::medium::Medium;
 use transport::scene::{MediumId, Object};
+use transport::texture::Texture;
 
 /// The parts so far, and where they were written.
 pub(super) struct Context<'a> {
@@ -29,6 +32,12 @@ pub(super) struct Context<'a> {
     /// What each object's description says of its two sides.
     pub wishes: Vec<super::sides::Wish>,
     pub places: Places,
+    /// Textures that were read from files.
+    pub textures: HashMap<(ObjectId, Role), Texture>,
+    /// Meshes of groups of shapes.
+    pub originals: Originals,
+    /// Groups of shapes with something wrong in them.
+    pub refused_groups: HashSet<ObjectId>,
     medium_ids: HashMap<ObjectId, MediumId>,
 }
 
@@ -65,6 +74,9 @@ impl<'a> Context<'a> {
                 objects: Vec::new(),
                 emitters: Vec::new(),
             },
+            textures: HashMap::new(),
+            originals: Originals::default(),
+            refused_groups: HashSet::new(),
             medium_ids: HashMap::new(),
         }
     }

@@ -34,8 +34,8 @@ impl Needs {
 /// Surfaces of a scene that send light where connections do not look for it.
 #[derive(Clone, Copy, Debug)]
 pub struct Walls<'a> {
-    /// A smooth metal: connections are not reflected there.
-    pub metal: Option<&'a Object>,
+    /// A mirror, such as smooth metal: connections are not reflected there.
+    pub mirror: Option<&'a Object>,
     /// A smooth dielectric: connections are reflected there a limited number of times.
     pub dielectric: Option<&'a Object>,
     /// The limit, total reflections not counted.
@@ -47,7 +47,7 @@ impl<'a> Walls<'a> {
     pub fn of(scene: &'a Scene) -> Self {
         let first = |is: fn(&Bsdf) -> bool| scene.objects().iter().find(|o| is(&o.bsdf));
         Walls {
-            metal: first(|b| matches!(b, Bsdf::Conductor(_))),
+            mirror: first(Bsdf::is_mirror),
             dielectric: first(|b| matches!(b, Bsdf::Dielectric(_))),
             reflections: scene.branch_reach().reflections,
         }
@@ -55,7 +55,7 @@ impl<'a> Walls<'a> {
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.metal.is_none() && self.dielectric.is_none()
+        self.mirror.is_none() && self.dielectric.is_none()
     }
 
     /// A dielectric at which connections are never reflected where refraction is possible.
@@ -97,10 +97,10 @@ fn warning(subject: Subject, message: String, help: String) -> Problem {
 }
 
 fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<Problem> {
-    let metal = walls.metal.map(|object| {
+    let mirror = walls.mirror.map(|object| {
         let message = format!(
-            "light of this {kind} emitter that smooth metal ('{}') reflects before it is scattered is \
-             missing: nothing but connections finds it, and they are not reflected by metals",
+            "light of this {kind} emitter that a mirror ('{}') reflects before it is scattered is \
+             missing: nothing but connections finds it, and they are not reflected by mirrors",
             object.name
         );
         let help = "the integrators bdpt and particle find it, and path finds an area light's";
@@ -114,14 +114,14 @@ fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<Problem> {
         );
         warning(subject, message, set_reflections("bdpt or particle"))
     });
-    metal.into_iter().chain(dielectric).collect()
+    mirror.into_iter().chain(dielectric).collect()
 }
 
 fn to_sensor(walls: &Walls) -> Vec<Problem> {
-    let metal = walls.metal.map(|object| {
+    let mirror = walls.mirror.map(|object| {
         let message = format!(
-            "smooth metal ('{}') shows emitters only: the particle tracer connects scattered light to the \
-             sensor, and connections are not reflected by metals",
+            "a mirror ('{}') shows emitters only: the particle tracer connects scattered light to the \
+             sensor, and connections are not reflected by mirrors",
             object.name
         );
         let help = "the integrators bdpt and path find the rest";
@@ -135,17 +135,17 @@ fn to_sensor(walls: &Walls) -> Vec<Problem> {
         );
         warning(Subject::Sensor, message, set_reflections("bdpt or path"))
     });
-    metal.into_iter().chain(dielectric).collect()
+    mirror.into_iter().chain(dielectric).collect()
 }
 
 fn nowhere(walls: &Walls) -> Option<Problem> {
-    let object = walls.metal.or(walls.never_reflecting())?;
+    let object = walls.mirror.or(walls.never_reflecting())?;
     let message = format!(
         "light of emitters that no ray can hit is missing where smooth surfaces ('{}') reflect it on every \
          part of its way: connections look for no such part, and one must join emitter and sensor",
         object.name
     );
-    let help = match walls.metal {
+    let help = match walls.mirror {
         Some(_) => "it concerns mirror images of what such light brightens by way of mirrors; an area light \
                     has no such gap"
             .into(),

@@ -18,6 +18,7 @@ mod sampler;
 mod sensor;
 mod shape;
 mod sides;
+mod surface_texture;
 mod texture;
 
 pub use film::Layering;
@@ -350,6 +351,7 @@ fn children<'a>(root: &'a Object, context: &mut Context) -> Children<'a> {
         PluginKind::Bsdf,
         PluginKind::Phase,
         PluginKind::Volume,
+        PluginKind::Texture,
     ] {
         of(kind);
     }

@@ -72,7 +72,7 @@ enum Optics {
 }
 
 /// A full angle in radians along an axis of the image.
-struct Fov {
+pub(super) struct Fov {
     angle: f64,
     axis: usize,
 }
@@ -130,7 +130,7 @@ fn stop(q: &mut Query) -> Stop {
 }
 
 /// By an angle, or by the focal length of a lens for 35 mm film, which is an angle along the diagonal.
-fn fov(q: &mut Query) -> Fov {
+pub(super) fn fov(q: &mut Query) -> Fov {
     if q.has("fov") {
         if q.has("focal_length") {
             q.error("focal_length", "give fov, or focal_length, not both");
@@ -161,7 +161,7 @@ fn fov(q: &mut Query) -> Fov {
 
 impl Fov {
     /// The horizontal angle for an aspect ratio, width over height.
-    fn horizontal(&self, aspect: f64) -> f64 {
+    pub(super) fn horizontal(&self, aspect: f64) -> f64 {
         if AXES[self.axis] == "diagonal" {
             let half = (0.5 * self.angle).tan() / (1.0 + aspect.powi(-2)).sqrt();
             return 2.0 * half.atan();

@@ -1,6 +1,7 @@
 //! Images: layers of named channels, written to EXR, NPY and PNG and read back; what a screen shows of them.
 
 pub mod cie;
+mod encoded;
 pub mod exr;
 mod exr_header;
 pub mod npy;
@@ -9,6 +10,8 @@ pub mod png;
 pub mod tone;
 
 use std::path::Path;
+
+use ::image::ImageFormat;
 
 use crate::error::{FileError, Problem};
 
@@ -113,8 +116,8 @@ pub struct RgbImage {
 }
 
 impl RgbImage {
-    /// Reads a colour image, such as an environment map, from an `.exr` or `.png` file, by its
-    /// extension. PNG values are taken as sRGB and made linear.
+    /// Reads a colour image, such as an environment map, from an `.exr`, `.png` or `.jpg` file, by its
+    /// extension. Values of the latter two are taken as sRGB and made linear.
     ///
     /// # Errors
     ///
@@ -134,8 +137,9 @@ impl RgbImage {
                 .at(path)
             })?,
             Some("png") => png::read(path)?,
+            Some("jpg" | "jpeg") => encoded::read(path, ImageFormat::Jpeg, "JPEG")?,
             _ => {
-                let message = "colour images are read from .exr and .png".to_owned();
+                let message = "colour images are read from .exr, .png and .jpg".to_owned();
                 return Err(Problem::Unsupported(message).at(path));
             }
         };

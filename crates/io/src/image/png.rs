@@ -1,20 +1,14 @@
 //! PNG files in sRGB.
 
-use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageBuffer, ImageFormat, ImageReader, Limits, Rgb};
+use image::{DynamicImage, ImageBuffer, ImageFormat, Rgb};
 
 use super::RgbImage;
 use super::tone::Tone;
 use crate::atomic;
 use crate::error::{FileError, Problem};
-use crate::scene::linear_from_srgb;
-
-/// Bytes that one byte can stand for: DEFLATE codes 258 bytes with two bits at best (RFC 1951). A file that claims
-/// more is truncated.
-const MOST_COMPRESSION: u64 = 1032;
 
 /// Bits per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,8 +71,7 @@ pub fn encode(image: &RgbImage, depth: Depth, tone: Tone) -> Result<Vec<u8>, Pro
 ///
 /// A file that cannot be read or is no valid PNG file.
 pub fn read(path: &Path) -> Result<RgbImage, FileError> {
-    let bytes = fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
-    decode(&bytes).map_err(|problem| problem.at(path))
+    super::encoded::read(path, ImageFormat::Png, "PNG")
 }
 
 /// Reads an image from the bytes of a file.
@@ -87,24 +80,5 @@ pub fn read(path: &Path) -> Result<RgbImage, FileError> {
 ///
 /// As for [`read`].
 pub fn decode(bytes: &[u8]) -> Result<RgbImage, Problem> {
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(MOST_COMPRESSION * bytes.len() as u64);
-    reader.limits(limits);
-    let image = reader.decode().map_err(|error| Problem::WrongFormat {
-        format: "PNG",
-        reason: error.to_string(),
-    })?;
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    let linear = |v: u16| linear_from_srgb(f64::from(v) / 65535.0) as f32;
-    let pixels = image
-        .into_rgb16()
-        .pixels()
-        .map(|pixel| pixel.0.map(linear))
-        .collect();
-    Ok(RgbImage {
-        width,
-        height,
-        pixels,
-    })
+    super::encoded::decode(bytes, ImageFormat::Png, "PNG")
 }

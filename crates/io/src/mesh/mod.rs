@@ -3,6 +3,7 @@
 mod build;
 pub mod obj;
 pub mod ply;
+pub mod serialized;
 
 use std::path::Path;
 
@@ -19,6 +20,8 @@ pub struct MeshData {
     pub triangles: Vec<[u32; 3]>,
     /// Texture coordinates of the vertices.
     pub uvs: Option<Vec<[f64; 2]>>,
+    /// Linear colours of the vertices.
+    pub colours: Option<Vec<[f32; 3]>>,
 }
 
 impl MeshData {

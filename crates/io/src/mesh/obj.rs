@@ -1,4 +1,4 @@
-//! Wavefront OBJ: vertices, texture coordinates and faces.
+//! Wavefront OBJ: vertices, their colours and texture coordinates, and faces.
 //!
 //! Normals, materials, groups and smoothing are passed over: a mesh is geometry here. Errors name
 //! the line, which off-the-shelf readers do not.
@@ -57,6 +57,8 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, (Problem, Option<usize>)> {
 #[derive(Default)]
 struct Reader {
     positions: Vec<DVec3>,
+    /// The colours that follow positions.
+    colours: Vec<Option<[f32; 3]>>,
     uvs: Vec<[f64; 2]>,
     /// The vertices of the mesh: pairs of a position and a texture coordinate.
     vertices: Vec<(u32, Option<u32>)>,
@@ -70,10 +72,10 @@ impl Reader {
         let mut words = content.split_whitespace();
         match words.next() {
             Some("v") => {
-                // A weight or a colour may follow.
                 let [x, y, z] = numbers(&mut words)?;
                 let position = check_position(DVec3::new(x, y, z), self.positions.len() + 1)?;
                 self.positions.push(position);
+                self.colours.push(colour(words)?);
             }
             Some("vt") => {
                 let [u] = numbers(&mut words)?;
@@ -123,12 +125,25 @@ impl Reader {
         // Texture coordinates that are given only here and there are of no use.
         let uv = |&(_, uv): &(u32, Option<u32>)| uv.map(|uv| self.uvs[uv as usize]);
         let uvs = self.vertices.iter().map(uv).collect();
+        let colour = |&(position, _): &(u32, Option<u32>)| self.colours[position as usize];
+        let colours = self.vertices.iter().map(colour).collect();
         check_mesh(MeshData {
             positions,
             triangles: self.triangles,
             uvs,
+            colours,
         })
     }
+}
+
+/// What follows a position: a weight, which is of no use here, or a colour.
+fn colour<'w>(mut words: impl Iterator<Item = &'w str>) -> Result<Option<[f32; 3]>, Problem> {
+    let rest: Vec<&str> = words.by_ref().take(4).collect();
+    if rest.len() < 3 {
+        return Ok(None);
+    }
+    let [red, green, blue] = numbers(&mut rest[rest.len() - 3..].iter().copied())?;
+    Ok(Some([red, green, blue].map(|v| v as f32)))
 }
 
 fn numbers<'w, const N: usize>(

@@ -11,9 +11,10 @@ use super::MeshData;
 use super::build::{check_mesh, check_position, fan};
 use crate::binary;
 use crate::error::{FileError, Problem};
+use crate::scene::linear_from_srgb;
 
-/// Reads a mesh: the positions `x y z`, texture coordinates `u v` or `s t` if there are any, and
-/// the faces.
+/// Reads a mesh: the positions `x y z`, texture coordinates `u v` or `s t` and colours `r g b` or
+/// `red green blue` if there are any, and the faces.
 ///
 /// # Errors
 ///
@@ -144,6 +145,10 @@ fn add_vertices(
     let has = |name: &str| element.properties.contains_key(name);
     let has_uvs = (has("u") && has("v")) || (has("s") && has("t"));
     mesh.uvs = has_uvs.then(|| vertices.iter().map(|v| v.uv).collect());
+    let coloured = COLOURS
+        .iter()
+        .any(|names| names.iter().all(|name| has(name)));
+    mesh.colours = coloured.then(|| vertices.iter().map(|v| v.colour).collect());
     Ok(())
 }
 
@@ -168,10 +173,14 @@ fn add_faces(mesh: &mut MeshData, faces: &[Face]) -> Result<(), Problem> {
 /// The names that the list of a face's vertices goes by.
 const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+/// The names that the channels of a vertex's colour go by.
+const COLOURS: [[&str; 3]; 2] = [["r", "g", "b"], ["red", "green", "blue"]];
+
 #[derive(Debug)]
 struct Vertex {
     position: [f64; 3],
     uv: [f64; 2],
+    colour: [f32; 3],
 }
 
 impl PropertyAccess for Vertex {
@@ -179,10 +188,21 @@ impl PropertyAccess for Vertex {
         Vertex {
             position: [0.0; 3],
             uv: [0.0; 2],
+            colour: [0.0; 3],
         }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let channel = |names: &[&str; 3]| names.iter().position(|n| *n == name);
+        if let Some(channel) = COLOURS.iter().find_map(channel) {
+            return match intensity(&property) {
+                Some(value) => {
+                    self.colour[channel] = value as f32;
+                    PropertyAccessResult::Set
+                }
+                None => PropertyAccessResult::UnsupportedType,
+            };
+        }
         let place = match name {
             "x" => &mut self.position[0],
             "y" => &mut self.position[1],
@@ -249,4 +269,15 @@ fn scalar(property: &Property) -> Option<f64> {
         Property::Double(v) => Some(v),
         _ => None,
     }
+}
+
+/// A channel of a colour: whole numbers are shares of the largest one, encoded as in sRGB; others are linear.
+fn intensity(property: &Property) -> Option<f64> {
+    let share = match *property {
+        Property::UChar(v) => f64::from(v) / f64::from(u8::MAX),
+        Property::UShort(v) => f64::from(v) / f64::from(u16::MAX),
+        Property::Float(_) | Property::Double(_) => return scalar(property),
+        _ => return None,
+    };
+    Some(linear_from_srgb(share))
 }

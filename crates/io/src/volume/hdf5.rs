@@ -53,7 +53,9 @@ fn volume<T: Sample>(file: &Hdf5File, options: Options) -> Result<Volume<T>, Pro
     let Some(name) = options.dataset else {
         let names = file.root_group().and_then(|group| group.member_names());
         let names = names.map_or(String::new(), |(_, names)| names.join(", "));
-        let message = format!("it may hold several: give a dataset; those of '/': {names}");
+        let message = format!(
+            "it may hold several: give a dataset (--dataset, or 'dataset' in a scene); those of '/': {names}"
+        );
         return Err(Problem::Unsaid(message));
     };
     let data = file.dataset(name).map_err(|e| missing(file, name, e))?;

@@ -13,6 +13,7 @@ pub mod vtk;
 mod format;
 mod frame;
 mod layout;
+mod options;
 mod resample;
 mod write;
 
@@ -26,6 +27,8 @@ use crate::error::{FileError, Problem};
 pub use format::Format;
 pub use frame::Frame;
 pub use layout::AxisOrder;
+pub use options::Options;
+use options::choose;
 pub use write::{Stored, write};
 
 /// The most by which deflate compresses, 1032, rounded up: what a file may be trusted to become.
@@ -222,59 +225,6 @@ impl<T: Sample> Volume<T> {
             None => Err(Format::unknown().at(path)),
         }
     }
-}
-
-/// What a user has to say of a file whose format leaves it open.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Options<'a> {
-    /// Which axis is which.
-    pub axes: Option<AxisOrder>,
-    /// Which of several arrays is meant: its path or name.
-    pub dataset: Option<&'a str>,
-}
-
-impl<'a> Options<'a> {
-    /// For a file of one array in a given order.
-    pub fn order(axes: AxisOrder) -> Self {
-        Options {
-            axes: Some(axes),
-            dataset: None,
-        }
-    }
-
-    /// The same for one of several arrays.
-    #[must_use]
-    pub fn of(self, dataset: &'a str) -> Self {
-        Options {
-            dataset: Some(dataset),
-            ..self
-        }
-    }
-
-    fn axes(&self) -> Result<AxisOrder, Problem> {
-        let message = "it does not say which axis is which: give the order of its axes, zyx if the last \
-                       index runs along x, xyz if the first does";
-        self.axes.ok_or(Problem::Unsaid(message.into()))
-    }
-}
-
-/// Which of several arrays is meant.
-fn choose(names: &[&str], name: Option<&str>) -> Result<usize, Problem> {
-    let wanted = |i: &usize| name.is_none_or(|name| name == names[*i]);
-    let wanted: Vec<usize> = (0..names.len()).filter(wanted).collect();
-    if let [one] = wanted[..] {
-        return Ok(one);
-    }
-    Err(Problem::Mismatch {
-        expected: match name {
-            Some(name) => format!("one array '{name}'"),
-            None => "one array, or its name as 'dataset'".into(),
-        },
-        found: match names.is_empty() {
-            true => "none".into(),
-            false => format!("the arrays: {}", names.join(", ")),
-        },
-    })
 }
 
 fn place([nx, ny, _]: [usize; 3], channels: usize, index: usize) -> String {

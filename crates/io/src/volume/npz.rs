@@ -5,15 +5,11 @@ use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+use zip::{ZipArchive, ZipWriter};
 
 use super::{INFLATION, Options, Sample, Volume, choose, npy};
 use crate::atomic;
 use crate::error::{FileError, Problem};
-
-/// Archives beyond this need the 64 bit extension, which must be announced for each file.
-const LARGE: usize = 1 << 30;
 
 /// Reads a volume from the array of the given name, stored or compressed; from the only one if none is given.
 ///
@@ -70,11 +66,7 @@ fn read_from<T: Sample>(
 /// Everything that [`atomic::write()`] reports.
 pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(), FileError> {
     let bytes = volume.data().len() * volume.element().size();
-    // The time is that of the beginning: equal volumes give equal files.
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .last_modified_time(DateTime::default())
-        .large_file(bytes >= LARGE);
+    let options = crate::npy::stored(bytes);
     atomic::write(path, |file| {
         let mut archive = ZipWriter::new(file);
         archive.start_file(format!("{name}.npy"), options)?;

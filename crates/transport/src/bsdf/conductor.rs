@@ -1,46 +1,47 @@
 //! Smooth metal; reflects on the side of the normal only, the other side is black.
 
 use super::surface::reflect;
-use super::{BsdfError, BsdfSample, Surface, check_factor, check_index, fresnel};
+use super::{BsdfError, BsdfSample, Surface, check_index, factor, fresnel};
 use crate::spectrum::Spectrum;
+use crate::texture::Texture;
 use glam::DVec3;
 
 /// Smooth conductor.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Conductor {
     metal: Metal,
 }
 
 /// Complex index and tint of a metal, shared by the smooth and the rough one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Metal {
     eta: Spectrum,
     k: Spectrum,
-    specular_reflectance: Spectrum,
+    specular_reflectance: Texture,
 }
 
 impl Metal {
     pub(super) fn new(
         eta: Spectrum,
         k: Spectrum,
-        specular_reflectance: Spectrum,
+        specular_reflectance: impl Into<Texture>,
     ) -> Result<Self, BsdfError> {
         check_index("eta", eta)?;
         check_index("k", k)?;
-        check_factor("specular_reflectance", specular_reflectance)?;
         Ok(Metal {
             eta,
             k,
-            specular_reflectance,
+            specular_reflectance: factor("specular_reflectance", specular_reflectance)?,
         })
     }
 
-    /// Tinted reflectance under the medium of index `n`: only the ratio to it matters.
-    pub(super) fn reflectance(&self, cos: f64, n: f64) -> Spectrum {
+    /// Tinted reflectance under the medium outside: only the ratio to its index matters.
+    pub(super) fn reflectance(&self, cos: f64, s: &Surface) -> Spectrum {
+        let n = s.n_outer;
         let fresnel = self
             .eta
             .zip(self.k, |eta, k| fresnel::conductor(cos, eta / n, k / n));
-        fresnel * self.specular_reflectance
+        fresnel * self.specular_reflectance.at(&s.site)
     }
 }
 
@@ -50,7 +51,7 @@ impl Conductor {
     pub fn new(
         eta: Spectrum,
         k: Spectrum,
-        specular_reflectance: Spectrum,
+        specular_reflectance: impl Into<Texture>,
     ) -> Result<Self, BsdfError> {
         Metal::new(eta, k, specular_reflectance).map(|metal| Conductor { metal })
     }
@@ -59,7 +60,7 @@ impl Conductor {
         let cos = s.normal.dot(toward);
         (cos > 0.0).then(|| BsdfSample {
             direction: reflect(toward, s.normal, cos).normalize(),
-            weight: self.metal.reflectance(cos, s.n_outer),
+            weight: self.metal.reflectance(cos, s),
             pdf: 1.0,
             delta: true,
             transmitted: false,

@@ -1,7 +1,7 @@
 //! Smooth interface between two dielectrics, with the local indices of the two sides.
 
 use super::surface::{reflect, refract};
-use super::{BsdfError, BsdfSample, Surface, check_factor, fresnel};
+use super::{BsdfError, BsdfSample, Surface, factor, fresnel};
 use crate::spectrum::Spectrum;
 use glam::DVec3;
 
@@ -27,8 +27,8 @@ impl Dielectric {
         specular_reflectance: Spectrum,
         specular_transmittance: Spectrum,
     ) -> Result<Self, BsdfError> {
-        check_factor("specular_reflectance", specular_reflectance)?;
-        check_factor("specular_transmittance", specular_transmittance)?;
+        factor("specular_reflectance", specular_reflectance)?;
+        factor("specular_transmittance", specular_transmittance)?;
         Ok(Dielectric {
             specular_reflectance,
             specular_transmittance,

@@ -1,21 +1,22 @@
 //! Lambertian reflection, on the side of the normal only; the other side is black.
 
-use super::{BsdfError, BsdfSample, Surface, check_factor};
+use super::{BsdfError, BsdfSample, Surface, factor};
 use crate::sampling::Frame;
 use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
 use crate::spectrum::Spectrum;
+use crate::texture::Texture;
 use glam::DVec3;
 
 /// Lambertian reflector.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Diffuse {
-    reflectance: Spectrum,
+    reflectance: Texture,
 }
 
 impl Diffuse {
     /// `reflectance` in [0, 1] per channel.
-    pub fn new(reflectance: Spectrum) -> Result<Self, BsdfError> {
-        check_factor("reflectance", reflectance)?;
+    pub fn new(reflectance: impl Into<Texture>) -> Result<Self, BsdfError> {
+        let reflectance = factor("reflectance", reflectance)?;
         Ok(Diffuse { reflectance })
     }
 
@@ -28,7 +29,7 @@ impl Diffuse {
         let direction = Frame::from_normal(s.normal).to_world(local);
         Some(BsdfSample {
             direction,
-            weight: self.reflectance,
+            weight: self.reflectance.at(&s.site),
             pdf,
             delta: false,
             transmitted: false,
@@ -36,7 +37,7 @@ impl Diffuse {
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
-        self.reflectance * self.pdf(s, toward, direction)
+        self.reflectance.at(&s.site) * self.pdf(s, toward, direction)
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {

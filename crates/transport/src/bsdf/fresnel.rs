@@ -38,6 +38,28 @@ pub fn dielectric(cos: f64, n_near: f64, n_far: f64) -> Interface {
     }
 }
 
+/// Mean reflectance 2∫F cosθ d(cosθ) for diffuse light from the side of index `n_near`, by Simpson's rule in an
+/// angle in which F has no kink: below the critical angle if there is one, beyond it F = 1.
+pub fn mean(n_near: f64, n_far: f64) -> f64 {
+    const STEPS: usize = 512;
+    let sin2_most = (n_far / n_near).powi(2).min(1.0);
+    // sin²θ = s (1 − t²): F − 1 goes as t near the critical angle, and as 1 − t near normal incidence.
+    let integrand = |t: f64| {
+        let cos = (1.0 - sin2_most * (1.0 - t * t)).sqrt();
+        dielectric(cos, n_near, n_far).reflectance * 2.0 * t * sin2_most
+    };
+    let weight = |i: usize| match i {
+        0 | STEPS => 1.0,
+        i if i % 2 == 1 => 4.0,
+        _ => 2.0,
+    };
+    let h = 1.0 / STEPS as f64;
+    let sum: f64 = (0..=STEPS)
+        .map(|i| weight(i) * integrand(i as f64 * h))
+        .sum();
+    sum * h / 3.0 + (1.0 - sin2_most)
+}
+
 /// Reflectance of a metal met at `cos` in [0, 1]; `eta` + i`k` is its index divided by that of the
 /// medium in front of it (both ≥ 0). In [0, 1].
 ///

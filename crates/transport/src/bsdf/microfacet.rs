@@ -27,6 +27,13 @@ impl Ggx {
         }
     }
 
+    /// GGX with roughness `alpha`, or `least` if that is larger.
+    pub(super) fn at_least(least: f64, alpha: f64) -> Self {
+        Ggx {
+            alpha: alpha.max(least),
+        }
+    }
+
     /// D(h): area of facets of normal `h` (unit, h.z ≥ 0), per steradian and macroscopic area.
     pub fn d(&self, h: DVec3) -> f64 {
         // cos⁴θ (α² + tan²θ)² without the tangent.

@@ -11,24 +11,40 @@
 //!
 //! Unit vectors in, finite numbers out: grazing directions included, nothing here returns NaN.
 
+mod blend;
 mod conductor;
 mod dielectric;
 mod diffuse;
 pub mod fresnel;
+mod mask;
 pub mod microfacet;
 pub mod null;
+mod plastic;
+mod principled;
 mod rough_conductor;
 mod rough_dielectric;
+mod rough_plastic;
 mod surface;
+mod thin_dielectric;
+mod two_sided;
 
+pub use blend::Blend;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use mask::Mask;
+pub use plastic::Plastic;
+pub use principled::Principled;
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
+pub use rough_plastic::RoughPlastic;
 pub use surface::Surface;
+pub use thin_dielectric::ThinDielectric;
+pub use two_sided::TwoSided;
 
+use crate::shape::Site;
 use crate::spectrum::Spectrum;
+use crate::texture::Texture;
 use glam::DVec3;
 
 /// Why a BSDF cannot be built.
@@ -56,6 +72,18 @@ pub enum BsdfError {
         /// First offending channel.
         value: f64,
     },
+    /// A relative index that is none.
+    #[error("the relative index must be finite and greater than 0, got {value}")]
+    Eta {
+        /// The index given.
+        value: f64,
+    },
+    /// A surface that lets light through, nested where that is not possible.
+    #[error("a {outer} takes surfaces that let no light through, such as diffuse or conductor")]
+    NotOpaque {
+        /// Which surface holds it.
+        outer: &'static str,
+    },
 }
 
 /// A direction drawn from a BSDF.
@@ -73,6 +101,15 @@ pub struct BsdfSample {
     pub transmitted: bool,
 }
 
+/// The light that passes a surface straight on, where the rest meets something else.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Through {
+    /// Share of the light: the probability of passing.
+    pub probability: f64,
+    /// What of this share is left, per channel.
+    pub factor: Spectrum,
+}
+
 /// A surface's scattering distribution.
 #[derive(Clone, Debug)]
 pub enum Bsdf {
@@ -88,6 +125,20 @@ pub enum Bsdf {
     Conductor(Conductor),
     /// Rough metal.
     RoughConductor(RoughConductor),
+    /// A diffuse base under a smooth coat.
+    Plastic(Plastic),
+    /// A diffuse base under a rough coat.
+    RoughPlastic(RoughPlastic),
+    /// A diffuse base and facets of a dielectric or a metal.
+    Principled(Principled),
+    /// A mixture of two surfaces.
+    Blend(Blend),
+    /// A surface on either side.
+    TwoSided(TwoSided),
+    /// A surface with holes.
+    Mask(Mask),
+    /// A thin pane.
+    ThinDielectric(ThinDielectric),
 }
 
 impl Bsdf {
@@ -100,33 +151,87 @@ impl Bsdf {
             Bsdf::RoughDielectric(b) => b.sample(s, toward, u),
             Bsdf::Conductor(b) => b.sample(s, toward),
             Bsdf::RoughConductor(b) => b.sample(s, toward, [u[1], u[2]]),
+            Bsdf::Plastic(b) => b.sample(s, toward, u),
+            Bsdf::RoughPlastic(b) => b.sample(s, toward, u),
+            Bsdf::Principled(b) => b.sample(s, toward, u),
+            Bsdf::Blend(b) => b.sample(s, toward, u),
+            Bsdf::TwoSided(b) => b.sample(s, toward, u),
+            Bsdf::Mask(b) => b.nested().sample(s, toward, u),
+            Bsdf::ThinDielectric(b) => Some(b.sample(s, toward)),
         }
     }
 
     /// f̃·|cosθ| with θ the angle of `direction`; zero for delta events.
     pub fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         match self {
-            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::Conductor(_) => Spectrum::ZERO,
+            Bsdf::Null | Bsdf::Dielectric(_) => Spectrum::ZERO,
+            Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => Spectrum::ZERO,
             Bsdf::Diffuse(b) => b.eval(s, toward, direction),
             Bsdf::RoughDielectric(b) => b.eval(s, toward, direction),
             Bsdf::RoughConductor(b) => b.eval(s, toward, direction),
+            Bsdf::Plastic(b) => b.eval(s, toward, direction),
+            Bsdf::RoughPlastic(b) => b.eval(s, toward, direction),
+            Bsdf::Principled(b) => b.eval(s, toward, direction),
+            Bsdf::Blend(b) => b.eval(s, toward, direction),
+            Bsdf::TwoSided(b) => b.eval(s, toward, direction),
+            Bsdf::Mask(b) => b.nested().eval(s, toward, direction),
         }
     }
 
     /// Density per steradian with which [`Bsdf::sample`] draws `direction`; zero for delta events.
     pub fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
         match self {
-            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::Conductor(_) => 0.0,
+            Bsdf::Null | Bsdf::Dielectric(_) => 0.0,
+            Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => 0.0,
             Bsdf::Diffuse(b) => b.pdf(s, toward, direction),
             Bsdf::RoughDielectric(b) => b.pdf(s, toward, direction),
             Bsdf::RoughConductor(b) => b.pdf(s, toward, direction),
+            Bsdf::Plastic(b) => b.pdf(s, toward, direction),
+            Bsdf::RoughPlastic(b) => b.pdf(s, toward, direction),
+            Bsdf::Principled(b) => b.pdf(s, toward, direction),
+            Bsdf::Blend(b) => b.pdf(s, toward, direction),
+            Bsdf::TwoSided(b) => b.pdf(s, toward, direction),
+            Bsdf::Mask(b) => b.nested().pdf(s, toward, direction),
         }
     }
 
-    /// Whether every event is a delta. A rough dielectric is none, though where its two indices match
-    /// its samples are: go by [`BsdfSample::delta`] there.
+    /// The light that passes the surface at `site` straight on, for an angle of the given cosine to the normal;
+    /// `None` if that is not how the surface works. It is decided first whether light passes:
+    /// [`Bsdf::sample`], [`Bsdf::eval`] and [`Bsdf::pdf`] are then about light that does not.
+    pub fn through(&self, site: &Site, cos: f64) -> Option<Through> {
+        match self {
+            Bsdf::Mask(b) => Some(b.through(site)),
+            Bsdf::ThinDielectric(b) => Some(b.through(site, cos.abs())),
+            _ => None,
+        }
+    }
+
+    /// Whether [`Bsdf::through`] says that some light passes.
+    pub fn is_veil(&self) -> bool {
+        matches!(self, Bsdf::Mask(_) | Bsdf::ThinDielectric(_))
+    }
+
+    /// Whether every event is a delta. Others may have some, too: a rough dielectric where its two indices
+    /// match, the coat of plastic. Go by [`BsdfSample::delta`] there.
     pub fn is_delta(&self) -> bool {
-        matches!(self, Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::Conductor(_))
+        match self {
+            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => true,
+            Bsdf::Mask(b) => b.nested().is_delta(),
+            Bsdf::Blend(b) => b.pair().iter().all(Bsdf::is_delta),
+            Bsdf::TwoSided(b) => b.sides().iter().all(Bsdf::is_delta),
+            _ => false,
+        }
+    }
+
+    /// Whether some light is reflected as by a mirror, where connections do not look for it.
+    pub fn is_mirror(&self) -> bool {
+        match self {
+            Bsdf::Conductor(_) | Bsdf::Plastic(_) | Bsdf::ThinDielectric(_) => true,
+            Bsdf::Mask(b) => b.nested().is_mirror(),
+            Bsdf::Blend(b) => b.pair().iter().any(Bsdf::is_mirror),
+            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::is_mirror),
+            _ => false,
+        }
     }
 
     /// Whether light passes undeflected.
@@ -136,18 +241,31 @@ impl Bsdf {
 
     /// Whether no light passes from one side to the other.
     pub fn is_opaque(&self) -> bool {
-        matches!(
-            self,
-            Bsdf::Diffuse(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_)
-        )
+        match self {
+            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_) => false,
+            Bsdf::Mask(_) | Bsdf::ThinDielectric(_) => false,
+            Bsdf::Diffuse(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => true,
+            Bsdf::Plastic(_) | Bsdf::RoughPlastic(_) | Bsdf::Principled(_) => true,
+            Bsdf::Blend(_) | Bsdf::TwoSided(_) => true,
+        }
+    }
+
+    /// Itself, to be nested in an `outer` one, if it is opaque.
+    fn opaque(self, outer: &'static str) -> Result<Self, BsdfError> {
+        match self.is_opaque() {
+            true => Ok(self),
+            false => Err(BsdfError::NotOpaque { outer }),
+        }
     }
 }
 
-/// Checks that every channel lies in [0, 1].
-fn check_factor(name: &'static str, s: Spectrum) -> Result<(), BsdfError> {
-    match s.0.into_iter().find(|v| !(0.0..=1.0).contains(v)) {
+/// A texture whose values lie in [0, 1].
+fn factor(name: &'static str, texture: impl Into<Texture>) -> Result<Texture, BsdfError> {
+    let texture = texture.into();
+    let outside = texture.numbers().find(|v| !(0.0..=1.0).contains(v));
+    match outside {
         Some(value) => Err(BsdfError::Factor { name, value }),
-        None => Ok(()),
+        None => Ok(texture),
     }
 }
 
@@ -156,5 +274,13 @@ fn check_index(name: &'static str, s: Spectrum) -> Result<(), BsdfError> {
     match s.0.into_iter().find(|v| !(v.is_finite() && *v >= 0.0)) {
         Some(value) => Err(BsdfError::Index { name, value }),
         None => Ok(()),
+    }
+}
+
+/// Checks an index over another one.
+fn check_eta(value: f64) -> Result<(), BsdfError> {
+    match value.is_finite() && value > 0.0 {
+        true => Ok(()),
+        false => Err(BsdfError::Eta { value }),
     }
 }

@@ -2,14 +2,15 @@
 
 use super::conductor::Metal;
 use super::microfacet::Ggx;
-use super::surface::reflect;
+use super::surface::{above, reflect};
 use super::{BsdfError, BsdfSample, Surface};
 use crate::sampling::Frame;
 use crate::spectrum::Spectrum;
+use crate::texture::Texture;
 use glam::DVec3;
 
 /// GGX conductor, sampled by visible facet normals.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct RoughConductor {
     facets: Ggx,
     metal: Metal,
@@ -22,7 +23,7 @@ impl RoughConductor {
         alpha: f64,
         eta: Spectrum,
         k: Spectrum,
-        specular_reflectance: Spectrum,
+        specular_reflectance: impl Into<Texture>,
     ) -> Result<Self, BsdfError> {
         let metal = Metal::new(eta, k, specular_reflectance)?;
         Ok(RoughConductor {
@@ -45,7 +46,7 @@ impl RoughConductor {
         }
         Some(BsdfSample {
             direction: frame.to_world(i).normalize(),
-            weight: self.metal.reflectance(cos, s.n_outer) * self.facets.g1(i),
+            weight: self.metal.reflectance(cos, s) * self.facets.g1(i),
             pdf: self.density(o, h),
             delta: false,
             transmitted: false,
@@ -53,31 +54,19 @@ impl RoughConductor {
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
-        let Some([o, i, h]) = self.directions(s, toward, direction) else {
+        let Some([o, i, h]) = above(s, toward, direction) else {
             return Spectrum::ZERO;
         };
         // F D G₁(o) G₁(i)/(4 cosθₒ cosθᵢ), times cosθᵢ.
-        self.metal.reflectance(o.dot(h), s.n_outer) * (self.facets.g1(i) * self.density(o, h))
+        self.metal.reflectance(o.dot(h), s) * (self.facets.g1(i) * self.density(o, h))
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
-        self.directions(s, toward, direction)
-            .map_or(0.0, |[o, _, h]| self.density(o, h))
+        above(s, toward, direction).map_or(0.0, |[o, _, h]| self.density(o, h))
     }
 
     /// Visible normals D G₁(o) (o·h)/cosθₒ, times dω_h/dω_i = 1/(4 o·h).
     fn density(&self, o: DVec3, h: DVec3) -> f64 {
         0.25 * self.facets.d(h) * self.facets.g1_over_cos(o)
-    }
-
-    /// Local `toward`, `direction` and half vector, if both directions are above the surface.
-    fn directions(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Option<[DVec3; 3]> {
-        let frame = Frame::from_normal(s.normal);
-        let (o, i) = (frame.to_local(toward), frame.to_local(direction));
-        let above = o.z > 0.0 && i.z > 0.0;
-        above
-            .then(|| (o + i).try_normalize())
-            .flatten()
-            .map(|h| [o, i, h])
     }
 }

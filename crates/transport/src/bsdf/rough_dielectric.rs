@@ -3,8 +3,9 @@
 
 use super::microfacet::Ggx;
 use super::surface::{Facing, reflect, refract};
-use super::{BsdfError, BsdfSample, Surface, check_factor, fresnel};
+use super::{BsdfError, BsdfSample, Surface, factor, fresnel};
 use crate::spectrum::Spectrum;
+use crate::texture::Texture;
 use glam::DVec3;
 
 /// Indices that differ by less than this fraction count as equal: the interface then does nothing. The
@@ -16,11 +17,11 @@ const MATCHED: f64 = 1e-9;
 ///
 /// Where the two indices match, samples pass straight through as delta events and `eval` and `pdf`
 /// are zero: the limit of ever closer indices.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct RoughDielectric {
     facets: Ggx,
-    specular_reflectance: Spectrum,
-    specular_transmittance: Spectrum,
+    specular_reflectance: Texture,
+    specular_transmittance: Texture,
 }
 
 /// A pair of directions and the facet that joins them, in the local frame of the near side.
@@ -40,22 +41,20 @@ impl RoughDielectric {
     /// physically both are 1.
     pub fn new(
         alpha: f64,
-        specular_reflectance: Spectrum,
-        specular_transmittance: Spectrum,
+        specular_reflectance: impl Into<Texture>,
+        specular_transmittance: impl Into<Texture>,
     ) -> Result<Self, BsdfError> {
-        check_factor("specular_reflectance", specular_reflectance)?;
-        check_factor("specular_transmittance", specular_transmittance)?;
         Ok(RoughDielectric {
             facets: Ggx::new(alpha)?,
-            specular_reflectance,
-            specular_transmittance,
+            specular_reflectance: factor("specular_reflectance", specular_reflectance)?,
+            specular_transmittance: factor("specular_transmittance", specular_transmittance)?,
         })
     }
 
     pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let side = s.facing(toward);
         if matched(&side) {
-            return Some(self.straight(toward));
+            return Some(self.straight(s, toward));
         }
         let frame = side.frame();
         let o = frame.to_local(toward);
@@ -84,7 +83,7 @@ impl RoughDielectric {
         let pdf = self.density(&side, &event);
         (pdf > 0.0).then(|| BsdfSample {
             direction: frame.to_world(event.i).normalize(),
-            weight: self.weight(&event),
+            weight: self.weight(s, &event),
             pdf,
             delta: false,
             transmitted,
@@ -94,7 +93,7 @@ impl RoughDielectric {
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         let side = s.facing(toward);
         event(&side, toward, direction).map_or(Spectrum::ZERO, |e| {
-            self.weight(&e) * self.density(&side, &e)
+            self.weight(s, &e) * self.density(&side, &e)
         })
     }
 
@@ -104,10 +103,10 @@ impl RoughDielectric {
     }
 
     /// The limit of matched indices.
-    fn straight(&self, toward: DVec3) -> BsdfSample {
+    fn straight(&self, s: &Surface, toward: DVec3) -> BsdfSample {
         BsdfSample {
             direction: -toward,
-            weight: self.specular_transmittance,
+            weight: self.specular_transmittance.at(&s.site),
             pdf: 1.0,
             delta: true,
             transmitted: true,
@@ -132,13 +131,13 @@ impl RoughDielectric {
 
     /// f̃·|cosθᵢ|/density. Eqs. 20 and 21 times nᵢ²/nₒ², over `density`: all cancels but the shadowing
     /// of the light's side.
-    fn weight(&self, e: &Event) -> Spectrum {
+    fn weight(&self, s: &Surface, e: &Event) -> Spectrum {
         let tint = if e.i.z > 0.0 {
-            self.specular_reflectance
+            &self.specular_reflectance
         } else {
-            self.specular_transmittance
+            &self.specular_transmittance
         };
-        tint * self.facets.g1(e.i)
+        tint.at(&s.site) * self.facets.g1(e.i)
     }
 }
 

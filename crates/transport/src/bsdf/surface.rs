@@ -1,6 +1,7 @@
 //! Geometry and indices where a path meets a surface.
 
 use crate::sampling::Frame;
+use crate::shape::Site;
 use glam::DVec3;
 
 /// A point of a surface as a BSDF sees it.
@@ -12,9 +13,35 @@ pub struct Surface {
     pub n_outer: f64,
     /// Refractive index at the point, on the other side; > 0.
     pub n_inner: f64,
+    /// The point, as textures see it.
+    pub site: Site,
 }
 
 impl Surface {
+    /// A point of a surface without textures.
+    pub const fn plain(normal: DVec3, n_outer: f64, n_inner: f64) -> Self {
+        Surface {
+            normal,
+            n_outer,
+            n_inner,
+            site: Site {
+                position: DVec3::ZERO,
+                uv: [0.0; 2],
+                primitive: 0,
+            },
+        }
+    }
+
+    /// The same point with the normal on the other side.
+    pub(super) fn turned(&self) -> Self {
+        Surface {
+            normal: -self.normal,
+            n_outer: self.n_inner,
+            n_inner: self.n_outer,
+            site: self.site,
+        }
+    }
+
     /// The surface seen from the side of `toward`.
     pub(super) fn facing(&self, toward: DVec3) -> Facing {
         if self.normal.dot(toward) >= 0.0 {
@@ -60,4 +87,13 @@ pub(super) fn reflect(v: DVec3, axis: DVec3, cos: f64) -> DVec3 {
 /// `cos_far` its counterpart, `eta` = n_near/n_far.
 pub(super) fn refract(v: DVec3, axis: DVec3, cos: f64, cos_far: f64, eta: f64) -> DVec3 {
     (eta * cos - cos_far) * axis - eta * v
+}
+
+/// `toward`, `direction` and their half vector in the frame of the normal, if both are above the surface.
+pub(super) fn above(s: &Surface, toward: DVec3, direction: DVec3) -> Option<[DVec3; 3]> {
+    let frame = Frame::from_normal(s.normal);
+    let (o, i) = (frame.to_local(toward), frame.to_local(direction));
+    let above = o.z > 0.0 && i.z > 0.0;
+    let half = above.then(|| (o + i).try_normalize()).flatten()?;
+    Some([o, i, half])
 }

@@ -70,6 +70,8 @@ impl Emitter {
         match (self, aim) {
             (Emitter::Point { .. }, _) => uniform_sphere_pdf(),
             (Emitter::Spot(spot), _) => spot.pdf(direction),
+            (Emitter::Projector(projector), _) => projector.pdf(direction),
+            (Emitter::Luminaire(lamp), _) => lamp.pdf(direction),
             (
                 Emitter::Area { .. },
                 Aim::Point {
@@ -89,6 +91,8 @@ impl Emitter {
     fn direction_from(&self, surface: Option<(usize, DVec3)>, u: [f64; 2]) -> DVec3 {
         match (self, surface) {
             (Emitter::Spot(spot), _) => spot.sample(u),
+            (Emitter::Projector(projector), _) => projector.sample(u),
+            (Emitter::Luminaire(lamp), _) => lamp.sample(u),
             (_, Some((_, normal))) => Frame::from_normal(normal)
                 .to_world(cosine_hemisphere_sample(u))
                 .normalize(),

@@ -8,7 +8,9 @@
 mod collimated;
 mod emission;
 mod environment;
+mod luminaire;
 mod power;
+mod projector;
 mod spot;
 mod surroundings;
 
@@ -16,12 +18,15 @@ pub use crate::aim::{Aim, Aimed};
 pub use collimated::{Collimated, Profile};
 pub use emission::Emission;
 pub use environment::{Environment, ImageError};
+pub use luminaire::{Luminaire, LuminaireError};
+pub use projector::Projector;
 pub use spot::Spot;
 pub use surroundings::Surroundings;
 
 use crate::Spectrum;
 use crate::shape::Shape;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// A source of light.
 #[derive(Clone, Debug)]
@@ -35,6 +40,10 @@ pub enum Emitter {
     },
     /// A point that radiates into a cone.
     Spot(Spot),
+    /// A point that throws an image.
+    Projector(Arc<Projector>),
+    /// A point that radiates as measured on a lamp.
+    Luminaire(Arc<Luminaire>),
     /// Radiates from the side of a shape to which its normals point, the same radiance in all
     /// directions.
     Area {
@@ -67,6 +76,8 @@ impl Emitter {
         match self {
             Emitter::Point { position, .. } => Aimed::only(Aim::at(*position)),
             Emitter::Spot(spot) => Aimed::only(Aim::at(spot.position())),
+            Emitter::Projector(projector) => Aimed::only(Aim::at(projector.position())),
+            Emitter::Luminaire(lamp) => Aimed::only(Aim::at(lamp.position())),
             Emitter::Directional { direction, .. } => {
                 Aimed::only(Aim::parallel(around.before(*direction), *direction))
             }
@@ -97,12 +108,14 @@ impl Emitter {
         }
     }
 
-    /// What leaves `start` in the unit `direction`: intensity (point, spot), radiance times cosine
+    /// What leaves `start` in the unit `direction`: intensity (points of any kind), radiance times cosine
     /// (area), radiance (environment) or irradiance across the direction (directional, beam).
     pub fn emitted(&self, aim: &Aim, start: DVec3, direction: DVec3) -> Spectrum {
         match self {
             Emitter::Point { intensity, .. } => *intensity,
             Emitter::Spot(spot) => spot.intensity(direction),
+            Emitter::Projector(projector) => projector.intensity(direction),
+            Emitter::Luminaire(lamp) => lamp.intensity(direction),
             Emitter::Directional { irradiance, .. } => *irradiance,
             Emitter::Collimated(beam) => beam.irradiance(start),
             Emitter::Environment(environment) => environment.radiance(-direction),
@@ -122,6 +135,8 @@ impl Emitter {
         match self {
             Emitter::Point { position, .. } => Some(*position),
             Emitter::Spot(spot) => Some(spot.position()),
+            Emitter::Projector(projector) => Some(projector.position()),
+            Emitter::Luminaire(lamp) => Some(lamp.position()),
             _ => None,
         }
     }
@@ -131,6 +146,8 @@ impl Emitter {
         match self {
             Emitter::Point { .. } => "point",
             Emitter::Spot(_) => "spot",
+            Emitter::Projector(_) => "projector",
+            Emitter::Luminaire(_) => "ies",
             Emitter::Area { .. } => "area",
             Emitter::Directional { .. } => "directional",
             Emitter::Environment(e) => e.kind(),

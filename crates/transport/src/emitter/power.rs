@@ -13,6 +13,8 @@ impl Emitter {
         match self {
             Emitter::Point { intensity, .. } => *intensity * (4.0 * PI),
             Emitter::Spot(spot) => spot.power(),
+            Emitter::Projector(projector) => projector.power(),
+            Emitter::Luminaire(lamp) => lamp.power(),
             Emitter::Area { object, radiance } => *radiance * (PI * shape(*object).area()),
             Emitter::Directional { irradiance, .. } => *irradiance * disc,
             Emitter::Environment(environment) => environment.integral() * disc,

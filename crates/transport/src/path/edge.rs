@@ -151,7 +151,7 @@ pub struct Edge {
     /// The arcs up to the end, or beyond a collision up to the first surface that is not
     /// index-matched if the edge was extended.
     pub spans: Vec<Span>,
-    /// Number of spans before the first specular event. If the edge was extended they depend on the
+    /// Number of spans before the first specular event, or passage by chance. If the edge was extended they depend on the
     /// start alone, not on where a collision was drawn.
     pub lead: usize,
     /// How it ended.

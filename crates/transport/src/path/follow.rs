@@ -47,7 +47,8 @@ pub struct Way {
 }
 
 /// Follows the ray from `x` in a unit direction: on through index-matched boundaries, refracted by
-/// smooth dielectrics, or totally reflected, and reflected by smooth metals.
+/// smooth dielectrics, or totally reflected, reflected by smooth metals, and straight through what lets at
+/// least half of the light pass.
 pub fn follow(
     scene: &Scene,
     (x, direction): (DVec3, DVec3),
@@ -130,13 +131,17 @@ impl Follower<'_> {
         let v = v.normalize() * self.scene.n(self.medium, hit.position);
         self.way.x = hit.position;
         self.way.direction = v.normalize();
-        let rule = match self.scene.objects()[object].bsdf {
-            Bsdf::Null => Rule::Pass,
-            Bsdf::Dielectric(_) => Rule::Refract,
-            Bsdf::Conductor(_) if hit.normal.dot(v) < 0.0 => Rule::Reflect,
-            _ => return Some(Ending::Surface(object)),
+        let surface = &self.scene.objects()[object];
+        let cos = hit.normal.dot(self.way.direction);
+        let through = surface.bsdf.through(&surface.shape.site(hit), cos);
+        let rule = match through {
+            Some(through) if through.probability >= 0.5 => Some(Rule::Pass),
+            _ => rule(&surface.bsdf, cos < 0.0),
         };
-        self.go_on(rule, (object, hit), v)
+        match rule {
+            Some(rule) => self.go_on(rule, (object, hit), v),
+            None => Some(Ending::Surface(object)),
+        }
     }
 
     fn go_on(&mut self, rule: Rule, (object, hit): (usize, &Hit), v: DVec3) -> Option<Ending> {
@@ -160,5 +165,16 @@ impl Follower<'_> {
         self.way.direction = self.v.normalize();
         self.x = leave(scene, hit.position, hit.normal, self.way.direction);
         None
+    }
+}
+
+/// The only way that a surface leaves to light that arrives on the side of its normal, or behind.
+fn rule(bsdf: &Bsdf, front: bool) -> Option<Rule> {
+    match bsdf {
+        Bsdf::Null => Some(Rule::Pass),
+        Bsdf::Dielectric(_) => Some(Rule::Refract),
+        Bsdf::Conductor(_) if front => Some(Rule::Reflect),
+        Bsdf::TwoSided(b) => rule(&b.sides()[usize::from(!front)], true),
+        _ => None,
     }
 }

@@ -19,6 +19,8 @@ pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
         }
         Emitter::Point { .. }
         | Emitter::Spot(_)
+        | Emitter::Projector(_)
+        | Emitter::Luminaire(_)
         | Emitter::Area { .. }
         | Emitter::Collimated(_) => 0.0,
     }

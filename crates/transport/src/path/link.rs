@@ -138,7 +138,7 @@ impl Link {
                 continue;
             }
             known.push(link);
-            if !link.is_blocked(scene, (vertex, goal), ws) {
+            if let Some(link) = link.unless_blocked(scene, (vertex, goal), ws) {
                 values.extend(evaluate(&link).map(|value| (value, 1.0)));
             }
         }
@@ -220,21 +220,26 @@ impl Link {
         })
     }
 
-    /// Whether an opaque or rough surface blocks the ray that was last found.
-    pub(super) fn is_blocked(
-        &self,
+    /// The link less what surfaces on the way take of the light that passes them straight on; `None` if an
+    /// opaque or rough one blocks the ray, which is that last found.
+    pub(super) fn unless_blocked(
+        mut self,
         scene: &Scene,
         (vertex, goal): (&Vertex, &Goal),
         ws: &mut Workspace,
-    ) -> bool {
+    ) -> Option<Link> {
         let slack = SLACK_PER_MISS * self.miss + SLACK_PER_NUDGE * scene.nudge();
         let end = match goal.aim {
             Aim::Point { surface, .. } => surface.map(|s| s.0),
             Aim::Plane { .. } => vertex.object(),
         };
-        let blocked = scene.is_occluded(ws.solver.pieces(), end, slack);
-        ws.stats.connections.occluded += u64::from(blocked);
-        blocked
+        let Some(through) = scene.visibility(ws.solver.pieces(), end, slack) else {
+            ws.stats.connections.occluded += 1;
+            return None;
+        };
+        self.factor *= through.factor * through.probability;
+        self.tube.choice *= through.probability;
+        Some(self)
     }
 
     /// Whether two connections of one vertex to one goal are the same ray.

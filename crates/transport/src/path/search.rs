@@ -258,10 +258,8 @@ impl<'a> Search<'a> {
             ..link
         };
         ws.stats.connections.secondary += 1;
-        if link.is_blocked(self.scene, (self.vertex, self.goal), ws) {
-            return None;
-        }
-        let value = evaluate(&link)?;
+        let clear = link.unless_blocked(self.scene, (self.vertex, self.goal), ws)?;
+        let value = evaluate(&clear)?;
         for trial in 1..=MOST_TRIALS {
             ws.stats.connections.trials += 1;
             let again = self.try_luck(sampler, ws);

@@ -51,6 +51,8 @@ pub struct Station {
     /// Density with which the opposite subpath would sample it; known once the subpath has gone on for
     /// two more vertices.
     pub backward: f64,
+    /// Whether the subpath goes on from it by a specular lobe.
+    pub specular: bool,
 }
 
 /// Where a subpath left the scene.
@@ -159,10 +161,8 @@ impl Walker {
             let scatter = vertex.scatter(scene, sampler);
             let onward = scatter.map_or(Spectrum::ZERO, |s| throughput * s.weight);
             self.enter(scene, &edge, (current.throughput, onward), ws);
-            // No connection starts or ends where light passes straight through a vertex.
-            let passes = scatter.is_some_and(|s| s.delta);
-            edge.connectable &= !(passed || passes);
-            passed = passes;
+            edge.connectable &= !passed;
+            passed = scatter.is_some_and(|s| s.delta);
             let mut step = step(scene, &edge, &vertex);
             if self.weighs && edge.connectable {
                 step.ease = self.ease(scene, &subpath, (&vertex, &step, &edge), end, ws);
@@ -176,13 +176,14 @@ impl Walker {
                 optical_length,
                 forward: step.tube.density(current.pdf, step.n_after) * event,
                 backward: 0.0,
+                specular: passed,
             });
             let Some(scatter) = scatter else { break };
             subpath.look_back(scene, self.lanes, &scatter);
             if subpath.stations.len() < self.vertices {
                 let onward = Ray {
                     start: scatter.start,
-                    pdf: if passes { 1.0 } else { scatter.pdf },
+                    pdf: if passed { 1.0 } else { scatter.pdf },
                     throughput: onward,
                     optical_length,
                 };
@@ -296,6 +297,15 @@ impl Subpath {
 }
 
 impl Station {
+    /// How easily connections find the edge that led here, for a path that goes on as the subpath does: no
+    /// connection starts or ends where light is reflected as by a mirror.
+    pub fn ease_going_on(&self) -> f64 {
+        match self.specular {
+            true => 0.0,
+            false => self.step.ease,
+        }
+    }
+
     /// Density per steradian with which a path that comes from the direction `from` would go on along
     /// the step that led here, backwards.
     pub fn reverse_pdf(&self, scene: &Scene, from: DVec3) -> f64 {

@@ -190,8 +190,8 @@ impl Vertex {
     }
 
     /// What sampling must have happen for a path to end here, given a tube that arrives from
-    /// `direction`: a collision, per unit length, or a survival, with the cosine on a surface. For
-    /// channel probabilities `lanes`.
+    /// `direction`: a collision, per unit length, or a survival, with the cosine on a surface and the
+    /// probability of stopping there. For channel probabilities `lanes`.
     pub fn event(&self, scene: &Scene, lanes: Spectrum, direction: DVec3, tube: &Tube) -> f64 {
         match self {
             Vertex::Volume { x, medium, .. } => {
@@ -199,7 +199,27 @@ impl Vertex {
                 (lanes * extinction * tube.depth.exp_neg()).sum()
             }
             Vertex::Surface { surface, .. } => {
-                surface.normal.dot(direction).abs() * tube.survival(lanes)
+                let cos = surface.normal.dot(direction).abs();
+                cos * tube.survival(lanes) * self.stopping(scene)
+            }
+        }
+    }
+
+    /// Probability that light which arrives here stops to be scattered: less than 1 on a surface that lets
+    /// part of it pass straight on. The same share is that of such light in the surface's scattering, so that the two
+    /// cancel in what a path brings.
+    pub fn stopping(&self, scene: &Scene) -> f64 {
+        match self {
+            Vertex::Volume { .. } => 1.0,
+            Vertex::Surface {
+                direction,
+                object,
+                surface,
+                ..
+            } => {
+                let bsdf = &scene.objects()[*object].bsdf;
+                let through = bsdf.through(&surface.site, surface.normal.dot(*direction));
+                through.map_or(1.0, |t| 1.0 - t.probability)
             }
         }
     }

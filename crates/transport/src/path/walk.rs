@@ -5,7 +5,7 @@ use super::edge::{Carry, Edge, End, Front, Span, Start};
 use super::length::to_entrance;
 use super::tube::{self, Tube};
 use crate::Spectrum;
-use crate::bsdf::{Bsdf, Surface};
+use crate::bsdf::{Bsdf, Surface, Through};
 use crate::medium::Attenuation;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
@@ -71,6 +71,8 @@ struct Walk<'a> {
     length: f64,
     /// ∏ n_after/n_before over declared index matches.
     jump: f64,
+    /// Whether it passed a surface straight on by chance.
+    veiled: bool,
     /// Reflections where refraction was possible.
     reflections: u32,
     /// Optical path length that counts for the reach of connections: how far away a plane is does not.
@@ -98,6 +100,7 @@ impl<'a> Walk<'a> {
             depth: Spectrum::ZERO,
             length: 0.0,
             jump: 1.0,
+            veiled: false,
             reflections: 0,
             reach: 0.0,
             edge: Edge {
@@ -182,7 +185,7 @@ impl<'a> Walk<'a> {
             self.edge.length = self.length;
         }
         self.edge.spans.push(span);
-        if self.edge.tube.events == 0 {
+        if self.edge.tube.events == 0 && !self.veiled {
             self.edge.lead = self.edge.spans.len();
         }
     }
@@ -218,6 +221,16 @@ impl<'a> Walk<'a> {
         if bsdf.is_null() {
             return self.pass(object, hit, v);
         }
+        let shape = &scene.objects()[object].shape;
+        let cos = hit.normal.dot(v.normalize());
+        if let Some(through) = bsdf.through(&shape.site(&hit), cos) {
+            if self.sampler.next_1d() < through.probability {
+                return self.slip((object, hit), v, through);
+            }
+            if bsdf.is_delta() {
+                self.edge.tube.choice *= 1.0 - through.probability;
+            }
+        }
         if bsdf.is_delta() && self.edge.tube.events < MOST_EVENTS {
             return self.specular(object, hit, v);
         }
@@ -245,6 +258,14 @@ impl<'a> Walk<'a> {
         }
         self.jump *= ratio;
         self.go_on((object, hit), (v, direction), beyond, Rule::Pass)
+    }
+
+    /// Straight through a surface that lets part of the light pass.
+    fn slip(&mut self, at: (usize, Hit), v: DVec3, through: Through) -> bool {
+        self.veiled = true;
+        self.edge.weight *= through.factor;
+        self.edge.tube.choice *= through.probability;
+        self.go_on(at, (v, v.normalize()), self.medium, Rule::Pass)
     }
 
     /// Refracted or reflected by chance at a smooth surface.
@@ -359,6 +380,7 @@ pub(super) fn surface_at(scene: &Scene, object: usize, hit: &Hit, medium: Medium
         normal: hit.normal,
         n_outer: beside(hit.normal),
         n_inner: beside(-hit.normal),
+        site: scene.objects()[object].shape.site(hit),
     }
 }
 

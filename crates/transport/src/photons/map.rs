@@ -139,7 +139,8 @@ fn landed(scene: &Scene, light: &LightPath, paths: usize) -> impl Iterator<Item 
                     object, surface, ..
                 } => Place::Surface(*object, surface.normal),
             },
-            power: station.throughput / (n * n * paths as f64),
+            // What passes straight through a surface falls on it, too.
+            power: station.throughput / (n * n * paths as f64 * vertex.stopping(scene)),
             depth: station.depth,
             optical_length: station.optical_length,
             emitter,

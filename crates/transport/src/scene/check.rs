@@ -64,6 +64,7 @@ pub(super) fn check(scene: &Scene) -> Vec<Problem> {
     for (i, object) in scene.objects().iter().enumerate() {
         problems.extend(check_sensor_outside(scene, object));
         problems.extend(check_emitter_surface(i, object));
+        problems.extend(check_veil(i, object));
         problems.extend(check_match(scene, i, object));
         problems.extend(check_closed(scene, i, object));
         problems.extend(check_exterior(scene, i, object));
@@ -158,8 +159,10 @@ fn smallest_square(scene: &Scene, id: usize, aabb: &Aabb) -> Option<(DVec3, f64)
 }
 
 fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<Problem> {
+    let lined = matches!(object.bsdf, Bsdf::TwoSided(_));
     let inside = !matches!(scene.sensor(), Sensor::Absent(_))
         && object.bsdf.is_opaque()
+        && !lined
         && object.shape.is_closed()
         && object.shape.contains(scene.sensor().position());
     inside.then(|| {
@@ -172,15 +175,30 @@ fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<Problem> {
 }
 
 fn check_emitter_surface(i: usize, object: &Object) -> Option<Problem> {
-    let specular = object.bsdf.is_delta() || object.bsdf.is_null();
+    let specular = object.bsdf.is_delta() || object.bsdf.is_veil();
     (object.emitter.is_some() && specular).then(|| {
         error(
             Subject::Object(i),
             format!(
-                "'{}' emits light from a specular or null surface",
+                "'{}' emits light from a specular, null, masked or thin surface",
                 object.name
             ),
             "give the shape a diffuse bsdf (reflectance 0 for a black lamp)",
+        )
+    })
+}
+
+/// Light that passes a mask or a thin pane stays in its medium.
+fn check_veil(i: usize, object: &Object) -> Option<Problem> {
+    let parts = object.sides.is_some() && object.bsdf.is_veil();
+    parts.then(|| {
+        error(
+            Subject::Object(i),
+            format!(
+                "'{}' separates media, but light passes it straight on (mask or thindielectric)",
+                object.name
+            ),
+            "give the medium a shape of its own, with a null or dielectric bsdf",
         )
     })
 }

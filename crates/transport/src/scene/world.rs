@@ -1,7 +1,8 @@
 //! What rays meet in a scene.
 
 use super::{Index, MediumId, Scene};
-use crate::bsdf::Bsdf;
+use crate::Spectrum;
+use crate::bsdf::{Bsdf, Through};
 use crate::shape::Hit;
 use eikonal::Field;
 use eikonal::connect::{Crossing, Piece, World};
@@ -54,34 +55,58 @@ impl Scene {
         Some((index.objects[i], hit))
     }
 
-    /// Whether an opaque or rough surface stands in the way of a connection. Over a length of `slack`
-    /// before its end the ray may touch `target`, the object on which it ends: it comes close to the
-    /// point that it was aimed at, but not closer than the solver's tolerance.
-    pub fn is_occluded(
+    /// What of the light passes straight through all surfaces in the way of a connection; `None` if an opaque
+    /// or rough one stands there. Over a length of `slack` before its end the ray may touch `target`, the
+    /// object on which it ends: it comes close to the point that it was aimed at, but not closer than the
+    /// solver's tolerance.
+    pub fn visibility(
         &self,
         pieces: &[Piece<MediumId>],
         target: Option<usize>,
         slack: f64,
-    ) -> bool {
-        if self.blockers.objects.is_empty() {
-            return false;
+    ) -> Option<Through> {
+        let mut all = Through {
+            probability: 1.0,
+            factor: Spectrum::ONE,
+        };
+        let last = pieces.len().saturating_sub(1);
+        for (i, piece) in pieces.iter().enumerate() {
+            let target = target.filter(|_| i == last);
+            if self.blocked(piece, target, slack) {
+                return None;
+            }
+            self.unveil(piece, target, slack, &mut all);
         }
-        let Some((last, before)) = pieces.split_last() else {
-            return false;
-        };
-        let blocked = |p: &Piece<MediumId>| {
-            self.first_of(&self.blockers, &p.arc, 0.0, p.theta_end)
-                .is_some()
-        };
-        if before.iter().any(blocked) {
-            return true;
+        (all.probability > 0.0).then_some(all)
+    }
+
+    /// Whether an opaque or rough surface stands in the way of a piece of a connection.
+    fn blocked(&self, piece: &Piece<MediumId>, target: Option<usize>, slack: f64) -> bool {
+        let first = self.first_of(&self.blockers, &piece.arc, 0.0, piece.theta_end);
+        first.is_some_and(|(object, hit)| !is_end(piece, (object, &hit), target, slack))
+    }
+
+    /// Multiplies by what the surfaces in the way of a piece let pass.
+    fn unveil(
+        &self,
+        piece: &Piece<MediumId>,
+        target: Option<usize>,
+        slack: f64,
+        all: &mut Through,
+    ) {
+        let (mut from, end) = (0.0, piece.theta_end);
+        while let Some((object, hit)) = self.first_of(&self.veils, &piece.arc, from, end) {
+            from = hit.theta;
+            if is_end(piece, (object, &hit), target, slack) {
+                continue;
+            }
+            let surface = &self.objects()[object];
+            let cos = hit.normal.dot(piece.arc.velocity(hit.theta).normalize());
+            if let Some(through) = surface.bsdf.through(&surface.shape.site(&hit), cos) {
+                all.probability *= through.probability;
+                all.factor *= through.factor;
+            }
         }
-        let Some((object, hit)) = self.first_of(&self.blockers, &last.arc, 0.0, last.theta_end)
-        else {
-            return false;
-        };
-        let left = last.arc.arc_length(last.theta_end) - last.arc.arc_length(hit.theta);
-        !(Some(object) == target && left <= slack)
     }
 
     /// Length beyond which a straight ray that starts inside the scene meets nothing more.
@@ -93,4 +118,15 @@ impl Scene {
     pub(crate) fn is_outside(&self, x: glam::DVec3) -> bool {
         x.distance(self.around.center) > 1.01 * self.around.radius
     }
+}
+
+/// Whether a hit on the object on which a connection ends is that end.
+fn is_end(
+    piece: &Piece<MediumId>,
+    (object, hit): (usize, &Hit),
+    target: Option<usize>,
+    slack: f64,
+) -> bool {
+    let left = || piece.arc.arc_length(piece.theta_end) - piece.arc.arc_length(hit.theta);
+    Some(object) == target && left() <= slack
 }

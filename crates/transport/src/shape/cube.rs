@@ -109,3 +109,15 @@ fn others(axis: usize) -> [usize; 2] {
 fn uv(local: DVec3, axis: usize) -> [f64; 2] {
     others(axis).map(|k| 0.5 * (local[k] + 1.0))
 }
+
+/// Mitsuba's texture coordinates on a face, from ours: its cube is a mesh whose faces are each turned in
+/// a way of their own.
+pub(super) fn texture_uv(face: u32, [a, b]: [f64; 2]) -> [f64; 2] {
+    match face {
+        1 => [a, 1.0 - b],
+        3 => [1.0 - b, 1.0 - a],
+        4 => [1.0 - b, a],
+        5 => [b, a],
+        _ => [a, b],
+    }
+}

@@ -64,6 +64,17 @@ pub struct AreaSample {
     pub pdf: f64,
 }
 
+/// A point of a surface as textures see it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Site {
+    /// The point.
+    pub position: DVec3,
+    /// Texture coordinates: Mitsuba's.
+    pub uv: [f64; 2],
+    /// As in [`Hit`].
+    pub primitive: u32,
+}
+
 /// A surface.
 #[derive(Clone, Debug)]
 pub enum Shape {
@@ -121,6 +132,18 @@ impl Shape {
     /// from arc to arc, without finding it again or losing one.
     pub fn first_hit(&self, arc: &Arc, theta_min: f64, theta_max: f64) -> Option<Hit> {
         each!(self, s => s.first_hit(arc, [theta_min, theta_max]))
+    }
+
+    /// What textures see at a hit.
+    pub fn site(&self, hit: &Hit) -> Site {
+        Site {
+            position: hit.position,
+            uv: match self {
+                Shape::Cube(_) => cube::texture_uv(hit.primitive, hit.uv),
+                _ => hit.uv,
+            },
+            primitive: hit.primitive,
+        }
     }
 
     /// A box around the surface.

@@ -3,7 +3,8 @@
 use glam::DVec3;
 use transport::Spectrum;
 use transport::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, RoughConductor, RoughDielectric, Surface,
+    Blend, Bsdf, Conductor, Dielectric, Diffuse, Mask, Plastic, Principled, RoughConductor,
+    RoughDielectric, RoughPlastic, Surface, ThinDielectric, TwoSided,
 };
 
 /// A tilted unit normal: no axis of the world is special to the code.
@@ -11,11 +12,7 @@ pub const NORMAL: DVec3 = DVec3::new(0.48, -0.6, 0.64);
 
 /// A surface between two indices.
 pub fn surface(n_outer: f64, n_inner: f64) -> Surface {
-    Surface {
-        normal: NORMAL,
-        n_outer,
-        n_inner,
-    }
+    Surface::plain(NORMAL, n_outer, n_inner)
 }
 
 /// The unit vector at `cos` to the normal, in a fixed plane through it.
@@ -49,6 +46,51 @@ pub fn diffuse() -> Bsdf {
     Bsdf::Diffuse(Diffuse::new(Spectrum([0.9, 0.5, 0.0, 1.0])).unwrap())
 }
 
+/// A white coat over a coloured base.
+pub fn plastic(nonlinear: bool) -> Bsdf {
+    let base = Spectrum([0.9, 0.5, 0.1, 1.0]);
+    Bsdf::Plastic(Plastic::new(1.5, base, Spectrum::ONE, nonlinear).unwrap())
+}
+
+/// A rough white coat over the base of [`plastic`].
+pub fn rough_plastic(alpha: f64, nonlinear: bool) -> Bsdf {
+    let base = Spectrum([0.9, 0.5, 0.1, 1.0]);
+    let coated = RoughPlastic::new(alpha, 1.5, base, Spectrum::ONE, nonlinear);
+    Bsdf::RoughPlastic(coated.unwrap())
+}
+
+/// A principled surface of the colour of [`plastic`].
+pub fn principled(roughness: f64, metallic: f64, specular: f64) -> Bsdf {
+    let base = Spectrum([0.9, 0.5, 0.1, 1.0]);
+    let [roughness, metallic] = [roughness, metallic].map(Spectrum::splat);
+    Bsdf::Principled(Principled::new(base, roughness, metallic, specular).unwrap())
+}
+
+/// A share of the second surface.
+pub fn blend(share: f64, first: Bsdf, second: Bsdf) -> Bsdf {
+    Bsdf::Blend(Blend::new(Spectrum::splat(share), first, second).unwrap())
+}
+
+/// A surface on either side.
+pub fn two_sided(front: Bsdf, back: Bsdf) -> Bsdf {
+    Bsdf::TwoSided(TwoSided::new(front, back).unwrap())
+}
+
+/// A surface that covers a share of its area.
+pub fn mask(opacity: f64, nested: Bsdf) -> Bsdf {
+    Bsdf::Mask(Mask::new(Spectrum::splat(opacity), nested).unwrap())
+}
+
+/// A pane of glass.
+pub fn pane() -> Bsdf {
+    Bsdf::ThinDielectric(ThinDielectric::new(1.5, Spectrum::ONE, Spectrum::ONE).unwrap())
+}
+
+/// Whether a surface is black on the side away from its normal.
+pub fn is_one_sided(bsdf: &Bsdf) -> bool {
+    bsdf.is_opaque() && !matches!(bsdf, Bsdf::TwoSided(_))
+}
+
 /// The delta BSDFs.
 pub fn smooth() -> Vec<(&'static str, Bsdf)> {
     let [eta, k, tint] = metal();
@@ -59,10 +101,11 @@ pub fn smooth() -> Vec<(&'static str, Bsdf)> {
             "conductor",
             Bsdf::Conductor(Conductor::new(eta, k, tint).unwrap()),
         ),
+        ("thin dielectric", pane()),
     ]
 }
 
-/// The other BSDFs, with the index pairs (outer, inner) to try them at.
+/// The other BSDFs, some of which have mirror lobes besides, with the index pairs (outer, inner) to try them at.
 pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
     let mut cases = vec![(
         "diffuse".to_string(),
@@ -83,5 +126,17 @@ pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
             vec![[1.0, 1.0], [1.5, 1.0]],
         ));
     }
+    let mirror = smooth().remove(2).1;
+    let more = [
+        ("plastic", plastic(true)),
+        ("rough plastic", rough_plastic(0.2, true)),
+        ("principled", principled(0.5, 0.3, 0.5)),
+        ("blend", blend(0.3, diffuse(), rough_conductor(0.3))),
+        ("blend with a mirror", blend(0.6, mirror, diffuse())),
+        ("two sides", two_sided(rough_conductor(0.4), diffuse())),
+        ("mask", mask(0.3, diffuse())),
+    ];
+    let pairs = vec![[1.0, 1.0], [1.5, 1.33]];
+    cases.extend(more.map(|(name, bsdf)| (name.to_string(), bsdf, pairs.clone())));
     cases
 }

@@ -3,7 +3,8 @@
 //! False alarms: 2e-4 for the one family and 1e-5 for the limits of small roughness (5σ). Seeds are fixed.
 
 use crate::common::{
-    NORMAL, at_cosine, diffuse, metal, rough_conductor, rough_dielectric, smooth, spread, surface,
+    NORMAL, at_cosine, blend, diffuse, mask, metal, pane, plastic, principled, rough_conductor,
+    rough_dielectric, rough_plastic, smooth, spread, surface, two_sided,
 };
 use glam::DVec3;
 use testkit::{Moments, Rng, z_test};
@@ -48,7 +49,7 @@ fn kappa_is_symmetric() {
         }
         assert!(compared[0] > 100, "{name}: {compared:?}");
         assert!(
-            bsdf.is_opaque() || compared[1] > 100,
+            bsdf.is_opaque() || bsdf.is_veil() || compared[1] > 100,
             "{name}: {compared:?}"
         );
     }
@@ -63,7 +64,10 @@ fn weights_never_exceed_one() {
     for (name, bsdf, pairs) in spread()
         .into_iter()
         .chain(smooth)
-        .filter(|c| !c.1.is_null())
+        // Directions are not drawn exactly in proportion to what plastic and principled surfaces reflect.
+        .filter(|c| {
+            !c.1.is_null() && !["plastic", "rough plastic", "principled"].contains(&c.0.as_str())
+        })
     {
         for [outer, inner] in pairs {
             for _ in 0..2000 {
@@ -316,4 +320,99 @@ fn kinds_and_refusals() {
     }
     .to_string();
     assert_eq!(text, "eta must be finite and ≥ 0 in every channel, got -1");
+}
+
+/// Without absorption a coat keeps nothing back: what it does not reflect comes out again, as often as it takes.
+#[test]
+fn white_plastic_loses_nothing() {
+    let cosine = |z: f64| at_cosine(z);
+    let s = surface(1.0, 1.0);
+    let effort = testkit::quadrature::Effort {
+        tolerance: 1e-6,
+        min_depth: 4,
+        max_depth: 10,
+    };
+    for nonlinear in [false, true] {
+        let bsdf = plastic(nonlinear);
+        // Over all directions that light comes from, and cosines that it leaves at: the value does not
+        // depend on the azimuth. The last channel is white.
+        let value = |[o, i]: [f64; 2]| bsdf.eval(&s, cosine(o), cosine(i))[3] * o;
+        let tau = std::f64::consts::TAU;
+        let diffuse = testkit::quadrature::integrate_cell(&value, [0.0; 2], [1.0; 2], effort);
+        let coat = fresnel::mean(1.0, 1.5);
+        let total = 2.0 * tau * diffuse + coat;
+        assert!((total - 1.0).abs() < 2e-5, "{nonlinear}: {total}");
+    }
+}
+
+/// Nor does it under a rough coat, as what facets lose in each other's shadows goes to the base. At random over
+/// cosines that light leaves at.
+#[test]
+fn white_rough_plastic_loses_nothing() {
+    let mut zs = Vec::new();
+    let mut rng = Rng::new(31);
+    for alpha in [0.05, 0.2, 0.7] {
+        let bsdf = rough_plastic(alpha, false);
+        let mut reflected = Moments::default();
+        for _ in 0..100_000 {
+            // In proportion to the cosine.
+            let toward = at_cosine(rng.next_1d().sqrt());
+            let sample = bsdf.sample(&surface(1.0, 1.0), toward, rng.uniform());
+            reflected.push(sample.map_or(0.0, |b| b.weight[3]));
+        }
+        // The table of the coat's reflectance is linear between its cosines.
+        assert!(reflected.standard_error() < 1e-3);
+        zs.push(z_test::z_score(
+            reflected.mean(),
+            reflected.standard_error(),
+            1.0,
+        ));
+    }
+    z_test::max_abs_z(&zs, FALSE_ALARM).unwrap();
+}
+
+/// The mean reflectance from inside follows from that outside: (1 − F̄')n'² = (1 − F̄)n².
+#[test]
+fn mean_reflectances_of_the_two_sides() {
+    for eta in [1.05, 1.33, 1.5, 2.4] {
+        let (outside, inside) = (fresnel::mean(1.0, eta), fresnel::mean(eta, 1.0));
+        let difference = (1.0 - outside) / (eta * eta) - (1.0 - inside);
+        assert!(difference.abs() < 1e-8, "{eta}: {difference:e}");
+    }
+    assert!(fresnel::mean(1.4, 1.4) < 1e-15);
+}
+
+#[test]
+fn veils_share_light() {
+    let site = surface(1.0, 1.0).site;
+    let covered = mask(0.3, diffuse());
+    let through = covered.through(&site, 0.4).unwrap();
+    assert!((through.probability - 0.7).abs() < 1e-15 && through.factor == Spectrum::ONE);
+    assert!(diffuse().through(&site, 0.4).is_none());
+    // F and all that is reflected inside, one term after the other.
+    for cos in [1.0, 0.4, -0.4, 0.05] {
+        let f = fresnel::dielectric(f64::abs(cos), 1.0, 1.5).reflectance;
+        let inside = |k: i32| (1.0 - f).powi(2) * f.powi(2 * k);
+        let transmitted: f64 = (0..2000).map(inside).sum();
+        let through = pane().through(&site, cos).unwrap();
+        assert!((through.probability - transmitted).abs() < 1e-12, "{cos}");
+    }
+}
+
+#[test]
+fn kinds_of_nested_surfaces() {
+    let mirror = || smooth().remove(2).1;
+    assert!(mask(0.5, mirror()).is_delta() && mask(0.5, mirror()).is_mirror());
+    assert!(mask(0.5, diffuse()).is_veil() && !mask(0.5, diffuse()).is_opaque());
+    assert!(two_sided(mirror(), mirror()).is_delta() && two_sided(mirror(), diffuse()).is_mirror());
+    assert!(!two_sided(mirror(), diffuse()).is_delta());
+    assert!(
+        blend(0.5, mirror(), diffuse()).is_mirror() && !blend(0.5, mirror(), diffuse()).is_delta()
+    );
+    assert!(plastic(false).is_mirror() && !principled(0.2, 1.0, 0.5).is_mirror());
+    let refused = transport::bsdf::TwoSided::new(diffuse(), Bsdf::Null).unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "a twosided takes surfaces that let no light through, such as diffuse or conductor"
+    );
 }

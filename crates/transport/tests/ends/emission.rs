@@ -1,11 +1,11 @@
 //! Light that leaves points and surfaces, and what holds for every emitter.
 
 use crate::support::*;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use testkit::{DirectionTable, Family, Mass, Rng, uniform_edges};
 use transport::Spectrum;
 use transport::aim::Aim;
-use transport::emitter::Emitter;
+use transport::emitter::{Emitter, Luminaire, LuminaireError, Projector};
 
 /// A point of a surface with the normal `axis()`, or a point in space.
 fn aim_at(surface: bool) -> Aim {
@@ -65,6 +65,8 @@ fn directions_of_light_from_points_follow_their_density() {
             spot(color(), (std::f64::consts::PI, 0.1)),
             -1.0,
         ),
+        ("projector", projector(color()), -1.0),
+        ("ies", lamp(color()), -1.0),
         ("parallelogram", area(0), 0.0),
         ("ellipsoid", area(1), 0.0),
     ] {
@@ -152,4 +154,71 @@ fn rays_that_are_never_drawn_have_density_zero() {
     };
     assert!(parallel(AROUND.radius * 0.999) > 0.0);
     assert_eq!(parallel(AROUND.radius * 1.001), 0.0);
+}
+
+/// What Mitsuba 3.9.1 says of the same projector, as intensities.
+#[test]
+fn a_projector_throws_what_mitsubas_does() {
+    let pixels = (0..8)
+        .map(|i| Spectrum::splat(0.2 * f64::from(i + 1)))
+        .collect();
+    let place = DVec3::new(1.0, 2.0, 3.0);
+    // Looking along +z with +y up, the image is the right way round for a look from behind the projector.
+    let projector = Projector::new(
+        (place, DMat3::IDENTITY),
+        60f64.to_radians(),
+        ([4, 2], pixels),
+    );
+    let projector = projector.unwrap();
+    let table = [
+        ([1.0, 2.0], 4.398_229_6),
+        ([1.5, 2.2], 1.395_744_3),
+        ([0.5, 2.2], 2.093_616_4),
+        ([1.8, 1.7], 4.039_723_2),
+        ([0.3, 1.6], 6.300_271_7),
+        ([2.2, 2.0], 0.0),
+        ([1.0, 2.55], 2.102_773_4),
+        ([1.0, 2.6], 0.0),
+        ([2.15, 2.0], 4.822_069_0),
+    ];
+    for ([x, y], expected) in table {
+        let direction = (DVec3::new(x, y, 5.0) - place).normalize();
+        let ours = projector.intensity(direction)[0];
+        assert!(
+            (ours - expected).abs() < 2e-6 * (1.0 + expected),
+            "({x}, {y}): {ours}"
+        );
+    }
+}
+
+#[test]
+fn lamps_that_are_refused() {
+    let make = |polar: &[f64], azimuths: &[f64], values: &[f64]| {
+        let angles = [polar.to_vec(), azimuths.to_vec()];
+        Luminaire::new(
+            (DVec3::ZERO, DMat3::IDENTITY),
+            color(),
+            angles,
+            values.to_vec(),
+        )
+        .unwrap_err()
+    };
+    let (polar, one) = ([0.0, 90.0], [0.0]);
+    assert_eq!(make(&[0.0], &one, &[1.0]), LuminaireError::Polar);
+    assert_eq!(make(&[0.0, 181.0], &one, &[1.0; 2]), LuminaireError::Polar);
+    assert_eq!(
+        make(&[0.0, f64::NAN], &one, &[1.0; 2]),
+        LuminaireError::Polar
+    );
+    assert_eq!(
+        make(&polar, &[0.0, 180.0], &[1.0; 4]),
+        LuminaireError::Azimuths
+    );
+    let error = LuminaireError::Count {
+        expected: 2,
+        found: 3,
+    };
+    assert_eq!(make(&polar, &one, &[1.0; 3]), error);
+    assert_eq!(make(&polar, &one, &[-1.0, 1.0]), LuminaireError::Intensity);
+    assert_eq!(make(&polar, &one, &[0.0; 2]), LuminaireError::Intensity);
 }

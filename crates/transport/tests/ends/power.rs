@@ -18,6 +18,15 @@ fn power(name: &str, shapes: &[Shape]) -> f64 {
         "directional" => disc,
         "constant" => 4.0 * PI * disc,
         "envmap" => image() * disc,
+        // π times the mean pixel times the area of the screen at unit distance.
+        "projector" => {
+            let (width, height) = IMAGE;
+            let mean = (0..width * height).map(pixel).sum::<f64>() / (width * height) as f64;
+            let half = (0.5 * FOV).tan();
+            PI * mean * 4.0 * half * half * height as f64 / width as f64
+        }
+        // 2π ∫ (1 − θ/π) sin θ dθ.
+        "ies" => TAU,
         "disc beam" | "Gaussian beam" => 1.0,
         _ => f64::NAN,
     }

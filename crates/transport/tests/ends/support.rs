@@ -1,10 +1,13 @@
 //! Emitters of every kind, and transforms of every kind.
 
 use glam::{DAffine3, DMat3, DVec3};
+use std::sync::Arc;
 use testkit::Rng;
 use transport::Spectrum;
 use transport::aim::Aim;
-use transport::emitter::{Collimated, Emission, Emitter, Environment, Profile, Spot, Surroundings};
+use transport::emitter::{
+    Collimated, Emission, Emitter, Environment, Luminaire, Profile, Projector, Spot, Surroundings,
+};
 use transport::sampling::Frame;
 use transport::shape::{Rectangle, Shape, Sphere};
 
@@ -75,6 +78,31 @@ fn image(color: Spectrum) -> Environment {
     Environment::image(IMAGE, pixels, turn).unwrap()
 }
 
+/// Width of what a projector throws, in radians.
+pub const FOV: f64 = 1.2;
+
+pub fn projector(color: Spectrum) -> Emitter {
+    let pixels = (0..IMAGE.0 * IMAGE.1).map(|i| color * pixel(i)).collect();
+    let pose = (DVec3::X, DMat3::from_axis_angle(axis(), 0.4));
+    let thrown = Projector::new(pose, FOV, ([IMAGE.0, IMAGE.1], pixels));
+    Emitter::Projector(Arc::new(thrown.unwrap()))
+}
+
+/// Intensities that fall linearly with the polar angle, times a factor that is 1 on average over azimuths.
+pub fn lamp(color: Spectrum) -> Emitter {
+    let (polar, azimuths) = (vec![0.0, 60.0, 180.0], vec![0.0, 90.0, 180.0, 360.0]);
+    let rows = [0.5, 1.0, 1.5, 0.5].map(|f| {
+        polar
+            .clone()
+            .into_iter()
+            .map(move |a| f * (1.0 - a / 180.0))
+    });
+    let values = rows.into_iter().flatten().collect();
+    let pose = (DVec3::X, DMat3::from_axis_angle(axis(), 0.4));
+    let lamp = Luminaire::new(pose, color, [polar, azimuths], values);
+    Emitter::Luminaire(Arc::new(lamp.unwrap()))
+}
+
 /// One emitter of each kind with the given intensity, radiance, irradiance or power. The index of the
 /// object of an area emitter is that of [`shapes`].
 pub fn emitters(color: Spectrum) -> Vec<(&'static str, Emitter)> {
@@ -107,9 +135,11 @@ pub fn emitters(color: Spectrum) -> Vec<(&'static str, Emitter)> {
         ("disc beam", beam(DISC, color)),
         ("Gaussian beam", beam(GAUSSIAN, color)),
     ];
+    all.push(("ies", lamp(color)));
     // A black image cannot be made.
     if !color.is_zero() {
         all.push(("envmap", Emitter::Environment(image(color))));
+        all.push(("projector", projector(color)));
     }
     all
 }

@@ -5,6 +5,7 @@ use crate::common::{camera, shoot_by};
 use crate::conservation::room;
 use crate::support::*;
 use glam::DVec3;
+use std::ops::ControlFlow;
 use testkit::z_test::max_abs_z;
 use transport::Scene;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
@@ -64,9 +65,9 @@ fn accounts_of_pictures_have_the_same_bits() {
     let options = Options::new(Integrator::Particle(ParticleTracer::default()), 12, 3);
     let balance = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let go_on = |_: &_| std::ops::ControlFlow::Continue(());
         let pool = pool.build().unwrap();
-        pool.install(|| render(&scene, &options, go_on)).balance
+        pool.install(|| render(&scene, &options, |_| ControlFlow::Continue(())))
+            .balance
     };
     let reference = balance(1);
     assert!(reference.is_some());

@@ -116,11 +116,11 @@ fn finds(needs: Needs, walls: &Walls) -> (String, bool) {
         Needs::One => ("from both ends", "on every part of its way"),
     };
     let k = walls.reflections;
-    let reflected = match (walls.dielectric, walls.metal) {
+    let reflected = match (walls.dielectric, walls.mirror) {
         (None, None) => return (format!("{by}, along all branches: complete"), true),
         (Some(_), None) => partially(k),
-        (None, Some(_)) => "by smooth metals".into(),
-        (Some(_), Some(_)) => format!("by smooth metals or {}", partially(k)),
+        (None, Some(_)) => "by mirrors".into(),
+        (Some(_), Some(_)) => format!("by mirrors or {}", partially(k)),
     };
     let but = format!("{by}: complete but for light that is reflected {reflected} {edge}");
     (but, false)

@@ -1,17 +1,15 @@
 //! The header of an NRRD file.
 
-use std::io::{BufRead, Read};
+use std::io::BufRead;
 
 use glam::{DMat3, DVec3};
 
 use super::bad;
+use super::fields::Fields;
 use crate::element::{Element, Encoding};
 use crate::error::Problem;
 use crate::volume::layout::{AxisOrder, Layout};
 use crate::volume::{Frame, Options};
-
-/// Longest header accepted, in bytes.
-const LIMIT: u64 = 1 << 20;
 
 /// How the numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,84 +138,6 @@ impl Header {
             (n, _) if n >= 0 => Ok(n.unsigned_abs().min(left)),
             _ => Err(bad("its 'byte skip' makes no sense")),
         }
-    }
-}
-
-/// Names and values of a header.
-struct Fields {
-    list: Vec<(String, String)>,
-    bytes: u64,
-}
-
-impl Fields {
-    fn read(reader: &mut impl BufRead) -> Result<Self, Problem> {
-        let mut fields = Fields {
-            list: Vec::new(),
-            bytes: 0,
-        };
-        let mut limited = reader.by_ref().take(LIMIT);
-        let mut line = Vec::new();
-        loop {
-            line.clear();
-            let read = limited.read_until(b'\n', &mut line);
-            let first = fields.bytes == 0;
-            fields.bytes += read.map_err(Problem::Read)? as u64;
-            if first && !line.starts_with(b"NRRD000") {
-                return Err(bad("it does not begin with 'NRRD000'"));
-            }
-            if fields.bytes >= LIMIT {
-                return Err(Problem::TooLarge("a header of a megabyte".into()));
-            }
-            let text = String::from_utf8_lossy(&line);
-            let text = text.trim();
-            // Data follow an empty line; the header of other files may end without one.
-            if text.is_empty() {
-                return Ok(fields);
-            }
-            // A colon and an equals sign are notes, which have no meaning here.
-            if let Some((name, value)) = text.split_once(": ").filter(|_| !text.starts_with('#')) {
-                let name = match name.trim().to_ascii_lowercase().as_str() {
-                    "datafile" => "data file".to_owned(),
-                    "lineskip" => "line skip".to_owned(),
-                    "byteskip" => "byte skip".to_owned(),
-                    other => other.to_owned(),
-                };
-                fields.list.push((name, value.trim().to_owned()));
-            }
-        }
-    }
-
-    fn take(&mut self, name: &str) -> Option<String> {
-        let at = self.list.iter().position(|(n, _)| n == name)?;
-        Some(self.list.swap_remove(at).1)
-    }
-
-    fn required(&mut self, name: &str) -> Result<String, Problem> {
-        let missing = || bad(&format!("its header has no '{name}'"));
-        self.take(name).ok_or_else(missing)
-    }
-
-    fn number<I: std::str::FromStr>(&mut self, name: &str) -> Result<Option<I>, Problem> {
-        let Some(text) = self.take(name) else {
-            return Ok(None);
-        };
-        let number = text.parse().map(Some);
-        number.map_err(|_| bad(&format!("its '{name}' is '{text}'")))
-    }
-
-    /// A value of several words.
-    fn all<T>(
-        &mut self,
-        name: &str,
-        parse: impl Fn(&str) -> Option<T>,
-    ) -> Result<Option<Vec<T>>, Problem> {
-        let Some(text) = self.take(name) else {
-            return Ok(None);
-        };
-        let close = text.replace(", ", ",");
-        let words: Option<Vec<T>> = close.split_whitespace().map(parse).collect();
-        let wrong = || bad(&format!("its '{name}' is '{text}'"));
-        words.map(Some).ok_or_else(wrong)
     }
 }
 

@@ -1,6 +1,7 @@
 //! NRRD, nearly raw raster data: a text header, and numbers in the same or another file.
 //! <https://teem.sourceforge.net/nrrd/format.html>
 
+mod fields;
 mod header;
 mod write;
 

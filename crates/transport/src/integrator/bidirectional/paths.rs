@@ -271,6 +271,9 @@ impl Setting<'_> {
             .event(self.scene, self.lanes, link.direction, &link.tube);
         let arrival = link.tube.density(pdf, link.n_vertex) * event;
         let mut path = sensor_side(stations, Some(arrival));
+        if let Some(d) = path.last_mut() {
+            d.ease = z.step.ease;
+        }
         if let (Some(b), [.., d, _]) = (before.last(), &mut path[..]) {
             let pdf = z.reverse_pdf(self.scene, link.direction);
             d.from_emitter = z.density_before(self.scene, self.lanes, b, pdf);
@@ -301,7 +304,10 @@ impl Setting<'_> {
                 from_emitter: station.forward,
                 ease,
             });
-            ease = station.step.ease;
+            ease = match j - i {
+                0 => station.step.ease,
+                _ => station.ease_going_on(),
+            };
         }
         let by_chance = match j {
             0 => y.density_end(self.lanes, reverse),
@@ -323,12 +329,12 @@ impl Setting<'_> {
     }
 }
 
-/// The vertices of a sensor subpath; `last` is the density of the last one from the other side.
+/// The vertices of a sensor subpath that goes on from all of them; `last` is the density of the last one from the other side.
 fn sensor_side(stations: &[Station], last: Option<f64>) -> Vec<Density> {
     let density = |s: &Station| Density {
         from_sensor: s.forward,
         from_emitter: s.backward,
-        ease: s.step.ease,
+        ease: s.ease_going_on(),
     };
     let mut path: Vec<Density> = stations.iter().map(density).collect();
     if let (Some(d), Some(last)) = (path.last_mut(), last) {

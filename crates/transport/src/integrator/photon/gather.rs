@@ -133,8 +133,8 @@ impl Gathering<'_> {
         );
     }
 
-    /// At the end of an edge: light that is emitted there, and light on the surface. Goes on only where light
-    /// passes straight through it.
+    /// At the end of an edge: light that is emitted there, and light on the surface. Goes on only along a
+    /// specular lobe.
     fn arrive(
         &self,
         sight: Sight,
@@ -177,12 +177,9 @@ impl Gathering<'_> {
                 found,
             );
         }
+        self.on_surface(&seen, &vertex, found);
         let scatter = vertex.scatter(self.scene, sampler)?;
-        if !scatter.delta {
-            self.on_surface(&seen, &vertex, found);
-            return None;
-        }
-        Some(Sight {
+        scatter.delta.then(|| Sight {
             start: scatter.start,
             throughput: seen.throughput * scatter.weight,
             depth: seen.depth,

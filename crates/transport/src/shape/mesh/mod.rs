@@ -105,6 +105,18 @@ impl Mesh {
         &self.triangles
     }
 
+    /// Barycentric coordinates of the point of triangle `i` nearest to `p`, which is on it to rounding.
+    pub fn weights(&self, i: usize, p: DVec3) -> [f64; 3] {
+        let t = self.triangle(i);
+        let n = cross(t);
+        let area = |k: usize| {
+            let (a, b) = (t[(k + 1) % 3], t[(k + 2) % 3]);
+            n.dot((b - a).cross(p - a)).max(0.0)
+        };
+        let areas = [area(0), area(1), area(2)];
+        areas.map(|a| a / areas.iter().sum::<f64>())
+    }
+
     /// Number of triangles left out because they have no area.
     pub fn dropped(&self) -> usize {
         self.dropped

@@ -1,18 +1,21 @@
 //! Emitters.
 
+mod files;
+
 use super::context::Context;
 use super::medium;
 use super::texture::affine;
-use crate::image::RgbImage;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind, SpectrumValue};
-use glam::{DAffine3, DMat3, DVec3};
+use glam::DVec3;
 use transport::Spectrum;
 use transport::emitter::{Collimated, Emitter, Environment, Profile, Spot};
 
-const KNOWN: [&str; 7] = [
+const KNOWN: [&str; 9] = [
     "point",
     "spot",
+    "projector",
+    "ies",
     "directional",
     "constant",
     "envmap",
@@ -78,8 +81,11 @@ pub(super) fn names(ids: &[Option<String>], emitters: &[Emitter]) -> Vec<String>
 }
 
 fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
-    if object.plugin == "envmap" {
-        return envmap(object, context);
+    match object.plugin.as_str() {
+        "envmap" => return files::envmap(object, context),
+        "projector" => return files::projector(object, context),
+        "ies" => return files::luminaire(object, context),
+        _ => {}
     }
     let mut q = Query::new(object, context.diagnostics);
     let inside = q.child(PluginKind::Medium).cloned();
@@ -196,36 +202,4 @@ fn light(value: &SpectrumValue, name: &str, object: &Object, context: &mut Conte
         );
     }
     context.spectrum(value, location)
-}
-
-fn envmap(object: &Object, context: &mut Context) -> Option<Emitter> {
-    let mut q = Query::new(object, context.diagnostics);
-    let path = q.path("filename", context.files);
-    let scale = q.float_in("scale", 0.0.., 1.0);
-    let matrix = q.transform("to_world");
-    let frame = affine(matrix, "to_world", &mut q);
-    let rotation = rotation(frame);
-    if rotation.is_none() {
-        q.error("to_world", "an environment can only be rotated");
-    }
-    let image = RgbImage::read(&path).map_err(|e| q.file_error("filename", &e));
-    q.finish(&[]);
-    let image = image.ok()?;
-    let mut radiance = |rgb: &[f32; 3]| {
-        let rgb = rgb.map(|v| f64::from(v) * scale);
-        context.spectrum(&SpectrumValue::Rgb(rgb), &object.location)
-    };
-    let pixels = image.pixels.iter().map(&mut radiance).collect();
-    let environment = Environment::image((image.width, image.height), pixels, rotation?);
-    context
-        .accept(&object.location, environment)
-        .map(Emitter::Environment)
-}
-
-/// The rotation that a map is, up to a uniform scale.
-fn rotation(map: DAffine3) -> Option<DMat3> {
-    let scale = map.matrix3.x_axis.length();
-    let m = map.matrix3 * (1.0 / scale);
-    let rigid = (m * m.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-6) && m.determinant() > 0.0;
-    rigid.then_some(m)
 }

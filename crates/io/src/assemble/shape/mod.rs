@@ -1,17 +1,22 @@
 //! Shapes, with what covers them and what lies on either side.
 
+mod instance;
+mod mesh;
+
+pub(super) use mesh::Originals;
+
 use super::context::Context;
 use super::sides::Wish;
 use super::texture::affine;
 use super::{bsdf, emitter, medium};
-use crate::mesh::MeshData;
 use crate::query::{POSITIVE, Query, unknown_plugin};
-use crate::scene::{Object, PluginKind};
+use crate::scene::{FileRegistry, Object, PluginKind};
 use glam::{DAffine3, DVec3};
+use mesh::{Colours, mesh};
 use transport::bsdf::Bsdf;
-use transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, ShapeError, Sphere};
+use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 
-const KNOWN: [&str; 7] = [
+const KNOWN: [&str; 10] = [
     "sphere",
     "cube",
     "rectangle",
@@ -19,10 +24,23 @@ const KNOWN: [&str; 7] = [
     "cylinder",
     "obj",
     "ply",
+    "serialized",
+    "shapegroup",
+    "instance",
 ];
 
 /// Adds a shape of the scene.
 pub(super) fn add(object: &Object, context: &mut Context) {
+    match object.plugin.as_str() {
+        // What a group holds is there once it has an instance.
+        "shapegroup" => {}
+        "instance" => instance::add(object, context),
+        _ => add_at(object, None, context),
+    }
+}
+
+/// Adds a shape, or a copy of it that is moved to another place.
+fn add_at(object: &Object, place: Option<DAffine3>, context: &mut Context) {
     let mut q = Query::new(object, context.diagnostics);
     let interior = q.role(PluginKind::Medium, "interior").cloned();
     let exterior = q.role(PluginKind::Medium, "exterior").cloned();
@@ -32,13 +50,22 @@ pub(super) fn add(object: &Object, context: &mut Context) {
     let flip = q.boolean_or("flip_normals", false);
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", &mut q);
-    let geometry = geometry(object, frame, &mut q, context.files);
+    let frame = (place.unwrap_or(DAffine3::IDENTITY) * frame, place.is_some());
+    let turned = |(shape, colours): (Shape, Colours)| (shape.with_flipped_normals(flip), colours);
+    let files = (&mut *context.files, &mut context.originals);
+    let geometry = geometry(object, frame, &mut q, files).map(|g| g.map(turned));
     q.finish(&[]);
     if geometry.is_none() && !KNOWN.contains(&object.plugin.as_str()) {
         unknown_plugin(object, &KNOWN, context.diagnostics);
     }
+    let vertices = match &geometry {
+        Some(Ok((Shape::Mesh(mesh), colours))) => {
+            colours.as_ref().map(|c| (mesh.clone(), c.clone()))
+        }
+        _ => None,
+    };
     let surface = match &bsdf {
-        Some(object) => bsdf::build(object, context),
+        Some(object) => bsdf::build(object, &vertices, context),
         None => bsdf::Surface {
             bsdf: bsdf::default(),
             indices: None,
@@ -53,7 +80,7 @@ pub(super) fn add(object: &Object, context: &mut Context) {
     context.meters.extend(meter.map(|m| (m, index)));
     let emitter = light.and_then(|l| emitter::add_area(&l, (object, index), context));
     let shape = match geometry {
-        Some(Ok(shape)) => shape.with_flipped_normals(flip),
+        Some(Ok((shape, _))) => shape,
         Some(Err(error)) => {
             context.error_at(&object.location, error.to_string());
             placeholder()
@@ -91,11 +118,11 @@ fn placeholder() -> Shape {
 /// The geometry; `None` if the type is unknown or its file cannot be read (reported then).
 fn geometry(
     object: &Object,
-    frame: DAffine3,
+    (frame, copied): (DAffine3, bool),
     q: &mut Query,
-    files: &mut crate::scene::FileRegistry,
-) -> Option<Result<Shape, ShapeError>> {
-    Some(match object.plugin.as_str() {
+    files: (&mut FileRegistry, &mut Originals),
+) -> Option<Result<(Shape, Colours), ShapeError>> {
+    let analytic = match object.plugin.as_str() {
         "sphere" => {
             let center = q.point_or("center", DVec3::ZERO);
             let radius = q.float_in("radius", POSITIVE, 1.0);
@@ -114,17 +141,8 @@ fn geometry(
                 .and_then(|l| Cylinder::new(frame * l, capped))
                 .map(Shape::from)
         }
-        "obj" | "ply" => {
-            let path = q.path("filename", files);
-            // Normals are geometric throughout: interpolated ones would break the laws of refraction.
-            q.boolean_or("face_normals", true);
-            let data = MeshData::read(&path)
-                .map_err(|e| q.file_error("filename", &e))
-                .ok()?;
-            Mesh::new(data.positions, data.triangles, data.uvs)
-                .and_then(|mesh| mesh.transformed(frame))
-                .map(Shape::from)
-        }
+        "obj" | "ply" | "serialized" => return mesh(object, (frame, copied), q, files),
         _ => return None,
-    })
+    };
+    Some(analytic.map(|shape| (shape, None)))
 }

@@ -1,0 +1,232 @@
+//! Surface scattering.
+
+mod metal;
+mod parameters;
+
+use super::context::Context;
+use super::ior::index;
+use super::surface_texture::{Vertices, texture};
+use crate::diagnostic::Location;
+use crate::query::{Query, unknown_plugin};
+use crate::scene::{Object, PluginKind, SpectrumValue};
+use metal::{Optics, optics};
+use parameters::{
+    Coated, Quantity, TINTS, coated, colour, eta, nested, number, principled, roughness, tints,
+};
+use std::sync::Arc;
+use transport::Spectrum;
+use transport::bsdf::{
+    Blend, Bsdf, BsdfError, Conductor, Dielectric, Diffuse, Mask, Plastic, Principled,
+    RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric, TwoSided,
+};
+use transport::texture::Texture;
+
+const KNOWN: [&str; 13] = [
+    "null",
+    "diffuse",
+    "dielectric",
+    "roughdielectric",
+    "thindielectric",
+    "conductor",
+    "roughconductor",
+    "plastic",
+    "roughplastic",
+    "principled",
+    "blendbsdf",
+    "mask",
+    "twosided",
+];
+
+/// A surface's scattering, and what it says of the indices on its sides.
+pub(super) struct Surface {
+    pub bsdf: Bsdf,
+    /// `int_ior` and `ext_ior`, for dielectrics.
+    pub indices: Option<Indices>,
+}
+
+/// What a dielectric says of the indices on its sides.
+#[derive(Clone, Debug)]
+pub(super) struct Indices {
+    pub inner: Option<f64>,
+    pub outer: Option<f64>,
+    pub location: Location,
+}
+
+/// Index of the glass that Mitsuba's panes are made of by default.
+const BK7: f64 = 1.5046;
+
+/// The bsdf that an object describes, for a mesh whose vertices may be coloured; diffuse after an error.
+pub(super) fn build(object: &Object, vertices: &Vertices, context: &mut Context) -> Surface {
+    let dielectric = matches!(object.plugin.as_str(), "dielectric" | "roughdielectric");
+    let mut query = Query::new(object, context.diagnostics);
+    let indices = dielectric.then(|| Indices {
+        inner: index(&mut query, "int_ior"),
+        outer: index(&mut query, "ext_ior"),
+        location: object.location.clone(),
+    });
+    let raw = raw(object, &mut query);
+    let bsdf = match raw {
+        Some(raw) => {
+            query.finish(&[]);
+            make(raw, (object, vertices), context)
+        }
+        None => {
+            unknown(object, context);
+            None
+        }
+    };
+    Surface {
+        bsdf: bsdf.unwrap_or_else(default),
+        indices,
+    }
+}
+
+/// What a shape without a bsdf has: diffuse, reflectance ½, as in Mitsuba.
+pub(super) fn default() -> Bsdf {
+    Diffuse::new(Spectrum::splat(0.5)).map_or(Bsdf::Null, Bsdf::Diffuse)
+}
+
+/// The bsdf of a shape, if it names one.
+pub(super) fn of_shape(shape: &mut Query) -> Option<Arc<Object>> {
+    shape.child(PluginKind::Bsdf).cloned()
+}
+
+fn unknown(object: &Object, context: &mut Context) {
+    match object.plugin.as_str() {
+        "bumpmap" | "normalmap" => {
+            let message = "normals are those of the geometry here: use the bsdf nested in it";
+            context.error_at(&object.plugin_location, message);
+        }
+        _ => unknown_plugin(object, &KNOWN, context.diagnostics),
+    }
+}
+
+/// Parameters as written, before they are turned into channels.
+enum Raw<'a> {
+    Null,
+    Diffuse(Quantity<'a>),
+    Dielectric([SpectrumValue; 2]),
+    RoughDielectric(f64, [Quantity<'a>; 2]),
+    ThinDielectric(f64, [Quantity<'a>; 2]),
+    Conductor(Optics, Quantity<'a>),
+    RoughConductor(f64, Optics, Quantity<'a>),
+    Plastic(Option<f64>, Coated<'a>),
+    Principled([Quantity<'a>; 3], f64),
+    Blend(Quantity<'a>, Vec<&'a Object>),
+    Mask(Quantity<'a>, Vec<&'a Object>),
+    TwoSided(Vec<&'a Object>),
+}
+
+/// `None` for an unknown plugin.
+fn raw<'a>(object: &'a Object, q: &mut Query<'a, '_>) -> Option<Raw<'a>> {
+    Some(match object.plugin.as_str() {
+        "null" => Raw::Null,
+        "diffuse" => Raw::Diffuse(colour(q, "reflectance", 0.5)),
+        "dielectric" => {
+            Raw::Dielectric(TINTS.map(|name| q.spectrum_or(name, SpectrumValue::Uniform(1.0))))
+        }
+        "roughdielectric" => Raw::RoughDielectric(roughness(q), tints(q)),
+        "thindielectric" => Raw::ThinDielectric(eta(q, BK7), tints(q)),
+        "conductor" => Raw::Conductor(optics(q), colour(q, TINTS[0], 1.0)),
+        "roughconductor" => Raw::RoughConductor(roughness(q), optics(q), colour(q, TINTS[0], 1.0)),
+        "plastic" => Raw::Plastic(None, coated(q)),
+        "roughplastic" => Raw::Plastic(Some(roughness(q)), coated(q)),
+        "principled" => {
+            let (quantities, specular) = principled(q);
+            Raw::Principled(quantities, specular)
+        }
+        "blendbsdf" => Raw::Blend(number(q, "weight", 0.5), nested(q, 2..=2)),
+        "mask" => Raw::Mask(number(q, "opacity", 0.5), nested(q, 1..=1)),
+        "twosided" => Raw::TwoSided(nested(q, 1..=2)),
+        _ => return None,
+    })
+}
+
+/// `None` after an error.
+fn make(raw: Raw, (object, vertices): (&Object, &Vertices), context: &mut Context) -> Option<Bsdf> {
+    let mut maker = Maker {
+        object,
+        vertices,
+        context,
+    };
+    let bsdf: Result<Bsdf, BsdfError> = match raw {
+        Raw::Null => Ok(Bsdf::Null),
+        Raw::Diffuse(r) => Diffuse::new(maker.texture(r)).map(Bsdf::Diffuse),
+        Raw::Dielectric(tints) => {
+            let [r, t] = tints.map(|tint| maker.spectrum(&tint));
+            Dielectric::new(r, t).map(Bsdf::Dielectric)
+        }
+        Raw::RoughDielectric(alpha, tints) => {
+            let [r, t] = tints.map(|tint| maker.texture(tint));
+            RoughDielectric::new(alpha, r, t).map(Bsdf::RoughDielectric)
+        }
+        Raw::ThinDielectric(eta, tints) => {
+            let [r, t] = tints.map(|tint| maker.texture(tint));
+            ThinDielectric::new(eta, r, t).map(Bsdf::ThinDielectric)
+        }
+        Raw::Conductor(metal, tint) => {
+            let [eta, k] = maker.optics(metal);
+            Conductor::new(eta, k, maker.texture(tint)).map(Bsdf::Conductor)
+        }
+        Raw::RoughConductor(alpha, metal, tint) => {
+            let [eta, k] = maker.optics(metal);
+            RoughConductor::new(alpha, eta, k, maker.texture(tint)).map(Bsdf::RoughConductor)
+        }
+        Raw::Plastic(alpha, Coated(eta, reflectances, nonlinear)) => {
+            let [diffuse, coat] = reflectances.map(|r| maker.texture(r));
+            match alpha {
+                None => Plastic::new(eta, diffuse, coat, nonlinear).map(Bsdf::Plastic),
+                Some(alpha) => {
+                    RoughPlastic::new(alpha, eta, diffuse, coat, nonlinear).map(Bsdf::RoughPlastic)
+                }
+            }
+        }
+        Raw::Principled(quantities, specular) => {
+            let [base, roughness, metallic] = quantities.map(|q| maker.texture(q));
+            Principled::new(base, roughness, metallic, specular).map(Bsdf::Principled)
+        }
+        Raw::Blend(weight, pair) => {
+            let [first, second] = pair[..] else {
+                return None;
+            };
+            let pair = [first, second].map(|nested| maker.nested(nested));
+            let [first, second] = pair;
+            Blend::new(maker.texture(weight), first, second).map(Bsdf::Blend)
+        }
+        Raw::Mask(opacity, nested) => {
+            let nested = maker.nested(nested.first()?);
+            Mask::new(maker.texture(opacity), nested).map(Bsdf::Mask)
+        }
+        Raw::TwoSided(sides) => {
+            let [front, back] = [sides.first()?, sides.last()?].map(|side| maker.nested(side));
+            TwoSided::new(front, back).map(Bsdf::TwoSided)
+        }
+    };
+    context.accept(&object.location, bsdf)
+}
+
+/// Turns parameters of an object into what the channels see.
+struct Maker<'m, 'c> {
+    object: &'m Object,
+    vertices: &'m Vertices,
+    context: &'m mut Context<'c>,
+}
+
+impl Maker<'_, '_> {
+    fn spectrum(&mut self, value: &SpectrumValue) -> Spectrum {
+        self.context.spectrum(value, &self.object.location)
+    }
+
+    fn texture(&mut self, Quantity(name, role, input): Quantity) -> Texture {
+        let place = (self.object, name);
+        texture((input, role), place, self.vertices, self.context)
+    }
+
+    fn optics(&mut self, Optics { eta, k }: Optics) -> [Spectrum; 2] {
+        [eta, k].map(|value| self.spectrum(&value))
+    }
+
+    fn nested(&mut self, object: &Object) -> Bsdf {
+        build(object, self.vertices, self.context).bsdf
+    }
+}

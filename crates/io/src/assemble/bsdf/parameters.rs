@@ -1,0 +1,105 @@
+//! Parameters that several bsdfs have.
+
+use super::super::ior::index;
+use super::super::surface_texture::Role;
+use crate::query::{Input, Query};
+use crate::scene::{Object, PluginKind, SpectrumValue};
+use std::ops::RangeInclusive;
+
+/// A parameter that may be a texture, with its name.
+pub(super) struct Quantity<'a>(pub &'static str, pub Role, pub Input<'a>);
+
+/// Smallest roughness that is not better called smooth.
+const LEAST_ALPHA: f64 = 1e-4;
+/// Index of air, and of the substance that Mitsuba's plastic is made of by default.
+const AIR: f64 = 1.000277;
+const POLYPROPYLENE: f64 = 1.49;
+
+/// A spectrum or a texture.
+pub(super) fn colour<'a>(q: &mut Query<'a, '_>, name: &'static str, default: f64) -> Quantity<'a> {
+    let input = q.texture_or_spectrum(name, SpectrumValue::Uniform(default));
+    Quantity(name, Role::Colour, input)
+}
+
+/// A number or a texture.
+pub(super) fn number<'a>(q: &mut Query<'a, '_>, name: &'static str, default: f64) -> Quantity<'a> {
+    let input = q.texture_or_spectrum(name, SpectrumValue::Uniform(default));
+    Quantity(name, Role::Number, input)
+}
+
+/// The factors of what is reflected and of what is transmitted.
+pub(super) const TINTS: [&str; 2] = ["specular_reflectance", "specular_transmittance"];
+
+pub(super) fn tints<'a>(q: &mut Query<'a, '_>) -> [Quantity<'a>; 2] {
+    TINTS.map(|name| colour(q, name, 1.0))
+}
+
+pub(super) fn roughness(q: &mut Query) -> f64 {
+    q.one_of("distribution", &["ggx"]);
+    q.float_in("alpha", LEAST_ALPHA..=1.0, 0.1)
+}
+
+/// The index inside over that outside, which is air by default, of a surface on which it is the same everywhere.
+pub(super) fn eta(q: &mut Query, inside: f64) -> f64 {
+    index(q, "int_ior").unwrap_or(inside) / index(q, "ext_ior").unwrap_or(AIR)
+}
+
+/// Index, reflectances of base and coat, and whether colours deepen, of plastic.
+pub(super) struct Coated<'a>(pub f64, pub [Quantity<'a>; 2], pub bool);
+
+pub(super) fn coated<'a>(q: &mut Query<'a, '_>) -> Coated<'a> {
+    let reflectances = [("diffuse_reflectance", 0.5), (TINTS[0], 1.0)];
+    let reflectances = reflectances.map(|(name, default)| colour(q, name, default));
+    let nonlinear = q.boolean_or("nonlinear", false);
+    Coated(eta(q, POLYPROPYLENE), reflectances, nonlinear)
+}
+
+/// Nested bsdfs; none unless there are as many as there should be (reported then).
+pub(super) fn nested<'a>(q: &mut Query<'a, '_>, count: RangeInclusive<usize>) -> Vec<&'a Object> {
+    let found: Vec<&Object> = q
+        .children(PluginKind::Bsdf)
+        .into_iter()
+        .map(|o| &**o)
+        .collect();
+    if count.contains(&found.len()) {
+        return found;
+    }
+    let wanted = match (count.start(), count.end()) {
+        (1, 1) => "one nested <bsdf>".to_owned(),
+        (least, most) if least == most => format!("{least} nested <bsdf>"),
+        (least, most) => format!("{least} or {most} nested <bsdf>"),
+    };
+    let message = format!("{} takes {wanted}, not {}", q.object().label(), found.len());
+    q.error("type", message);
+    Vec::new()
+}
+
+/// Parameters of Mitsuba's `principled` that change the opaque surface into something else.
+const UNKNOWN_LOBES: [&str; 7] = [
+    "anisotropic",
+    "spec_tint",
+    "spec_trans",
+    "sheen",
+    "clearcoat",
+    "flatness",
+    "diff_trans",
+];
+
+/// Base colour, roughness and metallic; specular.
+pub(super) fn principled<'a>(q: &mut Query<'a, '_>) -> ([Quantity<'a>; 3], f64) {
+    for name in UNKNOWN_LOBES {
+        if q.has(name) && q.float_or(name, 0.0) != 0.0 {
+            let message = format!(
+                "'{name}' is not supported: a principled surface has base_color, roughness, metallic and \
+                 specular here"
+            );
+            q.error(name, message);
+        }
+    }
+    let quantities = [
+        colour(q, "base_color", 0.5),
+        number(q, "roughness", 0.5),
+        number(q, "metallic", 0.0),
+    ];
+    (quantities, q.float_in("specular", 0.0..=1.0, 0.5))
+}

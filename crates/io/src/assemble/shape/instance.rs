@@ -1,0 +1,40 @@
+//! Groups of shapes that are put up several times.
+
+use super::super::context::Context;
+use super::super::texture::affine;
+use super::add_at;
+use crate::query::Query;
+use crate::scene::{Object, PluginKind};
+
+/// Adds the shapes of a group once more. They are copies: each instance takes the memory of its shapes.
+pub(super) fn add(object: &Object, context: &mut Context) {
+    let mut q = Query::new(object, context.diagnostics);
+    let group = q.child(PluginKind::Shape).cloned();
+    let matrix = q.transform("to_world");
+    let frame = affine(matrix, "to_world", &mut q);
+    q.finish(&[]);
+    let Some(group) = group.filter(|g| g.plugin == "shapegroup") else {
+        let message = "an instance needs a <shape type=\"shapegroup\">, nested or referenced";
+        return context.error_at(&object.location, message);
+    };
+    // What is wrong with a group is said once.
+    if context.refused_groups.contains(&group.number) {
+        return;
+    }
+    let errors = context.diagnostics.error_count();
+    let mut q = Query::new(&group, context.diagnostics);
+    let shapes = q.children(PluginKind::Shape);
+    q.finish(&[]);
+    for shape in shapes {
+        match shape.plugin.as_str() {
+            "shapegroup" | "instance" => {
+                let message = "a shapegroup holds shapes, not groups or instances";
+                context.error_at(&shape.location, message);
+            }
+            _ => add_at(shape, Some(frame), context),
+        }
+    }
+    if context.diagnostics.error_count() > errors {
+        context.refused_groups.insert(group.number);
+    }
+}

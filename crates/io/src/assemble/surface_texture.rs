@@ -1,0 +1,219 @@
+//! Textures of surfaces: images, checkerboards, colours of vertices.
+
+use super::context::Context;
+use crate::image::RgbImage;
+use crate::query::{Input, Query, unknown_plugin};
+use crate::scene::{Object, SpectrumValue, srgb_from_linear};
+use glam::{DAffine2, DMat4};
+use std::path::Path;
+use std::sync::Arc;
+use transport::Spectrum;
+use transport::shape::Mesh;
+use transport::texture::{Bitmap, Checkerboard, Filter, Texture, VertexColours, Wrap};
+
+const KNOWN: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
+
+/// What a texture is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Role {
+    /// A spectrum.
+    Colour,
+    /// One number: the luminance of a colour.
+    Number,
+}
+
+/// The colours of the vertices of the mesh that is to be covered.
+pub(super) type Vertices = Option<(Arc<Mesh>, Arc<Vec<[f32; 3]>>)>;
+
+/// A quantity given as a spectrum or as a nested texture.
+pub(super) fn texture(
+    (input, role): (Input, Role),
+    (parent, name): (&Object, &str),
+    vertices: &Vertices,
+    context: &mut Context,
+) -> Texture {
+    match input {
+        Input::Spectrum(value) => {
+            let property = parent.properties.iter().find(|p| p.name == name);
+            let location = property.map_or(&parent.location, |p| &p.location);
+            Texture::Uniform(context.spectrum(&in_role(&value, role), location))
+        }
+        Input::Object(object) => {
+            nested(object, role, vertices, context).unwrap_or(Texture::Uniform(Spectrum::ZERO))
+        }
+    }
+}
+
+/// A texture plugin. Those that depend on no mesh are made once, however many surfaces they cover.
+fn nested(
+    object: &Object,
+    role: Role,
+    vertices: &Vertices,
+    context: &mut Context,
+) -> Option<Texture> {
+    let key = (object.number, role);
+    if let Some(known) = context.textures.get(&key) {
+        return Some(known.clone());
+    }
+    match object.plugin.as_str() {
+        "bitmap" => {
+            let texture = Texture::Bitmap(Arc::new(bitmap(object, role, context)?));
+            context.textures.insert(key, texture.clone());
+            Some(texture)
+        }
+        "checkerboard" => Some(checkerboard(object, role, vertices, context)),
+        "mesh_attribute" => vertex_colours(object, role, vertices, context),
+        _ => {
+            unknown_plugin(object, &KNOWN, context.diagnostics);
+            None
+        }
+    }
+}
+
+fn checkerboard(
+    object: &Object,
+    role: Role,
+    vertices: &Vertices,
+    context: &mut Context,
+) -> Texture {
+    let mut q = Query::new(object, context.diagnostics);
+    let colours = [("color0", 0.4), ("color1", 0.2)]
+        .map(|(name, v)| (name, q.texture_or_spectrum(name, SpectrumValue::Uniform(v))));
+    let to_uv = to_uv(&mut q);
+    q.finish(&[]);
+    let colours =
+        colours.map(|(name, input)| texture((input, role), (object, name), vertices, context));
+    Texture::Checkerboard(Arc::new(Checkerboard::new(colours, to_uv)))
+}
+
+fn vertex_colours(
+    object: &Object,
+    role: Role,
+    vertices: &Vertices,
+    context: &mut Context,
+) -> Option<Texture> {
+    let mut q = Query::new(object, context.diagnostics);
+    if q.string("name") != "vertex_color" {
+        q.error(
+            "name",
+            "the only attribute of meshes here is 'vertex_color'",
+        );
+    } else if vertices.is_none() {
+        let message = "the shape has no colours: a .ply file with properties r, g, b (or red, green, blue) \
+                       of its vertices has them, and an .obj file with three numbers after each position";
+        q.error("name", message);
+    }
+    q.finish(&[]);
+    let (mesh, colours) = vertices.as_ref()?;
+    let mut colour = |rgb: &[f32; 3]| {
+        let value = in_role(&SpectrumValue::Rgb(rgb.map(f64::from)), role);
+        context.channels.spectrum(&value, context.group)
+    };
+    let colours: Result<Vec<Spectrum>, String> = colours.iter().map(&mut colour).collect();
+    let colours = context.accept(&object.location, colours)?;
+    let texture = VertexColours::new(mesh.clone(), colours);
+    let texture = context.accept(&object.location, texture)?;
+    Some(Texture::Vertices(Arc::new(texture)))
+}
+
+fn bitmap(object: &Object, role: Role, context: &mut Context) -> Option<Bitmap> {
+    let mut q = Query::new(object, context.diagnostics);
+    let path = q.path("filename", context.files);
+    let raw = q.boolean_or("raw", false);
+    let filter = q.one_of("filter_type", &["bilinear", "nearest"]);
+    let wrap = q.one_of("wrap_mode", &["repeat", "mirror", "clamp"]);
+    let to_uv = to_uv(&mut q);
+    let image = RgbImage::read(&path).map_err(|e| q.file_error("filename", &e));
+    q.finish(&[]);
+    let image = image.ok()?;
+    let pixels = pixels(&image, raw && is_encoded(&path), role, context);
+    let pixels = context.accept(&object.location, pixels)?;
+    let filter = [Filter::Bilinear, Filter::Nearest][filter];
+    let wrap = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp][wrap];
+    let size = [image.width, image.height];
+    let bitmap = Bitmap::new(size, pixels, (filter, wrap), to_uv);
+    context.accept(&object.location, bitmap)
+}
+
+/// Size and pixels of an image that a bitmap names, for light that is constant within each.
+pub(super) fn screen(
+    object: &Object,
+    context: &mut Context,
+) -> Option<([usize; 2], Vec<Spectrum>)> {
+    let mut q = Query::new(object, context.diagnostics);
+    let path = q.path("filename", context.files);
+    let raw = q.boolean_or("raw", false);
+    q.one_of("filter_type", &["nearest"]);
+    let image = RgbImage::read(&path).map_err(|e| q.file_error("filename", &e));
+    q.finish(&[]);
+    let image = image.ok()?;
+    let pixels = pixels(&image, raw && is_encoded(&path), Role::Colour, context);
+    let (lanes, data) = context.accept(&object.location, pixels)?;
+    let used = context.channels.lanes(context.group);
+    let spectrum = |values: &[f32]| {
+        let lane = |c: usize| f64::from(values[c.min(lanes - 1)]);
+        Spectrum(std::array::from_fn(
+            |c| if c < used { lane(c) } else { 0.0 },
+        ))
+    };
+    let pixels = data.chunks_exact(lanes).map(spectrum).collect();
+    Some(([image.width, image.height], pixels))
+}
+
+/// Whether the numbers in an image file are encoded as in sRGB; reading the image decodes them.
+fn is_encoded(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str());
+    !extension.is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+}
+
+/// Lanes and values of an image; `encode` undoes the decoding.
+fn pixels(
+    image: &RgbImage,
+    encode: bool,
+    role: Role,
+    context: &Context,
+) -> Result<(usize, Vec<f32>), String> {
+    let as_stored = |v: f32| match encode {
+        true => srgb_from_linear(f64::from(v)),
+        false => f64::from(v),
+    };
+    // A grey image is the same at all wavelengths.
+    let grey = image.pixels.iter().all(|[r, g, b]| r == g && g == b);
+    let lanes = match grey || role == Role::Number {
+        true => 1,
+        false => context.channels.lanes(context.group),
+    };
+    let mut data = Vec::with_capacity(lanes * image.pixels.len());
+    for rgb in &image.pixels {
+        let value = match grey {
+            true => SpectrumValue::Uniform(as_stored(rgb[0])),
+            false => in_role(&SpectrumValue::Rgb(rgb.map(as_stored)), role),
+        };
+        let value = context.channels.spectrum(&value, context.group);
+        let value = value.map_err(|_| {
+            "a coloured bitmap has no meaning on a spectral film; use a grey one, or <spectrum>"
+        })?;
+        data.extend(value.0[..lanes].iter().map(|v| *v as f32));
+    }
+    Ok((lanes, data))
+}
+
+/// A value, or its luminance if a number is asked for.
+fn in_role(value: &SpectrumValue, role: Role) -> SpectrumValue {
+    match (role, value) {
+        (Role::Number, SpectrumValue::Rgb(rgb)) => {
+            SpectrumValue::Uniform(super::channels::luminance(*rgb))
+        }
+        _ => value.clone(),
+    }
+}
+
+/// The map that is applied to texture coordinates: the part of a transform that acts on x and y.
+fn to_uv(q: &mut Query) -> DAffine2 {
+    let matrix: DMat4 = q.transform("to_uv");
+    DAffine2::from_cols(
+        matrix.x_axis.truncate().truncate(),
+        matrix.y_axis.truncate().truncate(),
+        matrix.w_axis.truncate().truncate(),
+    )
+}

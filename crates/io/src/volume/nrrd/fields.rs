@@ -1,0 +1,88 @@
+//! Names and values that a header of NRRD consists of.
+
+use std::io::{BufRead, Read};
+
+use super::bad;
+use crate::error::Problem;
+
+/// Longest header accepted, in bytes.
+const LIMIT: u64 = 1 << 20;
+
+/// Names and values of a header.
+pub(super) struct Fields {
+    list: Vec<(String, String)>,
+    /// Bytes of the header.
+    pub bytes: u64,
+}
+
+impl Fields {
+    pub fn read(reader: &mut impl BufRead) -> Result<Self, Problem> {
+        let mut fields = Fields {
+            list: Vec::new(),
+            bytes: 0,
+        };
+        let mut limited = reader.by_ref().take(LIMIT);
+        let mut line = Vec::new();
+        loop {
+            line.clear();
+            let read = limited.read_until(b'\n', &mut line);
+            let first = fields.bytes == 0;
+            fields.bytes += read.map_err(Problem::Read)? as u64;
+            if first && !line.starts_with(b"NRRD000") {
+                return Err(bad("it does not begin with 'NRRD000'"));
+            }
+            if fields.bytes >= LIMIT {
+                return Err(Problem::TooLarge("a header of a megabyte".into()));
+            }
+            let text = String::from_utf8_lossy(&line);
+            let text = text.trim();
+            // Data follow an empty line; the header of other files may end without one.
+            if text.is_empty() {
+                return Ok(fields);
+            }
+            // A colon and an equals sign are notes, which have no meaning here.
+            if let Some((name, value)) = text.split_once(": ").filter(|_| !text.starts_with('#')) {
+                let name = match name.trim().to_ascii_lowercase().as_str() {
+                    "datafile" => "data file".to_owned(),
+                    "lineskip" => "line skip".to_owned(),
+                    "byteskip" => "byte skip".to_owned(),
+                    other => other.to_owned(),
+                };
+                fields.list.push((name, value.trim().to_owned()));
+            }
+        }
+    }
+
+    pub fn take(&mut self, name: &str) -> Option<String> {
+        let at = self.list.iter().position(|(n, _)| n == name)?;
+        Some(self.list.swap_remove(at).1)
+    }
+
+    pub fn required(&mut self, name: &str) -> Result<String, Problem> {
+        let missing = || bad(&format!("its header has no '{name}'"));
+        self.take(name).ok_or_else(missing)
+    }
+
+    pub fn number<I: std::str::FromStr>(&mut self, name: &str) -> Result<Option<I>, Problem> {
+        let Some(text) = self.take(name) else {
+            return Ok(None);
+        };
+        let number = text.parse().map(Some);
+        number.map_err(|_| bad(&format!("its '{name}' is '{text}'")))
+    }
+
+    /// A value of several words.
+    pub fn all<T>(
+        &mut self,
+        name: &str,
+        parse: impl Fn(&str) -> Option<T>,
+    ) -> Result<Option<Vec<T>>, Problem> {
+        let Some(text) = self.take(name) else {
+            return Ok(None);
+        };
+        let close = text.replace(", ", ",");
+        let words: Option<Vec<T>> = close.split_whitespace().map(parse).collect();
+        let wrong = || bad(&format!("its '{name}' is '{text}'"));
+        words.map(Some).ok_or_else(wrong)
+    }
+}

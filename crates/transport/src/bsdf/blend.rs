@@ -1,0 +1,74 @@
+//! A mixture of two surfaces.
+
+use super::{Bsdf, BsdfError, BsdfSample, Surface, factor};
+use crate::spectrum::Spectrum;
+use crate::texture::Texture;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// (1 − w) times one opaque surface plus w times another.
+#[derive(Clone, Debug)]
+pub struct Blend {
+    weight: Texture,
+    pair: Arc<[Bsdf; 2]>,
+}
+
+impl Blend {
+    /// `weight`, a number in [0, 1], is the share of `second`. Both must be opaque.
+    pub fn new(weight: impl Into<Texture>, first: Bsdf, second: Bsdf) -> Result<Self, BsdfError> {
+        let pair = [first.opaque("blendbsdf")?, second.opaque("blendbsdf")?];
+        Ok(Blend {
+            weight: factor("weight", weight)?,
+            pair: pair.into(),
+        })
+    }
+
+    pub(super) fn pair(&self) -> &[Bsdf; 2] {
+        &self.pair
+    }
+
+    /// Both surfaces with their shares.
+    fn shares(&self, s: &Surface) -> [(&Bsdf, f64); 2] {
+        let w = self.weight.number_at(&s.site);
+        [(&self.pair[0], 1.0 - w), (&self.pair[1], w)]
+    }
+
+    /// One of the two is chosen by its share. A mirror's direction belongs to it alone, others to both.
+    pub(super) fn sample(
+        &self,
+        s: &Surface,
+        toward: DVec3,
+        [u, v, w]: [f64; 3],
+    ) -> Option<BsdfSample> {
+        let [(first, left), (second, share)] = self.shares(s);
+        let (bsdf, share, u) = match u < share {
+            true => (second, share, u / share),
+            false => (first, left, (u - share) / left),
+        };
+        let sample = bsdf.sample(s, toward, [u, v, w])?;
+        if sample.delta {
+            let pdf = share * sample.pdf;
+            return Some(BsdfSample { pdf, ..sample });
+        }
+        let pdf = self.pdf(s, toward, sample.direction);
+        (pdf > 0.0).then(|| BsdfSample {
+            weight: self.eval(s, toward, sample.direction) / pdf,
+            pdf,
+            ..sample
+        })
+    }
+
+    pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let [a, b] = self
+            .shares(s)
+            .map(|(bsdf, share)| bsdf.eval(s, toward, direction) * share);
+        a + b
+    }
+
+    pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+        let [a, b] = self
+            .shares(s)
+            .map(|(bsdf, share)| bsdf.pdf(s, toward, direction) * share);
+        a + b
+    }
+}

@@ -1,0 +1,123 @@
+//! A diffuse base under a smooth coat of a dielectric; reflects on the side of the normal only.
+
+use super::surface::reflect;
+use super::{BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
+use crate::sampling::Frame;
+use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
+use crate::spectrum::Spectrum;
+use crate::texture::Texture;
+use glam::DVec3;
+
+/// Smooth plastic, as Mitsuba's `plastic`.
+#[derive(Clone, Debug)]
+pub struct Plastic {
+    eta: f64,
+    specular_reflectance: Texture,
+    base: Base,
+}
+
+/// What a diffuse base sends back through a coat.
+#[derive(Clone, Debug)]
+pub(super) struct Base {
+    reflectance: Texture,
+    nonlinear: bool,
+    /// 1/η².
+    shrink: f64,
+    /// Mean reflectance of the coat, from below.
+    from_below: f64,
+}
+
+impl Base {
+    /// `eta` is the coat's index over that outside, `from_below` its mean reflectance from below.
+    pub(super) fn new(
+        eta: f64,
+        from_below: f64,
+        reflectance: impl Into<Texture>,
+        nonlinear: bool,
+    ) -> Result<Self, BsdfError> {
+        Ok(Base {
+            reflectance: factor("diffuse_reflectance", reflectance)?,
+            nonlinear,
+            shrink: 1.0 / (eta * eta),
+            from_below,
+        })
+    }
+
+    /// π times its value, but for the transmittances of the coat on the way in and out. The light is
+    /// reflected between base and coat again and again; each time it takes on the base's colour only if
+    /// that is wanted (`nonlinear`).
+    pub(super) fn value(&self, s: &Surface) -> Spectrum {
+        let (reflectance, back) = (self.reflectance.at(&s.site), self.from_below);
+        let returned = |r: f64| if self.nonlinear { r * back } else { back };
+        reflectance.map(|r| r * self.shrink / (1.0 - returned(r)))
+    }
+}
+
+impl Plastic {
+    /// `eta` > 0 is the coat's index over that outside; reflectances are in [0, 1]. With `nonlinear`, colours
+    /// deepen with each reflection below the coat.
+    pub fn new(
+        eta: f64,
+        diffuse_reflectance: impl Into<Texture>,
+        specular_reflectance: impl Into<Texture>,
+        nonlinear: bool,
+    ) -> Result<Self, BsdfError> {
+        check_eta(eta)?;
+        let from_below = fresnel::mean(eta, 1.0);
+        Ok(Plastic {
+            eta,
+            specular_reflectance: factor("specular_reflectance", specular_reflectance)?,
+            base: Base::new(eta, from_below, diffuse_reflectance, nonlinear)?,
+        })
+    }
+
+    fn coat(&self, cos: f64) -> f64 {
+        fresnel::dielectric(cos.clamp(0.0, 1.0), 1.0, self.eta).reflectance
+    }
+
+    /// The coat is chosen with probability F.
+    pub(super) fn sample(
+        &self,
+        s: &Surface,
+        toward: DVec3,
+        [u, v, w]: [f64; 3],
+    ) -> Option<BsdfSample> {
+        let cos = s.normal.dot(toward);
+        if cos <= 0.0 {
+            return None;
+        }
+        let f = self.coat(cos);
+        if u < f {
+            return Some(BsdfSample {
+                direction: reflect(toward, s.normal, cos).normalize(),
+                weight: self.specular_reflectance.at(&s.site),
+                pdf: f,
+                delta: true,
+                transmitted: false,
+            });
+        }
+        let local = cosine_hemisphere_sample([v, w]);
+        let pdf = (1.0 - f) * cosine_hemisphere_pdf(local);
+        (pdf > 0.0).then(|| BsdfSample {
+            direction: Frame::from_normal(s.normal).to_world(local),
+            weight: self.base.value(s) * (1.0 - self.coat(local.z)),
+            pdf,
+            delta: false,
+            transmitted: false,
+        })
+    }
+
+    pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let leaves = 1.0 - self.coat(s.normal.dot(direction));
+        self.base.value(s) * (leaves * self.pdf(s, toward, direction))
+    }
+
+    pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+        let cos = s.normal.dot(toward);
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        let cosine = DVec3::new(0.0, 0.0, s.normal.dot(direction));
+        (1.0 - self.coat(cos)) * cosine_hemisphere_pdf(cosine)
+    }
+}

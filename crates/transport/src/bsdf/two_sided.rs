@@ -1,0 +1,50 @@
+//! A surface that reflects on both sides.
+
+use super::{Bsdf, BsdfError, BsdfSample, Surface};
+use crate::spectrum::Spectrum;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// One opaque surface on the side of the normal, another on the other side.
+#[derive(Clone, Debug)]
+pub struct TwoSided {
+    /// On the side of the normal, and behind.
+    sides: Arc<[Bsdf; 2]>,
+}
+
+impl TwoSided {
+    /// `front` is on the side of the normal. Both must be opaque.
+    pub fn new(front: Bsdf, back: Bsdf) -> Result<Self, BsdfError> {
+        let sides = [front.opaque("twosided")?, back.opaque("twosided")?];
+        Ok(TwoSided {
+            sides: sides.into(),
+        })
+    }
+
+    pub(crate) fn sides(&self) -> &[Bsdf; 2] {
+        &self.sides
+    }
+
+    /// The surface that `toward` sees, with the normal on its side.
+    fn seen(&self, s: &Surface, toward: DVec3) -> (&Bsdf, Surface) {
+        match s.normal.dot(toward) >= 0.0 {
+            true => (&self.sides[0], *s),
+            false => (&self.sides[1], s.turned()),
+        }
+    }
+
+    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+        let (bsdf, s) = self.seen(s, toward);
+        bsdf.sample(&s, toward, u)
+    }
+
+    pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let (bsdf, s) = self.seen(s, toward);
+        bsdf.eval(&s, toward, direction)
+    }
+
+    pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+        let (bsdf, s) = self.seen(s, toward);
+        bsdf.pdf(&s, toward, direction)
+    }
+}

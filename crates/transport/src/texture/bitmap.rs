@@ -1,0 +1,120 @@
+//! Images over texture coordinates, in Mitsuba's convention: (0, 0) is the corner of the first pixel, u runs
+//! along a row and v over the rows.
+
+use super::TextureError;
+use crate::Spectrum;
+use crate::shape::Site;
+use glam::{DAffine2, DVec2};
+
+/// What is between the centres of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// Linear in both directions.
+    Bilinear,
+    /// Pixels are constant over their area.
+    Nearest,
+}
+
+/// What is outside of the unit square.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrap {
+    /// The image again.
+    Repeat,
+    /// The image again, every other time mirrored.
+    Mirror,
+    /// The pixels at its edge.
+    Clamp,
+}
+
+/// Coordinates beyond this have lost all digits of a position in the image.
+const FARTHEST: f64 = 1e15;
+
+/// An image.
+#[derive(Clone, Debug)]
+pub struct Bitmap {
+    size: [usize; 2],
+    /// Channels of a pixel: one, which stands for all, or those that travel together.
+    lanes: usize,
+    data: Vec<f32>,
+    filter: Filter,
+    wrap: Wrap,
+    to_uv: DAffine2,
+}
+
+impl Bitmap {
+    /// An image of `size` (width, height), pixels row by row, each of `lanes` channels; one channel stands
+    /// for all. `to_uv` is applied to texture coordinates before the image is looked up.
+    pub fn new(
+        size: [usize; 2],
+        (lanes, data): (usize, Vec<f32>),
+        (filter, wrap): (Filter, Wrap),
+        to_uv: DAffine2,
+    ) -> Result<Self, TextureError> {
+        if !(1..=Spectrum::LANES).contains(&lanes) || size.contains(&0) {
+            return Err(TextureError::Empty);
+        }
+        let expected = size[0].saturating_mul(size[1]).saturating_mul(lanes);
+        if data.len() != expected {
+            let found = data.len();
+            return Err(TextureError::Count { expected, found });
+        }
+        if let Some(index) = data.iter().position(|v| !v.is_finite()) {
+            return Err(TextureError::NotFinite { index });
+        }
+        Ok(Bitmap {
+            size,
+            lanes,
+            data,
+            filter,
+            wrap,
+            to_uv,
+        })
+    }
+
+    pub(super) fn at(&self, site: &Site) -> Spectrum {
+        let uv = self.to_uv.transform_point2(site.uv.into());
+        let p = uv * DVec2::new(self.size[0] as f64, self.size[1] as f64);
+        let p = if p.is_nan() { DVec2::ZERO } else { p };
+        let p = p.clamp(DVec2::splat(-FARTHEST), DVec2::splat(FARTHEST));
+        match self.filter {
+            Filter::Nearest => self.pixel(p.floor()),
+            Filter::Bilinear => self.between(p - 0.5),
+        }
+    }
+
+    /// Linear between the four pixels around a point, whose coordinates count from a pixel's centre.
+    fn between(&self, p: DVec2) -> Spectrum {
+        let (low, t) = (p.floor(), p - p.floor());
+        let row = |low: DVec2| self.pixel(low) * (1.0 - t.x) + self.pixel(low + DVec2::X) * t.x;
+        row(low) * (1.0 - t.y) + row(low + DVec2::Y) * t.y
+    }
+
+    fn pixel(&self, corner: DVec2) -> Spectrum {
+        let [x, y] = [0, 1].map(|k| self.wrapped(corner[k] as i64, self.size[k] as i64));
+        let first = (y * self.size[0] + x) * self.lanes;
+        let values = &self.data[first..first + self.lanes];
+        match values {
+            [all] => Spectrum::splat(f64::from(*all)),
+            _ => Spectrum(std::array::from_fn(|c| {
+                values.get(c).copied().map_or(0.0, f64::from)
+            })),
+        }
+    }
+
+    /// The pixel that stands for number `i` along an axis of `n`.
+    fn wrapped(&self, i: i64, n: i64) -> usize {
+        let i = match self.wrap {
+            Wrap::Repeat => i.rem_euclid(n),
+            Wrap::Mirror => {
+                let i = i.rem_euclid(2 * n);
+                i.min(2 * n - 1 - i)
+            }
+            Wrap::Clamp => i.clamp(0, n - 1),
+        };
+        i as usize
+    }
+
+    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        self.data.iter().copied().map(f64::from)
+    }
+}

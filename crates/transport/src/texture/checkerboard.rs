@@ -1,0 +1,31 @@
+//! Two textures that take turns in squares.
+
+use super::Texture;
+use crate::Spectrum;
+use crate::shape::Site;
+use glam::DAffine2;
+
+/// A checkerboard: every unit square of texture coordinates has two by two fields.
+#[derive(Clone, Debug)]
+pub struct Checkerboard {
+    colours: [Texture; 2],
+    to_uv: DAffine2,
+}
+
+impl Checkerboard {
+    /// The first texture covers the fields at both ends of the unit square's diagonal. `to_uv` is applied to
+    /// texture coordinates before.
+    pub fn new(colours: [Texture; 2], to_uv: DAffine2) -> Self {
+        Checkerboard { colours, to_uv }
+    }
+
+    pub(super) fn at(&self, site: &Site) -> Spectrum {
+        let uv = self.to_uv.transform_point2(site.uv.into());
+        let late = |x: f64| x - x.floor() > 0.5;
+        self.colours[usize::from(late(uv.x) != late(uv.y))].at(site)
+    }
+
+    pub(super) fn colours(&self) -> &[Texture; 2] {
+        &self.colours
+    }
+}

@@ -1,0 +1,81 @@
+//! Quantities that vary over a surface: images, checkerboards, colours of vertices.
+
+mod bitmap;
+mod checkerboard;
+mod vertices;
+
+pub use bitmap::{Bitmap, Filter, Wrap};
+pub use checkerboard::Checkerboard;
+pub use vertices::VertexColours;
+
+use crate::Spectrum;
+use crate::shape::Site;
+use std::sync::Arc;
+
+/// Why a texture cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TextureError {
+    /// The number of values does not fit.
+    #[error("expected {expected} values, found {found}")]
+    Count {
+        /// How many there should be.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A value that is not finite.
+    #[error("value {index} is not finite")]
+    NotFinite {
+        /// Its place among the values.
+        index: usize,
+    },
+    /// An image without pixels, or of more channels than travel together.
+    #[error("an image needs pixels of 1 to {lanes} channels", lanes = Spectrum::LANES)]
+    Empty,
+}
+
+/// A quantity at every point of a surface.
+#[derive(Clone, Debug)]
+pub enum Texture {
+    /// The same everywhere.
+    Uniform(Spectrum),
+    /// An image over the texture coordinates.
+    Bitmap(Arc<Bitmap>),
+    /// Two textures that take turns.
+    Checkerboard(Arc<Checkerboard>),
+    /// Colours of a mesh's vertices.
+    Vertices(Arc<VertexColours>),
+}
+
+impl Texture {
+    /// The value at a point of a surface.
+    pub fn at(&self, site: &Site) -> Spectrum {
+        match self {
+            Texture::Uniform(value) => *value,
+            Texture::Bitmap(t) => t.at(site),
+            Texture::Checkerboard(t) => t.at(site),
+            Texture::Vertices(t) => t.at(site),
+        }
+    }
+
+    /// The first lane of the value at a point: that of a texture that stands for one number.
+    pub fn number_at(&self, site: &Site) -> f64 {
+        self.at(site)[0]
+    }
+
+    /// Every number that the texture is made from; its values lie between the least and the largest.
+    pub fn numbers(&self) -> Box<dyn Iterator<Item = f64> + '_> {
+        match self {
+            Texture::Uniform(value) => Box::new(value.0.into_iter()),
+            Texture::Bitmap(t) => Box::new(t.numbers()),
+            Texture::Checkerboard(t) => Box::new(t.colours().iter().flat_map(Texture::numbers)),
+            Texture::Vertices(t) => Box::new(t.colours().iter().flat_map(|c| c.0)),
+        }
+    }
+}
+
+impl From<Spectrum> for Texture {
+    fn from(value: Spectrum) -> Self {
+        Texture::Uniform(value)
+    }
+}
