@@ -1,8 +1,8 @@
 //! Emitters.
 
-use super::row::{TO_WORLD, float, one, plugin, point, spectrum, text, vector, word};
+use super::row::{TO_WORLD, float, one, plugin, point, role, spectrum, text, vector, word};
 use super::{Parameter, Plugin, Slot};
-use crate::scene::PluginKind::Medium;
+use crate::scene::PluginKind::{Medium, Texture};
 
 const PLACED: &[Parameter] = &[TO_WORLD];
 
@@ -30,8 +30,24 @@ const BEAM: &[Parameter] = &[
 ];
 
 const ENVMAP: &[Parameter] = &[
-    text("filename", "required", ".exr, or .png in sRGB"),
+    text("filename", "required", ".exr, or .png or .jpg in sRGB"),
     float("scale", "1", "factor, ≥ 0"),
+    TO_WORLD,
+];
+
+const PROJECTOR: &[Parameter] = &[
+    spectrum(
+        "irradiance",
+        "",
+        "at unit distance, ≥ 0; this or a bitmap is required",
+    ),
+    float("scale", "1", "factor, ≥ 0"),
+    TO_WORLD,
+];
+
+const IES: &[Parameter] = &[
+    text("filename", "required", "an LM-63 file of type C"),
+    spectrum("scale", "1", "factor of the file's intensities, ≥ 0"),
     TO_WORLD,
 ];
 
@@ -49,6 +65,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
         INSIDE,
     ),
     plugin("spot", "A cone of light along +z.", &[SPOT, PLACED], INSIDE),
+    plugin(
+        "projector",
+        "A point that throws an image along +z.",
+        &[super::sensor::VIEW, PROJECTOR],
+        &[role(Texture, "irradiance", "A bitmap in its place.")],
+    ),
+    plugin("ies", "A lamp that was measured.", &[IES], &[]),
     plugin(
         "directional",
         "Parallel light from outside.",

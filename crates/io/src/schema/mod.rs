@@ -14,6 +14,7 @@ mod row;
 mod sensor;
 mod shape;
 pub(crate) mod substance;
+mod texture;
 mod volume;
 
 pub use json::json_schema;
@@ -106,6 +107,16 @@ impl Plugin {
         self.parameter(name).is_some() || self.roles(name).next().is_some()
     }
 
+    /// Whether a parameter may be each of some words.
+    pub fn allows(&self, name: &str, words: &[&str]) -> bool {
+        match self.parameter(name).map(|parameter| parameter.value) {
+            Some(Type::Word(all) | Type::NumberOrWord(all)) => {
+                words.iter().all(|word| all.contains(word))
+            }
+            _ => false,
+        }
+    }
+
     /// Whether it takes children of this kind, whatever their names.
     pub fn takes(&self, kind: PluginKind) -> bool {
         let mut slots = self.children.iter();
@@ -136,7 +147,8 @@ pub fn plugins(kind: PluginKind) -> &'static [Plugin] {
         PluginKind::Medium => medium::PLUGINS,
         PluginKind::Phase => medium::PHASES,
         PluginKind::Volume => volume::PLUGINS,
-        PluginKind::Texture | PluginKind::Spectrum => &[],
+        PluginKind::Texture => texture::PLUGINS,
+        PluginKind::Spectrum => &[],
     }
 }
 
@@ -165,5 +177,6 @@ const SCENE: &[Plugin] = &[plugin(
         many(PluginKind::Bsdf, "Bsdfs to refer to."),
         many(PluginKind::Phase, "Phase functions to refer to."),
         many(PluginKind::Volume, "Volumes to refer to."),
+        many(PluginKind::Texture, "Textures to refer to."),
     ],
 )];

@@ -118,3 +118,8 @@ pub(super) const fn many(kind: PluginKind, help: &'static str) -> Slot {
 pub(super) const fn role(kind: PluginKind, name: &'static str, help: &'static str) -> Slot {
     slot(kind, Some(name), false, help)
 }
+
+/// A texture in the place of a parameter.
+pub(super) const fn texture(name: &'static str) -> Slot {
+    role(PluginKind::Texture, name, "A texture in its place.")
+}

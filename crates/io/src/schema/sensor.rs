@@ -10,7 +10,7 @@ const CAMERA: &[Parameter] = &[
     float("far_clip", "", "accepted and ignored"),
 ];
 
-const VIEW: &[Parameter] = &[
+pub(super) const VIEW: &[Parameter] = &[
     float(
         "fov",
         "(by focal_length)",

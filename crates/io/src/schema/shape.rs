@@ -1,8 +1,8 @@
 //! Shapes.
 
-use super::row::{TO_WORLD, boolean, float, one, plugin, point, role, text};
+use super::row::{TO_WORLD, boolean, float, integer, many, one, plugin, point, role, text};
 use super::{Parameter, Plugin, Slot};
-use crate::scene::PluginKind::{Bsdf, Emitter, Medium, Sensor};
+use crate::scene::PluginKind::{Bsdf, Emitter, Medium, Sensor, Shape};
 
 const COMMON: &[Parameter] = &[
     TO_WORLD,
@@ -17,6 +17,12 @@ const MESH: &[Parameter] = &[
     text("filename", "required", "the file with the triangles"),
     boolean("face_normals", "true", "accepted and ignored"),
 ];
+
+const FLIP: Parameter = boolean(
+    "flip_tex_coords",
+    "(true for obj, false for ply)",
+    "whether v becomes 1 − v",
+);
 
 const CHILDREN: &[Slot] = &[
     one(Bsdf, "The surface; diffuse without any."),
@@ -71,8 +77,39 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "obj",
         "Triangles of an OBJ file.",
-        &[MESH, COMMON],
+        &[MESH, &[FLIP], COMMON],
         CHILDREN,
     ),
-    plugin("ply", "Triangles of a PLY file.", &[MESH, COMMON], CHILDREN),
+    plugin(
+        "ply",
+        "Triangles of a PLY file.",
+        &[MESH, &[FLIP], COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "serialized",
+        "A mesh of Mitsuba's own format.",
+        &[
+            MESH,
+            &[integer(
+                "shape_index",
+                "0",
+                "which of the file's meshes, ≥ 0",
+            )],
+            COMMON,
+        ],
+        CHILDREN,
+    ),
+    plugin(
+        "shapegroup",
+        "Shapes that instances put up.",
+        &[],
+        &[many(Shape, "The shapes.")],
+    ),
+    plugin(
+        "instance",
+        "A copy of a group.",
+        &[&[TO_WORLD]],
+        &[one(Shape, "The shapegroup.")],
+    ),
 ];
