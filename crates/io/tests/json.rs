@@ -87,6 +87,23 @@ fn an_example_is_assembled_from_either_language() {
     assert_eq!(json.samples, 40);
 }
 
+/// The first scenes of the manual say the same.
+#[test]
+fn the_manual_is_right() {
+    let manual = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/scene-format.md");
+    let manual = std::fs::read_to_string(manual).unwrap();
+    let block = |language: &str| {
+        let (_, rest) = manual.split_once(&format!("```{language}\n")).unwrap();
+        rest.split_once("```").unwrap().0.to_owned()
+    };
+    let mut diagnostics = Diagnostics::new();
+    let twin = xml::parse(&block("xml"), "scene.xml", &[], &mut diagnostics);
+    let twin = twin.unwrap_or_else(|| panic!("{diagnostics}"));
+    let scene = read_with(&block("json"), &[]);
+    assert_eq!(json::write(&scene), json::write(&twin));
+    assert_eq!(hash(&scene), hash(&twin));
+}
+
 #[test]
 fn values() {
     assert_eq!(value("2"), Value::Integer(2));

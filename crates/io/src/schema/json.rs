@@ -127,7 +127,12 @@ fn choice(kinds: &[PluginKind]) -> Value {
         if *name == "ref" {
             ways.push(reference("ref"));
         }
-        json!({"if": {"properties": {"type": {"const": name}}}, "then": {"anyOf": ways}})
+        // Validators say more of a single rule than of alternatives.
+        let then = match ways.pop() {
+            Some(only) if ways.is_empty() => only,
+            last => json!({"anyOf": ways.into_iter().chain(last).collect::<Vec<_>>()}),
+        };
+        json!({"if": {"properties": {"type": {"const": name}}}, "then": then})
     });
     let cases: Vec<Value> = cases.collect();
     json!({
