@@ -84,7 +84,7 @@ fn value(parameter: &Parameter, variant: usize) -> String {
 
 fn object(plugin: &Plugin, variant: usize) -> String {
     // A place may rule out a position or direction.
-    let placed = |p: &&Parameter| variant % 2 == 0 || p.value != Type::Transform;
+    let placed = |p: &&Parameter| variant.is_multiple_of(2) || p.value != Type::Transform;
     let parameters = plugin.parameters().filter(placed);
     let pairs = parameters.map(|p| format!(", \"{}\": {}", p.name, value(p, variant)));
     format!(
