@@ -374,6 +374,7 @@ mod json_schema {
             ("1", "[1]"),
             ("\"bsdf\": {\"type\"", "\"bsdf\": {\"typ\""),
             ("\"bsdf\"", "\"interior\""),
+            ("\"null\"", "\"null\", \"x\": 1"),
             ("\"scene\"", "\"shape\""),
             ("{\"type\": \"null\"}", "{\"type\": \"ref\"}"),
             (
