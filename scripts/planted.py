@@ -292,8 +292,8 @@ PLANTED = [
     (
         "photons without 1/n²",
         TRANSPORT + "photons/map.rs",
-        "power: station.throughput / (n * n * paths as f64),",
-        "power: station.throughput / (n * 1.0 * paths as f64),",
+        "power: station.throughput / (n * n * paths as f64 * vertex.stopping(scene)),",
+        "power: station.throughput / (n * 1.0 * paths as f64 * vertex.stopping(scene)),",
         ("transport", "photons", "photons_show_what_bdpt_shows"),
     ),
     (

@@ -9,7 +9,7 @@ use eikonal::{Field, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 use testkit::convergence::fit_order;
-use transport::bsdf::{Bsdf, Diffuse};
+use transport::bsdf::{Bsdf, Diffuse, Mask, ThinDielectric};
 use transport::integrator::{Aov, AovTracer, Integrator, deflection};
 use transport::medium::Medium;
 use transport::render::Rendering;
@@ -179,6 +179,34 @@ fn refraction_up_to_a_screen() {
 }
 
 /// Rays that leave a field which is not closed are lost: zero and counted, never NaN.
+/// A ray passes a mask that lets half of the light pass, or more, and a pane; others it ends on.
+#[test]
+fn masks_and_panes_in_front_of_a_screen() {
+    let white = || Bsdf::Diffuse(Diffuse::new(Spectrum::ONE).unwrap());
+    let mask = |opacity| Bsdf::Mask(Mask::new(Spectrum::splat(opacity), white()).unwrap());
+    let pane = ThinDielectric::new(1.5, Spectrum::ONE, Spectrum::ONE).unwrap();
+    let at = |z: f64, bsdf: Bsdf| Object {
+        bsdf,
+        sides: None,
+        ..container(
+            Rectangle::new(DAffine3::from_translation(DVec3::Z * z)).unwrap(),
+            Bsdf::Null,
+        )
+    };
+    for (bsdf, end) in [
+        (mask(0.5), 2.0),
+        (mask(0.51), 1.0),
+        (mask(0.0), 2.0),
+        (Bsdf::ThinDielectric(pane), 2.0),
+    ] {
+        let objects = vec![at(1.0, bsdf), at(2.0, white())];
+        let parts = parts(objects, vec![vacuum()], vec![], along_z(DVec3::ZERO, 1.0));
+        let value = of_ray(&scene(parts), DVec3::new(0.1, 0.2, 0.0), DVec3::Z);
+        assert!((value("exit.position.Z") - end).abs() < 1e-9);
+        assert!((value("optical_length") - end).abs() < 1e-9);
+    }
+}
+
 #[test]
 fn lost_rays_are_counted() {
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();

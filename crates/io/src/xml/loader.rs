@@ -36,8 +36,12 @@ pub(super) fn load(
     };
     loader.root(&source)?;
     let Loader {
-        parameters, drafts, ..
+        parameters,
+        drafts,
+        dialect,
+        ..
     } = loader;
+    dialect.report(diagnostics);
     parameters.report_unused(diagnostics);
     let root = drafts.resolve(diagnostics)?;
     let scene = SceneDescription {
@@ -104,13 +108,7 @@ impl Loader<'_> {
         match (numbers.next(), numbers.next()) {
             (Some("2" | "3"), _) => self.dialect.old = false,
             (Some("0"), Some("5" | "6")) => {
-                let message = format!(
-                    "a scene of Mitsuba {}: read in its own dialect",
-                    version.value
-                );
-                self.dialect.old = true;
-                let note = Diagnostic::note(message);
-                self.diagnostics.push(note.at(&version.location));
+                self.dialect.enter(&version.location);
             }
             _ => {
                 let message = format!("scenes of version '{}' are not supported", version.value);

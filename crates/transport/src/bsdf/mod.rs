@@ -15,6 +15,7 @@ mod blend;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod error;
 pub mod fresnel;
 mod mask;
 pub mod microfacet;
@@ -32,6 +33,7 @@ pub use blend::Blend;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use error::BsdfError;
 pub use mask::Mask;
 pub use plastic::Plastic;
 pub use principled::Principled;
@@ -44,47 +46,8 @@ pub use two_sided::TwoSided;
 
 use crate::shape::Site;
 use crate::spectrum::Spectrum;
-use crate::texture::Texture;
+use error::{check_eta, check_index, factor};
 use glam::DVec3;
-
-/// Why a BSDF cannot be built.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BsdfError {
-    /// A reflectance or transmittance outside [0, 1].
-    #[error("{name} must lie in [0, 1] in every channel, got {value}")]
-    Factor {
-        /// Which parameter.
-        name: &'static str,
-        /// First offending channel.
-        value: f64,
-    },
-    /// A roughness that the microfacet model cannot take.
-    #[error("alpha must be finite and at least {min}, got {value}", min = microfacet::MIN_ALPHA)]
-    Alpha {
-        /// The roughness given.
-        value: f64,
-    },
-    /// A complex index with a part that is negative or not finite.
-    #[error("{name} must be finite and ≥ 0 in every channel, got {value}")]
-    Index {
-        /// Which part, `eta` or `k`.
-        name: &'static str,
-        /// First offending channel.
-        value: f64,
-    },
-    /// A relative index that is none.
-    #[error("the relative index must be finite and greater than 0, got {value}")]
-    Eta {
-        /// The index given.
-        value: f64,
-    },
-    /// A surface that lets light through, nested where that is not possible.
-    #[error("a {outer} takes surfaces that let no light through, such as diffuse or conductor")]
-    NotOpaque {
-        /// Which surface holds it.
-        outer: &'static str,
-    },
-}
 
 /// A direction drawn from a BSDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -256,31 +219,5 @@ impl Bsdf {
             true => Ok(self),
             false => Err(BsdfError::NotOpaque { outer }),
         }
-    }
-}
-
-/// A texture whose values lie in [0, 1].
-fn factor(name: &'static str, texture: impl Into<Texture>) -> Result<Texture, BsdfError> {
-    let texture = texture.into();
-    let outside = texture.numbers().find(|v| !(0.0..=1.0).contains(v));
-    match outside {
-        Some(value) => Err(BsdfError::Factor { name, value }),
-        None => Ok(texture),
-    }
-}
-
-/// Checks one part of a complex index.
-fn check_index(name: &'static str, s: Spectrum) -> Result<(), BsdfError> {
-    match s.0.into_iter().find(|v| !(v.is_finite() && *v >= 0.0)) {
-        Some(value) => Err(BsdfError::Index { name, value }),
-        None => Ok(()),
-    }
-}
-
-/// Checks an index over another one.
-fn check_eta(value: f64) -> Result<(), BsdfError> {
-    match value.is_finite() && value > 0.0 {
-        true => Ok(()),
-        false => Err(BsdfError::Eta { value }),
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::Spectrum;
 use glam::{DAffine3, DVec3};
-use std::sync::Arc;
 
 /// Where on the unit cube the samples of a grid sit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +43,8 @@ pub enum GridError {
     Singular,
     /// A sample lies outside the range that makes sense.
     #[error(
-        "the sample at voxel ({x}, {y}, {z}) is {value}; expected a finite number in [{low}, {high}]"
+        "the sample at voxel ({x}, {y}, {z}) is {value}; expected a finite number {}",
+        range(*low, *high)
     )]
     Value {
         /// Voxel index along x.
@@ -69,7 +69,7 @@ pub struct Grid {
     size: [usize; 3],
     channels: usize,
     /// Shared by copies of the grid.
-    data: Arc<[f32]>,
+    data: Vec<f32>,
     to_local: DAffine3,
     voxel: f64,
     range: (f64, f64),
@@ -114,7 +114,7 @@ impl Grid {
         Ok(Grid {
             size,
             channels,
-            data: data.into(),
+            data,
             to_local: to_world.inverse(),
             voxel: side(0).min(side(1)).min(side(2)),
             range,
@@ -181,6 +181,14 @@ impl Grid {
                 }
             })),
         }
+    }
+}
+
+/// In words, for messages.
+fn range(low: f64, high: f64) -> String {
+    match high < f64::MAX {
+        true => format!("in [{low}, {high}]"),
+        false => format!("of at least {low}"),
     }
 }
 

@@ -10,7 +10,6 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::draft::Draft;
 use crate::scene::{PluginKind, Property, Value};
 use rules::RULES;
-use std::collections::BTreeSet;
 
 /// How a plugin of another dialect is said here.
 struct Rule {
@@ -37,16 +36,26 @@ enum Implied {
     Vector(f64, f64, f64),
 }
 
-/// A scene's dialect, and what has been said of it.
+/// A scene's dialect, and what was done about it.
 #[derive(Default)]
 pub(super) struct Dialect {
     /// Whether the file being read is of Mitsuba 0.5 or 0.6.
     pub old: bool,
-    /// Plugins that were mentioned.
-    noted: BTreeSet<String>,
+    /// Where another dialect was first met.
+    first: Option<Location>,
+    /// Plugins that have other names here.
+    read: Vec<String>,
+    /// Parameters and roles that were dropped, with their plugins.
+    ignored: Vec<String>,
 }
 
 impl Dialect {
+    /// Takes note of a file of Mitsuba 0.5 or 0.6, by its version.
+    pub fn enter(&mut self, version: &Location) {
+        self.old = true;
+        self.first.get_or_insert_with(|| version.clone());
+    }
+
     /// A parameter's or role's name, as Mitsuba 3 writes it.
     pub fn name(&self, name: String) -> String {
         match self.old {
@@ -64,37 +73,40 @@ impl Dialect {
         let Some(rule) = RULES.iter().find(applies) else {
             return;
         };
-        let dropped = drop(draft, rule.dropped);
+        for name in drop(draft, rule.dropped) {
+            add(&mut self.ignored, format!("'{name}' of '{}'", rule.from));
+        }
         for (from, to) in rule.renamed {
             draft.rename(from, to);
         }
         for (name, value) in rule.implied {
             imply(draft, name, *value);
         }
-        draft.plugin = rule.to.to_owned();
-        self.note(rule, &dropped, &draft.plugin_location.clone(), diagnostics);
+        if rule.from != rule.to {
+            draft.plugin = rule.to.to_owned();
+            add(&mut self.read, format!("'{}' as '{}'", rule.from, rule.to));
+            let place = &draft.plugin_location;
+            self.first.get_or_insert_with(|| place.clone());
+        }
     }
 
-    /// Says once what has become of a plugin.
-    fn note(
-        &mut self,
-        rule: &Rule,
-        dropped: &[String],
-        location: &Location,
-        diagnostics: &mut Diagnostics,
-    ) {
-        let read = match rule.from == rule.to {
-            true => format!("in '{}'", rule.from),
-            false => format!("'{}' is read as '{}'", rule.from, rule.to),
-        };
-        let message = match dropped {
-            [] if rule.from == rule.to => return,
-            [] => read,
-            dropped => format!("{read}; ignored: {}", dropped.join(", ")),
-        };
-        if self.noted.insert(message.clone()) {
-            diagnostics.push(Diagnostic::note(message).at(location));
-        }
+    /// Says what was done, in one note.
+    pub fn report(&self, diagnostics: &mut Diagnostics) {
+        let Some(first) = &self.first else { return };
+        let read = (!self.read.is_empty()).then(|| format!("read: {}", self.read.join(", ")));
+        let ignored =
+            (!self.ignored.is_empty()).then(|| format!("ignored: {}", self.ignored.join(", ")));
+        let done: Vec<String> = [read, ignored].into_iter().flatten().collect();
+        let note = Diagnostic::note("the scene is in another dialect");
+        let help = (!done.is_empty()).then(|| done.join("; "));
+        diagnostics.push(note.help(help).at(first));
+    }
+}
+
+/// Adds what is not there.
+fn add(list: &mut Vec<String>, item: String) {
+    if !list.contains(&item) {
+        list.push(item);
     }
 }
 
