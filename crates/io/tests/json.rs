@@ -282,6 +282,22 @@ fn lists_may_be_arrays() {
     assert_eq!(film("550"), Value::String("550".into()));
 }
 
+#[test]
+fn a_byte_order_mark_is_passed_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.json");
+    std::fs::write(&path, "\u{feff}{\"type\": \"scene\"}").unwrap();
+    let mut diagnostics = Diagnostics::new();
+    assert!(json::load(&path, &[], &mut diagnostics).is_some());
+    std::fs::write(&path, b"{\"type\": \"\xff\"}").unwrap();
+    assert!(json::load(&path, &[], &mut diagnostics).is_none());
+    assert!(
+        diagnostics
+            .to_string()
+            .contains("not UTF-8 text: invalid byte at offset 10")
+    );
+}
+
 /// `line:column message | help` for each mistake.
 fn mistakes_with(text: &str, overrides: &[(String, String)]) -> Vec<String> {
     let mut diagnostics = Diagnostics::new();

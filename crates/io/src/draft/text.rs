@@ -6,10 +6,13 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Reads a file as UTF-8 text.
+/// Reads a file as UTF-8 text, without the byte order mark that some editors put first.
 pub(crate) fn read(path: &Path) -> Result<Arc<SourceFile>, Diagnostic> {
     let bytes = fs::read(path).map_err(|e| Diagnostic::from(Problem::Read(e).at(path)))?;
-    let text = String::from_utf8(bytes).map_err(|e| not_utf8(path, &e))?;
+    let mut text = String::from_utf8(bytes).map_err(|e| not_utf8(path, &e))?;
+    if text.starts_with('\u{feff}') {
+        text.remove(0);
+    }
     Ok(SourceFile::new(path, text))
 }
 

@@ -110,9 +110,8 @@ impl<'a, 'd> Query<'a, 'd> {
 
     /// Asserts that the table lists what is asked for: a plugin that has grown must be listed anew.
     fn listed(&self, what: &str, is_listed: impl FnOnce(&schema::Plugin) -> bool) {
-        let plugin = schema::find(self.object.kind, &self.object.plugin);
         debug_assert!(
-            plugin.is_none_or(is_listed),
+            schema::find(self.object.kind, &self.object.plugin).is_none_or(is_listed),
             "io::schema does not list {what} of {}",
             self.object.label()
         );
