@@ -132,7 +132,10 @@ fn choice(kinds: &[PluginKind]) -> Value {
             Some(only) if ways.is_empty() => only,
             last => json!({"anyOf": ways.into_iter().chain(last).collect::<Vec<_>>()}),
         };
-        json!({"if": {"properties": {"type": {"const": name}}}, "then": then})
+        // `properties` and `required` hold for whatever is no object.
+        let properties = json!({"type": {"const": name}});
+        let case = json!({"type": "object", "properties": properties, "required": ["type"]});
+        json!({"if": case, "then": then})
     });
     let cases: Vec<Value> = cases.collect();
     json!({
