@@ -48,6 +48,7 @@ fn run(command: &Command) -> Result<ExitCode, Failure> {
         Command::Check(args) => commands::check(args),
         Command::Compare(args) => commands::compare(args),
         Command::Tonemap(args) => commands::tonemap(args),
+        Command::Schema => commands::schema(),
         Command::Completions { shell } => commands::completions(*shell),
         Command::Man { folder } => commands::man(folder),
     }

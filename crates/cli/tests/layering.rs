@@ -78,6 +78,26 @@ fn inside_transport_data_flows_one_way() {
     );
 }
 
+#[test]
+fn inside_io_descriptions_know_nothing_of_readers_and_scenes() {
+    let readers = ["crate::xml", "crate::json", "crate::draft"];
+    let above = ["crate::query", "crate::assemble"];
+    for room in [
+        "scene",
+        "schema",
+        "query",
+        "assemble/field",
+        "assemble/bsdf",
+    ] {
+        refuses(&format!("io/src/{room}"), &readers);
+    }
+    for room in ["scene", "schema", "draft", "xml", "json"] {
+        refuses(&format!("io/src/{room}"), &above);
+    }
+    refuses("io/src/scene", &["crate::schema"]);
+    refuses("io/src/draft", &["crate::schema"]);
+}
+
 /// Directions, distances and geometry terms between vertices come from `path` alone.
 #[test]
 fn integrators_derive_no_geometry() {

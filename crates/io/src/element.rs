@@ -130,7 +130,7 @@ impl Element {
     }
 
     /// Numbers from their bytes, the least significant first.
-    fn decode(self, bytes: &[u8], sink: &mut impl FnMut(f64)) {
+    pub(crate) fn decode(self, bytes: &[u8], sink: &mut impl FnMut(f64)) {
         match self {
             Element::F16 => words(bytes, |b| f16::from_le_bytes(b).to_f64(), sink),
             Element::F32 => words(bytes, |b| f64::from(f32::from_le_bytes(b)), sink),

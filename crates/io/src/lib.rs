@@ -11,14 +11,17 @@ pub mod atomic;
 mod binary;
 pub mod compare;
 pub mod diagnostic;
+mod draft;
 pub mod element;
 pub mod error;
 pub mod ies;
 pub mod image;
+pub mod json;
 pub mod mesh;
 pub mod npy;
 pub mod query;
 pub mod scene;
+pub mod schema;
 pub mod volume;
 pub mod xml;
 

@@ -68,10 +68,14 @@ fn files_that_are_refused() {
         assert!(problem.contains(expected), "{problem}");
     };
     refused("{".into(), "not a glTF 2.0 file");
-    let scene = TEXT
-        .replace("\"scene\": 0,", "")
-        .replace("\"scenes\"", "\"extras\"");
-    refused(scene, "the file has no scene");
+    refused(
+        TEXT.replace("\"scenes\"", "\"extras\""),
+        "there is no number 0 among its 'scenes'",
+    );
+    refused(
+        TEXT.replacen("\"2.0\"", "\"1.0\"", 1),
+        "the file is of version '1.0'",
+    );
     refused(
         TEXT.replace("\"count\": 36", "\"count\": 3600"),
         "beyond the end of their buffer",

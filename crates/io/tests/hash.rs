@@ -29,8 +29,9 @@ fn every_part_of_the_description_matters() {
         "<shape type='sphere'><float name='a' value='1'/></shape>",
         "<shape type='sphere'><float name='a' value='2'/></shape>",
         "<shape type='sphere'><float name='b' value='1'/></shape>",
-        "<shape type='sphere'><integer name='a' value='1'/></shape>",
-        "<shape type='sphere'><spectrum name='a' value='1'/></shape>",
+        "<shape type='sphere'><rgb name='a' value='1'/></shape>",
+        "<shape type='sphere'><boolean name='a' value='true'/></shape>",
+        "<shape type='sphere'><string name='a' value='1'/></shape>",
         "<shape type='sphere'><spectrum name='a' value='500:1'/></shape>",
         "<shape type='sphere'><spectrum name='a' value='501:1'/></shape>",
         "<shape type='cube'><float name='a' value='1'/></shape>",
@@ -38,13 +39,43 @@ fn every_part_of_the_description_matters() {
         "<shape type='sphere' id='x'><float name='a' value='1'/></shape>",
         "<shape type='sphere' name='x'><float name='a' value='1'/></shape>",
         "<shape type='sphere'><point name='a' value='1'/></shape>",
-        "<shape type='sphere'><vector name='a' value='1'/></shape>",
+        "<shape type='sphere'><bsdf name='x' type='null'/></shape>",
+        "<shape type='sphere'><bsdf type='null'/></shape>",
         "<shape type='sphere'><transform name='a'/></shape>",
         "<shape type='sphere'/><shape type='sphere'/>",
         "<shape type='sphere' id='x'/><ref id='x'/>",
     ];
     let hashes: std::collections::HashSet<_> = scenes.iter().map(|s| hash(&read(s))).collect();
     assert_eq!(hashes.len(), scenes.len());
+}
+
+#[test]
+fn what_no_plugin_tells_apart_is_the_same() {
+    let same = |values: &[&str]| {
+        let shapes = values
+            .iter()
+            .map(|v| format!("<shape type='sphere'>{v}</shape>"));
+        let hashes: std::collections::HashSet<_> = shapes.map(|s| hash(&read(&s))).collect();
+        assert_eq!(hashes.len(), 1, "{values:?}");
+    };
+    same(&[
+        "<float name='a' value='1'/>",
+        "<integer name='a' value='1'/>",
+        "<spectrum name='a' value='1'/>",
+    ]);
+    same(&[
+        "<float name='a' value='0'/>",
+        "<float name='a' value='-0'/>",
+    ]);
+    same(&[
+        "<point name='a' value='1'/>",
+        "<vector name='a' value='1'/>",
+    ]);
+    same(&[
+        "<bsdf type='null'/>",
+        "<bsdf name='bsdf' type='null'/>",
+        "<bsdf name='bsdf_1' type='null'/>",
+    ]);
 }
 
 #[test]

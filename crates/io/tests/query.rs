@@ -77,7 +77,7 @@ fn defaults_for_values_that_are_not_there() {
 #[test]
 fn missing_values_are_reported_at_the_object() {
     let messages = ask(
-        "<phase type='hg'><float name='gg' value='1'/></phase>",
+        "<phase type='xy'><float name='gg' value='1'/></phase>",
         |mut q| {
             assert_eq!(q.float("g"), 1.0);
             assert_eq!(q.spectrum("c"), SpectrumValue::Uniform(1.0));
@@ -91,17 +91,17 @@ fn missing_values_are_reported_at_the_object() {
     assert_eq!(
         messages,
         [
-            "2 error <phase type=\"hg\"> needs <float name=\"g\"> | is 'gg' meant for it?",
-            "2 error <phase type=\"hg\"> needs <spectrum name=\"c\"> | ",
-            "2 error <phase type=\"hg\"> needs <string name=\"file\"> | ",
-            "2 error <phase type=\"hg\"> needs a <film> | ",
+            "2 error <phase type=\"xy\"> needs <float name=\"g\"> | is 'gg' meant for it?",
+            "2 error <phase type=\"xy\"> needs <spectrum name=\"c\"> | ",
+            "2 error <phase type=\"xy\"> needs <string name=\"file\"> | ",
+            "2 error <phase type=\"xy\"> needs a <film> | ",
         ]
     );
 }
 
 #[test]
 fn wrong_types_are_reported_at_the_value() {
-    let text = "<phase type='hg'><string name='g' value='a'/><phase name='h' type='x'/></phase>";
+    let text = "<phase type='xy'><string name='g' value='a'/><phase name='h' type='x'/></phase>";
     let messages = ask(text, |mut q| {
         assert_eq!(q.float_or("g", 0.5), 0.5);
         assert_eq!(q.float("h"), 1.0);
@@ -183,7 +183,7 @@ fn unused_parameters_and_children_are_reported() {
 #[test]
 fn children_by_kind_and_by_role() {
     let scene = read(
-        "<shape type='cube'><bsdf type='null'/><medium name='interior' type='a'/>\
+        "<shape type='hull'><bsdf type='null'/><medium name='interior' type='a'/>\
          <medium name='exterior' type='b'/><emitter type='area'/></shape>",
     );
     let mut diagnostics = Diagnostics::new();
@@ -240,11 +240,11 @@ fn unknown_plugins_get_a_suggestion() {
     let object = object("<shape type='spere'/>");
     let mut diagnostics = Diagnostics::new();
     unknown_plugin(&object, &["cube", "sphere"], &mut diagnostics);
-    unknown_plugin(&object, &["a", "b"], &mut diagnostics);
+    unknown_plugin(&object, &["obj", "ply"], &mut diagnostics);
     let found: Vec<_> = diagnostics.iter().collect();
     assert_eq!(found[0].message, "unknown shape type 'spere'");
     assert_eq!(found[0].help.as_deref(), Some("did you mean 'sphere'?"));
-    assert_eq!(found[1].help.as_deref(), Some("known types: a, b"));
+    assert_eq!(found[1].help.as_deref(), Some("known types: obj, ply"));
     assert_eq!(found[0].location.as_ref().unwrap().text(), "spere");
 }
 

@@ -100,6 +100,11 @@ pub enum Command {
         morgana check scenes/luneburg_fog.xml -D albedo=0.5\n\n\
         Data files are read, too. Exit status: 0 if the scene can be used, 2 if not.")]
     Check(CheckArgs),
+    /// Print the JSON Schema of scenes in JSON, by which editors complete and check them.
+    #[command(after_help = "Example:\n  \
+        morgana schema > scene.schema.json\n\n\
+        A scene names it by \"$schema\": \"scene.schema.json\" (docs/scene-format.md).")]
+    Schema,
     /// Print a script that completes command lines in a shell.
     #[command(after_help = "Example:\n  \
         morgana completions bash > ~/.local/share/bash-completion/completions/morgana")]
@@ -119,10 +124,10 @@ pub enum Command {
 /// A scene file and its parameters.
 #[derive(Clone, Debug, ClapArgs)]
 pub struct SceneArgs {
-    /// Scene file.
+    /// Scene file: .json, or XML.
     #[arg(value_name = "SCENE")]
     pub path: PathBuf,
-    /// Set a parameter that the scene declares with `<default>`; may be repeated.
+    /// Set a parameter that the scene declares; may be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     pub defines: Vec<(String, String)>,
 }

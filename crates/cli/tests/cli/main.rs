@@ -12,6 +12,7 @@ mod photons;
 mod plot;
 mod preview;
 mod render;
+mod schema;
 mod shell;
 mod strategies;
 mod support;

@@ -112,6 +112,10 @@ fn instrument(
     surface: Option<usize>,
     context: &mut Context,
 ) -> (Option<Instrument>, Samples) {
+    if !is_meter(object) {
+        unknown_plugin(object, &["irradiancemeter"], context.diagnostics);
+        return (None, Samples::default());
+    }
     let mut q = Query::new(object, context.diagnostics);
     let film = q.child(PluginKind::Film).cloned();
     let sampler = q.child(PluginKind::Sampler).cloned();
@@ -147,12 +151,11 @@ fn instrument(
             let message = "an irradiancemeter belongs inside the <shape> that it measures at";
             context.error_at(&object.location, message);
         }
-        ("fluencemeter", Some(_)) => {
+        _ => {
             let message =
                 "a fluencemeter measures in space: it belongs into the <scene>, not into a shape";
             context.error_at(&object.location, message);
         }
-        _ => unknown_plugin(object, &["irradiancemeter"], context.diagnostics),
     }
     if let Some(film) = film {
         self::film(&film, context);

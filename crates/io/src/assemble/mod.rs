@@ -86,14 +86,20 @@ impl Loaded {
     }
 }
 
-/// Reads, assembles and checks a scene file.
+/// Reads, assembles and checks a scene file: JSON if its extension is `.json`, else XML.
 ///
 /// # Errors
 /// Everything that is wrong with it, warnings included.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnostics> {
     let mut diagnostics = Diagnostics::new();
-    let description = crate::xml::load(path, &options.defines, &mut diagnostics);
-    match description {
+    let read = match path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+    {
+        true => crate::json::load,
+        false => crate::xml::load,
+    };
+    match read(path, &options.defines, &mut diagnostics) {
         Some(description) => assemble(&description, options, diagnostics),
         None => Err(diagnostics),
     }

@@ -112,6 +112,7 @@ impl<'a> Query<'a, '_> {
 
     /// Indices of the children of a kind that nobody has asked for yet.
     fn unused_of(&self, kind: PluginKind) -> Vec<usize> {
+        self.listed(kind.tag(), |plugin| plugin.takes(kind));
         let all = self.object.children.iter().enumerate();
         let fits = all.filter(|(i, c)| c.object.kind == kind && !self.used_children[*i]);
         fits.map(|(i, _)| i).collect()

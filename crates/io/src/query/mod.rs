@@ -32,6 +32,7 @@ use std::collections::BTreeSet;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, closest, suggest};
 use crate::error::FileError;
 use crate::scene::{Child, Object, Property, Value};
+use crate::schema;
 
 /// Questions to one object. Call [`Query::finish`] at the end.
 #[derive(Debug)]
@@ -107,14 +108,25 @@ impl<'a, 'd> Query<'a, 'd> {
         location.unwrap_or(&self.object.location)
     }
 
+    /// Asserts that the table lists what is asked for: a plugin that has grown must be listed anew.
+    fn listed(&self, what: &str, is_listed: impl FnOnce(&schema::Plugin) -> bool) {
+        debug_assert!(
+            schema::find(self.object.kind, &self.object.plugin).is_none_or(is_listed),
+            "io::schema does not list {what} of {}",
+            self.object.label()
+        );
+    }
+
     /// The parameter with this name.
     fn property(&mut self, name: &str) -> Option<&'a Property> {
+        self.listed(name, |plugin| plugin.has(name));
         self.asked.insert(name.to_owned());
         self.object.properties.iter().find(|p| p.name == name)
     }
 
     /// The child in this role.
     fn named_child(&mut self, name: &str) -> Option<&'a Child> {
+        self.listed(name, |plugin| plugin.has(name));
         self.asked.insert(name.to_owned());
         self.object
             .children
@@ -203,6 +215,11 @@ enum Lookup<'a, T> {
 
 /// Reports that an object's `type` is not one of the `known` ones.
 pub fn unknown_plugin(object: &Object, known: &[&str], diagnostics: &mut Diagnostics) {
+    let listed = |name: &&str| schema::find(object.kind, name).is_some();
+    debug_assert!(
+        known.iter().all(listed),
+        "io::schema lists not all of {known:?}"
+    );
     let message = format!("unknown {} type '{}'", object.kind, object.plugin);
     let help = suggest(&object.plugin, known.iter().copied())
         .unwrap_or_else(|| format!("known types: {}", known.join(", ")));

@@ -115,6 +115,7 @@ impl<'a> Query<'a, '_> {
         let Lookup::Found(text, location) = self.convert(name, "string", as_string) else {
             return 0;
         };
+        self.listed(name, |plugin| plugin.allows(name, words));
         words
             .iter()
             .position(|word| *word == text)

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fmt;
 
-use super::{FileRegistry, Object, ObjectId, SceneDescription, SpectrumValue, Value};
+use super::{FileRegistry, Object, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value};
 use crate::error::FileError;
 
 /// Fingerprint of a scene and its data files (BLAKE3). Displays as 64 hexadecimal digits.
@@ -26,8 +26,8 @@ impl fmt::Display for SceneHash {
 impl SceneDescription {
     /// Fingerprint of the resolved description and of the contents of `files`.
     ///
-    /// It does not depend on comments, layout, the order of parameters, the spelling of numbers,
-    /// how the description is split into included files, or the folder in which the scene lies.
+    /// It does not depend on comments, layout, the order of parameters, the spelling and types of numbers,
+    /// whether the file is XML or JSON, how the description is split into included files, or the folder in which the scene lies.
     ///
     /// # Errors
     ///
@@ -73,39 +73,45 @@ impl Writer {
         }
         self.number(object.children.len() as u64);
         for child in &object.children {
-            self.optional(child.name.as_deref());
+            // A name that only says the kind says nothing.
+            let role = child.name.as_deref();
+            self.optional(role.filter(|name| PluginKind::of_key(name).is_none()));
             self.object(&child.object);
         }
     }
 
+    /// What no plugin tells apart is the same: a number and a spectrum of it, a whole number and a float, a
+    /// point and a vector.
     fn value(&mut self, value: &Value) {
-        self.text(value.type_name());
         match value {
-            Value::Float(v) => self.floats(&[*v]),
-            Value::Integer(v) => self.number(*v as u64),
-            Value::Boolean(v) => self.number(u64::from(*v)),
-            Value::String(v) => self.text(v),
-            Value::Spectrum(v) => self.spectrum(v),
-            Value::Point(v) | Value::Vector(v) => self.floats(&v.to_array()),
-            Value::Transform(v) => self.floats(&v.to_cols_array()),
+            Value::Integer(v) if *v as f64 as i64 == *v => self.tagged("number", &[*v as f64]),
+            Value::Integer(v) => {
+                self.text("integer");
+                self.number(*v as u64);
+            }
+            Value::Float(v) | Value::Spectrum(SpectrumValue::Uniform(v)) => {
+                self.tagged("number", &[*v]);
+            }
+            Value::Boolean(v) => self.tagged("boolean", &[f64::from(u8::from(*v))]),
+            Value::String(v) => {
+                self.text("string");
+                self.text(v);
+            }
+            Value::Spectrum(SpectrumValue::Rgb(v)) => self.tagged("rgb", v),
+            Value::Spectrum(SpectrumValue::Sampled(pairs)) => {
+                let numbers: Vec<f64> = pairs.iter().flat_map(|(w, v)| [*w, *v]).collect();
+                self.tagged("spectrum", &numbers);
+            }
+            Value::Point(v) | Value::Vector(v) => self.tagged("point", &v.to_array()),
+            Value::Transform(v) => self.tagged("transform", &v.to_cols_array()),
         }
     }
 
-    fn spectrum(&mut self, spectrum: &SpectrumValue) {
-        self.floats(&spectrum.values());
-        if let SpectrumValue::Sampled(pairs) = spectrum {
-            self.floats(
-                &pairs
-                    .iter()
-                    .map(|(wavelength, _)| *wavelength)
-                    .collect::<Vec<_>>(),
-            );
-        }
-    }
-
-    fn floats(&mut self, values: &[f64]) {
+    fn tagged(&mut self, tag: &str, values: &[f64]) {
+        self.text(tag);
         self.number(values.len() as u64);
-        values.iter().for_each(|v| self.number(v.to_bits()));
+        // The sum makes −0 the zero that it is.
+        values.iter().for_each(|v| self.number((v + 0.0).to_bits()));
     }
 
     fn optional(&mut self, text: Option<&str>) {

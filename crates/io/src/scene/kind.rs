@@ -78,6 +78,14 @@ impl PluginKind {
     pub fn from_tag(tag: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.tag() == tag)
     }
+
+    /// The kind that a name says, if it says nothing else: `shape`, or `shape_2`.
+    pub fn of_key(key: &str) -> Option<Self> {
+        let (word, number) = key.rsplit_once('_').unwrap_or((key, "1"));
+        let numbered = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit());
+        let kind = Self::from_tag(word).filter(|kind| *kind != PluginKind::Scene);
+        kind.filter(|_| numbered)
+    }
 }
 
 impl fmt::Display for PluginKind {

@@ -9,6 +9,7 @@ mod kind;
 mod registry;
 mod spectrum;
 
+pub(crate) use colour::rgb_from_hex;
 pub use colour::{linear_from_srgb, srgb_from_linear};
 pub use hash::SceneHash;
 pub use kind::PluginKind;

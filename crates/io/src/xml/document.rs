@@ -1,32 +1,13 @@
 //! From bytes to an XML document, with errors in the words of the user.
 
-use std::fs;
-use std::path::Path;
 use std::sync::Arc;
 
 use roxmltree::{Document, Error, ParsingOptions};
 
 use crate::diagnostic::{Diagnostic, Location, SourceFile};
-use crate::error::Problem;
 
 /// Elements, texts and comments in one file at most.
 const MAX_NODES: u32 = 10_000_000;
-
-/// Reads a file as UTF-8 text.
-pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Diagnostic> {
-    let bytes = fs::read(path).map_err(|e| Diagnostic::from(Problem::Read(e).at(path)))?;
-    let text = String::from_utf8(bytes).map_err(|e| not_utf8(path, &e))?;
-    Ok(SourceFile::new(path, text))
-}
-
-fn not_utf8(path: &Path, error: &std::string::FromUtf8Error) -> Diagnostic {
-    let start = error.utf8_error().valid_up_to();
-    let message = format!(
-        "{}: not UTF-8 text: invalid byte at offset {start}",
-        path.display()
-    );
-    Diagnostic::error(message)
-}
 
 /// Parses the text of `source`.
 pub(super) fn parse(source: &Arc<SourceFile>) -> Result<Document<'_>, Diagnostic> {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use roxmltree::Node;
 
-use super::parameters::Parameters;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile, suggest};
+use crate::draft::Parameters;
 
 /// An element.
 pub(super) struct Element {

@@ -8,11 +8,10 @@ use roxmltree::Node;
 
 use super::dialect::Dialect;
 use super::element::{self, Element};
-use super::parameters::Parameters;
-use super::resolve::{Alias, Draft, DraftChild, Drafts, Target};
 use super::tags::{self, Tag};
-use super::{MAX_DEPTH, document, properties, transforms};
+use super::{document, properties, transforms};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile, suggest};
+use crate::draft::{self, Alias, Draft, DraftChild, Drafts, MAX_DEPTH, Parameters, Target};
 use crate::scene::{PluginKind, Property, SceneDescription, Value};
 
 /// Files included at most, counting repetitions: files that include one another twice would
@@ -26,7 +25,9 @@ pub(super) fn load(
     diagnostics: &mut Diagnostics,
 ) -> Option<SceneDescription> {
     let mut loader = Loader {
-        parameters: Parameters::new(overrides),
+        parameters: Parameters::new(overrides, |name| {
+            format!("<default name=\"{name}\" value=\"...\"/>")
+        }),
         drafts: Drafts::default(),
         open_files: vec![identity(&source)],
         includes: 0,
@@ -293,7 +294,7 @@ impl Loader<'_> {
         if self.includes > MAX_INCLUDES {
             return self.error("too many included files", &filename.location);
         }
-        match document::read(&path) {
+        match draft::read(&path) {
             Err(diagnostic) => self.diagnostics.push(diagnostic.at(&filename.location)),
             Ok(source) => self.included(&source, &filename.location, parent, depth),
         }

@@ -18,9 +18,7 @@ mod document;
 mod element;
 mod loader;
 mod numbers;
-mod parameters;
 mod properties;
-mod resolve;
 mod spectra;
 mod tags;
 mod transforms;
@@ -28,10 +26,8 @@ mod transforms;
 use std::path::Path;
 
 use crate::diagnostic::{Diagnostics, SourceFile};
+use crate::draft;
 use crate::scene::SceneDescription;
-
-/// Deepest nesting of elements, references and included files.
-const MAX_DEPTH: usize = 64;
 
 /// Reads a scene file. `overrides` are pairs of parameter name and value that take the place of
 /// the file's `<default>`s.
@@ -42,7 +38,7 @@ pub fn load(
     overrides: &[(String, String)],
     diagnostics: &mut Diagnostics,
 ) -> Option<SceneDescription> {
-    let source = document::read(path).map_err(|d| diagnostics.push(d)).ok()?;
+    let source = draft::read(path).map_err(|d| diagnostics.push(d)).ok()?;
     loader::load(source, overrides, diagnostics)
 }
 

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::element::Attribute;
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::draft::shorten;
 
 /// One finite number.
 pub(super) fn float(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<f64> {
@@ -84,13 +85,4 @@ pub(super) fn tokens(text: &str) -> Vec<Range<usize>> {
     }
     ranges.extend(start.map(|from| from..text.len()));
     ranges
-}
-
-/// The beginning of a text, for messages.
-pub(super) fn shorten(text: &str) -> String {
-    const LIMIT: usize = 40;
-    match text.char_indices().nth(LIMIT) {
-        Some((end, _)) => format!("{}...", &text[..end]),
-        None => text.to_owned(),
-    }
 }

@@ -1,14 +1,15 @@
 //! Spectra and colours in attributes.
 
 use super::element::Attribute;
-use super::numbers::{self, report, shorten};
+use super::numbers::{self, report};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::scene::{SpectrumValue, linear_from_srgb};
+use crate::draft::shorten;
+use crate::scene::{SpectrumValue, rgb_from_hex};
 
 /// `<rgb>`: three numbers, one number for all channels, or `#rrggbb` (sRGB, made linear).
 pub(super) fn rgb(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<SpectrumValue> {
     if let Some(digits) = attribute.value.trim().strip_prefix('#') {
-        return hex(digits).or_else(|| {
+        return rgb_from_hex(digits).map(SpectrumValue::Rgb).or_else(|| {
             let message = format!("'#{}' is not a colour like #ff8800", shorten(digits));
             report(attribute, &message, diagnostics);
             None
@@ -23,15 +24,6 @@ pub(super) fn rgb(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Optio
             None
         }
     }
-}
-
-fn hex(digits: &str) -> Option<SpectrumValue> {
-    if digits.len() != 6 || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
-        return None;
-    }
-    let packed = u32::from_str_radix(digits, 16).ok()?;
-    let channel = |shift: u32| linear_from_srgb(f64::from(packed >> shift & 0xff) / 255.0);
-    Some(SpectrumValue::Rgb([channel(16), channel(8), channel(0)]))
 }
 
 /// `<spectrum>`: one number, or pairs `wavelength:value` with increasing wavelengths (nm).

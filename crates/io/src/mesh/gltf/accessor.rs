@@ -1,90 +1,113 @@
 //! Numbers in glTF buffers.
 
-use ::gltf::Accessor;
-use ::gltf::accessor::{DataType, Dimensions};
+use serde_json::Value;
 
+use super::document::{Document, index};
 use super::wrong;
+use crate::element::Element;
 use crate::error::Problem;
 
-/// Vectors with at least `N` components, of which the first `N` are returned. Normalised integers are in [0, 1] or
-/// [−1, 1].
-pub(super) fn vectors<const N: usize>(
-    accessor: &Accessor,
-    buffers: &[Vec<u8>],
-) -> Result<Vec<[f64; N]>, Problem> {
-    let components = match accessor.dimensions() {
-        Dimensions::Vec2 => 2,
-        Dimensions::Vec3 => 3,
-        Dimensions::Vec4 => 4,
-        _ => 1,
-    };
-    if components < N {
-        return Err(wrong(format!("{components} components in place of {N}")));
-    }
-    let (kind, normalized) = (accessor.data_type(), accessor.normalized());
-    let size = kind.size();
-    let vector = |bytes: &[u8]| {
-        std::array::from_fn(|i| number(kind, normalized, &bytes[i * size..(i + 1) * size]))
-    };
-    Ok(elements(accessor, components * size, buffers)?
-        .map(vector)
-        .collect())
-}
-
-/// Indices of vertices.
-pub(super) fn indices(accessor: &Accessor, buffers: &[Vec<u8>]) -> Result<Vec<u32>, Problem> {
-    let kind = accessor.data_type();
-    let whole = matches!(kind, DataType::U8 | DataType::U16 | DataType::U32);
-    if !whole || accessor.dimensions() != Dimensions::Scalar {
-        return Err(wrong("indices are not whole numbers"));
-    }
-    let index = |bytes: &[u8]| number(kind, false, bytes) as u32;
-    Ok(elements(accessor, kind.size(), buffers)?
-        .map(index)
-        .collect())
-}
-
-/// The bytes of each element of `size` bytes, checked to be there.
-fn elements<'b>(
-    accessor: &Accessor,
-    size: usize,
-    buffers: &'b [Vec<u8>],
-) -> Result<impl Iterator<Item = &'b [u8]> + use<'b>, Problem> {
-    let view = accessor.view().filter(|_| accessor.sparse().is_none());
-    let view = view.ok_or_else(|| wrong("sparse data are not read"))?;
-    let (count, stride) = (accessor.count(), view.stride().unwrap_or(size));
-    let end = count.checked_sub(1).and_then(|n| n.checked_mul(stride));
-    let end = end
-        .and_then(|n| n.checked_add(size))
-        .filter(|_| stride >= size);
-    let start = view.offset().checked_add(accessor.offset());
-    let all = buffers.get(view.buffer().index()).zip(start.zip(end));
-    let bytes = all.and_then(|(buffer, (start, end))| buffer.get(start..start.checked_add(end)?));
-    let bytes = bytes.ok_or_else(|| wrong("numbers lie beyond the end of their buffer"))?;
-    Ok((0..count).map(move |i| &bytes[i * stride..i * stride + size]))
-}
-
-fn number(kind: DataType, normalized: bool, bytes: &[u8]) -> f64 {
-    let at = |i: usize| bytes.get(i).copied().unwrap_or(0);
-    let (value, most) = match kind {
-        DataType::I8 => (f64::from(at(0) as i8), f64::from(i8::MAX)),
-        DataType::U8 => (f64::from(at(0)), f64::from(u8::MAX)),
-        DataType::I16 => (
-            f64::from(i16::from_le_bytes([at(0), at(1)])),
-            f64::from(i16::MAX),
-        ),
-        DataType::U16 => (
-            f64::from(u16::from_le_bytes([at(0), at(1)])),
-            f64::from(u16::MAX),
-        ),
-        DataType::U32 => {
-            let value = u32::from_le_bytes([at(0), at(1), at(2), at(3)]);
-            (f64::from(value), f64::from(u32::MAX))
+impl Document {
+    /// Vectors with at least `N` components, of which the first `N` are returned. Normalised integers are in [0, 1]
+    /// or [−1, 1].
+    pub fn vectors<const N: usize>(&self, accessor: usize) -> Result<Vec<[f64; N]>, Problem> {
+        let accessor = self.item("accessors", accessor)?;
+        let components = components(accessor);
+        if components < N {
+            return Err(wrong(format!("{components} components in place of {N}")));
         }
-        DataType::F32 => return f64::from(f32::from_le_bytes([at(0), at(1), at(2), at(3)])),
-    };
-    match normalized {
-        true => (value / most).max(-1.0),
-        false => value,
+        let (kind, scale) = (element(accessor)?, scale(accessor)?);
+        let size = kind.size();
+        let component = |bytes: &[u8]| match scale {
+            1.0 => number(kind, bytes),
+            scale => (number(kind, bytes) * scale).max(-1.0),
+        };
+        let vector =
+            |bytes: &[u8]| std::array::from_fn(|i| component(&bytes[i * size..(i + 1) * size]));
+        Ok(self
+            .elements(accessor, components * size)?
+            .map(vector)
+            .collect())
     }
+
+    /// Indices of vertices.
+    pub fn indices(&self, accessor: usize) -> Result<Vec<u32>, Problem> {
+        let accessor = self.item("accessors", accessor)?;
+        let kind = element(accessor)?;
+        let whole = matches!(kind, Element::U8 | Element::U16 | Element::U32);
+        if !whole || components(accessor) != 1 {
+            return Err(wrong("indices are not whole numbers"));
+        }
+        let elements = self.elements(accessor, kind.size())?;
+        Ok(elements.map(|bytes| number(kind, bytes) as u32).collect())
+    }
+
+    /// The bytes of each element of `size` bytes, checked to be there.
+    fn elements(
+        &self,
+        accessor: &Value,
+        size: usize,
+    ) -> Result<impl Iterator<Item = &[u8]>, Problem> {
+        let view = index(accessor, "bufferView").filter(|_| accessor["sparse"].is_null());
+        let view = self.item(
+            "bufferViews",
+            view.ok_or_else(|| wrong("sparse data are not read"))?,
+        )?;
+        let buffer = self
+            .buffers
+            .get(index(view, "buffer").unwrap_or(usize::MAX));
+        let count = index(accessor, "count").unwrap_or(0);
+        let stride = index(view, "byteStride").unwrap_or(size);
+        let offset = |object| index(object, "byteOffset").unwrap_or(0);
+        let length = count.checked_sub(1).and_then(|n| n.checked_mul(stride));
+        let length = length
+            .and_then(|n| n.checked_add(size))
+            .filter(|_| stride >= size);
+        let start = offset(view).checked_add(offset(accessor));
+        let bytes = buffer
+            .zip(start.zip(length))
+            .and_then(|(buffer, (start, length))| buffer.get(start..start.checked_add(length)?));
+        let bytes = bytes.ok_or_else(|| wrong("numbers lie beyond the end of their buffer"))?;
+        Ok((0..count).map(move |i| &bytes[i * stride..i * stride + size]))
+    }
+}
+
+fn components(accessor: &Value) -> usize {
+    match accessor["type"].as_str() {
+        Some("SCALAR") => 1,
+        Some("VEC2") => 2,
+        Some("VEC3") => 3,
+        Some("VEC4") => 4,
+        _ => 0,
+    }
+}
+
+fn element(accessor: &Value) -> Result<Element, Problem> {
+    Ok(match index(accessor, "componentType") {
+        Some(5120) => Element::I8,
+        Some(5121) => Element::U8,
+        Some(5122) => Element::I16,
+        Some(5123) => Element::U16,
+        Some(5125) => Element::U32,
+        Some(5126) => Element::F32,
+        _ => return Err(wrong("numbers of an unknown type")),
+    })
+}
+
+/// What numbers are multiplied by: normalised integers stand for fractions.
+fn scale(accessor: &Value) -> Result<f64, Problem> {
+    let normalized = accessor["normalized"].as_bool().unwrap_or(false);
+    Ok(match element(accessor)? {
+        Element::I8 if normalized => 1.0 / f64::from(i8::MAX),
+        Element::U8 if normalized => 1.0 / f64::from(u8::MAX),
+        Element::I16 if normalized => 1.0 / f64::from(i16::MAX),
+        Element::U16 if normalized => 1.0 / f64::from(u16::MAX),
+        _ => 1.0,
+    })
+}
+
+fn number(kind: Element, bytes: &[u8]) -> f64 {
+    let mut number = 0.0;
+    kind.decode(bytes, &mut |value| number = value);
+    number
 }

@@ -1,26 +1,28 @@
-//! glTF 2.0, as text or binary: the triangles of all nodes of a file's scene, in one mesh.
+//! glTF 2.0, as text or binary: the triangles of all nodes of a file's scene, in one mesh [Khronos 2021].
 //!
-//! Materials, skins, morph targets and cameras are not read.
+//! Materials, skins, morph targets and cameras are not read. A reader of our own: that of the crate `gltf` panics on
+//! damaged files.
 
 mod accessor;
+mod document;
 
 use std::fs;
 use std::path::Path;
 
-use ::gltf::buffer::Source;
-use ::gltf::mesh::Mode;
-use ::gltf::{Document, Gltf, Node, Primitive, Semantic};
-use base64::Engine;
-use base64::prelude::BASE64_STANDARD;
-use glam::{DAffine3, DMat4, DVec3};
+use glam::{DAffine3, DMat4, DQuat, DVec3};
+use serde_json::Value;
 
 use super::MeshData;
 use super::build::{check_mesh, check_position};
 use crate::error::{FileError, Problem};
-use accessor::{indices, vectors};
+use document::{Document, index, list, numbers};
 
 /// Triangles of one file: nodes may show one mesh many times.
 const MOST_TRIANGLES: usize = 100_000_000;
+/// Modes of primitives; smaller ones are points and lines.
+const TRIANGLES: usize = 4;
+const STRIP: usize = 5;
+const FAN: usize = 6;
 
 /// Reads a `.gltf` or `.glb` file, and the files that hold its buffers.
 ///
@@ -44,29 +46,34 @@ pub fn parse(
     bytes: &[u8],
     load: impl Fn(&str) -> Result<Vec<u8>, Problem>,
 ) -> Result<MeshData, Problem> {
-    let Gltf { document, blob } = Gltf::from_slice(bytes).map_err(|e| wrong(e.to_string()))?;
-    let buffers = buffers(&document, blob, load)?;
-    let scene = document.default_scene().or(document.scenes().next());
-    let scene = scene.ok_or_else(|| wrong("the file has no scene"))?;
+    let document = Document::new(bytes, load)?;
     let mut builder = Builder {
-        buffers: &buffers,
+        document: &document,
         mesh: MeshData {
             uvs: Some(Vec::new()),
             colours: Some(Vec::new()),
             ..MeshData::default()
         },
     };
+    let scene = index(&document.json, "scene").unwrap_or(0);
+    let roots = list(document.item("scenes", scene)?, "nodes");
+    let mut open: Vec<(&Value, DAffine3)> = Vec::new();
+    open.extend(roots.iter().rev().map(|root| (root, DAffine3::IDENTITY)));
     // Every node has one parent at most, or the file has a cycle.
-    let mut open: Vec<(Node, DAffine3)> = scene.nodes().map(|n| (n, DAffine3::IDENTITY)).collect();
-    for _ in document.nodes() {
-        let Some((node, outer)) = open.pop() else {
+    for _ in list(&document.json, "nodes") {
+        let Some((number, outer)) = open.pop() else {
             break;
         };
-        let frame = outer * placement(&node);
-        for primitive in node.mesh().iter().flat_map(::gltf::Mesh::primitives) {
-            builder.primitive(&primitive, frame)?;
+        let number = number.as_u64().map_or(usize::MAX, |n| n as usize);
+        let node = document.item("nodes", number)?;
+        let frame = outer * placement(node)?;
+        if let Some(mesh) = index(node, "mesh") {
+            for primitive in list(document.item("meshes", mesh)?, "primitives") {
+                builder.primitive(primitive, frame)?;
+            }
         }
-        open.extend(node.children().map(|child| (child, frame)));
+        let children = list(node, "children").iter().rev();
+        open.extend(children.map(|child| (child, frame)));
     }
     match open.is_empty() {
         true => check_mesh(builder.mesh),
@@ -76,15 +83,8 @@ pub fn parse(
 
 /// Names of the files that hold the buffers of a file; none if it cannot be read.
 pub fn data_files(path: &Path) -> Vec<String> {
-    let document = fs::read(path)
-        .ok()
-        .and_then(|bytes| Gltf::from_slice(&bytes).ok());
-    let buffers = document.iter().flat_map(|d| d.document.buffers());
-    let external = buffers.filter_map(|b| match b.source() {
-        Source::Uri(uri) if !uri.starts_with("data:") => name(uri),
-        _ => None,
-    });
-    external.collect()
+    let bytes = fs::read(path).unwrap_or_default();
+    document::data_files(&bytes)
 }
 
 fn wrong(reason: impl Into<String>) -> Problem {
@@ -94,110 +94,85 @@ fn wrong(reason: impl Into<String>) -> Problem {
     }
 }
 
-fn name(uri: &str) -> Option<String> {
-    urlencoding::decode(uri).ok().map(|name| name.into_owned())
-}
-
-fn buffers(
-    document: &Document,
-    mut blob: Option<Vec<u8>>,
-    load: impl Fn(&str) -> Result<Vec<u8>, Problem>,
-) -> Result<Vec<Vec<u8>>, Problem> {
-    let read = |buffer: ::gltf::Buffer| {
-        let data = match buffer.source() {
-            Source::Bin => blob
-                .take()
-                .ok_or_else(|| wrong("the binary part is missing")),
-            Source::Uri(uri) => match uri.strip_prefix("data:") {
-                Some(data) => embedded(data),
-                None => load(&name(uri).ok_or_else(|| wrong("a file name is not UTF-8"))?),
-            },
-        }?;
-        match data.len() < buffer.length() {
-            true => Err(Problem::Truncated {
-                expected: buffer.length() as u64,
-                found: data.len() as u64,
-            }),
-            false => Ok(data),
-        }
-    };
-    document.buffers().map(read).collect()
-}
-
-fn embedded(uri: &str) -> Result<Vec<u8>, Problem> {
-    let data = uri.split_once(";base64,").map(|(_, data)| data);
-    let data = data.ok_or_else(|| wrong("embedded data are not base64"))?;
-    BASE64_STANDARD
-        .decode(data)
-        .map_err(|e| wrong(e.to_string()))
-}
-
-fn placement(node: &Node) -> DAffine3 {
-    let columns = node.transform().matrix();
-    let columns = columns.map(|c| c.map(f64::from));
-    DAffine3::from_mat4(DMat4::from_cols_array_2d(&columns))
+/// Where a node stands in its parent: a matrix, column by column, or scale, rotation and translation.
+fn placement(node: &Value) -> Result<DAffine3, Problem> {
+    if let Some(matrix) = numbers::<16>(node, "matrix")? {
+        return Ok(DAffine3::from_mat4(DMat4::from_cols_array(&matrix)));
+    }
+    let scale = numbers(node, "scale")?.map_or(DVec3::ONE, DVec3::from_array);
+    let rotation = numbers(node, "rotation")?.map_or(DQuat::IDENTITY, DQuat::from_array);
+    let translation = numbers(node, "translation")?.map_or(DVec3::ZERO, DVec3::from_array);
+    if rotation.length_squared() == 0.0 {
+        return Err(wrong("a rotation is zero"));
+    }
+    let rotation = rotation.normalize();
+    Ok(DAffine3::from_scale_rotation_translation(
+        scale,
+        rotation,
+        translation,
+    ))
 }
 
 /// The mesh so far.
 struct Builder<'a> {
-    buffers: &'a [Vec<u8>],
+    document: &'a Document,
     mesh: MeshData,
 }
 
 impl Builder<'_> {
-    fn primitive(&mut self, primitive: &Primitive, frame: DAffine3) -> Result<(), Problem> {
-        let Some(corners) = self.triangles(primitive)? else {
+    fn primitive(&mut self, primitive: &Value, frame: DAffine3) -> Result<(), Problem> {
+        let mode = index(primitive, "mode").unwrap_or(TRIANGLES);
+        if mode < TRIANGLES {
             return Ok(());
-        };
-        let first = self.mesh.positions.len();
-        let missing = || wrong("a part has no positions");
-        let positions = primitive.get(&Semantic::Positions).ok_or_else(missing)?;
-        for (i, x) in vectors::<3>(&positions, self.buffers)?
-            .into_iter()
-            .enumerate()
-        {
+        }
+        let (attributes, first) = (&primitive["attributes"], self.mesh.positions.len());
+        let positions =
+            index(attributes, "POSITION").ok_or_else(|| wrong("a part has no positions"))?;
+        let positions = self.document.vectors::<3>(positions)?;
+        let count = positions.len();
+        for (i, x) in positions.into_iter().enumerate() {
             let x = frame.transform_point3(DVec3::from_array(x));
             self.mesh.positions.push(check_position(x, first + i)?);
         }
-        let count = self.mesh.positions.len() - first;
-        self.attributes(primitive, count)?;
+        self.attributes(attributes, count)?;
+        let order = match index(primitive, "indices") {
+            Some(accessor) => self.document.indices(accessor)?,
+            None => (0..count as u32).collect(),
+        };
+        if let Some(bad) = order.iter().find(|i| **i as usize >= count) {
+            return Err(wrong(format!("a triangle of vertex {bad}, of {count}")));
+        }
         // A mirrored part is wound the other way round.
         let mirrored = frame.matrix3.determinant() < 0.0;
-        for [a, b, c] in corners {
-            if [a, b, c].iter().any(|i| *i as usize >= count) {
-                return Err(wrong(format!(
-                    "a triangle of vertex {}, of {count}",
-                    a.max(b).max(c)
-                )));
-            }
+        for [a, b, c] in triangles(mode, &order)? {
             let [a, b, c] = [a, b, c].map(|i| i + first as u32);
-            self.mesh
-                .triangles
-                .push(if mirrored { [a, c, b] } else { [a, b, c] });
+            let corners = if mirrored { [a, c, b] } else { [a, b, c] };
+            self.mesh.triangles.push(corners);
         }
-        Ok(())
+        match self.mesh.triangles.len().max(self.mesh.positions.len()) > MOST_TRIANGLES {
+            true => Err(wrong(format!("more than {MOST_TRIANGLES} triangles"))),
+            false => Ok(()),
+        }
     }
 
     /// Texture coordinates and colours, if all parts have them. Both are as in images: v grows downwards, and
     /// colours are linear.
-    fn attributes(&mut self, primitive: &Primitive, count: usize) -> Result<(), Problem> {
+    fn attributes(&mut self, attributes: &Value, count: usize) -> Result<(), Problem> {
         let fits = |n: usize| match n == count {
             true => Ok(()),
             false => Err(wrong(format!("{n} attributes of {count} vertices"))),
         };
-        let uvs = primitive.get(&Semantic::TexCoords(0));
-        match (uvs, &mut self.mesh.uvs) {
-            (Some(uvs), Some(all)) => {
-                let uvs = vectors::<2>(&uvs, self.buffers)?;
+        match (index(attributes, "TEXCOORD_0"), &mut self.mesh.uvs) {
+            (Some(accessor), Some(all)) => {
+                let uvs = self.document.vectors::<2>(accessor)?;
                 fits(uvs.len())?;
                 all.extend(uvs);
             }
             _ => self.mesh.uvs = None,
         }
-        let colours = primitive.get(&Semantic::Colors(0));
-        match (colours, &mut self.mesh.colours) {
-            (Some(colours), Some(all)) => {
-                let colours = vectors::<3>(&colours, self.buffers)?;
+        match (index(attributes, "COLOR_0"), &mut self.mesh.colours) {
+            (Some(accessor), Some(all)) => {
+                let colours = self.document.vectors::<3>(accessor)?;
                 fits(colours.len())?;
                 all.extend(colours.into_iter().map(|c| c.map(|v| v as f32)));
             }
@@ -205,48 +180,20 @@ impl Builder<'_> {
         }
         Ok(())
     }
+}
 
-    /// The corners of a part's triangles, by its own vertices; `None` of points and lines.
-    fn triangles(&self, primitive: &Primitive) -> Result<Option<Vec<[u32; 3]>>, Problem> {
-        if !matches!(
-            primitive.mode(),
-            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
-        ) {
-            return Ok(None);
-        }
-        let order = match primitive.indices() {
-            Some(accessor) => indices(&accessor, self.buffers)?,
-            None => {
-                let positions = primitive.get(&Semantic::Positions);
-                let count = match positions {
-                    Some(accessor) => vectors::<3>(&accessor, self.buffers)?.len(),
-                    None => 0,
-                };
-                (0..count as u32).collect()
-            }
-        };
-        let corners: Vec<[u32; 3]> = match primitive.mode() {
-            Mode::Triangles => order.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
-            // Every other triangle of a strip is wound the other way round.
-            Mode::TriangleStrip => order
-                .windows(3)
-                .enumerate()
-                .map(|(i, c)| {
-                    if i % 2 == 0 {
-                        [c[0], c[1], c[2]]
-                    } else {
-                        [c[1], c[0], c[2]]
-                    }
-                })
-                .collect(),
-            _ => match order.split_first() {
-                Some((hub, rim)) => rim.windows(2).map(|c| [*hub, c[0], c[1]]).collect(),
-                None => Vec::new(),
-            },
-        };
-        if self.mesh.triangles.len() + corners.len() > MOST_TRIANGLES {
-            return Err(wrong(format!("more than {MOST_TRIANGLES} triangles")));
-        }
-        Ok(Some(corners))
-    }
+/// The corners of triangles that are given one by one, in a strip or as a fan.
+fn triangles(mode: usize, order: &[u32]) -> Result<Vec<[u32; 3]>, Problem> {
+    // Every other triangle of a strip is wound the other way round.
+    let strip = |(i, c): (usize, &[u32])| match i % 2 {
+        0 => [c[0], c[1], c[2]],
+        _ => [c[1], c[0], c[2]],
+    };
+    Ok(match (mode, order) {
+        (TRIANGLES, _) => order.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
+        (STRIP, _) => order.windows(3).enumerate().map(strip).collect(),
+        (FAN, [hub, rim @ ..]) => rim.windows(2).map(|c| [*hub, c[0], c[1]]).collect(),
+        (FAN, []) => Vec::new(),
+        _ => return Err(wrong(format!("parts of mode {mode}"))),
+    })
 }

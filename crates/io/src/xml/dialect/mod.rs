@@ -6,8 +6,8 @@
 mod rules;
 mod special;
 
-use super::resolve::Draft;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use crate::draft::Draft;
 use crate::scene::{PluginKind, Property, Value};
 use rules::RULES;
 

@@ -1,94 +1,15 @@
-//! From elements with names to shared objects.
+//! From objects with names to shared objects.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::MAX_DEPTH;
+use super::{Alias, Draft, MAX_DEPTH, Target};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
-use crate::scene::{Child, Object, ObjectId, PluginKind, Property};
-
-/// An object whose references are still names.
-pub(super) struct Draft {
-    pub(super) kind: PluginKind,
-    pub(super) plugin: String,
-    id: Option<String>,
-    pub(super) properties: Vec<Property>,
-    pub(super) children: Vec<DraftChild>,
-    /// Names of parameters and roles.
-    pub(super) names: HashMap<String, Location>,
-    location: Location,
-    pub(super) plugin_location: Location,
-}
-
-/// A nested object or a reference.
-pub(super) struct DraftChild {
-    pub(super) name: Option<(String, Location)>,
-    pub(super) target: Target,
-    pub(super) location: Location,
-}
-
-/// What a child stands for.
-pub(super) enum Target {
-    /// The draft with this number.
-    Draft(usize),
-    /// The object with this id, and where the id was written.
-    Id(String, Location),
-}
-
-/// A second name for an object.
-pub(super) struct Alias {
-    pub(super) name: String,
-    pub(super) name_location: Location,
-    pub(super) target: String,
-    pub(super) location: Location,
-}
-
-impl Draft {
-    pub(super) fn new(
-        kind: PluginKind,
-        plugin: String,
-        location: Location,
-        plugin_location: Location,
-    ) -> Self {
-        Draft {
-            kind,
-            plugin,
-            id: None,
-            properties: Vec::new(),
-            children: Vec::new(),
-            names: HashMap::new(),
-            location,
-            plugin_location,
-        }
-    }
-
-    pub(super) fn add_property(&mut self, property: Property, diagnostics: &mut Diagnostics) {
-        self.claim(&property.name, &property.name_location, diagnostics);
-        self.properties.push(property);
-    }
-
-    pub(super) fn add_child(&mut self, child: DraftChild, diagnostics: &mut Diagnostics) {
-        if let Some((name, location)) = &child.name {
-            self.claim(name, location, diagnostics);
-        }
-        self.children.push(child);
-    }
-
-    /// Reports a name that this object has already.
-    fn claim(&mut self, name: &str, location: &Location, diagnostics: &mut Diagnostics) {
-        if let Some(first) = self.names.get(name) {
-            let message = format!("'{name}' is set twice in this <{}>", self.kind);
-            let help = format!("the first is at {first}");
-            diagnostics.push(Diagnostic::error(message).help(help).at(location));
-        } else {
-            self.names.insert(name.to_owned(), location.clone());
-        }
-    }
-}
+use crate::scene::{Child, Object, ObjectId};
 
 /// All objects of a scene file, by number.
 #[derive(Default)]
-pub(super) struct Drafts {
+pub(crate) struct Drafts {
     drafts: Vec<Draft>,
     ids: BTreeMap<String, (usize, Location)>,
     aliases: Vec<Alias>,
@@ -97,7 +18,7 @@ pub(super) struct Drafts {
 
 impl Drafts {
     /// Adds an object; reports an id that another one has.
-    pub(super) fn add(
+    pub(crate) fn add(
         &mut self,
         mut draft: Draft,
         id: Option<(String, Location)>,
@@ -112,7 +33,14 @@ impl Drafts {
         index
     }
 
-    fn name(&mut self, id: &str, index: usize, at: &Location, diagnostics: &mut Diagnostics) {
+    /// Makes an object referable by a name; reports a name that another one has.
+    pub(crate) fn name(
+        &mut self,
+        id: &str,
+        index: usize,
+        at: &Location,
+        diagnostics: &mut Diagnostics,
+    ) {
         if let Some((_, first)) = self.ids.get(id) {
             let message = format!("the id '{id}' is taken");
             let help = format!("the first object with this id is at {first}");
@@ -122,19 +50,19 @@ impl Drafts {
         }
     }
 
-    pub(super) fn add_alias(&mut self, alias: Alias) {
+    pub(crate) fn add_alias(&mut self, alias: Alias) {
         self.aliases.push(alias);
     }
 
     /// Adds the object that everything else hangs on.
-    pub(super) fn set_root(&mut self, draft: Draft) {
+    pub(crate) fn set_root(&mut self, draft: Draft) {
         self.root = self.drafts.len();
         self.drafts.push(draft);
     }
 
     /// Follows every reference and returns the root. A reference that leads nowhere, to an object
     /// that contains it, or too deep is reported and left out.
-    pub(super) fn resolve(mut self, diagnostics: &mut Diagnostics) -> Option<Arc<Object>> {
+    pub(crate) fn resolve(mut self, diagnostics: &mut Diagnostics) -> Option<Arc<Object>> {
         for alias in std::mem::take(&mut self.aliases) {
             if let Some(index) = self.find(&alias.target, &alias.location, diagnostics) {
                 self.name(&alias.name, index, &alias.name_location, diagnostics);

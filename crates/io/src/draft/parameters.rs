@@ -1,4 +1,4 @@
-//! Parameters of a scene file: `<default>`, overrides, and `$name` in attributes.
+//! Parameters of a scene file: what it declares, what the command line sets, and `$name` in texts.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -17,21 +17,24 @@ struct Parameter {
 }
 
 /// The parameters known so far.
-pub(super) struct Parameters {
+pub(crate) struct Parameters {
     values: BTreeMap<String, Parameter>,
     budget: usize,
+    /// How a file declares the parameter of a name, for advice.
+    declaration: fn(&str) -> String,
 }
 
 /// A substitution that failed, with the place within the text.
-pub(super) struct Failure {
-    pub(super) message: String,
-    pub(super) help: Option<String>,
-    pub(super) range: Range<usize>,
+pub(crate) struct Failure {
+    pub(crate) message: String,
+    pub(crate) help: Option<String>,
+    pub(crate) range: Range<usize>,
 }
 
 impl Parameters {
-    /// Starts with the overrides; the last of equal names wins.
-    pub(super) fn new(overrides: &[(String, String)]) -> Self {
+    /// Starts with the overrides; the last of equal names wins. `declaration` says how a file declares the
+    /// parameter of a name.
+    pub(crate) fn new(overrides: &[(String, String)], declaration: fn(&str) -> String) -> Self {
         let parameter = |value: &String| Parameter {
             value: value.clone(),
             overridden: true,
@@ -43,11 +46,12 @@ impl Parameters {
         Parameters {
             values: values.collect(),
             budget: BUDGET,
+            declaration,
         }
     }
 
-    /// A `<default>`: sets the value unless it is set already.
-    pub(super) fn declare(&mut self, name: &str, value: &str) {
+    /// What a file declares: sets the value unless it is set already. Returns the value.
+    pub(crate) fn declare(&mut self, name: &str, value: &str) -> &str {
         let new = || Parameter {
             value: value.to_owned(),
             overridden: false,
@@ -55,10 +59,18 @@ impl Parameters {
         };
         let parameter = self.values.entry(name.to_owned()).or_insert_with(new);
         parameter.used |= parameter.overridden;
+        &parameter.value
+    }
+
+    /// The name in a text that is nothing but `$name` or `${name}`.
+    pub(crate) fn whole(text: &str) -> Option<&str> {
+        let starts = text.starts_with('$');
+        let (name, end) = name_at(text, 0).ok().filter(|_| starts)?;
+        name.filter(|_| end == text.len())
     }
 
     /// The text with every `$name` and `${name}` replaced.
-    pub(super) fn substitute<'t>(
+    pub(crate) fn substitute<'t>(
         &mut self,
         text: &'t str,
         diagnostics: &Diagnostics,
@@ -93,7 +105,8 @@ impl Parameters {
             let message = format!("parameter '${name}' is not defined");
             let known = self.values.keys().map(String::as_str);
             let help = diagnostics.suggest(name, known).unwrap_or_else(|| {
-                format!("add <default name=\"{name}\" value=\"...\"/> or pass -D {name}=...")
+                let declaration = (self.declaration)(name);
+                format!("add {declaration} or pass -D {name}=...")
             });
             return Err(Failure {
                 message,
@@ -121,7 +134,7 @@ impl Parameters {
     }
 
     /// Reports overrides that nothing used.
-    pub(super) fn report_unused(&self, diagnostics: &mut Diagnostics) {
+    pub(crate) fn report_unused(&self, diagnostics: &mut Diagnostics) {
         for (name, _) in self.values.iter().filter(|(_, p)| p.overridden && !p.used) {
             let known = self.values.iter().filter(|(_, p)| p.used || !p.overridden);
             let help = diagnostics.suggest(name, known.map(|(name, _)| name.as_str()));
@@ -131,7 +144,7 @@ impl Parameters {
     }
 
     /// Names and values.
-    pub(super) fn into_values(self) -> Vec<(String, String)> {
+    pub(crate) fn into_values(self) -> Vec<(String, String)> {
         self.values
             .into_iter()
             .map(|(name, p)| (name, p.value))

@@ -1,0 +1,35 @@
+//! Texts of files.
+
+use crate::diagnostic::{Diagnostic, SourceFile};
+use crate::error::Problem;
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Reads a file as UTF-8 text, without the byte order mark that some editors put first.
+pub(crate) fn read(path: &Path) -> Result<Arc<SourceFile>, Diagnostic> {
+    let bytes = fs::read(path).map_err(|e| Diagnostic::from(Problem::Read(e).at(path)))?;
+    let mut text = String::from_utf8(bytes).map_err(|e| not_utf8(path, &e))?;
+    if text.starts_with('\u{feff}') {
+        text.remove(0);
+    }
+    Ok(SourceFile::new(path, text))
+}
+
+fn not_utf8(path: &Path, error: &std::string::FromUtf8Error) -> Diagnostic {
+    let start = error.utf8_error().valid_up_to();
+    let message = format!(
+        "{}: not UTF-8 text: invalid byte at offset {start}",
+        path.display()
+    );
+    Diagnostic::error(message)
+}
+
+/// The beginning of a text, for messages.
+pub(crate) fn shorten(text: &str) -> String {
+    const LIMIT: usize = 40;
+    match text.char_indices().nth(LIMIT) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}

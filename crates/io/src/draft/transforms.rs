@@ -1,0 +1,68 @@
+//! The maps that transforms are made of. What cannot be is refused with a message.
+
+use glam::{DMat3, DMat4, DVec3};
+
+/// A scale by factors, none of them zero.
+pub(crate) fn scale(factors: DVec3) -> Result<DMat4, String> {
+    let volume = factors.x * factors.y * factors.z;
+    match factors.min_element() == 0.0 || volume == 0.0 {
+        true => Err("a scale of zero cannot be undone".into()),
+        false => Ok(DMat4::from_scale(factors)),
+    }
+}
+
+/// A rotation around an axis of any length, in degrees.
+pub(crate) fn rotate(axis: DVec3, degrees: f64) -> Result<DMat4, String> {
+    let axis = axis.try_normalize();
+    let axis = axis.ok_or("the axis of a rotation must not be zero")?;
+    Ok(DMat4::from_axis_angle(axis, degrees.to_radians()))
+}
+
+/// Advice for a view that [`look_at`] refuses.
+pub(crate) const VIEW: &str =
+    "'target' must differ from 'origin', and 'up' must not be parallel to the view";
+
+/// The map from camera to world: the camera looks along +z, with y up and x to the left.
+/// An `up` of zero leaves the choice to us.
+pub(crate) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Result<DMat4, String> {
+    view(origin, target, up)
+        .ok_or_else(|| "'origin', 'target' and 'up' do not define a direction of view".into())
+}
+
+fn view(origin: DVec3, target: DVec3, up: DVec3) -> Option<DMat4> {
+    let direction = (target - origin).try_normalize()?;
+    let up = if up == DVec3::ZERO {
+        direction.any_orthonormal_vector()
+    } else {
+        up
+    };
+    let left = up.try_normalize()?.cross(direction);
+    // Nearly parallel vectors leave only rounding errors.
+    let left = if left.length() < 1e-9 {
+        None
+    } else {
+        left.try_normalize()
+    }?;
+    let rotation = DMat3::from_cols(left, direction.cross(left), direction);
+    Some(DMat4::from_translation(origin) * DMat4::from_mat3(rotation))
+}
+
+/// A matrix of 16 numbers row by row, or of 9 for its linear part.
+pub(crate) fn matrix(rows: &[f64]) -> Result<DMat4, String> {
+    let matrix = if let Ok(rows) = <[f64; 16]>::try_from(rows) {
+        DMat4::from_cols_array(&rows).transpose()
+    } else if let Ok(rows) = <[f64; 9]>::try_from(rows) {
+        DMat4::from_mat3(DMat3::from_cols_array(&rows).transpose())
+    } else {
+        let message = format!(
+            "expected 9 or 16 numbers (row by row), found {}",
+            rows.len()
+        );
+        return Err(message);
+    };
+    let determinant = matrix.determinant();
+    match determinant == 0.0 || !determinant.is_finite() {
+        true => Err("the matrix cannot be inverted".into()),
+        false => Ok(matrix),
+    }
+}

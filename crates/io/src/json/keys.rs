@@ -1,0 +1,53 @@
+//! What the keys of objects say: names, roles, kinds.
+
+use crate::diagnostic::suggest;
+use crate::draft::Draft;
+use crate::scene::PluginKind;
+use crate::schema;
+
+/// The key of an object's plugin.
+pub(super) const TYPE: &str = "type";
+/// The key of an object's id.
+pub(super) const ID: &str = "id";
+/// The key of the scene's parameters.
+pub(super) const PARAMETERS: &str = "parameters";
+/// The key by which editors find the schema.
+pub(super) const SCHEMA: &str = "$schema";
+
+/// The kind of an object by its place in `parent`, its key and its type, or why there is none, with advice.
+pub(super) fn infer(
+    parent: &Draft,
+    key: &str,
+    plugin: &str,
+) -> Result<PluginKind, (String, Option<String>)> {
+    let place = schema::find(parent.kind, &parent.plugin);
+    let role = place.and_then(|place| place.roles(key).next());
+    if let Some(kind) = role.or(PluginKind::of_key(key)) {
+        return Ok(kind);
+    }
+    let kinds: Vec<PluginKind> = schema::kinds(plugin).collect();
+    let slots = place.map_or(&[][..], schema::Plugin::children);
+    let mut taken = slots.iter().filter(|slot| slot.role.is_none());
+    match kinds[..] {
+        [] => Err(unknown(plugin)),
+        [kind] => Ok(kind),
+        _ => match taken.find(|slot| kinds.contains(&slot.kind)) {
+            Some(slot) => Ok(slot.kind),
+            None => Err(ambiguous(plugin, &kinds)),
+        },
+    }
+}
+
+fn unknown(plugin: &str) -> (String, Option<String>) {
+    let message = format!("unknown type '{plugin}'");
+    let all = PluginKind::ALL.into_iter().flat_map(schema::plugins);
+    let help = suggest(plugin, all.map(|plugin| plugin.name));
+    (message, help)
+}
+
+fn ambiguous(plugin: &str, kinds: &[PluginKind]) -> (String, Option<String>) {
+    let words: Vec<String> = kinds.iter().map(|kind| format!("\"{kind}\"")).collect();
+    let message = format!("'{plugin}' may be of several kinds: {}", words.join(", "));
+    let help = "say which by the key: the kind, with a number if need be, such as \"volume_2\"";
+    (message, Some(help.to_owned()))
+}

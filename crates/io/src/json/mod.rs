@@ -1,0 +1,53 @@
+//! Scene files in JSON: the dictionaries of Mitsuba's Python interface, written down.
+//!
+//! ```
+//! use io::{Diagnostics, json};
+//!
+//! let text = r#"{"type": "scene", "ball": {"type": "sphere", "radius": 2}}"#;
+//! let mut diagnostics = Diagnostics::new();
+//! let scene = json::parse(text, "scene.json", &[], &mut diagnostics).unwrap();
+//! assert_eq!(scene.root.children[0].object.id.as_deref(), Some("ball"));
+//! ```
+//!
+//! The kind of an object follows from its `type`, by the [table](crate::schema) of plugins.
+
+mod keys;
+mod loader;
+mod parameters;
+mod transforms;
+mod tree;
+mod values;
+mod write;
+
+pub use write::write;
+
+use crate::diagnostic::{Diagnostics, SourceFile};
+use crate::draft;
+use crate::scene::SceneDescription;
+use std::path::Path;
+
+/// Reads a scene file. `overrides` are pairs of parameter name and value that take the place of the file's
+/// `parameters`.
+///
+/// Returns `None` if there was an error; every problem found is in `diagnostics`.
+pub fn load(
+    path: &Path,
+    overrides: &[(String, String)],
+    diagnostics: &mut Diagnostics,
+) -> Option<SceneDescription> {
+    let source = draft::read(path).map_err(|d| diagnostics.push(d)).ok()?;
+    loader::load(&source, overrides, diagnostics)
+}
+
+/// Reads a scene from text. `name` is the path that messages show and relative paths start from.
+///
+/// Returns `None` if there was an error; every problem found is in `diagnostics`.
+pub fn parse(
+    text: &str,
+    name: impl AsRef<Path>,
+    overrides: &[(String, String)],
+    diagnostics: &mut Diagnostics,
+) -> Option<SceneDescription> {
+    let source = SourceFile::new(name.as_ref(), text.to_owned());
+    loader::load(&source, overrides, diagnostics)
+}

@@ -1,0 +1,172 @@
+//! Values of parameters.
+
+use super::keys::TYPE;
+use super::transforms;
+use super::tree::{Entry, Json, Node};
+use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
+use crate::draft::shorten;
+use crate::scene::{SpectrumValue, Value, rgb_from_hex};
+use crate::schema::Type;
+use glam::DVec3;
+
+/// Reports `message` at a value, unless that has been reported already.
+pub(super) fn report(node: &Node, message: impl Into<String>, diagnostics: &mut Diagnostics) {
+    if !matches!(node.json, Json::Broken) {
+        diagnostics.push(Diagnostic::error(message).at(&node.location));
+    }
+}
+
+/// The value of a parameter, which the table may know the type of.
+pub(super) fn value(
+    node: &Node,
+    known: Option<Type>,
+    diagnostics: &mut Diagnostics,
+) -> Option<Value> {
+    let is_text = matches!(known, Some(Type::List | Type::Text));
+    match &node.json {
+        Json::Integer(v) if is_text => Some(Value::String(v.to_string())),
+        Json::Float(v) if is_text => Some(Value::String(v.to_string())),
+        Json::Broken => None,
+        Json::Null => {
+            report(node, "null is no value: leave the key out", diagnostics);
+            None
+        }
+        Json::Boolean(v) => Some(Value::Boolean(*v)),
+        Json::Integer(v) => Some(Value::Integer(*v)),
+        Json::Float(v) => Some(Value::Float(*v)),
+        Json::String(v) => Some(Value::String(v.clone())),
+        Json::Array(items) if known == Some(Type::List) => list(items, diagnostics),
+        Json::Array(items) => array(node, items, diagnostics),
+        Json::Object(entries) => spectrum(node, entries, diagnostics).map(Value::Spectrum),
+    }
+}
+
+/// An array in place of a text with a list.
+fn list(items: &[Node], diagnostics: &mut Diagnostics) -> Option<Value> {
+    let mut words = Vec::with_capacity(items.len());
+    for item in items {
+        words.push(match &item.json {
+            Json::Integer(v) => v.to_string(),
+            Json::Float(v) => v.to_string(),
+            Json::String(v) => v.clone(),
+            other => {
+                let message = format!("expected a number or a text, found {}", other.describe());
+                report(item, message, diagnostics);
+                return None;
+            }
+        });
+    }
+    Some(Value::String(words.join(", ")))
+}
+
+fn array(node: &Node, items: &[Node], diagnostics: &mut Diagnostics) -> Option<Value> {
+    match items.first().map(|first| &first.json) {
+        Some(Json::Array(_)) => transforms::matrix(node, diagnostics).map(Value::Transform),
+        None | Some(Json::Object(_)) => transforms::parts(items, node, diagnostics),
+        _ => triple(node, diagnostics).map(Value::Point),
+    }
+}
+
+/// A number.
+pub(super) fn number(node: &Node, diagnostics: &mut Diagnostics) -> Option<f64> {
+    let number = node.number();
+    if number.is_none() {
+        let message = format!("expected a number, found {}", node.json.describe());
+        report(node, message, diagnostics);
+    }
+    number
+}
+
+/// Three numbers.
+pub(super) fn triple(node: &Node, diagnostics: &mut Diagnostics) -> Option<DVec3> {
+    let Json::Array(items) = &node.json else {
+        let message = format!("expected three numbers, found {}", node.json.describe());
+        report(node, message, diagnostics);
+        return None;
+    };
+    let [x, y, z] = &items[..] else {
+        let message = format!("expected three numbers, found {}", items.len());
+        report(node, message, diagnostics);
+        return None;
+    };
+    let [x, y, z] = [x, y, z].map(|item| number(item, diagnostics));
+    Some(DVec3::new(x?, y?, z?))
+}
+
+/// `{"type": "rgb", "value": ...}` or `{"type": "spectrum", "value": ...}`.
+fn spectrum(
+    node: &Node,
+    entries: &[Entry],
+    diagnostics: &mut Diagnostics,
+) -> Option<SpectrumValue> {
+    const VALUE: &str = "value";
+    only(entries, &[TYPE, VALUE], diagnostics);
+    let is_rgb =
+        get(entries, TYPE).is_some_and(|t| matches!(&t.json, Json::String(t) if t == "rgb"));
+    let Some(value) = get(entries, VALUE) else {
+        report(node, "a colour or spectrum needs a \"value\"", diagnostics);
+        return None;
+    };
+    match (&value.json, is_rgb) {
+        (Json::String(text), true) => hexadecimal(text, value, diagnostics),
+        (Json::Array(_), true) => {
+            triple(value, diagnostics).map(|v| SpectrumValue::Rgb(v.to_array()))
+        }
+        (Json::Array(pairs), false) => sampled(pairs, diagnostics),
+        (_, is_rgb) => number(value, diagnostics).map(|v| match is_rgb {
+            true => SpectrumValue::Rgb([v; 3]),
+            false => SpectrumValue::Uniform(v),
+        }),
+    }
+}
+
+fn hexadecimal(text: &str, at: &Node, diagnostics: &mut Diagnostics) -> Option<SpectrumValue> {
+    let rgb = text.strip_prefix('#').and_then(rgb_from_hex);
+    if rgb.is_none() {
+        let message = format!("'{}' is not a colour like #ff8800", shorten(text));
+        report(at, message, diagnostics);
+    }
+    rgb.map(SpectrumValue::Rgb)
+}
+
+/// Pairs of wavelength and value.
+fn sampled(pairs: &[Node], diagnostics: &mut Diagnostics) -> Option<SpectrumValue> {
+    let mut samples: Vec<(f64, f64)> = Vec::with_capacity(pairs.len());
+    for pair in pairs {
+        let (wavelength, value) = match &pair.json {
+            Json::Array(items) if items.len() == 2 => {
+                let [w, v] = [&items[0], &items[1]].map(|item| number(item, diagnostics));
+                (w?, v?)
+            }
+            other => {
+                let message = format!("expected [wavelength, value], found {}", other.describe());
+                report(pair, message, diagnostics);
+                return None;
+            }
+        };
+        let previous = samples.last().map_or(0.0, |(w, _)| *w);
+        if wavelength <= previous {
+            let message = format!("wavelengths must increase: {wavelength} after {previous}");
+            report(pair, message, diagnostics);
+            return None;
+        }
+        samples.push((wavelength, value));
+    }
+    Some(SpectrumValue::Sampled(samples))
+}
+
+/// The value of a key.
+pub(super) fn get<'n>(entries: &'n [Entry], key: &str) -> Option<&'n Node> {
+    entries.iter().find(|e| e.key == key).map(|e| &e.node)
+}
+
+/// Reports every key that is not in `known`.
+pub(super) fn only(entries: &[Entry], known: &[&str], diagnostics: &mut Diagnostics) {
+    for entry in entries.iter().filter(|e| !known.contains(&&*e.key)) {
+        let message = format!("\"{}\" has no meaning here", shorten(&entry.key));
+        let help = suggest(&entry.key, known.iter().copied())
+            .unwrap_or_else(|| format!("known keys: {}", known.join(", ")));
+        let diagnostic = Diagnostic::error(message).help(help);
+        diagnostics.push(diagnostic.at(&entry.key_location));
+    }
+}

@@ -1,0 +1,182 @@
+//! Scene descriptions as JSON.
+
+use super::keys::{ID, PARAMETERS, SCHEMA, TYPE};
+use crate::scene::{Object, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value};
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+/// A scene as JSON. Read again it is the same scene, with the same hash; roles of the scene's own children,
+/// which mean nothing, are left out. Names of data files stay as they are, relative to where the scene was.
+pub fn write(scene: &SceneDescription) -> String {
+    let children = &scene.root.children;
+    let mut writer = Writer {
+        out: String::new(),
+        top: children.iter().map(|child| child.object.number).collect(),
+        written: HashSet::new(),
+    };
+    writer.root(&scene.root);
+    writer.out
+}
+
+struct Writer {
+    out: String,
+    /// What stands in the scene itself, to be referred to wherever else it is needed.
+    top: HashSet<ObjectId>,
+    written: HashSet<ObjectId>,
+}
+
+impl Writer {
+    fn root(&mut self, root: &Object) {
+        self.out.push_str("{\n  \"type\": \"scene\"");
+        self.properties(root, 1);
+        let mut keys = Keys::new(root);
+        for child in &root.children {
+            let object = &*child.object;
+            let is_new = self.written.insert(object.number);
+            match object.id.as_deref().filter(|id| is_new && keys.take(id)) {
+                Some(id) => self.object(id, object, false, 1),
+                None => {
+                    let key = keys.fresh(object.kind);
+                    match is_new {
+                        true => self.object(&key, object, true, 1),
+                        false => self.reference(&key, object, 1),
+                    }
+                }
+            }
+        }
+        self.out.push_str("\n}\n");
+    }
+
+    fn object(&mut self, key: &str, object: &Object, with_id: bool, depth: usize) {
+        self.key(key, depth);
+        self.out.push_str("{\n");
+        self.out.push_str(&"  ".repeat(depth + 1));
+        self.out
+            .push_str(&format!("\"{TYPE}\": {}", text(&object.plugin)));
+        if let Some(id) = object.id.as_deref().filter(|_| with_id) {
+            self.key(ID, depth + 1);
+            self.out.push_str(&text(id));
+        }
+        self.properties(object, depth + 1);
+        let mut keys = Keys::new(object);
+        for child in &object.children {
+            let key = child.name.clone();
+            let key = key.unwrap_or_else(|| keys.fresh(child.object.kind));
+            let above = self.top.contains(&child.object.number);
+            let again = above || !self.written.insert(child.object.number);
+            match again && child.object.id.is_some() {
+                true => self.reference(&key, &child.object, depth + 1),
+                false => self.object(&key, &child.object, true, depth + 1),
+            }
+        }
+        self.out.push('\n');
+        self.out.push_str(&"  ".repeat(depth));
+        self.out.push('}');
+    }
+
+    fn reference(&mut self, key: &str, object: &Object, depth: usize) {
+        self.key(key, depth);
+        let id = text(object.id.as_deref().unwrap_or_default());
+        self.out
+            .push_str(&format!("{{\"{TYPE}\": \"ref\", \"{ID}\": {id}}}"));
+    }
+
+    fn properties(&mut self, object: &Object, depth: usize) {
+        for property in &object.properties {
+            self.key(&property.name, depth);
+            self.out.push_str(&value(&property.value));
+        }
+    }
+
+    /// A further key of an object, which has at least its type already.
+    fn key(&mut self, key: &str, depth: usize) {
+        self.out.push_str(",\n");
+        self.out.push_str(&"  ".repeat(depth));
+        self.out.push_str(&format!("{}: ", text(key)));
+    }
+}
+
+/// The keys of an object.
+struct Keys {
+    taken: BTreeSet<String>,
+    /// How many of a kind have got one that only says the kind.
+    counts: HashMap<PluginKind, usize>,
+}
+
+impl Keys {
+    /// Those that its parameters and roles take, and those that mean something else.
+    fn new(object: &Object) -> Self {
+        let reserved = [TYPE, ID, PARAMETERS, SCHEMA].map(str::to_owned);
+        let properties = object.properties.iter().map(|p| p.name.clone());
+        let roles = object.children.iter().filter_map(|c| c.name.clone());
+        Keys {
+            taken: reserved
+                .into_iter()
+                .chain(properties)
+                .chain(roles)
+                .collect(),
+            counts: HashMap::new(),
+        }
+    }
+
+    /// Takes a name, if it is free and more than a kind.
+    fn take(&mut self, name: &str) -> bool {
+        PluginKind::of_key(name).is_none() && self.taken.insert(name.to_owned())
+    }
+
+    /// A key that only says the kind.
+    fn fresh(&mut self, kind: PluginKind) -> String {
+        loop {
+            let count = self.counts.entry(kind).or_default();
+            *count += 1;
+            let key = match count {
+                1 => kind.tag().to_owned(),
+                count => format!("{kind}_{count}"),
+            };
+            if self.taken.insert(key.clone()) {
+                return key;
+            }
+        }
+    }
+}
+
+fn value(value: &Value) -> String {
+    match value {
+        Value::Float(v) | Value::Spectrum(SpectrumValue::Uniform(v)) => number(*v),
+        Value::Integer(v) => v.to_string(),
+        Value::Boolean(v) => v.to_string(),
+        Value::String(v) => text(v),
+        Value::Spectrum(SpectrumValue::Rgb(rgb)) => {
+            format!("{{\"{TYPE}\": \"rgb\", \"value\": {}}}", numbers(rgb))
+        }
+        Value::Spectrum(SpectrumValue::Sampled(pairs)) => {
+            let pairs = pairs.iter().map(|(w, v)| numbers(&[*w, *v]));
+            format!("{{\"{TYPE}\": \"spectrum\", \"value\": {}}}", array(pairs))
+        }
+        Value::Point(v) | Value::Vector(v) => numbers(&v.to_array()),
+        Value::Transform(matrix) => {
+            let rows = [0, 1, 2, 3].map(|i| numbers(&matrix.row(i).to_array()));
+            array(rows)
+        }
+    }
+}
+
+fn text(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+/// The shortest text that reads as the same number.
+fn number(v: f64) -> String {
+    match v as i64 {
+        whole if whole as f64 == v => whole.to_string(),
+        _ => format!("{v:?}"),
+    }
+}
+
+fn numbers(values: &[f64]) -> String {
+    array(values.iter().map(|v| number(*v)))
+}
+
+fn array(items: impl IntoIterator<Item = String>) -> String {
+    let items: Vec<String> = items.into_iter().collect();
+    format!("[{}]", items.join(", "))
+}

@@ -1,0 +1,110 @@
+//! Emitters.
+
+use super::row::{TO_WORLD, float, one, plugin, point, role, spectrum, text, vector, word};
+use super::{Parameter, Plugin, Slot};
+use crate::scene::PluginKind::{Medium, Texture};
+
+const PLACED: &[Parameter] = &[TO_WORLD];
+
+const INSIDE: &[Slot] = &[one(Medium, "Accepted: containment decides.")];
+
+const SPOT: &[Parameter] = &[
+    spectrum("intensity", "required", "on the axis, W/sr, ≥ 0"),
+    float("cutoff_angle", "20", "degrees, > 0 and at most 180"),
+    float(
+        "beam_width",
+        "(¾ of the cut-off)",
+        "degrees of full intensity, 0 to cutoff_angle",
+    ),
+];
+
+const BEAM: &[Parameter] = &[
+    float("radius", "required", "scene units, > 0"),
+    word(
+        "profile",
+        &["disc", "gaussian"],
+        "irradiance across the beam",
+    ),
+    spectrum("power", "", "W, ≥ 0; this or the irradiance is required"),
+    spectrum("irradiance", "", "on the axis, W/m², ≥ 0"),
+];
+
+const ENVMAP: &[Parameter] = &[
+    text("filename", "required", ".exr, or .png or .jpg in sRGB"),
+    float("scale", "1", "factor, ≥ 0"),
+    TO_WORLD,
+];
+
+const PROJECTOR: &[Parameter] = &[
+    spectrum(
+        "irradiance",
+        "",
+        "at unit distance, ≥ 0; this or a bitmap is required",
+    ),
+    float("scale", "1", "factor, ≥ 0"),
+    TO_WORLD,
+];
+
+const IES: &[Parameter] = &[
+    text("filename", "required", "an LM-63 file of type C"),
+    spectrum("scale", "1", "factor of the file's intensities, ≥ 0"),
+    TO_WORLD,
+];
+
+pub(super) const PLUGINS: &[Plugin] = &[
+    plugin(
+        "point",
+        "The same intensity in all directions.",
+        &[
+            &[
+                point("position", "", "required unless to_world is given"),
+                spectrum("intensity", "required", "W/sr, ≥ 0"),
+            ],
+            PLACED,
+        ],
+        INSIDE,
+    ),
+    plugin("spot", "A cone of light along +z.", &[SPOT, PLACED], INSIDE),
+    plugin(
+        "projector",
+        "A point that throws an image along +z.",
+        &[super::sensor::VIEW, PROJECTOR],
+        &[role(Texture, "irradiance", "A bitmap in its place.")],
+    ),
+    plugin("ies", "A lamp that was measured.", &[IES], &[]),
+    plugin(
+        "directional",
+        "Parallel light from outside.",
+        &[
+            &[
+                spectrum("irradiance", "required", "across the direction, W/m², ≥ 0"),
+                vector(
+                    "direction",
+                    "",
+                    "required unless to_world is given, then +z",
+                ),
+            ],
+            PLACED,
+        ],
+        INSIDE,
+    ),
+    plugin(
+        "constant",
+        "The same radiance from everywhere.",
+        &[&[spectrum("radiance", "1", "≥ 0")], PLACED],
+        INSIDE,
+    ),
+    plugin(
+        "envmap",
+        "An equirectangular image around the scene.",
+        &[ENVMAP],
+        &[],
+    ),
+    plugin("collimated", "A beam along +z.", &[BEAM, PLACED], INSIDE),
+    plugin(
+        "area",
+        "The same radiance from all points of the shape that it belongs to.",
+        &[&[spectrum("radiance", "required", "≥ 0")]],
+        &[],
+    ),
+];

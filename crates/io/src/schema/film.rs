@@ -1,0 +1,84 @@
+//! Films, filters and samplers.
+
+use super::row::{boolean, float, integer, list, one, plugin, text, word};
+use super::{Parameter, Plugin};
+use crate::scene::PluginKind::Rfilter;
+
+const HDRFILM: &[Parameter] = &[
+    integer("width", "768", "pixels, 1 to 65536"),
+    integer("height", "576", "pixels, 1 to 65536"),
+    word(
+        "pixel_format",
+        &["rgb", "luminance", "spectral"],
+        "channels",
+    ),
+    list(
+        "wavelengths",
+        "",
+        "nm, at most 4096; required if pixel_format is spectral",
+    ),
+    list(
+        "decomposition",
+        "",
+        "what light is told apart by: length, time, bounce, light",
+    ),
+    float(
+        "min_bound",
+        "0",
+        "of length or time: start of the first bin",
+    ),
+    float("max_bound", "", "of length or time: end of the last bin"),
+    float("bin_width", "", "of length or time: width of a bin, > 0"),
+    float(
+        "speed_of_light",
+        "",
+        "of time: scene units per unit of time, > 0",
+    ),
+    integer("max_bounces", "", "of bounce: the last layer, 0 to 1000"),
+    boolean(
+        "reweight",
+        "false",
+        "adds an image with less weight for rare bright samples",
+    ),
+    boolean("sample_border", "true", "accepted and ignored"),
+    text("file_format", "", "accepted and ignored"),
+    text("component_format", "", "accepted and ignored"),
+];
+
+pub(super) const PLUGINS: &[Plugin] = &[plugin(
+    "hdrfilm",
+    "An image of radiance.",
+    &[HDRFILM],
+    &[one(Rfilter, "The reconstruction filter.")],
+)];
+
+pub(super) const FILTERS: &[Plugin] = &[
+    plugin("box", "The pixel's own area.", &[], &[]),
+    plugin(
+        "tent",
+        "A linear fall-off.",
+        &[&[float("radius", "1", "pixels, > 0")]],
+        &[],
+    ),
+    plugin(
+        "gaussian",
+        "A bell, cut off at four standard deviations.",
+        &[&[float("stddev", "0.5", "pixels, > 0")]],
+        &[],
+    ),
+];
+
+pub(super) const SAMPLERS: &[Plugin] = &[plugin(
+    "independent",
+    "Independent random numbers.",
+    &[&[
+        integer(
+            "sample_count",
+            "(64 per pixel; 1 000 000 particles)",
+            "samples per pixel, or particles in all, ≥ 1",
+        ),
+        integer("phases", "1", "instants of a period of sound, 1 to 256"),
+        integer("seed", "", "accepted and ignored"),
+    ]],
+    &[],
+)];

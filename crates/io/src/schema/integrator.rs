@@ -1,0 +1,90 @@
+//! Integrators.
+
+use super::row::{boolean, float, integer, list, plugin, word};
+use super::{Parameter, Plugin};
+
+const COMMON: &[Parameter] = &[
+    integer(
+        "max_depth",
+        "-1",
+        "longest path in edges, ≥ -1; -1 for no limit",
+    ),
+    integer(
+        "rr_depth",
+        "5",
+        "edges after which Russian roulette begins, ≥ 1",
+    ),
+    float(
+        "tolerance",
+        "1e-6",
+        "position error of a ray per unit of its length, 1e-12 to 1e-4",
+    ),
+    integer(
+        "reflections",
+        "0",
+        "reflections at smooth dielectrics that connections may take, 0 to 28",
+    ),
+    boolean("hide_emitters", "false", "must be false"),
+    integer("samples_per_pass", "", "accepted and ignored"),
+    integer("block_size", "", "accepted and ignored"),
+];
+
+const BDPT: &[Parameter] = &[
+    word(
+        "heuristic",
+        &["balance", "power"],
+        "how the strategies share a path",
+    ),
+    word(
+        "connections",
+        &["resampled", "all"],
+        "which pairs of vertices are connected",
+    ),
+];
+
+const AOV: &[Parameter] = &[list("aovs", "(all)", "quantities to show")];
+
+const PHOTONS: &[Parameter] = &[
+    integer(
+        "photons",
+        "(number of pixels)",
+        "light paths of each map, 1 to 1e9",
+    ),
+    float(
+        "radius",
+        "(automatic)",
+        "how far from where they fell photons count, scene units, > 0",
+    ),
+    word(
+        "query",
+        &["beam", "point"],
+        "which photons in media a sensor ray sees",
+    ),
+];
+
+pub(super) const PLUGINS: &[Plugin] = &[
+    plugin("path", "Path tracing from the sensor.", &[COMMON], &[]),
+    plugin("volpath", "The same as path.", &[COMMON], &[]),
+    plugin("volpathmis", "The same as path.", &[COMMON], &[]),
+    plugin(
+        "particle",
+        "Particle tracing from the emitters.",
+        &[COMMON],
+        &[],
+    ),
+    plugin("ptracer", "The same as particle.", &[COMMON], &[]),
+    plugin("bdpt", "Bidirectional path tracing.", &[COMMON, BDPT], &[]),
+    plugin(
+        "aov",
+        "Quantities of unscattered rays instead of light.",
+        &[COMMON, AOV],
+        &[],
+    ),
+    plugin(
+        "photon",
+        "Photon maps of a fixed radius.",
+        &[COMMON, PHOTONS],
+        &[],
+    ),
+    plugin("sppm", "Progressive photon maps.", &[COMMON, PHOTONS], &[]),
+];

@@ -1,0 +1,70 @@
+//! Media and phase functions.
+
+use super::row::{float, list, one, plugin, role, spectrum};
+use super::{Parameter, Plugin, Slot};
+use crate::scene::PluginKind::{Phase, Volume};
+
+const INDEX: &[Parameter] = &[float("ior", "(see the index rules)", "index, > 0")];
+
+const SCATTERING: &[Parameter] = &[
+    spectrum("sigma_t", "1", "extinction per scene unit, ≥ 0"),
+    spectrum("albedo", "0.75", "share that is scattered, 0 to 1"),
+    spectrum(
+        "sigma_s",
+        "",
+        "scattering per scene unit, ≥ 0; with sigma_a instead of sigma_t and albedo",
+    ),
+    spectrum("sigma_a", "", "absorption per scene unit, ≥ 0"),
+    float("scale", "1", "factor of the extinction, ≥ 0"),
+];
+
+const FIELD: Slot = role(Volume, "ior", "The index where it varies.");
+
+const CHILDREN: &[Slot] = &[
+    FIELD,
+    role(Volume, "sigma_t", "The extinction where it varies."),
+    role(Volume, "albedo", "The albedo where it varies."),
+    one(Phase, "The phase function; isotropic without any."),
+];
+
+pub(super) const PLUGINS: &[Plugin] = &[
+    plugin(
+        "homogeneous",
+        "Matter that scatters and absorbs.",
+        &[SCATTERING, INDEX],
+        CHILDREN,
+    ),
+    plugin(
+        "heterogeneous",
+        "The same as homogeneous.",
+        &[SCATTERING, INDEX],
+        CHILDREN,
+    ),
+    plugin("transparent", "Clear matter.", &[INDEX], &[FIELD]),
+];
+
+pub(super) const PHASES: &[Plugin] = &[
+    plugin("isotropic", "The same in all directions.", &[], &[]),
+    plugin(
+        "hg",
+        "Henyey–Greenstein.",
+        &[&[float("g", "0.8", "mean cosine, between -1 and 1")]],
+        &[],
+    ),
+    plugin(
+        "vmf",
+        "von Mises–Fisher.",
+        &[&[float("kappa", "required", "concentration, ≥ 0")]],
+        &[],
+    ),
+    plugin(
+        "tabphase",
+        "Values at equally spaced cosines.",
+        &[&[list(
+            "values",
+            "required",
+            "two or more numbers ≥ 0, from cosine -1 to 1",
+        )]],
+        &[],
+    ),
+];

@@ -1,0 +1,150 @@
+//! Cameras and meters.
+
+use super::row::{TO_WORLD, boolean, choice, float, integer, one, plugin, text, vector, word};
+use super::{Parameter, Plugin, Slot};
+use crate::scene::PluginKind::{Film, Medium, Sampler};
+
+const CAMERA: &[Parameter] = &[
+    TO_WORLD,
+    float("near_clip", "", "accepted and ignored"),
+    float("far_clip", "", "accepted and ignored"),
+];
+
+pub(super) const VIEW: &[Parameter] = &[
+    float(
+        "fov",
+        "(by focal_length)",
+        "field of view in degrees, 0.001 to 179",
+    ),
+    word(
+        "fov_axis",
+        &["x", "y", "smaller", "larger", "diagonal"],
+        "the side of the image that fov is across",
+    ),
+    text(
+        "focal_length",
+        "\"50mm\"",
+        "in place of fov: that of a lens for 35 mm film",
+    ),
+];
+
+const LENS: &[Parameter] = &[
+    float("aperture_radius", "required", "local units, > 0"),
+    float("focus_distance", "required", "local units, > 0"),
+];
+
+const TELECENTRIC: &[Parameter] = &[
+    float(
+        "acceptance_angle",
+        "required",
+        "half the angle of the cone of directions, degrees, > 0 and at most 45",
+    ),
+    float("focus_distance", "0", "local units, ≥ 0"),
+    vector(
+        "knife_edge",
+        "",
+        "towards the covered side, [x, y, 0] in local axes",
+    ),
+    float(
+        "knife_angle",
+        "0",
+        "where the knife cuts, degrees, within the acceptance angle",
+    ),
+];
+
+const READING: &[Parameter] = &[
+    word(
+        "normalization",
+        &["absolute", "per_watt"],
+        "units of the emitters, or per unit of their power",
+    ),
+    float(
+        "min_bound",
+        "0",
+        "least optical path length of the bins, scene units",
+    ),
+    float("max_bound", "", "greatest optical path length"),
+    float("bin_width", "", "width of a bin, > 0"),
+];
+
+const CELLS: &[Parameter] = &[
+    choice(
+        "coordinates",
+        &["cartesian", "cylindrical", "spherical"],
+        "cartesian",
+        "shape of the cells",
+    ),
+    TO_WORLD,
+    integer("nx", "", "cells along x, ≥ 1; required if cartesian"),
+    integer("ny", "", "cells along y, ≥ 1; required if cartesian"),
+    integer("nz", "", "cells along z, ≥ 1; required unless spherical"),
+    integer("nr", "", "rings or shells, ≥ 1; required unless cartesian"),
+    word(
+        "estimator",
+        &["track_length", "collision"],
+        "by the ways of particles, or by their collisions",
+    ),
+    float("gruneisen", "", "Γ ≥ 0; adds the initial pressure p0"),
+    float("pulse_energy", "1", "for p0, J, > 0"),
+    float(
+        "metres_per_unit",
+        "1",
+        "for p0, length of a scene unit, > 0",
+    ),
+];
+
+const SURFACE: &[Parameter] = &[
+    integer("nu", "1", "bins of position along u, ≥ 1"),
+    integer("nv", "1", "bins of position along v, ≥ 1"),
+    boolean(
+        "parts",
+        "false",
+        "whether sides of the shape are told apart",
+    ),
+    integer("cosine_bins", "", "bins of the cosine, ≥ 1"),
+    vector(
+        "cosine_axis",
+        "(the normal)",
+        "axis of the cosine, not zero",
+    ),
+];
+
+const PICTURE: &[Slot] = &[
+    one(Film, "The image."),
+    one(Sampler, "The number of samples."),
+    one(Medium, "The medium that the sensor is in."),
+];
+
+const METER: &[Slot] = &[
+    one(Film, "The channels."),
+    one(Sampler, "The number of particles."),
+];
+
+pub(super) const PLUGINS: &[Plugin] = &[
+    plugin("perspective", "A pinhole.", &[VIEW, CAMERA], PICTURE),
+    plugin("thinlens", "An ideal lens.", &[VIEW, LENS, CAMERA], PICTURE),
+    plugin(
+        "orthographic",
+        "Parallel rays; sees local [-1, 1] across.",
+        &[CAMERA],
+        PICTURE,
+    ),
+    plugin(
+        "telecentric",
+        "The same narrow cone of directions at every point, with a knife edge if wanted.",
+        &[TELECENTRIC, CAMERA],
+        PICTURE,
+    ),
+    plugin(
+        "fluencemeter",
+        "Fluence rate and absorbed power in cells.",
+        &[CELLS, READING],
+        METER,
+    ),
+    plugin(
+        "irradiancemeter",
+        "Power through the shape that it belongs to.",
+        &[SURFACE, READING],
+        METER,
+    ),
+];

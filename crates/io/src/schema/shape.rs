@@ -1,0 +1,121 @@
+//! Shapes.
+
+use super::row::{TO_WORLD, boolean, float, integer, many, one, plugin, point, role, text};
+use super::{Parameter, Plugin, Slot};
+use crate::scene::PluginKind::{Bsdf, Emitter, Medium, Sensor, Shape};
+
+const COMMON: &[Parameter] = &[
+    TO_WORLD,
+    boolean(
+        "flip_normals",
+        "false",
+        "turns the normals to the other side",
+    ),
+];
+
+const MESH: &[Parameter] = &[
+    text("filename", "required", "the file with the triangles"),
+    boolean("face_normals", "true", "accepted and ignored"),
+];
+
+const FLIP: Parameter = boolean(
+    "flip_tex_coords",
+    "(true for obj, false for ply)",
+    "whether v becomes 1 − v",
+);
+
+const CHILDREN: &[Slot] = &[
+    one(Bsdf, "The surface; diffuse without any."),
+    one(Emitter, "An area light."),
+    one(Sensor, "An irradiancemeter."),
+    role(Medium, "interior", "The medium inside."),
+    role(
+        Medium,
+        "exterior",
+        "The medium outside; that of the shape around it if it is not given.",
+    ),
+];
+
+const SPHERE: &[Parameter] = &[
+    point("center", "[0, 0, 0]", "local units"),
+    float("radius", "1", "local units, > 0"),
+];
+
+const CYLINDER: &[Parameter] = &[
+    point("p0", "[0, 0, 0]", "one end of the axis"),
+    point("p1", "[0, 0, 1]", "the other end"),
+    float("radius", "1", "local units, > 0"),
+    boolean("capped", "false", "whether the ends are closed"),
+];
+
+pub(super) const PLUGINS: &[Plugin] = &[
+    plugin(
+        "sphere",
+        "A sphere or ellipsoid.",
+        &[SPHERE, COMMON],
+        CHILDREN,
+    ),
+    plugin("cube", "[-1, 1]³.", &[COMMON], CHILDREN),
+    plugin(
+        "rectangle",
+        "[-1, 1]² at z = 0, facing +z.",
+        &[COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "disk",
+        "The unit disk at z = 0, facing +z.",
+        &[COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "cylinder",
+        "The side of a cylinder, with caps if wanted.",
+        &[CYLINDER, COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "obj",
+        "Triangles of an OBJ file.",
+        &[MESH, &[FLIP], COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "ply",
+        "Triangles of a PLY file.",
+        &[MESH, &[FLIP], COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "serialized",
+        "A mesh of Mitsuba's own format.",
+        &[
+            MESH,
+            &[integer(
+                "shape_index",
+                "0",
+                "which of the file's meshes, ≥ 0",
+            )],
+            COMMON,
+        ],
+        CHILDREN,
+    ),
+    plugin(
+        "gltf",
+        "Triangles of all nodes of a glTF file's scene.",
+        &[MESH, COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "shapegroup",
+        "Shapes that instances put up.",
+        &[],
+        &[many(Shape, "The shapes.")],
+    ),
+    plugin(
+        "instance",
+        "A copy of a group.",
+        &[&[TO_WORLD]],
+        &[one(Shape, "The shapegroup.")],
+    ),
+];

@@ -1,0 +1,46 @@
+//! Textures of surfaces.
+
+use super::row::{boolean, plugin, spectrum, text, texture, transform, word};
+use super::{Parameter, Plugin};
+
+const TO_UV: Parameter = transform("to_uv", "[]", "applied to (u, v) first");
+
+const BITMAP: &[Parameter] = &[
+    text("filename", "required", ".exr, .png or .jpg"),
+    boolean(
+        "raw",
+        "false",
+        "whether the file's numbers are not decoded from sRGB",
+    ),
+    word(
+        "filter_type",
+        &["bilinear", "nearest"],
+        "between pixels; nearest in a projector",
+    ),
+    word(
+        "wrap_mode",
+        &["repeat", "mirror", "clamp"],
+        "outside the unit square",
+    ),
+    TO_UV,
+];
+
+pub(super) const PLUGINS: &[Plugin] = &[
+    plugin("bitmap", "An image.", &[BITMAP], &[]),
+    plugin(
+        "checkerboard",
+        "Two by two fields in each unit square.",
+        &[&[
+            spectrum("color0", "0.4", "of one field"),
+            spectrum("color1", "0.2", "of the other"),
+            TO_UV,
+        ]],
+        &[texture("color0"), texture("color1")],
+    ),
+    plugin(
+        "mesh_attribute",
+        "Colours of the vertices of a mesh.",
+        &[&[word("name", &["vertex_color"], "the attribute; required")]],
+        &[],
+    ),
+];

@@ -1,0 +1,258 @@
+//! Volumes: refractive indices, and what else varies in space.
+
+use super::row::{
+    TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, spectrum, text, vector,
+    word,
+};
+use super::{Parameter, Plugin};
+use crate::scene::PluginKind::Volume;
+
+const PLACED: &[Parameter] = &[TO_WORLD];
+
+const FILE: &[Parameter] = &[
+    text("filename", "required", "the file with the samples"),
+    text("dataset", "", "which of a file's arrays; required for HDF5"),
+    text(
+        "axis_order",
+        "",
+        "which axis of the array is which, such as zyx; required where the format does not say",
+    ),
+    choice(
+        "placement",
+        &["centers", "nodes"],
+        "",
+        "where samples sit; required for an index, unless the file says it",
+    ),
+    TO_WORLD,
+    boolean(
+        "use_grid_bbox",
+        "false",
+        "whether the bounding box of a .vol file takes the place of the unit cube",
+    ),
+];
+
+const NUMBERS: &[Parameter] = &[
+    float("scale", "1", "factor of the file's numbers"),
+    float("offset", "0", "added to them"),
+];
+
+const GRID: &[Parameter] = &[
+    word("filter_type", &["trilinear", "nearest"], "between samples"),
+    word("wrap_mode", &["clamp"], "beyond the outermost samples"),
+    boolean("raw", "true", "accepted and ignored"),
+    boolean("accel", "true", "accepted and ignored"),
+];
+
+const LAW: &[Parameter] = &[
+    float(
+        "reference",
+        "0",
+        "density or pressure at which the index is n0",
+    ),
+    float("scale", "1", "factor of the samples' effect"),
+];
+
+const N0: Parameter = float("n0", "required", "index, > 0");
+const ORIGIN: Parameter = point(
+    "origin",
+    "[0, 0, 0]",
+    "a point on the axis, or where n = n0",
+);
+const CENTER: Parameter = point("center", "[0, 0, 0]", "the middle");
+const DIRECTION: Parameter = vector("direction", "[0, 0, 1]", "of the axis");
+const SLOPE: Parameter = vector("slope", "required", "gradient per scene unit");
+const DN_DP: Parameter = float(
+    "dn_dp",
+    "",
+    "index per pascal, at most 1e-6; needed with a pressure",
+);
+
+const MODE: &[Parameter] = &[
+    float("amplitude", "", "of the index; this, or pressure and dn_dp"),
+    float("pressure", "", "amplitude, Pa"),
+    DN_DP,
+    integer("order", "0", "m, 0 to 64"),
+    float("phase", "0", "of the azimuth, radians"),
+    float("time_phase", "0", "radians"),
+    float(
+        "wave_number",
+        "",
+        "radians per scene unit, > 0; this, or frequency and sound_speed",
+    ),
+    float("frequency", "", "Hz, > 0"),
+    float("sound_speed", "", "scene units per second, > 0"),
+];
+
+const DISPERSION: &[Parameter] = &[float(
+    "reference_wavelength",
+    "",
+    "nm, > 0: where a nested volume gives the index; required with it",
+)];
+
+pub(super) const PLUGINS: &[Plugin] = &[
+    plugin(
+        "constant",
+        "The same index everywhere.",
+        &[&[float("value", "required", "> 0")], PLACED],
+        &[],
+    ),
+    plugin(
+        "linear",
+        "n = n0 + slope·(x − origin).",
+        &[&[N0, SLOPE, ORIGIN], PLACED],
+        &[],
+    ),
+    plugin(
+        "linear_square",
+        "n² = n0² + slope·(x − origin).",
+        &[&[N0, SLOPE, ORIGIN], PLACED],
+        &[],
+    ),
+    plugin(
+        "luneburg",
+        "n² = n_exterior² (2 − r²/radius²).",
+        &[
+            &[
+                float("n_exterior", "1", "> 0"),
+                CENTER,
+                float("radius", "1", "scene units, > 0"),
+            ],
+            PLACED,
+        ],
+        &[],
+    ),
+    plugin(
+        "selfoc",
+        "n² = n0² (1 − alpha² r²), r from the axis.",
+        &[
+            &[
+                N0,
+                float("alpha", "required", "per scene unit, ≥ 0"),
+                ORIGIN,
+                DIRECTION,
+            ],
+            PLACED,
+        ],
+        &[],
+    ),
+    plugin(
+        "fisheye",
+        "n = n0/(1 + r²/radius²).",
+        &[
+            &[
+                float("n0", "2", "> 0"),
+                CENTER,
+                float("radius", "1", "scene units, > 0"),
+            ],
+            PLACED,
+        ],
+        &[],
+    ),
+    plugin(
+        "gaussian",
+        "n = n0 + delta exp(−r²/2 width²).",
+        &[
+            &[
+                N0,
+                float("delta", "required", "height"),
+                CENTER,
+                float("width", "required", "scene units, > 0"),
+            ],
+            PLACED,
+        ],
+        &[],
+    ),
+    plugin(
+        "acoustic",
+        "Standing sound around an axis: one mode, or nested ones.",
+        &[
+            &[
+                N0,
+                ORIGIN,
+                DIRECTION,
+                vector("reference", "(any)", "where the azimuth is 0"),
+            ],
+            MODE,
+            PLACED,
+        ],
+        &[many(Volume, "Modes.")],
+    ),
+    plugin("mode", "A mode of an acoustic field.", &[MODE], &[]),
+    plugin(
+        "bspline",
+        "A tricubic B-spline through samples of the index.",
+        &[FILE, NUMBERS],
+        &[],
+    ),
+    plugin(
+        "gladstone_dale",
+        "The index of a gas from samples of its density, kg/m³.",
+        &[
+            FILE,
+            &[
+                float("n0", "1", "index at the reference, > 0"),
+                float("wavelength", "(the channel's)", "of air, nm, 230 to 1690"),
+                float("constant", "", "K in m³/kg, instead of the wavelength"),
+            ],
+            LAW,
+        ],
+        &[],
+    ),
+    plugin(
+        "pressure",
+        "The index of a liquid from samples of the pressure, Pa.",
+        &[FILE, &[N0, DN_DP], LAW],
+        &[],
+    ),
+    plugin(
+        "sum",
+        "Perturbations of a reference index, added in n².",
+        &[&[float("reference", "1", "index, > 0")], PLACED],
+        &[many(Volume, "The terms.")],
+    ),
+    plugin(
+        "cauchy",
+        "n = a + b/λ² + c/λ⁴, λ in µm.",
+        &[
+            &[
+                float("a", "required", "> 0"),
+                float("b", "0", "µm²"),
+                float("c", "0", "µm⁴"),
+            ],
+            DISPERSION,
+        ],
+        &[one(Volume, "The index at the reference wavelength.")],
+    ),
+    plugin(
+        "sellmeier",
+        "n² = 1 + Σ bᵢλ²/(λ² − cᵢ), λ in µm.",
+        &[
+            &[
+                float("b1", "required", ""),
+                float("c1", "required", "µm², ≥ 0"),
+                float("b2", "0", ""),
+                float("c2", "0", "µm², ≥ 0"),
+                float("b3", "0", ""),
+                float("c3", "0", "µm², ≥ 0"),
+            ],
+            DISPERSION,
+        ],
+        &[one(Volume, "The index at the reference wavelength.")],
+    ),
+    plugin(
+        "gridvolume",
+        "Samples of an extinction or albedo.",
+        &[FILE, NUMBERS, GRID],
+        &[],
+    ),
+    plugin(
+        "constvolume",
+        "The same extinction or albedo everywhere.",
+        &[&[spectrum(
+            "value",
+            "required",
+            "as the quantity that it stands for",
+        )]],
+        &[],
+    ),
+];
