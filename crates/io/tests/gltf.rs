@@ -84,7 +84,7 @@ fn files_that_are_refused() {
         TEXT.replace("\"type\": \"VEC3\"", "\"type\": \"VEC2\""),
         "2 components in place of 3",
     );
-    let fewer = TEXT.replacen("\"count\": 8", "\"count\": 4", 1);
+    let fewer = TEXT.replace("\"count\": 8", "\"count\": 4");
     refused(fewer, "a triangle of vertex 7, of 4");
     refused(
         TEXT.replace("\"mode\": 4", "\"mode\": 0"),
