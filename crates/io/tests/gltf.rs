@@ -85,7 +85,7 @@ fn files_that_are_refused() {
         "2 components in place of 3",
     );
     let fewer = TEXT.replace("\"count\": 8", "\"count\": 4");
-    refused(fewer, "a triangle of vertex 7, of 4");
+    refused(fewer, "a triangle of vertex 4, of 4");
     refused(
         TEXT.replace("\"mode\": 4", "\"mode\": 0"),
         "the mesh has no faces",
