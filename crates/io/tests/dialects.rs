@@ -12,7 +12,10 @@ fn read(text: &str) -> (SceneHash, Option<String>) {
     let scene = scene.unwrap_or_else(|| panic!("{diagnostics}"));
     let note = diagnostics.iter().next().map(|d| {
         assert_eq!(d.severity, Severity::Note, "{diagnostics}");
-        assert_eq!(d.message, "the scene is in another dialect");
+        assert_eq!(
+            d.message,
+            "the scene says some things in another way, or for other programs"
+        );
         d.help.clone().unwrap_or_default()
     });
     assert!(diagnostics.iter().count() <= 1, "{diagnostics}");
@@ -159,6 +162,25 @@ fn films_of_the_fork() {
     let expected =
         "bounces are told apart one by one, from none: 'minBound' must be 0, 'binWidth' 1";
     assert_eq!(errors(some), [expected]);
+}
+
+/// What Mitsuba's own scene files have that means nothing here is ignored in scenes of any version.
+#[test]
+fn weights_of_emitters_and_opacity_are_ignored() {
+    let (with, note) = read(
+        "<scene version='3.0.0'><sensor type='orthographic'><film type='hdrfilm'>
+           <string name='pixel_format' value='rgba'/></film></sensor>
+         <emitter type='constant'><float name='sampling_weight' value='2'/></emitter></scene>",
+    );
+    let (without, none) = read(
+        "<scene version='3.0.0'><sensor type='orthographic'><film type='hdrfilm'>
+           <string name='pixel_format' value='rgb'/></film></sensor>
+         <emitter type='constant'/></scene>",
+    );
+    assert!(with == without);
+    assert_eq!(none, None);
+    let expected = "ignored: 'alpha' of 'hdrfilm', 'sampling_weight' of 'constant'";
+    assert_eq!(note.as_deref(), Some(expected));
 }
 
 /// A spline through samples of a linear index is that index: at the nodes of the file's box, or of one given.

@@ -67,6 +67,9 @@ impl Dialect {
     /// Brings a plugin up to date.
     pub fn update(&mut self, draft: &mut Draft, diagnostics: &mut Diagnostics) {
         special::before(draft, self.old, diagnostics);
+        if special::drops_alpha(draft) {
+            self.ignore(draft, "alpha");
+        }
         let applies = |rule: &&Rule| {
             rule.kind == draft.kind && rule.from == draft.plugin && (self.old || !rule.old)
         };
@@ -74,7 +77,7 @@ impl Dialect {
             return;
         };
         for name in drop(draft, rule.dropped) {
-            add(&mut self.ignored, format!("'{name}' of '{}'", rule.from));
+            self.ignore(draft, &name);
         }
         for (from, to) in rule.renamed {
             draft.rename(from, to);
@@ -90,6 +93,12 @@ impl Dialect {
         }
     }
 
+    fn ignore(&mut self, draft: &Draft, what: &str) {
+        add(&mut self.ignored, format!("'{what}' of '{}'", draft.plugin));
+        let place = &draft.plugin_location;
+        self.first.get_or_insert_with(|| place.clone());
+    }
+
     /// Says what was done, in one note.
     pub fn report(&self, diagnostics: &mut Diagnostics) {
         let Some(first) = &self.first else { return };
@@ -97,7 +106,8 @@ impl Dialect {
         let ignored =
             (!self.ignored.is_empty()).then(|| format!("ignored: {}", self.ignored.join(", ")));
         let done: Vec<String> = [read, ignored].into_iter().flatten().collect();
-        let note = Diagnostic::note("the scene is in another dialect");
+        let note =
+            Diagnostic::note("the scene says some things in another way, or for other programs");
         let help = (!done.is_empty()).then(|| done.join("; "));
         diagnostics.push(note.help(help).at(first));
     }

@@ -28,6 +28,14 @@ const fn old(kind: PluginKind, name: &'static str, dropped: &'static [&'static s
     }
 }
 
+/// An emitter, less how often it is chosen.
+const fn weighted(name: &'static str) -> Rule {
+    Rule {
+        dropped: &["sampling_weight"],
+        ..same(Emitter, name, name)
+    }
+}
+
 /// Of films: how files are written.
 const FILES: &[&str] = &[
     "banner",
@@ -153,7 +161,19 @@ pub(super) const RULES: &[Rule] = &[
         ],
         ..same(Volume, "gridvolume", "gridvolume")
     },
-    old(Emitter, "envmap", &["cache", "gamma"]),
+    Rule {
+        old: true,
+        dropped: &["cache", "gamma", "sampling_weight"],
+        ..same(Emitter, "envmap", "envmap")
+    },
+    weighted("envmap"),
+    weighted("point"),
+    weighted("spot"),
+    weighted("directional"),
+    weighted("constant"),
+    weighted("area"),
+    weighted("projector"),
+    weighted("collimated"),
     old(
         Shape,
         "obj",

@@ -99,3 +99,22 @@ fn coefficients(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     let diagnostic = Diagnostic::error(message).help(help.to_owned());
     diagnostics.push(diagnostic.at(&draft.plugin_location));
 }
+
+/// Whether a film asks for an opacity; it then no longer does.
+pub(super) fn drops_alpha(draft: &mut Draft) -> bool {
+    let film = draft.kind == PluginKind::Film;
+    let format = draft
+        .properties
+        .iter_mut()
+        .find(|p| film && p.name == "pixel_format");
+    let Some(Value::String(format)) = format.map(|p| &mut p.value) else {
+        return false;
+    };
+    let plain = match format.to_ascii_lowercase().as_str() {
+        "rgba" => "rgb",
+        "luminance_alpha" | "luminancealpha" => "luminance",
+        _ => return false,
+    };
+    *format = plain.to_owned();
+    true
+}
