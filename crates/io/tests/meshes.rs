@@ -221,7 +221,7 @@ fn files_are_read_by_extension_and_named_in_errors() {
     let error = MeshData::read("a.stl".as_ref()).unwrap_err().to_string();
     assert_eq!(
         error,
-        "a.stl: not supported: meshes are read from .obj and .ply"
+        "a.stl: not supported: meshes are read from .obj, .ply, .gltf and .glb"
     );
 }
 
