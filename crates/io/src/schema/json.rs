@@ -106,7 +106,10 @@ fn choices(plugin: &Plugin, definitions: &mut Map<String, Value>) {
 
 fn choice_name(kinds: &[PluginKind]) -> String {
     let words: Vec<&str> = kinds.iter().map(|kind| kind.tag()).collect();
-    words.join("-or-")
+    match words.is_empty() {
+        true => "no-plugin".into(),
+        false => words.join("-or-"),
+    }
 }
 
 /// Any plugin of some kinds, or a reference; the type says which.
