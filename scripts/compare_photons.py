@@ -20,9 +20,9 @@ SCENE, SIZE = "luneburg_fog", {"width": 96, "height": 58}
 # Name, integrator, parameters.
 ESTIMATORS = (
     ("bdpt", "bdpt", ""),
-    ("photon, radius 0.1", "photon", '<float name="radius" value="0.1"/>'),
-    ("photon, radius 0.025", "photon", '<float name="radius" value="0.025"/>'),
-    ("sppm, radius 0.1", "sppm", '<float name="radius" value="0.1"/>'),
+    ("photon, radius 0.2", "photon", '<float name="radius" value="0.2"/>'),
+    ("photon, radius 0.05", "photon", '<float name="radius" value="0.05"/>'),
+    ("sppm, radius 0.2", "sppm", '<float name="radius" value="0.2"/>'),
 )
 # The reference is the mean of so many renders.
 REFERENCES = 10
