@@ -134,7 +134,7 @@ impl<'a> Setup<'a> {
             };
             let mut particle = Particle::new(self, number, recorder);
             particle.run(&mut sampler, ws);
-            account.add(&particle.ledger);
+            account.add(&particle.ledger, &mut ws.stats.not_finite);
             part.take(&mut scores);
         }
         ws.stats.not_finite += scores.not_finite;

@@ -70,9 +70,14 @@ pub struct Account {
 }
 
 impl Account {
-    /// Adds a particle.
-    pub fn add(&mut self, ledger: &Ledger) {
-        let entries = ledger.entries();
+    /// Adds a particle. One whose entries are not finite is entered as nothing, so that it is left over, and counted in
+    /// `not_finite`.
+    pub fn add(&mut self, ledger: &Ledger, not_finite: &mut u64) {
+        let mut entries = ledger.entries();
+        if !entries.iter().sum::<f64>().is_finite() {
+            entries = [0.0; ENTRIES];
+            *not_finite += 1;
+        }
         let total = entries.iter().sum();
         self.particles += 1;
         for (sum, value) in self.sums.iter_mut().zip(entries.into_iter().chain([total])) {
@@ -177,5 +182,29 @@ impl AddAssign for Balance {
         self.cut += o.cut;
         self.lost += o.lost;
         self.residual += o.residual;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_finite_is_left_over_and_counted() {
+        let (mut account, mut not_finite) = (Account::default(), 0);
+        let one = Ledger {
+            media: 1.0,
+            ..Ledger::default()
+        };
+        let bad = Ledger {
+            escaped: f64::NAN,
+            ..one
+        };
+        for ledger in [one, bad] {
+            account.add(&ledger, &mut not_finite);
+        }
+        let balance = account.balance(1.0);
+        assert_eq!((not_finite, account.particles()), (1, 2));
+        assert_eq!((balance.media.mean, balance.residual.mean), (0.5, 0.5));
     }
 }

@@ -74,7 +74,7 @@ impl PhotonMap {
                     if let Some(light) = LightPath::sample(scene, bounds, &mut sampler, &mut ws) {
                         photons.extend(landed(scene, &light, paths));
                     }
-                    account.add(&std::mem::take(&mut ws.ledger));
+                    account.add(&std::mem::take(&mut ws.ledger), &mut ws.stats.not_finite);
                 }
                 (photons, ws.stats(), account)
             })

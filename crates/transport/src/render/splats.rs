@@ -99,7 +99,7 @@ fn part(
     let taken = pixels.len() as u64;
     for pixel in pixels {
         source.sample(pixel, sample, &mut ws, &mut found);
-        account.add(&std::mem::take(&mut ws.ledger));
+        account.add(&std::mem::take(&mut ws.ledger), &mut ws.stats.not_finite);
         for contribution in found.drain(..) {
             if contribution.weighted().is_finite() {
                 part.push((pixel, contribution));
