@@ -112,6 +112,7 @@ fn run(
     };
     let (max_depth, rr_depth) = depths(&loaded.integrator);
     let options = MeasureOptions {
+        first: 0,
         particles: requested.unwrap_or(u64::MAX),
         seed: args.seed,
         max_depth,
