@@ -37,7 +37,7 @@ pub fn write_images(
         let image = outputs::strategies(report.rendering, names, report.attributes());
         outputs::write(path, ImageFormat::Exr, &image, Tone::default())
     });
-    let stats = write_stats(args, || report.json());
+    let stats = stats(args, || report.json());
     failures(images.chain(strategies).chain(stats))
 }
 
@@ -56,7 +56,7 @@ pub fn write_readings(
     let readings = files
         .iter()
         .map(|(path, format)| readings.write(path, *format));
-    failures(readings.chain(write_stats(args, || measured.json())))
+    failures(readings.chain(stats(args, || measured.json())))
 }
 
 /// Says which meters have received nothing.
@@ -70,7 +70,12 @@ pub fn warn_of_dark(measured: &Measured) {
     show(&warnings);
 }
 
-fn write_stats(
+/// Writes the statistics alone, if they are asked for.
+pub fn write_stats(args: &OutputArgs, json: impl Fn() -> Value) -> Result<(), Failure> {
+    failures(stats(args, json))
+}
+
+fn stats(
     args: &OutputArgs,
     json: impl Fn() -> Value,
 ) -> impl Iterator<Item = Result<(), FileError>> {

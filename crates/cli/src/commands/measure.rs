@@ -77,7 +77,10 @@ pub fn measure(
         threads: Some(pool.current_num_threads()),
         stopped,
     };
-    results::write_readings(&args.outputs, &files, &measured)?;
+    match shard {
+        None => results::write_readings(&args.outputs, &files, &measured)?,
+        Some(_) => results::write_stats(&args.outputs, || measured.json())?,
+    }
     saved?;
     if !args.outputs.quiet {
         results::warn_of_dark(&measured);

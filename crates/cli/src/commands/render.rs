@@ -81,7 +81,10 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
         threads: Some(pool.current_num_threads()),
         stopped,
     };
-    let written = results::write_images(&args.outputs, &images, &report);
+    let written = match shard {
+        None => results::write_images(&args.outputs, &images, &report),
+        Some(_) => results::write_stats(&args.outputs, || report.json()),
+    };
     if let Some(preview) = preview {
         preview.finish(&rendering.film);
     }

@@ -8,6 +8,7 @@ mod info;
 mod layers;
 mod limits;
 mod measure;
+mod parts;
 mod photons;
 mod plot;
 mod preview;

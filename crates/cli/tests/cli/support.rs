@@ -110,6 +110,20 @@ impl Folder {
         outcome.stdout
     }
 
+    /// Runs the program, which must end with this status, and returns its standard output.
+    pub fn output(&self, status: i32, arguments: &str) -> String {
+        let outcome = self.run(arguments);
+        assert_eq!(outcome.status, Some(status), "{arguments}: {outcome:?}");
+        outcome.stdout
+    }
+
+    /// Runs the program, which must end with this status, and returns its standard error.
+    pub fn fail(&self, status: i32, arguments: &str) -> String {
+        let outcome = self.run(arguments);
+        assert_eq!(outcome.status, Some(status), "{arguments}: {outcome:?}");
+        outcome.stderr
+    }
+
     /// Runs the program, which must refuse its input, and returns its standard error.
     pub fn refuse(&self, arguments: &str) -> String {
         let outcome = self.run(arguments);
