@@ -1,9 +1,11 @@
 //! Tests of the `morgana` program itself, on small scenes.
 
+mod arrays;
 mod compare;
 mod connect;
 mod convert;
 mod errors;
+mod faults;
 mod info;
 mod layers;
 mod limits;

@@ -1,0 +1,179 @@
+//! Crashes, full disks and folders that cannot be written to: nothing is lost but what came after the last checkpoint, and no
+//! wrong image is ever made.
+
+use crate::support::{Folder, program};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// Kills before a render may come to its end.
+const KILLS: u64 = 50;
+
+fn done(folder: &Folder, part: &str) -> u64 {
+    let outcome = folder.run(&format!("status {part} --json"));
+    assert!(outcome.stderr.is_empty(), "{outcome:?}");
+    let json: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+    json["done"].as_u64().unwrap()
+}
+
+/// A render that is killed again and again, at moments that have nothing to do with what it does.
+#[test]
+fn killed_renders_go_on() {
+    let render =
+        "render scene.xml --spp 40000 --threads 1 --checkpoint c.part --resume -o a.exr -q";
+    let folder = Folder::with_fog();
+    folder.succeed("render scene.xml --spp 40000 -o whole.exr");
+    let mut last = 0;
+    for kill in 0..KILLS {
+        let mut child = Command::new(program())
+            .current_dir(folder.path("."))
+            .args(render.split(' '))
+            .args(["--checkpoint-every", "0.003s"])
+            .spawn()
+            .unwrap();
+        // From 5 to 60 ms, in steps without a pattern.
+        let delay = 5_000 + kill * kill * 7_919 % 55_000;
+        std::thread::sleep(Duration::from_micros(delay));
+        child.kill().unwrap();
+        assert!(
+            !child.wait().unwrap().success(),
+            "it must not be done before kill {kill}"
+        );
+        if folder.path("c.part").exists() {
+            let now = done(&folder, "c.part");
+            assert!(now >= last, "{now} {last}");
+            last = now;
+        }
+    }
+    assert!(last > 0);
+    folder.succeed(render);
+    assert!(
+        folder.read("a.exr") == folder.read("whole.exr"),
+        "after {last} samples"
+    );
+}
+
+/// Runs a script of the shell where it may mount file systems of its own; `None` if the system does not allow that.
+fn with_mounts(folder: &Folder, script: &str) -> Option<(bool, String)> {
+    let run = |script: &str| {
+        Command::new("unshare")
+            .args(["--map-root-user", "--mount", "sh", "-ec", script])
+            .env("MORGANA", program())
+            .current_dir(folder.path("."))
+            .stdin(Stdio::null())
+            .output()
+    };
+    let probe = run("mkdir -p m && mount -t tmpfs none m");
+    if !probe.is_ok_and(|o| o.status.success()) {
+        return None;
+    }
+    let output = run(script).unwrap();
+    let text = [output.stdout, output.stderr].concat();
+    Some((output.status.success(), String::from_utf8(text).unwrap()))
+}
+
+/// A disk on which there is room for one checkpoint, but not for the next beside it.
+#[test]
+fn a_full_disk_keeps_what_it_has() {
+    let folder = Folder::with_fog();
+    folder.succeed("render scene.xml --spp 40000 -o whole.exr");
+    folder.succeed("render scene.xml --spp 1 --checkpoint small.part -o small.exr");
+    let size = folder.read("small.part").len().div_ceil(1024) * 1024;
+    let script = format!(
+        r#"mount -t tmpfs -o size={}k none m
+        $MORGANA render scene.xml --spp 1 --checkpoint m/c.part -o a.exr -q
+        cp m/c.part before.part
+        head -c 1000000 /dev/zero > m/filler 2> /dev/null || true
+        status=0
+        $MORGANA render scene.xml --spp 40000 --checkpoint m/c.part --checkpoint-every 0.01s --resume -o a.exr -q || status=$?
+        test $status = 1
+        cmp m/c.part before.part
+        test "$(ls -A m)" = "c.part
+filler"
+        rm m/filler
+        $MORGANA render scene.xml --spp 40000 --checkpoint m/c.part --resume -o b.exr -q"#,
+        4 * size / 1024
+    );
+    let Some((success, text)) = with_mounts(&folder, &script) else {
+        eprintln!("not run: this system does not allow mounts");
+        return;
+    };
+    assert!(success, "{text}");
+    // Said once while it renders, and once at the end, when it is an error; images went elsewhere.
+    assert_eq!(text.matches("going on without").count(), 1, "{text}");
+    assert_eq!(text.matches("No space left on device").count(), 2, "{text}");
+    for image in ["a.exr", "b.exr"] {
+        assert!(folder.read(image) == folder.read("whole.exr"), "{image}");
+    }
+}
+
+/// The same by a limit on the size of files, which every system knows.
+#[cfg(unix)]
+#[test]
+fn a_checkpoint_that_cannot_be_written_is_said_and_the_image_is_not_lost() {
+    let folder = Folder::with_fog();
+    folder.succeed("render scene.xml --spp 4 -o whole.npy");
+    let script = "trap '' XFSZ; ulimit -f 2; exec \"$MORGANA\" render scene.xml --spp 4 --checkpoint c.part -o a.npy -q";
+    let output = Command::new("sh")
+        .args(["-c", script])
+        .env("MORGANA", program())
+        .current_dir(folder.path("."))
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(
+        text.contains("c.part: cannot write: File too large"),
+        "{text}"
+    );
+    assert!(folder.read("a.npy") == folder.read("whole.npy"));
+    assert_eq!(folder.files(), ["a.npy", "scene.xml", "whole.npy"]);
+}
+
+/// Known before any work is done.
+#[test]
+fn folders_that_cannot_be_written_to_are_refused_at_once() {
+    let folder = Folder::with_fog();
+    let script = r#"mount -t tmpfs -o ro none m
+        for options in "--checkpoint m/c.part" "--shard 0/2 -o m/a.part" "-o m/a.exr" "--stats m/s.json"; do
+            status=0
+            $MORGANA render scene.xml --spp 400000 $options || status=$?
+            test $status = 2
+        done"#;
+    let Some((success, text)) = with_mounts(&folder, script) else {
+        eprintln!("not run: this system does not allow mounts");
+        return;
+    };
+    assert!(success, "{text}");
+    assert_eq!(text.matches("Read-only file system").count(), 4, "{text}");
+}
+
+/// Every byte of a checkpoint, changed: it is refused, and nothing is written.
+#[test]
+fn damaged_checkpoints_are_refused() {
+    let folder = Folder::with_fog();
+    folder.succeed("render scene.xml --spp 1 --checkpoint c.part -o a.exr");
+    std::fs::remove_file(folder.path("a.exr")).unwrap();
+    let good = folder.read("c.part");
+    // All of them are tried where no process has to start: io/tests/parts.rs.
+    for place in (0..good.len()).step_by(good.len() / 20) {
+        let mut bad = good.clone();
+        bad[place] ^= 0x10;
+        std::fs::write(folder.path("c.part"), &bad).unwrap();
+        let error = folder.fail(
+            1,
+            "render scene.xml --spp 2 --checkpoint c.part --resume -o a.exr",
+        );
+        assert!(
+            error.contains("c.part: not a morgana part file"),
+            "{place}: {error}"
+        );
+        assert!(folder.read("c.part") == bad, "it is kept as it is");
+    }
+    std::fs::write(folder.path("c.part"), &good[..good.len() / 2]).unwrap();
+    let error = folder.fail(
+        1,
+        "render scene.xml --spp 2 --checkpoint c.part --resume -o a.exr",
+    );
+    assert!(error.contains("incomplete or damaged"), "{error}");
+    assert_eq!(folder.files(), ["c.part", "scene.xml"]);
+}
