@@ -74,7 +74,7 @@ fn options_are_checked() {
     refused(
         &folder,
         "render scene.xml --spp 0",
-        &["--spp", "at least 1"],
+        &["--spp", "from 1 to"],
     );
     refused(
         &folder,
