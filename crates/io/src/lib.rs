@@ -20,6 +20,7 @@ pub mod json;
 pub mod mesh;
 pub mod npy;
 pub mod query;
+pub mod report;
 pub mod scene;
 pub mod schema;
 pub mod volume;
