@@ -21,6 +21,7 @@ pub mod shape;
 pub mod spectrum;
 pub mod stats;
 pub mod texture;
+pub mod trace;
 
 pub use bins::Bins;
 pub use film::Film;

@@ -14,7 +14,6 @@ use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
-use transport::integrator::Integrator;
 use transport::meter::Meter;
 use transport::render::{self, MeasureError, MeasureOptions, Measurement};
 
@@ -110,7 +109,7 @@ fn run(
         unit: "particles",
         time: args.time,
     };
-    let (max_depth, rr_depth) = depths(&loaded.integrator);
+    let (max_depth, rr_depth) = loaded.integrator.depths();
     let options = MeasureOptions {
         particles: requested.unwrap_or(u64::MAX),
         seed: args.seed,
@@ -139,18 +138,6 @@ fn run(
         Ok(measurement) => Ok((measurement, stopped)),
         Err(error @ MeasureError::Dark) => Err(Failure::Usage(error.to_string())),
         Err(error @ MeasureError::Memory(_)) => Err(Failure::Runtime(error.to_string())),
-    }
-}
-
-/// Longest path, and where Russian roulette begins.
-fn depths(integrator: &Integrator) -> (Option<u32>, u32) {
-    match integrator {
-        // Scenes with meters and this integrator are refused.
-        Integrator::Aov(_) => (None, 1),
-        Integrator::Path(i) => (i.max_depth, i.rr_depth),
-        Integrator::Particle(i) => (i.max_depth, i.rr_depth),
-        Integrator::Bdpt(i) => (i.max_depth, i.rr_depth),
-        Integrator::Photon(i) => (i.max_depth, i.rr_depth),
     }
 }
 

@@ -1,14 +1,13 @@
 //! One ray from surface to surface.
 
+use crate::bsdf::Bsdf;
+use crate::scene::{MediumId, Object, Scene};
+use crate::shape::Hit;
 use eikonal::Aabb;
 use eikonal::connect::World;
 use eikonal::interface::{Interface, Rule};
 use eikonal::ray::{Arc, Flow, Node, Work};
 use glam::{DMat3, DVec3};
-use transport::Scene;
-use transport::bsdf::Bsdf;
-use transport::scene::{MediumId, Object};
-use transport::shape::Hit;
 
 /// Points are recorded wherever a ray has turned by this much, in radians: polylines look smooth.
 const TURN: f64 = 0.03;
