@@ -49,13 +49,6 @@ const IMAGE_FORMATS: [(&str, ImageFormat); 3] = [
     ("png", ImageFormat::Png),
     ("npy", ImageFormat::Npy),
 ];
-const ARRAY_FORMATS: [(&str, ArrayFormat); 5] = [
-    ("npz", ArrayFormat::Npz),
-    ("h5", ArrayFormat::Hdf5),
-    ("hdf5", ArrayFormat::Hdf5),
-    ("nrrd", ArrayFormat::Nrrd),
-    ("npy", ArrayFormat::Npy),
-];
 const MAP_FORMATS: [(&str, MapFormat); 2] = [("png", MapFormat::Png), ("exr", MapFormat::Exr)];
 const RAY_FORMATS: [(&str, RayFormat); 6] = [
     ("csv", RayFormat::Csv),
@@ -83,7 +76,7 @@ pub fn images(args: &RenderArgs) -> Result<Vec<(PathBuf, ImageFormat)>, Failure>
 /// The files of readings that a measurement writes: those asked for, or else an NPZ file named after
 /// the scene. Formats of one array cannot hold the readings of several meters.
 pub fn readings(args: &RenderArgs, meters: usize) -> Result<Vec<(PathBuf, ArrayFormat)>, Failure> {
-    let files = outputs(args, &[".npz"], &ARRAY_FORMATS)?;
+    let files = outputs(args, &[".npz"], &ArrayFormat::EXTENSIONS)?;
     if let Some((path, _)) = files.iter().find(|(_, f)| f.is_single() && meters > 1) {
         return Err(Failure::Usage(format!(
             "'{}' can hold one array, but the scene has {meters} meters: use .npz or .h5",

@@ -10,7 +10,6 @@ mod config;
 mod difference;
 mod failure;
 mod interrupt;
-mod layers;
 mod load;
 mod measured;
 mod numbers;

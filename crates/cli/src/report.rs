@@ -2,9 +2,9 @@
 
 use crate::args::RenderArgs;
 use crate::balance;
-use crate::layers::Naming;
 use crate::load::file_name;
 use crate::numbers;
+use io::rendered::Naming;
 use io::{Loaded, report};
 use serde_json::{Value, json};
 use std::time::Duration;

@@ -4,13 +4,13 @@ use super::measure::measure;
 use crate::args::RenderArgs;
 use crate::config::ImageFormat;
 use crate::failure::Failure;
-use crate::layers::{self, Naming};
 use crate::preview::{Canvas, Preview};
 use crate::progress::{self, Goal};
 use crate::report::{Report, Stopped};
 use crate::{config, interrupt, load, numbers, outputs};
-use io::Loaded;
 use io::image::tone::Tone;
+use io::rendered::Naming;
+use io::{Loaded, rendered};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -91,10 +91,10 @@ fn write(
 ) -> Result<(), Failure> {
     let names = &report.loaded.channel_names;
     let film = &report.rendering.film;
-    let mut image = outputs::layers(film, names, report.attributes());
-    image.layers.extend(outputs::bias(report.rendering, names));
+    let mut image = rendered::layers(film, names, report.attributes());
+    image.layers.extend(rendered::bias(report.rendering, names));
     if images.iter().any(|(_, format)| *format == ImageFormat::Exr) {
-        layers::extend(&mut image, film, report.loaded);
+        rendered::extend(&mut image, film, report.loaded);
     }
     let images = images
         .iter()
@@ -103,7 +103,7 @@ fn write(
             _ => outputs::write(path, *format, &image, args.tone.tone()),
         });
     let strategies = args.strategies.iter().map(|path| {
-        let image = outputs::strategies(report.rendering, names, report.attributes());
+        let image = rendered::strategies(report.rendering, names, report.attributes());
         outputs::write(path, ImageFormat::Exr, &image, Tone::default())
     });
     let stats = args
