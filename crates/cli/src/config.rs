@@ -1,7 +1,8 @@
 //! What a command was asked to do, checked as far as possible before any work is done.
 
-use crate::args::{RenderArgs, TraceArgs};
+use crate::args::{OutputArgs, TraceArgs};
 use crate::failure::Failure;
+use crate::load::file_stem;
 use io::arrays::ArrayFormat;
 use std::fs::{self, OpenOptions};
 use std::path::{Path, PathBuf};
@@ -61,8 +62,8 @@ const RAY_FORMATS: [(&str, RayFormat); 6] = [
 
 /// The images that a render writes: those asked for, or else an EXR and a PNG file named after the
 /// scene in the current folder. All of them can be written as far as can be told now.
-pub fn images(args: &RenderArgs) -> Result<Vec<(PathBuf, ImageFormat)>, Failure> {
-    let images = outputs(args, &[".exr", ".png"], &IMAGE_FORMATS)?;
+pub fn images(args: &OutputArgs, scene: &Path) -> Result<Vec<(PathBuf, ImageFormat)>, Failure> {
+    let images = outputs((args, scene), &[".exr", ".png"], &IMAGE_FORMATS)?;
     if let Some(strategies) = &args.strategies {
         by_extension(strategies, &IMAGE_FORMATS[..1])?;
         check_writable(strategies)?;
@@ -75,8 +76,12 @@ pub fn images(args: &RenderArgs) -> Result<Vec<(PathBuf, ImageFormat)>, Failure>
 
 /// The files of readings that a measurement writes: those asked for, or else an NPZ file named after
 /// the scene. Formats of one array cannot hold the readings of several meters.
-pub fn readings(args: &RenderArgs, meters: usize) -> Result<Vec<(PathBuf, ArrayFormat)>, Failure> {
-    let files = outputs(args, &[".npz"], &ArrayFormat::EXTENSIONS)?;
+pub fn readings(
+    args: &OutputArgs,
+    scene: &Path,
+    meters: usize,
+) -> Result<Vec<(PathBuf, ArrayFormat)>, Failure> {
+    let files = outputs((args, scene), &[".npz"], &ArrayFormat::EXTENSIONS)?;
     if let Some((path, _)) = files.iter().find(|(_, f)| f.is_single() && meters > 1) {
         return Err(Failure::Usage(format!(
             "'{}' can hold one array, but the scene has {meters} meters: use .npz or .h5",
@@ -91,15 +96,11 @@ pub fn readings(args: &RenderArgs, meters: usize) -> Result<Vec<(PathBuf, ArrayF
 
 /// The files asked for with their formats, or else those named after the scene.
 fn outputs<F: Copy>(
-    args: &RenderArgs,
+    (args, scene): (&OutputArgs, &Path),
     default: &[&str],
     formats: &[(&str, F)],
 ) -> Result<Vec<(PathBuf, F)>, Failure> {
-    let named = |extension: &&str| {
-        let mut name = args.scene.path.file_stem().unwrap_or_default().to_owned();
-        name.push(extension);
-        PathBuf::from(name)
-    };
+    let named = |extension: &&str| PathBuf::from(file_stem(scene) + extension);
     let paths = match args.output.is_empty() {
         true => default.iter().map(named).collect(),
         false => args.output.clone(),
@@ -163,7 +164,7 @@ fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, Failur
 
 /// Finds out by trying whether a file can be put in place of `path`: hours of rendering should not
 /// end with the news that it cannot.
-fn check_writable(path: &Path) -> Result<(), Failure> {
+pub fn check_writable(path: &Path) -> Result<(), Failure> {
     let fail = |why: String| Failure::Usage(format!("cannot write '{}': {why}", path.display()));
     if fs::metadata(path).is_ok_and(|m| !m.is_file()) {
         return Err(fail("it exists and is not a regular file".into()));

@@ -72,6 +72,13 @@ fn complain(message: &str) {
     show(&diagnostics);
 }
 
+/// Shows a warning.
+pub fn warn(message: &str) {
+    let mut diagnostics = Diagnostics::new();
+    diagnostics.push(io::Diagnostic::warning(message));
+    show(&diagnostics);
+}
+
 /// Shows messages on the standard error, with colours if that is a terminal.
 pub fn show(diagnostics: &Diagnostics) {
     let mut stderr = std::io::stderr();

@@ -1,22 +1,50 @@
-//! Ctrl-C.
+//! Ctrl-C, and the signal by which batch systems ask processes to end.
 
 use crate::failure::Failure;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Exit status of a program that was interrupted.
-pub const STATUS: u8 = 130;
+/// What a process that a signal has ended adds to the signal's number to give its exit status.
+const STATUS: u8 = 128;
 
-/// Whether the user has asked to stop. A second Ctrl-C ends the program at once.
-pub fn watch() -> Result<Arc<AtomicBool>, Failure> {
-    let asked = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&asked);
-    let handler = move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(STATUS));
+/// Whether somebody has asked to stop.
+#[derive(Clone, Debug, Default)]
+pub struct Interrupt {
+    asked: Arc<AtomicBool>,
+    signal: Arc<AtomicUsize>,
+}
+
+impl Interrupt {
+    /// Listens from now on. A second signal ends the program at once.
+    pub fn watch() -> Result<Self, Failure> {
+        let interrupt = Interrupt::default();
+        let listen = |signal| {
+            let Interrupt {
+                asked,
+                signal: number,
+            } = interrupt.clone();
+            flag::register_conditional_shutdown(signal, i32::from(STATUS) + signal, asked.clone())?;
+            flag::register_usize(signal, number, signal as usize)?;
+            flag::register(signal, asked)
+        };
+        for signal in [SIGINT, SIGTERM] {
+            let failed = |e| Failure::Runtime(format!("cannot listen for Ctrl-C: {e}"));
+            listen(signal).map_err(failed)?;
         }
-    };
-    let failed = |e| Failure::Runtime(format!("cannot listen for Ctrl-C: {e}"));
-    ctrlc::set_handler(handler).map_err(failed)?;
-    Ok(asked)
+        Ok(interrupt)
+    }
+
+    /// Whether to stop.
+    pub fn asked(&self) -> bool {
+        self.asked.load(Ordering::Relaxed)
+    }
+
+    /// Exit status of a program that has stopped because it was asked to.
+    pub fn status(&self) -> ExitCode {
+        let signal = self.signal.load(Ordering::Relaxed);
+        ExitCode::from(STATUS + u8::try_from(signal).unwrap_or(SIGINT as u8))
+    }
 }

@@ -42,6 +42,14 @@ pub fn file_name(path: &Path) -> String {
         .into_owned()
 }
 
+/// The name of a scene file without folder and extension: outputs are named after it.
+pub fn file_stem(path: &Path) -> String {
+    path.file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
 fn check_defines(defines: &[(String, String)]) -> Result<(), Failure> {
     let mut diagnostics = Diagnostics::new();
     for (i, (name, _)) in defines.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! The `morgana` command: renders scenes, describes them, follows rays through them.
 //!
 //! Arguments are parsed ([`args`]), checked ([`config`]) and carried out ([`commands`]). Exit status:
-//! 0 for success, 1 for a failure while running, 2 for bad input, 130 after an interruption.
+//! 0 for success, 1 for a failure while running, 2 for bad input, 130 or 143 after an interruption.
 
 mod args;
 mod balance;
@@ -10,6 +10,8 @@ mod config;
 mod difference;
 mod failure;
 mod interrupt;
+mod job;
+mod keeper;
 mod load;
 mod measured;
 mod numbers;
@@ -18,6 +20,8 @@ mod plot;
 mod preview;
 mod progress;
 mod report;
+mod results;
+mod shard;
 mod svg;
 mod trace;
 
@@ -39,6 +43,8 @@ fn main() -> ExitCode {
 fn run(command: &Command) -> Result<ExitCode, Failure> {
     match command {
         Command::Render(args) => commands::render(args),
+        Command::Merge(args) => commands::merge(args),
+        Command::Status(args) => commands::status(args),
         Command::Info(args) => commands::info(args),
         Command::Trace(args) => commands::trace(args),
         Command::Connect(args) => commands::connect(args),

@@ -1,7 +1,7 @@
 //! What is reported of a measurement: as text, in the attributes of files, and as JSON.
 
-use crate::args::RenderArgs;
 use crate::balance;
+use crate::job::Job;
 use crate::load::file_name;
 use crate::numbers;
 use crate::report::Stopped;
@@ -15,15 +15,15 @@ use transport::render::Measurement;
 #[derive(Debug)]
 pub struct Measured<'a> {
     /// What was asked for.
-    pub args: &'a RenderArgs,
+    pub job: &'a Job,
     /// The scene.
     pub loaded: &'a Loaded,
     /// The result.
     pub measurement: &'a Measurement,
     /// How long it took.
     pub elapsed: Duration,
-    /// Number of threads.
-    pub threads: usize,
+    /// Number of threads; none if parts were put together.
+    pub threads: Option<usize>,
     /// Why it ended early, if it did.
     pub stopped: Option<Stopped>,
 }
@@ -124,12 +124,12 @@ impl Measured<'_> {
     pub fn attributes(&self) -> Vec<(String, String)> {
         let stats = &self.measurement.stats;
         let pairs = [
-            ("scene", file_name(&self.args.scene.path)),
+            ("scene", file_name(&self.job.scene)),
             ("scene_hash", self.loaded.hash.to_string()),
             ("morgana_version", env!("CARGO_PKG_VERSION").into()),
-            ("seed", self.args.seed.to_string()),
+            ("seed", self.job.seed.to_string()),
             ("particles", self.measurement.particles.to_string()),
-            ("options", self.options()),
+            ("options", self.job.command_line()),
             (
                 "balance",
                 report::balance(&self.measurement.balance).to_string(),
@@ -138,16 +138,6 @@ impl Measured<'_> {
             ("not_finite", stats.not_finite.to_string()),
         ];
         pairs.map(|(name, value)| (name.to_owned(), value)).into()
-    }
-
-    /// The command's options that decide what is computed.
-    fn options(&self) -> String {
-        let args = self.args;
-        let mut options = vec![format!("--seed {}", args.seed)];
-        options.extend(args.particles.map(|n| format!("--particles {n}")));
-        let defines = args.scene.defines.iter();
-        options.extend(defines.map(|(k, v)| format!("-D {k}={v}")));
-        options.join(" ")
     }
 
     /// Everything, as JSON.
@@ -165,10 +155,10 @@ impl Measured<'_> {
         let meter = |(name, readings): (&str, &Vec<Reading>)| json!({"name": name, "readings": readings.iter().map(reading).collect::<Vec<_>>()});
         json!({
             "version": env!("CARGO_PKG_VERSION"),
-            "scene": file_name(&self.args.scene.path),
+            "scene": file_name(&self.job.scene),
             "scene_hash": self.loaded.hash.to_string(),
-            "options": self.options(),
-            "seed": self.args.seed,
+            "options": self.job.command_line(),
+            "seed": self.job.seed,
             "particles": measurement.particles,
             "stopped": self.stopped.map(Stopped::name),
             "threads": self.threads,

@@ -1,9 +1,10 @@
 //! The progress bar.
 
+use crate::interrupt::Interrupt;
 use crate::numbers;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::Scope;
 use std::time::{Duration, Instant};
@@ -20,6 +21,8 @@ pub struct Goal {
     pub samples_per_spp: u64,
     /// Samples per pixel asked for, if there is a limit.
     pub spp: Option<u64>,
+    /// Samples per pixel that are there already.
+    pub before: u64,
     /// What these are called.
     pub unit: &'static str,
     /// Time to stop at, if there is one.
@@ -39,7 +42,7 @@ pub fn draw<'scope>(
     scope: &'scope Scope<'scope, '_>,
     goal: Goal,
     counter: &'scope AtomicU64,
-    stopping: &'scope AtomicBool,
+    stopping: &'scope Interrupt,
 ) -> Drawing {
     let (running, stopped) = channel();
     scope.spawn(move || run(goal, counter, stopping, &stopped));
@@ -48,7 +51,7 @@ pub fn draw<'scope>(
     }
 }
 
-fn run(goal: Goal, counter: &AtomicU64, stopping: &AtomicBool, stopped: &Receiver<()>) {
+fn run(goal: Goal, counter: &AtomicU64, stopping: &Interrupt, stopped: &Receiver<()>) {
     let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
     if let Ok(style) = ProgressStyle::with_template("{bar:30.cyan/238} {msg}") {
         bar.set_style(style.progress_chars("━╸─"));
@@ -59,7 +62,7 @@ fn run(goal: Goal, counter: &AtomicU64, stopping: &AtomicBool, stopped: &Receive
         let fraction = goal.fraction(samples, started.elapsed());
         bar.set_position((fraction * STEPS as f64) as u64);
         let message = goal.message(samples, started.elapsed());
-        bar.set_message(match stopping.load(Ordering::Relaxed) {
+        bar.set_message(match stopping.asked() {
             true => format!("{message} · stopping (Ctrl-C again quits at once)"),
             false => message,
         });
@@ -70,27 +73,31 @@ fn run(goal: Goal, counter: &AtomicU64, stopping: &AtomicBool, stopped: &Receive
 impl Goal {
     /// Share of the work, or of the time, that is done.
     fn fraction(&self, samples: u64, elapsed: Duration) -> f64 {
-        let work = self.spp.map_or(0.0, |spp| {
-            samples as f64 / (spp as f64 * self.samples_per_spp as f64)
-        });
+        let work = self.spp.map_or(0.0, |spp| self.done(samples) / spp as f64);
         let time = self
             .time
             .map_or(0.0, |t| elapsed.as_secs_f64() / t.as_secs_f64());
         work.max(time).min(1.0)
     }
 
+    /// Samples per pixel, of which `samples` samples are new.
+    fn done(&self, samples: u64) -> f64 {
+        self.before as f64 + samples as f64 / self.samples_per_spp as f64
+    }
+
     /// The rate is that since the start: a shorter memory would flicker.
     fn message(&self, samples: u64, elapsed: Duration) -> String {
         let seconds = elapsed.as_secs_f64();
         let fraction = self.fraction(samples, elapsed);
-        let done = samples as f64 / self.samples_per_spp as f64;
+        let done = self.done(samples);
+        let start = self.fraction(0, Duration::ZERO);
         let spp = match self.spp {
             Some(total) => format!("{done:.0}/{total} {}", self.unit),
             None => format!("{done:.0} {}", self.unit),
         };
         let rate = numbers::count(samples as f64 / seconds.max(1e-9));
-        let left = if fraction > 0.0 {
-            clock(seconds * (1.0 / fraction - 1.0))
+        let left = if fraction > start {
+            clock(seconds * (1.0 - fraction) / (fraction - start))
         } else {
             "?".into()
         };
@@ -115,6 +122,7 @@ mod tests {
     const GOAL: Goal = Goal {
         samples_per_spp: 100,
         spp: Some(10),
+        before: 0,
         unit: "spp",
         time: None,
     };
@@ -124,6 +132,13 @@ mod tests {
         let text = GOAL.message(250, Duration::from_secs(30));
         assert_eq!(text, " 25% · 2/10 spp · 8 samples/s · 1:30 left");
         assert!(GOAL.message(0, Duration::ZERO).ends_with("? left"));
+    }
+
+    #[test]
+    fn what_was_there_before_took_no_time() {
+        let goal = Goal { before: 5, ..GOAL };
+        let text = goal.message(250, Duration::from_secs(30));
+        assert_eq!(text, " 75% · 8/10 spp · 8 samples/s · 0:30 left");
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! What is reported of a render: in one line, in the attributes of images, and as JSON.
 
-use crate::args::RenderArgs;
 use crate::balance;
+use crate::job::Job;
 use crate::load::file_name;
 use crate::numbers;
 use io::rendered::Naming;
 use io::{Loaded, report};
 use serde_json::{Value, json};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use transport::integrator::Integrator;
 use transport::render::Rendering;
 use transport::stats::Connections;
@@ -24,6 +24,16 @@ pub enum Stopped {
 }
 
 impl Stopped {
+    /// Why to stop now, if there is a reason.
+    pub fn when(interrupted: bool, time: Option<Duration>, started: Instant) -> Option<Self> {
+        let over = time.is_some_and(|time| started.elapsed() >= time);
+        match (interrupted, over) {
+            (true, _) => Some(Stopped::Interrupted),
+            (false, true) => Some(Stopped::Time),
+            (false, false) => None,
+        }
+    }
+
     /// As statistics name it.
     pub fn name(self) -> &'static str {
         match self {
@@ -38,7 +48,7 @@ impl Stopped {
 #[derive(Debug)]
 pub struct Report<'a> {
     /// What was asked for.
-    pub args: &'a RenderArgs,
+    pub job: &'a Job,
     /// The scene.
     pub loaded: &'a Loaded,
     /// The result.
@@ -47,8 +57,8 @@ pub struct Report<'a> {
     pub requested: Option<u64>,
     /// How long it took.
     pub elapsed: Duration,
-    /// Number of threads.
-    pub threads: usize,
+    /// Number of threads; none if parts were put together.
+    pub threads: Option<usize>,
     /// Why it ended early, if it did.
     pub stopped: Option<Stopped>,
 }
@@ -116,13 +126,13 @@ impl Report<'_> {
     pub fn attributes(&self) -> Vec<(String, String)> {
         let stats = &self.rendering.stats;
         let pairs = [
-            ("scene", file_name(&self.args.scene.path)),
+            ("scene", file_name(&self.job.scene)),
             ("scene_hash", self.loaded.hash.to_string()),
             ("morgana_version", env!("CARGO_PKG_VERSION").into()),
             ("integrator", self.loaded.integrator.name().into()),
-            ("seed", self.args.seed.to_string()),
+            ("seed", self.job.seed.to_string()),
             ("spp", self.rendering.samples.to_string()),
-            ("options", self.options()),
+            ("options", self.job.command_line()),
             (
                 "branches",
                 report::branches(self.loaded.scene()).to_string(),
@@ -142,31 +152,10 @@ impl Report<'_> {
             .collect()
     }
 
-    /// The command's options that decide what is computed.
-    fn options(&self) -> String {
-        let args = self.args;
-        let mut options = vec![format!("--seed {}", args.seed)];
-        options.extend(args.spp.map(|n| format!("--spp {n}")));
-        options.extend(args.target_error.map(|x| format!("--target-error {x}")));
-        options.extend(args.target.map(|m| format!("--target {}", m.name())));
-        options.extend(
-            args.integrator
-                .iter()
-                .map(|name| format!("--integrator {name}")),
-        );
-        options.extend(
-            args.scene
-                .defines
-                .iter()
-                .map(|(k, v)| format!("-D {k}={v}")),
-        );
-        options.join(" ")
-    }
-
     /// The error that was wanted, and what became of it.
     fn target(&self) -> Option<Value> {
-        let measure = self.args.target.unwrap_or_default();
-        self.args.target_error.map(|wanted| {
+        let measure = self.job.target.unwrap_or_default();
+        self.job.target_error.map(|wanted| {
             let error = self.rendering.error(measure);
             json!({
                 "measure": measure.name(),
@@ -180,8 +169,8 @@ impl Report<'_> {
 
     /// The same in a few words.
     fn target_line(&self) -> Option<String> {
-        let wanted = self.args.target_error?;
-        let measure = self.args.target.unwrap_or_default();
+        let wanted = self.job.target_error?;
+        let measure = self.job.target.unwrap_or_default();
         let error = numbers::percent(self.rendering.error(measure));
         let outcome = match self.rendering.reached {
             true => "reached: slight bias by stopping".into(),
@@ -211,11 +200,11 @@ impl Report<'_> {
         let (film, stats) = (&self.rendering.film, &self.rendering.stats);
         json!({
             "version": env!("CARGO_PKG_VERSION"),
-            "scene": file_name(&self.args.scene.path),
+            "scene": file_name(&self.job.scene),
             "scene_hash": self.loaded.hash.to_string(),
             "integrator": self.loaded.integrator.name(),
-            "options": self.options(),
-            "seed": self.args.seed,
+            "options": self.job.command_line(),
+            "seed": self.job.seed,
             "spp": self.rendering.samples,
             "spp_requested": self.requested,
             "stopped": self.stopped.map(Stopped::name),

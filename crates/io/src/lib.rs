@@ -19,6 +19,7 @@ pub mod image;
 pub mod json;
 pub mod mesh;
 pub mod npy;
+pub mod part;
 pub mod query;
 pub mod rendered;
 pub mod report;

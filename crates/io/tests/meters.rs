@@ -63,6 +63,7 @@ fn warned(text: &str, expected: &str) {
 fn run(loaded: &Loaded, particles: u64) -> Measurement {
     let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
     let options = MeasureOptions {
+        first: 0,
         particles,
         seed: 1,
         max_depth: None,

@@ -42,6 +42,7 @@ pub fn measure(
     let loaded = &scene.get().loaded;
     let (max_depth, rr_depth) = loaded.integrator.depths();
     let options = MeasureOptions {
+        first: 0,
         particles: limits.samples.unwrap_or(u64::MAX),
         seed: limits.seed,
         max_depth,

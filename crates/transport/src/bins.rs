@@ -1,7 +1,7 @@
 //! Equal bins of a quantity.
 
 /// Equal bins from `min` to `max`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Bins {
     /// Lower end of the first.
     pub min: f64,

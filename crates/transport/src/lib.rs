@@ -20,6 +20,7 @@ pub mod sensor;
 pub mod shape;
 pub mod spectrum;
 pub mod stats;
+pub mod sum;
 pub mod texture;
 pub mod trace;
 

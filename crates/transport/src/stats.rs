@@ -1,10 +1,11 @@
 //! What happened during a render: counts that do not depend on the machine or on threads.
 
 use eikonal::{Failure, Work};
+use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
 /// Counts of one render.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stats {
     /// Sensor subpaths.
     pub paths: u64,
@@ -23,7 +24,7 @@ pub struct Stats {
 }
 
 /// Counts of photons.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Photons {
     /// Those that media scatter.
     pub in_media: u64,
@@ -32,7 +33,7 @@ pub struct Photons {
 }
 
 /// Counts of connections.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Connections {
     /// Pairs that were tried.
     pub attempts: u64,

@@ -178,6 +178,7 @@ fn fluence(scene: Scene, particles: u64, seed: u64) -> Vec<(f64, f64)> {
         optical_length: None,
     });
     let options = MeasureOptions {
+        first: 0,
         particles,
         seed,
         max_depth: None,

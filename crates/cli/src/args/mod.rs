@@ -3,6 +3,7 @@
 
 mod figures;
 mod images;
+mod parts;
 mod rays;
 mod render;
 mod values;
@@ -13,8 +14,9 @@ use std::path::PathBuf;
 
 pub use figures::{FigureArgs, PlotArgs};
 pub use images::{CompareArgs, ToneArgs, TonemapArgs};
+pub use parts::{KeepArgs, MergeArgs, StatusArgs};
 pub use rays::{ConnectArgs, TraceArgs};
-pub use render::RenderArgs;
+pub use render::{OutputArgs, RenderArgs};
 use values::define;
 pub use volumes::ConvertArgs;
 
@@ -39,12 +41,27 @@ pub struct Args {
 pub enum Command {
     /// Render a scene to images.
     #[command(after_help = "Example:\n  \
-        morgana render scenes/luneburg_fog.xml --spp 256 -o fog.exr -o fog.png\n\n\
+        morgana render scenes/luneburg_fog.xml --spp 256 -o fog.exr -o fog.png\n  \
+        morgana render scenes/luneburg_fog.xml --spp 9999 --checkpoint fog.part --resume\n\n\
         Without -o, an EXR and a PNG file named after the scene are written to the current folder; \
         an NPZ file if the scene has meters in place of a camera (docs/meters.md). \
         Ctrl-C stops the render and writes what there is; the same seed always gives the same image, \
-        whatever the number of threads.")]
+        whatever the number of threads, and however often it was interrupted and resumed (docs/clusters.md).")]
     Render(RenderArgs),
+    /// Put the parts of a render together.
+    #[command(after_help = "Example:\n  \
+        morgana merge fog.0-of-2.part fog.1-of-2.part -o fog.exr -o fog.png\n\n\
+        Parts come from morgana render --shard and --checkpoint. The result is that of a render in one piece, \
+        bit for bit. With -o NAME.part, it is a part again. The scene is read from where it was rendered, or \
+        from --scene; parts of other scenes, versions or settings are refused, and samples that two parts have.")]
+    Merge(MergeArgs),
+    /// Tell which parts of a render are there, and which are missing.
+    #[command(after_help = "Examples:\n  \
+        morgana status fog.0-of-2.part fog.1-of-2.part\n  \
+        morgana status --missing fog.0-of-2.part\n\n\
+        Exit status: 0 if all samples are there, 1 if not. With --missing, print what Slurm's --array takes: \
+        sbatch --array=$(morgana status --missing *.part) job.sh")]
+    Status(StatusArgs),
     /// Describe a scene: media, emitters, certificates of unique connections, memory.
     #[command(after_help = "Example:\n  morgana info scenes/luneburg_fog.xml")]
     Info(InfoArgs),

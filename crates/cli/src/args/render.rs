@@ -1,21 +1,41 @@
 //! `morgana render`.
 
 use super::values::{duration, measure, particles, positive, samples, threads};
-use super::{SceneArgs, ToneArgs};
+use super::{KeepArgs, SceneArgs, ToneArgs};
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 use std::time::Duration;
 use transport::render::Measure;
+
+/// What becomes of a render.
+#[derive(Debug, ClapArgs)]
+pub struct OutputArgs {
+    /// File to write; its extension chooses the format: .exr, .png or .npy for an image, .npz, .h5,
+    /// .nrrd or .npy for the readings of meters. May be repeated.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Write an EXR file that shows what each strategy of bdpt or particle finds: layers
+    /// s1t2.weighted, whose sum is the image, and s1t2.unweighted, for s vertices from the emitter
+    /// and t from the sensor (8 stands for 8 or more).
+    #[arg(long, value_name = "FILE")]
+    pub strategies: Option<PathBuf>,
+    #[command(flatten)]
+    pub tone: ToneArgs,
+    /// Write counts, rates and settings as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+    /// Print nothing but errors.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
 
 /// `morgana render`.
 #[derive(Debug, ClapArgs)]
 pub struct RenderArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// File to write; its extension chooses the format: .exr, .png or .npy for an image, .npz, .h5,
-    /// .nrrd or .npy for the readings of meters. May be repeated.
-    #[arg(short, long, value_name = "FILE")]
-    pub output: Vec<PathBuf>,
+    #[command(flatten)]
+    pub outputs: OutputArgs,
     /// Samples per pixel, instead of the scene's.
     #[arg(long, value_name = "N", value_parser = samples)]
     pub spp: Option<u64>,
@@ -44,20 +64,9 @@ pub struct RenderArgs {
     /// stay those of the scene.
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,
-    /// Write an EXR file that shows what each strategy of bdpt or particle finds: layers
-    /// s1t2.weighted, whose sum is the image, and s1t2.unweighted, for s vertices from the emitter
-    /// and t from the sensor (8 stands for 8 or more).
-    #[arg(long, value_name = "FILE")]
-    pub strategies: Option<PathBuf>,
     #[command(flatten)]
-    pub tone: ToneArgs,
+    pub keep: KeepArgs,
     /// Show the image while it is made in a running tev, for example localhost:14158.
     #[arg(long, value_name = "HOST[:PORT]")]
     pub tev: Option<String>,
-    /// Write counts, rates and settings as JSON.
-    #[arg(long, value_name = "FILE")]
-    pub stats: Option<PathBuf>,
-    /// Print nothing but errors.
-    #[arg(short, long)]
-    pub quiet: bool,
 }

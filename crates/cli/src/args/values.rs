@@ -4,7 +4,10 @@ use glam::DVec3;
 use io::element::Element;
 use io::image::tone::Curve;
 use std::time::Duration;
-use transport::render::Measure;
+use transport::render::{Measure, MeasureOptions};
+use transport::sum::Sum;
+
+pub use crate::shard::parse as shard;
 
 pub fn define(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
@@ -33,18 +36,17 @@ pub fn curve(text: &str) -> Result<Curve, String> {
 }
 
 pub fn samples(text: &str) -> Result<u64, String> {
-    whole(text, u64::MAX).ok_or_else(|| "expected a whole number, at least 1".into())
+    whole(text, Sum::MOST).ok_or_else(|| format!("expected a whole number from 1 to {}", Sum::MOST))
 }
-
-/// Whole numbers up to this are exact as floating-point numbers.
-const EXACT: f64 = (1u64 << 53) as f64;
 
 pub fn particles(text: &str) -> Result<u64, String> {
     let number = finite(text).ok();
-    let number = number.filter(|n| n.fract() == 0.0 && (1.0..=EXACT).contains(n));
-    number
-        .map(|n| n as u64)
-        .ok_or_else(|| "expected a whole number, at least 1, such as 250000 or 1e7".into())
+    let number =
+        number.filter(|n| n.fract() == 0.0 && (1.0..=MeasureOptions::MOST as f64).contains(n));
+    number.map(|n| n as u64).ok_or_else(|| {
+        let most = MeasureOptions::MOST;
+        format!("expected a whole number from 1 to {most}, such as 250000 or 1e7")
+    })
 }
 
 pub fn block(text: &str) -> Result<usize, String> {

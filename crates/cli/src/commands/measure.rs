@@ -1,67 +1,90 @@
 //! `morgana render` for a scene with meters in place of a camera.
 
+use super::render::{name, open};
 use crate::args::RenderArgs;
-use crate::failure::{Failure, show};
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::job::Job;
+use crate::keeper::Keeper;
 use crate::measured::Measured;
 use crate::progress::{self, Goal};
 use crate::report::Stopped;
-use crate::{config, interrupt, load};
-use io::arrays::{Context, arrays};
-use io::{Diagnostic, Diagnostics, Loaded};
+use crate::{config, load, results};
+use io::Loaded;
+use io::part::{Body, BodyRef};
 use rayon::ThreadPool;
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 use std::time::Instant;
 use transport::meter::Meter;
-use transport::render::{self, MeasureError, MeasureOptions, Measurement};
+use transport::render::{MeasureError, MeasureOptions, MeasureState};
 
-/// Measures and writes what the meters have read.
-pub fn measure(args: &RenderArgs, loaded: &Loaded, pool: &ThreadPool) -> Result<ExitCode, Failure> {
+/// Measures and writes what the meters have read, or the part of it.
+pub fn measure(
+    args: &RenderArgs,
+    (job, loaded): (&Job, &Loaded),
+    shard: Option<[u64; 2]>,
+    pool: &ThreadPool,
+) -> Result<ExitCode, Failure> {
     check(args)?;
-    let files = config::readings(args, loaded.instruments.len())?;
-    if !args.quiet {
+    let files = match shard {
+        None => config::readings(&args.outputs, &args.scene.path, loaded.instruments.len())?,
+        Some(_) => Vec::new(),
+    };
+    if !args.outputs.quiet {
         load::warn(loaded);
     }
-    let interrupted = interrupt::watch()?;
+    // A time limit replaces the scene's number of particles, but not that of the command line.
+    let requested = match (args.time, shard) {
+        (Some(_), None) => args.particles.map(|_| loaded.samples),
+        _ => Some(loaded.samples),
+    };
+    let header = job.header(loaded, requested, shard);
+    let range = header.range();
+    let options = MeasureOptions {
+        first: range.start,
+        particles: range.end - range.start,
+        ..job.measure_options(loaded)
+    };
+    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
+    let (mut keeper, state) = open(args, header, |keeper, body| match body {
+        Body::Meters(state) if state.fits(&loaded.groups, &meters) => Ok(*state),
+        _ => Err(keeper.misfit()),
+    })?;
+    let interrupt = Interrupt::watch()?;
     let started = Instant::now();
-    let (measurement, stopped) = run(args, loaded, pool, &interrupted)?;
+    let state = state.map_or_else(|| MeasureState::new(&loaded.groups, &meters), Ok);
+    let mut state = state.map_err(failure)?;
+    let stopped = run(
+        (args, loaded),
+        (&meters, &options),
+        &mut state,
+        keeper.as_mut(),
+        (pool, &interrupt),
+    );
+    let stopped = stopped.map_err(failure)?;
+    let saved = keeper
+        .iter_mut()
+        .try_for_each(|k| k.save(BodyRef::Meters(&state)));
+    let measurement = state.into_measurement(&loaded.groups, &meters);
     let measured = Measured {
-        args,
+        job,
         loaded,
-        measurement: &measurement,
-        elapsed: started.elapsed(),
-        threads: pool.current_num_threads(),
+        measurement: &measurement.map_err(failure)?,
+        elapsed: keeper.map_or(started.elapsed(), |k| k.elapsed()),
+        threads: Some(pool.current_num_threads()),
         stopped,
     };
-    let context = Context {
-        instruments: &loaded.instruments,
-        measurement: &measurement,
-        channels: &loaded.channel_names,
-    };
-    let readings = arrays(&context, measured.attributes());
-    let readings = files
-        .iter()
-        .map(|(path, format)| readings.write(path, *format));
-    let stats = args
-        .stats
-        .iter()
-        .map(|path| io::atomic::write(path, |file| writeln!(file, "{:#}", measured.json())));
-    let failed: Vec<String> = readings
-        .chain(stats)
-        .filter_map(Result::err)
-        .map(|e| e.to_string())
-        .collect();
-    if !failed.is_empty() {
-        return Err(Failure::Runtime(failed.join("\n")));
-    }
-    if !args.quiet {
-        warn(&measured);
-        writeln!(std::io::stdout(), "{}", measured.text())?;
+    results::write_readings(&args.outputs, &files, &measured)?;
+    saved?;
+    if !args.outputs.quiet {
+        results::warn_of_dark(&measured);
+        writeln!(std::io::stdout(), "{}{}", name(shard), measured.text())?;
     }
     Ok(match stopped {
-        Some(Stopped::Interrupted) => ExitCode::from(interrupt::STATUS),
+        Some(Stopped::Interrupted) => interrupt.status(),
         _ => ExitCode::SUCCESS,
     })
 }
@@ -79,9 +102,9 @@ fn check(args: &RenderArgs) -> Result<(), Failure> {
             "--integrator",
             ": meters follow particles",
         ),
-        (args.strategies.is_some(), "--strategies", ""),
+        (args.outputs.strategies.is_some(), "--strategies", ""),
         (args.target_error.is_some(), "--target-error", ""),
-        (args.tone.exposure != 0.0, "--exposure", ""),
+        (args.outputs.tone.exposure != 0.0, "--exposure", ""),
         (args.tev.is_some(), "--tev", ""),
     ];
     match wrong.iter().find(|(given, ..)| *given) {
@@ -92,62 +115,45 @@ fn check(args: &RenderArgs) -> Result<(), Failure> {
     }
 }
 
+/// Follows the particles that a state is missing; why it stopped before, if it did.
 fn run(
-    args: &RenderArgs,
-    loaded: &Loaded,
-    pool: &ThreadPool,
-    interrupted: &AtomicBool,
-) -> Result<(Measurement, Option<Stopped>), Failure> {
-    // A time limit replaces the scene's number of particles, but not that of the command line.
-    let requested = match args.time {
-        Some(_) => args.particles.map(|_| loaded.samples),
-        None => Some(loaded.samples),
-    };
+    (args, loaded): (&RenderArgs, &Loaded),
+    (meters, options): (&[Meter], &MeasureOptions),
+    state: &mut MeasureState,
+    mut keeper: Option<&mut Keeper>,
+    (pool, interrupt): (&ThreadPool, &Interrupt),
+) -> Result<Option<Stopped>, MeasureError> {
     let goal = Goal {
         samples_per_spp: loaded.groups.len() as u64,
-        spp: requested,
+        spp: (options.particles < u64::MAX).then_some(options.particles),
+        before: state.done().count(),
         unit: "particles",
         time: args.time,
     };
-    let (max_depth, rr_depth) = loaded.integrator.depths();
-    let options = MeasureOptions {
-        particles: requested.unwrap_or(u64::MAX),
-        seed: args.seed,
-        max_depth,
-        rr_depth,
-    };
-    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
     let (counter, started) = (AtomicU64::new(0), Instant::now());
     let mut stopped = None;
-    let on_pass = |done| {
-        if interrupted.load(Ordering::Relaxed) {
-            stopped = Some(Stopped::Interrupted);
-        } else if args.time.is_some_and(|t| started.elapsed() >= t) {
-            stopped = Some(Stopped::Time);
+    let on_pass = |state: &MeasureState| {
+        if let Some(keeper) = &mut keeper {
+            keeper.update(BodyRef::Meters(state));
         }
+        stopped = Stopped::when(interrupt.asked(), args.time, started);
         match stopped {
-            Some(_) if done < options.particles => ControlFlow::Break(()),
+            Some(_) if state.done().count() < options.particles => ControlFlow::Break(()),
             _ => ControlFlow::Continue(()),
         }
     };
-    let measurement = std::thread::scope(|scope| {
-        let _drawing = (!args.quiet).then(|| progress::draw(scope, goal, &counter, interrupted));
-        pool.install(|| render::measure(&loaded.groups, &meters, &options, &counter, on_pass))
-    });
-    match measurement {
-        Ok(measurement) => Ok((measurement, stopped)),
-        Err(error @ MeasureError::Dark) => Err(Failure::Usage(error.to_string())),
-        Err(error @ MeasureError::Memory(_)) => Err(Failure::Runtime(error.to_string())),
-    }
+    std::thread::scope(|scope| {
+        let draw = !args.outputs.quiet;
+        let _drawing = draw.then(|| progress::draw(scope, goal, &counter, interrupt));
+        pool.install(|| state.advance(&loaded.groups, meters, options, &counter, on_pass))
+    })?;
+    Ok(stopped)
 }
 
-/// Says which meters have received nothing.
-fn warn(measured: &Measured) {
-    let mut warnings = Diagnostics::new();
-    for name in measured.dark() {
-        let message = format!("the meter '{name}' received no light");
-        let help = "check where it is, and whether light can get there".to_owned();
-        warnings.push(Diagnostic::warning(message).help(help));
+/// What to tell the user.
+pub fn failure(error: MeasureError) -> Failure {
+    match error {
+        MeasureError::Dark => Failure::Usage(error.to_string()),
+        MeasureError::Memory(_) => Failure::Runtime(error.to_string()),
     }
-    show(&warnings);
 }

@@ -4,122 +4,150 @@ use super::measure::measure;
 use crate::args::RenderArgs;
 use crate::config::ImageFormat;
 use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::job::Job;
+use crate::keeper::{self, Keeper};
 use crate::preview::{Canvas, Preview};
 use crate::progress::{self, Goal};
 use crate::report::{Report, Stopped};
-use crate::{config, interrupt, load, numbers, outputs};
-use io::image::tone::Tone;
+use crate::shard::Shard;
+use crate::{config, load, numbers, results};
+use io::Loaded;
+use io::part::{Body, BodyRef, Header};
 use io::rendered::Naming;
-use io::{Loaded, rendered};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 use std::time::Instant;
 use transport::integrator::Integrator;
-use transport::render::{Options, Rendering, Target, memory, render_counted};
+use transport::render::{Options, State, memory};
 
-/// Renders a scene and writes its images.
+/// Renders a scene and writes its images, or its part.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     let pool = pool(args.threads)?;
-    let loaded = load::load(
-        &args.scene,
-        args.integrator.as_deref(),
-        args.spp.or(args.particles),
-    )?;
+    let job = Job::of(args);
+    let loaded = job.load()?;
+    let shard = shard(args, &loaded)?;
     if !loaded.instruments.is_empty() {
-        return measure(args, &loaded, &pool);
+        return measure(args, (&job, &loaded), shard, &pool);
     }
     if args.particles.is_some() {
         let message = "--particles is for scenes with meters; for a camera it is --spp";
         return Err(Failure::Usage(message.into()));
     }
-    let mut images = config::images(args)?;
-    if !args.quiet {
+    let images = images(args, &loaded, shard)?;
+    if !args.outputs.quiet {
         load::warn(&loaded);
     }
     check_strategies(args, &loaded)?;
-    check_colours(args, &loaded, &mut images)?;
     check_target(args, &loaded)?;
-    check_memory(args, &loaded)?;
-    let mut preview = preview(args, &loaded)?;
-    let interrupted = interrupt::watch()?;
+    check_memory(&job, &loaded)?;
     // Other limits replace the scene's number of samples, but not that of the command line.
-    let requested = match (args.time, args.target_error) {
-        (None, None) => Some(loaded.samples),
+    let requested = match (args.time, args.target_error, shard) {
+        (None, None, _) | (.., Some(_)) => Some(loaded.samples),
         _ => args.spp.map(|_| loaded.samples),
     };
+    let header = job.header(&loaded, requested, shard);
+    let options = options(&job, &loaded, &header);
+    let (mut keeper, state) = open(args, header, |keeper, body| match body {
+        Body::Image(state) if state.fits(&loaded.groups, &options) => Ok(*state),
+        _ => Err(keeper.misfit()),
+    })?;
+    let mut preview = preview(args, &loaded)?;
+    let interrupt = Interrupt::watch()?;
     let started = Instant::now();
-    let (rendering, stopped) = run(
-        args,
-        &loaded,
-        requested,
-        &pool,
-        &interrupted,
-        preview.as_mut(),
+    let mut state = state.unwrap_or_else(|| pool.install(|| State::new(&loaded.groups, &options)));
+    let shown = preview.as_mut();
+    let stopped = run(
+        (args, &loaded),
+        &options,
+        &mut state,
+        (keeper.as_mut(), shown),
+        (&pool, &interrupt),
     );
+    let saved = keeper
+        .iter_mut()
+        .try_for_each(|k| k.save(BodyRef::Image(&state)));
+    let rendering = state.into_rendering(&loaded.groups);
     let report = Report {
-        args,
+        job: &job,
         loaded: &loaded,
         rendering: &rendering,
         requested,
-        elapsed: started.elapsed(),
-        threads: pool.current_num_threads(),
+        elapsed: keeper.map_or(started.elapsed(), |k| k.elapsed()),
+        threads: Some(pool.current_num_threads()),
         stopped,
     };
-    let written = write(args, &images, &report);
+    let written = results::write_images(&args.outputs, &images, &report);
     if let Some(preview) = preview {
         preview.finish(&rendering.film);
     }
     written?;
-    if !args.quiet {
-        writeln!(std::io::stdout(), "{}", report.line())?;
+    saved?;
+    if !args.outputs.quiet {
+        writeln!(std::io::stdout(), "{}{}", name(shard), report.line())?;
     }
     Ok(match stopped {
-        Some(Stopped::Interrupted) => ExitCode::from(interrupt::STATUS),
+        Some(Stopped::Interrupted) => interrupt.status(),
         _ => ExitCode::SUCCESS,
     })
 }
 
-/// Writes every file that can be written before complaining of those that cannot.
-fn write(
+/// Which part of the samples is wanted.
+fn shard(args: &RenderArgs, loaded: &Loaded) -> Result<Option<[u64; 2]>, Failure> {
+    let keep = &args.keep;
+    if keep.resume && keep.checkpoint.is_none() && keep.shard.is_none() {
+        let message = "--resume goes on from a --checkpoint or a --shard: say which";
+        return Err(Failure::Usage(message.into()));
+    }
+    let shard = keep.shard.map(Shard::resolve).transpose();
+    match shard.map_err(Failure::Usage)? {
+        Some([_, count]) if count > loaded.samples => Err(Failure::Usage(format!(
+            "there are more shards, {count}, than samples, {}",
+            loaded.samples
+        ))),
+        shard => Ok(shard),
+    }
+}
+
+/// What keeps the render, if it is to be kept, and what was kept of it before; `fitting` takes what fits.
+pub fn open<S>(
     args: &RenderArgs,
-    images: &[(PathBuf, ImageFormat)],
-    report: &Report,
-) -> Result<(), Failure> {
-    let names = &report.loaded.channel_names;
-    let film = &report.rendering.film;
-    let mut image = rendered::layers(film, names, report.attributes());
-    image.layers.extend(rendered::bias(report.rendering, names));
-    if images.iter().any(|(_, format)| *format == ImageFormat::Exr) {
-        rendered::extend(&mut image, film, report.loaded);
+    header: Header,
+    fitting: impl Fn(&Keeper, Body) -> Result<S, Failure>,
+) -> Result<(Option<Keeper>, Option<S>), Failure> {
+    let shard = header.shard;
+    let path = keeper::path(&args.keep, &args.outputs.output, &args.scene.path, shard)?;
+    let Some(path) = path else {
+        return Ok((None, None));
+    };
+    let (keeper, body) = Keeper::open(path, &args.keep, header)?;
+    let state = body.map(|body| fitting(&keeper, body)).transpose()?;
+    Ok((Some(keeper), state))
+}
+
+/// How a report of a shard begins.
+pub fn name(shard: Option<[u64; 2]>) -> String {
+    shard.map_or(String::new(), |[index, count]| {
+        format!("shard {index} of {count}: ")
+    })
+}
+
+/// The images to write: none of a shard.
+fn images(
+    args: &RenderArgs,
+    loaded: &Loaded,
+    shard: Option<[u64; 2]>,
+) -> Result<Vec<(PathBuf, ImageFormat)>, Failure> {
+    if shard.is_some() {
+        return Ok(Vec::new());
     }
-    let images = images
-        .iter()
-        .map(|(path, format)| match (format, Naming::of(report.loaded)) {
-            (ImageFormat::Npy, Some(naming)) => naming.write_array(path, film),
-            _ => outputs::write(path, *format, &image, args.tone.tone()),
-        });
-    let strategies = args.strategies.iter().map(|path| {
-        let image = rendered::strategies(report.rendering, names, report.attributes());
-        outputs::write(path, ImageFormat::Exr, &image, Tone::default())
-    });
-    let stats = args
-        .stats
-        .iter()
-        .map(|path| io::atomic::write(path, |file| writeln!(file, "{:#}", report.json())));
-    let failed: Vec<String> = images
-        .chain(strategies)
-        .chain(stats)
-        .filter_map(Result::err)
-        .map(|e| e.to_string())
-        .collect();
-    match failed.is_empty() {
-        true => Ok(()),
-        false => Err(Failure::Runtime(failed.join("\n"))),
-    }
+    let mut images = config::images(&args.outputs, &args.scene.path)?;
+    check_colours(&args.outputs.output, loaded, &mut images)?;
+    Ok(images)
 }
 
 /// The viewer that is to show the render, if there is one.
@@ -138,7 +166,7 @@ fn preview(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Preview>, Failur
 
 /// Only an estimator with several strategies can show them.
 fn check_strategies(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
-    if args.strategies.is_none() || loaded.integrator.splats() {
+    if args.outputs.strategies.is_none() || loaded.integrator.splats() {
         return Ok(());
     }
     Err(Failure::Usage(format!(
@@ -148,8 +176,8 @@ fn check_strategies(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
 }
 
 /// Quantities other than light have no colours: nobody gets a PNG of them.
-fn check_colours(
-    args: &RenderArgs,
+pub fn check_colours(
+    asked: &[PathBuf],
     loaded: &Loaded,
     images: &mut Vec<(PathBuf, ImageFormat)>,
 ) -> Result<(), Failure> {
@@ -157,7 +185,7 @@ fn check_colours(
     if !matches!(loaded.integrator, Integrator::Aov(_)) {
         return Ok(());
     }
-    if !args.output.is_empty() && images.iter().any(is_png) {
+    if !asked.is_empty() && images.iter().any(is_png) {
         let message = "the integrator aov has no colours to show in a PNG: write .exr or .npy";
         return Err(Failure::Usage(message.into()));
     }
@@ -179,13 +207,13 @@ fn check_target(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
 }
 
 /// A film that does not fit into memory would end the program without a word.
-fn check_memory(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
+fn check_memory(job: &Job, loaded: &Loaded) -> Result<(), Failure> {
     let film = loaded.scene().film();
-    let bytes = memory(film, &options(args, loaded));
+    let bytes = memory(film, &job.options(loaded));
     let message = |_| {
         let (width, height) = (film.width, film.height);
         let layers = Naming::of(loaded).map(|n| format!(" with {}", n.describe()));
-        let strategies = args.strategies.is_some().then_some(" with --strategies");
+        let strategies = job.strategies.then_some(" with --strategies");
         Failure::Runtime(format!(
             "a film of {width} × {height} pixels{}{} needs {} of memory",
             layers.unwrap_or_default(),
@@ -196,17 +224,13 @@ fn check_memory(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
     Vec::<u8>::new().try_reserve_exact(bytes).map_err(message)
 }
 
-/// How a scene is to be rendered.
-fn options(args: &RenderArgs, loaded: &Loaded) -> Options {
+/// How the part that a header names is to be rendered.
+fn options(job: &Job, loaded: &Loaded, header: &Header) -> Options {
+    let range = header.range();
     Options {
-        strategies: args.strategies.is_some(),
-        decomposition: loaded.layering.decomposition,
-        reweight: loaded.reweight,
-        target: args.target_error.map(|error| Target {
-            error,
-            measure: args.target.unwrap_or_default(),
-        }),
-        ..Options::new(loaded.integrator, loaded.samples, args.seed)
+        first: range.start,
+        samples: range.end - range.start,
+        ..job.options(loaded)
     }
 }
 
@@ -218,46 +242,42 @@ fn pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
         .map_err(|e| Failure::Runtime(format!("cannot start threads: {e}")))
 }
 
+/// Renders what is missing of a state; why it stopped before, if it did.
 fn run(
-    args: &RenderArgs,
-    loaded: &Loaded,
-    requested: Option<u64>,
-    pool: &ThreadPool,
-    interrupted: &AtomicBool,
-    mut preview: Option<&mut Preview>,
-) -> (Rendering, Option<Stopped>) {
+    (args, loaded): (&RenderArgs, &Loaded),
+    options: &Options,
+    state: &mut State,
+    (mut keeper, mut preview): (Option<&mut Keeper>, Option<&mut Preview>),
+    (pool, interrupt): (&ThreadPool, &Interrupt),
+) -> Option<Stopped> {
     let film = loaded.scene().film();
     let goal = Goal {
         samples_per_spp: (film.width * film.height * loaded.groups.len()) as u64,
-        spp: requested,
+        spp: (options.samples < u64::MAX).then_some(options.samples),
+        before: state.done().count(),
         unit: "spp",
         time: args.time,
     };
-    let options = Options {
-        samples: requested.unwrap_or(u64::MAX),
-        ..options(args, loaded)
-    };
     let (counter, started) = (AtomicU64::new(0), Instant::now());
     let mut stopped = None;
-    let rendering = std::thread::scope(|scope| {
-        let _drawing = (!args.quiet).then(|| progress::draw(scope, goal, &counter, interrupted));
+    std::thread::scope(|scope| {
+        let draw = !args.outputs.quiet;
+        let _drawing = draw.then(|| progress::draw(scope, goal, &counter, interrupt));
         pool.install(|| {
-            render_counted(&loaded.groups, &options, &counter, |progress| {
+            state.advance(&loaded.groups, options, &counter, |progress| {
                 if let Some(preview) = &mut preview {
                     preview.update(progress.film);
                 }
-                if interrupted.load(Ordering::Relaxed) {
-                    stopped = Some(Stopped::Interrupted);
-                } else if args.time.is_some_and(|t| started.elapsed() >= t) {
-                    stopped = Some(Stopped::Time);
+                if let Some(keeper) = &mut keeper {
+                    keeper.update(BodyRef::Image(progress.state));
                 }
+                stopped = Stopped::when(interrupt.asked(), args.time, started);
                 match stopped {
                     Some(_) if progress.done < progress.total => ControlFlow::Break(()),
                     _ => ControlFlow::Continue(()),
                 }
-            })
-        })
+            });
+        });
     });
-    let stopped = stopped.or(rendering.reached.then_some(Stopped::Target));
-    (rendering, stopped)
+    stopped.or(state.reached().then_some(Stopped::Target))
 }

@@ -32,7 +32,7 @@ fn writes_readings_and_the_account_of_the_light() {
     let folder = folder(TANK);
     let text = folder.succeed("render scene.xml --particles 2e3 --stats s.json");
     for part in [
-        "2.00 k particles",
+        "2.05 k particles",
         "tank: fluence (4 bins",
         "skin: power",
         "emitted 1:",
@@ -43,7 +43,8 @@ fn writes_readings_and_the_account_of_the_light() {
     }
     assert_eq!(folder.files(), ["s.json", "scene.npz", "scene.xml"]);
     let stats = folder.json("s.json");
-    assert_eq!(stats["particles"], 2000);
+    // They are followed by 64.
+    assert_eq!(stats["particles"], 2048);
     assert_eq!(stats["meters"][0]["name"], "tank");
     let account = &stats["balance"];
     let entries = [
@@ -81,7 +82,7 @@ fn info_lists_meters() {
     let text = folder(TANK).succeed("info scene.xml");
     for part in [
         "1000000 particles, Y",
-        "tank: 8 bins, 128 B",
+        "tank: 8 bins, 256 B",
         "skin: 6 bins",
         "collimated",
     ] {

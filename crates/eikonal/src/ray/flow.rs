@@ -29,7 +29,7 @@ impl Default for Tolerance {
 }
 
 /// Work done, in units that do not depend on the machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Work {
     /// Accepted steps.
     pub steps: u64,

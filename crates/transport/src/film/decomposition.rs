@@ -1,6 +1,7 @@
 //! How a film's light is told apart: by the length of its paths, their bounces, their emitters.
 
 use crate::Bins;
+use serde::{Deserialize, Serialize};
 
 /// What a film asks about the path of a contribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +27,7 @@ fn slot(bins: &Bins, value: f64) -> usize {
 
 /// The ways in which a film's light is told apart: all combinations of those that are given. The default
 /// keeps it together.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Decomposition {
     /// Bins of optical length.
     pub length: Option<Bins>,

@@ -1,24 +1,18 @@
 //! What a film keeps of each layer of a decomposition.
 
-use super::{Decomposition, Pixel};
+use super::{Cell, Decomposition, Pixel};
 use crate::Spectrum;
-
-/// Sums over the samples of one pixel in one layer and one channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Cell {
-    sum: f64,
-    sum_of_squares: f64,
-}
+use serde::{Deserialize, Serialize};
 
 /// The layers of a film.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layers {
     decomposition: Decomposition,
     groups: Vec<LayerGroup>,
 }
 
 /// The layers of one group of channels.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LayerGroup {
     decomposition: Decomposition,
     lanes: usize,
@@ -60,10 +54,25 @@ impl Layers {
             ..Pixel::default()
         };
         for (lane, cell) in group.cells[first..first + group.lanes].iter().enumerate() {
-            result.sum[lane] = cell.sum;
-            result.sum_of_squares[lane] = cell.sum_of_squares;
+            result.cells[lane] = *cell;
         }
         result
+    }
+
+    /// What layers of like films have in common.
+    pub(super) fn shape(&self) -> (Decomposition, Vec<[usize; 3]>) {
+        let sizes = |g: &LayerGroup| [g.lanes, g.cells.len(), g.whole.len()];
+        (self.decomposition, self.groups.iter().map(sizes).collect())
+    }
+
+    /// Adds the samples of other layers of the same shape.
+    pub(super) fn merge(&mut self, other: &Layers) {
+        for (group, other) in self.groups.iter_mut().zip(&other.groups) {
+            let cells = group.cells.iter_mut().zip(&other.cells);
+            cells.for_each(|(cell, other)| *cell += *other);
+            let whole = group.whole.iter_mut().zip(&other.whole);
+            whole.for_each(|(pixel, other)| *pixel += *other);
+        }
     }
 
     pub(super) fn whole(&self, group: usize, layer: usize) -> &Pixel {
@@ -130,8 +139,7 @@ impl CellsMut<'_> {
         let first = (pixel * self.layers + layer) * self.lanes;
         let cells = &mut self.cells[first..first + self.lanes];
         for (cell, v) in cells.iter_mut().zip(value.0) {
-            cell.sum += v;
-            cell.sum_of_squares += v * v;
+            cell.add(v);
         }
     }
 }

@@ -11,41 +11,65 @@ pub use cascade::{Cascade, LevelsMut};
 pub use decomposition::{Axis, Decomposition, PathFacts};
 pub use filter::Filter;
 pub use footprint::footprint;
-pub use layers::{Cell, CellsMut, LayerGroup, Layers, Pending};
+pub use layers::{CellsMut, LayerGroup, Layers, Pending};
 
 use crate::Spectrum;
+use crate::sum::Sum;
+use serde::{Deserialize, Serialize};
+use std::ops::AddAssign;
 
 /// Sums over the samples of one pixel, for one group of channels.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pixel {
-    /// Σ value.
-    pub sum: Spectrum,
-    /// Σ value².
-    pub sum_of_squares: Spectrum,
+    /// Per channel.
+    cells: [Cell; Spectrum::LANES],
     /// Number of samples.
     pub count: u64,
+}
+
+/// Sums over the samples of one pixel in one channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cell {
+    sum: Sum,
+    sum_of_squares: Sum,
+}
+
+impl Cell {
+    /// Adds one sample.
+    pub fn add(&mut self, value: f64) {
+        if value != 0.0 {
+            self.sum.add(value);
+            // A square that is too large for a double is far beyond all that can be told of a variance.
+            self.sum_of_squares.add((value * value).min(f64::MAX));
+        }
+    }
+}
+
+impl AddAssign for Cell {
+    fn add_assign(&mut self, other: Cell) {
+        self.sum += other.sum;
+        self.sum_of_squares += other.sum_of_squares;
+    }
 }
 
 impl Pixel {
     /// Adds one sample.
     pub fn add(&mut self, value: Spectrum) {
-        self.sum += value;
-        self.sum_of_squares += value * value;
+        for (cell, value) in self.cells.iter_mut().zip(value.0) {
+            cell.add(value);
+        }
         self.count += 1;
     }
 
-    /// Adds the samples of another accumulator.
-    pub fn merge(&mut self, other: &Pixel) {
-        self.sum += other.sum;
-        self.sum_of_squares += other.sum_of_squares;
-        self.count += other.count;
+    fn quantity(&self, f: impl Fn(&Cell) -> Sum) -> Spectrum {
+        Spectrum(self.cells.each_ref().map(|cell| f(cell).value()))
     }
 
     /// Mean of the samples; zero if there are none.
     pub fn mean(&self) -> Spectrum {
         match self.count {
             0 => Spectrum::ZERO,
-            n => self.sum / n as f64,
+            n => self.quantity(|c| c.sum) / n as f64,
         }
     }
 
@@ -56,8 +80,18 @@ impl Pixel {
         }
         let n = self.count as f64;
         let mean = self.mean();
-        let scatter = self.sum_of_squares - mean * mean * n;
+        let scatter = self.quantity(|c| c.sum_of_squares) - mean * mean * n;
         scatter.map(|s| s.max(0.0) / (n * (n - 1.0)))
+    }
+}
+
+impl AddAssign for Pixel {
+    /// Samples of another accumulator.
+    fn add_assign(&mut self, other: Pixel) {
+        for (cell, other) in self.cells.iter_mut().zip(other.cells) {
+            *cell += other;
+        }
+        self.count += other.count;
     }
 }
 
@@ -66,7 +100,7 @@ impl Pixel {
 ///
 /// Filters other than the box are sampled in proportion to their value, so every pixel is a plain
 /// mean of independent samples and its variance is known without bias.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Film {
     width: usize,
     height: usize,
@@ -121,6 +155,47 @@ impl Film {
         Film {
             layers: decomposition.is_some().then(layers),
             ..self
+        }
+    }
+
+    /// Whether another film keeps the same quantities of as many pixels.
+    pub fn is_like(&self, other: &Film) -> bool {
+        let shape = |f: &Film| {
+            let cascades = f
+                .cascades
+                .as_deref()
+                .map(|c| c.iter().map(Cascade::shape).collect());
+            let cascades: Option<Vec<_>> = cascades;
+            let sizes = [
+                f.width,
+                f.height,
+                f.channels,
+                f.lanes,
+                f.pixels.len(),
+                f.whole.len(),
+            ];
+            (sizes, f.layers.as_ref().map(Layers::shape), cascades)
+        };
+        shape(self) == shape(other)
+    }
+
+    /// Whether another film has as many pixels and channels.
+    pub fn has_size_of(&self, other: &Film) -> bool {
+        let size = |f: &Film| [f.width, f.height, f.channels, f.lanes, f.pixels.len()];
+        size(self) == size(other)
+    }
+
+    /// Adds the samples of another film [like](Film::is_like) this one.
+    pub fn merge(&mut self, other: &Film) {
+        let pixels = self.pixels.iter_mut().zip(&other.pixels);
+        let whole = self.whole.iter_mut().zip(&other.whole);
+        pixels.chain(whole).for_each(|(a, b)| *a += *b);
+        if let (Some(layers), Some(other)) = (&mut self.layers, &other.layers) {
+            layers.merge(other);
+        }
+        if let (Some(cascades), Some(other)) = (&mut self.cascades, &other.cascades) {
+            let pairs = cascades.iter_mut().zip(other);
+            pairs.for_each(|(cascade, other)| cascade.merge(other));
         }
     }
 

@@ -1,11 +1,13 @@
-//! Sums over particles, whose order does not depend on threads.
+//! Sums over particles.
 //!
 //! What one particle leaves in one slot, over its whole way, is one sample: the visits of a path to the
 //! same place are anything but independent, and a standard error must not take them for that. So the
 //! scores of a particle are added up per slot before they are squared. Particles are followed in small
-//! tasks of fixed size, in parallel; the sums of tasks are then added slot by slot in the order of tasks.
+//! tasks of fixed size, in parallel; the sums of tasks are then added slot by slot, in any order.
 
+use crate::sum::Sum;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Slots per unit of work when tasks are added up.
 const SLOTS_PER_CHUNK: usize = 1 << 14;
@@ -71,10 +73,10 @@ impl Part {
 }
 
 /// Sums over all particles.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tally {
     /// For each slot the sum, and the sum of squares.
-    slots: Vec<[f64; 2]>,
+    slots: Vec<[Sum; 2]>,
     particles: u64,
 }
 
@@ -86,7 +88,7 @@ impl Tally {
     pub fn new(slots: usize) -> Option<Self> {
         let mut empty = Vec::new();
         empty.try_reserve_exact(slots).ok()?;
-        empty.resize(slots, [0.0; 2]);
+        empty.resize(slots, [Sum::default(); 2]);
         Some(Tally {
             slots: empty,
             particles: 0,
@@ -95,10 +97,24 @@ impl Tally {
 
     /// Bytes that a tally of so many slots needs.
     pub fn memory(slots: usize) -> usize {
-        slots.saturating_mul(size_of::<[f64; 2]>())
+        slots.saturating_mul(size_of::<[Sum; 2]>())
     }
 
-    /// Adds tasks, of `particles` particles in all, in their order.
+    /// Number of slots.
+    pub fn slots(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// Adds another tally of as many slots.
+    pub fn merge(&mut self, other: &Tally) {
+        self.particles += other.particles;
+        for (kept, sums) in self.slots.iter_mut().zip(&other.slots) {
+            kept[0] += sums[0];
+            kept[1] += sums[1];
+        }
+    }
+
+    /// Adds tasks, of `particles` particles in all.
     pub fn add(&mut self, parts: &[Part], particles: u64) {
         self.particles += particles;
         let chunks = self.slots.par_chunks_mut(SLOTS_PER_CHUNK).enumerate();
@@ -107,8 +123,8 @@ impl Tally {
             for part in parts {
                 for &(slot, sum, square) in part.within(first, first + slots.len()) {
                     let kept = &mut slots[slot as usize - first];
-                    kept[0] += sum;
-                    kept[1] += square;
+                    kept[0].add(sum);
+                    kept[1].add(square.min(f64::MAX));
                 }
             }
         });
@@ -121,7 +137,7 @@ impl Tally {
 
     /// Mean over particles; 0 if there are none.
     pub fn mean(&self, slot: usize) -> f64 {
-        self.slots[slot][0] / self.particles.max(1) as f64
+        self.slots[slot][0].value() / self.particles.max(1) as f64
     }
 
     /// Standard error of the mean; infinite for less than two particles.
@@ -130,7 +146,7 @@ impl Tally {
         if n < 2.0 {
             return f64::INFINITY;
         }
-        let [sum, square] = self.slots[slot];
+        let [sum, square] = self.slots[slot].map(Sum::value);
         let variance = (square / n - (sum / n).powi(2)).max(0.0) * n / (n - 1.0);
         (variance / n).sqrt()
     }

@@ -4,6 +4,8 @@ use super::edge::{Edge, End, Span};
 use super::share::{collided, share};
 use crate::Spectrum;
 use crate::scene::Scene;
+use crate::sum::Sum;
+use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
 /// Number of entries of a ledger.
@@ -85,6 +87,24 @@ impl Account {
             sum[1] += value * value;
         }
     }
+}
+
+/// Sums over accounts, whose bits do not depend on their order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Books {
+    particles: u64,
+    sums: [[Sum; 2]; ENTRIES + 1],
+}
+
+impl Books {
+    /// Adds an account.
+    pub fn enter(&mut self, account: &Account) {
+        self.particles += account.particles;
+        for (kept, sums) in self.sums.iter_mut().zip(account.sums) {
+            kept[0].add(sums[0]);
+            kept[1].add(sums[1].min(f64::MAX));
+        }
+    }
 
     /// Number of particles.
     pub fn particles(&self) -> u64 {
@@ -110,7 +130,7 @@ impl Account {
     }
 
     fn share(&self, i: usize) -> Share {
-        let (n, [sum, square]) = (self.particles as f64, self.sums[i]);
+        let (n, [sum, square]) = (self.particles as f64, self.sums[i].map(Sum::value));
         let mean = sum / n.max(1.0);
         let variance = (square / n - mean * mean).max(0.0) / (n - 1.0);
         Share {
@@ -120,6 +140,17 @@ impl Account {
             } else {
                 variance.sqrt()
             },
+        }
+    }
+}
+
+impl AddAssign for Books {
+    /// More accounts.
+    fn add_assign(&mut self, other: Books) {
+        self.particles += other.particles;
+        for (sums, other) in self.sums.iter_mut().zip(other.sums) {
+            sums[0] += other[0];
+            sums[1] += other[1];
         }
     }
 }
@@ -203,8 +234,10 @@ mod tests {
         for ledger in [one, bad] {
             account.add(&ledger, &mut not_finite);
         }
-        let balance = account.balance(1.0);
-        assert_eq!((not_finite, account.particles()), (1, 2));
+        let mut books = Books::default();
+        books.enter(&account);
+        let balance = books.balance(1.0);
+        assert_eq!((not_finite, books.particles()), (1, 2));
         assert_eq!((balance.media.mean, balance.residual.mean), (0.5, 0.5));
     }
 }

@@ -28,7 +28,7 @@ mod tube;
 mod vertex;
 mod walk;
 
-pub use account::{Account, Balance, Ledger, Share};
+pub use account::{Account, Balance, Books, Ledger, Share};
 pub use attract::{scatter, scatter_pdf};
 pub use edge::{Carry, Edge, End, Front, Point, Span, Start};
 pub use ends::{Bounds, LightPath, emit, sensor_path};

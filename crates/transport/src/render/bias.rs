@@ -6,6 +6,7 @@
 
 use crate::Spectrum;
 use crate::film::{Film, Pixel};
+use serde::{Deserialize, Serialize};
 
 /// Standard deviations within which a normal deviate lies with a probability of 97.5 %. The other half of the 5 %
 /// in which a bound may fail is for what the estimate of the bias leaves, of fourth order: with 95 % here
@@ -13,7 +14,7 @@ use crate::film::{Film, Pixel};
 const DEVIATIONS: f64 = 2.241_402_727_604_947;
 
 /// The image with its known bias taken off: the mean of V − B.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Debiased {
     /// It.
     pub film: Film,

@@ -1,16 +1,19 @@
 //! Measuring: particles spread over threads, with results that depend on the seed alone.
 
-use super::longer_or_shorter;
+use super::state::MergeError;
+use super::{Ranges, longer_or_shorter};
 use crate::meter::{Meter, Part, Reading, Setup, Tally};
-use crate::path::{Account, Balance, Workspace};
+use crate::path::{Account, Balance, Books, Workspace};
 use crate::scene::Scene;
 use crate::stats::Stats;
+use crate::sum::Sum;
 use rayon::prelude::*;
-use std::ops::ControlFlow;
+use serde::{Deserialize, Serialize};
+use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-/// Particles per task. The sums of a task are rounded on their own, so this number is part of the result.
+/// Particles per task. The sums of a task are rounded on their own, so tasks are always the same particles.
 const TASK: u64 = 64;
 /// Most tasks that are kept before they are added up.
 const MOST_TASKS: u64 = 1 << 10;
@@ -18,7 +21,11 @@ const MOST_TASKS: u64 = 1 << 10;
 /// How a measurement is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeasureOptions {
-    /// Particles, for each group of channels.
+    /// Number of the first particle, rounded up to a multiple of [`MeasureOptions::UNIT`]; not 0 if this measurement is
+    /// part of a larger one.
+    pub first: u64,
+    /// Particles, for each group of channels; the last one's number is rounded likewise. A tally has room for the numbers
+    /// below [`MeasureOptions::MOST`]: a measurement ends there.
     pub particles: u64,
     /// Seed: the same seed gives the same readings, bit for bit, for any number of threads.
     pub seed: u64,
@@ -26,6 +33,19 @@ pub struct MeasureOptions {
     pub max_depth: Option<u32>,
     /// Number of edges and events after which Russian roulette begins.
     pub rr_depth: u32,
+}
+
+impl MeasureOptions {
+    /// Particles are followed in so many at a time.
+    pub const UNIT: u64 = TASK;
+    /// Most particles that can be followed.
+    pub const MOST: u64 = TASK * Sum::MOST;
+
+    /// Numbers of the particles.
+    pub fn range(&self) -> Range<u64> {
+        let whole = |n: u64| n.min(Self::MOST).next_multiple_of(TASK);
+        whole(self.first)..whole(self.first.saturating_add(self.particles))
+    }
 }
 
 /// What a measurement gives.
@@ -70,97 +90,198 @@ pub fn measure(
     counter: &AtomicU64,
     mut on_pass: impl FnMut(u64) -> ControlFlow<()>,
 ) -> Result<Measurement, MeasureError> {
-    let mut groups = Vec::new();
-    for (i, scene) in scenes.iter().enumerate() {
-        groups.push(Group::new((i, scene), meters, options)?);
+    let mut state = MeasureState::new(scenes, meters)?;
+    state.advance(scenes, meters, options, counter, |state| {
+        on_pass(state.done.count())
+    })?;
+    state.into_measurement(scenes, meters)
+}
+
+/// What a measurement has gathered so far: to go on with it later, or to add it to what others have gathered, as
+/// [`State`](super::State) is for images.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct MeasureState {
+    done: Ranges,
+    stats: Stats,
+    /// For each group of channels.
+    tallies: Vec<Tally>,
+    books: Vec<Books>,
+}
+
+impl MeasureState {
+    /// Nothing yet.
+    ///
+    /// # Errors
+    /// If no light is emitted, or there is not enough memory.
+    pub fn new(scenes: &[Scene], meters: &[Meter]) -> Result<Self, MeasureError> {
+        let tally = |group: Group| {
+            let slots = group.setup.slots();
+            let tally = Some(slots).filter(|n| *n <= Tally::MOST_SLOTS);
+            let tally = tally.and_then(Tally::new);
+            tally.ok_or(MeasureError::Memory(Tally::memory(slots)))
+        };
+        let groups = groups(scenes, meters, (u32::MAX, 0))?;
+        Ok(MeasureState {
+            done: Ranges::default(),
+            stats: Stats::default(),
+            books: vec![Books::default(); groups.len()],
+            tallies: groups.into_iter().map(tally).collect::<Result<_, _>>()?,
+        })
     }
-    let (mut done, mut tasks) = (0, 1);
-    let mut stats = Stats::default();
-    while done < options.particles {
-        let started = Instant::now();
-        let end = options.particles.min(done + tasks * TASK);
-        for group in &mut groups {
-            stats += group.pass(done..end, counter);
-        }
-        done = end;
-        if on_pass(done).is_break() {
-            break;
-        }
-        tasks = longer_or_shorter(tasks, started.elapsed()).min(MOST_TASKS);
+
+    /// The particles that have been followed.
+    pub fn done(&self) -> &Ranges {
+        &self.done
     }
-    Ok(Measurement {
-        readings: join(groups.iter().map(|g| (g.readings(), g.channels)).collect()),
-        emitted: groups.iter().flat_map(Group::emitted).collect(),
-        balance: groups.iter().fold(Balance::default(), |mut sum, group| {
-            sum += group.account.balance(group.setup.emitted().sum());
-            sum
-        }),
-        stats,
-        particles: done,
-    })
+
+    /// Whether this is a state of a measurement of these scenes with these meters, whichever particles it has.
+    pub fn fits(&self, scenes: &[Scene], meters: &[Meter]) -> bool {
+        let groups = groups(scenes, meters, (u32::MAX, 0)).unwrap_or_default();
+        let slots = groups.iter().map(|g| g.setup.slots());
+        let sound = self.done.are_sound() && self.books.len() == scenes.len();
+        sound && slots.eq(self.tallies.iter().map(Tally::slots))
+    }
+
+    /// Adds what another state of the same measurement has gathered: the same scenes, meters, seed and options,
+    /// but for the range of particles.
+    ///
+    /// # Errors
+    /// Particles that both have, or states of obviously different measurements; nothing is added then.
+    pub fn merge(&mut self, other: &MeasureState) -> Result<(), MergeError> {
+        let slots = |state: &MeasureState| state.tallies.iter().map(Tally::slots).collect();
+        let [mine, others]: [Vec<usize>; 2] = [slots(self), slots(other)];
+        if mine != others {
+            return Err(MergeError::Different);
+        }
+        if let Some(range) = self.done.overlap(&other.done) {
+            return Err(MergeError::Overlap(range));
+        }
+        other.done.iter().for_each(|range| self.done.insert(range));
+        self.stats += other.stats;
+        for (tally, other) in self.tallies.iter_mut().zip(&other.tallies) {
+            tally.merge(other);
+        }
+        for (books, other) in self.books.iter_mut().zip(&other.books) {
+            *books += *other;
+        }
+        Ok(())
+    }
+
+    /// Follows the particles of the options' range that are missing, on the current thread pool; see
+    /// [`measure()`]. The state must [fit](MeasureState::fits).
+    ///
+    /// # Errors
+    /// If no light is emitted.
+    pub fn advance(
+        &mut self,
+        scenes: &[Scene],
+        meters: &[Meter],
+        options: &MeasureOptions,
+        counter: &AtomicU64,
+        mut on_pass: impl FnMut(&MeasureState) -> ControlFlow<()>,
+    ) -> Result<(), MeasureError> {
+        let depths = (options.max_depth.unwrap_or(u32::MAX), options.rr_depth);
+        let groups = groups(scenes, meters, depths)?;
+        let mut tasks = 1;
+        for gap in self.done.gaps(options.range()) {
+            let mut at = gap.start;
+            while at < gap.end {
+                let started = Instant::now();
+                let end = gap.end.min(at + tasks * TASK);
+                let into = self.tallies.iter_mut().zip(&mut self.books);
+                for (group, into) in groups.iter().zip(into) {
+                    self.stats += group.pass((options.seed, at..end), into, counter);
+                }
+                self.done.insert(at..end);
+                at = end;
+                if on_pass(self).is_break() {
+                    return Ok(());
+                }
+                tasks = longer_or_shorter(tasks, started.elapsed()).min(MOST_TASKS);
+            }
+        }
+        Ok(())
+    }
+
+    /// The result; `scenes` and `meters` are those with which it was measured.
+    ///
+    /// # Errors
+    /// If no light is emitted.
+    pub fn into_measurement(
+        self,
+        scenes: &[Scene],
+        meters: &[Meter],
+    ) -> Result<Measurement, MeasureError> {
+        let groups = groups(scenes, meters, (u32::MAX, 0))?;
+        let readings = groups.iter().zip(&self.tallies);
+        let readings = readings.map(|(g, tally)| (g.setup.readings(tally), g.channels));
+        let mut balance = Balance::default();
+        for (group, books) in groups.iter().zip(&self.books) {
+            balance += books.balance(group.setup.emitted().sum());
+        }
+        Ok(Measurement {
+            readings: join(readings.collect()),
+            emitted: groups.iter().flat_map(Group::emitted).collect(),
+            balance,
+            stats: self.stats,
+            particles: self.done.count(),
+        })
+    }
 }
 
 /// One group of channels.
 struct Group<'a> {
+    index: u64,
     setup: Setup<'a>,
     scene: &'a Scene,
-    tally: Tally,
-    account: Account,
-    seed: u64,
     channels: usize,
 }
 
-impl<'a> Group<'a> {
-    fn new(
-        (index, scene): (usize, &'a Scene),
-        meters: &'a [Meter],
-        options: &MeasureOptions,
-    ) -> Result<Self, MeasureError> {
+/// All groups, for paths of at most so many edges, with Russian roulette after so many.
+fn groups<'a>(
+    scenes: &'a [Scene],
+    meters: &'a [Meter],
+    depths: (u32, u32),
+) -> Result<Vec<Group<'a>>, MeasureError> {
+    let group = |(index, scene): (usize, &'a Scene)| {
         let channels = scene.film().lanes_of(index);
-        let depths = (options.max_depth.unwrap_or(u32::MAX), options.rr_depth);
         let setup = Setup::new(scene, meters, channels, depths).ok_or(MeasureError::Dark)?;
-        let slots = setup.slots();
-        let tally = Some(slots).filter(|n| *n <= Tally::MOST_SLOTS);
-        let tally = tally.and_then(Tally::new);
         Ok(Group {
-            tally: tally.ok_or(MeasureError::Memory(Tally::memory(slots)))?,
-            account: Account::default(),
+            index: index as u64,
             setup,
             scene,
-            // Each group's paths have an address space of their own.
-            seed: options
-                .seed
-                .wrapping_add((index as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)),
             channels,
         })
-    }
+    };
+    scenes.iter().enumerate().map(group).collect()
+}
 
+impl Group<'_> {
     /// Follows a range of particles.
-    fn pass(&mut self, particles: std::ops::Range<u64>, counter: &AtomicU64) -> Stats {
-        let tasks = (particles.end - particles.start).div_ceil(TASK);
-        let (setup, scene, seed) = (&self.setup, self.scene, self.seed);
+    fn pass(
+        &self,
+        (seed, particles): (u64, Range<u64>),
+        (tally, books): (&mut Tally, &mut Books),
+        counter: &AtomicU64,
+    ) -> Stats {
+        // Each group's paths have an address space of their own.
+        let seed = seed.wrapping_add(self.index.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        let count = particles.end - particles.start;
         let task = |i: u64| {
             let first = particles.start + i * TASK;
-            let range = first..particles.end.min(first + TASK);
-            let mut ws = Workspace::new(scene.tolerance());
-            let part = setup.task(seed, range.clone(), &mut ws);
-            counter.fetch_add(range.end - range.start, Ordering::Relaxed);
+            let mut ws = Workspace::new(self.scene.tolerance());
+            let part = self.setup.task(seed, first..first + TASK, &mut ws);
+            counter.fetch_add(TASK, Ordering::Relaxed);
             (part, ws.stats())
         };
         let ((parts, accounts), stats): ((Vec<Part>, Vec<Account>), Vec<Stats>) =
-            (0..tasks).into_par_iter().map(task).unzip();
-        self.tally.add(&parts, particles.end - particles.start);
-        for account in accounts {
-            self.account += account;
-        }
+            (0..count / TASK).into_par_iter().map(task).unzip();
+        tally.add(&parts, count);
+        accounts.iter().for_each(|account| books.enter(account));
         stats.into_iter().fold(Stats::default(), |mut sum, s| {
             sum += s;
             sum
         })
-    }
-
-    fn readings(&self) -> Vec<Vec<Reading>> {
-        self.setup.readings(&self.tally)
     }
 
     fn emitted(&self) -> Vec<f64> {

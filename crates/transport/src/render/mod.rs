@@ -7,28 +7,32 @@ mod memory;
 mod photons;
 mod pilot;
 mod pixels;
+mod ranges;
 mod source;
 mod splats;
+mod state;
 mod strategies;
 mod target;
 
 pub use bias::Debiased;
-pub use measure::{MeasureError, MeasureOptions, Measurement, measure};
+pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;
+pub use ranges::Ranges;
+pub use state::{MergeError, State};
 pub use strategies::StrategyImage;
 pub use target::{Measure, Target};
 
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
-use crate::path::{Account, Balance};
+use crate::path::Balance;
 use crate::scene::Scene;
 use crate::stats::Stats;
+use crate::sum::Sum;
+use serde::{Deserialize, Serialize};
 use source::Source;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::sync::atomic::AtomicU64;
-use std::time::{Duration, Instant};
-use strategies::Strategies;
-use target::Watch;
+use std::time::Duration;
 
 /// Passes grow until they take about this long: progress is seen and cancelling is quick, and
 /// waiting for the last thread at the end of a pass costs little.
@@ -39,7 +43,9 @@ const PASS: Duration = Duration::from_millis(500);
 pub struct Options {
     /// Estimator.
     pub integrator: Integrator,
-    /// Samples per pixel.
+    /// Number of the first sample of each pixel; not 0 if this render is part of a larger one.
+    pub first: u64,
+    /// Samples per pixel. A film has room for the numbers below [`Sum::MOST`]: a render ends there.
     pub samples: u64,
     /// Seed: the same seed gives the same image, bit for bit, for any number of threads.
     pub seed: u64,
@@ -58,6 +64,7 @@ impl Options {
     pub fn new(integrator: Integrator, samples: u64, seed: u64) -> Self {
         Options {
             integrator,
+            first: 0,
             samples,
             seed,
             strategies: false,
@@ -66,17 +73,25 @@ impl Options {
             target: None,
         }
     }
+
+    /// Numbers of the samples of each pixel.
+    pub fn range(&self) -> Range<u64> {
+        let end = self.first.saturating_add(self.samples).min(Sum::MOST);
+        self.first.min(end)..end
+    }
 }
 
 /// How far a render has got.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
-    /// Samples per pixel done.
+    /// Samples per pixel done, those of earlier runs included.
     pub done: u64,
     /// Samples per pixel asked for.
     pub total: u64,
     /// The image so far.
     pub film: &'a Film,
+    /// All that there is so far.
+    pub state: &'a State,
 }
 
 /// What a render gives.
@@ -130,87 +145,39 @@ pub fn render_counted(
     scenes: &[Scene],
     options: &Options,
     counter: &AtomicU64,
-    mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
+    on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
-    let spec = scenes[0].film();
-    let channels = options.integrator.channels(spec.channels);
-    let lanes = options.integrator.lanes(spec.lanes);
-    let mut film = Film::in_groups(spec.width, spec.height, channels, lanes)
-        .decomposed(options.decomposition)
-        .sorted(options.reweight);
-    let mut stats = Stats::default();
-    let mut strategies = options.strategies.then(|| Strategies::new(spec));
-    let sources: Vec<Source> = scenes
-        .iter()
-        .enumerate()
-        .map(|(group, scene)| Source::new(scene, options, group))
-        .collect();
-    let mut debiased = photons::debiased(spec, &options.integrator);
-    let mut accounts = vec![Account::default(); sources.len()];
-    let mut watch = options.target.map(Watch::new);
-    let (mut done, mut next, mut reached) = (0, 1, false);
-    while done < options.samples {
-        let started = Instant::now();
-        let look = watch.as_ref().map_or(u64::MAX, Watch::next);
-        next = scenes[0].whole_periods(next.min(look.saturating_sub(done)));
-        next = next.min(options.samples - done);
-        for (source, account) in sources.iter().zip(&mut accounts) {
-            let range = done..done + next;
-            stats += match (&options.integrator, &mut debiased) {
-                (Integrator::Aov(tracer), _) => {
-                    aov::pass(source, tracer, range, &mut film, counter)
-                }
-                (_, Some(debiased)) => {
-                    photons::pass(source, range, (&mut film, debiased, account), counter)
-                }
-                (integrator, None) if integrator.splats() => {
-                    let into = (&mut film, strategies.as_mut(), account);
-                    splats::pass(source, range, into, counter)
-                }
-                _ => pixels::pass(source, range, &mut film, counter),
-            };
-        }
-        done += next;
-        let progress = Progress {
-            done,
-            total: options.samples,
-            film: &film,
-        };
-        if on_pass(&progress).is_break() {
-            break;
-        }
-        let watch = watch.as_mut();
-        reached = watch.is_some_and(|w| w.is_over(done, (&film, debiased.as_ref())));
-        if reached {
-            break;
-        }
-        next = longer_or_shorter(next, started.elapsed());
-    }
-    Rendering {
-        film,
-        stats,
-        samples: done,
-        search: sources.iter().map(|s| s.search).fold(0.0, f64::max),
-        reached,
-        strategies: strategies.map_or(Vec::new(), Strategies::into_images),
-        debiased,
-        balance: balance(&sources, &accounts),
-        first_radius: sources.iter().map(|s| s.radius).fold(0.0, f64::max),
-    }
+    let mut state = State::new(scenes, options);
+    state.advance(scenes, options, counter, on_pass);
+    state.into_rendering(scenes)
 }
 
-/// The account over all channels, if there is one.
-fn balance(sources: &[Source], accounts: &[Account]) -> Option<Balance> {
-    let of = |(source, account): (&Source, &Account)| {
-        let emitted = source.scene.powers(source.lanes()).map(|p| p.sum()).sum();
-        account.balance(emitted)
-    };
-    let kept = sources.iter().zip(accounts);
-    let kept = kept.filter(|(_, account)| account.particles() > 0);
-    kept.map(of).reduce(|mut sum, balance| {
-        sum += balance;
-        sum
-    })
+/// What is found out about a group of channels before its first sample.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Prepared {
+    /// Probability with which connections are searched for further branches.
+    search: f64,
+    /// Radius of the first photon map; zero if there are none.
+    radius: f64,
+}
+
+/// Finds it out, for every group.
+fn prepare(scenes: &[Scene], options: &Options) -> Vec<Prepared> {
+    let groups = scenes.iter().enumerate().map(|(group, scene)| {
+        let mut prepared = Prepared {
+            search: 1.0,
+            radius: 0.0,
+        };
+        let source = Source::new(scene, options, group, prepared);
+        match options.integrator {
+            Integrator::Photon(mapping) => {
+                prepared.radius = photons::first_radius(&source, &mapping);
+            }
+            _ => prepared.search = pilot::search_probability(&source),
+        }
+        prepared
+    });
+    groups.collect()
 }
 
 /// Samples for the next pass after one of `samples` that took `elapsed`. Each pixel adds up its

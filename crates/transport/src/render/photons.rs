@@ -9,7 +9,7 @@ use super::splats::Layered;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, Pending};
 use crate::integrator::{Gathering, Integrator, PhotonMapping, lanes};
-use crate::path::Account;
+use crate::path::{Account, Books};
 use crate::photons::PhotonMap;
 use crate::scene::FilmSpec;
 use crate::stats::Stats;
@@ -57,7 +57,7 @@ fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Sta
 pub(super) fn pass(
     source: &Source,
     samples: Range<u64>,
-    (film, debiased, account): (&mut Film, &mut Debiased, &mut Account),
+    (film, debiased, books): (&mut Film, &mut Debiased, &mut Books),
     counter: &AtomicU64,
 ) -> Stats {
     let Integrator::Photon(mapping) = &source.integrator else {
@@ -67,12 +67,12 @@ pub(super) fn pass(
     for sample in samples {
         let (map, counts, followed) = map(source, mapping, sample);
         stats += counts;
-        *account += followed;
+        books.enter(&followed);
         let gathering = Gathering {
             scene: source.scene.at(sample),
             mapping,
             map: &map,
-            radii: mapping.radii(source.radius, sample),
+            radii: mapping.radii(source.prepared.radius, sample),
             lanes: lanes(source.lanes()),
         };
         let decomposition = film.layers().map(|layers| *layers.decomposition());

@@ -1,6 +1,6 @@
 //! Where the samples of a pixel come from.
 
-use super::{Options, photons, pilot};
+use super::{Options, Prepared};
 use crate::Spectrum;
 use crate::film::Pixel;
 use crate::integrator::{Contribution, Integrator};
@@ -14,31 +14,22 @@ pub(super) struct Source<'a> {
     pub scene: &'a Scene,
     pub integrator: Integrator,
     pub group: usize,
-    /// Probability with which connections are searched for further branches.
-    pub search: f64,
-    /// Radius of the first photon map; zero if there are none.
-    pub radius: f64,
+    pub prepared: Prepared,
     seed: u64,
 }
 
 impl<'a> Source<'a> {
-    pub fn new(scene: &'a Scene, options: &Options, group: usize) -> Self {
-        let mut source = Source {
+    pub fn new(scene: &'a Scene, options: &Options, group: usize, prepared: Prepared) -> Self {
+        Source {
             scene,
             integrator: options.integrator,
             group,
-            search: 1.0,
-            radius: 0.0,
+            prepared,
             // Each group's paths have an address space of their own.
             seed: options
                 .seed
                 .wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)),
-        };
-        match options.integrator {
-            Integrator::Photon(mapping) => source.radius = photons::first_radius(&source, &mapping),
-            _ => source.search = pilot::search_probability(&source),
         }
-        source
     }
 
     /// Number of channels in use.
@@ -48,7 +39,7 @@ impl<'a> Source<'a> {
 
     pub fn workspace(&self) -> Workspace {
         let mut ws = Workspace::new(self.scene.tolerance());
-        ws.search = self.search;
+        ws.search = self.prepared.search;
         ws
     }
 

@@ -3,7 +3,7 @@
 //! One sample of every pixel together make one sample of the whole image: contributions to other pixels
 //! are added up first, and then each pixel takes its sum as one sample. So pixels' samples are
 //! independent of one another over the sample's number, and the variance of their mean is known as
-//! for any other estimator. Sums are formed in the order of samples, pixels and paths, whatever thread
+//! for any other estimator. The sums of one sample are formed in the order of pixels and paths, whatever thread
 //! computed them: the same seed gives the same bits.
 
 use super::source::{Source, add};
@@ -11,7 +11,7 @@ use super::strategies::Strategies;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, LayerGroup, Pending, footprint};
 use crate::integrator::Contribution;
-use crate::path::Account;
+use crate::path::{Account, Books};
 use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -30,7 +30,7 @@ type Part = Vec<(usize, Contribution)>;
 pub(super) fn pass(
     source: &Source,
     samples: Range<u64>,
-    (film, mut strategies, account): (&mut Film, Option<&mut Strategies>, &mut Account),
+    (film, mut strategies, books): (&mut Film, Option<&mut Strategies>, &mut Books),
     counter: &AtomicU64,
 ) -> Stats {
     let pixels = film.width() * film.height();
@@ -38,6 +38,7 @@ pub(super) fn pass(
     let (first, end) = (samples.start * tasks, samples.end * tasks);
     let mut stats = Stats::default();
     let mut image = vec![Spectrum::ZERO; pixels];
+    let mut account = Account::default();
     let mut layered = Layered::new(film.parts_mut(source.group).layers, pixels);
     for start in (first..end).step_by(BLOCK as usize) {
         let parts: Vec<(Part, Stats, Account)> = (start..end.min(start + BLOCK))
@@ -50,7 +51,7 @@ pub(super) fn pass(
             .collect();
         for (number, (part, counts, particles)) in (start..).zip(parts) {
             stats += counts;
-            *account += particles;
+            account += particles;
             for (own, contribution) in &part {
                 let value = contribution.weighted();
                 splat(source, *own, contribution, |pixel, filter| {
@@ -66,6 +67,7 @@ pub(super) fn pass(
             if number % tasks + 1 < tasks {
                 continue;
             }
+            books.enter(&std::mem::take(&mut account));
             let sum = image.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
             film.add_whole(source.group, sum / pixels as f64);
             let mut parts = film.parts_mut(source.group);
@@ -80,7 +82,7 @@ pub(super) fn pass(
                 layered.finish(layers);
             }
             if let Some(strategies) = strategies.as_deref_mut() {
-                strategies.finish(source, number / tasks);
+                strategies.finish(source);
             }
         }
     }

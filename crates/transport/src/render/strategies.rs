@@ -7,6 +7,7 @@ use crate::Spectrum;
 use crate::film::Film;
 use crate::integrator::Contribution;
 use crate::scene::FilmSpec;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Strategies with more vertices than this from either end are not told apart from the last.
@@ -25,15 +26,19 @@ pub struct StrategyImage {
     pub unweighted: Film,
 }
 
-/// Films of all strategies that have come up, weighted and unweighted.
+/// Films of all strategies that have come up, weighted and unweighted. Numbers of samples are those of the render: a
+/// strategy that comes up late had found nothing in earlier samples.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Strategies {
-    spec: FilmSpec,
     layers: BTreeMap<(u32, u32), [Layer; 2]>,
 }
 
 /// A film, and the sample of the whole image that is being added up.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Layer {
     film: Film,
+    /// Empty between passes.
+    #[serde(skip)]
     image: Vec<Spectrum>,
 }
 
@@ -41,25 +46,41 @@ impl Layer {
     fn new(spec: &FilmSpec) -> Self {
         Layer {
             film: Film::in_groups(spec.width, spec.height, spec.channels, spec.lanes),
-            image: vec![Spectrum::ZERO; spec.width * spec.height],
+            image: Vec::new(),
         }
     }
 
-    /// Takes what was added up as the `sample`th sample of every pixel.
-    fn finish(&mut self, group: usize, sample: u64) {
+    /// Adds a value to the sample of a pixel.
+    fn add(&mut self, pixel: usize, value: Spectrum) {
+        let pixels = self.film.width() * self.film.height();
+        self.image.resize(pixels, Spectrum::ZERO);
+        self.image[pixel] += value;
+    }
+
+    /// Takes what was added up as a sample of every pixel.
+    fn finish(&mut self, group: usize) {
         for (pixel, value) in self.film.group_mut(group).iter_mut().zip(&mut self.image) {
-            // A strategy that came up now for the first time had found nothing in earlier samples.
-            pixel.count = sample;
             add(pixel, std::mem::take(value), &mut 0);
         }
     }
 }
 
 impl Strategies {
-    pub fn new(spec: &FilmSpec) -> Self {
-        Strategies {
-            spec: *spec,
-            layers: BTreeMap::new(),
+    /// All films.
+    pub fn films(&self) -> impl Iterator<Item = &Film> {
+        self.layers.values().flatten().map(|layer| &layer.film)
+    }
+
+    /// Adds the samples of others.
+    pub fn merge(&mut self, other: &Strategies) {
+        for (strategy, layers) in &other.layers {
+            match self.layers.get_mut(strategy) {
+                None => _ = self.layers.insert(*strategy, layers.clone()),
+                Some(kept) => {
+                    let pairs = kept.iter_mut().zip(layers);
+                    pairs.for_each(|(kept, layer)| kept.film.merge(&layer.film));
+                }
+            }
         }
     }
 
@@ -68,25 +89,30 @@ impl Strategies {
         for (own, contribution) in contributions {
             let (s, t) = contribution.strategy;
             let key = (s.min(MOST_VERTICES), t.min(MOST_VERTICES));
-            let new = || [Layer::new(&self.spec), Layer::new(&self.spec)];
+            let new = || [(); 2].map(|()| Layer::new(source.scene.film()));
             let layers = self.layers.entry(key).or_insert_with(new);
             let values = [contribution.weighted(), contribution.value];
             for (layer, value) in layers.iter_mut().zip(values) {
                 splat(source, *own, contribution, |pixel, filter| {
-                    layer.image[pixel] += value * filter;
+                    layer.add(pixel, value * filter);
                 });
             }
         }
     }
 
-    /// Ends the `sample`th sample of the whole image.
-    pub fn finish(&mut self, source: &Source, sample: u64) {
+    /// Ends a sample of the whole image.
+    pub fn finish(&mut self, source: &Source) {
         for layer in self.layers.values_mut().flatten() {
-            layer.finish(source.group, sample);
+            layer.finish(source.group);
         }
     }
 
-    pub fn into_images(self) -> Vec<StrategyImage> {
+    /// The images of so many samples per pixel.
+    pub fn into_images(mut self, samples: u64) -> Vec<StrategyImage> {
+        for layer in self.layers.values_mut().flatten() {
+            let pixels = layer.film.groups_mut().flatten();
+            pixels.for_each(|pixel| pixel.count = samples);
+        }
         let layers = self.layers.into_iter();
         layers
             .map(|((s, t), [weighted, unweighted])| StrategyImage {

@@ -7,6 +7,7 @@
 
 use super::Debiased;
 use crate::film::Film;
+use serde::{Deserialize, Serialize};
 
 /// Samples per pixel before the first look.
 const FIRST: u64 = 32;
@@ -16,7 +17,7 @@ const GROWTH: f64 = 1.25;
 const AGREEING: u32 = 2;
 
 /// What is to become how exact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {
     /// The error, > 0, relative to the mean of the image.
     pub error: f64,
@@ -25,7 +26,7 @@ pub struct Target {
 }
 
 /// What an error is of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Measure {
     /// The mean over the image and its channels: its standard error ([`Film::summary`]), and the size of its
     /// bias ([`Debiased::error`]).
@@ -63,6 +64,7 @@ impl Measure {
 }
 
 /// Looks at the error from time to time.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Watch {
     target: Target,
     next: u64,
@@ -83,16 +85,25 @@ impl Watch {
         self.next
     }
 
-    /// Whether to stop after `done` samples per pixel.
-    pub fn is_over(&mut self, done: u64, (film, debiased): (&Film, Option<&Debiased>)) -> bool {
+    /// What is wanted.
+    pub fn target(&self) -> Target {
+        self.target
+    }
+
+    /// Looks after `done` samples per pixel, if it is time to.
+    pub fn look(&mut self, done: u64, (film, debiased): (&Film, Option<&Debiased>)) {
         if done < self.next {
-            return false;
+            return;
         }
         self.next = (done as f64 * GROWTH).ceil() as u64;
         self.met = match self.target.measure.error(film, debiased) <= self.target.error {
             true => self.met + 1,
             false => 0,
         };
+    }
+
+    /// Whether to stop.
+    pub fn is_over(&self) -> bool {
         self.met >= AGREEING
     }
 }

@@ -94,8 +94,13 @@ fn every_particle_is_accounted_for() {
         options.max_depth = max_depth;
         let found = run(room(1), &[], &options);
         let b = &found.balance;
-        assert!((total(b) / b.emitted - 1.0).abs() < 1e-12, "{b:?}");
-        assert!(b.residual.mean.abs() < 1e-12 && b.lost.mean == 0.0, "{b:?}");
+        // So much may be lost in sums.
+        let bound = 2f64.powi(-33);
+        assert!((total(b) / b.emitted - 1.0).abs() < bound, "{b:?}");
+        assert!(
+            b.residual.mean.abs() < bound * b.emitted && b.lost.mean == 0.0,
+            "{b:?}"
+        );
         for share in [b.media, b.surfaces, b.escaped] {
             assert!(share.mean > 0.05 * b.emitted, "{b:?}");
         }
@@ -108,7 +113,7 @@ fn roulette_and_spectral_sampling_are_fair() {
     let found = run(room(3), &[], &options(particles(40_000), 7));
     let b = &found.balance;
     println!("{b:?}");
-    assert!((total(b) / b.emitted - 1.0).abs() < 1e-12);
+    assert!((total(b) / b.emitted - 1.0).abs() < 2f64.powi(-33));
     assert!(b.residual.error > 0.0);
     max_abs_z(&[b.residual.mean / b.residual.error], FAMILY).unwrap();
 }

@@ -30,6 +30,7 @@ pub fn particles(n: u64) -> u64 {
 
 pub fn options(particles: u64, seed: u64) -> MeasureOptions {
     MeasureOptions {
+        first: 0,
         particles,
         seed,
         max_depth: None,
@@ -43,7 +44,8 @@ pub fn run(parts: Parts, meters: &[Meter], options: &MeasureOptions) -> Measurem
     let go_on = |_| ControlFlow::Continue(());
     let measurement = measure(&[scene], meters, options, &counter, go_on).unwrap();
     assert_eq!(measurement.stats.not_finite, 0);
-    assert_eq!(counter.into_inner(), options.particles);
+    let range = options.range();
+    assert_eq!(counter.into_inner(), range.end - range.start);
     measurement
 }
 

@@ -1,0 +1,173 @@
+//! `morgana merge`.
+
+use super::measure::failure;
+use super::render::check_colours;
+use crate::args::MergeArgs;
+use crate::failure::Failure;
+use crate::job::Job;
+use crate::measured::Measured;
+use crate::report::Report;
+use crate::{config, results};
+use io::Loaded;
+use io::part::{Body, Header, Part};
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Duration;
+use transport::meter::Meter;
+use transport::render::{MeasureState, State};
+
+/// Puts parts together, and writes what a render in one piece would have.
+pub fn merge(args: &MergeArgs) -> Result<ExitCode, Failure> {
+    let outputs = &args.outputs.output;
+    let is_part = |path: &std::path::PathBuf| path.extension().is_some_and(|e| e == "part");
+    if let [path] = &outputs[..]
+        && is_part(path)
+    {
+        return remain_a_part(args, path);
+    }
+    if outputs.iter().any(is_part) {
+        let message = "a .part file is written alone: images are made of it later";
+        return Err(Failure::Usage(message.into()));
+    }
+    let Part { header, body } = read(&args.parts)?;
+    check_complete(args, &header, &body)?;
+    let mut job = Job::of_part(&header)?;
+    let moved = args.scene.as_ref();
+    job.scene = moved.unwrap_or(&job.scene).clone();
+    check_scene(&job, args)?;
+    let loaded = job.load()?;
+    let agrees = header.agrees(&job.header(&loaded, None, None));
+    agrees.map_err(|e| {
+        Failure::Usage(format!(
+            "the parts do not belong to '{}': {e}",
+            job.scene.display()
+        ))
+    })?;
+    match body {
+        Body::Image(state) => merged_image(args, (&job, &loaded), &header, *state),
+        Body::Meters(state) => merged_readings(args, (&job, &loaded), &header, *state),
+    }
+}
+
+/// Writes one part.
+fn remain_a_part(args: &MergeArgs, path: &Path) -> Result<ExitCode, Failure> {
+    config::check_writable(path)?;
+    read(&args.parts)?.write(path)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// All parts together.
+fn read(paths: &[std::path::PathBuf]) -> Result<Part, Failure> {
+    let mut whole: Option<Part> = None;
+    for path in paths {
+        let part = Part::read(path)?;
+        match &mut whole {
+            None => whole = Some(part),
+            Some(whole) => {
+                let refuse = |e| {
+                    format!(
+                        "'{}' does not belong to '{}': {e}",
+                        path.display(),
+                        paths[0].display()
+                    )
+                };
+                whole.merge(&part).map_err(|e| Failure::Usage(refuse(e)))?;
+            }
+        }
+    }
+    whole.ok_or_else(|| Failure::Usage("there are no parts".into()))
+}
+
+/// An image of fewer samples than were asked for is right, but nobody should get it unawares.
+fn check_complete(args: &MergeArgs, header: &Header, body: &Body) -> Result<(), Failure> {
+    let done = body.done().count();
+    match header.total {
+        Some(total) if done < total && !args.partial => Err(Failure::Usage(format!(
+            "{} of {total} samples are missing: see morgana status, or write what there is by --partial",
+            total - done
+        ))),
+        _ if done == 0 => Err(Failure::Usage("the parts have no samples yet".into())),
+        _ => Ok(()),
+    }
+}
+
+fn check_scene(job: &Job, args: &MergeArgs) -> Result<(), Failure> {
+    if job.scene.exists() || args.scene.is_some() {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!(
+        "the scene is no longer at '{}': say where it is by --scene",
+        job.scene.display()
+    )))
+}
+
+fn merged_image(
+    args: &MergeArgs,
+    (job, loaded): (&Job, &Loaded),
+    header: &Header,
+    state: State,
+) -> Result<ExitCode, Failure> {
+    let mut images = config::images(&args.outputs, &job.scene)?;
+    check_colours(&args.outputs.output, loaded, &mut images)?;
+    if args.outputs.strategies.is_some() && !job.strategies {
+        let message = "the parts do not tell strategies apart: render them with --strategies";
+        return Err(Failure::Usage(message.into()));
+    }
+    if !state.fits(&loaded.groups, &job.options(loaded)) {
+        return Err(misfit());
+    }
+    let rendering = state.into_rendering(&loaded.groups);
+    let report = Report {
+        job,
+        loaded,
+        rendering: &rendering,
+        requested: header.total,
+        elapsed: elapsed(header),
+        threads: None,
+        stopped: None,
+    };
+    results::write_images(&args.outputs, &images, &report)?;
+    if !args.outputs.quiet {
+        writeln!(std::io::stdout(), "{}", report.line())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn merged_readings(
+    args: &MergeArgs,
+    (job, loaded): (&Job, &Loaded),
+    header: &Header,
+    state: MeasureState,
+) -> Result<ExitCode, Failure> {
+    let files = config::readings(&args.outputs, &job.scene, loaded.instruments.len())?;
+    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
+    if !state.fits(&loaded.groups, &meters) {
+        return Err(misfit());
+    }
+    let measurement = state.into_measurement(&loaded.groups, &meters);
+    let measured = Measured {
+        job,
+        loaded,
+        measurement: &measurement.map_err(failure)?,
+        elapsed: elapsed(header),
+        threads: None,
+        stopped: None,
+    };
+    results::write_readings(&args.outputs, &files, &measured)?;
+    if !args.outputs.quiet {
+        results::warn_of_dark(&measured);
+        writeln!(std::io::stdout(), "{}", measured.text())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The time of all parts together.
+fn elapsed(header: &Header) -> Duration {
+    Duration::try_from_secs_f64(header.seconds).unwrap_or_default()
+}
+
+/// The header agrees, but not what follows: only a forged file is like this.
+fn misfit() -> Failure {
+    Failure::Usage("the contents of the parts are not those of their scene".into())
+}

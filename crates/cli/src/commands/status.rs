@@ -1,0 +1,218 @@
+//! `morgana status`.
+
+use crate::args::StatusArgs;
+use crate::failure::Failure;
+use crate::numbers;
+use io::part::{Header, Part};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+use transport::render::Ranges;
+
+/// A part that was found.
+struct Found {
+    path: PathBuf,
+    header: Header,
+    done: Ranges,
+}
+
+/// Says what is there and what is missing; 1 if something is.
+pub fn status(args: &StatusArgs) -> Result<ExitCode, Failure> {
+    let (mut found, mut unreadable) = (Vec::<Found>::new(), Vec::new());
+    for path in &args.parts {
+        match Part::read(path) {
+            Ok(Part { header, body }) => found.push(Found {
+                path: path.clone(),
+                header,
+                done: body.done().clone(),
+            }),
+            Err(error) => unreadable.push(error.to_string()),
+        }
+    }
+    let Some(first) = found.first() else {
+        return Err(Failure::Runtime(unreadable.join("\n")));
+    };
+    check(&first.path, &first.header, &found[1..])?;
+    let overview = Overview::of(&found);
+    let mut out = std::io::stdout();
+    if args.json {
+        writeln!(out, "{:#}", overview.json(&found, &unreadable))?;
+    } else if args.missing {
+        writeln!(out, "{}", overview.array())?;
+    } else {
+        for part in &found {
+            writeln!(out, "{}", line(part))?;
+        }
+        for error in &unreadable {
+            writeln!(out, "{error}")?;
+        }
+        writeln!(out, "{}", overview.text())?;
+    }
+    Ok(match overview.missing.is_empty() {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::FAILURE,
+    })
+}
+
+/// All parts must be of one render.
+fn check(path: &Path, header: &Header, others: &[Found]) -> Result<(), Failure> {
+    for other in others {
+        let agrees = other.header.agrees(header);
+        agrees.map_err(|e| {
+            Failure::Usage(format!(
+                "'{}' does not belong to '{}': {e}",
+                other.path.display(),
+                path.display()
+            ))
+        })?;
+    }
+    Ok(())
+}
+
+/// What there is of a render.
+struct Overview {
+    done: u64,
+    /// Samples that two parts have.
+    twice: Option<Range<u64>>,
+    total: Option<u64>,
+    /// Ranges of samples.
+    missing: Vec<Range<u64>>,
+    /// Shards that are missing or incomplete.
+    shards: Vec<u64>,
+    seconds: f64,
+}
+
+impl Overview {
+    fn of(found: &[Found]) -> Self {
+        let header = &found[0].header;
+        let (mut all, mut twice) = (Ranges::default(), None);
+        for part in found {
+            twice = twice.or(all.overlap(&part.done));
+            part.done.iter().for_each(|range| all.insert(range));
+        }
+        let total = header.total.map(|total| total.max(part_end(&all)));
+        let missing = |range| all.gaps(range);
+        let count = found
+            .iter()
+            .find_map(|p| p.header.shard)
+            .map_or(0, |[_, n]| n);
+        let is_missing = |index: &u64| {
+            let shard = Header {
+                shard: Some([*index, count]),
+                ..header.clone()
+            };
+            !missing(shard.range()).is_empty()
+        };
+        Overview {
+            done: all.count(),
+            twice,
+            total,
+            missing: total.map_or(Vec::new(), |total| missing(0..total)),
+            shards: (0..count).filter(is_missing).collect(),
+            seconds: found.iter().map(|p| p.header.seconds).sum(),
+        }
+    }
+
+    /// Numbers of shards, as Slurm's `--array` takes them: `1,4-7`.
+    fn array(&self) -> String {
+        let mut shards = Ranges::default();
+        self.shards.iter().for_each(|&i| shards.insert(i..i + 1));
+        list(shards.iter())
+    }
+
+    fn text(&self) -> String {
+        let time = numbers::duration(Duration::try_from_secs_f64(self.seconds).unwrap_or_default());
+        let total = self.total.map_or(String::new(), |n| format!(" of {n}"));
+        let mut lines = vec![format!(
+            "{}{total} samples in {time} of computing",
+            self.done
+        )];
+        if let Some(range) = &self.twice {
+            lines.push(format!(
+                "samples {} are there twice: leave one of the parts out",
+                list([range.clone()])
+            ));
+        }
+        if self.shards.is_empty() && !self.missing.is_empty() {
+            lines.push(format!("missing: samples {}", list(self.missing.clone())));
+        } else if !self.shards.is_empty() {
+            lines.push(format!(
+                "missing or incomplete: shards {} (sbatch --array={0})",
+                self.array()
+            ));
+        }
+        lines.join("\n")
+    }
+
+    fn json(&self, found: &[Found], unreadable: &[String]) -> Value {
+        let pairs = |ranges: Vec<Range<u64>>| -> Value {
+            ranges
+                .into_iter()
+                .map(|r| [r.start, r.end])
+                .map(Value::from)
+                .collect()
+        };
+        let part = |part: &Found| {
+            json!({
+                "path": part.path.display().to_string(),
+                "shard": part.header.shard,
+                "samples": pairs(part.done.iter().collect()),
+                "complete": complete(part),
+                "seconds": part.header.seconds,
+            })
+        };
+        json!({
+            "scene_hash": found[0].header.scene_hash,
+            "version": found[0].header.version,
+            "done": self.done,
+            "total": self.total,
+            "seconds": self.seconds,
+            "parts": found.iter().map(part).collect::<Vec<_>>(),
+            "unreadable": unreadable,
+            "twice": self.twice.clone().map(|r| [r.start, r.end]),
+            "missing_samples": pairs(self.missing.clone()),
+            "missing_shards": self.shards,
+        })
+    }
+}
+
+/// The number after the last.
+fn part_end(done: &Ranges) -> u64 {
+    done.iter().last().map_or(0, |range| range.end)
+}
+
+/// Whether a part has all that it is to have; none if it has no limit.
+fn complete(part: &Found) -> Option<bool> {
+    let limited = part.header.total.is_some();
+    limited.then(|| part.done.gaps(part.header.range()).is_empty())
+}
+
+fn line(part: &Found) -> String {
+    let name = part
+        .header
+        .shard
+        .map_or("checkpoint".into(), |[i, n]| format!("shard {i} of {n}"));
+    let state = match complete(part) {
+        Some(true) => "complete",
+        Some(false) => "incomplete",
+        None => "without limit",
+    };
+    let samples = match part.done.count() {
+        0 => "no samples".into(),
+        _ => format!("samples {}", list(part.done.iter())),
+    };
+    format!("{}: {name}, {samples}, {state}", part.path.display())
+}
+
+/// Ranges with both ends: `1,4-7`.
+fn list(ranges: impl IntoIterator<Item = Range<u64>>) -> String {
+    let text = |range: Range<u64>| match range.end - range.start {
+        1 => range.start.to_string(),
+        _ => format!("{}-{}", range.start, range.end - 1),
+    };
+    let texts: Vec<String> = ranges.into_iter().map(text).collect();
+    texts.join(",")
+}

@@ -1,0 +1,139 @@
+//! What is to be computed. How it is shown, where it is written and how fast it goes are other matters.
+
+use crate::args::{RenderArgs, SceneArgs};
+use crate::failure::Failure;
+use crate::load;
+use io::Loaded;
+use io::part::Header;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use transport::render::{Measure, MeasureOptions, Options, Target};
+
+/// A scene and the options of the command line that decide what is computed.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Job {
+    /// The scene file.
+    pub scene: PathBuf,
+    /// Parameters of the scene.
+    pub defines: Vec<(String, String)>,
+    /// Estimator instead of the scene's.
+    pub integrator: Option<String>,
+    /// Samples per pixel instead of the scene's.
+    pub spp: Option<u64>,
+    /// Particles instead of the scene's number.
+    pub particles: Option<u64>,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Error at which to stop.
+    pub target_error: Option<f64>,
+    /// What it is the error of.
+    pub target: Option<Measure>,
+    /// Whether strategies are told apart.
+    pub strategies: bool,
+}
+
+impl Job {
+    /// What a command line asks for.
+    pub fn of(args: &RenderArgs) -> Self {
+        Job {
+            scene: args.scene.path.clone(),
+            defines: args.scene.defines.clone(),
+            integrator: args.integrator.clone(),
+            spp: args.spp,
+            particles: args.particles,
+            seed: args.seed,
+            target_error: args.target_error,
+            target: args.target,
+            strategies: args.outputs.strategies.is_some(),
+        }
+    }
+
+    /// What a part of a render is part of.
+    pub fn of_part(header: &Header) -> Result<Self, Failure> {
+        let foreign = |e| Failure::Usage(format!("the part was not written by this program: {e}"));
+        serde_json::from_str(&header.origin).map_err(foreign)
+    }
+
+    /// Reads the scene.
+    pub fn load(&self) -> Result<Loaded, Failure> {
+        let scene = SceneArgs {
+            path: self.scene.clone(),
+            defines: self.defines.clone(),
+        };
+        load::load(
+            &scene,
+            self.integrator.as_deref(),
+            self.spp.or(self.particles),
+        )
+    }
+
+    /// What is stored with parts of it, of so many samples or particles.
+    pub fn header(&self, loaded: &Loaded, total: Option<u64>, shard: Option<[u64; 2]>) -> Header {
+        let mut origin = self.clone();
+        // Parts are merged in other folders, too.
+        origin.scene = std::path::absolute(&self.scene).unwrap_or(origin.scene);
+        let text = |value: &dyn std::fmt::Display| value.to_string();
+        let target = self.target_error.map(|error| {
+            let measure = self.target.unwrap_or_default();
+            format!("{error} ({})", measure.name())
+        });
+        let settings = [
+            ("seed", Some(text(&self.seed))),
+            ("integrator", Some(text(&loaded.integrator.name()))),
+            ("strategies", self.strategies.then(|| "told apart".into())),
+            ("target error", target),
+        ];
+        let settings = settings.into_iter();
+        Header {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene_hash: loaded.hash.to_string(),
+            settings: settings
+                .filter_map(|(name, value)| Some((name.to_owned(), value?)))
+                .collect(),
+            total,
+            shard,
+            // Paths that are not Unicode cannot be told.
+            origin: serde_json::to_string(&origin).unwrap_or_default(),
+            seconds: 0.0,
+        }
+    }
+
+    /// How its image is to be rendered.
+    pub fn options(&self, loaded: &Loaded) -> Options {
+        Options {
+            strategies: self.strategies,
+            decomposition: loaded.layering.decomposition,
+            reweight: loaded.reweight,
+            target: self.target_error.map(|error| Target {
+                error,
+                measure: self.target.unwrap_or_default(),
+            }),
+            ..Options::new(loaded.integrator, loaded.samples, self.seed)
+        }
+    }
+
+    /// How its meters are to be read.
+    pub fn measure_options(&self, loaded: &Loaded) -> MeasureOptions {
+        let (max_depth, rr_depth) = loaded.integrator.depths();
+        MeasureOptions {
+            first: 0,
+            particles: loaded.samples,
+            seed: self.seed,
+            max_depth,
+            rr_depth,
+        }
+    }
+
+    /// The options that decide what is computed, as they are given on a command line.
+    pub fn command_line(&self) -> String {
+        let mut options = vec![format!("--seed {}", self.seed)];
+        options.extend(self.spp.map(|n| format!("--spp {n}")));
+        options.extend(self.particles.map(|n| format!("--particles {n}")));
+        options.extend(self.target_error.map(|x| format!("--target-error {x}")));
+        options.extend(self.target.map(|m| format!("--target {}", m.name())));
+        let integrator = self.integrator.iter();
+        options.extend(integrator.map(|name| format!("--integrator {name}")));
+        options.extend(self.defines.iter().map(|(k, v)| format!("-D {k}={v}")));
+        options.join(" ")
+    }
+}

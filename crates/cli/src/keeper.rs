@@ -1,0 +1,146 @@
+//! Keeping what a render has gathered in a file, from time to time and at its end.
+
+use crate::args::KeepArgs;
+use crate::config;
+use crate::failure::{Failure, warn};
+use crate::load::file_stem;
+use io::part::{Body, BodyRef, Header, Part};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// A file that is kept up to date.
+#[derive(Debug)]
+pub struct Keeper {
+    path: PathBuf,
+    every: Duration,
+    header: Header,
+    /// Seconds spent by earlier runs.
+    before: f64,
+    started: Instant,
+    last: Instant,
+    /// Whether the user knows that it cannot be written.
+    complained: bool,
+}
+
+/// Where a part of a render is kept, if it is: the checkpoint, or the part itself.
+pub fn path(
+    args: &KeepArgs,
+    outputs: &[PathBuf],
+    scene: &Path,
+    shard: Option<[u64; 2]>,
+) -> Result<Option<PathBuf>, Failure> {
+    let Some([index, count]) = shard else {
+        return Ok(args.checkpoint.clone());
+    };
+    let usage = |message: &str| Err(Failure::Usage(message.into()));
+    match outputs {
+        [] => Ok(Some(
+            format!("{}.{index}-of-{count}.part", file_stem(scene)).into(),
+        )),
+        [path] if path.extension().is_some_and(|e| e == "part") => Ok(Some(path.clone())),
+        _ => {
+            usage("a shard writes one file, -o NAME.part: morgana merge makes images of all shards")
+        }
+    }
+}
+
+impl Keeper {
+    /// Finds out what is at `path`, and that it can be replaced. Something that is there already must be resumed, so that
+    /// nothing is lost.
+    pub fn open(
+        path: PathBuf,
+        args: &KeepArgs,
+        header: Header,
+    ) -> Result<(Self, Option<Body>), Failure> {
+        config::check_writable(&path)?;
+        let refuse =
+            |why: String| Failure::Usage(format!("'{}' cannot be resumed: {why}", path.display()));
+        let kept = match path.exists() {
+            true if !args.resume => {
+                let path = path.display();
+                let message = format!(
+                    "'{path}' exists already: go on from it by --resume, or remove it to start anew"
+                );
+                return Err(Failure::Usage(message));
+            }
+            true => Some(Part::read(&path)?),
+            false => None,
+        };
+        if let Some(kept) = &kept {
+            kept.header
+                .agrees(&header)
+                .map_err(|e| refuse(e.to_string()))?;
+            let same = kept.header.shard == header.shard;
+            if !same || header.shard.is_some() && kept.header.total != header.total {
+                return Err(refuse(format!(
+                    "it is {}, not {}",
+                    name(&kept.header),
+                    name(&header)
+                )));
+            }
+            let (done, wanted) = (kept.body.done().count(), header.total.unwrap_or(u64::MAX));
+            if done > wanted {
+                return Err(refuse(format!(
+                    "it has {done} samples already, more than {wanted}"
+                )));
+            }
+        }
+        let now = Instant::now();
+        let keeper = Keeper {
+            path,
+            every: args.checkpoint_every,
+            before: kept.as_ref().map_or(0.0, |k| k.header.seconds),
+            header,
+            started: now,
+            last: now,
+            complained: false,
+        };
+        Ok((keeper, kept.map(|k| k.body)))
+    }
+
+    /// That what was found is of another render although its header agrees: only a forged file is.
+    pub fn misfit(&self) -> Failure {
+        let path = self.path.display();
+        Failure::Usage(format!(
+            "'{path}' cannot be resumed: its contents are not those of this scene"
+        ))
+    }
+
+    /// Time spent so far, that of earlier runs included.
+    pub fn elapsed(&self) -> Duration {
+        self.started.elapsed() + Duration::from_secs_f64(self.before.max(0.0))
+    }
+
+    /// Writes the file if it is time to. A render does not end because there is no room now: there may be some later.
+    pub fn update(&mut self, body: BodyRef) {
+        if self.last.elapsed() < self.every {
+            return;
+        }
+        match self.save(body) {
+            Ok(()) => self.complained = false,
+            Err(error) if !self.complained => {
+                self.complained = true;
+                warn(&format!("{error}; going on without"));
+            }
+            Err(_) => {}
+        }
+        self.last = Instant::now();
+    }
+
+    /// Writes the file.
+    pub fn save(&mut self, body: BodyRef) -> Result<(), io::FileError> {
+        self.header.seconds = self.elapsed().as_secs_f64();
+        io::part::write(&self.path, &self.header, body)
+    }
+}
+
+/// Which part of what.
+fn name(header: &Header) -> String {
+    let total = header
+        .total
+        .map_or("any number of".into(), |n| n.to_string());
+    match header.shard {
+        Some([index, count]) => format!("shard {index} of {count} of {total} samples"),
+        None => format!("a checkpoint of {total} samples"),
+    }
+}

@@ -1,0 +1,88 @@
+//! Writing what a render has found.
+
+use crate::args::OutputArgs;
+use crate::config::ImageFormat;
+use crate::failure::{Failure, show};
+use crate::measured::Measured;
+use crate::outputs;
+use crate::report::Report;
+use io::arrays::{ArrayFormat, Context, arrays};
+use io::image::tone::Tone;
+use io::rendered::{self, Naming};
+use io::{Diagnostic, Diagnostics, FileError};
+use serde_json::Value;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Writes every file of a picture that can be written before complaining of those that cannot.
+pub fn write_images(
+    args: &OutputArgs,
+    images: &[(PathBuf, ImageFormat)],
+    report: &Report,
+) -> Result<(), Failure> {
+    let names = &report.loaded.channel_names;
+    let film = &report.rendering.film;
+    let mut image = rendered::layers(film, names, report.attributes());
+    image.layers.extend(rendered::bias(report.rendering, names));
+    if images.iter().any(|(_, format)| *format == ImageFormat::Exr) {
+        rendered::extend(&mut image, film, report.loaded);
+    }
+    let images = images
+        .iter()
+        .map(|(path, format)| match (format, Naming::of(report.loaded)) {
+            (ImageFormat::Npy, Some(naming)) => naming.write_array(path, film),
+            _ => outputs::write(path, *format, &image, args.tone.tone()),
+        });
+    let strategies = args.strategies.iter().map(|path| {
+        let image = rendered::strategies(report.rendering, names, report.attributes());
+        outputs::write(path, ImageFormat::Exr, &image, Tone::default())
+    });
+    let stats = write_stats(args, || report.json());
+    failures(images.chain(strategies).chain(stats))
+}
+
+/// Writes every file of readings that can be written before complaining of those that cannot.
+pub fn write_readings(
+    args: &OutputArgs,
+    files: &[(PathBuf, ArrayFormat)],
+    measured: &Measured,
+) -> Result<(), Failure> {
+    let context = Context {
+        instruments: &measured.loaded.instruments,
+        measurement: measured.measurement,
+        channels: &measured.loaded.channel_names,
+    };
+    let readings = arrays(&context, measured.attributes());
+    let readings = files
+        .iter()
+        .map(|(path, format)| readings.write(path, *format));
+    failures(readings.chain(write_stats(args, || measured.json())))
+}
+
+/// Says which meters have received nothing.
+pub fn warn_of_dark(measured: &Measured) {
+    let mut warnings = Diagnostics::new();
+    for name in measured.dark() {
+        let message = format!("the meter '{name}' received no light");
+        let help = "check where it is, and whether light can get there".to_owned();
+        warnings.push(Diagnostic::warning(message).help(help));
+    }
+    show(&warnings);
+}
+
+fn write_stats(
+    args: &OutputArgs,
+    json: impl Fn() -> Value,
+) -> impl Iterator<Item = Result<(), FileError>> {
+    let paths = args.stats.iter();
+    paths.map(move |path| io::atomic::write(path, |file| writeln!(file, "{:#}", json())))
+}
+
+fn failures(results: impl Iterator<Item = Result<(), FileError>>) -> Result<(), Failure> {
+    let failed = results.filter_map(Result::err).map(|e| e.to_string());
+    let failed: Vec<String> = failed.collect();
+    match failed.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::Runtime(failed.join("\n"))),
+    }
+}

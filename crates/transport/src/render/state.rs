@@ -1,0 +1,259 @@
+//! What a render has gathered so far, as data: to go on with it later, or to add it to what others have gathered.
+//!
+//! Sums do not depend on the order in which samples are taken ([`Sum`](crate::sum::Sum)), and samples only on their number
+//! and the seed. So a render that goes on from a state, or one that is put together from parts, is the same
+//! as one in one piece, bit for bit.
+
+use super::ranges::Ranges;
+use super::source::Source;
+use super::strategies::Strategies;
+use super::target::Watch;
+use super::{Debiased, Options, Prepared, Progress, Rendering, aov, photons, pixels, splats};
+use super::{longer_or_shorter, prepare};
+use crate::film::Film;
+use crate::integrator::Integrator;
+use crate::path::{Balance, Books};
+use crate::scene::Scene;
+use crate::stats::Stats;
+use serde::{Deserialize, Serialize};
+use std::ops::{ControlFlow, Range};
+use std::sync::atomic::AtomicU64;
+use std::time::Instant;
+
+/// What a render has gathered so far.
+///
+/// ```no_run
+/// # fn example(scenes: &[transport::Scene], options: transport::render::Options) {
+/// use std::{ops::ControlFlow, sync::atomic::AtomicU64};
+/// use transport::render::{Options, State};
+/// let counter = AtomicU64::new(0);
+/// let part = |first| {
+///     let options = Options { first, samples: 8, ..options };
+///     let mut state = State::new(scenes, &options);
+///     state.advance(scenes, &options, &counter, |_| ControlFlow::Continue(()));
+///     state
+/// };
+/// let mut whole = part(8);
+/// whole.merge(&part(0)).unwrap();
+/// let rendering = whole.into_rendering(scenes);
+/// # }
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct State {
+    done: Ranges,
+    film: Film,
+    stats: Stats,
+    strategies: Option<Strategies>,
+    debiased: Option<Debiased>,
+    watch: Option<Watch>,
+    /// For each group of channels.
+    books: Vec<Books>,
+    prepared: Vec<Prepared>,
+}
+
+/// Why two states cannot be added up.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MergeError {
+    /// Samples would count twice.
+    #[error("both have samples {} to {}", .0.start, .0.end - 1)]
+    Overlap(Range<u64>),
+    /// They keep other quantities, or of other pixels.
+    #[error("they are of different renders")]
+    Different,
+}
+
+impl State {
+    /// Nothing yet; what has to be found out before the first sample is.
+    pub fn new(scenes: &[Scene], options: &Options) -> Self {
+        let mut state = State::blank(scenes, options);
+        state.prepared = prepare(scenes, options);
+        state
+    }
+
+    fn blank(scenes: &[Scene], options: &Options) -> Self {
+        let spec = scenes[0].film();
+        let channels = options.integrator.channels(spec.channels);
+        let lanes = options.integrator.lanes(spec.lanes);
+        let film = Film::in_groups(spec.width, spec.height, channels, lanes);
+        State {
+            done: Ranges::default(),
+            film: film
+                .decomposed(options.decomposition)
+                .sorted(options.reweight),
+            stats: Stats::default(),
+            strategies: options.strategies.then(Strategies::default),
+            debiased: photons::debiased(spec, &options.integrator),
+            watch: options.target.map(Watch::new),
+            books: vec![Books::default(); scenes.len()],
+            prepared: Vec::new(),
+        }
+    }
+
+    /// The image so far.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// The samples that have been taken.
+    pub fn done(&self) -> &Ranges {
+        &self.done
+    }
+
+    /// Whether this is a state of a render of these scenes with these options, whichever samples it has.
+    pub fn fits(&self, scenes: &[Scene], options: &Options) -> bool {
+        let blank = State::blank(scenes, options);
+        let sound = self.done.are_sound() && self.prepared.len() == scenes.len();
+        let watched = self.watch.as_ref().map(Watch::target) == options.target;
+        sound && watched && self.is_like(&blank)
+    }
+
+    fn is_like(&self, other: &State) -> bool {
+        let strategies = self.strategies.iter().chain(&other.strategies);
+        let debiased = [self, other].map(|s| s.debiased.as_ref().map(|d| &d.film));
+        self.film.is_like(&other.film)
+            && self.books.len() == other.books.len()
+            && self.strategies.is_some() == other.strategies.is_some()
+            && strategies
+                .flat_map(Strategies::films)
+                .all(|f| f.has_size_of(&self.film))
+            && match debiased {
+                [Some(a), Some(b)] => a.is_like(b),
+                [a, b] => a.is_none() && b.is_none(),
+            }
+    }
+
+    /// Adds what another state of the same render has gathered: the same scenes, seed and options, but for the
+    /// range of samples.
+    ///
+    /// # Errors
+    /// Samples that both have, or states of obviously different renders; nothing is added then.
+    pub fn merge(&mut self, other: &State) -> Result<(), MergeError> {
+        if !self.is_like(other) || self.prepared != other.prepared {
+            return Err(MergeError::Different);
+        }
+        if let Some(range) = self.done.overlap(&other.done) {
+            return Err(MergeError::Overlap(range));
+        }
+        other.done.iter().for_each(|range| self.done.insert(range));
+        self.film.merge(&other.film);
+        self.stats += other.stats;
+        if let (Some(strategies), Some(other)) = (&mut self.strategies, &other.strategies) {
+            strategies.merge(other);
+        }
+        if let (Some(debiased), Some(other)) = (&mut self.debiased, &other.debiased) {
+            debiased.film.merge(&other.film);
+        }
+        for (books, other) in self.books.iter_mut().zip(&other.books) {
+            *books += *other;
+        }
+        Ok(())
+    }
+
+    /// Takes the samples of the options' range that are missing, on the current thread pool. See
+    /// [`render`](super::render()) for `scenes` and `on_pass`, [`render_counted`](super::render_counted) for
+    /// `counter`. The state must [fit](State::fits).
+    pub fn advance(
+        &mut self,
+        scenes: &[Scene],
+        options: &Options,
+        counter: &AtomicU64,
+        mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
+    ) {
+        let sources = self.sources(scenes, options);
+        let range = options.range();
+        let mut next = 1;
+        for gap in self.done.gaps(range.clone()) {
+            let mut at = gap.start;
+            while at < gap.end {
+                if self.reached() {
+                    return;
+                }
+                let started = Instant::now();
+                let look = self.watch.as_ref().map_or(u64::MAX, Watch::next);
+                next = next.min(look.saturating_sub(self.done.count()).max(1));
+                next = scenes[0].whole_periods(next).min(gap.end - at);
+                self.pass(&sources, at..at + next, counter);
+                at += next;
+                let progress = Progress {
+                    done: self.done.count(),
+                    total: range.end - range.start,
+                    film: &self.film,
+                    state: self,
+                };
+                if on_pass(&progress).is_break() {
+                    return;
+                }
+                next = longer_or_shorter(next, started.elapsed());
+            }
+        }
+    }
+
+    fn sources<'a>(&self, scenes: &'a [Scene], options: &Options) -> Vec<Source<'a>> {
+        let groups = scenes.iter().zip(&self.prepared).enumerate();
+        groups
+            .map(|(group, (scene, prepared))| Source::new(scene, options, group, *prepared))
+            .collect()
+    }
+
+    /// Takes a range of samples in all groups of channels.
+    fn pass(&mut self, sources: &[Source], samples: Range<u64>, counter: &AtomicU64) {
+        for (source, books) in sources.iter().zip(&mut self.books) {
+            let samples = samples.clone();
+            let film = &mut self.film;
+            self.stats += match (&source.integrator, &mut self.debiased) {
+                (Integrator::Aov(tracer), _) => aov::pass(source, tracer, samples, film, counter),
+                (_, Some(debiased)) => {
+                    photons::pass(source, samples, (film, debiased, books), counter)
+                }
+                (integrator, None) if integrator.splats() => {
+                    let into = (film, self.strategies.as_mut(), books);
+                    splats::pass(source, samples, into, counter)
+                }
+                _ => pixels::pass(source, samples, film, counter),
+            };
+        }
+        self.done.insert(samples);
+        if let Some(watch) = &mut self.watch {
+            let image = (&self.film, self.debiased.as_ref());
+            watch.look(self.done.count(), image);
+        }
+    }
+
+    /// Whether the error is small enough, if that is what the render is to end at.
+    pub fn reached(&self) -> bool {
+        self.watch.as_ref().is_some_and(Watch::is_over)
+    }
+
+    /// The result; `scenes` are those that were rendered.
+    pub fn into_rendering(self, scenes: &[Scene]) -> Rendering {
+        let samples = self.done.count();
+        let largest = |f: fn(&Prepared) -> f64| self.prepared.iter().map(f).fold(0.0, f64::max);
+        Rendering {
+            search: largest(|p| p.search),
+            first_radius: largest(|p| p.radius),
+            balance: balance(scenes, &self.books),
+            reached: self.reached(),
+            samples,
+            stats: self.stats,
+            strategies: self
+                .strategies
+                .map_or(Vec::new(), |s| s.into_images(samples)),
+            debiased: self.debiased,
+            film: self.film,
+        }
+    }
+}
+
+/// The account over all channels, if there is one.
+fn balance(scenes: &[Scene], books: &[Books]) -> Option<Balance> {
+    let kept = scenes.iter().zip(books).enumerate();
+    let kept = kept.filter(|(_, (_, books))| books.particles() > 0);
+    let of = |(group, (scene, books)): (usize, (&Scene, &Books))| {
+        let lanes = scene.film().lanes_of(group);
+        books.balance(scene.powers(lanes).map(|p| p.sum()).sum())
+    };
+    kept.map(of).reduce(|mut sum, balance| {
+        sum += balance;
+        sum
+    })
+}
