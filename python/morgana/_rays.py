@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import functools
-from typing import List, NamedTuple, Optional, Tuple
+from typing import List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _morgana
-from ._morgana import Ray, Scene
+from ._morgana import Field, Ray, Scene
 
 Doubles = NDArray[np.float64]
 
@@ -141,27 +141,34 @@ class Connections(NamedTuple):
 
 
 def trace(
-    scene: Scene,
+    through: Union[Scene, Field],
     origins: ArrayLike,
     directions: ArrayLike,
     *,
     max_length: Optional[float] = None,
 ) -> Rays:
-    """Follow rays through a scene, without scattering: they are refracted, reflected by mirrors, and end elsewhere.
+    """Follow rays without scattering: at surfaces of a scene they are refracted, reflected by mirrors, or end.
 
     Args:
-        scene: Where to.
+        through: A scene, or a field, which has no surfaces and no end.
         origins: Starts, (rays, 3) or (..., 3), in scene units.
         directions: Directions, of the same shape; they need not have unit length. A single start or direction goes with
             any number of the other.
         max_length: Length after which a ray ends, in scene units; by default long enough for anything that leaves the
-            scene.
+            scene. Through a field it must be given.
 
     Raises:
-        ValueError: Shapes that do not fit, starts that are not finite, directions of no length.
+        ValueError: Shapes that do not fit, starts that are not finite, directions of no length, a length that is not
+            positive.
     """
     x, d = np.broadcast_arrays(np.asarray(origins, float), np.asarray(directions, float))
-    return Rays(_morgana.trace(scene, x, d, max_length))
+    if max_length is not None and not (max_length > 0 and np.isfinite(max_length)):
+        raise ValueError(f"max_length is {max_length} but must be a positive number")
+    if isinstance(through, Scene):
+        return Rays(_morgana.trace(through, x, d, max_length))
+    if max_length is None:
+        raise ValueError("a field has no end: give max_length")
+    return Rays(_morgana.trace_field(through, x, d, max_length))
 
 
 def connect(

@@ -107,3 +107,24 @@ def test_a_connection_is_a_ray():
     assert path.optical_length[-1] == pytest.approx(ray.optical_length, rel=1e-7)
     with pytest.raises(morgana.RenderError, match="two points"):
         morgana.connect(scene, np.zeros((2, 3)), b)
+
+
+def test_rays_through_a_field_are_parabolas():
+    # n² = n0² + s·z: x(σ) = x0 + n0 d σ + s σ²/4 ẑ with dσ = ds/n.
+    field = morgana.load_field({"type": "linear_square", "n0": 1.5, "slope": [0, 0, 0.4]})
+    directions = RNG.normal(size=(20, 3))
+    rays = morgana.trace(field, [0, 0, 0], directions, max_length=0.8)
+    assert set(rays.end) == {"maximum length"} and len(rays) == 20
+    np.testing.assert_allclose(rays.arc_length[rays.offsets[1:] - 1], 0.8, rtol=1e-9)
+    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    for ray, d in zip(rays, unit):
+        # Two components do not feel the gradient.
+        across = np.linalg.norm(d[:2])
+        sigma = np.linalg.norm(ray.points[:, :2], axis=1) / (1.5 * across)
+        np.testing.assert_allclose(ray.points[:, 2], 1.5 * d[2] * sigma + 0.1 * sigma**2, atol=1e-6)
+    with pytest.raises(ValueError, match="give max_length"):
+        morgana.trace(field, [0, 0, 0], [0, 0, 1])
+    with pytest.raises(ValueError, match="max_length is -1"):
+        morgana.trace(field, [0, 0, 0], [0, 0, 1], max_length=-1)
+    (lost,) = morgana.trace(field, [0, 0, -6.0], [0, 0, 1], max_length=1)
+    assert lost.end == "lost"

@@ -55,7 +55,8 @@ impl Field {
         Field { source, name }
     }
 
-    fn index(&self) -> &Index {
+    /// The field itself.
+    pub fn index(&self) -> &Index {
         match &self.source {
             Source::Medium(scene, medium) => &scene.get().loaded.scene().media()[*medium].index,
             Source::Own(index) => index,

@@ -29,7 +29,7 @@ mod _morgana {
     #[pymodule_export]
     use crate::scene::{Scene, load_dict, load_file};
     #[pymodule_export]
-    use crate::trace::{Ray, Traced, connect, trace};
+    use crate::trace::{Ray, Traced, connect, trace, trace_field};
 
     use pyo3::prelude::*;
 

@@ -1,13 +1,16 @@
 //! Rays: those of given starts, and those between two points.
 
 use crate::errors;
+use crate::field::Field;
 use crate::numbers::{Rows, array};
 use crate::scene::Scene;
+use eikonal::Tolerance;
+use glam::DVec3;
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use transport::trace::{Branch, Ending, Path, Point, Tracer, branches};
+use transport::trace::{Branch, Ending, Path, Point, Tracer, branches, follow_field};
 
 type Numbers<'py> = Bound<'py, PyArrayDyn<f64>>;
 
@@ -16,11 +19,12 @@ type Numbers<'py> = Bound<'py, PyArrayDyn<f64>>;
 #[pyclass(frozen, module = "morgana._morgana")]
 #[derive(Debug)]
 pub struct Traced {
-    scene: Py<Scene>,
+    /// That through which they went, if it has surfaces.
+    scene: Option<Py<Scene>>,
     paths: Vec<Path>,
 }
 
-/// Follows rays from points in directions, which need not have unit length.
+/// Follows rays through a scene from points in directions, which need not have unit length.
 #[pyfunction]
 pub fn trace(
     py: Python<'_>,
@@ -29,6 +33,39 @@ pub fn trace(
     directions: Rows,
     max_length: Option<f64>,
 ) -> PyResult<Traced> {
+    let starts = starts(&origins, &directions)?;
+    let paths = py.detach(|| {
+        let points = starts.iter().map(|s| s.0);
+        let tracer = Tracer::new(scene.get().loaded.scene(), points, max_length);
+        let follow = |(x, d): &(DVec3, DVec3)| tracer.follow(*x, *d);
+        starts.par_iter().map(follow).collect()
+    });
+    let scene = Some(scene);
+    Ok(Traced { scene, paths })
+}
+
+/// Follows rays of the given length through a field, which has no end.
+#[pyfunction]
+pub fn trace_field(
+    py: Python<'_>,
+    field: &Field,
+    origins: Rows,
+    directions: Rows,
+    max_length: f64,
+) -> PyResult<Traced> {
+    let starts = starts(&origins, &directions)?;
+    let paths = py.detach(|| {
+        let follow = |start: &(DVec3, DVec3)| {
+            follow_field(field.index(), Tolerance::default(), *start, max_length)
+        };
+        starts.par_iter().map(follow).collect()
+    });
+    let scene = None;
+    Ok(Traced { scene, paths })
+}
+
+/// Where rays start, with unit directions.
+fn starts(origins: &Rows, directions: &Rows) -> PyResult<Vec<(DVec3, DVec3)>> {
     if origins.rows.len() != directions.rows.len() {
         let (a, b) = (origins.rows.len(), directions.rows.len());
         let message = format!("there are {a} origins but {b} directions");
@@ -46,15 +83,7 @@ pub fn trace(
         };
         starts.push((*x, d));
     }
-    let paths = py.detach(|| {
-        let points = starts.iter().map(|s| s.0);
-        let tracer = Tracer::new(scene.get().loaded.scene(), points, max_length);
-        starts
-            .par_iter()
-            .map(|(x, d)| tracer.follow(*x, *d))
-            .collect()
-    });
-    Ok(Traced { scene, paths })
+    Ok(starts)
 }
 
 impl Traced {
@@ -107,9 +136,12 @@ impl Traced {
 
     /// For each ray, how it ended, and the name of the object that it ended on.
     fn endings(&self) -> Vec<(&'static str, Option<String>)> {
-        let objects = self.scene.get().loaded.scene().objects();
+        let name = |object: usize| {
+            let scene = self.scene.as_ref().map(|scene| scene.get().loaded.scene());
+            scene.map(|scene| scene.objects()[object].name.clone())
+        };
         let ending = |path: &Path| match path.ending {
-            Ending::Surface(object) => ("surface", Some(objects[object].name.clone())),
+            Ending::Surface(object) => ("surface", name(object)),
             Ending::Left => ("left the scene", None),
             Ending::Length => ("maximum length", None),
             Ending::Lost => ("lost", None),
