@@ -12,7 +12,7 @@ RNG = np.random.default_rng(3)
 
 def layered():
     scene = small()
-    scene["sensor"]["film"] = {**scene["sensor"]["film"], "decomposition": "bounce", "max_bounce": 2}
+    scene["sensor"]["film"] = {**scene["sensor"]["film"], "decomposition": "bounce", "max_bounces": 2}
     return scene
 
 
@@ -30,7 +30,7 @@ def test_files_of_renders_are_those_of_the_program(program, tmp_path):
     assert {a: ours.attributes[a] for a in alike} == {a: theirs.attributes[a] for a in alike}
     for extension in ("npy", "png"):
         both = ((tmp_path / f"{name}.{extension}").read_bytes() for name in ("python", "program"))
-        assert len(set(both)) == 1
+        assert len(set(both)) == 1, extension
 
 
 def test_layers_add_up():
