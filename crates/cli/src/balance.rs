@@ -1,7 +1,6 @@
-//! Where the light went: as text, and as JSON.
+//! Where the light went, as text.
 
 use crate::numbers;
-use serde_json::{Value, json};
 use transport::path::{Balance, Share};
 
 /// Emitted = absorbed + escaped + ..., with what is left over. What is zero for certain is left out.
@@ -26,18 +25,4 @@ pub fn text(b: &Balance) -> String {
         numbers::plain(b.emitted),
         parts.join(" · ")
     )
-}
-
-/// All entries.
-pub fn json(b: &Balance) -> Value {
-    let share = |share: Share| json!({"mean": share.mean, "standard_error": share.error});
-    json!({
-        "emitted": b.emitted,
-        "absorbed_by_media": share(b.media),
-        "absorbed_by_surfaces": share(b.surfaces),
-        "escaped": share(b.escaped),
-        "cut_off": share(b.cut),
-        "lost": share(b.lost),
-        "left_over": share(b.residual),
-    })
 }

@@ -50,13 +50,6 @@ const IMAGE_FORMATS: [(&str, ImageFormat); 3] = [
     ("png", ImageFormat::Png),
     ("npy", ImageFormat::Npy),
 ];
-const ARRAY_FORMATS: [(&str, ArrayFormat); 5] = [
-    ("npz", ArrayFormat::Npz),
-    ("h5", ArrayFormat::Hdf5),
-    ("hdf5", ArrayFormat::Hdf5),
-    ("nrrd", ArrayFormat::Nrrd),
-    ("npy", ArrayFormat::Npy),
-];
 const MAP_FORMATS: [(&str, MapFormat); 2] = [("png", MapFormat::Png), ("exr", MapFormat::Exr)];
 const RAY_FORMATS: [(&str, RayFormat); 6] = [
     ("csv", RayFormat::Csv),
@@ -88,7 +81,7 @@ pub fn readings(
     scene: &Path,
     meters: usize,
 ) -> Result<Vec<(PathBuf, ArrayFormat)>, Failure> {
-    let files = outputs((args, scene), &[".npz"], &ARRAY_FORMATS)?;
+    let files = outputs((args, scene), &[".npz"], &ArrayFormat::EXTENSIONS)?;
     if let Some((path, _)) = files.iter().find(|(_, f)| f.is_single() && meters > 1) {
         return Err(Failure::Usage(format!(
             "'{}' can hold one array, but the scene has {meters} meters: use .npz or .h5",

@@ -7,7 +7,6 @@ use io::Loaded;
 use io::part::Header;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
-use transport::integrator::Integrator;
 use transport::render::{Measure, MeasureOptions, Options, Target};
 
 /// A scene and the options of the command line that decide what is computed.
@@ -115,7 +114,7 @@ impl Job {
 
     /// How its meters are to be read.
     pub fn measure_options(&self, loaded: &Loaded) -> MeasureOptions {
-        let (max_depth, rr_depth) = depths(&loaded.integrator);
+        let (max_depth, rr_depth) = loaded.integrator.depths();
         MeasureOptions {
             first: 0,
             particles: loaded.samples,
@@ -136,17 +135,5 @@ impl Job {
         options.extend(integrator.map(|name| format!("--integrator {name}")));
         options.extend(self.defines.iter().map(|(k, v)| format!("-D {k}={v}")));
         options.join(" ")
-    }
-}
-
-/// Longest path, and where Russian roulette begins.
-fn depths(integrator: &Integrator) -> (Option<u32>, u32) {
-    match integrator {
-        // Scenes with meters and this integrator are refused.
-        Integrator::Aov(_) => (None, 1),
-        Integrator::Path(i) => (i.max_depth, i.rr_depth),
-        Integrator::Particle(i) => (i.max_depth, i.rr_depth),
-        Integrator::Bdpt(i) => (i.max_depth, i.rr_depth),
-        Integrator::Photon(i) => (i.max_depth, i.rr_depth),
     }
 }

@@ -12,7 +12,6 @@ mod failure;
 mod interrupt;
 mod job;
 mod keeper;
-mod layers;
 mod load;
 mod measured;
 mod numbers;

@@ -4,8 +4,8 @@ use crate::balance;
 use crate::job::Job;
 use crate::load::file_name;
 use crate::numbers;
-use crate::report::{Stopped, counters};
-use io::Loaded;
+use crate::report::Stopped;
+use io::{Loaded, report};
 use serde_json::{Value, json};
 use std::time::Duration;
 use transport::meter::Reading;
@@ -132,7 +132,7 @@ impl Measured<'_> {
             ("options", self.job.command_line()),
             (
                 "balance",
-                balance::json(&self.measurement.balance).to_string(),
+                report::balance(&self.measurement.balance).to_string(),
             ),
             ("lost", stats.lost.to_string()),
             ("not_finite", stats.not_finite.to_string()),
@@ -166,9 +166,9 @@ impl Measured<'_> {
             "particles_per_second": self.rate(),
             "channels": self.loaded.channel_names,
             "emitted": measurement.emitted,
-            "balance": balance::json(&measurement.balance),
+            "balance": report::balance(&measurement.balance),
             "meters": self.meters().map(meter).collect::<Vec<_>>(),
-            "counters": counters(&measurement.stats),
+            "counters": report::counters(&measurement.stats),
         })
     }
 }

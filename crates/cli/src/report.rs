@@ -2,15 +2,15 @@
 
 use crate::balance;
 use crate::job::Job;
-use crate::layers::Naming;
 use crate::load::file_name;
 use crate::numbers;
-use io::Loaded;
+use io::rendered::Naming;
+use io::{Loaded, report};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 use transport::integrator::Integrator;
 use transport::render::Rendering;
-use transport::stats::{Connections, Stats};
+use transport::stats::Connections;
 
 /// Why a render ended before it had all its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,7 +117,7 @@ impl Report<'_> {
         }
         let (mean, error) = self.rendering.film.summary();
         let mean = numbers::with_error(mean, error);
-        let connections = connections(&self.rendering.stats.connections);
+        let connections = failures(&self.rendering.stats.connections);
         format!("mean {mean} · {connections}")
     }
 
@@ -133,8 +133,14 @@ impl Report<'_> {
             ("seed", self.job.seed.to_string()),
             ("spp", self.rendering.samples.to_string()),
             ("options", self.job.command_line()),
-            ("branches", self.branches().to_string()),
-            ("connections", self.connections().to_string()),
+            (
+                "branches",
+                report::branches(self.loaded.scene()).to_string(),
+            ),
+            (
+                "connections",
+                report::connections(stats, self.rendering.search).to_string(),
+            ),
             ("lost", stats.lost.to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];
@@ -176,21 +182,6 @@ impl Report<'_> {
         ))
     }
 
-    /// What is known of photon maps.
-    fn photons(&self) -> Option<Value> {
-        let (rendering, photons) = (self.rendering, &self.rendering.stats.photons);
-        rendering.debiased.as_ref().map(|debiased| {
-            json!({
-                "in_media": photons.in_media,
-                "on_surfaces": photons.on_surfaces,
-                "radius": rendering.first_radius,
-                "bias": debiased.bias(&rendering.film),
-                "error": debiased.error(&rendering.film),
-                "possible_bias": "blur of photons",
-            })
-        })
-    }
-
     /// The same in a few words.
     fn photon_line(&self) -> Option<String> {
         let debiased = self.rendering.debiased.as_ref()?;
@@ -201,42 +192,6 @@ impl Report<'_> {
         let film = &self.rendering.film;
         let bias = debiased.bias(film) / film.summary().0;
         Some(format!("bias about {}", numbers::percent(bias)))
-    }
-
-    /// Which branches connections look for.
-    fn branches(&self) -> Value {
-        let reach = self.loaded.scene().branch_reach();
-        json!({
-            "reflections": reach.reflections,
-            "reflections_in_all": reach.bounces,
-            "optical_length": reach.optical_length,
-        })
-    }
-
-    /// What became of connections.
-    fn connections(&self) -> Value {
-        let stats = &self.rendering.stats;
-        let c = &stats.connections;
-        json!({
-            "attempts": c.attempts,
-            "found": c.found,
-            "discarded": c.discarded,
-            "occluded": c.occluded,
-            "not_converged": c.not_converged,
-            "ray_lost": c.ray_lost,
-            "degenerate": c.degenerate,
-            "failure_rate": c.failure_rate(),
-            "success_rate": share(c.found as f64, c.attempts as f64),
-            "shots_per_attempt": share(stats.work.shots as f64, c.attempts as f64),
-            "certified": c.certified,
-            "certificate_coverage": coverage(c, self.rendering.search),
-            "search_probability": self.rendering.search,
-            "searches": c.searches,
-            "secondary": c.secondary,
-            "trials": c.trials,
-            "capped": c.capped,
-            "possible_bias": (c.capped > 0).then_some("capped"),
-        })
     }
 
     /// Everything, as JSON.
@@ -263,17 +218,17 @@ impl Report<'_> {
             "mean": mean,
             "standard_error": error,
             "target": self.target(),
-            "counters": counters(stats),
-            "branches": self.branches(),
-            "connections": self.connections(),
-            "photons": self.photons(),
-            "balance": self.rendering.balance.as_ref().map(balance::json),
+            "counters": report::counters(stats),
+            "branches": report::branches(self.loaded.scene()),
+            "connections": report::connections(stats, self.rendering.search),
+            "photons": report::photons(self.rendering),
+            "balance": self.rendering.balance.as_ref().map(report::balance),
             "decomposition": Naming::of(self.loaded).map(|n| n.json(film)),
         })
     }
 }
 
-fn connections(connections: &Connections) -> String {
+fn failures(connections: &Connections) -> String {
     match connections.attempts {
         0 => "no connections".into(),
         n => format!(
@@ -282,32 +237,6 @@ fn connections(connections: &Connections) -> String {
             numbers::count(n as f64)
         ),
     }
-}
-
-/// Counts of a run, as JSON.
-pub fn counters(stats: &Stats) -> Value {
-    json!({
-        "paths": stats.paths,
-        "edges": stats.edges,
-        "lost": stats.lost,
-        "not_finite": stats.not_finite,
-        "steps": stats.work.steps,
-        "steps_rejected": stats.work.rejected,
-        "field_evaluations": stats.work.evaluations,
-        "shots": stats.work.shots,
-    })
-}
-
-/// A ratio; none of nothing.
-fn share(part: f64, whole: f64) -> Option<f64> {
-    (whole > 0.0).then(|| part / whole)
-}
-
-/// Share of the pairs that are known to be joined by one ray at most. Of the others, those that were
-/// searched are counted, and stand for the rest.
-fn coverage(connections: &Connections, search: f64) -> Option<f64> {
-    let certified = connections.certified as f64;
-    share(certified, certified + connections.searches as f64 / search)
 }
 
 /// A branch whose weighing is cut off makes the picture too dark.
@@ -330,17 +259,5 @@ mod tests {
             bias(2300),
             "possible bias: 2.30 k branches count for less than due"
         );
-    }
-
-    #[test]
-    fn searches_stand_for_the_pairs_that_were_not_searched() {
-        let connections = Connections {
-            certified: 30,
-            searches: 10,
-            ..Connections::default()
-        };
-        assert_eq!(coverage(&connections, 1.0), Some(0.75));
-        assert_eq!(coverage(&connections, 1.0 / 9.0), Some(0.25));
-        assert_eq!(coverage(&Connections::default(), 1.0), None);
     }
 }

@@ -3,12 +3,12 @@
 use crate::args::OutputArgs;
 use crate::config::ImageFormat;
 use crate::failure::{Failure, show};
-use crate::layers::{self, Naming};
 use crate::measured::Measured;
 use crate::outputs;
 use crate::report::Report;
 use io::arrays::{ArrayFormat, Context, arrays};
 use io::image::tone::Tone;
+use io::rendered::{self, Naming};
 use io::{Diagnostic, Diagnostics, FileError};
 use serde_json::Value;
 use std::io::Write;
@@ -22,10 +22,10 @@ pub fn write_images(
 ) -> Result<(), Failure> {
     let names = &report.loaded.channel_names;
     let film = &report.rendering.film;
-    let mut image = outputs::layers(film, names, report.attributes());
-    image.layers.extend(outputs::bias(report.rendering, names));
+    let mut image = rendered::layers(film, names, report.attributes());
+    image.layers.extend(rendered::bias(report.rendering, names));
     if images.iter().any(|(_, format)| *format == ImageFormat::Exr) {
-        layers::extend(&mut image, film, report.loaded);
+        rendered::extend(&mut image, film, report.loaded);
     }
     let images = images
         .iter()
@@ -34,7 +34,7 @@ pub fn write_images(
             _ => outputs::write(path, *format, &image, args.tone.tone()),
         });
     let strategies = args.strategies.iter().map(|path| {
-        let image = outputs::strategies(report.rendering, names, report.attributes());
+        let image = rendered::strategies(report.rendering, names, report.attributes());
         outputs::write(path, ImageFormat::Exr, &image, Tone::default())
     });
     let stats = stats(args, || report.json());

@@ -73,6 +73,10 @@ fn inside_transport_data_flows_one_way() {
     );
     refuses("transport/src/integrator", &["crate::render"]);
     refuses(
+        "transport/src/trace",
+        &["crate::integrator", "crate::render"],
+    );
+    refuses(
         "transport/src/meter",
         &["crate::integrator", "crate::render", "crate::film"],
     );

@@ -21,12 +21,14 @@ pub mod mesh;
 pub mod npy;
 pub mod part;
 pub mod query;
+pub mod rendered;
+pub mod report;
 pub mod scene;
 pub mod schema;
 pub mod volume;
 pub mod xml;
 
-pub use assemble::{LoadOptions, Loaded, assemble, load_scene};
+pub use assemble::{LoadOptions, Loaded, assemble, assemble_field, load_scene};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use error::{FileError, Problem};
 pub use query::Query;

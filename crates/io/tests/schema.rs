@@ -79,6 +79,7 @@ fn value(parameter: &Parameter, variant: usize) -> String {
         Type::List => "[1, 2]".into(),
         Type::Point | Type::Vector => "[1, 0, 0]".into(),
         Type::Transform => "[]".into(),
+        Type::Tensor => "[[0, 0, 0], [1, 0, 0], [0, 1, 0]]".into(),
     }
 }
 

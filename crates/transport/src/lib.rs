@@ -22,6 +22,7 @@ pub mod spectrum;
 pub mod stats;
 pub mod sum;
 pub mod texture;
+pub mod trace;
 
 pub use bins::Bins;
 pub use film::Film;

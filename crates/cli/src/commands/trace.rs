@@ -4,10 +4,11 @@ use crate::args::TraceArgs;
 use crate::config::{self, RayFormat};
 use crate::failure::Failure;
 use crate::load::{file_name, load_with_warnings};
-use crate::trace::{Ending, Path, Tracer, csv, fan, json, obj, ply, vtk};
+use crate::trace::{csv, fan, json, obj, ply, vtk};
 use crate::{numbers, svg};
 use std::io::Write;
 use std::process::ExitCode;
+use transport::trace::{Ending, Path, Tracer};
 
 /// Follows rays through a scene and writes their paths.
 pub fn trace(args: &TraceArgs) -> Result<ExitCode, Failure> {

@@ -9,11 +9,11 @@ mod ticks;
 mod view;
 
 use crate::failure::Failure;
-use crate::trace::{Ending, Path};
 use glam::DVec3;
 use heat::Heat;
 use std::fmt::Write;
 use transport::Scene;
+use transport::trace::{Ending, Path};
 use view::View;
 
 pub use overlay::overlay;

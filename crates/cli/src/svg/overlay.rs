@@ -5,7 +5,6 @@
 
 use super::colour::RAY;
 use crate::failure::Failure;
-use crate::trace::Path;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use eikonal::Solver;
@@ -15,6 +14,7 @@ use std::fmt::Write;
 use transport::Scene;
 use transport::scene::MediumId;
 use transport::sensor::Sensor;
+use transport::trace::Path;
 
 /// Points per ray: what is straight in the scene need not be so in the picture.
 const PIECES: f64 = 200.0;

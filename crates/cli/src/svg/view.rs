@@ -1,9 +1,9 @@
 //! Which part of the scene is shown, and where on the page.
 
-use crate::trace::Path;
 use eikonal::Aabb;
 use glam::DVec3;
 use transport::Scene;
+use transport::trace::Path;
 
 /// Largest plot, in pixels.
 const LARGEST: [f64; 2] = [860.0, 720.0];

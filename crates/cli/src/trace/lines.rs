@@ -1,8 +1,8 @@
 //! Rays as lines for programs that show geometry.
 
-use super::follow::{Path, Point};
 use std::fmt::Write;
 use std::ops::Range;
+use transport::trace::{Path, Point};
 
 /// A number that a point has.
 type Scalar = fn(&Point) -> f64;

@@ -1,9 +1,9 @@
 //! Rays as text.
 
-use super::follow::{Ending, Path};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use transport::Scene;
+use transport::trace::{Ending, Path};
 
 /// One line per point.
 pub fn csv(scene: &Scene, paths: &[Path]) -> String {

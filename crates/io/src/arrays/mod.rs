@@ -65,6 +65,33 @@ pub enum ArrayFormat {
 }
 
 impl ArrayFormat {
+    /// Their names, as extensions of files.
+    pub const EXTENSIONS: [(&'static str, ArrayFormat); 5] = [
+        ("npz", ArrayFormat::Npz),
+        ("h5", ArrayFormat::Hdf5),
+        ("hdf5", ArrayFormat::Hdf5),
+        ("nrrd", ArrayFormat::Nrrd),
+        ("npy", ArrayFormat::Npy),
+    ];
+
+    /// The format that the name of a file tells.
+    ///
+    /// # Errors
+    ///
+    /// Another extension.
+    pub fn of(path: &Path) -> Result<Self, FileError> {
+        let extension = path.extension().and_then(|e| e.to_str());
+        let extension = extension.map(str::to_ascii_lowercase);
+        let found = Self::EXTENSIONS
+            .into_iter()
+            .find(|(name, _)| Some(*name) == extension.as_deref());
+        found.map(|(_, format)| format).ok_or_else(|| {
+            let names = Self::EXTENSIONS.map(|(name, _)| format!(".{name}"));
+            let message = format!("arrays are written to {}", names.join(", "));
+            Problem::Unsupported(message).at(path)
+        })
+    }
+
     /// Whether it holds only one array.
     pub fn is_single(self) -> bool {
         matches!(self, ArrayFormat::Npy | ArrayFormat::Nrrd)

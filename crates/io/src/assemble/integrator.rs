@@ -4,6 +4,7 @@ use super::context::Context;
 use super::*;
 use crate::diagnostic::suggest;
 use crate::query::POSITIVE;
+use eikonal::Tolerance;
 use transport::integrator::{
     Aov, AovTracer, Bdpt, Connections, Heuristic, ParticleTracer, PhotonMapping,
     Query as PhotonQuery,
@@ -40,19 +41,76 @@ enum Kind {
 /// How a scene is to be rendered.
 pub(super) struct Method {
     pub integrator: Integrator,
-    pub tolerance: Tolerance,
-    pub reflections: u32,
+    pub parameters: Parameters,
 }
 
 /// What a file says of its estimator. The parameters of the bidirectional one include those that all
 /// have in common.
-#[derive(Default)]
-struct Parameters {
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Parameters {
     bdpt: Bdpt,
     aov: AovTracer,
     photon: PhotonMapping,
-    tolerance: Tolerance,
-    reflections: u32,
+    pub tolerance: Tolerance,
+    pub reflections: u32,
+}
+
+impl Parameters {
+    fn integrator(&self, kind: Kind) -> Integrator {
+        let Bdpt {
+            max_depth,
+            rr_depth,
+            ..
+        } = self.bdpt;
+        match kind {
+            Kind::Path => Integrator::Path(PathTracer {
+                max_depth,
+                rr_depth,
+            }),
+            Kind::Particle => Integrator::Particle(ParticleTracer {
+                max_depth,
+                rr_depth,
+            }),
+            Kind::Bdpt => Integrator::Bdpt(self.bdpt),
+            Kind::Aov => Integrator::Aov(self.aov),
+            Kind::Photon | Kind::Sppm => Integrator::Photon(PhotonMapping {
+                max_depth,
+                rr_depth,
+                progressive: kind == Kind::Sppm,
+                ..self.photon
+            }),
+        }
+    }
+}
+
+impl Loaded {
+    /// The estimator of the given name, with what the scene says of its own, as [`LoadOptions::integrator`] would
+    /// choose it; and what is doubtful about it.
+    ///
+    /// # Errors
+    /// An unknown name, and one that needs the scene to be assembled anew: `aov` in place of light, or light in
+    /// place of `aov`.
+    pub fn estimator(&self, name: &str) -> Result<(Integrator, Diagnostics), Diagnostics> {
+        let mut diagnostics = Diagnostics::new();
+        let kind = named(name, &mut diagnostics);
+        let sees_light = |integrator: &Integrator| !matches!(integrator, Integrator::Aov(_));
+        let integrator = self.estimators.integrator(kind);
+        if sees_light(&integrator) != sees_light(&self.integrator) {
+            let message = format!(
+                "the scene was loaded for the integrator {}",
+                self.integrator.name()
+            );
+            let help = format!("load it for the integrator {name}");
+            diagnostics.push(Diagnostic::error(message).help(help));
+        }
+        if diagnostics.has_errors() {
+            return Err(diagnostics);
+        }
+        for problem in gaps::warnings(self.scene(), &integrator) {
+            diagnostics.push(Diagnostic::warning(problem.message).help(problem.help));
+        }
+        Ok((integrator, diagnostics))
+    }
 }
 
 /// Whether the scene is asked for other quantities than light.
@@ -72,39 +130,18 @@ pub(super) fn build(
     context: &mut Context,
 ) -> Method {
     let written = object.map(|object| plugin(object, context));
-    let wanted = options.integrator.as_deref().map(|n| named(n, context));
+    let wanted = options
+        .integrator
+        .as_deref()
+        .map(|n| named(n, context.diagnostics));
     let kind = wanted.or(written).unwrap_or(Kind::Path);
     let parameters = match (object, written) {
         (Some(object), Some(written)) => read(object, written, context),
         _ => Parameters::default(),
     };
-    let Bdpt {
-        max_depth,
-        rr_depth,
-        ..
-    } = parameters.bdpt;
-    let integrator = match kind {
-        Kind::Path => Integrator::Path(PathTracer {
-            max_depth,
-            rr_depth,
-        }),
-        Kind::Particle => Integrator::Particle(ParticleTracer {
-            max_depth,
-            rr_depth,
-        }),
-        Kind::Bdpt => Integrator::Bdpt(parameters.bdpt),
-        Kind::Aov => Integrator::Aov(parameters.aov),
-        Kind::Photon | Kind::Sppm => Integrator::Photon(PhotonMapping {
-            max_depth,
-            rr_depth,
-            progressive: kind == Kind::Sppm,
-            ..parameters.photon
-        }),
-    };
     Method {
-        integrator,
-        tolerance: parameters.tolerance,
-        reflections: parameters.reflections,
+        integrator: parameters.integrator(kind),
+        parameters,
     }
 }
 
@@ -124,15 +161,13 @@ fn plugin(object: &Object, context: &mut Context) -> Kind {
 }
 
 /// The kind that the caller asks for.
-fn named(name: &str, context: &mut Context) -> Kind {
+fn named(name: &str, diagnostics: &mut Diagnostics) -> Kind {
     find(name).unwrap_or_else(|| {
         let names = KNOWN.map(|(name, _)| name);
         let help = suggest(name, names)
             .unwrap_or_else(|| format!("known integrators: {}", names.join(", ")));
         let message = format!("unknown integrator '{name}'");
-        context
-            .diagnostics
-            .push(Diagnostic::error(message).help(help));
+        diagnostics.push(Diagnostic::error(message).help(help));
         Kind::Path
     })
 }

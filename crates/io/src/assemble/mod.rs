@@ -30,7 +30,6 @@ use crate::query::{Query, unknown_plugin};
 use crate::scene::{FileRegistry, Object, PluginKind, SceneDescription, SceneHash};
 use channels::Channels;
 use context::Context;
-use eikonal::Tolerance;
 use std::path::Path;
 use transport::integrator::{Integrator, PathTracer};
 use transport::scene::{Parts, Problem, Scene, Severity, Subject};
@@ -71,12 +70,22 @@ pub struct Loaded {
     pub layering: Layering,
     /// Whether an image with less weight for rare bright samples is wanted beside the plain one.
     pub reweight: bool,
+    /// What the scene says of its estimator.
+    estimators: integrator::Parameters,
 }
 
 impl Loaded {
     /// Whether groups differ in their indices: some medium disperses, and each wavelength has rays of its own.
     pub fn is_dispersive(&self) -> bool {
         self.scene().film().lanes == 1 && self.groups.len() > 1
+    }
+
+    /// The scenes whose rays are those of the first: all, unless some medium disperses.
+    pub fn same_rays(&self) -> &[Scene] {
+        match self.is_dispersive() {
+            true => &self.groups[..1],
+            false => &self.groups,
+        }
     }
 
     /// The scene of the first channel group: geometry and sensor are the same in all, and indices if no medium
@@ -148,7 +157,7 @@ pub fn assemble(
         return Err(diagnostics);
     };
     let emitter_names = std::mem::take(&mut first.emitter_names);
-    let integrator = first.integrator;
+    let (integrator, estimators) = (first.method.integrator, first.method.parameters);
     let samples = whole_periods(options, first, &mut diagnostics);
     let (layering, reweight) = (first.layering, first.reweight);
     let instruments = std::mem::take(&mut first.instruments);
@@ -166,7 +175,31 @@ pub fn assemble(
         emitter_names,
         layering,
         reweight,
+        estimators,
     })
+}
+
+/// Assembles the refractive index that the only volume of a description describes, at the first wavelength if there are
+/// several; `diagnostics` holds what reading it has reported.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn assemble_field(
+    description: &SceneDescription,
+    mut diagnostics: Diagnostics,
+) -> Result<eikonal::Field, Diagnostics> {
+    let root = &description.root;
+    let channels = Channels::of(root, &mut diagnostics);
+    let mut query = Query::new(root, &mut diagnostics);
+    let volume = query.required_child(PluginKind::Volume);
+    query.finish(&[]);
+    let mut files = FileRegistry::new();
+    let mut context = Context::new(&channels, 0, &mut diagnostics, &mut files);
+    let field = volume.and_then(|volume| field::build(volume, &mut context));
+    match field {
+        Some(field) if !diagnostics.has_errors() => Ok(field),
+        _ => Err(diagnostics),
+    }
 }
 
 /// The number of samples: the same at each instant of a period of sound.
@@ -186,7 +219,7 @@ fn whole_periods(options: &LoadOptions, parts: &GroupParts, diagnostics: &mut Di
 /// What the description makes for one channel group.
 struct GroupParts {
     scene: Scene,
-    integrator: Integrator,
+    method: integrator::Method,
     samples: u64,
     emitter_names: Vec<String>,
     layering: Layering,
@@ -256,8 +289,8 @@ fn group_parts(
         emitters: context.emitters,
         sensor: sensor.sensor,
         film: sensor.film.spec,
-        tolerance: method.tolerance,
-        reflections: method.reflections,
+        tolerance: method.parameters.tolerance,
+        reflections: method.parameters.reflections,
     };
     let mut layering = sensor.film.layering;
     if let Some(emitters) = &mut layering.decomposition.emitters {
@@ -312,7 +345,7 @@ fn group_parts(
             }
             Some(GroupParts {
                 scene,
-                integrator: method.integrator,
+                method,
                 samples: sensor.samples.count,
                 emitter_names,
                 layering,

@@ -3,7 +3,7 @@
 use super::context::Context;
 use crate::diagnostic::Location;
 use crate::query::{Input, Query, unknown_plugin};
-use crate::scene::{Object, SpectrumValue};
+use crate::scene::{FileRegistry, Object, SpectrumValue};
 use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
 use glam::{DAffine3, DMat4};
 use std::sync::Arc;
@@ -98,8 +98,9 @@ fn of_group(volume: Volume, context: &Context) -> ([usize; 3], usize, Vec<f32>) 
 }
 
 /// What [`read`] asks for.
-pub(super) const SOURCE: [&str; 6] = [
+pub(super) const SOURCE: [&str; 7] = [
     "filename",
+    "data",
     "axis_order",
     "dataset",
     "placement",
@@ -115,34 +116,20 @@ pub(super) struct Source {
     pub to_world: DAffine3,
 }
 
-/// Reads the file that a volume names. What the file format does not say, the scene must, such as which axis of
-/// an array is which.
+/// The samples of a volume, from the array that it holds or the file that it names.
 pub(super) fn read<T: Sample>(
     object: &Object,
     context: &mut Context,
 ) -> (Option<Volume<T>>, Source) {
     let mut query = Query::new(object, context.diagnostics);
-    let path = query.path("filename", context.files);
-    let format = Format::of(&path);
-    if let Some(name) = (format == Some(Format::Nrrd))
-        .then(|| nrrd::data_file(&path))
-        .flatten()
-    {
-        context.files.add(path.with_file_name(&name), &name);
-    }
-    let axes = axes(format, &mut query);
-    let dataset = dataset(format, &mut query);
-    let options = Options {
-        axes,
-        dataset: dataset.as_deref(),
+    let volume = match query.has("data") {
+        true => held(&mut query),
+        false => from_file(&mut query, context.files),
     };
     let chosen = query.has("placement");
     let mut placement = query.one_of("placement", &["centers", "nodes"]);
     let matrix = query.transform("to_world");
     let boxed = query.boolean_or("use_grid_bbox", false);
-    let volume = (!path.as_os_str().is_empty())
-        .then(|| Volume::read(&path, options))
-        .and_then(|read| read.map_err(|e| query.file_error("filename", &e)).ok());
     let mut to_world = affine(matrix, "to_world", &mut query);
     if let Some((volume, frame)) = volume.as_ref().and_then(|v| Some((v, v.frame()?))) {
         if chosen && placement != usize::from(frame.nodes) {
@@ -161,6 +148,40 @@ pub(super) fn read<T: Sample>(
         to_world,
     };
     (volume, source)
+}
+
+/// Reads the file that a volume names. What the file format does not say, the scene must, such as which axis of
+/// an array is which.
+fn from_file<T: Sample>(query: &mut Query, files: &mut FileRegistry) -> Option<Volume<T>> {
+    let path = query.path("filename", files);
+    let format = Format::of(&path);
+    if let Some(name) = (format == Some(Format::Nrrd))
+        .then(|| nrrd::data_file(&path))
+        .flatten()
+    {
+        files.add(path.with_file_name(&name), &name);
+    }
+    let axes = axes(format, query);
+    let dataset = dataset(format, query);
+    let options = Options {
+        axes,
+        dataset: dataset.as_deref(),
+    };
+    if path.as_os_str().is_empty() {
+        return None;
+    }
+    let read = Volume::read(&path, options);
+    read.map_err(|e| query.file_error("filename", &e)).ok()
+}
+
+/// The array that a volume holds itself: `[z, y, x]` unless it says otherwise, as Mitsuba has it.
+fn held<T: Sample>(query: &mut Query) -> Option<Volume<T>> {
+    if query.has("filename") || query.has("dataset") {
+        query.error("data", "give the samples or a file with them, not both");
+    }
+    let axes = axes(None, query).unwrap_or(AxisOrder::ZYX);
+    let volume = Volume::of_tensor(&*query.tensor("data")?, axes);
+    volume.map_err(|e| query.error("data", e.to_string())).ok()
 }
 
 /// From the unit cube to the bounding box that a file states.

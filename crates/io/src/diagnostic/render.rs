@@ -60,6 +60,9 @@ fn snippet(out: &mut String, location: &Location, margin: usize, colour: &str, s
     let blue = |text: &str| style.paint("1;34", text);
     let place = printable(&location.to_string());
     out.push_str(&format!("{:margin$}{} {place}\n", "", blue("-->")));
+    if location.source().is_index() {
+        return;
+    }
     let line: Vec<char> = location.source().line(location.line()).chars().collect();
     if line.is_empty() {
         return;

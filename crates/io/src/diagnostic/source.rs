@@ -10,6 +10,8 @@ pub struct SourceFile {
     path: PathBuf,
     text: String,
     line_starts: Vec<usize>,
+    /// Whether lines are names of places rather than text.
+    is_index: bool,
 }
 
 impl SourceFile {
@@ -25,7 +27,17 @@ impl SourceFile {
             path: path.into(),
             text,
             line_starts,
+            is_index: false,
         })
+    }
+
+    /// Stands for a scene that is no text: a line for each place in it, to be shown as it is.
+    pub fn places(places: &[String]) -> Arc<Self> {
+        let mut lines = Self::new("", places.join("\n"));
+        if let Some(file) = Arc::get_mut(&mut lines) {
+            file.is_index = true;
+        }
+        lines
     }
 
     /// The path under which the file was opened.
@@ -36,6 +48,11 @@ impl SourceFile {
     /// The whole text.
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// Whether its lines are names of places: see [`SourceFile::places`].
+    pub fn is_index(&self) -> bool {
+        self.is_index
     }
 
     /// The folder that relative paths in this file refer to.
@@ -127,6 +144,9 @@ impl Location {
 impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (line, column) = self.source.line_column(self.start);
+        if self.source.is_index {
+            return f.write_str(self.source.line(line));
+        }
         write!(f, "{}:{line}:{column}", self.file().display())
     }
 }

@@ -16,7 +16,16 @@ pub(super) fn load(
     overrides: &[(String, String)],
     diagnostics: &mut Diagnostics,
 ) -> Option<SceneDescription> {
-    let mut root = tree::parse(source, diagnostics)?;
+    let root = tree::parse(source, diagnostics)?;
+    describe(root, overrides, diagnostics)
+}
+
+/// Makes a scene of a tree.
+pub(super) fn describe(
+    mut root: Node,
+    overrides: &[(String, String)],
+    diagnostics: &mut Diagnostics,
+) -> Option<SceneDescription> {
     let mut parameters = Parameters::new(overrides);
     if let Json::Object(entries) = &mut root.json {
         for entry in entries.iter_mut().filter(|e| e.key == PARAMETERS) {

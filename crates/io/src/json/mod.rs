@@ -11,6 +11,7 @@
 //!
 //! The kind of an object follows from its `type`, by the [table](crate::schema) of plugins.
 
+mod build;
 mod keys;
 mod loader;
 mod parameters;
@@ -19,6 +20,7 @@ mod tree;
 mod values;
 mod write;
 
+pub use build::Item;
 pub use write::write;
 
 use crate::diagnostic::{Diagnostics, SourceFile};
@@ -50,4 +52,17 @@ pub fn parse(
 ) -> Option<SceneDescription> {
     let source = SourceFile::new(name.as_ref(), text.to_owned());
     loader::load(&source, overrides, diagnostics)
+}
+
+/// Makes a scene of what a program has built. Relative paths start from the current folder.
+///
+/// Returns `None` if there was an error; every problem found is in `diagnostics`, with places such as
+/// `scene["ball"]["radius"]`.
+pub fn build(
+    scene: Item,
+    overrides: &[(String, String)],
+    diagnostics: &mut Diagnostics,
+) -> Option<SceneDescription> {
+    let root = build::tree(scene, diagnostics);
+    loader::describe(root, overrides, diagnostics)
 }

@@ -2,6 +2,7 @@
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile};
 use crate::draft::shorten;
+use crate::scene::Tensor;
 use jsonc_parser::ast::{self, ObjectPropName};
 use jsonc_parser::common::{Range, Ranged};
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
@@ -28,6 +29,8 @@ pub(super) enum Json {
     String(String),
     Array(Vec<Node>),
     Object(Vec<Entry>),
+    /// Numbers that a program hands over.
+    Tensor(Arc<Tensor>),
 }
 
 /// A named value in an object.
@@ -46,7 +49,7 @@ impl Json {
             Json::Boolean(_) => "true or false",
             Json::Integer(_) | Json::Float(_) => "a number",
             Json::String(_) => "a text",
-            Json::Array(_) => "an array",
+            Json::Array(_) | Json::Tensor(_) => "an array",
             Json::Object(_) => "an object",
         }
     }

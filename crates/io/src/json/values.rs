@@ -5,9 +5,10 @@ use super::transforms;
 use super::tree::{Entry, Json, Node};
 use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::draft::shorten;
-use crate::scene::{SpectrumValue, Value, rgb_from_hex};
+use crate::scene::{Numbers, SpectrumValue, Tensor, Value, rgb_from_hex};
 use crate::schema::Type;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Reports `message` at a value, unless that has been reported already.
 pub(super) fn report(node: &Node, message: impl Into<String>, diagnostics: &mut Diagnostics) {
@@ -35,6 +36,13 @@ pub(super) fn value(
         Json::Integer(v) => Some(Value::Integer(*v)),
         Json::Float(v) => Some(Value::Float(*v)),
         Json::String(v) => Some(Value::String(v.clone())),
+        Json::Tensor(tensor) if known == Some(Type::Tensor) => Some(Value::Tensor(tensor.clone())),
+        Json::Tensor(tensor) => {
+            let message = format!("an array of shape {:?} has no place here", tensor.shape());
+            report(node, message, diagnostics);
+            None
+        }
+        Json::Array(_) if known == Some(Type::Tensor) => tensor(node, diagnostics),
         Json::Array(items) if known == Some(Type::List) => list(items, diagnostics),
         Json::Array(items) => array(node, items, diagnostics),
         Json::Object(entries) => spectrum(node, entries, diagnostics).map(Value::Spectrum),
@@ -65,6 +73,42 @@ fn array(node: &Node, items: &[Node], diagnostics: &mut Diagnostics) -> Option<V
         None | Some(Json::Object(_)) => transforms::parts(items, node, diagnostics),
         _ => triple(node, diagnostics).map(Value::Point),
     }
+}
+
+/// Arrays within arrays, of numbers in the end.
+fn tensor(node: &Node, diagnostics: &mut Diagnostics) -> Option<Value> {
+    let mut shape = Vec::new();
+    let mut first = Some(node);
+    while let Some(Json::Array(items)) = first.map(|node| &node.json) {
+        shape.push(items.len());
+        first = items.first();
+    }
+    let mut numbers = Vec::new();
+    flatten(node, &shape, &mut numbers, diagnostics)?;
+    let tensor = Tensor::new(shape, Numbers::Double(numbers)).ok()?;
+    Some(Value::Tensor(Arc::new(tensor)))
+}
+
+fn flatten(
+    node: &Node,
+    shape: &[usize],
+    numbers: &mut Vec<f64>,
+    diagnostics: &mut Diagnostics,
+) -> Option<()> {
+    match (&node.json, shape) {
+        (_, []) => numbers.push(number(node, diagnostics)?),
+        (Json::Array(items), [count, rest @ ..]) if items.len() == *count => {
+            for item in items {
+                flatten(item, rest, numbers, diagnostics)?;
+            }
+        }
+        (_, [count, ..]) => {
+            let message = format!("expected an array of {count}, as the first of its kind is");
+            report(node, message, diagnostics);
+            return None;
+        }
+    }
+    Some(())
 }
 
 /// A number.

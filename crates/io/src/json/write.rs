@@ -157,6 +157,7 @@ fn value(value: &Value) -> String {
             let rows = [0, 1, 2, 3].map(|i| numbers(&matrix.row(i).to_array()));
             array(rows)
         }
+        Value::Tensor(tensor) => nested(tensor.shape(), &mut tensor.iter()),
     }
 }
 
@@ -174,6 +175,14 @@ fn number(v: f64) -> String {
 
 fn numbers(values: &[f64]) -> String {
     array(values.iter().map(|v| number(*v)))
+}
+
+/// Arrays within arrays.
+fn nested(shape: &[usize], numbers: &mut impl Iterator<Item = f64>) -> String {
+    match shape {
+        [] => number(numbers.next().unwrap_or_default()),
+        [count, rest @ ..] => array((0..*count).map(|_| nested(rest, numbers))),
+    }
 }
 
 fn array(items: impl IntoIterator<Item = String>) -> String {

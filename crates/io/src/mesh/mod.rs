@@ -5,12 +5,15 @@ pub mod gltf;
 pub mod obj;
 pub mod ply;
 pub mod serialized;
+mod tensors;
 
 use std::path::Path;
 
 use glam::DVec3;
 
 use crate::error::{FileError, Problem};
+
+pub use tensors::Tensors;
 
 /// A triangle mesh. Every index names a vertex, and positions are finite.
 #[derive(Clone, Debug, Default, PartialEq)]

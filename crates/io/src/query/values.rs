@@ -1,11 +1,12 @@
 //! Points, vectors, spectra, transforms and paths.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 
 use super::{Lookup, Query};
-use crate::scene::{FileRegistry, SpectrumValue, Value};
+use crate::scene::{FileRegistry, SpectrumValue, Tensor, Value};
 
 fn as_triple(value: &Value) -> Option<DVec3> {
     match value {
@@ -84,6 +85,26 @@ impl Query<'_, '_> {
             Some(DMat4::IDENTITY),
             DMat4::IDENTITY,
         )
+    }
+
+    /// An array of numbers, if there is one.
+    pub fn tensor(&mut self, name: &str) -> Option<Arc<Tensor>> {
+        let lookup = self.convert(name, "array", |value| match value {
+            Value::Tensor(v) => Some(v.clone()),
+            _ => None,
+        });
+        match lookup {
+            Lookup::Found(tensor, _) => Some(tensor),
+            _ => None,
+        }
+    }
+
+    /// An array of numbers that must be there.
+    pub fn required_tensor(&mut self, name: &str) -> Option<Arc<Tensor>> {
+        if !self.has(name) {
+            self.missing(name, "array");
+        }
+        self.tensor(name)
     }
 
     /// The path of a data file that must be named. A relative path starts at the file in which it

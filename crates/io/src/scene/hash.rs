@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 use std::fmt;
 
-use super::{FileRegistry, Object, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value};
+use super::{
+    FileRegistry, Object, ObjectId, PluginKind, SceneDescription, SpectrumValue, Tensor, Value,
+};
 use crate::error::FileError;
 
 /// Fingerprint of a scene and its data files (BLAKE3). Displays as 64 hexadecimal digits.
@@ -104,6 +106,7 @@ impl Writer {
             }
             Value::Point(v) | Value::Vector(v) => self.tagged("point", &v.to_array()),
             Value::Transform(v) => self.tagged("transform", &v.to_cols_array()),
+            Value::Tensor(v) => self.tensor(v),
         }
     }
 
@@ -112,6 +115,22 @@ impl Writer {
         self.number(values.len() as u64);
         // The sum makes −0 the zero that it is.
         values.iter().for_each(|v| self.number((v + 0.0).to_bits()));
+    }
+
+    fn tensor(&mut self, tensor: &Tensor) {
+        self.text("array");
+        self.number(tensor.shape().len() as u64);
+        tensor.shape().iter().for_each(|n| self.number(*n as u64));
+        // In pieces: the hasher is slow with single numbers.
+        let mut bytes = Vec::with_capacity(1 << 16);
+        for v in tensor.iter() {
+            bytes.extend((v + 0.0).to_bits().to_le_bytes());
+            if bytes.len() == bytes.capacity() {
+                self.hasher.update(&bytes);
+                bytes.clear();
+            }
+        }
+        self.hasher.update(&bytes);
     }
 
     fn optional(&mut self, text: Option<&str>) {

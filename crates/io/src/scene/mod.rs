@@ -8,6 +8,7 @@ mod hash;
 mod kind;
 mod registry;
 mod spectrum;
+mod tensor;
 
 pub(crate) use colour::rgb_from_hex;
 pub use colour::{linear_from_srgb, srgb_from_linear};
@@ -15,6 +16,7 @@ pub use hash::SceneHash;
 pub use kind::PluginKind;
 pub use registry::FileRegistry;
 pub use spectrum::SpectrumValue;
+pub use tensor::{Numbers, Tensor};
 
 use std::sync::Arc;
 
@@ -98,6 +100,8 @@ pub enum Value {
     Vector(DVec3),
     /// An affine or projective map, acting on column vectors.
     Transform(DMat4),
+    /// Numbers that stand in for a file.
+    Tensor(Arc<Tensor>),
 }
 
 impl Value {
@@ -113,6 +117,7 @@ impl Value {
             Value::Point(_) => "point",
             Value::Vector(_) => "vector",
             Value::Transform(_) => "transform",
+            Value::Tensor(_) => "array",
         }
     }
 }

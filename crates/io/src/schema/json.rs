@@ -162,6 +162,7 @@ fn described(parameter: &Parameter) -> Value {
         Type::Spectrum => reference("spectrum"),
         Type::Point | Type::Vector => reference("point"),
         Type::Transform => reference("transform"),
+        Type::Tensor => json!({"type": "array"}),
     };
     let default = match (parameter.default, parameter.value) {
         ("" | "required", _) => None,

@@ -71,6 +71,8 @@ pub enum Type {
     Vector,
     /// An affine map.
     Transform,
+    /// An array of numbers in any number of axes.
+    Tensor,
 }
 
 /// A place for children of one kind.

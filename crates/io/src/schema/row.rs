@@ -52,6 +52,7 @@ typed! {
     point: Point;
     vector: Vector;
     transform: Transform;
+    tensor: Tensor;
 }
 
 /// One of some words, the first of which is the default.

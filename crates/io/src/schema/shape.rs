@@ -1,6 +1,6 @@
 //! Shapes.
 
-use super::row::{TO_WORLD, boolean, float, integer, many, one, plugin, point, role, text};
+use super::row::{TO_WORLD, boolean, float, integer, many, one, plugin, point, role, tensor, text};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Bsdf, Emitter, Medium, Sensor, Shape};
 
@@ -15,6 +15,18 @@ const COMMON: &[Parameter] = &[
 
 const MESH: &[Parameter] = &[
     text("filename", "required", "the file with the triangles"),
+    boolean("face_normals", "true", "accepted and ignored"),
+];
+
+const ARRAYS: &[Parameter] = &[
+    tensor("vertex_positions", "required", "positions, (n, 3)"),
+    tensor(
+        "faces",
+        "required",
+        "numbers of vertices from 0, (m, 3), counter-clockwise when seen from the front",
+    ),
+    tensor("vertex_texcoords", "", "texture coordinates, (n, 2)"),
+    tensor("vertex_color", "", "linear colours, (n, 3)"),
     boolean("face_normals", "true", "accepted and ignored"),
 ];
 
@@ -84,6 +96,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "ply",
         "Triangles of a PLY file.",
         &[MESH, &[FLIP], COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "mesh",
+        "Triangles that the scene itself holds.",
+        &[ARRAYS, COMMON],
         CHILDREN,
     ),
     plugin(

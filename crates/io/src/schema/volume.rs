@@ -1,8 +1,8 @@
 //! Volumes: refractive indices, and what else varies in space.
 
 use super::row::{
-    TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, spectrum, text, vector,
-    word,
+    TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, spectrum, tensor, text,
+    vector, word,
 };
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::Volume;
@@ -10,12 +10,17 @@ use crate::scene::PluginKind::Volume;
 const PLACED: &[Parameter] = &[TO_WORLD];
 
 const FILE: &[Parameter] = &[
-    text("filename", "required", "the file with the samples"),
+    text("filename", "", "the file with the samples; this, or data"),
+    tensor(
+        "data",
+        "",
+        "the samples themselves: an array of 3 axes, or 4 with channels",
+    ),
     text("dataset", "", "which of a file's arrays; required for HDF5"),
     text(
         "axis_order",
         "",
-        "which axis of the array is which, such as zyx; required where the format does not say",
+        "which axis of the array is which, such as zyx; required where the format does not say; zyx for data",
     ),
     choice(
         "placement",

@@ -23,6 +23,8 @@ use glam::DVec3;
 
 use crate::element::Element;
 use crate::error::{FileError, Problem};
+use crate::scene::{Numbers, Tensor};
+use layout::Layout;
 
 pub use format::Format;
 pub use frame::Frame;
@@ -204,6 +206,25 @@ impl<T: Sample> Volume<T> {
             element: self.element.float(),
             ..self
         })
+    }
+
+    /// The volume in an array of 3 axes, or 4 with channels.
+    ///
+    /// # Errors
+    ///
+    /// Another number of axes, a size of zero, NaN or infinite values (also those beyond single precision, if that is
+    /// what is wanted).
+    pub fn of_tensor(tensor: &Tensor, axes: AxisOrder) -> Result<Self, Problem> {
+        let layout = Layout::new(tensor.shape(), false, axes)?;
+        let mut data = vec![T::nearest(0.0); layout.count()];
+        for (target, v) in layout.targets().zip(tensor.iter()) {
+            data[target] = T::nearest(v);
+        }
+        let element = match tensor.numbers() {
+            Numbers::Single(_) => Element::F32,
+            Numbers::Double(_) => Element::F64,
+        };
+        Ok(Volume::new(layout.size, layout.channels, data)?.with_element(element))
     }
 
     /// Reads a file of the format that its extension tells ([`Format`]).

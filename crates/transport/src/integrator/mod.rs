@@ -94,6 +94,17 @@ impl Integrator {
         }
     }
 
+    /// Longest path, `None` for no limit, and where Russian roulette begins.
+    pub fn depths(&self) -> (Option<u32>, u32) {
+        match self {
+            Integrator::Aov(_) => (None, 1),
+            Integrator::Path(i) => (i.max_depth, i.rr_depth),
+            Integrator::Particle(i) => (i.max_depth, i.rr_depth),
+            Integrator::Bdpt(i) => (i.max_depth, i.rr_depth),
+            Integrator::Photon(i) => (i.max_depth, i.rr_depth),
+        }
+    }
+
     /// Name, as in [`NAMES`].
     pub fn name(&self) -> &'static str {
         match self {

@@ -1,9 +1,9 @@
 //! A scene as JSON.
 
 use super::{constant_index, extinction_and_albedo, film_memory, found, meters, sensor_kind};
-use crate::layers::Naming;
 use crate::load::file_name;
 use io::Loaded;
+use io::rendered::Naming;
 use serde_json::{Value, json};
 use std::path::Path;
 use transport::emitter::Emitter;

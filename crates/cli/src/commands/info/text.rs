@@ -1,13 +1,13 @@
 //! A scene in words.
 
 use super::{constant_index, extinction_and_albedo, film_memory, found, sensor_kind};
-use crate::layers::Naming;
 use crate::load::file_name;
 use crate::numbers::{bytes, percent, plain};
 use eikonal::Uniqueness;
 use glam::DVec3;
 use io::Loaded;
 use io::assemble::Walls;
+use io::rendered::Naming;
 use std::fmt::Write as _;
 use std::path::Path;
 use transport::Scene;

@@ -1,12 +1,12 @@
 //! Shapes from files.
 
 use crate::error::FileError;
-use crate::mesh::{MeshData, gltf, serialized};
+use crate::mesh::{MeshData, Tensors, gltf, serialized};
 use crate::query::Query;
-use crate::scene::{FileRegistry, Object, ObjectId};
+use crate::scene::{FileRegistry, Object, ObjectId, Tensor};
 use glam::DAffine3;
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 use transport::shape::{Mesh, Shape, ShapeError};
 
@@ -32,32 +32,20 @@ pub(super) fn mesh(
     q: &mut Query,
     (files, originals): (&mut FileRegistry, &mut Originals),
 ) -> Option<Result<(Shape, Colours), ShapeError>> {
-    let path = q.path("filename", files);
-    if object.plugin == "gltf" {
-        for name in gltf::data_files(&path) {
-            files.add(path.with_file_name(&name), &name);
-        }
-    }
+    let source = Source::of(object, q, files);
     // Normals are geometric throughout: interpolated ones would break the laws of refraction.
     q.boolean_or("face_normals", true);
     // Most programs that write .obj files have v grow upwards, whereas images begin at the top.
     let flip = match object.plugin.as_str() {
-        "serialized" | "gltf" => false,
+        "mesh" | "serialized" | "gltf" => false,
         kind => q.boolean_or("flip_tex_coords", kind == "obj"),
-    };
-    let index = match object.plugin.as_str() {
-        "serialized" => Some(q.integer_in("shape_index", 0.., 0) as usize),
-        _ => None,
     };
     let (mesh, colours) = match originals.meshes.get(&object.number) {
         Some(known) => known.clone(),
-        None => {
-            let data = read(&path, index).map_err(|e| q.file_error("filename", &e));
-            match original(data.ok()?, flip) {
-                Ok(original) => original,
-                Err(error) => return Some(Err(error)),
-            }
-        }
+        None => match original(source?.read(q)?, flip) {
+            Ok(original) => original,
+            Err(error) => return Some(Err(error)),
+        },
     };
     if copied {
         originals.copied += mesh.triangles().len();
@@ -76,10 +64,50 @@ pub(super) fn mesh(
     )
 }
 
-fn read(path: &Path, index: Option<usize>) -> Result<MeshData, FileError> {
-    match index {
-        Some(index) => serialized::read(path, index),
-        None => MeshData::read(path),
+/// Where a shape has its triangles.
+enum Source {
+    File(PathBuf),
+    /// A file of several meshes, and which one is meant.
+    OneOf(PathBuf, usize),
+    /// The shape holds them itself: positions, faces, texture coordinates, colours.
+    Held([Arc<Tensor>; 2], [Option<Arc<Tensor>>; 2]),
+}
+
+impl Source {
+    fn of(object: &Object, q: &mut Query, files: &mut FileRegistry) -> Option<Self> {
+        if object.plugin == "mesh" {
+            let needed = ["vertex_positions", "faces"].map(|name| q.required_tensor(name));
+            let others = ["vertex_texcoords", "vertex_color"].map(|name| q.tensor(name));
+            let [positions, faces] = needed;
+            return Some(Source::Held([positions?, faces?], others));
+        }
+        let path = q.path("filename", files);
+        if object.plugin == "gltf" {
+            for name in gltf::data_files(&path) {
+                files.add(path.with_file_name(&name), &name);
+            }
+        }
+        Some(match object.plugin.as_str() {
+            "serialized" => Source::OneOf(path, q.integer_in("shape_index", 0.., 0) as usize),
+            _ => Source::File(path),
+        })
+    }
+
+    /// The mesh; `None` if something is wrong with it (reported then).
+    fn read(self, q: &mut Query) -> Option<MeshData> {
+        let in_file = |e| ("filename", FileError::to_string(&e));
+        let mesh = match self {
+            Source::File(path) => MeshData::read(&path).map_err(in_file),
+            Source::OneOf(path, index) => serialized::read(&path, index).map_err(in_file),
+            Source::Held([positions, faces], [texcoords, color]) => MeshData::of_tensors(Tensors {
+                vertex_positions: &positions,
+                faces: &faces,
+                vertex_texcoords: texcoords.as_deref(),
+                vertex_color: color.as_deref(),
+            })
+            .map_err(|(name, problem)| (name, problem.to_string())),
+        };
+        mesh.map_err(|(name, message)| q.error(name, message)).ok()
     }
 }
 

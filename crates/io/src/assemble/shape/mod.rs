@@ -16,7 +16,7 @@ use mesh::{Colours, mesh};
 use transport::bsdf::Bsdf;
 use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 
-const KNOWN: [&str; 11] = [
+const KNOWN: [&str; 12] = [
     "sphere",
     "cube",
     "rectangle",
@@ -24,6 +24,7 @@ const KNOWN: [&str; 11] = [
     "cylinder",
     "obj",
     "ply",
+    "mesh",
     "serialized",
     "gltf",
     "shapegroup",
@@ -142,7 +143,9 @@ fn geometry(
                 .and_then(|l| Cylinder::new(frame * l, capped))
                 .map(Shape::from)
         }
-        "obj" | "ply" | "serialized" | "gltf" => return mesh(object, (frame, copied), q, files),
+        "obj" | "ply" | "mesh" | "serialized" | "gltf" => {
+            return mesh(object, (frame, copied), q, files);
+        }
         _ => return None,
     };
     Some(analytic.map(|shape| (shape, None)))

@@ -1,19 +1,17 @@
 //! One ray from surface to surface.
 
+use super::line::Line;
+use crate::bsdf::Bsdf;
+use crate::scene::{MediumId, Object, Scene};
+use crate::shape::Hit;
 use eikonal::Aabb;
 use eikonal::connect::World;
 use eikonal::interface::{Interface, Rule};
-use eikonal::ray::{Arc, Flow, Node, Work};
+use eikonal::ray::{Flow, Node, Work};
 use glam::{DMat3, DVec3};
-use transport::Scene;
-use transport::bsdf::Bsdf;
-use transport::scene::{MediumId, Object};
-use transport::shape::Hit;
 
-/// Points are recorded wherever a ray has turned by this much, in radians: polylines look smooth.
-const TURN: f64 = 0.03;
 /// More steps than any sensible ray has.
-const MOST_STEPS: usize = 100_000;
+pub(super) const MOST_STEPS: usize = 100_000;
 /// How far beyond all objects a ray is followed, relative to the size of the scene.
 const BEYOND: f64 = 1.15;
 
@@ -98,21 +96,16 @@ impl<'a> Tracer<'a> {
             x,
             v: direction * index,
             medium,
-            length: 0.0,
-            optical: 0.0,
-            points: Vec::new(),
+            line: Line::default(),
             steps: 0,
         };
-        ray.record(x, ray.v);
+        ray.line.record(x, ray.v, medium);
         let ending = loop {
             if let Some(ending) = ray.region() {
                 break ending;
             }
         };
-        Path {
-            points: ray.points,
-            ending,
-        }
+        ray.line.end(ending)
     }
 
     /// The distance from `x` in a unit direction at which the ball is left, rounded up; zero outside.
@@ -132,9 +125,7 @@ struct Ray<'a> {
     x: DVec3,
     v: DVec3,
     medium: MediumId,
-    length: f64,
-    optical: f64,
-    points: Vec<Point>,
+    line: Line,
     steps: usize,
 }
 
@@ -150,7 +141,7 @@ impl Ray<'_> {
         );
         loop {
             let (x, v) = (flow.node().x, flow.node().v);
-            let left = self.tracer.max_length - self.length;
+            let left = self.tracer.max_length - self.line.length;
             let reach = match field.is_constant() {
                 true => self.tracer.exit(x, v.normalize()),
                 false => 2.0 * self.tracer.radius,
@@ -163,9 +154,10 @@ impl Ray<'_> {
             let theta = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
             // A step of the remaining length of σ may be longer than that where the index grows.
             let end = step.arc.theta_at_length(left);
-            self.advance(&step.arc, theta.min(end));
+            self.line.advance(&step.arc, theta.min(end), self.medium);
             self.steps += 1;
-            if end < theta || self.tracer.max_length - self.length <= 1e-12 * self.length {
+            if end < theta || self.tracer.max_length - self.line.length <= 1e-12 * self.line.length
+            {
                 return Some(Ending::Length);
             }
             if let Some((object, hit)) = hit {
@@ -175,34 +167,6 @@ impl Ray<'_> {
                 return Some(Ending::Lost);
             }
         }
-    }
-
-    /// Records the points of an arc up to θ.
-    fn advance(&mut self, arc: &Arc, theta: f64) {
-        let turn = arc.velocity(0.0).angle_between(arc.velocity(theta));
-        let pieces = if arc.is_straight() {
-            1.0
-        } else {
-            (turn / TURN).ceil().clamp(1.0, 1e3)
-        };
-        let (length, optical) = (self.length, self.optical);
-        for i in 1..=pieces as usize {
-            let t = theta * i as f64 / pieces;
-            self.length = length + arc.arc_length(t);
-            self.optical = optical + arc.optical_length(t);
-            self.record(arc.position(t), arc.velocity(t));
-        }
-    }
-
-    fn record(&mut self, x: DVec3, v: DVec3) {
-        self.points.push(Point {
-            x,
-            direction: v.normalize(),
-            arc_length: self.length,
-            optical_length: self.optical,
-            index: v.length(),
-            medium: self.medium,
-        });
     }
 
     /// Goes on from a surface if there is one way to go.
@@ -221,8 +185,7 @@ impl Ray<'_> {
         self.v = after;
         self.x = hit.position + hit.normal * scene.nudge().copysign(hit.normal.dot(after));
         // The point on the surface belongs to what follows: its direction and medium.
-        self.points.pop();
-        self.record(hit.position, after);
+        self.line.replace(hit.position, after, self.medium);
         None
     }
 

@@ -1,13 +1,12 @@
 //! Films whose light is told apart, as files and reports show them.
 
-use io::assemble::Layering;
-use io::image::{ImageLayers, Layer};
-use io::{FileError, Loaded};
+use super::layer;
+use crate::assemble::{Layering, Loaded};
+use crate::error::FileError;
+use crate::image::{ImageLayers, Layer};
 use serde_json::{Value, json};
 use std::path::Path;
 use transport::Film;
-
-use crate::outputs::layer;
 
 /// Bins have numbers of at least so many digits: names then sort like numbers.
 const DIGITS: usize = 4;
@@ -102,6 +101,11 @@ impl<'a> Naming<'a> {
         0..self.layering.decomposition.layers()
     }
 
+    /// Names of all layers, in their order on the film.
+    pub fn names(&self) -> impl Iterator<Item = String> + '_ {
+        self.layers().map(|layer| self.name(layer))
+    }
+
     /// Every layer of an image and its variance: `length.0012` and `variance.length.0012`.
     pub fn image_layers(&self, film: &Film, channels: &[String]) -> Vec<Layer> {
         let both = |i| {
@@ -138,7 +142,7 @@ impl<'a> Naming<'a> {
                 .map(|(axis, _)| axis.regular),
         );
         shape.push(film.channels());
-        io::npy::write(path, &shape, &data)
+        crate::npy::write(path, &shape, &data)
     }
 
     /// Axes, and mean and standard error of every layer.

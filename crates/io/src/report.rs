@@ -1,0 +1,115 @@
+//! What happened in a run, as JSON.
+
+use serde_json::{Value, json};
+use transport::path::{Balance, Share};
+use transport::render::Rendering;
+use transport::stats::{Connections, Stats};
+use transport::{Film, Scene};
+
+/// Counts of a run.
+pub fn counters(stats: &Stats) -> Value {
+    json!({
+        "paths": stats.paths,
+        "edges": stats.edges,
+        "lost": stats.lost,
+        "not_finite": stats.not_finite,
+        "steps": stats.work.steps,
+        "steps_rejected": stats.work.rejected,
+        "field_evaluations": stats.work.evaluations,
+        "shots": stats.work.shots,
+    })
+}
+
+/// What became of connections. `search` is the probability with which they were searched for further branches.
+pub fn connections(stats: &Stats, search: f64) -> Value {
+    let c = &stats.connections;
+    json!({
+        "attempts": c.attempts,
+        "found": c.found,
+        "discarded": c.discarded,
+        "occluded": c.occluded,
+        "not_converged": c.not_converged,
+        "ray_lost": c.ray_lost,
+        "degenerate": c.degenerate,
+        "failure_rate": c.failure_rate(),
+        "success_rate": share(c.found as f64, c.attempts as f64),
+        "shots_per_attempt": share(stats.work.shots as f64, c.attempts as f64),
+        "certified": c.certified,
+        "certificate_coverage": coverage(c, search),
+        "search_probability": search,
+        "searches": c.searches,
+        "secondary": c.secondary,
+        "trials": c.trials,
+        "capped": c.capped,
+        "possible_bias": (c.capped > 0).then_some("capped"),
+    })
+}
+
+/// Which branches connections look for.
+pub fn branches(scene: &Scene) -> Value {
+    let reach = scene.branch_reach();
+    json!({
+        "reflections": reach.reflections,
+        "reflections_in_all": reach.bounces,
+        "optical_length": reach.optical_length,
+    })
+}
+
+/// What is known of photon maps, if there are any.
+pub fn photons(rendering: &Rendering) -> Option<Value> {
+    let photons = &rendering.stats.photons;
+    let film: &Film = &rendering.film;
+    rendering.debiased.as_ref().map(|debiased| {
+        json!({
+            "in_media": photons.in_media,
+            "on_surfaces": photons.on_surfaces,
+            "radius": rendering.first_radius,
+            "bias": debiased.bias(film),
+            "error": debiased.error(film),
+            "possible_bias": "blur of photons",
+        })
+    })
+}
+
+/// Where the light went: every share of what was emitted.
+pub fn balance(b: &Balance) -> Value {
+    let share = |share: Share| json!({"mean": share.mean, "standard_error": share.error});
+    json!({
+        "emitted": b.emitted,
+        "absorbed_by_media": share(b.media),
+        "absorbed_by_surfaces": share(b.surfaces),
+        "escaped": share(b.escaped),
+        "cut_off": share(b.cut),
+        "lost": share(b.lost),
+        "left_over": share(b.residual),
+    })
+}
+
+/// A ratio; none of nothing.
+fn share(part: f64, whole: f64) -> Option<f64> {
+    (whole > 0.0).then(|| part / whole)
+}
+
+/// Share of the pairs that are known to be joined by one ray at most. Of the others, those that were
+/// searched are counted, and stand for the rest.
+fn coverage(connections: &Connections, search: f64) -> Option<f64> {
+    let certified = connections.certified as f64;
+    share(certified, certified + connections.searches as f64 / search)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn searches_stand_for_the_pairs_that_were_not_searched() {
+        let connections = Connections {
+            certified: 30,
+            searches: 10,
+            ..Connections::default()
+        };
+        assert_eq!(coverage(&connections, 1.0), Some(0.75));
+        assert_eq!(coverage(&connections, 1.0 / 9.0), Some(0.25));
+        assert_eq!(coverage(&Connections::default(), 1.0), None);
+    }
+}

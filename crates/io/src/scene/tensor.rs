@@ -1,0 +1,105 @@
+//! Numbers that a scene holds itself, in place of a file.
+
+use crate::error::Problem;
+
+/// An array of numbers with any number of axes, the last of which runs fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tensor {
+    shape: Vec<usize>,
+    numbers: Numbers,
+}
+
+/// The numbers of a [`Tensor`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Numbers {
+    /// In single precision.
+    Single(Vec<f32>),
+    /// In double precision; whole numbers, too.
+    Double(Vec<f64>),
+}
+
+impl Tensor {
+    /// An array.
+    ///
+    /// # Errors
+    /// A shape that does not fit the numbers.
+    pub fn new(shape: Vec<usize>, numbers: Numbers) -> Result<Self, Problem> {
+        let found = match &numbers {
+            Numbers::Single(v) => v.len(),
+            Numbers::Double(v) => v.len(),
+        };
+        let expected = shape.iter().try_fold(1usize, |n, m| n.checked_mul(*m));
+        match expected == Some(found) {
+            true => Ok(Tensor { shape, numbers }),
+            false => Err(Problem::Mismatch {
+                expected: format!("an array of shape {shape:?}"),
+                found: format!("{found} numbers"),
+            }),
+        }
+    }
+
+    /// Number of elements along each axis.
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    /// The numbers as they are stored.
+    pub fn numbers(&self) -> &Numbers {
+        &self.numbers
+    }
+
+    /// The number at a place in memory; `i` must be less than [`Tensor::len`].
+    pub fn get(&self, i: usize) -> f64 {
+        match &self.numbers {
+            Numbers::Single(v) => f64::from(v[i]),
+            Numbers::Double(v) => v[i],
+        }
+    }
+
+    /// All numbers, the last axis running fastest.
+    pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.len()).map(|i| self.get(i))
+    }
+
+    /// Number of numbers.
+    pub fn len(&self) -> usize {
+        match &self.numbers {
+            Numbers::Single(v) => v.len(),
+            Numbers::Double(v) => v.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The rows of a table, with `N` numbers each.
+    ///
+    /// # Errors
+    /// Another shape, and NaN or infinite numbers.
+    pub fn rows<const N: usize>(&self) -> Result<Vec<[f64; N]>, Problem> {
+        let [_, columns] = self.shape[..] else {
+            return Err(self.no_table(N));
+        };
+        if columns != N {
+            return Err(self.no_table(N));
+        }
+        let numbers: Vec<f64> = self.iter().collect();
+        if let Some(i) = numbers.iter().position(|v| !v.is_finite()) {
+            return Err(Problem::NotFinite {
+                place: format!("[{}, {}]", i / N, i % N),
+                value: numbers[i],
+            });
+        }
+        let (rows, _) = numbers.as_chunks();
+        Ok(rows.to_vec())
+    }
+
+    fn no_table(&self, columns: usize) -> Problem {
+        Problem::Mismatch {
+            expected: format!("an array of shape (n, {columns})"),
+            found: format!("shape {:?}", self.shape),
+        }
+    }
+}

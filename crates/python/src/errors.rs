@@ -1,0 +1,51 @@
+//! Rust's errors as Python's exceptions, which are defined in `python/morgana/_errors.py`.
+
+use io::{Diagnostic, Diagnostics};
+use pyo3::prelude::*;
+
+/// The exceptions of Python.
+mod raised {
+    use pyo3::import_exception;
+
+    import_exception!(morgana._errors, SceneError);
+    import_exception!(morgana._errors, FileError);
+    import_exception!(morgana._errors, RenderError);
+}
+
+/// Severity, message, help and place, as Python's `Diagnostic` takes them.
+type Fields = (String, String, Option<String>, Option<String>);
+
+/// Messages about a scene, for Python to wrap.
+fn fields(diagnostics: &Diagnostics) -> Vec<Fields> {
+    let fields = |d: &Diagnostic| {
+        let place = d.location.as_ref().map(|l| l.to_string());
+        let severity = d.severity.to_string();
+        (severity, d.message.clone(), d.help.clone(), place)
+    };
+    diagnostics.iter().map(fields).collect()
+}
+
+/// The same as Python's `Diagnostic`s.
+pub fn diagnostics<'py>(
+    py: Python<'py>,
+    diagnostics: &Diagnostics,
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let class = py.import("morgana._errors")?.getattr("Diagnostic")?;
+    let wrap = |fields: Fields| class.call1(fields);
+    fields(diagnostics).into_iter().map(wrap).collect()
+}
+
+/// Everything that is wrong with a scene.
+pub fn scene(diagnostics: &Diagnostics) -> PyErr {
+    raised::SceneError::new_err((fields(diagnostics),))
+}
+
+/// A file that cannot be read or written.
+pub fn file(error: &io::FileError) -> PyErr {
+    raised::FileError::new_err((error.to_string(),))
+}
+
+/// A run that cannot be done.
+pub fn render(message: impl Into<String>) -> PyErr {
+    raised::RenderError::new_err((message.into(),))
+}

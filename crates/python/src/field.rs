@@ -1,0 +1,174 @@
+//! Refractive-index fields, evaluated at many points.
+
+use crate::numbers::{Rows, array};
+use crate::scene::Scene;
+use crate::{dict, errors};
+use eikonal::{Aabb, Field as Index};
+use glam::{DMat3, DVec3};
+use io::json::Item;
+use io::{Diagnostics, json};
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+
+/// The refractive index of a medium as a function of position.
+#[pyclass(frozen, module = "morgana")]
+#[derive(Debug)]
+pub struct Field {
+    source: Source,
+    /// Name of the medium; empty for a field on its own.
+    #[pyo3(get)]
+    name: String,
+}
+
+#[derive(Debug)]
+enum Source {
+    /// That of a medium of a scene, by number.
+    Medium(Py<Scene>, usize),
+    Own(Box<Index>),
+}
+
+/// Makes a field of a dictionary that describes a volume.
+#[pyfunction]
+pub fn load_field(py: Python<'_>, volume: &Bound<'_, PyDict>) -> PyResult<Field> {
+    let volume = dict::item(volume, "scene[\"volume\"]", 1)?;
+    let texts = [("type", Item::String("scene".into())), ("volume", volume)];
+    let scene = Item::Object(texts.map(|(key, item)| (key.to_owned(), item)).into());
+    let index = py.detach(|| {
+        let mut diagnostics = Diagnostics::new();
+        match json::build(scene, &[], &mut diagnostics) {
+            Some(description) => io::assemble_field(&description, diagnostics),
+            None => Err(diagnostics),
+        }
+    });
+    Ok(Field {
+        source: Source::Own(Box::new(index.map_err(|d| errors::scene(&d))?)),
+        name: String::new(),
+    })
+}
+
+impl Field {
+    /// That of a medium of a scene, by number.
+    pub fn of_medium(scene: Py<Scene>, medium: usize, name: String) -> Self {
+        let source = Source::Medium(scene, medium);
+        Field { source, name }
+    }
+
+    /// The field itself.
+    pub fn index(&self) -> &Index {
+        match &self.source {
+            Source::Medium(scene, medium) => &scene.get().loaded.scene().media()[*medium].index,
+            Source::Own(index) => index,
+        }
+    }
+
+    /// `N` numbers for each point, computed on all processors.
+    fn map<'py, const N: usize>(
+        &self,
+        py: Python<'py>,
+        points: Rows,
+        of: impl Fn(&Index, DVec3) -> [f64; N] + Sync,
+        shape: &[usize],
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let field = self.index();
+        let values: Vec<[f64; N]> =
+            py.detach(|| points.rows.par_iter().map(|x| of(field, *x)).collect());
+        let shape: Vec<usize> = points.outer.iter().chain(shape).copied().collect();
+        array(py, values.into_flattened(), &shape)
+    }
+}
+
+#[pymethods]
+impl Field {
+    /// The refractive index n.
+    ///
+    /// Args:
+    ///     points: Positions in scene units, of shape (..., 3); any strides and any type of numbers.
+    ///
+    /// Returns:
+    ///     n, of shape (...). NaN where a formula has no real index. Beyond its samples, a sampled field bends to a
+    ///     constant (docs/scene-format.md#volume-files).
+    #[pyo3(signature = (points))]
+    fn n<'py>(&self, py: Python<'py>, points: Rows) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.map(py, points, |field, x| [field.n(x)], &[])
+    }
+
+    /// The gradient ∇n, per scene unit.
+    ///
+    /// Args:
+    ///     points: As for ``n``.
+    ///
+    /// Returns:
+    ///     ∇n, of shape (..., 3): ∇n²/(2n).
+    #[pyo3(signature = (points))]
+    fn gradient<'py>(
+        &self,
+        py: Python<'py>,
+        points: Rows,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let gradient = |field: &Index, x| {
+            let (n2, gradient) = field.gradient(x);
+            (gradient / (2.0 * n2.sqrt())).to_array()
+        };
+        self.map(py, points, gradient, &[3])
+    }
+
+    /// The matrix of second derivatives Hess n, per square scene unit.
+    ///
+    /// Args:
+    ///     points: As for ``n``.
+    ///
+    /// Returns:
+    ///     Hess n, of shape (..., 3, 3), symmetric: Hess n²/(2n) − ∇n⊗∇n/n.
+    #[pyo3(signature = (points))]
+    fn hessian<'py>(&self, py: Python<'py>, points: Rows) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.map(py, points, hessian, &[3, 3])
+    }
+
+    /// Whether the index is the same everywhere.
+    #[getter]
+    fn is_constant(&self) -> bool {
+        self.index().is_constant()
+    }
+
+    /// Bounds of the index in a box.
+    ///
+    /// Args:
+    ///     lower: The corner of least coordinates.
+    ///     upper: The corner of largest coordinates.
+    ///
+    /// Returns:
+    ///     Numbers that n is certainly not below and not above. They need not be attained.
+    #[pyo3(signature = (lower, upper))]
+    fn bounds(&self, lower: [f64; 3], upper: [f64; 3]) -> (f64, f64) {
+        let region = Aabb::new(DVec3::from_array(lower), DVec3::from_array(upper));
+        let bounds = self.index().bounds(&region);
+        (bounds.n2_min.max(0.0).sqrt(), bounds.n2_max.sqrt())
+    }
+
+    fn __repr__(&self) -> String {
+        let kind = if self.is_constant() {
+            "constant"
+        } else {
+            "varying"
+        };
+        match self.name.as_str() {
+            "" => format!("<morgana.Field, {kind}>"),
+            name => format!("<morgana.Field of '{name}', {kind}>"),
+        }
+    }
+}
+
+/// Of n, from the jet of n²: the chain rule twice.
+fn hessian(field: &Index, x: DVec3) -> [f64; 9] {
+    let jet = field.jet(x);
+    let n = jet.n2.sqrt();
+    let gradient = jet.grad / (2.0 * n);
+    let outer = DMat3::from_cols(
+        gradient * gradient.x,
+        gradient * gradient.y,
+        gradient * gradient.z,
+    );
+    ((jet.hess * 0.5 - outer) * n.recip()).to_cols_array()
+}

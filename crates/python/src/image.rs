@@ -1,0 +1,141 @@
+//! Images: files, comparisons, thumbnails.
+
+use crate::errors;
+use crate::numbers::array;
+use io::compare::compare as differences;
+use io::compare::flip::flip;
+use io::image::png::{Depth, encode};
+use io::image::tone::Tone;
+use io::image::{ImageLayers, Layer, exr, npy, png};
+use io::{FileError, Problem};
+use numpy::ndarray::Axis;
+use numpy::{AllowTypeChange, PyArrayDyn, PyArrayLike3, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Layers of an image: name, names of channels, values (height, width, channels).
+type Given<'py> = Vec<(String, Vec<String>, PyArrayLike3<'py, f32, AllowTypeChange>)>;
+/// The same as they are returned.
+type Found<'py> = Vec<(String, Vec<String>, Bound<'py, PyArrayDyn<f32>>)>;
+/// Texts by name.
+type Attributes = Vec<(String, String)>;
+
+/// Reads all layers and attributes of an image.
+#[pyfunction]
+pub fn read_image(py: Python<'_>, path: PathBuf) -> PyResult<(Found<'_>, Attributes)> {
+    let image = py.detach(|| ImageLayers::read(&path));
+    let image = image.map_err(|e| errors::file(&e))?;
+    let size = (image.height, image.width);
+    let found = |layer: Layer| {
+        let (names, planes): (Vec<_>, Vec<_>) = layer.channels.into_iter().unzip();
+        let pixels = 0..size.0 * size.1;
+        let values = pixels.flat_map(|i| planes.iter().map(move |plane| plane[i]));
+        let shape = [size.0, size.1, names.len()];
+        Ok((layer.name, names, array(py, values.collect(), &shape)?))
+    };
+    let layers: PyResult<Found> = image.layers.into_iter().map(found).collect();
+    Ok((layers?, image.attributes))
+}
+
+/// Writes an image: all layers to an `.exr` file, the first to an `.npy` or `.png` file.
+#[pyfunction]
+pub fn write_image(path: PathBuf, layers: Given<'_>, attributes: Attributes) -> PyResult<()> {
+    let image = ImageLayers {
+        attributes,
+        ..image(&layers)
+    };
+    write(&path, &image).map_err(|e| errors::file(&e))
+}
+
+/// Writes an image in the format that the name of the file tells.
+pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
+    let extension = path.extension().and_then(|e| e.to_str());
+    match extension.map(str::to_ascii_lowercase).as_deref() {
+        Some("exr") => exr::write(path, image),
+        Some("npy") => npy::write(path, image, ""),
+        Some("png") => {
+            let shown = image.on_screen().unwrap_or_default();
+            png::write(path, &shown, Depth::Eight, Tone::default())
+        }
+        _ => {
+            let message = "images are written to .exr, .png and .npy".to_owned();
+            Err(Problem::Unsupported(message).at(path))
+        }
+    }
+}
+
+/// What a screen shows of the first layer, as the bytes of a PNG file.
+#[pyfunction]
+pub fn encode_png(layers: Given<'_>) -> PyResult<Vec<u8>> {
+    let shown = image(&layers).on_screen().unwrap_or_default();
+    encode(&shown, Depth::Eight, Tone::default()).map_err(|e| errors::render(e.to_string()))
+}
+
+/// Compares an image with a reference: numbers as JSON, and the map of what the eye sees.
+#[pyfunction]
+pub fn compare_images<'py>(
+    py: Python<'py>,
+    given: Given<'py>,
+    reference: Given<'py>,
+    block: usize,
+) -> PyResult<(String, Bound<'py, PyArrayDyn<f32>>)> {
+    let (given, reference) = (image(&given), image(&reference));
+    let compared = py.detach(|| {
+        let numbers = differences(&given, &reference, block)?;
+        let shown = |image: &ImageLayers| image.on_screen().unwrap_or_default();
+        Ok((numbers, flip(&shown(&given), &shown(&reference))?))
+    });
+    let (numbers, seen) = compared.map_err(|e: Problem| errors::render(e.to_string()))?;
+    let z = numbers.z.as_ref().map(|z| {
+        json!({
+            "count": z.count,
+            "mean_square": z.mean_square,
+            "beyond_three": z.beyond_three,
+            "limit": z.limit,
+            "largest": z.worst.as_ref().map(|w| w.z.abs()),
+            "channel": z.worst.as_ref().map(|w| &w.channel),
+            "pixel": z.worst.as_ref().map(|w| w.pixel),
+        })
+    });
+    let numbers = json!({
+        "means": numbers.means,
+        "rmse": numbers.rmse,
+        "relative_mse": finite(numbers.relative_mse),
+        "psnr": finite(numbers.psnr),
+        "largest": numbers.largest,
+        "z": z,
+    });
+    let map = array(py, seen, &[given.height, given.width])?;
+    Ok((numbers.to_string(), map))
+}
+
+/// JSON has neither infinities nor NaN.
+fn finite(v: f64) -> Option<f64> {
+    v.is_finite().then_some(v)
+}
+
+fn image(layers: &Given<'_>) -> ImageLayers {
+    let shape = layers
+        .first()
+        .map_or(&[0, 0, 0][..], |(_, _, values)| values.shape());
+    let layer = |(name, channels, values): &(
+        String,
+        Vec<String>,
+        PyArrayLike3<'_, f32, AllowTypeChange>,
+    )| {
+        let values = values.as_array();
+        let plane = |c: usize| values.index_axis(Axis(2), c).iter().copied().collect();
+        let channels = channels.iter().take(values.shape()[2]).cloned().enumerate();
+        Layer {
+            name: name.clone(),
+            channels: channels.map(|(c, name)| (name, plane(c))).collect(),
+        }
+    };
+    ImageLayers {
+        width: shape[1],
+        height: shape[0],
+        layers: layers.iter().map(layer).collect(),
+        attributes: Vec::new(),
+    }
+}

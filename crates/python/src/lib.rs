@@ -1,0 +1,40 @@
+//! The part of the Python package `morgana` that is compiled: scenes, renders, fields and rays as Python sees
+//! them. Everything that Python does as well, such as bars of progress, is Python: `python/morgana`.
+
+mod dict;
+mod errors;
+mod field;
+mod image;
+mod limits;
+mod measure;
+mod numbers;
+mod render;
+mod scene;
+mod trace;
+mod watch;
+
+use pyo3::prelude::*;
+
+/// The compiled part of morgana.
+#[pymodule]
+mod _morgana {
+    #[pymodule_export]
+    use crate::field::{Field, load_field};
+    #[pymodule_export]
+    use crate::image::{compare_images, encode_png, read_image, write_image};
+    #[pymodule_export]
+    use crate::measure::{Measured, measure};
+    #[pymodule_export]
+    use crate::render::{Rendered, render};
+    #[pymodule_export]
+    use crate::scene::{Scene, load_dict, load_file};
+    #[pymodule_export]
+    use crate::trace::{Ray, Traced, connect, trace, trace_field};
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

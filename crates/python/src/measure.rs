@@ -1,0 +1,125 @@
+//! Measuring: what meters read.
+
+use crate::errors;
+use crate::limits::{Limits, stopped};
+use crate::numbers::array;
+use crate::scene::Scene;
+use crate::watch::watched;
+use io::arrays::{Array, ArrayFormat, Arrays, Context, arrays};
+use io::report;
+use numpy::PyArrayDyn;
+use pyo3::exceptions::PyMemoryError;
+use pyo3::prelude::*;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::time::Instant;
+use transport::meter::Meter;
+use transport::render::{self, MeasureError, MeasureOptions, Measurement};
+
+/// What meters have read.
+#[pyclass(frozen, module = "morgana._morgana")]
+#[derive(Debug)]
+pub struct Measured {
+    measurement: Measurement,
+    scene: Py<Scene>,
+    /// Everything about the run, as JSON.
+    #[pyo3(get)]
+    stats: String,
+    /// Why it ended early.
+    #[pyo3(get)]
+    stopped: Option<&'static str>,
+}
+
+/// Follows particles through a scene with meters. `tick` is called now and then with the number of particles followed
+/// so far.
+#[pyfunction]
+pub fn measure(
+    py: Python<'_>,
+    scene: Py<Scene>,
+    limits: Limits,
+    tick: Option<Py<PyAny>>,
+) -> PyResult<Measured> {
+    let loaded = &scene.get().loaded;
+    let (max_depth, rr_depth) = loaded.integrator.depths();
+    let options = MeasureOptions {
+        first: 0,
+        particles: limits.samples.unwrap_or(u64::MAX),
+        seed: limits.seed,
+        max_depth,
+        rr_depth,
+    };
+    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
+    let (pool, started) = (limits.pool()?, Instant::now());
+    let ((measurement, is_over), interrupted) = watched(py, tick.as_ref(), |shared| {
+        let mut clock = limits.clock(shared);
+        let on_pass = |done| clock.look(done == options.particles);
+        let counter = &shared.counter;
+        let measurement =
+            pool.install(|| render::measure(&loaded.groups, &meters, &options, counter, on_pass));
+        (measurement, clock.is_over)
+    })?;
+    let measurement = measurement.map_err(|error| match error {
+        MeasureError::Dark => errors::render(error.to_string()),
+        MeasureError::Memory(_) => PyMemoryError::new_err(error.to_string()),
+    })?;
+    let interrupted = interrupted && measurement.particles < options.particles;
+    let stopped = stopped(interrupted, is_over, false);
+    let stats = json!({
+        "scene": scene.get().name,
+        "scene_hash": loaded.hash.to_string(),
+        "seed": limits.seed,
+        "particles": measurement.particles,
+        "particles_requested": limits.samples,
+        "stopped": stopped,
+        "threads": pool.current_num_threads(),
+        "seconds": started.elapsed().as_secs_f64(),
+        "counters": report::counters(&measurement.stats),
+        "balance": report::balance(&measurement.balance),
+    });
+    Ok(Measured {
+        measurement,
+        scene,
+        stats: stats.to_string(),
+        stopped,
+    })
+}
+
+/// Name, unit, names of axes, and the numbers of an array.
+type Named<'py> = (String, String, Vec<String>, Bound<'py, PyArrayDyn<f64>>);
+
+#[pymethods]
+impl Measured {
+    /// All arrays, as they are written to files (docs/meters.md).
+    fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Vec<Named<'py>>> {
+        let list = self.readings(Vec::new()).list.into_iter();
+        let named = |a: Array| Ok((a.name, a.unit, a.axes, array(py, a.data, &a.shape)?));
+        list.map(named).collect()
+    }
+
+    /// Writes all arrays, or the main one, in the format that the name of the file tells.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let stats: Value = serde_json::from_str(&self.stats).unwrap_or_default();
+        let text = |name: &str| match &stats[name] {
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        let names = ["scene", "scene_hash", "seed", "particles", "balance"];
+        let mut attributes: Vec<_> = names.map(|name| (name.to_owned(), text(name))).into();
+        attributes.push(("morgana_version".into(), env!("CARGO_PKG_VERSION").into()));
+        let readings = self.readings(attributes);
+        let written = py.detach(|| readings.write(&path, ArrayFormat::of(&path)?));
+        written.map_err(|e| errors::file(&e))
+    }
+}
+
+impl Measured {
+    fn readings(&self, attributes: Vec<(String, String)>) -> Arrays {
+        let loaded = &self.scene.get().loaded;
+        let context = Context {
+            instruments: &loaded.instruments,
+            measurement: &self.measurement,
+            channels: &loaded.channel_names,
+        };
+        arrays(&context, attributes)
+    }
+}

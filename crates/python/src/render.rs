@@ -1,0 +1,226 @@
+//! Rendering.
+
+use crate::limits::{Limits, stopped};
+use crate::numbers::array;
+use crate::scene::Scene;
+use crate::watch::watched;
+use crate::{errors, image};
+use io::image::ImageLayers;
+use io::rendered::{self, Naming};
+use io::report;
+use numpy::PyArrayDyn;
+use pyo3::exceptions::PyMemoryError;
+use pyo3::prelude::*;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::time::Instant;
+use transport::integrator::Integrator;
+use transport::render::{Measure, Options, Rendering, Target, memory, render_counted};
+
+/// A picture that has been rendered.
+#[pyclass(frozen, module = "morgana._morgana")]
+#[derive(Debug)]
+pub struct Rendered {
+    rendering: Rendering,
+    scene: Py<Scene>,
+    /// Everything about the run, as JSON.
+    #[pyo3(get)]
+    stats: String,
+    /// Why it ended early.
+    #[pyo3(get)]
+    stopped: Option<&'static str>,
+}
+
+/// Renders a scene with a camera. `tick` is called now and then with the number of samples taken so far.
+#[pyfunction]
+pub fn render(
+    py: Python<'_>,
+    scene: Py<Scene>,
+    limits: Limits,
+    integrator: Option<&str>,
+    tick: Option<Py<PyAny>>,
+) -> PyResult<Rendered> {
+    let loaded = &scene.get().loaded;
+    let integrator = match integrator {
+        Some(name) => loaded.estimator(name).map_err(|d| errors::scene(&d))?.0,
+        None => loaded.integrator,
+    };
+    if limits.samples.is_none() && limits.time.is_none() && !integrator.converges() {
+        let message = "target_error may never be reached by the integrator photon, whose bias does not shrink: use \
+                       sppm, or give spp or time";
+        return Err(errors::render(message));
+    }
+    let options = options(scene.get(), limits, integrator);
+    check_memory(scene.get(), &options)?;
+    let (pool, started) = (limits.pool()?, Instant::now());
+    let ((rendering, is_over), interrupted) = watched(py, tick.as_ref(), |shared| {
+        let mut clock = limits.clock(shared);
+        let rendering = pool.install(|| {
+            render_counted(&loaded.groups, &options, &shared.counter, |progress| {
+                clock.look(progress.done == progress.total)
+            })
+        });
+        (rendering, clock.is_over)
+    })?;
+    let interrupted = interrupted && rendering.samples < options.samples;
+    let stopped = stopped(interrupted, is_over, rendering.reached);
+    let stats = json!({
+        "scene": scene.get().name,
+        "scene_hash": loaded.hash.to_string(),
+        "integrator": integrator.name(),
+        "seed": limits.seed,
+        "spp": rendering.samples,
+        "spp_requested": limits.samples,
+        "stopped": stopped,
+        "threads": pool.current_num_threads(),
+        "seconds": started.elapsed().as_secs_f64(),
+        "samples": rendering.film.samples(),
+        "counters": report::counters(&rendering.stats),
+        "branches": report::branches(loaded.scene()),
+        "connections": report::connections(&rendering.stats, rendering.search),
+        "photons": report::photons(&rendering),
+        "balance": rendering.balance.as_ref().map(report::balance),
+    });
+    Ok(Rendered {
+        rendering,
+        scene,
+        stats: stats.to_string(),
+        stopped,
+    })
+}
+
+fn options(scene: &Scene, limits: Limits, integrator: Integrator) -> Options {
+    let loaded = &scene.loaded;
+    let samples = limits.samples.unwrap_or(u64::MAX);
+    Options {
+        decomposition: loaded.layering.decomposition,
+        reweight: loaded.reweight,
+        target: limits.target_error.map(|(error, of_pixels)| Target {
+            error,
+            measure: [Measure::Image, Measure::Pixel][usize::from(of_pixels)],
+        }),
+        ..Options::new(integrator, samples, limits.seed)
+    }
+}
+
+/// A film that does not fit into memory would end the interpreter without a word.
+fn check_memory(scene: &Scene, options: &Options) -> PyResult<()> {
+    let film = scene.loaded.scene().film();
+    let bytes = memory(film, options);
+    Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| {
+        let (width, height) = (film.width, film.height);
+        let message =
+            format!("a film of {width} × {height} pixels with its layers needs {bytes} bytes");
+        PyMemoryError::new_err(message)
+    })
+}
+
+/// Name, means and variances.
+type Layer<'py> = (
+    String,
+    Bound<'py, PyArrayDyn<f32>>,
+    Bound<'py, PyArrayDyn<f32>>,
+);
+
+#[pymethods]
+impl Rendered {
+    /// Means, (height, width, channels).
+    fn mean<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        self.picture(py, self.rendering.film.mean())
+    }
+
+    /// Variances of the means, (height, width, channels).
+    fn variance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        self.picture(py, self.rendering.film.variance())
+    }
+
+    /// Means with less weight for rare bright samples, if the film asks for them.
+    fn reweighted<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f32>>>> {
+        let values = self.rendering.film.reweighted();
+        values.map(|v| self.picture(py, v)).transpose()
+    }
+
+    /// Numbers of samples, (height, width).
+    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<u64>>> {
+        let film = &self.rendering.film;
+        array(py, film.counts(), &[film.height(), film.width()])
+    }
+
+    /// Writes the picture.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let loaded = &self.scene.get().loaded;
+        let is_array = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("npy"));
+        let written = py.detach(|| match Naming::of(loaded) {
+            Some(naming) if is_array => naming.write_array(&path, &self.rendering.film),
+            _ => image::write(&path, &self.layers_and_attributes()),
+        });
+        written.map_err(|e| errors::file(&e))
+    }
+
+    /// Layers of light told apart: names with means and variances; and their axes, as JSON.
+    fn layers<'py>(&self, py: Python<'py>) -> PyResult<(Vec<Layer<'py>>, String)> {
+        let Some(naming) = Naming::of(&self.scene.get().loaded) else {
+            return Ok((Vec::new(), "[]".into()));
+        };
+        let film = &self.rendering.film;
+        let layer = |(i, name)| {
+            let mean = self.picture(py, film.layer_mean(i))?;
+            Ok((name, mean, self.picture(py, film.layer_variance(i))?))
+        };
+        let layers: PyResult<Vec<_>> = naming.names().enumerate().map(layer).collect();
+        Ok((layers?, Value::from(naming.axes()).to_string()))
+    }
+
+    /// Mean of the image and its standard error.
+    fn summary(&self) -> (f64, f64) {
+        self.rendering.film.summary()
+    }
+}
+
+impl Rendered {
+    /// The picture with all layers, as the program writes it.
+    fn layers_and_attributes(&self) -> ImageLayers {
+        let loaded = &self.scene.get().loaded;
+        let (film, names) = (&self.rendering.film, &loaded.channel_names);
+        let stats: Value = serde_json::from_str(&self.stats).unwrap_or_default();
+        let text = |name: &str| match &stats[name] {
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        let known = [
+            "scene",
+            "scene_hash",
+            "integrator",
+            "seed",
+            "spp",
+            "branches",
+            "connections",
+        ];
+        let mut attributes: Vec<_> = known.map(|name| (name.to_owned(), text(name))).into();
+        let counts = &self.rendering.stats;
+        attributes.push(("lost".into(), counts.lost.to_string()));
+        attributes.push(("not_finite".into(), counts.not_finite.to_string()));
+        attributes.push(("morgana_version".into(), env!("CARGO_PKG_VERSION").into()));
+        if let Some(naming) = Naming::of(loaded) {
+            attributes.push((
+                "decomposition".into(),
+                Value::from(naming.axes()).to_string(),
+            ));
+        }
+        let mut image = rendered::layers(film, names, attributes);
+        image.layers.extend(rendered::bias(&self.rendering, names));
+        rendered::extend(&mut image, film, loaded);
+        image
+    }
+
+    fn picture<'py>(
+        &self,
+        py: Python<'py>,
+        values: Vec<f32>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let film = &self.rendering.film;
+        array(py, values, &[film.height(), film.width(), film.channels()])
+    }
+}

@@ -1,0 +1,197 @@
+//! Scenes.
+
+use crate::dict;
+use crate::errors;
+use crate::field::Field;
+use io::{Diagnostics, LoadOptions, Loaded, json};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+
+/// A scene that is ready to render. It does not change.
+#[pyclass(frozen, module = "morgana")]
+#[derive(Debug)]
+pub struct Scene {
+    /// All that is known of it.
+    pub loaded: Loaded,
+    /// What it is called in outputs.
+    #[pyo3(get)]
+    pub name: String,
+}
+
+/// Reads a scene file.
+#[pyfunction]
+pub fn load_file(
+    py: Python<'_>,
+    path: PathBuf,
+    defines: Vec<(String, String)>,
+    integrator: Option<String>,
+) -> PyResult<Scene> {
+    let options = LoadOptions {
+        defines,
+        integrator,
+        samples: None,
+    };
+    let loaded = py.detach(|| io::load_scene(&path, &options));
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    Ok(Scene {
+        loaded: loaded.map_err(|d| errors::scene(&d))?,
+        name: name.to_string_lossy().into_owned(),
+    })
+}
+
+/// Reads a scene from a dictionary.
+#[pyfunction]
+pub fn load_dict(
+    py: Python<'_>,
+    scene: &Bound<'_, PyDict>,
+    defines: Vec<(String, String)>,
+    integrator: Option<String>,
+) -> PyResult<Scene> {
+    let item = dict::item(scene, "scene", 0)?;
+    let options = LoadOptions {
+        integrator,
+        ..LoadOptions::default()
+    };
+    let loaded = py.detach(|| {
+        let mut diagnostics = Diagnostics::new();
+        match json::build(item, &defines, &mut diagnostics) {
+            Some(description) => io::assemble(&description, &options, diagnostics),
+            None => Err(diagnostics),
+        }
+    });
+    Ok(Scene {
+        loaded: loaded.map_err(|d| errors::scene(&d))?,
+        name: "dict".into(),
+    })
+}
+
+#[pymethods]
+impl Scene {
+    /// Width and height of the picture in pixels.
+    #[getter]
+    fn size(&self) -> (usize, usize) {
+        let film = self.loaded.scene().film();
+        (film.width, film.height)
+    }
+
+    /// Names of the channels: R, G, B, or Y, or wavelengths in nm, or quantities.
+    #[getter]
+    fn channels(&self) -> Vec<String> {
+        self.loaded.channel_names.clone()
+    }
+
+    /// Name of the estimator.
+    #[getter]
+    fn integrator(&self) -> &'static str {
+        self.loaded.integrator.name()
+    }
+
+    /// Samples per pixel; particles if there are meters.
+    #[getter]
+    fn spp(&self) -> u64 {
+        self.loaded.samples
+    }
+
+    /// Fingerprint of the description and of all data.
+    #[getter]
+    fn hash(&self) -> String {
+        self.loaded.hash.to_string()
+    }
+
+    /// The number of samples closest to `samples` that is the same at each instant of a period of sound.
+    fn _whole_periods(&self, samples: u64) -> u64 {
+        self.loaded.scene().whole_periods(samples)
+    }
+
+    /// What is doubtful about rendering with another integrator.
+    fn _doubts<'py>(&self, py: Python<'py>, integrator: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let estimator = self.loaded.estimator(integrator);
+        let (_, doubts) = estimator.map_err(|d| errors::scene(&d))?;
+        errors::diagnostics(py, &doubts)
+    }
+
+    /// Names of the emitters.
+    #[getter]
+    fn emitters(&self) -> Vec<String> {
+        self.loaded.emitter_names.clone()
+    }
+
+    /// Names of the meters; a scene with meters has no picture.
+    #[getter]
+    fn meters(&self) -> Vec<String> {
+        let instruments = self.loaded.instruments.iter();
+        instruments.map(|i| i.name.clone()).collect()
+    }
+
+    /// What is doubtful about the scene: a list of ``Diagnostic``.
+    #[getter]
+    fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        errors::diagnostics(py, &self.loaded.warnings)
+    }
+
+    /// The refractive indices of the media by their names, to which a number is added if there are several of a name,
+    /// such as ``fog_2``. ``ambient`` is around everything.
+    #[getter]
+    fn fields<'py>(slf: Py<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let fields = PyDict::new(py);
+        for (i, medium) in slf.get().loaded.scene().media().iter().enumerate() {
+            let mut name = medium.name.clone();
+            for number in 2.. {
+                if !fields.contains(&name)? {
+                    break;
+                }
+                name = format!("{}_{number}", medium.name);
+            }
+            fields.set_item(&name, Field::of_medium(slf.clone_ref(py), i, name.clone()))?;
+        }
+        Ok(fields)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<morgana.Scene {}>", self.lines().join(", "))
+    }
+
+    fn _repr_html_(&self) -> String {
+        let rows = self.lines().into_iter().map(|line| {
+            let line = line.replace('&', "&amp;").replace('<', "&lt;");
+            format!("<li>{line}</li>")
+        });
+        format!("<ul>{}</ul>", rows.collect::<String>())
+    }
+
+    /// Samples of one sample per pixel, as they are counted: pixels times groups of channels.
+    #[getter]
+    fn _samples_per_spp(&self) -> usize {
+        let film = self.loaded.scene().film();
+        let pixels = match self.loaded.instruments.is_empty() {
+            true => film.width * film.height,
+            false => 1,
+        };
+        pixels * self.loaded.groups.len()
+    }
+}
+
+impl Scene {
+    /// What there is to say of it in a few words each.
+    fn lines(&self) -> Vec<String> {
+        let loaded = &self.loaded;
+        let media = loaded.scene().media().iter().map(|m| m.name.as_str());
+        let mut lines = vec![self.name.clone()];
+        match &self.meters()[..] {
+            [] => {
+                let (width, height) = self.size();
+                let channels = loaded.channel_names.len();
+                lines.push(format!("{width} × {height} × {channels}"));
+                lines.push(format!("{}, {} spp", self.integrator(), self.spp()));
+            }
+            meters => {
+                lines.push(format!("meters: {}", meters.join(" ")));
+                lines.push(format!("{} particles", self.spp()));
+            }
+        }
+        lines.push(format!("media: {}", media.collect::<Vec<_>>().join(" ")));
+        lines.push(format!("emitters: {}", loaded.emitter_names.join(" ")));
+        lines
+    }
+}

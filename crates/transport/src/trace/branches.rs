@@ -1,0 +1,99 @@
+//! The rays between two points, as connections of a render find them.
+
+use crate::path::transmittance;
+use crate::scene::{MediumId, Scene};
+use eikonal::Solver;
+use eikonal::connect::{Connection, Failure, Piece, Reach};
+use glam::DVec3;
+
+/// The rays between two points.
+#[derive(Clone, Debug)]
+pub struct Branches {
+    /// The primary ray, or all that were found.
+    pub list: Vec<Branch>,
+    /// Why there is no primary ray.
+    pub failure: Option<Failure>,
+    /// Whether it is certain that there is at most one.
+    pub is_unique: bool,
+    /// Whether something stands in the way of the primary ray.
+    pub is_occluded: bool,
+}
+
+/// A ray between two points.
+#[derive(Clone, Debug)]
+pub struct Branch {
+    /// Its geometry.
+    pub connection: Connection,
+    /// Transmittance of each channel.
+    pub transmittance: Vec<f64>,
+    /// Whether something stands in its way.
+    pub is_occluded: bool,
+    /// Whether it is the one found first, from the usual start.
+    pub is_primary: bool,
+}
+
+/// Finds the ray between two points, or all of them: those with up to `all` reflections where refraction is possible.
+/// Rays are those of the first scene; the others are alike but for their spectra.
+pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> Branches {
+    let scene = &scenes[0];
+    let mut solver = Solver::new(scene.tolerance());
+    let ends = [from, to].map(|x| (x, scene.medium_at(x)));
+    let start = ends[0];
+    let primary = solver.connect(scene, start, to);
+    let (mut list, mut is_occluded) = (vec![], false);
+    if let Ok(found) = &primary {
+        let branch = branch(scenes, found, solver.pieces(), true);
+        is_occluded = branch.is_occluded;
+        list.push(branch);
+    }
+    if let Some(reflections) = all {
+        list.clear();
+        let reach = reach(scene, reflections, primary.as_ref().ok());
+        for (guess, found) in solver.all(scene, start, to, &reach) {
+            let first = primary.is_ok_and(|p| solver.is_same_branch(&p, &found));
+            // Again, for the pieces of its ray.
+            let found = match first {
+                true => solver.connect(scene, start, to),
+                false => solver.solve(scene, &guess, to),
+            };
+            let found = found.map(|f| branch(scenes, &f, solver.pieces(), first));
+            list.extend(found);
+        }
+    }
+    Branches {
+        list,
+        failure: primary.err(),
+        is_unique: scene.is_unique(ends[0], ends[1]),
+        is_occluded,
+    }
+}
+
+/// As far as connections of a render look for branches, but at least farther than the primary one.
+fn reach(scene: &Scene, reflections: u32, primary: Option<&Connection>) -> Reach {
+    let render = scene.branch_reach();
+    let primary = primary.map_or(0.0, |p| p.optical_length);
+    Reach {
+        optical_length: render.optical_length.max(2.0 * primary),
+        reflections,
+        bounces: reflections + (render.bounces - render.reflections),
+    }
+}
+
+fn branch(
+    scenes: &[Scene],
+    found: &Connection,
+    pieces: &[Piece<MediumId>],
+    is_primary: bool,
+) -> Branch {
+    let groups = scenes.iter().enumerate();
+    let lanes = groups.flat_map(|(group, scene)| {
+        let lanes = scene.film().lanes_of(group);
+        transmittance(scene, pieces).0.into_iter().take(lanes)
+    });
+    Branch {
+        connection: *found,
+        transmittance: lanes.collect(),
+        is_occluded: scenes[0].visibility(pieces, None, 0.0).is_none(),
+        is_primary,
+    }
+}

@@ -1,0 +1,43 @@
+//! A ray in a field that has no end.
+
+use super::follow::MOST_STEPS;
+use super::line::Line;
+use super::{Ending, Path};
+use crate::scene::MediumId;
+use eikonal::Tolerance;
+use eikonal::field::Field;
+use eikonal::ray::{Flow, Node, Work};
+use glam::DVec3;
+
+/// Follows a ray of the given length from `x` in a unit direction through a field without any surfaces. Its medium has
+/// the number 0. It is lost where the field has no real index.
+pub fn follow_field(
+    field: &Field,
+    tolerance: Tolerance,
+    (x, direction): (DVec3, DVec3),
+    length: f64,
+) -> Path {
+    let medium: MediumId = 0;
+    let v = direction * field.n(x);
+    let mut line = Line::default();
+    line.record(x, v, medium);
+    if !v.is_finite() {
+        return line.end(Ending::Lost);
+    }
+    let mut flow = Flow::new(field, Node::new(field, x, v, ()), tolerance);
+    for _ in 0..MOST_STEPS {
+        let left = length - line.length;
+        let sigma = left / flow.node().v.length();
+        let step = flow.advance(sigma, &mut Work::default());
+        // A step of the remaining length of σ may be longer than that where the index grows.
+        let end = step.arc.theta_at_length(left);
+        line.advance(&step.arc, end.min(1.0), medium);
+        if end < 1.0 || length - line.length <= 1e-12 * length {
+            return line.end(Ending::Length);
+        }
+        if !step.end.x.is_finite() {
+            break;
+        }
+    }
+    line.end(Ending::Lost)
+}

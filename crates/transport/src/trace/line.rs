@@ -1,0 +1,62 @@
+//! What is noted of a ray on its way.
+
+use super::{Ending, Path, Point};
+use crate::scene::MediumId;
+use eikonal::ray::Arc;
+use glam::DVec3;
+
+/// Points are recorded wherever a ray has turned by this much, in radians: polylines look smooth.
+const TURN: f64 = 0.03;
+
+/// A ray so far.
+#[derive(Default)]
+pub(super) struct Line {
+    /// Its length.
+    pub length: f64,
+    optical: f64,
+    points: Vec<Point>,
+}
+
+impl Line {
+    /// Records the points of an arc up to θ.
+    pub fn advance(&mut self, arc: &Arc, theta: f64, medium: MediumId) {
+        let turn = arc.velocity(0.0).angle_between(arc.velocity(theta));
+        let pieces = if arc.is_straight() {
+            1.0
+        } else {
+            (turn / TURN).ceil().clamp(1.0, 1e3)
+        };
+        let (length, optical) = (self.length, self.optical);
+        for i in 1..=pieces as usize {
+            let t = theta * i as f64 / pieces;
+            self.length = length + arc.arc_length(t);
+            self.optical = optical + arc.optical_length(t);
+            self.record(arc.position(t), arc.velocity(t), medium);
+        }
+    }
+
+    /// Records a point, where the velocity is `v`.
+    pub fn record(&mut self, x: DVec3, v: DVec3, medium: MediumId) {
+        self.points.push(Point {
+            x,
+            direction: v.normalize(),
+            arc_length: self.length,
+            optical_length: self.optical,
+            index: v.length(),
+            medium,
+        });
+    }
+
+    /// Records the last point anew, where the ray changes its direction or its medium.
+    pub fn replace(&mut self, x: DVec3, v: DVec3, medium: MediumId) {
+        self.points.pop();
+        self.record(x, v, medium);
+    }
+
+    pub fn end(self, ending: Ending) -> Path {
+        Path {
+            points: self.points,
+            ending,
+        }
+    }
+}

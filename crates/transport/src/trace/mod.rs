@@ -1,0 +1,10 @@
+//! Single rays, without scattering: those of given starts through a scene or a field, and those between two points.
+
+mod branches;
+mod follow;
+mod free;
+mod line;
+
+pub use branches::{Branch, Branches, branches};
+pub use follow::{Ending, Path, Point, Tracer};
+pub use free::follow_field;

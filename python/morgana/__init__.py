@@ -1,0 +1,48 @@
+"""Light in media whose refractive index varies continuously, where rays are curved.
+
+    >>> import morgana
+    >>> scene = morgana.load_file("scenes/luneburg_fog.xml")
+    >>> result = morgana.render(scene, spp=16, progress=True)
+    >>> result.image.shape, result.error.max()
+    >>> morgana.write("fog.exr", result)
+
+See docs/python.md.
+"""
+
+from ._errors import Diagnostic, Error, FileError, RenderError, SceneError, SceneWarning
+from ._images import Difference, Image, compare, read, write
+from ._morgana import Field, Ray, Scene, __version__
+from ._rays import Connections, Polyline, Rays, connect, trace
+from ._render import render
+from ._result import Layer, Reading, Result
+from ._scene import load_dict, load_field, load_file
+
+__all__ = [
+    "Connections",
+    "Diagnostic",
+    "Difference",
+    "Error",
+    "Field",
+    "FileError",
+    "Image",
+    "Layer",
+    "Polyline",
+    "Ray",
+    "Rays",
+    "Reading",
+    "RenderError",
+    "Result",
+    "Scene",
+    "SceneError",
+    "SceneWarning",
+    "__version__",
+    "compare",
+    "connect",
+    "load_dict",
+    "load_field",
+    "load_file",
+    "read",
+    "render",
+    "trace",
+    "write",
+]

@@ -1,0 +1,53 @@
+"""Exceptions and messages."""
+
+from __future__ import annotations
+
+from typing import Iterable, NamedTuple, Optional, Tuple
+
+
+class Diagnostic(NamedTuple):
+    """A message about a scene."""
+
+    severity: str
+    """``"error"``, ``"warning"`` or ``"note"``."""
+    message: str
+    """What is wrong, in a line."""
+    help: Optional[str]
+    """What to do about it."""
+    where: Optional[str]
+    """File, line and column, or a place in a dictionary such as ``scene["ball"]["radius"]``."""
+
+    def __str__(self) -> str:
+        lines = [f"{self.severity}: {self.message}"]
+        if self.where is not None:
+            lines.append(f"  at {self.where}")
+        if self.help is not None:
+            lines.append(f"  help: {self.help}")
+        return "\n".join(lines)
+
+
+class Error(Exception):
+    """What goes wrong in morgana."""
+
+
+class SceneError(Error, ValueError):
+    """A scene that cannot be used. Its text and its ``diagnostics`` hold everything that is wrong with it."""
+
+    def __init__(self, diagnostics: Iterable[Tuple[str, str, Optional[str], Optional[str]]]) -> None:
+        self.diagnostics = [Diagnostic(*fields) for fields in diagnostics]
+        super().__init__("\n".join(str(d) for d in self.diagnostics))
+
+    def __reduce__(self) -> Tuple[type, Tuple[list[Diagnostic]]]:
+        return type(self), (self.diagnostics,)
+
+
+class FileError(Error, OSError):
+    """A file that cannot be read or written."""
+
+
+class RenderError(Error, ValueError):
+    """A render, measurement or comparison that cannot be done as it was asked for."""
+
+
+class SceneWarning(UserWarning):
+    """A scene that can be used but may not be what was meant."""

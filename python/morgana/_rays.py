@@ -1,0 +1,195 @@
+"""Single rays."""
+
+from __future__ import annotations
+
+import functools
+from typing import List, NamedTuple, Optional, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _morgana
+from ._morgana import Field, Ray, Scene
+
+Doubles = NDArray[np.float64]
+
+
+class Rays:
+    """Rays that :func:`trace` has followed. Item i is ray i, as a :class:`Polyline`.
+
+    The points of all rays lie in shared arrays, ray after ray: those of ray i from ``offsets[i]`` to ``offsets[i + 1]``.
+    """
+
+    def __init__(self, traced: _morgana.Traced) -> None:
+        self._traced = traced
+
+    @functools.cached_property
+    def offsets(self) -> NDArray[np.int64]:
+        """Where each ray begins among the points, and the number of all points: (rays + 1,)."""
+        return self._traced.offsets()
+
+    @functools.cached_property
+    def points(self) -> Doubles:
+        """Positions, (points, 3), in scene units: wherever a ray has turned by 0.03, and at surfaces."""
+        return self._traced.positions()
+
+    @functools.cached_property
+    def tangents(self) -> Doubles:
+        """Unit directions at the points, (points, 3); those of departure where a ray changes its direction."""
+        return self._traced.directions()
+
+    @functools.cached_property
+    def arc_length(self) -> Doubles:
+        """Lengths from the start, (points,), in scene units."""
+        return self._traced.arc_lengths()
+
+    @functools.cached_property
+    def optical_length(self) -> Doubles:
+        """Optical path lengths ∫ n ds from the start, (points,), in scene units."""
+        return self._traced.optical_lengths()
+
+    @functools.cached_property
+    def n(self) -> Doubles:
+        """Refractive index at the points, (points,)."""
+        return self._traced.indices()
+
+    @functools.cached_property
+    def _endings(self) -> List[Tuple[str, Optional[str]]]:
+        return self._traced.endings()
+
+    @property
+    def end(self) -> List[str]:
+        """How each ray ended: ``"surface"``, ``"left the scene"``, ``"maximum length"``, or ``"lost"`` if it left the
+        field of its medium or took too many steps."""
+        return [end for end, _ in self._endings]
+
+    @property
+    def surface(self) -> List[Optional[str]]:
+        """Name of the object that each ray ended on."""
+        return [surface for _, surface in self._endings]
+
+    @property
+    def _last(self) -> NDArray[np.int64]:
+        return self.offsets[1:] - 1
+
+    @property
+    def exit_points(self) -> Doubles:
+        """Positions where the rays ended, (rays, 3)."""
+        return self.points[self._last]
+
+    @property
+    def exit_tangents(self) -> Doubles:
+        """Unit directions in which they ended, (rays, 3)."""
+        return self.tangents[self._last]
+
+    @property
+    def total_optical_length(self) -> Doubles:
+        """Optical path lengths from start to end, (rays,)."""
+        return self.optical_length[self._last]
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+    def __getitem__(self, i: int) -> "Polyline":
+        if not -len(self) <= i < len(self):
+            raise IndexError(f"there are {len(self)} rays")
+        i %= len(self)
+        at = slice(self.offsets[i], self.offsets[i + 1])
+        end, surface = self._endings[i]
+        return Polyline(
+            points=self.points[at],
+            tangents=self.tangents[at],
+            arc_length=self.arc_length[at],
+            optical_length=self.optical_length[at],
+            n=self.n[at],
+            end=end,
+            surface=surface,
+        )
+
+    def __repr__(self) -> str:
+        return f"<morgana.Rays: {len(self)} rays, {len(self.points)} points>"
+
+
+class Polyline(NamedTuple):
+    """One ray. Arrays have an item for each of its points."""
+
+    points: Doubles
+    """Positions, (points, 3)."""
+    tangents: Doubles
+    """Unit directions, (points, 3)."""
+    arc_length: Doubles
+    """Lengths from the start."""
+    optical_length: Doubles
+    """Optical path lengths from the start."""
+    n: Doubles
+    """Refractive index."""
+    end: str
+    """How it ended: see :attr:`Rays.end`."""
+    surface: Optional[str]
+    """Name of the object that it ended on."""
+
+
+class Connections(NamedTuple):
+    """The rays between two points."""
+
+    rays: List[Ray]
+    """Rays that were found; see :class:`Ray`."""
+    failure: Optional[str]
+    """Why there is no primary ray."""
+    unique: bool
+    """Whether it is certain that there is at most one ray."""
+
+
+def trace(
+    through: Union[Scene, Field],
+    origins: ArrayLike,
+    directions: ArrayLike,
+    *,
+    max_length: Optional[float] = None,
+) -> Rays:
+    """Follow rays without scattering: at surfaces of a scene they are refracted, reflected by mirrors, or end.
+
+    Args:
+        through: A scene, or a field, which has no surfaces and no end.
+        origins: Starts, (rays, 3) or (..., 3), in scene units.
+        directions: Directions, of the same shape; they need not have unit length. A single start or direction goes with
+            any number of the other.
+        max_length: Length after which a ray ends, in scene units; by default long enough for anything that leaves the
+            scene. Through a field it must be given.
+
+    Raises:
+        ValueError: Shapes that do not fit, starts that are not finite, directions of no length, a length that is not
+            positive.
+    """
+    x, d = np.broadcast_arrays(np.asarray(origins, float), np.asarray(directions, float))
+    if max_length is not None and not (max_length > 0 and np.isfinite(max_length)):
+        raise ValueError(f"max_length is {max_length} but must be a positive number")
+    if isinstance(through, Scene):
+        return Rays(_morgana.trace(through, x, d, max_length))
+    if max_length is None:
+        raise ValueError("a field has no end: give max_length")
+    return Rays(_morgana.trace_field(through, x, d, max_length))
+
+
+def connect(
+    scene: Scene,
+    a: ArrayLike,
+    b: ArrayLike,
+    *,
+    all: bool = False,
+    reflections: int = 0,
+) -> Connections:
+    """Find the ray between two points, or every ray.
+
+    Args:
+        scene: Where.
+        a: First point, (3,), in scene units.
+        b: Second point, (3,).
+        all: Whether to look for all rays (branches), as renders do, instead of the primary one.
+        reflections: With ``all``, look also for rays that are reflected up to so many times where they could have been
+            refracted.
+
+    Raises:
+        RenderError: Something else than two points.
+    """
+    return Connections(*_morgana.connect(scene, np.asarray(a, float), np.asarray(b, float), reflections if all else None))

@@ -1,0 +1,205 @@
+"""What a render or a measurement gives."""
+
+from __future__ import annotations
+
+import base64
+import functools
+import html
+import json
+import os
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _morgana
+from ._errors import RenderError
+from ._morgana import Scene
+
+Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+
+THUMBNAIL = 320
+"""Longest side of a thumbnail, in pixels."""
+
+
+class Layer(NamedTuple):
+    """A layer of light."""
+
+    mean: Floats
+    """Means of pixels, of the shape of the image."""
+    variance: Floats
+    """Variances of the means, of the same shape."""
+
+
+class Reading(NamedTuple):
+    """A quantity that a meter has measured (docs/meters.md)."""
+
+    mean: Doubles
+    """Means of the bins; the shape follows the axes."""
+    error: Doubles
+    """Standard errors of the means, of the same shape."""
+    axes: Dict[str, Optional[Doubles]]
+    """For each axis, the slowest first, the edges of its bins: one more than there are bins. ``None`` for axes without
+    edges: ``channel``, ``side``, ``part``."""
+    unit: str
+    """Unit, where ``unit`` is that of length in the scene: ``W/unit^2``."""
+
+
+class Result:
+    """What :func:`render` gives: a picture, or the readings of meters.
+
+    Arrays are made when they are first asked for, and kept.
+    """
+
+    def __init__(self, scene: Scene, run: Union[_morgana.Rendered, _morgana.Measured]) -> None:
+        self.scene = scene
+        self._run = run
+
+    @functools.cached_property
+    def stats(self) -> Dict[str, Any]:
+        """What happened: counts, connections and their failures, seconds, threads, as ``--stats`` of the program."""
+        stats: Dict[str, Any] = json.loads(self._run.stats)
+        return stats
+
+    @property
+    def stopped(self) -> Optional[str]:
+        """Why the run ended early: ``"interrupted"``, ``"time"``, ``"target"``, or ``None``."""
+        return self._run.stopped
+
+    @property
+    def balance(self) -> Optional[Dict[str, Any]]:
+        """Where the light of all emitters went, in their unit of power, if particles were followed: ``emitted``, and
+        ``mean`` and ``standard_error`` of what was ``absorbed_by_media``, ``absorbed_by_surfaces``, ``escaped``,
+        ``cut_off``, ``lost``, ``left_over``."""
+        balance: Optional[Dict[str, Any]] = self.stats["balance"]
+        return balance
+
+    @property
+    def channels(self) -> List[str]:
+        """Names of the channels: ``R``, ``G``, ``B``, or ``Y``, or wavelengths in nm, or quantities."""
+        return self.scene.channels
+
+    @property
+    def _rendered(self) -> _morgana.Rendered:
+        if isinstance(self._run, _morgana.Rendered):
+            return self._run
+        raise RenderError("the scene has meters in place of a camera: see 'meters'")
+
+    @functools.cached_property
+    def image(self) -> Floats:
+        """The picture: means of pixels, float32 of shape (height, width, channels), row 0 at the top. Radiance, in the
+        unit of the emitters."""
+        return self._rendered.mean()
+
+    @functools.cached_property
+    def variance(self) -> Floats:
+        """Variances of the means, of the shape of ``image``; unbiased, infinite with fewer than two samples."""
+        return self._rendered.variance()
+
+    @functools.cached_property
+    def error(self) -> Floats:
+        """Standard errors of the means, of the shape of ``image``."""
+        return np.sqrt(self.variance)
+
+    @functools.cached_property
+    def samples(self) -> NDArray[np.uint64]:
+        """Numbers of samples, of shape (height, width)."""
+        return self._rendered.counts()
+
+    @property
+    def mean(self) -> float:
+        """Mean of the image over pixels and channels."""
+        return self._rendered.summary()[0]
+
+    @property
+    def mean_error(self) -> float:
+        """Standard error of ``mean``, which knows that pixels may share paths."""
+        return self._rendered.summary()[1]
+
+    @functools.cached_property
+    def reweighted(self) -> Optional[Floats]:
+        """The picture with less weight for rare bright samples, if the film asks for it; biased."""
+        return self._rendered.reweighted()
+
+    @functools.cached_property
+    def _layers(self) -> Tuple[Dict[str, Layer], List[Dict[str, Any]]]:
+        if isinstance(self._run, _morgana.Measured):
+            return {}, []
+        layers, axes = self._run.layers()
+        return {name: Layer(mean, variance) for name, mean, variance in layers}, json.loads(axes)
+
+    @property
+    def layers(self) -> Dict[str, Layer]:
+        """Layers of light that the film tells apart (``decomposition``), by names such as ``time.0012.bounce.1``. Their
+        means add up to ``image``."""
+        return self._layers[0]
+
+    @property
+    def axes(self) -> List[Dict[str, Any]]:
+        """What the film tells apart: for each axis its ``name``, ``"length"``, ``"time"``, ``"bounce"`` or ``"light"``,
+        and its bins: ``min``, ``max``, ``width``, ``bins``, or ``max``, or ``emitters``."""
+        return self._layers[1]
+
+    @functools.cached_property
+    def _arrays(self) -> Dict[str, Tuple[str, List[str], Doubles]]:
+        if isinstance(self._run, _morgana.Rendered):
+            return {}
+        return {name: (unit, axes, data) for name, unit, axes, data in self._run.arrays()}
+
+    @functools.cached_property
+    def meters(self) -> Dict[str, Reading]:
+        """What meters have read, by the names of the quantities: ``fluence``, ``absorbed``, ``power``, ``irradiance``
+        and others; with the meter's name and a dot in front if there are several. Empty for a picture."""
+        arrays = self._arrays
+        readings = {}
+        for name, (unit, axes, mean) in arrays.items():
+            if f"{name}_error" not in arrays:
+                continue
+            prefix = name.rpartition(".")[0]
+            dot = "." if prefix else ""
+            edges = {a: arrays.get(f"{prefix}{dot}{a}_edges", (None, None, None))[2] for a in axes}
+            readings[name] = Reading(mean, arrays[f"{name}_error"][2], edges, unit)
+        return readings
+
+    @property
+    def emitted(self) -> Optional[Doubles]:
+        """Power of all emitters for each channel, W, if the scene has meters."""
+        return self._arrays["emitted"][2] if self._arrays else None
+
+    def write(self, path: Union[str, "os.PathLike[str]"]) -> None:
+        """Write the picture to an ``.exr``, ``.png`` or ``.npy`` file, or the readings to an ``.npz``, ``.h5``, ``.nrrd`` or
+        ``.npy`` file, completely or not at all.
+
+        Raises:
+            FileError: A file that cannot be written, or a format that does not fit.
+        """
+        self._run.write(os.fspath(path))
+
+    def __repr__(self) -> str:
+        return f"<morgana.Result of {self._summary()}>"
+
+    def _summary(self) -> str:
+        stopped = "" if self.stopped is None else f", stopped: {self.stopped}"
+        if isinstance(self._run, _morgana.Measured):
+            readings = ", ".join(self.meters)
+            return f"{self.scene.name}: {readings}, {self.stats['particles']} particles{stopped}"
+        height, width, channels = self.image.shape
+        mean = f"mean {self.mean:.5g} ± {self.mean_error:.2g}"
+        return f"{self.scene.name}: {width} × {height} × {channels}, {self.stats['spp']} spp, {mean}{stopped}"
+
+    def _repr_html_(self) -> str:
+        text = html.escape(self._summary())
+        if isinstance(self._run, _morgana.Measured):
+            return f"<p>{text}</p>"
+        return f"{thumbnail(self.image, self.channels)}<p>{text}</p>"
+
+
+def thumbnail(image: Floats, channels: List[str]) -> str:
+    """A small picture for notebooks, as HTML."""
+    height, width = image.shape[:2]
+    n = -(-max(height, width) // THUMBNAIL)
+    small = image[: height // n * n, : width // n * n]
+    small = small.reshape(height // n, n, width // n, n, -1).mean(axis=(1, 3))
+    png = base64.b64encode(_morgana.encode_png([("", channels, small)])).decode()
+    return f'<img src="data:image/png;base64,{png}" width="{small.shape[1]}" height="{small.shape[0]}">'

@@ -1,0 +1,86 @@
+"""Loading scenes."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from typing import Any, Dict, List, Mapping, Optional, Tuple, Union
+
+from . import _morgana
+from ._errors import SceneWarning
+from ._morgana import Field, Scene
+
+Define = Union[str, float, bool]
+
+
+def load_file(
+    path: Union[str, "os.PathLike[str]"],
+    /,
+    *,
+    integrator: Optional[str] = None,
+    **parameters: Define,
+) -> Scene:
+    """Read a scene file: JSON if its name ends in ``.json``, else XML (docs/scene-format.md).
+
+    Args:
+        path: The file.
+        integrator: Estimator in place of the scene's: ``path``, ``particle``, ``bdpt``, ``photon``, ``sppm`` or ``aov``.
+            What all have in common stays as the scene has it.
+        **parameters: Values for the scene's parameters (``<default>``), as ``-D name=value`` of the program.
+
+    Raises:
+        SceneError: The scene cannot be used; its ``diagnostics`` say why and where.
+
+    What is doubtful about the scene is told as :class:`SceneWarning`.
+    """
+    scene = _morgana.load_file(os.fspath(path), _defines(parameters), integrator)
+    return _warned(scene)
+
+
+def load_dict(
+    scene: Mapping[str, Any],
+    /,
+    *,
+    integrator: Optional[str] = None,
+    **parameters: Define,
+) -> Scene:
+    """Make a scene of a dictionary, as Mitsuba's ``load_dict`` does.
+
+    Args:
+        scene: ``{"type": "scene", ...}``: what a JSON scene says (docs/scene-format.md#json-scenes), with arrays for
+            volumes (``data``), meshes (``type`` ``mesh``), matrices and points. Arrays may have any strides and any
+            type of numbers. Each is copied once while the scene is read, and again into the form in which rays need it,
+            in single precision; the first copy is freed when this function returns. Later changes of the arrays do not
+            change the scene. Relative names of files start from the current folder.
+        integrator: As for :func:`load_file`.
+        **parameters: As for :func:`load_file`, for the scene's ``"parameters"``.
+
+    Raises:
+        SceneError: The scene cannot be used; places are such as ``scene["ball"]["radius"]``.
+        TypeError: A value of a type that no scene can have.
+    """
+    return _warned(_morgana.load_dict(dict(scene), _defines(parameters), integrator))
+
+
+def load_field(volume: Mapping[str, Any]) -> Field:
+    """Make a refractive-index field of a dictionary that describes a volume, such as
+    ``{"type": "luneburg", "radius": 2}`` or ``{"type": "bspline", "data": array, "placement": "nodes"}``.
+
+    Raises:
+        SceneError: A volume that is no refractive index.
+    """
+    return _morgana.load_field(dict(volume))
+
+
+def _defines(parameters: Dict[str, Define]) -> List[Tuple[str, str]]:
+    return [(name, _text(value)) for name, value in parameters.items()]
+
+
+def _text(value: Define) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _warned(scene: Scene) -> Scene:
+    for doubt in scene.warnings:
+        warnings.warn(str(doubt), SceneWarning, stacklevel=3)
+    return scene

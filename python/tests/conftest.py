@@ -1,0 +1,66 @@
+"""What tests share."""
+
+import os
+import pathlib
+import subprocess
+import warnings
+
+import morgana
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCENES = ROOT / "scenes"
+PROGRAM = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "debug/morgana"
+"""The program that results are compared with."""
+
+
+@pytest.fixture
+def program(tmp_path):
+    """Runs the program in a folder of its own."""
+
+    def run(*arguments):
+        done = subprocess.run([PROGRAM, *map(str, arguments)], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return run
+
+
+def small(integrator="path", **medium):
+    """A lit ball of fog whose index varies, 12 by 8 pixels."""
+    fog = {"type": "homogeneous", "sigma_t": 0.5, "albedo": 0.9, "ior": {"type": "linear", "n0": 1.3, "slope": [0, 0.1, 0]}}
+    return {
+        "type": "scene",
+        "integrator": {"type": integrator},
+        "sensor": {
+            "type": "perspective",
+            "fov": 40,
+            "to_world": [{"lookat": {"origin": [0, 0, -5], "target": [0, 0, 0], "up": [0, 1, 0]}}],
+            "film": {"type": "hdrfilm", "width": 12, "height": 8, "rfilter": {"type": "box"}},
+            "sampler": {"type": "independent", "sample_count": 4},
+        },
+        "ball": {"type": "sphere", "bsdf": {"type": "null"}, "interior": {**fog, **medium}},
+        "sky": {"type": "constant", "radiance": 1.0},
+    }
+
+
+def meters():
+    """The same ball, lit by a lamp, with a meter in place of the camera."""
+    scene = small("particle")
+    del scene["sensor"], scene["sky"]
+    scene["lamp"] = {"type": "point", "position": [0, 0, -3], "intensity": 1.0}
+    scene["sensor"] = {
+        "type": "fluencemeter",
+        "to_world": [{"scale": 2}, {"translate": [-1, -1, -1]}],
+        "nx": 4,
+        "ny": 3,
+        "nz": 2,
+    }
+    return scene
+
+
+def load(scene, **options):
+    """A scene of a dictionary, whatever is doubtful about it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", morgana.SceneWarning)
+        return morgana.load_dict(scene, **options)

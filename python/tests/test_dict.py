@@ -1,0 +1,191 @@
+"""Scenes of dictionaries: what arrays say is what files say, and mistakes have places."""
+
+import morgana
+import numpy as np
+import pytest
+from conftest import load, small
+
+RNG = np.random.default_rng(2)
+INDEX = 1.3 + 0.1 * RNG.random((4, 5, 6))
+"""[z, y, x]"""
+EXTINCTION = RNG.random((3, 4, 5)).astype(np.float32)
+
+
+def picture(scene, **options):
+    return morgana.render(load(scene, **options), spp=2).image
+
+
+def graded(**source):
+    box = {"to_world": [{"scale": 3}, {"translate": [-1.5, -1.5, -1.5]}]}
+    return small(ior={"type": "bspline", "placement": "nodes", **box, **source})
+
+
+def cloudy(**source):
+    box = {"to_world": [{"scale": 3}, {"translate": [-1.5, -1.5, -1.5]}]}
+    volume = {"type": "gridvolume", "placement": "centers", **box, **source}
+    return small(type="heterogeneous", sigma_t=volume)
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+def test_an_index_in_an_array_is_that_in_a_file(tmp_path, kind):
+    np.save(tmp_path / "index.npy", INDEX.astype(kind))
+    expected = picture(graded(filename=tmp_path / "index.npy", axis_order="zyx"))
+    np.testing.assert_array_equal(picture(graded(data=INDEX.astype(kind))), expected)
+    assert (picture(graded(data=INDEX[::-1])) != expected).any()
+
+
+def test_an_extinction_in_an_array_is_that_in_a_file(tmp_path):
+    np.save(tmp_path / "extinction.npy", EXTINCTION)
+    expected = picture(cloudy(filename=str(tmp_path / "extinction.npy"), axis_order="zyx"))
+    np.testing.assert_array_equal(picture(cloudy(data=EXTINCTION)), expected)
+
+
+def strided(values):
+    wide = np.zeros(tuple(2 * n for n in values.shape), values.dtype)
+    wide[::2, ::2, ::2] = values
+    return wide[::2, ::2, ::2]
+
+
+@pytest.mark.parametrize(
+    "same",
+    [
+        np.asfortranarray,
+        strided,
+        lambda v: v[::-1].copy()[::-1],
+        lambda v: v.astype(">f8"),
+        lambda v: v.astype(np.longdouble),
+        lambda v: v.tolist(),
+    ],
+)
+def test_memory_layout_and_types_do_not_matter(same):
+    np.testing.assert_array_equal(picture(graded(data=same(INDEX))), picture(graded(data=INDEX)))
+
+
+def test_axes_may_be_in_another_order():
+    expected = picture(graded(data=INDEX))
+    np.testing.assert_array_equal(picture(graded(data=INDEX.transpose(2, 1, 0), axis_order="xyz")), expected)
+
+
+def test_arrays_are_in_the_hash():
+    hashes = {load(graded(data=v)).hash for v in (INDEX, INDEX + 1e-9, INDEX[:, ::-1], INDEX.reshape(5, 4, 6))}
+    assert len(hashes) == 4
+    assert load(graded(data=INDEX)).hash == load(graded(data=np.asfortranarray(INDEX))).hash
+
+
+def test_later_changes_of_an_array_do_not_matter():
+    values = INDEX.copy()
+    scene = load(graded(data=values))
+    before = morgana.render(scene, spp=1).image
+    values[:] = 1
+    np.testing.assert_array_equal(morgana.render(scene, spp=1).image, before)
+
+
+CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+QUADS = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+FACES = np.array([[q[0], q[i], q[i + 1]] for q in QUADS for i in (1, 2)])
+
+
+def solid(**shape):
+    scene = small()
+    scene["ball"] = {"bsdf": {"type": "diffuse", "reflectance": 0.5}, **shape}
+    return scene
+
+
+def test_a_mesh_in_arrays_is_that_in_a_file(tmp_path):
+    lines = ["v {} {} {}".format(*x) for x in CORNERS] + ["f {} {} {}".format(*(f + 1)) for f in FACES]
+    (tmp_path / "cube.obj").write_text("\n".join(lines))
+    expected = picture(solid(type="obj", filename=tmp_path / "cube.obj"))
+    for faces in (FACES, FACES.astype(np.uint32), FACES.astype(float), FACES.tolist()):
+        found = picture(solid(type="mesh", vertex_positions=CORNERS, faces=faces))
+        np.testing.assert_array_equal(found, expected)
+    # A cube of diffuse reflectance ½ under a white sky.
+    assert 0.2 < expected.min() < 0.6
+
+
+def test_matrices_points_and_colours_may_be_arrays():
+    scene = small()
+    matrix = np.eye(4)
+    matrix[:3, 3] = [0.3, 0.2, 0.1]
+    expected = picture({**scene, "ball": {**scene["ball"], "to_world": matrix.tolist()}})
+    for same in (matrix, np.asfortranarray(matrix), [{"translate": np.array([0.3, 0.2, 0.1])}]):
+        np.testing.assert_array_equal(picture({**scene, "ball": {**scene["ball"], "to_world": same}}), expected)
+
+    class Transform:
+        def __init__(self, matrix):
+            self.matrix = matrix
+
+    np.testing.assert_array_equal(
+        picture({**scene, "ball": {**scene["ball"], "to_world": Transform(matrix)}}), expected
+    )
+    red = {"type": "rgb", "value": np.array([0.5, 0.25, 0.125], np.float32)}
+    image = picture({**scene, "sky": {"type": "constant", "radiance": red}})
+    assert image[0, 0].tolist() == [0.5, 0.25, 0.125]
+    scalar = {**scene, "sky": {"type": "constant", "radiance": np.float32(0.5)}}
+    assert picture(scalar)[0, 0].tolist() == [0.5] * 3
+
+
+def test_parameters_take_the_place_of_texts():
+    scene = {**small(), "parameters": {"light": 1.0}, "sky": {"type": "constant", "radiance": "$light"}}
+    assert picture(scene)[0, 0, 0] == 1 and picture(scene, light=0.5)[0, 0, 0] == 0.5
+
+
+def refused(scene):
+    with pytest.raises(morgana.SceneError) as caught:
+        load(scene)
+    assert isinstance(caught.value, ValueError)
+    errors = [d for d in caught.value.diagnostics if d.severity == "error"]
+    assert str(errors[0]) in str(caught.value)
+    return errors[0]
+
+
+def test_mistakes_have_places():
+    ior = 'scene["ball"]["interior"]["ior"]'
+    found = refused(graded(data=INDEX[0]))
+    assert found.where == ior + '["data"]' and "3 axes" in found.message
+    found = refused(graded(data=np.where(INDEX > 1.39, np.nan, INDEX)))
+    assert found.where == ior + '["data"]' and "not finite" in found.message
+    found = refused(graded(data=INDEX, filename="index.npy"))
+    assert found.where == ior + '["data"]' and "not both" in found.message
+    found = refused(graded(daat=INDEX))
+    assert found.where.startswith(ior)
+    found = refused(small(sigma_t=-1.0))
+    assert found.where == 'scene["ball"]["interior"]["sigma_t"]'
+    found = refused({**small(), "ball": {"type": "sphere", "radius": float("nan")}})
+    assert found.where == 'scene["ball"]["radius"]'
+    found = refused({**small(), "ball": {"type": "sphere", "radius": INDEX}})
+    assert found.where == 'scene["ball"]["radius"]' and "no place" in found.message
+    found = refused(solid(type="mesh", vertex_positions=CORNERS, faces=FACES + 1))
+    assert found.where == 'scene["ball"]["faces"]' and "from 0 to 7" in found.message
+    found = refused(solid(type="mesh", vertex_positions=CORNERS[:, :2], faces=FACES))
+    assert found.where == 'scene["ball"]["vertex_positions"]' and "(n, 3)" in found.message
+    found = refused(solid(type="mesh", vertex_positions=CORNERS))
+    assert '"faces"' in found.message and found.where == 'scene["ball"]'
+    assert "did you mean 'sphere'" in refused(solid(type="shpere")).help
+
+
+def test_what_no_scene_has_is_refused():
+    with pytest.raises(TypeError, match=r'scene\["ball"\]\["radius"\] is a '):
+        load({**small(), "ball": {"type": "sphere", "radius": object()}})
+    with pytest.raises(TypeError, match="complex|expected a number"):
+        load({**small(), "ball": {"type": "sphere", "radius": 1j}})
+    with pytest.raises(TypeError, match="keys of scenes are texts"):
+        load({1: 2})
+    cycle = small()
+    cycle["ball"]["interior"] = cycle
+    with pytest.raises(RecursionError):
+        load(cycle)
+
+
+def test_doubts_are_warnings():
+    with pytest.warns(morgana.SceneWarning):
+        scene = morgana.load_dict({**small(), "lamp": {"type": "point", "position": [0, 0, 0], "intensity": 0.0}})
+    assert scene.warnings and scene.warnings[0].severity == "warning"
+
+
+def test_errors_in_files_have_lines(tmp_path):
+    (tmp_path / "scene.json").write_text('{"type": "scene",\n "ball": {"type": "spher"}}')
+    with pytest.raises(morgana.SceneError) as caught:
+        morgana.load_file(tmp_path / "scene.json")
+    assert caught.value.diagnostics[0].where.endswith("scene.json:2:19")
+    with pytest.raises(morgana.SceneError, match="missing.xml"):
+        morgana.load_file(tmp_path / "missing.xml")

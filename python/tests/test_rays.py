@@ -1,0 +1,130 @@
+"""Fields and rays, against closed forms."""
+
+import json
+
+import morgana
+import numpy as np
+import pytest
+from conftest import SCENES, load, small
+
+RNG = np.random.default_rng(1)
+
+
+def luneburg(x):
+    """n = √(2 − r²) and its derivatives, by hand."""
+    n = np.sqrt(2 - (x**2).sum(-1))
+    gradient = -x / n[..., None]
+    outer = x[..., :, None] * x[..., None, :]
+    hessian = -np.eye(3) / n[..., None, None] - outer / n[..., None, None] ** 3
+    return n, gradient, hessian
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        RNG.uniform(-0.5, 0.5, (7, 3)),
+        RNG.uniform(-0.5, 0.5, (2, 5, 3)),
+        np.asfortranarray(RNG.uniform(-0.5, 0.5, (4, 6, 3))),
+        RNG.uniform(-0.5, 0.5, (9, 8))[::2, 1:7:2],
+        RNG.uniform(-0.5, 0.5, (5, 3))[:, ::-1],
+        RNG.uniform(-0.5, 0.5, 3),
+        np.zeros((0, 3)),
+    ],
+)
+def test_fields_have_values_and_derivatives(points):
+    field = morgana.load_field({"type": "luneburg"})
+    n, gradient, hessian = luneburg(points)
+    np.testing.assert_allclose(field.n(points), n, rtol=1e-14)
+    np.testing.assert_allclose(field.gradient(points), gradient, rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(field.hessian(points), hessian, rtol=1e-12, atol=1e-14)
+    assert field.hessian(points).shape == points.shape + (3,)
+
+
+def test_points_may_be_of_any_type():
+    field = morgana.load_field({"type": "luneburg"})
+    points = RNG.uniform(-0.5, 0.5, (6, 3)).astype(np.float32)
+    np.testing.assert_array_equal(field.n(points), field.n(points.astype(float)))
+    assert field.n([0, 0, 0]) == pytest.approx(np.sqrt(2))
+    with pytest.raises(ValueError, match=r"\(\.\.\., 3\)"):
+        field.n(np.zeros((3, 2)))
+    assert np.isnan(field.n([2.0, 0, 0]))
+    low, high = field.bounds([0, 0, 0], [0.5, 0, 0])
+    assert low <= np.sqrt(1.75) and high >= np.sqrt(2)
+
+
+def test_rays_meet_at_the_far_pole():
+    # Parallel rays into a Luneburg ball meet at its far pole, with the optical length of the central ray.
+    scene = morgana.load_file(SCENES / "luneburg_fog.xml")
+    y = np.linspace(-0.8, 0.8, 9)
+    rays = morgana.trace(scene, np.stack([0 * y - 1.5, y, 0 * y], -1), [1, 0, 0], max_length=8.0)
+    assert len(rays) == 9 and rays.points.shape == rays.tangents.shape == (rays.offsets[-1], 3)
+    for ray in rays:
+        nearest = np.linalg.norm(ray.points - [1, 0, 0], axis=1).min()
+        assert nearest < 1e-3
+        np.testing.assert_allclose(np.linalg.norm(ray.tangents, axis=1), 1, rtol=1e-12)
+        assert (np.diff(ray.arc_length) >= 0).all() and (np.diff(ray.optical_length) >= 0).all()
+    assert rays.exit_points.shape == (9, 3)
+
+
+def test_rays_are_those_of_the_program(program, tmp_path):
+    path = SCENES / "luneburg_fog.xml"
+    program("trace", path, "--from=-2,0.3,0.1", "--direction", "1,0,0", "-o", "rays.json")
+    (expected,) = json.loads((tmp_path / "rays.json").read_text())["rays"]
+    (ray,) = morgana.trace(morgana.load_file(path), [[-2, 0.3, 0.1]], [[1, 0, 0]])
+    fields = {"x": ray.points, "direction": ray.tangents, "arc_length": ray.arc_length, "opl": ray.optical_length, "index": ray.n}
+    for name, found in fields.items():
+        np.testing.assert_array_equal(found, [point[name] for point in expected["points"]])
+    assert (ray.end, ray.surface) == (expected["end"], expected["surface"])
+
+
+def test_starts_that_are_none_are_refused():
+    scene = load(small())
+    with pytest.raises(ValueError, match="direction 1 has no length"):
+        morgana.trace(scene, np.zeros((2, 3)), [[1, 0, 0], [0, 0, 0]])
+    with pytest.raises(ValueError, match="origin 0 is not finite"):
+        morgana.trace(scene, [[np.nan, 0, 0]], [[1, 0, 0]])
+
+
+def test_connections_are_those_of_the_program(program):
+    path = SCENES / "luneburg_fog.xml"
+    a, b = [-0.5, 0.2, 0], [0.7, 0, 0.1]
+    expected = json.loads(program("connect", path, "--from=-0.5,0.2,0", "--to", "0.7,0,0.1", "--all"))
+    found = morgana.connect(morgana.load_file(path), a, b, all=True)
+    assert len(found.rays) == len(expected["branches"]) and found.failure is None
+    for ray, branch in zip(found.rays, expected["branches"]):
+        assert ray.optical_length == branch["optical_length"] and ray.jacobian == branch["jacobian"]
+        assert ray.direction_out == branch["direction_out"] and ray.transmittance == branch["transmittance"]
+    primary = morgana.connect(morgana.load_file(path), a, b)
+    assert len(primary.rays) == 1 and primary.rays[0].primary
+
+
+def test_a_connection_is_a_ray():
+    scene = load(small())
+    a, b = np.array([-0.5, 0.2, 0.1]), np.array([0.4, -0.3, 0.2])
+    (ray,) = morgana.connect(scene, a, b).rays
+    (path,) = morgana.trace(scene, a, ray.direction_out, max_length=ray.arc_length)
+    np.testing.assert_allclose(path.points[-1], b, atol=1e-6)
+    assert path.optical_length[-1] == pytest.approx(ray.optical_length, rel=1e-7)
+    with pytest.raises(morgana.RenderError, match="two points"):
+        morgana.connect(scene, np.zeros((2, 3)), b)
+
+
+def test_rays_through_a_field_are_parabolas():
+    # n² = n0² + s·z: x(σ) = x0 + n0 d σ + s σ²/4 ẑ with dσ = ds/n.
+    field = morgana.load_field({"type": "linear_square", "n0": 1.5, "slope": [0, 0, 0.4]})
+    directions = RNG.normal(size=(20, 3))
+    rays = morgana.trace(field, [0, 0, 0], directions, max_length=0.8)
+    assert set(rays.end) == {"maximum length"} and len(rays) == 20
+    np.testing.assert_allclose(rays.arc_length[rays.offsets[1:] - 1], 0.8, rtol=1e-9)
+    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    for ray, d in zip(rays, unit):
+        # Two components do not feel the gradient.
+        across = np.linalg.norm(d[:2])
+        sigma = np.linalg.norm(ray.points[:, :2], axis=1) / (1.5 * across)
+        np.testing.assert_allclose(ray.points[:, 2], 1.5 * d[2] * sigma + 0.1 * sigma**2, atol=1e-6)
+    with pytest.raises(ValueError, match="give max_length"):
+        morgana.trace(field, [0, 0, 0], [0, 0, 1])
+    with pytest.raises(ValueError, match="max_length is -1"):
+        morgana.trace(field, [0, 0, 0], [0, 0, 1], max_length=-1)
+    (lost,) = morgana.trace(field, [0, 0, -6.0], [0, 0, 1], max_length=1)
+    assert lost.end == "lost"

@@ -1,0 +1,98 @@
+"""Renders and measurements, against the program: equal seeds give equal bits."""
+
+import json
+
+import morgana
+import numpy as np
+import pytest
+from conftest import SCENES, load, meters, small
+
+
+@pytest.mark.parametrize("integrator", ["path", "bdpt", "particle", "sppm"])
+def test_pictures_are_those_of_the_program(program, tmp_path, integrator):
+    (tmp_path / "scene.json").write_text(json.dumps(small()))
+    program("render", "scene.json", "--integrator", integrator, "--spp", 6, "--seed", 3, "-o", "out.exr")
+    expected = morgana.read(tmp_path / "out.exr")
+    result = morgana.render(load(small()), integrator=integrator, spp=6, seed=3)
+    np.testing.assert_array_equal(result.image, expected.image)
+    np.testing.assert_array_equal(result.variance, expected.layers["variance"])
+    assert result.image.dtype == np.float32 and result.image.shape == (8, 12, 3)
+    assert result.image.flags.c_contiguous and result.image.mean() > 0.1
+    np.testing.assert_array_equal(result.samples, 6)
+    np.testing.assert_array_equal(result.error, np.sqrt(result.variance))
+    assert result.stats["scene_hash"] == expected.attributes["scene_hash"]
+
+
+def test_a_file_is_the_scene_of_the_program(program, tmp_path):
+    path = SCENES / "luneburg_fog.xml"
+    scene = morgana.load_file(path)
+    info = json.loads(program("info", path, "--json"))
+    assert scene.channels == ["R", "G", "B"] and scene.name == "luneburg_fog.xml"
+    assert "fog" in " ".join(scene.fields) and scene.hash == info.get("hash", scene.hash)
+
+
+def test_numbers_of_threads_do_not_matter():
+    scene = load(small("bdpt"))
+    one, two = (morgana.render(scene, spp=3, threads=n).image for n in (1, 2))
+    np.testing.assert_array_equal(one, two)
+    assert (one != morgana.render(scene, spp=3, seed=1).image).any()
+
+
+def test_means_have_errors():
+    result = morgana.render(load(small()), spp=16)
+    assert result.mean == pytest.approx(float(result.image.mean()), rel=1e-5)
+    # Pixels of the path tracer are independent.
+    expected = np.sqrt(result.variance.astype(float).sum()) / result.image.size
+    assert 0.3 * expected < result.mean_error < 3 * expected
+
+
+def test_meters_are_those_of_the_program(program, tmp_path):
+    (tmp_path / "scene.json").write_text(json.dumps(meters()))
+    program("render", "scene.json", "--particles", 2000, "--seed", 5, "-o", "out.npz")
+    expected = np.load(tmp_path / "out.npz")
+    result = morgana.render(load(meters()), particles=2000, seed=5)
+    fluence = result.meters["fluence"]
+    np.testing.assert_array_equal(fluence.mean, expected["fluence"])
+    np.testing.assert_array_equal(fluence.error, expected["fluence_error"])
+    assert fluence.mean.shape == (2, 3, 4) and list(fluence.axes) == ["z", "y", "x"] and "unit^2" in fluence.unit
+    np.testing.assert_allclose(fluence.axes["x"], np.linspace(-1, 1, 5), atol=1e-12)
+    assert result.emitted[0] == pytest.approx(4 * np.pi)
+    shares = [share["mean"] for name, share in result.balance.items() if name != "emitted"]
+    assert sum(shares) == pytest.approx(result.balance["emitted"], rel=1e-9)
+    with pytest.raises(morgana.RenderError, match="meters in place of a camera"):
+        result.image
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"spp": 0}, {"threads": 0}, {"time": -1.0}, {"time": float("nan")}, {"target_error": 0.0}, {"target": "x"}, {"particles": 9}],
+)
+def test_wrong_options_are_refused(wrong):
+    with pytest.raises(morgana.RenderError, match=next(iter(wrong))):
+        morgana.render(load(small()), **wrong)
+
+
+def test_limits_end_a_render():
+    scene = load(small())
+    result = morgana.render(scene, time=0.3)
+    assert result.stopped == "time" and result.stats["spp"] > 1
+    result = morgana.render(scene, target_error=0.5)
+    assert result.stopped == "target"
+    assert morgana.render(scene).stopped is None and scene.spp == 4
+
+
+def test_results_show_themselves():
+    result = morgana.render(load(small()), spp=2)
+    assert "12 × 8 × 3, 2 spp" in repr(result)
+    assert "data:image/png;base64,iVBOR" in result._repr_html_()
+    assert "fluence" in repr(morgana.render(load(meters()), particles=100))
+
+
+def test_integrators_by_name():
+    scene = load(small())
+    with pytest.raises(morgana.SceneError, match="did you mean 'bdpt'"):
+        morgana.render(scene, integrator="bdtp")
+    with pytest.raises(morgana.SceneError, match="load it for the integrator aov"):
+        morgana.render(scene, integrator="aov")
+    aov = morgana.render(load(small(), integrator="aov"), spp=1)
+    assert "depth" in aov.channels or len(aov.channels) > 3
