@@ -2,6 +2,7 @@
 
 mod bitmap;
 mod checkerboard;
+mod pieces;
 mod vertices;
 
 pub use bitmap::{Bitmap, Filter, Wrap};
@@ -61,6 +62,11 @@ impl Texture {
     /// The first lane of the value at a point: that of a texture that stands for one number.
     pub fn number_at(&self, site: &Site) -> f64 {
         self.at(site)[0]
+    }
+
+    /// Whether texture coordinates matter.
+    pub fn uses_uv(&self) -> bool {
+        matches!(self, Texture::Bitmap(_) | Texture::Checkerboard(_))
     }
 
     /// Every number that the texture is made from; its values lie between the least and the largest.
