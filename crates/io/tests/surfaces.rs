@@ -437,6 +437,72 @@ fn lamps_from_files() {
     );
 }
 
+/// A light inside of a shape.
+fn shining(shape: &str, radiance: &str) -> String {
+    format!(
+        r#"{shape}<bsdf type="diffuse"><float name="reflectance" value="0"/></bsdf>
+<emitter type="area">{radiance}</emitter></shape>"#
+    )
+}
+
+/// Powers over π and area.
+fn mean_radiance(loaded: &Loaded) -> [f64; 3] {
+    let scene = loaded.scene();
+    let area = scene.objects()[0].shape.area();
+    let power = scene.powers(3).next().unwrap() / (std::f64::consts::PI * area);
+    [power[0], power[1], power[2]]
+}
+
+#[test]
+fn textures_shine() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &PIXELS);
+    let picture = |how: &str| {
+        format!(
+            r#"<texture name="radiance" type="bitmap"><string name="filename" value="image.png"/>{how}</texture>"#
+        )
+    };
+    let load =
+        |shape: &str, radiance: &str| load_from(directory.path(), "", &shining(shape, radiance));
+    let loaded = load(r#"<shape type="rectangle">"#, &picture("")).unwrap();
+    let mean = [0, 1, 2].map(|c| f64::from(PIXELS[0][c] + PIXELS[1][c]) / 2.0);
+    close(mean_radiance(&loaded), mean);
+    // Rings of a disk: the inner half has a quarter of the area.
+    let nearest = picture(r#"<string name="filter_type" value="nearest"/>"#);
+    let loaded = load(r#"<shape type="disk">"#, &nearest).unwrap();
+    let rings = [0, 1, 2].map(|c| f64::from(0.25 * PIXELS[0][c] + 0.75 * PIXELS[1][c]));
+    close(mean_radiance(&loaded), rings);
+    let board = r#"<texture name="radiance" type="checkerboard">
+<rgb name="color0" value="4, 0, 1"/><float name="color1" value="0"/></texture>"#;
+    let loaded = load(r#"<shape type="sphere">"#, board).unwrap();
+    close(mean_radiance(&loaded), [2.0, 0.0, 0.5]);
+    fs::write(directory.path().join("t.ply"), PLY).unwrap();
+    let mesh = r#"<shape type="ply"><string name="filename" value="t.ply"/>"#;
+    let colours = r#"<texture name="radiance" type="mesh_attribute">
+<string name="name" value="vertex_color"/></texture>"#;
+    let third = io::scene::linear_from_srgb(128.0 / 255.0) / 3.0;
+    let loaded = load(mesh, colours).unwrap();
+    close(
+        mean_radiance(&loaded),
+        [1.0 / 3.0 + third, 1.0 / 3.0 + third, third],
+    );
+    let squeezed =
+        r#"<shape type="sphere"><transform name="to_world"><scale value="1, 1, 2"/></transform>"#;
+    for (shape, radiance, expected) in [
+        (squeezed, board, "a texture cannot shine from an ellipsoid"),
+        (mesh, board, "the mesh has no texture coordinates"),
+        (
+            r#"<shape type="rectangle">"#,
+            &board.replace("4, 0, 1", "4, -2, 1"),
+            "a radiance of the texture is -2",
+        ),
+        (r#"<shape type="rectangle">"#, "", r#"name="radiance""#),
+    ] {
+        let error = load(shape, radiance).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
 const GROUP: &str = r#"<shape type="shapegroup" id="g">
 <shape type="ply"><string name="filename" value="t.ply"/><transform name="to_world"><scale value="2"/></transform>
 <bsdf type="diffuse"><texture name="reflectance" type="mesh_attribute"><string name="name" value="vertex_color"/></texture></bsdf>

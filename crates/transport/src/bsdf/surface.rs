@@ -1,6 +1,5 @@
 //! Geometry and indices where a path meets a surface.
 
-use crate::aim::OnSurface;
 use crate::sampling::Frame;
 use crate::shape::Site;
 use glam::DVec3;
@@ -30,15 +29,6 @@ impl Surface {
                 uv: [0.0; 2],
                 primitive: 0,
             },
-        }
-    }
-
-    /// The point, which belongs to `object`, as the end of a path.
-    pub(crate) fn on(&self, object: usize) -> OnSurface {
-        OnSurface {
-            object,
-            normal: self.normal,
-            site: self.site,
         }
     }
 

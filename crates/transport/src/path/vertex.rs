@@ -4,7 +4,7 @@ use super::edge::{Edge, End, Point, Start};
 use super::tube::Tube;
 use super::walk::{leave, surface_at};
 use crate::Spectrum;
-use crate::aim::Aim;
+use crate::aim::{Aim, OnSurface};
 use crate::bsdf::Surface;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
@@ -140,7 +140,7 @@ impl Vertex {
         else {
             return None;
         };
-        scene.emitted(&surface.on(object), -direction)
+        scene.emitted(&on(object, &surface), -direction)
     }
 
     /// Itself as the end of a connection.
@@ -151,7 +151,7 @@ impl Vertex {
                 x, object, surface, ..
             } => Aim::Point {
                 position: x,
-                surface: Some(surface.on(object)),
+                surface: Some(on(object, &surface)),
             },
         }
     }
@@ -284,5 +284,14 @@ impl Vertex {
                 })
             }
         }
+    }
+}
+
+/// A point of an object's surface as the end of a path.
+fn on(object: usize, surface: &Surface) -> OnSurface {
+    OnSurface {
+        object,
+        normal: surface.normal,
+        site: surface.site,
     }
 }
