@@ -437,6 +437,39 @@ fn lamps_from_files() {
     );
 }
 
+#[test]
+fn roughness_from_images() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &[[0.25; 3], [0.5; 3]]);
+    let nearest = r#"<string name="filename" value="image.png"/>
+<string name="filter_type" value="nearest"/><boolean name="raw" value="true"/>"#;
+    let texture = format!(r#"<texture name="alpha" type="bitmap">{nearest}</texture>"#);
+    for kind in ["roughconductor", "roughdielectric", "roughplastic"] {
+        let value = |alpha: &str, u: f64| {
+            let body = shape(&format!(r#"<bsdf type="{kind}">{alpha}</bsdf>"#));
+            let loaded = load_from(directory.path(), "", &body).unwrap_or_else(|e| panic!("{e}"));
+            let mut s = Surface::plain(DVec3::Z, 1.0, 1.5);
+            s.site.uv = [u, 0.5];
+            let direction = DVec3::new(0.2, 0.1, 1.0).normalize();
+            bsdf(&loaded).eval(&s, DVec3::Z, direction)[0]
+        };
+        // The numbers in the file, not what they encode.
+        let stored = [0.25, 0.5].map(io::scene::srgb_from_linear);
+        for (u, alpha) in [(0.2, stored[0]), (0.8, stored[1])] {
+            let even = format!(r#"<float name="alpha" value="{alpha}"/>"#);
+            let (found, expected) = (value(&texture, u), value(&even, u));
+            assert!(
+                (found / expected - 1.0).abs() < 1e-4,
+                "{kind}: {found}, {expected}"
+            );
+        }
+    }
+    refused(
+        &shape(r#"<bsdf type="roughplastic"><float name="alpha" value="2"/></bsdf>"#),
+        &["'alpha' is 2"],
+    );
+}
+
 /// A light inside of a shape.
 fn shining(shape: &str, radiance: &str) -> String {
     format!(

@@ -80,6 +80,12 @@ impl Texture {
     }
 }
 
+impl From<f64> for Texture {
+    fn from(value: f64) -> Self {
+        Texture::Uniform(Spectrum::splat(value))
+    }
+}
+
 impl From<Spectrum> for Texture {
     fn from(value: Spectrum) -> Self {
         Texture::Uniform(value)
