@@ -368,6 +368,6 @@ fn spectral_films_have_as_many_channels_as_wavelengths() {
     assert_eq!(loaded.channel_names[1], "450nm");
     refused(
         "<shape type=\"sphere\"><bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:0.1, 600:0.3\"/></bsdf></shape>",
-        &["spectral", "use <rgb>"],
+        &["spectral", "use an RGB value"],
     );
 }

@@ -135,11 +135,8 @@ fn mistakes_are_named() {
         &without(1),
         "(--dataset, or 'dataset' in a scene); those of '/': Nt, hole, p_final, p_max",
     );
-    refused(
-        &without(2),
-        "which axis is which: give <string name=\"axis_order\">",
-    );
-    refused(&without(3), "needs <string name=\"placement\">");
+    refused(&without(2), "which axis is which: give 'axis_order'");
+    refused(&without(3), "needs 'placement'");
     let hole = [KWAVE[0], ("string", "dataset", "hole"), KWAVE[2], KWAVE[3]];
     refused(
         &pressure(&hole, &[]),
@@ -156,7 +153,7 @@ fn mistakes_are_named() {
     let vti = [("string", "filename", "ascii.vti")];
     refused(
         &ior("gladstone_dale", &vti),
-        "needs <float name=\"wavelength\"> in nm",
+        "needs a 'wavelength' in nm",
     );
     let twice = [
         vti[0],
@@ -212,7 +209,7 @@ fn knife_edges_that_are_refused() {
         assert!(message.contains(expected), "{message}");
     };
     let knife = r#"<float name="knife_angle" value="-1"/>"#;
-    refused(knife, "a knife needs <vector name=\"knife_edge\">");
+    refused(knife, "a knife needs a vector 'knife_edge'");
     let edge = r#"<vector name="knife_edge" x="1"/>"#;
     refused(&format!("{edge}{knife}"), "greater than -1 and at most 1");
     refused(r#"<vector name="knife_edge" z="1"/>"#, "across the axis");

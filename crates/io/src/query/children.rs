@@ -27,7 +27,11 @@ impl<'a> Query<'a, '_> {
         }
         let children = &self.object.children;
         if let Some(&second) = indices.get(1) {
-            let message = format!("{} takes only one <{kind}>", self.object.label());
+            let message = format!(
+                "{} takes only one {}",
+                self.object.label(),
+                self.element(kind)
+            );
             let help = format!("the first is at {}", children[indices[0]].location);
             let location = &children[second].location;
             self.diagnostics
@@ -40,7 +44,7 @@ impl<'a> Query<'a, '_> {
     pub fn required_child(&mut self, kind: PluginKind) -> Option<&'a Arc<Object>> {
         let child = self.child(kind);
         if child.is_none() {
-            let message = format!("{} needs a <{kind}>", self.object.label());
+            let message = format!("{} needs a {}", self.object.label(), self.element(kind));
             self.diagnostics
                 .push(Diagnostic::error(message).at(&self.object.location));
         }
@@ -123,7 +127,7 @@ impl<'a> Query<'a, '_> {
         if let Some(object) = self.stand_in(kind, name) {
             return Input::Object(object);
         }
-        let expected = format!("{kind}> or <spectrum");
+        let expected = format!("{kind} or spectrum");
         let lookup: Lookup<'a, _> = self.convert(name, &expected, as_spectrum);
         let harmless = SpectrumValue::Uniform(1.0);
         Input::Spectrum(self.settle(name, "spectrum", lookup, default, harmless))

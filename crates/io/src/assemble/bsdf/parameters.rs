@@ -66,9 +66,9 @@ pub(super) fn nested<'a>(q: &mut Query<'a, '_>, count: RangeInclusive<usize>) ->
         return found;
     }
     let wanted = match (count.start(), count.end()) {
-        (1, 1) => "one nested <bsdf>".to_owned(),
-        (least, most) if least == most => format!("{least} nested <bsdf>"),
-        (least, most) => format!("{least} or {most} nested <bsdf>"),
+        (1, 1) => "one nested bsdf".to_owned(),
+        (least, most) if least == most => format!("{least} nested bsdfs"),
+        (least, most) => format!("{least} or {most} nested bsdfs"),
     };
     let message = format!("{} takes {wanted}, not {}", q.object().label(), found.len());
     q.error("type", message);

@@ -29,7 +29,7 @@ const KNOWN: [&str; 9] = [
 /// Adds an emitter of the scene.
 pub(super) fn add(object: &Object, context: &mut Context) {
     if object.plugin == "area" {
-        let message = "an area emitter belongs inside the <shape> that it covers";
+        let message = "an area emitter belongs inside the shape that it covers";
         context.error_at(&object.location, message);
         return;
     }
