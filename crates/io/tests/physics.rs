@@ -151,10 +151,7 @@ fn mistakes_are_named() {
     let scale = [("float", "scale", "-1e9")];
     refused(&pressure(&KWAVE, &scale), "check the units of the file");
     let vti = [("string", "filename", "ascii.vti")];
-    refused(
-        &ior("gladstone_dale", &vti),
-        "needs a 'wavelength' in nm",
-    );
+    refused(&ior("gladstone_dale", &vti), "needs a 'wavelength' in nm");
     let twice = [
         vti[0],
         ("string", "placement", "centers"),

@@ -37,7 +37,7 @@ pub enum TexturedError {
     Distribution(#[from] DistributionError),
 }
 
-/// Pieces of a texture that are integrated at most: a few seconds' worth.
+/// Pieces of a texture that are integrated at most: a minute's worth.
 const MOST_PIECES: u64 = 1 << 24;
 
 /// Cells along each side of the table for sampling, and points along each side of a cell at which it is made.

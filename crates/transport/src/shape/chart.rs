@@ -38,8 +38,8 @@ pub(crate) struct Chart {
     primitive: u32,
 }
 
-/// Bands into which a polar chart is cut, narrow enough for the rule of [`Chart::integral`].
-const BANDS: u32 = 16;
+/// Bands into which a polar chart is cut, narrow enough for [`Chart::quadrature`] to be exact to rounding.
+const BANDS: u32 = 64;
 
 impl Shape {
     /// A chart of part `primitive`; `None` where area is not spread over it in a simple way: on ellipsoids and

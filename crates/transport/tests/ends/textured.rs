@@ -96,6 +96,24 @@ fn powers_in_closed_form() {
     // Zones of a sphere between two angles from its pole; rings of a disk.
     let zone = |[a, b]: [f64; 2]| 0.5 * ((PI * a).cos() - (PI * b).cos());
     let ring = |[a, b]: [f64; 2]| b * b - a * a;
+    // Four rows of pixels, linear between their latitudes: by the moments ∫ sin πv dv and ∫ v sin πv dv.
+    let rows = Bitmap::new(
+        [1, 4],
+        (1, vec![1.0, 0.0, 2.0, 0.5]),
+        (Filter::Bilinear, Wrap::Clamp),
+        plain,
+    );
+    let rows = Texture::Bitmap(Arc::new(rows.unwrap()));
+    let zeroth = |v: f64| -(PI * v).cos() / PI;
+    let first = |v: f64| (PI * v).sin() / (PI * PI) - v * (PI * v).cos() / PI;
+    let between = |[a, b]: [f64; 2], [p, q]: [f64; 2]| {
+        let slope = (q - p) / (b - a);
+        (p - slope * a) * (zeroth(b) - zeroth(a)) + slope * (first(b) - first(a))
+    };
+    let nodes = [0.0, 0.125, 0.375, 0.625, 0.875, 1.0];
+    let values = [1.0, 1.0, 0.0, 2.0, 0.5, 0.5];
+    let zones = (0..5).map(|k| between([nodes[k], nodes[k + 1]], [values[k], values[k + 1]]));
+    let latitudes = 0.5 * PI * zones.sum::<f64>();
     let (side, cap) = (TAU * 1.69, PI * 1.69);
     let rings = mean_of_pixels(|u, v| ring(u) * width(v));
     // From pixels 1 and 3 at r = ¼ and ¾: 2∫ r L dr.
@@ -129,6 +147,7 @@ fn powers_in_closed_form() {
             nearest(),
             mean_of_pixels(|u, v| width(u) * zone(v)),
         ),
+        ("smooth globe", sphere(), rows, latitudes),
         ("disk of pixels", disk(), nearest(), rings),
         ("smooth disk", disk(), two, linear),
         (
