@@ -86,6 +86,20 @@ PLANTED = [
         ("transport", "edges", "links_follow_the_harmonic_orbit"),
     ),
     (
+        "a picture on a sphere shines with the mean of its pixels",
+        TRANSPORT + "shape/chart.rs",
+        "FRAC_PI_2 * (PI * q.y).sin()",
+        "1.0",
+        ("transport", "ends", "textured::powers_in_closed_form"),
+    ),
+    (
+        "points of a textured light weighted as if they were spread evenly",
+        TRANSPORT + "emitter/textured.rs",
+        "pdf: sample.pdf * density,",
+        "pdf: sample.pdf,",
+        ("transport", "panel", "irradiance_below_the_panel"),
+    ),
+    (
         "failed connections not compensated by chance hits",
         TRANSPORT + "integrator/path.rs",
         """if !edge.connectable {

@@ -303,6 +303,55 @@ fn out_of_range_values_are_errors() {
 }
 
 #[test]
+fn substances_scatter_and_absorb_as_measured() {
+    let medium = |parameters: &str| {
+        ball(&format!(
+            "<medium name=\"interior\" type=\"homogeneous\">{parameters}</medium>"
+        ))
+    };
+    let material = |name: &str| format!("<string name=\"material\" value=\"{name}\"/>");
+    let metres = material("skin1") + "<float name=\"scale\" value=\"1000\"/>";
+    let loaded = load(&medium(&metres)).unwrap_or_else(|e| panic!("{e}"));
+    let inside = loaded.scene().medium_at(glam::DVec3::ZERO);
+    let skin = loaded.scene().medium(inside);
+    let (extinction, albedo) = (
+        skin.extinction(glam::DVec3::ZERO),
+        skin.albedo.at(glam::DVec3::ZERO),
+    );
+    let (scattering, absorption) = ([0.74, 0.88, 1.01], [0.032, 0.17, 0.48]);
+    for c in 0..3 {
+        let total = 1000.0 * (scattering[c] + absorption[c]);
+        assert!((extinction[c] / total - 1.0).abs() < 1e-12);
+        assert!((albedo[c] * extinction[c] / (1000.0 * scattering[c]) - 1.0).abs() < 1e-12);
+    }
+    let even = material("skin2") + "<phase type=\"isotropic\"/>";
+    assert!(load(&medium(&even)).is_ok());
+    let forward = material("skin2") + "<phase type=\"hg\"/>";
+    refused(
+        &medium(&forward),
+        &["the coefficients of 'skin2' are reduced ones"],
+    );
+    let both = material("cream") + "<float name=\"sigma_a\" value=\"1\"/>";
+    refused(
+        &medium(&both),
+        &["give coefficients or a material, not both"],
+    );
+    refused(&medium(&material("skin3")), &["'skin1'"]);
+    let film = "<film type=\"hdrfilm\"><string name=\"pixel_format\" value=\"spectral\"/>\
+        <string name=\"wavelengths\" value=\"500, 600\"/>";
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("scene.xml");
+    let text = scene(&medium(&material("skin1"))).replace("<film type=\"hdrfilm\">", film);
+    fs::write(&path, text).unwrap();
+    let error = io::load_scene(&path, &LoadOptions::default()).unwrap_err();
+    let error = error.to_string();
+    assert!(
+        error.contains("materials are known in red, green and blue"),
+        "{error}"
+    );
+}
+
+#[test]
 fn spectral_films_have_as_many_channels_as_wavelengths() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("scene.xml");
@@ -319,6 +368,6 @@ fn spectral_films_have_as_many_channels_as_wavelengths() {
     assert_eq!(loaded.channel_names[1], "450nm");
     refused(
         "<shape type=\"sphere\"><bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:0.1, 600:0.3\"/></bsdf></shape>",
-        &["spectral", "use <rgb>"],
+        &["spectral", "use an RGB value"],
     );
 }

@@ -105,9 +105,11 @@ fn the_medium_of_the_fork() {
     assert_eq!(
         errors(material),
         [
-            "'heterogeneousrefractive' takes its coefficients from a material, and materials are not known here"
+            "'heterogeneousrefractive' takes its coefficients from a material, which scenes of older versions cannot name here"
         ]
     );
+    let error = errors(&material.replace("heterogeneousrefractive", "homogeneous"));
+    assert!(error[0].starts_with("'homogeneous' takes its coefficients from a material"));
 }
 
 #[test]

@@ -234,7 +234,7 @@ fn mistakes_have_places_and_help() {
     refused(
         &format!("{}{}", integrator("path", ""), integrator("bdpt", "")),
         None,
-        &["more than one <integrator>"],
+        &["more than one integrator"],
     );
 }
 

@@ -457,3 +457,25 @@ fn mistakes_in_parameters() {
         ["the scene has no parameter 'radios' (given as -D radios=...) | did you mean 'radius'?"]
     );
 }
+
+/// Messages about a file of JSON do not speak XML.
+#[test]
+fn messages_are_in_the_language_of_the_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("scene.json");
+    let text = r#"{"type": "scene", "emitter": {"type": "point", "intensity": "1"},
+"ball": {"type": "sphere", "radius": true, "film": {"type": "hdrfilm"}, "light": {"type": "area"}}}"#;
+    std::fs::write(&path, text).unwrap();
+    let error = io::load_scene(&path, &io::LoadOptions::default()).unwrap_err();
+    let error = error.to_string();
+    for part in [
+        "'radius': expected float, found boolean",
+        r#"{"type": "sphere"} takes no film here"#,
+        r#"{"type": "area"} needs "radiance" (spectrum)"#,
+    ] {
+        assert!(error.contains(part), "expected {part:?} in:\n{error}");
+    }
+    let messages = error.lines().filter(|line| line.starts_with("error"));
+    assert!(messages.clone().count() >= 4);
+    assert!(messages.clone().all(|line| !line.contains('<')), "{error}");
+}

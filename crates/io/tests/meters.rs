@@ -154,11 +154,7 @@ fn mistakes_are_named() {
         &with("<film type=\"hdrfilm\"><integer name=\"width\" value=\"8\"/></film>"),
         "width",
     );
-    refused(
-        "",
-        "<sensor type=\"irradiancemeter\"/>",
-        "inside the <shape>",
-    );
+    refused("", "<sensor type=\"irradiancemeter\"/>", "inside the shape");
     refused("<sensor type=\"fluencemeter\"/>", "", "not into a shape");
     refused("<sensor type=\"perspective\"/>", "", "irradiancemeter");
     refused(

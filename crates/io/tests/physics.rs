@@ -135,11 +135,8 @@ fn mistakes_are_named() {
         &without(1),
         "(--dataset, or 'dataset' in a scene); those of '/': Nt, hole, p_final, p_max",
     );
-    refused(
-        &without(2),
-        "which axis is which: give <string name=\"axis_order\">",
-    );
-    refused(&without(3), "needs <string name=\"placement\">");
+    refused(&without(2), "which axis is which: give 'axis_order'");
+    refused(&without(3), "needs 'placement'");
     let hole = [KWAVE[0], ("string", "dataset", "hole"), KWAVE[2], KWAVE[3]];
     refused(
         &pressure(&hole, &[]),
@@ -154,10 +151,7 @@ fn mistakes_are_named() {
     let scale = [("float", "scale", "-1e9")];
     refused(&pressure(&KWAVE, &scale), "check the units of the file");
     let vti = [("string", "filename", "ascii.vti")];
-    refused(
-        &ior("gladstone_dale", &vti),
-        "needs <float name=\"wavelength\"> in nm",
-    );
+    refused(&ior("gladstone_dale", &vti), "needs a 'wavelength' in nm");
     let twice = [
         vti[0],
         ("string", "placement", "centers"),
@@ -212,7 +206,7 @@ fn knife_edges_that_are_refused() {
         assert!(message.contains(expected), "{message}");
     };
     let knife = r#"<float name="knife_angle" value="-1"/>"#;
-    refused(knife, "a knife needs <vector name=\"knife_edge\">");
+    refused(knife, "a knife needs a vector 'knife_edge'");
     let edge = r#"<vector name="knife_edge" x="1"/>"#;
     refused(&format!("{edge}{knife}"), "greater than -1 and at most 1");
     refused(r#"<vector name="knife_edge" z="1"/>"#, "across the axis");

@@ -284,14 +284,14 @@ fn what_is_refused() {
         &nested("mask", "<bsdf type=\"dielectric\"/>"),
         &["a mask takes surfaces that let no light through"],
     );
-    refused(&nested("mask", ""), &["takes one nested <bsdf>, not 0"]);
+    refused(&nested("mask", ""), &["takes one nested bsdf, not 0"]);
     refused(
         &nested("blendbsdf", "<bsdf type=\"diffuse\"/>"),
-        &["takes 2 nested <bsdf>, not 1"],
+        &["takes 2 nested bsdfs, not 1"],
     );
     refused(
         &nested("twosided", &"<bsdf type=\"diffuse\"/>".repeat(3)),
-        &["takes 1 or 2 nested <bsdf>, not 3"],
+        &["takes 1 or 2 nested bsdfs, not 3"],
     );
     refused(
         &nested("principled", "<float name=\"clearcoat\" value=\"0.5\"/>"),
@@ -437,6 +437,105 @@ fn lamps_from_files() {
     );
 }
 
+#[test]
+fn roughness_from_images() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &[[0.25; 3], [0.5; 3]]);
+    let nearest = r#"<string name="filename" value="image.png"/>
+<string name="filter_type" value="nearest"/><boolean name="raw" value="true"/>"#;
+    let texture = format!(r#"<texture name="alpha" type="bitmap">{nearest}</texture>"#);
+    for kind in ["roughconductor", "roughdielectric", "roughplastic"] {
+        let value = |alpha: &str, u: f64| {
+            let body = shape(&format!(r#"<bsdf type="{kind}">{alpha}</bsdf>"#));
+            let loaded = load_from(directory.path(), "", &body).unwrap_or_else(|e| panic!("{e}"));
+            let mut s = Surface::plain(DVec3::Z, 1.0, 1.5);
+            s.site.uv = [u, 0.5];
+            let direction = DVec3::new(0.2, 0.1, 1.0).normalize();
+            bsdf(&loaded).eval(&s, DVec3::Z, direction)[0]
+        };
+        // The numbers in the file, not what they encode.
+        let stored = [0.25, 0.5].map(io::scene::srgb_from_linear);
+        for (u, alpha) in [(0.2, stored[0]), (0.8, stored[1])] {
+            let even = format!(r#"<float name="alpha" value="{alpha}"/>"#);
+            let (found, expected) = (value(&texture, u), value(&even, u));
+            assert!(
+                (found / expected - 1.0).abs() < 1e-4,
+                "{kind}: {found}, {expected}"
+            );
+        }
+    }
+    refused(
+        &shape(r#"<bsdf type="roughplastic"><float name="alpha" value="2"/></bsdf>"#),
+        &["'alpha' is 2"],
+    );
+}
+
+/// A light inside of a shape.
+fn shining(shape: &str, radiance: &str) -> String {
+    format!(
+        r#"{shape}<bsdf type="diffuse"><float name="reflectance" value="0"/></bsdf>
+<emitter type="area">{radiance}</emitter></shape>"#
+    )
+}
+
+/// Powers over π and area.
+fn mean_radiance(loaded: &Loaded) -> [f64; 3] {
+    let scene = loaded.scene();
+    let area = scene.objects()[0].shape.area();
+    let power = scene.powers(3).next().unwrap() / (std::f64::consts::PI * area);
+    [power[0], power[1], power[2]]
+}
+
+#[test]
+fn textures_shine() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &PIXELS);
+    let picture = |how: &str| {
+        format!(
+            r#"<texture name="radiance" type="bitmap"><string name="filename" value="image.png"/>{how}</texture>"#
+        )
+    };
+    let load =
+        |shape: &str, radiance: &str| load_from(directory.path(), "", &shining(shape, radiance));
+    let loaded = load(r#"<shape type="rectangle">"#, &picture("")).unwrap();
+    let mean = [0, 1, 2].map(|c| f64::from(PIXELS[0][c] + PIXELS[1][c]) / 2.0);
+    close(mean_radiance(&loaded), mean);
+    // Rings of a disk: the inner half has a quarter of the area.
+    let nearest = picture(r#"<string name="filter_type" value="nearest"/>"#);
+    let loaded = load(r#"<shape type="disk">"#, &nearest).unwrap();
+    let rings = [0, 1, 2].map(|c| f64::from(0.25 * PIXELS[0][c] + 0.75 * PIXELS[1][c]));
+    close(mean_radiance(&loaded), rings);
+    let board = r#"<texture name="radiance" type="checkerboard">
+<rgb name="color0" value="4, 0, 1"/><float name="color1" value="0"/></texture>"#;
+    let loaded = load(r#"<shape type="sphere">"#, board).unwrap();
+    close(mean_radiance(&loaded), [2.0, 0.0, 0.5]);
+    fs::write(directory.path().join("t.ply"), PLY).unwrap();
+    let mesh = r#"<shape type="ply"><string name="filename" value="t.ply"/>"#;
+    let colours = r#"<texture name="radiance" type="mesh_attribute">
+<string name="name" value="vertex_color"/></texture>"#;
+    let third = io::scene::linear_from_srgb(128.0 / 255.0) / 3.0;
+    let loaded = load(mesh, colours).unwrap();
+    close(
+        mean_radiance(&loaded),
+        [1.0 / 3.0 + third, 1.0 / 3.0 + third, third],
+    );
+    let squeezed =
+        r#"<shape type="sphere"><transform name="to_world"><scale value="1, 1, 2"/></transform>"#;
+    for (shape, radiance, expected) in [
+        (squeezed, board, "a texture cannot shine from an ellipsoid"),
+        (mesh, board, "the mesh has no texture coordinates"),
+        (
+            r#"<shape type="rectangle">"#,
+            &board.replace("4, 0, 1", "4, -2, 1"),
+            "a radiance of the texture is -2",
+        ),
+        (r#"<shape type="rectangle">"#, "", r#"name="radiance""#),
+    ] {
+        let error = load(shape, radiance).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
 const GROUP: &str = r#"<shape type="shapegroup" id="g">
 <shape type="ply"><string name="filename" value="t.ply"/><transform name="to_world"><scale value="2"/></transform>
 <bsdf type="diffuse"><texture name="reflectance" type="mesh_attribute"><string name="name" value="vertex_color"/></texture></bsdf>
@@ -478,7 +577,7 @@ fn instances_are_copies() {
     );
     refused(
         "<shape type=\"instance\"/>",
-        &["an instance needs a <shape type=\"shapegroup\">"],
+        &["an instance needs a shape of type 'shapegroup'"],
     );
     refused(
         "<shape type=\"shapegroup\" id=\"a\"><shape type=\"instance\"/></shape>\

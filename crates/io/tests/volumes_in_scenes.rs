@@ -116,13 +116,9 @@ fn what_a_scene_must_say() {
         let error = load("sigma_t", "gridvolume", file, more).unwrap_err();
         assert!(error.contains(expected), "{error}");
     };
-    refused("stored.npz", DENSITY, "give <string name=\"axis_order\">");
+    refused("stored.npz", DENSITY, "give 'axis_order'");
     refused("stored.npz", ZYX, "found the arrays: density, other");
-    refused(
-        "compressed.mat",
-        DENSITY,
-        "give <string name=\"axis_order\">",
-    );
+    refused("compressed.mat", DENSITY, "give 'axis_order'");
     refused("cells.vtk", ZYX, "the format has its own");
     refused("raw.nrrd", ZYX, "leave the order of axes out");
     refused("spacings.nrrd", "", "give the order of its axes");

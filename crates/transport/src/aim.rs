@@ -4,6 +4,7 @@
 //! vertex of a light subpath to the sensor. An [`Aim`] says where such a connection should end; how
 //! it gets there, and with what geometry term, is the business of `path`.
 
+use crate::shape::Site;
 use glam::DVec3;
 
 /// Where a connection from a vertex to one end of a path, an emitter or the sensor, should end.
@@ -13,8 +14,8 @@ pub enum Aim {
     Point {
         /// The point.
         position: DVec3,
-        /// The object on which it lies, and its normal there.
-        surface: Option<(usize, DVec3)>,
+        /// Where it lies, if on a surface.
+        surface: Option<OnSurface>,
     },
     /// Any point of the plane through `through` across `direction`, leaving along `direction`; the
     /// edge's geometry term is 1/A. A beam is guided: the ray from its centre shows where it goes.
@@ -26,6 +27,17 @@ pub enum Aim {
         /// Whether `through` is the centre of a beam.
         beam: bool,
     },
+}
+
+/// The surface on which an end of a path lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OnSurface {
+    /// Index of the object.
+    pub object: usize,
+    /// Unit normal at the point, as in [`crate::shape::Hit`].
+    pub normal: DVec3,
+    /// The point as textures see it.
+    pub site: Site,
 }
 
 /// An aim and its density: per unit area on a surface or a lens, per steradian for an environment, 1

@@ -61,8 +61,8 @@ impl Channels {
                     Channels::Luminance
                 }),
                 None => {
-                    let message = "a spectral film needs <string name=\"wavelengths\">";
-                    let help = "for example value=\"450, 550, 650\", in nanometres".to_owned();
+                    let message = "a spectral film needs 'wavelengths'";
+                    let help = "for example \"450, 550, 650\", in nanometres".to_owned();
                     diagnostics.push(Diagnostic::error(message).help(help).at(&film.location));
                     Channels::Luminance
                 }
@@ -155,12 +155,12 @@ impl Channels {
                 Ok(all(&|c| interpolate(samples, nm[self.first(group) + c])))
             }
             (Channels::Wavelengths { .. }, SpectrumValue::Rgb(_)) => Err(
-                "an <rgb> value has no meaning on a spectral film; use <spectrum> with \
+                "an RGB value has no meaning on a spectral film; use a spectrum of \
                  wavelength:value pairs, or one number"
                     .into(),
             ),
             (_, SpectrumValue::Sampled(_)) => Err(
-                "wavelength:value pairs need a film with pixel_format \"spectral\"; use <rgb>, or \
+                "wavelength:value pairs need a film with pixel_format \"spectral\"; use an RGB value, or \
                  one number"
                     .into(),
             ),

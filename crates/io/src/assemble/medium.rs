@@ -1,9 +1,11 @@
 //! Media and phase functions.
 
+use super::channels::Channels;
 use super::context::Context;
 use super::{field, texture};
 use crate::query::{Query, unknown_plugin};
 use crate::scene::{Object, PluginKind, SpectrumValue};
+use crate::schema::substance::{TURBID, TURBID_NAMES, Turbid};
 use eikonal::Field;
 use eikonal::field::Constant;
 use transport::Spectrum;
@@ -69,7 +71,11 @@ fn scattering(object: &Object, name: String, index: Field, context: &mut Context
     let scale = query.float_in("scale", 0.0.., 1.0);
     let by_parts = query.has("sigma_s") || query.has("sigma_a");
     let zero = SpectrumValue::Uniform(0.0);
-    let (sigma_t, albedo) = if by_parts {
+    let material = material(&mut query, context.channels);
+    let (sigma_t, albedo) = if let Some(turbid) = material {
+        let [s, a] = [turbid.scattering, turbid.absorption].map(SpectrumValue::Rgb);
+        (None, Some((s, a)))
+    } else if by_parts {
         let s = query.spectrum_or("sigma_s", zero.clone());
         let a = query.spectrum_or("sigma_a", zero);
         if query.has("sigma_t") || query.has("albedo") {
@@ -88,6 +94,16 @@ fn scattering(object: &Object, name: String, index: Field, context: &mut Context
         (Some(inputs), None)
     };
     let phase = query.child(PluginKind::Phase).cloned();
+    if let (Some(turbid), Some(phase)) = (material, &phase)
+        && phase.plugin != "isotropic"
+    {
+        let message = format!(
+            "the coefficients of '{}' are reduced ones, for light that is scattered evenly: leave the phase function \
+             out, or give sigma_s and sigma_a",
+            turbid.name
+        );
+        query.error("material", message);
+    }
     query.finish(&["sigma_t", "albedo"]);
     let far = f64::MAX;
     let (sigma_t, albedo) = match (sigma_t, albedo) {
@@ -106,6 +122,22 @@ fn scattering(object: &Object, name: String, index: Field, context: &mut Context
         albedo,
         phase: phase.map_or_else(Phase::isotropic, |p| self::phase(&p, context)),
     }
+}
+
+/// The substance that a medium is made of, if it names one and says nothing else of its coefficients.
+fn material(query: &mut Query, channels: &Channels) -> Option<&'static Turbid> {
+    let k = query.one_of("material", &TURBID_NAMES).checked_sub(1)?;
+    if matches!(channels, Channels::Wavelengths { .. }) {
+        let message =
+            "materials are known in red, green and blue; a spectral film needs sigma_s and sigma_a";
+        query.error("material", message);
+        return None;
+    }
+    let own = ["sigma_t", "albedo", "sigma_s", "sigma_a"];
+    if let Some(name) = own.into_iter().find(|name| query.has(name)) {
+        query.error(name, "give coefficients or a material, not both");
+    }
+    Some(&TURBID[k])
 }
 
 fn from_parts(

@@ -45,7 +45,7 @@ pub(super) fn build(
              and tolerance only",
             object.plugin
         );
-        let help = "write <integrator type=\"particle\">".to_owned();
+        let help = "take the integrator 'particle'".to_owned();
         let warning = Diagnostic::warning(message).help(help);
         context
             .diagnostics
@@ -148,12 +148,12 @@ fn instrument(
             }));
         }
         ("irradiancemeter", None) => {
-            let message = "an irradiancemeter belongs inside the <shape> that it measures at";
+            let message = "an irradiancemeter belongs inside the shape that it measures at";
             context.error_at(&object.location, message);
         }
         _ => {
             let message =
-                "a fluencemeter measures in space: it belongs into the <scene>, not into a shape";
+                "a fluencemeter measures in space: it belongs into the scene, not into a shape";
             context.error_at(&object.location, message);
         }
     }

@@ -236,7 +236,7 @@ fn group_parts(
     let root = &*description.root;
     let (integrators, sensors, shapes, emitters) = children(root, &mut context);
     if let [_, second, ..] = integrators[..] {
-        context.error_at(&second.location, "the scene has more than one <integrator>");
+        context.error_at(&second.location, "the scene has more than one integrator");
     }
     let method = integrator::build(integrators.first().copied(), options, &mut context);
     for &shape in &shapes {
@@ -259,11 +259,11 @@ fn group_parts(
         }),
         [sensor] => sensor::build(sensor, &mut context),
         [] => {
-            context.error_at(&root.location, "the scene has no <sensor>");
+            context.error_at(&root.location, "the scene has no sensor");
             None
         }
         [_, second, ..] => {
-            context.error_at(&second.location, "the scene has more than one <sensor>");
+            context.error_at(&second.location, "the scene has more than one sensor");
             None
         }
     };

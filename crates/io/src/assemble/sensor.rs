@@ -112,7 +112,7 @@ fn stop(q: &mut Query) -> Stop {
         if q.has("knife_angle") {
             q.error(
                 "knife_angle",
-                "a knife needs <vector name=\"knife_edge\">, its direction",
+                "a knife needs a vector 'knife_edge', its direction",
             );
         }
         return Stop::disc(radius);

@@ -191,7 +191,7 @@ fn pixels(
         };
         let value = context.channels.spectrum(&value, context.group);
         let value = value.map_err(|_| {
-            "a coloured bitmap has no meaning on a spectral film; use a grey one, or <spectrum>"
+            "a coloured bitmap has no meaning on a spectral film; use a grey one, or a spectrum"
         })?;
         data.extend(value.0[..lanes].iter().map(|v| *v as f32));
     }

@@ -205,7 +205,7 @@ fn axes(format: Option<Format>, query: &mut Query) -> Option<AxisOrder> {
     let named = query.has("axis_order");
     match format {
         Some(format) if format.needs_axis_order() && !named => {
-            let message = "the format does not say which axis is which: give <string name=\"axis_order\">, \"zyx\" \
+            let message = "the format does not say which axis is which: give 'axis_order', \"zyx\" \
                            if the last index runs along x, \"xyz\" if the first does";
             query.error("filename", message);
             Some(AxisOrder::ZYX)

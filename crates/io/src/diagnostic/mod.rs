@@ -3,6 +3,7 @@
 mod render;
 mod source;
 mod suggest;
+pub(crate) mod words;
 
 pub use render::Style;
 pub use source::{Location, SourceFile};

@@ -1,5 +1,6 @@
 //! Nested objects.
 
+use std::ops::RangeBounds;
 use std::sync::Arc;
 
 use super::values::as_spectrum;
@@ -26,7 +27,11 @@ impl<'a> Query<'a, '_> {
         }
         let children = &self.object.children;
         if let Some(&second) = indices.get(1) {
-            let message = format!("{} takes only one <{kind}>", self.object.label());
+            let message = format!(
+                "{} takes only one {}",
+                self.object.label(),
+                self.element(kind)
+            );
             let help = format!("the first is at {}", children[indices[0]].location);
             let location = &children[second].location;
             self.diagnostics
@@ -39,7 +44,7 @@ impl<'a> Query<'a, '_> {
     pub fn required_child(&mut self, kind: PluginKind) -> Option<&'a Arc<Object>> {
         let child = self.child(kind);
         if child.is_none() {
-            let message = format!("{} needs a <{kind}>", self.object.label());
+            let message = format!("{} needs a {}", self.object.label(), self.element(kind));
             self.diagnostics
                 .push(Diagnostic::error(message).at(&self.object.location));
         }
@@ -96,15 +101,33 @@ impl<'a> Query<'a, '_> {
         self.input(PluginKind::Texture, name, default.into())
     }
 
-    fn input(&mut self, kind: PluginKind, name: &str, default: Option<SpectrumValue>) -> Input<'a> {
-        let child = self.named_child(name);
-        if let Some(child) = child.filter(|c| c.object.kind == kind) {
-            if let Some(index) = self.child_index(name) {
-                self.used_children[index] = true;
-            }
-            return Input::Object(&child.object);
+    /// A number in a range or a nested texture by the name `name`, or `default`. After an error, the default.
+    pub fn texture_or_float_in(
+        &mut self,
+        name: &str,
+        range: impl RangeBounds<f64>,
+        default: f64,
+    ) -> Input<'a> {
+        match self.stand_in(PluginKind::Texture, name) {
+            Some(texture) => Input::Object(texture),
+            None => Input::Spectrum(SpectrumValue::Uniform(self.float_in(name, range, default))),
         }
-        let expected = format!("{kind}> or <spectrum");
+    }
+
+    /// The child of a kind that stands in the place of a parameter.
+    fn stand_in(&mut self, kind: PluginKind, name: &str) -> Option<&'a Arc<Object>> {
+        let child = self.named_child(name).filter(|c| c.object.kind == kind)?;
+        if let Some(index) = self.child_index(name) {
+            self.used_children[index] = true;
+        }
+        Some(&child.object)
+    }
+
+    fn input(&mut self, kind: PluginKind, name: &str, default: Option<SpectrumValue>) -> Input<'a> {
+        if let Some(object) = self.stand_in(kind, name) {
+            return Input::Object(object);
+        }
+        let expected = format!("{kind} or spectrum");
         let lookup: Lookup<'a, _> = self.convert(name, &expected, as_spectrum);
         let harmless = SpectrumValue::Uniform(1.0);
         Input::Spectrum(self.settle(name, "spectrum", lookup, default, harmless))

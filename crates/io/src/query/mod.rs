@@ -29,9 +29,9 @@ pub use numbers::POSITIVE;
 
 use std::collections::BTreeSet;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Location, closest, suggest};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location, closest, suggest, words};
 use crate::error::FileError;
-use crate::scene::{Child, Object, Property, Value};
+use crate::scene::{Child, Object, PluginKind, Property, Value};
 use crate::schema;
 
 /// Questions to one object. Call [`Query::finish`] at the end.
@@ -166,14 +166,21 @@ impl<'a, 'd> Query<'a, 'd> {
             .position(|c| c.name.as_deref() == Some(name))
     }
 
+    /// How messages call objects of a kind.
+    fn element(&self, kind: PluginKind) -> String {
+        words::element(kind.tag(), &self.object.location)
+    }
+
     fn mismatch(&mut self, name: &str, expected: &str, found: &str, at: &Location) {
-        let message = format!("'{name}': expected <{expected}>, found <{found}>");
+        let [expected, found] = [expected, found].map(|kind| words::element(kind, at));
+        let message = format!("'{name}': expected {expected}, found {found}");
         self.diagnostics.push(Diagnostic::error(message).at(at));
     }
 
     /// Reports that a parameter is missing.
     fn missing(&mut self, name: &str, expected: &str) {
-        let message = format!("{} needs <{expected} name=\"{name}\">", self.object.label());
+        let entry = words::entry(name, expected, &self.object.location);
+        let message = format!("{} needs {entry}", self.object.label());
         let names = self.object.properties.iter().map(|p| p.name.as_str());
         let help = closest(name, names.filter(|name| !self.asked.contains(*name)))
             .map(|found| format!("is '{found}' meant for it?"));

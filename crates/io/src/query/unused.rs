@@ -21,14 +21,14 @@ impl Query<'_, '_> {
         let children = self.object.children.iter().zip(&self.used_children);
         let named = |child: &Child| child.name.as_ref().is_some_and(|n| self.asked.contains(n));
         for (child, _) in children.filter(|(child, used)| !**used && !named(child)) {
-            let kind = child.object.kind;
+            let kind = self.element(child.object.kind);
             let (message, help) = match &child.name {
                 Some(name) => {
-                    let message = format!("{} has no <{kind}> '{name}'", self.object.label());
+                    let message = format!("{} has no {kind} '{name}'", self.object.label());
                     (message, suggest(name, self.names(also_known)))
                 }
                 None => (
-                    format!("{} takes no <{kind}> here", self.object.label()),
+                    format!("{} takes no {kind} here", self.object.label()),
                     None,
                 ),
             };

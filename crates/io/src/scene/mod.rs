@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 
-use crate::diagnostic::Location;
+use crate::diagnostic::{Location, words};
 
 /// A whole scene.
 #[derive(Clone, Debug)]
@@ -59,12 +59,10 @@ pub struct Object {
 }
 
 impl Object {
-    /// How messages call it, for example `<shape type="sphere">`.
+    /// How messages call it, for example `<shape type="sphere">`, or `{"type": "sphere"}` in JSON.
     pub fn label(&self) -> String {
-        match self.kind {
-            PluginKind::Scene => "<scene>".to_owned(),
-            kind => format!("<{kind} type=\"{}\">", self.plugin),
-        }
+        let plugin = (self.kind != PluginKind::Scene).then_some(self.plugin.as_str());
+        words::object(self.kind.tag(), plugin, &self.location)
     }
 }
 

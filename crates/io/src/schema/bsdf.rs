@@ -80,6 +80,7 @@ const PRINCIPLED: &[Parameter] = &[
 
 const REFLECTED: Slot = texture("specular_reflectance");
 const TRANSMITTED: Slot = texture("specular_transmittance");
+const ALPHA: Slot = texture("alpha");
 const BASE: Slot = texture("diffuse_reflectance");
 
 pub(super) const PLUGINS: &[Plugin] = &[
@@ -100,7 +101,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "roughdielectric",
         "A rough interface.",
         &[INDICES, REFLECTANCE, TRANSMITTANCE, ROUGHNESS],
-        &[REFLECTED, TRANSMITTED],
+        &[REFLECTED, TRANSMITTED, ALPHA],
     ),
     plugin(
         "thindielectric",
@@ -118,7 +119,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "roughconductor",
         "A rough metal.",
         &[METAL, REFLECTANCE, ROUGHNESS],
-        &[REFLECTED],
+        &[REFLECTED, ALPHA],
     ),
     plugin(
         "plastic",
@@ -130,7 +131,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "roughplastic",
         "A diffuse base under a rough coat.",
         &[COAT, REFLECTANCE, ROUGHNESS],
-        &[BASE, REFLECTED],
+        &[BASE, REFLECTED, ALPHA],
     ),
     plugin(
         "principled",

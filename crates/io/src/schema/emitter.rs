@@ -1,6 +1,8 @@
 //! Emitters.
 
-use super::row::{TO_WORLD, float, one, plugin, point, role, spectrum, text, vector, word};
+use super::row::{
+    TO_WORLD, float, one, plugin, point, role, spectrum, text, texture, vector, word,
+};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Medium, Texture};
 
@@ -103,8 +105,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin("collimated", "A beam along +z.", &[BEAM, PLACED], INSIDE),
     plugin(
         "area",
-        "The same radiance from all points of the shape that it belongs to.",
-        &[&[spectrum("radiance", "required", "≥ 0")]],
-        &[],
+        "Light from the shape that it belongs to, the same in all directions.",
+        &[&[spectrum(
+            "radiance",
+            "",
+            "≥ 0; this or a texture is required",
+        )]],
+        &[texture("radiance")],
     ),
 ];

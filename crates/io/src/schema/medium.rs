@@ -1,7 +1,7 @@
 //! Media and phase functions.
 
-use super::row::{float, list, one, plugin, role, spectrum};
-use super::{Parameter, Plugin, Slot};
+use super::row::{float, list, one, plugin, role, spectrum, word};
+use super::{Parameter, Plugin, Slot, substance};
 use crate::scene::PluginKind::{Phase, Volume};
 
 const INDEX: &[Parameter] = &[float("ior", "(see the index rules)", "index, > 0")];
@@ -15,6 +15,11 @@ const SCATTERING: &[Parameter] = &[
         "scattering per scene unit, ≥ 0; with sigma_a instead of sigma_t and albedo",
     ),
     spectrum("sigma_a", "", "absorption per scene unit, ≥ 0"),
+    word(
+        "material",
+        &substance::TURBID_NAMES,
+        "a substance, in place of coefficients, for scenes in millimetres",
+    ),
     float("scale", "1", "factor of the extinction, ≥ 0"),
 ];
 

@@ -1,4 +1,4 @@
-//! Substances that stand for their index of refraction.
+//! Substances that stand for their index of refraction, or for how they scatter and absorb.
 
 /// Refractive indices at 589.3 nm and room temperature, gases at standard conditions. The names and
 /// values are those of Mitsuba's documentation, where each is cited.
@@ -25,6 +25,50 @@ pub(crate) const NAMES: [&str; INDICES.len()] = {
     let mut i = 0;
     while i < names.len() {
         names[i] = INDICES[i].0;
+        i += 1;
+    }
+    names
+};
+
+/// What a substance does to red, green and blue light, per millimetre.
+pub(crate) struct Turbid {
+    pub name: &'static str,
+    /// Reduced scattering, σs' = (1 − g) σs: as if light were scattered evenly in all directions.
+    pub scattering: [f64; 3],
+    pub absorption: [f64; 3],
+}
+
+const fn turbid(name: &'static str, scattering: [f64; 3], absorption: [f64; 3]) -> Turbid {
+    Turbid {
+        name,
+        scattering,
+        absorption,
+    }
+}
+
+/// Measured by H. W. Jensen, S. R. Marschner, M. Levoy and P. Hanrahan, "A practical model for subsurface light
+/// transport", SIGGRAPH 2001. Names are those of Mitsuba 0.6.
+pub(crate) const TURBID: [Turbid; 12] = [
+    turbid("apple", [2.29, 2.39, 1.97], [0.0030, 0.0034, 0.046]),
+    turbid("chicken1", [0.15, 0.21, 0.38], [0.015, 0.077, 0.19]),
+    turbid("chicken2", [0.19, 0.25, 0.32], [0.018, 0.088, 0.20]),
+    turbid("cream", [7.38, 5.47, 3.15], [0.0002, 0.0028, 0.0163]),
+    turbid("ketchup", [0.18, 0.07, 0.03], [0.061, 0.97, 1.45]),
+    turbid("marble", [2.19, 2.62, 3.00], [0.0021, 0.0041, 0.0071]),
+    turbid("potato", [0.68, 0.70, 0.55], [0.0024, 0.0090, 0.12]),
+    turbid("skimmilk", [0.70, 1.22, 1.90], [0.0014, 0.0025, 0.0142]),
+    turbid("skin1", [0.74, 0.88, 1.01], [0.032, 0.17, 0.48]),
+    turbid("skin2", [1.09, 1.59, 1.79], [0.013, 0.070, 0.145]),
+    turbid("spectralon", [11.6, 20.4, 14.9], [0.0, 0.0, 0.0]),
+    turbid("wholemilk", [2.55, 3.21, 3.77], [0.0011, 0.0024, 0.014]),
+];
+
+/// Their names after that of no substance.
+pub(crate) const TURBID_NAMES: [&str; TURBID.len() + 1] = {
+    let mut names = ["none"; TURBID.len() + 1];
+    let mut i = 0;
+    while i < TURBID.len() {
+        names[i + 1] = TURBID[i].name;
         i += 1;
     }
     names

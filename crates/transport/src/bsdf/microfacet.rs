@@ -4,7 +4,9 @@
 //! shadowing are Smith's, as the separable product G₁(o)·G₁(i): single scattering, so energy that would
 //! bounce between facets is lost.
 
-use super::BsdfError;
+use super::error::factor;
+use super::{BsdfError, Surface};
+use crate::texture::Texture;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -34,6 +36,11 @@ impl Ggx {
         }
     }
 
+    /// Its roughness.
+    pub(super) fn alpha(&self) -> f64 {
+        self.alpha
+    }
+
     /// D(h): area of facets of normal `h` (unit, h.z ≥ 0), per steradian and macroscopic area.
     pub fn d(&self, h: DVec3) -> f64 {
         // cos⁴θ (α² + tan²θ)² without the tangent.
@@ -53,6 +60,12 @@ impl Ggx {
         2.0 / (v.z.abs() + (v.z * v.z + slope).sqrt())
     }
 
+    /// Density per steradian of what facets reflect towards `o` whose normals are drawn by
+    /// [`Ggx::sample_visible`]: visible normals D G₁(o) (o·h)/cosθₒ, times dω_h/dω_i = 1/(4 o·h).
+    pub fn pdf_reflected(&self, o: DVec3, h: DVec3) -> f64 {
+        0.25 * self.d(h) * self.g1_over_cos(o)
+    }
+
     /// A facet normal with the density of those visible from `o` (o.z > 0), which is
     /// D(h)·G₁(o)·(o·h)/o.z. Spherical caps (Dupuy and Benyoub 2023): stretched to α = 1, a visible
     /// normal is the half vector of `o` and a uniform direction of the cap above −o.z.
@@ -63,5 +76,39 @@ impl Ggx {
         let sin = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
         let across = sin * DVec2::from_angle(TAU * u[0]) + o.truncate();
         (self.alpha * across).extend(height).normalize()
+    }
+}
+
+/// GGX with a roughness that may vary over the surface.
+#[derive(Clone, Debug)]
+pub(super) struct Roughness(Texture);
+
+impl Roughness {
+    /// A number, at least [`MIN_ALPHA`], or a texture with values in [0, 1], of which those below [`MIN_ALPHA`]
+    /// count as that.
+    pub fn new(alpha: impl Into<Texture>) -> Result<Self, BsdfError> {
+        let alpha = alpha.into();
+        if let Texture::Uniform(value) = &alpha {
+            Ggx::new(value[0])?;
+            return Ok(Roughness(alpha));
+        }
+        factor("alpha", alpha).map(Roughness)
+    }
+
+    /// The distribution at a point.
+    pub fn at(&self, s: &Surface) -> Ggx {
+        Ggx::at_least(MIN_ALPHA, self.0.number_at(&s.site))
+    }
+
+    /// The least and the largest roughness that there can be.
+    pub fn range(&self) -> [f64; 2] {
+        if let Texture::Uniform(value) = &self.0 {
+            return [value[0]; 2];
+        }
+        let numbers = || self.0.numbers().map(|v| v.max(MIN_ALPHA));
+        [
+            numbers().fold(1.0, f64::min),
+            numbers().fold(MIN_ALPHA, f64::max),
+        ]
     }
 }

@@ -12,6 +12,7 @@
 //! Unit vectors in, finite numbers out: grazing directions included, nothing here returns NaN.
 
 mod blend;
+mod coat;
 mod conductor;
 mod dielectric;
 mod diffuse;

@@ -14,6 +14,8 @@ pub struct Plastic {
     eta: f64,
     specular_reflectance: Texture,
     base: Base,
+    /// Mean reflectance of the coat, from below.
+    from_below: f64,
 }
 
 /// What a diffuse base sends back through a coat.
@@ -23,15 +25,12 @@ pub(super) struct Base {
     nonlinear: bool,
     /// 1/η².
     shrink: f64,
-    /// Mean reflectance of the coat, from below.
-    from_below: f64,
 }
 
 impl Base {
-    /// `eta` is the coat's index over that outside, `from_below` its mean reflectance from below.
+    /// `eta` is the coat's index over that outside.
     pub(super) fn new(
         eta: f64,
-        from_below: f64,
         reflectance: impl Into<Texture>,
         nonlinear: bool,
     ) -> Result<Self, BsdfError> {
@@ -39,16 +38,15 @@ impl Base {
             reflectance: factor("diffuse_reflectance", reflectance)?,
             nonlinear,
             shrink: 1.0 / (eta * eta),
-            from_below,
         })
     }
 
-    /// π times its value, but for the transmittances of the coat on the way in and out. The light is
-    /// reflected between base and coat again and again; each time it takes on the base's colour only if
+    /// π times its value, but for the transmittances of the coat on the way in and out; `back` is the coat's mean
+    /// reflectance from below. The light is reflected between base and coat again and again; each time it takes on the base's colour only if
     /// that is wanted (`nonlinear`).
-    pub(super) fn value(&self, s: &Surface) -> Spectrum {
-        let (reflectance, back) = (self.reflectance.at(&s.site), self.from_below);
+    pub(super) fn value(&self, s: &Surface, back: f64) -> Spectrum {
         let returned = |r: f64| if self.nonlinear { r * back } else { back };
+        let reflectance = self.reflectance.at(&s.site);
         reflectance.map(|r| r * self.shrink / (1.0 - returned(r)))
     }
 }
@@ -63,11 +61,11 @@ impl Plastic {
         nonlinear: bool,
     ) -> Result<Self, BsdfError> {
         check_eta(eta)?;
-        let from_below = fresnel::mean(eta, 1.0);
         Ok(Plastic {
             eta,
             specular_reflectance: factor("specular_reflectance", specular_reflectance)?,
-            base: Base::new(eta, from_below, diffuse_reflectance, nonlinear)?,
+            base: Base::new(eta, diffuse_reflectance, nonlinear)?,
+            from_below: fresnel::mean(eta, 1.0),
         })
     }
 
@@ -100,7 +98,7 @@ impl Plastic {
         let pdf = (1.0 - f) * cosine_hemisphere_pdf(local);
         (pdf > 0.0).then(|| BsdfSample {
             direction: Frame::from_normal(s.normal).to_world(local),
-            weight: self.base.value(s) * (1.0 - self.coat(local.z)),
+            weight: self.base.value(s, self.from_below) * (1.0 - self.coat(local.z)),
             pdf,
             delta: false,
             transmitted: false,
@@ -109,7 +107,7 @@ impl Plastic {
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         let leaves = 1.0 - self.coat(s.normal.dot(direction));
-        self.base.value(s) * (leaves * self.pdf(s, toward, direction))
+        self.base.value(s, self.from_below) * (leaves * self.pdf(s, toward, direction))
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {

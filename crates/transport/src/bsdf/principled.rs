@@ -105,7 +105,7 @@ impl Principled {
         let schlick = local.base.map(|b| b + (1.0 - b) * grazing(cos));
         let specular = schlick * facets + Spectrum::splat(diffuse * dielectric);
         let base = local.base * (diffuse * local.diffuse(o.z, i.z, cos) * FRAC_1_PI * i.z);
-        base + specular * (local.facets.g1(i) * local.density(o, h))
+        base + specular * (local.facets.g1(i) * local.facets.pdf_reflected(o, h))
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
@@ -114,7 +114,7 @@ impl Principled {
         };
         let local = self.local(s);
         let share = local.share_of_facets();
-        share * local.density(o, h) + (1.0 - share) * cosine_hemisphere_pdf(i)
+        share * local.facets.pdf_reflected(o, h) + (1.0 - share) * cosine_hemisphere_pdf(i)
     }
 }
 
@@ -122,11 +122,6 @@ impl Local {
     /// Probability with which a facet is sampled rather than the base.
     fn share_of_facets(&self) -> f64 {
         0.5 + 0.5 * self.metallic
-    }
-
-    /// Visible normals D G₁(o) (o·h)/cosθₒ, times dω_h/dω_i = 1/(4 o·h).
-    fn density(&self, o: DVec3, h: DVec3) -> f64 {
-        0.25 * self.facets.d(h) * self.facets.g1_over_cos(o)
     }
 
     /// π times the base's value over its colour.

@@ -1,7 +1,7 @@
 //! Rough metal (GGX); reflects on the side of the normal only, the other side is black.
 
 use super::conductor::Metal;
-use super::microfacet::Ggx;
+use super::microfacet::Roughness;
 use super::surface::{above, reflect};
 use super::{BsdfError, BsdfSample, Surface};
 use crate::sampling::Frame;
@@ -12,22 +12,22 @@ use glam::DVec3;
 /// GGX conductor, sampled by visible facet normals.
 #[derive(Clone, Debug)]
 pub struct RoughConductor {
-    facets: Ggx,
+    roughness: Roughness,
     metal: Metal,
 }
 
 impl RoughConductor {
-    /// `alpha` ≥ [`super::microfacet::MIN_ALPHA`]; `eta` + i`k` is the metal's index against vacuum,
+    /// `alpha` ≥ [`super::microfacet::MIN_ALPHA`], or a texture with values in [0, 1]; `eta` + i`k` is the metal's index against vacuum,
     /// both parts ≥ 0; `specular_reflectance` in [0, 1] tints it, physically 1.
     pub fn new(
-        alpha: f64,
+        alpha: impl Into<Texture>,
         eta: Spectrum,
         k: Spectrum,
         specular_reflectance: impl Into<Texture>,
     ) -> Result<Self, BsdfError> {
         let metal = Metal::new(eta, k, specular_reflectance)?;
         Ok(RoughConductor {
-            facets: Ggx::new(alpha)?,
+            roughness: Roughness::new(alpha)?,
             metal,
         })
     }
@@ -38,7 +38,8 @@ impl RoughConductor {
         if o.z <= 0.0 {
             return None;
         }
-        let h = self.facets.sample_visible(o, u);
+        let facets = self.roughness.at(s);
+        let h = facets.sample_visible(o, u);
         let cos = o.dot(h);
         let i = reflect(o, h, cos).normalize();
         if cos <= 0.0 || i.z <= 0.0 {
@@ -46,8 +47,8 @@ impl RoughConductor {
         }
         Some(BsdfSample {
             direction: frame.to_world(i).normalize(),
-            weight: self.metal.reflectance(cos, s) * self.facets.g1(i),
-            pdf: self.density(o, h),
+            weight: self.metal.reflectance(cos, s) * facets.g1(i),
+            pdf: facets.pdf_reflected(o, h),
             delta: false,
             transmitted: false,
         })
@@ -58,15 +59,12 @@ impl RoughConductor {
             return Spectrum::ZERO;
         };
         // F D G₁(o) G₁(i)/(4 cosθₒ cosθᵢ), times cosθᵢ.
-        self.metal.reflectance(o.dot(h), s) * (self.facets.g1(i) * self.density(o, h))
+        let facets = self.roughness.at(s);
+        self.metal.reflectance(o.dot(h), s) * (facets.g1(i) * facets.pdf_reflected(o, h))
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
-        above(s, toward, direction).map_or(0.0, |[o, _, h]| self.density(o, h))
-    }
-
-    /// Visible normals D G₁(o) (o·h)/cosθₒ, times dω_h/dω_i = 1/(4 o·h).
-    fn density(&self, o: DVec3, h: DVec3) -> f64 {
-        0.25 * self.facets.d(h) * self.facets.g1_over_cos(o)
+        above(s, toward, direction)
+            .map_or(0.0, |[o, _, h]| self.roughness.at(s).pdf_reflected(o, h))
     }
 }

@@ -1,7 +1,7 @@
 //! Rough interface between two dielectrics (Walter et al., "Microfacet Models for Refraction through
 //! Rough Surfaces", EGSR 2007), with the local indices of the two sides.
 
-use super::microfacet::Ggx;
+use super::microfacet::{Ggx, Roughness};
 use super::surface::{Facing, reflect, refract};
 use super::{BsdfError, BsdfSample, Surface, factor, fresnel};
 use crate::spectrum::Spectrum;
@@ -19,7 +19,7 @@ const MATCHED: f64 = 1e-9;
 /// are zero: the limit of ever closer indices.
 #[derive(Clone, Debug)]
 pub struct RoughDielectric {
-    facets: Ggx,
+    roughness: Roughness,
     specular_reflectance: Texture,
     specular_transmittance: Texture,
 }
@@ -37,15 +37,15 @@ struct Event {
 }
 
 impl RoughDielectric {
-    /// `alpha` ≥ [`super::microfacet::MIN_ALPHA`]; the factors in [0, 1] tint the two parts,
+    /// `alpha` ≥ [`super::microfacet::MIN_ALPHA`], or a texture with values in [0, 1]; the factors in [0, 1] tint the two parts,
     /// physically both are 1.
     pub fn new(
-        alpha: f64,
+        alpha: impl Into<Texture>,
         specular_reflectance: impl Into<Texture>,
         specular_transmittance: impl Into<Texture>,
     ) -> Result<Self, BsdfError> {
         Ok(RoughDielectric {
-            facets: Ggx::new(alpha)?,
+            roughness: Roughness::new(alpha)?,
             specular_reflectance: factor("specular_reflectance", specular_reflectance)?,
             specular_transmittance: factor("specular_transmittance", specular_transmittance)?,
         })
@@ -61,7 +61,8 @@ impl RoughDielectric {
         if o.z <= 0.0 {
             return None;
         }
-        let h = self.facets.sample_visible(o, [u[1], u[2]]);
+        let facets = self.roughness.at(s);
+        let h = facets.sample_visible(o, [u[1], u[2]]);
         let cos = o.dot(h).min(1.0);
         let interface = fresnel::dielectric(cos, side.n_near, side.n_far);
         let transmitted = u[0] >= interface.reflectance;
@@ -80,10 +81,10 @@ impl RoughDielectric {
             h,
             f: interface.reflectance,
         };
-        let pdf = self.density(&side, &event);
+        let pdf = density(&facets, &side, &event);
         (pdf > 0.0).then(|| BsdfSample {
             direction: frame.to_world(event.i).normalize(),
-            weight: self.weight(s, &event),
+            weight: self.weight(s, &facets, &event),
             pdf,
             delta: false,
             transmitted,
@@ -93,13 +94,14 @@ impl RoughDielectric {
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         let side = s.facing(toward);
         event(&side, toward, direction).map_or(Spectrum::ZERO, |e| {
-            self.weight(s, &e) * self.density(&side, &e)
+            let facets = self.roughness.at(s);
+            self.weight(s, &facets, &e) * density(&facets, &side, &e)
         })
     }
 
     pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
         let side = s.facing(toward);
-        event(&side, toward, direction).map_or(0.0, |e| self.density(&side, &e))
+        event(&side, toward, direction).map_or(0.0, |e| density(&self.roughness.at(s), &side, &e))
     }
 
     /// The limit of matched indices.
@@ -113,32 +115,32 @@ impl RoughDielectric {
         }
     }
 
-    /// Visible normals, times F or 1 − F, times dω_h/dω_i (Walter et al. eqs. 14 and 17).
-    fn density(&self, side: &Facing, e: &Event) -> f64 {
-        let visible = self.facets.d(e.h) * self.facets.g1_over_cos(e.o);
-        if e.i.z > 0.0 {
-            // The 1/(4 o·h) of the reflection meets the o·h of the visible normals.
-            return e.f * visible * 0.25;
-        }
-        // nₒ o·h + nᵢ i·h is the length of nₒ o + nᵢ i, as h is parallel to it.
-        let stretch = (side.n_near * e.o + side.n_far * e.i).length_squared();
-        if stretch == 0.0 {
-            return 0.0;
-        }
-        let jacobian = side.n_far * side.n_far * e.i.dot(e.h).abs() / stretch;
-        (1.0 - e.f) * visible * e.o.dot(e.h).max(0.0) * jacobian
-    }
-
     /// f̃·|cosθᵢ|/density. Eqs. 20 and 21 times nᵢ²/nₒ², over `density`: all cancels but the shadowing
     /// of the light's side.
-    fn weight(&self, s: &Surface, e: &Event) -> Spectrum {
+    fn weight(&self, s: &Surface, facets: &Ggx, e: &Event) -> Spectrum {
         let tint = if e.i.z > 0.0 {
             &self.specular_reflectance
         } else {
             &self.specular_transmittance
         };
-        tint.at(&s.site) * self.facets.g1(e.i)
+        tint.at(&s.site) * facets.g1(e.i)
     }
+}
+
+/// Visible normals, times F or 1 − F, times dω_h/dω_i (Walter et al. eqs. 14 and 17).
+fn density(facets: &Ggx, side: &Facing, e: &Event) -> f64 {
+    let visible = facets.d(e.h) * facets.g1_over_cos(e.o);
+    if e.i.z > 0.0 {
+        // The 1/(4 o·h) of the reflection meets the o·h of the visible normals.
+        return e.f * visible * 0.25;
+    }
+    // nₒ o·h + nᵢ i·h is the length of nₒ o + nᵢ i, as h is parallel to it.
+    let stretch = (side.n_near * e.o + side.n_far * e.i).length_squared();
+    if stretch == 0.0 {
+        return 0.0;
+    }
+    let jacobian = side.n_far * side.n_far * e.i.dot(e.h).abs() / stretch;
+    (1.0 - e.f) * visible * e.o.dot(e.h).max(0.0) * jacobian
 }
 
 /// Whether the indices count as equal.

@@ -2,7 +2,7 @@
 
 use super::{Emitter, Surroundings};
 use crate::Spectrum;
-use crate::aim::Aim;
+use crate::aim::{Aim, OnSurface};
 use crate::sampling::Frame;
 use crate::sampling::sphere::{
     cosine_hemisphere_pdf, cosine_hemisphere_sample, uniform_sphere_pdf, uniform_sphere_sample,
@@ -73,13 +73,12 @@ impl Emitter {
             (Emitter::Projector(projector), _) => projector.pdf(direction),
             (Emitter::Luminaire(lamp), _) => lamp.pdf(direction),
             (
-                Emitter::Area { .. },
+                Emitter::Area { .. } | Emitter::Textured(_),
                 Aim::Point {
-                    surface: Some((_, normal)),
-                    ..
+                    surface: Some(on), ..
                 },
-            ) => cosine_hemisphere_pdf(DVec3::Z * normal.dot(direction)),
-            (Emitter::Area { .. }, _) => 0.0,
+            ) => cosine_hemisphere_pdf(DVec3::Z * on.normal.dot(direction)),
+            (Emitter::Area { .. } | Emitter::Textured(_), _) => 0.0,
             (Emitter::Collimated(beam), _) => beam.pdf(x),
             (Emitter::Directional { .. } | Emitter::Environment(_), _) => {
                 around.disc_pdf(direction, x)
@@ -88,12 +87,12 @@ impl Emitter {
     }
 
     /// Direction in which light leaves a point, which may lie on an object with a normal.
-    fn direction_from(&self, surface: Option<(usize, DVec3)>, u: [f64; 2]) -> DVec3 {
+    fn direction_from(&self, surface: Option<OnSurface>, u: [f64; 2]) -> DVec3 {
         match (self, surface) {
             (Emitter::Spot(spot), _) => spot.sample(u),
             (Emitter::Projector(projector), _) => projector.sample(u),
             (Emitter::Luminaire(lamp), _) => lamp.sample(u),
-            (_, Some((_, normal))) => Frame::from_normal(normal)
+            (_, Some(on)) => Frame::from_normal(on.normal)
                 .to_world(cosine_hemisphere_sample(u))
                 .normalize(),
             (_, None) => uniform_sphere_sample(u),

@@ -13,8 +13,9 @@ mod power;
 mod projector;
 mod spot;
 mod surroundings;
+mod textured;
 
-pub use crate::aim::{Aim, Aimed};
+pub use crate::aim::{Aim, Aimed, OnSurface};
 pub use collimated::{Collimated, Profile};
 pub use emission::Emission;
 pub use environment::{Environment, ImageError};
@@ -22,9 +23,10 @@ pub use luminaire::{Luminaire, LuminaireError};
 pub use projector::Projector;
 pub use spot::Spot;
 pub use surroundings::Surroundings;
+pub use textured::{TexturedArea, TexturedError};
 
 use crate::Spectrum;
-use crate::shape::Shape;
+use crate::shape::{AreaSample, Shape, Site};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -52,6 +54,8 @@ pub enum Emitter {
         /// Radiance.
         radiance: Spectrum,
     },
+    /// As `Area`, but the radiance varies over the shape.
+    Textured(Arc<TexturedArea>),
     /// Parallel light from infinity.
     Directional {
         /// Unit direction in which the light travels.
@@ -95,16 +99,25 @@ impl Emitter {
                 }
             }
             Emitter::Area { object, .. } => {
-                let sample = shape(*object).sample_area(u);
-                Aimed {
-                    aim: Aim::Point {
-                        position: sample.position,
-                        surface: Some((*object, sample.normal)),
-                    },
-                    pdf: sample.pdf,
-                    delta: false,
-                }
+                let shape = shape(*object);
+                aim_at(*object, shape, &shape.sample_area(u))
             }
+            Emitter::Textured(area) => {
+                let shape = shape(area.object());
+                aim_at(area.object(), shape, &area.sample(shape, u))
+            }
+        }
+    }
+
+    /// The radiance of a point of the shape that the emitter covers, and the density per unit area with which
+    /// [`Emitter::aim`] chooses it; `None` for emitters on no surface.
+    pub fn on_surface(&self, shape: &Shape, site: &Site) -> Option<(Spectrum, f64)> {
+        match self {
+            Emitter::Area { radiance, .. } => {
+                Some((*radiance, shape.pdf_area(site.position, site.primitive)))
+            }
+            Emitter::Textured(area) => Some((area.radiance(site), area.pdf(shape, site))),
+            _ => None,
         }
     }
 
@@ -119,11 +132,11 @@ impl Emitter {
             Emitter::Directional { irradiance, .. } => *irradiance,
             Emitter::Collimated(beam) => beam.irradiance(start),
             Emitter::Environment(environment) => environment.radiance(-direction),
-            Emitter::Area { radiance, .. } => match aim {
+            Emitter::Area { radiance, .. } => *radiance * cosine(aim, direction),
+            Emitter::Textured(area) => match aim {
                 Aim::Point {
-                    surface: Some((_, normal)),
-                    ..
-                } => *radiance * normal.dot(direction).max(0.0),
+                    surface: Some(on), ..
+                } => area.radiance(&on.site) * cosine(aim, direction),
                 _ => Spectrum::ZERO,
             },
         }
@@ -148,7 +161,7 @@ impl Emitter {
             Emitter::Spot(_) => "spot",
             Emitter::Projector(_) => "projector",
             Emitter::Luminaire(_) => "ies",
-            Emitter::Area { .. } => "area",
+            Emitter::Area { .. } | Emitter::Textured(_) => "area",
             Emitter::Directional { .. } => "directional",
             Emitter::Environment(e) => e.kind(),
             Emitter::Collimated(_) => "collimated",
@@ -157,6 +170,35 @@ impl Emitter {
 
     /// Whether paths scattered at random cannot find it.
     pub fn is_delta(&self) -> bool {
-        !matches!(self, Emitter::Area { .. } | Emitter::Environment(_))
+        !matches!(
+            self,
+            Emitter::Area { .. } | Emitter::Textured(_) | Emitter::Environment(_)
+        )
+    }
+}
+
+/// An aim at a point drawn from the surface of an object.
+fn aim_at(object: usize, shape: &Shape, sample: &AreaSample) -> Aimed {
+    Aimed {
+        aim: Aim::Point {
+            position: sample.position,
+            surface: Some(OnSurface {
+                object,
+                normal: sample.normal,
+                site: shape.site_of(sample),
+            }),
+        },
+        pdf: sample.pdf,
+        delta: false,
+    }
+}
+
+/// Cosine to the normal of the surface that is aimed at; 0 behind it, and where there is none.
+fn cosine(aim: &Aim, direction: DVec3) -> f64 {
+    match aim {
+        Aim::Point {
+            surface: Some(on), ..
+        } => on.normal.dot(direction).max(0.0),
+        _ => 0.0,
     }
 }

@@ -16,6 +16,7 @@ impl Emitter {
             Emitter::Projector(projector) => projector.power(),
             Emitter::Luminaire(lamp) => lamp.power(),
             Emitter::Area { object, radiance } => *radiance * (PI * shape(*object).area()),
+            Emitter::Textured(area) => area.power(),
             Emitter::Directional { irradiance, .. } => *irradiance * disc,
             Emitter::Environment(environment) => environment.integral() * disc,
             Emitter::Collimated(beam) => beam.power(),

@@ -3,7 +3,7 @@
 
 use super::Contribution;
 use crate::Spectrum;
-use crate::aim::Aim;
+use crate::aim::{Aim, OnSurface};
 use crate::emitter::Emitter;
 use crate::film::PathFacts;
 use crate::path::{
@@ -181,16 +181,18 @@ impl Tracing<'_> {
                 direction,
                 medium,
             } => {
-                let emitted = self.scene.emitted(object, hit.normal, -direction);
-                let Some((emitter, radiance)) = emitted else {
+                let on = OnSurface {
+                    object,
+                    normal: hit.normal,
+                    site: self.scene.objects()[object].shape.site(&hit),
+                };
+                let Some((emitter, radiance, pdf)) = self.scene.emitted(&on, -direction) else {
                     return;
                 };
                 let n = self.scene.n(medium, hit.position);
-                let shape = &self.scene.objects()[object].shape;
-                let pdf = shape.pdf_area(hit.position, hit.primitive);
                 let aim = Aim::Point {
                     position: hit.position,
-                    surface: Some((object, hit.normal)),
+                    surface: Some(on),
                 };
                 let cos = hit.normal.dot(-direction);
                 let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, cos));
@@ -405,7 +407,7 @@ fn received(
         let lanes = scattered / scattered.sum();
         let cos = match aim {
             Aim::Point {
-                surface: Some((_, normal)),
+                surface: Some(OnSurface { normal, .. }),
                 ..
             } => normal.dot(link.emission),
             _ => 1.0,

@@ -7,7 +7,7 @@ use super::link::Goal;
 use super::subpath::{Ray, Subpath, Walker};
 use super::walk::leave;
 use crate::Spectrum;
-use crate::aim::Aim;
+use crate::aim::{Aim, OnSurface};
 use crate::emitter::Emission;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
@@ -155,7 +155,7 @@ fn front(aim: &Aim) -> Front {
 fn start(scene: &Scene, aim: &Aim, (x, direction): (DVec3, DVec3)) -> Start {
     let x = match aim {
         Aim::Point {
-            surface: Some((_, normal)),
+            surface: Some(OnSurface { normal, .. }),
             ..
         } => leave(scene, x, *normal, direction),
         _ => x,

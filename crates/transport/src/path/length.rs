@@ -22,6 +22,7 @@ pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
         | Emitter::Projector(_)
         | Emitter::Luminaire(_)
         | Emitter::Area { .. }
+        | Emitter::Textured(_)
         | Emitter::Collimated(_) => 0.0,
     }
 }

@@ -230,7 +230,7 @@ impl Link {
     ) -> Option<Link> {
         let slack = SLACK_PER_MISS * self.miss + SLACK_PER_NUDGE * scene.nudge();
         let end = match goal.aim {
-            Aim::Point { surface, .. } => surface.map(|s| s.0),
+            Aim::Point { surface, .. } => surface.map(|s| s.object),
             Aim::Plane { .. } => vertex.object(),
         };
         let Some(through) = scene.visibility(ws.solver.pieces(), end, slack) else {

@@ -5,7 +5,7 @@ use super::edge::Start;
 use super::link::{Goal, Link};
 use super::vertex::Vertex;
 use super::walk::leave;
-use crate::aim::Aim;
+use crate::aim::{Aim, OnSurface};
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
 use eikonal::connect::{self, Connection, Launch, Piece, World, random_direction, random_foot};
@@ -118,7 +118,7 @@ impl<'a> Search<'a> {
     /// The point to be met by a ray that arrives in `direction`, and the side of its surface.
     fn target(&self, position: DVec3, direction: DVec3) -> (DVec3, Option<DVec3>) {
         let Aim::Point {
-            surface: Some((_, normal)),
+            surface: Some(OnSurface { normal, .. }),
             ..
         } = self.goal.aim
         else {

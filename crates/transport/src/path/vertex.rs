@@ -4,7 +4,7 @@ use super::edge::{Edge, End, Point, Start};
 use super::tube::Tube;
 use super::walk::{leave, surface_at};
 use crate::Spectrum;
-use crate::aim::Aim;
+use crate::aim::{Aim, OnSurface};
 use crate::bsdf::Surface;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
@@ -30,8 +30,6 @@ pub enum Vertex {
         direction: DVec3,
         /// Object.
         object: usize,
-        /// Part of the object's shape: see [`crate::shape::Hit`].
-        primitive: u32,
         /// Normal and indices.
         surface: Surface,
         /// Medium through which the sensor subpath arrived.
@@ -75,7 +73,6 @@ impl Vertex {
                 x: hit.position,
                 direction,
                 object,
-                primitive: hit.primitive,
                 surface: surface_at(scene, object, &hit, medium),
                 medium,
             }),
@@ -135,19 +132,15 @@ impl Vertex {
     /// subpath, and the density per unit area with which aims choose this point of it.
     pub fn emitted(&self, scene: &Scene) -> Option<(usize, Spectrum, f64)> {
         let Vertex::Surface {
-            x,
             direction,
             object,
-            primitive,
             surface,
             ..
         } = *self
         else {
             return None;
         };
-        let (emitter, radiance) = scene.emitted(object, surface.normal, -direction)?;
-        let pdf = scene.objects()[object].shape.pdf_area(x, primitive);
-        Some((emitter, radiance, pdf))
+        scene.emitted(&on(object, &surface), -direction)
     }
 
     /// Itself as the end of a connection.
@@ -158,7 +151,7 @@ impl Vertex {
                 x, object, surface, ..
             } => Aim::Point {
                 position: x,
-                surface: Some((object, surface.normal)),
+                surface: Some(on(object, &surface)),
             },
         }
     }
@@ -291,5 +284,14 @@ impl Vertex {
                 })
             }
         }
+    }
+}
+
+/// A point of an object's surface as the end of a path.
+fn on(object: usize, surface: &Surface) -> OnSurface {
+    OnSurface {
+        object,
+        normal: surface.normal,
+        site: surface.site,
     }
 }

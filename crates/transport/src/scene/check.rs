@@ -281,7 +281,7 @@ fn check_emitters(scene: &Scene) -> Vec<Problem> {
         return vec![warning(
             Subject::Scene,
             "the scene has no emitter: the picture will be black".into(),
-            "add an <emitter>",
+            "add an emitter",
         )];
     }
     let lost = scene.emitters().iter().enumerate().filter_map(|(i, e)| {

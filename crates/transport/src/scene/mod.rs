@@ -9,7 +9,7 @@ pub use check::{Problem, Severity, Subject};
 pub use regions::Region;
 
 use crate::Spectrum;
-use crate::aim::Aim;
+use crate::aim::{Aim, OnSurface};
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Surroundings};
 use crate::film::Filter;
@@ -377,20 +377,18 @@ impl Scene {
         })
     }
 
-    /// Radiance that the surface of an object emits from `normal`'s side in `direction`.
+    /// The emitter that covers a surface, the radiance that leaves it in `direction`, and the density per unit
+    /// area with which aims choose the point; `None` where no light leaves.
     pub(crate) fn emitted(
         &self,
-        object: usize,
-        normal: DVec3,
+        on: &OnSurface,
         direction: DVec3,
-    ) -> Option<(usize, Spectrum)> {
-        let emitter = self.objects()[object].emitter?;
-        match &self.emitters()[emitter] {
-            Emitter::Area { radiance, .. } if normal.dot(direction) > 0.0 => {
-                Some((emitter, *radiance))
-            }
-            _ => None,
-        }
+    ) -> Option<(usize, Spectrum, f64)> {
+        let object = &self.objects()[on.object];
+        let emitter = object.emitter?;
+        let (radiance, pdf) = self.emitters()[emitter].on_surface(&object.shape, &on.site)?;
+        let shines = on.normal.dot(direction) > 0.0 && !radiance.is_zero();
+        shines.then_some((emitter, radiance, pdf))
     }
 }
 

@@ -89,6 +89,13 @@ impl Cube {
         local[b] = 2.0 * u[1] - 1.0;
         face.sample(&self.placement, local, uv(local, face.axis), total.recip())
     }
+
+    pub(super) fn inverse_area(&self, position: DVec3, primitive: u32) -> [f64; 2] {
+        let (areas, i) = (self.part_areas(), primitive as usize);
+        let [a, b] = uv(self.placement.local(position), i / 2);
+        let before: f64 = areas[..i].iter().sum();
+        [(before + a * areas[i]) / self.area(), b]
+    }
 }
 
 fn face(i: usize) -> Flat {

@@ -187,6 +187,23 @@ impl Cylinder {
         }
     }
 
+    pub(super) fn inverse_area(&self, position: DVec3, primitive: u32) -> [f64; 2] {
+        let local = self.placement.local(position);
+        if primitive == 0 {
+            let share = self.side_area / self.area();
+            return [share * local.z, turn(local.x, local.y)];
+        }
+        let [u, turn] = disk::inverse(local);
+        let before = self.side_area + f64::from(primitive - 1) * self.cap_area();
+        [(before + u * self.cap_area()) / self.area(), turn]
+    }
+
+    /// Whether area grows alike all around the side, as where it is a circular cylinder.
+    pub(super) fn is_even(&self) -> bool {
+        let [x, y, _] = DVec3::AXES;
+        self.placement.is_even(&[x, y, (x + y).normalize()])
+    }
+
     /// The side is chosen by its share of the area, then drawn from evenly in φ and z.
     fn side_pdf(&self, n: DVec3) -> f64 {
         self.side_area / self.area() / (TAU * self.placement.stretch(n))

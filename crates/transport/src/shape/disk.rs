@@ -53,6 +53,16 @@ impl Disk {
         let local = point(u).extend(0.0);
         FACE.sample(&self.placement, local, uv(local), self.area().recip())
     }
+
+    pub(super) fn inverse_area(&self, position: DVec3) -> [f64; 2] {
+        inverse(self.placement.local(position))
+    }
+}
+
+/// The uniform pair of a local point.
+pub(super) fn inverse(local: DVec3) -> [f64; 2] {
+    let [r, turn] = uv(local);
+    [r * r, turn]
 }
 
 /// The point of the unit disk at a uniform pair, uniform in area.

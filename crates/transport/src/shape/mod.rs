@@ -6,6 +6,7 @@
 //! ever taken for the arc.
 
 mod accel;
+mod chart;
 mod cube;
 mod curve;
 mod cylinder;
@@ -20,6 +21,7 @@ mod sweep;
 mod tree;
 
 pub use accel::Accel;
+pub(crate) use chart::Chart;
 pub use cube::Cube;
 pub use cylinder::Cylinder;
 pub use disk::Disk;
@@ -136,13 +138,23 @@ impl Shape {
 
     /// What textures see at a hit.
     pub fn site(&self, hit: &Hit) -> Site {
+        self.site_at(hit.position, hit.uv, hit.primitive)
+    }
+
+    /// What textures see at a point drawn from the surface.
+    pub fn site_of(&self, sample: &AreaSample) -> Site {
+        self.site_at(sample.position, sample.uv, sample.primitive)
+    }
+
+    fn site_at(&self, position: DVec3, uv: [f64; 2], primitive: u32) -> Site {
+        let uv = match self {
+            Shape::Cube(_) => cube::texture_uv(primitive, uv),
+            _ => uv,
+        };
         Site {
-            position: hit.position,
-            uv: match self {
-                Shape::Cube(_) => cube::texture_uv(hit.primitive, hit.uv),
-                _ => hit.uv,
-            },
-            primitive: hit.primitive,
+            position,
+            uv,
+            primitive,
         }
     }
 
@@ -226,6 +238,18 @@ impl Shape {
             Shape::Sphere(s) => s.pdf_area(position),
             Shape::Cylinder(s) => s.pdf_area(position, primitive),
             flat => flat.area().recip(),
+        }
+    }
+
+    /// The two numbers from which [`Shape::sample_area`] makes a point of part `primitive` of the surface.
+    pub fn inverse_area(&self, position: DVec3, primitive: u32) -> [f64; 2] {
+        match self {
+            Shape::Sphere(s) => s.inverse_area(position),
+            Shape::Cube(s) => s.inverse_area(position, primitive),
+            Shape::Rectangle(s) => s.inverse_area(position),
+            Shape::Disk(s) => s.inverse_area(position),
+            Shape::Cylinder(s) => s.inverse_area(position, primitive),
+            Shape::Mesh(s) => s.inverse_area(position, primitive),
         }
     }
 

@@ -7,6 +7,9 @@ use glam::{DAffine3, DMat3, DVec3};
 /// Determinant, relative to the product of the column lengths, below which a map is singular.
 const SINGULAR: f64 = 1e-12;
 
+/// Relative differences of area elements below this are those of rounding.
+const EVEN: f64 = 1e-9;
+
 /// An invertible affine map with its inverse, and what follows from them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placement {
@@ -95,6 +98,13 @@ impl Placement {
     /// How much an area element with local unit normal `n` grows: |det M| |M⁻ᵀ n|.
     pub fn stretch(&self, n: DVec3) -> f64 {
         self.det * self.covector(n).length()
+    }
+
+    /// Whether area elements with these local unit normals grow alike, to rounding.
+    pub fn is_even(&self, normals: &[DVec3]) -> bool {
+        let first = self.stretch(normals[0]);
+        let alike = |n: &DVec3| (self.stretch(*n) / first - 1.0).abs() < EVEN;
+        normals.iter().all(alike)
     }
 
     /// The shape operator of f = 0 at a point where f has local gradient `gradient` and diagonal

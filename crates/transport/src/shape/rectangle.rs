@@ -53,6 +53,10 @@ impl Rectangle {
         let local = DVec3::new(2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0, 0.0);
         FACE.sample(&self.placement, local, uv(local), self.area().recip())
     }
+
+    pub(super) fn inverse_area(&self, position: DVec3) -> [f64; 2] {
+        uv(self.placement.local(position))
+    }
 }
 
 fn uv(local: DVec3) -> [f64; 2] {

@@ -105,6 +105,19 @@ impl Sphere {
         self.pdf(self.placement.local(position).normalize())
     }
 
+    pub(super) fn inverse_area(&self, position: DVec3) -> [f64; 2] {
+        let [x, y, z] = self.placement.local(position).normalize().to_array();
+        [0.5 * (1.0 - z), turn(x, y)]
+    }
+
+    /// Whether area grows alike everywhere, as under a similarity: what it grows by is the length of an image of
+    /// the normal, and six normals tell an ellipsoid of such lengths from a sphere.
+    pub(super) fn is_even(&self) -> bool {
+        let [x, y, z] = DVec3::AXES;
+        let normals = [x, y, z, x + y, y + z, z + x];
+        self.placement.is_even(&normals.map(DVec3::normalize))
+    }
+
     /// Uniform on the unit sphere, then stretched.
     fn pdf(&self, local: DVec3) -> f64 {
         1.0 / (4.0 * PI * self.placement.stretch(local))

@@ -71,6 +71,16 @@ impl Bitmap {
         })
     }
 
+    /// Coordinates that are whole numbers on the lines between which the image is bilinear.
+    pub(super) fn cells(&self) -> DAffine2 {
+        let [x, y] = self.size.map(|n| n as f64);
+        let pixels = DAffine2::from_scale(DVec2::new(x, y)) * self.to_uv;
+        match self.filter {
+            Filter::Nearest => pixels,
+            Filter::Bilinear => DAffine2::from_translation(DVec2::splat(-0.5)) * pixels,
+        }
+    }
+
     pub(super) fn at(&self, site: &Site) -> Spectrum {
         let uv = self.to_uv.transform_point2(site.uv.into());
         let p = uv * DVec2::new(self.size[0] as f64, self.size[1] as f64);

@@ -3,7 +3,7 @@
 use super::Texture;
 use crate::Spectrum;
 use crate::shape::Site;
-use glam::DAffine2;
+use glam::{DAffine2, DVec2};
 
 /// A checkerboard: every unit square of texture coordinates has two by two fields.
 #[derive(Clone, Debug)]
@@ -17,6 +17,11 @@ impl Checkerboard {
     /// texture coordinates before.
     pub fn new(colours: [Texture; 2], to_uv: DAffine2) -> Self {
         Checkerboard { colours, to_uv }
+    }
+
+    /// Coordinates that are whole numbers on the lines between fields.
+    pub(super) fn cells(&self) -> DAffine2 {
+        DAffine2::from_scale(DVec2::splat(2.0)) * self.to_uv
     }
 
     pub(super) fn at(&self, site: &Site) -> Spectrum {

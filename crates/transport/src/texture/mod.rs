@@ -2,6 +2,7 @@
 
 mod bitmap;
 mod checkerboard;
+mod pieces;
 mod vertices;
 
 pub use bitmap::{Bitmap, Filter, Wrap};
@@ -63,6 +64,11 @@ impl Texture {
         self.at(site)[0]
     }
 
+    /// Whether texture coordinates matter.
+    pub fn uses_uv(&self) -> bool {
+        matches!(self, Texture::Bitmap(_) | Texture::Checkerboard(_))
+    }
+
     /// Every number that the texture is made from; its values lie between the least and the largest.
     pub fn numbers(&self) -> Box<dyn Iterator<Item = f64> + '_> {
         match self {
@@ -71,6 +77,12 @@ impl Texture {
             Texture::Checkerboard(t) => Box::new(t.colours().iter().flat_map(Texture::numbers)),
             Texture::Vertices(t) => Box::new(t.colours().iter().flat_map(|c| c.0)),
         }
+    }
+}
+
+impl From<f64> for Texture {
+    fn from(value: f64) -> Self {
+        Texture::Uniform(Spectrum::splat(value))
     }
 }
 

@@ -10,7 +10,7 @@ use transport::Spectrum;
 use transport::bsdf::{
     Blend, Bsdf, Conductor, Diffuse, Mask, Plastic, Principled, ThinDielectric, TwoSided,
 };
-use transport::emitter::Emitter;
+use transport::emitter::{Emitter, TexturedArea};
 use transport::scene::{Object, Parts};
 use transport::sensor::{Perspective, Sensor};
 use transport::shape::{Disk, Rectangle, Shape, Sphere};
@@ -146,6 +146,25 @@ fn mirrored() -> Parts {
     parts
 }
 
+/// A ball with a picture and a checkered lamp shine through a ball of thin fog that bends light.
+fn pictures() -> Parts {
+    let floor = facing(DVec3::new(0.0, 0.0, -0.5), DVec3::Z, 1.4);
+    let objects = vec![
+        container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null),
+        diffuse(Rectangle::new(floor).unwrap()),
+        diffuse(Sphere::around(DVec3::new(-0.3, 0.2, 0.1), 0.25).unwrap()),
+    ];
+    let mut parts = lit(objects, DVec3::new(0.7, 1.5, 1.4), 0.3, Index::Linear);
+    parts.objects[2].emitter = Some(1);
+    let shape = |i: usize| &parts.objects[i].shape;
+    let lamp = TexturedArea::new(3, shape(3), checked(0.0, 22.0));
+    let globe = TexturedArea::new(2, shape(2), image());
+    parts.emitters = [lamp, globe]
+        .map(|light| Emitter::Textured(Arc::new(light.unwrap())))
+        .into();
+    parts
+}
+
 fn check(name: &str, parts: &Parts, seed: u64, particles: bool) {
     let particles = particles.then_some(EFFORT);
     let row: Row = compare(name, parts, EFFORT, seed, particles);
@@ -156,6 +175,11 @@ fn check(name: &str, parts: &Parts, seed: u64, particles: bool) {
 #[test]
 fn textures_and_masks() {
     check("cutouts", &cutouts(), 7000, true);
+}
+
+#[test]
+fn shining_pictures() {
+    check("pictures", &pictures(), 7003, true);
 }
 
 /// Particles are connected to the sensor, and mirrors show it nothing of them.

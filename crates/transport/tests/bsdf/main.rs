@@ -3,4 +3,5 @@
 mod common;
 mod physics;
 mod reference;
+mod roughness;
 mod sampling;

@@ -4,14 +4,19 @@ use crate::support::*;
 use glam::{DMat3, DVec3};
 use testkit::{DirectionTable, Family, Mass, Rng, uniform_edges};
 use transport::Spectrum;
-use transport::aim::Aim;
+use transport::aim::{Aim, OnSurface};
 use transport::emitter::{Emitter, Luminaire, LuminaireError, Projector};
+use transport::shape::Site;
 
 /// A point of a surface with the normal `axis()`, or a point in space.
 fn aim_at(surface: bool) -> Aim {
     Aim::Point {
         position: DVec3::ZERO,
-        surface: surface.then(|| (0, axis())),
+        surface: surface.then(|| OnSurface {
+            object: 0,
+            normal: axis(),
+            site: Site::default(),
+        }),
     }
 }
 
@@ -20,7 +25,7 @@ fn directions(emitter: &Emitter, shapes: &[transport::shape::Shape], rim: f64) -
     let aim = emit(emitter, shapes, [0.5; 4]).unwrap().aim;
     let axis = match aim {
         Aim::Point {
-            surface: Some((_, normal)),
+            surface: Some(OnSurface { normal, .. }),
             ..
         } => normal,
         _ => axis(),

@@ -15,6 +15,8 @@ fn power(name: &str, shapes: &[Shape]) -> f64 {
         "spot" => TAU * (1.0 - (CUTOFF.sin() - BEAM_WIDTH.sin()) / (CUTOFF - BEAM_WIDTH)),
         "parallelogram" => PI * shapes[0].area(),
         "ellipsoid" => PI * shapes[1].area(),
+        // Pixels times their shares of the sphere, which are those of their solid angles.
+        "globe" => PI * shapes[2].area() * image() / (4.0 * PI),
         "directional" => disc,
         "constant" => 4.0 * PI * disc,
         "envmap" => image() * disc,

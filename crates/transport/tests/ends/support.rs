@@ -1,18 +1,20 @@
 //! Emitters of every kind, and transforms of every kind.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine2, DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 use testkit::Rng;
 use transport::Spectrum;
 use transport::aim::Aim;
 use transport::emitter::{
     Collimated, Emission, Emitter, Environment, Luminaire, Profile, Projector, Spot, Surroundings,
+    TexturedArea,
 };
 use transport::sampling::Frame;
 use transport::shape::{Rectangle, Shape, Sphere};
+use transport::texture::{Bitmap, Filter, Texture, Wrap};
 
 /// False-alarm rate of each family.
-pub const FALSE_ALARM: f64 = 2e-4;
+pub const FALSE_ALARM: f64 = 1.6e-4;
 
 pub const AROUND: Surroundings = Surroundings {
     center: DVec3::new(3.0, -1.0, 0.5),
@@ -44,12 +46,13 @@ pub fn random_map(rng: &mut Rng) -> DAffine3 {
     }
 }
 
-/// Shapes for area emitters: a parallelogram and an ellipsoid.
-pub fn shapes() -> [Shape; 2] {
+/// Shapes for area emitters: a parallelogram, an ellipsoid and a sphere.
+pub fn shapes() -> [Shape; 3] {
     let rng = &mut Rng::new(11);
     [
         Rectangle::new(random_map(rng)).unwrap().into(),
         Sphere::new(random_map(rng)).unwrap().into(),
+        Sphere::around(DVec3::Z, 0.7).unwrap().into(),
     ]
 }
 
@@ -69,7 +72,7 @@ pub const IMAGE: (usize, usize) = (8, 5);
 
 /// Brightness of a pixel relative to the colour of the environment.
 pub fn pixel(i: usize) -> f64 {
-    0.2 + ((i * 7) % 5) as f64
+    0.25 + ((i * 7) % 5) as f64
 }
 
 fn image(color: Spectrum) -> Environment {
@@ -86,6 +89,17 @@ pub fn projector(color: Spectrum) -> Emitter {
     let pose = (DVec3::X, DMat3::from_axis_angle(axis(), 0.4));
     let thrown = Projector::new(pose, FOV, ([IMAGE.0, IMAGE.1], pixels));
     Emitter::Projector(Arc::new(thrown.unwrap()))
+}
+
+/// A ball with a picture on it.
+fn globe(color: Spectrum) -> Emitter {
+    let lit = |i: usize| color.0[..3].iter().map(move |c| (c * pixel(i)) as f32);
+    let pixels = (0..IMAGE.0 * IMAGE.1).flat_map(lit).collect();
+    let how = (Filter::Nearest, Wrap::Repeat);
+    let bitmap = Bitmap::new(IMAGE.into(), (3, pixels), how, DAffine2::IDENTITY);
+    let texture = Texture::Bitmap(Arc::new(bitmap.unwrap()));
+    let light = TexturedArea::new(2, &shapes()[2], texture);
+    Emitter::Textured(Arc::new(light.unwrap()))
 }
 
 /// Intensities that fall linearly with the polar angle, times a factor that is 1 on average over azimuths.
@@ -136,6 +150,7 @@ pub fn emitters(color: Spectrum) -> Vec<(&'static str, Emitter)> {
         ("Gaussian beam", beam(GAUSSIAN, color)),
     ];
     all.push(("ies", lamp(color)));
+    all.push(("globe", globe(color)));
     // A black image cannot be made.
     if !color.is_zero() {
         all.push(("envmap", Emitter::Environment(image(color))));

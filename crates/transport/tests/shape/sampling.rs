@@ -17,6 +17,9 @@ fn samples_lie_on_the_surface_and_have_their_density() {
             assert!(kind.implicit(local).abs() < 1e-14 && kind.margin(local) > -1e-14);
             let pdf = shape.pdf_area(s.position, s.primitive);
             assert!((pdf / s.pdf - 1.0).abs() < 1e-12);
+            let again = shape.sample_area(shape.inverse_area(s.position, s.primitive));
+            assert_eq!(again.primitive, s.primitive);
+            assert!(local.distance(m.inverse().transform_point3(again.position)) < 1e-10);
             assert!((s.normal.length() - 1.0).abs() < 1e-14);
         }
     }

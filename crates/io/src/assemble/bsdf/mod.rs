@@ -106,11 +106,11 @@ enum Raw<'a> {
     Null,
     Diffuse(Quantity<'a>),
     Dielectric([SpectrumValue; 2]),
-    RoughDielectric(f64, [Quantity<'a>; 2]),
+    RoughDielectric(Quantity<'a>, [Quantity<'a>; 2]),
     ThinDielectric(f64, [Quantity<'a>; 2]),
     Conductor(Optics, Quantity<'a>),
-    RoughConductor(f64, Optics, Quantity<'a>),
-    Plastic(Option<f64>, Coated<'a>),
+    RoughConductor(Quantity<'a>, Optics, Quantity<'a>),
+    Plastic(Option<Quantity<'a>>, Coated<'a>),
     Principled([Quantity<'a>; 3], f64),
     Blend(Quantity<'a>, Vec<&'a Object>),
     Mask(Quantity<'a>, Vec<&'a Object>),
@@ -158,7 +158,7 @@ fn make(raw: Raw, (object, vertices): (&Object, &Vertices), context: &mut Contex
         }
         Raw::RoughDielectric(alpha, tints) => {
             let [r, t] = tints.map(|tint| maker.texture(tint));
-            RoughDielectric::new(alpha, r, t).map(Bsdf::RoughDielectric)
+            RoughDielectric::new(maker.texture(alpha), r, t).map(Bsdf::RoughDielectric)
         }
         Raw::ThinDielectric(eta, tints) => {
             let [r, t] = tints.map(|tint| maker.texture(tint));
@@ -170,14 +170,16 @@ fn make(raw: Raw, (object, vertices): (&Object, &Vertices), context: &mut Contex
         }
         Raw::RoughConductor(alpha, metal, tint) => {
             let [eta, k] = maker.optics(metal);
-            RoughConductor::new(alpha, eta, k, maker.texture(tint)).map(Bsdf::RoughConductor)
+            RoughConductor::new(maker.texture(alpha), eta, k, maker.texture(tint))
+                .map(Bsdf::RoughConductor)
         }
         Raw::Plastic(alpha, Coated(eta, reflectances, nonlinear)) => {
             let [diffuse, coat] = reflectances.map(|r| maker.texture(r));
             match alpha {
                 None => Plastic::new(eta, diffuse, coat, nonlinear).map(Bsdf::Plastic),
                 Some(alpha) => {
-                    RoughPlastic::new(alpha, eta, diffuse, coat, nonlinear).map(Bsdf::RoughPlastic)
+                    RoughPlastic::new(maker.texture(alpha), eta, diffuse, coat, nonlinear)
+                        .map(Bsdf::RoughPlastic)
                 }
             }
         }

@@ -34,9 +34,10 @@ pub(super) fn tints<'a>(q: &mut Query<'a, '_>) -> [Quantity<'a>; 2] {
     TINTS.map(|name| colour(q, name, 1.0))
 }
 
-pub(super) fn roughness(q: &mut Query) -> f64 {
+pub(super) fn roughness<'a>(q: &mut Query<'a, '_>) -> Quantity<'a> {
     q.one_of("distribution", &["ggx"]);
-    q.float_in("alpha", LEAST_ALPHA..=1.0, 0.1)
+    let input = q.texture_or_float_in("alpha", LEAST_ALPHA..=1.0, 0.1);
+    Quantity("alpha", Role::Number, input)
 }
 
 /// The index inside over that outside, which is air by default, of a surface on which it is the same everywhere.
@@ -65,9 +66,9 @@ pub(super) fn nested<'a>(q: &mut Query<'a, '_>, count: RangeInclusive<usize>) ->
         return found;
     }
     let wanted = match (count.start(), count.end()) {
-        (1, 1) => "one nested <bsdf>".to_owned(),
-        (least, most) if least == most => format!("{least} nested <bsdf>"),
-        (least, most) => format!("{least} or {most} nested <bsdf>"),
+        (1, 1) => "one nested bsdf".to_owned(),
+        (least, most) if least == most => format!("{least} nested bsdfs"),
+        (least, most) => format!("{least} or {most} nested bsdfs"),
     };
     let message = format!("{} takes {wanted}, not {}", q.object().label(), found.len());
     q.error("type", message);

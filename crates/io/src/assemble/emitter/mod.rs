@@ -4,12 +4,15 @@ mod files;
 
 use super::context::Context;
 use super::medium;
+use super::surface_texture::{Role, Vertices, texture};
 use super::texture::affine;
-use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::query::{Input, POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind, SpectrumValue};
 use glam::DVec3;
+use std::sync::Arc;
 use transport::Spectrum;
-use transport::emitter::{Collimated, Emitter, Environment, Profile, Spot};
+use transport::emitter::{Collimated, Emitter, Environment, Profile, Spot, TexturedArea};
+use transport::shape::Shape;
 
 const KNOWN: [&str; 9] = [
     "point",
@@ -26,7 +29,7 @@ const KNOWN: [&str; 9] = [
 /// Adds an emitter of the scene.
 pub(super) fn add(object: &Object, context: &mut Context) {
     if object.plugin == "area" {
-        let message = "an area emitter belongs inside the <shape> that it covers";
+        let message = "an area emitter belongs inside the shape that it covers";
         context.error_at(&object.location, message);
         return;
     }
@@ -39,6 +42,7 @@ pub(super) fn add(object: &Object, context: &mut Context) {
 pub(super) fn add_area(
     object: &Object,
     (shape, index): (&Object, usize),
+    (geometry, vertices): (&Shape, &Vertices),
     context: &mut Context,
 ) -> Option<usize> {
     if object.plugin != "area" {
@@ -46,12 +50,19 @@ pub(super) fn add_area(
         return None;
     }
     let mut query = Query::new(object, context.diagnostics);
-    let radiance = query.spectrum("radiance");
+    let radiance = query.texture_or_spectrum("radiance", None);
     query.finish(&[]);
-    let radiance = light(&radiance, "radiance", object, context);
-    let emitter = Emitter::Area {
-        object: index,
-        radiance,
+    let emitter = match radiance {
+        Input::Spectrum(value) => Emitter::Area {
+            object: index,
+            radiance: light(&value, "radiance", object, context),
+        },
+        Input::Object(nested) => {
+            let input = (Input::Object(nested), Role::Colour);
+            let radiance = texture(input, (object, "radiance"), vertices, context);
+            let light = TexturedArea::new(index, geometry, radiance);
+            Emitter::Textured(Arc::new(context.accept(&nested.location, light)?))
+        }
     };
     let id = object.id.as_ref().or(shape.id.as_ref()).cloned();
     Some(push(emitter, object, id, context))

@@ -19,7 +19,7 @@ pub(super) fn build(q: &mut Query) -> Result<Field, FieldError> {
         let children = q.children(PluginKind::Volume);
         if let Some(other) = children.iter().find(|c| c.plugin != "mode") {
             let message = format!(
-                "an acoustic field takes <volume type=\"mode\">, not '{}'",
+                "an acoustic field takes volumes of type 'mode', not '{}'",
                 other.plugin
             );
             q.error("amplitude", message);
@@ -29,7 +29,7 @@ pub(super) fn build(q: &mut Query) -> Result<Field, FieldError> {
         if modes.is_empty() {
             q.error(
                 "amplitude",
-                "an acoustic field needs an amplitude, or a pressure, or nested <volume type=\"mode\">",
+                "an acoustic field needs an amplitude, or a pressure, or nested volumes of type 'mode'",
             );
         }
         modes

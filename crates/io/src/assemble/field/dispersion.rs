@@ -71,9 +71,8 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     };
     let Some(nm) = nm else {
         let message = format!(
-            "an index of type '{}' depends on the wavelength, but the film has none: give it <string \
-             name=\"pixel_format\" value=\"spectral\"/> and <string name=\"wavelengths\" value=\"450, 550, \
-             650\"/> (nm), or use an index of type 'constant'",
+            "an index of type '{}' depends on the wavelength, but the film has none: give it the \
+             pixel_format \"spectral\" and wavelengths such as \"450, 550, 650\" (nm), or use an index of type 'constant'",
             object.plugin
         );
         q.error("type", message);

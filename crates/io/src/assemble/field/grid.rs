@@ -33,7 +33,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     }
     let says = volume.as_ref().is_some_and(|v| v.frame().is_some());
     if !query.has("placement") && !says {
-        let message = "a grid of the index needs <string name=\"placement\">: \"centers\" if samples \
+        let message = "a grid of the index needs 'placement': \"centers\" if samples \
                        sit at voxel centres, \"nodes\" if the outermost lie on the bounds";
         query.error("filename", message);
     }
@@ -107,7 +107,7 @@ fn gladstone_dale(channel: Option<f64>, q: &mut Query) -> f64 {
                 let (least, most) = (air::VALID.start(), air::VALID.end());
                 let message = format!(
                     "the index of air is known from {least} to {most} nm, not at the film's {nm} nm: give \
-                     <float name=\"wavelength\"> or <float name=\"constant\">"
+                     a 'wavelength' or a 'constant'"
                 );
                 q.error("filename", message);
             }
@@ -116,8 +116,8 @@ fn gladstone_dale(channel: Option<f64>, q: &mut Query) -> f64 {
         (true, false) => q.float_in("constant", 0.0..=0.1, None),
         (false, true) => air::gladstone_dale(q.float_in("wavelength", air::VALID, None)),
         (false, false) => {
-            let message = "a gladstone_dale volume needs <float name=\"wavelength\"> in nm, for air, or \
-                           <float name=\"constant\">, K in m³/kg";
+            let message = "a gladstone_dale volume needs a 'wavelength' in nm, for air, or \
+                           a 'constant', K in m³/kg";
             q.error("filename", message);
             0.0
         }

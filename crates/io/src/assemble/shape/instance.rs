@@ -14,7 +14,7 @@ pub(super) fn add(object: &Object, context: &mut Context) {
     let frame = affine(matrix, "to_world", &mut q);
     q.finish(&[]);
     let Some(group) = group.filter(|g| g.plugin == "shapegroup") else {
-        let message = "an instance needs a <shape type=\"shapegroup\">, nested or referenced";
+        let message = "an instance needs a shape of type 'shapegroup', nested or referenced";
         return context.error_at(&object.location, message);
     };
     // What is wrong with a group is said once.

@@ -80,7 +80,6 @@ fn add_at(object: &Object, place: Option<DAffine3>, context: &mut Context) {
     };
     let index = context.objects.len();
     context.meters.extend(meter.map(|m| (m, index)));
-    let emitter = light.and_then(|l| emitter::add_area(&l, (object, index), context));
     let shape = match geometry {
         Some(Ok((shape, _))) => shape,
         Some(Err(error)) => {
@@ -89,6 +88,8 @@ fn add_at(object: &Object, place: Option<DAffine3>, context: &mut Context) {
         }
         None => placeholder(),
     };
+    let covered = (&shape, &vertices);
+    let emitter = light.and_then(|l| emitter::add_area(&l, (object, index), covered, context));
     push(object, (shape, surface.bsdf), emitter, wish, context);
 }
 

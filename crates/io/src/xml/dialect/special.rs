@@ -12,6 +12,9 @@ pub(super) fn before(draft: &mut Draft, old: bool, diagnostics: &mut Diagnostics
         (PluginKind::Volume, "gridvolume") if old => boxed(draft, diagnostics),
         (PluginKind::Film, _) if old => bounces(draft, diagnostics),
         (PluginKind::Medium, "heterogeneousrefractive") => coefficients(draft, diagnostics),
+        (PluginKind::Medium, _) if old && draft.names.contains_key("material") => {
+            coefficients(draft, diagnostics)
+        }
         _ => {}
     }
 }
@@ -86,7 +89,8 @@ fn bounces(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// The fork's medium takes a named material unless it has coefficients of its own.
+/// The fork's medium takes a material, named or not, unless it has coefficients of its own. Materials there count
+/// in units of their own, and one of them in numbers other than those published.
 fn coefficients(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     let own = [
         "sigma_t", "sigma_s", "sigma_a", "sigmaT", "sigmaS", "sigmaA",
@@ -94,7 +98,10 @@ fn coefficients(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     if own.iter().any(|name| draft.names.contains_key(*name)) {
         return;
     }
-    let message = "'heterogeneousrefractive' takes its coefficients from a material, and materials are not known here";
+    let message = format!(
+        "'{}' takes its coefficients from a material, which scenes of older versions cannot name here",
+        draft.plugin
+    );
     let help = "give sigma_s and sigma_a, or sigma_t and albedo, per scene unit";
     let diagnostic = Diagnostic::error(message).help(help.to_owned());
     diagnostics.push(diagnostic.at(&draft.plugin_location));

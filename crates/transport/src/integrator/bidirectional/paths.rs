@@ -2,7 +2,7 @@
 
 use super::weight::{Density, Heuristic, weight};
 use crate::Spectrum;
-use crate::aim::{Aim, Aimed};
+use crate::aim::{Aim, Aimed, OnSurface};
 use crate::film::PathFacts;
 use crate::integrator::Contribution;
 use crate::path::{Escape, LightPath, Link, Station, Step, Subpath, lead_in};
@@ -347,7 +347,7 @@ fn sensor_side(stations: &[Station], last: Option<f64>) -> Vec<Density> {
 fn cosine(aim: &Aim, direction: DVec3) -> f64 {
     match aim {
         Aim::Point {
-            surface: Some((_, normal)),
+            surface: Some(OnSurface { normal, .. }),
             ..
         } => normal.dot(direction).max(0.0),
         _ => 1.0,

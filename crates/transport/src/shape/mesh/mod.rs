@@ -170,8 +170,22 @@ impl Mesh {
         }
     }
 
+    pub(super) fn inverse_area(&self, position: DVec3, triangle: u32) -> [f64; 2] {
+        let i = triangle as usize;
+        let [_, b, c] = self.weights(i, position);
+        let r = b + c;
+        let below = if i > 0 { self.areas[i - 1] } else { 0.0 };
+        let area = below + r * r * (self.areas[i] - below);
+        [area / self.area(), if r > 0.0 { c / r } else { 0.0 }]
+    }
+
+    /// Whether texture coordinates were given. Without them they are barycentric coordinates of each triangle.
+    pub fn has_uvs(&self) -> bool {
+        self.uvs.is_some()
+    }
+
     /// The corners of triangle `i`.
-    fn triangle(&self, i: usize) -> [DVec3; 3] {
+    pub(super) fn triangle(&self, i: usize) -> [DVec3; 3] {
         corners(&self.positions, &self.triangles[i])
     }
 
@@ -188,7 +202,7 @@ impl Mesh {
         }
     }
 
-    fn uv(&self, i: usize, w: [f64; 3]) -> [f64; 2] {
+    pub(super) fn uv(&self, i: usize, w: [f64; 3]) -> [f64; 2] {
         let Some(uvs) = &self.uvs else {
             return [w[1], w[2]];
         };

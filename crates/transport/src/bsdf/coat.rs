@@ -1,0 +1,133 @@
+//! How much light rough coats of a dielectric let pass.
+
+use super::fresnel;
+use super::microfacet::Ggx;
+use super::surface::reflect;
+use glam::DVec3;
+
+/// Cosines at which a coat's reflectance is integrated, and points along each of the two numbers from which
+/// facets are drawn.
+const COSINES: usize = 65;
+const POINTS: usize = 64;
+
+/// Coats of which the one between two others is interpolated, where the roughness varies.
+const COATS: usize = 33;
+
+/// A coat of some roughness.
+#[derive(Debug)]
+struct Coat {
+    /// What it does not reflect, at cosines spread evenly over [0, 1].
+    transmittance: Vec<f64>,
+    /// Its mean reflectance from below.
+    from_below: f64,
+}
+
+/// Coats of a range of roughness.
+#[derive(Debug)]
+pub(super) struct Coats {
+    range: [f64; 2],
+    /// One for a range that is a number; else they lie closer at the smooth end, where more changes.
+    coats: Vec<Coat>,
+}
+
+/// What a coat does at a point of a surface.
+pub(super) struct Local<'a> {
+    between: [&'a Coat; 2],
+    t: f64,
+}
+
+impl Coats {
+    /// Coats of relative index `eta` with a roughness in a range, both ends of which are valid.
+    pub fn new(eta: f64, range: [f64; 2]) -> Self {
+        let [least, most] = range;
+        let count = if least < most { COATS } else { 1 };
+        let alpha = |k: usize| {
+            let t = k as f64 / (COATS - 1) as f64;
+            least + (most - least) * t.powi(3)
+        };
+        let coat = |k: usize| Coat::new(eta, &Ggx::at_least(least, alpha(k)));
+        Coats {
+            range,
+            coats: (0..count).map(coat).collect(),
+        }
+    }
+
+    /// The coat for some facets.
+    pub fn at(&self, facets: &Ggx) -> Local<'_> {
+        let [least, most] = self.range;
+        let Some(last) = self.coats.len().checked_sub(2) else {
+            return Local {
+                between: [&self.coats[0]; 2],
+                t: 0.0,
+            };
+        };
+        let x = ((facets.alpha() - least) / (most - least)).clamp(0.0, 1.0);
+        let x = libm::cbrt(x) * (COATS - 1) as f64;
+        let k = (x as usize).min(last);
+        Local {
+            between: [&self.coats[k], &self.coats[k + 1]],
+            t: x - k as f64,
+        }
+    }
+}
+
+impl Local<'_> {
+    /// What is not reflected at a cosine to the normal.
+    pub fn passes(&self, cos: f64) -> f64 {
+        let [a, b] = self.between.map(|coat| coat.passes(cos));
+        a + (b - a) * self.t
+    }
+
+    /// Mean reflectance of light from below.
+    pub fn returned(&self) -> f64 {
+        let [a, b] = self.between.map(|coat| coat.from_below);
+        a + (b - a) * self.t
+    }
+}
+
+impl Coat {
+    fn new(eta: f64, facets: &Ggx) -> Self {
+        let cosines = (0..COSINES).map(|k| k as f64 / (COSINES - 1) as f64);
+        let transmittance: Vec<f64> = cosines.map(|cos| transmittance(facets, eta, cos)).collect();
+        Coat {
+            // By reciprocity: as much light comes out of the coat as would go in, over η².
+            from_below: 1.0 - mean(&transmittance) / (eta * eta),
+            transmittance,
+        }
+    }
+
+    /// Linear between the cosines of the table.
+    fn passes(&self, cos: f64) -> f64 {
+        let x = cos.clamp(0.0, 1.0) * (COSINES - 1) as f64;
+        let i = (x as usize).min(COSINES - 2);
+        let [a, b] = [self.transmittance[i], self.transmittance[i + 1]];
+        a + (b - a) * (x - i as f64)
+    }
+}
+
+/// One less the mean of F G₁(i) over the facets that are visible at a cosine.
+fn transmittance(facets: &Ggx, eta: f64, cos: f64) -> f64 {
+    // From the horizon itself no facet would be seen.
+    let cos = cos.max(1e-4);
+    let o = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+    let at = |k: usize| (k as f64 + 0.5) / POINTS as f64;
+    let reflected = |k: usize| {
+        let h = facets.sample_visible(o, [at(k % POINTS), at(k / POINTS)]);
+        let i = reflect(o, h, o.dot(h));
+        let f = fresnel::dielectric(o.dot(h).clamp(0.0, 1.0), 1.0, eta).reflectance;
+        if i.z > 0.0 { f * facets.g1(i) } else { 0.0 }
+    };
+    let all = POINTS * POINTS;
+    1.0 - (0..all).map(reflected).sum::<f64>() / all as f64
+}
+
+/// 2∫T cosθ d(cosθ) of the table, linear between its cosines.
+fn mean(table: &[f64]) -> f64 {
+    let h = 1.0 / (table.len() - 1) as f64;
+    let cell = |(k, pair): (usize, &[f64])| {
+        let (low, rise) = (k as f64 * h, pair[1] - pair[0]);
+        // ∫₀¹ (a + rise t)(low + h t) dt
+        pair[0] * (low + 0.5 * h) + rise * (0.5 * low + h / 3.0)
+    };
+    2.0 * h * table.windows(2).enumerate().map(cell).sum::<f64>()
+}

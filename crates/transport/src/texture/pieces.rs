@@ -1,0 +1,132 @@
+//! Pieces of a surface on which a texture is a polynomial.
+
+use super::Texture;
+use crate::shape::Chart;
+use crate::spectrum::Spectrum;
+use glam::{DAffine2, DVec2};
+
+/// The pieces of a surface are too many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TooFine;
+
+/// What cutting has come upon so far.
+struct Cut<'v> {
+    /// How many pieces there may still be.
+    left: u64,
+    visit: &'v mut dyn FnMut(&[DVec2]),
+}
+
+/// What is done with each piece.
+type Visit<'a, C> = dyn FnMut(&mut C, &[DVec2]) -> Result<(), TooFine> + 'a;
+
+impl Texture {
+    /// The integral over the area of a chart, exact to rounding; `left` counts the pieces that it may still take.
+    pub(crate) fn integral(&self, chart: &Chart, left: &mut u64) -> Result<Spectrum, TooFine> {
+        let mut sum = Spectrum::ZERO;
+        let mut visit = |piece: &[DVec2]| {
+            chart.quadrature(piece, |q, weight| {
+                sum += self.at(&chart.site(q)) * weight;
+            });
+        };
+        let mut cut = Cut {
+            left: *left,
+            visit: &mut visit,
+        };
+        for polygon in chart.polygons() {
+            cut.texture(self, &chart.uv(), &polygon)?;
+        }
+        *left = cut.left;
+        Ok(sum)
+    }
+}
+
+impl Cut<'_> {
+    /// Cuts a convex polygon into convex pieces on each of which a texture is at most quadratic.
+    fn texture(
+        &mut self,
+        texture: &Texture,
+        uv: &DAffine2,
+        polygon: &[DVec2],
+    ) -> Result<(), TooFine> {
+        match texture {
+            Texture::Uniform(_) | Texture::Vertices(_) => self.piece(polygon),
+            Texture::Bitmap(bitmap) => {
+                let pixels = bitmap.cells() * *uv;
+                self.cells(polygon, &pixels, &mut |cut, cell| cut.piece(cell))
+            }
+            Texture::Checkerboard(board) => {
+                let fields = board.cells() * *uv;
+                self.cells(polygon, &fields, &mut |cut, cell| {
+                    let middle = cell.iter().sum::<DVec2>() / cell.len() as f64;
+                    let [x, y] = fields.transform_point2(middle).floor().to_array();
+                    let colour = (x + y).rem_euclid(2.0) as usize;
+                    cut.texture(&board.colours()[colour], uv, cell)
+                })
+            }
+        }
+    }
+
+    fn piece(&mut self, polygon: &[DVec2]) -> Result<(), TooFine> {
+        self.left = self.left.checked_sub(1).ok_or(TooFine)?;
+        (self.visit)(polygon);
+        Ok(())
+    }
+
+    /// Cuts a polygon at the lines on which one of its coordinates in `grid` is a whole number.
+    fn cells(
+        &mut self,
+        polygon: &[DVec2],
+        grid: &DAffine2,
+        visit: &mut Visit<'_, Self>,
+    ) -> Result<(), TooFine> {
+        let along = |axis: usize| move |q: DVec2| grid.transform_point2(q)[axis];
+        self.strips(polygon, &along(0), &mut |cut, strip| {
+            cut.strips(strip, &along(1), visit)
+        })
+    }
+
+    /// Cuts a polygon where a linear function is a whole number.
+    fn strips(
+        &mut self,
+        polygon: &[DVec2],
+        height: &dyn Fn(DVec2) -> f64,
+        visit: &mut Visit<'_, Self>,
+    ) -> Result<(), TooFine> {
+        let heights = || polygon.iter().map(|q| height(*q));
+        let low = heights().fold(f64::INFINITY, f64::min).floor();
+        let high = heights().fold(f64::NEG_INFINITY, f64::max).ceil();
+        // Also refuses what is not a number.
+        if !(high - low <= self.left as f64 && low.abs() <= FARTHEST) {
+            return Err(TooFine);
+        }
+        let count = ((high - low) as u64).max(1);
+        for k in 0..count {
+            let floor = low + k as f64;
+            let above = clip(polygon, |q| height(q) - floor);
+            let strip = clip(&above, |q| floor + 1.0 - height(q));
+            if strip.len() >= 3 {
+                visit(self, &strip)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Beyond this, whole numbers run out of digits.
+const FARTHEST: f64 = 1e15;
+
+/// The part of a convex polygon where a linear function is not negative.
+fn clip(polygon: &[DVec2], height: impl Fn(DVec2) -> f64) -> Vec<DVec2> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (k, q) in polygon.iter().enumerate() {
+        let next = polygon[(k + 1) % polygon.len()];
+        let (a, b) = (height(*q), height(next));
+        if a >= 0.0 {
+            kept.push(*q);
+        }
+        if (a > 0.0 && b < 0.0) || (a < 0.0 && b > 0.0) {
+            kept.push(q.lerp(next, a / (a - b)));
+        }
+    }
+    kept
+}
