@@ -107,6 +107,7 @@ fn meters_below_the_panel() {
     };
     let scene = Scene::new(parts).unwrap();
     let options = MeasureOptions {
+        first: 0,
         particles: 100_000,
         seed: 4,
         max_depth: None,
