@@ -33,7 +33,7 @@ def render(
 
     Other Python threads run meanwhile. Ctrl-C ends the render at the end of its pass, which takes about a second at
     most for pictures of usual size; what there is then is returned, with ``stopped == "interrupted"``. No
-    ``KeyboardInterrupt`` is raised.
+    ``KeyboardInterrupt`` is raised. (Python tells of Ctrl-C on its main thread only.)
 
     Args:
         scene: What to render.
@@ -61,6 +61,8 @@ def render(
         MemoryError: The film or the meters do not fit into memory.
     """
     has_meters = bool(scene.meters)
+    if not 0 <= seed < 2**64:
+        raise RenderError(f"seed is {seed} but must be from 0 to 2⁶⁴ − 1")
     _check(has_meters, spp, particles, integrator, time, target_error, target, threads)
     wanted = particles if has_meters else spp
     if wanted is None and time is None and target_error is None:
