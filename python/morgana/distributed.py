@@ -28,7 +28,7 @@ from ._errors import Error, RenderError
 from ._limits import Limits
 from ._morgana import Scene
 from ._progress import Bar
-from ._render import Progress, check, limits
+from ._render import Progress, limits
 from ._result import Result
 from ._scene import Define, load_dict, load_file
 
@@ -88,10 +88,9 @@ def render(
     started = time.monotonic()
     source = _Source.of(scene, dict(parameters or {}))
     loaded = source.load()
-    check(bool(loaded.meters), spp, particles, integrator, None, None, "image", threads or None)
     if shards is not None and shards < 1:
         raise RenderError(f"shards is {shards} but must be at least 1")
-    wanted = limits(loaded, particles if loaded.meters else spp, seed, threads)
+    wanted = limits(loaded, spp, particles, seed, integrator, threads or None)
     total = wanted["samples"] or 0
     count = min(shards or SHARDS, total)
     parts = _morgana.Parts()
