@@ -12,6 +12,11 @@ use glam::DVec3;
 
 /// Budget of shots for one connection.
 const MOST_SHOTS: u32 = 20;
+/// A ray that misses by this many tolerances is corrected to first order instead of being shot again,
+/// unless its tube is narrow: the square of such a miss is below the tolerance, and the Jacobian changes
+/// by no more than that many tolerances. Where steps are rejected, rays jump by a tolerance or so, and no
+/// shot would do better.
+const LAST_CORRECTION: f64 = 10.0;
 /// Share of the longest step that the last correction may make.
 const SMALL: f64 = 0.1;
 /// Damping beyond which the iteration has come to a local minimum of the miss.
@@ -27,8 +32,8 @@ pub struct Solver<R> {
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// A solver that accepts a ray when it passes the target within `tolerance` times the length of
-    /// its last leg (from the last interface, or from the start), and corrects directions and lengths
+    /// A solver that accepts a ray when it passes the target within ten times `tolerance` times the length
+    /// of its last leg (from the last interface, or from the start), and corrects directions and lengths
     /// to first order for what remains.
     pub fn new(tolerance: Tolerance) -> Self {
         Solver {
@@ -136,7 +141,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             }
             let shot = self.shoot(world, &trial, start);
             let miss = shot.map_or(f64::INFINITY, |(end, _)| end.x.distance(y));
-            if let Some((landing, pattern)) = shot.ok().filter(|_| miss <= self.goal(floor)) {
+            let arrived = |(end, _): &(Landing, _)| miss <= self.goal(&trial.launch, end, floor);
+            if let Some((landing, pattern)) = shot.ok().filter(arrived) {
                 match self.finish(&trial, (&landing, pattern), y, shots) {
                     Ok(found) => return Ok(found),
                     Err(caustic) => failure = caustic,
@@ -163,14 +169,20 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 
     /// How close to the target a ray must pass: on the scale of its length since the last interface,
     /// since a target just behind a wall that is lit from far away must be met on the scale of its
-    /// distance to the wall.
-    fn goal(&self, floor: f64) -> f64 {
+    /// distance to the wall. Where the ray tube is narrow, directions and the Jacobian depend on the
+    /// target the more.
+    fn goal(&self, launch: &Launch, landing: &Landing, floor: f64) -> f64 {
+        let length = |p: &Piece<R>| p.arc.arc_length(p.theta_end);
         let last = self.pieces.iter().rev().enumerate();
         let leg: f64 = last
             .take_while(|(i, piece)| *i == 0 || piece.event.is_none())
-            .map(|(_, piece)| piece.arc.arc_length(piece.theta_end))
+            .map(|(_, piece)| length(piece))
             .sum();
-        f64::max(self.tolerance.get() * leg, floor)
+        let whole: f64 = self.pieces.iter().map(length).sum();
+        let straight = launch.spread(whole).powi(2);
+        let jacobian = landing.variation.cross_section(landing.v).abs();
+        let correctable = (LAST_CORRECTION * jacobian / straight).clamp(1.0, LAST_CORRECTION);
+        f64::max(correctable * self.tolerance.get() * leg, floor)
     }
 
     /// Shoots the ray of an iterate with tangents; keeps its pieces. Returns its end, and its reflections
