@@ -5,12 +5,14 @@ mod bounds;
 mod evaluate;
 mod lattice;
 mod prefilter;
+mod weights;
 
 pub use lattice::Placement;
 
 use super::error::FieldError;
 use crate::bounds::Aabb;
 use blocks::Blocks;
+use fearless_simd::Level;
 use glam::DVec3;
 use lattice::{Lattice, PAD};
 use std::sync::{Arc, OnceLock};
@@ -38,6 +40,8 @@ pub struct Bspline {
     /// Shared by copies of the field.
     coefficients: Arc<[f32]>,
     constant: bool,
+    /// The vector instructions that the processor has.
+    level: Level,
     /// Made when bounds over a large box are first asked for.
     blocks: OnceLock<Blocks>,
 }
@@ -113,6 +117,7 @@ impl Bspline {
             n2_ref,
             coefficients: coefficients.into(),
             constant,
+            level: evaluate::level(),
             blocks: OnceLock::new(),
         })
     }
