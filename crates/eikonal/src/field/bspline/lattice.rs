@@ -109,8 +109,14 @@ impl Lattice {
         self.per_spacing
     }
 
-    pub(super) fn smallest_spacing(&self) -> f64 {
-        1.0 / self.per_spacing.max_element()
+    pub(super) fn spacing(&self) -> DVec3 {
+        self.spacing
+    }
+
+    /// Distance from the first sample to the last.
+    pub(super) fn size(&self) -> f64 {
+        self.position(self.dims.map(|n| n - 1))
+            .distance(self.origin)
     }
 
     /// Position in units of the spacing from sample 0, limited to where the field still changes.
