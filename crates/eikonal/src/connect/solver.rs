@@ -4,7 +4,7 @@ use super::connection::{Connection, Failure};
 use super::launch::Launch;
 use super::newton::{Iterate, Landing, system};
 use super::pattern::Pattern;
-use super::shoot::Shot;
+use super::shoot::{Shot, Travelled};
 use super::start::Start;
 use super::world::{Piece, World};
 use crate::ray::{Tolerance, Work};
@@ -21,6 +21,23 @@ const LAST_CORRECTION: f64 = 10.0;
 const SMALL: f64 = 0.1;
 /// Damping beyond which the iteration has come to a local minimum of the miss.
 const STUCK: f64 = 1e3;
+
+/// The end of a shot.
+#[derive(Clone, Copy)]
+struct Hit {
+    landing: Landing,
+    travelled: Travelled,
+    /// Reflections by choice.
+    pattern: Pattern,
+}
+
+impl Hit {
+    /// |J| or |A| there.
+    fn jacobian(&self) -> f64 {
+        let Landing { v, variation, .. } = &self.landing;
+        variation.cross_section(*v).abs()
+    }
+}
 
 /// Finds connections; holds the storage that they reuse.
 #[derive(Clone, Debug)]
@@ -140,10 +157,10 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 break;
             }
             let shot = self.shoot(world, &trial, start);
-            let miss = shot.map_or(f64::INFINITY, |(end, _)| end.x.distance(y));
-            let arrived = |(end, _): &(Landing, _)| miss <= self.goal(&trial.launch, end, floor);
-            if let Some((landing, pattern)) = shot.ok().filter(arrived) {
-                match self.finish(&trial, (&landing, pattern), y, shots) {
+            let miss = shot.map_or(f64::INFINITY, |hit| hit.landing.x.distance(y));
+            let arrived = |hit: &Hit| miss <= self.goal(&trial.launch, hit, floor);
+            if let Some(hit) = shot.ok().filter(arrived) {
+                match self.finish(&trial, &hit, y, shots) {
                     Ok(found) => return Ok(found),
                     Err(caustic) => failure = caustic,
                 }
@@ -153,8 +170,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 (Some((_, _, least)), _) if miss.is_nan() || miss >= *least => {
                     damping = f64::max(damping * 8.0, 0.05);
                 }
-                (_, Ok((landing, _))) => {
-                    best = Some((trial, landing, miss));
+                (_, Ok(hit)) => {
+                    best = Some((trial, hit.landing, miss));
                     damping = if damping > 0.02 { damping / 16.0 } else { 0.0 };
                 }
                 (_, Err(failure)) => return Err(failure),
@@ -171,28 +188,22 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// since a target just behind a wall that is lit from far away must be met on the scale of its
     /// distance to the wall. Where the ray tube is narrow, directions and the Jacobian depend on the
     /// target the more.
-    fn goal(&self, launch: &Launch, landing: &Landing, floor: f64) -> f64 {
-        let length = |p: &Piece<R>| p.arc.arc_length(p.theta_end);
-        let last = self.pieces.iter().rev().enumerate();
-        let leg: f64 = last
-            .take_while(|(i, piece)| *i == 0 || piece.event.is_none())
-            .map(|(_, piece)| length(piece))
-            .sum();
-        let whole: f64 = self.pieces.iter().map(length).sum();
-        let straight = launch.spread(whole).powi(2);
-        let jacobian = landing.variation.cross_section(landing.v).abs();
-        let correctable = (LAST_CORRECTION * jacobian / straight).clamp(1.0, LAST_CORRECTION);
-        f64::max(correctable * self.tolerance.get() * leg, floor)
+    fn goal(&self, launch: &Launch, hit: &Hit, floor: f64) -> f64 {
+        let straight = launch.spread(hit.travelled.arc_length).powi(2);
+        let correctable = (LAST_CORRECTION * hit.jacobian() / straight).clamp(1.0, LAST_CORRECTION);
+        f64::max(
+            correctable * self.tolerance.get() * hit.travelled.leg,
+            floor,
+        )
     }
 
-    /// Shoots the ray of an iterate with tangents; keeps its pieces. Returns its end, and its reflections
-    /// by choice.
+    /// Shoots the ray of an iterate with tangents; keeps its pieces.
     fn shoot<W: World<Region = R>>(
         &mut self,
         world: &W,
         iterate: &Iterate,
         start: &Start<R>,
-    ) -> Result<(Landing, Pattern), Failure> {
+    ) -> Result<Hit, Failure> {
         let region = start.region;
         let node = iterate.launch.node(world.field(region));
         let (tolerance, work) = (self.tolerance, &mut self.work);
@@ -201,7 +212,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         while let Some(piece) = shot.advance(&mut |i| start.pattern.reflects(i), work)? {
             self.pieces.push(piece);
         }
-        Ok((*shot.end(), shot.pattern()))
+        Ok(Hit {
+            landing: *shot.end(),
+            travelled: shot.travelled(),
+            pattern: shot.pattern(),
+        })
     }
 
     /// The ray of an iterate, corrected to first order for its remaining miss: unless that is no small
@@ -209,15 +224,19 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     fn finish(
         &self,
         iterate: &Iterate,
-        (landing, pattern): (&Landing, Pattern),
+        hit: &Hit,
         y: DVec3,
         shots: u32,
     ) -> Result<Connection, Failure> {
+        let (landing, jacobian) = (&hit.landing, hit.jacobian());
         let miss = y - landing.x;
         let step = system(landing).inverse() * miss;
-        let jacobian = landing.variation.cross_section(landing.v).abs();
-        let sum = |f: &dyn Fn(&Piece<R>) -> f64| self.pieces.iter().map(f).sum::<f64>();
-        let arc_length = sum(&|p| p.arc.arc_length(p.theta_end));
+        let Travelled {
+            arc_length,
+            optical_length,
+            sigma,
+            ..
+        } = hit.travelled;
         let start = iterate.launch;
         let small = SMALL * start.longest_step(start.x().distance(y));
         let narrow = (self.tolerance.get() * start.spread(arc_length)).powi(2);
@@ -238,11 +257,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             direction_out: launch.direction(),
             direction_in: (landing.v + dv).normalize(),
             arc_length: arc_length + along / n,
-            optical_length: sum(&|p| p.arc.optical_length(p.theta_end)) + along,
-            sigma: sum(&|p| p.arc.h() * p.theta_end) + along / (n * n),
+            optical_length: optical_length + along,
+            sigma: sigma + along / (n * n),
             jacobian,
             miss: miss.length(),
-            pattern,
+            pattern: hit.pattern,
             shots,
         })
     }
