@@ -1,5 +1,6 @@
 //! Newton's method on the shot.
 
+use super::bend::bent_chord;
 use super::connection::{Connection, Failure};
 use super::launch::Launch;
 use super::newton::{Iterate, Landing, system};
@@ -7,7 +8,7 @@ use super::pattern::Pattern;
 use super::shoot::{Shot, Travelled};
 use super::start::Start;
 use super::world::{Piece, World};
-use crate::ray::{Tolerance, Work};
+use crate::ray::{Arc, Tolerance, Work};
 use glam::DVec3;
 
 /// Budget of shots for one connection.
@@ -17,6 +18,8 @@ const MOST_SHOTS: u32 = 20;
 /// by no more than that many tolerances. Where steps are rejected, rays jump by a tolerance or so, and no
 /// shot would do better.
 const LAST_CORRECTION: f64 = 10.0;
+/// A first direction is good enough if it would not change by more than this many tolerances.
+const ENOUGH: f64 = 3.0;
 /// Share of the longest step that the last correction may make.
 const SMALL: f64 = 0.1;
 /// Damping beyond which the iteration has come to a local minimum of the miss.
@@ -70,8 +73,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         &self.pieces
     }
 
-    /// The primary branch from point `x` in `region` to `y`: started in the direction of the chord,
-    /// refracted wherever that is possible.
+    /// The primary branch from point `x` in `region` to `y`: started in the direction of the chord, or of
+    /// the chord bent by the field if that meets no interface; refracted wherever that is possible.
     ///
     /// # Errors
     ///
@@ -82,15 +85,23 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         (x, region): (DVec3, R),
         y: DVec3,
     ) -> Result<Connection, Failure> {
-        let d = y - x;
-        let launch = Launch::Point {
-            x,
-            direction: d.try_normalize().ok_or(Failure::Coincident)?,
+        let chord = y - x;
+        let straight = chord.try_normalize().ok_or(Failure::Coincident)?;
+        let field = world.field(region);
+        let line = Arc::line(x, chord, 1.0);
+        let free = !field.is_constant() && world.crossing(region, &line).is_none();
+        let bent = || bent_chord(field, x, chord, ENOUGH * self.tolerance.get());
+        let (direction, optical_length) = match free.then(bent).flatten() {
+            Some(guess) => {
+                self.work.evaluations += guess.evaluations;
+                (guess.direction, guess.optical_length)
+            }
+            None => (straight, chord.length() * field.n(x)),
         };
         let start = Start {
-            launch,
+            launch: Launch::Point { x, direction },
             region,
-            optical_length: d.length() * world.field(region).n(x),
+            optical_length,
             pattern: Pattern::REFRACT,
         };
         self.solve(world, &start, y)
