@@ -15,6 +15,7 @@
 mod connections;
 mod evaluation;
 mod methods;
+mod plain;
 mod published;
 mod setup;
 mod steps;

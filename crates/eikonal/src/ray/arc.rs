@@ -135,14 +135,14 @@ impl Arc {
     /// θ at which ∫f(|v|²) dσ from the start reaches `target`.
     fn theta_at(&self, target: f64, f: impl Fn(f64) -> f64) -> f64 {
         let total = self.integrate(1.0, &f);
-        let mut theta = (target / total).clamp(0.0, 1.0);
         if self.straight || target >= total {
-            return theta;
+            return (target / total).clamp(0.0, 1.0);
         }
-        // Newton from the proportional guess: the speed is nearly constant over one step.
+        let rate = |theta: f64| f(self.velocity(theta).length_squared()) * self.h;
+        let mut theta = inverse(rate(0.0), total, rate(1.0), target);
         for _ in 0..4 {
             let excess = self.integrate(theta, &f) - target;
-            let change = excess / (f(self.velocity(theta).length_squared()) * self.h);
+            let change = excess / rate(theta);
             theta = (theta - change).clamp(0.0, 1.0);
             // The next change would be its square.
             if change.abs() < 1e-8 {
@@ -230,6 +230,18 @@ const QUARTICS: [[f64; 5]; 4] = [
 /// Gauss–Legendre quadrature over [0, 1] from the values at the nodes.
 fn weighted([a, b, c, d]: [f64; 4]) -> f64 {
     OUTER * (a + d) + INNER * (b + c)
+}
+
+/// Where in [0, 1] a function that is 0 and `total` at the ends, with these slopes, reaches `target`, if it is
+/// cubic and nearly linear.
+fn inverse(first: f64, total: f64, last: f64, target: f64) -> f64 {
+    let (b, c) = (3.0 * total - 2.0 * first - last, first + last - 2.0 * total);
+    let mut t = target / total;
+    for _ in 0..2 {
+        let excess = t * (first + t * (b + t * c)) - target;
+        t = (t - excess / (first + t * (2.0 * b + t * 3.0 * c))).clamp(0.0, 1.0);
+    }
+    t
 }
 
 /// Bernstein's polynomials of degree four.

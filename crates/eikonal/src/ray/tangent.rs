@@ -85,8 +85,9 @@ impl Variation for Tangents {
     }
 
     fn kick(&mut self, half_hess: &DMat3, h: f64) {
+        let kick = *half_hess * h;
         for (dx, dv) in self.dx.iter().zip(&mut self.dv) {
-            *dv += *half_hess * *dx * h;
+            *dv += kick * *dx;
         }
     }
 

@@ -68,29 +68,37 @@ impl Scales {
 
     /// At a position in units of the spacing from sample 0.
     pub(super) fn at(&self, t: DVec3) -> f64 {
-        let t = t / EDGE as f64;
-        let mut first = [0; 3];
-        let mut fraction = [0.0; 3];
-        for axis in 0..3 {
-            let last = self.nodes[axis] - 1;
-            let t = t[axis].clamp(0.0, last as f64);
-            first[axis] = (t as usize).min(last.saturating_sub(1));
-            fraction[axis] = t - first[axis] as f64;
-        }
-        let [x, y, _] = self.nodes;
-        let step = |axis: usize, stride: usize| stride * usize::from(self.nodes[axis] > 1);
-        let (dx, dy, dz) = (step(0, 1), step(1, x), step(2, x * y));
-        let start = (first[2] * y + first[1]) * x + first[0];
-        let mix = |a: f64, b: f64, axis: usize| a + (b - a) * fraction[axis];
-        let row = |at: usize| mix(self.lengths[at], self.lengths[at + dx], 0);
-        let plane = |at: usize| mix(row(at), row(at + dy), 1);
-        mix(plane(start), plane(start + dz), 2)
+        let [x, y, z] = self.nodes;
+        let (i, dx, u) = between(t.x, x, 1);
+        let (j, dy, v) = between(t.y, y, x);
+        let (k, dz, w) = between(t.z, z, x * y);
+        let row = |at: usize| {
+            let a = self.lengths[at];
+            a + (self.lengths[at + dx] - a) * u
+        };
+        let plane = |at: usize| {
+            let a = row(at);
+            a + (row(at + dy) - a) * v
+        };
+        let a = plane(i + j + k);
+        a + (plane(i + j + k + dz) - a) * w
     }
 
     /// Memory in bytes.
     pub(super) fn memory(&self) -> usize {
         self.lengths.len() * size_of::<f64>()
     }
+}
+
+/// Along an axis with nodes a stride apart in memory: the place of the node before a coordinate, how far the
+/// next one is from it, and the fraction between them.
+#[inline(always)]
+fn between(t: f64, nodes: usize, stride: usize) -> (usize, usize, f64) {
+    let last = nodes - 1;
+    let t = (t * (1.0 / EDGE as f64)).clamp(0.0, last as f64);
+    let before = (t as usize).min(last.saturating_sub(1));
+    let next = if last > 0 { stride } else { 0 };
+    (before * stride, next, t - before as f64)
 }
 
 /// The nodes around a sample.
