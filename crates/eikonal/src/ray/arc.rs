@@ -164,11 +164,13 @@ impl Arc {
         }
         // Bisection keeps the bracket; secant steps inside it converge quickly (Illinois).
         let (mut f_low, mut f_high) = (slope(low), slope(high));
+        let mut theta = low;
         for _ in 0..64 {
-            let theta = (low * f_high - high * f_low) / (f_high - f_low);
+            let last = theta;
+            theta = (low * f_high - high * f_low) / (f_high - f_low);
             let f = slope(theta);
-            if f == 0.0 || high - low < 1e-15 {
-                return theta;
+            if f == 0.0 || (theta - last).abs() < 1e-14 {
+                break;
             }
             if f < 0.0 {
                 (low, f_low) = (theta, f);
@@ -178,7 +180,7 @@ impl Arc {
                 f_low *= 0.5;
             }
         }
-        0.5 * (low + high)
+        theta
     }
 
     /// ∫ f(|v|²) dσ from the start to θ. The speed |v| of the dense output stands for the index, so no field
