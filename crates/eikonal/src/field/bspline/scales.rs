@@ -23,13 +23,16 @@ impl Scales {
     pub(super) fn new(lattice: &Lattice, coefficients: &[f32], n2_ref: f64) -> Self {
         let [x, y, z] = lattice.dims();
         let nodes = [x, y, z].map(|n| (n - 1).div_ceil(EDGE) + 1);
-        let mut rough = vec![0.0; nodes.iter().product()];
+        let mut rough: Vec<f64> = vec![0.0; nodes.iter().product()];
         for k in 0..z {
             for j in 0..y {
-                for i in 0..x {
-                    let here = roughness(lattice, coefficients, n2_ref, [i, j, k]);
-                    for node in corners(nodes, [i, j, k]) {
-                        rough[node] = f64::max(rough[node], here);
+                for block in 0..nodes[0] {
+                    let start = block * EDGE;
+                    let samples = start..(start + EDGE + 1).min(x);
+                    let at = samples.map(|i| roughness(lattice, coefficients, n2_ref, [i, j, k]));
+                    let most = at.fold(0.0, f64::max);
+                    for node in corners(nodes, [block, j, k]) {
+                        rough[node] = rough[node].max(most);
                     }
                 }
             }
@@ -101,15 +104,12 @@ fn between(t: f64, nodes: usize, stride: usize) -> (usize, usize, f64) {
     (before * stride, next, t - before as f64)
 }
 
-/// The nodes around a sample.
-fn corners(nodes: [usize; 3], sample: [usize; 3]) -> impl Iterator<Item = usize> {
-    let [xs, ys, zs] = sample.map(|i| i / EDGE..=i.div_ceil(EDGE));
+/// The nodes around a part of row (j, k) of samples: that between node `block` and the next.
+fn corners(nodes: [usize; 3], [block, j, k]: [usize; 3]) -> impl Iterator<Item = usize> {
     let [x, y, _] = nodes;
-    zs.flat_map(move |k| {
-        let xs = xs.clone();
-        ys.clone()
-            .flat_map(move |j| xs.clone().map(move |i| (k * y + j) * x + i))
-    })
+    let around = |i: usize| i / EDGE..=i.div_ceil(EDGE);
+    let rows = around(k).flat_map(move |k| around(j).map(move |j| (k * y + j) * x));
+    rows.flat_map(move |row| row + block..=row + (block + 1).min(x - 1))
 }
 
 /// L⁻⁴ at a sample, less what rounding of the coefficients may have to do with it.
@@ -131,5 +131,5 @@ fn roughness(lattice: &Lattice, coefficients: &[f32], n2_ref: f64, sample: [usiz
     }
     // n² of a sample is close to its coefficient; where both are hardly positive no ray goes.
     let n2 = (n2_ref + c(at)).max(0.01 * n2_ref);
-    f64::max(fourth / (2.0 * n2), (second / (2.0 * n2)).powi(2))
+    f64::max(fourth * (2.0 * n2), second * second) / (4.0 * n2 * n2)
 }
