@@ -7,9 +7,9 @@ use crate::interface::{Interface, Mapped, Rule};
 use crate::ray::{Flow, Node, Step, Tolerance, Variation, Work};
 use glam::DVec3;
 
-/// The last step goes this far beyond the target by the index at its start, so that it reaches it;
-/// where the ray ends is then found on the arc.
-const OVERSHOOT: f64 = 1.1;
+/// The last step goes this far beyond the target by what the start of the step lets expect, so that it
+/// reaches it; where the ray ends is then found on the arc.
+const OVERSHOOT: f64 = 1.05;
 
 /// More pieces than any sensible ray has: the end of rays that circle forever.
 const MOST_PIECES: usize = 20_000;
@@ -98,12 +98,16 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
             return Ok(None);
         }
         self.pieces += 1;
-        let n2 = self.flow.node().n2;
+        let &Node { n2, a, v, .. } = self.flow.node();
         let sound = n2 > 0.0 && self.left.is_finite();
         if self.pieces > MOST_PIECES || self.crossings > MOST_CROSSINGS || !sound {
             return Err(Failure::RayLost);
         }
-        let step = self.flow.advance(OVERSHOOT * self.left / n2, work);
+        // The optical path length of a span h is n²h + (a·v)h² to second order.
+        let h = self.left / n2;
+        let change = (a.dot(v) * h / n2).clamp(-0.25, 0.25);
+        let span = h * (1.0 + change) / (1.0 + 2.0 * change);
+        let step = self.flow.advance(OVERSHOOT * span, work);
         let whole = step.arc.lengths(1.0);
         let target = if whole[1] >= self.left {
             step.arc.theta_at_optical_length(self.left)

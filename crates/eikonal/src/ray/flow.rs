@@ -52,7 +52,7 @@ impl AddAssign for Work {
 
 /// A step never exceeds the field's length scale, nor this multiple of the step that is expected to keep the
 /// tolerance, so that it cannot jump over a feature whatever the error estimate says.
-const MOST_OVER_EXPECTED: f64 = 2.0;
+const MOST_OVER_EXPECTED: f64 = 1.25;
 /// A repeated step shrinks at least this far below the size that would just have been accepted.
 const SAFETY: f64 = 0.9;
 
@@ -104,7 +104,10 @@ impl<'a, V: Variation> Flow<'a, V> {
             return step;
         }
         loop {
-            let h = self.h.min(self.longest()).min(limit);
+            let longest = self.longest();
+            // Two steps for a span that one nearly reaches would be one too many.
+            let near = SAFETY * limit <= self.h;
+            let h = if near { limit } else { self.h }.min(longest);
             let step = Step::new(self.field, &self.node, h);
             work.evaluations += EVALUATIONS_PER_STEP;
             let scale = self.resize(&step);
