@@ -13,9 +13,9 @@ const ROUNDS: usize = 11;
 
 pub fn run() {
     println!(
-        "\nconnections of uniform pairs in a ball; cost in evaluations with Hessian, and relative"
+        "\nconnections of uniform pairs in a ball; cost in evaluations (gradients of starts among them), and"
     );
-    println!("to as many bare evaluations at random places\n");
+    println!("relative to as many bare evaluations with Hessian at random places\n");
     println!(
         "{:26} {:>9} {:>8} {:>6} {:>7} {:>6} {:>12} {:>10}",
         "", "tolerance", "found %", "shots", "steps", "evals", "connections/s", "time ratio"

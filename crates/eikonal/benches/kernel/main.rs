@@ -9,8 +9,8 @@
 //! *ratios* of times measured in turn within one run; absolute times stand beside them for
 //! orientation only. The unit of the first table is the time of the multiply-adds that the
 //! evaluation of a tricubic spline needs at least, at the rate that the machine reaches in
-//! registers with the instruction set of the build (SSE2 on x86-64 by default; `RUSTFLAGS="-C
-//! target-cpu=native"` moves the bound and the evaluation together).
+//! registers with the instruction set of the build (SSE2 on x86-64 by default). Evaluation itself
+//! uses the instructions that the processor has, whatever the build.
 
 mod connections;
 mod evaluation;
