@@ -38,7 +38,8 @@ class Image(NamedTuple):
         return f"<morgana.Image of {width} × {height}, layers {', '.join(map(repr, self.layers))}>"
 
     def _repr_html_(self) -> str:
-        return thumbnail(self.image, self.channels[""])
+        main = "" if "" in self.layers else next(iter(self.layers))
+        return thumbnail(self.layers[main], self.channels[main])
 
 
 class Difference(NamedTuple):

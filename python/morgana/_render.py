@@ -33,7 +33,7 @@ def render(
 
     Other Python threads run meanwhile. Ctrl-C ends the render at the end of its pass, which takes about a second at
     most for pictures of usual size; what there is then is returned, with ``stopped == "interrupted"``. No
-    ``KeyboardInterrupt`` is raised.
+    ``KeyboardInterrupt`` is raised. (Python tells of Ctrl-C on its main thread only.)
 
     Args:
         scene: What to render.
@@ -60,25 +60,42 @@ def render(
         SceneError: An unknown integrator.
         MemoryError: The film or the meters do not fit into memory.
     """
+    wanted = limits(scene, spp, particles, seed, integrator, threads, time, target_error, target)
+    with Bar(scene, wanted["samples"], time, progress) as tick:
+        if scene.meters:
+            return Result(scene, _morgana.measure(scene, wanted, tick))
+        return Result(scene, _morgana.render(scene, wanted, integrator, tick))
+
+
+def limits(
+    scene: Scene,
+    spp: Optional[int],
+    particles: Optional[int],
+    seed: int,
+    integrator: Optional[str],
+    threads: Optional[int],
+    time: Optional[float] = None,
+    target_error: Optional[float] = None,
+    target: str = "image",
+) -> Limits:
+    """What is asked for of a run, once it has been found to make sense; see :func:`render`."""
     has_meters = bool(scene.meters)
+    if not 0 <= seed < 2**64:
+        raise RenderError(f"seed is {seed} but must be from 0 to 2⁶⁴ − 1")
     _check(has_meters, spp, particles, integrator, time, target_error, target, threads)
     wanted = particles if has_meters else spp
     if wanted is None and time is None and target_error is None:
         wanted = scene.spp
-    limits: Limits = {
+    if integrator is not None:
+        for doubt in scene._doubts(integrator):
+            warnings.warn(str(doubt), SceneWarning, stacklevel=3)
+    return {
         "seed": seed,
         "samples": None if wanted is None else _whole_periods(scene, wanted),
         "time": time,
         "target_error": None if target_error is None else (target_error, target == "pixel"),
         "threads": threads or 0,
     }
-    if integrator is not None:
-        for doubt in scene._doubts(integrator):
-            warnings.warn(str(doubt), SceneWarning, stacklevel=2)
-    with Bar(scene, limits["samples"], time, progress) as tick:
-        if has_meters:
-            return Result(scene, _morgana.measure(scene, limits, tick))
-        return Result(scene, _morgana.render(scene, limits, integrator, tick))
 
 
 def _check(
@@ -111,5 +128,5 @@ def _whole_periods(scene: Scene, wanted: int) -> int:
     samples = scene._whole_periods(wanted)
     if samples != wanted:
         message = f"{samples} samples are taken instead of {wanted}: a multiple of the sampler's phases"
-        warnings.warn(message, SceneWarning, stacklevel=3)
+        warnings.warn(message, SceneWarning, stacklevel=4)
     return samples

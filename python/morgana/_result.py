@@ -198,7 +198,7 @@ class Result:
 def thumbnail(image: Floats, channels: List[str]) -> str:
     """A small picture for notebooks, as HTML."""
     height, width = image.shape[:2]
-    n = -(-max(height, width) // THUMBNAIL)
+    n = min(-(-max(height, width) // THUMBNAIL), height, width)
     small = image[: height // n * n, : width // n * n]
     small = small.reshape(height // n, n, width // n, n, -1).mean(axis=(1, 3))
     png = base64.b64encode(_morgana.encode_png([("", channels, small)])).decode()

@@ -7,7 +7,6 @@ from conftest import ROOT
 
 
 @pytest.mark.parametrize("name", ["README.md", "docs/python.md"])
-@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
 def test_examples_run(name, tmp_path, monkeypatch):
     blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / name).read_text(), re.DOTALL | re.MULTILINE)
     assert blocks

@@ -65,7 +65,7 @@ def test_meters_are_those_of_the_program(program, tmp_path):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"spp": 0}, {"threads": 0}, {"time": -1.0}, {"time": float("nan")}, {"target_error": 0.0}, {"target": "x"}, {"particles": 9}],
+    [{"spp": 0}, {"seed": -1}, {"seed": 2**64}, {"threads": 0}, {"time": -1.0}, {"time": float("nan")}, {"target_error": 0.0}, {"target": "x"}, {"particles": 9}],
 )
 def test_wrong_options_are_refused(wrong):
     with pytest.raises(morgana.RenderError, match=next(iter(wrong))):
@@ -85,6 +85,9 @@ def test_results_show_themselves():
     result = morgana.render(load(small()), spp=2)
     assert "12 × 8 × 3, 2 spp" in repr(result)
     assert "data:image/png;base64,iVBOR" in result._repr_html_()
+    wide = small()
+    wide["sensor"]["film"].update(width=700, height=1)
+    assert 'height="1"' in morgana.render(load(wide), spp=1)._repr_html_()
     assert "fluence" in repr(morgana.render(load(meters()), particles=100))
 
 

@@ -50,8 +50,8 @@ impl Job {
 
     /// What a part of a render is part of.
     pub fn of_part(header: &Header) -> Result<Self, Failure> {
-        let foreign = |e| Failure::Usage(format!("the part was not written by this program: {e}"));
-        serde_json::from_str(&header.origin).map_err(foreign)
+        let foreign = "the parts were not made by morgana render: merge them where they were made";
+        serde_json::from_str(&header.origin).map_err(|_| Failure::Usage(foreign.into()))
     }
 
     /// Reads the scene.
@@ -72,30 +72,22 @@ impl Job {
         let mut origin = self.clone();
         // Parts are merged in other folders, too.
         origin.scene = std::path::absolute(&self.scene).unwrap_or(origin.scene);
-        let text = |value: &dyn std::fmt::Display| value.to_string();
         let target = self.target_error.map(|error| {
             let measure = self.target.unwrap_or_default();
             format!("{error} ({})", measure.name())
         });
-        let settings = [
-            ("seed", Some(text(&self.seed))),
-            ("integrator", Some(text(&loaded.integrator.name()))),
+        let more = [
             ("strategies", self.strategies.then(|| "told apart".into())),
             ("target error", target),
         ];
-        let settings = settings.into_iter();
-        Header {
-            version: env!("CARGO_PKG_VERSION").into(),
-            scene_hash: loaded.hash.to_string(),
-            settings: settings
-                .filter_map(|(name, value)| Some((name.to_owned(), value?)))
-                .collect(),
-            total,
-            shard,
-            // Paths that are not Unicode cannot be told.
-            origin: serde_json::to_string(&origin).unwrap_or_default(),
-            seconds: 0.0,
-        }
+        let more = more.into_iter();
+        let mut header = Header::new(loaded, &loaded.integrator, self.seed, total, shard);
+        header
+            .settings
+            .extend(more.filter_map(|(name, value)| Some((name.to_owned(), value?))));
+        // Paths that are not Unicode cannot be told.
+        header.origin = serde_json::to_string(&origin).unwrap_or_default();
+        header
     }
 
     /// How its image is to be rendered.

@@ -4,6 +4,7 @@
 //! Numbers and structures are encoded by [postcard](https://postcard.jamesmunns.com/wire-format). A file of which one bit is
 //! wrong is refused, and one is replaced only by a file that is complete.
 
+use crate::assemble::Loaded;
 use crate::atomic;
 use crate::error::{FileError, Problem};
 use serde::{Deserialize, Serialize};
@@ -11,6 +12,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
+use transport::integrator::Integrator;
 use transport::render::{MeasureState, MergeError, Ranges, State};
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
@@ -42,7 +44,7 @@ pub struct Header {
     pub total: Option<u64>,
     /// Which of how many parts of the whole this one is, counted from 0.
     pub shard: Option<[u64; 2]>,
-    /// How to find the scene, and what it was rendered with.
+    /// How to find the scene, and what it was rendered with, as the program knows it; empty if a part comes from elsewhere.
     pub origin: String,
     /// Time that was spent, in seconds, over all runs.
     pub seconds: f64,
@@ -80,6 +82,31 @@ pub enum Foreign {
 }
 
 impl Header {
+    /// That of a render by `integrator` of so many samples in all, without an origin.
+    pub fn new(
+        loaded: &Loaded,
+        integrator: &Integrator,
+        seed: u64,
+        total: Option<u64>,
+        shard: Option<[u64; 2]>,
+    ) -> Self {
+        let settings = [
+            ("seed", seed.to_string()),
+            ("integrator", integrator.name().into()),
+        ];
+        Header {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene_hash: loaded.hash.to_string(),
+            settings: settings
+                .map(|(name, value)| (name.to_owned(), value))
+                .into(),
+            total,
+            shard,
+            origin: String::new(),
+            seconds: 0.0,
+        }
+    }
+
     /// Finds out whether samples with another header are of the same render, whatever their total.
     ///
     /// # Errors

@@ -8,6 +8,7 @@ mod image;
 mod limits;
 mod measure;
 mod numbers;
+mod part;
 mod render;
 mod scene;
 mod trace;
@@ -24,6 +25,8 @@ mod _morgana {
     use crate::image::{compare_images, encode_png, read_image, write_image};
     #[pymodule_export]
     use crate::measure::{Measured, measure};
+    #[pymodule_export]
+    use crate::part::{Parts, render_part};
     #[pymodule_export]
     use crate::render::{Rendered, render};
     #[pymodule_export]

@@ -3,6 +3,7 @@
 use crate::errors;
 use crate::limits::{Limits, stopped};
 use crate::numbers::array;
+use crate::render::Run;
 use crate::scene::Scene;
 use crate::watch::watched;
 use io::arrays::{Array, ArrayFormat, Arrays, Context, arrays};
@@ -40,14 +41,7 @@ pub fn measure(
     tick: Option<Py<PyAny>>,
 ) -> PyResult<Measured> {
     let loaded = &scene.get().loaded;
-    let (max_depth, rr_depth) = loaded.integrator.depths();
-    let options = MeasureOptions {
-        first: 0,
-        particles: limits.samples.unwrap_or(u64::MAX),
-        seed: limits.seed,
-        max_depth,
-        rr_depth,
-    };
+    let options = options(scene.get(), limits);
     let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
     let (pool, started) = (limits.pool()?, Instant::now());
     let ((measurement, is_over), interrupted) = watched(py, tick.as_ref(), |shared| {
@@ -58,30 +52,60 @@ pub fn measure(
             pool.install(|| render::measure(&loaded.groups, &meters, &options, counter, on_pass));
         (measurement, clock.is_over)
     })?;
-    let measurement = measurement.map_err(|error| match error {
+    let measurement = measurement.map_err(|e| failure(&e))?;
+    let interrupted = interrupted && measurement.particles < options.particles;
+    let run = Run {
+        integrator: loaded.integrator,
+        seed: limits.seed,
+        requested: limits.samples,
+        stopped: stopped(interrupted, is_over, false),
+        threads: Some(pool.current_num_threads()),
+        seconds: started.elapsed().as_secs_f64(),
+    };
+    Ok(Measured::new(measurement, scene, run))
+}
+
+/// How meters are read.
+pub fn options(scene: &Scene, limits: Limits) -> MeasureOptions {
+    let (max_depth, rr_depth) = scene.loaded.integrator.depths();
+    MeasureOptions {
+        first: 0,
+        particles: limits.samples.unwrap_or(u64::MAX),
+        seed: limits.seed,
+        max_depth,
+        rr_depth,
+    }
+}
+
+/// Why meters cannot be read.
+pub fn failure(error: &MeasureError) -> PyErr {
+    match error {
         MeasureError::Dark => errors::render(error.to_string()),
         MeasureError::Memory(_) => PyMemoryError::new_err(error.to_string()),
-    })?;
-    let interrupted = interrupted && measurement.particles < options.particles;
-    let stopped = stopped(interrupted, is_over, false);
-    let stats = json!({
-        "scene": scene.get().name,
-        "scene_hash": loaded.hash.to_string(),
-        "seed": limits.seed,
-        "particles": measurement.particles,
-        "particles_requested": limits.samples,
-        "stopped": stopped,
-        "threads": pool.current_num_threads(),
-        "seconds": started.elapsed().as_secs_f64(),
-        "counters": report::counters(&measurement.stats),
-        "balance": report::balance(&measurement.balance),
-    });
-    Ok(Measured {
-        measurement,
-        scene,
-        stats: stats.to_string(),
-        stopped,
-    })
+    }
+}
+
+impl Measured {
+    pub fn new(measurement: Measurement, scene: Py<Scene>, run: Run) -> Self {
+        let stats = json!({
+            "scene": scene.get().name,
+            "scene_hash": scene.get().loaded.hash.to_string(),
+            "seed": run.seed,
+            "particles": measurement.particles,
+            "particles_requested": run.requested,
+            "stopped": run.stopped,
+            "threads": run.threads,
+            "seconds": run.seconds,
+            "counters": report::counters(&measurement.stats),
+            "balance": report::balance(&measurement.balance),
+        });
+        Measured {
+            measurement,
+            scene,
+            stats: stats.to_string(),
+            stopped: run.stopped,
+        }
+    }
 }
 
 /// Name, unit, names of axes, and the numbers of an array.

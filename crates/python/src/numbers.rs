@@ -39,11 +39,11 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Rows {
             );
             return Err(PyValueError::new_err(message));
         };
-        let flat: Vec<f64> = view.iter().copied().collect();
-        let (rows, _) = flat.as_chunks::<3>();
+        let rows = view.rows().into_iter();
+        let rows = rows.map(|x| DVec3::new(x[0], x[1], x[2])).collect();
         Ok(Rows {
             outer: outer.to_vec(),
-            rows: rows.iter().copied().map(DVec3::from_array).collect(),
+            rows,
         })
     }
 }

@@ -63,33 +63,61 @@ pub fn render(
         (rendering, clock.is_over)
     })?;
     let interrupted = interrupted && rendering.samples < options.samples;
-    let stopped = stopped(interrupted, is_over, rendering.reached);
-    let stats = json!({
-        "scene": scene.get().name,
-        "scene_hash": loaded.hash.to_string(),
-        "integrator": integrator.name(),
-        "seed": limits.seed,
-        "spp": rendering.samples,
-        "spp_requested": limits.samples,
-        "stopped": stopped,
-        "threads": pool.current_num_threads(),
-        "seconds": started.elapsed().as_secs_f64(),
-        "samples": rendering.film.samples(),
-        "counters": report::counters(&rendering.stats),
-        "branches": report::branches(loaded.scene()),
-        "connections": report::connections(&rendering.stats, rendering.search),
-        "photons": report::photons(&rendering),
-        "balance": rendering.balance.as_ref().map(report::balance),
-    });
-    Ok(Rendered {
-        rendering,
-        scene,
-        stats: stats.to_string(),
-        stopped,
-    })
+    let run = Run {
+        integrator,
+        seed: limits.seed,
+        requested: limits.samples,
+        stopped: stopped(interrupted, is_over, rendering.reached),
+        threads: Some(pool.current_num_threads()),
+        seconds: started.elapsed().as_secs_f64(),
+    };
+    Ok(Rendered::new(rendering, scene, run))
 }
 
-fn options(scene: &Scene, limits: Limits, integrator: Integrator) -> Options {
+/// How a run was done.
+#[derive(Clone, Copy, Debug)]
+pub struct Run {
+    pub integrator: Integrator,
+    pub seed: u64,
+    /// Samples per pixel, or particles.
+    pub requested: Option<u64>,
+    pub stopped: Option<&'static str>,
+    /// None if parts were put together.
+    pub threads: Option<usize>,
+    pub seconds: f64,
+}
+
+impl Rendered {
+    pub fn new(rendering: Rendering, scene: Py<Scene>, run: Run) -> Self {
+        let loaded = &scene.get().loaded;
+        let stats = json!({
+            "scene": scene.get().name,
+            "scene_hash": loaded.hash.to_string(),
+            "integrator": run.integrator.name(),
+            "seed": run.seed,
+            "spp": rendering.samples,
+            "spp_requested": run.requested,
+            "stopped": run.stopped,
+            "threads": run.threads,
+            "seconds": run.seconds,
+            "samples": rendering.film.samples(),
+            "counters": report::counters(&rendering.stats),
+            "branches": report::branches(loaded.scene()),
+            "connections": report::connections(&rendering.stats, rendering.search),
+            "photons": report::photons(&rendering),
+            "balance": rendering.balance.as_ref().map(report::balance),
+        });
+        Rendered {
+            rendering,
+            scene,
+            stats: stats.to_string(),
+            stopped: run.stopped,
+        }
+    }
+}
+
+/// How a picture is rendered.
+pub fn options(scene: &Scene, limits: Limits, integrator: Integrator) -> Options {
     let loaded = &scene.loaded;
     let samples = limits.samples.unwrap_or(u64::MAX);
     Options {

@@ -71,11 +71,7 @@ fn a_folder_without_permission_is_noticed_before_rendering() {
 #[test]
 fn options_are_checked() {
     let folder = Folder::with_fog();
-    refused(
-        &folder,
-        "render scene.xml --spp 0",
-        &["--spp", "from 1 to"],
-    );
+    refused(&folder, "render scene.xml --spp 0", &["--spp", "from 1 to"]);
     refused(
         &folder,
         "render scene.xml --threads 0",

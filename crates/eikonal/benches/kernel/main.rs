@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo bench -p eikonal                    # everything, a few minutes
-//! cargo bench -p eikonal -- connections     # one part: evaluation, steps, connections, methods
+//! cargo bench -p eikonal -- connections     # one part: evaluation, precision, steps, connections, methods
 //! ```
 //!
 //! Wall times depend on the machine and on what else runs there, so that every table gives
@@ -15,6 +15,8 @@
 mod connections;
 mod evaluation;
 mod methods;
+mod plain;
+mod precision;
 mod published;
 mod setup;
 mod steps;
@@ -26,8 +28,9 @@ fn main() {
         .skip(1)
         .filter(|a| !a.starts_with('-'))
         .collect();
-    let parts: [(&str, fn()); 4] = [
+    let parts: [(&str, fn()); 5] = [
         ("evaluation", evaluation::run),
+        ("precision", precision::run),
         ("steps", steps::run),
         ("connections", connections::run),
         ("methods", methods::run),

@@ -28,14 +28,14 @@ pub struct Method {
 const MOST_SHOTS: u64 = 60;
 
 impl Method {
-    /// Minimises the miss from a direction; whether the ray then arrives.
-    pub fn arrives(
+    /// Minimises the miss from a direction; the direction of the ray, if it then arrives.
+    pub fn connect(
         &self,
         field: &Field,
         [x, y]: [DVec3; 2],
         direction: DVec3,
         effort: &mut Effort,
-    ) -> bool {
+    ) -> Option<DVec3> {
         let goal = (self.tolerance * x.distance(y)).powi(2);
         let basis = perpendicular_basis(direction);
         let most = effort.shots + MOST_SHOTS;
@@ -54,7 +54,7 @@ impl Method {
             // Armijo's rule.
             let (next, next_cost, next_slope) = loop {
                 if shots >= most || scale < 1e-8 {
-                    return false;
+                    return None;
                 }
                 let next = at + step * scale;
                 let (c, s, count) = shoot(next);
@@ -67,7 +67,7 @@ impl Method {
             inverse = updated(inverse, next - at, next_slope - slope);
             (at, cost, slope) = (next, next_cost, next_slope);
         }
-        true
+        Some((direction + basis[0] * at.x + basis[1] * at.y).normalize())
     }
 
     /// The squared miss at the closest approach of the ray in a direction given by two coordinates, its

@@ -41,12 +41,14 @@ impl Launch {
     /// The first node of the ray, with the tangents of unit changes of the two parameters.
     pub(super) fn node(&self, field: &Field) -> Node<Tangents> {
         let basis = perpendicular_basis(self.direction());
-        let (n2, grad) = field.gradient(self.x());
-        let tangents = match *self {
-            Launch::Point { .. } => Tangents::angular(n2.sqrt(), basis),
-            Launch::Plane { direction, .. } => Tangents::lateral(n2.sqrt(), grad, direction, basis),
+        let unset = Tangents::lateral(1.0, DVec3::ZERO, DVec3::ZERO, basis);
+        let mut node = Node::launch(field, self.x(), self.direction(), unset);
+        let n = node.n2.sqrt();
+        node.variation = match *self {
+            Launch::Point { .. } => Tangents::angular(n, basis),
+            Launch::Plane { direction, .. } => Tangents::lateral(n, 2.0 * node.a, direction, basis),
         };
-        Node::launch(field, self.x(), self.direction(), tangents)
+        node
     }
 
     /// The launch with its parameters changed by `step`, radians or lengths.

@@ -6,6 +6,7 @@
 //! from other starts: random ones, or those along a [`Guide`].
 
 mod approach;
+mod bend;
 mod closest;
 mod connection;
 mod edges;

@@ -7,15 +7,26 @@ use crate::interface::{Interface, Mapped, Rule};
 use crate::ray::{Flow, Node, Step, Tolerance, Variation, Work};
 use glam::DVec3;
 
-/// The last step goes this far beyond the target by the index at its start, so that it reaches it;
-/// where the ray ends is then found on the arc.
-const OVERSHOOT: f64 = 1.1;
+/// The last step goes this far beyond the target by what the start of the step lets expect, so that it
+/// reaches it; where the ray ends is then found on the arc.
+const OVERSHOOT: f64 = 1.05;
 
 /// More pieces than any sensible ray has: the end of rays that circle forever.
 const MOST_PIECES: usize = 20_000;
 
 /// More interfaces than any sensible ray meets: the end of those that creep along inside a curved one.
 const MOST_CROSSINGS: u32 = 1000;
+
+/// How far a ray has come.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Travelled {
+    pub arc_length: f64,
+    pub optical_length: f64,
+    /// Span of σ.
+    pub sigma: f64,
+    /// Arc length since the last interface, or of the leg that one has just ended.
+    pub leg: f64,
+}
 
 /// A ray on its way: with tangents, or alone.
 pub(super) struct Shot<'w, W: World, V: Mapped> {
@@ -26,6 +37,9 @@ pub(super) struct Shot<'w, W: World, V: Mapped> {
     end: Node<V>,
     /// Optical path length that is left.
     left: f64,
+    travelled: Travelled,
+    /// Whether the next piece begins a leg.
+    new_leg: bool,
     pieces: usize,
     crossings: u32,
     encounters: u32,
@@ -49,6 +63,8 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
             tolerance,
             end: node,
             left: optical_length,
+            travelled: Travelled::default(),
+            new_leg: false,
             pieces: 0,
             crossings: 0,
             encounters: 0,
@@ -59,6 +75,11 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
     /// Where the ray has got to.
     pub fn end(&self) -> &Node<V> {
         &self.end
+    }
+
+    /// How far the ray has come.
+    pub fn travelled(&self) -> Travelled {
+        self.travelled
     }
 
     /// The reflections so far at which refraction was possible.
@@ -77,14 +98,18 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
             return Ok(None);
         }
         self.pieces += 1;
-        let n2 = self.flow.node().n2;
+        let &Node { n2, a, v, .. } = self.flow.node();
         let sound = n2 > 0.0 && self.left.is_finite();
         if self.pieces > MOST_PIECES || self.crossings > MOST_CROSSINGS || !sound {
             return Err(Failure::RayLost);
         }
-        let step = self.flow.advance(OVERSHOOT * self.left / n2, work);
-        let optical = step.arc.optical_length(1.0);
-        let target = if optical >= self.left {
+        // The optical path length of a span h is n²h + (a·v)h² to second order.
+        let h = self.left / n2;
+        let change = (a.dot(v) * h / n2).clamp(-0.25, 0.25);
+        let span = h * (1.0 + change) / (1.0 + 2.0 * change);
+        let step = self.flow.advance(OVERSHOOT * span, work);
+        let whole = step.arc.lengths(1.0);
+        let target = if whole[1] >= self.left {
             step.arc.theta_at_optical_length(self.left)
         } else {
             1.0
@@ -99,19 +124,34 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
             theta_end: crossing.as_ref().map_or(target, |c| c.theta),
             event: None,
         };
+        let reached = whole[1] >= self.left;
+        self.count(&piece, whole);
         if let Some(crossing) = crossing {
-            self.left = (self.left - step.arc.optical_length(crossing.theta)).max(0.0);
             piece.event = Some(self.cross(&step, &crossing, reflect)?);
-        } else if optical >= self.left {
+        } else if reached {
             self.left = 0.0;
             self.end = step.end;
             (self.end.x, self.end.v, self.end.variation) = step.at(target);
-        } else if step.end.x.is_finite() {
-            self.left -= optical;
-        } else {
+        } else if !step.end.x.is_finite() {
             return Err(Failure::RayLost);
         }
         Ok(Some(piece))
+    }
+
+    /// Counts a piece as travelled, given the arc length and optical path length of its whole arc.
+    fn count(&mut self, piece: &Piece<W::Region>, whole: [f64; 2]) {
+        let [arc_length, optical_length] = if piece.theta_end < 1.0 {
+            piece.arc.lengths(piece.theta_end)
+        } else {
+            whole
+        };
+        let so_far = &mut self.travelled;
+        so_far.arc_length += arc_length;
+        so_far.optical_length += optical_length;
+        so_far.sigma += piece.arc.h() * piece.theta_end;
+        so_far.leg = if self.new_leg { 0.0 } else { so_far.leg } + arc_length;
+        self.new_leg = false;
+        self.left = (self.left - optical_length).max(0.0);
     }
 
     /// Takes the ray through an interface.
@@ -122,6 +162,7 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
         reflect: &mut dyn FnMut(u32) -> bool,
     ) -> Result<Event, Failure> {
         self.crossings += 1;
+        self.new_leg = true;
         let (_, v, variation) = step.at(crossing.theta);
         let field = self.world.field(self.region);
         let node = Node::launch(field, crossing.position, v.normalize(), variation);

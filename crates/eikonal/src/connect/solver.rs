@@ -1,21 +1,46 @@
 //! Newton's method on the shot.
 
+use super::bend::bent_chord;
 use super::connection::{Connection, Failure};
 use super::launch::Launch;
 use super::newton::{Iterate, Landing, system};
 use super::pattern::Pattern;
-use super::shoot::Shot;
+use super::shoot::{Shot, Travelled};
 use super::start::Start;
 use super::world::{Piece, World};
-use crate::ray::{Tolerance, Work};
+use crate::ray::{Arc, Tolerance, Work};
 use glam::DVec3;
 
 /// Budget of shots for one connection.
 const MOST_SHOTS: u32 = 20;
+/// A ray that misses by this many tolerances is corrected to first order instead of being shot again,
+/// unless its tube is narrow: the square of such a miss is below the tolerance, and the Jacobian changes
+/// by no more than that many tolerances. Where steps are rejected, rays jump by a tolerance or so, and no
+/// shot would do better.
+const LAST_CORRECTION: f64 = 10.0;
+/// A first direction is good enough if it would not change by more than this many tolerances.
+const ENOUGH: f64 = 3.0;
 /// Share of the longest step that the last correction may make.
 const SMALL: f64 = 0.1;
 /// Damping beyond which the iteration has come to a local minimum of the miss.
 const STUCK: f64 = 1e3;
+
+/// The end of a shot.
+#[derive(Clone, Copy)]
+struct Hit {
+    landing: Landing,
+    travelled: Travelled,
+    /// Reflections by choice.
+    pattern: Pattern,
+}
+
+impl Hit {
+    /// |J| or |A| there.
+    fn jacobian(&self) -> f64 {
+        let Landing { v, variation, .. } = &self.landing;
+        variation.cross_section(*v).abs()
+    }
+}
 
 /// Finds connections; holds the storage that they reuse.
 #[derive(Clone, Debug)]
@@ -27,8 +52,8 @@ pub struct Solver<R> {
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// A solver that accepts a ray when it passes the target within `tolerance` times the length of
-    /// its last leg (from the last interface, or from the start), and corrects directions and lengths
+    /// A solver that accepts a ray when it passes the target within ten times `tolerance` times the length
+    /// of its last leg (from the last interface, or from the start), and corrects directions and lengths
     /// to first order for what remains.
     pub fn new(tolerance: Tolerance) -> Self {
         Solver {
@@ -48,8 +73,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         &self.pieces
     }
 
-    /// The primary branch from point `x` in `region` to `y`: started in the direction of the chord,
-    /// refracted wherever that is possible.
+    /// The primary branch from point `x` in `region` to `y`: started in the direction of the chord, or of
+    /// the chord bent by the field if that meets no interface; refracted wherever that is possible.
     ///
     /// # Errors
     ///
@@ -60,15 +85,23 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         (x, region): (DVec3, R),
         y: DVec3,
     ) -> Result<Connection, Failure> {
-        let d = y - x;
-        let launch = Launch::Point {
-            x,
-            direction: d.try_normalize().ok_or(Failure::Coincident)?,
+        let chord = y - x;
+        let straight = chord.try_normalize().ok_or(Failure::Coincident)?;
+        let field = world.field(region);
+        let line = Arc::line(x, chord, 1.0);
+        let free = !field.is_constant() && world.crossing(region, &line).is_none();
+        let bent = || bent_chord(field, x, chord, ENOUGH * self.tolerance.get());
+        let (direction, optical_length) = match free.then(bent).flatten() {
+            Some(guess) => {
+                self.work.evaluations += guess.evaluations;
+                (guess.direction, guess.optical_length)
+            }
+            None => (straight, chord.length() * field.n(x)),
         };
         let start = Start {
-            launch,
+            launch: Launch::Point { x, direction },
             region,
-            optical_length: d.length() * world.field(region).n(x),
+            optical_length,
             pattern: Pattern::REFRACT,
         };
         self.solve(world, &start, y)
@@ -135,9 +168,10 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 break;
             }
             let shot = self.shoot(world, &trial, start);
-            let miss = shot.map_or(f64::INFINITY, |(end, _)| end.x.distance(y));
-            if let Some((landing, pattern)) = shot.ok().filter(|_| miss <= self.goal(floor)) {
-                match self.finish(&trial, (&landing, pattern), y, shots) {
+            let miss = shot.map_or(f64::INFINITY, |hit| hit.landing.x.distance(y));
+            let arrived = |hit: &Hit| miss <= self.goal(&trial.launch, hit, floor);
+            if let Some(hit) = shot.ok().filter(arrived) {
+                match self.finish(&trial, &hit, y, shots) {
                     Ok(found) => return Ok(found),
                     Err(caustic) => failure = caustic,
                 }
@@ -147,8 +181,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 (Some((_, _, least)), _) if miss.is_nan() || miss >= *least => {
                     damping = f64::max(damping * 8.0, 0.05);
                 }
-                (_, Ok((landing, _))) => {
-                    best = Some((trial, landing, miss));
+                (_, Ok(hit)) => {
+                    best = Some((trial, hit.landing, miss));
                     damping = if damping > 0.02 { damping / 16.0 } else { 0.0 };
                 }
                 (_, Err(failure)) => return Err(failure),
@@ -163,24 +197,24 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 
     /// How close to the target a ray must pass: on the scale of its length since the last interface,
     /// since a target just behind a wall that is lit from far away must be met on the scale of its
-    /// distance to the wall.
-    fn goal(&self, floor: f64) -> f64 {
-        let last = self.pieces.iter().rev().enumerate();
-        let leg: f64 = last
-            .take_while(|(i, piece)| *i == 0 || piece.event.is_none())
-            .map(|(_, piece)| piece.arc.arc_length(piece.theta_end))
-            .sum();
-        f64::max(self.tolerance.get() * leg, floor)
+    /// distance to the wall. Where the ray tube is narrow, directions and the Jacobian depend on the
+    /// target the more.
+    fn goal(&self, launch: &Launch, hit: &Hit, floor: f64) -> f64 {
+        let straight = launch.spread(hit.travelled.arc_length).powi(2);
+        let correctable = (LAST_CORRECTION * hit.jacobian() / straight).clamp(1.0, LAST_CORRECTION);
+        f64::max(
+            correctable * self.tolerance.get() * hit.travelled.leg,
+            floor,
+        )
     }
 
-    /// Shoots the ray of an iterate with tangents; keeps its pieces. Returns its end, and its reflections
-    /// by choice.
+    /// Shoots the ray of an iterate with tangents; keeps its pieces.
     fn shoot<W: World<Region = R>>(
         &mut self,
         world: &W,
         iterate: &Iterate,
         start: &Start<R>,
-    ) -> Result<(Landing, Pattern), Failure> {
+    ) -> Result<Hit, Failure> {
         let region = start.region;
         let node = iterate.launch.node(world.field(region));
         let (tolerance, work) = (self.tolerance, &mut self.work);
@@ -189,7 +223,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         while let Some(piece) = shot.advance(&mut |i| start.pattern.reflects(i), work)? {
             self.pieces.push(piece);
         }
-        Ok((*shot.end(), shot.pattern()))
+        Ok(Hit {
+            landing: *shot.end(),
+            travelled: shot.travelled(),
+            pattern: shot.pattern(),
+        })
     }
 
     /// The ray of an iterate, corrected to first order for its remaining miss: unless that is no small
@@ -197,15 +235,19 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     fn finish(
         &self,
         iterate: &Iterate,
-        (landing, pattern): (&Landing, Pattern),
+        hit: &Hit,
         y: DVec3,
         shots: u32,
     ) -> Result<Connection, Failure> {
+        let (landing, jacobian) = (&hit.landing, hit.jacobian());
         let miss = y - landing.x;
         let step = system(landing).inverse() * miss;
-        let jacobian = landing.variation.cross_section(landing.v).abs();
-        let sum = |f: &dyn Fn(&Piece<R>) -> f64| self.pieces.iter().map(f).sum::<f64>();
-        let arc_length = sum(&|p| p.arc.arc_length(p.theta_end));
+        let Travelled {
+            arc_length,
+            optical_length,
+            sigma,
+            ..
+        } = hit.travelled;
         let start = iterate.launch;
         let small = SMALL * start.longest_step(start.x().distance(y));
         let narrow = (self.tolerance.get() * start.spread(arc_length)).powi(2);
@@ -226,11 +268,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             direction_out: launch.direction(),
             direction_in: (landing.v + dv).normalize(),
             arc_length: arc_length + along / n,
-            optical_length: sum(&|p| p.arc.optical_length(p.theta_end)) + along,
-            sigma: sum(&|p| p.arc.h() * p.theta_end) + along / (n * n),
+            optical_length: optical_length + along,
+            sigma: sigma + along / (n * n),
             jacobian,
             miss: miss.length(),
-            pattern,
+            pattern: hit.pattern,
             shots,
         })
     }

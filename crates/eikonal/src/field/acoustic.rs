@@ -276,10 +276,14 @@ impl Acoustic {
         .squared()
     }
 
-    /// 1/k of the shortest wave.
+    /// The length that makes the fifth derivative of a ray by σ n⁵L⁻⁴, by the fourth derivative of the index, which
+    /// is at most 3/8 Δn k⁴ of each mode; no more than 6/k of the shortest wave, so that it is seen.
     pub(super) fn length_scale(&self, _: DVec3) -> f64 {
-        let modes = self.modes.iter().filter(|m| m.amplitude != 0.0);
-        1.0 / modes.map(|m| m.wave_number).fold(0.0, f64::max)
+        let modes = || self.modes.iter().filter(|m| m.amplitude != 0.0);
+        let shortest = modes().map(|m| m.wave_number).fold(0.0, f64::max);
+        let fourth = |m: &AcousticMode| 0.375 * m.amplitude.abs() * m.wave_number.powi(4);
+        let sum: f64 = modes().map(fourth).sum();
+        (self.n0 / sum).sqrt().sqrt().min(6.0 / shortest)
     }
 
     pub(super) fn is_constant(&self) -> bool {

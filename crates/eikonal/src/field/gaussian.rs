@@ -82,9 +82,13 @@ impl Gaussian {
         .squared()
     }
 
-    /// w, and half the distance to the centre from 2w on: no step can reach the bump from afar.
+    /// The length that makes the fifth derivative of a ray by σ n⁵L⁻⁴, by the fourth derivative of n² at the centre,
+    /// 6nΔn/w⁴; no more than 3w, so that the bump is seen. Far away half the distance to the centre: no
+    /// step can reach the bump from afar.
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
-        self.width.max(0.5 * (x - self.center).length())
+        let contrast = self.delta.abs() / self.n0.min(self.n0 + self.delta);
+        let widths = (1.0 / (3.0 * contrast)).sqrt().sqrt().min(3.0);
+        (self.width * widths).max(0.5 * (x - self.center).length())
     }
 
     pub(super) fn is_constant(&self) -> bool {

@@ -170,8 +170,10 @@ impl Field {
         each!(self, f => f.bounds(region))
     }
 
-    /// The local length scale: a step of a fraction of it cannot jump over a feature of the
-    /// field. A 1-Lipschitz function of position; infinite for constant fields.
+    /// The local length scale L, by which steps are chosen: the field turns rays no faster than once in L,
+    /// and makes their fifth derivative by σ about n⁵L⁻⁴, so that in weak fields it is long. A step of a
+    /// fraction of it cannot jump over a feature of the field. A 1-Lipschitz function of position;
+    /// infinite for constant fields.
     pub fn length_scale(&self, x: DVec3) -> f64 {
         each!(self, f => f.length_scale(x))
     }

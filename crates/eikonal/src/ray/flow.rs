@@ -50,11 +50,14 @@ impl AddAssign for Work {
     }
 }
 
-/// A step never exceeds this multiple of the field's length scale, so that it cannot jump over a
-/// feature whatever the error estimate says.
-const STEP_PER_LENGTH_SCALE: f64 = 1.0;
+/// A step never exceeds the field's length scale, nor this multiple of the step that is expected to keep the
+/// tolerance, so that it cannot jump over a feature whatever the error estimate says.
+const MOST_OVER_EXPECTED: f64 = 1.25;
 /// A repeated step shrinks at least this far below the size that would just have been accepted.
 const SAFETY: f64 = 0.9;
+
+/// Where the field turns a ray at the rate Ω per unit of σ, a step makes an error of h⁵Ω⁴n over this.
+const ERROR: f64 = 11520.0;
 
 /// A ray on its way through one field.
 ///
@@ -66,6 +69,8 @@ pub struct Flow<'a, V: Variation> {
     field: &'a Field,
     node: Node<V>,
     tolerance: f64,
+    /// The expected step in units of the length scale.
+    expected: f64,
     h: f64,
 }
 
@@ -76,6 +81,7 @@ impl<'a, V: Variation> Flow<'a, V> {
             field,
             node,
             tolerance: tolerance.get(),
+            expected: fourth_root(ERROR * tolerance.get()),
             h: f64::INFINITY,
         };
         if !field.is_constant() {
@@ -98,7 +104,10 @@ impl<'a, V: Variation> Flow<'a, V> {
             return step;
         }
         loop {
-            let h = self.h.min(self.longest()).min(limit);
+            let longest = self.longest();
+            // Two steps for a span that one nearly reaches would be one too many.
+            let near = SAFETY * limit <= self.h;
+            let h = if near { limit } else { self.h }.min(longest);
             let step = Step::new(self.field, &self.node, h);
             work.evaluations += EVALUATIONS_PER_STEP;
             let scale = self.resize(&step);
@@ -125,20 +134,25 @@ impl<'a, V: Variation> Flow<'a, V> {
     /// The factor by which this step could be longer: its error per length grows as h⁴.
     fn resize(&self, step: &Step<V>) -> f64 {
         let allowed = self.tolerance * step.arc.h() * step.start.v.length();
-        (allowed / step.error().max(1e-300)).powf(0.25)
+        fourth_root(allowed / step.error().max(1e-300))
     }
 
     /// The longest span of σ that cannot jump over a feature of the field.
     fn longest(&self) -> f64 {
         let n = self.node.v.length();
-        STEP_PER_LENGTH_SCALE * self.field.length_scale(self.node.x) / n
+        let multiple = (MOST_OVER_EXPECTED * self.expected).min(1.0);
+        multiple * self.field.length_scale(self.node.x) / n
     }
 
-    /// A first step from the length scale and the forces: where the field turns the ray at the rate
-    /// Ω per unit of σ, the error estimate is about h⁵Ω⁴n/11520.
+    /// A first step from the length scale and the forces, which both say how fast the field turns rays.
     fn first_guess(&self) -> f64 {
         let n = self.node.v.length();
         let omega = (n / self.field.length_scale(self.node.x)).max(self.node.a.length() / n);
-        SAFETY * (11520.0 * self.tolerance).powf(0.25) / omega
+        SAFETY * self.expected / omega
     }
+}
+
+/// x^¼ by roots that every processor rounds alike.
+fn fourth_root(x: f64) -> f64 {
+    x.sqrt().sqrt()
 }

@@ -1,6 +1,5 @@
 //! Tangents of a ray: how it moves when its start is perturbed (theory eq. 2).
 
-use super::arc::Arc;
 use crate::field::Field;
 use glam::{DMat3, DVec3};
 
@@ -86,8 +85,9 @@ impl Variation for Tangents {
     }
 
     fn kick(&mut self, half_hess: &DMat3, h: f64) {
+        let kick = *half_hess * h;
         for (dx, dv) in self.dx.iter().zip(&mut self.dv) {
-            *dv += *half_hess * *dx * h;
+            *dv += kick * *dx;
         }
     }
 
@@ -103,19 +103,43 @@ impl Variation for Tangents {
         h: f64,
         theta: f64,
     ) -> Self {
-        let column = |k: usize| {
-            Arc::hermite(
-                [start.dx[k], start.dv[k], *start_hess * start.dx[k]],
-                [end.dx[k], end.dv[k], *end_hess * end.dx[k]],
-                h,
-            )
+        let (position, velocity) = quintic(h, theta);
+        let sum = |w: [f64; 6], k: usize| {
+            (start.dx[k] * w[0] + start.dv[k] * w[1] + *start_hess * start.dx[k] * w[2])
+                + (end.dx[k] * w[3] + end.dv[k] * w[4] + *end_hess * end.dx[k] * w[5])
         };
-        let columns = [column(0), column(1)];
         Tangents {
-            dx: columns.map(|c| c.position(theta)),
-            dv: columns.map(|c| c.velocity(theta)),
+            dx: [sum(position, 0), sum(position, 1)],
+            dv: [sum(velocity, 0), sum(velocity, 1)],
         }
     }
+}
+
+/// Weights of position, velocity and acceleration at both ends of a span `h` in the quintic that matches
+/// them (Hermite), and in its derivative, at θ.
+fn quintic(h: f64, theta: f64) -> ([f64; 6], [f64; 6]) {
+    let (t, u) = (theta, 1.0 - theta);
+    let (t2, u2) = (t * t, u * u);
+    let (t3, u3) = (t2 * t, u2 * u);
+    let rise = 30.0 * t2 * u2 / h;
+    (
+        [
+            u3 * (1.0 + t * (3.0 + 6.0 * t)),
+            h * t * u3 * (1.0 + 3.0 * t),
+            0.5 * h * h * t2 * u3,
+            t3 * (1.0 + u * (3.0 + 6.0 * u)),
+            -h * u * t3 * (1.0 + 3.0 * u),
+            0.5 * h * h * u2 * t3,
+        ],
+        [
+            -rise,
+            u2 * (1.0 + t * (2.0 - 15.0 * t)),
+            0.5 * h * t * u2 * (2.0 - 5.0 * t),
+            rise,
+            t2 * (1.0 + u * (2.0 - 15.0 * u)),
+            -0.5 * h * u * t2 * (2.0 - 5.0 * u),
+        ],
+    )
 }
 
 /// Two unit vectors that form a right-handed basis with the unit vector `w` (Duff et al.,

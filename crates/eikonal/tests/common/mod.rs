@@ -199,10 +199,11 @@ pub fn all_fields() -> Vec<Case> {
     ]
 }
 
-/// The length scale, or 1 where it is infinite.
+/// A length over which the field changes little by little: a sixth of the length scale, which is up to six
+/// times the inverse of a wave number; 1 where it is infinite.
 pub fn scale(field: &Field, x: DVec3) -> f64 {
     match field.length_scale(x) {
-        l if l.is_finite() => l,
+        l if l.is_finite() => l / 6.0,
         _ => 1.0,
     }
 }

@@ -2,10 +2,10 @@
 
 use super::Location;
 
-/// Whether a place is in a file of JSON.
+/// Whether a place is in a file of JSON, or in a dictionary, which says the same.
 fn in_json(place: &Location) -> bool {
     let extension = place.file().extension();
-    extension.is_some_and(|e| e.eq_ignore_ascii_case("json"))
+    place.source().is_index() || extension.is_some_and(|e| e.eq_ignore_ascii_case("json"))
 }
 
 /// A type or a kind, or several with " or " between: `<float>`, or `float` in JSON.

@@ -1,179 +1,228 @@
 //! Value and derivatives of the spline.
 //!
-//! The sum over 4³ coefficients is separable. It is taken over z and y first, with four lanes along
-//! x, which is contiguous and lets the compiler use vector instructions; x is contracted last.
+//! The sum over 4³ coefficients is separable. It is taken over y first, then z, then x; the lanes of
+//! vectors run along x, which is contiguous. Multiplications and additions are rounded one by one, in an
+//! order that does not depend on the instructions that the processor has: the results are the same, bit
+//! by bit, on all of them.
 
 use super::Bspline;
-use super::lattice::{cell, first_coefficient};
+use super::weights::Weights;
 use crate::field::Jet;
+use fearless_simd::{Level, Simd, SimdBase, SimdCombine, dispatch, f32x4, f64x4};
 use glam::{DMat3, DVec3};
 
-type Lanes = [f64; 4];
+/// Planes (z) of rows (y) of four coefficients.
+type Rows<S> = [[f64x4<S>; 4]; 4];
 
-/// Multiplying by it is much cheaper than dividing by 6.
-const SIXTH: f64 = 1.0 / 6.0;
-
-/// The four basis functions of one axis at a point, and their derivatives by position.
-struct Weights {
-    value: Lanes,
-    first: Lanes,
-    second: Lanes,
-}
-
-impl Weights {
-    /// At a fraction `t` of a cell; `s` = 1/spacing.
-    fn new(t: f64, s: f64) -> Self {
-        let u = 1.0 - t;
-        let (t2, u2) = (t * t, u * u);
-        let value = [
-            u2 * u * SIXTH,
-            (t2 * (3.0 * t - 6.0) + 4.0) * SIXTH,
-            (u2 * (3.0 * u - 6.0) + 4.0) * SIXTH,
-            t2 * t * SIXTH,
-        ];
-        let half = 0.5 * s;
-        let first = [
-            -half * u2,
-            half * t * (3.0 * t - 4.0),
-            -half * u * (3.0 * u - 4.0),
-            half * t2,
-        ];
-        let s2 = s * s;
-        let second = [s2 * u, s2 * (3.0 * t - 2.0), s2 * (3.0 * u - 2.0), s2 * t];
-        Weights {
-            value,
-            first,
-            second,
-        }
-    }
-}
-
-#[inline(always)]
-fn add(sum: &mut Lanes, weight: f64, row: &Lanes) {
-    for (s, r) in sum.iter_mut().zip(row) {
-        *s += weight * r;
-    }
-}
-
-#[inline(always)]
-fn dot(a: &Lanes, b: &Lanes) -> f64 {
-    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
+/// The vector instructions to use: the widest that this processor has, up to four lanes. With eight the
+/// additions take less time and the moves between lanes more.
+pub(super) fn level() -> Level {
+    let widest = Level::new();
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    let widest = widest.as_avx2().map_or(widest, |avx2| avx2.level());
+    widest
 }
 
 impl Bspline {
     pub(in crate::field) fn n2(&self, x: DVec3) -> f64 {
-        let ([wx, wy, wz], rows) = self.stencil(x);
-        let mut sum = [0.0; 4];
-        for (k, plane) in rows.iter().enumerate() {
-            for (j, row) in plane.iter().enumerate() {
-                add(&mut sum, wz.value[k] * wy.value[j], &row.map(f64::from));
-            }
-        }
-        self.n2_ref + dot(&sum, &wx.value)
+        dispatch!(self.level, simd => self.n2_by(simd, x))
     }
 
     pub(in crate::field) fn gradient(&self, x: DVec3) -> (f64, DVec3) {
-        let ([wx, wy, wz], rows) = self.stencil(x);
-        let [mut sum, mut sum_y, mut sum_z] = [[0.0; 4]; 3];
-        for (k, plane) in rows.iter().enumerate() {
-            let [mut p, mut py] = [[0.0; 4]; 2];
-            for (j, row) in plane.iter().enumerate() {
-                let row = row.map(f64::from);
-                add(&mut p, wy.value[j], &row);
-                add(&mut py, wy.first[j], &row);
-            }
-            add(&mut sum, wz.value[k], &p);
-            add(&mut sum_y, wz.value[k], &py);
-            add(&mut sum_z, wz.first[k], &p);
-        }
-        let grad = DVec3::new(
-            dot(&sum, &wx.first),
-            dot(&sum_y, &wx.value),
-            dot(&sum_z, &wx.value),
-        );
-        (self.n2_ref + dot(&sum, &wx.value), grad)
+        dispatch!(self.level, simd => self.gradient_by(simd, x))
     }
 
     pub(in crate::field) fn jet(&self, x: DVec3) -> Jet {
-        let ([wx, wy, wz], rows) = self.stencil(x);
-        let [mut sum, mut sum_y, mut sum_z] = [[0.0; 4]; 3];
-        let [mut sum_yy, mut sum_yz, mut sum_zz] = [[0.0; 4]; 3];
-        for (k, plane) in rows.iter().enumerate() {
-            let [mut p, mut py, mut pyy] = [[0.0; 4]; 3];
-            for (j, row) in plane.iter().enumerate() {
-                let row = row.map(f64::from);
-                add(&mut p, wy.value[j], &row);
-                add(&mut py, wy.first[j], &row);
-                add(&mut pyy, wy.second[j], &row);
-            }
-            add(&mut sum, wz.value[k], &p);
-            add(&mut sum_y, wz.value[k], &py);
-            add(&mut sum_yy, wz.value[k], &pyy);
-            add(&mut sum_z, wz.first[k], &p);
-            add(&mut sum_yz, wz.first[k], &py);
-            add(&mut sum_zz, wz.second[k], &p);
-        }
-        let grad = DVec3::new(
-            dot(&sum, &wx.first),
-            dot(&sum_y, &wx.value),
-            dot(&sum_z, &wx.value),
-        );
-        let (xy, xz) = (dot(&sum_y, &wx.first), dot(&sum_z, &wx.first));
-        let yz = dot(&sum_yz, &wx.value);
-        let hess = DMat3::from_cols(
-            DVec3::new(dot(&sum, &wx.second), xy, xz),
-            DVec3::new(xy, dot(&sum_yy, &wx.value), yz),
-            DVec3::new(xz, yz, dot(&sum_zz, &wx.value)),
-        );
-        Jet {
-            n2: self.n2_ref + dot(&sum, &wx.value),
-            grad,
-            hess,
-        }
+        dispatch!(self.level, simd => self.jet_by(simd, x))
     }
 
-    /// The weights along x, y, z, and the coefficients as planes (z) of rows (y).
     #[inline(always)]
-    fn stencil(&self, x: DVec3) -> ([Weights; 3], [[[f32; 4]; 4]; 4]) {
-        let t = self.lattice.coordinates(x);
-        let cell = t.to_array().map(cell);
+    fn n2_by<S: Simd>(&self, simd: S, x: DVec3) -> f64 {
+        let ([wx, wy, wz], rows) = self.stencil(simd, x);
+        let sum = along_z(&along_y(&rows, wy.value), wz.value) * wx.value;
+        self.n2_ref + across([sum; 4])[0]
+    }
+
+    #[inline(always)]
+    fn gradient_by<S: Simd>(&self, simd: S, x: DVec3) -> (f64, DVec3) {
+        let ([wx, wy, wz], rows) = self.stencil(simd, x);
+        let (value, first) = (along_y(&rows, wy.value), along_y(&rows, wy.first));
+        let sum = along_z(&value, wz.value);
+        let sum_y = along_z(&first, wz.value);
+        let sum_z = along_z(&value, wz.first);
+        let sums = [
+            sum * wx.value,
+            sum * wx.first,
+            sum_y * wx.value,
+            sum_z * wx.value,
+        ];
+        let [n2, x, y, z] = across(sums);
+        let grad = DVec3::new(x, y, z) * self.lattice.per_spacing();
+        (self.n2_ref + n2, grad)
+    }
+
+    #[inline(always)]
+    fn jet_by<S: Simd>(&self, simd: S, x: DVec3) -> Jet {
+        let ([wx, wy, wz], rows) = self.stencil(simd, x);
+        let (value, first) = (along_y(&rows, wy.value), along_y(&rows, wy.first));
+        let second = along_y(&rows, wy.second);
+        let sum = along_z(&value, wz.value);
+        let sum_y = along_z(&first, wz.value);
+        let sum_z = along_z(&value, wz.first);
+        let sum_yy = along_z(&second, wz.value);
+        let sum_yz = along_z(&first, wz.first);
+        let sum_zz = along_z(&value, wz.second);
+        let [n2, x, y, z] = across([
+            sum * wx.value,
+            sum * wx.first,
+            sum_y * wx.value,
+            sum_z * wx.value,
+        ]);
+        let [xx, xy, xz, yz] = across([
+            sum * wx.second,
+            sum_y * wx.first,
+            sum_z * wx.first,
+            sum_yz * wx.value,
+        ]);
+        let [yy, zz, ..] = across([sum_yy * wx.value, sum_zz * wx.value, sum, sum]);
         let s = self.lattice.per_spacing();
-        let weights = std::array::from_fn(|a| Weights::new(t[a] - cell[a] as f64, s[a]));
-        (weights, self.gather(cell.map(first_coefficient)))
+        let (xy, xz, yz) = (xy * (s.x * s.y), xz * (s.x * s.z), yz * (s.y * s.z));
+        Jet {
+            n2: self.n2_ref + n2,
+            grad: DVec3::new(x, y, z) * s,
+            hess: DMat3::from_cols(
+                DVec3::new(xx * (s.x * s.x), xy, xz),
+                DVec3::new(xy, yy * (s.y * s.y), yz),
+                DVec3::new(xz, yz, zz * (s.z * s.z)),
+            ),
+        }
     }
 
+    /// The weights along x, y, z, and the coefficients.
     #[inline(always)]
-    fn gather(&self, first: [isize; 3]) -> [[[f32; 4]; 4]; 4] {
+    fn stencil<S: Simd>(&self, simd: S, x: DVec3) -> ([Weights<S>; 3], Rows<S>) {
+        let (first, t) = self.lattice.locate(x);
+        let weights = [
+            Weights::new(simd, t.x),
+            Weights::new(simd, t.y),
+            Weights::new(simd, t.z),
+        ];
         let size = self.lattice.stored_dims();
         let inside = (0..3).all(|a| first[a] >= 0 && first[a] + 4 <= size[a] as isize);
-        let mut rows = [[[0.0; 4]; 4]; 4];
-        if inside {
-            let [_, sy, sz] = self.lattice.strides();
+        let mut clamped = [0.0; 64];
+        let (from, [_, row, plane]) = if inside {
             let start = self.lattice.offset(first.map(|i| i as usize));
-            for (k, plane) in rows.iter_mut().enumerate() {
-                for (j, row) in plane.iter_mut().enumerate() {
-                    let at = start + k * sz + j * sy;
-                    row.copy_from_slice(&self.coefficients[at..at + 4]);
-                }
-            }
+            (&self.coefficients[start..], self.lattice.strides())
         } else {
-            self.gather_clamped(first, &mut rows);
-        }
-        rows
+            self.gather_clamped(first, &mut clamped);
+            (&clamped[..], [1, 4, 16])
+        };
+        let rows = [
+            load(simd, from, row),
+            load(simd, &from[plane..], row),
+            load(simd, &from[2 * plane..], row),
+            load(simd, &from[3 * plane..], row),
+        ];
+        (weights, rows)
     }
 
-    /// As inside, with the outermost coefficients standing for all beyond them.
+    /// The outermost coefficients stand for all beyond them.
     #[cold]
-    fn gather_clamped(&self, first: [isize; 3], rows: &mut [[[f32; 4]; 4]; 4]) {
+    fn gather_clamped(&self, first: [isize; 3], to: &mut [f32; 64]) {
         let index: [[usize; 4]; 3] = std::array::from_fn(|a| {
             std::array::from_fn(|i| self.lattice.clamp(a, first[a] + i as isize))
         });
-        for (plane, &k) in rows.iter_mut().zip(&index[2]) {
-            for (row, &j) in plane.iter_mut().zip(&index[1]) {
-                for (c, &i) in row.iter_mut().zip(&index[0]) {
-                    *c = self.coefficients[self.lattice.offset([i, j, k])];
-                }
-            }
+        for (at, to) in to.iter_mut().enumerate() {
+            let [i, j, k] = [index[0][at % 4], index[1][at / 4 % 4], index[2][at / 16]];
+            *to = self.coefficients[self.lattice.offset([i, j, k])];
+        }
+    }
+}
+
+/// The rows of a plane.
+#[inline(always)]
+fn load<S: Simd>(simd: S, from: &[f32], row: usize) -> [f64x4<S>; 4] {
+    let at = |start: usize| f32x4::from_slice(simd, &from[start..][..4]);
+    let (a, b) = simd.widen_f32x8(at(0).combine(at(row)));
+    let (c, d) = simd.widen_f32x8(at(2 * row).combine(at(3 * row)));
+    [a, b, c, d]
+}
+
+/// The rows of each plane summed.
+#[inline(always)]
+fn along_y<S: Simd>(rows: &Rows<S>, weights: f64x4<S>) -> [f64x4<S>; 4] {
+    let [a, b, c, d] = rows;
+    let w = &weights;
+    [
+        combined(a, w),
+        combined(b, w),
+        combined(c, w),
+        combined(d, w),
+    ]
+}
+
+/// All planes summed.
+#[inline(always)]
+fn along_z<S: Simd>(planes: &[f64x4<S>; 4], weights: f64x4<S>) -> f64x4<S> {
+    combined(planes, &weights)
+}
+
+#[inline(always)]
+fn combined<S: Simd>([a, b, c, d]: &[f64x4<S>; 4], weights: &f64x4<S>) -> f64x4<S> {
+    let [s, t, u, v] = **weights;
+    (*a * s + *b * t) + (*c * u + *d * v)
+}
+
+/// The four lanes of each vector summed.
+#[inline(always)]
+fn across<S: Simd>([a, b, c, d]: [f64x4<S>; 4]) -> [f64; 4] {
+    let halves = neighbours(neighbours(a, b), neighbours(c, d));
+    *halves
+}
+
+/// Neighbouring lanes summed: those of `a`, then those of `b`.
+#[inline(always)]
+fn neighbours<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
+    a.unzip_low(b) + a.unzip_high(b)
+}
+
+#[cfg(all(test, any(target_arch = "x86", target_arch = "x86_64")))]
+mod tests {
+    use super::*;
+    use crate::Aabb;
+    use crate::field::Placement;
+
+    /// Bits of value and derivatives at places inside and outside of a grid.
+    fn bits(grid: &Bspline) -> Vec<u64> {
+        let place = |i: usize| [0.754_877, 0.569_840, 0.438_579].map(|s| s * i as f64 % 1.0);
+        let jet = |i: usize| {
+            let x = DVec3::from_array(place(i)) * 3.0 - 1.5;
+            let (n2, jet) = (grid.n2(x), grid.jet(x));
+            let (also_n2, grad) = grid.gradient(x);
+            let mut values = vec![n2, jet.n2, also_n2];
+            values.extend(jet.grad.to_array().into_iter().chain(grad.to_array()));
+            values.extend(jet.hess.to_cols_array());
+            values
+        };
+        (0..2000).flat_map(jet).map(f64::to_bits).collect()
+    }
+
+    #[test]
+    fn every_processor_gets_the_same_bits() {
+        let cube = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
+        let index = |x: DVec3| 1.3 + 0.1 * (3.0 * x.x).sin() * (5.0 * x.y).cos() * x.z;
+        let mut grid = Bspline::from_fn([9, 8, 7], cube, Placement::Nodes, index).unwrap();
+        let widest = Level::new();
+        let levels = [
+            widest.as_sse2().map(|l| l.level()),
+            widest.as_sse4_2().map(|l| l.level()),
+            widest.as_avx2().map(|l| l.level()),
+            widest.as_avx512().map(|l| l.level()),
+        ];
+        let expected = bits(&grid);
+        for level in levels.into_iter().flatten() {
+            grid.level = level;
+            assert!(bits(&grid) == expected, "{level:?}");
         }
     }
 }

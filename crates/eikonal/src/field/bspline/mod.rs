@@ -5,14 +5,18 @@ mod bounds;
 mod evaluate;
 mod lattice;
 mod prefilter;
+mod scales;
+mod weights;
 
 pub use lattice::Placement;
 
 use super::error::FieldError;
 use crate::bounds::Aabb;
 use blocks::Blocks;
+use fearless_simd::Level;
 use glam::DVec3;
 use lattice::{Lattice, PAD};
+use scales::Scales;
 use std::sync::{Arc, OnceLock};
 
 /// δ = n² − n_ref² as the tricubic B-spline that interpolates samples on a regular grid: C², of
@@ -37,7 +41,10 @@ pub struct Bspline {
     /// Coefficients of δ, x fastest, with `PAD` extra ones at both ends of each axis.
     /// Shared by copies of the field.
     coefficients: Arc<[f32]>,
-    constant: bool,
+    /// None if the field is constant. Shared by copies of the field.
+    scales: Option<Arc<Scales>>,
+    /// The vector instructions that the processor has.
+    level: Level,
     /// Made when bounds over a large box are first asked for.
     blocks: OnceLock<Blocks>,
 }
@@ -45,7 +52,8 @@ pub struct Bspline {
 impl Bspline {
     pub(super) fn memory(&self) -> usize {
         let blocks = self.blocks.get().map_or(0, Blocks::memory);
-        self.coefficients.len() * size_of::<f32>() + blocks
+        let scales = self.scales.as_ref().map_or(0, |s| s.memory());
+        self.coefficients.len() * size_of::<f32>() + blocks + scales
     }
 
     /// A field through `samples` of n (f32 or f64), x fastest, then y, then z, of a grid of `dims`
@@ -108,25 +116,25 @@ impl Bspline {
         if !constant {
             prefilter::prefilter(&lattice, &mut coefficients);
         }
+        let scales = || Arc::new(Scales::new(&lattice, &coefficients, n2_ref));
         Ok(Bspline {
+            scales: (!constant).then(scales),
             lattice,
             n2_ref,
             coefficients: coefficients.into(),
-            constant,
+            level: evaluate::level(),
             blocks: OnceLock::new(),
         })
     }
 
-    /// Twice the smallest spacing along an axis with more than one sample.
-    pub(super) fn length_scale(&self, _: DVec3) -> f64 {
-        if self.constant {
-            return f64::INFINITY;
-        }
-        2.0 * self.lattice.smallest_spacing()
+    /// See [`Scales`].
+    pub(super) fn length_scale(&self, x: DVec3) -> f64 {
+        let scales = self.scales.as_ref();
+        scales.map_or(f64::INFINITY, |s| s.at(self.lattice.coordinates(x)))
     }
 
     pub(super) fn is_constant(&self) -> bool {
-        self.constant
+        self.scales.is_none()
     }
 }
 

@@ -1,0 +1,135 @@
+//! How far a ray may go in one step: a length scale that varies over the grid.
+
+use super::lattice::{Lattice, PAD};
+use glam::DVec3;
+
+/// Cells between nodes along each axis.
+const EDGE: usize = 8;
+
+/// The length scale at nodes every few cells, interpolated linearly between them.
+///
+/// At a sample it is L = (2n²/|∂⁴n²|)^¼, which makes the fifth derivative of a ray by σ n⁵L⁻⁴, but no more than
+/// (2n²/|∂²n²|)^½, the distance over which the field turns a ray. Fourth derivatives are fourth differences of
+/// the coefficients, the jumps of the third derivative of the spline. Around a sample the scale is at
+/// most its own plus the distance: a step of that length cannot jump over what makes it small.
+#[derive(Clone, Debug)]
+pub(super) struct Scales {
+    nodes: [usize; 3],
+    /// x fastest.
+    lengths: Vec<f64>,
+}
+
+impl Scales {
+    pub(super) fn new(lattice: &Lattice, coefficients: &[f32], n2_ref: f64) -> Self {
+        let [x, y, z] = lattice.dims();
+        let nodes = [x, y, z].map(|n| (n - 1).div_ceil(EDGE) + 1);
+        let mut rough: Vec<f64> = vec![0.0; nodes.iter().product()];
+        for k in 0..z {
+            for j in 0..y {
+                for block in 0..nodes[0] {
+                    let start = block * EDGE;
+                    let samples = start..(start + EDGE + 1).min(x);
+                    let at = samples.map(|i| roughness(lattice, coefficients, n2_ref, [i, j, k]));
+                    let most = at.fold(0.0, f64::max);
+                    for node in corners(nodes, [block, j, k]) {
+                        rough[node] = rough[node].max(most);
+                    }
+                }
+            }
+        }
+        // The size of the grid is as good as infinity, and can be interpolated.
+        let largest = lattice.size();
+        let length = |rough: f64| (1.0 / rough.sqrt().sqrt()).min(largest);
+        let mut scales = Scales {
+            nodes,
+            lengths: rough.into_iter().map(length).collect(),
+        };
+        for axis in 0..3 {
+            scales.limit(axis, lattice.spacing()[axis] * EDGE as f64);
+        }
+        scales
+    }
+
+    /// Limits the slope along an axis to 1/√3, with nodes this far apart; along the diagonal it is then at
+    /// most 1.
+    fn limit(&mut self, axis: usize, apart: f64) {
+        let [x, y, _] = self.nodes;
+        let stride = [1, x, x * y][axis];
+        let rise = apart / 3f64.sqrt();
+        let along = |at: usize| at / stride % self.nodes[axis];
+        for at in 0..self.lengths.len() {
+            if along(at) > 0 {
+                self.lengths[at] = self.lengths[at].min(self.lengths[at - stride] + rise);
+            }
+        }
+        for at in (0..self.lengths.len()).rev() {
+            if along(at) + 1 < self.nodes[axis] {
+                self.lengths[at] = self.lengths[at].min(self.lengths[at + stride] + rise);
+            }
+        }
+    }
+
+    /// At a position in units of the spacing from sample 0.
+    pub(super) fn at(&self, t: DVec3) -> f64 {
+        let [x, y, z] = self.nodes;
+        let (i, dx, u) = between(t.x, x, 1);
+        let (j, dy, v) = between(t.y, y, x);
+        let (k, dz, w) = between(t.z, z, x * y);
+        let row = |at: usize| {
+            let a = self.lengths[at];
+            a + (self.lengths[at + dx] - a) * u
+        };
+        let plane = |at: usize| {
+            let a = row(at);
+            a + (row(at + dy) - a) * v
+        };
+        let a = plane(i + j + k);
+        a + (plane(i + j + k + dz) - a) * w
+    }
+
+    /// Memory in bytes.
+    pub(super) fn memory(&self) -> usize {
+        self.lengths.len() * size_of::<f64>()
+    }
+}
+
+/// Along an axis with nodes a stride apart in memory: the place of the node before a coordinate, how far the
+/// next one is from it, and the fraction between them.
+#[inline(always)]
+fn between(t: f64, nodes: usize, stride: usize) -> (usize, usize, f64) {
+    let last = nodes - 1;
+    let t = (t * (1.0 / EDGE as f64)).clamp(0.0, last as f64);
+    let before = (t as usize).min(last.saturating_sub(1));
+    let next = if last > 0 { stride } else { 0 };
+    (before * stride, next, t - before as f64)
+}
+
+/// The nodes around a part of row (j, k) of samples: that between node `block` and the next.
+fn corners(nodes: [usize; 3], [block, j, k]: [usize; 3]) -> impl Iterator<Item = usize> {
+    let [x, y, _] = nodes;
+    let around = |i: usize| i / EDGE..=i.div_ceil(EDGE);
+    let rows = around(k).flat_map(move |k| around(j).map(move |j| (k * y + j) * x));
+    rows.flat_map(move |row| row + block..=row + (block + 1).min(x - 1))
+}
+
+/// L⁻⁴ at a sample, less what rounding of the coefficients may have to do with it.
+fn roughness(lattice: &Lattice, coefficients: &[f32], n2_ref: f64, sample: [usize; 3]) -> f64 {
+    let at = lattice.offset(sample.map(|i| i + PAD));
+    let (strides, per_spacing) = (lattice.strides(), lattice.per_spacing());
+    let c = |i: usize| f64::from(coefficients[i]);
+    let (mut second, mut fourth) = (0.0, 0.0);
+    for axis in 0..3 {
+        let (stride, per) = (strides[axis], per_spacing[axis].powi(2));
+        let [a, b, m] = [c(at - 2 * stride), c(at - stride), c(at)];
+        let [d, e] = [c(at + stride), c(at + 2 * stride)];
+        let rounding = |sum: f64| 0.5 * f64::from(f32::EPSILON) * sum;
+        let two = (b - 2.0 * m + d).abs() - rounding(b.abs() + 2.0 * m.abs() + d.abs());
+        let sum = a.abs() + 4.0 * b.abs() + 6.0 * m.abs() + 4.0 * d.abs() + e.abs();
+        let four = (a - 4.0 * b + 6.0 * m - 4.0 * d + e).abs() - rounding(sum);
+        second += per * two.max(0.0);
+        fourth += per * per * four.max(0.0);
+    }
+    // n² of a sample is close to its coefficient; where both are hardly positive no ray goes.
+    let n2 = (n2_ref + c(at)).max(0.01 * n2_ref);
+    f64::max(fourth * (2.0 * n2), second * second) / (4.0 * n2 * n2)
+}

@@ -1,0 +1,42 @@
+//! The basis functions of a cubic spline.
+
+use fearless_simd::{Simd, SimdBase, f64x4};
+
+/// 1, t, t², t³ in the four basis functions that act in a cell.
+const VALUE: [[f64; 4]; 4] = [
+    [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0, 0.0],
+    [-0.5, 0.0, 0.5, 0.0],
+    [0.5, -1.0, 0.5, 0.0],
+    [-1.0 / 6.0, 0.5, -0.5, 1.0 / 6.0],
+];
+/// The same of their first derivatives.
+const FIRST: [[f64; 4]; 3] = [
+    [-0.5, 0.0, 0.5, 0.0],
+    [1.0, -2.0, 1.0, 0.0],
+    [-0.5, 1.5, -1.5, 0.5],
+];
+/// The same of their second derivatives.
+const SECOND: [[f64; 4]; 2] = [[1.0, -2.0, 1.0, 0.0], [-1.0, 3.0, -3.0, 1.0]];
+
+/// The four basis functions of one axis at a point, and their derivatives by the coordinate in cells.
+pub(super) struct Weights<S: Simd> {
+    pub value: f64x4<S>,
+    pub first: f64x4<S>,
+    pub second: f64x4<S>,
+}
+
+impl<S: Simd> Weights<S> {
+    /// At a fraction `t` of a cell.
+    #[inline(always)]
+    pub fn new(simd: S, t: f64) -> Self {
+        let c = |c: &[f64; 4]| f64x4::from_slice(simd, c);
+        let [v0, v1, v2, v3] = &VALUE;
+        let [f0, f1, f2] = &FIRST;
+        let [s0, s1] = &SECOND;
+        Weights {
+            value: ((c(v3) * t + c(v2)) * t + c(v1)) * t + c(v0),
+            first: (c(f2) * t + c(f1)) * t + c(f0),
+            second: c(s1) * t + c(s0),
+        }
+    }
+}
