@@ -8,6 +8,8 @@ import warnings
 import morgana
 import pytest
 
+os.environ.setdefault("MPLBACKEND", "Agg")
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
 PROGRAM = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "debug/morgana"

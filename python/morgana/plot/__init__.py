@@ -1,0 +1,25 @@
+"""Figures by Matplotlib: ``pip install "morgana[plot]"``.
+
+    >>> from morgana import plot
+    >>> plot.image(result, log=True)
+    >>> plot.profile(result, "column", row=24)
+    >>> plot.slice(measured.meters["fluence"], "xz", y=0, unit="mm")
+
+Every function draws into ``ax``, by default the current axes of pyplot, and returns Matplotlib's artist, whose ``axes`` and
+``figure`` are where it is. Names of coordinates (``row``, ``x``, ``opl``) choose where to cut. Error bars and bands are one
+standard error to either side.
+
+``unit`` is the name of the scene's unit of length, such as ``"mm"``, for labels.
+"""
+
+try:
+    import matplotlib as _matplotlib  # noqa: F401
+except ImportError as missing:
+    raise ImportError('morgana.plot draws by Matplotlib: pip install "morgana[plot]"') from missing
+
+from ._curves import histogram, profile
+from ._maps import field, image, slice
+from ._rays import rays, spots
+from ._table import PlotError, Source
+
+__all__ = ["PlotError", "Source", "field", "histogram", "image", "profile", "rays", "slice", "spots"]

@@ -1,0 +1,112 @@
+"""Values along a line."""
+
+from __future__ import annotations
+
+from typing import Dict, Optional, Tuple, Union
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import StepPatch
+
+from .._images import Image
+from .._result import Reading, Result
+from ._labels import along as label_along
+from ._labels import axes, quantity
+from ._table import Channel, Source, Table, binned, table
+
+
+def profile(
+    source: Source,
+    along: str,
+    *,
+    layer: str = "",
+    channel: Channel = None,
+    label: str = "",
+    unit: Optional[str] = None,
+    ax: Optional[Axes] = None,
+    **at: float,
+) -> Line2D:
+    """Draw values along a line of pixels or cells, within a band of one standard error to either side if errors are known.
+
+    Args:
+        source: A picture, whose axes are ``row`` and ``column``, or a ``Reading`` with axes of its own.
+        along: The axis to follow.
+        layer, channel: As for :func:`plot.image` and :func:`plot.slice`.
+        label: Name of the line in a legend.
+        unit: Name of the scene's unit of length.
+        ax: Where to draw.
+        **at: For each other axis with more than one bin a value in the bin to follow: ``row=24``, or ``x=0, y=0``.
+
+    Raises:
+        PlotError: There are no such axes, or values outside them.
+
+    Example:
+        ``plot.profile(result, "column", row=24); plot.profile(fluence, "z", x=0, y=0, unit="mm")``
+    """
+    of = table(source, layer, channel).cut((along,), at)
+    edges = of.edges(along)
+    x = (edges[1:] + edges[:-1]) / 2
+    ax = axes(ax)
+    (line,) = ax.plot(x, of.mean, label=label or "_")
+    if of.error is not None:
+        ax.fill_between(x, of.mean - of.error, of.mean + of.error, color=line.get_color(), alpha=0.25, linewidth=0)
+    ax.set_xlabel(label_along(along, unit))
+    ax.set_ylabel(quantity(of.name, of.unit, unit))
+    return line
+
+
+def histogram(
+    source: Union[Result, Image, Reading],
+    along: Optional[str] = None,
+    *,
+    channel: Channel = None,
+    label: str = "",
+    unit: Optional[str] = None,
+    ax: Optional[Axes] = None,
+    **at: float,
+) -> StepPatch:
+    """Draw light over bins of optical length, time or another axis, per unit of this axis, with bars of one standard error.
+    The area under the steps is the light in all bins.
+
+    Args:
+        source: A picture whose film has a ``decomposition``, or a ``Reading`` whose values are sums over bins.
+        along: The axis. A picture has one, ``length`` or ``time``; of a reading it is ``opl`` by default.
+        channel, label, unit, ax: As for :func:`profile`.
+        **at: Of a picture, a pixel: ``row=20, column=30``; by default the mean over the image, without error bars because
+            pixels may share paths. Of a reading, a value for each other axis with more than one bin: ``side=1``.
+
+    Raises:
+        PlotError: There are no such bins, or values outside them.
+
+    Example:
+        ``plot.histogram(result, row=20, column=30); plot.histogram(result.meters["binned_power"], side=0)``
+    """
+    if isinstance(source, Reading):
+        along, of = along or "opl", table(source, "", channel)
+    else:
+        of = binned(source, channel)
+        along = along or next(iter(of.axes))
+        of, at = (of, at) if at else _whole(of)
+    of = of.cut((along,), at)
+    edges = of.edges(along)
+    width = np.diff(edges)
+    ax = axes(ax)
+    steps = ax.stairs(of.mean / width, edges, label=label or "_", color=ax.plot([], [])[0].get_color())
+    if of.error is not None:
+        middle = (edges[1:] + edges[:-1]) / 2
+        ax.errorbar(middle, of.mean / width, of.error / width, fmt="none", ecolor=steps.get_edgecolor(), elinewidth=1)
+    ax.set_xlabel(label_along(along, unit))
+    ax.set_ylabel(_density(of, along, unit))
+    return steps
+
+
+def _whole(of: Table) -> Tuple[Table, Dict[str, float]]:
+    """The mean over pixels."""
+    kept = {a: None if a in ("row", "column") else edges for a, edges in of.axes.items()}
+    return Table(of.mean.mean((1, 2), keepdims=True), None, kept, of.name, of.unit), {}
+
+
+def _density(of: Table, along: str, unit: Optional[str]) -> str:
+    per = {"opl": unit or "unit", "length": unit or "unit of length", "time": "unit of time"}.get(along, along)
+    return f"{quantity(of.name, of.unit, unit)} per {per}"

@@ -1,0 +1,48 @@
+"""What is written along axes, and bars of colours."""
+
+from __future__ import annotations
+
+from typing import Any, Optional
+
+import matplotlib.pyplot as plt
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Colormap
+
+LENGTHS = {"length": "optical path length", "opl": "optical path length", "x": "x", "y": "y", "z": "z", "r": "r"}
+
+BAD = "0.85"
+"""Of values that a scale cannot show."""
+
+
+def axes(ax: Optional[Axes]) -> Axes:
+    """The axes to draw into."""
+    return plt.gca() if ax is None else ax
+
+
+def along(axis: str, unit: Optional[str]) -> str:
+    """The label of an axis."""
+    if axis in ("row", "column"):
+        return f"{axis} (pixels)"
+    if axis in LENGTHS:
+        return f"{LENGTHS[axis]} ({unit or 'scene units'})"
+    return axis
+
+
+def quantity(name: str, of_unit: str, unit: Optional[str]) -> str:
+    """A quantity with its unit, such as W/unit^2, in which ``unit`` is that of length."""
+    text = of_unit.replace("unit", unit or "unit").replace("^2", "²").replace("^3", "³")
+    if not name or not text:
+        return name or text
+    return f"{name} ({text})"
+
+
+def colours(name: str = "viridis") -> Colormap:
+    """A map of colours in which values that a scale cannot show are grey."""
+    return colormaps[name].with_extremes(bad=BAD)
+
+
+def colour_bar(artist: ScalarMappable, ax: Axes, label: str) -> Any:
+    """A bar of colours beside the axes."""
+    return ax.figure.colorbar(artist, ax=ax, label=label)

@@ -1,0 +1,223 @@
+"""Values in a plane, in colours."""
+
+from __future__ import annotations
+
+from typing import Dict, Literal, Optional, Tuple, Union
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.image import AxesImage
+
+from .._morgana import Field
+from .._result import Reading
+from ._labels import along, axes, colour_bar, colours, quantity
+from ._table import Channel, Doubles, PlotError, Source, Table, table
+
+Where = Union[float, Tuple[float, float]]
+Limits = Optional[Tuple[float, float]]
+Shown = Literal["mean", "error", "relative error"]
+
+
+def image(
+    picture: Source,
+    *,
+    layer: str = "",
+    channel: Channel = None,
+    show: Shown = "mean",
+    log: bool = False,
+    limits: Limits = None,
+    label: Optional[str] = None,
+    ax: Optional[Axes] = None,
+) -> AxesImage:
+    """Show a picture in false colours, row 0 at the top.
+
+    Args:
+        picture: A ``Result``, an ``Image``, or an array of shape (height, width) or (height, width, channels).
+        layer: Name of a layer of light, or of a file.
+        channel: Name of a channel; by default the mean over channels.
+        show: ``"mean"``, ``"error"`` or ``"relative error"``: values, standard errors, or these by the values.
+        log: Whether colours are logarithmic; values that are not positive are grey then.
+        limits: Values of the first and last colour.
+        label: Name of the quantity, with its unit.
+        ax: Where to draw.
+
+    Raises:
+        PlotError: There is no such layer, channel or error, or nothing positive for a logarithmic scale.
+
+    Example:
+        ``plot.image(result, channel="G", log=True, label="radiance (W m⁻² sr⁻¹)")``
+    """
+    of = table(picture, layer, channel).cut(("row", "column"), {})
+    values = _shown(of, show)
+    ax = axes(ax)
+    norm = _scale(values, log, limits)
+    artist = ax.imshow(_masked(values, log), norm=norm, cmap=colours(), interpolation="nearest")
+    ax.set_xlabel(along("column", None))
+    ax.set_ylabel(along("row", None))
+    name = of.name if channel in (None, of.name) else f"{of.name}, {channel}"
+    colour_bar(artist, ax, _title(label or name, "", None, show))
+    return artist
+
+
+def slice(
+    reading: Reading,
+    plane: str,
+    *,
+    channel: Channel = None,
+    show: Shown = "mean",
+    log: bool = False,
+    limits: Limits = None,
+    label: str = "",
+    unit: Optional[str] = None,
+    ax: Optional[Axes] = None,
+    **at: float,
+) -> QuadMesh:
+    """Show what a meter has read in a plane, with axes in scene units.
+
+    Args:
+        reading: From ``Result.meters``.
+        plane: The axes to the right and upwards, such as ``"xz"`` or ``"zr"``.
+        channel: Number of a channel; by default the mean over channels.
+        show, log, limits: As for :func:`image`.
+        label: Name of the quantity; its unit is that of the reading.
+        unit: Name of the scene's unit of length.
+        ax: Where to draw.
+        **at: For each other axis with more than one bin a value in the bin to show, such as ``y=0``.
+
+    Raises:
+        PlotError: There are no such axes, values outside them, or nothing positive for a logarithmic scale.
+
+    Example:
+        ``plot.slice(result.meters["p0"], "xz", y=0, log=True, label="initial pressure", unit="mm")``
+    """
+    full = table(reading, "", channel)
+    right, up = _plane(plane)
+    of = full.cut((up, right), at)
+    ax = axes(ax)
+    mesh = _mesh(ax, (of.edges(right), of.edges(up)), _shown(of, show), log, limits)
+    _frame(ax, plane, unit, full.where(at))
+    colour_bar(mesh, ax, _title(label, of.unit, unit, show))
+    return mesh
+
+
+def field(
+    index: Field,
+    plane: str,
+    *,
+    reference: Optional[float] = None,
+    resolution: int = 200,
+    unit: Optional[str] = None,
+    ax: Optional[Axes] = None,
+    **where: Where,
+) -> QuadMesh:
+    """Show a refractive index in a plane; rays can be drawn on top by :func:`rays`.
+
+    Args:
+        index: From ``Scene.fields`` or :func:`morgana.load_field`.
+        plane: The axes to the right and upwards: two of ``x``, ``y``, ``z``.
+        reference: Show Δn = n − reference instead of n, white where it is zero.
+        resolution: Number of samples along each axis.
+        unit: Name of the scene's unit of length.
+        ax: Where to draw.
+        **where: Limits of both axes, and the place of the third (0 by default): ``x=(-1, 1), z=(0, 5), y=0.2``.
+
+    Raises:
+        PlotError: Limits are missing, or no such axes.
+
+    Example:
+        ``plot.rays(rays, "zx", ax=plot.field(index, "zx", z=(0, 30), x=(-2, 2), reference=1.33).axes)``
+    """
+    right, up = _plane(plane)
+    edges = (_limits(right, where, resolution), _limits(up, where, resolution))
+    values = index.n(_points(right, up, edges, where))
+    ax = axes(ax)
+    if reference is None:
+        mesh = _mesh(ax, edges, values, False, None)
+    else:
+        values = values - reference
+        most = float(np.nanmax(np.abs(values))) or 1.0
+        mesh = _mesh(ax, edges, values, False, (-most, most), "RdBu_r")
+    _frame(ax, plane, unit, "")
+    colour_bar(mesh, ax, "n" if reference is None else f"n − {reference:g}")
+    return mesh
+
+
+def _plane(plane: str) -> Tuple[str, str]:
+    if len(plane) != 2 or plane[0] == plane[1]:
+        raise PlotError(f"plane is {plane!r} but must name two axes by a letter each, such as 'xz'")
+    return plane[0], plane[1]
+
+
+def _shown(of: Table, show: str) -> Doubles:
+    if show == "mean":
+        return of.mean
+    if show not in ("error", "relative error"):
+        raise PlotError(f"show is {show!r} but must be 'mean', 'error' or 'relative error'")
+    if of.error is None:
+        raise PlotError("errors are not known: take more samples, or a picture with its variance")
+    if show == "error":
+        return of.error
+    # Where nothing has arrived the relative error is unknown.
+    relative: Doubles = np.divide(of.error, of.mean, out=np.full(of.mean.shape, np.nan), where=of.mean != 0)
+    return relative
+
+
+def _title(name: str, of_unit: str, unit: Optional[str], show: str) -> str:
+    if show == "relative error":
+        return f"relative error, {name}" if name else show
+    return quantity(name if show == "mean" else f"error, {name}" if name else show, of_unit, unit)
+
+
+def _scale(values: Doubles, log: bool, limits: Limits) -> Normalize:
+    if limits is not None:
+        return LogNorm(*limits) if log else Normalize(*limits)
+    finite = values[np.isfinite(values) & (values > 0)] if log else values[np.isfinite(values)]
+    if not finite.size:
+        raise PlotError("no values to show on a logarithmic scale" if log else "no values to show")
+    return (LogNorm if log else Normalize)(float(finite.min()), float(finite.max()))
+
+
+def _masked(values: Doubles, log: bool) -> Doubles:
+    hidden = ~np.isfinite(values)
+    if log:
+        hidden |= ~(values > 0)
+    masked: Doubles = np.ma.masked_where(hidden, values)
+    return masked
+
+
+def _mesh(
+    ax: Axes, edges: Tuple[Doubles, Doubles], values: Doubles, log: bool, limits: Limits, cmap: str = "viridis"
+) -> QuadMesh:
+    norm = _scale(values, log, limits)
+    return ax.pcolormesh(*edges, _masked(values, log), norm=norm, cmap=colours(cmap), rasterized=True)
+
+
+def _frame(ax: Axes, plane: str, unit: Optional[str], title: str) -> None:
+    ax.set_xlabel(along(plane[0], unit))
+    ax.set_ylabel(along(plane[1], unit))
+    if title:
+        ax.set_title(title)
+
+
+def _limits(axis: str, where: Dict[str, Where], resolution: int) -> Doubles:
+    limits = where.get(axis)
+    if not isinstance(limits, tuple):
+        raise PlotError(f"give the limits of {axis}: {axis}=(from, to)")
+    return np.linspace(*limits, resolution + 1)
+
+
+def _points(right: str, up: str, edges: Tuple[Doubles, Doubles], where: Dict[str, Where]) -> Doubles:
+    """Middles of cells, (up, right, 3)."""
+    for axis in (*where, right, up):
+        if axis not in ("x", "y", "z"):
+            raise PlotError(f"{axis!r} is no axis of space: x, y, z")
+    across, upwards = ((e[1:] + e[:-1]) / 2 for e in edges)
+    third = where.get(({"x", "y", "z"} - {right, up}).pop(), 0.0)
+    if isinstance(third, tuple):
+        raise PlotError("the axis across the plane takes one value")
+    points = np.full((len(upwards), len(across), 3), float(third))
+    points[..., "xyz".index(right)] = across[None, :]
+    points[..., "xyz".index(up)] = upwards[:, None]
+    return points

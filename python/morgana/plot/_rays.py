@@ -1,0 +1,128 @@
+"""Rays, and where they arrive."""
+
+from __future__ import annotations
+
+from typing import Dict, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PathCollection
+from numpy.typing import ArrayLike
+
+from .._rays import Polyline, Rays
+from ._labels import along, axes
+from ._table import Doubles, PlotError
+
+
+def rays(
+    lines: Union[Rays, Sequence[Union[Polyline, ArrayLike]]],
+    plane: str,
+    *,
+    color: str = "black",
+    unit: Optional[str] = None,
+    ax: Optional[Axes] = None,
+) -> LineCollection:
+    """Draw rays as seen along the axis across a plane.
+
+    Args:
+        lines: From :func:`morgana.trace`, or arrays of points (points, 3).
+        plane: The axes to the right and upwards: two of ``x``, ``y``, ``z``.
+        color: Of all rays.
+        unit: Name of the scene's unit of length.
+        ax: Where to draw, such as the axes of a :func:`field`, whose limits are kept.
+
+    Raises:
+        PlotError: No such plane.
+
+    Example:
+        ``plot.rays(morgana.trace(scene, starts, [0, 0, 1]), "zx", unit="mm")``
+    """
+    right, up = _columns(plane)
+    each = [_points(lines[i])[:, [right, up]] for i in range(len(lines))]
+    ax = axes(ax)
+    filled = ax.has_data()
+    artist = LineCollection(each, colors=color, linewidths=0.8)
+    ax.add_collection(artist, autolim=not filled)
+    if not filled:
+        ax.autoscale_view()
+    ax.set_xlabel(along(plane[0], unit))
+    ax.set_ylabel(along(plane[1], unit))
+    return artist
+
+
+def spots(
+    arrivals: Union[Rays, ArrayLike],
+    plane: str = "xy",
+    *,
+    label: str = "",
+    unit: Optional[str] = None,
+    ax: Optional[Axes] = None,
+    **at: float,
+) -> PathCollection:
+    """Draw a spot diagram: the points where rays arrive, around their mean, with their root mean square radius as the title.
+
+    Args:
+        arrivals: Rays from :func:`morgana.trace`, of which the lost ones are left out; or points (rays, 3).
+        plane: The axes to the right and upwards: two of ``x``, ``y``, ``z``.
+        label: Name of the spots in a legend.
+        unit: Name of the scene's unit of length.
+        ax: Where to draw.
+        **at: The third axis' value, such as ``z=30``: rays are moved along their last directions, straight on, to where
+            it has this value. By default spots are where rays have ended.
+
+    Raises:
+        PlotError: No such plane, no rays, rays along the plane, or points in place of rays that are to be moved.
+
+    Example:
+        ``plot.spots(rays, "xy", z=30, unit="mm")``
+    """
+    points = _arrivals(arrivals, plane, at)[:, list(_columns(plane))]
+    if not len(points):
+        raise PlotError("there are no rays that have arrived")
+    points = points - points.mean(0)
+    ax = axes(ax)
+    artist = ax.scatter(points[:, 0], points[:, 1], s=6, linewidths=0, label=label or "_")
+    radius = np.sqrt((points**2).sum(1).mean())
+    ax.set_title(f"RMS radius {radius:.3g} {unit or ''}".rstrip())
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_xlabel(along(plane[0], unit))
+    ax.set_ylabel(along(plane[1], unit))
+    return artist
+
+
+def _points(line: Union[Polyline, ArrayLike]) -> Doubles:
+    points = np.asarray(line.points if isinstance(line, Polyline) else line, float)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise PlotError(f"expected rays as points of shape (points, 3), found {points.shape}")
+    return points
+
+
+def _arrivals(arrivals: Union[Rays, ArrayLike], plane: str, at: Dict[str, float]) -> Doubles:
+    third = _third(plane)
+    if set(at) - {third}:
+        raise PlotError(f"{', '.join(at)} cannot be chosen: only {third}, across the plane")
+    if not isinstance(arrivals, Rays):
+        if at:
+            raise PlotError(f"points cannot be moved to {third}: give rays")
+        return _points(arrivals)
+    arrived = np.array([end != "lost" for end in arrivals.end], bool)
+    points: Doubles = arrivals.exit_points[arrived]
+    tangents: Doubles = arrivals.exit_tangents[arrived]
+    if not at:
+        return points
+    axis = "xyz".index(third)
+    if (tangents[:, axis] == 0).any():
+        raise PlotError(f"rays run along the plane: they have no place at {third} = {at[third]:g}")
+    way: Doubles = (at[third] - points[:, axis]) / tangents[:, axis]
+    return points + tangents * way[:, None]
+
+
+def _columns(plane: str) -> Tuple[int, int]:
+    if len(plane) != 2 or plane[0] == plane[1] or set(plane) - set("xyz"):
+        raise PlotError(f"plane is {plane!r} but must name two of x, y, z, such as 'zx'")
+    return "xyz".index(plane[0]), "xyz".index(plane[1])
+
+
+def _third(plane: str) -> str:
+    _columns(plane)
+    return ({"x", "y", "z"} - set(plane)).pop()

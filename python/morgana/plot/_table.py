@@ -1,0 +1,163 @@
+"""Values over named axes: what all sources of figures are turned into."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._errors import Error
+from .._images import Image, _names
+from .._result import Reading, Result
+
+Doubles = NDArray[np.float64]
+Source = Union[Result, Image, Reading, ArrayLike]
+"""A picture (``Result``, ``Image`` or an array of shape (height, width) or (height, width, channels)), or a ``Reading`` of a meter."""
+Channel = Union[str, int, None]
+
+
+class PlotError(Error, ValueError):
+    """A figure that cannot be drawn as it was asked for."""
+
+
+class Table(NamedTuple):
+    """Values, their errors, and where they are."""
+
+    mean: Doubles
+    error: Optional[Doubles]
+    """Standard errors, of the shape of ``mean``, if they are known."""
+    axes: Dict[str, Optional[Doubles]]
+    """Edges of bins, the slowest axis first; ``None`` for axes whose items are only counted."""
+    name: str
+    """The quantity, or nothing."""
+    unit: str
+    """Its unit, with ``unit`` for that of length, or nothing."""
+
+    def edges(self, axis: str) -> Doubles:
+        """Edges of an axis, or an error that names those there are."""
+        edges = self.axes.get(axis)
+        if edges is None:
+            known = ", ".join(repr(name) for name, edges in self.axes.items() if edges is not None)
+            raise PlotError(f"no axis {axis!r} with bins; there are {known or 'none'}")
+        return edges
+
+    def cut(self, keep: Tuple[str, ...], at: Mapping[str, float]) -> Table:
+        """The table over the axes ``keep``, in this order; each other axis is cut at its value in ``at``, an axis of one
+        bin there."""
+        for axis in keep:
+            self.edges(axis)
+        for axis in at:
+            if axis not in self.axes or axis in keep:
+                raise PlotError(f"{axis!r} cannot be chosen; there are {', '.join(a for a in self.axes if a not in keep) or 'none'}")
+        index = tuple(slice(None) if a in keep else self._bin(a, at.get(a)) for a in self.axes)
+        left = [a for a in self.axes if a in keep]
+        order = [left.index(a) for a in keep]
+        error = None if self.error is None else self.error[index].transpose(order)
+        return self._replace(mean=self.mean[index].transpose(order), error=error, axes={a: self.axes[a] for a in keep})
+
+    def where(self, at: Mapping[str, float]) -> str:
+        """In words, the bins that ``at`` chooses."""
+        return ", ".join(self._place(axis, value) for axis, value in at.items())
+
+    def _bin(self, axis: str, value: Optional[float]) -> int:
+        count, edges = self.mean.shape[list(self.axes).index(axis)], self.axes[axis]
+        low, high = (0.0, float(count - 1)) if edges is None else (float(edges[0]), float(edges[-1]))
+        if value is None:
+            if count == 1:
+                return 0
+            raise PlotError(f"axis {axis!r} has {count} bins: choose one by {axis}=, from {low:g} to {high:g}")
+        if not low <= value <= high:
+            raise PlotError(f"{axis} is {value:g} but must be from {low:g} to {high:g}")
+        if edges is None:
+            return int(value)
+        return int(min(np.searchsorted(edges, value, side="right"), count)) - 1
+
+    def _place(self, axis: str, value: float) -> str:
+        edges = self.axes[axis]
+        if edges is None or axis in ("row", "column"):
+            return f"{axis} {value:g}"
+        i = self._bin(axis, value)
+        return f"{axis} from {edges[i]:.3g} to {edges[i + 1]:.3g}"
+
+
+def table(source: Source, layer: str = "", channel: Channel = None) -> Table:
+    """A picture over ``row`` and ``column``, or a reading over its own axes. Without a channel, the mean over channels."""
+    if isinstance(source, Reading):
+        if layer:
+            raise PlotError("readings of meters have no layers")
+        error = source.error if np.isfinite(source.error).all() else None
+        names = [str(i) for i in range(source.mean.shape[-1])] if "channel" in source.axes else None
+        axes = {a: edges for a, edges in source.axes.items() if a != "channel"}
+        return _flat(Table(source.mean, error, axes, "", source.unit), names, channel)
+    mean, variance, names = _layer(source, layer)
+    # A single sample knows no error.
+    error = np.sqrt(variance) if variance is not None and np.isfinite(variance).all() else None
+    axes = {"row": np.arange(mean.shape[0] + 1) - 0.5, "column": np.arange(mean.shape[1] + 1) - 0.5}
+    is_light = channel is None or channel in ("R", "G", "B", "Y") or str(channel).endswith("nm")
+    return _flat(Table(mean, error, axes, (layer or "radiance") if is_light else str(channel), ""), names, channel)
+
+
+def binned(picture: Union[Result, Image], channel: Channel) -> Table:
+    """The light of a picture over optical length or time, row and column."""
+    ways = picture.axes if isinstance(picture, Result) else json.loads(picture.attributes.get("decomposition", "[]"))
+    found = [way for way in ways if "bins" in way]
+    if not found:
+        raise PlotError("the picture has no bins of length or time: give its film a 'decomposition'")
+    way = found[0]
+    tables = [_sum(picture, f"{way['name']}.{i:04}", channel) for i in range(way["bins"])]
+    edges = way["min"] + way["width"] * np.arange(way["bins"] + 1)
+    errors = [t.error for t in tables if t.error is not None]
+    error = np.stack(errors) if len(errors) == len(tables) else None
+    axes = {way["name"]: edges, **tables[0].axes}
+    return Table(np.stack([t.mean for t in tables]), error, axes, "radiance", "")
+
+
+def _sum(picture: Union[Result, Image], prefix: str, channel: Channel) -> Table:
+    """All layers that begin so. They share paths: the sum of their errors is an upper bound."""
+    names = [name for name in picture.layers if name == prefix or name.startswith(f"{prefix}.")]
+    tables = [table(picture, name, channel) for name in names]
+    if not tables:
+        raise PlotError(f"the picture has no layer {prefix!r}")
+    mean = np.sum([t.mean for t in tables], axis=0)
+    errors = [t.error for t in tables if t.error is not None]
+    return tables[0]._replace(mean=mean, error=np.sum(errors, axis=0) if len(errors) == len(tables) else None)
+
+
+def _layer(picture: Any, layer: str) -> Tuple[Doubles, Optional[Doubles], List[str]]:
+    """Means and variances (height, width, channels) of a picture, and names of the channels."""
+    if isinstance(picture, Result):
+        if layer and layer not in picture.layers:
+            raise _unknown(layer, picture.layers)
+        mean, variance = picture.layers[layer] if layer else (picture.image, picture.variance)
+        return mean.astype(float), variance.astype(float), picture.channels
+    if isinstance(picture, Image):
+        if layer not in picture.layers:
+            raise _unknown(layer, picture.layers)
+        known = picture.layers.get(f"variance.{layer}" if layer else "variance")
+        return picture.layers[layer].astype(float), None if known is None else known.astype(float), picture.channels[layer]
+    values = np.asarray(picture, float)
+    values = values[:, :, None] if values.ndim == 2 else values
+    if layer or values.ndim != 3:
+        raise PlotError(f"expected an image of shape (height, width, channels) without layers, found {np.shape(picture)}")
+    return values, None, _names(values.shape[2])
+
+
+def _unknown(layer: str, layers: Mapping[str, Any]) -> PlotError:
+    return PlotError(f"no layer {layer!r}; there are {', '.join(name for name in layers if name) or 'none'}")
+
+
+def _flat(full: Table, names: Optional[List[str]], channel: Channel) -> Table:
+    """Without the last axis, that of channels, if there is one. Channels share paths: the mean of their errors is an
+    upper bound of that of their mean."""
+    if names is None:
+        if channel is not None:
+            raise PlotError("there is but one channel: leave channel out")
+        return full
+    if channel is None:
+        return full._replace(mean=full.mean.mean(-1), error=None if full.error is None else full.error.mean(-1))
+    if str(channel) not in names:
+        raise PlotError(f"no channel {str(channel)!r}; there are {', '.join(names)}")
+    i = names.index(str(channel))
+    return full._replace(mean=full.mean[..., i], error=None if full.error is None else full.error[..., i])
