@@ -113,10 +113,10 @@ class _Source(NamedTuple):
 
     scene: Any
     """Absolute path, or dictionary."""
-    parameters: Dict[str, Define]
+    parameters: Dict[str, Any]
 
     @classmethod
-    def of(cls, scene: Description, parameters: Dict[str, Define]) -> "_Source":
+    def of(cls, scene: Description, parameters: Dict[str, Any]) -> "_Source":
         if isinstance(scene, Mapping):
             return cls(dict(scene), parameters)
         if isinstance(scene, Scene):

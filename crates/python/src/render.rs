@@ -106,6 +106,7 @@ impl Rendered {
             "connections": report::connections(&rendering.stats, rendering.search),
             "photons": report::photons(&rendering),
             "balance": rendering.balance.as_ref().map(report::balance),
+            "decomposition": Naming::of(loaded).map(|n| n.json(&rendering.film)),
         });
         Rendered {
             rendering,

@@ -14,6 +14,8 @@ use glam::{DMat3, DVec3};
 pub(super) const MOST_STEPS: usize = 100_000;
 /// How far beyond all objects a ray is followed, relative to the size of the scene.
 const BEYOND: f64 = 1.15;
+/// How far ahead of its start a ray looks for its medium, relative to the size of the scene.
+const AHEAD: f64 = 1e-9;
 
 /// A point of a ray.
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +91,8 @@ impl<'a> Tracer<'a> {
 
     /// Follows the ray from `x` in a unit direction.
     pub fn follow(&self, x: DVec3, direction: DVec3) -> Path {
-        let medium = self.scene.medium_at(x);
+        // A start on a boundary belongs to the medium into which the ray goes.
+        let medium = self.scene.medium_at(x + direction * (AHEAD * self.radius));
         let index = self.scene.n(medium, x);
         let mut ray = Ray {
             tracer: self,

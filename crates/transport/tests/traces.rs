@@ -1,0 +1,34 @@
+//! Single rays through scenes.
+
+mod common;
+
+use common::{camera, container, fog, parts, sky, vacuum};
+use eikonal::field::LinearIndex;
+use glam::DVec3;
+use transport::Scene;
+use transport::bsdf::Bsdf;
+use transport::shape::Sphere;
+use transport::trace::Tracer;
+
+/// A ray that starts on a boundary, from which it goes inwards, is the one that starts a little before or behind it.
+#[test]
+fn a_ray_from_a_boundary_goes_into_its_medium() {
+    let index = LinearIndex::new(1.0, DVec3::Y * 0.2, DVec3::ZERO).unwrap();
+    let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
+    let media = vec![vacuum(), fog(index, 0.1, 0.9, 0.0)];
+    let sensor = camera(DVec3::NEG_Z * 4.0, DVec3::ZERO);
+    let scene = Scene::new(parts(vec![ball], media, vec![sky()], sensor)).unwrap();
+    for direction in [DVec3::Z, DVec3::new(0.3, -0.2, 0.9).normalize()] {
+        let end = |z: f64| {
+            let start = DVec3::NEG_Z * (1.0 + z);
+            let path = Tracer::new(&scene, [start], None).follow(start, direction);
+            path.points.last().unwrap().direction
+        };
+        let bent = (end(1e-6) - direction).length();
+        assert!(bent > 0.05, "{bent}");
+        for z in [0.0, 1e-15, -1e-15, -1e-6] {
+            let off = (end(z) - end(1e-6)).length();
+            assert!(off < 1e-5, "{z}: {off}");
+        }
+    }
+}
