@@ -90,7 +90,11 @@ fn connect(scene: &Scene, ws: &mut Workspace, x: DVec3, y: DVec3) {
         direction: DVec3::Z,
         medium: 1,
     };
-    let goal = Goal::emitter(scene, 0, Aim::at(y));
+    let aim = Aim::Point {
+        position: y,
+        surface: None,
+    };
+    let goal = Goal::emitter(scene, 0, aim);
     let mut sampler = Sampler::new(0, 0, 0);
     let found = Link::each(scene, (&vertex, &goal), &mut sampler, ws, |link| {
         Some(link.tube.geometry)
