@@ -319,4 +319,8 @@ fn straight_links_are_those_of_the_solver() {
         let depth = transport::path::transmittance(&scene, solver.pieces());
         assert!((link.tube.depth.exp_neg()[0] - depth[0]).abs() < 1e-8);
     }
+    // A target nearer to a boundary than rays are kept off it.
+    let found = links(&scene, DVec3::X * 3.0, DVec3::X * (1.0 - 1e-11));
+    assert!(found[0].transmittance()[0].is_finite());
+    assert!((found[0].tube.geometry * 4.0 * 1.3 - 1.0).abs() < 1e-8);
 }

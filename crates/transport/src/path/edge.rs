@@ -128,7 +128,8 @@ impl Span {
     /// θ at which the arc length from the start of the span is `s`, at most the span's own.
     pub fn theta_at_length(&self, s: f64) -> f64 {
         match self.arc.is_straight() {
-            true => self.theta_end * (s / self.length).clamp(0.0, 1.0),
+            // A span without length has an end, too.
+            true => self.theta_end * (s / self.length).min(1.0).max(0.0),
             false => self.arc.theta_at_length(s).min(self.theta_end),
         }
     }

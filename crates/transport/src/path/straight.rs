@@ -59,7 +59,8 @@ fn fill(
     let (mut optical_length, mut sigma) = (0.0, 0.0);
     while pieces.len() < MOST_CROSSINGS {
         let n = scene.n(region, x);
-        let left = (target - x).dot(direction).max(0.0);
+        // The target may lie nearer to the last boundary than the nudge: the arc must still have a direction.
+        let left = (target - x).dot(direction).max(scene.nudge());
         let arc = Arc::line(x, direction * n, left / n);
         let crossing = scene.crossing(region, &arc);
         let theta_end = crossing.as_ref().map_or(1.0, |c| c.theta);
