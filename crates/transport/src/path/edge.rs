@@ -128,8 +128,8 @@ impl Span {
     /// θ at which the arc length from the start of the span is `s`, at most the span's own.
     pub fn theta_at_length(&self, s: f64) -> f64 {
         match self.arc.is_straight() {
-            // A span without length has an end, too.
-            true => self.theta_end * (s / self.length).min(1.0).max(0.0),
+            true if s < self.length => self.theta_end * (s / self.length).max(0.0),
+            true => self.theta_end,
             false => self.arc.theta_at_length(s).min(self.theta_end),
         }
     }
