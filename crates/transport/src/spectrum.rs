@@ -54,7 +54,11 @@ impl Spectrum {
 
     /// exp(−x) lane by lane.
     pub fn exp_neg(self) -> Self {
-        self.map(|v| (-v).exp())
+        // Most media are grey: one exponential does for all lanes.
+        match self.0 == [self.0[0]; 4] {
+            true => Spectrum::splat((-self.0[0]).exp()),
+            false => self.map(|v| (-v).exp()),
+        }
     }
 }
 

@@ -3,8 +3,9 @@
 mod common;
 
 use common::{camera, container, fog, glass, parts, sky, vacuum};
-use eikonal::field::{LinearIndex, LinearSquare, Luneburg};
-use eikonal::{Field, Tolerance};
+use eikonal::connect::{Launch, Pattern, Start as Launched};
+use eikonal::field::{Constant, LinearIndex, LinearSquare, Luneburg};
+use eikonal::{Field, Solver, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
 use transport::aim::Aim;
 use transport::bsdf::{Bsdf, Diffuse};
@@ -268,4 +269,58 @@ fn a_beam_is_connected_up_to_its_focus() {
         "{missing:?} of {:?}",
         ws.stats.connections
     );
+}
+
+/// Where nothing bends rays, links are closed forms: the same as what the solver finds by shooting, also
+/// through boundaries that are index-matched by declaration only.
+#[test]
+fn straight_links_are_those_of_the_solver() {
+    let cube = Cube::new(DAffine3::IDENTITY).unwrap();
+    let scene = finish(parts(
+        vec![container(cube, Bsdf::Null)],
+        vec![vacuum(), fog(Constant::new(1.3), 0.7, 0.5, 0.0)],
+        vec![sky()],
+        camera(DVec3::Z * 4.0, DVec3::ZERO),
+    ));
+    assert!(scene.is_straight());
+    let ends = [
+        (DVec3::new(0.1, 0.2, -0.3), DVec3::new(-0.5, 0.6, 0.4), 0),
+        (DVec3::new(0.1, 0.2, -0.3), DVec3::new(2.0, 1.0, 0.5), 1),
+        (DVec3::new(-3.0, 0.3, 0.2), DVec3::new(1.7, -0.6, 0.9), 2),
+    ];
+    for (x, y, crossings) in ends {
+        let found = links(&scene, x, y);
+        assert_eq!(found.len(), 1);
+        let start = Launched {
+            launch: Launch::Point {
+                x,
+                direction: (y - x).normalize(),
+            },
+            region: scene.medium_at(x),
+            optical_length: x.distance(y) * scene.n(scene.medium_at(x), x),
+            pattern: Pattern::REFRACT,
+        };
+        let mut solver = Solver::new(scene.tolerance());
+        let ray = solver.solve(&scene, &start, y).unwrap();
+        let events = solver.pieces().iter().filter_map(|p| p.event);
+        assert_eq!(events.clone().count(), crossings);
+        let jump: f64 = events
+            .map(|e| e.after.length() / e.before.length())
+            .product();
+        let n = scene.n(scene.medium_at(y), y);
+        let geometry = jump / (ray.jacobian * n * n);
+        let link = &found[0];
+        assert!(link.direction.distance(ray.direction_out) < 1e-9);
+        assert!((link.optical_length - ray.optical_length).abs() < 1e-8);
+        assert!(
+            (link.tube.geometry / geometry - 1.0).abs() < 1e-8,
+            "{crossings}"
+        );
+        let depth = transport::path::transmittance(&scene, solver.pieces());
+        assert!((link.tube.depth.exp_neg()[0] - depth[0]).abs() < 1e-8);
+    }
+    // A target nearer to a boundary than rays are kept off it.
+    let found = links(&scene, DVec3::X * 3.0, DVec3::X * (1.0 - 1e-11));
+    assert!(found[0].transmittance()[0].is_finite());
+    assert!((found[0].tube.geometry * 4.0 * 1.3 - 1.0).abs() < 1e-8);
 }

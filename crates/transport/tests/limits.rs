@@ -31,7 +31,10 @@ fn render(index: impl Into<Field>) -> Rendering {
 #[test]
 fn a_constant_index_gives_the_same_bits_however_it_is_described() {
     let straight = render(Constant::new(1.0));
+    // Nor does it pay for curves: connections are closed forms, not shots.
     assert_eq!(straight.stats.work.evaluations, 0);
+    assert_eq!(straight.stats.work.shots, 0);
+    assert!(straight.stats.connections.found > 0);
     let bounds = Aabb::new(-DVec3::ONE, DVec3::ONE);
     let samples = vec![1.0f32; 64];
     let grid = Bspline::from_samples([4, 4, 4], bounds, Placement::Nodes, &samples).unwrap();

@@ -11,6 +11,8 @@ pub enum Attenuation {
     None,
     /// The same extinction everywhere: depth is proportional to arc length.
     Uniform(Spectrum),
+    /// The same on a straight arc of this length: depth is proportional to θ.
+    Even(Spectrum, f64),
     /// Integrated along the arc.
     Varying(Profile<{ Spectrum::LANES }>),
 }
@@ -22,6 +24,7 @@ impl Attenuation {
             return Attenuation::None;
         }
         match medium.uniform_extinction() {
+            Some(sigma) if arc.is_straight() => Attenuation::Even(sigma, arc.arc_length(1.0)),
             Some(sigma) => Attenuation::Uniform(sigma),
             None => Attenuation::Varying(Profile::new(arc, theta_end, medium.spacing(), |x| {
                 medium.extinction(x).0
@@ -34,6 +37,7 @@ impl Attenuation {
         match self {
             Attenuation::None => Spectrum::ZERO,
             Attenuation::Uniform(sigma) => *sigma * arc.arc_length(theta),
+            Attenuation::Even(sigma, length) => *sigma * (length * theta),
             Attenuation::Varying(profile) => Spectrum(profile.depth(theta)),
         }
     }
@@ -42,7 +46,7 @@ impl Attenuation {
     pub fn rate(&self, arc: &Arc, theta: f64) -> Spectrum {
         match self {
             Attenuation::None => Spectrum::ZERO,
-            Attenuation::Uniform(sigma) => *sigma,
+            Attenuation::Uniform(sigma) | Attenuation::Even(sigma, _) => *sigma,
             Attenuation::Varying(profile) => {
                 let speed = arc.velocity(theta).length() * arc.h();
                 Spectrum(profile.density(theta)) / speed
@@ -57,6 +61,10 @@ impl Attenuation {
             Attenuation::Uniform(sigma) => {
                 let length = target / sigma[channel];
                 (length < arc.arc_length(theta_end)).then(|| arc.theta_at_length(length))
+            }
+            Attenuation::Even(sigma, length) => {
+                let theta = target / (sigma[channel] * length);
+                (theta < theta_end).then_some(theta)
             }
             Attenuation::Varying(profile) => profile.invert(channel, target),
         }

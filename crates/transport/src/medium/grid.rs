@@ -1,7 +1,7 @@
 //! Samples on a regular grid.
 
 use crate::Spectrum;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 /// Where on the unit cube the samples of a grid sit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,10 +70,10 @@ pub struct Grid {
     channels: usize,
     /// Shared by copies of the grid.
     data: Vec<f32>,
-    to_local: DAffine3,
+    /// From world positions to the samples' indices.
+    to_samples: DAffine3,
     voxel: f64,
     range: (f64, f64),
-    placement: Placement,
     filter: Filter,
 }
 
@@ -115,10 +115,9 @@ impl Grid {
             size,
             channels,
             data,
-            to_local: to_world.inverse(),
+            to_samples: to_samples(size, placement) * to_world.inverse(),
             voxel: side(0).min(side(1)).min(side(2)),
             range,
-            placement,
             filter,
         })
     }
@@ -140,47 +139,57 @@ impl Grid {
 
     /// The value at a world position; one channel serves all spectral channels.
     pub fn at(&self, x: DVec3) -> Spectrum {
-        let local = self.to_local.transform_point3(x).to_array();
-        let [(i0, i1, u), (j0, j1, v), (k0, k1, w)] =
-            std::array::from_fn(|axis| self.cell(axis, local[axis]));
-        match self.filter {
-            Filter::Nearest => {
-                let near = |(a, b, t): (usize, usize, f64)| if t < 0.5 { a } else { b };
-                self.sample(near((i0, i1, u)), near((j0, j1, v)), near((k0, k1, w)))
-            }
-            Filter::Trilinear => {
-                let lerp = |a: Spectrum, b: Spectrum, t: f64| a * (1.0 - t) + b * t;
-                let row = |j, k| lerp(self.sample(i0, j, k), self.sample(i1, j, k), u);
-                let plane = |k| lerp(row(j0, k), row(j1, k), v);
-                lerp(plane(k0), plane(k1), w)
-            }
-        }
-    }
-
-    /// The two samples around a coordinate of the unit cube and the position between them.
-    fn cell(&self, axis: usize, t: f64) -> (usize, usize, f64) {
-        let last = (self.size[axis] - 1) as f64;
-        let position = match self.placement {
-            Placement::Centers => t * self.size[axis] as f64 - 0.5,
-            Placement::Nodes => t * last,
-        };
-        let position = position.clamp(0.0, last);
-        let i = position as usize;
-        (i, (i + 1).min(self.size[axis] - 1), position - i as f64)
-    }
-
-    fn sample(&self, i: usize, j: usize, k: usize) -> Spectrum {
-        let index = self.channels * (i + self.size[0] * (j + self.size[1] * k));
+        let place = self.to_samples.transform_point3(x).to_array();
+        let cells = std::array::from_fn(|axis| self.cell(axis, place[axis]));
         match self.channels {
-            1 => Spectrum::splat(self.data[index] as f64),
-            n => Spectrum(std::array::from_fn(|c| {
-                if c < n {
-                    self.data[index + c] as f64
-                } else {
-                    0.0
-                }
+            1 => Spectrum::splat(self.value(&cells, 0)),
+            n => Spectrum(std::array::from_fn(|c| match c < n {
+                true => self.value(&cells, c),
+                false => 0.0,
             })),
         }
+    }
+
+    /// The value of a channel between the samples of a cell along each axis.
+    #[inline]
+    fn value(&self, [x, y, z]: &[(usize, usize, f64); 3], channel: usize) -> f64 {
+        let sample = |i: usize, j: usize, k: usize| {
+            let voxel = i + self.size[0] * (j + self.size[1] * k);
+            self.data[self.channels * voxel + channel] as f64
+        };
+        match self.filter {
+            Filter::Nearest => {
+                let near = |&(a, b, t): &(usize, usize, f64)| if t < 0.5 { a } else { b };
+                sample(near(x), near(y), near(z))
+            }
+            Filter::Trilinear => {
+                let lerp = |a: f64, b: f64, t: f64| a * (1.0 - t) + b * t;
+                let row = |j, k| lerp(sample(x.0, j, k), sample(x.1, j, k), x.2);
+                let plane = |k| lerp(row(y.0, k), row(y.1, k), y.2);
+                lerp(plane(z.0), plane(z.1), z.2)
+            }
+        }
+    }
+
+    /// The two samples around a place along an axis, and the position between them.
+    #[inline]
+    fn cell(&self, axis: usize, place: f64) -> (usize, usize, f64) {
+        let last = self.size[axis] - 1;
+        let place = place.clamp(0.0, last as f64);
+        let i = place as usize;
+        (i, (i + 1).min(last), place - i as f64)
+    }
+}
+
+/// From the unit cube to the samples' indices.
+fn to_samples(size: [usize; 3], placement: Placement) -> DAffine3 {
+    let size = DVec3::from_array(size.map(|n| n as f64));
+    match placement {
+        Placement::Centers => DAffine3 {
+            matrix3: DMat3::from_diagonal(size),
+            translation: DVec3::splat(-0.5),
+        },
+        Placement::Nodes => DAffine3::from_scale(size - 1.0),
     }
 }
 

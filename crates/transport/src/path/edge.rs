@@ -62,6 +62,8 @@ pub struct Span {
     pub medium: MediumId,
     /// Extinction along it.
     pub attenuation: Attenuation,
+    /// Arc length of the span.
+    pub length: f64,
     /// Arc length of the edge before this span.
     pub length_before: f64,
     /// Optical depth of the edge before this span.
@@ -103,7 +105,7 @@ impl Span {
             x: self.arc.position(theta),
             direction: self.arc.velocity(theta).normalize(),
             medium: self.medium,
-            length: self.length_before + self.arc.arc_length(theta),
+            length: self.length_before + self.length_at(theta),
             depth: self.depth_before + self.attenuation.depth(&self.arc, theta),
             rate: self.attenuation.rate(&self.arc, theta),
             weight: self.weight_before,
@@ -112,7 +114,34 @@ impl Span {
 
     /// Arc length of the edge up to the end of this span.
     pub fn length_after(&self) -> f64 {
-        self.length_before + self.arc.arc_length(self.theta_end)
+        self.length_before + self.length
+    }
+
+    /// Arc length from the start of the span to θ.
+    pub fn length_at(&self, theta: f64) -> f64 {
+        match self.arc.is_straight() {
+            true => self.length * (theta / self.theta_end),
+            false => self.arc.arc_length(theta),
+        }
+    }
+
+    /// θ at which the arc length from the start of the span is `s`, at most the span's own.
+    pub fn theta_at_length(&self, s: f64) -> f64 {
+        match self.arc.is_straight() {
+            true if s < self.length => self.theta_end * (s / self.length).max(0.0),
+            true => self.theta_end,
+            false => self.arc.theta_at_length(s).min(self.theta_end),
+        }
+    }
+
+    /// Where the span comes closest to a point.
+    pub fn closest_approach(&self, point: DVec3) -> f64 {
+        if !self.arc.is_straight() {
+            return self.arc.closest_approach(point).min(self.theta_end);
+        }
+        let chord = self.arc.end() - self.arc.start();
+        let theta = (point - self.arc.start()).dot(chord) / chord.length_squared();
+        theta.clamp(0.0, self.theta_end)
     }
 }
 
@@ -202,8 +231,7 @@ impl Edge {
         let lead = self.lead();
         let i = lead.partition_point(|span| span.length_after() < s);
         let span = lead.get(i).or(lead.last())?;
-        let theta = span.arc.theta_at_length(s - span.length_before);
-        Some(span.at(theta.min(span.theta_end)))
+        Some(span.at(span.theta_at_length(s - span.length_before)))
     }
 
     /// Optical path length from the start to the point at an arc length, before the first specular event.
@@ -211,8 +239,8 @@ impl Edge {
         let mut length = 0.0;
         for span in self.lead() {
             if span.length_after() >= s {
-                let theta = span.arc.theta_at_length(s - span.length_before);
-                return length + span.arc.optical_length(theta.min(span.theta_end));
+                let theta = span.theta_at_length(s - span.length_before);
+                return length + span.arc.optical_length(theta);
             }
             length += span.arc.optical_length(span.theta_end);
         }

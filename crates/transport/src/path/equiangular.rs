@@ -20,9 +20,9 @@ impl Equiangular {
     pub fn new(edge: &Edge, point: DVec3) -> Option<Self> {
         let length = edge.lead().last()?.length_after();
         let nearest = edge.lead().iter().map(|span| {
-            let theta = span.arc.closest_approach(point).min(span.theta_end);
+            let theta = span.closest_approach(point);
             let distance = span.arc.position(theta).distance(point);
-            (distance, span.length_before + span.arc.arc_length(theta))
+            (distance, span.length_before + span.length_at(theta))
         });
         let (distance, closest) = nearest.min_by(|a, b| a.0.total_cmp(&b.0))?;
         // Any positive distance gives a valid density; the floor keeps it finite.

@@ -127,6 +127,15 @@ impl Link {
         evaluate: impl Fn(&Link) -> Option<T>,
     ) -> Vec<(T, f64)> {
         let search = Search::new(scene, vertex, goal);
+        if scene.is_straight() {
+            ws.stats.connections.certified += 1;
+            let found = search
+                .straight_shot()
+                .and_then(|shot| search.attempt(&shot, ws));
+            let clear = found.and_then(|link| link.unless_blocked(scene, (vertex, goal), ws));
+            let value = clear.and_then(|link| evaluate(&link));
+            return value.map(|value| (value, 1.0)).into_iter().collect();
+        }
         let mut values = Vec::new();
         let mut known: Vec<Link> = Vec::new();
         for shot in search.certain() {
@@ -142,7 +151,7 @@ impl Link {
                 values.extend(evaluate(&link).map(|value| (value, 1.0)));
             }
         }
-        if search.is_unique() && (!known.is_empty() || scene.is_straight()) {
+        if search.is_unique() && !known.is_empty() {
             ws.stats.connections.certified += 1;
         } else if sampler.next_1d() < ws.search {
             let other = |link: &Link| !known.iter().any(|k| k.is_branch_of(scene, link));
@@ -183,7 +192,7 @@ impl Link {
         (shot, ray): (&Shot, &Connection),
         ws: &Workspace,
     ) -> Option<Link> {
-        let pieces = ws.solver.pieces();
+        let pieces = ws.pieces(scene);
         let passage = Passage::new(scene, pieces);
         let last = pieces.last()?;
         // The ray is followed from the vertex to a point, but from a plane to the vertex.
@@ -233,7 +242,7 @@ impl Link {
             Aim::Point { surface, .. } => surface.map(|s| s.object),
             Aim::Plane { .. } => vertex.object(),
         };
-        let Some(through) = scene.visibility(ws.solver.pieces(), end, slack) else {
+        let Some(through) = scene.visibility(ws.pieces(scene), end, slack) else {
             ws.stats.connections.occluded += 1;
             return None;
         };

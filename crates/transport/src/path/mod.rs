@@ -23,6 +23,7 @@ mod link;
 mod passage;
 mod search;
 mod share;
+mod straight;
 mod subpath;
 mod tube;
 mod vertex;
@@ -44,8 +45,9 @@ pub use tube::Tube;
 pub use vertex::{Scatter, Vertex};
 pub use walk::{Sampling, trace};
 
-use crate::scene::MediumId;
+use crate::scene::{MediumId, Scene};
 use crate::stats::Stats;
+use eikonal::connect::Piece;
 use eikonal::{Solver, Tolerance};
 
 /// Probability with which connections that may not be unique are searched for further branches,
@@ -68,6 +70,8 @@ pub struct Workspace {
     /// Probability in (0, 1] with which a connection that may not be unique is searched for further
     /// branches. Any value is unbiased.
     pub search: f64,
+    /// Pieces of the straight connection last made.
+    line: Vec<Piece<MediumId>>,
 }
 
 impl Workspace {
@@ -78,6 +82,7 @@ impl Workspace {
             stats: Stats::default(),
             ledger: Ledger::default(),
             search: SEARCH,
+            line: Vec::new(),
         }
     }
 
@@ -86,6 +91,14 @@ impl Workspace {
         let mut stats = self.stats;
         stats.work += self.solver.work;
         stats
+    }
+
+    /// The pieces of the connection last found in a scene.
+    fn pieces(&self, scene: &Scene) -> &[Piece<MediumId>] {
+        match scene.is_straight() {
+            true => &self.line,
+            false => self.solver.pieces(),
+        }
     }
 
     /// What a branch that takes luck to be found counts for in the combination of estimators, where

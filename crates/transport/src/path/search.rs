@@ -3,12 +3,15 @@
 use super::Workspace;
 use super::edge::Start;
 use super::link::{Goal, Link};
+use super::straight;
 use super::vertex::Vertex;
 use super::walk::leave;
 use crate::aim::{Aim, OnSurface};
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{self, Connection, Launch, Piece, World, random_direction, random_foot};
+use eikonal::connect::{
+    self, Connection, Failure, Launch, Piece, World, random_direction, random_foot,
+};
 use glam::DVec3;
 
 /// Random starts after which the search for a branch that was found once is given up. Its weight is
@@ -70,6 +73,14 @@ impl<'a> Search<'a> {
             None => self.chord(),
         };
         single.into_iter().chain(guided.into_iter().flatten())
+    }
+
+    /// The only start that matters where no ray is bent.
+    pub fn straight_shot(&self) -> Option<Shot> {
+        match self.goal.guide {
+            Some(guide) => Some(self.straight(*guide.start())),
+            None => self.chord(),
+        }
     }
 
     /// Straight ahead.
@@ -193,7 +204,7 @@ impl<'a> Search<'a> {
 
     /// One attempt, counted.
     pub fn attempt(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
-        let outcome = ws.solver.solve(self.scene, &shot.start, shot.target);
+        let outcome = self.ray(shot, ws);
         ws.stats.connections.count(&outcome);
         let link = self.comply(shot, &outcome.ok()?, ws);
         ws.stats.connections.discarded += u64::from(link.is_none());
@@ -202,8 +213,18 @@ impl<'a> Search<'a> {
 
     /// The same, not counted.
     pub fn solve(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
-        let outcome = ws.solver.solve(self.scene, &shot.start, shot.target);
-        self.comply(shot, &outcome.ok()?, ws)
+        let ray = self.ray(shot, ws).ok()?;
+        self.comply(shot, &ray, ws)
+    }
+
+    /// The ray that a shot leads to; the workspace keeps its pieces.
+    fn ray(&self, shot: &Shot, ws: &mut Workspace) -> Result<Connection, Failure> {
+        if !self.scene.is_straight() {
+            return ws.solver.solve(self.scene, &shot.start, shot.target);
+        }
+        let ray = straight::connect(self.scene, &shot.start, shot.target, &mut ws.line);
+        ws.stats.work.steps += ws.line.len() as u64;
+        ray
     }
 
     /// The link of a ray that was found, unless it arrives or leaves on the wrong side of a surface.
@@ -216,13 +237,13 @@ impl<'a> Search<'a> {
             // A ray against its own direction, through the medium behind the vertex's surface, or from
             // a part of the plane in another medium than it was started in.
             Aim::Plane { .. } => {
-                let last = ws.solver.pieces().last()?;
+                let last = ws.pieces(self.scene).last()?;
                 ray.optical_length > 0.0
                     && last.region == shot.place.medium
                     && self.scene.medium_at(ray.start) == shot.start.region
             }
         };
-        let within = self.within_reach(ray, ws.solver.pieces());
+        let within = self.within_reach(ray, ws.pieces(self.scene));
         (leaves && arrives && through && within).then_some(link)
     }
 

@@ -12,7 +12,7 @@ use crate::scene::{MediumId, Scene};
 use crate::shape::Hit;
 use eikonal::connect::{Pattern, World};
 use eikonal::interface::{Interface, Rule};
-use eikonal::ray::{Flow, Node, Step, Tangents, Variation, perpendicular_basis};
+use eikonal::ray::{Arc, Flow, Node, Tangents, Variation, perpendicular_basis};
 use glam::DVec3;
 
 /// More arcs than any sensible edge has.
@@ -121,7 +121,9 @@ impl<'a> Walk<'a> {
     /// Follows the ray through one region. Returns whether it goes on into another.
     fn region(&mut self, ws: &mut Workspace) -> bool {
         let field = self.scene.field(self.medium);
-        let straight = field.is_constant();
+        if field.is_constant() {
+            return self.line(ws);
+        }
         let node = Node::new(field, self.x, self.v, self.tangents);
         let mut flow = Flow::new(field, node, self.scene.tolerance());
         loop {
@@ -132,7 +134,10 @@ impl<'a> Walk<'a> {
             }
             let hit = self.scene.first_hit(&step.arc);
             let theta_end = hit.map_or(1.0, |(_, hit)| hit.theta);
-            self.record(&step, hit);
+            self.record(&step.arc, hit, |theta| {
+                let (_, v, tangents) = step.at(theta);
+                (v, tangents)
+            });
             if self.collided && !self.sampling.extend {
                 return false;
             }
@@ -141,10 +146,6 @@ impl<'a> Walk<'a> {
                 self.tangents = tangents;
                 return self.surface(object, hit, v);
             }
-            if straight {
-                self.tangents = step.end.variation;
-                return self.escape(step.end.x, step.end.v);
-            }
             let outside = self.scene.is_outside(step.end.x);
             if outside || self.edge.spans.len() > MOST_SPANS {
                 return self.die(true);
@@ -152,9 +153,40 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Adds one arc, and the collision if it happens there.
-    fn record(&mut self, step: &Step<Tangents>, hit: Option<(usize, Hit)>) {
-        let arc = step.arc;
+    /// Follows the ray through a region of constant index: one line, without any of the work that
+    /// curves take. Returns whether it goes on into another.
+    fn line(&mut self, ws: &mut Workspace) -> bool {
+        let h = self.scene.reach(self.x) / self.v.length();
+        let (end, v, start) = (self.x + self.v * h, self.v, self.tangents);
+        ws.stats.work.steps += 1;
+        if !end.is_finite() {
+            return self.die(true);
+        }
+        let at = |theta: f64| {
+            let mut tangents = start;
+            tangents.drift(theta * h);
+            (v, tangents)
+        };
+        let arc = Arc::line(self.x, v, h);
+        let hit = self.scene.first_hit(&arc);
+        self.record(&arc, hit, at);
+        if self.collided && !self.sampling.extend {
+            return false;
+        }
+        self.tangents = at(hit.map_or(1.0, |(_, hit)| hit.theta)).1;
+        match hit {
+            Some((object, hit)) => self.surface(object, hit, v),
+            None => self.escape(end, v),
+        }
+    }
+
+    /// Adds one arc, and the collision if it happens there. `at` is the velocity and the tangents at θ.
+    fn record(
+        &mut self,
+        &arc: &Arc,
+        hit: Option<(usize, Hit)>,
+        at: impl Fn(f64) -> (DVec3, Tangents),
+    ) {
         let theta_end = hit.map_or(1.0, |(_, hit)| hit.theta);
         let medium = self.scene.medium(self.medium);
         let attenuation = Attenuation::new(medium, &arc, theta_end);
@@ -163,6 +195,7 @@ impl<'a> Walk<'a> {
             theta_end,
             medium: self.medium,
             attenuation,
+            length: arc.arc_length(theta_end),
             length_before: self.length,
             depth_before: self.depth,
             weight_before: self.edge.weight,
@@ -173,7 +206,7 @@ impl<'a> Walk<'a> {
             let (channel, target) = self.target;
             let left = target - self.depth[channel];
             if let Some(theta) = span.attenuation.invert(&arc, theta_end, channel, left) {
-                self.collide(step, &span, theta);
+                self.collide(&span, theta, at(theta));
             } else {
                 self.lengthen(arc.optical_length(theta_end));
             }
@@ -190,13 +223,12 @@ impl<'a> Walk<'a> {
         }
     }
 
-    fn collide(&mut self, step: &Step<Tangents>, span: &Span, theta: f64) {
+    fn collide(&mut self, span: &Span, theta: f64, (v, tangents): (DVec3, Tangents)) {
         let point = span.at(theta);
-        let (_, v, tangents) = step.at(theta);
         self.edge.tube.depth = point.depth;
         self.edge.tube.geometry = tube::to_point(&tangents, v, self.jump);
         self.edge.length = point.length;
-        self.lengthen(step.arc.optical_length(theta));
+        self.lengthen(span.arc.optical_length(theta));
         self.edge.end = End::Collision(point);
         self.collided = true;
     }
@@ -257,6 +289,13 @@ impl<'a> Walk<'a> {
             self.edge.weight *= ratio * ratio;
         }
         self.jump *= ratio;
+        let constant = |medium| self.scene.field(medium).is_constant();
+        if ratio == 1.0 && constant(self.medium) && constant(beyond) {
+            // Nothing happens to the ray nor to its tangents.
+            self.x = leave(self.scene, hit.position, hit.normal, direction);
+            self.medium = beyond;
+            return true;
+        }
         self.go_on((object, hit), (v, direction), beyond, Rule::Pass)
     }
 

@@ -51,6 +51,9 @@ impl Scene {
     }
 
     fn first_of(&self, index: &Index, arc: &Arc, from: f64, to: f64) -> Option<(usize, Hit)> {
+        if index.objects.is_empty() {
+            return None;
+        }
         let (i, hit) = index.accel.first_hit(&index.shapes, arc, from, to)?;
         Some((index.objects[i], hit))
     }

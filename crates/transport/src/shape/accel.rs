@@ -90,14 +90,14 @@ fn linear(boxes: &[Aabb], sweep: &Sweep, mut range: [f64; 2], test: &mut impl Fn
 /// order in which they are added.
 #[derive(Default)]
 struct Nearest {
-    hits: Vec<(usize, Hit)>,
+    first: Option<(usize, Hit)>,
+    /// Others that may be one event with it: hardly ever any.
+    ties: Vec<(usize, Hit)>,
 }
 
 impl Nearest {
     fn theta(&self) -> f64 {
-        self.hits
-            .iter()
-            .fold(f64::INFINITY, |t, (_, h)| t.min(h.theta))
+        self.hits().fold(f64::INFINITY, |t, (_, h)| t.min(h.theta))
     }
 
     /// The end of the range where a hit still matters.
@@ -106,12 +106,19 @@ impl Nearest {
     }
 
     fn add(&mut self, i: usize, hit: Hit) {
-        self.hits.push((i, hit));
-        let limit = self.theta() + TIE;
-        self.hits.retain(|(_, h)| h.theta <= limit);
+        let limit = hit.theta.min(self.theta()) + TIE;
+        self.ties.retain(|(_, h)| h.theta <= limit);
+        match &mut self.first {
+            Some((_, h)) if h.theta <= limit => self.ties.push((i, hit)),
+            first => *first = Some((i, hit)),
+        }
+    }
+
+    fn hits(&self) -> impl Iterator<Item = &(usize, Hit)> {
+        self.first.iter().chain(&self.ties)
     }
 
     fn choose(self) -> Option<(usize, Hit)> {
-        self.hits.into_iter().min_by_key(|(i, _)| *i)
+        self.hits().min_by_key(|(i, _)| *i).copied()
     }
 }

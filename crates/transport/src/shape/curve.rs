@@ -1,5 +1,6 @@
 //! An arc in the local coordinates of a shape.
 
+use super::line;
 use super::placement::Placement;
 use super::sweep::Sweep;
 use eikonal::Aabb;
@@ -102,13 +103,12 @@ impl Curve {
         }
     }
 
-    /// The coordinate along `axis`, minus `at`.
-    pub fn plane(&self, axis: DVec3, at: f64) -> Function {
-        let p = axis * at;
+    /// Coordinate `axis`, minus `at`.
+    pub fn plane(&self, axis: usize, at: f64) -> Function {
         Function {
             coefficients: match &self.points {
-                Points::Line(c) => Coefficients::Linear(height(c, p, axis)),
-                Points::Arc(c) => Coefficients::Quintic(height(c, p, axis)),
+                Points::Line(c) => Coefficients::Linear(c.map(|p| p[axis] - at)),
+                Points::Arc(c) => Coefficients::Quintic(c.map(|p| p[axis] - at)),
             },
             noise: self.noise,
         }
@@ -143,8 +143,8 @@ impl Curve {
 impl Function {
     fn root(&self, from: f64, to: f64) -> Option<f64> {
         match &self.coefficients {
-            Coefficients::Linear(c) => first_root(c, from, to, self.noise),
-            Coefficients::Quadratic(c) => first_root(c, from, to, self.noise),
+            Coefficients::Linear(c) => line::linear(c, [from, to], self.noise),
+            Coefficients::Quadratic(c) => line::quadratic(c, [from, to], self.noise),
             Coefficients::Quintic(c) => first_root(c, from, to, self.noise),
             Coefficients::Decic(c) => first_root(c, from, to, self.noise),
         }

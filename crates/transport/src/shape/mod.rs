@@ -12,6 +12,7 @@ mod curve;
 mod cylinder;
 mod disk;
 mod error;
+mod line;
 mod mesh;
 mod placement;
 mod planar;

@@ -16,7 +16,7 @@ pub(super) struct Flat {
 impl Flat {
     /// The first u in (0, until] where the curve crosses the part of the plane that `inside` accepts.
     pub fn first(&self, curve: &Curve, until: f64, inside: impl Fn(DVec3) -> bool) -> Option<f64> {
-        let plane = curve.plane(DVec3::AXES[self.axis], self.at);
+        let plane = curve.plane(self.axis, self.at);
         curve.first(&plane, until, inside)
     }
 
