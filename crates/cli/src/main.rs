@@ -15,7 +15,6 @@ mod keeper;
 mod load;
 mod measured;
 mod numbers;
-mod outputs;
 mod plot;
 mod preview;
 mod progress;

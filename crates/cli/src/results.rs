@@ -4,11 +4,10 @@ use crate::args::OutputArgs;
 use crate::config::ImageFormat;
 use crate::failure::{Failure, show};
 use crate::measured::Measured;
-use crate::outputs;
 use crate::report::Report;
 use io::arrays::{ArrayFormat, Context, arrays};
-use io::image::tone::Tone;
-use io::rendered::{self, Naming};
+use io::image::exr;
+use io::rendered::{self, Picture};
 use io::{Diagnostic, Diagnostics, FileError};
 use serde_json::Value;
 use std::io::Write;
@@ -21,21 +20,15 @@ pub fn write_images(
     report: &Report,
 ) -> Result<(), Failure> {
     let names = &report.loaded.channel_names;
-    let film = &report.rendering.film;
-    let mut image = rendered::layers(film, names, report.attributes());
-    image.layers.extend(rendered::bias(report.rendering, names));
-    if images.iter().any(|(_, format)| *format == ImageFormat::Exr) {
-        rendered::extend(&mut image, film, report.loaded);
-    }
-    let images = images
-        .iter()
-        .map(|(path, format)| match (format, Naming::of(report.loaded)) {
-            (ImageFormat::Npy, Some(naming)) => naming.write_array(path, film),
-            _ => outputs::write(path, *format, &image, args.tone.tone()),
-        });
+    let picture = Picture::new(report.rendering, report.loaded, report.attributes());
+    let images = images.iter().map(|(path, format)| match format {
+        ImageFormat::Exr => picture.write_exr(path),
+        ImageFormat::Npy => picture.write_npy(path),
+        ImageFormat::Png => picture.write_png(path, args.tone.tone()),
+    });
     let strategies = args.strategies.iter().map(|path| {
         let image = rendered::strategies(report.rendering, names, report.attributes());
-        outputs::write(path, ImageFormat::Exr, &image, Tone::default())
+        exr::write(path, &image)
     });
     let stats = stats(args, || report.json());
     failures(images.chain(strategies).chain(stats))

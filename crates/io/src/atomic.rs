@@ -79,7 +79,9 @@ impl Temporary {
             temporary.push(name);
             temporary.push(format!(".{}-{number}.part", std::process::id()));
             let path = target.with_file_name(temporary);
-            match OpenOptions::new().write(true).create_new(true).open(&path) {
+            let mut options = OpenOptions::new();
+            // What was written may be looked at again before the file is whole.
+            match options.read(true).write(true).create_new(true).open(&path) {
                 Ok(file) => return Ok((Temporary { path, keep: false }, file)),
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),

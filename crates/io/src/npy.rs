@@ -109,9 +109,18 @@ pub fn write(path: &Path, shape: &[usize], data: &[f32]) -> Result<(), FileError
         let found = format!("{} values", data.len());
         return Err(Problem::Mismatch { expected, found }.at(path));
     }
-    let values = data.iter().map(|v| f64::from(*v));
+    write_values(path, shape, data.iter().copied())
+}
+
+/// Writes an array of single-precision numbers in C order, at once or not at all, from as many values as the
+/// shape says, which need not be in memory.
+pub(crate) fn write_values(
+    path: &Path,
+    shape: &[usize],
+    values: impl Iterator<Item = f32>,
+) -> Result<(), FileError> {
     atomic::write(path, |file| {
-        write_elements(file, Element::F32, shape, values)
+        write_elements(file, Element::F32, shape, values.map(f64::from))
     })
 }
 

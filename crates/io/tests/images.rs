@@ -57,6 +57,23 @@ fn the_same_image_gives_the_same_bytes() {
     assert!((0..10).all(|_| exr::encode(&sample()).unwrap() == first));
 }
 
+/// Files are written piece by piece and their headers sorted afterwards, in memory at once.
+#[test]
+fn a_file_is_the_same_as_its_bytes_in_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let names: Vec<String> = (0..5000).map(|i| format!("channel {i}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut many = sample();
+    many.layers.push(layer("many", &names, 15));
+    for (name, image) in [("few.exr", sample()), ("many.exr", many)] {
+        let path = folder.path().join(name);
+        for _ in 0..3 {
+            exr::write(&path, &image).unwrap();
+            assert!(std::fs::read(&path).unwrap() == exr::encode(&image).unwrap());
+        }
+    }
+}
+
 #[test]
 fn infinities_and_nan_survive_in_an_exr_file() {
     let mut image = sample();

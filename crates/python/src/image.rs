@@ -49,7 +49,7 @@ pub fn write_image(path: PathBuf, layers: Given<'_>, attributes: Attributes) -> 
 }
 
 /// Writes an image in the format that the name of the file tells.
-pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
+fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
     let extension = path.extension().and_then(|e| e.to_str());
     match extension.map(str::to_ascii_lowercase).as_deref() {
         Some("exr") => exr::write(path, image),
@@ -58,11 +58,14 @@ pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
             let shown = image.on_screen().unwrap_or_default();
             png::write(path, &shown, Depth::Eight, Tone::default())
         }
-        _ => {
-            let message = "images are written to .exr, .png and .npy".to_owned();
-            Err(Problem::Unsupported(message).at(path))
-        }
+        _ => Err(unknown(path)),
     }
+}
+
+/// A file of which the name does not tell a format.
+pub fn unknown(path: &Path) -> FileError {
+    let message = "images are written to .exr, .png and .npy".to_owned();
+    Problem::Unsupported(message).at(path)
 }
 
 /// What a screen shows of the first layer, as the bytes of a PNG file.

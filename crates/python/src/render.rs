@@ -5,8 +5,8 @@ use crate::numbers::array;
 use crate::scene::Scene;
 use crate::watch::watched;
 use crate::{errors, image};
-use io::image::ImageLayers;
-use io::rendered::{self, Naming};
+use io::image::tone::Tone;
+use io::rendered::{Naming, Picture};
 use io::report;
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyMemoryError;
@@ -177,13 +177,16 @@ impl Rendered {
 
     /// Writes the picture.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let loaded = &self.scene.get().loaded;
-        let is_array = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("npy"));
-        let written = py.detach(|| match Naming::of(loaded) {
-            Some(naming) if is_array => naming.write_array(&path, &self.rendering.film),
-            _ => image::write(&path, &self.layers_and_attributes()),
+        let extension = path.extension().and_then(|e| e.to_str());
+        let extension = extension.map(str::to_ascii_lowercase);
+        let written = py.detach(|| {
+            let picture = self.picture_with_layers();
+            match extension.as_deref() {
+                Some("exr") => picture.write_exr(&path),
+                Some("npy") => picture.write_npy(&path),
+                Some("png") => picture.write_png(&path, Tone::default()),
+                _ => Err(image::unknown(&path)),
+            }
         });
         written.map_err(|e| errors::file(&e))
     }
@@ -210,9 +213,8 @@ impl Rendered {
 
 impl Rendered {
     /// The picture with all layers, as the program writes it.
-    fn layers_and_attributes(&self) -> ImageLayers {
+    fn picture_with_layers(&self) -> Picture<'_> {
         let loaded = &self.scene.get().loaded;
-        let (film, names) = (&self.rendering.film, &loaded.channel_names);
         let stats: Value = serde_json::from_str(&self.stats).unwrap_or_default();
         let text = |name: &str| match &stats[name] {
             Value::String(text) => text.clone(),
@@ -238,10 +240,7 @@ impl Rendered {
                 Value::from(naming.axes()).to_string(),
             ));
         }
-        let mut image = rendered::layers(film, names, attributes);
-        image.layers.extend(rendered::bias(&self.rendering, names));
-        rendered::extend(&mut image, film, loaded);
-        image
+        Picture::new(&self.rendering, loaded, attributes)
     }
 
     fn picture<'py>(

@@ -5,15 +5,19 @@
 
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::{BufReader, Cursor, Read, Seek};
+use std::io::{BufReader, Cursor, Read, Seek, Write};
 use std::path::Path;
 
+use exr::block::lines::LineRefMut;
 use exr::error::Error;
+use exr::image::write::samples::{SamplesWriter, WritableSamples};
+use exr::math::RoundingMode;
 use exr::meta::MetaData;
-use exr::meta::attribute::Chromaticities;
+use exr::meta::attribute::{Chromaticities, LevelMode, SampleType};
+use exr::meta::header::Header;
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, LayerAttributes,
-    ReadChannels, ReadLayers, SmallVec, Text, Vec2, WritableImage,
+    ReadChannels, ReadLayers, Text, Vec2, WritableImage,
 };
 
 use super::{ImageLayers, Layer, exr_header};
@@ -37,6 +41,19 @@ const REC_709: Chromaticities = Chromaticities {
 
 type Flat = exr::prelude::Layer<AnyChannels<FlatSamples>>;
 
+/// What an EXR file holds besides the values of its channels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Names of the channels with those of their layers, such as `variance.R`.
+    pub channels: Vec<String>,
+    /// As in [`ImageLayers::attributes`].
+    pub attributes: Vec<(String, String)>,
+}
+
 /// Writes an image, at once or not at all. The same image gives the same bytes.
 ///
 /// # Errors
@@ -44,8 +61,30 @@ type Flat = exr::prelude::Layer<AnyChannels<FlatSamples>>;
 /// An image without pixels, channels that do not fit its size, names that are empty, too long,
 /// taken or reserved by the format, and everything that [`atomic::write()`] reports.
 pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
-    let bytes = encode(image).map_err(|problem| problem.at(path))?;
-    atomic::write_bytes(path, &bytes)
+    image.check().map_err(|problem| problem.at(path))?;
+    let planes: Vec<&[f32]> = planes(image).collect();
+    write_values(path, &frame(image), |channel, pixel| planes[channel][pixel])
+}
+
+/// Writes an image whose values are computed as they are written: `value` gives that of a channel, by its
+/// place in `frame`, at a pixel, row by row from the top left.
+///
+/// # Errors
+///
+/// As for [`write()`].
+pub fn write_values(
+    path: &Path,
+    frame: &Frame,
+    value: impl Fn(usize, usize) -> f32 + Sync,
+) -> Result<(), FileError> {
+    frame.check().map_err(|problem| problem.at(path))?;
+    atomic::write(path, |file| {
+        encode_to(&mut *file, frame, &value).map_err(|e| match e {
+            Error::Io(error) => error,
+            other => std::io::Error::other(format!("cannot be stored as EXR: {other}")),
+        })?;
+        exr_header::sort_in_file(file)
+    })
 }
 
 /// The bytes of an EXR file.
@@ -55,51 +94,124 @@ pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
 /// As for [`write()`], but for the file system.
 pub fn encode(image: &ImageLayers) -> Result<Vec<u8>, Problem> {
     image.check()?;
-    let mut attributes = LayerAttributes {
-        software_name: Some(text(concat!("morgana ", env!("CARGO_PKG_VERSION")))),
-        ..LayerAttributes::default()
-    };
-    for (name, value) in &image.attributes {
-        check_name("attribute", name)?;
-        let value = AttributeValue::Text(text(value));
-        if attributes.other.insert(text(name), value).is_some() {
-            return Err(taken("attribute", name));
-        }
-    }
-    let channels = AnyChannels::sort(channels(image)?);
-    let size = Vec2(image.width, image.height);
-    let layer = Flat::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
+    let frame = frame(image);
+    frame.check()?;
+    let planes: Vec<&[f32]> = planes(image).collect();
     let mut bytes = Vec::new();
-    let mut file = Image::from_layer(layer);
-    file.attributes.chromaticities = Some(REC_709);
-    let written = file.write().to_buffered(Cursor::new(&mut bytes));
+    let value = |channel: usize, pixel: usize| planes[channel][pixel];
+    let written = encode_to(&mut Cursor::new(&mut bytes), &frame, &value);
     written.map_err(|e| Problem::Malformed(format!("cannot be stored as EXR: {e}")))?;
-    // The encoder writes attributes in an order that changes from run to run.
     exr_header::sort_attributes(&mut bytes);
     Ok(bytes)
 }
 
-fn channels(image: &ImageLayers) -> Result<SmallVec<[AnyChannel<FlatSamples>; 4]>, Problem> {
-    let mut names = HashSet::new();
-    let mut channels = SmallVec::new();
-    for layer in &image.layers {
-        for (name, values) in &layer.channels {
-            let full = match layer.name.as_str() {
-                "" => name.clone(),
-                layer => format!("{layer}.{name}"),
-            };
+/// The attributes are left in the encoder's order, which changes from run to run.
+fn encode_to(
+    writer: &mut (impl Write + Seek),
+    frame: &Frame,
+    value: &(impl Fn(usize, usize) -> f32 + Sync),
+) -> Result<(), Error> {
+    let mut attributes = LayerAttributes {
+        software_name: Some(text(concat!("morgana ", env!("CARGO_PKG_VERSION")))),
+        ..LayerAttributes::default()
+    };
+    let others = frame.attributes.iter();
+    let others = others.map(|(name, value)| (text(name), AttributeValue::Text(text(value))));
+    attributes.other.extend(others);
+    let channels = frame.channels.iter().enumerate().map(|(channel, name)| {
+        let samples = Computed {
+            channel,
+            width: frame.width,
+            value,
+        };
+        AnyChannel::new(text(name), samples)
+    });
+    let size = Vec2(frame.width, frame.height);
+    let channels = AnyChannels::sort(channels.collect());
+    let layer = exr::prelude::Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
+    let mut file = Image::from_layer(layer);
+    file.attributes.chromaticities = Some(REC_709);
+    file.write().to_buffered(writer)
+}
+
+/// Samples of one channel that are computed as they are written.
+struct Computed<'a, F> {
+    channel: usize,
+    width: usize,
+    value: &'a F,
+}
+
+impl<'s, F: Fn(usize, usize) -> f32 + Sync + 's> WritableSamples<'s> for Computed<'_, F> {
+    type Writer = Computed<'s, F>;
+
+    fn sample_type(&self) -> SampleType {
+        SampleType::F32
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_samples_writer(&'s self, _: &Header) -> Self::Writer {
+        Computed { ..*self }
+    }
+}
+
+impl<F: Fn(usize, usize) -> f32 + Sync> SamplesWriter for Computed<'_, F> {
+    fn extract_line(&self, line: LineRefMut<'_>) {
+        let Vec2(x, y) = line.location.position;
+        let start = y * self.width + x;
+        let written = line.write_samples(|i| (self.value)(self.channel, start + i));
+        debug_assert!(written.is_ok(), "lines lie in memory");
+    }
+}
+
+impl Frame {
+    fn check(&self) -> Result<(), Problem> {
+        let mut names = HashSet::new();
+        for name in &self.channels {
+            let own = name.rsplit_once('.').map_or(name.as_str(), |(_, own)| own);
+            check_name("channel", own)?;
             check_name("channel", name)?;
-            check_name("channel", &full)?;
-            channels.push(AnyChannel::new(
-                text(&full),
-                FlatSamples::F32(values.clone()),
-            ));
-            if !names.insert(full) {
-                return Err(taken("channel", name));
+            if !names.insert(name) {
+                return Err(taken("channel", own));
             }
         }
+        let mut names = HashSet::new();
+        for (name, _) in &self.attributes {
+            check_name("attribute", name)?;
+            if !names.insert(name) {
+                return Err(taken("attribute", name));
+            }
+        }
+        Ok(())
     }
-    Ok(channels)
+}
+
+fn frame(image: &ImageLayers) -> Frame {
+    let names = image.layers.iter().flat_map(|layer| {
+        let names = layer.channels.iter().map(|(name, _)| name);
+        names.map(|name| channel_name(&layer.name, name))
+    });
+    Frame {
+        width: image.width,
+        height: image.height,
+        channels: names.collect(),
+        attributes: image.attributes.clone(),
+    }
+}
+
+/// The name of a layer's channel in a file.
+pub fn channel_name(layer: &str, channel: &str) -> String {
+    match layer {
+        "" => channel.to_owned(),
+        layer => format!("{layer}.{channel}"),
+    }
+}
+
+fn planes(image: &ImageLayers) -> impl Iterator<Item = &[f32]> {
+    let channels = image.layers.iter().flat_map(|layer| &layer.channels);
+    channels.map(|(_, values)| values.as_slice())
 }
 
 fn check_name(what: &str, name: &str) -> Result<(), Problem> {
@@ -170,7 +282,7 @@ fn decode_from(mut reader: impl Read + Seek) -> Result<ImageLayers, Problem> {
 }
 
 fn check_size(metadata: &MetaData) -> Result<(), Problem> {
-    let samples = |header: &exr::meta::header::Header| {
+    let samples = |header: &Header| {
         let Vec2(width, height) = header.layer_size;
         width
             .checked_mul(height)?

@@ -1,15 +1,39 @@
 //! The order of attributes in an EXR header.
 
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 
 /// Bytes before the first attribute: the magic number and the version.
 const START: usize = 8;
 
-/// Sorts the attributes of a file with one part by name. Bytes that are no such header are left as
-/// they are.
-pub(super) fn sort_attributes(bytes: &mut [u8]) {
+/// Bytes at the beginning of a file in which its header is looked for first.
+const FIRST: u64 = 1 << 16;
+
+/// Sorts the attributes of a file with one part, which is open for reading, too.
+pub(super) fn sort_in_file(writer: &mut BufWriter<File>) -> io::Result<()> {
+    writer.flush()?;
+    let file = writer.get_mut();
+    let mut size = FIRST;
+    loop {
+        file.rewind()?;
+        let mut bytes = Vec::new();
+        file.take(size).read_to_end(&mut bytes)?;
+        if sort_attributes(&mut bytes) || (bytes.len() as u64) < size {
+            file.rewind()?;
+            file.write_all(&bytes)?;
+            file.seek(SeekFrom::End(0))?;
+            return Ok(());
+        }
+        size *= 4;
+    }
+}
+
+/// Sorts the attributes of a file with one part by name. Bytes that are no whole header are left as
+/// they are; returns whether they were one.
+pub(super) fn sort_attributes(bytes: &mut [u8]) -> bool {
     let Some(mut ranges) = attributes(bytes) else {
-        return;
+        return false;
     };
     let end = ranges.last().map_or(START, |range| range.end);
     // Each attribute begins with its name and a zero byte, so that comparing bytes orders names.
@@ -19,6 +43,7 @@ pub(super) fn sort_attributes(bytes: &mut [u8]) {
         .flat_map(|range| bytes[range].to_vec())
         .collect();
     bytes[START..end].copy_from_slice(&sorted);
+    true
 }
 
 /// Where each attribute lies: name, zero, type, zero, size (32 bits), value. A zero byte in place

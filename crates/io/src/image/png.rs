@@ -29,24 +29,49 @@ pub fn write(path: &Path, image: &RgbImage, depth: Depth, tone: Tone) -> Result<
     atomic::write_bytes(path, &bytes)
 }
 
+/// Writes 8 bits per channel of as many pixels as the size says, row by row from the top left, which need not be
+/// in memory.
+///
+/// # Errors
+///
+/// As for [`write()`].
+pub(crate) fn write_pixels(
+    path: &Path,
+    size: [usize; 2],
+    pixels: impl Iterator<Item = [f32; 3]>,
+    tone: Tone,
+) -> Result<(), FileError> {
+    let bytes = encode_pixels(size, pixels, Depth::Eight, tone);
+    atomic::write_bytes(path, &bytes.map_err(|problem| problem.at(path))?)
+}
+
 /// The bytes of a PNG file.
 ///
 /// # Errors
 ///
 /// As for [`write()`], but for the file system.
 pub fn encode(image: &RgbImage, depth: Depth, tone: Tone) -> Result<Vec<u8>, Problem> {
-    let mismatch = || Problem::Mismatch {
-        expected: format!("{} x {} pixels", image.width, image.height),
-        found: format!("{}", image.pixels.len()),
-    };
-    let side = |n: usize| {
-        u32::try_from(n)
-            .ok()
-            .filter(|n| *n > 0)
-            .ok_or_else(mismatch)
-    };
-    let (width, height) = (side(image.width)?, side(image.height)?);
-    let encoded = image.pixels.iter().flatten().map(|v| tone.encode(*v));
+    let size = [image.width, image.height];
+    if image.pixels.len() != image.width * image.height {
+        return Err(mismatch(size, image.pixels.len()));
+    }
+    encode_pixels(size, image.pixels.iter().copied(), depth, tone)
+}
+
+fn encode_pixels(
+    size: [usize; 2],
+    pixels: impl Iterator<Item = [f32; 3]>,
+    depth: Depth,
+    tone: Tone,
+) -> Result<Vec<u8>, Problem> {
+    let [width, height] = size;
+    let side = |n| u32::try_from(n).ok().filter(|n| *n > 0);
+    let wrong = || mismatch(size, 0);
+    let (width, height) = (
+        side(width).ok_or_else(wrong)?,
+        side(height).ok_or_else(wrong)?,
+    );
+    let encoded = pixels.flatten().map(|v| tone.encode(v));
     let dynamic = match depth {
         Depth::Eight => {
             let data = encoded.map(|v| (v * 255.0).round() as u8).collect();
@@ -59,10 +84,17 @@ pub fn encode(image: &RgbImage, depth: Depth, tone: Tone) -> Result<Vec<u8>, Pro
     };
     let mut bytes = Vec::new();
     let written = dynamic
-        .ok_or_else(mismatch)?
+        .ok_or_else(wrong)?
         .write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png);
     written.map_err(|e| Problem::Malformed(format!("cannot be stored as PNG: {e}")))?;
     Ok(bytes)
+}
+
+fn mismatch([width, height]: [usize; 2], found: usize) -> Problem {
+    Problem::Mismatch {
+        expected: format!("{width} x {height} pixels"),
+        found: found.to_string(),
+    }
 }
 
 /// Reads an image and makes its values linear; they are in [0, 1]. Transparency is dropped.

@@ -1,11 +1,7 @@
 //! Films whose light is told apart, as files and reports show them.
 
-use super::layer;
 use crate::assemble::{Layering, Loaded};
-use crate::error::FileError;
-use crate::image::{ImageLayers, Layer};
 use serde_json::{Value, json};
-use std::path::Path;
 use transport::Film;
 
 /// Bins have numbers of at least so many digits: names then sort like numbers.
@@ -106,43 +102,23 @@ impl<'a> Naming<'a> {
         self.layers().map(|layer| self.name(layer))
     }
 
-    /// Every layer of an image and its variance: `length.0012` and `variance.length.0012`.
-    pub fn image_layers(&self, film: &Film, channels: &[String]) -> Vec<Layer> {
-        let both = |i| {
-            let (name, mean, variance) = (self.name(i), film.layer_mean(i), film.layer_variance(i));
-            [
-                layer(&name, &mean, channels),
-                layer(&format!("variance.{name}"), &variance, channels),
-            ]
-        };
-        self.layers().flat_map(both).collect()
+    /// The layers of light that is within the bins.
+    pub(super) fn regular(&self) -> impl Iterator<Item = usize> {
+        let decomposition = &self.layering.decomposition;
+        self.layers().filter(|&l| decomposition.is_regular(l))
     }
 
-    /// Writes the means as an array `[row, column, length, bounce, light, channel]` without the axes
-    /// that are not asked for. Light that is outside of the bins is left out.
-    pub fn write_array(&self, path: &Path, film: &Film) -> Result<(), FileError> {
+    /// The lengths of the axes that are asked for.
+    pub(super) fn shape(&self) -> impl Iterator<Item = usize> {
         let decomposition = &self.layering.decomposition;
-        let regular = self.layers().filter(|&l| decomposition.is_regular(l));
-        let planes: Vec<Vec<f32>> = regular.map(|l| film.layer_mean(l)).collect();
-        let pixels = film.width() * film.height();
-        let mut data = Vec::with_capacity(pixels * planes.len() * film.channels());
-        for pixel in 0..pixels {
-            let at = pixel * film.channels()..(pixel + 1) * film.channels();
-            planes.iter().for_each(|p| data.extend(&p[at.clone()]));
-        }
         let asked = [
             decomposition.length.is_some(),
             decomposition.bounces.is_some(),
             decomposition.emitters.is_some(),
         ];
         let axes = decomposition.axes().into_iter().zip(asked);
-        let mut shape = vec![film.height(), film.width()];
-        shape.extend(
-            axes.filter(|(_, asked)| *asked)
-                .map(|(axis, _)| axis.regular),
-        );
-        shape.push(film.channels());
-        crate::npy::write(path, &shape, &data)
+        axes.filter(|(_, asked)| *asked)
+            .map(|(axis, _)| axis.regular)
     }
 
     /// Axes, and mean and standard error of every layer.
@@ -177,12 +153,4 @@ impl<'a> Naming<'a> {
 
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
-}
-
-/// Adds the layers to an image, if there are any.
-pub fn extend(image: &mut ImageLayers, film: &Film, loaded: &Loaded) {
-    if let Some(naming) = Naming::of(loaded) {
-        let layers = naming.image_layers(film, &loaded.channel_names);
-        image.layers.extend(layers);
-    }
 }

@@ -61,27 +61,33 @@ impl Pixel {
         self.count += 1;
     }
 
-    fn quantity(&self, f: impl Fn(&Cell) -> Sum) -> Spectrum {
-        Spectrum(self.cells.each_ref().map(|cell| f(cell).value()))
-    }
-
     /// Mean of the samples; zero if there are none.
     pub fn mean(&self) -> Spectrum {
+        Spectrum(std::array::from_fn(|lane| self.mean_of(lane)))
+    }
+
+    /// That of one channel.
+    fn mean_of(&self, lane: usize) -> f64 {
         match self.count {
-            0 => Spectrum::ZERO,
-            n => self.quantity(|c| c.sum) / n as f64,
+            0 => 0.0,
+            n => self.cells[lane].sum.value() / n as f64,
         }
     }
 
     /// Unbiased estimate of the variance of the mean; infinite for fewer than two samples.
     pub fn variance_of_mean(&self) -> Spectrum {
+        Spectrum(std::array::from_fn(|lane| self.variance_of(lane)))
+    }
+
+    /// That of one channel.
+    fn variance_of(&self, lane: usize) -> f64 {
         if self.count < 2 {
-            return Spectrum::splat(f64::INFINITY);
+            return f64::INFINITY;
         }
         let n = self.count as f64;
-        let mean = self.mean();
-        let scatter = self.quantity(|c| c.sum_of_squares) - mean * mean * n;
-        scatter.map(|s| s.max(0.0) / (n * (n - 1.0)))
+        let mean = self.mean_of(lane);
+        let scatter = self.cells[lane].sum_of_squares.value() - mean * mean * n;
+        scatter.max(0.0) / (n * (n - 1.0))
     }
 }
 
@@ -292,37 +298,45 @@ impl Film {
         }
     }
 
-    /// A quantity of every pixel, row by row with channels interleaved.
-    fn plane(&self, layer: Option<usize>, f: impl Fn(&Pixel) -> Spectrum) -> Vec<f32> {
-        let n = self.width * self.height;
-        let mut out = Vec::with_capacity(n * self.channels);
-        for i in 0..n {
-            for group in 0..self.groups() {
-                let values = f(&self.pixel(group, i, layer)).0;
-                out.extend(values[..self.lanes(group)].iter().map(|v| *v as f32));
-            }
-        }
+    /// Mean of a channel of a pixel, in a layer or in all of them: see [`Film::mean`] and [`Film::layer_mean`].
+    pub fn mean_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
+        let (group, lane) = (channel / self.lanes, channel % self.lanes);
+        self.pixel(group, pixel, layer).mean_of(lane) as f32
+    }
+
+    /// Variance of that mean.
+    pub fn variance_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
+        let (group, lane) = (channel / self.lanes, channel % self.lanes);
+        self.pixel(group, pixel, layer).variance_of(lane) as f32
+    }
+
+    /// A quantity of every pixel and channel, row by row with channels interleaved.
+    fn plane(&self, quantity: impl Fn(usize, usize) -> f32) -> Vec<f32> {
+        let quantity = &quantity;
+        let pixel = |pixel| (0..self.channels).map(move |channel| quantity(channel, pixel));
+        let mut out = Vec::with_capacity(self.width * self.height * self.channels);
+        out.extend((0..self.width * self.height).flat_map(pixel));
         out
     }
 
     /// Means: row by row with channels interleaved.
     pub fn mean(&self) -> Vec<f32> {
-        self.plane(None, Pixel::mean)
+        self.plane(|c, i| self.mean_at(None, c, i))
     }
 
     /// Variances of the means, same layout.
     pub fn variance(&self) -> Vec<f32> {
-        self.plane(None, Pixel::variance_of_mean)
+        self.plane(|c, i| self.variance_at(None, c, i))
     }
 
     /// Means of a layer: see [`Decomposition::slots`]. The layers add up to the image.
     pub fn layer_mean(&self, layer: usize) -> Vec<f32> {
-        self.plane(Some(layer), Pixel::mean)
+        self.plane(|c, i| self.mean_at(Some(layer), c, i))
     }
 
     /// Variances of the means of a layer.
     pub fn layer_variance(&self, layer: usize) -> Vec<f32> {
-        self.plane(Some(layer), Pixel::variance_of_mean)
+        self.plane(|c, i| self.variance_at(Some(layer), c, i))
     }
 
     /// Number of samples of each pixel, row by row.

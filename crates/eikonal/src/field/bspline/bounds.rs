@@ -7,6 +7,7 @@ use super::Bspline;
 use super::blocks::{Blocks, Cells};
 use super::lattice::{cell, first_coefficient};
 use crate::bounds::{Aabb, FieldBounds, interval_eigenvalues};
+use fearless_simd::dispatch;
 use glam::{DMat3, DVec3};
 
 impl Bspline {
@@ -27,17 +28,21 @@ impl Bspline {
     pub(super) fn bounds_in(&self, cells: &Cells) -> FieldBounds {
         let s = self.lattice.per_spacing();
         let c = self.coefficients_in(cells);
-        let [dx, dy, dz] = [0, 1, 2].map(|axis| c.difference(axis));
-        let range = |of: &Array, per: f64| of.range().map(|v| v * per);
-        let [n2_min, n2_max] = range(&c, 1.0);
-        let first = [range(&dx, s.x), range(&dy, s.y), range(&dz, s.z)];
+        let ranges = dispatch!(self.level, _simd => c.ranges());
+        let range = |which: usize, per: f64| ranges[which].ends().map(|v| v * per);
+        let [n2_min, n2_max] = range(N2, 1.0);
+        let first = [range(X, s.x), range(Y, s.y), range(Z, s.z)];
         let steepest = first.map(|[low, high]| high.abs().max(low.abs()));
-        let xx = range(&dx.difference(0), s.x * s.x);
-        let yy = range(&dy.difference(1), s.y * s.y);
-        let zz = range(&dz.difference(2), s.z * s.z);
-        let xy = range(&dx.difference(1), s.x * s.y);
-        let xz = range(&dx.difference(2), s.x * s.z);
-        let yz = range(&dy.difference(2), s.y * s.z);
+        let [xx, yy, zz] = [
+            range(XX, s.x * s.x),
+            range(YY, s.y * s.y),
+            range(ZZ, s.z * s.z),
+        ];
+        let [xy, xz, yz] = [
+            range(XY, s.x * s.y),
+            range(XZ, s.x * s.z),
+            range(YZ, s.y * s.z),
+        ];
         let matrix = |i: usize| {
             DMat3::from_cols(
                 DVec3::new(xx[i], xy[i], xz[i]),
@@ -75,49 +80,144 @@ impl Bspline {
             let stored = indices.map(|i| self.lattice.clamp(a, i));
             stored.map(|i| i * strides[a]).collect()
         });
-        let rows = zs.iter().flat_map(|z| ys.iter().map(move |y| z + y));
-        let values = rows.flat_map(|row| xs.iter().map(move |x| row + x));
-        Array {
-            dims: [xs.len(), ys.len(), zs.len()],
-            values: values.map(|i| f64::from(self.coefficients[i])).collect(),
+        let mut array = Array::new([xs.len(), ys.len(), zs.len()]);
+        let mut rows = array.values.chunks_exact_mut(array.stride);
+        for z in zs {
+            for (y, row) in ys.iter().zip(&mut rows) {
+                for (value, x) in row.iter_mut().zip(&xs) {
+                    *value = f64::from(self.coefficients[z + y + x]);
+                }
+            }
         }
+        array
     }
 }
 
-/// Numbers on a grid, x fastest.
+/// Values handled at once.
+const LANES: usize = 4;
+type Lanes = [f64; LANES];
+
+/// Which range of [`Array::ranges`] is that of what: of the value and its differences.
+const N2: usize = 0;
+const X: usize = 1;
+const Y: usize = 2;
+const Z: usize = 3;
+const XX: usize = 4;
+const YY: usize = 5;
+const ZZ: usize = 6;
+const XY: usize = 7;
+const XZ: usize = 8;
+const YZ: usize = 9;
+
+/// Numbers on a grid, x fastest. Rows are filled up by NaN, which no range knows of, and so are their differences.
 struct Array {
     dims: [usize; 3],
+    stride: usize,
     values: Vec<f64>,
 }
 
 impl Array {
-    /// Differences of neighbours along an axis: one fewer.
-    fn difference(&self, axis: usize) -> Array {
-        let [x, y, _] = self.dims;
-        let mut dims = self.dims;
-        dims[axis] -= 1;
-        let mut values = Vec::with_capacity(self.values.len());
-        let mut push = |low: &[f64], high: &[f64]| {
-            values.extend(low.iter().zip(high).map(|(a, b)| b - a));
-        };
-        match axis {
-            0 => self.values.chunks(x).for_each(|row| push(row, &row[1..])),
-            1 => self
-                .values
-                .chunks(x * y)
-                .for_each(|slab| push(slab, &slab[x..])),
-            _ => push(&self.values, &self.values[x * y..]),
+    fn new(dims: [usize; 3]) -> Self {
+        let stride = dims[0].next_multiple_of(LANES) + LANES;
+        Array {
+            dims,
+            stride,
+            values: vec![f64::NAN; stride * dims[1] * dims[2]],
         }
-        Array { dims, values }
     }
 
-    /// The least and the greatest.
-    fn range(&self) -> [f64; 2] {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for &v in &self.values {
-            low = if v < low { v } else { low };
-            high = if v > high { v } else { high };
+    fn row(&self, j: usize, k: usize) -> &[f64] {
+        let start = (k * self.dims[1] + j) * self.stride;
+        &self.values[start..start + self.stride]
+    }
+
+    /// Ranges of the values and of their first and second differences.
+    #[inline(always)]
+    fn ranges(&self) -> [Range; 10] {
+        let [_, y, z] = self.dims;
+        let mut ranges = [Range::EMPTY; 10];
+        for k in 0..z {
+            for j in 0..y {
+                self.row_ranges(j, k, &mut ranges);
+            }
         }
-        [low, high]
+        ranges
+    }
+
+    /// Adds those that begin in one row.
+    #[inline(always)]
+    fn row_ranges(&self, j: usize, k: usize, ranges: &mut [Range; 10]) {
+        let [x, y, z] = self.dims;
+        let row = |j, k| (j < y && k < z).then(|| self.row(j, k));
+        let this = self.row(j, k);
+        let [next, after] = [row(j + 1, k), row(j + 2, k)];
+        let [above, higher, beside] = [row(j, k + 1), row(j, k + 2), row(j + 1, k + 1)];
+        let mut put = |which: usize, values: Lanes| ranges[which].put(values);
+        for i in (0..x).step_by(LANES) {
+            let (c, right) = (lanes(this, i), lanes(this, i + 1));
+            let dx = minus(right, c);
+            put(N2, c);
+            put(X, dx);
+            put(XX, minus(minus(lanes(this, i + 2), right), dx));
+            if let Some(next) = next {
+                let n = lanes(next, i);
+                let dy = minus(n, c);
+                put(Y, dy);
+                put(XY, minus(minus(lanes(next, i + 1), n), dx));
+                if let Some(after) = after {
+                    put(YY, minus(minus(lanes(after, i), n), dy));
+                }
+                if let (Some(above), Some(beside)) = (above, beside) {
+                    put(YZ, minus(minus(lanes(beside, i), lanes(above, i)), dy));
+                }
+            }
+            if let Some(above) = above {
+                let n = lanes(above, i);
+                let dz = minus(n, c);
+                put(Z, dz);
+                put(XZ, minus(minus(lanes(above, i + 1), n), dx));
+                if let Some(higher) = higher {
+                    put(ZZ, minus(minus(lanes(higher, i), n), dz));
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn lanes(row: &[f64], at: usize) -> Lanes {
+    std::array::from_fn(|l| row[at + l])
+}
+
+#[inline(always)]
+fn minus(a: Lanes, b: Lanes) -> Lanes {
+    std::array::from_fn(|l| a[l] - b[l])
+}
+
+/// The least and the greatest, lane by lane.
+#[derive(Clone, Copy)]
+struct Range {
+    low: Lanes,
+    high: Lanes,
+}
+
+impl Range {
+    const EMPTY: Range = Range {
+        low: [f64::INFINITY; LANES],
+        high: [f64::NEG_INFINITY; LANES],
+    };
+
+    /// Takes numbers in; NaN are passed over.
+    #[inline(always)]
+    fn put(&mut self, values: Lanes) {
+        for (l, v) in values.into_iter().enumerate() {
+            self.low[l] = if v < self.low[l] { v } else { self.low[l] };
+            self.high[l] = if v > self.high[l] { v } else { self.high[l] };
+        }
+    }
+
+    fn ends(&self) -> [f64; 2] {
+        let low = self.low.into_iter().fold(f64::INFINITY, f64::min);
+        [low, self.high.into_iter().fold(f64::NEG_INFINITY, f64::max)]
     }
 }

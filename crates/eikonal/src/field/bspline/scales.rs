@@ -1,6 +1,7 @@
 //! How far a ray may go in one step: a length scale that varies over the grid.
 
 use super::lattice::{Lattice, PAD};
+use fearless_simd::dispatch;
 use glam::DVec3;
 
 /// Cells between nodes along each axis.
@@ -24,13 +25,17 @@ impl Scales {
         let [x, y, z] = lattice.dims();
         let nodes = [x, y, z].map(|n| (n - 1).div_ceil(EDGE) + 1);
         let mut rough: Vec<f64> = vec![0.0; nodes.iter().product()];
+        let mut row = vec![0.0; x];
         for k in 0..z {
             for j in 0..y {
+                dispatch!(super::evaluate::level(), _simd => {
+                    roughness(lattice, coefficients, n2_ref, [j, k], &mut row);
+                });
                 for block in 0..nodes[0] {
                     let start = block * EDGE;
-                    let samples = start..(start + EDGE + 1).min(x);
-                    let at = samples.map(|i| roughness(lattice, coefficients, n2_ref, [i, j, k]));
-                    let most = at.fold(0.0, f64::max);
+                    let end = (start + EDGE + 1).min(x);
+                    let at = &row[start.min(end)..end];
+                    let most = at.iter().copied().fold(0.0, f64::max);
                     for node in corners(nodes, [block, j, k]) {
                         rough[node] = rough[node].max(most);
                     }
@@ -112,24 +117,39 @@ fn corners(nodes: [usize; 3], [block, j, k]: [usize; 3]) -> impl Iterator<Item =
     rows.flat_map(move |row| row + block..=row + (block + 1).min(x - 1))
 }
 
-/// L⁻⁴ at a sample, less what rounding of the coefficients may have to do with it.
-fn roughness(lattice: &Lattice, coefficients: &[f32], n2_ref: f64, sample: [usize; 3]) -> f64 {
-    let at = lattice.offset(sample.map(|i| i + PAD));
+/// L⁻⁴ at the samples of row (j, k), less what rounding of the coefficients may have to do with it.
+#[inline(always)]
+fn roughness(
+    lattice: &Lattice,
+    coefficients: &[f32],
+    n2_ref: f64,
+    [j, k]: [usize; 2],
+    row: &mut [f64],
+) {
     let (strides, per_spacing) = (lattice.strides(), lattice.per_spacing());
-    let c = |i: usize| f64::from(coefficients[i]);
-    let (mut second, mut fourth) = (0.0, 0.0);
-    for axis in 0..3 {
-        let (stride, per) = (strides[axis], per_spacing[axis].powi(2));
-        let [a, b, m] = [c(at - 2 * stride), c(at - stride), c(at)];
-        let [d, e] = [c(at + stride), c(at + 2 * stride)];
-        let rounding = |sum: f64| 0.5 * f64::from(f32::EPSILON) * sum;
-        let two = (b - 2.0 * m + d).abs() - rounding(b.abs() + 2.0 * m.abs() + d.abs());
-        let sum = a.abs() + 4.0 * b.abs() + 6.0 * m.abs() + 4.0 * d.abs() + e.abs();
-        let four = (a - 4.0 * b + 6.0 * m - 4.0 * d + e).abs() - rounding(sum);
-        second += per * two.max(0.0);
-        fourth += per * per * four.max(0.0);
+    let start = lattice.offset([PAD, j + PAD, k + PAD]);
+    let at = |from: usize| &coefficients[from..from + row.len()];
+    let middle = at(start);
+    // Two and one before and after along each axis.
+    let around = [0, 1, 2].map(|axis| {
+        let s = strides[axis];
+        [start - 2 * s, start - s, start + s, start + 2 * s].map(at)
+    });
+    for (i, rough) in row.iter_mut().enumerate() {
+        let m = f64::from(middle[i]);
+        let (mut second, mut fourth) = (0.0, 0.0);
+        for axis in 0..3 {
+            let per = per_spacing[axis] * per_spacing[axis];
+            let [a, b, d, e] = around[axis].map(|c| f64::from(c[i]));
+            let rounding = |sum: f64| 0.5 * f64::from(f32::EPSILON) * sum;
+            let two = (b - 2.0 * m + d).abs() - rounding(b.abs() + 2.0 * m.abs() + d.abs());
+            let sum = a.abs() + 4.0 * b.abs() + 6.0 * m.abs() + 4.0 * d.abs() + e.abs();
+            let four = (a - 4.0 * b + 6.0 * m - 4.0 * d + e).abs() - rounding(sum);
+            second += per * two.max(0.0);
+            fourth += per * per * four.max(0.0);
+        }
+        // n² of a sample is close to its coefficient; where both are hardly positive no ray goes.
+        let n2 = (n2_ref + m).max(0.01 * n2_ref);
+        *rough = f64::max(fourth * (2.0 * n2), second * second) / (4.0 * n2 * n2);
     }
-    // n² of a sample is close to its coefficient; where both are hardly positive no ray goes.
-    let n2 = (n2_ref + c(at)).max(0.01 * n2_ref);
-    f64::max(fourth * (2.0 * n2), second * second) / (4.0 * n2 * n2)
 }

@@ -1,0 +1,175 @@
+//! What a render found as a picture of several layers.
+
+use super::Naming;
+use crate::assemble::Loaded;
+use crate::error::FileError;
+use crate::image::tone::Tone;
+use crate::image::{ImageLayers, Layer, exr, png};
+use crate::npy;
+use std::ops::Range;
+use std::path::Path;
+use transport::Film;
+use transport::render::Rendering;
+
+/// A render as a picture. Its values are computed as they are asked for: a film is large, and files are written
+/// without holding it twice.
+#[derive(Debug)]
+pub struct Picture<'a> {
+    film: &'a Film,
+    channels: &'a [String],
+    /// The only channel of numbers of samples.
+    count: [String; 1],
+    /// If light is told apart.
+    naming: Option<Naming<'a>>,
+    layers: Vec<(String, Content)>,
+    attributes: Vec<(String, String)>,
+}
+
+/// What a layer shows.
+#[derive(Debug)]
+enum Content {
+    /// Means, of a layer of light told apart or of all light.
+    Mean(Option<usize>),
+    /// Variances of these.
+    Variance(Option<usize>),
+    /// Number of samples.
+    Samples,
+    /// Values with channels interleaved.
+    Stored(Vec<f32>),
+}
+
+impl<'a> Picture<'a> {
+    /// With the mean as main layer, and layers `variance` (of the mean), `samples` (their number), `reweighted` if it was
+    /// asked for, and of photon maps `bias` (what is known of that of every pixel) and `bound` (which the error
+    /// by bias and noise exceeds in one of twenty pixels at most); then every layer of light told apart and its
+    /// variance, such as `length.0012` and `variance.length.0012`.
+    pub fn new(
+        rendering: &'a Rendering,
+        loaded: &'a Loaded,
+        attributes: Vec<(String, String)>,
+    ) -> Self {
+        let film = &rendering.film;
+        let mut layers = vec![
+            (String::new(), Content::Mean(None)),
+            ("variance".into(), Content::Variance(None)),
+            ("samples".into(), Content::Samples),
+        ];
+        let mut store = |name: &str, values| layers.push((name.into(), Content::Stored(values)));
+        if let Some(values) = film.reweighted() {
+            store("reweighted", values);
+        }
+        if let Some(debiased) = &rendering.debiased {
+            store("bias", debiased.pixel_bias(film));
+            store("bound", debiased.bound(film));
+        }
+        let naming = Naming::of(loaded);
+        let names = naming.iter().flat_map(Naming::names);
+        layers.extend(names.enumerate().flat_map(|(i, name)| {
+            let variance = (format!("variance.{name}"), Content::Variance(Some(i)));
+            [(name, Content::Mean(Some(i))), variance]
+        }));
+        Picture {
+            film,
+            channels: &loaded.channel_names,
+            count: ["N".into()],
+            naming,
+            layers,
+            attributes,
+        }
+    }
+
+    /// Some rows of the main layer, in memory.
+    fn rows(&self, rows: Range<usize>) -> ImageLayers {
+        let width = self.film.width();
+        let pixels = rows.start * width..rows.end * width;
+        let plane = |(c, name): (usize, &String)| {
+            let values = pixels.clone().map(|i| self.film.mean_at(None, c, i));
+            (name.clone(), values.collect())
+        };
+        ImageLayers {
+            width,
+            height: rows.len(),
+            layers: vec![Layer {
+                name: String::new(),
+                channels: self.channels.iter().enumerate().map(plane).collect(),
+            }],
+            attributes: Vec::new(),
+        }
+    }
+
+    /// Writes what a screen shows of the main layer as a PNG file, at once or not at all.
+    ///
+    /// # Errors
+    ///
+    /// As [`png::write()`].
+    pub fn write_png(&self, path: &Path, tone: Tone) -> Result<(), FileError> {
+        let (width, height) = (self.film.width(), self.film.height());
+        let row = |row| self.rows(row..row + 1).on_screen().unwrap_or_default();
+        let pixels = (0..height).flat_map(|y| row(y).pixels);
+        png::write_pixels(path, [width, height], pixels, tone)
+    }
+
+    /// Writes all layers as an EXR file, at once or not at all.
+    ///
+    /// # Errors
+    ///
+    /// As [`exr::write()`].
+    pub fn write_exr(&self, path: &Path) -> Result<(), FileError> {
+        let places = self.layers.iter().flat_map(|(name, content)| {
+            let names = self.names(content).iter().enumerate();
+            names.map(move |(i, channel)| (exr::channel_name(name, channel), (content, i)))
+        });
+        let (channels, places): (_, Vec<_>) = places.unzip();
+        let frame = exr::Frame {
+            width: self.film.width(),
+            height: self.film.height(),
+            channels,
+            attributes: self.attributes.clone(),
+        };
+        exr::write_values(path, &frame, |channel, pixel| {
+            let (content, channel) = places[channel];
+            self.value(content, channel, pixel)
+        })
+    }
+
+    /// Writes the means as a float32 array, at once or not at all: `[row, column, channel]`, or where light is told apart
+    /// `[row, column, length, bounce, light, channel]` without the axes that are not asked for and without
+    /// light that is outside of the bins.
+    ///
+    /// # Errors
+    ///
+    /// As [`npy::write()`].
+    pub fn write_npy(&self, path: &Path) -> Result<(), FileError> {
+        let (film, channels) = (self.film, self.channels.len());
+        let mut shape = vec![film.height(), film.width()];
+        shape.extend(self.naming.iter().flat_map(Naming::shape));
+        shape.push(channels);
+        let layers: Vec<Option<usize>> = match &self.naming {
+            Some(naming) => naming.regular().map(Some).collect(),
+            None => vec![None],
+        };
+        let pixel = |i| {
+            let value = move |layer: &Option<usize>, c| film.mean_at(*layer, c, i);
+            let layer = move |layer| (0..channels).map(move |c| value(layer, c));
+            layers.iter().flat_map(layer)
+        };
+        let values = (0..film.width() * film.height()).flat_map(pixel);
+        npy::write_values(path, &shape, values)
+    }
+
+    fn names(&self, content: &Content) -> &[String] {
+        match content {
+            Content::Samples => &self.count,
+            _ => self.channels,
+        }
+    }
+
+    fn value(&self, content: &Content, channel: usize, pixel: usize) -> f32 {
+        match content {
+            Content::Mean(layer) => self.film.mean_at(*layer, channel, pixel),
+            Content::Variance(layer) => self.film.variance_at(*layer, channel, pixel),
+            Content::Samples => self.film.group(0)[pixel].count as f32,
+            Content::Stored(values) => values[pixel * self.channels.len() + channel],
+        }
+    }
+}
