@@ -1,6 +1,6 @@
 //! Field evaluations against the multiply-adds that they need at least.
 
-use crate::setup::{BALL, acoustic, ball_grid, bump, in_ball, lumps, luneburg};
+use crate::setup::{BALL, acoustic, ball_grid, bump, bump_grid, in_ball, lumps, luneburg};
 use crate::timing::{Task, race};
 use eikonal::Field;
 use glam::DVec3;
@@ -14,6 +14,10 @@ const GRADIENT: u64 = 2 * 64 + 3 * 16 + 4 * 4;
 const JET: u64 = 3 * 64 + 6 * 16 + 10 * 4;
 
 const POSITIONS: usize = 4096;
+/// Samples along an edge of a grid that caches do not hold.
+const LARGE: usize = 384;
+/// So many places that caches do not hold what they touch.
+const MANY: usize = 1 << 17;
 const ROUNDS: usize = 41;
 
 pub fn run() {
@@ -37,6 +41,28 @@ pub fn run() {
     row("Gaussian", &bump(), &unit);
     row("sum of 12 Gaussians", &lumps(0.05, &mut rng), &unit);
     row("acoustic, one mode", &acoustic(0.02), &unit);
+    large(&mut rng);
+}
+
+/// A grid that caches do not hold.
+fn large(rng: &mut Rng) {
+    let grid = bump_grid(LARGE);
+    let spacing = 2.0 / (LARGE - 1) as f64;
+    let places: Vec<_> = (0..MANY).map(|_| in_ball(rng, 1.0)).collect();
+    row("grid 384³, random places", &grid, &places);
+    for steps in [0.3, 1.0, 4.0] {
+        let mut places = Vec::new();
+        while places.len() < MANY {
+            let (start, toward) = (in_ball(rng, 1.0), in_ball(rng, 1.0).normalize());
+            let line = (0..).map(|i| start + toward * (steps * spacing * i as f64));
+            places.extend(line.take_while(|x| x.length() < 1.0));
+        }
+        row(
+            &format!("grid 384³, rays, every {steps} spacings"),
+            &grid,
+            &places,
+        );
+    }
 }
 
 fn row(name: &str, field: &Field, positions: &[DVec3]) {
@@ -47,7 +73,7 @@ fn row(name: &str, field: &Field, positions: &[DVec3]) {
             sum += grad * n2;
         }
         black_box(sum);
-        POSITIONS as u64
+        positions.len() as u64
     });
     let jet: Task = Box::new(|| {
         let mut sum = DVec3::ZERO;
@@ -56,7 +82,7 @@ fn row(name: &str, field: &Field, positions: &[DVec3]) {
             sum += jet.hess * jet.grad * jet.n2;
         }
         black_box(sum);
-        POSITIONS as u64
+        positions.len() as u64
     });
     // Which number of accumulators fills the pipeline best is the machine's business.
     let mut tasks = vec![gradient, jet, bound::<8>(), bound::<16>(), bound::<24>()];

@@ -16,6 +16,13 @@ pub fn ball_grid() -> Field {
     grid.unwrap().into()
 }
 
+/// The bump sampled over the unit ball, so many samples along each edge.
+pub fn bump_grid(samples: usize) -> Field {
+    let (bump, cube) = (bump(), Aabb::new(-DVec3::ONE, DVec3::ONE));
+    let grid = Bspline::from_fn([samples; 3], cube, Placement::Nodes, |x| bump.n(x));
+    grid.unwrap().into()
+}
+
 pub fn bump() -> Field {
     Gaussian::new(1.33, 0.1, DVec3::ZERO, 0.4).unwrap().into()
 }

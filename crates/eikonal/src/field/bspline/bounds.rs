@@ -73,12 +73,11 @@ impl Bspline {
 
     /// The coefficients that act in a range of cells.
     fn coefficients_in(&self, cells: &Cells) -> Array {
-        let strides = self.lattice.strides();
         let [xs, ys, zs]: [Vec<usize>; 3] = std::array::from_fn(|a| {
             let [start, end] = cells[a];
             let indices = first_coefficient(start)..=first_coefficient(end) + 3;
             let stored = indices.map(|i| self.lattice.clamp(a, i));
-            stored.map(|i| i * strides[a]).collect()
+            stored.map(|i| self.lattice.place(a, i)).collect()
         });
         let mut array = Array::new([xs.len(), ys.len(), zs.len()]);
         let mut rows = array.values.chunks_exact_mut(array.stride);

@@ -6,6 +6,7 @@
 //! by bit, on all of them.
 
 use super::Bspline;
+use super::lattice::{Layout, SECTION};
 use super::weights::Weights;
 use crate::field::Jet;
 use fearless_simd::{Level, Simd, SimdBase, SimdCombine, dispatch, f32x4, f64x4};
@@ -109,13 +110,16 @@ impl Bspline {
         ];
         let size = self.lattice.stored_dims();
         let inside = (0..3).all(|a| first[a] >= 0 && first[a] + 4 <= size[a] as isize);
-        let mut clamped = [0.0; 64];
-        let (from, [_, row, plane]) = if inside {
+        let mut gathered = [0.0; 64];
+        let (from, [_, row, plane]) = if inside && self.lattice.layout() == Layout::Rows {
             let start = self.lattice.offset(first.map(|i| i as usize));
             (&self.coefficients[start..], self.lattice.strides())
         } else {
-            self.gather_clamped(first, &mut clamped);
-            (&clamped[..], [1, 4, 16])
+            match inside {
+                true => self.gather_columns(first.map(|i| i as usize), &mut gathered),
+                false => self.gather_clamped(first, &mut gathered),
+            }
+            (&gathered[..], [1, 4, 16])
         };
         let rows = [
             load(simd, from, row),
@@ -126,15 +130,28 @@ impl Bspline {
         (weights, rows)
     }
 
+    /// Four coefficients from each section of columns make a row.
+    #[inline(always)]
+    fn gather_columns(&self, first: [usize; 3], to: &mut [f32; 64]) {
+        let places = |a: usize| [0, 1, 2, 3].map(|i| self.lattice.place(a, first[a] + i));
+        let [x, y, z] = [places(0), places(1), places(2)];
+        for (at, row) in to.chunks_exact_mut(4).enumerate() {
+            let start = x[0] + y[at % 4] + z[at / 4];
+            let from = &self.coefficients[start..][..3 * SECTION + 1];
+            let [a, b, c, d] = [0, SECTION, 2 * SECTION, 3 * SECTION];
+            row.copy_from_slice(&[from[a], from[b], from[c], from[d]]);
+        }
+    }
+
     /// The outermost coefficients stand for all beyond them.
     #[cold]
     fn gather_clamped(&self, first: [isize; 3], to: &mut [f32; 64]) {
-        let index: [[usize; 4]; 3] = std::array::from_fn(|a| {
-            std::array::from_fn(|i| self.lattice.clamp(a, first[a] + i as isize))
+        let [x, y, z]: [[usize; 4]; 3] = std::array::from_fn(|a| {
+            let stored = |i: usize| self.lattice.clamp(a, first[a] + i as isize);
+            std::array::from_fn(|i| self.lattice.place(a, stored(i)))
         });
         for (at, to) in to.iter_mut().enumerate() {
-            let [i, j, k] = [index[0][at % 4], index[1][at / 4 % 4], index[2][at / 16]];
-            *to = self.coefficients[self.lattice.offset([i, j, k])];
+            *to = self.coefficients[x[at % 4] + y[at / 4 % 4] + z[at / 16]];
         }
     }
 }
@@ -191,6 +208,7 @@ mod tests {
     use super::*;
     use crate::Aabb;
     use crate::field::Placement;
+    use crate::field::bspline::lattice::Lattice;
 
     /// Bits of value and derivatives at places inside and outside of a grid.
     fn bits(grid: &Bspline) -> Vec<u64> {
@@ -207,11 +225,19 @@ mod tests {
         (0..2000).flat_map(jet).map(f64::to_bits).collect()
     }
 
+    /// A grid of sizes that no column divides.
+    fn grid(layout: Layout) -> Bspline {
+        let cube = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
+        let lattice = Lattice::new([9, 8, 7], cube, Placement::Nodes).unwrap();
+        let positions = lattice.clone();
+        let index = |x: DVec3| 1.3 + 0.1 * (3.0 * x.x).sin() * (5.0 * x.y).cos() * x.z;
+        let sample = |at| index(positions.position(at));
+        Bspline::build(lattice.laid_out(layout), sample).unwrap()
+    }
+
     #[test]
     fn every_processor_gets_the_same_bits() {
-        let cube = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
-        let index = |x: DVec3| 1.3 + 0.1 * (3.0 * x.x).sin() * (5.0 * x.y).cos() * x.z;
-        let mut grid = Bspline::from_fn([9, 8, 7], cube, Placement::Nodes, index).unwrap();
+        let mut grid = grid(Layout::Rows);
         let widest = Level::new();
         let levels = [
             widest.as_sse2().map(|l| l.level()),
@@ -223,6 +249,16 @@ mod tests {
         for level in levels.into_iter().flatten() {
             grid.level = level;
             assert!(bits(&grid) == expected, "{level:?}");
+        }
+    }
+
+    #[test]
+    fn the_order_in_memory_makes_no_difference() {
+        let [rows, columns] = [Layout::Rows, Layout::Columns].map(grid);
+        assert!(bits(&rows) == bits(&columns));
+        for size in [0.1, 0.5, 3.0] {
+            let region = Aabb::new(DVec3::splat(0.2 - size), DVec3::splat(0.2 + size));
+            assert_eq!(rows.bounds(&region), columns.bounds(&region));
         }
     }
 }

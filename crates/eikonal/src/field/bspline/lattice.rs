@@ -28,10 +28,28 @@ pub enum Placement {
     Centers,
 }
 
+/// More coefficients than this (16 MiB) are kept in columns.
+const FEW: usize = 1 << 22;
+/// Columns are so many coefficients wide along y and along z.
+pub(super) const WIDTH: usize = 4;
+/// Coefficients of a column at each x: one line of the processor's cache.
+pub(super) const SECTION: usize = WIDTH * WIDTH;
+
+/// The order of coefficients in memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Layout {
+    /// Rows along x, one after another along y, then z.
+    Rows,
+    /// Columns of 4 × 4 rows; within a column x is slowest. The coefficients that act at a point lie in at most 4 runs
+    /// of memory, not in 16, which pays where the cache does not hold them.
+    Columns,
+}
+
 /// A regular grid of samples.
 #[derive(Clone, Debug)]
 pub(super) struct Lattice {
     dims: [usize; 3],
+    layout: Layout,
     /// Position of sample 0.
     origin: DVec3,
     spacing: DVec3,
@@ -51,7 +69,7 @@ impl Lattice {
             return Err(FieldError::EmptyGrid { dims });
         }
         let stored = dims.iter().try_fold(size_of::<f32>(), |bytes, &n| {
-            bytes.checked_mul(n.checked_add(2 * PAD)?)
+            bytes.checked_mul(n.checked_add(2 * PAD)?.checked_next_multiple_of(WIDTH)?)
         });
         if stored.is_none_or(|bytes| bytes > isize::MAX as usize) {
             return Err(FieldError::GridTooLarge { dims });
@@ -66,8 +84,13 @@ impl Lattice {
             Placement::Centers => (bounds.size() / count, 0.5),
         };
         let varies = DVec3::from_array(dims.map(|n| if n > 1 { 1.0 } else { 0.0 }));
+        let layout = match dims.map(|n| n + 2 * PAD).iter().product() {
+            0..=FEW => Layout::Rows,
+            _ => Layout::Columns,
+        };
         Ok(Lattice {
             dims,
+            layout,
             origin: min + spacing * first,
             spacing,
             per_spacing: varies / spacing,
@@ -84,21 +107,74 @@ impl Lattice {
         self.dims.map(|n| n + 2 * PAD)
     }
 
-    /// Number of coefficients.
-    pub(super) fn stored(&self) -> usize {
-        self.stored_dims().iter().product()
+    /// The same grid with another order in memory.
+    #[cfg(test)]
+    pub(super) fn laid_out(self, layout: Layout) -> Self {
+        Lattice { layout, ..self }
     }
 
-    /// Distance in memory from a coefficient to the next along each axis.
+    pub(super) fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// Coefficients along each axis for which there is memory: columns are whole.
+    fn room(&self) -> [usize; 3] {
+        let [x, y, z] = self.stored_dims();
+        match self.layout {
+            Layout::Rows => [x, y, z],
+            Layout::Columns => [x, y.next_multiple_of(WIDTH), z.next_multiple_of(WIDTH)],
+        }
+    }
+
+    /// Number of coefficients for which there is memory.
+    pub(super) fn stored(&self) -> usize {
+        self.room().iter().product()
+    }
+
+    /// Distance from a coefficient to the next along each axis, as long as they lie in rows.
     pub(super) fn strides(&self) -> [usize; 3] {
-        let [x, y, _] = self.stored_dims();
+        let [x, y, _] = self.room();
         [1, x, x * y]
     }
 
-    /// Place in memory of a coefficient, counted from the first stored one.
-    pub(super) fn offset(&self, [i, j, k]: [usize; 3]) -> usize {
-        let [x, y, _] = self.stored_dims();
-        (k * y + j) * x + i
+    /// Place of a coefficient, counted from the first stored one, as long as they lie in rows.
+    pub(super) fn offset(&self, index: [usize; 3]) -> usize {
+        let strides = self.strides();
+        (0..3).map(|axis| index[axis] * strides[axis]).sum()
+    }
+
+    /// Brings coefficients that lie in rows into their final order.
+    pub(super) fn arrange(&self, coefficients: &mut [f32]) {
+        if self.layout == Layout::Rows {
+            return;
+        }
+        // Four planes take the same memory in either order.
+        let [x, y, _] = self.room();
+        for slab in coefficients.chunks_exact_mut(WIDTH * x * y) {
+            let rows = slab.to_vec();
+            for (at, row) in rows.chunks_exact(x).enumerate() {
+                let start = self.place(1, at % y) + self.place(2, at / y);
+                let places = (start..).step_by(SECTION);
+                places
+                    .zip(row)
+                    .for_each(|(place, value)| slab[place] = *value);
+            }
+        }
+    }
+
+    /// What an index along an axis, counted from the first stored one, adds to the place of a coefficient in the
+    /// final order.
+    #[inline(always)]
+    pub(super) fn place(&self, axis: usize, i: usize) -> usize {
+        if self.layout == Layout::Rows {
+            return i * self.strides()[axis];
+        }
+        let [x, y, _] = self.room();
+        match axis {
+            0 => i * SECTION,
+            1 => i / WIDTH * (x * SECTION) + i % WIDTH,
+            _ => i / WIDTH * (x * y * WIDTH) + i % WIDTH * WIDTH,
+        }
     }
 
     pub(super) fn position(&self, sample: [usize; 3]) -> DVec3 {

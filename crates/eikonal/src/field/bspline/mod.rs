@@ -38,7 +38,7 @@ use std::sync::{Arc, OnceLock};
 pub struct Bspline {
     lattice: Lattice,
     n2_ref: f64,
-    /// Coefficients of δ, x fastest, with `PAD` extra ones at both ends of each axis.
+    /// Coefficients of δ, with `PAD` extra ones at both ends of each axis, in the order of the lattice.
     /// Shared by copies of the field.
     coefficients: Arc<[f32]>,
     /// None if the field is constant. Shared by copies of the field.
@@ -116,9 +116,10 @@ impl Bspline {
         if !constant {
             prefilter::prefilter(&lattice, &mut coefficients);
         }
-        let scales = || Arc::new(Scales::new(&lattice, &coefficients, n2_ref));
+        let scales = (!constant).then(|| Arc::new(Scales::new(&lattice, &coefficients, n2_ref)));
+        lattice.arrange(&mut coefficients);
         Ok(Bspline {
-            scales: (!constant).then(scales),
+            scales,
             lattice,
             n2_ref,
             coefficients: coefficients.into(),
