@@ -117,6 +117,11 @@ impl Affine {
         self.field.length_scale(self.local(x)) / self.stretch[1]
     }
 
+    pub(super) fn calm_span(&self, x: DVec3, v: DVec3) -> f64 {
+        self.field
+            .calm_span(self.local(x), self.to_local.matrix3 * v)
+    }
+
     pub(super) fn is_constant(&self) -> bool {
         self.field.is_constant()
     }

@@ -62,8 +62,8 @@ const ERROR: f64 = 11520.0;
 /// A ray on its way through one field.
 ///
 /// The step size follows from the tolerance and the measured local error; it depends on the
-/// launch alone, so equal launches give equal rays. Where the index is constant the ray is one
-/// straight step.
+/// launch alone, so equal launches give equal rays. Where the index is constant steps are straight, and as
+/// long as that is known.
 #[derive(Clone, Debug)]
 pub struct Flow<'a, V: Variation> {
     field: &'a Field,
@@ -98,10 +98,11 @@ impl<'a, V: Variation> Flow<'a, V> {
     /// Takes the next step, of at most `limit` of σ (finite, positive).
     pub fn advance(&mut self, limit: f64, work: &mut Work) -> Step<V> {
         if self.field.is_constant() {
-            let step = Step::straight(&self.node, limit);
-            work.steps += 1;
-            self.node = step.end;
-            return step;
+            return self.straight(limit, work);
+        }
+        let calm = self.field.calm_span(self.node.x, self.node.v);
+        if calm > self.longest() {
+            return self.straight(calm.min(limit), work);
         }
         loop {
             let longest = self.longest();
@@ -122,6 +123,14 @@ impl<'a, V: Variation> Flow<'a, V> {
             self.h = h * (SAFETY * scale).max(0.1);
             work.rejected += 1;
         }
+    }
+
+    /// A step over which nothing bends the ray.
+    fn straight(&mut self, h: f64, work: &mut Work) -> Step<V> {
+        let step = Step::straight(&self.node, h);
+        work.steps += 1;
+        self.node = step.end;
+        step
     }
 
     /// Chooses the next step size after one of size `h` that could have been `scale` times longer.

@@ -2,6 +2,7 @@
 
 mod blocks;
 mod bounds;
+mod calm;
 mod evaluate;
 mod lattice;
 mod prefilter;
@@ -13,6 +14,7 @@ pub use lattice::Placement;
 use super::error::FieldError;
 use crate::bounds::Aabb;
 use blocks::Blocks;
+use calm::Calm;
 use fearless_simd::Level;
 use glam::DVec3;
 use lattice::{Lattice, PAD};
@@ -43,6 +45,8 @@ pub struct Bspline {
     coefficients: Arc<[f32]>,
     /// None if the field is constant. Shared by copies of the field.
     scales: Option<Arc<Scales>>,
+    /// None if it changes everywhere. Shared by copies of the field.
+    calm: Option<Arc<Calm>>,
     /// The vector instructions that the processor has.
     level: Level,
     /// Made when bounds over a large box are first asked for.
@@ -53,7 +57,8 @@ impl Bspline {
     pub(super) fn memory(&self) -> usize {
         let blocks = self.blocks.get().map_or(0, Blocks::memory);
         let scales = self.scales.as_ref().map_or(0, |s| s.memory());
-        self.coefficients.len() * size_of::<f32>() + blocks + scales
+        let calm = self.calm.as_ref().map_or(0, |c| c.memory());
+        self.coefficients.len() * size_of::<f32>() + blocks + scales + calm
     }
 
     /// A field through `samples` of n (f32 or f64), x fastest, then y, then z, of a grid of `dims`
@@ -117,9 +122,11 @@ impl Bspline {
             prefilter::prefilter(&lattice, &mut coefficients);
         }
         let scales = (!constant).then(|| Arc::new(Scales::new(&lattice, &coefficients, n2_ref)));
+        let calm = Calm::new(&lattice, &coefficients).filter(|_| !constant);
         lattice.arrange(&mut coefficients);
         Ok(Bspline {
             scales,
+            calm: calm.map(Arc::new),
             lattice,
             n2_ref,
             coefficients: coefficients.into(),
@@ -132,6 +139,14 @@ impl Bspline {
     pub(super) fn length_scale(&self, x: DVec3) -> f64 {
         let scales = self.scales.as_ref();
         scales.map_or(f64::INFINITY, |s| s.at(self.lattice.coordinates(x)))
+    }
+
+    /// See [`Calm::span`].
+    pub(super) fn calm_span(&self, x: DVec3, v: DVec3) -> f64 {
+        let (lattice, calm) = (&self.lattice, self.calm.as_ref());
+        calm.map_or(0.0, |c| {
+            c.span(lattice.coordinates(x), v * lattice.per_spacing())
+        })
     }
 
     pub(super) fn is_constant(&self) -> bool {
