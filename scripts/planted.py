@@ -202,7 +202,7 @@ PLANTED = [
     ),
     (
         "reciprocal probability of a branch replaced by one",
-        TRANSPORT + "path/search.rs",
+        TRANSPORT + "path/search/luck.rs",
         "return Some((value, f64::from(trial)));",
         "return Some((value, f64::from(trial.min(1))));",
         ("transport", "branches", "branches_are_summed"),
@@ -247,7 +247,7 @@ PLANTED = [
     ),
     (
         "beam followed through another medium than it starts in",
-        TRANSPORT + "path/search.rs",
+        TRANSPORT + "path/search/mod.rs",
         "                    && self.scene.medium_at(ray.start) == shot.start.region\n",
         "",
         ("transport", "beams", "all_of_a_beam_goes_through_a_graded_tank"),

@@ -2,117 +2,198 @@
 //!
 //! With the distance z along the chord as variable, from 0 to d, a ray is displaced from it by u(z), with
 //! u″ = (1 + u′²)(g⊥ − u′g∥), g = ∇ ln n, and u = 0 at both ends. The equation is solved by collocation at the
-//! nodes of Gauss–Legendre quadrature and iteration from u = 0, of which the first round is the
+//! nodes of Gauss–Legendre quadrature, few for rough guesses, and iteration from u = 0, of which the first round is the
 //! perturbation of first order. Only gradients are needed, at positions that do not wait for one another.
+//! Where only a part of the chord bends rays, nodes lie in that part, and the ray is straight outside; from a
+//! plane, it starts with u′ = 0 instead.
 
 use crate::field::Field;
 use glam::DVec3;
 
-const COUNT: usize = 5;
 /// Most rounds. Each makes the error smaller by a factor of some ten where a ray is bent mildly.
 const ROUNDS: usize = 3;
 /// Radians by which the last round may change the direction: Newton's method converges from there.
 const SETTLED: f64 = 0.03;
 
-/// Nodes on [0, 1].
-const NODES: [f64; COUNT] = [
-    0.046910077030668,
-    0.230765344947158,
-    0.5,
-    0.769234655052842,
-    0.953089922969332,
-];
-/// Weights of the quadrature ∫f dt.
-const WEIGHTS: [f64; COUNT] = [
-    0.118463442528095,
-    0.239314335249683,
-    0.284444444444444,
-    0.239314335249683,
-    0.118463442528095,
-];
-/// The solution of u″ = f, u(0) = u(1) = 0 at the nodes, for f through its values there.
-#[rustfmt::skip]
-const DISPLACEMENT: [[f64; COUNT]; COUNT] = [
-    [-0.00380612646468, -0.00925822034476, -0.00631012302002, -0.00277080708843, -0.000209483933945],
-    [-0.00458292919469, -0.0365642439057, -0.0338544860335, -0.0123831086586, -0.00137158246678],
-    [-0.00262799611779, -0.0284831149933, -0.0627777777778, -0.0284831149933, -0.00262799611779],
-    [-0.00137158246678, -0.0123831086586, -0.0338544860335, -0.0365642439057, -0.00458292919469],
-    [-0.000209483933945, -0.00277080708843, -0.00631012302002, -0.00925822034476, -0.00380612646468],
-];
-/// Its derivative.
-#[rustfmt::skip]
-const SLOPE: [[f64; COUNT]; COUNT] = [
-    [-0.0536745920497, -0.203659244484, -0.130967821404, -0.0608192487855, -0.00396901624645],
-    [0.0152446923563, -0.0644317125001, -0.166814336842, -0.044907174454, -0.00832612361308],
-    [0.000869974690441, 0.0759157715557, 0.0, -0.0759157715557, -0.000869974690441],
-    [0.00832612361308, 0.044907174454, 0.166814336842, 0.0644317125001, -0.0152446923563],
-    [0.00396901624645, 0.0608192487855, 0.130967821404, 0.203659244484, 0.0536745920497],
-];
-/// Its derivative at t = 0: −∫(1 − t)f dt.
-const AT_START: [f64; COUNT] = [
-    -0.112906313313784,
-    -0.18408888012499,
-    -0.142222222222222,
-    -0.055225455124693,
-    -0.005557129214311,
-];
+/// The accuracy, in radians, up to which four nodes are enough.
+const ROUGH: f64 = 1e-4;
 
-/// A guess of the ray from one point to another.
+/// Gauss–Legendre quadrature on [0, 1], and the solution of u″ = f, u(0) = u(1) = 0, for the polynomial f
+/// through its values at the nodes.
+struct Rule<const N: usize> {
+    nodes: [f64; N],
+    weights: [f64; N],
+    /// u at the nodes.
+    displacement: [[f64; N]; N],
+    /// u′ at the nodes.
+    slope: [[f64; N]; N],
+    /// u′(0) = −∫(1 − t)f dt.
+    at_start: [f64; N],
+}
+
+#[rustfmt::skip]
+const COARSE: Rule<4> = Rule {
+    nodes: [0.0694318442029737, 0.330009478207572, 0.669990521792428, 0.930568155797026],
+    weights: [0.173927422568727, 0.326072577431273, 0.326072577431273, 0.173927422568727],
+    displacement: [
+        [-0.00800708253348005, -0.0164186629754995, -0.0068722354124486, -0.00100755068534572],
+        [-0.00875773042875738, -0.061040536514139, -0.0370876874098924, -0.00366565689758025],
+        [-0.00366565689758025, -0.0370876874098924, -0.061040536514139, -0.00875773042875738],
+        [-0.00100755068534572, -0.0068722354124486, -0.0164186629754995, -0.00800708253348005],
+    ],
+    slope: [
+        [-0.0748876095779468, -0.245069716380379, -0.0949795784464878, -0.0156312513922123],
+        [0.0262667966375578, -0.055429247579744, -0.135487469738363, -0.00534060111187847],
+        [0.00534060111187847, 0.135487469738363, 0.055429247579744, -0.0262667966375578],
+        [0.0156312513922123, 0.0949795784464878, 0.245069716380379, 0.0748876095779468],
+    ],
+    at_start: [-0.16185132086231, -0.218465536295381, -0.107607041135893, -0.0120761017064166],
+};
+
+#[rustfmt::skip]
+const FINE: Rule<5> = Rule {
+    nodes: [0.046910077030668, 0.230765344947158, 0.5, 0.769234655052841, 0.953089922969332],
+    weights: [0.118463442528095, 0.239314335249683, 0.284444444444444, 0.239314335249683, 0.118463442528095],
+    displacement: [
+        [-0.00380612646467683, -0.0092582203447564, -0.00631012302001522, -0.00277080708842874, -0.000209483933945218],
+        [-0.0045829291946895, -0.0365642439056935, -0.0338544860334827, -0.0123831086586474, -0.00137158246677556],
+        [-0.00262799611778946, -0.0284831149933217, -0.0627777777777778, -0.0284831149933217, -0.00262799611778946],
+        [-0.00137158246677556, -0.0123831086586474, -0.0338544860334827, -0.0365642439056935, -0.0045829291946895],
+        [-0.000209483933945218, -0.00277080708842874, -0.00631012302001522, -0.0092582203447564, -0.00380612646467683],
+    ],
+    slope: [
+        [-0.0536745920497362, -0.203659244484066, -0.130967821403579, -0.0608192487855053, -0.00396901624644503],
+        [0.0152446923562618, -0.0644317125001485, -0.166814336841864, -0.0449071744540097, -0.00832612361308063],
+        [0.000869974690441086, 0.0759157715556514, 0.0, -0.0759157715556514, -0.000869974690441086],
+        [0.00832612361308063, 0.0449071744540097, 0.166814336841864, 0.0644317125001485, -0.0152446923562618],
+        [0.00396901624644503, 0.0608192487855053, 0.130967821403579, 0.203659244484066, 0.0536745920497362],
+    ],
+    at_start: [-0.112906313313784, -0.18408888012499, -0.142222222222222, -0.0552254551246931, -0.00555712921431103],
+};
+
+/// A straight way on which one part bends rays.
+pub(super) struct Way {
+    /// Its start.
+    pub x: DVec3,
+    /// From its start to its end.
+    pub chord: DVec3,
+    /// Where the part begins and ends, in units of the chord.
+    pub part: [f64; 2],
+    /// Optical path length of what comes before and after.
+    pub optical: [f64; 2],
+}
+
+/// A guess of a ray.
 pub(super) struct Guess {
     /// Unit direction at the start.
     pub direction: DVec3,
+    /// Displacement of the start; zero for rays from a point.
+    pub offset: DVec3,
     /// Optical path length.
     pub optical_length: f64,
     /// Field evaluations that it took.
     pub evaluations: u64,
 }
 
-/// The ray from `x` to `x + chord` in a field, with a direction (in radians) that would hardly change by
-/// more than `accuracy` in a further round, or after the last one. `None` where the iteration does not
-/// converge, or the ray turns away from the chord by more than 45°.
-pub(super) fn bent_chord(field: &Field, x: DVec3, chord: DVec3, accuracy: f64) -> Option<Guess> {
-    let d = chord.length();
-    let e = chord / d;
-    let (mut u, mut slope) = ([DVec3::ZERO; COUNT], [DVec3::ZERO; COUNT]);
-    let (mut start, mut change) = (DVec3::ZERO, f64::INFINITY);
-    let (mut optical_length, mut evaluations) = (0.0, 0);
-    for _ in 0..ROUNDS {
-        let mut f = [DVec3::ZERO; COUNT];
-        optical_length = 0.0;
-        for i in 0..COUNT {
-            let (n2, grad) = field.gradient(x + chord * NODES[i] + u[i]);
-            let g = grad / (2.0 * n2);
-            let along = g.dot(e);
-            let stretch = 1.0 + slope[i].length_squared();
-            f[i] = (g - e * along - slope[i] * along) * (stretch * d);
-            optical_length += WEIGHTS[i] * d * (n2 * stretch).sqrt();
-        }
-        evaluations += COUNT as u64;
-        let next = sum(&AT_START, &f);
-        let last = change;
-        change = next.distance(start);
-        start = next;
-        if !(change < last && start.length_squared() < 1.0) {
-            return None;
-        }
-        if change < accuracy {
-            break;
-        }
-        for i in 0..COUNT {
-            u[i] = sum(&DISPLACEMENT[i], &f) * d;
-            slope[i] = sum(&SLOPE[i], &f);
-        }
+/// The ray along a way through a field, from the way's first point or, if `is_plane`, in its direction from the
+/// plane across it: with a direction (in radians; for planes that of arrival) that would hardly change by more
+/// than `accuracy` in a further round, or after the last one. `None` where the iteration does not converge,
+/// or the ray turns away from the chord by more than 45°.
+pub(super) fn bent(field: &Field, way: &Way, is_plane: bool, accuracy: f64) -> Option<Guess> {
+    match accuracy < ROUGH {
+        true => FINE.solve(field, way, is_plane, accuracy),
+        false => COARSE.solve(field, way, is_plane, accuracy),
     }
-    (change < SETTLED).then(|| Guess {
-        direction: (e + start).normalize(),
-        optical_length,
-        evaluations,
-    })
 }
 
+/// A straight line added to the solution that is zero at both ends of the part, so that the ray, straight
+/// before and after it, begins and ends where it should.
+struct Ends {
+    /// At the beginning of the part.
+    offset: DVec3,
+    slope: DVec3,
+    /// Slopes of the ray before and after the part.
+    outside: [DVec3; 2],
+}
+
+impl Ends {
+    /// For slopes `first` and `last` of the solution at both ends of the part.
+    fn new(way: &Way, is_plane: bool, [first, last]: [DVec3; 2]) -> Self {
+        let ([a, b], d) = (way.part, way.chord.length());
+        let slope = match is_plane {
+            true => -first,
+            false => -(first * a + last * (1.0 - b)),
+        };
+        let outside = [first + slope, last + slope];
+        let at_end = outside[1] * (-d * (1.0 - b));
+        Ends {
+            offset: at_end - slope * (d * (b - a)),
+            slope,
+            outside,
+        }
+    }
+}
+
+impl<const N: usize> Rule<N> {
+    /// See [`bent`].
+    fn solve(&self, field: &Field, way: &Way, is_plane: bool, accuracy: f64) -> Option<Guess> {
+        let Way { x, chord, part, .. } = *way;
+        let e = chord.normalize();
+        let (begin, along) = (x + chord * part[0], chord * (part[1] - part[0]));
+        let d = along.length();
+        let (mut u, mut slope) = ([DVec3::ZERO; N], [DVec3::ZERO; N]);
+        let (mut turn, mut change) = (DVec3::ZERO, f64::INFINITY);
+        let mut evaluations = 0;
+        for round in 1..=ROUNDS {
+            let mut f = [DVec3::ZERO; N];
+            let mut optical_length = 0.0;
+            for i in 0..N {
+                let (n2, grad) = field.gradient(begin + along * self.nodes[i] + u[i]);
+                let g = grad / (2.0 * n2);
+                let ahead = g.dot(e);
+                let stretch = 1.0 + slope[i].length_squared();
+                f[i] = (g - e * ahead - slope[i] * ahead) * (stretch * d);
+                optical_length += self.weights[i] * d * (n2 * stretch).sqrt();
+            }
+            evaluations += N as u64;
+            let first = sum(&self.at_start, &f);
+            let ends = Ends::new(way, is_plane, [first, first + sum(&self.weights, &f)]);
+            let next = ends.outside[usize::from(is_plane)];
+            let last = change;
+            (change, turn) = (next.distance(turn), next);
+            if !(change < last && turn.length_squared() < 1.0) {
+                return None;
+            }
+            // Rounds converge geometrically: by so much the next one would change the direction.
+            let ratio = if last.is_finite() { change / last } else { 1.0 };
+            if change * ratio < accuracy || round == ROUNDS {
+                let stretch = |slope: DVec3| (1.0 + slope.length_squared()).sqrt();
+                let [before, after] = [0, 1].map(|i| way.optical[i] * stretch(ends.outside[i]));
+                return (change < SETTLED).then(|| Guess {
+                    direction: (e + ends.outside[0]).normalize(),
+                    offset: if is_plane { ends.offset } else { DVec3::ZERO },
+                    optical_length: before + optical_length + after,
+                    evaluations,
+                });
+            }
+            for i in 0..N {
+                let shift = ends.offset + ends.slope * (d * self.nodes[i]);
+                u[i] = sum(&self.displacement[i], &f) * d + shift;
+                slope[i] = sum(&self.slope[i], &f) + ends.slope;
+            }
+        }
+        None
+    }
+}
+
+/// Σ wᵢfᵢ.
 #[inline(always)]
-fn sum(w: &[f64; COUNT], of: &[DVec3; COUNT]) -> DVec3 {
-    (of[0] * w[0] + of[1] * w[1]) + (of[2] * w[2] + of[3] * w[3]) + of[4] * w[4]
+fn sum<const N: usize>(w: &[f64; N], of: &[DVec3; N]) -> DVec3 {
+    let mut sum = of[0] * w[0];
+    for i in 1..N {
+        sum += of[i] * w[i];
+    }
+    sum
 }
 
 #[cfg(test)]
@@ -120,20 +201,35 @@ mod tests {
     use super::*;
     use crate::field::{LinearIndex, LinearSquare};
 
+    fn whole(x: DVec3, chord: DVec3) -> Way {
+        Way {
+            x,
+            chord,
+            part: [0.0, 1.0],
+            optical: [0.0; 2],
+        }
+    }
+
     /// Forces tᵏ are integrated exactly: u = (tᵏ⁺² − t)/((k + 1)(k + 2)).
-    #[test]
-    fn powers_are_solved_exactly() {
-        for k in 0..COUNT as i32 {
+    fn solves_powers_exactly<const N: usize>(rule: &Rule<N>) {
+        for k in 0..N as i32 {
             let per = 1.0 / f64::from((k + 1) * (k + 2));
-            let f = NODES.map(|t| DVec3::X * t.powi(k));
-            assert!((sum(&AT_START, &f).x + per).abs() < 1e-13);
-            for (i, t) in NODES.into_iter().enumerate() {
+            let f = rule.nodes.map(|t| DVec3::X * t.powi(k));
+            assert!((sum(&rule.weights, &f).x - 1.0 / f64::from(k + 1)).abs() < 1e-13);
+            assert!((sum(&rule.at_start, &f).x + per).abs() < 1e-13);
+            for (i, t) in rule.nodes.into_iter().enumerate() {
                 let u = (t.powi(k + 2) - t) * per;
                 let slope = (f64::from(k + 2) * t.powi(k + 1) - 1.0) * per;
-                assert!((sum(&DISPLACEMENT[i], &f).x - u).abs() < 1e-11);
-                assert!((sum(&SLOPE[i], &f).x - slope).abs() < 1e-11);
+                assert!((sum(&rule.displacement[i], &f).x - u).abs() < 1e-13);
+                assert!((sum(&rule.slope[i], &f).x - slope).abs() < 1e-13);
             }
         }
+    }
+
+    #[test]
+    fn powers_are_solved_exactly() {
+        solves_powers_exactly(&COARSE);
+        solves_powers_exactly(&FINE);
     }
 
     /// In n² = a + b·x rays are parabolas, x + vσ + bσ²/4.
@@ -144,12 +240,18 @@ mod tests {
         let (x, direction) = (DVec3::new(0.1, 0.2, -0.1), DVec3::new(0.6, 0.0, 0.8));
         let (v, sigma) = (direction * field.n(x), 0.7);
         let y = x + v * sigma + slope * (0.25 * sigma * sigma);
-        let found = bent_chord(&field, x, y - x, 0.0).unwrap();
         let n2 = |s: f64| field.n2(x + v * s + slope * (0.25 * s * s));
         // Simpson's rule is exact for n² along a parabola, quadratic in σ.
         let optical = sigma / 6.0 * (n2(0.0) + 4.0 * n2(0.5 * sigma) + n2(sigma));
-        assert!(found.direction.distance(direction) < 1e-6);
-        assert!((found.optical_length / optical - 1.0).abs() < 1e-8);
+        let way = whole(x, y - x);
+        let found = [
+            COARSE.solve(&field, &way, false, 0.0),
+            FINE.solve(&field, &way, false, 0.0),
+        ];
+        for found in found.map(Option::unwrap) {
+            assert!(found.direction.distance(direction) < 1e-6);
+            assert!((found.optical_length / optical - 1.0).abs() < 1e-8);
+        }
     }
 
     #[test]
@@ -157,6 +259,7 @@ mod tests {
         let steep: Field = LinearIndex::new(1.0, DVec3::Y * 3.0, DVec3::ZERO)
             .unwrap()
             .into();
-        assert!(bent_chord(&steep, DVec3::ZERO, DVec3::X * 2.0, 1e-6).is_none());
+        let way = whole(DVec3::ZERO, DVec3::X * 2.0);
+        assert!(bent(&steep, &way, false, 1e-6).is_none());
     }
 }

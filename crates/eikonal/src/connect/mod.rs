@@ -3,9 +3,11 @@
 //! A connection is a *branch*: a launch and an optical path length whose ray ends at the target, going
 //! through or off the interfaces that it meets in a [`Pattern`]. [`Solver`] finds the primary one, that
 //! to which damped Newton iteration converges from a deterministic start, and those to which it converges
-//! from other starts: random ones, or those along a [`Guide`].
+//! from other starts: random ones, or those along a [`Guide`]. Through the surface of a [`Ball`] all are known.
 
 mod approach;
+mod ball;
+mod begin;
 mod bend;
 mod closest;
 mod connection;
@@ -21,6 +23,7 @@ mod solver;
 mod start;
 mod world;
 
+pub use ball::{Ball, Outside};
 pub use connection::{Connection, Failure};
 pub use guide::Guide;
 pub use launch::Launch;

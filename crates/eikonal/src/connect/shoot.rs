@@ -3,8 +3,9 @@
 use super::connection::Failure;
 use super::pattern::Pattern;
 use super::world::{Crossing, Event, Piece, World};
+use crate::field::Field;
 use crate::interface::{Interface, Mapped, Rule};
-use crate::ray::{Flow, Node, Step, Tolerance, Variation, Work};
+use crate::ray::{Arc, Flow, Node, Step, Tolerance, Variation, Work};
 use glam::DVec3;
 
 /// The last step goes this far beyond the target by what the start of the step lets expect, so that it
@@ -32,7 +33,8 @@ pub(super) struct Travelled {
 pub(super) struct Shot<'w, W: World, V: Mapped> {
     world: &'w W,
     region: W::Region,
-    flow: Flow<'w, V>,
+    /// Steps through the field; `None` where the index is constant.
+    flow: Option<Flow<'w, V>>,
     tolerance: Tolerance,
     end: Node<V>,
     /// Optical path length that is left.
@@ -59,7 +61,7 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
         Shot {
             world,
             region,
-            flow: Flow::new(world.field(region), node, tolerance),
+            flow: flow(world.field(region), &node, tolerance),
             tolerance,
             end: node,
             left: optical_length,
@@ -98,53 +100,110 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
             return Ok(None);
         }
         self.pieces += 1;
-        let &Node { n2, a, v, .. } = self.flow.node();
+        let n2 = self.flow.as_ref().map_or(&self.end, Flow::node).n2;
         let sound = n2 > 0.0 && self.left.is_finite();
         if self.pieces > MOST_PIECES || self.crossings > MOST_CROSSINGS || !sound {
             return Err(Failure::RayLost);
         }
+        let piece = match self.flow {
+            Some(_) => self.curve(reflect, work),
+            None => self.line(reflect, work),
+        };
+        piece.map(Some)
+    }
+
+    /// The next piece where the index is constant: one line, to an interface or to the end.
+    fn line(
+        &mut self,
+        reflect: &mut dyn FnMut(u32) -> bool,
+        work: &mut Work,
+    ) -> Result<Piece<W::Region>, Failure> {
+        work.steps += 1;
+        let Node { x, v, n2, .. } = self.end;
+        let h = self.left / n2;
+        let arc = Arc::line(x, v, h);
+        let crossing = self.world.crossing(self.region, &arc);
+        let theta_end = crossing.as_ref().map_or(1.0, |c| c.theta);
+        let sigma = h * theta_end;
+        self.end.variation.drift(sigma);
+        self.end.x = arc.position(theta_end);
+        let mut piece = Piece {
+            region: self.region,
+            arc,
+            theta_end,
+            event: None,
+        };
+        self.count(&piece, [n2.sqrt() * sigma, n2 * sigma]);
+        match crossing {
+            Some(c) => piece.event = Some(self.cross((v, self.end.variation), &c, reflect)?),
+            None => self.left = 0.0,
+        }
+        Ok(piece)
+    }
+
+    /// The next piece where the index varies: the part of a step up to an interface or the end.
+    fn curve(
+        &mut self,
+        reflect: &mut dyn FnMut(u32) -> bool,
+        work: &mut Work,
+    ) -> Result<Piece<W::Region>, Failure> {
+        let lost = Failure::RayLost;
+        let flow = self.flow.as_mut().ok_or(lost)?;
+        let &Node { n2, a, v, .. } = flow.node();
         // The optical path length of a span h is n²h + (a·v)h² to second order.
         let h = self.left / n2;
         let change = (a.dot(v) * h / n2).clamp(-0.25, 0.25);
         let span = h * (1.0 + change) / (1.0 + 2.0 * change);
-        let step = self.flow.advance(OVERSHOOT * span, work);
+        let step = flow.advance(OVERSHOOT * span, work);
         let whole = step.arc.lengths(1.0);
-        let target = if whole[1] >= self.left {
-            step.arc.theta_at_optical_length(self.left)
-        } else {
-            1.0
+        let reached = whole[1] >= self.left;
+        let (target, lengths) = match reached {
+            true => self.end_on(&step, whole[1]),
+            false => (1.0, whole),
         };
         let crossing = self
             .world
             .crossing(self.region, &step.arc)
             .filter(|c| c.theta <= target);
+        let theta_end = crossing.as_ref().map_or(target, |c| c.theta);
         let mut piece = Piece {
             region: self.region,
             arc: step.arc,
-            theta_end: crossing.as_ref().map_or(target, |c| c.theta),
+            theta_end,
             event: None,
         };
-        let reached = whole[1] >= self.left;
-        self.count(&piece, whole);
+        let lengths = match crossing {
+            Some(_) => step.arc.lengths(theta_end),
+            None => lengths,
+        };
+        self.count(&piece, lengths);
         if let Some(crossing) = crossing {
-            piece.event = Some(self.cross(&step, &crossing, reflect)?);
+            let (_, v, variation) = step.at(theta_end);
+            piece.event = Some(self.cross((v, variation), &crossing, reflect)?);
         } else if reached {
             self.left = 0.0;
             self.end = step.end;
             (self.end.x, self.end.v, self.end.variation) = step.at(target);
         } else if !step.end.x.is_finite() {
-            return Err(Failure::RayLost);
+            return Err(lost);
         }
-        Ok(Some(piece))
+        Ok(piece)
     }
 
-    /// Counts a piece as travelled, given the arc length and optical path length of its whole arc.
-    fn count(&mut self, piece: &Piece<W::Region>, whole: [f64; 2]) {
-        let [arc_length, optical_length] = if piece.theta_end < 1.0 {
-            piece.arc.lengths(piece.theta_end)
-        } else {
-            whole
-        };
+    /// Where on a step no optical path length is left, given that of the whole step, and the lengths up to
+    /// there: by a guess, if that is good to the tolerance. What counts then is where it is, not where it should be.
+    fn end_on(&self, step: &Step<V>, whole: f64) -> (f64, [f64; 2]) {
+        let theta = step.theta_at_optical_length(self.left, whole);
+        let lengths = step.arc.lengths(theta);
+        if (lengths[1] - self.left).abs() <= self.tolerance.get() * self.left {
+            return (theta, lengths);
+        }
+        let theta = step.arc.theta_at_optical_length(self.left);
+        (theta, step.arc.lengths(theta))
+    }
+
+    /// Counts a piece as travelled, given its arc length and optical path length.
+    fn count(&mut self, piece: &Piece<W::Region>, [arc_length, optical_length]: [f64; 2]) {
         let so_far = &mut self.travelled;
         so_far.arc_length += arc_length;
         so_far.optical_length += optical_length;
@@ -154,16 +213,15 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
         self.left = (self.left - optical_length).max(0.0);
     }
 
-    /// Takes the ray through an interface.
+    /// Takes the ray through an interface, given its velocity and variation there.
     fn cross(
         &mut self,
-        step: &Step<V>,
+        (v, variation): (DVec3, V),
         crossing: &Crossing<W::Region>,
         reflect: &mut dyn FnMut(u32) -> bool,
     ) -> Result<Event, Failure> {
         self.crossings += 1;
         self.new_leg = true;
-        let (_, v, variation) = step.at(crossing.theta);
         let field = self.world.field(self.region);
         let node = Node::launch(field, crossing.position, v.normalize(), variation);
         let (far_n2, far_a, ()) = <()>::local(self.world.field(crossing.beyond), node.x);
@@ -186,7 +244,7 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
         let off = crossing.normal * self.world.nudge().copysign(crossing.normal.dot(after));
         let field = self.world.field(self.region);
         self.end = Node::new(field, node.x + off, after, variation.ok_or(lost)?);
-        self.flow = Flow::new(field, self.end, self.tolerance);
+        self.flow = flow(field, &self.end, self.tolerance);
         Ok(Event {
             rule,
             far_n: far_n2.sqrt(),
@@ -212,4 +270,13 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
             _ => Rule::Refract,
         }
     }
+}
+
+/// The flow from a node on, where rays bend.
+fn flow<'w, V: Variation>(
+    field: &'w Field,
+    node: &Node<V>,
+    tolerance: Tolerance,
+) -> Option<Flow<'w, V>> {
+    (!field.is_constant()).then(|| Flow::new(field, *node, tolerance))
 }

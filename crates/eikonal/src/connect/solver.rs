@@ -1,6 +1,5 @@
 //! Newton's method on the shot.
 
-use super::bend::bent_chord;
 use super::connection::{Connection, Failure};
 use super::launch::Launch;
 use super::newton::{Iterate, Landing, system};
@@ -8,7 +7,7 @@ use super::pattern::Pattern;
 use super::shoot::{Shot, Travelled};
 use super::start::Start;
 use super::world::{Piece, World};
-use crate::ray::{Arc, Tolerance, Work};
+use crate::ray::{Tolerance, Work};
 use glam::DVec3;
 
 /// Budget of shots for one connection.
@@ -18,10 +17,11 @@ const MOST_SHOTS: u32 = 20;
 /// by no more than that many tolerances. Where steps are rejected, rays jump by a tolerance or so, and no
 /// shot would do better.
 const LAST_CORRECTION: f64 = 10.0;
-/// A first direction is good enough if it would not change by more than this many tolerances.
-const ENOUGH: f64 = 3.0;
 /// Share of the longest step that the last correction may make.
 const SMALL: f64 = 0.1;
+/// A tube is too narrow if straight rays would diverge to its width over this many tolerances: rays may meet in half the
+/// arc's length, and the ray may miss the focus by the tolerance.
+const NARROW: f64 = 2.0;
 /// Damping beyond which the iteration has come to a local minimum of the miss.
 const STUCK: f64 = 1e3;
 
@@ -73,8 +73,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         &self.pieces
     }
 
-    /// The primary branch from point `x` in `region` to `y`: started in the direction of the chord, or of
-    /// the chord bent by the field if that meets no interface; refracted wherever that is possible.
+    /// The primary branch from point `x` in `region` to `y`: started along the chord, [bent](Self::bent) by the
+    /// field; refracted wherever that is possible.
     ///
     /// # Errors
     ///
@@ -86,29 +86,19 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         y: DVec3,
     ) -> Result<Connection, Failure> {
         let chord = y - x;
-        let straight = chord.try_normalize().ok_or(Failure::Coincident)?;
-        let field = world.field(region);
-        let line = Arc::line(x, chord, 1.0);
-        let free = !field.is_constant() && world.crossing(region, &line).is_none();
-        let bent = || bent_chord(field, x, chord, ENOUGH * self.tolerance.get());
-        let (direction, optical_length) = match free.then(bent).flatten() {
-            Some(guess) => {
-                self.work.evaluations += guess.evaluations;
-                (guess.direction, guess.optical_length)
-            }
-            None => (straight, chord.length() * field.n(x)),
-        };
-        let start = Start {
+        let direction = chord.try_normalize().ok_or(Failure::Coincident)?;
+        let straight = Start {
             launch: Launch::Point { x, direction },
             region,
-            optical_length,
+            optical_length: chord.length() * world.field(region).n(x),
             pattern: Pattern::REFRACT,
         };
+        let start = self.bent(world, &straight, y);
         self.solve(world, &start, y)
     }
 
     /// The primary branch from the plane through `x` perpendicular to `direction` to `y`: started at
-    /// the foot of `y` on the plane, refracted wherever that is possible.
+    /// the foot of `y` on the plane, [moved](Self::bent) as the field bends rays; refracted wherever that is possible.
     ///
     /// # Errors
     ///
@@ -124,12 +114,13 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         if depth.is_nan() || depth <= 0.0 {
             return Err(Failure::Coincident);
         }
-        let start = Start {
+        let straight = Start {
             launch: Launch::Plane { x: foot, direction },
             region,
             optical_length: depth * world.field(region).n(foot),
             pattern: Pattern::REFRACT,
         };
+        let start = self.bent(world, &straight, y);
         self.solve(world, &start, y)
     }
 
@@ -169,6 +160,12 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             }
             let shot = self.shoot(world, &trial, start);
             let miss = shot.map_or(f64::INFINITY, |hit| hit.landing.x.distance(y));
+            // Where the ray has ended counts, not where it should have.
+            if let Ok(hit) = &shot
+                && hit.travelled.optical_length > 0.0
+            {
+                trial.length = hit.travelled.optical_length;
+            }
             let arrived = |hit: &Hit| miss <= self.goal(&trial.launch, hit, floor);
             if let Some(hit) = shot.ok().filter(arrived) {
                 match self.finish(&trial, &hit, y, shots) {
@@ -250,7 +247,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         } = hit.travelled;
         let start = iterate.launch;
         let small = SMALL * start.longest_step(start.x().distance(y));
-        let narrow = (self.tolerance.get() * start.spread(arc_length)).powi(2);
+        let narrow = (NARROW * self.tolerance.get() * start.spread(arc_length)).powi(2);
         let sound = step.truncate().length() <= small && jacobian.is_finite();
         if !sound || jacobian <= narrow {
             return Err(Failure::Caustic);

@@ -72,6 +72,8 @@ pub struct Flow<'a, V: Variation> {
     /// The expected step in units of the length scale.
     expected: f64,
     h: f64,
+    /// The length scale of the field at the node, if it has been asked for.
+    scale: Option<f64>,
 }
 
 impl<'a, V: Variation> Flow<'a, V> {
@@ -83,6 +85,7 @@ impl<'a, V: Variation> Flow<'a, V> {
             tolerance: tolerance.get(),
             expected: fourth_root(ERROR * tolerance.get()),
             h: f64::INFINITY,
+            scale: None,
         };
         if !field.is_constant() {
             flow.h = flow.first_guess();
@@ -117,6 +120,7 @@ impl<'a, V: Variation> Flow<'a, V> {
             if scale >= 1.0 || tiny || !step.end.x.is_finite() {
                 self.settle(h, scale);
                 self.node = step.end;
+                self.scale = None;
                 work.steps += 1;
                 return step;
             }
@@ -147,17 +151,22 @@ impl<'a, V: Variation> Flow<'a, V> {
     }
 
     /// The longest span of σ that cannot jump over a feature of the field.
-    fn longest(&self) -> f64 {
+    fn longest(&mut self) -> f64 {
         let n = self.node.v.length();
         let multiple = (MOST_OVER_EXPECTED * self.expected).min(1.0);
-        multiple * self.field.length_scale(self.node.x) / n
+        multiple * self.length_scale() / n
     }
 
     /// A first step from the length scale and the forces, which both say how fast the field turns rays.
-    fn first_guess(&self) -> f64 {
+    fn first_guess(&mut self) -> f64 {
         let n = self.node.v.length();
-        let omega = (n / self.field.length_scale(self.node.x)).max(self.node.a.length() / n);
+        let omega = (n / self.length_scale()).max(self.node.a.length() / n);
         SAFETY * self.expected / omega
+    }
+
+    fn length_scale(&mut self) -> f64 {
+        let (field, x) = (self.field, self.node.x);
+        *self.scale.get_or_insert_with(|| field.length_scale(x))
     }
 }
 

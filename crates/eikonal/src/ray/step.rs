@@ -140,6 +140,19 @@ impl<V: Variation> Step<V> {
         defect.length() * ERROR_PER_DEFECT
     }
 
+    /// About where on the arc the optical path length from its start is `length`, given that of the whole: the
+    /// cubic that has the ends' indices as slopes is off by no more than the step is.
+    pub fn theta_at_optical_length(&self, length: f64, whole: f64) -> f64 {
+        let [first, last] = [&self.start, &self.end].map(|node| node.n2 * self.arc.h());
+        let (b, c) = (3.0 * whole - 2.0 * first - last, first + last - 2.0 * whole);
+        let mut t = length / whole;
+        for _ in 0..2 {
+            let excess = t * (first + t * (b + t * c)) - length;
+            t -= excess / (first + t * (2.0 * b + t * 3.0 * c));
+        }
+        t.clamp(0.0, 1.0)
+    }
+
     /// Position, velocity and variation at θ on the arc: dense output, differentiated exactly.
     pub fn at(&self, theta: f64) -> (DVec3, DVec3, V) {
         if theta >= 1.0 {

@@ -138,7 +138,7 @@ impl Link {
         }
         let mut values = Vec::new();
         let mut known: Vec<Link> = Vec::new();
-        for shot in search.certain() {
+        for shot in search.certain(ws) {
             let Some(link) = search.attempt(&shot, ws) else {
                 continue;
             };
@@ -151,7 +151,7 @@ impl Link {
                 values.extend(evaluate(&link).map(|value| (value, 1.0)));
             }
         }
-        if search.is_unique() && !known.is_empty() {
+        if search.has_all(!known.is_empty()) {
             ws.stats.connections.certified += 1;
         } else if sampler.next_1d() < ws.search {
             let other = |link: &Link| !known.iter().any(|k| k.is_branch_of(scene, link));
@@ -171,14 +171,14 @@ impl Link {
         ws: &mut Workspace,
     ) -> f64 {
         let search = Search::new(scene, vertex, goal);
-        if search.is_unique() {
+        if search.has_all(true) {
             return 1.0;
         }
         let same = |link: Link| {
             same_way(scene, link.direction, direction)
                 && optical_length.is_none_or(|s| same_length(scene, s, link.optical_length))
         };
-        let mut certain = search.certain();
+        let mut certain = search.certain(ws);
         match certain.any(|shot| search.solve(&shot, ws).is_some_and(same)) {
             true => 1.0,
             false => ws.luck(tube),

@@ -6,7 +6,7 @@ mod regions;
 mod world;
 
 pub use check::{Problem, Severity, Subject};
-pub use regions::Region;
+pub use regions::{GlassBall, Region};
 
 use crate::Spectrum;
 use crate::aim::{Aim, OnSurface};
@@ -125,6 +125,7 @@ pub struct Scene {
     around: Surroundings,
     reach: Reach,
     bending: Bending,
+    glass_ball: Option<GlassBall>,
     attractors: Vec<DVec3>,
     /// Objects that touch, overlap or hold others: what lies beside their surfaces varies.
     crowded: Vec<bool>,
@@ -168,6 +169,7 @@ impl Scene {
         let around = surroundings(&parts);
         let regions = regions::survey(&parts, &around);
         let sensor_medium = medium_at(&parts.objects, parts.sensor.position());
+        let crowded = crowded(&parts.objects, around.radius * 1e-9);
         let mut scene = Scene {
             guides: Vec::new(),
             warnings: Vec::new(),
@@ -179,7 +181,8 @@ impl Scene {
             emitter_choice: Discrete::new(&vec![1.0; parts.emitters.len()]).ok(),
             regions,
             attractors: attractors(&parts),
-            crowded: crowded(&parts.objects, around.radius * 1e-9),
+            glass_ball: regions::glass_ball(&parts, &crowded),
+            crowded,
             reach: Reach {
                 optical_length: REACH * around.radius,
                 reflections: parts.reflections,
@@ -277,6 +280,11 @@ impl Scene {
             }
             _ => false,
         }
+    }
+
+    /// The smooth ball that is all that bends rays, if that is so.
+    pub(crate) fn glass_ball(&self) -> Option<&GlassBall> {
+        self.glass_ball.as_ref()
     }
 
     /// The medium at an aim that is a point, if [`Scene::is_unique`] could make use of it.

@@ -1,10 +1,13 @@
 //! What is known of the region that each medium fills: bounds of its field, and whether connections
-//! inside it are unique.
+//! inside it are unique; and of the ball that is all that bends rays in some scenes.
 
 use super::{AMBIENT, MediumId, Object, Parts};
+use crate::bsdf::Bsdf;
 use crate::emitter::Surroundings;
 use crate::shape::Shape;
+use eikonal::connect::Ball;
 use eikonal::{Aabb, FieldBounds, Uniqueness};
+use glam::DVec3;
 
 /// Boxes that are refined this many times where they straddle a shape's boundary.
 const LEVELS: u32 = 4;
@@ -20,6 +23,57 @@ pub struct Region {
     pub bounds: FieldBounds,
     /// What is known of the uniqueness of connections; `None` if the region is not convex.
     pub uniqueness: Option<Uniqueness>,
+}
+
+/// A smooth ball that is all that bends rays in a scene, in ambience of constant index.
+#[derive(Clone, Copy, Debug)]
+pub struct GlassBall {
+    /// The ball.
+    pub ball: Ball,
+    /// Index inside and outside.
+    indices: [f64; 2],
+}
+
+/// Relative differences of a ball's extents below this are those of rounding.
+const ROUND: f64 = 1e-9;
+
+impl GlassBall {
+    /// Optical length of the straight way from a point of its surface to another point.
+    pub fn optical_length(&self, p: DVec3, to: DVec3) -> f64 {
+        let [inside, outside] = self.indices;
+        let inward = self.ball.contains(to);
+        p.distance(to) * if inward { inside } else { outside }
+    }
+}
+
+/// The ball that is all that bends rays, if that is so: media are constant, there is one smooth
+/// interface, and on either side of it one medium. `crowded` tells of each object whether others are near.
+pub(super) fn glass_ball(parts: &Parts, crowded: &[bool]) -> Option<GlassBall> {
+    let is_glass = |o: &Object| matches!(o.bsdf, Bsdf::Dielectric(_));
+    let place = parts.objects.iter().position(is_glass)?;
+    let object = &parts.objects[place];
+    let bounded = |o: &Object| {
+        let surrounded = |s: super::Sides| o.shape.is_closed() && s.exterior == AMBIENT;
+        o.sides.is_none_or(surrounded)
+    };
+    let simple = parts.media.iter().all(|m| m.index.is_constant())
+        && parts.objects.iter().filter(|o| is_glass(o)).count() == 1
+        && parts.objects.iter().all(bounded)
+        && !crowded[place]
+        && matches!(object.shape, Shape::Sphere(_));
+    // Each extent of an ellipsoid is a mean over its axes: all are the longest if it is round.
+    let (aabb, diameter) = (object.shape.aabb(), object.shape.diameter());
+    let extents = aabb.max - aabb.min;
+    let round = (extents - diameter).abs().max_element() < ROUND * diameter;
+    let interior = object.interior().filter(|_| simple && round)?;
+    let center = aabb.center();
+    let indices = [interior, AMBIENT].map(|id| parts.media[id].index.n(center));
+    let ball = Ball {
+        center,
+        radius: 0.5 * diameter,
+        ratio: indices[0] / indices[1],
+    };
+    Some(GlassBall { ball, indices })
 }
 
 /// Surveys the regions of all media.

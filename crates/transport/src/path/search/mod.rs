@@ -1,22 +1,17 @@
 //! Where connections are looked for (theory §5): from deterministic starts, and from random ones.
 
-use super::Workspace;
+mod ball;
+mod luck;
+
 use super::edge::Start;
 use super::link::{Goal, Link};
-use super::straight;
 use super::vertex::Vertex;
 use super::walk::leave;
+use super::{Workspace, straight};
 use crate::aim::{Aim, OnSurface};
-use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{
-    self, Connection, Failure, Launch, Piece, World, random_direction, random_foot,
-};
+use eikonal::connect::{self, Connection, Failure, Launch, Piece, World};
 use glam::DVec3;
-
-/// Random starts after which the search for a branch that was found once is given up. Its weight is
-/// then too small: such events are counted.
-const MOST_TRIALS: u32 = 1000;
 
 /// A start for the solver, and what the ray that it finds must comply with.
 #[derive(Clone, Copy, Debug)]
@@ -47,11 +42,14 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Whether more than one ray cannot exist.
-    pub fn is_unique(&self) -> bool {
-        if self.scene.is_straight() {
-            return true;
-        }
+    /// Whether there is no ray but those that the deterministic starts lead to, given whether these led to
+    /// any.
+    pub fn has_all(&self, any: bool) -> bool {
+        self.scene.is_straight() || self.ball_has_all() || any && self.is_unique()
+    }
+
+    /// Whether it is known that there is one ray at most.
+    fn is_unique(&self) -> bool {
         let (Aim::Point { position, .. }, Some(medium)) = (self.goal.aim, self.goal.medium) else {
             return false;
         };
@@ -61,16 +59,26 @@ impl<'a> Search<'a> {
             .is_unique((start.x, start.medium), (position, medium))
     }
 
-    /// The deterministic starts: along the chord, at the foot of the vertex, or where a beam passes
-    /// by.
-    pub fn certain(self) -> impl Iterator<Item = Shot> {
+    /// The deterministic starts: at every ray through the surface of a ball, along the chord, at the foot of
+    /// the vertex, or where a beam passes by.
+    pub fn certain(self, ws: &mut Workspace) -> impl Iterator<Item = Shot> + use<'a> {
+        let ball = self.through_ball();
+        let others = ball.is_none().then(|| self.around_chord(ws));
+        let ball = ball.into_iter().flatten();
+        ball.chain(others.into_iter().flatten())
+    }
+
+    fn around_chord(self, ws: &mut Workspace) -> impl Iterator<Item = Shot> + use<'a> {
         let guided = self.goal.guide.map(|guide| {
             let starts = guide.starts(self.vertex.position()).into_iter();
             starts.map(move |start| self.straight(start))
         });
         let single = match guided {
             Some(_) => None,
-            None => self.chord(),
+            None => self.chord().map(|shot| Shot {
+                start: ws.solver.bent(self.scene, &shot.start, shot.target),
+                ..shot
+            }),
         };
         single.into_iter().chain(guided.into_iter().flatten())
     }
@@ -158,50 +166,6 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A start drawn at random: a ray, and how far along it one of its close approaches to the target is.
-    fn random(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Shot> {
-        let u = [sampler.next_1d(), sampler.next_1d(), sampler.next_1d()];
-        let scene = self.scene;
-        let reach = scene.branch_reach();
-        let mut uniform = || sampler.next_1d();
-        let x = self.vertex.position();
-        match self.goal.aim {
-            Aim::Point { position, .. } => {
-                let direction = random_direction(position - x, u);
-                let place = self.vertex.start(scene, direction);
-                let launch = Launch::Point {
-                    x: place.x,
-                    direction,
-                };
-                let (start, arrival) = ws.solver.approach(
-                    scene,
-                    (launch, place.medium),
-                    position,
-                    reach,
-                    &mut uniform,
-                )?;
-                let (target, facing) = self.target(position, arrival);
-                Some(Shot {
-                    start,
-                    target,
-                    place,
-                    facing,
-                })
-            }
-            Aim::Plane {
-                through, direction, ..
-            } => {
-                let on_plane = |p: DVec3| p - direction * (p - through).dot(direction);
-                let (center, radius) = self.goal.disc;
-                let foot = random_foot(on_plane(x), direction, center, radius, u);
-                let launch = Launch::Plane { x: foot, direction };
-                let family = (launch, scene.medium_at(foot));
-                let (start, arrival) = ws.solver.approach(scene, family, x, reach, &mut uniform)?;
-                Some(self.arriving(start, arrival))
-            }
-        }
-    }
-
     /// One attempt, counted.
     pub fn attempt(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
         let outcome = self.ray(shot, ws);
@@ -260,40 +224,5 @@ impl<'a> Search<'a> {
         let length = ray.optical_length - approach;
         let reach = self.scene.branch_reach();
         reach.includes(length, ray.pattern.reflections(), bounces)
-    }
-
-    /// A branch found from a random start that is none of the known ones, what it is worth, and an
-    /// unbiased estimate of the reciprocal of the probability of finding it: the number of further
-    /// random starts until it is found again (Booth 2007; Zeltner et al. 2020).
-    pub fn lucky<T>(
-        &self,
-        sampler: &mut Sampler,
-        ws: &mut Workspace,
-        other: impl Fn(&Link) -> bool,
-        evaluate: impl Fn(&Link) -> Option<T>,
-    ) -> Option<(T, f64)> {
-        ws.stats.connections.searches += 1;
-        let link = self.try_luck(sampler, ws).filter(other)?;
-        let link = Link {
-            ease: ws.luck(&link.tube),
-            ..link
-        };
-        ws.stats.connections.secondary += 1;
-        let clear = link.unless_blocked(self.scene, (self.vertex, self.goal), ws)?;
-        let value = evaluate(&clear)?;
-        for trial in 1..=MOST_TRIALS {
-            ws.stats.connections.trials += 1;
-            let again = self.try_luck(sampler, ws);
-            if again.is_some_and(|l| l.is_branch_of(self.scene, &link)) {
-                return Some((value, f64::from(trial)));
-            }
-        }
-        ws.stats.connections.capped += 1;
-        Some((value, f64::from(MOST_TRIALS)))
-    }
-
-    fn try_luck(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Link> {
-        let shot = self.random(sampler, ws)?;
-        self.solve(&shot, ws)
     }
 }

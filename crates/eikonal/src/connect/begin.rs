@@ -1,0 +1,189 @@
+//! Deterministic starts: along the straight way, bent by the one field on it that bends rays.
+
+use super::bend::{Way, bent};
+use super::launch::Launch;
+use super::solver::Solver;
+use super::start::Start;
+use super::world::World;
+use crate::interface::Rule;
+use crate::ray::Arc;
+use glam::DVec3;
+
+/// A first direction is good enough if it would not change by more than this many tolerances.
+const ENOUGH: f64 = 3.0;
+/// Most pieces of a straight way that is looked at.
+const MOST_PIECES: usize = 8;
+
+impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
+    /// A start along the straight way to `y`, bent as the ray to first order and beyond: if one region on
+    /// the way has a field that bends rays, and interfaces on it are index-matched by declaration. Otherwise
+    /// the start as it is.
+    pub fn bent<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        start: &Start<R>,
+        y: DVec3,
+    ) -> Start<R> {
+        let from = start.launch.x();
+        let Some((region, way)) = survey(world, (from, start.region), y) else {
+            return *start;
+        };
+        let accuracy = ENOUGH * self.tolerance().get();
+        let is_plane = matches!(start.launch, Launch::Plane { .. });
+        let Some(guess) = bent(world.field(region), &way, is_plane, accuracy) else {
+            return *start;
+        };
+        self.work.evaluations += guess.evaluations;
+        let launch = match start.launch {
+            Launch::Point { x, .. } => Launch::Point {
+                x,
+                direction: guess.direction,
+            },
+            Launch::Plane { x, direction } => Launch::Plane {
+                x: x + guess.offset,
+                direction,
+            },
+        };
+        Start {
+            launch,
+            optical_length: guess.optical_length,
+            ..*start
+        }
+    }
+}
+
+/// The only region on the straight way from a point to `y` whose field bends rays, and the way as it sees
+/// it; `None` if there is none or more than one, or an interface that refracts.
+fn survey<W: World>(
+    world: &W,
+    (start, mut region): (DVec3, W::Region),
+    y: DVec3,
+) -> Option<(W::Region, Way)> {
+    let chord = y - start;
+    let d = chord.length();
+    let mut bends = None;
+    let mut way = Way {
+        x: start,
+        chord,
+        part: [0.0, 1.0],
+        optical: [0.0; 2],
+    };
+    let (mut x, mut done) = (start, 0.0);
+    for _ in 0..MOST_PIECES {
+        let line = Arc::line(x, y - x, 1.0);
+        let crossing = world.crossing(region, &line);
+        let theta = crossing.as_ref().map_or(1.0, |c| c.theta);
+        let end = done + (1.0 - done) * theta;
+        let field = world.field(region);
+        if field.is_constant() {
+            way.optical[usize::from(bends.is_some())] += field.n(x) * (end - done) * d;
+        } else if bends.is_none() {
+            bends = Some(region);
+            way.part = [done, end];
+        } else {
+            return None;
+        }
+        let Some(crossing) = crossing else {
+            return Some((bends?, way)).filter(|_| d > 0.0);
+        };
+        if crossing.rule != Rule::Pass {
+            return None;
+        }
+        let side = crossing.normal.dot(chord);
+        x = crossing.position + crossing.normal * world.nudge().copysign(side);
+        (region, done) = (crossing.beyond, end);
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::connect::{Crossing, Pattern};
+    use crate::field::{Constant, Field, LinearSquare};
+    use crate::ray::Tolerance;
+    use glam::DMat3;
+
+    /// A layer between z = 0 and 1 in which n² grows along x, in air.
+    struct Layer([Field; 2], Rule);
+
+    impl World for Layer {
+        type Region = usize;
+
+        fn field(&self, region: usize) -> &Field {
+            &self.0[region]
+        }
+
+        fn crossing(&self, region: usize, arc: &Arc) -> Option<Crossing<usize>> {
+            let first = |height: f64| {
+                let z = arc.control().map(|p| p.z - height);
+                crate::ray::bernstein::first_root(&z, 0.0, 1.0, [1e-14; 2])
+            };
+            let hits = [0.0, 1.0].into_iter().filter_map(first);
+            let theta = hits.min_by(f64::total_cmp)?;
+            Some(Crossing {
+                theta,
+                position: arc.position(theta),
+                normal: DVec3::Z,
+                shape: DMat3::ZERO,
+                rule: self.1,
+                beyond: 1 - region,
+                surface: 0,
+            })
+        }
+
+        fn nudge(&self) -> f64 {
+            1e-12
+        }
+    }
+
+    fn layer(rule: Rule) -> Layer {
+        let graded = LinearSquare::new(1.0, DVec3::X * 0.2, DVec3::ZERO);
+        Layer([Constant::new(1.0).into(), graded.unwrap().into()], rule)
+    }
+
+    fn straight(launch: Launch, optical_length: f64) -> Start<usize> {
+        Start {
+            launch,
+            region: 0,
+            optical_length,
+            pattern: Pattern::REFRACT,
+        }
+    }
+
+    /// The start's direction or place is closer to the ray's than a straight one by so much.
+    const CLOSER: f64 = 0.02;
+
+    #[test]
+    fn rays_through_a_layer_are_met_from_points_and_planes() {
+        let world = layer(Rule::Pass);
+        let mut solver = Solver::new(Tolerance::new(1e-8));
+        let (x, y) = (DVec3::new(0.1, 0.0, -1.0), DVec3::new(0.2, 0.1, 1.7));
+        let direction = (y - x).normalize();
+        let first = straight(Launch::Point { x, direction }, x.distance(y));
+        let guess = solver.bent(&world, &first, y);
+        let ray = solver.solve(&world, &first, y).unwrap();
+        let off = |d: DVec3| d.distance(ray.direction_out);
+        assert!(off(direction) > 0.02, "{ray:?}");
+        assert!(off(guess.launch.direction()) < CLOSER * off(direction));
+        assert!((guess.optical_length / ray.optical_length - 1.0).abs() < 1e-3);
+        let (direction, foot) = (DVec3::Z, DVec3::new(0.2, 0.1, -1.0));
+        let launch = Launch::Plane { x: foot, direction };
+        let first = straight(launch, foot.distance(y));
+        let guess = solver.bent(&world, &first, y);
+        let ray = solver.solve(&world, &first, y).unwrap();
+        let off = |p: DVec3| p.distance(ray.start);
+        assert!(off(foot) > 0.02, "{ray:?}");
+        assert!(off(guess.launch.x()) < CLOSER * off(foot));
+        assert!((guess.optical_length / ray.optical_length - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn starts_across_refracting_interfaces_stay_straight() {
+        let mut solver = Solver::new(Tolerance::default());
+        let (x, y) = (DVec3::new(0.1, 0.0, -1.0), DVec3::new(0.2, 0.1, 1.7));
+        let direction = (y - x).normalize();
+        let first = straight(Launch::Point { x, direction }, x.distance(y));
+        assert_eq!(solver.bent(&layer(Rule::Refract), &first, y), first);
+    }
+}

@@ -1,0 +1,102 @@
+//! Connections through the surface of a ball, of which all are known.
+
+use super::{Search, Shot};
+use crate::aim::Aim;
+use crate::scene::GlassBall;
+use eikonal::connect::{Launch, Outside, Pattern, Start};
+use glam::DVec3;
+
+/// Rays that come to a surface from behind at so large a cosine are not shot at all: far above the
+/// error of a crossing.
+const BEHIND: f64 = 1e-3;
+
+impl<'a> Search<'a> {
+    /// Whether the deterministic starts lead to every ray that is looked for, because nothing but a ball bends rays:
+    /// from inside to outside all are known, and inside only rays that are reflected totally are bent.
+    pub(super) fn ball_has_all(&self) -> bool {
+        let Some(glass) = self.scene.glass_ball() else {
+            return false;
+        };
+        let x = self.vertex.position();
+        let within = match self.goal.aim {
+            Aim::Point { position: y, .. } => {
+                let inside = glass.ball.contains(x) && glass.ball.contains(y);
+                inside && (glass.ball.lets_out(x) || glass.ball.lets_out(y))
+            }
+            Aim::Plane { .. } => false,
+        };
+        self.scene.branch_reach().reflections == 0 && (within || self.ends(glass).is_some())
+    }
+
+    /// A start for every ray through the surface of the ball that is all that bends rays, if one end lies
+    /// inside and the other outside.
+    pub(super) fn through_ball(self) -> Option<impl Iterator<Item = Shot> + use<'a>> {
+        let glass = self.scene.glass_ball()?;
+        let (inner, outer) = self.ends(glass)?;
+        let crossings = glass.ball.crossings(inner, outer);
+        Some(crossings.filter_map(move |p| self.by_way_of(p, glass)))
+    }
+
+    /// The end that lies inside, and the one that lies outside.
+    fn ends(&self, glass: &GlassBall) -> Option<(DVec3, Outside)> {
+        let (x, ball) = (self.vertex.position(), &glass.ball);
+        match self.goal.aim {
+            Aim::Point { position: y, .. } => match (ball.contains(x), ball.contains(y)) {
+                (true, false) => Some((x, Outside::Point(y))),
+                (false, true) => Some((y, Outside::Point(x))),
+                _ => None,
+            },
+            Aim::Plane {
+                through, direction, ..
+            } => {
+                let before = (ball.center - through).dot(direction) > ball.radius;
+                let ends = (x, Outside::Direction(-direction));
+                (before && ball.contains(x)).then_some(ends)
+            }
+        }
+    }
+
+    /// The start of the ray that crosses the surface of the ball at `p`.
+    fn by_way_of(&self, p: DVec3, glass: &GlassBall) -> Option<Shot> {
+        let x = self.vertex.position();
+        match self.goal.aim {
+            Aim::Point { position, .. } => {
+                let direction = (p - x).try_normalize()?;
+                let place = self.vertex.start(self.scene, direction);
+                let arrival = (position - p).try_normalize()?;
+                let (target, facing) = self.target(position, arrival);
+                if facing.is_some_and(|normal| normal.dot(arrival) > BEHIND) {
+                    return None;
+                }
+                let start = Start {
+                    launch: Launch::Point {
+                        x: place.x,
+                        direction,
+                    },
+                    region: place.medium,
+                    optical_length: glass.optical_length(p, place.x)
+                        + glass.optical_length(p, target),
+                    pattern: Pattern::REFRACT,
+                };
+                Some(Shot {
+                    start,
+                    target,
+                    place,
+                    facing,
+                })
+            }
+            Aim::Plane {
+                through, direction, ..
+            } => {
+                let foot = p - direction * (p - through).dot(direction);
+                let start = Start {
+                    launch: Launch::Plane { x: foot, direction },
+                    region: self.scene.medium_at(foot),
+                    optical_length: glass.optical_length(p, foot) + glass.optical_length(p, x),
+                    pattern: Pattern::REFRACT,
+                };
+                Some(self.arriving(start, (x - p).try_normalize()?))
+            }
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Connections from random starts, and what a find is worth.
+
+use super::{Search, Shot};
+use crate::aim::Aim;
+use crate::path::Workspace;
+use crate::path::link::Link;
+use crate::sampling::Sampler;
+use eikonal::connect::{Launch, random_direction, random_foot};
+use glam::DVec3;
+
+/// Random starts after which the search for a branch that was found once is given up. Its weight is
+/// then too small: such events are counted.
+const MOST_TRIALS: u32 = 1000;
+
+impl Search<'_> {
+    /// A start drawn at random: a ray, and how far along it one of its close approaches to the target is.
+    fn random(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Shot> {
+        let u = [sampler.next_1d(), sampler.next_1d(), sampler.next_1d()];
+        let scene = self.scene;
+        let reach = scene.branch_reach();
+        let mut uniform = || sampler.next_1d();
+        let x = self.vertex.position();
+        match self.goal.aim {
+            Aim::Point { position, .. } => {
+                let direction = random_direction(position - x, u);
+                let place = self.vertex.start(scene, direction);
+                let launch = Launch::Point {
+                    x: place.x,
+                    direction,
+                };
+                let (start, arrival) = ws.solver.approach(
+                    scene,
+                    (launch, place.medium),
+                    position,
+                    reach,
+                    &mut uniform,
+                )?;
+                let (target, facing) = self.target(position, arrival);
+                Some(Shot {
+                    start,
+                    target,
+                    place,
+                    facing,
+                })
+            }
+            Aim::Plane {
+                through, direction, ..
+            } => {
+                let on_plane = |p: DVec3| p - direction * (p - through).dot(direction);
+                let (center, radius) = self.goal.disc;
+                let foot = random_foot(on_plane(x), direction, center, radius, u);
+                let launch = Launch::Plane { x: foot, direction };
+                let family = (launch, scene.medium_at(foot));
+                let (start, arrival) = ws.solver.approach(scene, family, x, reach, &mut uniform)?;
+                Some(self.arriving(start, arrival))
+            }
+        }
+    }
+
+    /// A branch found from a random start that is none of the known ones, what it is worth, and an
+    /// unbiased estimate of the reciprocal of the probability of finding it: the number of further
+    /// random starts until it is found again (Booth 2007; Zeltner et al. 2020).
+    pub fn lucky<T>(
+        &self,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+        other: impl Fn(&Link) -> bool,
+        evaluate: impl Fn(&Link) -> Option<T>,
+    ) -> Option<(T, f64)> {
+        ws.stats.connections.searches += 1;
+        let link = self.try_luck(sampler, ws).filter(other)?;
+        let link = Link {
+            ease: match self.has_all(true) {
+                true => 1.0,
+                false => ws.luck(&link.tube),
+            },
+            ..link
+        };
+        ws.stats.connections.secondary += 1;
+        let clear = link.unless_blocked(self.scene, (self.vertex, self.goal), ws)?;
+        let value = evaluate(&clear)?;
+        for trial in 1..=MOST_TRIALS {
+            ws.stats.connections.trials += 1;
+            let again = self.try_luck(sampler, ws);
+            if again.is_some_and(|l| l.is_branch_of(self.scene, &link)) {
+                return Some((value, f64::from(trial)));
+            }
+        }
+        ws.stats.connections.capped += 1;
+        Some((value, f64::from(MOST_TRIALS)))
+    }
+
+    fn try_luck(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Link> {
+        let shot = self.random(sampler, ws)?;
+        self.solve(&shot, ws)
+    }
+}
