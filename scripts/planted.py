@@ -125,13 +125,14 @@ PLANTED = [
     (
         "visibility along the chord",
         TRANSPORT + "scene/world.rs",
-        """        let last = pieces.len().saturating_sub(1);""",
-        """        let ends = (pieces[0].arc.start(), pieces[pieces.len() - 1].arc.end());
+        """        let last = arcs.len().saturating_sub(1);""",
+        """        let arcs: Vec<_> = arcs.collect();
+        let ends = (arcs[0].0.start(), arcs[arcs.len() - 1].0.end());
         let chord = Arc::line(ends.0, ends.1 - ends.0, 1.0);
         if target.is_some() || self.first_of(&self.blockers, &chord, 0.0, 1.0).is_none() {
             return Some(all);
         }
-        let last = pieces.len().saturating_sub(1);
+        let (last, arcs) = (arcs.len().saturating_sub(1), arcs.into_iter());
         if last < usize::MAX {
             return None;
         }""",
@@ -140,8 +141,8 @@ PLANTED = [
     (
         "path cut one arc short at the boundary",
         TRANSPORT + "path/walk.rs",
-        "self.depth += span.attenuation.depth(&arc, theta_end);",
-        "if theta_end == 1.0 { self.depth += span.attenuation.depth(&arc, theta_end); }",
+        "self.depth += depth;",
+        "if theta_end == 1.0 { self.depth += depth; }",
         ("transport", "edges", "an_edge_is_as_long_as_its_way"),
     ),
     (
@@ -292,8 +293,8 @@ PLANTED = [
     (
         "geometric in place of optical length",
         TRANSPORT + "path/walk.rs",
-        "self.lengthen(arc.optical_length(theta_end));",
-        "self.lengthen(arc.arc_length(theta_end));",
+        "self.lengthen(arc.optical_length(theta.unwrap_or(theta_end)));",
+        "self.lengthen(arc.arc_length(theta.unwrap_or(theta_end)));",
         ("transport", "layers", "all_rays_of_a_luneburg_ball_are_equally_long"),
     ),
     (

@@ -54,6 +54,9 @@ impl Spectrum {
 
     /// exp(−x) lane by lane.
     pub fn exp_neg(self) -> Self {
+        if self.is_zero() {
+            return Spectrum::ONE;
+        }
         // Most media are grey: one exponential does for all lanes.
         match self.0 == [self.0[0]; 4] {
             true => Spectrum::splat((-self.0[0]).exp()),

@@ -24,13 +24,14 @@ fn finish(parts: Parts) -> Scene {
     Scene::new(tight).unwrap()
 }
 
-fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> transport::path::Edge {
+fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> transport::path::Edge<'_> {
     let start = Start::point(x, direction.normalize(), scene.medium_at(x));
     let sampling = Sampling {
         carry: Carry::Radiance,
         lanes: Spectrum([1.0, 0.0, 0.0, 0.0]),
         extend: false,
         collides: true,
+        spans: true,
     };
     let mut ws = Workspace::new(scene.tolerance());
     trace(

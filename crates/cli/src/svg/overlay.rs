@@ -8,6 +8,7 @@ use crate::failure::Failure;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use eikonal::Solver;
+use eikonal::connect::Piece;
 use glam::DVec3;
 use io::image::png;
 use std::fmt::Write;
@@ -111,7 +112,8 @@ impl Eye<'_> {
     fn place(&mut self, x: DVec3, medium: MediumId) -> Option<[f64; 2]> {
         let eye = self.camera.position();
         let found = self.solver.connect(self.scene, (x, medium), eye).ok()?;
-        self.scene.visibility(self.solver.pieces(), None, 0.0)?;
+        let arcs = self.solver.pieces().iter().map(Piece::ends);
+        self.scene.visibility(arcs, None, 0.0)?;
         let place = self.camera.sense(eye, -found.direction_in)?.image;
         // Lines to places a little outside are cut off by the frame.
         place

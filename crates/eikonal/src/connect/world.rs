@@ -74,6 +74,11 @@ pub struct Piece<R> {
 }
 
 impl<R> Piece<R> {
+    /// The curve and the θ where it ends.
+    pub fn ends(&self) -> (&Arc, f64) {
+        (&self.arc, self.theta_end)
+    }
+
     /// Whether the ray was reflected at the end of the piece.
     pub fn is_reflected(&self) -> bool {
         self.event.is_some_and(|event| event.rule == Rule::Reflect)

@@ -5,24 +5,30 @@ use glam::DVec3;
 
 /// A piece of a ray over a span `h` of σ: x(θ), θ ∈ [0, 1], σ = σ₀ + hθ.
 ///
-/// The curve is the quintic that matches position, velocity and acceleration at both ends
+/// A curved piece is the quintic that matches position, velocity and acceleration at both ends
 /// (Hermite), held as six Bézier control points: it lies in their convex hull, so boxes and
-/// intersection tests made from them are conservative. A straight piece has equally spaced
-/// control points and is marked as such.
+/// intersection tests made from them are conservative. Of a straight one all is known in closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
-    control: [DVec3; 6],
+    curve: Curve,
     h: f64,
-    straight: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Curve {
+    /// From a point, by a step.
+    Line(DVec3, DVec3),
+    /// With these control points.
+    Quintic([DVec3; 6]),
 }
 
 impl Arc {
     /// The straight piece x + v·hθ.
+    #[inline]
     pub fn line(x: DVec3, v: DVec3, h: f64) -> Self {
         Arc {
-            control: std::array::from_fn(|i| x + v * (h * i as f64 / 5.0)),
+            curve: Curve::Line(x, v * h),
             h,
-            straight: true,
         }
     }
 
@@ -32,94 +38,112 @@ impl Arc {
         let [x1, v1, a1] = end;
         let (d, c) = (h / 5.0, h * h / 20.0);
         Arc {
-            control: [
+            curve: Curve::Quintic([
                 x0,
                 x0 + v0 * d,
                 x0 + v0 * (2.0 * d) + a0 * c,
                 x1 - v1 * (2.0 * d) + a1 * c,
                 x1 - v1 * d,
                 x1,
-            ],
+            ]),
             h,
-            straight: false,
         }
     }
 
-    /// The Bézier control points, first and last on the curve.
-    pub fn control(&self) -> &[DVec3; 6] {
-        &self.control
+    /// The Bézier control points, first and last on the curve: evenly spaced if it is straight.
+    pub fn control(&self) -> [DVec3; 6] {
+        match self.curve {
+            Curve::Line(start, step) => std::array::from_fn(|i| start + step * (i as f64 / 5.0)),
+            Curve::Quintic(control) => control,
+        }
     }
 
     /// Span of σ.
+    #[inline]
     pub fn h(&self) -> f64 {
         self.h
     }
 
     /// Whether the piece is a straight segment.
+    #[inline]
     pub fn is_straight(&self) -> bool {
-        self.straight
+        matches!(self.curve, Curve::Line(..))
     }
 
     /// First point, θ = 0.
+    #[inline]
     pub fn start(&self) -> DVec3 {
-        self.control[0]
+        match &self.curve {
+            Curve::Line(start, _) => *start,
+            Curve::Quintic(control) => control[0],
+        }
     }
 
     /// Last point, θ = 1.
+    #[inline]
     pub fn end(&self) -> DVec3 {
-        self.control[5]
+        match &self.curve {
+            Curve::Line(start, step) => *start + *step,
+            Curve::Quintic(control) => control[5],
+        }
     }
 
     /// A box that contains the whole piece.
     pub fn aabb(&self) -> Aabb {
-        if self.straight {
-            Aabb::new(self.control[0], self.control[5])
-        } else {
-            Aabb::around(self.control)
+        match &self.curve {
+            Curve::Line(..) => Aabb::new(self.start(), self.end()),
+            Curve::Quintic(control) => Aabb::around(*control),
         }
     }
 
     /// Position x(θ).
+    #[inline]
     pub fn position(&self, theta: f64) -> DVec3 {
-        if self.straight {
-            return self.control[0] + (self.control[5] - self.control[0]) * theta;
+        match &self.curve {
+            Curve::Line(start, step) => *start + *step * theta,
+            Curve::Quintic(control) => combined(&quintic(theta), control),
         }
-        let (t, u) = (theta, 1.0 - theta);
-        let (t2, u2) = (t * t, u * u);
-        let middle = 10.0 * t2 * u2;
-        let weights = [
-            u2 * u2 * u,
-            5.0 * u2 * u2 * t,
-            middle * u,
-            middle * t,
-            5.0 * t2 * t2 * u,
-            t2 * t2 * t,
-        ];
-        combined(&weights, &self.control)
     }
 
     /// Velocity dx/dσ at θ; its length is the index n up to the tolerance of the step.
+    #[inline]
     pub fn velocity(&self, theta: f64) -> DVec3 {
-        if self.straight {
-            return (self.control[5] - self.control[0]) / self.h;
+        match &self.curve {
+            Curve::Line(_, step) => *step / self.h,
+            Curve::Quintic(control) => {
+                combined(&quartic(theta), &differences(control)) * (5.0 / self.h)
+            }
         }
-        combined(&quartic(theta), &self.differences()) * (5.0 / self.h)
     }
 
     /// Arc length from the start to θ.
+    #[inline]
     pub fn arc_length(&self, theta: f64) -> f64 {
-        self.integrate(theta, f64::sqrt)
+        match &self.curve {
+            Curve::Line(_, step) => step.length() * theta,
+            Curve::Quintic(control) => self.integrate(control, theta, f64::sqrt),
+        }
     }
 
     /// Optical path length ∫n ds = ∫n² dσ from the start to θ.
+    #[inline]
     pub fn optical_length(&self, theta: f64) -> f64 {
-        self.integrate(theta, |square| square)
+        match &self.curve {
+            Curve::Line(_, step) => step.length_squared() / self.h * theta,
+            Curve::Quintic(control) => self.integrate(control, theta, |square| square),
+        }
     }
 
     /// Arc length and optical path length from the start to θ.
     pub fn lengths(&self, theta: f64) -> [f64; 2] {
-        let squares = self.squares(theta);
-        [weighted(squares.map(f64::sqrt)), weighted(squares)].map(|sum| sum * theta * self.h)
+        match &self.curve {
+            Curve::Line(..) => [self.arc_length(theta), self.optical_length(theta)],
+            Curve::Quintic(control) => {
+                let squares = self.squares(control, theta);
+                let sums = [weighted(squares.map(f64::sqrt)), weighted(squares)];
+                sums.map(|sum| sum * theta * self.h)
+            }
+        }
     }
 
     /// θ at which the arc length from the start is `s`; 1 if the piece is shorter.
@@ -134,14 +158,17 @@ impl Arc {
 
     /// θ at which ∫f(|v|²) dσ from the start reaches `target`.
     fn theta_at(&self, target: f64, f: impl Fn(f64) -> f64) -> f64 {
-        let total = self.integrate(1.0, &f);
-        if self.straight || target >= total {
+        let rate = |theta: f64| f(self.velocity(theta).length_squared()) * self.h;
+        let Curve::Quintic(control) = &self.curve else {
+            return (target / rate(0.0)).clamp(0.0, 1.0);
+        };
+        let total = self.integrate(control, 1.0, &f);
+        if target >= total {
             return (target / total).clamp(0.0, 1.0);
         }
-        let rate = |theta: f64| f(self.velocity(theta).length_squared()) * self.h;
         let mut theta = inverse(rate(0.0), total, rate(1.0), target);
         for _ in 0..4 {
-            let excess = self.integrate(theta, &f) - target;
+            let excess = self.integrate(control, theta, &f) - target;
             let change = excess / rate(theta);
             theta = (theta - change).clamp(0.0, 1.0);
             // The next change would be its square.
@@ -154,6 +181,9 @@ impl Arc {
 
     /// θ in [0, 1] nearest to `y`: the first local minimum of the distance, or an end.
     pub fn closest_approach(&self, y: DVec3) -> f64 {
+        if let Curve::Line(start, step) = &self.curve {
+            return ((y - *start).dot(*step) / step.length_squared()).clamp(0.0, 1.0);
+        }
         let slope = |theta: f64| (self.position(theta) - y).dot(self.velocity(theta));
         let (mut low, mut high) = (0.0, 1.0);
         if slope(low) >= 0.0 {
@@ -183,18 +213,15 @@ impl Arc {
         theta
     }
 
-    /// ∫ f(|v|²) dσ from the start to θ. The speed |v| of the dense output stands for the index, so no field
-    /// evaluation is needed.
-    fn integrate(&self, theta: f64, f: impl Fn(f64) -> f64) -> f64 {
-        weighted(self.squares(theta).map(f)) * theta * self.h
+    /// ∫ f(|v|²) dσ from the start of a curve to θ. The speed |v| of the dense output stands for the index, so no
+    /// field evaluation is needed.
+    fn integrate(&self, control: &[DVec3; 6], theta: f64, f: impl Fn(f64) -> f64) -> f64 {
+        weighted(self.squares(control, theta).map(f)) * theta * self.h
     }
 
-    /// |v|² at the nodes of the quadrature from the start to θ.
-    fn squares(&self, theta: f64) -> [f64; 4] {
-        if self.straight {
-            return [self.velocity(0.0).length_squared(); 4];
-        }
-        let differences = self.differences();
+    /// |v|² at the nodes of the quadrature from the start of a curve to θ.
+    fn squares(&self, control: &[DVec3; 6], theta: f64) -> [f64; 4] {
+        let differences = differences(control);
         let square = |weights: [f64; 5]| combined(&weights, &differences).length_squared();
         let per_span = (5.0 / self.h).powi(2);
         if theta == 1.0 {
@@ -202,11 +229,11 @@ impl Arc {
         }
         NODES.map(|node| square(quartic(node * theta)) * per_span)
     }
+}
 
-    /// From each control point to the next.
-    fn differences(&self) -> [DVec3; 5] {
-        std::array::from_fn(|i| self.control[i + 1] - self.control[i])
-    }
+/// From each control point to the next.
+fn differences(control: &[DVec3; 6]) -> [DVec3; 5] {
+    std::array::from_fn(|i| control[i + 1] - control[i])
 }
 
 /// Nodes of Gauss–Legendre quadrature on [0, 1].
@@ -244,6 +271,21 @@ fn inverse(first: f64, total: f64, last: f64, target: f64) -> f64 {
         t = (t - excess / (first + t * (2.0 * b + t * 3.0 * c))).clamp(0.0, 1.0);
     }
     t
+}
+
+/// Bernstein's polynomials of degree five.
+fn quintic(t: f64) -> [f64; 6] {
+    let u = 1.0 - t;
+    let (t2, u2) = (t * t, u * u);
+    let middle = 10.0 * t2 * u2;
+    [
+        u2 * u2 * u,
+        5.0 * u2 * u2 * t,
+        middle * u,
+        middle * t,
+        5.0 * t2 * t2 * u,
+        t2 * t2 * t,
+    ]
 }
 
 /// Bernstein's polynomials of degree four.

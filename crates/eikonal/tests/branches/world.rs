@@ -57,7 +57,7 @@ impl Surface {
     }
 
     fn first(self, arc: &Arc) -> Option<f64> {
-        let control = arc.control();
+        let control = &arc.control();
         match self {
             Surface::Plane(z) => {
                 first_root(&height(control, DVec3::Z * z, DVec3::Z), 0.0, 1.0, [0.0; 2])

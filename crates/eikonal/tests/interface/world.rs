@@ -38,7 +38,7 @@ impl Surface {
 
     /// The first θ on an arc that starts off the surface.
     fn first(&self, arc: &Arc) -> Option<f64> {
-        let control = arc.control();
+        let control = &arc.control();
         match *self {
             Surface::Plane(p, normal) => {
                 first_root(&height(control, p, normal), 0.0, 1.0, [0.0; 2])

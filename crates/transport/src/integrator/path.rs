@@ -7,7 +7,7 @@ use crate::aim::{Aim, OnSurface};
 use crate::emitter::Emitter;
 use crate::film::PathFacts;
 use crate::path::{
-    Carry, Edge, End, Equiangular, Goal, Link, Sampling, Scatter, Start, Vertex, Workspace,
+    Carry, Edge, End, Equiangular, Found, Goal, Link, Sampling, Scatter, Start, Vertex, Workspace,
     environment_aim, lead_in, scatter, scatter_pdf, trace,
 };
 use crate::sampling::Sampler;
@@ -122,6 +122,7 @@ impl PathTracer {
             lanes,
             extend: t.equiangular,
             collides: true,
+            spans: t.equiangular,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
         let budget = self.budget(next.way.depth + 1);
@@ -243,7 +244,7 @@ impl Tracing<'_> {
     }
 
     /// Hands over a share of what connections from a vertex to an emitter bring.
-    fn connected(&mut self, light: Vec<(Light, f64)>, share: f64, (way, emitter): (Way, usize)) {
+    fn connected(&mut self, light: Found<Light>, share: f64, (way, emitter): (Way, usize)) {
         for (light, weight) in light {
             let way = way.and(light.events, light.optical_length);
             self.hand_over(light.value * (weight * share), way, emitter);
@@ -349,7 +350,7 @@ impl Tracing<'_> {
         throughput: Spectrum,
         (index, probability): (usize, f64),
         budget: u32,
-    ) -> Vec<(Light, f64)> {
+    ) -> Found<Light> {
         let scene = self.scene;
         let emitter = &scene.emitters()[index];
         let shape = |object: usize| &scene.objects()[object].shape;

@@ -1,43 +1,62 @@
 //! Extinction along one arc.
 
-use super::Medium;
+use super::section::Section;
+use super::{Medium, Texture};
 use crate::Spectrum;
 use eikonal::ray::{Arc, Profile};
 
 /// What a medium takes from the light along one arc, as a function of θ.
 #[derive(Clone, Debug)]
-pub enum Attenuation {
+pub enum Attenuation<'a> {
     /// Nothing.
     None,
     /// The same extinction everywhere: depth is proportional to arc length.
     Uniform(Spectrum),
     /// The same on a straight arc of this length: depth is proportional to θ.
     Even(Spectrum, f64),
+    /// That of a grid along a straight arc, integrated when it is asked for.
+    Sampled(Section<'a>),
     /// Integrated along the arc.
     Varying(Profile<{ Spectrum::LANES }>),
 }
 
-impl Attenuation {
+impl<'a> Attenuation<'a> {
     /// For the part θ ≤ `theta_end` of an arc.
-    pub fn new(medium: &Medium, arc: &Arc, theta_end: f64) -> Self {
+    #[inline]
+    pub fn new(medium: &'a Medium, arc: &Arc, theta_end: f64) -> Self {
         if medium.is_transparent() {
             return Attenuation::None;
         }
-        match medium.uniform_extinction() {
-            Some(sigma) if arc.is_straight() => Attenuation::Even(sigma, arc.arc_length(1.0)),
-            Some(sigma) => Attenuation::Uniform(sigma),
-            None => Attenuation::Varying(Profile::new(arc, theta_end, medium.spacing(), |x| {
-                medium.extinction(x).0
-            })),
+        match &medium.sigma_t {
+            Texture::Uniform(sigma) if arc.is_straight() => {
+                Attenuation::Even(*sigma * medium.scale, arc.arc_length(1.0))
+            }
+            Texture::Uniform(sigma) => Attenuation::Uniform(*sigma * medium.scale),
+            Texture::Grid(grid) if arc.is_straight() => {
+                Attenuation::Sampled(Section::new(grid, medium.scale, arc))
+            }
+            Texture::Grid(_) => {
+                let extinction = |x| medium.extinction(x).0;
+                Attenuation::Varying(Profile::new(arc, theta_end, medium.spacing(), extinction))
+            }
+        }
+    }
+
+    /// Prepares for many questions about places up to `theta_end`.
+    pub fn tabulate(&mut self, theta_end: f64) {
+        if let Attenuation::Sampled(section) = self {
+            section.tabulate(theta_end);
         }
     }
 
     /// Optical depth from the start of the arc to θ.
+    #[inline]
     pub fn depth(&self, arc: &Arc, theta: f64) -> Spectrum {
         match self {
             Attenuation::None => Spectrum::ZERO,
             Attenuation::Uniform(sigma) => *sigma * arc.arc_length(theta),
             Attenuation::Even(sigma, length) => *sigma * (length * theta),
+            Attenuation::Sampled(section) => section.integral(theta),
             Attenuation::Varying(profile) => Spectrum(profile.depth(theta)),
         }
     }
@@ -47,6 +66,7 @@ impl Attenuation {
         match self {
             Attenuation::None => Spectrum::ZERO,
             Attenuation::Uniform(sigma) | Attenuation::Even(sigma, _) => *sigma,
+            Attenuation::Sampled(section) => section.value(arc.position(theta)),
             Attenuation::Varying(profile) => {
                 let speed = arc.velocity(theta).length() * arc.h();
                 Spectrum(profile.density(theta)) / speed
@@ -54,9 +74,16 @@ impl Attenuation {
         }
     }
 
-    /// θ ≤ `theta_end` at which the depth of a channel reaches `target`.
-    pub fn invert(&self, arc: &Arc, theta_end: f64, channel: usize, target: f64) -> Option<f64> {
-        match self {
+    /// Where the depth of a channel reaches a target on the part θ ≤ `theta_end`, if it does, and the depth up to
+    /// there, or up to the end.
+    #[inline]
+    pub fn reach(
+        &self,
+        arc: &Arc,
+        theta_end: f64,
+        (channel, target): (usize, f64),
+    ) -> (Option<f64>, Spectrum) {
+        let theta = match self {
             Attenuation::None => None,
             Attenuation::Uniform(sigma) => {
                 let length = target / sigma[channel];
@@ -66,7 +93,9 @@ impl Attenuation {
                 let theta = target / (sigma[channel] * length);
                 (theta < theta_end).then_some(theta)
             }
+            Attenuation::Sampled(section) => return section.reach(theta_end, (channel, target)),
             Attenuation::Varying(profile) => profile.invert(channel, target),
-        }
+        };
+        (theta, self.depth(arc, theta.unwrap_or(theta_end)))
     }
 }

@@ -62,6 +62,9 @@ pub enum GridError {
     },
 }
 
+/// Indices of a cell along each axis.
+pub(super) type Cell = [i32; 3];
+
 /// Samples in f32, x fastest, on the unit cube under an affine transform. Outside the cube the
 /// values at its edge are continued.
 #[derive(Clone, Debug)]
@@ -137,6 +140,11 @@ impl Grid {
         self.data.len() * size_of::<f32>()
     }
 
+    /// Number of channels of the samples.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
     /// The value at a world position; one channel serves all spectral channels.
     pub fn at(&self, x: DVec3) -> Spectrum {
         let place = self.to_samples.transform_point3(x).to_array();
@@ -148,6 +156,46 @@ impl Grid {
                 false => 0.0,
             })),
         }
+    }
+
+    /// A world position in units of cells: those of trilinear grids lie between samples, others around one.
+    pub(super) fn in_cells(&self, x: DVec3) -> DVec3 {
+        let place = self.to_samples.transform_point3(x);
+        match self.filter {
+            Filter::Trilinear => place,
+            Filter::Nearest => place + 0.5,
+        }
+    }
+
+    /// The first and the last plane between cells across each axis. The outermost cells have no end.
+    pub(super) fn planes(&self) -> [[i32; 2]; 3] {
+        let first = match self.filter {
+            Filter::Trilinear => 0,
+            Filter::Nearest => 1,
+        };
+        self.size.map(|n| [first, n as i32 - 1])
+    }
+
+    /// The samples at the corners of a cell, x fastest: between them values are trilinear.
+    #[inline]
+    pub(super) fn corners<const N: usize>(&self, cell: Cell) -> [[f64; N]; 8] {
+        let stride = match self.filter {
+            Filter::Trilinear => 1,
+            Filter::Nearest => 0,
+        };
+        let ends: [[usize; 2]; 3] = std::array::from_fn(|axis| {
+            let last = self.size[axis] as i32 - 1;
+            [cell[axis], cell[axis] + stride].map(|i| i.clamp(0, last) as usize)
+        });
+        let [xs, ys, zs] = ends;
+        std::array::from_fn(|i| {
+            let (x, y, z) = (xs[i & 1], ys[i >> 1 & 1], zs[i >> 2]);
+            let first = self.channels * (x + self.size[0] * (y + self.size[1] * z));
+            std::array::from_fn(|c| match c < self.channels {
+                true => f64::from(self.data[first + c]),
+                false => 0.0,
+            })
+        })
     }
 
     /// The value of a channel between the samples of a cell along each axis.

@@ -1,7 +1,9 @@
 //! Participating media: extinction, albedo, phase function and refractive index.
 
 mod attenuation;
+mod cells;
 mod grid;
+mod section;
 mod texture;
 
 pub use attenuation::Attenuation;
@@ -71,7 +73,7 @@ impl Medium {
         }
     }
 
-    /// Longest piece over which the extinction is integrated: half a voxel.
+    /// Longest piece of a curve over which the extinction is integrated: half a voxel.
     pub fn spacing(&self) -> f64 {
         match &self.sigma_t {
             Texture::Uniform(_) => f64::INFINITY,

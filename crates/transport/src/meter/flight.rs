@@ -14,7 +14,7 @@ pub struct Flight<'a> {
     /// Channel probabilities with which distances are sampled.
     pub lanes: Spectrum,
     /// The arc.
-    pub span: &'a Span,
+    pub span: &'a Span<'a>,
     /// The particle flies from θ = 0 to here.
     pub theta_end: f64,
     /// Power with which the edge started.

@@ -143,7 +143,7 @@ impl Grid {
             }
             return;
         }
-        let control = restrict(arc.control(), 0.0, theta_end);
+        let control = restrict(&arc.control(), 0.0, theta_end);
         if Aabb::around(control).overlaps(&self.aabb) {
             self.cut_curve(
                 &control.map(|p| self.to_local.transform_point3(p)),

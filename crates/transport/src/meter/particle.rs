@@ -59,12 +59,14 @@ impl<'a, 'r> Particle<'a, 'r> {
             lanes: setup.lanes,
             extend: false,
             collides: true,
+            spans: true,
         };
         for _ in 0..MOST_EDGES {
             let Some(ray) = next else {
                 return;
             };
-            let edge = trace(self.scene, ray.start, sampling, sampler, ws);
+            let mut edge = trace(self.scene, ray.start, sampling, sampler, ws);
+            edge.tabulate();
             let onward = self.edge(&edge, ray.throughput, sampler);
             next = onward.and_then(|ray| self.roulette(ray, initial, sampler));
         }

@@ -53,7 +53,7 @@ pub enum Carry {
 
 /// One arc of an edge, within one medium.
 #[derive(Clone, Debug)]
-pub struct Span {
+pub struct Span<'a> {
     /// The curve, of which only θ ≤ `theta_end` belongs to the edge.
     pub arc: Arc,
     /// See `arc`.
@@ -61,7 +61,7 @@ pub struct Span {
     /// The medium.
     pub medium: MediumId,
     /// Extinction along it.
-    pub attenuation: Attenuation,
+    pub attenuation: Attenuation<'a>,
     /// Arc length of the span.
     pub length: f64,
     /// Arc length of the edge before this span.
@@ -97,7 +97,7 @@ pub struct Point {
     pub weight: Spectrum,
 }
 
-impl Span {
+impl Span<'_> {
     /// The point at θ.
     pub fn at(&self, theta: f64) -> Point {
         Point {
@@ -119,29 +119,17 @@ impl Span {
 
     /// Arc length from the start of the span to θ.
     pub fn length_at(&self, theta: f64) -> f64 {
-        match self.arc.is_straight() {
-            true => self.length * (theta / self.theta_end),
-            false => self.arc.arc_length(theta),
-        }
+        self.arc.arc_length(theta)
     }
 
     /// θ at which the arc length from the start of the span is `s`, at most the span's own.
     pub fn theta_at_length(&self, s: f64) -> f64 {
-        match self.arc.is_straight() {
-            true if s < self.length => self.theta_end * (s / self.length).max(0.0),
-            true => self.theta_end,
-            false => self.arc.theta_at_length(s).min(self.theta_end),
-        }
+        self.arc.theta_at_length(s).min(self.theta_end)
     }
 
     /// Where the span comes closest to a point.
     pub fn closest_approach(&self, point: DVec3) -> f64 {
-        if !self.arc.is_straight() {
-            return self.arc.closest_approach(point).min(self.theta_end);
-        }
-        let chord = self.arc.end() - self.arc.start();
-        let theta = (point - self.arc.start()).dot(chord) / chord.length_squared();
-        theta.clamp(0.0, self.theta_end)
+        self.arc.closest_approach(point).min(self.theta_end)
     }
 }
 
@@ -174,12 +162,12 @@ pub enum End {
 
 /// An edge sampled from its start.
 #[derive(Clone, Debug)]
-pub struct Edge {
+pub struct Edge<'a> {
     /// Where it starts.
     pub start: Start,
     /// The arcs up to the end, or beyond a collision up to the first surface that is not
-    /// index-matched if the edge was extended.
-    pub spans: Vec<Span>,
+    /// index-matched if the edge was extended; none unless they were to be kept.
+    pub spans: Vec<Span<'a>>,
     /// Number of spans before the first specular event, or passage by chance. If the edge was extended they depend on the
     /// start alone, not on where a collision was drawn.
     pub lead: usize,
@@ -200,7 +188,30 @@ pub struct Edge {
     pub lost: bool,
 }
 
-impl Edge {
+impl<'a> Edge<'a> {
+    /// Nothing but a start yet.
+    pub(super) fn new(start: Start) -> Self {
+        Edge {
+            start,
+            spans: Vec::new(),
+            lead: 0,
+            end: End::Dead,
+            length: 0.0,
+            weight: Spectrum::ONE,
+            tube: Tube::new(),
+            optical_length: 0.0,
+            connectable: true,
+            lost: false,
+        }
+    }
+
+    /// Prepares the spans for many questions about their points.
+    pub fn tabulate(&mut self) {
+        for span in &mut self.spans {
+            span.attenuation.tabulate(span.theta_end);
+        }
+    }
+
     /// Probability density per unit length of a collision at optical depth and extinction as in
     /// `point`, for channel probabilities `lanes` (balance heuristic over channels, theory §6).
     pub fn collision_density(lanes: Spectrum, point: &Point) -> f64 {
@@ -222,7 +233,7 @@ impl Edge {
     }
 
     /// The spans before the first specular event.
-    pub fn lead(&self) -> &[Span] {
+    pub fn lead(&self) -> &[Span<'a>] {
         &self.spans[..self.lead]
     }
 

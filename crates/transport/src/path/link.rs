@@ -4,15 +4,19 @@ use super::Workspace;
 use super::edge::Carry;
 use super::passage::Passage;
 use super::search::{Search, Shot};
+use super::straight;
 use super::tube::Tube;
 use super::vertex::Vertex;
 use crate::Spectrum;
-use crate::aim::Aim;
+use crate::aim::{Aim, OnSurface};
 use crate::emitter::Emitter;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{Connection, Guide, World};
+use crate::stats::Stats;
+use eikonal::connect::{Connection, Guide, Piece, World};
+use eikonal::ray::Arc;
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// Directions closer than this, in radians, are those of one branch, and closer than this multiple of
 /// the rays' tolerance: the solver is no better than the rays that it shoots. Likewise for the
@@ -23,6 +27,9 @@ const SAME_WAY: (f64, f64) = (1e-4, 100.0);
 const SLACK_PER_MISS: f64 = 1e3;
 /// Likewise for the distance by which ends are kept off surfaces.
 const SLACK_PER_NUDGE: f64 = 1e3;
+
+/// What connections are worth, each with a weight: hardly ever more than one.
+pub type Found<T> = SmallVec<[(T, f64); 1]>;
 
 /// What a vertex is to be connected to.
 #[derive(Clone, Copy, Debug)]
@@ -71,6 +78,14 @@ impl<'a> Goal<'a> {
             disc: (around.center, around.radius),
             guide: None,
             carry: Carry::Power,
+        }
+    }
+
+    /// The side of the aim's surface that light must leave it on, for a ray that arrives in `direction`.
+    pub(super) fn facing(&self, on: &OnSurface, direction: DVec3) -> DVec3 {
+        match self.two_sided && on.normal.dot(direction) > 0.0 {
+            true => -on.normal,
+            false => on.normal,
         }
     }
 
@@ -125,18 +140,15 @@ impl Link {
         sampler: &mut Sampler,
         ws: &mut Workspace,
         evaluate: impl Fn(&Link) -> Option<T>,
-    ) -> Vec<(T, f64)> {
-        let search = Search::new(scene, vertex, goal);
+    ) -> Found<T> {
         if scene.is_straight() {
             ws.stats.connections.certified += 1;
-            let found = search
-                .straight_shot()
-                .and_then(|shot| search.attempt(&shot, ws));
-            let clear = found.and_then(|link| link.unless_blocked(scene, (vertex, goal), ws));
-            let value = clear.and_then(|link| evaluate(&link));
+            let link = straight::connect(scene, (vertex, goal), ws);
+            let value = link.and_then(|link| evaluate(&link));
             return value.map(|value| (value, 1.0)).into_iter().collect();
         }
-        let mut values = Vec::new();
+        let search = Search::new(scene, vertex, goal);
+        let mut values = SmallVec::new();
         let mut known: Vec<Link> = Vec::new();
         for shot in search.certain(ws) {
             let Some(link) = search.attempt(&shot, ws) else {
@@ -147,7 +159,8 @@ impl Link {
                 continue;
             }
             known.push(link);
-            if let Some(link) = link.unless_blocked(scene, (vertex, goal), ws) {
+            let pieces = ws.solver.pieces().iter().map(Piece::ends);
+            if let Some(link) = link.unless_blocked(scene, (vertex, goal), pieces, &mut ws.stats) {
                 values.extend(evaluate(&link).map(|value| (value, 1.0)));
             }
         }
@@ -192,7 +205,7 @@ impl Link {
         (shot, ray): (&Shot, &Connection),
         ws: &Workspace,
     ) -> Option<Link> {
-        let pieces = ws.pieces(scene);
+        let pieces = ws.solver.pieces();
         let passage = Passage::new(scene, pieces);
         let last = pieces.last()?;
         // The ray is followed from the vertex to a point, but from a plane to the vertex.
@@ -230,20 +243,21 @@ impl Link {
     }
 
     /// The link less what surfaces on the way take of the light that passes them straight on; `None` if an
-    /// opaque or rough one blocks the ray, which is that last found.
-    pub(super) fn unless_blocked(
+    /// opaque or rough one blocks the ray, whose arcs are given with the θ where they end.
+    pub(super) fn unless_blocked<'a>(
         mut self,
         scene: &Scene,
         (vertex, goal): (&Vertex, &Goal),
-        ws: &mut Workspace,
+        arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
+        stats: &mut Stats,
     ) -> Option<Link> {
         let slack = SLACK_PER_MISS * self.miss + SLACK_PER_NUDGE * scene.nudge();
         let end = match goal.aim {
             Aim::Point { surface, .. } => surface.map(|s| s.object),
             Aim::Plane { .. } => vertex.object(),
         };
-        let Some(through) = scene.visibility(ws.pieces(scene), end, slack) else {
-            ws.stats.connections.occluded += 1;
+        let Some(through) = scene.visibility(arcs, end, slack) else {
+            stats.connections.occluded += 1;
             return None;
         };
         self.factor *= through.factor * through.probability;

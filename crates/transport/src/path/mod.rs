@@ -23,6 +23,7 @@ mod link;
 mod passage;
 mod search;
 mod share;
+mod spread;
 mod straight;
 mod subpath;
 mod tube;
@@ -37,7 +38,7 @@ pub use equiangular::Equiangular;
 pub use follow::{Ending, Way, follow};
 pub use guess::guess;
 pub use length::lead_in;
-pub use link::{Goal, Link, environment_aim};
+pub use link::{Found, Goal, Link, environment_aim};
 pub use passage::transmittance;
 pub use share::{collided, share};
 pub use subpath::{Escape, Ray, Station, Step, Subpath, Walker};
@@ -45,9 +46,8 @@ pub use tube::Tube;
 pub use vertex::{Scatter, Vertex};
 pub use walk::{Sampling, trace};
 
-use crate::scene::{MediumId, Scene};
+use crate::scene::MediumId;
 use crate::stats::Stats;
-use eikonal::connect::Piece;
 use eikonal::{Solver, Tolerance};
 
 /// Probability with which connections that may not be unique are searched for further branches,
@@ -70,8 +70,8 @@ pub struct Workspace {
     /// Probability in (0, 1] with which a connection that may not be unique is searched for further
     /// branches. Any value is unbiased.
     pub search: f64,
-    /// Pieces of the straight connection last made.
-    line: Vec<Piece<MediumId>>,
+    /// Parts of the straight connection last made.
+    line: Vec<straight::Part>,
 }
 
 impl Workspace {
@@ -91,14 +91,6 @@ impl Workspace {
         let mut stats = self.stats;
         stats.work += self.solver.work;
         stats
-    }
-
-    /// The pieces of the connection last found in a scene.
-    fn pieces(&self, scene: &Scene) -> &[Piece<MediumId>] {
-        match scene.is_straight() {
-            true => &self.line,
-            false => self.solver.pieces(),
-        }
     }
 
     /// What a branch that takes luck to be found counts for in the combination of estimators, where

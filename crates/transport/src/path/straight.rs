@@ -1,94 +1,208 @@
 //! Connections where no ray is bent: along the straight line, in closed form.
 
+use super::Workspace;
+use super::edge::Carry;
+use super::link::{Goal, Link};
+use super::tube::Tube;
+use super::vertex::Vertex;
+use super::walk::leave;
+use crate::Spectrum;
+use crate::aim::Aim;
+use crate::medium::Attenuation;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{Connection, Event, Failure, Launch, Pattern, Piece, Start, World};
-use eikonal::interface::Rule;
+use eikonal::Failure;
+use eikonal::connect::World;
 use eikonal::ray::Arc;
 use glam::DVec3;
 
 /// More index-matched boundaries than any sensible line crosses.
 const MOST_CROSSINGS: usize = 20_000;
 
-/// The ray that [`eikonal::Solver`] would find from a start to `target` in a scene that is straight, and its
-/// pieces: J is the squared distance from a point, and A is 1 from a plane (theory §5).
-///
-/// # Errors
-/// [`Failure::NotConverged`] if the ends coincide or the target lies behind the plane,
-/// [`Failure::RayLost`] if too many boundaries lie between them.
-pub(super) fn connect(
-    scene: &Scene,
-    start: &Start<MediumId>,
-    target: DVec3,
-    pieces: &mut Vec<Piece<MediumId>>,
-) -> Result<Connection, Failure> {
-    let chord = target - start.launch.x();
-    let (direction, length, jacobian) = match start.launch {
-        Launch::Point { .. } => {
-            let length = chord.length();
-            (chord / length, length, length * length)
-        }
-        Launch::Plane { direction, .. } => (direction, chord.dot(direction), 1.0),
-    };
-    if !(length > 0.0 && length.is_finite()) {
-        return Err(Failure::NotConverged);
-    }
-    let first = target - direction * length;
-    let (optical_length, sigma) = fill(scene, (first, start.region), (target, direction), pieces)?;
-    Ok(Connection {
-        start: first,
-        direction_out: direction,
-        direction_in: direction,
-        arc_length: length,
-        optical_length,
-        sigma,
-        jacobian,
-        miss: 0.0,
-        pattern: Pattern::REFRACT,
-        shots: 0,
-    })
+/// A part of a line within one medium.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    /// Of which only θ ≤ `theta_end` belongs to the line.
+    pub arc: Arc,
+    pub theta_end: f64,
+    pub medium: MediumId,
 }
 
-/// Cuts the line at the boundaries that it crosses. Returns ∫n ds and ∫ds/n.
-fn fill(
+/// The line that connects a vertex with a goal: from the vertex to a point, but from a plane to the vertex. Its
+/// ends are kept off the surfaces on which they lie.
+struct Line {
+    from: DVec3,
+    to: DVec3,
+    direction: DVec3,
+    length: f64,
+    /// Medium at its start.
+    medium: MediumId,
+    /// Medium at the vertex, on the side on which the line should lie.
+    beside: MediumId,
+    /// Whether it lies there, and light leaves the aim's surface on the right side.
+    proper: bool,
+}
+
+/// How light passes through media along a line.
+struct Way {
+    optical_length: f64,
+    /// Index at its start and at its end.
+    n: [f64; 2],
+    /// ∏ n_after/n_before over declared index matches.
+    jump: f64,
+}
+
+/// The link along the straight line, counted: J is the squared distance from a point, A is 1 from a plane (theory
+/// §5). `None` if it is blocked, or leaves or arrives on the wrong side of a surface.
+pub(super) fn connect(
     scene: &Scene,
-    (mut x, mut region): (DVec3, MediumId),
-    (target, direction): (DVec3, DVec3),
-    pieces: &mut Vec<Piece<MediumId>>,
-) -> Result<(f64, f64), Failure> {
-    pieces.clear();
-    let (mut optical_length, mut sigma) = (0.0, 0.0);
-    while pieces.len() < MOST_CROSSINGS {
-        let n = scene.n(region, x);
-        // The target may lie nearer to the last boundary than the nudge: the arc must still have a direction.
-        let left = (target - x).dot(direction).max(scene.nudge());
-        let arc = Arc::line(x, direction * n, left / n);
-        let crossing = scene.crossing(region, &arc);
-        let theta_end = crossing.as_ref().map_or(1.0, |c| c.theta);
-        optical_length += left * theta_end * n;
-        sigma += left * theta_end / n;
-        let mut piece = Piece {
-            region,
-            arc,
-            theta_end,
-            event: None,
-        };
-        let Some(crossing) = crossing else {
-            pieces.push(piece);
-            return Ok((optical_length, sigma));
-        };
-        let far_n = scene.n(crossing.beyond, crossing.position);
-        piece.event = Some(Event {
-            rule: Rule::Pass,
-            far_n,
-            surface: crossing.surface,
-            normal: crossing.normal,
-            before: direction * n,
-            after: direction * far_n,
-        });
-        pieces.push(piece);
-        let side = crossing.normal.dot(direction);
-        x = crossing.position + crossing.normal * scene.nudge().copysign(side);
-        region = crossing.beyond;
+    (vertex, goal): (&Vertex, &Goal),
+    ws: &mut Workspace,
+) -> Option<Link> {
+    let line = Line::between(scene, vertex, goal)?;
+    let way = line.cut(scene, &mut ws.line);
+    ws.stats.work.steps += ws.line.len() as u64;
+    ws.stats.connections.count(&way);
+    let way = way.ok()?;
+    if !line.complies(scene, goal, &ws.line) {
+        ws.stats.connections.discarded += 1;
+        return None;
     }
-    Err(Failure::RayLost)
+    let parts = ws.line.iter().map(|part| (&part.arc, part.theta_end));
+    let link = line.link(goal, &way);
+    let mut link = link.unless_blocked(scene, (vertex, goal), parts, &mut ws.stats)?;
+    for part in &ws.line {
+        let attenuation = Attenuation::new(scene.medium(part.medium), &part.arc, part.theta_end);
+        link.tube.depth += attenuation.depth(&part.arc, part.theta_end);
+    }
+    Some(link)
+}
+
+impl Line {
+    /// `None` if there is no line, or the vertex lies behind the plane.
+    fn between(scene: &Scene, vertex: &Vertex, goal: &Goal) -> Option<Self> {
+        let x = vertex.position();
+        let line = match goal.aim {
+            Aim::Point { position, surface } => {
+                let place = vertex.start(scene, (position - x).try_normalize()?);
+                let facing = surface.map(|on| goal.facing(&on, place.direction));
+                let to = facing.map_or(position, |facing| leave(scene, position, facing, facing));
+                let length = to.distance(place.x);
+                let direction = (to - place.x) / length;
+                let arrives = facing.is_none_or(|facing| facing.dot(direction) < 0.0);
+                Line {
+                    from: place.x,
+                    to,
+                    direction,
+                    length,
+                    medium: place.medium,
+                    beside: place.medium,
+                    proper: arrives && vertex.same_side(direction, place.direction),
+                }
+            }
+            Aim::Plane {
+                through, direction, ..
+            } => {
+                let place = vertex.start(scene, -direction);
+                let length = (place.x - through).dot(direction);
+                let from = place.x - direction * length;
+                let medium = scene.medium_at(from);
+                let region = goal.guide.map_or(medium, |guide| guide.start().region);
+                Line {
+                    from,
+                    to: place.x,
+                    direction,
+                    length,
+                    medium,
+                    beside: place.medium,
+                    // A beam starts in one medium.
+                    proper: medium == region,
+                }
+            }
+        };
+        (line.length > 0.0 && line.length.is_finite()).then_some(line)
+    }
+
+    /// Cuts the line at the boundaries that it crosses.
+    ///
+    /// # Errors
+    /// [`Failure::RayLost`] if there are too many.
+    fn cut(&self, scene: &Scene, parts: &mut Vec<Part>) -> Result<Way, Failure> {
+        parts.clear();
+        let (mut x, mut medium) = (self.from, self.medium);
+        let mut n = scene.n(medium, x);
+        let mut way = Way {
+            optical_length: 0.0,
+            n: [n; 2],
+            jump: 1.0,
+        };
+        while parts.len() < MOST_CROSSINGS {
+            // The end may lie nearer to the last boundary than the nudge: the arc must still have a direction.
+            let left = (self.to - x).dot(self.direction).max(scene.nudge());
+            let arc = Arc::line(x, self.direction * n, left / n);
+            let boundary = scene.first_boundary(&arc);
+            let theta_end = boundary.as_ref().map_or(1.0, |(_, hit)| hit.theta);
+            way.optical_length += left * theta_end * n;
+            way.n[1] = n;
+            parts.push(Part {
+                arc,
+                theta_end,
+                medium,
+            });
+            let Some((object, hit)) = boundary else {
+                return Ok(way);
+            };
+            let at = (hit.position, hit.normal);
+            medium = scene.medium_beside(object, medium, at, self.direction);
+            x = leave(scene, hit.position, hit.normal, self.direction);
+            let n_after = scene.n(medium, x);
+            way.jump *= n_after / n;
+            n = n_after;
+        }
+        Err(Failure::RayLost)
+    }
+
+    /// The link, as if nothing stood in its way.
+    fn link(&self, goal: &Goal, way: &Way) -> Link {
+        let (ahead, back, [n_first, n_last]) = (self.direction, -self.direction, way.n);
+        let point = matches!(goal.aim, Aim::Point { .. });
+        let (direction, emission, n_vertex, n_aim) = match point {
+            true => (ahead, back, n_first, n_last),
+            false => (back, ahead, n_last, n_first),
+        };
+        let (origin, jacobian) = match goal.aim {
+            Aim::Point { position, .. } => (position, self.length * self.length),
+            Aim::Plane { .. } => (self.from, 1.0),
+        };
+        let against_light = point == (goal.carry == Carry::Radiance);
+        let jump = if against_light {
+            way.jump
+        } else {
+            way.jump.recip()
+        };
+        Link {
+            direction,
+            origin,
+            emission,
+            tube: Tube {
+                geometry: way.jump / (jacobian * n_last * n_last),
+                ..Tube::new()
+            },
+            factor: Spectrum::splat(jump),
+            n_vertex,
+            n_aim,
+            optical_length: way.optical_length,
+            miss: 0.0,
+            ease: 1.0,
+        }
+    }
+
+    /// Whether it leaves and arrives as it should, and such branches are looked for: see [`super`].
+    fn complies(&self, scene: &Scene, goal: &Goal, parts: &[Part]) -> bool {
+        let parallel = matches!(goal.aim, Aim::Plane { .. });
+        // How far away a plane is does not count.
+        let counted = &parts[usize::from(parallel)..];
+        let length = counted.iter().map(|p| p.arc.optical_length(p.theta_end));
+        let arrives = parts.last().is_some_and(|last| last.medium == self.beside);
+        self.proper && (arrives || !parallel) && scene.branch_reach().includes(length.sum(), 0, 0)
+    }
 }

@@ -139,6 +139,7 @@ impl Walker {
             lanes: self.lanes,
             extend: false,
             collides: true,
+            spans: self.carry == Carry::Power,
         };
         let (mut next, mut depth, mut passed) = (Some(ray), 0, false);
         while let Some(current) = next.take() {

@@ -1,7 +1,6 @@
 //! What the two ends of an edge must know of the way between them.
 
 use crate::Spectrum;
-use eikonal::ray::Tangents;
 use glam::DVec3;
 
 /// A ray tube between two points, or between a point and a plane: the same from either end.
@@ -50,16 +49,17 @@ impl Tube {
     }
 }
 
-/// G for a ray that ends at a point with velocity `v`; `jump` is ∏ n_after/n_before over declared index
-/// matches, whose jumps do not conserve étendue as refraction does.
-pub(super) fn to_point(tangents: &Tangents, v: DVec3, jump: f64) -> f64 {
-    proper(jump / (tangents.cross_section(v).abs() * v.length_squared()))
+/// G for a ray that ends at a point with velocity `v`, given the cross section of its tube there; `jump` is
+/// ∏ n_after/n_before over declared index matches, whose jumps do not conserve étendue as refraction does.
+#[inline]
+pub(super) fn to_point(section: f64, v: DVec3, jump: f64) -> f64 {
+    proper(jump / (section.abs() * v.length_squared()))
 }
 
-/// G for a ray from a point that ends with velocity `v` at a plane across it, in a region of constant
-/// index. From dΩ'/dΩ = |δv₁ × δv₂|/n² follows A by étendue.
-pub(super) fn to_plane(tangents: &Tangents, v: DVec3, jump: f64) -> f64 {
-    let spread = tangents.dv[0].cross(tangents.dv[1]).dot(v.normalize());
+/// G for a ray from a point that ends at a plane across it, in a region of constant index, given
+/// |δv₁ × δv₂| there. From dΩ'/dΩ = |δv₁ × δv₂|/n² follows A by étendue.
+#[inline]
+pub(super) fn to_plane(spread: f64, jump: f64) -> f64 {
     proper(jump / spread.abs())
 }
 
@@ -71,23 +71,18 @@ fn proper(geometry: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use eikonal::ray::perpendicular_basis;
 
     #[test]
     fn straight_tubes() {
         let (n, r) = (1.5, 2.0);
-        let mut tangents = Tangents::angular(n, perpendicular_basis(DVec3::Z));
-        for k in 0..2 {
-            tangents.dx[k] = tangents.dv[k] * (r / n);
-        }
         let v = DVec3::Z * n;
         let tube = Tube {
-            geometry: to_point(&tangents, v, 1.0),
+            geometry: to_point(r * r, v, 1.0),
             ..Tube::new()
         };
         assert!((tube.density(1.0, n) * r * r - 1.0).abs() < 1e-12);
         let tube = Tube {
-            geometry: to_plane(&tangents, v, 1.0),
+            geometry: to_plane(n * n, 1.0),
             ..tube
         };
         assert!((tube.density(1.0, n) - 1.0).abs() < 1e-12);

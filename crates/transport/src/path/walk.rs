@@ -1,9 +1,9 @@
 //! Sampling an edge from its start: flow, collisions, and choices at specular surfaces.
 
 use super::Workspace;
-use super::edge::{Carry, Edge, End, Front, Span, Start};
+use super::edge::{Carry, Edge, End, Front, Point, Span, Start};
 use super::length::to_entrance;
-use super::tube::{self, Tube};
+use super::spread::Spread;
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Surface, Through};
 use crate::medium::Attenuation;
@@ -12,7 +12,7 @@ use crate::scene::{MediumId, Scene};
 use crate::shape::Hit;
 use eikonal::connect::{Pattern, World};
 use eikonal::interface::{Interface, Rule};
-use eikonal::ray::{Arc, Flow, Node, Tangents, Variation, perpendicular_basis};
+use eikonal::ray::{Arc, Flow, Node, Variation};
 use glam::DVec3;
 
 /// More arcs than any sensible edge has.
@@ -32,39 +32,44 @@ pub struct Sampling {
     pub extend: bool,
     /// Whether the edge may end at a collision; if not it goes on to a surface, through all media.
     pub collides: bool,
+    /// Whether its spans are kept: see [`Edge::spans`].
+    pub spans: bool,
 }
 
 /// Samples an edge.
-pub fn trace(
-    scene: &Scene,
+pub fn trace<'a>(
+    scene: &'a Scene,
     start: Start,
     sampling: Sampling,
     sampler: &mut Sampler,
     ws: &mut Workspace,
-) -> Edge {
+) -> Edge<'a> {
     ws.stats.edges += 1;
-    let mut walk = Walk::new(scene, start, sampling, sampler);
+    let mut edge = Edge::new(start);
+    let mut walk = Walk::new(scene, &mut edge, sampling, sampler);
     while walk.region(ws) {}
-    ws.stats.lost += u64::from(walk.edge.lost);
-    let reach = scene.branch_reach();
-    walk.edge.connectable &=
-        reach.includes(walk.reach, walk.reflections, walk.edge.tube.reflections)
-            && walk.edge.tube.geometry > 0.0;
-    walk.edge
+    let (length, reflections) = (walk.reach, walk.reflections);
+    let within = scene.branch_reach();
+    edge.connectable &=
+        within.includes(length, reflections, edge.tube.reflections) && edge.tube.geometry > 0.0;
+    ws.stats.lost += u64::from(edge.lost);
+    edge
 }
 
-struct Walk<'a> {
+struct Walk<'a, 'b> {
     scene: &'a Scene,
-    sampler: &'a mut Sampler,
-    edge: Edge,
+    sampler: &'b mut Sampler,
+    edge: &'b mut Edge<'a>,
     sampling: Sampling,
     /// Channel and optical depth of the collision that was drawn.
     target: (usize, f64),
     collided: bool,
     x: DVec3,
     v: DVec3,
-    tangents: Tangents,
+    spread: Spread,
     medium: MediumId,
+    /// Number of spans so far.
+    spans: usize,
     /// Depth at the start of the next span.
     depth: Spectrum,
     /// Length at the start of the next span.
@@ -79,8 +84,15 @@ struct Walk<'a> {
     reach: f64,
 }
 
-impl<'a> Walk<'a> {
-    fn new(scene: &'a Scene, start: Start, sampling: Sampling, sampler: &'a mut Sampler) -> Self {
+impl<'a, 'b> Walk<'a, 'b> {
+    /// At the start of an edge.
+    fn new(
+        scene: &'a Scene,
+        edge: &'b mut Edge<'a>,
+        sampling: Sampling,
+        sampler: &'b mut Sampler,
+    ) -> Self {
+        let start = edge.start;
         let channel = choose_lane(sampling.lanes, sampler.next_1d());
         let target = match sampling.collides {
             true => -(1.0 - sampler.next_1d()).ln(),
@@ -95,26 +107,16 @@ impl<'a> Walk<'a> {
             collided: false,
             x: start.x,
             v: start.direction * n,
-            tangents: tangents(scene, &start),
+            spread: Spread::new(scene, &start),
             medium: start.medium,
+            spans: 0,
             depth: Spectrum::ZERO,
             length: 0.0,
             jump: 1.0,
             veiled: false,
             reflections: 0,
             reach: 0.0,
-            edge: Edge {
-                start,
-                spans: Vec::new(),
-                lead: 0,
-                end: End::Dead,
-                length: 0.0,
-                weight: Spectrum::ONE,
-                tube: Tube::new(),
-                optical_length: 0.0,
-                connectable: true,
-                lost: false,
-            },
+            edge,
         }
     }
 
@@ -124,7 +126,7 @@ impl<'a> Walk<'a> {
         if field.is_constant() {
             return self.line(ws);
         }
-        let node = Node::new(field, self.x, self.v, self.tangents);
+        let node = Node::new(field, self.x, self.v, self.spread.tangents());
         let mut flow = Flow::new(field, node, self.scene.tolerance());
         loop {
             let reach = self.scene.reach(flow.node().x);
@@ -133,21 +135,21 @@ impl<'a> Walk<'a> {
                 return self.die(true);
             }
             let hit = self.scene.first_hit(&step.arc);
-            let theta_end = hit.map_or(1.0, |(_, hit)| hit.theta);
-            self.record(&step.arc, hit, |theta| {
+            let theta_end = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
+            self.record(step.arc, hit.as_ref(), |theta| {
                 let (_, v, tangents) = step.at(theta);
-                (v, tangents)
+                (v, Spread::Bent(tangents))
             });
             if self.collided && !self.sampling.extend {
                 return false;
             }
-            if let Some((object, hit)) = hit {
+            if let Some((object, hit)) = &hit {
                 let (_, v, tangents) = step.at(theta_end);
-                self.tangents = tangents;
-                return self.surface(object, hit, v);
+                self.spread = Spread::Bent(tangents);
+                return self.surface(*object, hit, v);
             }
             let outside = self.scene.is_outside(step.end.x);
-            if outside || self.edge.spans.len() > MOST_SPANS {
+            if outside || self.spans > MOST_SPANS {
                 return self.die(true);
             }
         }
@@ -157,85 +159,93 @@ impl<'a> Walk<'a> {
     /// curves take. Returns whether it goes on into another.
     fn line(&mut self, ws: &mut Workspace) -> bool {
         let h = self.scene.reach(self.x) / self.v.length();
-        let (end, v, start) = (self.x + self.v * h, self.v, self.tangents);
+        let (v, start) = (self.v, self.spread);
+        let arc = Arc::line(self.x, v, h);
         ws.stats.work.steps += 1;
-        if !end.is_finite() {
+        if !arc.end().is_finite() {
             return self.die(true);
         }
-        let at = |theta: f64| {
-            let mut tangents = start;
-            tangents.drift(theta * h);
-            (v, tangents)
-        };
-        let arc = Arc::line(self.x, v, h);
+        let at = |theta: f64| (v, start.drifted(theta * h));
         let hit = self.scene.first_hit(&arc);
-        self.record(&arc, hit, at);
+        self.record(arc, hit.as_ref(), at);
         if self.collided && !self.sampling.extend {
             return false;
         }
-        self.tangents = at(hit.map_or(1.0, |(_, hit)| hit.theta)).1;
-        match hit {
-            Some((object, hit)) => self.surface(object, hit, v),
-            None => self.escape(end, v),
+        self.spread = at(hit.as_ref().map_or(1.0, |(_, hit)| hit.theta)).1;
+        match &hit {
+            Some((object, hit)) => self.surface(*object, hit, v),
+            None => self.escape(&arc, v),
         }
     }
 
-    /// Adds one arc, and the collision if it happens there. `at` is the velocity and the tangents at θ.
+    /// Adds one arc, and the collision if it happens there. `at` is the velocity and the spread at θ.
     fn record(
         &mut self,
-        &arc: &Arc,
-        hit: Option<(usize, Hit)>,
-        at: impl Fn(f64) -> (DVec3, Tangents),
+        arc: Arc,
+        hit: Option<&(usize, Hit)>,
+        at: impl Fn(f64) -> (DVec3, Spread),
     ) {
         let theta_end = hit.map_or(1.0, |(_, hit)| hit.theta);
-        let medium = self.scene.medium(self.medium);
-        let attenuation = Attenuation::new(medium, &arc, theta_end);
-        let span = Span {
+        let attenuation = Attenuation::new(self.scene.medium(self.medium), &arc, theta_end);
+        let (length_before, depth_before) = (self.length, self.depth);
+        let length = arc.arc_length(theta_end);
+        self.length += length;
+        if !self.collided {
+            let (channel, target) = self.target;
+            let target = (channel, target - depth_before[channel]);
+            let (theta, depth) = attenuation.reach(&arc, theta_end, target);
+            self.depth += depth;
+            self.edge.tube.depth = self.depth;
+            self.edge.length = self.length;
+            self.lengthen(arc.optical_length(theta.unwrap_or(theta_end)));
+            if let Some(theta) = theta {
+                self.edge.length = length_before + arc.arc_length(theta);
+                self.collide((&arc, theta), at(theta), attenuation.rate(&arc, theta));
+            }
+        }
+        if self.collided && self.sampling.extend {
+            self.depth = depth_before + attenuation.depth(&arc, theta_end);
+        }
+        self.spans += 1;
+        if !self.sampling.spans {
+            return;
+        }
+        self.edge.spans.push(Span {
             arc,
             theta_end,
             medium: self.medium,
             attenuation,
-            length: arc.arc_length(theta_end),
-            length_before: self.length,
-            depth_before: self.depth,
+            length,
+            length_before,
+            depth_before,
             weight_before: self.edge.weight,
             events_before: self.edge.tube.events,
-            surface: hit,
-        };
-        if !self.collided {
-            let (channel, target) = self.target;
-            let left = target - self.depth[channel];
-            if let Some(theta) = span.attenuation.invert(&arc, theta_end, channel, left) {
-                self.collide(&span, theta, at(theta));
-            } else {
-                self.lengthen(arc.optical_length(theta_end));
-            }
-        }
-        self.depth += span.attenuation.depth(&arc, theta_end);
-        self.length = span.length_after();
-        if !self.collided {
-            self.edge.tube.depth = self.depth;
-            self.edge.length = self.length;
-        }
-        self.edge.spans.push(span);
+            surface: hit.copied(),
+        });
         if self.edge.tube.events == 0 && !self.veiled {
             self.edge.lead = self.edge.spans.len();
         }
     }
 
-    fn collide(&mut self, span: &Span, theta: f64, (v, tangents): (DVec3, Tangents)) {
-        let point = span.at(theta);
-        self.edge.tube.depth = point.depth;
-        self.edge.tube.geometry = tube::to_point(&tangents, v, self.jump);
-        self.edge.length = point.length;
-        self.lengthen(span.arc.optical_length(theta));
-        self.edge.end = End::Collision(point);
+    /// Ends the edge at a collision, up to which length and depth are known.
+    fn collide(&mut self, (arc, theta): (&Arc, f64), (v, spread): (DVec3, Spread), rate: Spectrum) {
+        self.edge.end = End::Collision(Point {
+            theta,
+            x: arc.position(theta),
+            direction: v.normalize(),
+            medium: self.medium,
+            length: self.edge.length,
+            depth: self.edge.tube.depth,
+            rate,
+            weight: self.edge.weight,
+        });
+        self.edge.tube.geometry = spread.at_point(v, self.jump);
         self.collided = true;
     }
 
     /// Adds to the optical path length.
     fn lengthen(&mut self, length: f64) {
-        let first = self.edge.spans.is_empty() && self.edge.start.front == Front::Plane;
+        let first = self.spans == 0 && self.edge.start.front == Front::Plane;
         if !(first && self.scene.field(self.medium).is_constant()) {
             self.reach += length;
         }
@@ -243,7 +253,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Goes through, is reflected, or ends at a surface. Returns whether the ray goes on.
-    fn surface(&mut self, object: usize, hit: Hit, v: DVec3) -> bool {
+    fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> bool {
         let scene = self.scene;
         let bsdf = &scene.objects()[object].bsdf;
         if self.collided {
@@ -254,8 +264,9 @@ impl<'a> Walk<'a> {
             return self.pass(object, hit, v);
         }
         let shape = &scene.objects()[object].shape;
-        let cos = hit.normal.dot(v.normalize());
-        if let Some(through) = bsdf.through(&shape.site(&hit), cos) {
+        let direction = v.normalize();
+        let through = || bsdf.through(&shape.site(hit), hit.normal.dot(direction));
+        if let Some(through) = bsdf.is_veil().then(through).flatten() {
             if self.sampler.next_1d() < through.probability {
                 return self.slip((object, hit), v, through);
             }
@@ -269,11 +280,11 @@ impl<'a> Walk<'a> {
         if bsdf.is_delta() {
             return self.die(true);
         }
-        self.edge.tube.geometry = tube::to_point(&self.tangents, v, self.jump);
+        self.edge.tube.geometry = self.spread.at_point(v, self.jump);
         self.edge.end = End::Surface {
             object,
-            hit,
-            direction: v.normalize(),
+            hit: *hit,
+            direction,
             medium: self.medium,
         };
         false
@@ -281,26 +292,19 @@ impl<'a> Walk<'a> {
 
     /// Straight through a boundary that is declared index-matched. If the indices differ all the
     /// same, power and L, rather than L/n², are conserved: the declared jump takes no energy away.
-    fn pass(&mut self, object: usize, hit: Hit, v: DVec3) -> bool {
+    fn pass(&mut self, object: usize, hit: &Hit, v: DVec3) -> bool {
         let direction = v.normalize();
-        let beyond = self.beyond(object, &hit, direction);
+        let beyond = self.beyond(object, hit, direction);
         let ratio = self.scene.n(beyond, hit.position) / self.scene.n(self.medium, hit.position);
         if self.sampling.carry == Carry::Radiance {
             self.edge.weight *= ratio * ratio;
         }
         self.jump *= ratio;
-        let constant = |medium| self.scene.field(medium).is_constant();
-        if ratio == 1.0 && constant(self.medium) && constant(beyond) {
-            // Nothing happens to the ray nor to its tangents.
-            self.x = leave(self.scene, hit.position, hit.normal, direction);
-            self.medium = beyond;
-            return true;
-        }
         self.go_on((object, hit), (v, direction), beyond, Rule::Pass)
     }
 
     /// Straight through a surface that lets part of the light pass.
-    fn slip(&mut self, at: (usize, Hit), v: DVec3, through: Through) -> bool {
+    fn slip(&mut self, at: (usize, &Hit), v: DVec3, through: Through) -> bool {
         self.veiled = true;
         self.edge.weight *= through.factor;
         self.edge.tube.choice *= through.probability;
@@ -308,9 +312,9 @@ impl<'a> Walk<'a> {
     }
 
     /// Refracted or reflected by chance at a smooth surface.
-    fn specular(&mut self, object: usize, hit: Hit, v: DVec3) -> bool {
+    fn specular(&mut self, object: usize, hit: &Hit, v: DVec3) -> bool {
         let toward = -v.normalize();
-        let surface = surface_at(self.scene, object, &hit, self.medium);
+        let surface = surface_at(self.scene, object, hit, self.medium);
         let u = [self.sampler.next_1d(), 0.5, 0.5];
         let bsdf = &self.scene.objects()[object].bsdf;
         let Some(sample) = bsdf.sample(&surface, toward, u) else {
@@ -326,7 +330,7 @@ impl<'a> Walk<'a> {
         self.edge.tube.events += 1;
         self.edge.tube.choice *= sample.pdf;
         self.edge.weight *= sample.weight;
-        let beyond = self.beyond(object, &hit, sample.direction);
+        let beyond = self.beyond(object, hit, sample.direction);
         let rule = match sample.transmitted {
             true => Rule::Refract,
             false => Rule::Reflect,
@@ -342,39 +346,46 @@ impl<'a> Walk<'a> {
     /// On from a surface with the velocity before and the direction after.
     fn go_on(
         &mut self,
-        (object, hit): (usize, Hit),
+        (object, hit): (usize, &Hit),
         (v, direction): (DVec3, DVec3),
         beyond: MediumId,
         rule: Rule,
     ) -> bool {
-        let local = |medium| {
-            let (n2, a, ()) = <() as Variation>::local(self.scene.field(medium), hit.position);
+        self.x = leave(self.scene, hit.position, hit.normal, direction);
+        let (near, far) = (self.scene.field(self.medium), self.scene.field(beyond));
+        let alike = || near.n2(hit.position) == far.n2(hit.position);
+        if rule == Rule::Pass && near.is_constant() && far.is_constant() && alike() {
+            // Nothing happens to the ray nor to its neighbours.
+            self.medium = beyond;
+            return true;
+        }
+        let local = |field| {
+            let (n2, a, ()) = <() as Variation>::local(field, hit.position);
             (n2, a)
         };
         let shape = &self.scene.objects()[object].shape;
         let interface = Interface {
             normal: hit.normal,
             shape: shape.shape_operator(hit.position, hit.primitive),
-            near: local(self.medium),
-            far: local(beyond),
+            near: local(near),
+            far: local(far),
         };
-        match interface.tangents(rule, v, &self.tangents) {
-            Some(tangents) => self.tangents = tangents,
+        match interface.tangents(rule, v, &self.spread.tangents()) {
+            Some(tangents) => self.spread = Spread::Bent(tangents),
             None => self.edge.connectable = false,
         }
-        self.x = leave(self.scene, hit.position, hit.normal, direction);
         self.v = direction * interface.far.0.sqrt();
         self.medium = beyond;
         true
     }
 
-    fn escape(&mut self, x: DVec3, v: DVec3) -> bool {
+    /// Leaves the scene along its last arc.
+    fn escape(&mut self, arc: &Arc, v: DVec3) -> bool {
         if !self.collided {
             let (n, toward) = (v.length(), v.normalize());
-            self.edge.optical_length += to_entrance(self.scene, n, x, toward);
-            let last = self.edge.spans.last();
-            self.reach -= last.map_or(0.0, |s| s.arc.optical_length(s.theta_end));
-            self.edge.tube.geometry = tube::to_plane(&self.tangents, v, self.jump);
+            self.edge.optical_length += to_entrance(self.scene, n, arc.end(), toward);
+            self.reach -= arc.optical_length(1.0);
+            self.edge.tube.geometry = self.spread.at_plane(v, self.jump);
             self.edge.end = End::Escaped {
                 direction: toward,
                 medium: self.medium,
@@ -389,16 +400,6 @@ impl<'a> Walk<'a> {
             self.edge.lost = lost;
         }
         false
-    }
-}
-
-/// The tangents with which an edge starts: unit changes of the direction, or of the place.
-fn tangents(scene: &Scene, start: &Start) -> Tangents {
-    let basis = perpendicular_basis(start.direction);
-    let (n2, gradient) = scene.field(start.medium).gradient(start.x);
-    match start.front {
-        Front::Point => Tangents::angular(n2.sqrt(), basis),
-        Front::Plane => Tangents::lateral(n2.sqrt(), gradient, start.direction, basis),
     }
 }
 

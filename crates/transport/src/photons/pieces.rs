@@ -21,7 +21,7 @@ pub struct Piece<'a> {
 }
 
 /// The pieces of a span, around which photons count up to a radius.
-pub fn pieces(span: &Span, radius: f64) -> impl Iterator<Item = Piece<'_>> {
+pub fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = Piece<'a>> {
     let (arc, end) = (&span.arc, span.theta_end);
     // A Bézier curve of degree 5 with second differences of control points up to D leaves the chord of a
     // piece of width w by at most ⅛ w² 20 D.

@@ -5,7 +5,7 @@ use crate::Spectrum;
 use crate::bsdf::{Bsdf, Through};
 use crate::shape::Hit;
 use eikonal::Field;
-use eikonal::connect::{Crossing, Piece, World};
+use eikonal::connect::{Crossing, World};
 use eikonal::interface::Rule;
 use eikonal::ray::Arc;
 
@@ -17,7 +17,7 @@ impl World for Scene {
     }
 
     fn crossing(&self, medium: MediumId, arc: &Arc) -> Option<Crossing<MediumId>> {
-        let (object, hit) = self.first_of(&self.interfaces, arc, 0.0, 1.0)?;
+        let (object, hit) = self.first_boundary(arc)?;
         let surface = &self.objects()[object];
         Some(Crossing {
             theta: hit.theta,
@@ -58,13 +58,18 @@ impl Scene {
         Some((index.objects[i], hit))
     }
 
-    /// What of the light passes straight through all surfaces in the way of a connection; `None` if an opaque
-    /// or rough one stands there. Over a length of `slack` before its end the ray may touch `target`, the
+    /// The first boundary between media that an arc passes on its deterministic way.
+    pub(crate) fn first_boundary(&self, arc: &Arc) -> Option<(usize, Hit)> {
+        self.first_of(&self.interfaces, arc, 0.0, 1.0)
+    }
+
+    /// What of the light passes straight through all surfaces in the way of a connection, whose arcs are given with
+    /// the θ where they end; `None` if an opaque or rough one stands there. Over a length of `slack` before its end the ray may touch `target`, the
     /// object on which it ends: it comes close to the point that it was aimed at, but not closer than the
     /// solver's tolerance.
-    pub fn visibility(
+    pub fn visibility<'a>(
         &self,
-        pieces: &[Piece<MediumId>],
+        arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
         target: Option<usize>,
         slack: f64,
     ) -> Option<Through> {
@@ -72,39 +77,43 @@ impl Scene {
             probability: 1.0,
             factor: Spectrum::ONE,
         };
-        let last = pieces.len().saturating_sub(1);
-        for (i, piece) in pieces.iter().enumerate() {
+        let last = arcs.len().saturating_sub(1);
+        for (i, arc) in arcs.enumerate() {
             let target = target.filter(|_| i == last);
-            if self.blocked(piece, target, slack) {
+            if self.blocked(arc, target, slack) {
                 return None;
             }
-            self.unveil(piece, target, slack, &mut all);
+            self.unveil(arc, target, slack, &mut all);
         }
         (all.probability > 0.0).then_some(all)
     }
 
-    /// Whether an opaque or rough surface stands in the way of a piece of a connection.
-    fn blocked(&self, piece: &Piece<MediumId>, target: Option<usize>, slack: f64) -> bool {
-        let first = self.first_of(&self.blockers, &piece.arc, 0.0, piece.theta_end);
-        first.is_some_and(|(object, hit)| !is_end(piece, (object, &hit), target, slack))
+    /// Whether an opaque or rough surface stands in the way along an arc.
+    fn blocked(&self, (arc, end): (&Arc, f64), target: Option<usize>, slack: f64) -> bool {
+        let blockers = &self.blockers;
+        let blocks =
+            |i: usize, theta| !is_end((arc, end), (blockers.objects[i], theta), target, slack);
+        let shapes = &blockers.shapes;
+        let accel = &blockers.accel;
+        !shapes.is_empty() && accel.any_hit(shapes, arc, end, blocks)
     }
 
-    /// Multiplies by what the surfaces in the way of a piece let pass.
+    /// Multiplies by what the surfaces in the way along an arc let pass.
     fn unveil(
         &self,
-        piece: &Piece<MediumId>,
+        (arc, end): (&Arc, f64),
         target: Option<usize>,
         slack: f64,
         all: &mut Through,
     ) {
-        let (mut from, end) = (0.0, piece.theta_end);
-        while let Some((object, hit)) = self.first_of(&self.veils, &piece.arc, from, end) {
+        let mut from = 0.0;
+        while let Some((object, hit)) = self.first_of(&self.veils, arc, from, end) {
             from = hit.theta;
-            if is_end(piece, (object, &hit), target, slack) {
+            if is_end((arc, end), (object, hit.theta), target, slack) {
                 continue;
             }
             let surface = &self.objects()[object];
-            let cos = hit.normal.dot(piece.arc.velocity(hit.theta).normalize());
+            let cos = hit.normal.dot(arc.velocity(hit.theta).normalize());
             if let Some(through) = surface.bsdf.through(&surface.shape.site(&hit), cos) {
                 all.probability *= through.probability;
                 all.factor *= through.factor;
@@ -125,11 +134,11 @@ impl Scene {
 
 /// Whether a hit on the object on which a connection ends is that end.
 fn is_end(
-    piece: &Piece<MediumId>,
-    (object, hit): (usize, &Hit),
+    (arc, end): (&Arc, f64),
+    (object, theta): (usize, f64),
     target: Option<usize>,
     slack: f64,
 ) -> bool {
-    let left = || piece.arc.arc_length(piece.theta_end) - piece.arc.arc_length(hit.theta);
+    let left = || arc.arc_length(end) - arc.arc_length(theta);
     Some(object) == target && left() <= slack
 }

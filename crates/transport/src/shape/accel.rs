@@ -1,8 +1,8 @@
 //! The nearest hit among many shapes.
 
-use super::sweep::Sweep;
+use super::sweep::{Four, Sweep};
 use super::tree::Tree;
-use super::{Hit, Shape};
+use super::{Hit, Meeting, Shape};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::DVec3;
@@ -15,11 +15,14 @@ const TIE: f64 = 1e-12;
 
 /// Finds the nearest hit among a fixed list of shapes.
 #[derive(Clone, Debug)]
-pub struct Accel(Search);
+pub struct Accel {
+    search: Search,
+    count: usize,
+}
 
 #[derive(Clone, Debug)]
 enum Search {
-    Linear(Vec<Aabb>),
+    Linear(Vec<Four>),
     Tree(Tree),
 }
 
@@ -27,13 +30,18 @@ impl Accel {
     /// An accelerator for these shapes, in this order.
     pub fn new(shapes: &[Shape]) -> Self {
         let boxes: Vec<Aabb> = shapes.iter().map(Shape::aabb).collect();
-        Accel(if shapes.len() > FEW {
+        let search = if shapes.len() > FEW {
             Search::Tree(Tree::new(&boxes))
         } else {
             // The margin covers the rounding of the box test.
             let grow = |b: &Aabb| b.grown(1e-9 * (b.diagonal() + b.center().length()));
-            Search::Linear(boxes.iter().map(grow).collect())
-        })
+            let boxes: Vec<Aabb> = boxes.iter().map(grow).collect();
+            Search::Linear(boxes.chunks(4).map(Four::new).collect())
+        };
+        Accel {
+            search,
+            count: shapes.len(),
+        }
     }
 
     /// The hit with the smallest θ in (theta_min, theta_max] and the index of its shape. Of hits
@@ -47,26 +55,58 @@ impl Accel {
         theta_min: f64,
         theta_max: f64,
     ) -> Option<(usize, Hit)> {
-        let mut nearest = Nearest::default();
-        let mut test = |i: usize| {
+        let mut nearest = Nearest {
+            theta: f64::INFINITY,
+            first: None,
+            ties: Vec::new(),
+        };
+        self.visit(arc, [theta_min, theta_max], &mut |i| {
             let end = nearest.end(theta_max);
-            if let Some(hit) = shapes[i].first_hit(arc, theta_min, end) {
-                nearest.add(i, hit);
+            if let Some(meeting) = shapes[i].meet(arc, [theta_min, end]) {
+                nearest.add(i, meeting);
             }
             nearest.end(theta_max)
-        };
+        });
+        let (i, meeting) = nearest.choose()?;
+        Some((i, shapes[i].hit(&meeting)))
+    }
+
+    /// Whether one of the shapes is met, for the first time at a θ in (0, theta_max], where it `counts`.
+    ///
+    /// `shapes` must be the list that the accelerator was made for.
+    pub fn any_hit(
+        &self,
+        shapes: &[Shape],
+        arc: &Arc,
+        theta_max: f64,
+        counts: impl Fn(usize, f64) -> bool,
+    ) -> bool {
+        let mut found = false;
+        self.visit(arc, [0.0, theta_max], &mut |i| {
+            let meeting = shapes[i].meet(arc, [0.0, theta_max]);
+            found |= meeting.is_some_and(|m| counts(i, m.theta));
+            if found { f64::NEG_INFINITY } else { theta_max }
+        });
+        found
+    }
+
+    /// Calls `test` with each shape that the arc may meet in a range of θ; it returns the end of the range that
+    /// is still of interest.
+    #[inline]
+    fn visit(&self, arc: &Arc, range: [f64; 2], test: &mut impl FnMut(usize) -> f64) {
+        if self.count == 1 {
+            // Its box would cost as much as the shape.
+            test(0);
+            return;
+        }
         let ends = [arc.start(), arc.end()];
-        match &self.0 {
+        match &self.search {
             Search::Linear(boxes) => {
                 let sweep = sweep(arc, &ends, |p| p);
-                linear(boxes, &sweep, [theta_min, theta_max], &mut test);
+                linear((boxes, self.count), &sweep, range, test);
             }
-            Search::Tree(tree) => {
-                let sweep = sweep(arc, &ends, |p| tree.local(p));
-                tree.visit(&sweep, [theta_min, theta_max], &mut test);
-            }
+            Search::Tree(tree) => tree.visit(&sweep(arc, &ends, |p| tree.local(p)), range, test),
         }
-        nearest.choose()
     }
 }
 
@@ -78,35 +118,41 @@ fn sweep(arc: &Arc, ends: &[DVec3; 2], map: impl Fn(DVec3) -> DVec3) -> Sweep {
     }
 }
 
-fn linear(boxes: &[Aabb], sweep: &Sweep, mut range: [f64; 2], test: &mut impl FnMut(usize) -> f64) {
-    for (i, b) in boxes.iter().enumerate() {
-        if sweep.clip(b, range).is_some() {
-            range[1] = test(i);
+fn linear(
+    (boxes, count): (&[Four], usize),
+    sweep: &Sweep,
+    [from, mut to]: [f64; 2],
+    test: &mut impl FnMut(usize) -> f64,
+) {
+    for (group, four) in boxes.iter().enumerate() {
+        let enter = four.enter(sweep, [from, to]);
+        for i in 4 * group..count.min(4 * group + 4) {
+            if enter[i % 4] <= to {
+                to = test(i);
+            }
         }
     }
 }
 
 /// All hits that may be one event with the nearest. Which one is chosen does not depend on the
 /// order in which they are added.
-#[derive(Default)]
 struct Nearest {
-    first: Option<(usize, Hit)>,
+    /// The smallest θ.
+    theta: f64,
+    first: Option<(usize, Meeting)>,
     /// Others that may be one event with it: hardly ever any.
-    ties: Vec<(usize, Hit)>,
+    ties: Vec<(usize, Meeting)>,
 }
 
 impl Nearest {
-    fn theta(&self) -> f64 {
-        self.hits().fold(f64::INFINITY, |t, (_, h)| t.min(h.theta))
-    }
-
     /// The end of the range where a hit still matters.
     fn end(&self, theta_max: f64) -> f64 {
-        theta_max.min(self.theta() + TIE)
+        theta_max.min(self.theta + TIE)
     }
 
-    fn add(&mut self, i: usize, hit: Hit) {
-        let limit = hit.theta.min(self.theta()) + TIE;
+    fn add(&mut self, i: usize, hit: Meeting) {
+        self.theta = self.theta.min(hit.theta);
+        let limit = self.theta + TIE;
         self.ties.retain(|(_, h)| h.theta <= limit);
         match &mut self.first {
             Some((_, h)) if h.theta <= limit => self.ties.push((i, hit)),
@@ -114,11 +160,11 @@ impl Nearest {
         }
     }
 
-    fn hits(&self) -> impl Iterator<Item = &(usize, Hit)> {
+    fn hits(&self) -> impl Iterator<Item = &(usize, Meeting)> {
         self.first.iter().chain(&self.ties)
     }
 
-    fn choose(self) -> Option<(usize, Hit)> {
+    fn choose(self) -> Option<(usize, Meeting)> {
         self.hits().min_by_key(|(i, _)| *i).copied()
     }
 }

@@ -1,9 +1,10 @@
 //! Cubes, boxes and parallelepipeds.
 
 use super::curve::Curve;
+use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaSample, Hit, ShapeError};
+use super::{AreaSample, Hit, Meeting, ShapeError};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DVec3};
@@ -30,7 +31,12 @@ impl Cube {
         Ok(Cube { placement })
     }
 
-    pub(super) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
+    pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+        if arc.is_straight() {
+            let line = Line::new(arc, theta, &self.placement);
+            let (u, i) = line.cube()?;
+            return Some(face(i).meeting(&line, u));
+        }
         let within = |p: DVec3| p.abs().max_element() < WITHIN;
         let curve = Curve::leaving(arc, theta, &self.placement, &LOCAL, within)?;
         // A curve through an edge must not slip between two faces.
@@ -47,8 +53,13 @@ impl Cube {
             }
         }
         let (u, face) = best?;
-        let local = face.project(curve.position(u)).clamp(LOCAL.min, LOCAL.max);
-        Some(face.hit(&self.placement, curve.theta(u), local, uv(local, face.axis)))
+        Some(face.meeting(&curve, u))
+    }
+
+    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+        let face = face(at.primitive as usize);
+        let local = at.local.clamp(LOCAL.min, LOCAL.max);
+        face.hit(&self.placement, at.theta, local, uv(local, face.axis))
     }
 
     pub(super) fn aabb(&self) -> Aabb {
@@ -104,7 +115,7 @@ fn face(i: usize) -> Flat {
     Flat {
         axis,
         at,
-        normal: DVec3::AXES[axis] * at,
+        side: at,
         primitive: i as u32,
     }
 }

@@ -1,9 +1,10 @@
 //! Cylinders, open or capped.
 
-use super::curve::Curve;
+use super::curve::{Curve, Surface, Track};
+use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaSample, Hit, ShapeError, circle, disk, turn};
+use super::{AreaSample, Hit, Meeting, ShapeError, circle, disk, turn};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DMat3, DVec3};
@@ -18,13 +19,13 @@ const CAPS: [Flat; 2] = [
     Flat {
         axis: 2,
         at: 0.0,
-        normal: DVec3::NEG_Z,
+        side: -1.0,
         primitive: 1,
     },
     Flat {
         axis: 2,
         at: 1.0,
-        normal: DVec3::Z,
+        side: 1.0,
         primitive: 2,
     },
 ];
@@ -79,34 +80,50 @@ impl Cylinder {
         self.capped
     }
 
-    pub(super) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
-        let curve = Curve::new(arc, theta, &self.placement, &LOCAL)?;
+    pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+        match arc.is_straight() {
+            true => self.cross(&Line::new(arc, theta, &self.placement)),
+            false => self.cross(&Curve::new(arc, theta, &self.placement, &LOCAL)?),
+        }
+    }
+
+    fn cross(&self, track: &impl Track) -> Option<Meeting> {
         // A curve through the rim must not slip between side and cap.
         let slack = if self.capped {
             4.0 * self.placement.noise()
         } else {
             0.0
         };
-        let wall = curve.radial(&[DVec3::X, DVec3::Y]);
-        let side = curve.first(&wall, 1.0, |p| p.z >= -slack && p.z <= 1.0 + slack);
+        let wall = |p: DVec3| p.z >= -slack && p.z <= 1.0 + slack;
+        let side = track.first(Surface::Radial(2), 1.0, wall);
+        let mut best: Option<(f64, &Flat)> = None;
         if self.capped {
             let inside = |p: DVec3| p.truncate().length_squared() <= 1.0 + slack;
-            let mut best: Option<(f64, &Flat)> = None;
             for cap in &CAPS {
                 let until = best.map_or(side.unwrap_or(1.0), |(u, _)| u);
-                if let Some(u) = cap.first(&curve, until, inside) {
+                if let Some(u) = cap.first(track, until, inside) {
                     best = Some((u, cap));
                 }
             }
-            if let Some((u, cap)) = best {
-                return Some(self.cap_hit(cap, curve.theta(u), curve.position(u)));
-            }
+        }
+        if let Some((u, cap)) = best {
+            return Some(cap.meeting(track, u));
         }
         let u = side?;
-        Some(self.side_hit(curve.theta(u), curve.position(u)))
+        Some(Meeting {
+            theta: track.theta(u),
+            local: track.position(u),
+            primitive: 0,
+        })
     }
 
-    fn side_hit(&self, theta: f64, p: DVec3) -> Hit {
+    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+        let (p, theta) = (at.local, at.theta);
+        if at.primitive > 0 {
+            let cap = &CAPS[at.primitive as usize - 1];
+            let local = p.truncate().clamp_length_max(1.0).extend(cap.at);
+            return cap.hit(&self.placement, theta, local, disk::uv(local));
+        }
         let n = p.with_z(0.0).normalize();
         let local = n.with_z(p.z.clamp(0.0, 1.0));
         Hit {
@@ -116,11 +133,6 @@ impl Cylinder {
             uv: [turn(local.x, local.y), local.z],
             primitive: 0,
         }
-    }
-
-    fn cap_hit(&self, cap: &Flat, theta: f64, p: DVec3) -> Hit {
-        let local = p.truncate().clamp_length_max(1.0).extend(cap.at);
-        cap.hit(&self.placement, theta, local, disk::uv(local))
     }
 
     pub(super) fn aabb(&self) -> Aabb {

@@ -1,9 +1,10 @@
 //! Disks and flat ellipses.
 
-use super::curve::Curve;
+use super::curve::{Curve, Track};
+use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaSample, Hit, ShapeError, circle, turn};
+use super::{AreaSample, Hit, Meeting, ShapeError, circle, turn};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DVec3};
@@ -17,7 +18,7 @@ const LOCAL: Aabb = Aabb {
 const FACE: Flat = Flat {
     axis: 2,
     at: 0.0,
-    normal: DVec3::Z,
+    side: 1.0,
     primitive: 0,
 };
 
@@ -34,11 +35,15 @@ impl Disk {
         Ok(Disk { placement })
     }
 
-    pub(super) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
-        let curve = Curve::new(arc, theta, &self.placement, &LOCAL)?;
-        let u = FACE.first(&curve, 1.0, |p| p.truncate().length_squared() <= 1.0)?;
-        let local = FACE.project(curve.position(u));
-        Some(FACE.hit(&self.placement, curve.theta(u), local, uv(local)))
+    pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+        match arc.is_straight() {
+            true => cross(&Line::new(arc, theta, &self.placement)),
+            false => cross(&Curve::new(arc, theta, &self.placement, &LOCAL)?),
+        }
+    }
+
+    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+        FACE.hit(&self.placement, at.theta, at.local, uv(at.local))
     }
 
     pub(super) fn aabb(&self) -> Aabb {
@@ -57,6 +62,12 @@ impl Disk {
     pub(super) fn inverse_area(&self, position: DVec3) -> [f64; 2] {
         inverse(self.placement.local(position))
     }
+}
+
+#[inline]
+fn cross(track: &impl Track) -> Option<Meeting> {
+    let u = FACE.first(track, 1.0, |p: DVec3| p.truncate().length_squared() <= 1.0)?;
+    Some(FACE.meeting(track, u))
 }
 
 /// The uniform pair of a local point.

@@ -1,8 +1,111 @@
 //! First roots along straight lines, where the polynomials of [`eikonal::ray::bernstein`] have closed
 //! forms. The rules at the ends of the interval are the same.
 
-/// Rounding error of a value inside the interval, relative to the largest coefficient.
+use super::curve::{Surface, Track};
+use super::placement::Placement;
+use eikonal::ray::Arc;
+use glam::DVec3;
+
+/// Rounding error of a position inside the interval, relative to the length of the line.
 const INSIDE: f64 = 64.0 * f64::EPSILON;
+
+/// A straight arc in the local coordinates of a shape; u is θ.
+pub(super) struct Line {
+    start: DVec3,
+    step: DVec3,
+    range: [f64; 2],
+    /// Bound of the error of the coordinates at both ends.
+    noise: f64,
+}
+
+impl Line {
+    /// The part of a straight arc with θ ∈ [theta[0], theta[1]].
+    #[inline]
+    pub fn new(arc: &Arc, theta: [f64; 2], placement: &Placement) -> Self {
+        let [start, end] = [arc.start(), arc.end()].map(|p| placement.local(p));
+        Line {
+            start,
+            step: end - start,
+            range: [theta[0].max(0.0), theta[1].min(1.0)],
+            noise: placement.noise(),
+        }
+    }
+}
+
+impl Line {
+    /// Where the line meets the cube \[−1, 1\]³ from outside or from within, and the face: number 2k (2k + 1) is
+    /// where coordinate k is −1 (+1). It is in the cube while it is in three slabs, so that it cannot slip
+    /// between two faces.
+    #[inline]
+    pub fn cube(&self) -> Option<(f64, usize)> {
+        let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
+        for axis in 0..3 {
+            let inverse = self.step[axis].recip();
+            let ahead = 1f64.copysign(inverse);
+            // Not a number, and left out, along a side on a face.
+            let near = (-ahead - self.start[axis]) * inverse;
+            let far = (ahead - self.start[axis]) * inverse;
+            if near > enter.0 {
+                enter = (near, axis);
+            }
+            if far < leave.0 {
+                leave = (far, axis);
+            }
+        }
+        match enter.0 <= leave.0 {
+            true => self.passes(enter, -1.0).or_else(|| self.passes(leave, 1.0)),
+            false => None,
+        }
+    }
+
+    /// The face across an axis that the line passes at `u`, against (−1) or along (1) its normal, if that is in
+    /// range: a height below the noise counts as zero.
+    #[inline]
+    fn passes(&self, (u, axis): (f64, usize), along: f64) -> Option<(f64, usize)> {
+        let [from, to] = self.range;
+        let out = along.copysign(along * self.step[axis]);
+        let height = |u: f64| along * (out * (self.start[axis] + self.step[axis] * u) - 1.0);
+        let inside = INSIDE * self.step[axis].abs();
+        let before = height(from) < -self.noise - if from > 0.0 { inside } else { 0.0 };
+        let after = height(to) >= -self.noise - if to < 1.0 { inside } else { 0.0 };
+        let face = 2 * axis + usize::from(out > 0.0);
+        (before && after && from < to).then(|| (u.clamp(from.next_up(), to), face))
+    }
+}
+
+impl Track for Line {
+    #[inline]
+    fn first(&self, surface: Surface, until: f64, accept: impl Fn(DVec3) -> bool) -> Option<f64> {
+        let [from, to] = [self.range[0], self.range[1].min(until)];
+        let noise = [self.noise; 2];
+        match surface {
+            Surface::Plane(axis, at) => {
+                let height = self.start[axis] - at;
+                let root = linear([height, height + self.step[axis]], [from, to], noise);
+                root.filter(|u| accept(self.position(*u)))
+            }
+            Surface::Radial(axes) => {
+                let across = |p: DVec3| if axes == 2 { p.with_z(0.0) } else { p };
+                let root = |from| radial(across(self.start), across(self.step), [from, to], noise);
+                let first = root(from)?;
+                match accept(self.position(first)) {
+                    true => Some(first),
+                    false => root(first).filter(|u| accept(self.position(*u))),
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn theta(&self, u: f64) -> f64 {
+        u
+    }
+
+    #[inline]
+    fn position(&self, u: f64) -> DVec3 {
+        self.start + self.step * u
+    }
+}
 
 /// The interval that is searched and the values at its ends, where zero stands for whatever is zero
 /// to rounding.
@@ -13,80 +116,83 @@ struct Range {
 }
 
 impl Range {
-    /// `None` if the interval is empty, or a value is not a number.
+    /// `noise` bounds the errors of values at 0 and 1, `inside` what is added to them elsewhere. `None` if the
+    /// interval is empty, or a value is not a number.
+    #[inline]
     fn new(
         f: impl Fn(f64) -> f64,
         [from, to]: [f64; 2],
-        largest: f64,
         noise: [f64; 2],
+        inside: f64,
     ) -> Option<Self> {
-        let inside = INSIDE * largest;
-        let at_from = noise[0] + if from > 0.0 { inside } else { 0.0 };
-        let at_to = noise[1] + if to < 1.0 { inside } else { 0.0 };
-        if largest.partial_cmp(&at_from.max(at_to))?.is_le() || from.partial_cmp(&to)?.is_ge() {
+        if from.partial_cmp(&to)?.is_ge() {
             return None;
         }
+        let at_from = noise[0] + if from > 0.0 { inside } else { 0.0 };
+        let at_to = noise[1] + if to < 1.0 { inside } else { 0.0 };
         let zeroed = |value: f64, noise: f64| if value.abs() <= noise { 0.0 } else { value };
         let ends = [zeroed(f(from), at_from), zeroed(f(to), at_to)];
         Some(Range { from, to, ends })
     }
 
     /// `inside` if it is there, else the end if that is a root.
+    #[inline]
     fn first(&self, inside: Option<f64>) -> Option<f64> {
         let root = inside.or((self.ends[1] == 0.0).then_some(self.to))?;
         Some(root.clamp(self.from.next_up(), self.to))
     }
 }
 
-/// Whether all coefficients lie on one side of zero, further off than any rounding.
-fn apart<const N: usize>(c: &[f64; N], noise: [f64; 2]) -> bool {
-    let near = noise[0].max(noise[1]) + INSIDE * c.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    c.iter().all(|&x| x > near) || c.iter().all(|&x| x < -near)
-}
-
 /// The root in (from, to] of the linear function with values `c` at 0 and 1. `noise` bounds the errors
 /// of these.
-pub(super) fn linear(c: &[f64; 2], range: [f64; 2], noise: [f64; 2]) -> Option<f64> {
-    if apart(c, noise) {
+#[inline(always)]
+fn linear([a, b]: [f64; 2], range: [f64; 2], noise: [f64; 2]) -> Option<f64> {
+    let inside = INSIDE * (b - a).abs();
+    let near = noise[0].max(noise[1]) + inside;
+    // Most lines lie on one side.
+    let apart = (a > near && b > near) || (a < -near && b < -near);
+    let differs = a.abs() > near || b.abs() > near;
+    if apart || !differs || near.is_nan() {
         return None;
     }
-    let f = |t: f64| c[0] + (c[1] - c[0]) * t;
-    let largest = c[0].abs().max(c[1].abs());
-    let range = Range::new(f, range, largest, noise)?;
+    let f = |t: f64| a + (b - a) * t;
+    let range = Range::new(f, range, noise, inside)?;
     let [a, b] = range.ends;
     let crosses = (a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0);
     range.first(crosses.then(|| range.from + (range.to - range.from) * (a / (a - b))))
 }
 
-/// The first root in (from, to] of the quadratic function with Bernstein coefficients `c`.
-pub(super) fn quadratic(c: &[f64; 3], range: [f64; 2], noise: [f64; 2]) -> Option<f64> {
-    if apart(c, noise) {
+/// The first root in (from, to] of |start + t·step|² − 1. `noise` bounds the errors of positions at 0 and 1.
+#[inline]
+fn radial(start: DVec3, step: DVec3, range: [f64; 2], noise: [f64; 2]) -> Option<f64> {
+    let squared = step.length_squared();
+    let nearest = -start.dot(step) / squared;
+    // Above zero within, below zero beyond reach: no digits are lost on long lines.
+    let height = 1.0 - (start + step * nearest).length_squared();
+    // d(r²) = 2r dr with r near 1.
+    let noise = noise.map(|n| 4.0 * n);
+    let inside = 4.0 * INSIDE * squared.sqrt();
+    if !(height > -(noise[0].max(noise[1]) + inside) && squared > 0.0) {
         return None;
     }
-    // f(t) = square t² + 2 slope t + c₀.
-    let (slope, square) = (c[1] - c[0], c[0] - 2.0 * c[1] + c[2]);
-    let f = |t: f64| c[0] + t * (2.0 * slope + square * t);
-    let largest = c.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let range = Range::new(f, range, largest, noise)?;
+    let f = |t: f64| (start + step * t).length_squared() - 1.0;
+    let range = Range::new(f, range, noise, inside)?;
+    let within = |t: &f64| *t > range.from && *t < range.to;
     if range.ends[0] == 0.0 {
-        // The other root: the sum of the two is −2 slope/square.
-        let other = -2.0 * slope / square - range.from;
-        return range.first((other > range.from && other < range.to).then_some(other));
+        // The other root.
+        return range.first(Some(2.0 * nearest - range.from).filter(within));
     }
-    let discriminant = slope * slope - square * c[0];
-    if discriminant <= 0.0 {
-        return range.first(None);
-    }
-    let q = -(slope + discriminant.sqrt().copysign(slope));
-    let (a, b) = (q / square, c[0] / q);
-    let inside = |t: &f64| *t > range.from && *t < range.to;
-    range.first([a.min(b), a.max(b)].into_iter().find(inside))
+    let half = (height.max(0.0) / squared).sqrt();
+    let roots = [nearest - half, nearest + half];
+    range.first(roots.into_iter().find(within).filter(|_| height > 0.0))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use eikonal::Aabb;
     use eikonal::ray::bernstein::first_root;
+    use glam::DAffine3;
 
     /// Numbers in [−1, 1], some of them zero or next to it.
     fn numbers() -> impl Iterator<Item = f64> {
@@ -124,33 +230,80 @@ mod tests {
             };
             let noise = [1e-15, 1e-15];
             let c = [next(), next()];
-            let root = linear(&c, range, noise);
+            let root = linear(c, range, noise);
             assert!(
                 agree(root, first_root(&c, range[0], range[1], noise)),
                 "{c:?} {range:?}"
             );
             found[0] += u32::from(root.is_some());
-            let c = [next(), next(), next()];
-            let discriminant = c[1] * c[1] - c[0] * c[2];
-            if discriminant.abs() < 1e-3 || (c[0] - 2.0 * c[1] + c[2]).abs() < 1e-3 {
+            let [start, end] = [0; 2].map(|_| 2.0 * DVec3::new(next(), next(), next()));
+            let c = [start.dot(start), start.dot(end), end.dot(end)].map(|square| square - 1.0);
+            if (c[1] * c[1] - c[0] * c[2]).abs() < 1e-3 || start.distance(end) < 0.03 {
                 continue;
             }
-            let root = quadratic(&c, range, noise);
+            let root = radial(start, end - start, range, noise);
             assert!(
                 agree(root, first_root(&c, range[0], range[1], noise)),
-                "{c:?} {range:?}"
+                "{start} {end} {range:?}"
             );
             found[1] += u32::from(root.is_some());
         }
         assert!(found.iter().all(|&n| n > 10_000), "{found:?}");
     }
 
+    /// Slabs against the six faces one by one, for lines and ranges that start and end anywhere, on faces too.
+    #[test]
+    fn the_cube_as_its_faces() {
+        let bounds = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
+        let placement = Placement::new(DAffine3::IDENTITY, &bounds).unwrap();
+        let mut numbers = numbers();
+        let mut next = || numbers.next().unwrap();
+        let mut found = 0;
+        for i in 0..100_000 {
+            let mut ends = [0; 2].map(|_| 1.7 * DVec3::new(next(), next(), next()));
+            ends[i % 2][i % 3] = if i % 7 == 0 { 1.0 } else { ends[i % 2][i % 3] };
+            let (a, b) = (next().abs(), next().abs());
+            let range = match i % 2 {
+                0 => [0.0, 1.0],
+                _ => [a.min(b), a.max(b)],
+            };
+            let line = Line::new(
+                &Arc::line(ends[0], ends[1] - ends[0], 1.0),
+                range,
+                &placement,
+            );
+            let faces = (0..6).filter_map(|face: usize| {
+                let (axis, at) = (face / 2, if face.is_multiple_of(2) { -1.0 } else { 1.0 });
+                let others = [(axis + 1) % 3, (axis + 2) % 3];
+                let inside = |p: DVec3| others.iter().all(|&k| p[k].abs() <= 1.0);
+                line.first(Surface::Plane(axis, at), 1.0, inside)
+            });
+            let nearest = faces.min_by(f64::total_cmp);
+            assert!(
+                agree(line.cube().map(|(u, _)| u), nearest),
+                "{ends:?} {range:?}"
+            );
+            found += u32::from(nearest.is_some());
+        }
+        assert!(found > 20_000, "{found}");
+    }
+
     #[test]
     fn no_roots_without_sense() {
         let nan = f64::NAN;
-        assert_eq!(linear(&[nan, 1.0], [0.0, 1.0], [0.0; 2]), None);
-        assert_eq!(linear(&[-1.0, 1.0], [nan, 1.0], [0.0; 2]), None);
-        assert_eq!(quadratic(&[1.0, nan, 1.0], [0.0, 1.0], [0.0; 2]), None);
-        assert_eq!(quadratic(&[0.0; 3], [0.0, 1.0], [0.0; 2]), None);
+        assert_eq!(linear([nan, 1.0], [0.0, 1.0], [0.0; 2]), None);
+        assert_eq!(linear([-1.0, 1.0], [nan, 1.0], [0.0; 2]), None);
+        assert_eq!(linear([0.0; 2], [0.0, 1.0], [0.0; 2]), None);
+        let whole = |start, step| radial(start, step, [0.0, 1.0], [0.0; 2]);
+        assert_eq!(whole(DVec3::NAN, DVec3::X), None);
+        assert_eq!(whole(DVec3::X, DVec3::ZERO), None);
+    }
+
+    /// However far away a line starts, its roots are as exact as its positions.
+    #[test]
+    fn long_lines() {
+        let start = DVec3::new(-1e6, 0.6, 0.0);
+        let root = radial(start, DVec3::X * 2e6, [0.0, 1.0], [1e-15; 2]).unwrap();
+        assert!((start.x + 2e6 * root + 0.8).abs() < 1e-9);
     }
 }

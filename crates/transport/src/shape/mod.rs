@@ -52,6 +52,17 @@ pub struct Hit {
     pub primitive: u32,
 }
 
+/// Where an arc meets a shape, before anything else is asked about the place.
+#[derive(Clone, Copy, Debug)]
+struct Meeting {
+    /// As in [`Hit`].
+    theta: f64,
+    /// In the coordinates of the canonical shape; of a mesh, barycentric coordinates of the triangle.
+    local: DVec3,
+    /// As in [`Hit`].
+    primitive: u32,
+}
+
 /// A point drawn from the surface of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaSample {
@@ -134,7 +145,17 @@ impl Shape {
     /// that passes through the point at `theta_max` is: a search may continue from a hit, or
     /// from arc to arc, without finding it again or losing one.
     pub fn first_hit(&self, arc: &Arc, theta_min: f64, theta_max: f64) -> Option<Hit> {
-        each!(self, s => s.first_hit(arc, [theta_min, theta_max]))
+        let meeting = self.meet(arc, [theta_min, theta_max])?;
+        Some(self.hit(&meeting))
+    }
+
+    /// Where [`Shape::first_hit`] is.
+    fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
+        each!(self, s => s.meet(arc, theta))
+    }
+
+    fn hit(&self, meeting: &Meeting) -> Hit {
+        each!(self, s => s.hit(meeting))
     }
 
     /// What textures see at a hit.

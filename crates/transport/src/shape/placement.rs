@@ -19,6 +19,8 @@ pub(super) struct Placement {
     det: f64,
     /// Bound of the rounding error of local coordinates near the shape.
     noise: f64,
+    /// Unit normals in the scene of the local axes, not flipped.
+    normals: [DVec3; 3],
     /// −1 if the normals are flipped, else 1.
     side: f64,
 }
@@ -41,8 +43,10 @@ impl Placement {
             to_local,
             det: det.abs(),
             noise: 0.0,
+            normals: [DVec3::ZERO; 3],
             side: 1.0,
         };
+        placement.normals = DVec3::AXES.map(|axis| placement.normal(axis));
         placement.noise = placement.round_off(local);
         Ok(placement)
     }
@@ -93,6 +97,11 @@ impl Placement {
     /// that `n` points to, also under mirror maps, and to the other side if flipped.
     pub fn normal(&self, n: DVec3) -> DVec3 {
         self.covector(n).normalize() * self.side
+    }
+
+    /// [`Placement::normal`] of a local axis.
+    pub fn axis_normal(&self, axis: usize) -> DVec3 {
+        self.normals[axis] * self.side
     }
 
     /// How much an area element with local unit normal `n` grows: |det M| |M⁻ᵀ n|.

@@ -1,23 +1,38 @@
 //! What rectangles, disks, cube faces and caps share: flat parts of local coordinate planes.
 
-use super::curve::Curve;
+use super::curve::{Surface, Track};
 use super::placement::Placement;
-use super::{AreaSample, Hit};
+use super::{AreaSample, Hit, Meeting};
 use glam::DVec3;
 
-/// A flat part of a shape: where coordinate `axis` has the value `at`, facing `normal`.
+/// A flat part of a shape: where coordinate `axis` has the value `at`, facing to one side (1 or −1) along it.
 pub(super) struct Flat {
     pub axis: usize,
     pub at: f64,
-    pub normal: DVec3,
+    pub side: f64,
     pub primitive: u32,
 }
 
 impl Flat {
-    /// The first u in (0, until] where the curve crosses the part of the plane that `inside` accepts.
-    pub fn first(&self, curve: &Curve, until: f64, inside: impl Fn(DVec3) -> bool) -> Option<f64> {
-        let plane = curve.plane(self.axis, self.at);
-        curve.first(&plane, until, inside)
+    /// The first u up to `until` where a track crosses the part of the plane that `inside` accepts.
+    #[inline]
+    pub fn first(
+        &self,
+        track: &impl Track,
+        until: f64,
+        inside: impl Fn(DVec3) -> bool,
+    ) -> Option<f64> {
+        track.first(Surface::Plane(self.axis, self.at), until, inside)
+    }
+
+    /// The meeting with the track at `u`, put onto the plane.
+    #[inline]
+    pub fn meeting(&self, track: &impl Track, u: f64) -> Meeting {
+        Meeting {
+            theta: track.theta(u),
+            local: self.project(track.position(u)),
+            primitive: self.primitive,
+        }
     }
 
     /// The local point, put onto the plane.
@@ -31,10 +46,14 @@ impl Flat {
         Hit {
             theta,
             position: placement.point(local),
-            normal: placement.normal(self.normal),
+            normal: self.scene_normal(placement),
             uv,
             primitive: self.primitive,
         }
+    }
+
+    fn scene_normal(&self, placement: &Placement) -> DVec3 {
+        placement.axis_normal(self.axis) * self.side
     }
 
     /// The sample at a local point of the part.
@@ -47,7 +66,7 @@ impl Flat {
     ) -> AreaSample {
         AreaSample {
             position: placement.point(local),
-            normal: placement.normal(self.normal),
+            normal: self.scene_normal(placement),
             uv,
             primitive: self.primitive,
             pdf,

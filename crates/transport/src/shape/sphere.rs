@@ -1,8 +1,9 @@
 //! Spheres and ellipsoids.
 
-use super::curve::Curve;
+use super::curve::{Curve, Surface, Track};
+use super::line::Line;
 use super::placement::Placement;
-use super::{AreaSample, Hit, ShapeError, circle, turn};
+use super::{AreaSample, Hit, Meeting, ShapeError, circle, turn};
 use eikonal::Aabb;
 use eikonal::bounds::symmetric_eigenvalues;
 use eikonal::ray::Arc;
@@ -60,19 +61,26 @@ impl Sphere {
         Ok(DAffine3::from_mat3_translation(scale, center))
     }
 
-    pub(super) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
+    pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
         let within = |p: DVec3| p.length_squared() < WITHIN;
-        let curve = Curve::leaving(arc, theta, &self.placement, &LOCAL, within)?;
-        let f = curve.radial(&DVec3::AXES);
-        let u = curve.first(&f, 1.0, |_| true)?;
-        let local = curve.position(u).normalize();
-        Some(Hit {
-            theta: curve.theta(u),
+        match arc.is_straight() {
+            true => cross(&Line::new(arc, theta, &self.placement)),
+            false => {
+                let curve = Curve::leaving(arc, theta, &self.placement, &LOCAL, within);
+                cross(&curve?)
+            }
+        }
+    }
+
+    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+        let local = at.local.normalize();
+        Hit {
+            theta: at.theta,
             position: self.placement.point(local),
             normal: self.placement.normal(local),
             uv: uv(local),
             primitive: 0,
-        })
+        }
     }
 
     pub(super) fn aabb(&self) -> Aabb {
@@ -128,6 +136,16 @@ impl Sphere {
         let local = self.placement.local(position);
         self.placement.shape_operator(local, DVec3::ONE)
     }
+}
+
+#[inline]
+fn cross(track: &impl Track) -> Option<Meeting> {
+    let u = track.first(Surface::Radial(3), 1.0, |_| true)?;
+    Some(Meeting {
+        theta: track.theta(u),
+        local: track.position(u),
+        primitive: 0,
+    })
 }
 
 fn uv(local: DVec3) -> [f64; 2] {

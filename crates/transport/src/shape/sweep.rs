@@ -10,13 +10,15 @@ use glam::DVec3;
 /// a box, the chord at the same parameter is in the box grown by that deviation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sweep {
-    origin: DVec3,
+    /// Start of the chord, plus and minus the deviation.
+    starts: [DVec3; 2],
     inverse: DVec3,
     deviation: DVec3,
 }
 
 impl Sweep {
     /// The sweep of a Bézier curve.
+    #[inline]
     pub fn new<const K: usize>(control: &[DVec3; K]) -> Self {
         let (origin, last) = (control[0], control[K - 1]);
         let chord = last - origin;
@@ -25,7 +27,7 @@ impl Sweep {
             d.max((control[i] - even).abs())
         });
         Sweep {
-            origin,
+            starts: [origin + deviation, origin - deviation],
             inverse: chord.recip(),
             deviation,
         }
@@ -37,15 +39,71 @@ impl Sweep {
     }
 
     /// A part of `range` outside of which the curve is not in the box; `None` if it misses.
+    #[inline]
     pub fn clip(&self, bounds: &Aabb, range: [f64; 2]) -> Option<[f64; 2]> {
-        let a = (bounds.min - self.deviation - self.origin) * self.inverse;
-        let b = (bounds.max + self.deviation - self.origin) * self.inverse;
+        let a = (bounds.min - self.starts[0]) * self.inverse;
+        let b = (bounds.max - self.starts[1]) * self.inverse;
         let [mut enter, mut leave] = range;
         for axis in 0..3 {
-            // A NaN (chord within a side of the box) is ignored by min and max.
-            enter = enter.max(a[axis].min(b[axis]));
-            leave = leave.min(a[axis].max(b[axis]));
+            enter = larger(smaller(a[axis], b[axis]), enter);
+            leave = smaller(larger(a[axis], b[axis]), leave);
         }
         (enter <= leave).then_some([enter, leave])
     }
+}
+
+/// Four boxes, whose tests are done side by side.
+#[derive(Clone, Debug)]
+pub(super) struct Four {
+    low: [[f64; 4]; 3],
+    high: [[f64; 4]; 3],
+}
+
+impl Four {
+    /// From up to four boxes; the first stands for those that are missing.
+    pub fn new(boxes: &[Aabb]) -> Self {
+        let side = |of: fn(&Aabb) -> DVec3| {
+            [0, 1, 2].map(|axis| [0, 1, 2, 3].map(|k| of(boxes.get(k).unwrap_or(&boxes[0]))[axis]))
+        };
+        Four {
+            low: side(|b| b.min),
+            high: side(|b| b.max),
+        }
+    }
+
+    /// Where the part of `range` starts outside of which the curve is not in each box; infinity if it misses.
+    #[inline]
+    pub fn enter(&self, sweep: &Sweep, range: [f64; 2]) -> [f64; 4] {
+        let [mut enter, mut leave] = range.map(|t| [t; 4]);
+        for axis in 0..3 {
+            let inverse = sweep.inverse[axis];
+            let [low, high] = sweep.starts.map(|start| start[axis]);
+            for k in 0..4 {
+                let a = (self.low[axis][k] - low) * inverse;
+                let b = (self.high[axis][k] - high) * inverse;
+                enter[k] = larger(smaller(a, b), enter[k]);
+                leave[k] = smaller(larger(a, b), leave[k]);
+            }
+        }
+        std::array::from_fn(|k| {
+            if enter[k] <= leave[k] {
+                enter[k]
+            } else {
+                f64::INFINITY
+            }
+        })
+    }
+}
+
+/// The smaller one, or the second if one is not a number (a chord within a side of the box): one instruction,
+/// where [`f64::min`] takes several.
+#[inline]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// Likewise the larger one.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }

@@ -93,7 +93,9 @@ fn branch(
     Branch {
         connection: *found,
         transmittance: lanes.collect(),
-        is_occluded: scenes[0].visibility(pieces, None, 0.0).is_none(),
+        is_occluded: scenes[0]
+            .visibility(pieces.iter().map(Piece::ends), None, 0.0)
+            .is_none(),
         is_primary,
     }
 }

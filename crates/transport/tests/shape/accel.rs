@@ -41,6 +41,33 @@ fn the_accelerator_agrees_with_a_loop() {
     }
 }
 
+/// Of the shapes that count, one is found if any is met.
+#[test]
+fn any_hit_agrees_with_a_loop() {
+    let mut rng = Rng(43);
+    let mut found = 0;
+    for count in [0, 3, 8, 20] {
+        let shapes: Vec<Shape> = (0..count)
+            .map(|i| KINDS[i % 6].shape(DAffine3::from_scale(DVec3::splat(0.4)) * rng.affine()))
+            .collect();
+        let accel = Accel::new(&shapes);
+        for i in 0..2000 {
+            let arc = if i % 2 == 0 { rng.arc() } else { rng.line() };
+            let to = 0.5 + 0.5 * rng.uniform();
+            let counts = |shape: usize, theta: f64| shape % 3 != 1 && theta > 0.1;
+            let any = accel.any_hit(&shapes, &arc, to, counts);
+            let mut hits = shapes.iter().enumerate();
+            let expected = hits.any(|(i, shape)| {
+                let hit = shape.first_hit(&arc, 0.0, to);
+                hit.is_some_and(|hit| counts(i, hit.theta))
+            });
+            assert_eq!(any, expected);
+            found += u32::from(any);
+        }
+    }
+    assert!((1000..7000).contains(&found), "{found}");
+}
+
 #[test]
 fn of_coincident_surfaces_the_first_wins() {
     let mut rng = Rng(42);

@@ -102,7 +102,7 @@ fn crossings_have_the_right_parity() {
 
 /// The parts of a curve as arcs with exactly a point in common.
 fn cut(arc: &Arc, t: f64) -> [Arc; 2] {
-    let (a, b) = split(arc.control(), t);
+    let (a, b) = split(&arc.control(), t);
     [a, b].map(|c| {
         let first = [c[0], (c[1] - c[0]) * 5.0, (c[2] - c[1] * 2.0 + c[0]) * 20.0];
         let last = [c[5], (c[5] - c[4]) * 5.0, (c[3] - c[4] * 2.0 + c[5]) * 20.0];

@@ -106,10 +106,10 @@ fn brute_force(mesh: &Mesh, arc: &Arc) -> Option<f64> {
                 .iter()
                 .all(|(p0, p1)| n.dot((p1 - p0).cross(p - p0)) > 0.0)
         };
-        let h = height(arc.control(), a, n);
+        let h = height(&arc.control(), a, n);
         let mut from = 0.0;
         while let Some(t) = first_root(&h, from, 1.0, [0.0; 2]) {
-            if inside(evaluate(arc.control(), t).0) {
+            if inside(evaluate(&arc.control(), t).0) {
                 best = Some(best.map_or(t, |b| b.min(t)));
                 break;
             }

@@ -74,8 +74,10 @@ impl Gathering<'_> {
                 lanes: self.lanes,
                 extend: false,
                 collides: self.mapping.query == Query::Point,
+                spans: self.mapping.query == Query::Beam,
             };
-            let edge = trace(scene, sight.start, sampling, sampler, ws);
+            let mut edge = trace(scene, sight.start, sampling, sampler, ws);
+            edge.tabulate();
             match (self.mapping.query, &edge.end) {
                 (Query::Beam, _) => self.beside(&sight, &edge, &mut found),
                 (Query::Point, End::Collision(point)) => {

@@ -5,7 +5,7 @@ use crate::aim::Aim;
 use crate::path::Workspace;
 use crate::path::link::Link;
 use crate::sampling::Sampler;
-use eikonal::connect::{Launch, random_direction, random_foot};
+use eikonal::connect::{Launch, Piece, random_direction, random_foot};
 use glam::DVec3;
 
 /// Random starts after which the search for a branch that was found once is given up. Its weight is
@@ -77,7 +77,9 @@ impl Search<'_> {
             ..link
         };
         ws.stats.connections.secondary += 1;
-        let clear = link.unless_blocked(self.scene, (self.vertex, self.goal), ws)?;
+        let pieces = ws.solver.pieces().iter().map(Piece::ends);
+        let ends = (self.vertex, self.goal);
+        let clear = link.unless_blocked(self.scene, ends, pieces, &mut ws.stats)?;
         let value = evaluate(&clear)?;
         for trial in 1..=MOST_TRIALS {
             ws.stats.connections.trials += 1;

@@ -3,14 +3,14 @@
 mod ball;
 mod luck;
 
+use super::Workspace;
 use super::edge::Start;
 use super::link::{Goal, Link};
 use super::vertex::Vertex;
 use super::walk::leave;
-use super::{Workspace, straight};
-use crate::aim::{Aim, OnSurface};
+use crate::aim::Aim;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{self, Connection, Failure, Launch, Piece, World};
+use eikonal::connect::{self, Connection, Launch, Piece, World};
 use glam::DVec3;
 
 /// A start for the solver, and what the ray that it finds must comply with.
@@ -83,14 +83,6 @@ impl<'a> Search<'a> {
         single.into_iter().chain(guided.into_iter().flatten())
     }
 
-    /// The only start that matters where no ray is bent.
-    pub fn straight_shot(&self) -> Option<Shot> {
-        match self.goal.guide {
-            Some(guide) => Some(self.straight(*guide.start())),
-            None => self.chord(),
-        }
-    }
-
     /// Straight ahead.
     fn chord(&self) -> Option<Shot> {
         let x = self.vertex.position();
@@ -137,16 +129,12 @@ impl<'a> Search<'a> {
     /// The point to be met by a ray that arrives in `direction`, and the side of its surface.
     fn target(&self, position: DVec3, direction: DVec3) -> (DVec3, Option<DVec3>) {
         let Aim::Point {
-            surface: Some(OnSurface { normal, .. }),
-            ..
+            surface: Some(on), ..
         } = self.goal.aim
         else {
             return (position, None);
         };
-        let facing = match self.goal.two_sided && normal.dot(direction) > 0.0 {
-            true => -normal,
-            false => normal,
-        };
+        let facing = self.goal.facing(&on, direction);
         (leave(self.scene, position, facing, facing), Some(facing))
     }
 
@@ -168,7 +156,7 @@ impl<'a> Search<'a> {
 
     /// One attempt, counted.
     pub fn attempt(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
-        let outcome = self.ray(shot, ws);
+        let outcome = ws.solver.solve(self.scene, &shot.start, shot.target);
         ws.stats.connections.count(&outcome);
         let link = self.comply(shot, &outcome.ok()?, ws);
         ws.stats.connections.discarded += u64::from(link.is_none());
@@ -177,18 +165,8 @@ impl<'a> Search<'a> {
 
     /// The same, not counted.
     pub fn solve(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
-        let ray = self.ray(shot, ws).ok()?;
+        let ray = ws.solver.solve(self.scene, &shot.start, shot.target).ok()?;
         self.comply(shot, &ray, ws)
-    }
-
-    /// The ray that a shot leads to; the workspace keeps its pieces.
-    fn ray(&self, shot: &Shot, ws: &mut Workspace) -> Result<Connection, Failure> {
-        if !self.scene.is_straight() {
-            return ws.solver.solve(self.scene, &shot.start, shot.target);
-        }
-        let ray = straight::connect(self.scene, &shot.start, shot.target, &mut ws.line);
-        ws.stats.work.steps += ws.line.len() as u64;
-        ray
     }
 
     /// The link of a ray that was found, unless it arrives or leaves on the wrong side of a surface.
@@ -201,13 +179,13 @@ impl<'a> Search<'a> {
             // A ray against its own direction, through the medium behind the vertex's surface, or from
             // a part of the plane in another medium than it was started in.
             Aim::Plane { .. } => {
-                let last = ws.pieces(self.scene).last()?;
+                let last = ws.solver.pieces().last()?;
                 ray.optical_length > 0.0
                     && last.region == shot.place.medium
                     && self.scene.medium_at(ray.start) == shot.start.region
             }
         };
-        let within = self.within_reach(ray, ws.pieces(self.scene));
+        let within = self.within_reach(ray, ws.solver.pieces());
         (leaves && arrives && through && within).then_some(link)
     }
 

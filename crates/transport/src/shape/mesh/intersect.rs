@@ -1,6 +1,7 @@
 //! Where lines and arcs meet a mesh.
 
-use super::{Hit, Mesh, cross};
+use super::{Mesh, cross};
+use crate::shape::Meeting;
 use crate::shape::sweep::Sweep;
 use eikonal::ray::Arc;
 use eikonal::ray::bernstein::{evaluate, first_root, height, split};
@@ -31,7 +32,7 @@ impl Nearest {
 }
 
 impl Mesh {
-    pub(in crate::shape) fn first_hit(&self, arc: &Arc, theta: [f64; 2]) -> Option<Hit> {
+    pub(in crate::shape) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
         let range = [theta[0].max(0.0), theta[1].min(1.0)];
         let mut nearest = Nearest {
             end: range[1],
@@ -41,13 +42,17 @@ impl Mesh {
             self.meet_line([arc.start(), arc.end()], range, &mut nearest);
         } else {
             let piece = Piece {
-                control: *arc.control(),
+                control: arc.control(),
                 theta: [0.0, 1.0],
             };
             self.meet_arc(&piece, range, HALVINGS, &mut nearest);
         }
         let (theta, triangle, w) = nearest.hit?;
-        Some(self.hit(theta, triangle, w))
+        Some(Meeting {
+            theta,
+            local: w.into(),
+            primitive: triangle as u32,
+        })
     }
 
     fn meet_line(&self, ends: [DVec3; 2], range: [f64; 2], nearest: &mut Nearest) {

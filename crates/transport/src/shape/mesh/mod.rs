@@ -5,7 +5,7 @@ mod intersect;
 mod topology;
 
 use super::tree::Tree;
-use super::{AreaSample, Hit, ShapeError};
+use super::{AreaSample, Hit, Meeting, ShapeError};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
 
@@ -160,7 +160,11 @@ impl Mesh {
         // The square root makes the distance from vertex 0 uniform in area.
         let r = v.sqrt();
         let weights = [1.0 - r, r * (1.0 - u[1]), r * u[1]];
-        let hit = self.hit(0.0, i, weights);
+        let hit = self.hit(&Meeting {
+            theta: 0.0,
+            local: weights.into(),
+            primitive: i as u32,
+        });
         AreaSample {
             position: hit.position,
             normal: hit.normal,
@@ -189,16 +193,16 @@ impl Mesh {
         corners(&self.positions, &self.triangles[i])
     }
 
-    /// The hit at barycentric coordinates `w` of triangle `i`.
-    fn hit(&self, theta: f64, i: usize, w: [f64; 3]) -> Hit {
+    pub(super) fn hit(&self, at: &Meeting) -> Hit {
+        let (i, w) = (at.primitive as usize, at.local.to_array());
         let [a, b, c] = self.triangle(i);
         let side = if self.flipped { -1.0 } else { 1.0 };
         Hit {
-            theta,
+            theta: at.theta,
             position: a + (b - a) * w[1] + (c - a) * w[2],
             normal: cross([a, b, c]).normalize() * side,
             uv: self.uv(i, w),
-            primitive: i as u32,
+            primitive: at.primitive,
         }
     }
 

@@ -1,0 +1,107 @@
+//! How the rays of a family spread around the one that is followed.
+
+use super::edge::{Front, Start};
+use super::tube;
+use crate::scene::Scene;
+use eikonal::connect::World;
+use eikonal::ray::{Tangents, Variation, perpendicular_basis};
+use glam::DVec3;
+
+/// The neighbours of a ray: in closed form until something bends them, then by tangents.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Spread {
+    /// Straight rays of a family since their start, over a span of σ where the index is `n`.
+    Straight {
+        front: Front,
+        direction: DVec3,
+        n: f64,
+        sigma: f64,
+    },
+    /// Bent on the way.
+    Bent(Tangents),
+}
+
+impl Spread {
+    /// At the start of an edge.
+    pub fn new(scene: &Scene, start: &Start) -> Self {
+        let field = scene.field(start.medium);
+        let Start {
+            front, direction, ..
+        } = *start;
+        if field.is_constant() {
+            return Spread::Straight {
+                front,
+                direction,
+                n: field.n(start.x),
+                sigma: 0.0,
+            };
+        }
+        let (n2, gradient) = field.gradient(start.x);
+        Spread::Bent(launched(front, direction, n2.sqrt(), gradient))
+    }
+
+    /// Further along the ray by a span of σ where the index is constant.
+    #[inline]
+    pub fn drifted(mut self, h: f64) -> Self {
+        match &mut self {
+            Spread::Straight { sigma, .. } => *sigma += h,
+            Spread::Bent(tangents) => tangents.drift(h),
+        }
+        self
+    }
+
+    /// The tangents, columns of unit changes of the direction, or of the place, at the start.
+    pub fn tangents(&self) -> Tangents {
+        match *self {
+            Spread::Straight {
+                front,
+                direction,
+                n,
+                sigma,
+            } => {
+                let mut tangents = launched(front, direction, n, DVec3::ZERO);
+                tangents.drift(sigma);
+                tangents
+            }
+            Spread::Bent(tangents) => tangents,
+        }
+    }
+
+    /// G where the ray arrives at a point with velocity `v`: see [`tube::to_point`].
+    pub fn at_point(&self, v: DVec3, jump: f64) -> f64 {
+        let section = match self {
+            Spread::Straight {
+                front: Front::Point,
+                n,
+                sigma,
+                ..
+            } => (n * sigma) * (n * sigma),
+            Spread::Straight { .. } => 1.0,
+            Spread::Bent(tangents) => tangents.cross_section(v),
+        };
+        tube::to_point(section, v, jump)
+    }
+
+    /// G where the ray arrives at a plane across it with velocity `v`: see [`tube::to_plane`].
+    pub fn at_plane(&self, v: DVec3, jump: f64) -> f64 {
+        let spread = match self {
+            Spread::Straight {
+                front: Front::Point,
+                n,
+                ..
+            } => n * n,
+            Spread::Straight { .. } => 0.0,
+            Spread::Bent(tangents) => tangents.dv[0].cross(tangents.dv[1]).dot(v.normalize()),
+        };
+        tube::to_plane(spread, jump)
+    }
+}
+
+/// Tangents at the start of a ray where the index is `n`, with the gradient of n².
+fn launched(front: Front, direction: DVec3, n: f64, gradient: DVec3) -> Tangents {
+    let basis = perpendicular_basis(direction);
+    match front {
+        Front::Point => Tangents::angular(n, basis),
+        Front::Plane => Tangents::lateral(n, gradient, direction, basis),
+    }
+}
