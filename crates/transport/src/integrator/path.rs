@@ -4,14 +4,14 @@
 use super::Contribution;
 use crate::Spectrum;
 use crate::aim::{Aim, OnSurface};
-use crate::emitter::Emitter;
+use crate::emitter::Class;
 use crate::film::PathFacts;
 use crate::path::{
-    Carry, Edge, End, Equiangular, Goal, Link, Sampling, Scatter, Start, Vertex, Workspace,
+    Carry, Edge, End, Equiangular, Goal, Link, Sampling, Scatter, Slot, Start, Vertex, Workspace,
     environment_aim, lead_in, scatter, scatter_pdf, trace,
 };
 use crate::sampling::Sampler;
-use crate::scene::Scene;
+use crate::scene::{Receiver, Scene};
 use crate::sensor::Ray;
 
 /// The path tracer.
@@ -34,6 +34,10 @@ impl Default for PathTracer {
 
 /// Russian roulette never lets a path go on with a larger probability than this.
 const LONGEST_ROULETTE: f64 = 0.95;
+
+/// Connections are asked about an edge that was found by chance with this multiple of the probability that they
+/// may have at most in its weight.
+const ASK: f64 = 4.0;
 
 /// A direction that is due to be followed, and what MIS must know of it.
 struct Next {
@@ -68,6 +72,8 @@ impl Way {
 /// What a connection brings, and how far it goes.
 struct Light {
     value: Spectrum,
+    /// Share of it in what all ways to find it bring.
+    share: f64,
     events: u32,
     optical_length: f64,
 }
@@ -197,7 +203,7 @@ impl Tracing<'_> {
                 let cos = hit.normal.dot(-direction);
                 let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, cos));
                 let light = radiance / (n * n) * weight;
-                self.emitted(light, (edge, next), lanes, (way, emitter));
+                self.emitted((light, weight), (edge, next), lanes, (way, emitter));
             }
             End::Escaped { direction, medium } => {
                 let n = self.scene.n(medium, edge.start.x);
@@ -207,25 +213,30 @@ impl Tracing<'_> {
                     let aim = environment_aim(scene, direction);
                     let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, 1.0));
                     let light = environment.radiance(direction) / (n * n) * weight;
-                    self.emitted(light, (edge, next), lanes, (way, emitter));
+                    self.emitted((light, weight), (edge, next), lanes, (way, emitter));
                 }
             }
             End::Collision(_) | End::Dead => {}
         }
     }
 
-    /// Hands over light that is emitted at the end of an edge.
+    /// Hands over light that is emitted at the end of an edge, and was weighted.
     fn emitted(
         &mut self,
-        light: Spectrum,
+        (light, weight): (Spectrum, f64),
         (edge, next): (&Edge, &Next),
         lanes: Spectrum,
         (way, emitter): (Way, usize),
     ) {
-        if !light.is_zero() {
-            let value = light * next.throughput * edge.throughput(self.scene, lanes);
-            self.hand_over(value, way, emitter);
+        if light.is_zero() {
+            return;
         }
+        let value = light * next.throughput * edge.throughput(self.scene, lanes);
+        if let (Some(survey), Some((vertex, _))) = (&mut self.ws.survey, &next.from) {
+            let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
+            survey.contribution(slot, value.sum(), 1.0 - weight);
+        }
+        self.hand_over(value, way, emitter);
     }
 
     fn hand_over(&mut self, value: Spectrum, way: Way, emitter: usize) {
@@ -242,11 +253,21 @@ impl Tracing<'_> {
         });
     }
 
-    /// Hands over a share of what connections from a vertex to an emitter bring.
-    fn connected(&mut self, light: Vec<(Light, f64)>, share: f64, (way, emitter): (Way, usize)) {
+    /// Hands over a share of what connections of a vertex to an emitter bring.
+    fn connected(
+        &mut self,
+        light: Vec<(Light, f64)>,
+        (vertex, share): (&Vertex, f64),
+        (way, emitter): (Way, usize),
+    ) {
+        let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
         for (light, weight) in light {
             let way = way.and(light.events, light.optical_length);
-            self.hand_over(light.value * (weight * share), way, emitter);
+            let value = light.value * (weight * share);
+            if let Some(survey) = &mut self.ws.survey {
+                survey.contribution(slot, value.sum(), light.share);
+            }
+            self.hand_over(value, way, emitter);
         }
     }
 
@@ -266,16 +287,45 @@ impl Tracing<'_> {
         if !edge.connectable {
             return 1.0;
         }
+        let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
+        let chosen = self
+            .scene
+            .emitter_probability(emitter, &vertex.receiver(self.scene));
+        let by_connection = self.ws.rates.of(slot) * chosen * pdf;
+        let by_chance = edge.tube.density(*direction_pdf, n) * cos * edge.tube.survival(lanes);
+        let most = by_connection / (by_connection + by_chance);
+        // Where little is the connections' anyway, whether they find the edge is asked but now and then.
+        let asked = match self.scene.is_straight() || self.ws.survey.is_some() {
+            true => 1.0,
+            false => (ASK * most).min(1.0),
+        };
+        if asked < 1.0 && self.sampler.next_1d() >= asked {
+            return 1.0;
+        }
+        let before = self.work();
         let goal = Goal::emitter(self.scene, emitter, *aim);
         let way = (&edge.tube, edge.start.direction, None);
         let ease = Link::ease(self.scene, (vertex, &goal), way, self.ws);
-        let by_connection = self.scene.emitter_probability(emitter) * pdf * ease;
-        let by_chance = edge.tube.density(*direction_pdf, n) * cos * edge.tube.survival(lanes);
-        by_chance / (by_chance + by_connection)
+        self.spent(slot, before);
+        let share = by_connection * ease / (by_connection * ease + by_chance);
+        1.0 - share / asked
     }
 
-    /// Next-event estimation at the vertex where an edge ended: what it scatters of one emitter's
-    /// light, chosen at random. `throughput` is that up to the vertex.
+    /// The work so far, if a pilot asks for it.
+    fn work(&self) -> Option<f64> {
+        self.ws.survey.as_ref().map(|_| self.ws.stats().cost())
+    }
+
+    /// Tells a pilot of the work for connections of a kind, given that before.
+    fn spent(&mut self, slot: Slot, before: Option<f64>) {
+        let after = self.work();
+        if let (Some(survey), Some(before), Some(after)) = (&mut self.ws.survey, before, after) {
+            survey.work(slot, after - before);
+        }
+    }
+
+    /// Next-event estimation at the vertex where an edge ended: what it scatters of the light of one emitter of
+    /// each class, chosen at random. `throughput` is that up to the vertex.
     fn direct(
         &mut self,
         vertex: &Vertex,
@@ -283,62 +333,80 @@ impl Tracing<'_> {
         (throughput, lanes): (Spectrum, Spectrum),
         budget: u32,
     ) {
-        let choice = self.scene.choose_emitter(self.sampler.next_1d());
-        let Some((index, probability)) = choice.filter(|_| !throughput.is_zero()) else {
-            return;
-        };
-        let light = self.connect(vertex, throughput, (index, probability), budget);
-        if light.is_empty() {
+        let scene = self.scene;
+        if throughput.is_zero() || vertex.is_black(scene) {
             return;
         }
-        let emitter = &self.scene.emitters()[index];
-        let share = match (&edge.end, self.around(edge, emitter)) {
-            (End::Collision(point), Some(around)) => {
-                // The same vertex could have been placed by its distance to the emitter.
-                let by_collision = Edge::collision_density(lanes, point);
-                by_collision / (by_collision + around.pdf(point.length))
+        let receiver = vertex.receiver(scene);
+        for class in scene.classes() {
+            let rate = self.ws.rates.of(Slot::new(class, vertex));
+            if rate < 1.0 && self.sampler.next_1d() >= rate {
+                continue;
             }
-            _ => 1.0,
+            let u = self.sampler.next_1d();
+            let (index, chosen) = scene.choose_emitter(class, &receiver, u);
+            let light = self.connect(vertex, throughput, (index, rate * chosen), budget);
+            if !light.is_empty() {
+                let share = self.collided(edge, (index, chosen), lanes);
+                self.connected(light, (vertex, share), (way, index));
+            }
+        }
+    }
+
+    /// The share of a collision at the end of an edge that is connected to an emitter, chosen there with some probability, in
+    /// both ways to place the vertex: it could also have been by its distance to the emitter.
+    fn collided(&self, edge: &Edge, (index, chosen): (usize, f64), lanes: Spectrum) -> f64 {
+        let End::Collision(point) = &edge.end else {
+            return 1.0;
         };
-        self.connected(light, share, (way, index));
+        let Some(around) = self.around(edge, index) else {
+            return 1.0;
+        };
+        let by_distance = self.scene.emitter_probability(index, &along(edge));
+        let by_distance = by_distance * around.pdf(point.length);
+        let by_collision = Edge::collision_density(lanes, point) * chosen;
+        by_collision / (by_collision + by_distance)
     }
 
     /// Single scattering at a point of the edge that is chosen by its distance to a point-like
     /// emitter: its light falls off as 1/r², and collisions alone would sample it with infinite
     /// variance (theory §9).
     fn around_emitter(&mut self, edge: &Edge, next: &Next, lanes: Spectrum, budget: u32) {
-        let choice = self.scene.choose_emitter(self.sampler.next_1d());
-        let u = self.sampler.next_1d();
-        let Some((index, probability)) = choice else {
+        let scene = self.scene;
+        let rate = self.ws.rates.of(Slot::IN_MEDIA_TO_DELTA);
+        if rate < 1.0 && self.sampler.next_1d() >= rate {
             return;
-        };
-        let emitter = &self.scene.emitters()[index];
-        let Some(around) = self.around(edge, emitter) else {
+        }
+        let [choice, u] = self.sampler.next_2d();
+        let (index, probability) = scene.choose_emitter(Class::Delta, &along(edge), choice);
+        let Some(around) = self.around(edge, index) else {
             return;
         };
         let Some(point) = edge.at_length(around.sample(u)) else {
             return;
         };
-        let albedo = self.scene.medium(point.medium).albedo.at(point.x);
+        let albedo = scene.medium(point.medium).albedo.at(point.x);
         let scattering = point.rate * albedo * point.depth.exp_neg() * point.weight;
         if scattering.is_zero() {
             return;
         }
-        let density = around.pdf(point.length) + Edge::collision_density(lanes, &point);
-        let throughput = next.throughput * scattering / density;
         let vertex = Vertex::volume(&point);
-        let light = self.connect(&vertex, throughput, (index, probability), budget);
+        let chosen = scene.emitter_probability(index, &vertex.receiver(scene));
+        let by_collision = Edge::collision_density(lanes, &point) * chosen;
+        let density = probability * around.pdf(point.length) + by_collision;
+        let throughput = next.throughput * scattering / density;
+        let light = self.connect(&vertex, throughput, (index, rate), budget);
         if !light.is_empty() {
             let way = next.way.and(0, edge.optical_length_at(point.length));
-            self.connected(light, 1.0, (way, index));
+            self.connected(light, (&vertex, 1.0), (way, index));
         }
     }
 
-    fn around(&self, edge: &Edge, emitter: &Emitter) -> Option<Equiangular> {
+    fn around(&self, edge: &Edge, emitter: usize) -> Option<Equiangular> {
         if !self.equiangular {
             return None;
         }
-        Equiangular::new(edge, emitter.singularity()?)
+        Equiangular::new(edge, self.scene.emitters()[emitter].singularity()?)
     }
 
     /// What a vertex scatters of the light of an emitter that was chosen with some probability,
@@ -357,16 +425,20 @@ impl Tracing<'_> {
         let density = probability * aimed.pdf;
         let goal = Goal::emitter(scene, index, aimed.aim);
         let behind = lead_in(scene, index);
-        Link::each(scene, (vertex, &goal), self.sampler, self.ws, |link| {
+        let before = self.work();
+        let light = Link::each(scene, (vertex, &goal), self.sampler, self.ws, |link| {
             let emitted = emitter.emitted(&aimed.aim, link.origin, link.emission);
             let aimed = (&aimed.aim, density, aimed.delta);
-            let value = received(scene, vertex, throughput, link, emitted, aimed);
+            let (value, share) = received(scene, vertex, throughput, link, emitted, aimed);
             (link.tube.events < budget && !value.is_zero()).then_some(Light {
                 value,
+                share,
                 events: link.tube.events,
                 optical_length: link.optical_length - behind,
             })
-        })
+        });
+        self.spent(Slot::new(emitter.class(), vertex), before);
+        light
     }
 
     fn scatter(&mut self, vertex: Vertex, throughput: Spectrum, way: Way) -> Option<Next> {
@@ -385,8 +457,18 @@ impl Tracing<'_> {
     }
 }
 
-/// What a link brings to the sensor, for an aim of given density; `delta` if nothing else can find
-/// the emitter.
+/// The part of an edge before its first specular event, as a place where light is received.
+fn along(edge: &Edge) -> Receiver<'static> {
+    let lead = edge.lead();
+    let last = lead.last().map(|span| span.arc.position(span.theta_end));
+    Receiver::Segment {
+        from: edge.start.x,
+        to: last.unwrap_or(edge.start.x),
+    }
+}
+
+/// What a link brings to the sensor, for an aim of given density, and its share of what all ways to find it bring;
+/// `delta` if nothing else can find the emitter.
 fn received(
     scene: &Scene,
     vertex: &Vertex,
@@ -394,11 +476,11 @@ fn received(
     link: &Link,
     emitted: Spectrum,
     (aim, density, delta): (&Aim, f64, bool),
-) -> Spectrum {
+) -> (Spectrum, f64) {
     let scattered = throughput * vertex.eval(scene, link.direction);
     let received = scattered * link.transmittance() * emitted;
     if received.is_zero() {
-        return Spectrum::ZERO;
+        return (Spectrum::ZERO, 1.0);
     }
     let weight = if delta {
         1.0
@@ -417,5 +499,5 @@ fn received(
         let by_connection = density * link.ease;
         by_connection / (by_connection + by_chance)
     };
-    received * (link.tube.geometry * weight / density)
+    (received * (link.tube.geometry * weight / density), weight)
 }
