@@ -1,6 +1,7 @@
 //! The scene: immutable, and valid by construction.
 
 mod check;
+mod group;
 mod lamp;
 mod lights;
 mod period;
