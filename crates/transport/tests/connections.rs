@@ -90,7 +90,7 @@ fn many_lamps_from_both_ends() {
         parts.reflections = 1;
         let exact = exact(&parts);
         let bdpt = Integrator::Bdpt(Bdpt::default());
-        let shots = (0..12).map(|batch| shoot_by(bdpt, parts.clone(), 64, 80 + batch));
+        let shots = (0..12).map(|batch| shoot_by(bdpt, parts.clone(), 32, 80 + batch));
         let batches: Vec<f64> = shots.map(|r| mean(&r).0).collect();
         let m = moments(&batches);
         println!("{} ± {}, exact {exact}", m.mean(), m.standard_error());
@@ -114,7 +114,7 @@ fn any_rate_is_unbiased() {
                 .with(Class::Area, [area; 2])
                 .with(Class::Sky, [far; 2]);
             let mut found = Vec::new();
-            let n = 8000;
+            let n = 4000;
             let (mut sum, mut squares) = (0.0, 0.0);
             for i in 0..n {
                 let mut sampler = Sampler::new(seed as u64, 0, i);
