@@ -120,7 +120,7 @@ PLANTED = [
         TRANSPORT + "integrator/path/connecting.rs",
         "let by_chance = link.tube.density(pdf, link.n_aim) * cos * link.tube.survival(lanes);",
         "let by_chance = pdf * cos * link.tube.survival(lanes);",
-        ("transport", "furnace", "luneburg_ball_of_fog"),
+        ("transport", "connections", "any_rate_is_unbiased"),
     ),
     (
         "visibility along the chord",
