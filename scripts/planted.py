@@ -358,13 +358,6 @@ PLANTED = [
         ("transport", "connections", "any_rate_is_unbiased"),
     ),
     (
-        "choice of a lamp by one strategy taken for that of the others",
-        TRANSPORT + "integrator/bidirectional/paths.rs",
-        "ease: ease * stations.last().map_or(1.0, favour),",
-        "ease: ease + 0.0 * stations.last().map_or(1.0, favour),",
-        ("transport", "connections", "many_lamps_from_both_ends"),
-    ),
-    (
         "point lights chosen along an edge as at its end",
         TRANSPORT + "integrator/path/connecting.rs",
         "let by_distance = by_distance * around.pdf(point.length);",
