@@ -117,10 +117,10 @@ PLANTED = [
     ),
     (
         "MIS density without the Jacobian in one strategy",
-        TRANSPORT + "integrator/path.rs",
+        TRANSPORT + "integrator/path/connecting.rs",
         "let by_chance = link.tube.density(pdf, link.n_aim) * cos * link.tube.survival(lanes);",
         "let by_chance = pdf * cos * link.tube.survival(lanes);",
-        ("transport", "furnace", "luneburg_ball_of_fog"),
+        ("transport", "connections", "any_rate_is_unbiased"),
     ),
     (
         "visibility along the chord",
@@ -263,10 +263,8 @@ PLANTED = [
     (
         "ease of rare branches ignored in one strategy",
         TRANSPORT + "integrator/bidirectional/paths.rs",
-        """            from_emitter: aim.pdf,
-            ease: link.ease,""",
-        """            from_emitter: aim.pdf,
-            ease: 0.0,""",
+        "ease: link.ease * (chosen / source),",
+        "ease: 0.0 * (chosen / source),",
         ("transport", "furnace", "bidirectional_estimators"),
     ),
     (
@@ -338,6 +336,34 @@ PLANTED = [
         "            true => 0.0,\n            false => self.step.ease,",
         "            _ => self.step.ease,",
         ("transport", "agreement", "partial_mirrors"),
+    ),
+    (
+        "probability of a connection not in its weight",
+        TRANSPORT + "integrator/path.rs",
+        "let by_connection = self.ws.rates.of(slot) * chosen * pdf;",
+        "let by_connection = chosen * pdf;",
+        ("transport", "connections", "any_rate_is_unbiased"),
+    ),
+    (
+        "choice among many lamps taken for an even one in the weights of chance",
+        TRANSPORT + "integrator/path.rs",
+        "let by_connection = self.ws.rates.of(slot) * chosen * pdf;",
+        "let by_connection = self.ws.rates.of(slot) * (chosen * 0.0 + 1.0 / 30.0) * pdf;",
+        ("transport", "connections", "many_lamps"),
+    ),
+    (
+        "weights that were asked for seldom not made up for",
+        TRANSPORT + "integrator/path.rs",
+        "1.0 - share / asked",
+        "1.0 - share",
+        ("transport", "connections", "any_rate_is_unbiased"),
+    ),
+    (
+        "point lights chosen along an edge as at its end",
+        TRANSPORT + "integrator/path/connecting.rs",
+        "let by_distance = by_distance * around.pdf(point.length);",
+        "let by_distance = by_distance.max(chosen) * around.pdf(point.length);",
+        ("transport", "connections", "many_points_add_up"),
     ),
 ]
 

@@ -62,6 +62,25 @@ pub struct Connections {
     pub capped: u64,
 }
 
+impl Stats {
+    /// About how long all this takes, in units that depend on no clock, for choices between estimators: an
+    /// evaluation of a field counts 1, some 60 ns.
+    pub fn cost(&self) -> f64 {
+        let work = &self.work;
+        let counts = [
+            (7.0, self.edges),
+            (5.0, self.connections.attempts),
+            (8.0, work.shots),
+            (6.0, work.steps),
+            (1.0, work.evaluations),
+        ];
+        counts
+            .iter()
+            .map(|(cost, count)| cost * *count as f64)
+            .sum()
+    }
+}
+
 impl Connections {
     /// Counts one outcome.
     pub fn count<T>(&mut self, outcome: &Result<T, Failure>) {

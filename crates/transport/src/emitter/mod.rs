@@ -30,6 +30,22 @@ use crate::shape::{AreaSample, Shape, Site};
 use glam::DVec3;
 use std::sync::Arc;
 
+/// How paths that are scattered at random can find an emitter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// Not at all.
+    Delta,
+    /// By meeting a surface.
+    Area,
+    /// By leaving the scene.
+    Sky,
+}
+
+impl Class {
+    /// All classes.
+    pub const ALL: [Class; 3] = [Class::Delta, Class::Area, Class::Sky];
+}
+
 /// A source of light.
 #[derive(Clone, Debug)]
 pub enum Emitter {
@@ -168,12 +184,18 @@ impl Emitter {
         }
     }
 
+    /// How paths scattered at random can find it.
+    pub fn class(&self) -> Class {
+        match self {
+            Emitter::Area { .. } | Emitter::Textured(_) => Class::Area,
+            Emitter::Environment(_) => Class::Sky,
+            _ => Class::Delta,
+        }
+    }
+
     /// Whether paths scattered at random cannot find it.
     pub fn is_delta(&self) -> bool {
-        !matches!(
-            self,
-            Emitter::Area { .. } | Emitter::Textured(_) | Emitter::Environment(_)
-        )
+        self.class() == Class::Delta
     }
 }
 

@@ -1,14 +1,15 @@
 //! Path tracing: sensor subpaths, next-event estimation over curved connections, and multiple
 //! importance sampling against emitters that are hit by chance.
 
+mod connecting;
+
 use super::Contribution;
 use crate::Spectrum;
 use crate::aim::{Aim, OnSurface};
-use crate::emitter::Emitter;
 use crate::film::PathFacts;
 use crate::path::{
-    Carry, Edge, End, Equiangular, Found, Goal, Link, Sampling, Scatter, Start, Vertex, Workspace,
-    environment_aim, lead_in, scatter, scatter_pdf, trace,
+    Carry, Edge, End, Found, Goal, Link, Sampling, Scatter, Slot, Start, Vertex, Workspace,
+    environment_aim, scatter, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -34,6 +35,10 @@ impl Default for PathTracer {
 
 /// Russian roulette never lets a path go on with a larger probability than this.
 const LONGEST_ROULETTE: f64 = 0.95;
+
+/// Connections are asked about an edge that was found by chance with this multiple of the probability that they
+/// may have at most in its weight.
+const ASK: f64 = 4.0;
 
 /// A direction that is due to be followed, and what MIS must know of it.
 struct Next {
@@ -68,6 +73,8 @@ impl Way {
 /// What a connection brings, and how far it goes.
 struct Light {
     value: Spectrum,
+    /// Share of it in what all ways to find it bring.
+    share: f64,
     events: u32,
     optical_length: f64,
 }
@@ -198,7 +205,7 @@ impl Tracing<'_> {
                 let cos = hit.normal.dot(-direction);
                 let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, cos));
                 let light = radiance / (n * n) * weight;
-                self.emitted(light, (edge, next), lanes, (way, emitter));
+                self.emitted((light, weight), (edge, next), lanes, (way, emitter));
             }
             End::Escaped { direction, medium } => {
                 let n = self.scene.n(medium, edge.start.x);
@@ -208,25 +215,30 @@ impl Tracing<'_> {
                     let aim = environment_aim(scene, direction);
                     let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, 1.0));
                     let light = environment.radiance(direction) / (n * n) * weight;
-                    self.emitted(light, (edge, next), lanes, (way, emitter));
+                    self.emitted((light, weight), (edge, next), lanes, (way, emitter));
                 }
             }
             End::Collision(_) | End::Dead => {}
         }
     }
 
-    /// Hands over light that is emitted at the end of an edge.
+    /// Hands over light that is emitted at the end of an edge, and was weighted.
     fn emitted(
         &mut self,
-        light: Spectrum,
+        (light, weight): (Spectrum, f64),
         (edge, next): (&Edge, &Next),
         lanes: Spectrum,
         (way, emitter): (Way, usize),
     ) {
-        if !light.is_zero() {
-            let value = light * next.throughput * edge.throughput(self.scene, lanes);
-            self.hand_over(value, way, emitter);
+        if light.is_zero() {
+            return;
         }
+        let value = light * next.throughput * edge.throughput(self.scene, lanes);
+        if let (Some(survey), Some((vertex, _))) = (&mut self.ws.survey, &next.from) {
+            let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
+            survey.contribution(slot, value.sum(), 1.0 - weight);
+        }
+        self.hand_over(value, way, emitter);
     }
 
     fn hand_over(&mut self, value: Spectrum, way: Way, emitter: usize) {
@@ -243,11 +255,21 @@ impl Tracing<'_> {
         });
     }
 
-    /// Hands over a share of what connections from a vertex to an emitter bring.
-    fn connected(&mut self, light: Found<Light>, share: f64, (way, emitter): (Way, usize)) {
+    /// Hands over a share of what connections of a vertex to an emitter bring.
+    fn connected(
+        &mut self,
+        light: Found<Light>,
+        (vertex, share): (&Vertex, f64),
+        (way, emitter): (Way, usize),
+    ) {
+        let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
         for (light, weight) in light {
             let way = way.and(light.events, light.optical_length);
-            self.hand_over(light.value * (weight * share), way, emitter);
+            let value = light.value * (weight * share);
+            if let Some(survey) = &mut self.ws.survey {
+                survey.contribution(slot, value.sum(), light.share);
+            }
+            self.hand_over(value, way, emitter);
         }
     }
 
@@ -267,107 +289,41 @@ impl Tracing<'_> {
         if !edge.connectable {
             return 1.0;
         }
+        let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
+        let chosen = self
+            .scene
+            .emitter_probability(emitter, &vertex.receiver(self.scene));
+        let by_connection = self.ws.rates.of(slot) * chosen * pdf;
+        let by_chance = edge.tube.density(*direction_pdf, n) * cos * edge.tube.survival(lanes);
+        let most = by_connection / (by_connection + by_chance);
+        // Where little is the connections' anyway, whether they find the edge is asked but now and then.
+        let asked = match self.scene.is_straight() || self.ws.survey.is_some() {
+            true => 1.0,
+            false => (ASK * most).min(1.0),
+        };
+        if asked < 1.0 && self.sampler.next_1d() >= asked {
+            return 1.0;
+        }
+        let before = self.work();
         let goal = Goal::emitter(self.scene, emitter, *aim);
         let way = (&edge.tube, edge.start.direction, None);
         let ease = Link::ease(self.scene, (vertex, &goal), way, self.ws);
-        let by_connection = self.scene.emitter_probability(emitter) * pdf * ease;
-        let by_chance = edge.tube.density(*direction_pdf, n) * cos * edge.tube.survival(lanes);
-        by_chance / (by_chance + by_connection)
+        self.spent(slot, before);
+        let share = by_connection * ease / (by_connection * ease + by_chance);
+        1.0 - share / asked
     }
 
-    /// Next-event estimation at the vertex where an edge ended: what it scatters of one emitter's
-    /// light, chosen at random. `throughput` is that up to the vertex.
-    fn direct(
-        &mut self,
-        vertex: &Vertex,
-        (edge, way): (&Edge, Way),
-        (throughput, lanes): (Spectrum, Spectrum),
-        budget: u32,
-    ) {
-        let choice = self.scene.choose_emitter(self.sampler.next_1d());
-        let Some((index, probability)) = choice.filter(|_| !throughput.is_zero()) else {
-            return;
-        };
-        let light = self.connect(vertex, throughput, (index, probability), budget);
-        if light.is_empty() {
-            return;
-        }
-        let emitter = &self.scene.emitters()[index];
-        let share = match (&edge.end, self.around(edge, emitter)) {
-            (End::Collision(point), Some(around)) => {
-                // The same vertex could have been placed by its distance to the emitter.
-                let by_collision = Edge::collision_density(lanes, point);
-                by_collision / (by_collision + around.pdf(point.length))
-            }
-            _ => 1.0,
-        };
-        self.connected(light, share, (way, index));
+    /// The work so far, if a pilot asks for it.
+    fn work(&self) -> Option<f64> {
+        self.ws.survey.as_ref().map(|_| self.ws.stats().cost())
     }
 
-    /// Single scattering at a point of the edge that is chosen by its distance to a point-like
-    /// emitter: its light falls off as 1/r², and collisions alone would sample it with infinite
-    /// variance (theory §9).
-    fn around_emitter(&mut self, edge: &Edge, next: &Next, lanes: Spectrum, budget: u32) {
-        let choice = self.scene.choose_emitter(self.sampler.next_1d());
-        let u = self.sampler.next_1d();
-        let Some((index, probability)) = choice else {
-            return;
-        };
-        let emitter = &self.scene.emitters()[index];
-        let Some(around) = self.around(edge, emitter) else {
-            return;
-        };
-        let Some(point) = edge.at_length(around.sample(u)) else {
-            return;
-        };
-        let albedo = self.scene.medium(point.medium).albedo.at(point.x);
-        let scattering = point.rate * albedo * point.depth.exp_neg() * point.weight;
-        if scattering.is_zero() {
-            return;
+    /// Tells a pilot of the work for connections of a kind, given that before.
+    fn spent(&mut self, slot: Slot, before: Option<f64>) {
+        let after = self.work();
+        if let (Some(survey), Some(before), Some(after)) = (&mut self.ws.survey, before, after) {
+            survey.work(slot, after - before);
         }
-        let density = around.pdf(point.length) + Edge::collision_density(lanes, &point);
-        let throughput = next.throughput * scattering / density;
-        let vertex = Vertex::volume(&point);
-        let light = self.connect(&vertex, throughput, (index, probability), budget);
-        if !light.is_empty() {
-            let way = next.way.and(0, edge.optical_length_at(point.length));
-            self.connected(light, 1.0, (way, index));
-        }
-    }
-
-    fn around(&self, edge: &Edge, emitter: &Emitter) -> Option<Equiangular> {
-        if !self.equiangular {
-            return None;
-        }
-        Equiangular::new(edge, emitter.singularity()?)
-    }
-
-    /// What a vertex scatters of the light of an emitter that was chosen with some probability,
-    /// weighted against finding it by chance, for a path of given throughput up to the vertex.
-    fn connect(
-        &mut self,
-        vertex: &Vertex,
-        throughput: Spectrum,
-        (index, probability): (usize, f64),
-        budget: u32,
-    ) -> Found<Light> {
-        let scene = self.scene;
-        let emitter = &scene.emitters()[index];
-        let shape = |object: usize| &scene.objects()[object].shape;
-        let aimed = emitter.aim(scene.around(), shape, self.sampler.next_2d());
-        let density = probability * aimed.pdf;
-        let goal = Goal::emitter(scene, index, aimed.aim);
-        let behind = lead_in(scene, index);
-        Link::each(scene, (vertex, &goal), self.sampler, self.ws, |link| {
-            let emitted = emitter.emitted(&aimed.aim, link.origin, link.emission);
-            let aimed = (&aimed.aim, density, aimed.delta);
-            let value = received(scene, vertex, throughput, link, emitted, aimed);
-            (link.tube.events < budget && !value.is_zero()).then_some(Light {
-                value,
-                events: link.tube.events,
-                optical_length: link.optical_length - behind,
-            })
-        })
     }
 
     fn scatter(&mut self, vertex: Vertex, throughput: Spectrum, way: Way) -> Option<Next> {
@@ -384,39 +340,4 @@ impl Tracing<'_> {
             way,
         })
     }
-}
-
-/// What a link brings to the sensor, for an aim of given density; `delta` if nothing else can find
-/// the emitter.
-fn received(
-    scene: &Scene,
-    vertex: &Vertex,
-    throughput: Spectrum,
-    link: &Link,
-    emitted: Spectrum,
-    (aim, density, delta): (&Aim, f64, bool),
-) -> Spectrum {
-    let scattered = throughput * vertex.eval(scene, link.direction);
-    let received = scattered * link.transmittance() * emitted;
-    if received.is_zero() {
-        return Spectrum::ZERO;
-    }
-    let weight = if delta {
-        1.0
-    } else {
-        // As the edge would be sampled if scattering chose this direction.
-        let lanes = scattered / scattered.sum();
-        let cos = match aim {
-            Aim::Point {
-                surface: Some(OnSurface { normal, .. }),
-                ..
-            } => normal.dot(link.emission),
-            _ => 1.0,
-        };
-        let pdf = scatter_pdf(scene, vertex, link.direction);
-        let by_chance = link.tube.density(pdf, link.n_aim) * cos * link.tube.survival(lanes);
-        let by_connection = density * link.ease;
-        by_connection / (by_connection + by_chance)
-    };
-    received * (link.tube.geometry * weight / density)
 }

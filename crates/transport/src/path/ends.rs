@@ -71,7 +71,7 @@ impl LightPath {
         sampler: &mut Sampler,
         ws: &mut Workspace,
     ) -> Option<Self> {
-        let choice = scene.choose_emitter(sampler.next_1d());
+        let choice = scene.choose_source(sampler.next_1d());
         let u = (sampler.next_2d(), sampler.next_2d());
         let (index, probability) = choice?;
         let (emission, ray) = emit(scene, (index, probability), bounds.white(), u)?;

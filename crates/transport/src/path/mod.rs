@@ -21,6 +21,7 @@ mod guess;
 mod length;
 mod link;
 mod passage;
+mod rates;
 mod search;
 mod share;
 mod spread;
@@ -40,6 +41,7 @@ pub use guess::guess;
 pub use length::lead_in;
 pub use link::{Found, Goal, Link, environment_aim};
 pub use passage::transmittance;
+pub use rates::{Rates, Slot, Survey};
 pub use share::{collided, share};
 pub use subpath::{Escape, Ray, Station, Step, Subpath, Walker};
 pub use tube::Tube;
@@ -70,6 +72,10 @@ pub struct Workspace {
     /// Probability in (0, 1] with which a connection that may not be unique is searched for further
     /// branches. Any value is unbiased.
     pub search: f64,
+    /// Probabilities with which vertices are connected to emitters. Any values are unbiased.
+    pub rates: Rates,
+    /// What a pilot finds out about them.
+    pub survey: Option<Box<Survey>>,
     /// Parts of the straight connection last made.
     line: Vec<straight::Part>,
 }
@@ -82,6 +88,8 @@ impl Workspace {
             stats: Stats::default(),
             ledger: Ledger::default(),
             search: SEARCH,
+            rates: Rates::default(),
+            survey: None,
             line: Vec::new(),
         }
     }

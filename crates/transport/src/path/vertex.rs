@@ -5,9 +5,9 @@ use super::tube::Tube;
 use super::walk::{leave, surface_at};
 use crate::Spectrum;
 use crate::aim::{Aim, OnSurface};
-use crate::bsdf::Surface;
+use crate::bsdf::{Bsdf, Surface};
 use crate::sampling::Sampler;
-use crate::scene::{MediumId, Scene};
+use crate::scene::{MediumId, Receiver, Scene};
 use glam::DVec3;
 
 /// A point at which light is scattered by other than specular events.
@@ -161,6 +161,48 @@ impl Vertex {
         match self {
             Vertex::Volume { .. } => None,
             Vertex::Surface { object, .. } => Some(*object),
+        }
+    }
+
+    /// What is to be known of it for the choice of an emitter.
+    pub(crate) fn receiver<'a>(&self, scene: &'a Scene) -> Receiver<'a> {
+        match *self {
+            Vertex::Volume {
+                x,
+                direction,
+                medium,
+            } => Receiver::Volume {
+                x,
+                direction,
+                phase: &scene.medium(medium).phase,
+            },
+            Vertex::Surface {
+                x,
+                direction,
+                object,
+                surface,
+                ..
+            } => Receiver::Surface {
+                x,
+                normal: match surface.normal.dot(direction) > 0.0 {
+                    true => -surface.normal,
+                    false => surface.normal,
+                },
+                opaque: scene.objects()[object].bsdf.is_opaque(),
+            },
+        }
+    }
+
+    /// Whether it is known to scatter no light, as the surfaces of lamps often are.
+    pub fn is_black(&self, scene: &Scene) -> bool {
+        match self {
+            Vertex::Volume { .. } => false,
+            Vertex::Surface {
+                object, surface, ..
+            } => {
+                matches!(scene.objects()[*object].bsdf, Bsdf::Diffuse(_))
+                    && self.eval(scene, surface.normal).is_zero()
+            }
         }
     }
 

@@ -24,7 +24,7 @@ pub use target::{Measure, Target};
 
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
-use crate::path::Balance;
+use crate::path::{Balance, Rates};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::sum::Sum;
@@ -157,6 +157,8 @@ pub fn render_counted(
 struct Prepared {
     /// Probability with which connections are searched for further branches.
     search: f64,
+    /// Probabilities with which vertices are connected to emitters.
+    rates: Rates,
     /// Radius of the first photon map; zero if there are none.
     radius: f64,
 }
@@ -166,6 +168,7 @@ fn prepare(scenes: &[Scene], options: &Options) -> Vec<Prepared> {
     let groups = scenes.iter().enumerate().map(|(group, scene)| {
         let mut prepared = Prepared {
             search: 1.0,
+            rates: Rates::default(),
             radius: 0.0,
         };
         let source = Source::new(scene, options, group, prepared);
@@ -173,7 +176,7 @@ fn prepare(scenes: &[Scene], options: &Options) -> Vec<Prepared> {
             Integrator::Photon(mapping) => {
                 prepared.radius = photons::first_radius(&source, &mapping);
             }
-            _ => prepared.search = pilot::search_probability(&source),
+            _ => (prepared.search, prepared.rates) = pilot::probabilities(&source),
         }
         prepared
     });

@@ -40,6 +40,7 @@ impl<'a> Source<'a> {
     pub fn workspace(&self) -> Workspace {
         let mut ws = Workspace::new(self.scene.tolerance());
         ws.search = self.prepared.search;
+        ws.rates = self.prepared.rates;
         ws
     }
 

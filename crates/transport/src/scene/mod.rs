@@ -1,25 +1,29 @@
 //! The scene: immutable, and valid by construction.
 
 mod check;
+mod group;
+mod lamp;
+mod lights;
 mod period;
 mod regions;
 mod world;
 
 pub use check::{Problem, Severity, Subject};
+pub(crate) use lamp::Receiver;
 pub use regions::{GlassBall, Region};
 
 use crate::Spectrum;
 use crate::aim::{Aim, OnSurface};
 use crate::bsdf::Bsdf;
-use crate::emitter::{Emitter, Surroundings};
+use crate::emitter::{Class, Emitter, Surroundings};
 use crate::film::Filter;
 use crate::medium::Medium;
-use crate::sampling::Discrete;
 use crate::sensor::Sensor;
 use crate::shape::{Accel, Shape};
 use eikonal::connect::{Guide, Launch, Pattern, Reach, Start, World};
 use eikonal::{Aabb, Tolerance};
 use glam::DVec3;
+use lights::Lights;
 
 /// Index of a medium in [`Scene::media`].
 pub type MediumId = usize;
@@ -121,7 +125,7 @@ pub struct Scene {
     blockers: Index,
     regions: Vec<Region>,
     sensor_medium: MediumId,
-    emitter_choice: Option<Discrete>,
+    lights: Lights,
     around: Surroundings,
     reach: Reach,
     bending: Bending,
@@ -178,7 +182,7 @@ impl Scene {
             interfaces: Index::new(&parts.objects, Object::is_interface),
             veils: Index::new(&parts.objects, |o| o.bsdf.is_veil()),
             blockers: Index::new(&parts.objects, |o| !o.is_interface() && !o.bsdf.is_veil()),
-            emitter_choice: Discrete::new(&vec![1.0; parts.emitters.len()]).ok(),
+            lights: Lights::new(&parts, &around),
             regions,
             attractors: attractors(&parts),
             glass_ball: regions::glass_ball(&parts, &crowded),
@@ -361,17 +365,31 @@ impl Scene {
         emitters.map(move |e| e.power(self.around(), shape) * white)
     }
 
-    /// Chooses an emitter: its index and the probability of the choice.
-    pub(crate) fn choose_emitter(&self, u: f64) -> Option<(usize, f64)> {
-        let pick = self.emitter_choice.as_ref()?.sample(u);
+    /// The classes that the emitters belong to.
+    pub(crate) fn classes(&self) -> impl Iterator<Item = Class> + '_ {
+        self.lights.classes()
+    }
+
+    /// Chooses an emitter of a class that has some for a receiver to be connected to: its index and the
+    /// probability of the choice.
+    pub(crate) fn choose_emitter(&self, class: Class, receiver: &Receiver, u: f64) -> (usize, f64) {
+        self.lights.choose(class, (self.emitters(), receiver), u)
+    }
+
+    /// Probability that [`Scene::choose_emitter`] chooses `emitter` among those of its class.
+    pub(crate) fn emitter_probability(&self, emitter: usize, receiver: &Receiver) -> f64 {
+        self.lights.probability(emitter, self.emitters(), receiver)
+    }
+
+    /// Chooses an emitter for a light subpath to start from: its index and the probability of the choice.
+    pub(crate) fn choose_source(&self, u: f64) -> Option<(usize, f64)> {
+        let pick = self.lights.sources()?.sample(u);
         Some((pick.index, pick.probability))
     }
 
-    /// Probability that [`Scene::choose_emitter`] chooses `emitter`.
-    pub(crate) fn emitter_probability(&self, emitter: usize) -> f64 {
-        self.emitter_choice
-            .as_ref()
-            .map_or(0.0, |choice| choice.pdf(emitter))
+    /// Probability that [`Scene::choose_source`] chooses `emitter`.
+    pub(crate) fn source_probability(&self, emitter: usize) -> f64 {
+        self.lights.sources().map_or(0.0, |s| s.pdf(emitter))
     }
 
     /// The environments and their indices.

@@ -26,7 +26,7 @@ impl Joining<'_> {
             if let Some((index, radiance, pdf)) = z.vertex.emitted(scene) {
                 let aim = Aimed {
                     aim: z.vertex.aim(),
-                    pdf: scene.emitter_probability(index) * pdf,
+                    pdf: scene.source_probability(index) * pdf,
                     delta: false,
                 };
                 let ease = self.ease(sensor, (i, &z.step), (index, &aim.aim));
@@ -40,7 +40,7 @@ impl Joining<'_> {
             let toward = -escape.step.back;
             let aim = Aimed {
                 aim: environment_aim(scene, toward),
-                pdf: scene.emitter_probability(index) * environment.pdf(toward),
+                pdf: scene.source_probability(index) * environment.pdf(toward),
                 delta: false,
             };
             let place = (sensor.stations.len(), &escape.step);
@@ -80,26 +80,26 @@ impl Joining<'_> {
         Link::ease(scene, (&vertex, &goal), way, self.ws)
     }
 
-    /// s = 1: the last of the sensor's stations and an emitter.
+    /// s = 1: the last of the sensor's stations and an emitter of each class.
     pub fn direct(&mut self, stations: &[Station]) {
         let Some(z) = stations.last() else { return };
         let (setting, scene) = (self.setting, self.setting.scene);
-        let choice = scene.choose_emitter(self.sampler.next_1d());
-        let u = self.sampler.next_2d();
-        let Some((index, probability)) = choice else {
+        if z.vertex.is_black(scene) {
             return;
-        };
-        let emitter = &scene.emitters()[index];
-        let shape = |object: usize| &scene.objects()[object].shape;
-        let aimed = emitter.aim(scene.around(), shape, u);
-        let aim = Aimed {
-            pdf: probability * aimed.pdf,
-            ..aimed
-        };
-        let goal = Goal::emitter(scene, index, aim.aim);
-        self.link(&z.vertex, &goal, |link| {
-            setting.direct(stations, link, (index, &aim))
-        });
+        }
+        let receiver = z.vertex.receiver(scene);
+        for class in scene.classes() {
+            let choice = self.sampler.next_1d();
+            let u = self.sampler.next_2d();
+            let (index, chosen) = scene.choose_emitter(class, &receiver, choice);
+            let emitter = &scene.emitters()[index];
+            let shape = |object: usize| &scene.objects()[object].shape;
+            let aim = emitter.aim(scene.around(), shape, u);
+            let goal = Goal::emitter(scene, index, aim.aim);
+            self.link(&z.vertex, &goal, |link| {
+                setting.direct(stations, link, (index, &aim, chosen))
+            });
+        }
     }
 
     /// t = 1: station `j` of an emitter's subpath and the sensor.

@@ -5,7 +5,7 @@ use crate::Spectrum;
 use crate::aim::{Aim, Aimed, OnSurface};
 use crate::film::PathFacts;
 use crate::integrator::Contribution;
-use crate::path::{Escape, LightPath, Link, Station, Step, Subpath, lead_in};
+use crate::path::{Escape, LightPath, Link, Station, Step, Subpath, Vertex, lead_in};
 use crate::scene::Scene;
 use glam::DVec3;
 
@@ -111,11 +111,12 @@ impl Setting<'_> {
                 .event(self.scene, self.lanes, step.leaving, &step.tube);
             step.tube.density(pdf, step.n_before) * event
         });
+        let favour = |b: &Station| self.favour(&b.vertex, index);
         let mut path = sensor_side(stations, before);
         path.push(Density {
             from_sensor: last.forward,
             from_emitter: aim.pdf,
-            ease,
+            ease: ease * stations.last().map_or(1.0, favour),
         });
         let sampled = Sampled {
             image: None,
@@ -127,13 +128,13 @@ impl Setting<'_> {
         self.contribution(sampled, value, &path)
     }
 
-    /// A link from the last of the sensor's stations to an emitter that was aimed at with density
-    /// `aim.pdf`, the probability of the emitter included.
+    /// A link from the last of the sensor's stations to an emitter that was chosen with some probability, and then
+    /// aimed at.
     pub fn direct(
         &self,
         stations: &[Station],
         link: &Link,
-        (index, aim): (usize, &Aimed),
+        (index, aim, chosen): (usize, &Aimed, f64),
     ) -> Option<Contribution> {
         let z = stations.last()?;
         let emitter = &self.scene.emitters()[index];
@@ -146,10 +147,11 @@ impl Setting<'_> {
         let event = cosine(&aim.aim, link.emission) * link.tube.survival(self.lanes);
         let pdf = z.vertex.pdf(self.scene, link.direction);
         let by_chance = link.tube.density(pdf, link.n_aim) * event;
+        let source = self.scene.source_probability(index);
         path.push(Density {
             from_sensor: if aim.delta { 0.0 } else { by_chance },
-            from_emitter: aim.pdf,
-            ease: link.ease,
+            from_emitter: source * aim.pdf,
+            ease: link.ease * (chosen / source),
         });
         let sampled = Sampled {
             image: None,
@@ -158,7 +160,15 @@ impl Setting<'_> {
             optical_length: z.optical_length + link.optical_length - lead_in(self.scene, index),
             emitter: index,
         };
-        self.contribution(sampled, value * (link.tube.geometry / aim.pdf), &path)
+        let factor = link.tube.geometry / (chosen * aim.pdf);
+        self.contribution(sampled, value * factor, &path)
+    }
+
+    /// How much more often connections of a vertex choose an emitter than light subpaths do: the former make
+    /// strategy s = 1, the latter all with more of the emitter's vertices.
+    fn favour(&self, vertex: &Vertex, emitter: usize) -> f64 {
+        let receiver = vertex.receiver(self.scene);
+        self.scene.emitter_probability(emitter, &receiver) / self.scene.source_probability(emitter)
     }
 
     /// A link from the last of the sensor's stations to station `j` of an emitter's subpath.
@@ -315,6 +325,12 @@ impl Setting<'_> {
         };
         let delta = self.scene.emitters()[light.emitter].is_delta();
         let cosine = cosine(&light.emission.aim, stations[0].step.leaving);
+        // The first vertex as the sensor's subpath would come upon it.
+        let from = match stations.get(1) {
+            Some(next) => next.step.leaving,
+            None => direction,
+        };
+        ease *= self.favour(&stations[0].vertex.seen_from(from), light.emitter);
         path.push(Density {
             from_sensor: if delta { 0.0 } else { by_chance * cosine },
             from_emitter: light.density,

@@ -1,0 +1,329 @@
+//! Emitters of one class, and the choice of one of them.
+//!
+//! A connection takes an emitter in proportion to a guess of what it brings: its intensity over the square of
+//! its distance, with the cosine or the phase function along the chord. Where there are many, a tree of balls
+//! around them is descended, each branch being weighed as one lamp (after A. Conty Estevez and C. Kulla,
+//! "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018), so that the cost grows as the
+//! logarithm of their number. A guess knows nothing of what is in the way, nor of bent rays: a share of the
+//! choices is left to chance.
+
+use super::lamp::{Lamp, Receiver};
+use crate::emitter::Emitter;
+use eikonal::Aabb;
+use glam::DVec3;
+use std::ops::Range;
+
+/// Share of the choices that is left to chance.
+pub(super) const FLOOR: f64 = 0.1;
+/// Most emitters that are weighed one by one.
+const BUCKET: usize = 8;
+/// Some emitters, taken together.
+#[derive(Clone, Debug)]
+struct Node {
+    content: Content,
+    parent: usize,
+    /// Around all that is near; emitters far away are weighed one by one.
+    ball: Option<(DVec3, f64)>,
+    strength: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Content {
+    Inner([usize; 2]),
+    /// A range of a group's members.
+    Leaf(Range<usize>),
+}
+
+/// An emitter of a group.
+#[derive(Clone, Debug)]
+pub(super) struct Member {
+    pub emitter: usize,
+    lamp: Lamp,
+    /// The node that holds it.
+    leaf: usize,
+}
+
+/// The emitters of one class.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Group {
+    /// In the order of the leaves.
+    pub members: Vec<Member>,
+    nodes: Vec<Node>,
+}
+
+impl Group {
+    pub fn new(lamps: Vec<(usize, Lamp)>) -> Self {
+        let (near, far): (Vec<_>, Vec<_>) = lamps.into_iter().partition(|(_, l)| l.is_near());
+        let mut group = Group::default();
+        if near.is_empty() || far.is_empty() {
+            if !near.is_empty() {
+                group.branch(near, 0);
+            } else if !far.is_empty() {
+                group.leaf(far, 0, None);
+            }
+            return group;
+        }
+        let root = group.push(0, None, 0.0);
+        let children = [group.branch(near, root), group.leaf(far, root, None)];
+        group.nodes[root].content = Content::Inner(children);
+        group
+    }
+
+    /// An empty node.
+    fn push(&mut self, parent: usize, ball: Option<(DVec3, f64)>, strength: f64) -> usize {
+        self.nodes.push(Node {
+            content: Content::Leaf(0..0),
+            parent,
+            ball,
+            strength,
+        });
+        self.nodes.len() - 1
+    }
+
+    fn leaf(
+        &mut self,
+        lamps: Vec<(usize, Lamp)>,
+        parent: usize,
+        ball: Option<(DVec3, f64)>,
+    ) -> usize {
+        let strength = lamps.iter().map(|(_, l)| l.strength).sum();
+        let leaf = self.push(parent, ball, strength);
+        let first = self.members.len();
+        let member = |(emitter, lamp)| Member {
+            emitter,
+            lamp,
+            leaf,
+        };
+        self.members.extend(lamps.into_iter().map(member));
+        self.nodes[leaf].content = Content::Leaf(first..self.members.len());
+        leaf
+    }
+
+    /// A tree over lamps, halved along the longest side of the box around their centres.
+    fn branch(&mut self, mut lamps: Vec<(usize, Lamp)>, parent: usize) -> usize {
+        let centers = lamps.iter().map(|(_, l)| l.center);
+        let all = centers.fold(Aabb::EMPTY, Aabb::include);
+        let (center, size) = (all.center(), all.size());
+        let reach = lamps
+            .iter()
+            .map(|(_, l)| l.center.distance(center) + l.radius);
+        let ball = (center, reach.fold(0.0, f64::max));
+        if lamps.len() <= BUCKET {
+            return self.leaf(lamps, parent, Some(ball));
+        }
+        let axis = size.max_position();
+        lamps.sort_by(|(_, a), (_, b)| a.center[axis].total_cmp(&b.center[axis]));
+        let strength = lamps.iter().map(|(_, l)| l.strength).sum();
+        let upper = lamps.split_off(lamps.len() / 2);
+        let node = self.push(parent, Some(ball), strength);
+        let children = [self.branch(lamps, node), self.branch(upper, node)];
+        self.nodes[node].content = Content::Inner(children);
+        node
+    }
+}
+
+/// A group as a receiver sees it.
+pub(super) struct Seen<'a> {
+    pub group: &'a Group,
+    pub emitters: &'a [Emitter],
+    pub receiver: &'a Receiver<'a>,
+}
+
+impl Seen<'_> {
+    /// The emitter that a uniform number chooses, and the probability of the choice.
+    pub fn choose(&self, u: f64) -> (usize, f64) {
+        let members = &self.group.members;
+        if let [only] = &members[..] {
+            return (only.emitter, 1.0);
+        }
+        let member = match u < FLOOR {
+            true => (u / FLOOR * members.len() as f64) as usize,
+            false => self.descend((u - FLOOR) / (1.0 - FLOOR)),
+        };
+        let member = member.min(members.len() - 1);
+        (members[member].emitter, self.probability(member))
+    }
+
+    /// The probability with which [`Seen::choose`] chooses a member.
+    pub fn probability(&self, member: usize) -> f64 {
+        match self.group.members.len() {
+            1 => 1.0,
+            n => FLOOR / n as f64 + (1.0 - FLOOR) * self.of_descent(member),
+        }
+    }
+
+    fn guess(&self, member: usize) -> f64 {
+        let member = &self.group.members[member];
+        let emitter = &self.emitters[member.emitter];
+        member.lamp.guess(emitter, self.receiver)
+    }
+
+    fn total(&self, range: &Range<usize>) -> f64 {
+        range.clone().map(|m| self.guess(m)).sum()
+    }
+
+    fn weight(&self, node: usize) -> f64 {
+        let node = &self.group.nodes[node];
+        match (node.ball, &node.content) {
+            (Some((center, radius)), _) => node.strength * self.receiver.near(center, radius),
+            (None, Content::Leaf(range)) => self.total(range),
+            (None, Content::Inner(_)) => 0.0,
+        }
+    }
+
+    /// Probability of going on to the first of two nodes.
+    fn first(&self, children: &[usize; 2]) -> f64 {
+        let [a, b] = children.map(|c| self.weight(c));
+        if a + b > 0.0 { a / (a + b) } else { 0.5 }
+    }
+
+    /// Chooses a member by guesses.
+    fn descend(&self, mut u: f64) -> usize {
+        let mut at = 0;
+        loop {
+            match &self.group.nodes[at].content {
+                Content::Inner(children) => {
+                    let p = self.first(children);
+                    let second = u >= p;
+                    u = if second { (u - p) / (1.0 - p) } else { u / p };
+                    at = children[usize::from(second)];
+                }
+                Content::Leaf(range) => {
+                    let mut left = u * self.total(range);
+                    let passes = |m: &usize| {
+                        left -= self.guess(*m);
+                        left < 0.0
+                    };
+                    return range.clone().find(passes).unwrap_or(range.end - 1);
+                }
+            }
+        }
+    }
+
+    /// Probability with which [`Seen::descend`] chooses a member.
+    fn of_descent(&self, member: usize) -> f64 {
+        let nodes = &self.group.nodes;
+        let mut at = self.group.members[member].leaf;
+        let mut p = match &nodes[at].content {
+            Content::Leaf(range) => match self.total(range) {
+                total if total > 0.0 => self.guess(member) / total,
+                _ => f64::from(u8::from(member == range.end - 1)),
+            },
+            Content::Inner(_) => 0.0,
+        };
+        while at != 0 {
+            let parent = nodes[at].parent;
+            if let Content::Inner(children) = &nodes[parent].content {
+                let first = self.first(children);
+                p *= if at == children[0] {
+                    first
+                } else {
+                    1.0 - first
+                };
+            }
+            at = parent;
+        }
+        p
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Spectrum;
+    use crate::emitter::Surroundings;
+    use crate::phase::Phase;
+
+    /// Some 60 points in a row and a sun: a tree, and a leaf of what is far away.
+    fn emitters() -> Vec<Emitter> {
+        let point = |i: usize| Emitter::Point {
+            position: DVec3::new(i as f64 * 0.3 - 9.0, 2.0, 0.1),
+            intensity: Spectrum::splat(1.0 + (7 * i % 5) as f64),
+        };
+        let sun = Emitter::Directional {
+            direction: -DVec3::Y,
+            irradiance: Spectrum::ONE,
+        };
+        (0..60).map(point).chain([sun]).collect()
+    }
+
+    fn group(emitters: &[Emitter]) -> Group {
+        let around = Surroundings {
+            center: DVec3::ZERO,
+            radius: 10.0,
+        };
+        let lamp = |(i, e)| (i, Lamp::new(e, &around, &[]));
+        Group::new(emitters.iter().enumerate().map(lamp).collect())
+    }
+
+    /// Evenly spread numbers choose every emitter as often as its probability says, and probabilities add up to
+    /// one. Choices are intervals of numbers, of which a tree cuts each into two or so: round-off is 1e-3.
+    #[test]
+    fn choices_have_their_probabilities() {
+        let (emitters, phase) = (emitters(), Phase::henyey_greenstein(0.8).unwrap());
+        let group = group(&emitters);
+        let x = DVec3::new(1.0, 0.0, 0.0);
+        let volume = Receiver::Volume {
+            x,
+            direction: DVec3::Y,
+            phase: &phase,
+        };
+        let surface = |normal, opaque| Receiver::Surface { x, normal, opaque };
+        let (from, to) = (DVec3::new(-3.0, 0.0, 0.0), DVec3::new(3.0, 1.9, 0.2));
+        let receivers = [
+            volume,
+            surface(DVec3::X, true),
+            surface(-DVec3::Y, true),
+            surface(-DVec3::Y, false),
+            Receiver::Segment { from, to },
+            Receiver::Segment { from, to: from },
+        ];
+        for receiver in &receivers {
+            let seen = Seen {
+                group: &group,
+                emitters: &emitters,
+                receiver,
+            };
+            let mut counts = vec![0.0; emitters.len()];
+            let n = 100_000;
+            for i in 0..n {
+                let (emitter, probability) = seen.choose((i as f64 + 0.5) / n as f64);
+                assert!(probability > 0.0);
+                counts[emitter] += 1.0 / n as f64;
+            }
+            let mut sum = 0.0;
+            for (place, member) in group.members.iter().enumerate() {
+                let probability = seen.probability(place);
+                sum += probability;
+                let count = counts[member.emitter];
+                let error = (count - probability).abs();
+                assert!(error < 1e-3, "{receiver:?}: {count} {probability}");
+            }
+            assert!((sum - 1.0).abs() < 1e-12, "{receiver:?}: {sum}");
+        }
+    }
+
+    /// What is near, bright or in front is chosen more often.
+    #[test]
+    fn guesses_know_distances_and_cosines() {
+        let emitters = emitters();
+        let group = group(&emitters);
+        let receiver = Receiver::Surface {
+            x: DVec3::new(0.0, 1.0, 0.0),
+            normal: DVec3::X,
+            opaque: true,
+        };
+        let seen = Seen {
+            group: &group,
+            emitters: &emitters,
+            receiver: &receiver,
+        };
+        let of = |emitter| {
+            let place = group.members.iter().position(|m| m.emitter == emitter);
+            seen.probability(place.unwrap())
+        };
+        // 10 is behind, 31 at the left edge of what is in front, 59 far away.
+        assert!(of(10) < 0.01 && of(59) < 0.01, "{} {}", of(10), of(59));
+        assert!((31..37).map(of).sum::<f64>() > 0.4);
+    }
+}

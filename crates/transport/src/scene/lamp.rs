@@ -1,0 +1,189 @@
+//! Guesses of what an emitter brings to a place where light is received.
+
+use super::Object;
+use crate::aim::Aim;
+use crate::emitter::{Emitter, Surroundings};
+use crate::phase::Phase;
+use crate::shape::Shape;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Points closer than this, relative to the size of the scene, count as this far apart.
+const CLOSEST: f64 = 1e-6;
+
+/// Where light is received: what a guess must know of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Receiver<'a> {
+    /// A point of a medium, through which light scatters into the direction against which the path came.
+    Volume {
+        x: DVec3,
+        direction: DVec3,
+        phase: &'a Phase,
+    },
+    /// A point of a surface; the normal is on the side from which the path came.
+    Surface {
+        x: DVec3,
+        normal: DVec3,
+        opaque: bool,
+    },
+    /// All along an edge.
+    Segment { from: DVec3, to: DVec3 },
+}
+
+impl Receiver<'_> {
+    /// What is received from a lamp of unit intensity, somewhere in a ball.
+    pub(super) fn near(&self, center: DVec3, radius: f64) -> f64 {
+        let Receiver::Segment { from, to } = *self else {
+            let chord = center - self.position();
+            let distance = chord.length().max(radius);
+            return self.response(chord / distance, radius / distance) / (distance * distance);
+        };
+        // ∫ ds/r² along the segment.
+        let length = from.distance(to);
+        let along = (center - from).dot((to - from) / length);
+        let off = (center - from).length_squared() - along * along;
+        let off = off.max(0.0).sqrt().max(radius);
+        (((length - along) / off).atan() + (along / off).atan()) / off
+    }
+
+    /// The scattering function, cosine included, about as large as it is towards a disc of some radius at
+    /// unit distance in a unit direction.
+    fn response(&self, direction: DVec3, radius: f64) -> f64 {
+        match self {
+            Receiver::Volume {
+                direction: arrival,
+                phase,
+                ..
+            } => {
+                let blur = radius * radius;
+                (1.0 - blur) * phase.pdf(arrival.dot(direction)) + blur / (4.0 * PI)
+            }
+            Receiver::Surface { normal, opaque, .. } => {
+                let cos = normal.dot(direction);
+                let cos = if *opaque { cos } else { cos.abs() };
+                (cos + radius).clamp(0.0, 1.0) / PI
+            }
+            Receiver::Segment { .. } => 1.0,
+        }
+    }
+
+    fn position(&self) -> DVec3 {
+        match self {
+            Receiver::Volume { x, .. } | Receiver::Surface { x, .. } => *x,
+            Receiver::Segment { from, to } => 0.5 * (*from + *to),
+        }
+    }
+}
+
+/// What a guess must know of an emitter.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lamp {
+    pub center: DVec3,
+    pub radius: f64,
+    /// Mean intensity, or irradiance of light from afar.
+    pub strength: f64,
+    facing: Facing,
+}
+
+/// Where an emitter shines.
+#[derive(Clone, Copy, Debug)]
+enum Facing {
+    /// All around.
+    Everywhere,
+    /// To one side of a flat surface.
+    Side(DVec3),
+    /// As its intensity says.
+    Point,
+    /// Along a beam.
+    Beam(DVec3),
+    /// From afar, along a direction or from everywhere.
+    Afar(Option<DVec3>),
+}
+
+impl Lamp {
+    pub fn new(emitter: &Emitter, around: &Surroundings, objects: &[Object]) -> Self {
+        let shape = |object: usize| &objects[object].shape;
+        let power = emitter.power(around, shape).sum();
+        let closest = CLOSEST * around.radius;
+        let lamp = |center, radius: f64, strength, facing| Lamp {
+            center,
+            radius: radius.max(closest),
+            strength,
+            facing,
+        };
+        let disc = PI * around.radius * around.radius;
+        match emitter {
+            Emitter::Area { object, .. } => surface(shape(*object), power, lamp),
+            Emitter::Textured(area) => surface(shape(area.object()), power, lamp),
+            Emitter::Directional { direction, .. } => lamp(
+                around.center,
+                around.radius,
+                power / disc,
+                Facing::Afar(Some(*direction)),
+            ),
+            Emitter::Environment(_) => lamp(
+                around.center,
+                around.radius,
+                power / disc,
+                Facing::Afar(None),
+            ),
+            Emitter::Collimated(beam) => {
+                let facing = Facing::Beam(beam.direction());
+                lamp(beam.origin(), beam.radius(), power / PI, facing)
+            }
+            Emitter::Point { position, .. } => {
+                lamp(*position, 0.0, power / (4.0 * PI), Facing::Everywhere)
+            }
+            Emitter::Spot(_) | Emitter::Projector(_) | Emitter::Luminaire(_) => {
+                let position = emitter.singularity().unwrap_or(around.center);
+                lamp(position, 0.0, power / (4.0 * PI), Facing::Point)
+            }
+        }
+    }
+
+    /// A guess of what a receiver gets.
+    pub fn guess(&self, emitter: &Emitter, receiver: &Receiver) -> f64 {
+        let (center, radius) = (self.center, self.radius);
+        let near = || receiver.near(center, radius);
+        match self.facing {
+            Facing::Everywhere => self.strength * near(),
+            Facing::Side(normal) => {
+                let chord = receiver.position() - center;
+                let cos = (normal.dot(chord) + radius) / chord.length().max(radius);
+                self.strength * near() * cos.clamp(0.0, 1.0)
+            }
+            Facing::Point => {
+                let chord = (receiver.position() - center).normalize_or_zero();
+                let strength = match receiver {
+                    Receiver::Segment { .. } => self.strength,
+                    _ => emitter.emitted(&Aim::at(center), center, chord).sum(),
+                };
+                strength * near()
+            }
+            Facing::Beam(direction) => {
+                // Beams may bend: they fade gently to the sides.
+                let chord = receiver.position() - center;
+                let off = chord.reject_from_normalized(direction).length_squared();
+                self.strength * receiver.response(-direction, 0.0) / (off + radius * radius)
+            }
+            Facing::Afar(Some(direction)) => self.strength * receiver.response(-direction, 0.0),
+            Facing::Afar(None) => self.strength * receiver.response(DVec3::Z, 1.0),
+        }
+    }
+
+    pub fn is_near(&self) -> bool {
+        !matches!(self.facing, Facing::Beam(_) | Facing::Afar(_))
+    }
+}
+
+/// A lamp of some power on a shape.
+fn surface(shape: &Shape, power: f64, lamp: impl FnOnce(DVec3, f64, f64, Facing) -> Lamp) -> Lamp {
+    let (center, radius) = (shape.aabb().center(), 0.5 * shape.diameter());
+    match shape {
+        Shape::Rectangle(_) | Shape::Disk(_) => {
+            let normal = shape.sample_area([0.5; 2]).normal;
+            lamp(center, radius, power / PI, Facing::Side(normal))
+        }
+        _ => lamp(center, radius, power / (4.0 * PI), Facing::Everywhere),
+    }
+}

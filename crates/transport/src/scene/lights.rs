@@ -1,0 +1,90 @@
+//! Which emitters connections are made to, and light subpaths start from.
+
+use super::Parts;
+use super::group::{FLOOR, Group, Seen};
+use super::lamp::{Lamp, Receiver};
+use crate::emitter::{Class, Emitter, Surroundings};
+use crate::sampling::Discrete;
+
+/// How emitters are chosen.
+#[derive(Clone, Debug)]
+pub(super) struct Lights {
+    /// In the order of [`Class::ALL`].
+    groups: [Group; 3],
+    /// For each emitter, its place in its group.
+    places: Vec<usize>,
+    /// Where light subpaths start.
+    sources: Option<Discrete>,
+}
+
+impl Lights {
+    pub fn new(parts: &Parts, around: &Surroundings) -> Self {
+        let emitters = parts.emitters.iter().enumerate();
+        let group = |class: Class| {
+            let own = emitters.clone().filter(|(_, e)| e.class() == class);
+            let lamp = |(i, e)| (i, Lamp::new(e, around, &parts.objects));
+            Group::new(own.map(lamp).collect())
+        };
+        let groups = Class::ALL.map(group);
+        let mut places = vec![0; parts.emitters.len()];
+        for group in &groups {
+            for (place, member) in group.members.iter().enumerate() {
+                places[member.emitter] = place;
+            }
+        }
+        Lights {
+            groups,
+            places,
+            sources: sources(parts, around),
+        }
+    }
+
+    /// Classes that have emitters.
+    pub fn classes(&self) -> impl Iterator<Item = Class> + '_ {
+        let present = |class: &Class| !self.groups[*class as usize].members.is_empty();
+        Class::ALL.into_iter().filter(present)
+    }
+
+    /// An emitter of a class that has some, and the probability of the choice.
+    pub fn choose(
+        &self,
+        class: Class,
+        (emitters, receiver): (&[Emitter], &Receiver),
+        u: f64,
+    ) -> (usize, f64) {
+        let group = &self.groups[class as usize];
+        Seen {
+            group,
+            emitters,
+            receiver,
+        }
+        .choose(u)
+    }
+
+    /// The probability with which [`Lights::choose`] chooses an emitter of its class.
+    pub fn probability(&self, emitter: usize, emitters: &[Emitter], receiver: &Receiver) -> f64 {
+        let group = &self.groups[emitters[emitter].class() as usize];
+        Seen {
+            group,
+            emitters,
+            receiver,
+        }
+        .probability(self.places[emitter])
+    }
+
+    /// How light subpaths choose the emitter to start from.
+    pub fn sources(&self) -> Option<&Discrete> {
+        self.sources.as_ref()
+    }
+}
+
+/// Emitters by their powers, with a share left to chance: what counts may be but a part of the scene.
+fn sources(parts: &Parts, around: &Surroundings) -> Option<Discrete> {
+    let shape = |object: usize| &parts.objects[object].shape;
+    let emitters = parts.emitters.iter();
+    let powers: Vec<f64> = emitters.map(|e| e.power(around, shape).sum()).collect();
+    let mean = powers.iter().sum::<f64>() / powers.len() as f64;
+    let floor = if mean > 0.0 { FLOOR * mean } else { 1.0 };
+    let weights: Vec<f64> = powers.iter().map(|p| (1.0 - FLOOR) * p + floor).collect();
+    Discrete::new(&weights).ok()
+}
