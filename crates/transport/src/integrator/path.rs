@@ -10,7 +10,7 @@ use crate::path::{
     Carry, Edge, End, Equiangular, Goal, Link, Sampling, Scatter, Start, Vertex, Workspace,
     environment_aim, lead_in, scatter, scatter_pdf, trace,
 };
-use crate::sampling::Sampler;
+use crate::sampling::{Purpose, Sampler};
 use crate::scene::Scene;
 use crate::sensor::Ray;
 
@@ -163,7 +163,7 @@ impl PathTracer {
             .scene
             .n(t.scene.sensor_medium(), t.scene.sensor().position());
         let survival = (next.throughput.max() / (n * n)).min(LONGEST_ROULETTE);
-        if t.sampler.next_1d() >= survival {
+        if t.sampler.next_1d_for(Purpose::Roulette) >= survival {
             return None;
         }
         next.throughput *= 1.0 / survival;
@@ -283,11 +283,13 @@ impl Tracing<'_> {
         (throughput, lanes): (Spectrum, Spectrum),
         budget: u32,
     ) {
-        let choice = self.scene.choose_emitter(self.sampler.next_1d());
+        let u = self.sampler.next_1d_for(Purpose::Emitter);
+        let choice = self.scene.choose_emitter(u);
         let Some((index, probability)) = choice.filter(|_| !throughput.is_zero()) else {
             return;
         };
-        let light = self.connect(vertex, throughput, (index, probability), budget);
+        let u = self.sampler.next_2d_for(Purpose::Aim);
+        let light = self.connect(vertex, throughput, (index, probability, u), budget);
         if light.is_empty() {
             return;
         }
@@ -307,8 +309,9 @@ impl Tracing<'_> {
     /// emitter: its light falls off as 1/r², and collisions alone would sample it with infinite
     /// variance (theory §9).
     fn around_emitter(&mut self, edge: &Edge, next: &Next, lanes: Spectrum, budget: u32) {
-        let choice = self.scene.choose_emitter(self.sampler.next_1d());
-        let u = self.sampler.next_1d();
+        let u = self.sampler.next_1d_for(Purpose::AroundEmitter);
+        let choice = self.scene.choose_emitter(u);
+        let u = self.sampler.next_1d_for(Purpose::Around);
         let Some((index, probability)) = choice else {
             return;
         };
@@ -327,7 +330,8 @@ impl Tracing<'_> {
         let density = around.pdf(point.length) + Edge::collision_density(lanes, &point);
         let throughput = next.throughput * scattering / density;
         let vertex = Vertex::volume(&point);
-        let light = self.connect(&vertex, throughput, (index, probability), budget);
+        let u = self.sampler.next_2d_for(Purpose::AroundAim);
+        let light = self.connect(&vertex, throughput, (index, probability, u), budget);
         if !light.is_empty() {
             let way = next.way.and(0, edge.optical_length_at(point.length));
             self.connected(light, 1.0, (way, index));
@@ -342,18 +346,19 @@ impl Tracing<'_> {
     }
 
     /// What a vertex scatters of the light of an emitter that was chosen with some probability,
-    /// weighted against finding it by chance, for a path of given throughput up to the vertex.
+    /// weighted against finding it by chance, for a path of given throughput up to the vertex; `u` chooses the
+    /// place on the emitter.
     fn connect(
         &mut self,
         vertex: &Vertex,
         throughput: Spectrum,
-        (index, probability): (usize, f64),
+        (index, probability, u): (usize, f64, [f64; 2]),
         budget: u32,
     ) -> Vec<(Light, f64)> {
         let scene = self.scene;
         let emitter = &scene.emitters()[index];
         let shape = |object: usize| &scene.objects()[object].shape;
-        let aimed = emitter.aim(scene.around(), shape, self.sampler.next_2d());
+        let aimed = emitter.aim(scene.around(), shape, u);
         let density = probability * aimed.pdf;
         let goal = Goal::emitter(scene, index, aimed.aim);
         let behind = lead_in(scene, index);
@@ -370,6 +375,7 @@ impl Tracing<'_> {
     }
 
     fn scatter(&mut self, vertex: Vertex, throughput: Spectrum, way: Way) -> Option<Next> {
+        self.sampler.next_edge();
         let Scatter {
             start,
             weight,
