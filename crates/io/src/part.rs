@@ -14,10 +14,11 @@ use std::ops::Range;
 use std::path::Path;
 use transport::integrator::Integrator;
 use transport::render::{MeasureState, MergeError, Ranges, State};
+use transport::sampling::Sets;
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
 /// Grows with every change of what is stored.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 const HASH: usize = blake3::OUT_LEN;
 /// What is written at a time.
 const BUFFER: usize = 1 << 16;
@@ -42,6 +43,8 @@ pub struct Header {
     pub settings: Vec<(String, String)>,
     /// Number of samples (or particles) of the whole render; none if it has no limit.
     pub total: Option<u64>,
+    /// How samples belong together: parts have whole sets.
+    pub sets: Sets,
     /// Which of how many parts of the whole this one is, counted from 0.
     pub shard: Option<[u64; 2]>,
     /// How to find the scene, and what it was rendered with, as the program knows it; empty if a part comes from elsewhere.
@@ -101,6 +104,7 @@ impl Header {
                 .map(|(name, value)| (name.to_owned(), value))
                 .into(),
             total,
+            sets: integrator.sets(loaded.scene()),
             shard,
             origin: String::new(),
             seconds: 0.0,
@@ -141,9 +145,10 @@ impl Header {
     /// Numbers of the samples that this part is to have.
     pub fn range(&self) -> Range<u64> {
         let total = self.total.unwrap_or(u64::MAX);
+        let end = |index, count| self.sets.whole(share(total, index, count));
         match self.shard {
             None => 0..total,
-            Some([index, count]) => share(total, index, count)..share(total, index + 1, count),
+            Some([index, count]) => end(index, count)..end(index + 1, count),
         }
     }
 }

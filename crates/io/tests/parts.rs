@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicU64;
 use transport::meter::Meter;
 use transport::render::{MeasureOptions, MeasureState, Options, State};
+use transport::sampling::Sets;
 
 const IMAGE: &str = r#"<scene version="3.0.0">
   <integrator type="path"/>
@@ -41,6 +42,7 @@ fn header() -> Header {
         scene_hash: "abcdef".into(),
         settings: vec![("seed".into(), "0".into())],
         total: Some(8),
+        sets: Sets::Single,
         shard: None,
         origin: "scene.xml".into(),
         seconds: 0.5,
@@ -192,11 +194,20 @@ fn parts_of_other_renders_are_refused() {
 
 #[test]
 fn shards_are_the_whole() {
-    for total in [1, 7, 64, 1_000_003, u64::MAX] {
+    for (total, sets) in [
+        (1, Sets::Single),
+        (7, Sets::Single),
+        (64, Sets::Single),
+        (1_000_003, Sets::Single),
+        (u64::MAX, Sets::Single),
+        (64, Sets::OfEight),
+        (1_000_000, Sets::OfEight),
+    ] {
         for count in [1, 2, 7, 100] {
             let ranges = (0..count).map(|i| {
                 let header = Header {
                     total: Some(total),
+                    sets,
                     shard: Some([i, count]),
                     ..header()
                 };
@@ -205,7 +216,9 @@ fn shards_are_the_whole() {
             let mut end = 0;
             for range in ranges {
                 assert_eq!(range.start, end);
-                assert!(range.end - range.start <= (total / count).saturating_add(1));
+                assert!(range.start.is_multiple_of(sets.size()));
+                let most = (total / count).saturating_add(sets.size());
+                assert!(range.end - range.start <= most);
                 end = range.end;
             }
             assert_eq!(end, total);

@@ -32,6 +32,7 @@ use channels::Channels;
 use context::Context;
 use std::path::Path;
 use transport::integrator::{Integrator, PathTracer};
+use transport::sampling::Sets;
 use transport::scene::{Parts, Problem, Scene, Severity, Subject};
 
 /// What a caller may change about a scene file.
@@ -202,18 +203,47 @@ pub fn assemble_field(
     }
 }
 
-/// The number of samples: the same at each instant of a period of sound.
+/// The number of samples: the same at each instant of a period of sound, in whole sets.
 fn whole_periods(options: &LoadOptions, parts: &GroupParts, diagnostics: &mut Diagnostics) -> u64 {
     let wanted = options.samples.unwrap_or(parts.samples);
     let samples = parts.scene.whole_periods(wanted);
     if samples != wanted {
-        let instants = parts.scene.instants();
+        let reasons = [
+            (parts.scene.instants() as u64, "phases"),
+            (parts.scene.sets().size(), "samples in a set"),
+        ];
+        let reasons = reasons.iter().filter(|(number, _)| *number > 1);
+        let reasons: Vec<_> = reasons.map(|(n, what)| format!("{n} {what}")).collect();
         let message = format!(
-            "{samples} samples are taken instead of {wanted}: a multiple of the sampler's {instants} phases"
+            "{samples} samples are taken instead of {wanted}: a multiple of the sampler's {}",
+            reasons.join(" and of its ")
         );
         diagnostics.push(Diagnostic::warning(message));
     }
     samples
+}
+
+/// The scene with samples in sets, if its integrator takes them.
+fn in_sets(
+    scene: Scene,
+    sets: Sets,
+    integrator: &Integrator,
+    mut report: impl FnMut(&Problem),
+) -> Scene {
+    let scene = scene.in_sets(sets);
+    if integrator.sets(&scene) == sets {
+        return scene;
+    }
+    let name = integrator.name();
+    report(&Problem {
+        severity: Severity::Warning,
+        subject: Subject::Sensor,
+        message: format!(
+            "the sampler 'ldsampler' is for the integrator 'path': samples of '{name}' are independent"
+        ),
+        help: "make the sampler 'independent', or the integrator 'path'".into(),
+    });
+    scene.in_sets(Sets::Single)
 }
 
 /// What the description makes for one channel group.
@@ -318,6 +348,7 @@ fn group_parts(
     };
     match Scene::over_period(parts, sensor.samples.instants) {
         Ok(scene) => {
+            let scene = in_sets(scene, sensor.samples.sets, &method.integrator, &mut report);
             // Without light a picture is black, but other quantities are not.
             let dark = matches!(method.integrator, Integrator::Aov(_));
             let matters = |p: &&Problem| !(dark && p.subject == Subject::Scene);

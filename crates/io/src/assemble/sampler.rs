@@ -1,9 +1,10 @@
-//! Samplers: how many samples there are, and over how many instants of a period of sound.
+//! Samplers: how many samples there are, how they belong together, and over how many instants of a period of sound.
 
 use super::context::Context;
 use crate::diagnostic::Diagnostic;
 use crate::query::Query;
 use crate::scene::Object;
+use transport::sampling::Sets;
 
 /// Each instant has a scene of its own in memory; a period needs few of them.
 const MOST_INSTANTS: i64 = 256;
@@ -15,6 +16,8 @@ pub(super) struct Samples {
     pub count: u64,
     /// Instants of a period of sound that they are spread over.
     pub instants: usize,
+    /// How the samples of a pixel belong together.
+    pub sets: Sets,
 }
 
 impl Default for Samples {
@@ -22,6 +25,7 @@ impl Default for Samples {
         Samples {
             count: 0,
             instants: 1,
+            sets: Sets::Single,
         }
     }
 }
@@ -32,6 +36,7 @@ impl Samples {
         Samples {
             count: self.count.max(other.count),
             instants: self.instants.max(other.instants),
+            sets: self.sets.max(other.sets),
         }
     }
 }
@@ -41,18 +46,20 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
     let Some(object) = object else {
         return Samples {
             count: default as u64,
-            instants: 1,
+            ..Samples::default()
         };
     };
-    if object.plugin != "independent" {
-        let message = format!(
-            "sampler '{}' is not available; 'independent' is used instead",
-            object.plugin
-        );
-        context
-            .diagnostics
-            .push(Diagnostic::warning(message).at(&object.plugin_location));
-    }
+    let sets = match object.plugin.as_str() {
+        "ldsampler" => Sets::OfEight,
+        "independent" => Sets::Single,
+        other => {
+            let message =
+                format!("sampler '{other}' is not available; 'independent' is used instead");
+            let warning = Diagnostic::warning(message).at(&object.plugin_location);
+            context.diagnostics.push(warning);
+            Sets::Single
+        }
+    };
     let mut q = Query::new(object, context.diagnostics);
     let count = q.integer_in("sample_count", 1..=i64::MAX, default);
     let instants = q.integer_in("phases", 1..=MOST_INSTANTS, 1);
@@ -61,5 +68,6 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
     Samples {
         count: count as u64,
         instants: instants as usize,
+        sets,
     }
 }

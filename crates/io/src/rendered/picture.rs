@@ -168,7 +168,7 @@ impl<'a> Picture<'a> {
         match content {
             Content::Mean(layer) => self.film.mean_at(*layer, channel, pixel),
             Content::Variance(layer) => self.film.variance_at(*layer, channel, pixel),
-            Content::Samples => self.film.group(0)[pixel].count as f32,
+            Content::Samples => self.film.count(pixel) as f32,
             Content::Stored(values) => values[pixel * self.channels.len() + channel],
         }
     }

@@ -68,17 +68,27 @@ pub(super) const FILTERS: &[Plugin] = &[
     ),
 ];
 
-pub(super) const SAMPLERS: &[Plugin] = &[plugin(
-    "independent",
-    "Independent random numbers.",
-    &[&[
-        integer(
-            "sample_count",
-            "(64 per pixel; 1 000 000 particles)",
-            "samples per pixel, or particles in all, ≥ 1",
-        ),
-        integer("phases", "1", "instants of a period of sound, 1 to 256"),
-        integer("seed", "", "accepted and ignored"),
-    ]],
-    &[],
-)];
+pub(super) const SAMPLERS: &[Plugin] = &[
+    plugin(
+        "independent",
+        "Independent random numbers.",
+        &[SAMPLES],
+        &[],
+    ),
+    plugin(
+        "ldsampler",
+        "Points that are spread evenly over the samples of a pixel, in independent sets of eight.",
+        &[SAMPLES],
+        &[],
+    ),
+];
+
+const SAMPLES: &[Parameter] = &[
+    integer(
+        "sample_count",
+        "(64 per pixel; 1 000 000 particles)",
+        "samples per pixel, or particles in all, ≥ 1",
+    ),
+    integer("phases", "1", "instants of a period of sound, 1 to 256"),
+    integer("seed", "", "accepted and ignored"),
+];

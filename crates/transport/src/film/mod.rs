@@ -14,16 +14,17 @@ pub use footprint::footprint;
 pub use layers::{CellsMut, LayerGroup, Layers, Pending};
 
 use crate::Spectrum;
+use crate::sampling::Sets;
 use crate::sum::Sum;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// Sums over the samples of one pixel, for one group of channels.
+/// Sums over the samples of one pixel, for one group of channels; over the means of its [sets](Sets) of samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pixel {
     /// Per channel.
     cells: [Cell; Spectrum::LANES],
-    /// Number of samples.
+    /// Number of samples, or of sets.
     pub count: u64,
 }
 
@@ -105,7 +106,7 @@ impl AddAssign for Pixel {
 /// are kept in groups of at most [`Spectrum::LANES`].
 ///
 /// Filters other than the box are sampled in proportion to their value, so every pixel is a plain
-/// mean of independent samples and its variance is known without bias.
+/// mean of independent samples, or sets of samples, and its variance is known without bias.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Film {
     width: usize,
@@ -113,6 +114,8 @@ pub struct Film {
     channels: usize,
     /// Channels per group.
     lanes: usize,
+    /// How samples belong together.
+    sets: Sets,
     pixels: Vec<Pixel>,
     /// For each group, samples of the image's mean, if pixels are not independent.
     whole: Vec<Pixel>,
@@ -146,11 +149,17 @@ impl Film {
             height,
             channels,
             lanes,
+            sets: Sets::default(),
             pixels: vec![Pixel::default(); width * height * groups],
             whole: vec![Pixel::default(); groups],
             layers: None,
             cascades: None,
         }
+    }
+
+    /// The film with pixels that add up means of sets of samples.
+    pub fn in_sets(self, sets: Sets) -> Self {
+        Film { sets, ..self }
     }
 
     /// The film with layers of light told apart, if it is to be.
@@ -180,7 +189,12 @@ impl Film {
                 f.pixels.len(),
                 f.whole.len(),
             ];
-            (sizes, f.layers.as_ref().map(Layers::shape), cascades)
+            (
+                sizes,
+                f.sets,
+                f.layers.as_ref().map(Layers::shape),
+                cascades,
+            )
         };
         shape(self) == shape(other)
     }
@@ -251,7 +265,7 @@ impl Film {
     /// These are biased: see [`Cascade`].
     pub fn reweighted(&self) -> Option<Vec<f32>> {
         let cascades = self.cascades.as_ref()?.iter();
-        let samples = self.pixels[0].count;
+        let samples = self.count(0);
         let groups: Vec<_> = cascades
             .map(|c| c.reweighted(self.width, samples))
             .collect();
@@ -339,14 +353,21 @@ impl Film {
         self.plane(|c, i| self.variance_at(Some(layer), c, i))
     }
 
+    /// Number of samples of a pixel.
+    pub fn count(&self, pixel: usize) -> u64 {
+        self.pixels[pixel].count * self.sets.size()
+    }
+
     /// Number of samples of each pixel, row by row.
     pub fn counts(&self) -> Vec<u64> {
-        self.group(0).iter().map(|p| p.count).collect()
+        let pixels = 0..self.width * self.height;
+        pixels.map(|pixel| self.count(pixel)).collect()
     }
 
     /// Total number of samples over all pixels and groups.
     pub fn samples(&self) -> u64 {
-        self.pixels.iter().map(|p| p.count).sum()
+        let sets: u64 = self.pixels.iter().map(|p| p.count).sum();
+        sets * self.sets.size()
     }
 
     /// Number of channels of a group.

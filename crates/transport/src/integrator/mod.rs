@@ -18,7 +18,7 @@ pub use photon::{Gathered, Gathering, PhotonMapping, Query, Radii};
 
 use crate::Spectrum;
 use crate::path::Workspace;
-use crate::sampling::Sampler;
+use crate::sampling::{Sampler, Sets};
 use crate::scene::Scene;
 use crate::sensor::Ray;
 
@@ -84,6 +84,15 @@ impl Integrator {
     /// Whether contributions go to other pixels than that of the sample.
     pub fn splats(&self) -> bool {
         matches!(self, Integrator::Particle(_) | Integrator::Bdpt(_))
+    }
+
+    /// How its samples of a pixel belong together: as the scene wants it if each has but one path, from the
+    /// sensor. Paths from emitters contribute all over the image.
+    pub fn sets(&self, scene: &Scene) -> Sets {
+        match self {
+            Integrator::Path(_) => scene.sets(),
+            _ => Sets::Single,
+        }
     }
 
     /// Whether its error becomes as small as one likes with enough samples.

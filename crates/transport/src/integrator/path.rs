@@ -11,7 +11,7 @@ use crate::path::{
     Carry, Edge, End, Found, Goal, Link, Sampling, Scatter, Slot, Start, Vertex, Workspace,
     environment_aim, scatter, trace,
 };
-use crate::sampling::Sampler;
+use crate::sampling::{Purpose, Sampler};
 use crate::scene::Scene;
 use crate::sensor::Ray;
 
@@ -171,7 +171,7 @@ impl PathTracer {
             .scene
             .n(t.scene.sensor_medium(), t.scene.sensor().position());
         let survival = (next.throughput.max() / (n * n)).min(LONGEST_ROULETTE);
-        if t.sampler.next_1d() >= survival {
+        if t.sampler.next_1d_for(Purpose::Roulette) >= survival {
             return None;
         }
         next.throughput *= 1.0 / survival;
@@ -327,6 +327,7 @@ impl Tracing<'_> {
     }
 
     fn scatter(&mut self, vertex: Vertex, throughput: Spectrum, way: Way) -> Option<Next> {
+        self.sampler.next_edge();
         let Scatter {
             start,
             weight,

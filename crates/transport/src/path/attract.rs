@@ -1,7 +1,7 @@
 //! Directions sampled towards point-like emitters.
 
 use super::vertex::{Scatter, Vertex};
-use crate::sampling::{Frame, Sampler};
+use crate::sampling::{Frame, Purpose, Sampler};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
 use glam::DVec3;
@@ -57,11 +57,11 @@ pub fn scatter(scene: &Scene, vertex: &Vertex, sampler: &mut Sampler) -> Option<
     let Some((x, emitters)) = axes(scene, vertex) else {
         return vertex.scatter(scene, sampler);
     };
-    let choice = sampler.next_1d();
+    let choice = sampler.next_1d_for(Purpose::Attraction);
     let direction = if choice < SHARE {
         let i = (choice / SHARE * emitters.len() as f64) as usize;
         let emitter = emitters[i.min(emitters.len() - 1)];
-        sample(axis(x, emitter), sampler.next_2d())
+        sample(axis(x, emitter), sampler.next_2d_for(Purpose::Direction))
     } else {
         vertex.scatter(scene, sampler)?.start.direction
     };

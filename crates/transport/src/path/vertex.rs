@@ -6,7 +6,7 @@ use super::walk::{leave, surface_at};
 use crate::Spectrum;
 use crate::aim::{Aim, OnSurface};
 use crate::bsdf::{Bsdf, Surface};
-use crate::sampling::Sampler;
+use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Receiver, Scene};
 use glam::DVec3;
 
@@ -296,8 +296,8 @@ impl Vertex {
 
     /// Chooses a direction to go on; `None` if the path is absorbed.
     pub fn scatter(&self, scene: &Scene, sampler: &mut Sampler) -> Option<Scatter> {
-        let [u, v] = sampler.next_2d();
-        let w = sampler.next_1d();
+        let [u, v] = sampler.next_2d_for(Purpose::Direction);
+        let w = sampler.next_1d_for(Purpose::Lobe);
         match self {
             Vertex::Volume {
                 direction, medium, ..

@@ -7,7 +7,7 @@ use super::spread::Spread;
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Surface, Through};
 use crate::medium::Attenuation;
-use crate::sampling::Sampler;
+use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Scene};
 use crate::shape::Hit;
 use eikonal::connect::{Pattern, World};
@@ -93,9 +93,9 @@ impl<'a, 'b> Walk<'a, 'b> {
         sampler: &'b mut Sampler,
     ) -> Self {
         let start = edge.start;
-        let channel = choose_lane(sampling.lanes, sampler.next_1d());
+        let channel = choose_lane(sampling.lanes, sampler.next_1d_for(Purpose::Channel));
         let target = match sampling.collides {
-            true => -(1.0 - sampler.next_1d()).ln(),
+            true => -(1.0 - sampler.next_1d_for(Purpose::Distance)).ln(),
             false => f64::INFINITY,
         };
         let n = scene.n(start.medium, start.x);

@@ -49,7 +49,9 @@ fn sample(source: &Source, ws: &mut Workspace) -> f64 {
         let pixel = ((place * pixels as f64) as usize).min(pixels - 1);
         let [a, b] = [0, 1].map(|k| {
             found.clear();
-            source.sample(pixel, FIRST + (2 * i + k) as u64, ws, &mut found);
+            // Each in a set of its own: samples of one set are not independent.
+            let sample = FIRST + source.sets().size() * (2 * i + k) as u64;
+            source.sample(pixel, sample, ws, &mut found);
             let values = found.iter().map(|c| c.weighted().sum());
             values.sum::<f64>()
         });

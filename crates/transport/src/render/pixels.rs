@@ -1,6 +1,6 @@
 //! Estimators whose samples belong to their own pixels.
 
-use super::source::{Source, add};
+use super::source::{Source, finite};
 use crate::Spectrum;
 use crate::film::{CellsMut, Decomposition, Film, LevelsMut, PartsMut, Pending, Pixel};
 use crate::integrator::Contribution;
@@ -21,7 +21,7 @@ struct Task<'a> {
     levels: Option<LevelsMut<'a>>,
 }
 
-/// Adds a range of samples to every pixel of the source's channel group.
+/// Adds a range of samples, whole sets, to every pixel of the source's channel group.
 pub(super) fn pass(
     source: &Source,
     samples: Range<u64>,
@@ -70,22 +70,32 @@ fn run(source: &Source, samples: Range<u64>, mut task: Task) -> Stats {
     let mut found = Vec::new();
     let layers = task.layers.as_ref().map_or(0, |(d, _)| d.layers());
     let mut pending = Pending::new(layers);
+    let size = source.sets().size();
+    // A power of two, so that nothing is rounded.
+    let share = 1.0 / size as f64;
     for (i, pixel) in task.pixels.iter_mut().enumerate() {
+        let mut mean = Spectrum::ZERO;
         for sample in samples.clone() {
             source.sample(task.first + i, sample, &mut ws, &mut found);
             let sum = |sum, c: &Contribution| sum + c.weighted();
             let value = found.iter().fold(Spectrum::ZERO, sum);
-            let value = add(pixel, value, &mut ws.stats.not_finite);
-            if let (Some((decomposition, cells)), false) = (&mut task.layers, value.is_zero()) {
+            let value = finite(value, &mut ws.stats.not_finite);
+            mean += value * share;
+            if let (Some((decomposition, _)), false) = (&task.layers, value.is_zero()) {
                 for c in &found {
-                    pending.add(decomposition.layer(&c.path), c.weighted());
+                    pending.add(decomposition.layer(&c.path), c.weighted() * share);
                 }
-                pending.take(|layer, value| cells.add(i, layer, value));
             }
             if let Some(levels) = &mut task.levels {
                 levels.add(i, value);
             }
             found.clear();
+            if (sample + 1).is_multiple_of(size) {
+                pixel.add(std::mem::take(&mut mean));
+                if let Some((_, cells)) = &mut task.layers {
+                    pending.take(|layer, value| cells.add(i, layer, value));
+                }
+            }
         }
     }
     ws.stats()

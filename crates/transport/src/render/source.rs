@@ -5,7 +5,7 @@ use crate::Spectrum;
 use crate::film::Pixel;
 use crate::integrator::{Contribution, Integrator};
 use crate::path::Workspace;
-use crate::sampling::Sampler;
+use crate::sampling::{Purpose, Sampler, Sets};
 use crate::scene::Scene;
 use crate::sensor::Ray;
 
@@ -37,6 +37,11 @@ impl<'a> Source<'a> {
         self.scene.film().lanes_of(self.group)
     }
 
+    /// How its samples belong together.
+    pub fn sets(&self) -> Sets {
+        self.integrator.sets(self.scene)
+    }
+
     pub fn workspace(&self) -> Workspace {
         let mut ws = Workspace::new(self.scene.tolerance());
         ws.search = self.prepared.search;
@@ -63,8 +68,8 @@ impl<'a> Source<'a> {
     pub fn ray(&self, pixel: usize, sample: u64) -> (Ray, Sampler) {
         let mut sampler = self.sampler(pixel as u64, sample);
         let spec = self.scene.film();
-        let [u, v] = sampler.next_2d();
-        let lens = sampler.next_2d();
+        let [u, v] = sampler.next_2d_for(Purpose::Direction);
+        let lens = sampler.next_2d_for(Purpose::Lens);
         let (column, row) = (pixel % spec.width, pixel / spec.width);
         let image = [
             (column as f64 + 0.5 + spec.filter.sample(u)) / spec.width as f64,
@@ -75,19 +80,24 @@ impl<'a> Source<'a> {
 
     /// The random numbers of a sample of a pixel. Numbers beyond those of the pixels are for what they share.
     pub fn sampler(&self, pixel: u64, sample: u64) -> Sampler {
-        Sampler::new(self.seed, pixel, sample)
+        Sampler::in_sets(self.sets(), [self.seed, pixel, sample])
     }
 }
 
 /// Adds a sample to a pixel, and returns it. One that is not finite is counted and scored zero.
 pub(super) fn add(pixel: &mut Pixel, value: Spectrum, not_finite: &mut u64) -> Spectrum {
-    let value = match value.is_finite() {
+    let value = finite(value, not_finite);
+    pixel.add(value);
+    value
+}
+
+/// A sample, or zero if it is not finite, which is counted.
+pub(super) fn finite(value: Spectrum, not_finite: &mut u64) -> Spectrum {
+    match value.is_finite() {
         true => value,
         false => {
             *not_finite += 1;
             Spectrum::ZERO
         }
-    };
-    pixel.add(value);
-    value
+    }
 }

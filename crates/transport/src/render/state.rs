@@ -78,6 +78,7 @@ impl State {
         State {
             done: Ranges::default(),
             film: film
+                .in_sets(options.integrator.sets(&scenes[0]))
                 .decomposed(options.decomposition)
                 .sorted(options.reweight),
             stats: Stats::default(),
@@ -160,7 +161,10 @@ impl State {
         mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
     ) {
         let sources = self.sources(scenes, options);
+        // Whoever has a set's first sample takes all of it, so that parts have whole sets, too.
+        let sets = options.integrator.sets(&scenes[0]);
         let range = options.range();
+        let range = sets.whole(range.start)..sets.whole(range.end);
         let mut next = 1;
         for gap in self.done.gaps(range.clone()) {
             let mut at = gap.start;

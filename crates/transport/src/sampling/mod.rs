@@ -11,6 +11,7 @@ pub mod frame;
 pub mod grid2;
 pub mod piecewise_constant;
 pub mod piecewise_linear;
+mod points;
 pub mod sampler;
 pub mod sphere;
 pub mod triangle;
@@ -20,6 +21,7 @@ pub use frame::Frame;
 pub use grid2::Grid2;
 pub use piecewise_constant::PiecewiseConstant;
 pub use piecewise_linear::PiecewiseLinear;
+pub use points::{Purpose, Sets};
 pub use sampler::Sampler;
 
 /// Why a tabulated distribution cannot be built.

@@ -1,14 +1,21 @@
 //! Random numbers addressed by (seed, pixel, sample, dimension).
 
+use super::points::{Points, Purpose, Sets};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng as _;
 
 /// The random numbers of one path.
 ///
 /// The address (seed, pixel, sample) is hashed into the generator's state and the dimension is the
-/// count of numbers drawn, so results do not depend on threads, tiles, shards or resumption.
+/// count of numbers drawn, so results do not depend on threads, tiles, shards or resumption. Numbers that
+/// are drawn for a [`Purpose`] are spread evenly over a set of samples, if samples come in [`Sets`].
 #[derive(Clone, Debug)]
-pub struct Sampler(Pcg64Mcg);
+pub struct Sampler {
+    random: Pcg64Mcg,
+    points: Option<Points>,
+    /// Number of the edge of the path that is being sampled.
+    edge: u32,
+}
 
 impl Sampler {
     /// Numbers of sample `sample` of pixel (or particle batch) `pixel`. Any values are fine:
@@ -17,22 +24,77 @@ impl Sampler {
         let address = [seed, pixel, sample];
         let high = hash(0x243f_6a88_85a3_08d3, address);
         let low = hash(0x1319_8a2e_0370_7344, address);
-        Sampler(Pcg64Mcg::new(u128::from(high) << 64 | u128::from(low)))
+        Sampler {
+            random: Pcg64Mcg::new(u128::from(high) << 64 | u128::from(low)),
+            points: None,
+            edge: 0,
+        }
+    }
+
+    /// The same with samples in sets: those of a set share its points, which are independent of those of
+    /// other sets.
+    pub fn in_sets(sets: Sets, [seed, pixel, sample]: [u64; 3]) -> Self {
+        let (set, index) = (sample / sets.size(), sample % sets.size());
+        let points = (sets != Sets::Single).then(|| Points {
+            index: index as u32,
+            key: hash(0xa409_3822_299f_31d0, [seed, pixel, set]),
+        });
+        Sampler {
+            points,
+            ..Sampler::new(seed, pixel, sample)
+        }
     }
 
     /// Uniform in [0, 1), a multiple of 2⁻⁵³.
     pub fn next_1d(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+        to_unit(self.bits())
     }
 
     /// Two independent numbers.
     pub fn next_2d(&mut self) -> [f64; 2] {
         [self.next_1d(), self.next_1d()]
     }
+
+    /// As [`Sampler::next_1d`], for a purpose at the current edge. To be drawn once.
+    pub fn next_1d_for(&mut self, purpose: Purpose) -> f64 {
+        let bits = self.bits();
+        to_unit(self.refined(bits, purpose as u32))
+    }
+
+    /// As [`Sampler::next_2d`], for a purpose at the current edge. To be drawn once.
+    pub fn next_2d_for(&mut self, purpose: Purpose) -> [f64; 2] {
+        [0, 1].map(|i| {
+            let bits = self.bits();
+            to_unit(self.refined(bits, purpose as u32 + i))
+        })
+    }
+
+    /// From here on numbers are for the next edge of the path.
+    pub fn next_edge(&mut self) {
+        self.edge = self.edge.saturating_add(1);
+    }
+
+    /// The 53 random bits of a number.
+    fn bits(&mut self) -> u64 {
+        self.random.next_u64() >> 11
+    }
+
+    /// With the leading digits of the set's point, if there is one; the others stay.
+    fn refined(&self, bits: u64, dimension: u32) -> u64 {
+        let digits = |points: &Points| points.digits(self.edge, dimension);
+        match self.points.as_ref().and_then(digits) {
+            Some(digits) => u64::from(digits) << (53 - Points::DIGITS) | bits >> Points::DIGITS,
+            None => bits,
+        }
+    }
 }
 
-/// Hash of the address, one bijective mixing round per word. The keys of the two halves are digits
-/// of π.
+fn to_unit(bits: u64) -> f64 {
+    bits as f64 * (1.0 / (1u64 << 53) as f64)
+}
+
+/// Hash of the address, one bijective mixing round per word. The keys of the two halves, and that of sets, are
+/// digits of π.
 fn hash(key: u64, address: [u64; 3]) -> u64 {
     address
         .into_iter()
@@ -41,7 +103,7 @@ fn hash(key: u64, address: [u64; 3]) -> u64 {
 
 /// SplitMix64's increment and finaliser (Steele, Lea and Flood 2014; Stafford's variant 13): a
 /// bijection in which each input bit flips each output bit with probability close to one half.
-fn mix(x: u64) -> u64 {
+pub(super) fn mix(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

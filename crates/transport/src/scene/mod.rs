@@ -18,6 +18,7 @@ use crate::bsdf::Bsdf;
 use crate::emitter::{Class, Emitter, Surroundings};
 use crate::film::Filter;
 use crate::medium::Medium;
+use crate::sampling::Sets;
 use crate::sensor::Sensor;
 use crate::shape::{Accel, Shape};
 use eikonal::connect::{Guide, Launch, Pattern, Reach, Start, World};
@@ -136,6 +137,8 @@ pub struct Scene {
     /// For each emitter that is a beam, where it goes.
     guides: Vec<Option<Guide<MediumId>>>,
     warnings: Vec<Problem>,
+    /// How samples of a pixel belong together.
+    sets: Sets,
     /// The scene at later instants of the sound's period.
     later: Vec<Scene>,
 }
@@ -178,6 +181,7 @@ impl Scene {
             guides: Vec::new(),
             warnings: Vec::new(),
             later: Vec::new(),
+            sets: Sets::default(),
             all: Index::new(&parts.objects, |_| true),
             interfaces: Index::new(&parts.objects, Object::is_interface),
             veils: Index::new(&parts.objects, |o| o.bsdf.is_veil()),
@@ -204,6 +208,18 @@ impl Scene {
         }
         scene.warnings = problems;
         Ok(scene)
+    }
+
+    /// The scene, to be rendered by samples in sets where estimators can ([`Integrator::sets`]).
+    ///
+    /// [`Integrator::sets`]: crate::integrator::Integrator::sets
+    pub fn in_sets(self, sets: Sets) -> Self {
+        Scene { sets, ..self }
+    }
+
+    /// How samples of a pixel are to belong together.
+    pub fn sets(&self) -> Sets {
+        self.sets
     }
 
     /// What is doubtful about the scene.

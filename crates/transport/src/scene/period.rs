@@ -50,10 +50,15 @@ impl Scene {
         }
     }
 
-    /// The least number of samples, at least `samples`, that are the same number at each instant.
+    /// The least number of samples, at least `samples`, that are the same number at each instant, in whole
+    /// [sets](Scene::sets).
     pub fn whole_periods(&self, samples: u64) -> u64 {
         let instants = self.instants() as u64;
-        samples.div_ceil(instants).saturating_mul(instants)
+        // Both divide their product, the least common multiple is no larger.
+        let multiples = (1..=self.sets().size()).map(|i| i * instants);
+        let unit = multiples.filter(|n| n.is_multiple_of(self.sets().size()));
+        let unit = unit.min().unwrap_or(instants);
+        samples.div_ceil(unit).saturating_mul(unit)
     }
 }
 

@@ -5,6 +5,7 @@ use crate::Spectrum;
 use crate::aim::{Aim, OnSurface};
 use crate::emitter::Class;
 use crate::path::{Edge, End, Equiangular, Found, Goal, Link, Slot, Vertex, lead_in, scatter_pdf};
+use crate::sampling::Purpose;
 use crate::scene::{Receiver, Scene};
 
 impl Tracing<'_> {
@@ -22,14 +23,21 @@ impl Tracing<'_> {
             return;
         }
         let receiver = vertex.receiver(scene);
-        for class in scene.classes() {
+        for (i, class) in scene.classes().enumerate() {
             let rate = self.ws.rates.of(Slot::new(class, vertex));
             if rate < 1.0 && self.sampler.next_1d() >= rate {
                 continue;
             }
-            let u = self.sampler.next_1d();
+            // Two classes are not to share their numbers.
+            let (u, place) = match i {
+                0 => {
+                    let u = self.sampler.next_1d_for(Purpose::Emitter);
+                    (u, self.sampler.next_2d_for(Purpose::Aim))
+                }
+                _ => (self.sampler.next_1d(), self.sampler.next_2d()),
+            };
             let (index, chosen) = scene.choose_emitter(class, &receiver, u);
-            let light = self.connect(vertex, throughput, (index, rate * chosen), budget);
+            let light = self.connect(vertex, throughput, (index, rate * chosen, place), budget);
             if !light.is_empty() {
                 let share = self.collided(edge, (index, chosen), lanes);
                 self.connected(light, (vertex, share), (way, index));
@@ -67,7 +75,8 @@ impl Tracing<'_> {
         if rate < 1.0 && self.sampler.next_1d() >= rate {
             return;
         }
-        let [choice, u] = self.sampler.next_2d();
+        let choice = self.sampler.next_1d_for(Purpose::AroundEmitter);
+        let u = self.sampler.next_1d_for(Purpose::Around);
         let (index, probability) = scene.choose_emitter(Class::Delta, &along(edge), choice);
         let Some(around) = self.around(edge, index) else {
             return;
@@ -85,7 +94,8 @@ impl Tracing<'_> {
         let by_collision = Edge::collision_density(lanes, &point) * chosen;
         let density = probability * around.pdf(point.length) + by_collision;
         let throughput = next.throughput * scattering / density;
-        let light = self.connect(&vertex, throughput, (index, rate), budget);
+        let place = self.sampler.next_2d_for(Purpose::AroundAim);
+        let light = self.connect(&vertex, throughput, (index, rate, place), budget);
         if !light.is_empty() {
             let way = next.way.and(0, edge.optical_length_at(point.length));
             self.connected(light, (&vertex, 1.0), (way, index));
@@ -100,18 +110,19 @@ impl Tracing<'_> {
     }
 
     /// What a vertex scatters of the light of an emitter that was chosen with some probability,
-    /// weighted against finding it by chance, for a path of given throughput up to the vertex.
+    /// weighted against finding it by chance, for a path of given throughput up to the vertex; `u` chooses the
+    /// place on the emitter.
     fn connect(
         &mut self,
         vertex: &Vertex,
         throughput: Spectrum,
-        (index, probability): (usize, f64),
+        (index, probability, u): (usize, f64, [f64; 2]),
         budget: u32,
     ) -> Found<Light> {
         let scene = self.scene;
         let emitter = &scene.emitters()[index];
         let shape = |object: usize| &scene.objects()[object].shape;
-        let aimed = emitter.aim(scene.around(), shape, self.sampler.next_2d());
+        let aimed = emitter.aim(scene.around(), shape, u);
         let density = probability * aimed.pdf;
         let goal = Goal::emitter(scene, index, aimed.aim);
         let behind = lead_in(scene, index);

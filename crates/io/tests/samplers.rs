@@ -1,0 +1,53 @@
+//! Samplers in scene files: which samples belong together, and how many there are.
+
+use io::{LoadOptions, Loaded};
+use transport::sampling::Sets;
+
+fn load(integrator: &str, sampler: &str, samples: Option<u64>) -> Loaded {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("scene.xml");
+    let text = format!(
+        r#"<scene version="3.0.0"><integrator type="{integrator}"/>
+<sensor type="perspective"><sampler type="{sampler}"><integer name="sample_count" value="30"/></sampler></sensor>
+<emitter type="constant"/>
+</scene>"#
+    );
+    std::fs::write(&path, text).unwrap();
+    let options = LoadOptions {
+        samples,
+        ..LoadOptions::default()
+    };
+    io::load_scene(&path, &options).unwrap_or_else(|d| panic!("{d}"))
+}
+
+#[test]
+fn low_discrepancy_comes_in_whole_sets() {
+    let loaded = load("path", "ldsampler", None);
+    assert_eq!(loaded.scene().sets(), Sets::OfEight);
+    assert_eq!(loaded.samples, 32);
+    let message = loaded.warnings.to_string();
+    assert!(
+        message.contains(
+            "32 samples are taken instead of 30: a multiple of the sampler's 8 samples in a set"
+        ),
+        "{message}"
+    );
+    let whole = load("path", "ldsampler", Some(64));
+    assert_eq!((whole.samples, whole.warnings.is_empty()), (64, true));
+}
+
+#[test]
+fn others_take_independent_samples_and_say_so() {
+    let independent = load("path", "independent", None);
+    assert_eq!(independent.scene().sets(), Sets::Single);
+    assert!(independent.warnings.is_empty());
+    for (integrator, sampler, said) in [
+        ("path", "halton", "'independent' is used instead"),
+        ("bdpt", "ldsampler", "samples of 'bdpt' are independent"),
+    ] {
+        let loaded = load(integrator, sampler, None);
+        assert_eq!((loaded.scene().sets(), loaded.samples), (Sets::Single, 30));
+        let message = loaded.warnings.to_string();
+        assert!(message.contains(said), "{message}");
+    }
+}

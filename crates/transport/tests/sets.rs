@@ -1,0 +1,170 @@
+//! Renders by sets of samples: unbiased, with errors that are what they claim, and the same in parts and on any number
+//! of threads.
+//!
+//! False alarms: 5e-4 for errors and for means, so 1e-3 for the file.
+
+mod common;
+
+use common::{camera, container, fog, parts, path_tracer, sky, vacuum};
+use eikonal::field::Constant;
+use glam::DVec3;
+use std::ops::{ControlFlow, Range};
+use std::sync::atomic::AtomicU64;
+use testkit::{Moments, z_test::max_abs_z};
+use transport::bsdf::{Bsdf, Diffuse};
+use transport::film::Decomposition;
+use transport::integrator::{Bdpt, Integrator};
+use transport::render::{Measure, Options, Rendering, State, Target, render};
+use transport::sampling::Sets;
+use transport::shape::Sphere;
+use transport::{Scene, Spectrum};
+
+const FALSE_ALARM: f64 = 5e-4;
+const SAMPLES: u64 = 40;
+const SEEDS: u64 = 400;
+
+/// Fog around an opaque ball, under a sky.
+fn scene(sets: Sets) -> Scene {
+    let fogs = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
+    let mut ball = container(
+        Sphere::around(DVec3::NEG_Y * 0.3, 0.3).unwrap(),
+        Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.5)).unwrap()),
+    );
+    ball.sides = None;
+    let media = vec![vacuum(), fog(Constant::new(1.0), 1.0, 0.7, 0.3)];
+    let sensor = camera(DVec3::new(0.0, -0.4, 3.0), DVec3::ZERO);
+    let parts = parts(vec![fogs, ball], media, vec![sky()], sensor);
+    Scene::new(parts).unwrap().in_sets(sets)
+}
+
+/// All that a film can keep.
+fn options(range: Range<u64>, seed: u64) -> Options {
+    Options {
+        first: range.start,
+        decomposition: Decomposition {
+            bounces: Some(2),
+            ..Decomposition::default()
+        },
+        reweight: true,
+        ..Options::new(path_tracer(), range.end - range.start, seed)
+    }
+}
+
+fn shoot(scene: &Scene, options: &Options) -> Rendering {
+    let scenes = std::slice::from_ref(scene);
+    render(scenes, options, |_| ControlFlow::Continue(()))
+}
+
+/// Means, and claimed variances, of the pixels of many renders.
+fn renders(sets: Sets) -> Vec<(Vec<f32>, Vec<f32>)> {
+    let scene = scene(sets);
+    let film = |seed| shoot(&scene, &Options::new(path_tracer(), SAMPLES, seed)).film;
+    (0..SEEDS)
+        .map(film)
+        .map(|film| (film.mean(), film.variance()))
+        .collect()
+}
+
+/// Moments over renders of each pixel's mean.
+fn means(renders: &[(Vec<f32>, Vec<f32>)]) -> Vec<Moments> {
+    let pixels = 0..renders[0].0.len();
+    let moments = pixels.map(|i| {
+        let mut moments = Moments::default();
+        renders.iter().for_each(|r| moments.push(f64::from(r.0[i])));
+        moments
+    });
+    moments.collect()
+}
+
+/// By how much the variances that renders claim exceed those of their means, over all pixels: relative to the
+/// latter, and in standard errors.
+fn excess(claims: &[(Vec<f32>, Vec<f32>)], renders: &[(Vec<f32>, Vec<f32>)]) -> (f64, f64) {
+    let truth: f64 = means(renders).iter().map(Moments::variance).sum();
+    let mut difference = Moments::default();
+    let centres: Vec<f64> = means(renders).iter().map(Moments::mean).collect();
+    let bessel = SEEDS as f64 / (SEEDS - 1) as f64;
+    for (claim, render) in claims.iter().zip(renders) {
+        let claimed: f64 = claim.1.iter().map(|v| f64::from(*v)).sum();
+        let squares = render.0.iter().zip(&centres);
+        let actual: f64 = squares.map(|(m, c)| (f64::from(*m) - c).powi(2)).sum();
+        difference.push(claimed - bessel * actual);
+    }
+    (difference.mean() / truth, difference.z(0.0))
+}
+
+#[test]
+fn errors_are_what_they_claim_and_means_agree() {
+    let (single, sets) = (renders(Sets::Single), renders(Sets::OfEight));
+    let zs = [(&single, &single), (&sets, &sets)].map(|(a, b)| excess(a, b).1);
+    max_abs_z(&zs, FALSE_ALARM).unwrap();
+    // Taken for independent samples, those of sets would claim the variances of the others.
+    let (ratio, z) = excess(&single, &sets);
+    assert!(ratio > 0.3 && z > 8.0, "{ratio} {z}");
+    // And no bias.
+    let pairs = means(&single).into_iter().zip(means(&sets));
+    let zs = pairs.map(|(a, b)| {
+        let variance = (a.variance() + b.variance()) / SEEDS as f64;
+        (a.mean() - b.mean()) / variance.sqrt()
+    });
+    max_abs_z(&zs.collect::<Vec<_>>(), FALSE_ALARM).unwrap();
+}
+
+/// A part has the sets that begin in its range.
+#[test]
+fn parts_in_any_order_are_the_whole() {
+    let scene = scene(Sets::OfEight);
+    let whole = shoot(&scene, &options(0..SAMPLES, 5)).film;
+    assert_eq!(whole.counts(), [SAMPLES; 16]);
+    for cuts in [&[0, 3, 8, 17, 18, 40][..], &[0, 24, 33]] {
+        let parts = cuts.windows(2).map(|cut| {
+            let scenes = std::slice::from_ref(&scene);
+            let options = options(cut[0]..cut[1], 5);
+            let mut state = State::new(scenes, &options);
+            let counter = AtomicU64::new(0);
+            state.advance(scenes, &options, &counter, |_| ControlFlow::Continue(()));
+            state
+        });
+        let mut parts: Vec<State> = parts.collect();
+        let mut merged = parts.pop().unwrap();
+        parts.iter().for_each(|part| merged.merge(part).unwrap());
+        assert_eq!(merged.film(), &whole);
+    }
+}
+
+#[test]
+fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
+    let scenes = [scene(Sets::OfEight)];
+    let target = Some(Target {
+        error: 0.01,
+        measure: Measure::Image,
+    });
+    let targeted = Options {
+        target,
+        ..options(0..1 << 12, 5)
+    };
+    for options in [options(0..SAMPLES, 5), targeted] {
+        let whole = shoot(&scenes[0], &options);
+        assert_eq!(whole.reached, options.target.is_some());
+        let mut state = State::new(&scenes, &options);
+        for threads in [1, 2, 7].into_iter().cycle() {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let counter = AtomicU64::new(0);
+            let before = state.done().count();
+            pool.build().unwrap().install(|| {
+                state.advance(&scenes, &options, &counter, |_| ControlFlow::Break(()));
+            });
+            if state.done().count() == before {
+                break;
+            }
+        }
+        assert_eq!(state.film(), &whole.film);
+    }
+}
+
+/// Paths from emitters contribute to many pixels: those samples stay single.
+#[test]
+fn other_estimators_take_single_samples() {
+    let bdpt = Options::new(Integrator::Bdpt(Bdpt::default()), 8, 5);
+    let [single, sets] = [Sets::Single, Sets::OfEight].map(|s| shoot(&scene(s), &bdpt).film);
+    assert_eq!(single, sets);
+}
