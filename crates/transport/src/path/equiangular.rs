@@ -1,6 +1,7 @@
 //! Distances sampled around a point-like emitter.
 
-use super::edge::Edge;
+use super::edge::{Edge, Span};
+use crate::scene::Scene;
 use glam::DVec3;
 
 /// A density over the arc length of an edge that falls off around its closest approach to a point as
@@ -11,14 +12,19 @@ use glam::DVec3;
 pub struct Equiangular {
     closest: f64,
     distance: f64,
-    length: f64,
+    /// Where the part of the edge begins and ends from which distances are taken.
+    part: [f64; 2],
     angles: [f64; 2],
 }
 
 impl Equiangular {
-    /// Over the part of an extended edge before its first specular event; `None` if it has no length.
-    pub fn new(edge: &Edge, point: DVec3) -> Option<Self> {
-        let length = edge.lead().last()?.length_after();
+    /// Over the part of an extended edge before its first specular event, from the first medium that scatters to the
+    /// end of the last; `None` if that has no length.
+    pub fn new(scene: &Scene, edge: &Edge, point: DVec3) -> Option<Self> {
+        let scatters = |span: &&Span| scene.medium(span.medium).scatters();
+        let first = edge.lead().iter().find(scatters)?;
+        let last = edge.lead().iter().rfind(scatters)?;
+        let part = [first.length_before, last.length_after()];
         let nearest = edge.lead().iter().map(|span| {
             let theta = span.closest_approach(point);
             let distance = span.arc.position(theta).distance(point);
@@ -26,13 +32,13 @@ impl Equiangular {
         });
         let (distance, closest) = nearest.min_by(|a, b| a.0.total_cmp(&b.0))?;
         // Any positive distance gives a valid density; the floor keeps it finite.
-        let distance = distance.max(1e-9 * length);
-        let angle = |s: f64| ((s - closest) / distance).atan();
-        (length > 0.0).then(|| Equiangular {
+        let distance = distance.max(1e-9 * part[1]);
+        let angles = part.map(|s| ((s - closest) / distance).atan());
+        (angles[1] > angles[0]).then_some(Equiangular {
             closest,
             distance,
-            length,
-            angles: [angle(0.0), angle(length)],
+            part,
+            angles,
         })
     }
 
@@ -42,9 +48,10 @@ impl Equiangular {
         self.closest + self.distance * (a + (b - a) * u).tan()
     }
 
-    /// Density per unit length; zero beyond the first specular event.
+    /// Density per unit length; zero outside of the part that is sampled.
     pub fn pdf(&self, s: f64) -> f64 {
-        if s > self.length {
+        let [from, to] = self.part;
+        if !(from..=to).contains(&s) {
             return 0.0;
         }
         let t = s - self.closest;

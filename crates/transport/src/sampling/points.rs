@@ -35,7 +35,7 @@ impl Sets {
 }
 
 /// What a number is for: the first of its dimensions among those of an edge. Four neighbours are spread evenly
-/// together ([`GROUP`]), so those that act together are neighbours.
+/// together (`GROUP`), so those that act together are neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Two: the direction in which an edge starts; of the first edge, the place in the pixel.

@@ -106,7 +106,8 @@ impl Tracing<'_> {
         if !self.equiangular {
             return None;
         }
-        Equiangular::new(edge, self.scene.emitters()[emitter].singularity()?)
+        let singularity = self.scene.emitters()[emitter].singularity()?;
+        Equiangular::new(self.scene, edge, singularity)
     }
 
     /// What a vertex scatters of the light of an emitter that was chosen with some probability,
