@@ -8,12 +8,15 @@ Mitsuba comes from PyPI into an environment of its own, target/mitsuba-venv. Its
 library, version 16 or newer where the processor has AVX-512: Debian's package libllvm19, or a path in DRJIT_LIBLLVM_PATH.
 A variant that cannot be loaded is left out, with a note.
 
-Usage: scripts/compare_mitsuba.py [--spp N] [--seeds N] [--threads N] [--variants NAMES] SCENE ...
+With --sampler both use that one in place of the scenes' own.
+
+Usage: scripts/compare_mitsuba.py [--spp N] [--seeds N] [--threads N] [--variants NAMES] [--sampler NAME] SCENE ...
 """
 
 import argparse
 import os
 import pathlib
+import re
 import resource
 import statistics
 import subprocess
@@ -115,6 +118,19 @@ class Result:
         self.cost = self.seconds * self.variance
 
 
+def with_sampler(scene, sampler, folder):
+    """A copy of a scene, beside links to its data, with another sampler."""
+    for file in scene.resolve().parent.iterdir():
+        if file.name != scene.name:
+            (folder / file.name).symlink_to(file)
+    text, count = re.subn(r'<sampler type="\w+"', f'<sampler type="{sampler}"', scene.read_text())
+    if count != 1:
+        sys.exit(f"{scene}: expected one sampler, found {count}")
+    copy = folder / scene.name
+    copy.write_text(text)
+    return copy
+
+
 def compare(scene, args):
     """Rows of the table."""
     runs = {renderer: [] for renderer in renderers(scene, args)}
@@ -136,6 +152,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=5, help="renders by each, at least 2")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--variants", default="llvm_ad_rgb,scalar_rgb")
+    parser.add_argument("--sampler", help="a type of sampler that both know")
     parser.add_argument("scenes", nargs="+", type=pathlib.Path, metavar="SCENE")
     args = parser.parse_args()
     if args.seeds < 2:
@@ -145,7 +162,10 @@ def main():
     print("| scene | renderer | mean | ns per sample | variance of a sample | morgana's efficiency by its |")
     print("|---|---|---|---|---|---|")
     for scene in args.scenes:
-        print("\n".join(compare(scene, args)), flush=True)
+        with tempfile.TemporaryDirectory() as folder:
+            if args.sampler:
+                scene = with_sampler(scene, args.sampler, pathlib.Path(folder))
+            print("\n".join(compare(scene, args)), flush=True)
 
 
 if __name__ == "__main__":

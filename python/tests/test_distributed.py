@@ -157,7 +157,10 @@ def test_a_scene_that_changes_meanwhile_is_noticed(tmp_path):
 
     class Changing(concurrent.futures.ThreadPoolExecutor):
         def submit(self, *task):
-            path.write_text(text.format(2.0))
+            # At once: an earlier task may be reading.
+            other = tmp_path / "other.json"
+            other.write_text(text.format(2.0))
+            other.replace(path)
             return super().submit(*task)
 
     with Changing(1) as pool:

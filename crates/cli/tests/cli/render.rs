@@ -186,7 +186,7 @@ fn searches_for_branches_are_counted() {
              <scale value="3"/><rotate y="1" angle="180"/><translate z="5"/>
            </transform></shape>"#,
     );
-    folder.succeed("render scene.xml --spp 32 --stats s.json -o a.npy");
+    folder.succeed("render scene.xml --spp 256 --stats s.json -o a.npy");
     let stats = folder.json("s.json");
     let connections = &stats["connections"];
     for name in ["searches", "secondary", "trials"] {
