@@ -21,6 +21,20 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "parts of a grid taken for unchanging one block too far",
+        EIKONAL + "field/bspline/calm.rs",
+        "let low = ((middle + 1.0 - layers) * edge)",
+        "let low = ((middle - layers) * edge)",
+        ("eikonal", "calm", "nothing_changes_where_nothing_is_said_to_change"),
+    ),
+    (
+        "distances around a lamp of another density than they are sampled with",
+        TRANSPORT + "path/equiangular.rs",
+        "(a + (b - a) * u).tan()",
+        "(a + (b - a) * u * u).tan()",
+        ("io", "reference", "fog_beside_a_point_light"),
+    ),
+    (
         "every wavelength refracted as the first",
         "crates/io/src/assemble/channels.rs",
         "Some(nm[self.first(group)])",

@@ -66,6 +66,7 @@ impl PhotonMap {
         let tasks = paths.div_ceil(PER_TASK);
         let parts: Vec<(Vec<Photon>, Stats, Account)> = (0..tasks)
             .into_par_iter()
+            .with_max_len(1)
             .map(|task| {
                 let mut ws = Workspace::new(scene.tolerance());
                 let (mut photons, mut account) = (Vec::new(), Account::default());

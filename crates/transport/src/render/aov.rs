@@ -43,7 +43,7 @@ pub(super) fn pass(
         counter.fetch_add(taken, Ordering::Relaxed);
         ws.stats()
     };
-    let tasks = parts.into_par_iter().enumerate().map(task);
+    let tasks = parts.into_par_iter().enumerate().with_max_len(1).map(task);
     tasks.reduce(Stats::default, |mut a, b| {
         a += b;
         a

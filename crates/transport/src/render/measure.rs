@@ -267,15 +267,16 @@ impl Group<'_> {
         // Each group's paths have an address space of their own.
         let seed = seed.wrapping_add(self.index.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         let count = particles.end - particles.start;
-        let task = |i: u64| {
-            let first = particles.start + i * TASK;
+        let task = |i: usize| {
+            let first = particles.start + i as u64 * TASK;
             let mut ws = Workspace::new(self.scene.tolerance());
             let part = self.setup.task(seed, first..first + TASK, &mut ws);
             counter.fetch_add(TASK, Ordering::Relaxed);
             (part, ws.stats())
         };
+        let tasks = (0..(count / TASK) as usize).into_par_iter();
         let ((parts, accounts), stats): ((Vec<Part>, Vec<Account>), Vec<Stats>) =
-            (0..count / TASK).into_par_iter().map(task).unzip();
+            tasks.with_max_len(1).map(task).unzip();
         tally.add(&parts, count);
         accounts.iter().for_each(|account| books.enter(account));
         stats.into_iter().fold(Stats::default(), |mut sum, s| {

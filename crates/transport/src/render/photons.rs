@@ -79,6 +79,7 @@ pub(super) fn pass(
         let pixels = film.width() * film.height();
         let parts: Vec<(Vec<Taken>, Stats)> = (0..pixels.div_ceil(PIXELS_PER_TASK))
             .into_par_iter()
+            .with_max_len(1)
             .map(|task| {
                 let range = task * PIXELS_PER_TASK..pixels.min((task + 1) * PIXELS_PER_TASK);
                 part(source, (&gathering, decomposition), sample, range, counter)

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Pixels per unit of work: few enough to share out, enough not to matter.
+/// Pixels per unit of work: few enough to share out, enough not to matter. Units are shared out one by one, so that no
+/// thread is left alone with many of them at the end of a pass.
 const PIXELS_PER_TASK: usize = 64;
 
 /// A few neighbouring pixels, with their layers if light is told apart.
@@ -30,6 +31,7 @@ pub(super) fn pass(
 ) -> Stats {
     tasks(film, source.group)
         .into_par_iter()
+        .with_max_len(1)
         .map(|task| {
             let taken = task.pixels.len() as u64 * (samples.end - samples.start);
             let stats = run(source, samples.clone(), task);

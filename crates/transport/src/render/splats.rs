@@ -41,9 +41,12 @@ pub(super) fn pass(
     let mut account = Account::default();
     let mut layered = Layered::new(film.parts_mut(source.group).layers, pixels);
     for start in (first..end).step_by(BLOCK as usize) {
-        let parts: Vec<(Part, Stats, Account)> = (start..end.min(start + BLOCK))
+        let count = BLOCK.min(end - start) as usize;
+        let parts: Vec<(Part, Stats, Account)> = (0..count)
             .into_par_iter()
-            .map(|number| {
+            .with_max_len(1)
+            .map(|i| {
+                let number = start + i as u64;
                 let from = (number % tasks) as usize * PIXELS_PER_TASK;
                 let range = from..pixels.min(from + PIXELS_PER_TASK);
                 part(source, number / tasks, range, counter)
