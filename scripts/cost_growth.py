@@ -63,9 +63,9 @@ def write_grid(folder, n, delta):
     """1 + delta · exp(−2 r²) − its value at r = 1, so that the surface matches the index of air."""
     path = folder / f"{n}-{delta}.npy"
     if not path.exists():
-        axis = np.linspace(-1.1, 1.1, n, dtype=np.float32) ** 2
+        axis = np.linspace(-1.1, 1.1, n) ** 2
         r2 = axis[:, None, None] + axis[:, None] + axis
-        np.save(path, 1 + np.float32(delta) * (np.exp(-2 * r2) - np.exp(np.float32(-2))))
+        np.save(path, 1 + delta * (np.exp(-2 * r2) - np.exp(-2)))
 
 
 def cost(binary, folder, values, spp):
