@@ -20,6 +20,7 @@ import numpy as np
 
 matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.ticker import NullFormatter  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PLOT = ROOT / "docs/images/cost_growth.svg"
@@ -105,7 +106,7 @@ def main():
     args = parser.parse_args()
     binary = program()
     figure, axes = plt.subplots(1, len(SWEEPS), figsize=(14, 2.8), sharey=True, layout="constrained")
-    print("| what grows | from … to | µs per sample | exponents: time | edges | field evaluations | shots |")
+    print("| what grows | from … to | µs per sample | exponent: time | edges | field evaluations | shots |")
     print("|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)
@@ -113,13 +114,16 @@ def main():
             rows = sweep(binary, folder, name, parameter, values, args)
             times = " ".join(f"{row['microseconds']:.1f}" for _, row in rows)
             slopes = [f"{exponent(rows, q):+.2f}" for q in ("microseconds", *COUNTS)]
-            print(f"| {name} | {values[0]} … {values[-1]} | {times} | {' | '.join(slopes)} |", flush=True)
+            print(f"| {name} | {values[0]:g} … {values[-1]:g} | {times} | {' | '.join(slopes)} |", flush=True)
             for quantity in ("microseconds", *COUNTS):
-                axis.loglog(values, [row[quantity] for _, row in rows], "o-", ms=3, label=quantity.replace("_", " "))
+                shown = [row[quantity] or np.nan for _, row in rows]
+                axis.loglog(values, shown, "o-", ms=3, label=quantity.replace("_", " "))
             axis.set_xlabel(name)
+            axis.set_xticks(values[::2], [f"{value:g}" for value in values[::2]])
+            axis.xaxis.set_minor_formatter(NullFormatter())
             axis.grid(alpha=0.3)
     axes[0].set_ylabel("per sample of a pixel")
-    axes[-1].legend(fontsize=7)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, fontsize=8)
     figure.savefig(PLOT)
     print(f"wrote {PLOT.relative_to(ROOT)}")
 

@@ -23,6 +23,13 @@ fn exercise(text: &str) -> bool {
     true
 }
 
+/// A kind that only the key tells survives, though the object has a name.
+#[test]
+fn kinds_that_types_do_not_tell() {
+    let scene = r#"{"type": "scene", "shape": {"type": "constant", "id": "sky"}}"#;
+    assert!(exercise(scene));
+}
+
 /// Pieces of which text is often nearly a scene.
 fn pieces() -> impl Strategy<Value = String> {
     let known = prop::sample::select(vec![

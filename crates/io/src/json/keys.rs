@@ -1,7 +1,6 @@
 //! What the keys of objects say: names, roles, kinds.
 
 use crate::diagnostic::suggest;
-use crate::draft::Draft;
 use crate::scene::PluginKind;
 use crate::schema;
 
@@ -14,13 +13,14 @@ pub(super) const PARAMETERS: &str = "parameters";
 /// The key by which editors find the schema.
 pub(super) const SCHEMA: &str = "$schema";
 
-/// The kind of an object by its place in `parent`, its key and its type, or why there is none, with advice.
+/// The kind of an object by its place in a parent of a kind and type, its key and its type, or why there is none, with
+/// advice.
 pub(super) fn infer(
-    parent: &Draft,
+    (kind, parent): (PluginKind, &str),
     key: &str,
     plugin: &str,
 ) -> Result<PluginKind, (String, Option<String>)> {
-    let place = schema::find(parent.kind, &parent.plugin);
+    let place = schema::find(kind, parent);
     let role = place.and_then(|place| place.roles(key).next());
     if let Some(kind) = role.or(PluginKind::of_key(key)) {
         return Ok(kind);

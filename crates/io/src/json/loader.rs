@@ -155,7 +155,7 @@ impl Loader<'_> {
         parent: &mut Draft,
         depth: usize,
     ) {
-        let kind = match keys::infer(parent, &entry.key, &plugin) {
+        let kind = match keys::infer((parent.kind, &parent.plugin), &entry.key, &plugin) {
             Ok(kind) => kind,
             Err((message, help)) => return self.error(message, help, &location),
         };

@@ -1,6 +1,6 @@
 //! Scene descriptions as JSON.
 
-use super::keys::{ID, PARAMETERS, SCHEMA, TYPE};
+use super::keys::{self, ID, PARAMETERS, SCHEMA, TYPE};
 use crate::scene::{Object, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value};
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -32,7 +32,13 @@ impl Writer {
         for child in &root.children {
             let object = &*child.object;
             let is_new = self.written.insert(object.number);
-            match object.id.as_deref().filter(|id| is_new && keys.take(id)) {
+            // A name in place of a kind will do if the type tells the kind.
+            let tells = |id: &str| {
+                let kind = keys::infer((root.kind, &root.plugin), id, &object.plugin);
+                kind.is_ok_and(|kind| kind == object.kind)
+            };
+            let id = object.id.as_deref().filter(|id| is_new && tells(id));
+            match id.filter(|id| keys.take(id)) {
                 Some(id) => self.object(id, object, false, 1),
                 None => {
                     let key = keys.fresh(object.kind);
