@@ -408,6 +408,10 @@ def outcome(tree: pathlib.Path, package: str, target: str, test: str) -> str:
 
 def main() -> int:
     wanted = sys.argv[1:]
+    names = [planted[0] for planted in PLANTED]
+    unknown = [word for word in wanted if not any(word in name for name in names)]
+    if unknown:
+        sys.exit(f"no planted error is called so: {', '.join(unknown)}")
     missed = 0
     with tempfile.TemporaryDirectory() as directory:
         tree = pathlib.Path(directory)
