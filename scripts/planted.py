@@ -188,6 +188,13 @@ PLANTED = [
         ("eikonal", "rays", "tangents_are_the_derivative_of_the_discrete_map"),
     ),
     (
+        "tangents of a ray without a shot without the Hessian",
+        EIKONAL + "connect/collocate/linear.rs",
+        "self.half_hess[i] * dx[i] * self.span2",
+        "self.half_hess[i] * dx[i] * 0.0",
+        ("eikonal", "collocation", "rays_are_as_good_as_the_tolerance_says"),
+    ),
+    (
         "one wrong digit in the step scheme",
         EIKONAL + "ray/step.rs",
         "0.5 - (0.245298957184271 + 0.604872665711080),",

@@ -1,10 +1,13 @@
-//! Deterministic starts: along the straight way, bent by the one field on it that bends rays.
+//! Primary branches: along the straight way, bent by the one field on it that bends rays.
 
 use super::bend::{Way, bent};
+use super::collocate::collocated;
+use super::connection::{Connection, Failure};
 use super::launch::Launch;
+use super::pattern::Pattern;
 use super::solver::Solver;
 use super::start::Start;
-use super::world::World;
+use super::world::{Piece, World};
 use crate::interface::Rule;
 use crate::ray::Arc;
 use glam::DVec3;
@@ -15,17 +18,77 @@ const ENOUGH: f64 = 3.0;
 const MOST_PIECES: usize = 8;
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// A start along the straight way to `y`, bent as the ray to first order and beyond: if one region on
-    /// the way has a field that bends rays, and interfaces on it are index-matched by declaration. Otherwise
-    /// the start as it is.
-    pub fn bent<W: World<Region = R>>(
+    /// The primary branch from a point or plane to `y`, given a start along the straight way: by collocation
+    /// if nothing but one field lies between two points and bends the ray mildly. Otherwise that to which Newton's
+    /// method converges from the start, bent as the field bends rays: if one region on the way does, and
+    /// interfaces on it are index-matched by declaration.
+    ///
+    /// # Errors
+    ///
+    /// See [`Failure`].
+    pub fn primary<W: World<Region = R>>(
         &mut self,
         world: &W,
         start: &Start<R>,
         y: DVec3,
+    ) -> Result<Connection, Failure> {
+        let (x, region) = (start.launch.x(), start.region);
+        let within = survey(world, (x, region), y);
+        if let (Some((only, way)), Launch::Point { .. }) = (&within, start.launch)
+            && *only == region
+            && way.part == [0.0, 1.0]
+            && let Some(found) = self.collocated(world, (x, region), y)
+        {
+            return Ok(found);
+        }
+        let start = self.bent(world, start, within);
+        self.solve(world, &start, y)
+    }
+
+    /// The branch from `x` to `y` by collocation, with its pieces, if it stays within the region.
+    fn collocated<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        (x, region): (DVec3, R),
+        y: DVec3,
+    ) -> Option<Connection> {
+        let tolerance = self.tolerance().get();
+        let evaluations = &mut self.work.evaluations;
+        let ray = collocated(world.field(region), (x, y - x), tolerance, evaluations)?;
+        let arcs = &ray.arcs.0[..ray.arcs.1];
+        if arcs.iter().any(|arc| world.crossing(region, arc).is_some()) {
+            return None;
+        }
+        self.hold(arcs.iter().map(|&arc| Piece {
+            region,
+            arc,
+            theta_end: 1.0,
+            event: None,
+        }));
+        let [direction_out, direction_in] = ray.v.map(DVec3::normalize);
+        Some(Connection {
+            start: x,
+            direction_out,
+            direction_in,
+            arc_length: ray.arc_length,
+            optical_length: ray.optical_length,
+            sigma: ray.sigma,
+            jacobian: ray.jacobian,
+            miss: 0.0,
+            pattern: Pattern::REFRACT,
+            shots: 0,
+        })
+    }
+
+    /// The start bent as the ray to first order and beyond, given the region that bends rays and the way through
+    /// it; as it is if there is none.
+    fn bent<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        start: &Start<R>,
+        within: Option<(R, Way)>,
     ) -> Start<R> {
-        let from = start.launch.x();
-        let Some((region, way)) = survey(world, (from, start.region), y) else {
+        let Some((region, way)) = within else {
             return *start;
         };
         let accuracy = ENOUGH * self.tolerance().get();
@@ -99,7 +162,7 @@ fn survey<W: World>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::connect::{Crossing, Pattern};
+    use crate::connect::Crossing;
     use crate::field::{Constant, Field, LinearSquare};
     use crate::ray::Tolerance;
     use glam::DMat3;
@@ -151,6 +214,16 @@ mod tests {
         }
     }
 
+    fn bent(
+        solver: &mut Solver<usize>,
+        world: &Layer,
+        start: &Start<usize>,
+        y: DVec3,
+    ) -> Start<usize> {
+        let within = survey(world, (start.launch.x(), start.region), y);
+        solver.bent(world, start, within)
+    }
+
     /// The start's direction or place is closer to the ray's than a straight one by so much.
     const CLOSER: f64 = 0.02;
 
@@ -161,7 +234,7 @@ mod tests {
         let (x, y) = (DVec3::new(0.1, 0.0, -1.0), DVec3::new(0.2, 0.1, 1.7));
         let direction = (y - x).normalize();
         let first = straight(Launch::Point { x, direction }, x.distance(y));
-        let guess = solver.bent(&world, &first, y);
+        let guess = bent(&mut solver, &world, &first, y);
         let ray = solver.solve(&world, &first, y).unwrap();
         let off = |d: DVec3| d.distance(ray.direction_out);
         assert!(off(direction) > 0.02, "{ray:?}");
@@ -170,7 +243,7 @@ mod tests {
         let (direction, foot) = (DVec3::Z, DVec3::new(0.2, 0.1, -1.0));
         let launch = Launch::Plane { x: foot, direction };
         let first = straight(launch, foot.distance(y));
-        let guess = solver.bent(&world, &first, y);
+        let guess = bent(&mut solver, &world, &first, y);
         let ray = solver.solve(&world, &first, y).unwrap();
         let off = |p: DVec3| p.distance(ray.start);
         assert!(off(foot) > 0.02, "{ray:?}");
@@ -184,6 +257,7 @@ mod tests {
         let (x, y) = (DVec3::new(0.1, 0.0, -1.0), DVec3::new(0.2, 0.1, 1.7));
         let direction = (y - x).normalize();
         let first = straight(Launch::Point { x, direction }, x.distance(y));
-        assert_eq!(solver.bent(&layer(Rule::Refract), &first, y), first);
+        let guess = bent(&mut solver, &layer(Rule::Refract), &first, y);
+        assert_eq!(guess, first);
     }
 }

@@ -7,6 +7,7 @@
 //! Where only a part of the chord bends rays, nodes lie in that part, and the ray is straight outside; from a
 //! plane, it starts with u′ = 0 instead.
 
+use super::collocate::{Rule, sum};
 use crate::field::Field;
 use glam::DVec3;
 
@@ -18,58 +19,8 @@ const SETTLED: f64 = 0.03;
 /// The accuracy, in radians, up to which four nodes are enough.
 const ROUGH: f64 = 1e-4;
 
-/// Gauss–Legendre quadrature on [0, 1], and the solution of u″ = f, u(0) = u(1) = 0, for the polynomial f
-/// through its values at the nodes.
-struct Rule<const N: usize> {
-    nodes: [f64; N],
-    weights: [f64; N],
-    /// u at the nodes.
-    displacement: [[f64; N]; N],
-    /// u′ at the nodes.
-    slope: [[f64; N]; N],
-    /// u′(0) = −∫(1 − t)f dt.
-    at_start: [f64; N],
-}
-
-#[rustfmt::skip]
-const COARSE: Rule<4> = Rule {
-    nodes: [0.0694318442029737, 0.330009478207572, 0.669990521792428, 0.930568155797026],
-    weights: [0.173927422568727, 0.326072577431273, 0.326072577431273, 0.173927422568727],
-    displacement: [
-        [-0.00800708253348005, -0.0164186629754995, -0.0068722354124486, -0.00100755068534572],
-        [-0.00875773042875738, -0.061040536514139, -0.0370876874098924, -0.00366565689758025],
-        [-0.00366565689758025, -0.0370876874098924, -0.061040536514139, -0.00875773042875738],
-        [-0.00100755068534572, -0.0068722354124486, -0.0164186629754995, -0.00800708253348005],
-    ],
-    slope: [
-        [-0.0748876095779468, -0.245069716380379, -0.0949795784464878, -0.0156312513922123],
-        [0.0262667966375578, -0.055429247579744, -0.135487469738363, -0.00534060111187847],
-        [0.00534060111187847, 0.135487469738363, 0.055429247579744, -0.0262667966375578],
-        [0.0156312513922123, 0.0949795784464878, 0.245069716380379, 0.0748876095779468],
-    ],
-    at_start: [-0.16185132086231, -0.218465536295381, -0.107607041135893, -0.0120761017064166],
-};
-
-#[rustfmt::skip]
-const FINE: Rule<5> = Rule {
-    nodes: [0.046910077030668, 0.230765344947158, 0.5, 0.769234655052841, 0.953089922969332],
-    weights: [0.118463442528095, 0.239314335249683, 0.284444444444444, 0.239314335249683, 0.118463442528095],
-    displacement: [
-        [-0.00380612646467683, -0.0092582203447564, -0.00631012302001522, -0.00277080708842874, -0.000209483933945218],
-        [-0.0045829291946895, -0.0365642439056935, -0.0338544860334827, -0.0123831086586474, -0.00137158246677556],
-        [-0.00262799611778946, -0.0284831149933217, -0.0627777777777778, -0.0284831149933217, -0.00262799611778946],
-        [-0.00137158246677556, -0.0123831086586474, -0.0338544860334827, -0.0365642439056935, -0.0045829291946895],
-        [-0.000209483933945218, -0.00277080708842874, -0.00631012302001522, -0.0092582203447564, -0.00380612646467683],
-    ],
-    slope: [
-        [-0.0536745920497362, -0.203659244484066, -0.130967821403579, -0.0608192487855053, -0.00396901624644503],
-        [0.0152446923562618, -0.0644317125001485, -0.166814336841864, -0.0449071744540097, -0.00832612361308063],
-        [0.000869974690441086, 0.0759157715556514, 0.0, -0.0759157715556514, -0.000869974690441086],
-        [0.00832612361308063, 0.0449071744540097, 0.166814336841864, 0.0644317125001485, -0.0152446923562618],
-        [0.00396901624644503, 0.0608192487855053, 0.130967821403579, 0.203659244484066, 0.0536745920497362],
-    ],
-    at_start: [-0.112906313313784, -0.18408888012499, -0.142222222222222, -0.0552254551246931, -0.00555712921431103],
-};
+const COARSE: Rule<4> = Rule::new();
+const FINE: Rule<5> = Rule::new();
 
 /// A straight way on which one part bends rays.
 pub(super) struct Way {
@@ -178,22 +129,12 @@ impl<const N: usize> Rule<N> {
             }
             for i in 0..N {
                 let shift = ends.offset + ends.slope * (d * self.nodes[i]);
-                u[i] = sum(&self.displacement[i], &f) * d + shift;
-                slope[i] = sum(&self.slope[i], &f) + ends.slope;
+                u[i] = sum(&self.rows[i].displacement, &f) * d + shift;
+                slope[i] = sum(&self.rows[i].slope, &f) + ends.slope;
             }
         }
         None
     }
-}
-
-/// Σ wᵢfᵢ.
-#[inline(always)]
-fn sum<const N: usize>(w: &[f64; N], of: &[DVec3; N]) -> DVec3 {
-    let mut sum = of[0] * w[0];
-    for i in 1..N {
-        sum += of[i] * w[i];
-    }
-    sum
 }
 
 #[cfg(test)]
@@ -208,28 +149,6 @@ mod tests {
             part: [0.0, 1.0],
             optical: [0.0; 2],
         }
-    }
-
-    /// Forces tᵏ are integrated exactly: u = (tᵏ⁺² − t)/((k + 1)(k + 2)).
-    fn solves_powers_exactly<const N: usize>(rule: &Rule<N>) {
-        for k in 0..N as i32 {
-            let per = 1.0 / f64::from((k + 1) * (k + 2));
-            let f = rule.nodes.map(|t| DVec3::X * t.powi(k));
-            assert!((sum(&rule.weights, &f).x - 1.0 / f64::from(k + 1)).abs() < 1e-13);
-            assert!((sum(&rule.at_start, &f).x + per).abs() < 1e-13);
-            for (i, t) in rule.nodes.into_iter().enumerate() {
-                let u = (t.powi(k + 2) - t) * per;
-                let slope = (f64::from(k + 2) * t.powi(k + 1) - 1.0) * per;
-                assert!((sum(&rule.displacement[i], &f).x - u).abs() < 1e-13);
-                assert!((sum(&rule.slope[i], &f).x - slope).abs() < 1e-13);
-            }
-        }
-    }
-
-    #[test]
-    fn powers_are_solved_exactly() {
-        solves_powers_exactly(&COARSE);
-        solves_powers_exactly(&FINE);
     }
 
     /// In n² = a + b·x rays are parabolas, x + vσ + bσ²/4.

@@ -10,6 +10,7 @@ mod ball;
 mod begin;
 mod bend;
 mod closest;
+mod collocate;
 mod connection;
 mod edges;
 mod guide;

@@ -73,8 +73,14 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         &self.pieces
     }
 
-    /// The primary branch from point `x` in `region` to `y`: started along the chord, [bent](Self::bent) by the
-    /// field; refracted wherever that is possible.
+    /// Keeps the pieces of a ray that was found.
+    pub(super) fn hold(&mut self, pieces: impl Iterator<Item = Piece<R>>) {
+        self.pieces.clear();
+        self.pieces.extend(pieces);
+    }
+
+    /// The [primary](Self::primary) branch from point `x` in `region` to `y`, started along the chord; refracted
+    /// wherever that is possible.
     ///
     /// # Errors
     ///
@@ -93,12 +99,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             optical_length: chord.length() * world.field(region).n(x),
             pattern: Pattern::REFRACT,
         };
-        let start = self.bent(world, &straight, y);
-        self.solve(world, &start, y)
+        self.primary(world, &straight, y)
     }
 
-    /// The primary branch from the plane through `x` perpendicular to `direction` to `y`: started at
-    /// the foot of `y` on the plane, [moved](Self::bent) as the field bends rays; refracted wherever that is possible.
+    /// The [primary](Self::primary) branch from the plane through `x` perpendicular to `direction` to `y`, started at
+    /// the foot of `y` on the plane; refracted wherever that is possible.
     ///
     /// # Errors
     ///
@@ -120,8 +125,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             optical_length: depth * world.field(region).n(foot),
             pattern: Pattern::REFRACT,
         };
-        let start = self.bent(world, &straight, y);
-        self.solve(world, &start, y)
+        self.primary(world, &straight, y)
     }
 
     /// The branch to which Newton's method converges from a start.

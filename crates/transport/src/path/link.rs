@@ -150,7 +150,7 @@ impl Link {
         let search = Search::new(scene, vertex, goal);
         let mut values = SmallVec::new();
         let mut known: Vec<Link> = Vec::new();
-        for shot in search.certain(ws) {
+        for shot in search.certain() {
             let Some(link) = search.attempt(&shot, ws) else {
                 continue;
             };
@@ -191,7 +191,7 @@ impl Link {
             same_way(scene, link.direction, direction)
                 && optical_length.is_none_or(|s| same_length(scene, s, link.optical_length))
         };
-        let mut certain = search.certain(ws);
+        let mut certain = search.certain();
         match certain.any(|shot| search.solve(&shot, ws).is_some_and(same)) {
             true => 1.0,
             false => ws.luck(tube),

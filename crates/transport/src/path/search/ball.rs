@@ -83,6 +83,7 @@ impl<'a> Search<'a> {
                     target,
                     place,
                     facing,
+                    primary: false,
                 })
             }
             Aim::Plane {

@@ -41,6 +41,7 @@ impl Search<'_> {
                     target,
                     place,
                     facing,
+                    primary: false,
                 })
             }
             Aim::Plane {

@@ -10,7 +10,7 @@ use super::vertex::Vertex;
 use super::walk::leave;
 use crate::aim::Aim;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{self, Connection, Launch, Piece, World};
+use eikonal::connect::{self, Connection, Failure, Launch, Piece, World};
 use glam::DVec3;
 
 /// A start for the solver, and what the ray that it finds must comply with.
@@ -23,6 +23,17 @@ pub(super) struct Shot {
     place: Start,
     /// Normal of the aim's surface on the side on which the ray must arrive.
     facing: Option<DVec3>,
+    /// Whether the start is straight and the primary branch is meant.
+    primary: bool,
+}
+
+impl Shot {
+    fn connect(&self, scene: &Scene, ws: &mut Workspace) -> Result<Connection, Failure> {
+        match self.primary {
+            true => ws.solver.primary(scene, &self.start, self.target),
+            false => ws.solver.solve(scene, &self.start, self.target),
+        }
+    }
 }
 
 /// A vertex and what it is to be connected to.
@@ -61,14 +72,14 @@ impl<'a> Search<'a> {
 
     /// The deterministic starts: at every ray through the surface of a ball, along the chord, at the foot of
     /// the vertex, or where a beam passes by.
-    pub fn certain(self, ws: &mut Workspace) -> impl Iterator<Item = Shot> + use<'a> {
+    pub fn certain(self) -> impl Iterator<Item = Shot> + use<'a> {
         let ball = self.through_ball();
-        let others = ball.is_none().then(|| self.around_chord(ws));
+        let others = ball.is_none().then(|| self.around_chord());
         let ball = ball.into_iter().flatten();
         ball.chain(others.into_iter().flatten())
     }
 
-    fn around_chord(self, ws: &mut Workspace) -> impl Iterator<Item = Shot> + use<'a> {
+    fn around_chord(self) -> impl Iterator<Item = Shot> + use<'a> {
         let guided = self.goal.guide.map(|guide| {
             let starts = guide.starts(self.vertex.position()).into_iter();
             starts.map(move |start| self.straight(start))
@@ -76,7 +87,7 @@ impl<'a> Search<'a> {
         let single = match guided {
             Some(_) => None,
             None => self.chord().map(|shot| Shot {
-                start: ws.solver.bent(self.scene, &shot.start, shot.target),
+                primary: true,
                 ..shot
             }),
         };
@@ -107,6 +118,7 @@ impl<'a> Search<'a> {
                     target,
                     place,
                     facing,
+                    primary: false,
                 })
             }
             Aim::Plane {
@@ -151,12 +163,13 @@ impl<'a> Search<'a> {
             target: place.x,
             place,
             facing: None,
+            primary: false,
         }
     }
 
     /// One attempt, counted.
     pub fn attempt(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
-        let outcome = ws.solver.solve(self.scene, &shot.start, shot.target);
+        let outcome = shot.connect(self.scene, ws);
         ws.stats.connections.count(&outcome);
         let link = self.comply(shot, &outcome.ok()?, ws);
         ws.stats.connections.discarded += u64::from(link.is_none());
@@ -165,7 +178,7 @@ impl<'a> Search<'a> {
 
     /// The same, not counted.
     pub fn solve(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
-        let ray = ws.solver.solve(self.scene, &shot.start, shot.target).ok()?;
+        let ray = shot.connect(self.scene, ws).ok()?;
         self.comply(shot, &ray, ws)
     }
 

@@ -1,0 +1,115 @@
+//! From the forces at a few nodes to the ray, at more nodes.
+
+use super::linear::Solution;
+use super::rule::{Row, Rule, sum};
+use super::{COARSE, MOST_ARCS, Problem, Ray, Refusal};
+use crate::ray::Arc;
+use glam::DVec3;
+
+/// Rounds of Newton's method.
+const MOST_ROUNDS: usize = 2;
+/// The Jacobian is wrong by at most this times the square of the last coefficients of u″, over the largest u″, in
+/// chords, for Gauss's quadrature errs by coefficients twice as far out: several times what was seen over fields of
+/// grids, bumps and sound.
+const PER_TAIL: f64 = 0.02;
+/// The same per displacement since the Hessians were evaluated, in chords, and per square of chords per length scale.
+const PER_SHIFT: f64 = 0.1;
+
+/// A rule for the ray itself: of N nodes, cut into M arcs.
+pub(super) struct Level<const N: usize, const M: usize> {
+    pub rule: Rule<N>,
+    /// Displacements at the nodes by forces at the coarse ones.
+    refine: [[f64; 4]; N],
+    /// Where the first arc begins, and where each ends.
+    start: Row<N>,
+    cuts: [Row<N>; M],
+}
+
+impl<const N: usize, const M: usize> Level<N, M> {
+    /// Computes the tables.
+    pub const fn new() -> Self {
+        let rule = Rule::new();
+        let mut refine = [[0.0; 4]; N];
+        let mut i = 0;
+        while i < N {
+            refine[i] = COARSE.row(rule.nodes[i]).displacement;
+            i += 1;
+        }
+        let start = rule.row(0.0);
+        let mut cuts = [start; M];
+        let mut i = 0;
+        while i < M {
+            cuts[i] = rule.row((i + 1) as f64 / M as f64);
+            i += 1;
+        }
+        Level {
+            rule,
+            refine,
+            start,
+            cuts,
+        }
+    }
+
+    /// The ray, from u″ at the coarse nodes.
+    pub fn solve(
+        &self,
+        problem: &Problem,
+        coarse: &[DVec3; 4],
+        evaluations: &mut u64,
+    ) -> Result<Ray, Refusal> {
+        let mut u = self.refine.map(|row| sum(&row, coarse));
+        for _ in 0..MOST_ROUNDS {
+            *evaluations += N as u64;
+            let solution = Solution::new(&self.rule, problem, &u).ok_or(Refusal::Bent)?;
+            if !self.resolves(problem, &solution) {
+                return Err(Refusal::Unresolved);
+            }
+            let per = PER_SHIFT * problem.spanned * problem.spanned / problem.tolerance;
+            if per * per * solution.shift2 <= problem.d2 {
+                return self.ray(problem, &solution).ok_or(Refusal::Bent);
+            }
+            u = solution.u;
+        }
+        Err(Refusal::Bent)
+    }
+
+    /// Whether the nodes are enough for the forces.
+    fn resolves(&self, problem: &Problem, solution: &Solution<N>) -> bool {
+        let tail = self.rule.tail.map(|row| sum(&row, &solution.a));
+        let tail2 = tail[0].length_squared().max(tail[1].length_squared());
+        let lengths = solution.a.map(DVec3::length);
+        let most = lengths.into_iter().fold(0.0, f64::max);
+        PER_TAIL * tail2 * solution.span2 <= problem.tolerance * most * problem.d2.sqrt()
+    }
+
+    /// The ray of a solution; `None` if it leaves the field, or its Jacobian is not to be had.
+    fn ray(&self, problem: &Problem, solution: &Solution<N>) -> Option<Ray> {
+        let (rule, span) = (&self.rule, solution.span2.sqrt());
+        let node = |t: f64, row: &Row<N>| {
+            let by = |weights| sum(weights, &solution.a);
+            let x = problem.x + problem.chord * t + by(&row.displacement) * solution.span2;
+            let v = problem.chord / span + by(&row.slope) * span;
+            [x, v, by(&row.value)]
+        };
+        let first = node(0.0, &self.start);
+        let mut arcs = [Arc::line(first[0], first[1], span); MOST_ARCS];
+        let mut last = first;
+        for (i, (arc, row)) in arcs.iter_mut().zip(&self.cuts).enumerate() {
+            let next = node((i + 1) as f64 / M as f64, row);
+            *arc = Arc::hermite(last, next, span / M as f64);
+            last = next;
+        }
+        let v = [first[1], last[1]];
+        let jacobian = solution.jacobian(rule, v, problem.tolerance)?;
+        let arc_length = sum(&rule.weights, &solution.n2.map(f64::sqrt)) * span;
+        let sound = jacobian.is_finite() && arc_length.is_finite();
+        sound.then_some(Ray {
+            v,
+            arc_length,
+            optical_length: sum(&rule.weights, &solution.n2) * span,
+            sigma: span,
+            jacobian,
+            arcs: (arcs, M),
+        })
+    }
+}

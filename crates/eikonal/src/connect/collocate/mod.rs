@@ -1,0 +1,114 @@
+//! The ray between two points within one field by collocation, without a shot.
+//!
+//! With t = σ/σ₁ from 0 to 1 the ray is x + (y − x)t + u(t), u″ = σ₁²a, u = 0 at both ends, where a = ½∇n² along it. As
+//! |x′| = σ₁n everywhere and ∫|u′|² dt = −∫u·u″ dt, σ₁² = |y − x|²/∫(n² + a·u) dt. Forces at a few nodes on the chord give a
+//! first guess. There, at more nodes, the Hessians of n² give forces that are linear in the displacement, with which
+//! the equation is solved by iteration, without evaluations: Newton's method. The same Hessians move the tangents, of
+//! which only the end is needed.
+
+mod level;
+mod linear;
+mod rule;
+
+pub(super) use rule::{Rule, sum};
+
+use crate::field::Field;
+use crate::ray::Arc;
+use glam::DVec3;
+use level::Level;
+
+const COARSE: Rule<4> = Rule::new();
+static SHORT: Level<6, 2> = Level::new();
+static MIDDLE: Level<8, 3> = Level::new();
+static LONG: Level<12, 4> = Level::new();
+
+/// Most arcs that a ray is cut into.
+const MOST_ARCS: usize = 4;
+/// Chords of up to so many length scales, at the tolerance 1e-4, for each level: beyond that a feature might be missed.
+const SPANNED: [f64; 3] = [2.5, 4.5, 7.0];
+
+/// A ray that was found.
+pub(super) struct Ray {
+    /// Velocities dx/dσ at the ends.
+    pub v: [DVec3; 2],
+    pub arc_length: f64,
+    pub optical_length: f64,
+    pub sigma: f64,
+    /// J at the far end.
+    pub jacobian: f64,
+    /// The first so many are pieces of the ray.
+    pub arcs: ([Arc; MOST_ARCS], usize),
+}
+
+/// Why there is no ray.
+enum Refusal {
+    /// The field changes too fast for the nodes.
+    Unresolved,
+    /// It bends the ray too much.
+    Bent,
+}
+
+/// What is asked for.
+struct Problem<'a> {
+    field: &'a Field,
+    x: DVec3,
+    chord: DVec3,
+    /// Square of the chord's length.
+    d2: f64,
+    tolerance: f64,
+    /// The chord in length scales.
+    spanned: f64,
+}
+
+/// The ray from `x` over `chord`, to a relative `tolerance`; adds up evaluations. `None` if it bends too much or the
+/// field changes too fast.
+pub(super) fn collocated(
+    field: &Field,
+    (x, chord): (DVec3, DVec3),
+    tolerance: f64,
+    evaluations: &mut u64,
+) -> Option<Ray> {
+    let at = COARSE.nodes.map(|t| x + chord * t);
+    let scales = at.map(|x| field.length_scale(x));
+    let problem = Problem {
+        field,
+        x,
+        chord,
+        d2: chord.length_squared(),
+        tolerance,
+        spanned: chord.length() / scales.into_iter().fold(f64::INFINITY, f64::min),
+    };
+    // Errors fall with the sixth (of arcs) to sixteenth power of what is spanned.
+    let most = (1e4 * tolerance).sqrt().sqrt().sqrt();
+    let first = SPANNED.iter().position(|s| problem.spanned <= s * most)?;
+    *evaluations += at.len() as u64;
+    let coarse = problem.first_order(at.map(|x| field.gradient(x)));
+    let mut outcome = Err(Refusal::Unresolved);
+    for level in first..SPANNED.len() {
+        outcome = match level {
+            0 => SHORT.solve(&problem, &coarse, evaluations),
+            1 => MIDDLE.solve(&problem, &coarse, evaluations),
+            _ => LONG.solve(&problem, &coarse, evaluations),
+        };
+        if !matches!(outcome, Err(Refusal::Unresolved)) {
+            break;
+        }
+    }
+    outcome.ok()
+}
+
+impl Problem<'_> {
+    /// u″ at the coarse nodes, given n² and ∇n² at the nodes on the chord.
+    fn first_order(&self, at: [(f64, DVec3); 4]) -> [DVec3; 4] {
+        let a = at.map(|(_, grad)| grad * 0.5);
+        let mut n2 = at.map(|(n2, _)| n2);
+        let straight = self.d2 / sum(&COARSE.weights, &n2);
+        for (i, n2) in n2.iter_mut().enumerate() {
+            // 2a·u from n² at the displaced point, and a·u.
+            let u = sum(&COARSE.rows[i].displacement, &a) * straight;
+            *n2 += 3.0 * a[i].dot(u);
+        }
+        let span2 = self.d2 / sum(&COARSE.weights, &n2);
+        a.map(|a| a * span2)
+    }
+}

@@ -1,0 +1,209 @@
+//! Collocation at the nodes of Gauss–Legendre quadrature: u″ = f on [0, 1] with u(0) = u(1) = 0, for the
+//! polynomial f through values at the nodes.
+//!
+//! The polynomial is Σₖ cₖPₖ(2t − 1) with cₖ = (2k + 1) Σᵢ wᵢ Pₖ(2tᵢ − 1) fᵢ, for the quadrature is exact for products of
+//! such polynomials; Legendre's polynomials are integrated by (2k + 1)Pₖ = (Pₖ₊₁ − Pₖ₋₁)′.
+
+use std::ops::{AddAssign, Mul};
+
+/// More than any rule's degree and two.
+const DEGREES: usize = 16;
+/// Of Newton's method on Legendre polynomials, from the right: far more than needed.
+const ROUNDS: usize = 100;
+
+/// The rule of N nodes on [0, 1].
+pub struct Rule<const N: usize> {
+    /// From 0 to 1.
+    pub nodes: [f64; N],
+    /// Of the quadrature.
+    pub weights: [f64; N],
+    /// Of values in u′(0) = −∫(1 − t)f dt.
+    pub at_start: [f64; N],
+    /// What values at the nodes say there.
+    pub rows: [Row<N>; N],
+    /// Weights of the values in the last two of the coefficients cₖ.
+    pub tail: [[f64; N]; 2],
+}
+
+/// Weights of values at the nodes of a rule.
+#[derive(Clone, Copy)]
+pub struct Row<const N: usize> {
+    /// In f.
+    pub value: [f64; N],
+    /// In u′.
+    pub slope: [f64; N],
+    /// In u.
+    pub displacement: [f64; N],
+}
+
+impl<const N: usize> Rule<N> {
+    /// Computes the rule.
+    pub const fn new() -> Self {
+        let mut rule = Rule {
+            nodes: roots(),
+            weights: [0.0; N],
+            at_start: [0.0; N],
+            rows: [Row::ZERO; N],
+            tail: [[0.0; N]; 2],
+        };
+        let n = N as f64;
+        let mut i = 0;
+        while i < N {
+            let z = 2.0 * rule.nodes[i] - 1.0;
+            let p = legendre(z);
+            let before = p[N - 1];
+            rule.weights[i] = (1.0 - z * z) / (n * n * before * before);
+            rule.at_start[i] = -rule.weights[i] * (1.0 - rule.nodes[i]);
+            rule.tail[0][i] = (2.0 * n - 3.0) * rule.weights[i] * p[N - 2];
+            rule.tail[1][i] = (2.0 * n - 1.0) * rule.weights[i] * p[N - 1];
+            i += 1;
+        }
+        let mut i = 0;
+        while i < N {
+            rule.rows[i] = rule.row(rule.nodes[i]);
+            i += 1;
+        }
+        rule
+    }
+
+    /// What values at the nodes say at `t`.
+    pub const fn row(&self, t: f64) -> Row<N> {
+        let at = legendre(2.0 * t - 1.0);
+        let mut row = Row::ZERO;
+        let mut i = 0;
+        while i < N {
+            let p = legendre(2.0 * self.nodes[i] - 1.0);
+            let mut k = 0;
+            while k < N {
+                let c = (2 * k + 1) as f64 * self.weights[i] * p[k];
+                let [slope, displacement] = integrals(k, t, &at);
+                row.value[i] += c * at[k];
+                row.slope[i] += c * slope;
+                row.displacement[i] += c * displacement;
+                k += 1;
+            }
+            i += 1;
+        }
+        row
+    }
+}
+
+impl<const N: usize> Row<N> {
+    const ZERO: Self = Row {
+        value: [0.0; N],
+        slope: [0.0; N],
+        displacement: [0.0; N],
+    };
+}
+
+/// u′ and u for f = Pₖ(2t − 1), given Legendre's polynomials there.
+const fn integrals(k: usize, t: f64, p: &[f64; DEGREES]) -> [f64; 2] {
+    match k {
+        0 => [t - 0.5, 0.5 * t * (t - 1.0)],
+        1 => [t * (t - 1.0) + 1.0 / 6.0, t * (t - 0.5) * (t - 1.0) / 3.0],
+        _ => {
+            let odd = (2 * k + 1) as f64;
+            let slope = (p[k + 1] - p[k - 1]) / (2.0 * odd);
+            let after = (p[k + 2] - p[k]) / (odd + 2.0);
+            let before = (p[k] - p[k - 2]) / (odd - 2.0);
+            [slope, (after - before) / (4.0 * odd)]
+        }
+    }
+}
+
+/// Legendre's polynomials at z.
+const fn legendre(z: f64) -> [f64; DEGREES] {
+    let mut p = [1.0; DEGREES];
+    p[1] = z;
+    let mut k = 1;
+    while k + 1 < DEGREES {
+        let n = k as f64;
+        p[k + 1] = ((2.0 * n + 1.0) * z * p[k] - n * p[k - 1]) / (n + 1.0);
+        k += 1;
+    }
+    p
+}
+
+/// The roots of P_N(2t − 1), from the last to the first by Newton's method on what is left of the polynomial
+/// when the roots that are known are divided out: from their right it comes down to each.
+const fn roots<const N: usize>() -> [f64; N] {
+    let mut roots = [0.0; N];
+    let mut known = 0;
+    while known < N {
+        let mut z = 1.1;
+        let mut round = 0;
+        while round < ROUNDS {
+            let p = legendre(z);
+            let slope = N as f64 * (z * p[N] - p[N - 1]) / (z * z - 1.0);
+            let mut others = 0.0;
+            let mut i = 0;
+            while i < known {
+                others += 1.0 / (z - (2.0 * roots[N - 1 - i] - 1.0));
+                i += 1;
+            }
+            z -= p[N] / (slope - p[N] * others);
+            round += 1;
+        }
+        roots[N - 1 - known] = 0.5 * (z + 1.0);
+        known += 1;
+    }
+    roots
+}
+
+/// Σ wᵢfᵢ.
+#[inline(always)]
+pub fn sum<const N: usize, T>(w: &[f64; N], of: &[T; N]) -> T
+where
+    T: Copy + Mul<f64, Output = T> + AddAssign,
+{
+    let mut sum = of[0] * w[0];
+    for i in 1..N {
+        sum += of[i] * w[i];
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Forces tᵏ are integrated exactly: u = (tᵏ⁺² − t)/((k + 1)(k + 2)).
+    fn solves_powers_exactly<const N: usize>() {
+        let rule = Rule::<N>::new();
+        for k in 0..N as i32 {
+            let per = 1.0 / f64::from((k + 1) * (k + 2));
+            let f = rule.nodes.map(|t| t.powi(k));
+            assert!((sum(&rule.weights, &f) - 1.0 / f64::from(k + 1)).abs() < 1e-13);
+            assert!((sum(&rule.at_start, &f) + per).abs() < 1e-13);
+            for t in [0.0, 0.3, 1.0].into_iter().chain(rule.nodes) {
+                let row = rule.row(t);
+                let u = (t.powi(k + 2) - t) * per;
+                let slope = (f64::from(k + 2) * t.powi(k + 1) - 1.0) * per;
+                assert!((sum(&row.value, &f) - t.powi(k)).abs() < 1e-13);
+                assert!((sum(&row.displacement, &f) - u).abs() < 1e-13);
+                assert!((sum(&row.slope, &f) - slope).abs() < 1e-13);
+            }
+        }
+    }
+
+    #[test]
+    fn powers_are_solved_exactly() {
+        solves_powers_exactly::<4>();
+        solves_powers_exactly::<5>();
+        solves_powers_exactly::<8>();
+    }
+
+    /// Beyond N powers the quadrature is exact up to 2N − 1, and the tail sees the last two.
+    #[test]
+    fn quadrature_is_gausss_and_the_tail_is_the_end_of_legendres_series() {
+        let rule = Rule::<6>::new();
+        let f = rule.nodes.map(|t| t.powi(11));
+        assert!((sum(&rule.weights, &f) - 1.0 / 12.0).abs() < 1e-13);
+        let series = rule.nodes.map(|t| {
+            let p = legendre(2.0 * t - 1.0);
+            p[0] - 3.0 * p[3] + 0.25 * p[4] + 0.5 * p[5]
+        });
+        let tail = rule.tail.map(|row| sum(&row, &series));
+        assert!((tail[0] - 0.25).abs() < 1e-13 && (tail[1] - 0.5).abs() < 1e-13);
+    }
+}

@@ -1,0 +1,130 @@
+//! Rays that are found without a shot, against those of shots at a tolerance of 1e-10.
+//!
+//! Tolerances: directions, lengths and places to twice the tolerance asked for, the Jacobian to five times it; shots that miss by up to ten
+//! tolerances count as having arrived. In grids the Hessian has kinks at every plane of samples, between which quadrature sees a
+//! few points only: there the Jacobian is good to 2e-4, as is that of shots.
+
+use eikonal::connect::{Connection, Unbounded};
+use eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg, Placement, Sum};
+use eikonal::{Aabb, Field, Solver, Tolerance};
+use glam::DVec3;
+use testkit::Rng;
+
+const EXACT: f64 = 1e-10;
+const PAIRS: usize = 200;
+
+fn in_ball(rng: &mut Rng, radius: f64) -> DVec3 {
+    DVec3::from_array(rng.direction()) * (radius * rng.next_1d().cbrt())
+}
+
+/// Fields with the floor of the Jacobian's error.
+fn fields() -> Vec<(&'static str, Field, f64)> {
+    let bump = Gaussian::new(1.33, 0.1, DVec3::ZERO, 0.4).unwrap();
+    let cube = Aabb::new(-DVec3::ONE, DVec3::ONE);
+    let sampled = Field::from(bump);
+    let grid = Bspline::from_fn([64; 3], cube, Placement::Nodes, |x| sampled.n(x));
+    let mode = AcousticMode::new(0.01, 3, 10.0, 0.3).unwrap();
+    let sound = Acoustic::new(1.3333, DVec3::ZERO, DVec3::X, DVec3::Z, vec![mode]);
+    vec![
+        ("bump", bump.into(), 0.0),
+        ("grid", grid.unwrap().into(), 2e-4),
+        ("sound", sound.unwrap().into(), 0.0),
+        (
+            "Luneburg",
+            Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into(),
+            0.0,
+        ),
+    ]
+}
+
+fn relative(a: f64, b: f64) -> f64 {
+    (a / b - 1.0).abs()
+}
+
+/// How far the pieces of one ray lie from those of another.
+fn apart(ray: &Solver<()>, exact: &Solver<()>) -> f64 {
+    let distance = |x: DVec3| {
+        let near = exact.pieces().iter().map(|p| {
+            let theta = p.arc.closest_approach(x).min(p.theta_end);
+            p.arc.position(theta).distance(x)
+        });
+        near.fold(f64::INFINITY, f64::min)
+    };
+    let inside = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
+    let points = ray
+        .pieces()
+        .iter()
+        .flat_map(|p| inside.map(|t| p.arc.position(t)));
+    points.map(distance).fold(0.0, f64::max)
+}
+
+/// Errors over the tolerance: of directions, lengths and places, and of the Jacobian.
+fn errors(found: &Connection, exact: &Connection, apart: f64) -> [f64; 2] {
+    let all = [
+        found.direction_out.distance(exact.direction_out),
+        found.direction_in.distance(exact.direction_in),
+        relative(found.arc_length, exact.arc_length),
+        relative(found.optical_length, exact.optical_length),
+        relative(found.sigma, exact.sigma),
+        apart / exact.arc_length,
+    ];
+    let jacobian = relative(found.jacobian, exact.jacobian);
+    [all.into_iter().fold(0.0, f64::max), jacobian]
+}
+
+#[test]
+fn rays_are_as_good_as_the_tolerance_says() {
+    for (name, field, floor) in fields() {
+        let world = Unbounded(&field);
+        for tolerance in [1e-4, 1e-5, 1e-6] {
+            let mut rng = Rng::new(7);
+            let mut solver = Solver::new(Tolerance::new(tolerance));
+            let mut exact = Solver::new(Tolerance::new(EXACT));
+            let mut direct = 0;
+            for _ in 0..PAIRS {
+                let (x, y) = (in_ball(&mut rng, 0.95), in_ball(&mut rng, 0.95));
+                let found = solver.connect(&world, (x, ()), y).unwrap();
+                if found.shots > 0 {
+                    continue;
+                }
+                direct += 1;
+                let truth = exact.connect(&world, (x, ()), y).unwrap();
+                let [ray, jacobian] = errors(&found, &truth, apart(&solver, &exact));
+                let limits = [2.0 * tolerance, floor.max(5.0 * tolerance)];
+                assert!(
+                    ray < limits[0] && jacobian < limits[1],
+                    "{name} {tolerance:e}: {ray:e} {jacobian:e} {found:?} {truth:?}"
+                );
+                let ends = [solver.pieces()[0].arc.start(), {
+                    let last = solver.pieces().last().unwrap();
+                    last.arc.end()
+                }];
+                assert!(ends[0].distance(x) < 1e-14 && ends[1].distance(y) < 1e-14);
+            }
+            // Otherwise this test says nothing.
+            assert!(direct > PAIRS / 2, "{name} {tolerance:e}: {direct}");
+        }
+    }
+}
+
+/// A bump a tenth as wide as the chord is long, anywhere along it.
+#[test]
+fn features_between_the_nodes_are_seen() {
+    let (x, y) = (DVec3::new(-1.0, 0.01, 0.0), DVec3::new(1.0, 0.0, 0.02));
+    for i in 0..=100 {
+        let center = x.lerp(y, f64::from(i) / 100.0) + DVec3::Y * 0.05;
+        let wide = Gaussian::new(1.4, 0.02, DVec3::ZERO, 1.5).unwrap();
+        let narrow = Gaussian::new(1.4, 0.02, center, 0.1).unwrap();
+        let field: Field = Sum::new(1.4, vec![wide.into(), narrow.into()])
+            .unwrap()
+            .into();
+        let world = Unbounded(&field);
+        let [found, truth] = [1e-4, EXACT].map(|tolerance| {
+            let mut solver = Solver::new(Tolerance::new(tolerance));
+            solver.connect(&world, (x, ()), y).unwrap()
+        });
+        let off = found.direction_out.distance(truth.direction_out);
+        let jacobian = relative(found.jacobian, truth.jacobian);
+        assert!(off < 1e-4 && jacobian < 3e-3, "{i}: {off:e} {jacobian:e}");
+    }
+}
