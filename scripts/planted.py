@@ -21,6 +21,20 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "light found by chance taken for the same however rare connections are",
+        TRANSPORT + "path/rates.rs",
+        "*mean += value / (1.0 - share + probability(level) * share);",
+        "*mean += value;",
+        ("transport", "connections", "a_survey_foretells_variances"),
+    ),
+    (
+        "lines that leave a ball inwards said not to meet it again",
+        TRANSPORT + "shape/mod.rs",
+        "let outward = || (normal.dot(direction) > 0.0) != self.has_flipped_normals();",
+        "let outward = || true;",
+        ("transport", "edges", "straight_links_are_those_of_the_solver"),
+    ),
+    (
         "parts of a grid taken for unchanging one block too far",
         EIKONAL + "field/bspline/calm.rs",
         "let low = ((middle + 1.0 - layers) * edge)",

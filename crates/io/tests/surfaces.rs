@@ -10,7 +10,7 @@ use io::{LoadOptions, Loaded};
 use std::fs;
 use std::path::Path;
 use transport::bsdf::{Bsdf, Surface};
-use transport::shape::Site;
+use transport::shape::{Site, Uv};
 
 /// A camera on a film of some format, and light.
 fn scene(format: &str, body: &str) -> String {
@@ -53,7 +53,7 @@ fn bsdf(loaded: &Loaded) -> &Bsdf {
 fn reflectance(bsdf: &Bsdf, uv: [f64; 2]) -> [f64; 3] {
     let mut s = Surface::plain(DVec3::Z, 1.0, 1.0);
     s.site = Site {
-        uv,
+        uv: Uv::Plain(uv),
         ..Site::default()
     };
     let value = bsdf.eval(&s, DVec3::Z, DVec3::Z) * std::f64::consts::PI;
@@ -215,7 +215,8 @@ fn coordinates_of_obj_files_are_turned() {
         let loaded = load_from(directory.path(), "", &body).unwrap();
         let shape = &loaded.scene().objects()[0].shape;
         let sample = shape.sample_area([0.0, 0.0]);
-        assert!((sample.uv[1] - expected).abs() < 1e-12, "{:?}", sample.uv);
+        let uv = sample.uv.get();
+        assert!((uv[1] - expected).abs() < 1e-12, "{uv:?}");
     }
 }
 
@@ -449,7 +450,7 @@ fn roughness_from_images() {
             let body = shape(&format!(r#"<bsdf type="{kind}">{alpha}</bsdf>"#));
             let loaded = load_from(directory.path(), "", &body).unwrap_or_else(|e| panic!("{e}"));
             let mut s = Surface::plain(DVec3::Z, 1.0, 1.5);
-            s.site.uv = [u, 0.5];
+            s.site.uv = Uv::Plain([u, 0.5]);
             let direction = DVec3::new(0.2, 0.1, 1.0).normalize();
             bsdf(&loaded).eval(&s, DVec3::Z, direction)[0]
         };

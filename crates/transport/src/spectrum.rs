@@ -57,11 +57,20 @@ impl Spectrum {
         if self.is_zero() {
             return Spectrum::ONE;
         }
-        // Most media are grey: one exponential does for all lanes.
-        match self.0 == [self.0[0]; 4] {
-            true => Spectrum::splat((-self.0[0]).exp()),
-            false => self.map(|v| (-v).exp()),
+        // Most media are grey, and lanes that are not used zero: each value that occurs is computed once.
+        let mut out = [(-self.0[0]).exp(); 4];
+        for i in 1..4 {
+            if self.0[i] != self.0[i - 1] {
+                out[i] = if self.0[i] == 0.0 {
+                    1.0
+                } else {
+                    (-self.0[i]).exp()
+                };
+            } else {
+                out[i] = out[i - 1];
+            }
         }
+        Spectrum(out)
     }
 }
 

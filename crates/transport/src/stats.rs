@@ -68,9 +68,9 @@ impl Stats {
     pub fn cost(&self) -> f64 {
         let work = &self.work;
         let counts = [
-            (7.0, self.edges),
-            (5.0, self.connections.attempts),
-            (8.0, work.shots),
+            (10.0, self.edges),
+            (3.0, self.connections.attempts),
+            (16.0, work.shots),
             (6.0, work.steps),
             (1.0, work.evaluations),
         ];

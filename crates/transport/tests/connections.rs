@@ -2,15 +2,15 @@
 //! black lamps of radiance 1 under a sky of radiance 1 cannot be told from the sky.
 //!
 //! False alarms: means of the path tracer are compared to exact ones at |z| < 4.4, eleven of them, and
-//! batches of the bidirectional one at a rate of 1e-4: below 3e-4 for the file.
+//! batches of the bidirectional one, and variances, at rates of 1e-4: below 4e-4 for the file.
 
 mod common;
 
 use common::{camera, container, fog, glass, mean, parts, shoot, shoot_by, sky, vacuum};
-use eikonal::field::{Gaussian, LinearIndex};
+use eikonal::field::{Constant, Gaussian, LinearIndex};
 use glam::DVec3;
 use testkit::Family;
-use testkit::batches::{moments, one_sample};
+use testkit::batches::{moments, one_sample, welch};
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::{Class, Emitter};
 use transport::integrator::{Bdpt, Integrator, PathTracer};
@@ -100,10 +100,26 @@ fn many_lamps_from_both_ends() {
     family.check().unwrap();
 }
 
+/// Values of so many samples of a pixel.
+fn values(scene: &Scene, ws: &mut Workspace, seed: u64, n: u64) -> Vec<f64> {
+    let integrator = Integrator::Path(PathTracer::default());
+    let mut found = Vec::new();
+    let sample = |i| {
+        let mut sampler = Sampler::new(seed, 0, i);
+        let ray = scene.sensor().ray(sampler.next_2d(), sampler.next_2d());
+        found.clear();
+        if let Some(survey) = &mut ws.survey {
+            survey.begin();
+        }
+        integrator.sample(scene, ray, 1, (&mut sampler, ws), &mut found);
+        found.iter().map(|c| c.weighted()[0]).sum()
+    };
+    (0..n).map(sample).collect()
+}
+
 /// The mean does not depend on how often connections are made.
 #[test]
 fn any_rate_is_unbiased() {
-    let integrator = Integrator::Path(PathTracer::default());
     for (seed, wall) in [Bsdf::Null, glass()].into_iter().enumerate() {
         let parts = shell_of_lamps(wall);
         let exact = exact(&parts);
@@ -113,24 +129,40 @@ fn any_rate_is_unbiased() {
             ws.rates = Rates::default()
                 .with(Class::Area, [area; 2])
                 .with(Class::Sky, [far; 2]);
-            let mut found = Vec::new();
-            let n = 4000;
-            let (mut sum, mut squares) = (0.0, 0.0);
-            for i in 0..n {
-                let mut sampler = Sampler::new(seed as u64, 0, i);
-                let ray = scene.sensor().ray(sampler.next_2d(), sampler.next_2d());
-                found.clear();
-                integrator.sample(&scene, ray, 1, (&mut sampler, &mut ws), &mut found);
-                let value: f64 = found.iter().map(|c| c.weighted()[0]).sum();
-                sum += value;
-                squares += value * value;
-            }
-            let mean = sum / n as f64;
-            let error = ((squares / n as f64 - mean * mean) / n as f64).sqrt();
+            let m = moments(&values(&scene, &mut ws, seed as u64, 4000));
+            let (mean, error) = (m.mean(), m.standard_error());
             println!("{area} {far}: {mean} ± {error}, exact {exact}");
             assert!((mean - exact).abs() < Z * error && error < 0.05);
         }
     }
+}
+
+/// A pilot with all connections foretells the variance with few of them.
+#[test]
+fn a_survey_foretells_variances() {
+    let mut parts = shell_of_lamps(Bsdf::Null);
+    parts.media[1].index = Constant::new(1.0).into();
+    let scene = Scene::new(parts).unwrap();
+    let mut family = Family::new(1e-4);
+    for levels in [[0, 0, 0, 0, 6, 6], [0, 0, 6, 6, 0, 0], [0, 0, 2, 2, 3, 3]] {
+        let [mut foretold, mut found] = [Vec::new(), Vec::new()];
+        for seed in 0..20 {
+            let mut ws = Workspace::new(scene.tolerance());
+            ws.survey = Some(Box::default());
+            values(&scene, &mut ws, 100 + seed, 1000);
+            foretold.push(ws.survey.take().unwrap().variance(&levels));
+            ws.rates = Rates::at(&levels);
+            found.push(moments(&values(&scene, &mut ws, 200 + seed, 1000)).variance());
+        }
+        let ratio = moments(&foretold).mean() / moments(&found).mean();
+        println!(
+            "{levels:?}: foretold {:?}, found {:?}: {ratio}",
+            moments(&foretold),
+            moments(&found)
+        );
+        family.push("variance", welch(&foretold, &found, 1e-9));
+    }
+    family.check().unwrap();
 }
 
 /// Points amid fog, of which each edge and each vertex chooses one, against all of them one by one.

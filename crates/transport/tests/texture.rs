@@ -3,14 +3,14 @@
 use glam::{DAffine2, DAffine3, DMat2, DVec2, DVec3};
 use std::sync::Arc;
 use transport::Spectrum;
-use transport::shape::{Cube, Mesh, Shape, Site};
+use transport::shape::{Cube, Mesh, Shape, Site, Uv};
 use transport::texture::{
     Bitmap, Checkerboard, Filter, Texture, TextureError, VertexColours, Wrap,
 };
 
 fn at(texture: &Texture, u: f64, v: f64) -> f64 {
     let site = Site {
-        uv: [u, v],
+        uv: Uv::Plain([u, v]),
         ..Site::default()
     };
     texture.number_at(&site)
@@ -136,7 +136,7 @@ fn cubes_have_mitsubas_coordinates() {
         let inside = DVec3::new(0.3, -0.4, 0.6) * (DVec3::ONE - face.abs());
         let arc = eikonal::ray::Arc::line(inside + face * 3.0, -face, 3.0);
         let hit = cube.first_hit(&arc, 0.0, 1.0).unwrap();
-        let uv = cube.site(&hit).uv;
+        let uv = cube.site(&hit).uv.get();
         for k in 0..2 {
             assert!((uv[k] - expected[k]).abs() < 1e-12, "{face}: {uv:?}");
         }

@@ -113,7 +113,7 @@ impl Eye<'_> {
         let eye = self.camera.position();
         let found = self.solver.connect(self.scene, (x, medium), eye).ok()?;
         let arcs = self.solver.pieces().iter().map(Piece::ends);
-        self.scene.visibility(arcs, None, 0.0)?;
+        self.scene.visibility(arcs, [None; 2], 0.0)?;
         let place = self.camera.sense(eye, -found.direction_in)?.image;
         // Lines to places a little outside are cut off by the frame.
         place

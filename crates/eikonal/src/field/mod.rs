@@ -146,11 +146,21 @@ into_field!(
 
 impl Field {
     /// n² at `x`.
+    #[inline]
     pub fn n2(&self, x: DVec3) -> f64 {
+        match self {
+            // Asked at every turn where rays are straight: not worth a call.
+            Field::Constant(f) => f.n2(x),
+            _ => self.varying_n2(x),
+        }
+    }
+
+    fn varying_n2(&self, x: DVec3) -> f64 {
         each!(self, f => f.n2(x))
     }
 
     /// The index n at `x`; NaN where n² < 0.
+    #[inline]
     pub fn n(&self, x: DVec3) -> f64 {
         self.n2(x).sqrt()
     }
@@ -203,7 +213,13 @@ impl Field {
     }
 
     /// Whether the index is the same everywhere, so that rays are straight.
+    #[inline]
     pub fn is_constant(&self) -> bool {
+        matches!(self, Field::Constant(_)) || self.is_evened_out()
+    }
+
+    /// Whether the index is the same everywhere all the same, as that of a sum of such.
+    fn is_evened_out(&self) -> bool {
         each!(self, f => f.is_constant())
     }
 }

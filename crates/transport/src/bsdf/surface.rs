@@ -1,7 +1,7 @@
 //! Geometry and indices where a path meets a surface.
 
 use crate::sampling::Frame;
-use crate::shape::Site;
+use crate::shape::{Site, Uv};
 use glam::DVec3;
 
 /// A point of a surface as a BSDF sees it.
@@ -26,7 +26,7 @@ impl Surface {
             n_inner,
             site: Site {
                 position: DVec3::ZERO,
-                uv: [0.0; 2],
+                uv: Uv::Plain([0.0; 2]),
                 primitive: 0,
             },
         }

@@ -8,7 +8,7 @@ use crate::Spectrum;
 use crate::aim::{Aim, OnSurface};
 use crate::film::PathFacts;
 use crate::path::{
-    Carry, Edge, End, Found, Goal, Link, Sampling, Scatter, Slot, Start, Vertex, Workspace,
+    Carry, Edge, End, Found, Goal, Link, Sampling, Slot, Start, Vertex, Workspace,
     environment_aim, scatter, trace,
 };
 use crate::sampling::{Purpose, Sampler};
@@ -110,19 +110,18 @@ impl PathTracer {
             equiangular: !scene.attractors().is_empty(),
         };
         let white = |c| if c < channels { n * n } else { 0.0 };
-        let mut next = Some(Next {
+        let mut next = Next {
             start,
             throughput: Spectrum(std::array::from_fn(white)),
             from: None,
             way: Way::default(),
-        });
-        while let Some(edge) = next {
-            next = self.edge(&mut tracing, edge);
-        }
+        };
+        while self.edge(&mut tracing, &mut next) {}
     }
 
-    /// Follows one edge, hands over what it finds, and scatters at its end.
-    fn edge(&self, t: &mut Tracing, next: Next) -> Option<Next> {
+    /// Follows one edge, hands over what it finds, and scatters at its end. Whether the path goes on, as `next` says then: in
+    /// place, for it is large.
+    fn edge(&self, t: &mut Tracing, next: &mut Next) -> bool {
         let lanes = next.throughput / next.throughput.sum();
         let sampling = Sampling {
             carry: Carry::Radiance,
@@ -134,22 +133,23 @@ impl PathTracer {
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
         let budget = self.budget(next.way.depth + 1);
         if t.equiangular && budget > 0 {
-            t.around_emitter(&edge, &next, lanes, budget);
+            t.around_emitter(&edge, next, lanes, budget);
         }
         let way = next.way.and(edge.tube.events, edge.optical_length);
         if self.max_depth.is_some_and(|limit| way.depth > limit) {
-            return None;
+            return false;
         }
-        t.emission(&edge, &next, way, lanes);
+        t.emission(&edge, next, way, lanes);
         let budget = self.budget(way.depth);
         if budget == 0 {
-            return None;
+            return false;
         }
-        let vertex = Vertex::of(t.scene, &edge)?;
+        let Some(vertex) = Vertex::of(t.scene, &edge) else {
+            return false;
+        };
         let throughput = next.throughput * edge.throughput(t.scene, lanes);
         t.direct(&vertex, (&edge, way), (throughput, lanes), budget);
-        let next = t.scatter(vertex, throughput, way)?;
-        self.roulette(t, next)
+        t.scatter(vertex, (throughput, way), next) && self.roulette(t, next)
     }
 
     /// How much longer a path of `depth` may get.
@@ -160,22 +160,22 @@ impl PathTracer {
 
     /// Ends paths of little throughput by chance, without bias. The scale is the throughput of
     /// radiance, so that n² of the medium does not count.
-    fn roulette(&self, t: &mut Tracing, mut next: Next) -> Option<Next> {
+    fn roulette(&self, t: &mut Tracing, next: &mut Next) -> bool {
         if next.throughput.is_zero() {
-            return None;
+            return false;
         }
         if next.way.depth < self.rr_depth {
-            return Some(next);
+            return true;
         }
         let n = t
             .scene
             .n(t.scene.sensor_medium(), t.scene.sensor().position());
         let survival = (next.throughput.max() / (n * n)).min(LONGEST_ROULETTE);
         if t.sampler.next_1d_for(Purpose::Roulette) >= survival {
-            return None;
+            return false;
         }
         next.throughput *= 1.0 / survival;
-        Some(next)
+        true
     }
 }
 
@@ -234,9 +234,14 @@ impl Tracing<'_> {
             return;
         }
         let value = light * next.throughput * edge.throughput(self.scene, lanes);
-        if let (Some(survey), Some((vertex, _))) = (&mut self.ws.survey, &next.from) {
-            let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
-            survey.contribution(slot, value.sum(), 1.0 - weight);
+        if let Some(survey) = &mut self.ws.survey {
+            match &next.from {
+                Some((vertex, _)) => {
+                    let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
+                    survey.chance(slot, value.sum(), 1.0 - weight);
+                }
+                None => survey.apart(value.sum()),
+            }
         }
         self.hand_over(value, way, emitter);
     }
@@ -263,13 +268,14 @@ impl Tracing<'_> {
         (way, emitter): (Way, usize),
     ) {
         let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
+        if let Some(survey) = &mut self.ws.survey {
+            let branch =
+                |(light, weight): &(Light, f64)| (light.value.sum() * weight * share, light.share);
+            survey.connection(slot, light.iter().map(branch));
+        }
         for (light, weight) in light {
             let way = way.and(light.events, light.optical_length);
-            let value = light.value * (weight * share);
-            if let Some(survey) = &mut self.ws.survey {
-                survey.contribution(slot, value.sum(), light.share);
-            }
-            self.hand_over(value, way, emitter);
+            self.hand_over(light.value * (weight * share), way, emitter);
         }
     }
 
@@ -326,19 +332,24 @@ impl Tracing<'_> {
         }
     }
 
-    fn scatter(&mut self, vertex: Vertex, throughput: Spectrum, way: Way) -> Option<Next> {
+    /// Chooses how the path goes on from a vertex, up to which its throughput is given; whether it does.
+    fn scatter(
+        &mut self,
+        vertex: Vertex,
+        (throughput, way): (Spectrum, Way),
+        next: &mut Next,
+    ) -> bool {
         self.sampler.next_edge();
-        let Scatter {
-            start,
-            weight,
-            pdf,
-            delta,
-        } = scatter(self.scene, &vertex, self.sampler)?;
-        Some(Next {
-            start,
-            throughput: throughput * weight,
-            from: (!delta).then_some((vertex, pdf)),
-            way,
-        })
+        let Some(scattered) = scatter(self.scene, &vertex, self.sampler) else {
+            return false;
+        };
+        next.start = scattered.start;
+        next.throughput = throughput * scattered.weight;
+        next.from = match scattered.delta {
+            true => None,
+            false => Some((vertex, scattered.pdf)),
+        };
+        next.way = way;
+        true
     }
 }

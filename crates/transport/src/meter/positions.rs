@@ -111,12 +111,9 @@ impl Positions {
             return Some(part);
         }
         let [u_bins, v_bins] = self.ranges();
-        let v = if self.sphere {
-            (PI * hit.uv[1]).cos()
-        } else {
-            hit.uv[1]
-        };
-        let u = u_bins.index(hit.uv[0].clamp(0.0, 1.0))?;
+        let [u, v] = hit.uv.get();
+        let v = if self.sphere { (PI * v).cos() } else { v };
+        let u = u_bins.index(u.clamp(0.0, 1.0))?;
         let v = v_bins.index(v.clamp(v_bins.min, 1.0))?;
         Some((part * v_bins.count + v) * u_bins.count + u)
     }

@@ -28,6 +28,8 @@ pub struct Start {
     pub medium: MediumId,
     /// Family of rays.
     pub front: Front,
+    /// The object on whose surface it lies, if a straight line does not meet that again.
+    pub left: Option<usize>,
 }
 
 impl Start {
@@ -38,6 +40,7 @@ impl Start {
             direction,
             medium,
             front: Front::Point,
+            left: None,
         }
     }
 }

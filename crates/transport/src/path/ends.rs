@@ -133,6 +133,7 @@ pub fn sensor_path(
             direction,
             medium,
             front: front(&aim),
+            left: None,
         },
         pdf: density,
         throughput: bounds.white() * (n * n),
@@ -166,5 +167,6 @@ fn start(scene: &Scene, aim: &Aim, (x, direction): (DVec3, DVec3)) -> Start {
         direction,
         medium,
         front: front(aim),
+        left: None,
     }
 }

@@ -256,7 +256,11 @@ impl Link {
             Aim::Point { surface, .. } => surface.map(|s| s.object),
             Aim::Plane { .. } => vertex.object(),
         };
-        let Some(through) = scene.visibility(arcs, end, slack) else {
+        let left = match goal.aim {
+            Aim::Point { .. } => vertex.left(scene, self.direction),
+            Aim::Plane { .. } => None,
+        };
+        let Some(through) = scene.visibility(arcs, [left, end], slack) else {
             stats.connections.occluded += 1;
             return None;
         };

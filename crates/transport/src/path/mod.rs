@@ -41,7 +41,7 @@ pub use guess::guess;
 pub use length::lead_in;
 pub use link::{Found, Goal, Link, environment_aim};
 pub use passage::transmittance;
-pub use rates::{Rates, Slot, Survey};
+pub use rates::{Levels, Rates, Slot, Survey};
 pub use share::{collided, share};
 pub use subpath::{Escape, Ray, Station, Step, Subpath, Walker};
 pub use tube::Tube;

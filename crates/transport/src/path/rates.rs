@@ -12,7 +12,10 @@ const LEVELS: usize = 7;
 const LEVELS_DELTA: usize = 3;
 /// A share of the variance that is put down to connections of every kind, whatever the pilot saw: few samples may
 /// miss what only connections find.
-const DOUBT: f64 = 0.02;
+const DOUBT: f64 = 0.01;
+
+/// For each kind of connections, from media and from surfaces to each of [`Class::ALL`] in turn, the k < 7 of a probability 2⁻ᵏ.
+pub type Levels = [usize; SLOTS];
 
 /// A kind of connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +44,11 @@ impl Default for Rates {
 }
 
 impl Rates {
+    /// Those of levels.
+    pub fn at(levels: &Levels) -> Self {
+        Rates(levels.map(probability))
+    }
+
     /// The probability of connections of a kind.
     pub fn of(&self, slot: Slot) -> f64 {
         self.0[slot.0]
@@ -57,21 +65,72 @@ impl Rates {
 /// What a pilot with all connections tells about fewer of them.
 ///
 /// Let F be what a way is worth, D and c the densities with which a connection and chance find it. With a
-/// connection made with probability q, both bring F/(qD + c), whose second moment is ∫ F²/(qD + c). A sample X = F/(D + c) of the
-/// pilot, of density D + c, estimates it by X²/(1 − s + qs), where s = D/(D + c) is the connection's share.
-#[derive(Clone, Copy, Debug, Default)]
+/// connection made with probability q, both bring F/(qD + c): X/(1 − s + qs), where X = F/(D + c) is what the pilot found and s =
+/// D/(D + c) the connection's share. The paths themselves do not depend on q, so that the pilot knows what each of its samples
+/// would have brought, up to the choice of the connections that are made, whose mean and variance it knows.
+#[derive(Clone, Debug, Default)]
 pub struct Survey {
-    /// Sums of X²/(1 − s + qs), for each kind and level of q.
-    squares: [[f64; LEVELS]; SLOTS],
+    samples: Vec<Outlook>,
     /// Work for all connections of a kind.
     work: [f64; SLOTS],
 }
 
+/// What a sample of the pilot would bring at each level of q, by the kinds of connections.
+#[derive(Clone, Copy, Debug, Default)]
+struct Outlook {
+    mean: [[f64; LEVELS]; SLOTS],
+    /// Of the choice which connections are made.
+    variance: [[f64; LEVELS]; SLOTS],
+    /// What has nothing to do with connections.
+    apart: f64,
+}
+
+impl Outlook {
+    fn mean(&self, levels: &Levels) -> f64 {
+        let kinds = self.mean.iter().zip(levels);
+        self.apart + kinds.map(|(kind, &level)| kind[level]).sum::<f64>()
+    }
+
+    fn variance(&self, levels: &Levels) -> f64 {
+        let kinds = self.variance.iter().zip(levels);
+        kinds.map(|(kind, &level)| kind[level]).sum()
+    }
+}
+
 impl Survey {
-    /// Takes note of a contribution, and the share of it that was the connections' in the pilot.
-    pub fn contribution(&mut self, slot: Slot, value: f64, share: f64) {
-        for (level, sum) in self.squares[slot.0].iter_mut().enumerate() {
-            *sum += value * value / (1.0 - share + probability(level) * share);
+    /// A sample begins: what follows belongs to it. Two in turn are of one pixel.
+    pub fn begin(&mut self) {
+        self.samples.push(Outlook::default());
+    }
+
+    /// Takes note of light with which no connections compete.
+    pub fn apart(&mut self, value: f64) {
+        if let Some(sample) = self.samples.last_mut() {
+            sample.apart += value;
+        }
+    }
+
+    /// Takes note of light found by chance, and the share of it that was the connections' in the pilot.
+    pub fn chance(&mut self, slot: Slot, value: f64, share: f64) {
+        if let Some(sample) = self.samples.last_mut() {
+            for (level, mean) in sample.mean[slot.0].iter_mut().enumerate() {
+                *mean += value / (1.0 - share + probability(level) * share);
+            }
+        }
+    }
+
+    /// Takes note of what a connection found along its branches, each with the share of it that was the connection's in
+    /// the pilot.
+    pub fn connection(&mut self, slot: Slot, branches: impl Iterator<Item = (f64, f64)> + Clone) {
+        let Some(sample) = self.samples.last_mut() else {
+            return;
+        };
+        for level in 0..LEVELS {
+            let q = probability(level);
+            let brought = |(value, share): (f64, f64)| value / (1.0 - share + q * share);
+            let value: f64 = branches.clone().map(brought).sum();
+            sample.mean[slot.0][level] += q * value;
+            sample.variance[slot.0][level] += q * (1.0 - q) * value * value;
         }
     }
 
@@ -80,11 +139,11 @@ impl Survey {
         self.work[slot.0] += work;
     }
 
-    /// The rates with the least variance × work, if the pilot had a variance and work in all of it, added up
-    /// over its samples as the survey's.
-    pub fn best(&self, variance: f64, work: f64) -> Rates {
-        let mut levels = [0; SLOTS];
-        if !(variance > 0.0 && work > 0.0) {
+    /// The rates with the least variance × work, if the pilot had all this work.
+    pub fn best(&self, work: f64) -> Rates {
+        let mut levels: Levels = [0; SLOTS];
+        let doubt = DOUBT * self.variance(&levels);
+        if !(doubt > 0.0 && work > 0.0) {
             return Rates::default();
         }
         // Two rounds suffice: kinds hardly influence one another.
@@ -92,23 +151,31 @@ impl Survey {
             let cost = |level: usize| {
                 let mut levels = levels;
                 levels[slot] = level;
-                self.cost(&levels, (variance, work))
+                let rare = levels.map(|level| probability(level).recip() - 1.0);
+                let variance = self.variance(&levels) + doubt * rare.iter().sum::<f64>();
+                variance * self.work_at(&levels, work)
             };
             let best = (0..levels_of(slot)).min_by(|a, b| cost(*a).total_cmp(&cost(*b)));
             levels[slot] = best.unwrap_or(0);
         }
-        Rates(levels.map(probability))
+        Rates::at(&levels)
     }
 
-    fn cost(&self, levels: &[usize; SLOTS], (mut variance, mut work): (f64, f64)) -> f64 {
-        let doubt = DOUBT * variance;
-        for (slot, &level) in levels.iter().enumerate() {
-            let q = probability(level);
-            let squares = &self.squares[slot];
-            variance += squares[level] - squares[0] + doubt * (1.0 / q - 1.0);
-            work -= self.work[slot] * (1.0 - q);
-        }
-        variance * work
+    /// The variance of a sample that is to be expected at such levels, the mean over the pixels.
+    pub fn variance(&self, levels: &Levels) -> f64 {
+        let pair = |pair: &[Outlook]| {
+            let [a, b] = [&pair[0], &pair[1]];
+            let apart = a.mean(levels) - b.mean(levels);
+            apart * apart + a.variance(levels) + b.variance(levels)
+        };
+        self.samples.chunks_exact(2).map(pair).sum::<f64>() / self.samples.len() as f64
+    }
+
+    fn work_at(&self, levels: &Levels, work: f64) -> f64 {
+        let kinds = self.work.iter().zip(levels);
+        work - kinds
+            .map(|(work, &level)| work * (1.0 - probability(level)))
+            .sum::<f64>()
     }
 }
 
@@ -128,25 +195,40 @@ fn probability(level: usize) -> f64 {
 mod tests {
     use super::*;
 
-    fn survey(share: f64, work: f64) -> Rates {
+    const SKY: Slot = Slot(2 * Class::Sky as usize);
+
+    /// Of a hundred pairs of samples, one brings 2 or 0 apart from connections, the other light in so many equal parts, each by a
+    /// connection of the given share.
+    fn survey(parts: usize, share: f64, work: f64) -> Rates {
         let mut survey = Survey::default();
-        let slot = Slot(2 * Class::Sky as usize);
-        for _ in 0..100 {
-            survey.contribution(slot, 1.0, share);
+        for i in 0..200 {
+            survey.begin();
+            survey.apart(if i % 4 < 2 { 1.0 } else { 0.0 });
+            let value = (i % 2) as f64 / parts as f64;
+            for _ in 0..parts {
+                survey.connection(SKY, [(value * share, share)].into_iter());
+                survey.chance(SKY, value * (1.0 - share), share);
+            }
         }
-        survey.work(slot, work);
-        survey.best(100.0, 1.0)
+        survey.work(SKY, work);
+        survey.best(1.0)
     }
 
     /// Connections are made seldom where they take much and bring little, and always where they bring all or
     /// take nothing.
     #[test]
     fn rates_weigh_work_against_variance() {
-        let slot = Slot(2 * Class::Sky as usize);
-        assert_eq!(survey(1.0, 0.4).of(slot), 1.0);
-        assert_eq!(survey(0.1, 0.0).of(slot), 1.0);
-        assert!(survey(0.1, 0.95).of(slot) <= 1.0 / 8.0);
-        let others = survey(0.1, 0.95);
+        assert_eq!(survey(1, 1.0, 0.4).of(SKY), 1.0);
+        assert_eq!(survey(1, 0.1, 0.0).of(SKY), 1.0);
+        assert!(survey(1, 0.1, 0.95).of(SKY) <= 1.0 / 8.0);
+        let others = survey(1, 0.1, 0.95);
         assert_eq!(others.of(Slot(0)), 1.0);
+    }
+
+    /// Where a sample's light comes in many small parts, it matters little which of them are found.
+    #[test]
+    fn parts_of_one_sample_make_up_for_one_another() {
+        assert_eq!(survey(1, 1.0, 0.6).of(SKY), 1.0);
+        assert!(survey(50, 1.0, 0.6).of(SKY) <= 1.0 / 4.0);
     }
 }

@@ -34,6 +34,8 @@ struct Line {
     to: DVec3,
     direction: DVec3,
     length: f64,
+    /// The object that it leaves at its start, and does not meet again.
+    left: Option<usize>,
     /// Medium at its start.
     medium: MediumId,
     /// Medium at the vertex, on the side on which the line should lie.
@@ -94,6 +96,7 @@ impl Line {
                     to,
                     direction,
                     length,
+                    left: place.left,
                     medium: place.medium,
                     beside: place.medium,
                     proper: arrives && vertex.same_side(direction, place.direction),
@@ -112,6 +115,7 @@ impl Line {
                     to: place.x,
                     direction,
                     length,
+                    left: None,
                     medium,
                     beside: place.medium,
                     // A beam starts in one medium.
@@ -128,7 +132,7 @@ impl Line {
     /// [`Failure::RayLost`] if there are too many.
     fn cut(&self, scene: &Scene, parts: &mut Vec<Part>) -> Result<Way, Failure> {
         parts.clear();
-        let (mut x, mut medium) = (self.from, self.medium);
+        let (mut x, mut medium, mut left) = (self.from, self.medium, self.left);
         let mut n = scene.n(medium, x);
         let mut way = Way {
             optical_length: 0.0,
@@ -137,11 +141,11 @@ impl Line {
         };
         while parts.len() < MOST_CROSSINGS {
             // The end may lie nearer to the last boundary than the nudge: the arc must still have a direction.
-            let left = (self.to - x).dot(self.direction).max(scene.nudge());
-            let arc = Arc::line(x, self.direction * n, left / n);
-            let boundary = scene.first_boundary(&arc);
+            let rest = (self.to - x).dot(self.direction).max(scene.nudge());
+            let arc = Arc::line(x, self.direction * n, rest / n);
+            let boundary = scene.first_boundary(&arc, left);
             let theta_end = boundary.as_ref().map_or(1.0, |(_, hit)| hit.theta);
-            way.optical_length += left * theta_end * n;
+            way.optical_length += rest * theta_end * n;
             way.n[1] = n;
             parts.push(Part {
                 arc,
@@ -154,6 +158,7 @@ impl Line {
             let at = (hit.position, hit.normal);
             medium = scene.medium_beside(object, medium, at, self.direction);
             x = leave(scene, hit.position, hit.normal, self.direction);
+            left = scene.left(object, hit.normal, self.direction);
             let n_after = scene.n(medium, x);
             way.jump *= n_after / n;
             n = n_after;

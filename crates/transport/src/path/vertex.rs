@@ -1,6 +1,6 @@
 //! Vertices: where light is scattered.
 
-use super::edge::{Edge, End, Point, Start};
+use super::edge::{Edge, End, Front, Point, Start};
 use super::tube::Tube;
 use super::walk::{leave, surface_at};
 use crate::Spectrum;
@@ -99,11 +99,13 @@ impl Vertex {
                 surface,
                 medium,
                 ..
-            } => Start::point(
-                leave(scene, x, surface.normal, direction),
+            } => Start {
+                x: leave(scene, x, surface.normal, direction),
                 direction,
-                scene.medium_beside(object, medium, (x, surface.normal), direction),
-            ),
+                medium: scene.medium_beside(object, medium, (x, surface.normal), direction),
+                front: Front::Point,
+                left: self.left(scene, direction),
+            },
         }
     }
 
@@ -111,6 +113,16 @@ impl Vertex {
     pub fn position(&self) -> DVec3 {
         match *self {
             Vertex::Volume { x, .. } | Vertex::Surface { x, .. } => x,
+        }
+    }
+
+    /// The object on whose surface it lies, if a straight line that leaves it in a direction never meets that again.
+    pub(super) fn left(&self, scene: &Scene, direction: DVec3) -> Option<usize> {
+        match *self {
+            Vertex::Volume { .. } => None,
+            Vertex::Surface {
+                object, surface, ..
+            } => scene.left(object, surface.normal, direction),
         }
     }
 

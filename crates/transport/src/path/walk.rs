@@ -68,6 +68,8 @@ struct Walk<'a, 'b> {
     v: DVec3,
     spread: Spread,
     medium: MediumId,
+    /// An object that the ray does not meet as long as it is straight.
+    left: Option<usize>,
     /// Number of spans so far.
     spans: usize,
     /// Depth at the start of the next span.
@@ -109,6 +111,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             v: start.direction * n,
             spread: Spread::new(scene, &start),
             medium: start.medium,
+            left: start.left,
             spans: 0,
             depth: Spectrum::ZERO,
             length: 0.0,
@@ -166,7 +169,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             return self.die(true);
         }
         let at = |theta: f64| (v, start.drifted(theta * h));
-        let hit = self.scene.first_hit(&arc);
+        let hit = self.scene.first_beyond(&arc, self.left);
         self.record(arc, hit.as_ref(), at);
         if self.collided && !self.sampling.extend {
             return false;
@@ -352,6 +355,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         rule: Rule,
     ) -> bool {
         self.x = leave(self.scene, hit.position, hit.normal, direction);
+        self.left = self.scene.left(object, hit.normal, direction);
         let (near, far) = (self.scene.field(self.medium), self.scene.field(beyond));
         let alike = || near.n2(hit.position) == far.n2(hit.position);
         if rule == Rule::Pass && near.is_constant() && far.is_constant() && alike() {

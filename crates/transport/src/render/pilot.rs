@@ -23,7 +23,7 @@ pub(super) fn probabilities(source: &Source) -> (f64, Rates) {
         return (1.0, Rates::default());
     }
     ws.survey = surveys.then(Box::<Survey>::default);
-    let variance = sample(source, &mut ws);
+    sample(source, &mut ws);
     let stats = ws.stats();
     let counts = stats.connections;
     let yields = counts.secondary as f64 / counts.searches.max(1) as f64;
@@ -31,31 +31,29 @@ pub(super) fn probabilities(source: &Source) -> (f64, Rates) {
         true => 1.0,
         false => yields.clamp(LEAST, 1.0),
     };
-    let rates = ws.survey.map_or(Rates::default(), |survey| {
-        survey.best(variance, stats.cost())
-    });
+    let rates = ws
+        .survey
+        .map_or(Rates::default(), |survey| survey.best(stats.cost()));
     (search, rates)
 }
 
-/// Takes the samples; returns the sum of the variances of the pixels that they are of, per sample.
-fn sample(source: &Source, ws: &mut Workspace) -> f64 {
+/// Takes the samples.
+fn sample(source: &Source, ws: &mut Workspace) {
     let spec = source.scene.film();
     let pixels = spec.width * spec.height;
     let mut found = Vec::new();
-    let mut variance = 0.0;
     for i in 0..PIXELS {
         // Multiples of the golden ratio spread evenly.
         let place = (0.618_033_988_749_894_9 * i as f64).fract();
         let pixel = ((place * pixels as f64) as usize).min(pixels - 1);
-        let [a, b] = [0, 1].map(|k| {
+        for k in 0..2 {
             found.clear();
+            if let Some(survey) = &mut ws.survey {
+                survey.begin();
+            }
             // Each in a set of its own: samples of one set are not independent.
             let sample = FIRST + source.sets().size() * (2 * i + k) as u64;
             source.sample(pixel, sample, ws, &mut found);
-            let values = found.iter().map(|c| c.weighted().sum());
-            values.sum::<f64>()
-        });
-        variance += (a - b) * (a - b);
+        }
     }
-    variance
 }

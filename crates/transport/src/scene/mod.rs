@@ -165,6 +165,11 @@ impl Index {
             shapes,
         }
     }
+
+    /// The place of an object in the list, if it is there.
+    fn place(&self, object: Option<usize>) -> Option<usize> {
+        self.objects.binary_search(&object?).ok()
+    }
 }
 
 impl Scene {

@@ -3,11 +3,12 @@
 use super::{Index, MediumId, Scene};
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Through};
-use crate::shape::Hit;
+use crate::shape::{Except, Hit};
 use eikonal::Field;
 use eikonal::connect::{Crossing, World};
 use eikonal::interface::Rule;
 use eikonal::ray::Arc;
+use glam::DVec3;
 
 impl World for Scene {
     type Region = MediumId;
@@ -17,7 +18,7 @@ impl World for Scene {
     }
 
     fn crossing(&self, medium: MediumId, arc: &Arc) -> Option<Crossing<MediumId>> {
-        let (object, hit) = self.first_boundary(arc)?;
+        let (object, hit) = self.first_boundary(arc, None)?;
         let surface = &self.objects()[object];
         Some(Crossing {
             theta: hit.theta,
@@ -47,30 +48,35 @@ impl World for Scene {
 impl Scene {
     /// The first surface that an arc meets.
     pub fn first_hit(&self, arc: &Arc) -> Option<(usize, Hit)> {
-        self.first_of(&self.all, arc, 0.0, 1.0)
+        self.first_beyond(arc, None)
     }
 
-    fn first_of(&self, index: &Index, arc: &Arc, from: f64, to: f64) -> Option<(usize, Hit)> {
-        if index.objects.is_empty() {
-            return None;
-        }
-        let (i, hit) = index.accel.first_hit(&index.shapes, arc, from, to)?;
-        Some((index.objects[i], hit))
+    /// The first surface that an arc meets, given one that it does not.
+    pub(crate) fn first_beyond(&self, arc: &Arc, left: Option<usize>) -> Option<(usize, Hit)> {
+        let all = &self.all;
+        first_of(all, arc, [0.0, 1.0], [all.place(left), None])
     }
 
-    /// The first boundary between media that an arc passes on its deterministic way.
-    pub(crate) fn first_boundary(&self, arc: &Arc) -> Option<(usize, Hit)> {
-        self.first_of(&self.interfaces, arc, 0.0, 1.0)
+    /// The first boundary between media that an arc passes on its deterministic way, given one that it does not.
+    pub(crate) fn first_boundary(&self, arc: &Arc, left: Option<usize>) -> Option<(usize, Hit)> {
+        let interfaces = &self.interfaces;
+        first_of(interfaces, arc, [0.0, 1.0], [interfaces.place(left), None])
+    }
+
+    /// The object, if a straight line never meets it again that leaves it in a direction, from a point with this normal.
+    pub(crate) fn left(&self, object: usize, normal: DVec3, direction: DVec3) -> Option<usize> {
+        let shape = &self.objects()[object].shape;
+        shape.is_left(normal, direction).then_some(object)
     }
 
     /// What of the light passes straight through all surfaces in the way of a connection, whose arcs are given with
     /// the θ where they end; `None` if an opaque or rough one stands there. Over a length of `slack` before its end the ray may touch `target`, the
     /// object on which it ends: it comes close to the point that it was aimed at, but not closer than the
-    /// solver's tolerance.
+    /// solver's tolerance. `left` is an object that the first arc does not meet if it is straight.
     pub fn visibility<'a>(
         &self,
         arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
-        target: Option<usize>,
+        [left, target]: [Option<usize>; 2],
         slack: f64,
     ) -> Option<Through> {
         let mut all = Through {
@@ -80,7 +86,8 @@ impl Scene {
         let last = arcs.len().saturating_sub(1);
         for (i, arc) in arcs.enumerate() {
             let target = target.filter(|_| i == last);
-            if self.blocked(arc, target, slack) {
+            let left = left.filter(|_| i == 0 && arc.0.is_straight());
+            if self.blocked(arc, [left, target], slack) {
                 return None;
             }
             self.unveil(arc, target, slack, &mut all);
@@ -89,13 +96,21 @@ impl Scene {
     }
 
     /// Whether an opaque or rough surface stands in the way along an arc.
-    fn blocked(&self, (arc, end): (&Arc, f64), target: Option<usize>, slack: f64) -> bool {
+    fn blocked(
+        &self,
+        (arc, end): (&Arc, f64),
+        [left, target]: [Option<usize>; 2],
+        slack: f64,
+    ) -> bool {
         let blockers = &self.blockers;
+        // A straight line ends on a flat surface where it meets it first.
+        let flat = |object: &usize| arc.is_straight() && self.objects()[*object].shape.is_flat();
+        let except = [left, target.filter(flat)].map(|object| blockers.place(object));
         let blocks =
             |i: usize, theta| !is_end((arc, end), (blockers.objects[i], theta), target, slack);
         let shapes = &blockers.shapes;
         let accel = &blockers.accel;
-        !shapes.is_empty() && accel.any_hit(shapes, arc, end, blocks)
+        !shapes.is_empty() && accel.any_hit(shapes, arc, end, except, blocks)
     }
 
     /// Multiplies by what the surfaces in the way along an arc let pass.
@@ -107,7 +122,7 @@ impl Scene {
         all: &mut Through,
     ) {
         let mut from = 0.0;
-        while let Some((object, hit)) = self.first_of(&self.veils, arc, from, end) {
+        while let Some((object, hit)) = first_of(&self.veils, arc, [from, end], [None; 2]) {
             from = hit.theta;
             if is_end((arc, end), (object, hit.theta), target, slack) {
                 continue;
@@ -122,14 +137,22 @@ impl Scene {
     }
 
     /// Length beyond which a straight ray that starts inside the scene meets nothing more.
-    pub(crate) fn reach(&self, x: glam::DVec3) -> f64 {
+    pub(crate) fn reach(&self, x: DVec3) -> f64 {
         1.01 * (x.distance(self.around.center) + self.around.radius)
     }
 
     /// Whether a point lies beyond everything in the scene.
-    pub(crate) fn is_outside(&self, x: glam::DVec3) -> bool {
+    pub(crate) fn is_outside(&self, x: DVec3) -> bool {
         x.distance(self.around.center) > 1.01 * self.around.radius
     }
+}
+
+fn first_of(index: &Index, arc: &Arc, range: [f64; 2], except: Except) -> Option<(usize, Hit)> {
+    if index.objects.is_empty() {
+        return None;
+    }
+    let (i, hit) = index.accel.first_hit(&index.shapes, arc, range, except)?;
+    Some((index.objects[i], hit))
 }
 
 /// Whether a hit on the object on which a connection ends is that end.

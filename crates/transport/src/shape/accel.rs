@@ -13,6 +13,9 @@ const FEW: usize = 8;
 /// Hits closer in θ than this are one event, of the shape that comes first.
 const TIE: f64 = 1e-12;
 
+/// Shapes, by their places in the list, that are known not to be met.
+pub type Except = [Option<usize>; 2];
+
 /// Finds the nearest hit among a fixed list of shapes.
 #[derive(Clone, Debug)]
 pub struct Accel {
@@ -45,22 +48,22 @@ impl Accel {
     }
 
     /// The hit with the smallest θ in (theta_min, theta_max] and the index of its shape. Of hits
-    /// within 1e-12 of the nearest, the one on the shape that comes first in the list.
+    /// within 1e-12 of the nearest, the one on the shape that comes first in the list. Shapes of `except` are passed over.
     ///
     /// `shapes` must be the list that the accelerator was made for.
     pub fn first_hit(
         &self,
         shapes: &[Shape],
         arc: &Arc,
-        theta_min: f64,
-        theta_max: f64,
+        [theta_min, theta_max]: [f64; 2],
+        except: Except,
     ) -> Option<(usize, Hit)> {
         let mut nearest = Nearest {
             theta: f64::INFINITY,
             first: None,
             ties: Vec::new(),
         };
-        self.visit(arc, [theta_min, theta_max], &mut |i| {
+        self.visit(arc, [theta_min, theta_max], except, &mut |i| {
             let end = nearest.end(theta_max);
             if let Some(meeting) = shapes[i].meet(arc, [theta_min, end]) {
                 nearest.add(i, meeting);
@@ -71,7 +74,7 @@ impl Accel {
         Some((i, shapes[i].hit(&meeting)))
     }
 
-    /// Whether one of the shapes is met, for the first time at a θ in (0, theta_max], where it `counts`.
+    /// Whether one of the shapes but `except` is met, for the first time at a θ in (0, theta_max], where it `counts`.
     ///
     /// `shapes` must be the list that the accelerator was made for.
     pub fn any_hit(
@@ -79,10 +82,11 @@ impl Accel {
         shapes: &[Shape],
         arc: &Arc,
         theta_max: f64,
+        except: Except,
         counts: impl Fn(usize, f64) -> bool,
     ) -> bool {
         let mut found = false;
-        self.visit(arc, [0.0, theta_max], &mut |i| {
+        self.visit(arc, [0.0, theta_max], except, &mut |i| {
             let meeting = shapes[i].meet(arc, [0.0, theta_max]);
             found |= meeting.is_some_and(|m| counts(i, m.theta));
             if found { f64::NEG_INFINITY } else { theta_max }
@@ -93,12 +97,27 @@ impl Accel {
     /// Calls `test` with each shape that the arc may meet in a range of θ; it returns the end of the range that
     /// is still of interest.
     #[inline]
-    fn visit(&self, arc: &Arc, range: [f64; 2], test: &mut impl FnMut(usize) -> f64) {
+    fn visit(
+        &self,
+        arc: &Arc,
+        range: [f64; 2],
+        except: Except,
+        test: &mut impl FnMut(usize) -> f64,
+    ) {
         if self.count == 1 {
             // Its box would cost as much as the shape.
-            test(0);
+            if !except.contains(&Some(0)) {
+                test(0);
+            }
             return;
         }
+        let mut end = range[1];
+        let test = &mut |i| {
+            if !except.contains(&Some(i)) {
+                end = test(i);
+            }
+            end
+        };
         let ends = [arc.start(), arc.end()];
         match &self.search {
             Search::Linear(boxes) => {
@@ -165,6 +184,9 @@ impl Nearest {
     }
 
     fn choose(self) -> Option<(usize, Meeting)> {
-        self.hits().min_by_key(|(i, _)| *i).copied()
+        match self.ties.is_empty() {
+            true => self.first,
+            false => self.hits().min_by_key(|(i, _)| *i).copied(),
+        }
     }
 }

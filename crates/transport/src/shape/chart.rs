@@ -1,6 +1,6 @@
 //! Flat charts of the parts of a shape, on which integrals over its area are exact.
 
-use super::{Shape, Site, cube};
+use super::{Shape, Site, Uv, cube};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -126,7 +126,7 @@ impl Chart {
     pub fn site(&self, q: DVec2) -> Site {
         Site {
             position: self.origin + self.sides[0] * q.x + self.sides[1] * q.y,
-            uv: self.uv.transform_point2(q).into(),
+            uv: Uv::Plain(self.uv.transform_point2(q).into()),
             primitive: self.primitive,
         }
     }

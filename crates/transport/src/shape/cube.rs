@@ -4,7 +4,7 @@ use super::curve::Curve;
 use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaSample, Hit, Meeting, ShapeError};
+use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DVec3};
@@ -59,7 +59,7 @@ impl Cube {
     pub(super) fn hit(&self, at: &Meeting) -> Hit {
         let face = face(at.primitive as usize);
         let local = at.local.clamp(LOCAL.min, LOCAL.max);
-        face.hit(&self.placement, at.theta, local, uv(local, face.axis))
+        face.hit(&self.placement, at.theta, local, plain(local, face.axis))
     }
 
     pub(super) fn aabb(&self) -> Aabb {
@@ -81,7 +81,7 @@ impl Cube {
 
     /// Areas of the faces across each axis.
     fn face_areas(&self) -> [f64; 3] {
-        DVec3::AXES.map(|n| 4.0 * self.placement.stretch(n))
+        [0, 1, 2].map(|axis| 4.0 * self.placement.axis_stretch(axis))
     }
 
     pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
@@ -98,7 +98,12 @@ impl Cube {
         let mut local = face.project(DVec3::ZERO);
         local[a] = (2.0 * rest / areas[face.axis] - 1.0).clamp(-1.0, 1.0);
         local[b] = 2.0 * u[1] - 1.0;
-        face.sample(&self.placement, local, uv(local, face.axis), total.recip())
+        face.sample(
+            &self.placement,
+            local,
+            plain(local, face.axis),
+            total.recip(),
+        )
     }
 
     pub(super) fn inverse_area(&self, position: DVec3, primitive: u32) -> [f64; 2] {
@@ -122,6 +127,10 @@ fn face(i: usize) -> Flat {
 
 fn others(axis: usize) -> [usize; 2] {
     [(axis + 1) % 3, (axis + 2) % 3]
+}
+
+fn plain(local: DVec3, axis: usize) -> Uv {
+    Uv::Plain(uv(local, axis))
 }
 
 fn uv(local: DVec3, axis: usize) -> [f64; 2] {

@@ -4,7 +4,7 @@ use super::curve::{Curve, Surface, Track};
 use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaSample, Hit, Meeting, ShapeError, circle, disk, turn};
+use super::{AreaSample, Hit, Meeting, ShapeError, Uv, circle, disk, turn};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DMat3, DVec3};
@@ -122,7 +122,7 @@ impl Cylinder {
         if at.primitive > 0 {
             let cap = &CAPS[at.primitive as usize - 1];
             let local = p.truncate().clamp_length_max(1.0).extend(cap.at);
-            return cap.hit(&self.placement, theta, local, disk::uv(local));
+            return cap.hit(&self.placement, theta, local, Uv::Disk(local));
         }
         let n = p.with_z(0.0).normalize();
         let local = n.with_z(p.z.clamp(0.0, 1.0));
@@ -130,7 +130,7 @@ impl Cylinder {
             theta,
             position: self.placement.point(local),
             normal: self.placement.normal(n),
-            uv: [turn(local.x, local.y), local.z],
+            uv: Uv::Cylinder(local),
             primitive: 0,
         }
     }
@@ -161,7 +161,7 @@ impl Cylinder {
     }
 
     fn cap_area(&self) -> f64 {
-        0.5 * TAU * self.placement.stretch(DVec3::Z)
+        0.5 * TAU * self.placement.axis_stretch(2)
     }
 
     pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
@@ -177,7 +177,7 @@ impl Cylinder {
             (&CAPS[1], v - 1.0)
         };
         let local = disk::point([v.min(1.0), u[1]]).extend(cap.at);
-        cap.sample(&self.placement, local, disk::uv(local), self.area().recip())
+        cap.sample(&self.placement, local, Uv::Disk(local), self.area().recip())
     }
 
     fn side_sample(&self, uv: [f64; 2]) -> AreaSample {
@@ -186,7 +186,7 @@ impl Cylinder {
         AreaSample {
             position: self.placement.point(n.with_z(uv[1])),
             normal: self.placement.normal(n),
-            uv,
+            uv: Uv::Plain(uv),
             primitive: 0,
             pdf: self.side_pdf(n),
         }

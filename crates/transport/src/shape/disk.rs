@@ -4,7 +4,7 @@ use super::curve::{Curve, Track};
 use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaSample, Hit, Meeting, ShapeError, circle, turn};
+use super::{AreaSample, Hit, Meeting, ShapeError, Uv, circle};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DVec3};
@@ -43,7 +43,7 @@ impl Disk {
     }
 
     pub(super) fn hit(&self, at: &Meeting) -> Hit {
-        FACE.hit(&self.placement, at.theta, at.local, uv(at.local))
+        FACE.hit(&self.placement, at.theta, at.local, Uv::Disk(at.local))
     }
 
     pub(super) fn aabb(&self) -> Aabb {
@@ -51,12 +51,12 @@ impl Disk {
     }
 
     pub(super) fn area(&self) -> f64 {
-        PI * self.placement.stretch(DVec3::Z)
+        PI * self.placement.axis_stretch(2)
     }
 
     pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
         let local = point(u).extend(0.0);
-        FACE.sample(&self.placement, local, uv(local), self.area().recip())
+        FACE.sample(&self.placement, local, Uv::Disk(local), self.area().recip())
     }
 
     pub(super) fn inverse_area(&self, position: DVec3) -> [f64; 2] {
@@ -72,16 +72,11 @@ fn cross(track: &impl Track) -> Option<Meeting> {
 
 /// The uniform pair of a local point.
 pub(super) fn inverse(local: DVec3) -> [f64; 2] {
-    let [r, turn] = uv(local);
+    let [r, turn] = Uv::Disk(local).get();
     [r * r, turn]
 }
 
 /// The point of the unit disk at a uniform pair, uniform in area.
 pub(super) fn point(u: [f64; 2]) -> glam::DVec2 {
     glam::DVec2::from(circle(u[1])) * u[0].sqrt()
-}
-
-/// Polar coordinates of a local point.
-pub(super) fn uv(local: DVec3) -> [f64; 2] {
-    [local.truncate().length(), turn(local.x, local.y)]
 }

@@ -20,8 +20,9 @@ mod rectangle;
 mod sphere;
 mod sweep;
 mod tree;
+mod uv;
 
-pub use accel::Accel;
+pub use accel::{Accel, Except};
 pub(crate) use chart::Chart;
 pub use cube::Cube;
 pub use cylinder::Cylinder;
@@ -30,6 +31,7 @@ pub use error::ShapeError;
 pub use mesh::Mesh;
 pub use rectangle::Rectangle;
 pub use sphere::Sphere;
+pub use uv::Uv;
 
 use eikonal::Aabb;
 use eikonal::ray::Arc;
@@ -46,7 +48,7 @@ pub struct Hit {
     /// by `flip_normals`.
     pub normal: DVec3,
     /// Surface coordinates.
-    pub uv: [f64; 2],
+    pub uv: Uv,
     /// Which part was hit: the face of a cube, the side (0) or a cap (1, 2) of a cylinder, the
     /// triangle of a mesh.
     pub primitive: u32,
@@ -71,7 +73,7 @@ pub struct AreaSample {
     /// As in [`Hit`].
     pub normal: DVec3,
     /// As in [`Hit`].
-    pub uv: [f64; 2],
+    pub uv: Uv,
     /// As in [`Hit`].
     pub primitive: u32,
     /// Density per unit area in scene units, at this point.
@@ -84,7 +86,7 @@ pub struct Site {
     /// The point.
     pub position: DVec3,
     /// Texture coordinates: Mitsuba's.
-    pub uv: [f64; 2],
+    pub uv: Uv,
     /// As in [`Hit`].
     pub primitive: u32,
 }
@@ -168,9 +170,9 @@ impl Shape {
         self.site_at(sample.position, sample.uv, sample.primitive)
     }
 
-    fn site_at(&self, position: DVec3, uv: [f64; 2], primitive: u32) -> Site {
+    fn site_at(&self, position: DVec3, uv: Uv, primitive: u32) -> Site {
         let uv = match self {
-            Shape::Cube(_) => cube::texture_uv(primitive, uv),
+            Shape::Cube(_) => Uv::Plain(cube::texture_uv(primitive, uv.get())),
             _ => uv,
         };
         Site {
@@ -230,6 +232,22 @@ impl Shape {
             Shape::Mesh(s) => s.is_convex(),
             _ => self.is_closed(),
         }
+    }
+
+    /// Whether a straight line never meets the surface again that leaves it in a direction, from a point with this normal.
+    pub(crate) fn is_left(&self, normal: DVec3, direction: DVec3) -> bool {
+        let outward = || (normal.dot(direction) > 0.0) != self.has_flipped_normals();
+        match self {
+            Shape::Sphere(_) | Shape::Cube(_) => outward(),
+            Shape::Cylinder(s) => s.is_capped() && outward(),
+            Shape::Rectangle(_) | Shape::Disk(_) => true,
+            Shape::Mesh(_) => false,
+        }
+    }
+
+    /// Whether it lies in one plane.
+    pub(crate) fn is_flat(&self) -> bool {
+        matches!(self, Shape::Rectangle(_) | Shape::Disk(_))
     }
 
     /// Area in scene units.

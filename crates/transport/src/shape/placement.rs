@@ -21,6 +21,8 @@ pub(super) struct Placement {
     noise: f64,
     /// Unit normals in the scene of the local axes, not flipped.
     normals: [DVec3; 3],
+    /// How much area elements across the local axes grow.
+    stretches: [f64; 3],
     /// −1 if the normals are flipped, else 1.
     side: f64,
 }
@@ -44,9 +46,11 @@ impl Placement {
             det: det.abs(),
             noise: 0.0,
             normals: [DVec3::ZERO; 3],
+            stretches: [0.0; 3],
             side: 1.0,
         };
         placement.normals = DVec3::AXES.map(|axis| placement.normal(axis));
+        placement.stretches = DVec3::AXES.map(|axis| placement.stretch(axis));
         placement.noise = placement.round_off(local);
         Ok(placement)
     }
@@ -107,6 +111,11 @@ impl Placement {
     /// How much an area element with local unit normal `n` grows: |det M| |M⁻ᵀ n|.
     pub fn stretch(&self, n: DVec3) -> f64 {
         self.det * self.covector(n).length()
+    }
+
+    /// [`Placement::stretch`] of a local axis.
+    pub fn axis_stretch(&self, axis: usize) -> f64 {
+        self.stretches[axis]
     }
 
     /// Whether area elements with these local unit normals grow alike, to rounding.

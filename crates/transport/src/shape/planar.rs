@@ -2,7 +2,7 @@
 
 use super::curve::{Surface, Track};
 use super::placement::Placement;
-use super::{AreaSample, Hit, Meeting};
+use super::{AreaSample, Hit, Meeting, Uv};
 use glam::DVec3;
 
 /// A flat part of a shape: where coordinate `axis` has the value `at`, facing to one side (1 or −1) along it.
@@ -42,7 +42,7 @@ impl Flat {
     }
 
     /// The hit at a local point of the part.
-    pub fn hit(&self, placement: &Placement, theta: f64, local: DVec3, uv: [f64; 2]) -> Hit {
+    pub fn hit(&self, placement: &Placement, theta: f64, local: DVec3, uv: Uv) -> Hit {
         Hit {
             theta,
             position: placement.point(local),
@@ -57,13 +57,7 @@ impl Flat {
     }
 
     /// The sample at a local point of the part.
-    pub fn sample(
-        &self,
-        placement: &Placement,
-        local: DVec3,
-        uv: [f64; 2],
-        pdf: f64,
-    ) -> AreaSample {
+    pub fn sample(&self, placement: &Placement, local: DVec3, uv: Uv, pdf: f64) -> AreaSample {
         AreaSample {
             position: placement.point(local),
             normal: self.scene_normal(placement),

@@ -4,7 +4,7 @@ use super::curve::{Curve, Track};
 use super::line::Line;
 use super::placement::Placement;
 use super::planar::Flat;
-use super::{AreaSample, Hit, Meeting, ShapeError};
+use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DVec3};
@@ -42,7 +42,7 @@ impl Rectangle {
     }
 
     pub(super) fn hit(&self, at: &Meeting) -> Hit {
-        FACE.hit(&self.placement, at.theta, at.local, uv(at.local))
+        FACE.hit(&self.placement, at.theta, at.local, Uv::Plain(uv(at.local)))
     }
 
     pub(super) fn aabb(&self) -> Aabb {
@@ -50,12 +50,17 @@ impl Rectangle {
     }
 
     pub(super) fn area(&self) -> f64 {
-        4.0 * self.placement.stretch(DVec3::Z)
+        4.0 * self.placement.axis_stretch(2)
     }
 
     pub(super) fn sample_area(&self, u: [f64; 2]) -> AreaSample {
         let local = DVec3::new(2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0, 0.0);
-        FACE.sample(&self.placement, local, uv(local), self.area().recip())
+        FACE.sample(
+            &self.placement,
+            local,
+            Uv::Plain(uv(local)),
+            self.area().recip(),
+        )
     }
 
     pub(super) fn inverse_area(&self, position: DVec3) -> [f64; 2] {

@@ -3,7 +3,7 @@
 use super::curve::{Curve, Surface, Track};
 use super::line::Line;
 use super::placement::Placement;
-use super::{AreaSample, Hit, Meeting, ShapeError, circle, turn};
+use super::{AreaSample, Hit, Meeting, ShapeError, Uv, circle, turn};
 use eikonal::Aabb;
 use eikonal::bounds::symmetric_eigenvalues;
 use eikonal::ray::Arc;
@@ -78,7 +78,7 @@ impl Sphere {
             theta: at.theta,
             position: self.placement.point(local),
             normal: self.placement.normal(local),
-            uv: uv(local),
+            uv: Uv::Sphere(local),
             primitive: 0,
         }
     }
@@ -103,7 +103,7 @@ impl Sphere {
         AreaSample {
             position: self.placement.point(local),
             normal: self.placement.normal(local),
-            uv: uv(local),
+            uv: Uv::Sphere(local),
             primitive: 0,
             pdf: self.pdf(local),
         }
@@ -146,11 +146,6 @@ fn cross(track: &impl Track) -> Option<Meeting> {
         local: track.position(u),
         primitive: 0,
     })
-}
-
-fn uv(local: DVec3) -> [f64; 2] {
-    let [x, y, z] = local.to_array();
-    [turn(x, y), libm::atan2(x.hypot(y), z) / PI]
 }
 
 /// ∫ |det M| |M⁻ᵀ n| dn over the unit sphere, by Simpson's rule in z and the trapezoidal rule

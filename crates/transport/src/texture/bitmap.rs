@@ -82,7 +82,7 @@ impl Bitmap {
     }
 
     pub(super) fn at(&self, site: &Site) -> Spectrum {
-        let uv = self.to_uv.transform_point2(site.uv.into());
+        let uv = self.to_uv.transform_point2(site.uv.get().into());
         let p = uv * DVec2::new(self.size[0] as f64, self.size[1] as f64);
         let p = if p.is_nan() { DVec2::ZERO } else { p };
         let p = p.clamp(DVec2::splat(-FARTHEST), DVec2::splat(FARTHEST));

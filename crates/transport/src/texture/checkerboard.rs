@@ -25,7 +25,7 @@ impl Checkerboard {
     }
 
     pub(super) fn at(&self, site: &Site) -> Spectrum {
-        let uv = self.to_uv.transform_point2(site.uv.into());
+        let uv = self.to_uv.transform_point2(site.uv.get().into());
         let late = |x: f64| x - x.floor() > 0.5;
         self.colours[usize::from(late(uv.x) != late(uv.y))].at(site)
     }

@@ -94,7 +94,7 @@ fn branch(
         connection: *found,
         transmittance: lanes.collect(),
         is_occluded: scenes[0]
-            .visibility(pieces.iter().map(Piece::ends), None, 0.0)
+            .visibility(pieces.iter().map(Piece::ends), [None; 2], 0.0)
             .is_none(),
         is_primary,
     }

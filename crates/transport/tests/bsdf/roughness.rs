@@ -6,6 +6,7 @@ use std::sync::Arc;
 use testkit::Rng;
 use transport::Spectrum;
 use transport::bsdf::{Bsdf, BsdfError, RoughConductor, RoughDielectric, RoughPlastic, Surface};
+use transport::shape::Uv;
 use transport::texture::{Bitmap, Checkerboard, Filter, Texture, Wrap};
 
 /// The surfaces that have a roughness.
@@ -31,7 +32,7 @@ fn row(pixels: &[f32], filter: Filter) -> Texture {
 
 fn at(u: f64) -> Surface {
     let mut s = surface(1.2, 1.5);
-    s.site.uv = [u, 0.2];
+    s.site.uv = Uv::Plain([u, 0.2]);
     s
 }
 

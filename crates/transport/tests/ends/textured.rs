@@ -8,7 +8,7 @@ use testkit::{Family, Mass, Rng, Table, uniform_edges};
 use transport::Spectrum;
 use transport::aim::Aim;
 use transport::emitter::{Emitter, TexturedArea, TexturedError};
-use transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, Site, Sphere};
+use transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, Site, Sphere, Uv};
 use transport::texture::{Bitmap, Checkerboard, Filter, Texture, VertexColours, Wrap};
 
 /// Pixels of a picture, 4 across and 3 down.
@@ -278,13 +278,13 @@ fn points_follow_their_density() {
         );
         let site = |uv| Site {
             position: map.transform_point3(place(uv).0),
-            uv,
+            uv: Uv::Plain(uv),
             primitive: 0,
         };
         let draw = |rng: &mut Rng| {
             let aim = emitter.aim(&AROUND, |_: usize| -> &Shape { &shape }, rng.uniform());
             match aim.aim {
-                Aim::Point { surface, .. } => Some(surface?.site.uv),
+                Aim::Point { surface, .. } => Some(surface?.site.uv.get()),
                 Aim::Plane { .. } => None,
             }
         };

@@ -31,7 +31,7 @@ fn the_accelerator_agrees_with_a_loop() {
         for i in 0..2000 {
             let arc = if i % 2 == 0 { rng.arc() } else { rng.line() };
             let (from, to) = (0.3 * rng.uniform(), 0.5 + 0.5 * rng.uniform());
-            let found = accel.first_hit(&shapes, &arc, from, to);
+            let found = accel.first_hit(&shapes, &arc, [from, to], [None; 2]);
             let expected = nearest(&shapes, &arc, from, to);
             assert_eq!(found.map(|x| x.0), expected.map(|x| x.0));
             if let (Some((_, a)), Some((_, b))) = (found, expected) {
@@ -55,7 +55,7 @@ fn any_hit_agrees_with_a_loop() {
             let arc = if i % 2 == 0 { rng.arc() } else { rng.line() };
             let to = 0.5 + 0.5 * rng.uniform();
             let counts = |shape: usize, theta: f64| shape % 3 != 1 && theta > 0.1;
-            let any = accel.any_hit(&shapes, &arc, to, counts);
+            let any = accel.any_hit(&shapes, &arc, to, [None; 2], counts);
             let mut hits = shapes.iter().enumerate();
             let expected = hits.any(|(i, shape)| {
                 let hit = shape.first_hit(&arc, 0.0, to);
@@ -92,7 +92,12 @@ fn of_coincident_surfaces_the_first_wins() {
         for _ in 0..500 {
             let v = rng.direction();
             let target = DVec3::new(rng.uniform() - 0.5, rng.uniform() - 0.5, 0.0);
-            let hit = accel.first_hit(&shapes, &Arc::line(target - v, v, 3.0), 0.0, 1.0);
+            let hit = accel.first_hit(
+                &shapes,
+                &Arc::line(target - v, v, 3.0),
+                [0.0, 1.0],
+                [None; 2],
+            );
             assert_eq!(hit.unwrap().0, first);
         }
     }

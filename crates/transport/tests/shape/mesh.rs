@@ -203,7 +203,8 @@ fn texture_coordinates_are_interpolated() {
     let mesh = Mesh::new(positions, vec![[0, 1, 2]], Some(uvs)).unwrap();
     let ray = Arc::line(DVec3::new(0.25, 0.5, 1.0), DVec3::NEG_Z, 2.0);
     let hit = Shape::from(mesh).first_hit(&ray, 0.0, 1.0).unwrap();
-    assert!((hit.uv[0] - 0.5).abs() < 1e-15 && (hit.uv[1] - 3.0).abs() < 1e-15);
+    let [u, v] = hit.uv.get();
+    assert!((u - 0.5).abs() < 1e-15 && (v - 3.0).abs() < 1e-15);
 }
 
 #[test]

@@ -45,7 +45,7 @@ fn normals_are_gradients() {
                 .filter(|h| h.primitive == s.primitive)
             {
                 assert!(h.normal.distance(s.normal) < 1e-6);
-                assert!(h.uv[0] >= 0.0 && h.uv[0] <= 1.0 && h.uv[1] >= 0.0 && h.uv[1] <= 1.0);
+                assert!(h.uv.get().iter().all(|u| (0.0..=1.0).contains(u)));
             }
         }
     }

@@ -5,7 +5,7 @@ mod intersect;
 mod topology;
 
 use super::tree::Tree;
-use super::{AreaSample, Hit, Meeting, ShapeError};
+use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
 
@@ -201,7 +201,7 @@ impl Mesh {
             theta: at.theta,
             position: a + (b - a) * w[1] + (c - a) * w[2],
             normal: cross([a, b, c]).normalize() * side,
-            uv: self.uv(i, w),
+            uv: Uv::Plain(self.uv(i, w)),
             primitive: at.primitive,
         }
     }

@@ -1,0 +1,36 @@
+//! Surface coordinates that are computed when they are asked for.
+
+use super::turn;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Coordinates on a surface: what they are computed from, for angles take time and few textures ask for them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Uv {
+    /// u and v.
+    Plain([f64; 2]),
+    /// (φ/2π, ϑ/π) of a local direction, ϑ from +z.
+    Sphere(DVec3),
+    /// (φ/2π, z) of a local point.
+    Cylinder(DVec3),
+    /// (r, φ/2π) of a local point in the plane z = 0.
+    Disk(DVec3),
+}
+
+impl Uv {
+    /// u and v.
+    pub fn get(&self) -> [f64; 2] {
+        match *self {
+            Uv::Plain(uv) => uv,
+            Uv::Sphere(DVec3 { x, y, z }) => [turn(x, y), libm::atan2(x.hypot(y), z) / PI],
+            Uv::Cylinder(DVec3 { x, y, z }) => [turn(x, y), z],
+            Uv::Disk(local) => [local.truncate().length(), turn(local.x, local.y)],
+        }
+    }
+}
+
+impl Default for Uv {
+    fn default() -> Self {
+        Uv::Plain([0.0; 2])
+    }
+}
