@@ -78,6 +78,20 @@ PLANTED = [
         ("transport", "meters", "a_half_space_with_an_index_of_its_own"),
     ),
     (
+        "survivors of roulette not weighted by the probability of that",
+        TRANSPORT + "integrator/path/roulette.rs",
+        "next.throughput *= 1.0 / survival;",
+        "next.throughput *= 1.0;",
+        ("transport", "roulette", "absurd_prospects_keep_the_mean"),
+    ),
+    (
+        "prospects learnt from what paths brought before, not after",
+        TRANSPORT + "path/departures.rs",
+        "departure.tally.light = end.light - departure.tally.light;",
+        "departure.tally.light *= 1.0;",
+        ("transport", "roulette", "prospects_are_worth_what_paths_brought"),
+    ),
+    (
         "radiance weighted by 1/n² of the sensor instead of n²",
         TRANSPORT + "integrator/path.rs",
         "if c < channels { n * n } else { 0.0 }",

@@ -2,16 +2,17 @@
 //! importance sampling against emitters that are hit by chance.
 
 mod connecting;
+mod roulette;
 
 use super::Contribution;
 use crate::Spectrum;
 use crate::aim::{Aim, OnSurface};
 use crate::film::PathFacts;
 use crate::path::{
-    Carry, Edge, End, Found, Goal, Link, Sampling, Slot, Start, Vertex, Workspace,
-    environment_aim, scatter, trace,
+    Carry, Edge, End, Found, Goal, Link, Sampling, Slot, Start, Vertex, Workspace, environment_aim,
+    scatter, trace,
 };
-use crate::sampling::{Purpose, Sampler};
+use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::Ray;
 
@@ -20,7 +21,7 @@ use crate::sensor::Ray;
 pub struct PathTracer {
     /// Longest path, in edges; `None` for no limit. 1 shows emitters only, 2 adds single scattering.
     pub max_depth: Option<u32>,
-    /// Number of edges after which Russian roulette begins.
+    /// Number of edges after which paths end by chance even if they are worth following; those that are not may end before.
     pub rr_depth: u32,
 }
 
@@ -32,9 +33,6 @@ impl Default for PathTracer {
         }
     }
 }
-
-/// Russian roulette never lets a path go on with a larger probability than this.
-const LONGEST_ROULETTE: f64 = 0.95;
 
 /// Connections are asked about an edge that was found by chance with this multiple of the probability that they
 /// may have at most in its weight.
@@ -117,6 +115,7 @@ impl PathTracer {
             way: Way::default(),
         };
         while self.edge(&mut tracing, &mut next) {}
+        tracing.end();
     }
 
     /// Follows one edge, hands over what it finds, and scatters at its end. Whether the path goes on, as `next` says then: in
@@ -156,26 +155,6 @@ impl PathTracer {
     fn budget(&self, depth: u32) -> u32 {
         self.max_depth
             .map_or(u32::MAX, |limit| limit.saturating_sub(depth))
-    }
-
-    /// Ends paths of little throughput by chance, without bias. The scale is the throughput of
-    /// radiance, so that n² of the medium does not count.
-    fn roulette(&self, t: &mut Tracing, next: &mut Next) -> bool {
-        if next.throughput.is_zero() {
-            return false;
-        }
-        if next.way.depth < self.rr_depth {
-            return true;
-        }
-        let n = t
-            .scene
-            .n(t.scene.sensor_medium(), t.scene.sensor().position());
-        let survival = (next.throughput.max() / (n * n)).min(LONGEST_ROULETTE);
-        if t.sampler.next_1d_for(Purpose::Roulette) >= survival {
-            return false;
-        }
-        next.throughput *= 1.0 / survival;
-        true
     }
 }
 

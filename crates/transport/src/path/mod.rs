@@ -13,6 +13,7 @@
 
 mod account;
 mod attract;
+mod departures;
 mod edge;
 mod ends;
 mod equiangular;
@@ -21,6 +22,7 @@ mod guess;
 mod length;
 mod link;
 mod passage;
+mod prospects;
 mod rates;
 mod search;
 mod share;
@@ -33,6 +35,7 @@ mod walk;
 
 pub use account::{Account, Balance, Books, Ledger, Share};
 pub use attract::{scatter, scatter_pdf};
+pub use departures::{Departures, Tally};
 pub use edge::{Carry, Edge, End, Front, Point, Span, Start};
 pub use ends::{Bounds, LightPath, emit, sensor_path};
 pub use equiangular::Equiangular;
@@ -41,6 +44,7 @@ pub use guess::guess;
 pub use length::lead_in;
 pub use link::{Found, Goal, Link, environment_aim};
 pub use passage::transmittance;
+pub use prospects::Prospects;
 pub use rates::{Levels, Rates, Slot, Survey};
 pub use share::{collided, share};
 pub use subpath::{Escape, Ray, Station, Step, Subpath, Walker};
@@ -76,6 +80,10 @@ pub struct Workspace {
     pub rates: Rates,
     /// What a pilot finds out about them.
     pub survey: Option<Box<Survey>>,
+    /// What paths may still bring. Any values are unbiased.
+    pub prospects: Prospects,
+    /// What a pilot finds out about that.
+    pub departures: Option<Box<Departures>>,
     /// Parts of the straight connection last made.
     line: Vec<straight::Part>,
 }
@@ -90,6 +98,8 @@ impl Workspace {
             search: SEARCH,
             rates: Rates::default(),
             survey: None,
+            prospects: Prospects::default(),
+            departures: None,
             line: Vec::new(),
         }
     }

@@ -24,7 +24,7 @@ pub use target::{Measure, Target};
 
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
-use crate::path::{Balance, Rates};
+use crate::path::{Balance, Prospects, Rates};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::sum::Sum;
@@ -153,12 +153,14 @@ pub fn render_counted(
 }
 
 /// What is found out about a group of channels before its first sample.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Prepared {
     /// Probability with which connections are searched for further branches.
     search: f64,
     /// Probabilities with which vertices are connected to emitters.
     rates: Rates,
+    /// What paths may still bring.
+    prospects: Prospects,
     /// Radius of the first photon map; zero if there are none.
     radius: f64,
 }
@@ -169,14 +171,15 @@ fn prepare(scenes: &[Scene], options: &Options) -> Vec<Prepared> {
         let mut prepared = Prepared {
             search: 1.0,
             rates: Rates::default(),
+            prospects: Prospects::default(),
             radius: 0.0,
         };
-        let source = Source::new(scene, options, group, prepared);
+        let source = Source::new(scene, options, group, prepared.clone());
         match options.integrator {
             Integrator::Photon(mapping) => {
                 prepared.radius = photons::first_radius(&source, &mapping);
             }
-            _ => (prepared.search, prepared.rates) = pilot::probabilities(&source),
+            _ => prepared = pilot::prepared(&source),
         }
         prepared
     });

@@ -1,11 +1,12 @@
-//! What is found out about a scene before the render: how often it pays to search for further branches, and to
-//! connect vertices to emitters.
+//! What is found out about a scene before the render: how often it pays to search for further branches, to
+//! connect vertices to emitters, and to let paths go on.
 //!
 //! The samples of the pilot are not part of the image, so that the choices do not bias it.
 
+use super::Prepared;
 use super::source::Source;
 use crate::integrator::Integrator;
-use crate::path::{Rates, Survey, Workspace};
+use crate::path::Workspace;
 
 /// Pixels of the pilot, spread over the image, of which each has two samples.
 const PIXELS: usize = 256;
@@ -14,39 +15,53 @@ const FIRST: u64 = 1 << 63;
 /// The search is never given up altogether where branches cannot be ruled out: that would be biased.
 const LEAST: f64 = 1.0 / 16.0;
 
-/// The probability with which to search for further branches, the share of searches that find one within
-/// bounds, and those of connections to emitters.
-pub(super) fn probabilities(source: &Source) -> (f64, Rates) {
+/// With the probability with which to search for further branches, the share of searches that find one within
+/// bounds; those of connections to emitters; and what paths may still bring.
+pub(super) fn prepared(source: &Source) -> Prepared {
+    let mut prepared = source.prepared.clone();
     let mut ws = source.workspace();
     let surveys = matches!(source.integrator, Integrator::Path(_));
     if source.scene.is_straight() && !surveys {
-        return (1.0, Rates::default());
+        return prepared;
     }
-    ws.survey = surveys.then(Box::<Survey>::default);
-    sample(source, &mut ws);
+    ws.survey = surveys.then(Box::default);
+    ws.departures = surveys.then(Box::default);
+    let pairs = sample(source, &mut ws);
     let stats = ws.stats();
     let counts = stats.connections;
     let yields = counts.secondary as f64 / counts.searches.max(1) as f64;
-    let search = match source.scene.is_straight() {
-        true => 1.0,
-        false => yields.clamp(LEAST, 1.0),
-    };
-    let rates = ws
-        .survey
-        .map_or(Rates::default(), |survey| survey.best(stats.cost()));
-    (search, rates)
+    if !source.scene.is_straight() {
+        prepared.search = yields.clamp(LEAST, 1.0);
+    }
+    if let Some(survey) = ws.survey {
+        prepared.rates = survey.best(stats.cost());
+    }
+    if let Some(departures) = ws.departures {
+        prepared.prospects = departures.prospects(variance(&pairs) / stats.cost());
+    }
+    prepared
 }
 
-/// Takes the samples.
-fn sample(source: &Source, ws: &mut Workspace) {
+/// The sum of the variances of pixels, per sample. Those brighter than the image's mean count relative to their brightness: the
+/// edges of lamps, say, are noisy whatever paths do, and are not to make all else look unimportant.
+fn variance(pairs: &[[f64; 2]]) -> f64 {
+    let means = || pairs.iter().map(|[a, b]| 0.5 * (a + b));
+    let mean = means().sum::<f64>() / pairs.len() as f64;
+    let excess = means().map(|m| (m / mean).max(1.0));
+    let differences = pairs.iter().zip(excess);
+    differences.map(|([a, b], e)| ((a - b) / e).powi(2)).sum()
+}
+
+/// Takes the samples; returns those of each pixel, summed over channels.
+fn sample(source: &Source, ws: &mut Workspace) -> Vec<[f64; 2]> {
     let spec = source.scene.film();
     let pixels = spec.width * spec.height;
     let mut found = Vec::new();
-    for i in 0..PIXELS {
+    let pairs = (0..PIXELS).map(|i| {
         // Multiples of the golden ratio spread evenly.
         let place = (0.618_033_988_749_894_9 * i as f64).fract();
         let pixel = ((place * pixels as f64) as usize).min(pixels - 1);
-        for k in 0..2 {
+        [0, 1].map(|k| {
             found.clear();
             if let Some(survey) = &mut ws.survey {
                 survey.begin();
@@ -54,6 +69,9 @@ fn sample(source: &Source, ws: &mut Workspace) {
             // Each in a set of its own: samples of one set are not independent.
             let sample = FIRST + source.sets().size() * (2 * i + k) as u64;
             source.sample(pixel, sample, ws, &mut found);
-        }
-    }
+            let values = found.iter().map(|c| c.weighted().sum());
+            values.sum::<f64>()
+        })
+    });
+    pairs.collect()
 }

@@ -46,6 +46,7 @@ impl<'a> Source<'a> {
         let mut ws = Workspace::new(self.scene.tolerance());
         ws.search = self.prepared.search;
         ws.rates = self.prepared.rates;
+        ws.prospects = self.prepared.prospects.clone();
         ws
     }
 

@@ -195,7 +195,7 @@ impl State {
     fn sources<'a>(&self, scenes: &'a [Scene], options: &Options) -> Vec<Source<'a>> {
         let groups = scenes.iter().zip(&self.prepared).enumerate();
         groups
-            .map(|(group, (scene, prepared))| Source::new(scene, options, group, *prepared))
+            .map(|(group, (scene, prepared))| Source::new(scene, options, group, prepared.clone()))
             .collect()
     }
 

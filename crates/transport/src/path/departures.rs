@@ -1,0 +1,170 @@
+//! The paths of a pilot, where they went on and what came of it, and what that says of others.
+//!
+//! Let paths go on in a cell with throughputs T, bring X per unit of throughput from there and take work C. If they
+//! survive with probability vT, their variance grows by Σ T X²/v and their work is Σ vTC. If one unit of work in the
+//! whole image takes away the variance w, variance × work is least for v² = Σ T X² / (w Σ T C) (theory §9).
+
+use super::edge::Start;
+use super::prospects::{AXES, Node, Place, Prospects, place};
+
+/// Departures that are remembered: enough, and no burden where paths are long.
+const MOST: usize = 1 << 16;
+/// A cell is divided if each half has at least so many departures,
+const FEWEST: usize = 64;
+/// and no more often than this.
+const DIVISIONS: u32 = 8;
+/// As many departures as these are taken to be as in the cell of which a cell is half; for all of them together, to be
+/// worth their work: few samples may have missed what matters.
+const DOUBT: f64 = 64.0;
+
+/// What a path has brought and taken up to some moment.
+#[derive(Clone, Copy, Debug)]
+pub struct Tally {
+    /// Light, summed over channels.
+    pub light: f64,
+    /// Work, in units of [`Stats::cost`](crate::stats::Stats::cost).
+    pub work: f64,
+}
+
+/// A path that went on. What it has brought and taken is counted from its start, and from here when it has ended.
+#[derive(Clone, Copy, Debug)]
+struct Departure {
+    place: Place,
+    throughput: f64,
+    tally: Tally,
+}
+
+/// All that went on.
+#[derive(Clone, Debug, Default)]
+pub struct Departures {
+    all: Vec<Departure>,
+    /// Number of those whose paths have ended.
+    ended: usize,
+}
+
+impl Departures {
+    /// Takes note of a path that goes on at the start of an edge with a throughput, summed over channels.
+    pub fn depart(&mut self, start: &Start, throughput: f64, tally: Tally) {
+        if self.all.len() < MOST {
+            self.all.push(Departure {
+                place: place(start),
+                throughput,
+                tally,
+            });
+        }
+    }
+
+    /// Takes note of the end of the path. One that is not finite is forgotten.
+    pub fn end(&mut self, end: Tally) {
+        if !end.light.is_finite() {
+            self.all.truncate(self.ended);
+        }
+        for departure in &mut self.all[self.ended..] {
+            departure.tally.light = end.light - departure.tally.light;
+            departure.tally.work = end.work - departure.tally.work;
+        }
+        self.ended = self.all.len();
+    }
+
+    /// What is to be expected of other paths, if a unit of work takes away the variance `worth`: that of a sample over its work.
+    pub fn prospects(mut self, worth: f64) -> Prospects {
+        let mut nodes = Vec::new();
+        if worth > 0.0 && worth.is_finite() && !self.all.is_empty() {
+            let own = Mean::of(&self.all);
+            let square = worth * own.work;
+            let mean = own.near(Mean { square, ..own }, self.all.len());
+            divide(&mut nodes, &mut self.all, (mean, worth), DIVISIONS);
+        }
+        Prospects(nodes)
+    }
+}
+
+/// Means over departures, weighted by throughput.
+#[derive(Clone, Copy, Debug)]
+struct Mean {
+    /// Of X².
+    square: f64,
+    /// Of C.
+    work: f64,
+}
+
+impl Mean {
+    fn of(departures: &[Departure]) -> Self {
+        let (weight, square, work) = sums(departures);
+        Mean {
+            square: square / weight,
+            work: work / weight,
+        }
+    }
+
+    /// That of `count` departures, drawn towards another.
+    fn near(self, other: Mean, count: usize) -> Self {
+        let doubt = DOUBT / (DOUBT + count as f64);
+        Mean {
+            square: self.square + (other.square - self.square) * doubt,
+            work: self.work + (other.work - self.work) * doubt,
+        }
+    }
+}
+
+/// Σ T, Σ T X² and Σ T C.
+fn sums(departures: &[Departure]) -> (f64, f64, f64) {
+    let add = |(weight, square, work): (f64, f64, f64), d: &Departure| {
+        let t = d.throughput;
+        let light = d.tally.light;
+        (
+            weight + t,
+            square + light * light / t,
+            work + t * d.tally.work,
+        )
+    };
+    departures.iter().fold((0.0, 0.0, 0.0), add)
+}
+
+/// Adds the nodes of a cell with some mean: it is halved where that is best.
+fn divide(
+    nodes: &mut Vec<Node>,
+    departures: &mut [Departure],
+    (mean, worth): (Mean, f64),
+    divisions: u32,
+) {
+    let half = departures.len() / 2;
+    let index = nodes.len();
+    nodes.push(Node::Cell((mean.square / (worth * mean.work)).sqrt()));
+    if divisions == 0 || half < FEWEST {
+        return;
+    }
+    let costs: [f64; AXES] = std::array::from_fn(|axis| halved(departures, axis));
+    let best = (0..AXES).min_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+    let Some(axis) = best.filter(|&axis| costs[axis] < f64::INFINITY) else {
+        return;
+    };
+    halved(departures, axis);
+    let cut = departures[half].place[axis];
+    let (below, above) = departures.split_at_mut(half);
+    let means = [&*below, &*above].map(|part| Mean::of(part).near(mean, part.len()));
+    divide(nodes, below, (means[0], worth), divisions - 1);
+    nodes[index] = Node::Cut {
+        axis: axis as u8,
+        cut,
+        above: nodes.len() as u32,
+    };
+    divide(nodes, above, (means[1], worth), divisions - 1);
+}
+
+/// Sorts departures into halves along an axis. Returns what the least variance × work would be in proportion to, as a
+/// square root: the sum of √(Σ T X² Σ T C) over the halves; infinity if they are at the same place.
+fn halved(departures: &mut [Departure], axis: usize) -> f64 {
+    let half = departures.len() / 2;
+    departures.select_nth_unstable_by(half, |a, b| a.place[axis].total_cmp(&b.place[axis]));
+    let (below, above) = departures.split_at(half);
+    let cut = above[0].place[axis];
+    if below.iter().all(|d| d.place[axis] == cut) {
+        return f64::INFINITY;
+    }
+    let cost = |part| {
+        let (_, square, work) = sums(part);
+        (square * work).sqrt()
+    };
+    cost(below) + cost(above)
+}
