@@ -1,7 +1,7 @@
 //! What must be equal up to rounding, or bit for bit.
 
 use super::common::{camera, container, fog, glass, parts, sky, vacuum};
-use super::{bins, bounded, estimators, means, shoot};
+use super::{bins, estimators, means, shoot};
 use eikonal::Field;
 use eikonal::field::{Constant, Gaussian};
 use glam::DVec3;
@@ -9,7 +9,10 @@ use std::ops::ControlFlow;
 use transport::bsdf::Bsdf;
 use transport::emitter::Emitter;
 use transport::film::Decomposition;
+use transport::integrator::{Integrator, PathTracer};
+use transport::path::Workspace;
 use transport::render::{Options, render};
+use transport::sampling::Sampler;
 use transport::scene::Parts;
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
@@ -124,31 +127,43 @@ fn layers_do_not_depend_on_threads_and_passes() {
     }
 }
 
-/// Where nothing bends rays, the path tracer draws the same paths whatever their longest length: a layer of
-/// so many bounces is the difference of two renders.
+/// Light by the number of bounces of its paths, the sum over some samples.
+fn by_bounces(scene: &Scene, max_depth: Option<u32>) -> [f64; 4] {
+    let tracer = PathTracer {
+        max_depth,
+        ..PathTracer::default()
+    };
+    let mut ws = Workspace::new(scene.tolerance());
+    let mut found = Vec::new();
+    for sample in 0..4096 {
+        let mut sampler = Sampler::new(6, 0, sample);
+        let ray = scene.sensor().ray(sampler.next_2d(), sampler.next_2d());
+        let state = (&mut sampler, &mut ws);
+        Integrator::Path(tracer).sample(scene, ray, 1, state, &mut found);
+    }
+    let mut sums = [0.0; 4];
+    for light in &found {
+        if let Some(sum) = sums.get_mut(light.path.bounces as usize) {
+            *sum += light.weighted()[0];
+        }
+    }
+    sums
+}
+
+/// Where nothing bends rays, and no pilot looked at them, the path tracer draws the same paths whatever their longest
+/// length: a longest one cuts off all that has more bounces, and nothing else.
 #[test]
-fn bounces_are_differences_of_depths() {
+fn a_longest_path_leaves_out_more_bounces() {
     let mut parts = ball(Constant::new(1.0), Bsdf::Null);
     parts.emitters.remove(0);
-    let by_bounces = Decomposition {
-        bounces: Some(3),
-        ..Decomposition::default()
-    };
-    let path = estimators()[0];
-    let layers = means(&shoot((path, by_bounces), &parts, 64, 6));
-    let mut before = 0.0;
-    for (k, layer) in layers[..4].iter().enumerate() {
-        let path = bounded(k as u32 + 1)[0];
-        let mean = shoot((path, Decomposition::default()), &parts, 64, 6);
-        let mean = mean.film.summary().0;
-        assert!(
-            (mean - before - layer).abs() < 1e-12,
-            "{k}: {mean} {before} {layer}"
-        );
-        assert!(*layer > 0.0);
-        before = mean;
+    let scene = Scene::new(parts).unwrap();
+    let all = by_bounces(&scene, None);
+    for depth in 1..=4 {
+        let cut = by_bounces(&scene, Some(depth as u32));
+        assert_eq!(cut[..depth], all[..depth]);
+        assert_eq!(cut[depth..], [0.0; 4][depth..]);
+        assert!(all[depth - 1] > 0.0);
     }
-    assert!(layers[4] > 0.0);
 }
 
 /// Layers of emitters, dimmed and brightened, are the image of emitters that are.

@@ -8,7 +8,7 @@ use crate::sampling::Purpose;
 /// may end,
 const LONGEST_ROULETTE: f64 = 0.95;
 /// nor, by what it may still bring, with a smaller one than this: what is expected may be wrong.
-const SHORTEST_ROULETTE: f64 = 0.05;
+const SHORTEST_ROULETTE: f64 = 0.3;
 
 impl PathTracer {
     /// Ends paths by chance, without bias; whether this one goes on.
