@@ -72,7 +72,7 @@ fn table(name: &str, field: &Field, radius: f64, pairs: &Pairs) {
         100 * certified / pairs.len()
     );
     let ways: [(&str, u64, &dyn Fn() -> Outcome); 6] = [
-        ("bent chord, Newton", REPEATS, &|| {
+        ("collocation, else Newton", REPEATS, &|| {
             chord(field, pairs, TOLERANCE)
         }),
         ("chord, RKN4, Newton", REPEATS, &|| plain(field, pairs)),
