@@ -1,0 +1,167 @@
+#!/usr/bin/env python3
+"""Measures what docs/performance.md says of the program as it is, and prints the tables of that document in its order.
+
+Everything takes about a quarter of an hour on two quiet cores. Tables of what was tried on the way compare builds
+of different states: see scripts/variance.py and the command beside each. Needs NumPy and Matplotlib; `mitsuba` also what
+scripts/compare_mitsuba.py needs.
+
+Usage: scripts/performance.py [connections|straight|mitsuba|whole|growth|sampling ...]
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+import cost_growth
+import numpy as np
+from compare_mitsuba import with_sampler
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+SCRIPTS = ROOT / "scripts"
+REFERENCES = ROOT / "crates/io/tests/data"
+FOG = ROOT / "scenes/luneburg_fog.xml"
+MITSUBA = ("p1b_fog_cube_outside", "p3_cornell", "p4_rough_glass", "p5_het_smoke", "p1_fog_cube", "p2_milk_ball")
+# With options that make them small.
+SMALL = ("-D", "width=48", "-D", "height=36")
+EXAMPLES = ("luneburg_fog", "acoustic_waveguide", "grid_lens", "bos_jet")
+SAMPLED = {
+    **{REFERENCES / f"{name}.xml": () for name in MITSUBA},
+    **{ROOT / f"scenes/{name}.xml": SMALL for name in EXAMPLES},
+}
+
+
+def run(*command):
+    subprocess.run([str(word) for word in command], cwd=ROOT, check=True)
+
+
+class Run:
+    """A render by the release binary, with its wall time, processor time, peak memory, and image."""
+
+    def __init__(self, scene, *options, suffix="npy"):
+        with tempfile.TemporaryDirectory() as folder:
+            image = pathlib.Path(folder) / f"image.{suffix}"
+            command = [Run.program, "render", scene, "--quiet", "-o", image, *options]
+            begin = time.perf_counter()
+            child = subprocess.Popen([str(word) for word in command])
+            _, status, usage = os.wait4(child.pid, 0)
+            if status:
+                sys.exit(f"failed: {' '.join(map(str, command))}")
+            self.wall = time.perf_counter() - begin
+            self.seconds = usage.ru_utime + usage.ru_stime
+            self.bytes = 1024 * usage.ru_maxrss
+            self.image = np.load(image)[..., :3].astype(float) if suffix == "npy" else None
+
+
+def connections():
+    for part in ("connections", "methods"):
+        run("cargo", "bench", "--quiet", "-p", "eikonal", "--", part)
+
+
+def straight():
+    run("cargo", "bench", "--quiet", "-p", "transport", "--bench", "straight")
+
+
+def mitsuba():
+    scenes = [REFERENCES / f"{name}.xml" for name in MITSUBA]
+    run(SCRIPTS / "compare_mitsuba.py", "--spp", 64, "--seeds", 4, *scenes)
+
+
+def threads():
+    """How much faster two threads are than one, in pairs of runs."""
+    size = ("-D", "width=168", "-D", "height=100", "--spp", 24)
+    ratios = []
+    for _ in range(5):
+        one, two = (Run(FOG, *size, "--threads", n).wall for n in (1, 2))
+        ratios.append(one / two)
+    return f"{statistics.median(ratios):.2f} times ({', '.join(f'{r:.2f}' for r in ratios)})"
+
+
+def tracing():
+    """The share of the time of a render that grows with its samples."""
+    glass = REFERENCES / "p4_rough_glass.xml"
+    few, many = (statistics.median(Run(glass, "--threads", 1, "--spp", n).seconds for _ in range(3)) for n in (1, 32))
+    return f"{100 * (1 - few / many) * 32 / 31:.1f} %"
+
+
+def start_up():
+    """Processor time of a render of 256 paths through a grid of 128³ samples."""
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = pathlib.Path(temporary)
+        values = {**cost_growth.BASE, "grid": 128, "width": 16}
+        cost_growth.write_grid(folder, values["grid"], values["delta"])
+        scene = folder / "scene.xml"
+        scene.write_text(cost_growth.SCENE.format(**values))
+        return f"{statistics.median(Run(scene, '--spp', 1).seconds for _ in range(3)):.2f} s"
+
+
+def memory():
+    """Peak memory over that of the film, of a large film."""
+    size = ("-D", "width=1400", "-D", "height=1400")
+    info = subprocess.run([Run.program, "info", "--json", FOG, *size], check=True, capture_output=True, text=True)
+    film = json.loads(info.stdout)["film"]["bytes"]
+    ratios = [f"{Run(FOG, *size, '--spp', 1, suffix=s).bytes / film:.2f} ({s})" for s in ("npy", "exr")]
+    return f"{', '.join(ratios)} of {film / 2**20:.0f} MiB"
+
+
+def whole():
+    print("| goal | measured |\n|---|---|")
+    goals = {
+        "two threads 1.95 times as fast as one": threads,
+        "90 % of the time in tracing": tracing,
+        "start-up with a 128³ grid under 0.3 s": start_up,
+        "memory under 1.2 times scene and film": memory,
+    }
+    for goal, measure in goals.items():
+        print(f"| {goal} | {measure()} |", flush=True)
+
+
+def growth():
+    run(sys.executable, SCRIPTS / "cost_growth.py", "--spp", 8)
+
+
+def sampling():
+    """What even samples gain over independent ones: seven seeds of 16 samples each."""
+    print("| scene | variance, independent by even | most pixels | time, independent by even |\n|---|---|---|---|")
+    for scene, options in SAMPLED.items():
+        runs = {"independent": [], "ldsampler": []}
+        with tempfile.TemporaryDirectory() as temporary:
+            copies = {}
+            for sampler in runs:
+                folder = pathlib.Path(temporary, sampler)
+                folder.mkdir()
+                copies[sampler] = with_sampler(scene, sampler, folder)
+            for seed in range(1, 8):
+                for sampler, several in runs.items():
+                    fixed = ("--threads", 1, "--spp", 16, "--seed", seed)
+                    several.append(Run(copies[sampler], *options, *fixed))
+        even, uneven = ([np.var([r.image for r in runs[k]], axis=0, ddof=1) for k in ("ldsampler", "independent")])
+        most = even + uneven <= np.quantile(even + uneven, 0.99)
+        seconds = [statistics.median(r.seconds for r in several) for several in runs.values()]
+        ratios = (uneven.mean() / even.mean(), uneven[most].mean() / even[most].mean(), seconds[0] / seconds[1])
+        print(f"| {scene.stem} | {' | '.join(f'{r:.2f}' for r in ratios)} |", flush=True)
+
+
+PARTS = {part.__name__: part for part in (connections, straight, mitsuba, whole, growth, sampling)}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"some of {', '.join(PARTS)}; all if none is named")
+    wanted = parser.parse_args().parts
+    unknown = [part for part in wanted if part not in PARTS]
+    if unknown:
+        parser.error(f"no part is called so: {', '.join(unknown)}")
+    Run.program = cost_growth.program()
+    for part in wanted or PARTS:
+        print(f"\n== {part}", flush=True)
+        PARTS[part]()
+
+
+if __name__ == "__main__":
+    main()
