@@ -15,39 +15,52 @@ pub(super) struct Iterate {
     pub length: f64,
 }
 
+/// Growth of the damping from trial to trial, beginning at the first, and the number of trials.
+const DAMPINGS: (f64, f64, usize) = (1e-4, 4.0, 20);
+
 impl Iterate {
-    /// The next iterate: Newton's step, damped and capped.
+    /// The next iterate, and by how much its launch differs: Newton's step, damped in the manner of Levenberg and
+    /// Marquardt until the launch changes by at most `radius`.
     pub fn stepped(
         &self,
         landing: &Landing,
         y: DVec3,
-        damping: f64,
-        distance: f64,
-    ) -> Result<Iterate, Failure> {
+        radius: f64,
+    ) -> Result<(Iterate, f64), Failure> {
         let matrix = system(landing);
         let miss = y - landing.x;
         let normal = matrix.transpose() * matrix;
         let scale = normal.diagonal();
-        let step = if damping == 0.0
-            && matrix.determinant().abs() > 1e-12 * scale.element_product().sqrt()
-        {
+        let regular = matrix.determinant().abs() > 1e-12 * scale.element_product().sqrt();
+        let mut step = if regular {
             matrix.inverse() * miss
         } else {
             // At least a trace of damping: near a caustic the plain system is singular.
-            let damped = normal + DMat3::from_diagonal(scale * f64::max(damping, 1e-8));
-            damped.inverse() * (matrix.transpose() * miss)
+            damped(&normal, 1e-8) * (matrix.transpose() * miss)
         };
+        let (mut damping, growth, trials) = DAMPINGS;
+        for _ in 0..trials {
+            if step.truncate().length() <= radius {
+                break;
+            }
+            step = damped(&normal, damping) * (matrix.transpose() * miss);
+            damping *= growth;
+        }
         if !step.is_finite() {
             return Err(Failure::Caustic);
         }
         let sideways: DVec2 = step.truncate();
-        let cap = self.launch.longest_step(distance);
-        let shrink = (cap / sideways.length().max(1e-300)).min(1.0);
-        Ok(Iterate {
+        let shrink = (radius / sideways.length().max(1e-300)).min(1.0);
+        let next = Iterate {
             launch: self.launch.moved(sideways * shrink),
             length: self.length + (step.z * shrink).clamp(-0.5 * self.length, self.length),
-        })
+        };
+        Ok((next, sideways.length() * shrink))
     }
+}
+
+fn damped(normal: &DMat3, damping: f64) -> DMat3 {
+    (*normal + DMat3::from_diagonal(normal.diagonal() * damping)).inverse()
 }
 
 /// Derivative of the end of the ray with respect to the launch's parameters and the optical path

@@ -22,8 +22,14 @@ const SMALL: f64 = 0.1;
 /// A tube is too narrow if straight rays would diverge to its width over this many tolerances: rays may meet in half the
 /// arc's length, and the ray may miss the focus by the tolerance.
 const NARROW: f64 = 2.0;
-/// Damping beyond which the iteration has come to a local minimum of the miss.
-const STUCK: f64 = 1e3;
+/// After a step that did not reduce the miss the next one is at most so much of it;
+const SHORTER: f64 = 0.5;
+/// after one that left less than this share of it,
+const GOOD: f64 = 0.5;
+/// at most this multiple of it.
+const LONGER: f64 = 3.0;
+/// Share of the longest step below which the iteration has come to a local minimum of the miss.
+const STUCK: f64 = 1e-3;
 
 /// The end of a shot.
 #[derive(Clone, Copy)]
@@ -131,7 +137,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// The branch to which Newton's method converges from a start.
     ///
     /// The unknowns are the launch's two parameters and the optical path length ℓ, the residual is
-    /// x(ℓ) − y; steps that do not reduce it are shortened in the manner of Levenberg and Marquardt.
+    /// x(ℓ) − y; steps are those of Levenberg and Marquardt within a trust region, which shrinks where they do not reduce it.
     /// With ℓ rather than σ the family's points at equal parameter form a wavefront, which near a focus
     /// closes in on it from one side.
     ///
@@ -156,12 +162,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             launch: start.launch,
             length: start.optical_length,
         };
+        let longest = start.launch.longest_step(distance);
+        let (mut radius, mut tried) = (longest, 0.0);
         let mut best: Option<(Iterate, Landing, f64)> = None;
-        let (mut damping, mut failure) = (0.0, Failure::NotConverged);
+        let mut failure = Failure::NotConverged;
         for shots in 1..=MOST_SHOTS {
-            if damping > STUCK {
-                break;
-            }
             let shot = self.shoot(world, &trial, start);
             let miss = shot.map_or(f64::INFINITY, |hit| hit.landing.x.distance(y));
             // Where the ray has ended counts, not where it should have.
@@ -177,21 +182,27 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                     Err(caustic) => failure = caustic,
                 }
             }
-            match (&best, shot) {
+            let least = best.as_ref().map(|(_, _, least)| *least);
+            match (least, shot) {
                 (None, Err(failure)) => return Err(failure),
-                (Some((_, _, least)), _) if miss.is_nan() || miss >= *least => {
-                    damping = f64::max(damping * 8.0, 0.05);
+                (Some(least), _) if miss.is_nan() || miss >= least => {
+                    radius = SHORTER * tried;
+                    if radius < STUCK * longest {
+                        break;
+                    }
                 }
                 (_, Ok(hit)) => {
+                    if least.is_some_and(|least| miss < GOOD * least) {
+                        radius = f64::max(radius, LONGER * tried).min(longest);
+                    }
                     best = Some((trial, hit.landing, miss));
-                    damping = if damping > 0.02 { damping / 16.0 } else { 0.0 };
                 }
                 (_, Err(failure)) => return Err(failure),
             }
             let Some((iterate, landing, _)) = &best else {
                 return Err(failure);
             };
-            trial = iterate.stepped(landing, y, damping, distance)?;
+            (trial, tried) = iterate.stepped(landing, y, radius)?;
         }
         Err(failure)
     }
