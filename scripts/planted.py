@@ -171,7 +171,7 @@ PLANTED = [
         """        let arcs: Vec<_> = arcs.collect();
         let ends = (arcs[0].0.start(), arcs[arcs.len() - 1].0.end());
         let chord = Arc::line(ends.0, ends.1 - ends.0, 1.0);
-        if target.is_some() || self.first_of(&self.blockers, &chord, 0.0, 1.0).is_none() {
+        if target.is_some() || first_of(&self.blockers, &chord, [0.0, 1.0], [None; 2]).is_none() {
             return Some(all);
         }
         let (last, arcs) = (arcs.len().saturating_sub(1), arcs.into_iter());
@@ -270,6 +270,7 @@ PLANTED = [
         """        values
     }""",
         """        let share = 1.0 / values.len().max(1) as f64;
+        let values: Found<T> = values;
         values.into_iter().map(|(v, w)| (v, w * share)).collect()
     }""",
         ("transport", "branches", "branches_are_summed"),
