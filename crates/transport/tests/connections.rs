@@ -156,7 +156,7 @@ fn a_survey_foretells_variances() {
             let mut ws = Workspace::new(scene.tolerance());
             ws.survey = Some(Box::default());
             values(&scene, &mut ws, 100 + seed, 1000);
-            foretold.push(ws.survey.take().unwrap().variance(&levels));
+            foretold.push(ws.survey.take().unwrap().variance(&levels, &[1.0; 500]));
             ws.rates = Rates::at(&levels);
             found.push(moments(&values(&scene, &mut ws, 500 + seed, 1000)).variance());
         }

@@ -139,10 +139,10 @@ impl Survey {
         self.work[slot.0] += work;
     }
 
-    /// The rates with the least variance × work, if the pilot had all this work.
-    pub fn best(&self, work: f64) -> Rates {
+    /// The rates with the least variance × work, if the pilot had all this work and pixels have these weights.
+    pub fn best(&self, work: f64, weights: &[f64]) -> Rates {
         let mut levels: Levels = [0; SLOTS];
-        let doubt = DOUBT * self.variance(&levels);
+        let doubt = DOUBT * self.variance(&levels, weights);
         if !(doubt > 0.0 && work > 0.0) {
             return Rates::default();
         }
@@ -152,7 +152,7 @@ impl Survey {
                 let mut levels = levels;
                 levels[slot] = level;
                 let rare = levels.map(|level| probability(level).recip() - 1.0);
-                let variance = self.variance(&levels) + doubt * rare.iter().sum::<f64>();
+                let variance = self.variance(&levels, weights) + doubt * rare.iter().sum::<f64>();
                 variance * self.work_at(&levels, work)
             };
             let best = (0..levels_of(slot)).min_by(|a, b| cost(*a).total_cmp(&cost(*b)));
@@ -161,14 +161,15 @@ impl Survey {
         Rates::at(&levels)
     }
 
-    /// The variance of a sample that is to be expected at such levels, the mean over the pixels.
-    pub fn variance(&self, levels: &Levels) -> f64 {
-        let pair = |pair: &[Outlook]| {
+    /// The variance of a sample that is to be expected at such levels, the weighted mean over the pixels.
+    pub fn variance(&self, levels: &Levels, weights: &[f64]) -> f64 {
+        let pair = |(pair, weight): (&[Outlook], &f64)| {
             let [a, b] = [&pair[0], &pair[1]];
             let apart = a.mean(levels) - b.mean(levels);
-            apart * apart + a.variance(levels) + b.variance(levels)
+            weight * (apart * apart + a.variance(levels) + b.variance(levels))
         };
-        self.samples.chunks_exact(2).map(pair).sum::<f64>() / self.samples.len() as f64
+        let pairs = self.samples.chunks_exact(2).zip(weights);
+        pairs.map(pair).sum::<f64>() / (2.0 * weights.iter().sum::<f64>())
     }
 
     fn work_at(&self, levels: &Levels, work: f64) -> f64 {
@@ -211,7 +212,7 @@ mod tests {
             }
         }
         survey.work(SKY, work);
-        survey.best(1.0)
+        survey.best(1.0, &[1.0; 100])
     }
 
     /// Connections are made seldom where they take much and bring little, and always where they bring all or

@@ -27,6 +27,7 @@ pub(super) fn prepared(source: &Source) -> Prepared {
     ws.survey = surveys.then(Box::default);
     ws.departures = surveys.then(Box::default);
     let pairs = sample(source, &mut ws);
+    let weights = weights(&pairs);
     let stats = ws.stats();
     let counts = stats.connections;
     let yields = counts.secondary as f64 / counts.searches.max(1) as f64;
@@ -34,22 +35,25 @@ pub(super) fn prepared(source: &Source) -> Prepared {
         prepared.search = yields.clamp(LEAST, 1.0);
     }
     if let Some(survey) = ws.survey {
-        prepared.rates = survey.best(stats.cost());
+        prepared.rates = survey.best(stats.cost(), &weights);
     }
     if let Some(departures) = ws.departures {
-        prepared.prospects = departures.prospects(variance(&pairs) / stats.cost());
+        let squares = pairs
+            .iter()
+            .zip(&weights)
+            .map(|([a, b], w)| w * (a - b).powi(2));
+        prepared.prospects = departures.prospects(squares.sum::<f64>() / stats.cost());
     }
     prepared
 }
 
-/// The sum of the variances of pixels, per sample. Those brighter than the image's mean count relative to their brightness: the
-/// edges of lamps, say, are noisy whatever paths do, and are not to make all else look unimportant.
-fn variance(pairs: &[[f64; 2]]) -> f64 {
+/// What the variances of pixels are to count, given their samples. Those brighter than the image's mean count relative to their
+/// brightness: the edges of lamps, say, and rare bright samples are noisy whatever paths do, and are not to make all
+/// else look unimportant.
+fn weights(pairs: &[[f64; 2]]) -> Vec<f64> {
     let means = || pairs.iter().map(|[a, b]| 0.5 * (a + b));
     let mean = means().sum::<f64>() / pairs.len() as f64;
-    let excess = means().map(|m| (m / mean).max(1.0));
-    let differences = pairs.iter().zip(excess);
-    differences.map(|([a, b], e)| ((a - b) / e).powi(2)).sum()
+    means().map(|m| (m / mean).max(1.0).powi(-2)).collect()
 }
 
 /// Takes the samples; returns those of each pixel, summed over channels.
