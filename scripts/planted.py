@@ -218,8 +218,8 @@ PLANTED = [
     (
         "tangents of a ray without a shot without the Hessian",
         EIKONAL + "connect/collocate/linear.rs",
-        "self.half_hess[i] * dx[i] * self.span2",
-        "self.half_hess[i] * dx[i] * 0.0",
+        "turned(&self.half_hess[i], dx[i]) * self.span2",
+        "turned(&self.half_hess[i], dx[i]) * 0.0",
         ("eikonal", "collocation", "rays_are_as_good_as_the_tolerance_says"),
     ),
     (

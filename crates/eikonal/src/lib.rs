@@ -9,6 +9,7 @@ pub mod certificate;
 pub mod connect;
 pub mod field;
 pub mod interface;
+mod lanes;
 pub mod ray;
 
 pub use bounds::{Aabb, FieldBounds};

@@ -1,9 +1,10 @@
 //! From the forces at a few nodes to the ray, at more nodes.
 
-use super::linear::Solution;
+use super::linear::{Solution, dot, point, vector};
 use super::rule::{Row, Rule, sum};
 use super::{COARSE, MOST_ARCS, Problem, Ray, Refusal};
 use crate::ray::Arc;
+use fearless_simd::Simd;
 use glam::DVec3;
 
 /// Rounds of Newton's method.
@@ -51,16 +52,19 @@ impl<const N: usize, const M: usize> Level<N, M> {
     }
 
     /// The ray, from u″ at the coarse nodes.
-    pub fn solve(
+    #[inline(always)]
+    pub fn solve<S: Simd>(
         &self,
+        simd: S,
         problem: &Problem,
         coarse: &[DVec3; 4],
         evaluations: &mut u64,
     ) -> Result<Ray, Refusal> {
-        let mut u = self.refine.map(|row| sum(&row, coarse));
+        let coarse = coarse.map(|u| vector(simd, u));
+        let mut u = self.refine.map(|row| sum(&row, &coarse));
         for _ in 0..MOST_ROUNDS {
             *evaluations += N as u64;
-            let solution = Solution::new(&self.rule, problem, &u).ok_or(Refusal::Bent)?;
+            let solution = Solution::new(simd, &self.rule, problem, &u).ok_or(Refusal::Bent)?;
             if !self.resolves(problem, &solution) {
                 return Err(Refusal::Unresolved);
             }
@@ -74,28 +78,24 @@ impl<const N: usize, const M: usize> Level<N, M> {
     }
 
     /// Whether the nodes are enough for the forces.
-    fn resolves(&self, problem: &Problem, solution: &Solution<N>) -> bool {
+    #[inline(always)]
+    fn resolves<S: Simd>(&self, problem: &Problem, solution: &Solution<S, N>) -> bool {
         let tail = self.rule.tail.map(|row| sum(&row, &solution.a));
-        let tail2 = tail[0].length_squared().max(tail[1].length_squared());
-        let lengths = solution.a.map(DVec3::length);
+        let tail2 = dot(tail[0], tail[0]).max(dot(tail[1], tail[1]));
+        let lengths = solution.a.map(|a| dot(a, a).sqrt());
         let most = lengths.into_iter().fold(0.0, f64::max);
         PER_TAIL * tail2 * solution.span2 <= problem.tolerance * most * problem.d2.sqrt()
     }
 
     /// The ray of a solution; `None` if it leaves the field, or its Jacobian is not to be had.
-    fn ray(&self, problem: &Problem, solution: &Solution<N>) -> Option<Ray> {
+    #[inline(always)]
+    fn ray<S: Simd>(&self, problem: &Problem, solution: &Solution<S, N>) -> Option<Ray> {
         let (rule, span) = (&self.rule, solution.span2.sqrt());
-        let node = |t: f64, row: &Row<N>| {
-            let by = |weights| sum(weights, &solution.a);
-            let x = problem.x + problem.chord * t + by(&row.displacement) * solution.span2;
-            let v = problem.chord / span + by(&row.slope) * span;
-            [x, v, by(&row.value)]
-        };
-        let first = node(0.0, &self.start);
+        let first = node(problem, solution, span, (0.0, &self.start));
         let mut arcs = [Arc::line(first[0], first[1], span); MOST_ARCS];
         let mut last = first;
         for (i, (arc, row)) in arcs.iter_mut().zip(&self.cuts).enumerate() {
-            let next = node((i + 1) as f64 / M as f64, row);
+            let next = node(problem, solution, span, ((i + 1) as f64 / M as f64, row));
             *arc = Arc::hermite(last, next, span / M as f64);
             last = next;
         }
@@ -112,4 +112,18 @@ impl<const N: usize, const M: usize> Level<N, M> {
             arcs: (arcs, M),
         })
     }
+}
+
+/// Place, velocity and force at t, given the row of it, of a ray with a span of σ.
+#[inline(always)]
+fn node<S: Simd, const N: usize>(
+    problem: &Problem,
+    solution: &Solution<S, N>,
+    span: f64,
+    (t, row): (f64, &Row<N>),
+) -> [DVec3; 3] {
+    let a = &solution.a;
+    let x = problem.x + problem.chord * t + point(sum(&row.displacement, a)) * solution.span2;
+    let v = problem.chord / span + point(sum(&row.slope, a)) * span;
+    [x, v, point(sum(&row.value, a))]
 }

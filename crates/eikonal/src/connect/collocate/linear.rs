@@ -1,10 +1,14 @@
 //! A ray, and its neighbours, in forces that are linear in the displacement at each node.
+//!
+//! Vectors have the lanes of the processor's vectors, of which the fourth is zero; every operation is rounded on its own, so that
+//! bits do not depend on the instructions that the processor has.
 
 use super::Problem;
 use super::rule::{Rule, sum};
 use crate::field::Jet;
 use crate::ray::perpendicular_basis;
-use glam::{DMat3, DVec3};
+use fearless_simd::{Simd, SimdFrom, f64x4};
+use glam::DVec3;
 
 /// Sweeps of an iteration that is worth it.
 const MOST_SWEEPS: usize = 12;
@@ -14,38 +18,49 @@ const SMALLER: f64 = 0.25;
 const SETTLED: f64 = 0.03;
 
 /// The ray in linear forces around given displacements.
-pub(super) struct Solution<const N: usize> {
+pub(super) struct Solution<S: Simd, const N: usize> {
+    simd: S,
     /// Displacements from the chord.
-    pub u: [DVec3; N],
+    pub u: [f64x4<S>; N],
     /// n² there.
     pub n2: [f64; N],
     /// Forces ½∇n² there.
-    pub a: [DVec3; N],
-    half_hess: [DMat3; N],
+    pub a: [f64x4<S>; N],
+    /// Columns of ½Hess(n²).
+    half_hess: [[f64x4<S>; 3]; N],
     /// σ₁².
     pub span2: f64,
     /// Square of the largest displacement from where the forces are exact.
     pub shift2: f64,
 }
 
-impl<const N: usize> Solution<N> {
+impl<S: Simd, const N: usize> Solution<S, N> {
     /// The solution for forces at the displacements `from`; `None` if it does not settle.
-    pub fn new(rule: &Rule<N>, problem: &Problem, from: &[DVec3; N]) -> Option<Self> {
+    #[inline(always)]
+    pub fn new(simd: S, rule: &Rule<N>, problem: &Problem, from: &[f64x4<S>; N]) -> Option<Self> {
         let (x, chord) = (problem.x, problem.chord);
-        let at: [Jet; N] =
-            std::array::from_fn(|i| problem.field.jet(x + chord * rule.nodes[i] + from[i]));
+        let at: [Jet; N] = std::array::from_fn(|i| {
+            let place = x + chord * rule.nodes[i] + point(from[i]);
+            problem.field.jet(place)
+        });
+        let force: [_; N] = std::array::from_fn(|i| vector(simd, at[i].grad * 0.5));
         let mut solution = Solution {
+            simd,
             u: *from,
             n2: [0.0; N],
-            a: [DVec3::ZERO; N],
-            half_hess: at.map(|jet| jet.hess * 0.5),
+            a: force,
+            half_hess: at.map(|jet| {
+                let half = jet.hess * 0.5;
+                [half.x_axis, half.y_axis, half.z_axis].map(|column| vector(simd, column))
+            }),
             span2: 0.0,
             shift2: 0.0,
         };
         let settled = (SETTLED * problem.tolerance).powi(2) * problem.d2;
+        let n2 = at.map(|jet| jet.n2);
         let mut last = f64::INFINITY;
         for _ in 0..MOST_SWEEPS {
-            let change = solution.sweep(rule, problem.d2, (&at, from));
+            let change = solution.sweep(rule, problem.d2, (&n2, &force, from));
             // Sweeps converge geometrically: by so much the next one would change.
             let ratio = if last.is_finite() { change / last } else { 1.0 };
             if change * ratio <= settled {
@@ -60,15 +75,22 @@ impl<const N: usize> Solution<N> {
         None
     }
 
-    /// Forces and span for the displacements, and displacements for these; returns the square of their change.
-    fn sweep(&mut self, rule: &Rule<N>, d2: f64, (at, from): (&[Jet; N], &[DVec3; N])) -> f64 {
+    /// Forces and span for the displacements, and displacements for these, given what is known at some; returns the square of
+    /// their change.
+    #[inline(always)]
+    fn sweep(
+        &mut self,
+        rule: &Rule<N>,
+        d2: f64,
+        (n2, force, from): (&[f64; N], &[f64x4<S>; N], &[f64x4<S>; N]),
+    ) -> f64 {
         let mut integrand = [0.0; N];
         for i in 0..N {
-            let (shift, force) = (self.u[i] - from[i], at[i].grad * 0.5);
-            let turn = self.half_hess[i] * shift;
-            self.a[i] = force + turn;
-            self.n2[i] = at[i].n2 + (2.0 * force + turn).dot(shift);
-            integrand[i] = self.n2[i] + self.a[i].dot(self.u[i]);
+            let shift = self.u[i] - from[i];
+            let turn = turned(&self.half_hess[i], shift);
+            self.a[i] = force[i] + turn;
+            self.n2[i] = n2[i] + dot(force[i] * 2.0 + turn, shift);
+            integrand[i] = self.n2[i] + dot(self.a[i], self.u[i]);
         }
         self.span2 = d2 / sum(&rule.weights, &integrand);
         let next = std::array::from_fn(|i| sum(&rule.rows[i].displacement, &self.a) * self.span2);
@@ -79,6 +101,7 @@ impl<const N: usize> Solution<N> {
 
     /// J at the far end, given the velocities at both ends, to a relative `tolerance`: δx″ = σ₁²·½Hess(n²)·δx, started by δx′ =
     /// σ₁n across the ray. `None` if that does not settle.
+    #[inline(always)]
     pub fn jacobian(&self, rule: &Rule<N>, v: [DVec3; 2], tolerance: f64) -> Option<f64> {
         let sigma_n = self.span2.sqrt() * v[0].length();
         let basis = perpendicular_basis(v[0].normalize());
@@ -87,14 +110,16 @@ impl<const N: usize> Solution<N> {
     }
 
     /// Where the tangent ends that starts with δx′ = `slope`.
+    #[inline(always)]
     fn tangent(&self, rule: &Rule<N>, slope: DVec3, tolerance: f64) -> Option<DVec3> {
-        let mut dx = rule.nodes.map(|t| slope * t);
         let most = slope.length_squared();
         let settled = tolerance * tolerance * most;
+        let slope = vector(self.simd, slope);
+        let mut dx = rule.nodes.map(|t| slope * t);
         // The first change is relative to the tangent itself, and ratios only fall.
         let mut last = most;
         for _ in 0..MOST_SWEEPS {
-            let f: [DVec3; N] = std::array::from_fn(|i| self.half_hess[i] * dx[i] * self.span2);
+            let f: [_; N] = std::array::from_fn(|i| turned(&self.half_hess[i], dx[i]) * self.span2);
             // What is zero at both ends starts with another slope than δx.
             let far = slope - sum(&rule.at_start, &f);
             let next =
@@ -102,7 +127,7 @@ impl<const N: usize> Solution<N> {
             let change = largest(&next, &dx);
             dx = next;
             if change * (change / last) <= settled {
-                return Some(far);
+                return Some(point(far));
             }
             last = change;
         }
@@ -110,8 +135,33 @@ impl<const N: usize> Solution<N> {
     }
 }
 
+/// With zero in the fourth lane.
+#[inline(always)]
+pub(super) fn vector<S: Simd>(simd: S, v: DVec3) -> f64x4<S> {
+    f64x4::simd_from(simd, [v.x, v.y, v.z, 0.0])
+}
+
+/// The first three lanes.
+#[inline(always)]
+pub(super) fn point<S: Simd>(v: f64x4<S>) -> DVec3 {
+    DVec3::new(v[0], v[1], v[2])
+}
+
+#[inline(always)]
+pub(super) fn dot<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64 {
+    let products = a * b;
+    products[0] + products[1] + products[2]
+}
+
+/// A matrix, of given columns, times a vector.
+#[inline(always)]
+fn turned<S: Simd>(columns: &[f64x4<S>; 3], v: f64x4<S>) -> f64x4<S> {
+    columns[0] * v[0] + columns[1] * v[1] + columns[2] * v[2]
+}
+
 /// Square of the largest distance between points of the same number; NaN if one is.
-fn largest<const N: usize>(a: &[DVec3; N], b: &[DVec3; N]) -> f64 {
-    let squares = a.iter().zip(b).map(|(a, b)| a.distance_squared(*b));
+#[inline(always)]
+fn largest<S: Simd, const N: usize>(a: &[f64x4<S>; N], b: &[f64x4<S>; N]) -> f64 {
+    let squares = a.iter().zip(b).map(|(a, b)| dot(*a - *b, *a - *b));
     squares.fold(0.0, |most, s| if s > most || s.is_nan() { s } else { most })
 }

@@ -9,20 +9,11 @@ use super::Bspline;
 use super::lattice::{Layout, SECTION};
 use super::weights::Weights;
 use crate::field::Jet;
-use fearless_simd::{Level, Simd, SimdBase, SimdCombine, dispatch, f32x4, f64x4};
+use fearless_simd::{Simd, SimdBase, SimdCombine, dispatch, f32x4, f64x4};
 use glam::{DMat3, DVec3};
 
 /// Planes (z) of rows (y) of four coefficients.
 type Rows<S> = [[f64x4<S>; 4]; 4];
-
-/// The vector instructions to use: the widest that this processor has, up to four lanes. With eight the
-/// additions take less time and the moves between lanes more.
-pub(super) fn level() -> Level {
-    let widest = Level::new();
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    let widest = widest.as_avx2().map_or(widest, |avx2| avx2.level());
-    widest
-}
 
 impl Bspline {
     pub(in crate::field) fn n2(&self, x: DVec3) -> f64 {
@@ -209,6 +200,7 @@ mod tests {
     use crate::Aabb;
     use crate::field::Placement;
     use crate::field::bspline::lattice::Lattice;
+    use fearless_simd::Level;
 
     /// Bits of value and derivatives at places inside and outside of a grid.
     fn bits(grid: &Bspline) -> Vec<u64> {

@@ -130,7 +130,7 @@ impl Bspline {
             lattice,
             n2_ref,
             coefficients: coefficients.into(),
-            level: evaluate::level(),
+            level: crate::lanes::level(),
             blocks: OnceLock::new(),
         })
     }

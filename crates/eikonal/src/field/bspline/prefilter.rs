@@ -10,7 +10,7 @@ type Lanes = [f64; LANES];
 /// Turns samples into coefficients in place, axis by axis; line by line in f64.
 pub(super) fn prefilter(lattice: &Lattice, data: &mut [f32]) {
     for axis in 0..3 {
-        dispatch!(super::evaluate::level(), _simd => along(lattice, data, axis));
+        dispatch!(crate::lanes::level(), _simd => along(lattice, data, axis));
     }
 }
 

@@ -28,7 +28,7 @@ impl Scales {
         let mut row = vec![0.0; x];
         for k in 0..z {
             for j in 0..y {
-                dispatch!(super::evaluate::level(), _simd => {
+                dispatch!(crate::lanes::level(), _simd => {
                     roughness(lattice, coefficients, n2_ref, [j, k], &mut row);
                 });
                 for block in 0..nodes[0] {
