@@ -162,6 +162,13 @@ fn turned<S: Simd>(columns: &[f64x4<S>; 3], v: f64x4<S>) -> f64x4<S> {
 /// Square of the largest distance between points of the same number; NaN if one is.
 #[inline(always)]
 fn largest<S: Simd, const N: usize>(a: &[f64x4<S>; N], b: &[f64x4<S>; N]) -> f64 {
-    let squares = a.iter().zip(b).map(|(a, b)| dot(*a - *b, *a - *b));
-    squares.fold(0.0, |most, s| if s > most || s.is_nan() { s } else { most })
+    let mut most = 0.0;
+    for i in 0..N {
+        let apart = a[i] - b[i];
+        let square = dot(apart, apart);
+        if square > most || square.is_nan() {
+            most = square;
+        }
+    }
+    most
 }
