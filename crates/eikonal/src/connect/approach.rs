@@ -46,7 +46,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             |leg| all.push(leg.nearest(y)),
         )
         .ok()?;
-        let mut minima = minima(&all);
+        let mut minima: Vec<Nearest> = minima(&all).into_iter().map(|(_, n)| n).collect();
         minima.retain(|n| n.optical_length > 0.0 && n.distance.is_finite());
         minima.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         let nearest = choose(&minima, uniform)?;

@@ -6,6 +6,7 @@ use super::pattern::Pattern;
 use super::shoot::Shot;
 use super::start::{Reach, Start};
 use super::world::{Piece, World};
+use crate::interface::Mapped;
 use crate::ray::{Node, Tolerance, Work};
 use glam::DVec3;
 
@@ -25,23 +26,39 @@ pub(super) struct Leg<R> {
 pub(super) fn follow<W: World>(
     world: &W,
     (launch, region): (Launch, W::Region),
-    (reach, tolerance): (&Reach, Tolerance),
+    bounds: (&Reach, Tolerance),
     reflect: &mut dyn FnMut(u32) -> bool,
     work: &mut Work,
     mut visit: impl FnMut(&Leg<W::Region>),
 ) -> Result<(), Failure> {
     let node = Node::launch(world.field(region), launch.x(), launch.direction(), ());
+    let visit = |leg: &Leg<W::Region>, _: &Node<()>| visit(leg);
+    follow_from(world, (node, region), bounds, reflect, work, visit)
+}
+
+/// The same from a node, with its tangents or without; `visit` sees the node at the start of every piece, too.
+pub(super) fn follow_from<W: World, V: Mapped>(
+    world: &W,
+    (node, region): (Node<V>, W::Region),
+    (reach, tolerance): (&Reach, Tolerance),
+    reflect: &mut dyn FnMut(u32) -> bool,
+    work: &mut Work,
+    mut visit: impl FnMut(&Leg<W::Region>, &Node<V>),
+) -> Result<(), Failure> {
     let length = reach.optical_length;
     let mut shot = Shot::new(world, (node, region), length, tolerance, work);
     let (mut before, mut pattern, mut bounces) = (0.0, shot.pattern(), 0);
+    let mut first = *shot.end();
     while bounces <= reach.bounces
         && let Some(piece) = shot.advance(reflect, work)?
     {
-        visit(&Leg {
+        let leg = Leg {
             piece,
             before,
             pattern,
-        });
+        };
+        visit(&leg, &first);
+        first = shot.node();
         before += piece.arc.optical_length(piece.theta_end);
         pattern = shot.pattern();
         bounces += u32::from(piece.is_reflected());
@@ -53,6 +70,8 @@ pub(super) fn follow<W: World>(
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearest {
     pub distance: f64,
+    /// Parameter of the piece's arc.
+    pub theta: f64,
     /// Along the whole ray.
     pub optical_length: f64,
     /// Reflections by choice until then.
@@ -70,6 +89,7 @@ impl<R> Leg<R> {
         let theta = arc.closest_approach(y).min(self.piece.theta_end);
         Nearest {
             distance: arc.position(theta).distance(y),
+            theta,
             optical_length: self.before + arc.optical_length(theta),
             pattern: self.pattern,
             direction: arc.velocity(theta).normalize(),
@@ -91,8 +111,9 @@ impl Nearest {
 }
 
 /// Where the distance has a local minimum along a ray, from the closest points of consecutive pieces:
-/// inside a piece, or where two of them meet (once for each pattern). The start of the ray is none.
-pub(super) fn minima(all: &[Nearest]) -> Vec<Nearest> {
+/// inside a piece, or where two of them meet (once for each pattern), with the numbers of the pieces. The start of the ray is
+/// none.
+pub(super) fn minima(all: &[Nearest]) -> Vec<(usize, Nearest)> {
     let before = |i: usize| i.checked_sub(1).and_then(|i| all.get(i));
     let minimum = |i: usize, nearest: &Nearest| match nearest.ends {
         [false, false] => true,
@@ -100,5 +121,5 @@ pub(super) fn minima(all: &[Nearest]) -> Vec<Nearest> {
         [true, false] => before(i).is_some_and(|b| b.ends[1] && b.pattern != nearest.pattern),
     };
     let minima = all.iter().enumerate().filter(|(i, n)| minimum(*i, n));
-    minima.map(|(_, n)| *n).collect()
+    minima.map(|(i, n)| (i, *n)).collect()
 }

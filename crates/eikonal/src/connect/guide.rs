@@ -1,10 +1,11 @@
 //! A reference ray: where connections to the points near it start.
 
-use super::closest::{Leg, Nearest, follow, minima};
+use super::closest::{Leg, Nearest, follow_from, minima};
 use super::connection::Failure;
-use super::start::{Reach, Start};
+use super::newton::Landing;
+use super::start::{Followed, Reach, Start};
 use super::world::{Piece, World};
-use crate::ray::{Tolerance, Work};
+use crate::ray::{EVALUATIONS_PER_STEP, Tolerance, Work};
 use glam::DVec3;
 
 /// More starts than a point near a beam that bounces about can need.
@@ -18,7 +19,8 @@ const MOST_STARTS: usize = 8;
 #[derive(Clone, Debug)]
 pub struct Guide<R> {
     start: Start<R>,
-    legs: Vec<Leg<R>>,
+    /// With the nodes from which they begin.
+    legs: Vec<(Leg<R>, Landing)>,
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
@@ -38,13 +40,14 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
             reflections: u32::MAX,
             bounces: u32::MAX,
         };
-        follow(
+        let node = start.launch.node(world.field(start.region));
+        follow_from(
             world,
-            (start.launch, start.region),
+            (node, start.region),
             (&reach, tolerance),
             &mut |i| start.pattern.reflects(i),
             &mut Work::default(),
-            |leg| legs.push(*leg),
+            |leg, node| legs.push((*leg, *node)),
         )?;
         Ok(Guide { start, legs })
     }
@@ -56,17 +59,30 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
 
     /// The pieces of the ray, in order.
     pub fn pieces(&self) -> impl Iterator<Item = &Piece<R>> {
-        self.legs.iter().map(|leg| &leg.piece)
+        self.legs.iter().map(|(leg, _)| &leg.piece)
     }
 
     /// Starts at the ray's local closest approaches to `y`, nearest first, at most eight; none at the
     /// very start of the ray.
-    pub fn starts(&self, y: DVec3) -> Vec<Start<R>> {
-        let nearest: Vec<Nearest> = self.legs.iter().map(|leg| leg.nearest(y)).collect();
+    pub fn starts<W: World<Region = R>>(&self, world: &W, y: DVec3) -> Vec<Followed<R>> {
+        let nearest: Vec<Nearest> = self.legs.iter().map(|(leg, _)| leg.nearest(y)).collect();
         let mut minima = minima(&nearest);
-        minima.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        minima.sort_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance));
         minima.truncate(MOST_STARTS);
         let Start { launch, region, .. } = self.start;
-        minima.iter().map(|n| n.start(launch, region)).collect()
+        let followed = |(i, nearest): &(usize, Nearest)| {
+            let (leg, node) = &self.legs[*i];
+            let field = world.field(leg.piece.region);
+            Followed {
+                start: nearest.start(launch, region),
+                end: node.advanced(field, leg.piece.arc.h() * nearest.theta),
+                evaluations: if field.is_constant() {
+                    0
+                } else {
+                    EVALUATIONS_PER_STEP
+                },
+            }
+        };
+        minima.iter().map(followed).collect()
     }
 }

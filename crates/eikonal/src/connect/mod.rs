@@ -31,5 +31,5 @@ pub use launch::Launch;
 pub use pattern::Pattern;
 pub use random::{random_direction, random_foot};
 pub use solver::Solver;
-pub use start::{Reach, Start};
+pub use start::{Followed, Reach, Start};
 pub use world::{Crossing, Event, Piece, Unbounded, World};

@@ -119,7 +119,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 |leg| nearest.push(leg.nearest(y)),
             );
             // What comes before the last reflection has been seen without it.
-            nearest = minima(&nearest);
+            nearest = minima(&nearest).into_iter().map(|(_, n)| n).collect();
             nearest.retain(|n| n.pattern == pattern);
             nearest.sort_by(|a, b| a.distance.total_cmp(&b.distance));
             let new = nearest.iter().take(MOST_STARTS);

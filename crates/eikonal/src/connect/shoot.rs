@@ -79,6 +79,11 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
         &self.end
     }
 
+    /// The node from which the next piece begins.
+    pub fn node(&self) -> Node<V> {
+        self.flow.as_ref().map_or(self.end, |flow| *flow.node())
+    }
+
     /// How far the ray has come.
     pub fn travelled(&self) -> Travelled {
         self.travelled

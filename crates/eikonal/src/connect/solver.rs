@@ -5,7 +5,7 @@ use super::launch::Launch;
 use super::newton::{Iterate, Landing, system};
 use super::pattern::Pattern;
 use super::shoot::{Shot, Travelled};
-use super::start::Start;
+use super::start::{Followed, Start};
 use super::world::{Piece, World};
 use crate::ray::{Tolerance, Work};
 use glam::DVec3;
@@ -150,6 +150,31 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         start: &Start<R>,
         y: DVec3,
     ) -> Result<Connection, Failure> {
+        self.refine(world, start, None, y)
+    }
+
+    /// The same from a start whose ray has been followed before: one shot less.
+    ///
+    /// # Errors
+    ///
+    /// See [`Failure`].
+    pub fn solve_on<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        known: &Followed<R>,
+        y: DVec3,
+    ) -> Result<Connection, Failure> {
+        self.work.evaluations += known.evaluations;
+        self.refine(world, &known.start, Some(&known.end), y)
+    }
+
+    fn refine<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        start: &Start<R>,
+        known: Option<&Landing>,
+        y: DVec3,
+    ) -> Result<Connection, Failure> {
         let distance = start.launch.x().distance(y);
         let sound = distance.is_finite() && start.optical_length.is_finite();
         if !sound || start.optical_length <= 0.0 {
@@ -165,6 +190,10 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let longest = start.launch.longest_step(distance);
         let (mut radius, mut tried) = (longest, 0.0);
         let mut best: Option<(Iterate, Landing, f64)> = None;
+        if let Some(landing) = known {
+            best = Some((trial, *landing, landing.x.distance(y)));
+            (trial, tried) = trial.stepped(landing, y, radius)?;
+        }
         let mut failure = Failure::NotConverged;
         for shots in 1..=MOST_SHOTS {
             let shot = self.shoot(world, &trial, start);

@@ -2,6 +2,7 @@
 
 use super::launch::Launch;
 use super::pattern::Pattern;
+use crate::ray::{Node, Tangents};
 
 /// A start of Newton's method: a ray and how far along it the target is taken to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +15,17 @@ pub struct Start<R> {
     pub optical_length: f64,
     /// Which way the ray goes at refracting interfaces; the iteration keeps to it.
     pub pattern: Pattern,
+}
+
+/// A start whose ray has been followed before.
+#[derive(Clone, Copy, Debug)]
+pub struct Followed<R> {
+    /// The start.
+    pub start: Start<R>,
+    /// Where the ray gets, with its tangents.
+    pub end: Node<Tangents>,
+    /// Field evaluations that it took to find that.
+    pub evaluations: u64,
 }
 
 /// How far, and through how many reflections, branches are looked for.

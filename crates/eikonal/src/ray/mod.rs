@@ -12,5 +12,6 @@ pub use arc::Arc;
 pub use depth::Profile;
 pub use flow::{Flow, Tolerance, Work};
 pub use march::{March, Stop, march};
+pub(crate) use step::EVALUATIONS_PER_STEP;
 pub use step::{Node, Step};
 pub use tangent::{Tangents, Variation, perpendicular_basis};

@@ -179,15 +179,15 @@ fn a_guide_starts_where_its_ray_comes_close() {
         Guide::new(&world, start, Tolerance::default()).unwrap()
     };
     let y = DVec3::new(0.01, 0.02, -0.05);
-    assert_eq!(guided(Pattern::REFRACT).starts(y).len(), 1);
+    assert_eq!(guided(Pattern::REFRACT).starts(&world, y).len(), 1);
     let guide = guided(Pattern::REFRACT.with(0).unwrap());
-    let starts = guide.starts(y);
+    let starts = guide.starts(&world, y);
     assert_eq!(starts.len(), 2);
     assert_eq!(guide.start().optical_length, 10.0);
     let mut solver = Solver::new(Tolerance::default());
     let mut found: Vec<_> = starts
         .iter()
-        .map(|s| solver.solve(&world, s, y).unwrap())
+        .map(|s| solver.solve_on(&world, s, y).unwrap())
         .collect();
     found.sort_by(|a, b| a.optical_length.total_cmp(&b.optical_length));
     assert_eq!(

@@ -1,6 +1,6 @@
 //! Connections through the surface of a ball, of which all are known.
 
-use super::{Search, Shot};
+use super::{Known, Search, Shot};
 use crate::aim::Aim;
 use crate::scene::GlassBall;
 use eikonal::connect::{Launch, Outside, Pattern, Start};
@@ -83,7 +83,7 @@ impl<'a> Search<'a> {
                     target,
                     place,
                     facing,
-                    primary: false,
+                    known: Known::Nothing,
                 })
             }
             Aim::Plane {

@@ -1,6 +1,6 @@
 //! Connections from random starts, and what a find is worth.
 
-use super::{Search, Shot};
+use super::{Known, Search, Shot};
 use crate::aim::Aim;
 use crate::path::Workspace;
 use crate::path::link::Link;
@@ -41,7 +41,7 @@ impl Search<'_> {
                     target,
                     place,
                     facing,
-                    primary: false,
+                    known: Known::Nothing,
                 })
             }
             Aim::Plane {

@@ -23,15 +23,27 @@ pub(super) struct Shot {
     place: Start,
     /// Normal of the aim's surface on the side on which the ray must arrive.
     facing: Option<DVec3>,
-    /// Whether the start is straight and the primary branch is meant.
-    primary: bool,
+    known: Known,
+}
+
+/// What is known about a start.
+#[derive(Clone, Copy, Debug)]
+enum Known {
+    /// It is straight, and the primary branch is meant.
+    Straight,
+    /// Where its ray gets.
+    Followed(connect::Followed<MediumId>),
+    /// Nothing.
+    Nothing,
 }
 
 impl Shot {
     fn connect(&self, scene: &Scene, ws: &mut Workspace) -> Result<Connection, Failure> {
-        match self.primary {
-            true => ws.solver.primary(scene, &self.start, self.target),
-            false => ws.solver.solve(scene, &self.start, self.target),
+        let solver = &mut ws.solver;
+        match &self.known {
+            Known::Straight => solver.primary(scene, &self.start, self.target),
+            Known::Followed(known) => solver.solve_on(scene, known, self.target),
+            Known::Nothing => solver.solve(scene, &self.start, self.target),
         }
     }
 }
@@ -81,13 +93,16 @@ impl<'a> Search<'a> {
 
     fn around_chord(self) -> impl Iterator<Item = Shot> + use<'a> {
         let guided = self.goal.guide.map(|guide| {
-            let starts = guide.starts(self.vertex.position()).into_iter();
-            starts.map(move |start| self.straight(start))
+            let starts = guide.starts(self.scene, self.vertex.position());
+            starts.into_iter().map(move |known| Shot {
+                known: Known::Followed(known),
+                ..self.straight(known.start)
+            })
         });
         let single = match guided {
             Some(_) => None,
             None => self.chord().map(|shot| Shot {
-                primary: true,
+                known: Known::Straight,
                 ..shot
             }),
         };
@@ -118,7 +133,7 @@ impl<'a> Search<'a> {
                     target,
                     place,
                     facing,
-                    primary: false,
+                    known: Known::Nothing,
                 })
             }
             Aim::Plane {
@@ -163,7 +178,7 @@ impl<'a> Search<'a> {
             target: place.x,
             place,
             facing: None,
-            primary: false,
+            known: Known::Nothing,
         }
     }
 
