@@ -14,7 +14,7 @@ use eikonal::connect::{self, Connection, Failure, Launch, Piece, World};
 use glam::DVec3;
 
 /// A start for the solver, and what the ray that it finds must comply with.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Shot {
     pub start: connect::Start<MediumId>,
     /// The point to be met.
@@ -27,12 +27,12 @@ pub(super) struct Shot {
 }
 
 /// What is known about a start.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Known {
     /// It is straight, and the primary branch is meant.
     Straight,
     /// Where its ray gets.
-    Followed(connect::Followed<MediumId>),
+    Followed(Box<connect::Followed<MediumId>>),
     /// Nothing.
     Nothing,
 }
@@ -95,7 +95,7 @@ impl<'a> Search<'a> {
         let guided = self.goal.guide.map(|guide| {
             let starts = guide.starts(self.scene, self.vertex.position());
             starts.into_iter().map(move |known| Shot {
-                known: Known::Followed(known),
+                known: Known::Followed(Box::new(known)),
                 ..self.straight(known.start)
             })
         });
