@@ -130,7 +130,6 @@ impl Problem<'_> {
 mod tests {
     use super::*;
     use crate::field::Gaussian;
-    use fearless_simd::Simd;
 
     /// What is known of rays over chords that take 6, 8 and 12 nodes.
     fn bits(lanes: Lanes) -> Vec<u64> {
@@ -155,15 +154,8 @@ mod tests {
 
     #[test]
     fn every_processor_gets_the_same_bits() {
-        let widest = Lanes::new();
-        let levels = [
-            widest.as_sse2().map(|l| l.level()),
-            widest.as_sse4_2().map(|l| l.level()),
-            widest.as_avx2().map(|l| l.level()),
-            widest.as_avx512().map(|l| l.level()),
-        ];
         let expected = bits(Lanes::baseline());
-        for level in levels.into_iter().flatten() {
+        for level in lanes::all() {
             assert!(bits(level) == expected, "{level:?}");
         }
     }

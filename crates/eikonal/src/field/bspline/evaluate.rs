@@ -200,7 +200,6 @@ mod tests {
     use crate::Aabb;
     use crate::field::Placement;
     use crate::field::bspline::lattice::Lattice;
-    use fearless_simd::Level;
 
     /// Bits of value and derivatives at places inside and outside of a grid.
     fn bits(grid: &Bspline) -> Vec<u64> {
@@ -230,15 +229,8 @@ mod tests {
     #[test]
     fn every_processor_gets_the_same_bits() {
         let mut grid = grid(Layout::Rows);
-        let widest = Level::new();
-        let levels = [
-            widest.as_sse2().map(|l| l.level()),
-            widest.as_sse4_2().map(|l| l.level()),
-            widest.as_avx2().map(|l| l.level()),
-            widest.as_avx512().map(|l| l.level()),
-        ];
         let expected = bits(&grid);
-        for level in levels.into_iter().flatten() {
+        for level in crate::lanes::all() {
             grid.level = level;
             assert!(bits(&grid) == expected, "{level:?}");
         }
