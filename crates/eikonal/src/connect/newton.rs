@@ -3,7 +3,7 @@
 use super::connection::Failure;
 use super::launch::Launch;
 use crate::ray::{Node, Tangents};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 
 /// Where a shot ended, with its tangents.
 pub(super) type Landing = Node<Tangents>;
@@ -19,13 +19,13 @@ pub(super) struct Iterate {
 const DAMPINGS: (f64, f64, usize) = (1e-4, 4.0, 20);
 
 impl Iterate {
-    /// The next iterate, and by how much its launch differs: Newton's step, damped in the manner of Levenberg and
-    /// Marquardt until the launch changes by at most `radius`.
+    /// The next iterate, and the size of the step: Newton's, damped in the manner of Levenberg and Marquardt until its size is at
+    /// most `radius`. That is the change of the launch over the `longest`, or of the length over itself, whichever is larger.
     pub fn stepped(
         &self,
         landing: &Landing,
         y: DVec3,
-        radius: f64,
+        (radius, longest): (f64, f64),
     ) -> Result<(Iterate, f64), Failure> {
         let matrix = system(landing);
         let miss = y - landing.x;
@@ -40,7 +40,7 @@ impl Iterate {
         };
         let (mut damping, growth, trials) = DAMPINGS;
         for _ in 0..trials {
-            if step.truncate().length() <= radius {
+            if self.size(step, longest) <= radius {
                 break;
             }
             step = damped(&normal, damping) * (matrix.transpose() * miss);
@@ -49,13 +49,23 @@ impl Iterate {
         if !step.is_finite() {
             return Err(Failure::Caustic);
         }
-        let sideways: DVec2 = step.truncate();
-        let shrink = (radius / sideways.length().max(1e-300)).min(1.0);
+        let size = self.size(step, longest);
+        let step = step * (radius / size.max(1e-300)).min(1.0);
         let next = Iterate {
-            launch: self.launch.moved(sideways * shrink),
-            length: self.length + (step.z * shrink).clamp(-0.5 * self.length, self.length),
+            launch: self.launch.moved(step.truncate()),
+            length: self.length + self.change(step),
         };
-        Ok((next, sideways.length() * shrink))
+        Ok((next, size.min(radius)))
+    }
+
+    /// By how much a step changes the length.
+    fn change(&self, step: DVec3) -> f64 {
+        step.z.clamp(-0.5 * self.length, self.length)
+    }
+
+    fn size(&self, step: DVec3, longest: f64) -> f64 {
+        let sideways = step.truncate().length() / longest;
+        sideways.max(self.change(step).abs() / self.length)
     }
 }
 

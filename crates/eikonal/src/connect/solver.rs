@@ -188,11 +188,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             length: start.optical_length,
         };
         let longest = start.launch.longest_step(distance);
-        let (mut radius, mut tried) = (longest, 0.0);
+        let (mut radius, mut tried) = (1.0, 0.0);
         let mut best: Option<(Iterate, Landing, f64)> = None;
         if let Some(landing) = known {
             best = Some((trial, *landing, landing.x.distance(y)));
-            (trial, tried) = trial.stepped(landing, y, radius)?;
+            (trial, tried) = trial.stepped(landing, y, (radius, longest))?;
         }
         let mut failure = Failure::NotConverged;
         for shots in 1..=MOST_SHOTS {
@@ -216,13 +216,13 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 (None, Err(failure)) => return Err(failure),
                 (Some(least), _) if miss.is_nan() || miss >= least => {
                     radius = SHORTER * tried;
-                    if radius < STUCK * longest {
+                    if radius < STUCK {
                         break;
                     }
                 }
                 (_, Ok(hit)) => {
                     if least.is_some_and(|least| miss < GOOD * least) {
-                        radius = f64::max(radius, LONGER * tried).min(longest);
+                        radius = f64::max(radius, LONGER * tried).min(1.0);
                     }
                     best = Some((trial, hit.landing, miss));
                 }
@@ -231,7 +231,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             let Some((iterate, landing, _)) = &best else {
                 return Err(failure);
             };
-            (trial, tried) = iterate.stepped(landing, y, radius)?;
+            (trial, tried) = iterate.stepped(landing, y, (radius, longest))?;
         }
         Err(failure)
     }

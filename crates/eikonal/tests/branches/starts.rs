@@ -208,3 +208,24 @@ fn a_guide_starts_where_its_ray_comes_close() {
     assert!(!found[0].same_branch(&found[1], 1e-3, 1e-3));
     assert!(found[0].same_branch(&found[0], 0.0, 0.0));
 }
+
+/// In front of germanium, along the normal: what is known inside it says to go back four times too far, and only the length can be
+/// changed to mend that.
+#[test]
+fn a_step_too_far_along_the_ray_is_shortened() {
+    let world = Glass::slab(4.0, 1.0);
+    let x = DVec3::new(0.0, 0.0, -5.0);
+    let start = Start {
+        launch: Launch::Point {
+            x,
+            direction: DVec3::Z,
+        },
+        region: 0,
+        optical_length: 5.8,
+        pattern: Pattern::REFRACT,
+    };
+    let mut solver = Solver::new(Tolerance::default());
+    let y = DVec3::new(0.0, 0.0, -0.2);
+    let found = solver.solve(&world, &start, y).unwrap();
+    assert!((found.optical_length - 4.8).abs() < 1e-9, "{found:?}");
+}
