@@ -3,7 +3,7 @@
 use super::connection::Failure;
 use super::launch::Launch;
 use crate::ray::{Node, Tangents};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// Where a shot ended, with its tangents.
 pub(super) type Landing = Node<Tangents>;
@@ -19,14 +19,14 @@ pub(super) struct Iterate {
 const DAMPINGS: (f64, f64, usize) = (1e-4, 4.0, 20);
 
 impl Iterate {
-    /// The next iterate, and the size of the step: Newton's, damped in the manner of Levenberg and Marquardt until its size is at
-    /// most `radius`. That is the change of the launch over the `longest`, or of the length over itself, whichever is larger.
+    /// The next iterate, and the [size](Self::size) of the step: Newton's, damped in the manner of Levenberg and Marquardt until the
+    /// launch changes by no more than `radius` allows. The length's change is cut off there.
     pub fn stepped(
         &self,
         landing: &Landing,
         y: DVec3,
-        (radius, longest): (f64, f64),
-    ) -> Result<(Iterate, f64), Failure> {
+        (radius, longest): (DVec2, f64),
+    ) -> Result<(Iterate, DVec2), Failure> {
         let matrix = system(landing);
         let miss = y - landing.x;
         let normal = matrix.transpose() * matrix;
@@ -40,7 +40,7 @@ impl Iterate {
         };
         let (mut damping, growth, trials) = DAMPINGS;
         for _ in 0..trials {
-            if self.size(step, longest) <= radius {
+            if step.truncate().length() <= radius.x * longest {
                 break;
             }
             step = damped(&normal, damping) * (matrix.transpose() * miss);
@@ -49,23 +49,23 @@ impl Iterate {
         if !step.is_finite() {
             return Err(Failure::Caustic);
         }
-        let size = self.size(step, longest);
-        let step = step * (radius / size.max(1e-300)).min(1.0);
+        let sideways = step.truncate().length();
+        let mut step = step * (radius.x * longest / sideways.max(1e-300)).min(1.0);
+        let [back, forth] = [0.5, 1.0].map(|most| self.length * radius.y.min(most));
+        step.z = step.z.clamp(-back, forth);
         let next = Iterate {
             launch: self.launch.moved(step.truncate()),
-            length: self.length + self.change(step),
+            length: self.length + step.z,
         };
-        Ok((next, size.min(radius)))
+        Ok((next, self.size(step, longest)))
     }
 
-    /// By how much a step changes the length.
-    fn change(&self, step: DVec3) -> f64 {
-        step.z.clamp(-0.5 * self.length, self.length)
-    }
-
-    fn size(&self, step: DVec3, longest: f64) -> f64 {
-        let sideways = step.truncate().length() / longest;
-        sideways.max(self.change(step).abs() / self.length)
+    /// Change of the launch over the `longest`, and that of the length over itself.
+    fn size(&self, step: DVec3, longest: f64) -> DVec2 {
+        DVec2::new(
+            step.truncate().length() / longest,
+            step.z.abs() / self.length,
+        )
     }
 }
 

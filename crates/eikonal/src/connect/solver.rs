@@ -8,7 +8,7 @@ use super::shoot::{Shot, Travelled};
 use super::start::{Followed, Start};
 use super::world::{Piece, World};
 use crate::ray::{Tolerance, Work};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Budget of shots for one connection.
 const MOST_SHOTS: u32 = 20;
@@ -28,7 +28,7 @@ const SHORTER: f64 = 0.5;
 const GOOD: f64 = 0.5;
 /// at most this multiple of it.
 const LONGER: f64 = 3.0;
-/// Share of the longest step below which the iteration has come to a local minimum of the miss.
+/// Steps below this size show that the iteration has come to a local minimum of the miss.
 const STUCK: f64 = 1e-3;
 
 /// The end of a shot.
@@ -188,7 +188,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             length: start.optical_length,
         };
         let longest = start.launch.longest_step(distance);
-        let (mut radius, mut tried) = (1.0, 0.0);
+        let (mut radius, mut tried) = (DVec2::ONE, DVec2::ZERO);
         let mut best: Option<(Iterate, Landing, f64)> = None;
         if let Some(landing) = known {
             best = Some((trial, *landing, landing.x.distance(y)));
@@ -215,14 +215,14 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             match (least, shot) {
                 (None, Err(failure)) => return Err(failure),
                 (Some(least), _) if miss.is_nan() || miss >= least => {
-                    radius = SHORTER * tried;
-                    if radius < STUCK {
+                    let Some(shorter) = shortened(radius, tried) else {
                         break;
-                    }
+                    };
+                    radius = shorter;
                 }
                 (_, Ok(hit)) => {
                     if least.is_some_and(|least| miss < GOOD * least) {
-                        radius = f64::max(radius, LONGER * tried).min(1.0);
+                        radius = radius.max(LONGER * tried).min(DVec2::ONE);
                     }
                     best = Some((trial, hit.landing, miss));
                 }
@@ -316,5 +316,16 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             pattern: hit.pattern,
             shots,
         })
+    }
+}
+
+/// The trust region after a step that did not reduce the miss: a shorter step is one in the same direction, but along the
+/// ray where the launch hardly changed. `None` after the shortest.
+fn shortened(radius: DVec2, tried: DVec2) -> Option<DVec2> {
+    let tried = SHORTER * tried;
+    match (tried.x < STUCK, tried.y < STUCK) {
+        (false, _) => Some(DVec2::new(tried.x, radius.y)),
+        (true, false) => Some(DVec2::new(radius.x, tried.y)),
+        (true, true) => None,
     }
 }
