@@ -4,7 +4,7 @@ use super::linear::{Solution, dot, point, vector};
 use super::rule::{Row, Rule, sum};
 use super::{COARSE, MOST_ARCS, Problem, Ray, Refusal};
 use crate::ray::Arc;
-use fearless_simd::Simd;
+use fearless_simd::{Simd, f64x4};
 use glam::DVec3;
 
 /// Rounds of Newton's method.
@@ -14,13 +14,18 @@ const MOST_ROUNDS: usize = 2;
 /// grids, bumps and sound.
 const PER_TAIL: f64 = 0.02;
 /// The same per displacement since the Hessians were evaluated, in chords, and per square of chords per length scale.
-const PER_SHIFT: f64 = 0.1;
+const PER_SHIFT: f64 = 0.14;
+/// The same per displacement and per change of the Hessians with it, in units of 1/σ₁², as far as the chord tells. Up to 7 was seen,
+/// in sound: mostly this is for fields of which n² is quadratic.
+const PER_CHANGE: f64 = 30.0;
 
 /// A rule for the ray itself: of N nodes, cut into M arcs.
 pub(super) struct Level<const N: usize, const M: usize> {
     pub rule: Rule<N>,
     /// Displacements at the nodes by forces at the coarse ones.
     refine: [[f64; 4]; N],
+    /// Forces at the coarse nodes by those at the nodes.
+    coarsen: [[f64; N]; 4],
     /// Where the first arc begins, and where each ends.
     start: Row<N>,
     cuts: [Row<N>; M],
@@ -36,6 +41,12 @@ impl<const N: usize, const M: usize> Level<N, M> {
             refine[i] = COARSE.row(rule.nodes[i]).displacement;
             i += 1;
         }
+        let mut coarsen = [[0.0; N]; 4];
+        let mut i = 0;
+        while i < 4 {
+            coarsen[i] = rule.row(COARSE.nodes[i]).value;
+            i += 1;
+        }
         let start = rule.row(0.0);
         let mut cuts = [start; M];
         let mut i = 0;
@@ -46,6 +57,7 @@ impl<const N: usize, const M: usize> Level<N, M> {
         Level {
             rule,
             refine,
+            coarsen,
             start,
             cuts,
         }
@@ -68,13 +80,38 @@ impl<const N: usize, const M: usize> Level<N, M> {
             if !self.resolves(problem, &solution) {
                 return Err(Refusal::Unresolved);
             }
-            let per = PER_SHIFT * problem.spanned * problem.spanned / problem.tolerance;
-            if per * per * solution.shift2 <= problem.d2 {
+            if self.settles(problem, &solution, &u) {
                 return self.ray(problem, &solution).ok_or(Refusal::Bent);
             }
             u = solution.u;
         }
         Err(Refusal::Bent)
+    }
+
+    /// Whether the Hessians, which were evaluated at the displacements `from`, do for those of the solution: by the field's length
+    /// scale, or by what the forces are on the chord, where the Hessians' changes have made them differ from linear ones by half
+    /// of that change times the displacement.
+    #[inline(always)]
+    fn settles<S: Simd>(
+        &self,
+        problem: &Problem,
+        solution: &Solution<S, N>,
+        from: &[f64x4<S>; N],
+    ) -> bool {
+        let per = PER_SHIFT * problem.spanned * problem.spanned / problem.tolerance;
+        if per * per * solution.shift2 <= problem.d2 {
+            return true;
+        }
+        let linear = solution.on_chord(from);
+        let mut most = 0.0;
+        for (row, exact) in self.coarsen.iter().zip(&problem.on_chord) {
+            let apart = point(sum(row, &linear)) - *exact;
+            most = f64::max(most, apart.length_squared());
+        }
+        let displaced2 = from.iter().map(|u| dot(*u, *u)).fold(0.0, f64::max);
+        let change2 = 4.0 * most / (displaced2 * displaced2);
+        let per = PER_CHANGE * solution.span2 / problem.tolerance;
+        per * per * change2 * solution.shift2 <= 1.0
     }
 
     /// Whether the nodes are enough for the forces.

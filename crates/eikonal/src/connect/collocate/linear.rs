@@ -15,7 +15,7 @@ const MOST_SWEEPS: usize = 12;
 /// Square of the share by which a sweep's change must be smaller than the one before.
 const SMALLER: f64 = 0.25;
 /// Sweeps end when the next change is below this many tolerances.
-const SETTLED: f64 = 0.03;
+const SETTLED: f64 = 0.02;
 
 /// The ray in linear forces around given displacements.
 pub(super) struct Solution<S: Simd, const N: usize> {
@@ -26,11 +26,14 @@ pub(super) struct Solution<S: Simd, const N: usize> {
     pub n2: [f64; N],
     /// Forces ½∇n² there.
     pub a: [f64x4<S>; N],
+    /// Those where they are exact.
+    force: [f64x4<S>; N],
     /// Columns of ½Hess(n²).
     half_hess: [[f64x4<S>; 3]; N],
+
     /// σ₁².
     pub span2: f64,
-    /// Square of the largest displacement from where the forces are exact.
+    /// Mean square of the displacements from where the forces are exact.
     pub shift2: f64,
 }
 
@@ -47,8 +50,10 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         let mut solution = Solution {
             simd,
             u: *from,
-            n2: [0.0; N],
+            n2: at.map(|jet| jet.n2),
             a: force,
+            force,
+
             half_hess: at.map(|jet| {
                 let half = jet.hess * 0.5;
                 [half.x_axis, half.y_axis, half.z_axis].map(|column| vector(simd, column))
@@ -57,14 +62,19 @@ impl<S: Simd, const N: usize> Solution<S, N> {
             shift2: 0.0,
         };
         let settled = (SETTLED * problem.tolerance).powi(2) * problem.d2;
-        let n2 = at.map(|jet| jet.n2);
+        let n2 = sum(&rule.weights, &solution.n2);
         let mut last = f64::INFINITY;
         for _ in 0..MOST_SWEEPS {
-            let change = solution.sweep(rule, problem.d2, (&n2, &force, from));
+            let before = solution.u;
+            let change = solution.sweep(rule, problem.d2, (n2, from));
             // Sweeps converge geometrically: by so much the next one would change.
             let ratio = if last.is_finite() { change / last } else { 1.0 };
             if change * ratio <= settled {
-                solution.shift2 = largest(&solution.u, from);
+                for i in 0..N {
+                    let shift = before[i] - from[i];
+                    solution.n2[i] += total((solution.force[i] + solution.a[i]) * shift);
+                }
+                solution.shift2 = mean_square(rule, &solution.u, from);
                 return Some(solution);
             }
             if change.is_nan() || change >= SMALLER * last {
@@ -75,28 +85,28 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         None
     }
 
-    /// Forces and span for the displacements, and displacements for these, given what is known at some; returns the square of
-    /// their change.
+    /// Forces and span for the displacements, and displacements for these, given what is known at some; returns the mean square
+    /// of their change.
     #[inline(always)]
-    fn sweep(
-        &mut self,
-        rule: &Rule<N>,
-        d2: f64,
-        (n2, force, from): (&[f64; N], &[f64x4<S>; N], &[f64x4<S>; N]),
-    ) -> f64 {
-        let mut integrand = [0.0; N];
+    fn sweep(&mut self, rule: &Rule<N>, d2: f64, (n2, from): (f64, &[f64x4<S>; N])) -> f64 {
+        let mut integrand = [vector(self.simd, DVec3::ZERO); N];
         for i in 0..N {
             let shift = self.u[i] - from[i];
             let turn = turned(&self.half_hess[i], shift);
-            self.a[i] = force[i] + turn;
-            self.n2[i] = n2[i] + dot(force[i] * 2.0 + turn, shift);
-            integrand[i] = self.n2[i] + dot(self.a[i], self.u[i]);
+            self.a[i] = self.force[i] + turn;
+            integrand[i] = (self.force[i] + self.a[i]) * shift + self.a[i] * self.u[i];
         }
-        self.span2 = d2 / sum(&rule.weights, &integrand);
-        let next = std::array::from_fn(|i| sum(&rule.rows[i].displacement, &self.a) * self.span2);
-        let change = largest(&next, &self.u);
+        self.span2 = d2 / (n2 + total(sum(&rule.weights, &integrand)));
+        let next = rule.displacements(&self.a).map(|u| u * self.span2);
+        let change = mean_square(rule, &next, &self.u);
         self.u = next;
         change
+    }
+
+    /// What the forces would be on the chord if they were linear around the displacements `from`, where they are exact.
+    #[inline(always)]
+    pub fn on_chord(&self, from: &[f64x4<S>; N]) -> [f64x4<S>; N] {
+        std::array::from_fn(|i| self.force[i] - turned(&self.half_hess[i], from[i]))
     }
 
     /// J at the far end, given the velocities at both ends, to a relative `tolerance`: δx″ = σ₁²·½Hess(n²)·δx, started by δx′ =
@@ -104,34 +114,37 @@ impl<S: Simd, const N: usize> Solution<S, N> {
     #[inline(always)]
     pub fn jacobian(&self, rule: &Rule<N>, v: [DVec3; 2], tolerance: f64) -> Option<f64> {
         let sigma_n = self.span2.sqrt() * v[0].length();
-        let basis = perpendicular_basis(v[0].normalize());
-        let [a, b] = basis.map(|across| self.tangent(rule, across * sigma_n, tolerance));
-        Some(a?.cross(b?).dot(v[1].normalize()).abs())
-    }
-
-    /// Where the tangent ends that starts with δx′ = `slope`.
-    #[inline(always)]
-    fn tangent(&self, rule: &Rule<N>, slope: DVec3, tolerance: f64) -> Option<DVec3> {
-        let most = slope.length_squared();
+        let slopes = perpendicular_basis(v[0].normalize()).map(|e| vector(self.simd, e * sigma_n));
+        let mut dx = slopes.map(|slope| rule.nodes.map(|t| slope * t));
+        // The mean square of σ₁n t.
+        let most = sigma_n * sigma_n / 3.0;
         let settled = tolerance * tolerance * most;
-        let slope = vector(self.simd, slope);
-        let mut dx = rule.nodes.map(|t| slope * t);
-        // The first change is relative to the tangent itself, and ratios only fall.
+        // The first change is relative to the tangents themselves, and ratios only fall.
         let mut last = most;
         for _ in 0..MOST_SWEEPS {
-            let f: [_; N] = std::array::from_fn(|i| turned(&self.half_hess[i], dx[i]) * self.span2);
-            // What is zero at both ends starts with another slope than δx.
-            let far = slope - sum(&rule.at_start, &f);
-            let next =
-                std::array::from_fn(|i| far * rule.nodes[i] + sum(&rule.rows[i].displacement, &f));
-            let change = largest(&next, &dx);
-            dx = next;
+            // Both at once, for neither has to wait for the other.
+            let ends = [0, 1].map(|k| self.tangent(rule, slopes[k], &mut dx[k]));
+            let change = f64::max(ends[0].1, ends[1].1);
             if change * (change / last) <= settled {
-                return Some(point(far));
+                let [a, b] = ends.map(|(far, _)| point(far));
+                return Some(a.cross(b).dot(v[1].normalize()).abs());
             }
             last = change;
         }
         None
+    }
+
+    /// The tangent that starts with δx′ = `slope`, in forces for what it was: where it ends, and the mean square of its change.
+    #[inline(always)]
+    fn tangent(&self, rule: &Rule<N>, slope: f64x4<S>, dx: &mut [f64x4<S>; N]) -> (f64x4<S>, f64) {
+        let f: [_; N] = std::array::from_fn(|i| turned(&self.half_hess[i], dx[i]) * self.span2);
+        // What is zero at both ends starts with another slope than δx.
+        let far = slope - sum(&rule.at_start, &f);
+        let u = rule.displacements(&f);
+        let next = std::array::from_fn(|i| far * rule.nodes[i] + u[i]);
+        let change = mean_square(rule, &next, dx);
+        *dx = next;
+        (far, change)
     }
 }
 
@@ -149,8 +162,13 @@ pub(super) fn point<S: Simd>(v: f64x4<S>) -> DVec3 {
 
 #[inline(always)]
 pub(super) fn dot<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64 {
-    let products = a * b;
-    products[0] + products[1] + products[2]
+    total(a * b)
+}
+
+/// Of the first three lanes.
+#[inline(always)]
+fn total<S: Simd>(v: f64x4<S>) -> f64 {
+    v[0] + v[1] + v[2]
 }
 
 /// A matrix, of given columns, times a vector.
@@ -159,16 +177,16 @@ fn turned<S: Simd>(columns: &[f64x4<S>; 3], v: f64x4<S>) -> f64x4<S> {
     columns[0] * v[0] + columns[1] * v[1] + columns[2] * v[2]
 }
 
-/// Square of the largest distance between points of the same number; NaN if one is.
+/// Mean along the ray of the squared distance between points of the same number.
 #[inline(always)]
-fn largest<S: Simd, const N: usize>(a: &[f64x4<S>; N], b: &[f64x4<S>; N]) -> f64 {
-    let mut most = 0.0;
-    for i in 0..N {
+fn mean_square<S: Simd, const N: usize>(
+    rule: &Rule<N>,
+    a: &[f64x4<S>; N],
+    b: &[f64x4<S>; N],
+) -> f64 {
+    let squares = std::array::from_fn(|i| {
         let apart = a[i] - b[i];
-        let square = dot(apart, apart);
-        if square > most || square.is_nan() {
-            most = square;
-        }
-    }
-    most
+        apart * apart
+    });
+    total(sum(&rule.weights, &squares))
 }

@@ -60,6 +60,8 @@ struct Problem<'a> {
     tolerance: f64,
     /// The chord in length scales.
     spanned: f64,
+    /// Forces at the coarse nodes on the chord.
+    on_chord: [DVec3; 4],
 }
 
 /// The ray from `x` over `chord`, to a relative `tolerance`; adds up evaluations. `None` if it bends too much or the
@@ -83,19 +85,22 @@ fn collocated_by(
 ) -> Option<Ray> {
     let at = COARSE.nodes.map(|t| x + chord * t);
     let scales = at.map(|x| field.length_scale(x));
-    let problem = Problem {
+    let mut problem = Problem {
         field,
         x,
         chord,
         d2: chord.length_squared(),
         tolerance,
         spanned: chord.length() / scales.into_iter().fold(f64::INFINITY, f64::min),
+        on_chord: [DVec3::ZERO; 4],
     };
     // Errors fall with the sixth (of arcs) to sixteenth power of what is spanned.
     let most = (1e4 * tolerance).sqrt().sqrt().sqrt();
     let first = SPANNED.iter().position(|s| problem.spanned <= s * most)?;
     *evaluations += at.len() as u64;
-    let coarse = problem.first_order(at.map(|x| field.gradient(x)));
+    let gradients = at.map(|x| field.gradient(x));
+    problem.on_chord = gradients.map(|(_, grad)| grad * 0.5);
+    let coarse = problem.first_order(gradients.map(|(n2, _)| n2));
     let mut outcome = Err(Refusal::Unresolved);
     for level in first..SPANNED.len() {
         outcome = match level {
@@ -111,10 +116,9 @@ fn collocated_by(
 }
 
 impl Problem<'_> {
-    /// u″ at the coarse nodes, given n² and ∇n² at the nodes on the chord.
-    fn first_order(&self, at: [(f64, DVec3); 4]) -> [DVec3; 4] {
-        let a = at.map(|(_, grad)| grad * 0.5);
-        let mut n2 = at.map(|(n2, _)| n2);
+    /// u″ at the coarse nodes, given n² there on the chord.
+    fn first_order(&self, mut n2: [f64; 4]) -> [DVec3; 4] {
+        let a = self.on_chord;
         let straight = self.d2 / sum(&COARSE.weights, &n2);
         for (i, n2) in n2.iter_mut().enumerate() {
             // 2a·u from n² at the displaced point, and a·u.
