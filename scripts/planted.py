@@ -223,6 +223,20 @@ PLANTED = [
         ("eikonal", "collocation", "rays_are_as_good_as_the_tolerance_says"),
     ),
     (
+        "a ray without a shot after one round, whatever the Hessians",
+        EIKONAL + "connect/collocate/level.rs",
+        "if self.settles(problem, &solution, &u) {",
+        "if self.settles(problem, &solution, &u) || true {",
+        ("eikonal", "collocation", "rays_are_as_good_as_the_tolerance_says"),
+    ),
+    (
+        "subpaths from emitters with the points of those from the sensor",
+        TRANSPORT + "integrator/bdpt.rs",
+        "sampler.apart(|s| LightPath::sample(scene, &bounds, s, ws))",
+        "LightPath::sample(scene, &bounds, sampler, ws)",
+        ("transport", "sets", "so_they_are_with_subpaths_from_both_ends"),
+    ),
+    (
         "one wrong digit in the step scheme",
         EIKONAL + "ray/step.rs",
         "0.5 - (0.245298957184271 + 0.604872665711080),",

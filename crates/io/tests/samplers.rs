@@ -22,6 +22,8 @@ fn load(integrator: &str, sampler: &str, samples: Option<u64>) -> Loaded {
 
 #[test]
 fn low_discrepancy_comes_in_whole_sets() {
+    let both_ends = load("bdpt", "ldsampler", None);
+    assert_eq!(both_ends.scene().sets(), Sets::OfEight);
     let loaded = load("path", "ldsampler", None);
     assert_eq!(loaded.scene().sets(), Sets::OfEight);
     assert_eq!(loaded.samples, 32);
@@ -43,7 +45,11 @@ fn others_take_independent_samples_and_say_so() {
     assert!(independent.warnings.is_empty());
     for (integrator, sampler, said) in [
         ("path", "halton", "'independent' is used instead"),
-        ("bdpt", "ldsampler", "samples of 'bdpt' are independent"),
+        (
+            "particle",
+            "ldsampler",
+            "samples of 'particle' are independent",
+        ),
     ] {
         let loaded = load(integrator, sampler, None);
         assert_eq!((loaded.scene().sets(), loaded.samples), (Sets::Single, 30));

@@ -1,7 +1,7 @@
 //! Renders by sets of samples: unbiased, with errors that are what they claim, and the same in parts and on any number
 //! of threads.
 //!
-//! False alarms: 5e-4 for errors and for means, so 1e-3 for the file.
+//! False alarms: 2.5e-4 for errors and for means of each estimator, so 1e-3 for the file.
 
 mod common;
 
@@ -12,14 +12,14 @@ use std::ops::{ControlFlow, Range};
 use std::sync::atomic::AtomicU64;
 use testkit::{Moments, z_test::max_abs_z};
 use transport::bsdf::{Bsdf, Diffuse};
-use transport::film::Decomposition;
-use transport::integrator::{Bdpt, Integrator};
+use transport::film::{Decomposition, Film};
+use transport::integrator::{Bdpt, Integrator, ParticleTracer};
 use transport::render::{Measure, Options, Rendering, State, Target, render};
 use transport::sampling::Sets;
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
 
-const FALSE_ALARM: f64 = 5e-4;
+const FALSE_ALARM: f64 = 2.5e-4;
 const SAMPLES: u64 = 40;
 const SEEDS: u64 = 400;
 
@@ -37,8 +37,12 @@ fn scene(sets: Sets) -> Scene {
     Scene::new(parts).unwrap().in_sets(sets)
 }
 
+fn bdpt() -> Integrator {
+    Integrator::Bdpt(Bdpt::default())
+}
+
 /// All that a film can keep.
-fn options(range: Range<u64>, seed: u64) -> Options {
+fn options(integrator: Integrator, range: Range<u64>, seed: u64) -> Options {
     Options {
         first: range.start,
         decomposition: Decomposition {
@@ -46,7 +50,8 @@ fn options(range: Range<u64>, seed: u64) -> Options {
             ..Decomposition::default()
         },
         reweight: true,
-        ..Options::new(path_tracer(), range.end - range.start, seed)
+        strategies: integrator == bdpt(),
+        ..Options::new(integrator, range.end - range.start, seed)
     }
 }
 
@@ -56,9 +61,9 @@ fn shoot(scene: &Scene, options: &Options) -> Rendering {
 }
 
 /// Means, and claimed variances, of the pixels of many renders.
-fn renders(sets: Sets) -> Vec<(Vec<f32>, Vec<f32>)> {
+fn renders(integrator: Integrator, sets: Sets) -> Vec<(Vec<f32>, Vec<f32>)> {
     let scene = scene(sets);
-    let film = |seed| shoot(&scene, &Options::new(path_tracer(), SAMPLES, seed)).film;
+    let film = |seed| shoot(&scene, &Options::new(integrator, SAMPLES, seed)).film;
     (0..SEEDS)
         .map(film)
         .map(|film| (film.mean(), film.variance()))
@@ -94,7 +99,20 @@ fn excess(claims: &[(Vec<f32>, Vec<f32>)], renders: &[(Vec<f32>, Vec<f32>)]) -> 
 
 #[test]
 fn errors_are_what_they_claim_and_means_agree() {
-    let (single, sets) = (renders(Sets::Single), renders(Sets::OfEight));
+    claims_are_true(path_tracer());
+}
+
+/// Subpaths from emitters are independent of one another, and of the sensor's.
+#[test]
+fn so_they_are_with_subpaths_from_both_ends() {
+    claims_are_true(bdpt());
+}
+
+fn claims_are_true(integrator: Integrator) {
+    let (single, sets) = (
+        renders(integrator, Sets::Single),
+        renders(integrator, Sets::OfEight),
+    );
     let zs = [(&single, &single), (&sets, &sets)].map(|(a, b)| excess(a, b).1);
     max_abs_z(&zs, FALSE_ALARM).unwrap();
     // Taken for independent samples, those of sets would claim the variances of the others.
@@ -113,21 +131,23 @@ fn errors_are_what_they_claim_and_means_agree() {
 #[test]
 fn parts_in_any_order_are_the_whole() {
     let scene = scene(Sets::OfEight);
-    let whole = shoot(&scene, &options(0..SAMPLES, 5)).film;
-    assert_eq!(whole.counts(), [SAMPLES; 16]);
-    for cuts in [&[0, 3, 8, 17, 18, 40][..], &[0, 24, 33]] {
-        let parts = cuts.windows(2).map(|cut| {
-            let scenes = std::slice::from_ref(&scene);
-            let options = options(cut[0]..cut[1], 5);
-            let mut state = State::new(scenes, &options);
-            let counter = AtomicU64::new(0);
-            state.advance(scenes, &options, &counter, |_| ControlFlow::Continue(()));
-            state
-        });
-        let mut parts: Vec<State> = parts.collect();
-        let mut merged = parts.pop().unwrap();
-        parts.iter().for_each(|part| merged.merge(part).unwrap());
-        assert_eq!(merged.film(), &whole);
+    for integrator in [path_tracer(), bdpt()] {
+        let whole = shoot(&scene, &options(integrator, 0..SAMPLES, 5)).film;
+        assert_eq!(whole.counts(), [SAMPLES; 16]);
+        for cuts in [&[0, 3, 8, 17, 18, 40][..], &[0, 24, 33]] {
+            let parts = cuts.windows(2).map(|cut| {
+                let scenes = std::slice::from_ref(&scene);
+                let options = options(integrator, cut[0]..cut[1], 5);
+                let mut state = State::new(scenes, &options);
+                let counter = AtomicU64::new(0);
+                state.advance(scenes, &options, &counter, |_| ControlFlow::Continue(()));
+                state
+            });
+            let mut parts: Vec<State> = parts.collect();
+            let mut merged = parts.pop().unwrap();
+            parts.iter().for_each(|part| merged.merge(part).unwrap());
+            assert_eq!(merged.film(), &whole);
+        }
     }
 }
 
@@ -140,9 +160,10 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
     });
     let targeted = Options {
         target,
-        ..options(0..1 << 12, 5)
+        ..options(path_tracer(), 0..1 << 12, 5)
     };
-    for options in [options(0..SAMPLES, 5), targeted] {
+    let [path, both] = [path_tracer(), bdpt()].map(|i| options(i, 0..SAMPLES, 5));
+    for options in [path, both, targeted] {
         let whole = shoot(&scenes[0], &options);
         assert_eq!(whole.reached, options.target.is_some());
         let mut state = State::new(&scenes, &options);
@@ -161,10 +182,34 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
     }
 }
 
+/// Layers and strategies of sets add up to the image, and know as much of their errors.
+#[test]
+fn parts_of_light_are_in_sets_too() {
+    let rendering = shoot(&scene(Sets::OfEight), &options(bdpt(), 0..SAMPLES, 5));
+    let image = rendering.film.mean();
+    let films = rendering.strategies.iter().map(|s| &s.weighted);
+    for film in films.clone() {
+        assert_eq!(film.counts(), [SAMPLES; 16]);
+    }
+    let by_strategy = films.map(Film::mean).collect::<Vec<_>>();
+    let slots = rendering.film.layers().unwrap().decomposition().layers();
+    let by_layer = (0..slots).map(|layer| rendering.film.layer_mean(layer));
+    for parts in [by_strategy, by_layer.collect()] {
+        for (i, whole) in image.iter().enumerate() {
+            let sum: f32 = parts.iter().map(|part| part[i]).sum();
+            assert!((sum - whole).abs() < 1e-5 * whole, "{sum} {whole}");
+        }
+    }
+}
+
 /// Paths from emitters contribute to many pixels: those samples stay single.
 #[test]
 fn other_estimators_take_single_samples() {
-    let bdpt = Options::new(Integrator::Bdpt(Bdpt::default()), 8, 5);
-    let [single, sets] = [Sets::Single, Sets::OfEight].map(|s| shoot(&scene(s), &bdpt).film);
+    let particle = Integrator::Particle(ParticleTracer {
+        max_depth: None,
+        rr_depth: 5,
+    });
+    let particle = Options::new(particle, 8, 5);
+    let [single, sets] = [Sets::Single, Sets::OfEight].map(|s| shoot(&scene(s), &particle).film);
     assert_eq!(single, sets);
 }

@@ -239,9 +239,9 @@ fn in_sets(
         severity: Severity::Warning,
         subject: Subject::Sensor,
         message: format!(
-            "the sampler 'ldsampler' is for the integrator 'path': samples of '{name}' are independent"
+            "the sampler 'ldsampler' is for the integrators 'path' and 'bdpt': samples of '{name}' are independent"
         ),
-        help: "make the sampler 'independent', or the integrator 'path'".into(),
+        help: "make the sampler 'independent', or the integrator 'path' or 'bdpt'".into(),
     });
     scene.in_sets(Sets::Single)
 }

@@ -292,6 +292,12 @@ impl Film {
         }
     }
 
+    /// Makes every pixel one of so many samples, whole sets: those that it lacks were zero.
+    pub fn fill_up(&mut self, samples: u64) {
+        let count = samples / self.sets.size();
+        self.pixels.iter_mut().for_each(|pixel| pixel.count = count);
+    }
+
     /// The pixels of all groups, group by group.
     pub fn groups_mut(&mut self) -> impl Iterator<Item = &mut [Pixel]> {
         self.pixels.chunks_exact_mut(self.width * self.height)

@@ -68,7 +68,7 @@ impl Bdpt {
             weighs: true,
         };
         let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws);
-        let from_emitter = LightPath::sample(scene, &bounds, sampler, ws);
+        let from_emitter = sampler.apart(|s| LightPath::sample(scene, &bounds, s, ws));
         let mut joining = Joining {
             setting: Setting {
                 scene,

@@ -86,11 +86,11 @@ impl Integrator {
         matches!(self, Integrator::Particle(_) | Integrator::Bdpt(_))
     }
 
-    /// How its samples of a pixel belong together: as the scene wants it if each has but one path, from the
+    /// How its samples of a pixel belong together: as the scene wants it if each has a path from the
     /// sensor. Paths from emitters contribute all over the image.
     pub fn sets(&self, scene: &Scene) -> Sets {
         match self {
-            Integrator::Path(_) => scene.sets(),
+            Integrator::Path(_) | Integrator::Bdpt(_) => scene.sets(),
             _ => Sets::Single,
         }
     }

@@ -159,6 +159,7 @@ impl Walker {
                 subpath.escape = self.escape(scene, &edge, &current, (throughput, depth));
                 break;
             };
+            sampler.next_edge();
             let scatter = vertex.scatter(scene, sampler);
             let onward = scatter.map_or(Spectrum::ZERO, |s| throughput * s.weight);
             self.enter(scene, &edge, (current.throughput, onward), ws);

@@ -1,12 +1,12 @@
 //! Estimators whose samples contribute all over the image.
 //!
 //! One sample of every pixel together make one sample of the whole image: contributions to other pixels
-//! are added up first, and then each pixel takes its sum as one sample. So pixels' samples are
-//! independent of one another over the sample's number, and the variance of their mean is known as
+//! are added up first, and then each pixel takes its sum as one sample, or as one of a set. So pixels' samples, or sets, are
+//! independent of one another over their number, and the variance of their mean is known as
 //! for any other estimator. The sums of one sample are formed in the order of pixels and paths, whatever thread
 //! computed them: the same seed gives the same bits.
 
-use super::source::{Source, add};
+use super::source::{Source, finite};
 use super::strategies::Strategies;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, LayerGroup, Pending, footprint};
@@ -26,7 +26,7 @@ const BLOCK: u64 = 1 << 10;
 /// One sample of a few neighbouring pixels: contributions, and the pixel whose sample each is.
 type Part = Vec<(usize, Contribution)>;
 
-/// Adds a range of samples to every pixel of the source's channel group.
+/// Adds a range of samples, whole sets, to every pixel of the source's channel group.
 pub(super) fn pass(
     source: &Source,
     samples: Range<u64>,
@@ -38,6 +38,10 @@ pub(super) fn pass(
     let (first, end) = (samples.start * tasks, samples.end * tasks);
     let mut stats = Stats::default();
     let mut image = vec![Spectrum::ZERO; pixels];
+    let mut set = vec![Spectrum::ZERO; pixels];
+    let size = source.sets().size();
+    // A power of two, so that nothing is rounded.
+    let share = 1.0 / size as f64;
     let mut account = Account::default();
     let mut layered = Layered::new(film.parts_mut(source.group).layers, pixels);
     for start in (first..end).step_by(BLOCK as usize) {
@@ -62,24 +66,30 @@ pub(super) fn pass(
                 });
             }
             if let Some(layered) = &mut layered {
-                layered.splat(source, &part);
+                layered.splat(source, &part, share);
             }
             if let Some(strategies) = strategies.as_deref_mut() {
-                strategies.splat(source, &part);
+                strategies.splat(source, &part, share);
             }
             if number % tasks + 1 < tasks {
                 continue;
             }
             books.enter(&std::mem::take(&mut account));
-            let sum = image.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
-            film.add_whole(source.group, sum / pixels as f64);
             let mut parts = film.parts_mut(source.group);
             let mut levels = parts.cascade.as_mut().map(|c| c.levels_mut());
-            for (i, (pixel, value)) in parts.pixels.iter_mut().zip(&mut image).enumerate() {
-                let value = add(pixel, std::mem::take(value), &mut stats.not_finite);
+            for (i, (mean, value)) in set.iter_mut().zip(&mut image).enumerate() {
+                let value = finite(std::mem::take(value), &mut stats.not_finite);
+                *mean += value * share;
                 if let Some(levels) = &mut levels {
                     levels.add(i, value);
                 }
+            }
+            if !(number / tasks + 1).is_multiple_of(size) {
+                continue;
+            }
+            let sum = set.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
+            for (pixel, mean) in parts.pixels.iter_mut().zip(&mut set) {
+                pixel.add(std::mem::take(mean));
             }
             if let (Some(layered), Some(layers)) = (&mut layered, parts.layers) {
                 layered.finish(layers);
@@ -87,6 +97,7 @@ pub(super) fn pass(
             if let Some(strategies) = strategies.as_deref_mut() {
                 strategies.finish(source);
             }
+            film.add_whole(source.group, sum / pixels as f64);
         }
     }
     stats
@@ -130,11 +141,7 @@ pub(super) fn splat(
         None => count(own, 1.0),
         // A pixel's filter per unit of the image's area is their number times that per pixel, and
         // there are as many paths as pixels.
-        Some(place) => {
-            for (pixel, filter) in footprint((spec.width, spec.height), spec.filter, place) {
-                count(pixel, filter);
-            }
-        }
+        Some(place) => footprint((spec.width, spec.height), spec.filter, place, count),
     }
 }
 
@@ -156,10 +163,11 @@ impl Layered {
         })
     }
 
-    fn splat(&mut self, source: &Source, part: &Part) {
+    /// Adds a `share` of contributions.
+    fn splat(&mut self, source: &Source, part: &Part, share: f64) {
         for (own, contribution) in part {
             let layer = self.decomposition.layer(&contribution.path);
-            let value = contribution.weighted();
+            let value = contribution.weighted() * share;
             splat(source, *own, contribution, |pixel, filter| {
                 self.add(pixel, layer, value * filter);
             });

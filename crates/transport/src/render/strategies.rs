@@ -6,6 +6,7 @@ use super::splats::splat;
 use crate::Spectrum;
 use crate::film::Film;
 use crate::integrator::Contribution;
+use crate::sampling::Sets;
 use crate::scene::FilmSpec;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -43,9 +44,10 @@ struct Layer {
 }
 
 impl Layer {
-    fn new(spec: &FilmSpec) -> Self {
+    fn new(spec: &FilmSpec, sets: Sets) -> Self {
+        let film = Film::in_groups(spec.width, spec.height, spec.channels, spec.lanes);
         Layer {
-            film: Film::in_groups(spec.width, spec.height, spec.channels, spec.lanes),
+            film: film.in_sets(sets),
             image: Vec::new(),
         }
     }
@@ -57,7 +59,7 @@ impl Layer {
         self.image[pixel] += value;
     }
 
-    /// Takes what was added up as a sample of every pixel.
+    /// Takes what was added up as a sample of every pixel, or as the mean of a set.
     fn finish(&mut self, group: usize) {
         for (pixel, value) in self.film.group_mut(group).iter_mut().zip(&mut self.image) {
             add(pixel, std::mem::take(value), &mut 0);
@@ -84,17 +86,17 @@ impl Strategies {
         }
     }
 
-    /// Adds contributions to a sample of the whole image.
-    pub fn splat(&mut self, source: &Source, contributions: &[(usize, Contribution)]) {
+    /// Adds a share of contributions to a sample of the whole image.
+    pub fn splat(&mut self, source: &Source, contributions: &[(usize, Contribution)], share: f64) {
         for (own, contribution) in contributions {
             let (s, t) = contribution.strategy;
             let key = (s.min(MOST_VERTICES), t.min(MOST_VERTICES));
-            let new = || [(); 2].map(|()| Layer::new(source.scene.film()));
+            let new = || [(); 2].map(|()| Layer::new(source.scene.film(), source.sets()));
             let layers = self.layers.entry(key).or_insert_with(new);
             let values = [contribution.weighted(), contribution.value];
             for (layer, value) in layers.iter_mut().zip(values) {
                 splat(source, *own, contribution, |pixel, filter| {
-                    layer.add(pixel, value * filter);
+                    layer.add(pixel, value * (filter * share));
                 });
             }
         }
@@ -110,8 +112,7 @@ impl Strategies {
     /// The images of so many samples per pixel.
     pub fn into_images(mut self, samples: u64) -> Vec<StrategyImage> {
         for layer in self.layers.values_mut().flatten() {
-            let pixels = layer.film.groups_mut().flatten();
-            pixels.for_each(|pixel| pixel.count = samples);
+            layer.film.fill_up(samples);
         }
         let layers = self.layers.into_iter();
         layers

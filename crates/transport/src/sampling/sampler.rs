@@ -69,6 +69,32 @@ impl Sampler {
         })
     }
 
+    /// Numbers for the choice of an emitter to which the end of the current edge is connected, and of the place on it. Of several such
+    /// connections the first has those of the set: they are not to share them.
+    pub fn next_aim(&mut self, connection: usize) -> (f64, [f64; 2]) {
+        match connection {
+            0 => {
+                let choice = self.next_1d_for(Purpose::Emitter);
+                (choice, self.next_2d_for(Purpose::Aim))
+            }
+            _ => (self.next_1d(), self.next_2d()),
+        }
+    }
+
+    /// What `draw` returns, with numbers that are independent of those of the other samples of the set: for subpaths from emitters,
+    /// whose edges would otherwise have the points of the sensor's.
+    pub fn apart<T>(&mut self, draw: impl FnOnce(&mut Self) -> T) -> T {
+        let (points, edge) = (self.points.take(), self.edge);
+        let drawn = draw(self);
+        (self.points, self.edge) = (points, edge);
+        drawn
+    }
+
+    /// From here on numbers are for that edge of the path.
+    pub fn at_edge(&mut self, edge: usize) {
+        self.edge = u32::try_from(edge).unwrap_or(u32::MAX);
+    }
+
     /// From here on numbers are for the next edge of the path.
     pub fn next_edge(&mut self) {
         self.edge = self.edge.saturating_add(1);

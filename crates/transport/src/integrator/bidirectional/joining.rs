@@ -82,15 +82,17 @@ impl Joining<'_> {
 
     /// s = 1: the last of the sensor's stations and an emitter of each class.
     pub fn direct(&mut self, stations: &[Station]) {
-        let Some(z) = stations.last() else { return };
+        let Some((z, before)) = stations.split_last() else {
+            return;
+        };
+        self.sampler.at_edge(before.len());
         let (setting, scene) = (self.setting, self.setting.scene);
         if z.vertex.is_black(scene) {
             return;
         }
         let receiver = z.vertex.receiver(scene);
-        for class in scene.classes() {
-            let choice = self.sampler.next_1d();
-            let u = self.sampler.next_2d();
+        for (i, class) in scene.classes().enumerate() {
+            let (choice, u) = self.sampler.next_aim(i);
             let (index, chosen) = scene.choose_emitter(class, &receiver, choice);
             let emitter = &scene.emitters()[index];
             let shape = |object: usize| &scene.objects()[object].shape;

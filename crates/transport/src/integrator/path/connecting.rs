@@ -28,14 +28,7 @@ impl Tracing<'_> {
             if rate < 1.0 && self.sampler.next_1d() >= rate {
                 continue;
             }
-            // Two classes are not to share their numbers.
-            let (u, place) = match i {
-                0 => {
-                    let u = self.sampler.next_1d_for(Purpose::Emitter);
-                    (u, self.sampler.next_2d_for(Purpose::Aim))
-                }
-                _ => (self.sampler.next_1d(), self.sampler.next_2d()),
-            };
+            let (u, place) = self.sampler.next_aim(i);
             let (index, chosen) = scene.choose_emitter(class, &receiver, u);
             let light = self.connect(vertex, throughput, (index, rate * chosen, place), budget);
             if !light.is_empty() {

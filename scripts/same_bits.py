@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+"""Compares the release build with the development build: the same seed must give the same bits.
+
+Tests run in the development profile, with checks of overflow; what users run is compiled otherwise, and compilers err: an
+iterator that development builds inlined rightly once put all light of `bdpt` and `particle` one row too low in release builds.
+Builds both and renders the example scenes, small, by every integrator.
+
+Usage: scripts/same_bits.py
+"""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+INTEGRATORS = ("path", "particle", "bdpt", "photon", "sppm")
+# What is rendered of a scene, and as what kind of file.
+PICTURE = (("-D", "width=24", "-D", "height=18", "--spp", "2"), "npy")
+METERS = (("-D", "particles=2000"), "npz")
+
+
+def variants(folder):
+    """Example scenes, cameras' by each integrator, as files beside links to their data, with what is rendered of them."""
+    for file in (ROOT / "scenes").iterdir():
+        (folder / file.name).symlink_to(file)
+    for scene in sorted((ROOT / "scenes").glob("*.xml")):
+        text = scene.read_text()
+        if "$particles" in text:
+            yield scene, METERS
+        elif '<integrator type="path"' not in text or '<sensor type="perspective"' not in text:
+            yield scene, PICTURE
+        else:
+            for integrator in INTEGRATORS:
+                copy = folder / f"{scene.stem}-{integrator}.xml"
+                copy.write_text(text.replace('<integrator type="path"', f'<integrator type="{integrator}"'))
+                yield copy, PICTURE
+
+
+def render(profile, scene, options, output):
+    """The bytes that a scene gives, or what the program says."""
+    program = ROOT / "target" / profile / "morgana"
+    command = [program, "render", scene, *options, "--seed", "3", "--quiet", "-o", output]
+    run = subprocess.run(command, capture_output=True)
+    return output.read_bytes() if run.returncode == 0 else run.stderr
+
+
+def main():
+    for arguments in ([], ["--release"]):
+        subprocess.run(["cargo", "build", "--quiet", "-p", "morgana", *arguments], cwd=ROOT, check=True)
+    differ = 0
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        for scene, (options, extension) in variants(folder):
+            output = folder / f"output.{extension}"
+            found = [render(profile, scene, options, output) for profile in ("debug", "release")]
+            same = found[0] == found[1] and output.exists()
+            output.unlink(missing_ok=True)
+            differ += not same
+            print(f"{scene.stem}: {'the same' if same else 'DIFFERENT'}", flush=True)
+    if differ:
+        sys.exit(f"{differ} scenes differ")
+
+
+if __name__ == "__main__":
+    main()
