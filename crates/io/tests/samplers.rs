@@ -39,12 +39,23 @@ fn low_discrepancy_comes_in_whole_sets() {
 }
 
 #[test]
+fn other_even_samplers_are_replaced_by_ours() {
+    let loaded = load("path", "multijitter", Some(64));
+    assert_eq!(loaded.scene().sets(), Sets::OfEight);
+    let message = loaded.warnings.to_string();
+    assert!(
+        message.contains("'multijitter' is not available; 'ldsampler' is used instead"),
+        "{message}"
+    );
+}
+
+#[test]
 fn others_take_independent_samples_and_say_so() {
     let independent = load("path", "independent", None);
     assert_eq!(independent.scene().sets(), Sets::Single);
     assert!(independent.warnings.is_empty());
     for (integrator, sampler, said) in [
-        ("path", "halton", "'independent' is used instead"),
+        ("path", "strange", "'independent' is used instead"),
         (
             "particle",
             "ldsampler",

@@ -9,6 +9,16 @@ use transport::sampling::Sets;
 /// Each instant has a scene of its own in memory; a period needs few of them.
 const MOST_INSTANTS: i64 = 256;
 
+/// Samplers of Mitsuba that spread samples evenly, too.
+const EVEN: [&str; 6] = [
+    "stratified",
+    "multijitter",
+    "orthogonal",
+    "halton",
+    "hammersley",
+    "sobol",
+];
+
 /// What a sampler asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Samples {
@@ -53,11 +63,14 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
         "ldsampler" => Sets::OfEight,
         "independent" => Sets::Single,
         other => {
-            let message =
-                format!("sampler '{other}' is not available; 'independent' is used instead");
+            let (used, sets) = match EVEN.contains(&other) {
+                true => ("ldsampler", Sets::OfEight),
+                false => ("independent", Sets::Single),
+            };
+            let message = format!("sampler '{other}' is not available; '{used}' is used instead");
             let warning = Diagnostic::warning(message).at(&object.plugin_location);
             context.diagnostics.push(warning);
-            Sets::Single
+            sets
         }
     };
     let mut q = Query::new(object, context.diagnostics);

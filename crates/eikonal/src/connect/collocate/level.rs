@@ -1,8 +1,8 @@
-//! From the forces at a few nodes to the ray, at more nodes.
+//! From the forces at a few nodes to the ray, or to the forces at more nodes.
 
 use super::linear::{Solution, dot, point, vector};
 use super::rule::{Row, Rule, sum};
-use super::{COARSE, MOST_ARCS, Problem, Ray, Refusal};
+use super::{COARSE, MOST_ARCS, Problem, Ray};
 use crate::ray::Arc;
 use fearless_simd::{Simd, f64x4};
 use glam::DVec3;
@@ -19,11 +19,32 @@ const PER_SHIFT: f64 = 0.14;
 /// in sound: mostly this is for fields of which n² is quadratic.
 const PER_CHANGE: f64 = 30.0;
 
-/// A rule for the ray itself: of N nodes, cut into M arcs.
-pub(super) struct Level<const N: usize, const M: usize> {
-    pub rule: Rule<N>,
-    /// Displacements at the nodes by forces at the coarse ones.
-    refine: [[f64; 4]; N],
+/// What comes of a level.
+pub(super) enum Outcome<const N: usize> {
+    Found(Ray),
+    /// u″ at the nodes: more of them are needed.
+    Forces([DVec3; N]),
+    /// The field bends the ray too much.
+    Bent,
+}
+
+impl<const N: usize> Outcome<N> {
+    /// The ray, if there is one.
+    pub fn found(self) -> Option<Ray> {
+        match self {
+            Outcome::Found(ray) => Some(ray),
+            _ => None,
+        }
+    }
+}
+
+/// A rule for the ray itself: of N nodes, cut into M arcs, after one of K nodes.
+pub(super) struct Level<const K: usize, const N: usize, const M: usize> {
+    rule: Rule<N>,
+    /// Forces at the nodes by those at the nodes before,
+    same: [[f64; K]; N],
+    /// and displacements.
+    refine: [[f64; K]; N],
     /// Forces at the coarse nodes by those at the nodes.
     coarsen: [[f64; N]; 4],
     /// Where the first arc begins, and where each ends.
@@ -31,14 +52,16 @@ pub(super) struct Level<const N: usize, const M: usize> {
     cuts: [Row<N>; M],
 }
 
-impl<const N: usize, const M: usize> Level<N, M> {
+impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
     /// Computes the tables.
     pub const fn new() -> Self {
-        let rule = Rule::new();
-        let mut refine = [[0.0; 4]; N];
+        let (before, rule) = (Rule::<K>::new(), Rule::new());
+        let mut same = [[0.0; K]; N];
+        let mut refine = same;
         let mut i = 0;
         while i < N {
-            refine[i] = COARSE.row(rule.nodes[i]).displacement;
+            let row = before.row(rule.nodes[i]);
+            (same[i], refine[i]) = (row.value, row.displacement);
             i += 1;
         }
         let mut coarsen = [[0.0; N]; 4];
@@ -56,6 +79,7 @@ impl<const N: usize, const M: usize> Level<N, M> {
         }
         Level {
             rule,
+            same,
             refine,
             coarsen,
             start,
@@ -63,29 +87,37 @@ impl<const N: usize, const M: usize> Level<N, M> {
         }
     }
 
-    /// The ray, from u″ at the coarse nodes.
+    /// u″ at the nodes, given that at those before.
+    pub fn same(&self, forces: &[DVec3; K]) -> [DVec3; N] {
+        self.same.map(|row| sum(&row, forces))
+    }
+
+    /// From u″ at the nodes before: the ray if it may be found here already, and otherwise forces.
     #[inline(always)]
     pub fn solve<S: Simd>(
         &self,
         simd: S,
         problem: &Problem,
-        coarse: &[DVec3; 4],
+        (forces, here): (&[DVec3; K], bool),
         evaluations: &mut u64,
-    ) -> Result<Ray, Refusal> {
-        let coarse = coarse.map(|u| vector(simd, u));
-        let mut u = self.refine.map(|row| sum(&row, &coarse));
+    ) -> Outcome<N> {
+        let forces = forces.map(|u| vector(simd, u));
+        let mut u = self.refine.map(|row| sum(&row, &forces));
         for _ in 0..MOST_ROUNDS {
             *evaluations += N as u64;
-            let solution = Solution::new(simd, &self.rule, problem, &u).ok_or(Refusal::Bent)?;
-            if !self.resolves(problem, &solution) {
-                return Err(Refusal::Unresolved);
+            let Some(solution) = Solution::new(simd, &self.rule, problem, &u) else {
+                return Outcome::Bent;
+            };
+            if !(here && self.resolves(problem, &solution)) {
+                return Outcome::Forces(solution.a.map(|a| point(a * solution.span2)));
             }
             if self.settles(problem, &solution, &u) {
-                return self.ray(problem, &solution).ok_or(Refusal::Bent);
+                let ray = self.ray(problem, &solution);
+                return ray.map_or(Outcome::Bent, Outcome::Found);
             }
             u = solution.u;
         }
-        Err(Refusal::Bent)
+        Outcome::Bent
     }
 
     /// Whether the Hessians, which were evaluated at the displacements `from`, do for those of the solution: by the field's length

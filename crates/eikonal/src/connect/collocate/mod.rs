@@ -17,12 +17,12 @@ use crate::lanes;
 use crate::ray::Arc;
 use fearless_simd::{Level as Lanes, dispatch};
 use glam::DVec3;
-use level::Level;
+use level::{Level, Outcome};
 
 const COARSE: Rule<4> = Rule::new();
-static SHORT: Level<6, 2> = Level::new();
-static MIDDLE: Level<8, 3> = Level::new();
-static LONG: Level<12, 4> = Level::new();
+static SHORT: Level<4, 6, 2> = Level::new();
+static MIDDLE: Level<6, 8, 3> = Level::new();
+static LONG: Level<8, 12, 4> = Level::new();
 
 /// Most arcs that a ray is cut into.
 const MOST_ARCS: usize = 4;
@@ -40,14 +40,6 @@ pub(super) struct Ray {
     pub jacobian: f64,
     /// The first so many are pieces of the ray.
     pub arcs: ([Arc; MOST_ARCS], usize),
-}
-
-/// Why there is no ray.
-enum Refusal {
-    /// The field changes too fast for the nodes.
-    Unresolved,
-    /// It bends the ray too much.
-    Bent,
 }
 
 /// What is asked for.
@@ -101,18 +93,23 @@ fn collocated_by(
     let gradients = at.map(|x| field.gradient(x));
     problem.on_chord = gradients.map(|(_, grad)| grad * 0.5);
     let coarse = problem.first_order(gradients.map(|(n2, _)| n2));
-    let mut outcome = Err(Refusal::Unresolved);
-    for level in first..SPANNED.len() {
-        outcome = match level {
-            0 => dispatch!(lanes, simd => SHORT.solve(simd, &problem, &coarse, evaluations)),
-            1 => dispatch!(lanes, simd => MIDDLE.solve(simd, &problem, &coarse, evaluations)),
-            _ => dispatch!(lanes, simd => LONG.solve(simd, &problem, &coarse, evaluations)),
-        };
-        if !matches!(outcome, Err(Refusal::Unresolved)) {
-            break;
+    // One level only betters the first guess for the next, which saves that a second round.
+    let from = (&coarse, first == 0);
+    let (forces, here) = if first < 2 {
+        match dispatch!(lanes, simd => SHORT.solve(simd, &problem, from, evaluations)) {
+            Outcome::Forces(forces) => (forces, true),
+            ended => return ended.found(),
         }
-    }
-    outcome.ok()
+    } else {
+        (SHORT.same(&coarse), false)
+    };
+    let from = (&forces, here);
+    let forces = match dispatch!(lanes, simd => MIDDLE.solve(simd, &problem, from, evaluations)) {
+        Outcome::Forces(forces) => forces,
+        ended => return ended.found(),
+    };
+    let from = (&forces, true);
+    dispatch!(lanes, simd => LONG.solve(simd, &problem, from, evaluations)).found()
 }
 
 impl Problem<'_> {
