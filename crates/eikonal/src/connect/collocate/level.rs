@@ -6,6 +6,7 @@ use super::{COARSE, MOST_ARCS, Problem, Ray};
 use crate::ray::Arc;
 use fearless_simd::{Simd, f64x4};
 use glam::DVec3;
+use std::ops::ControlFlow;
 
 /// Rounds of Newton's method.
 const MOST_ROUNDS: usize = 2;
@@ -18,25 +19,6 @@ const PER_SHIFT: f64 = 0.14;
 /// The same per displacement and per change of the Hessians with it, in units of 1/σ₁², as far as the chord tells. Up to 7 was seen,
 /// in sound: mostly this is for fields of which n² is quadratic.
 const PER_CHANGE: f64 = 30.0;
-
-/// What comes of a level.
-pub(super) enum Outcome<const N: usize> {
-    Found(Ray),
-    /// u″ at the nodes: more of them are needed.
-    Forces([DVec3; N]),
-    /// The field bends the ray too much.
-    Bent,
-}
-
-impl<const N: usize> Outcome<N> {
-    /// The ray, if there is one.
-    pub fn found(self) -> Option<Ray> {
-        match self {
-            Outcome::Found(ray) => Some(ray),
-            _ => None,
-        }
-    }
-}
 
 /// A rule for the ray itself: of N nodes, cut into M arcs, after one of K nodes.
 pub(super) struct Level<const K: usize, const N: usize, const M: usize> {
@@ -92,7 +74,8 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         self.same.map(|row| sum(&row, forces))
     }
 
-    /// From u″ at the nodes before: the ray if it may be found here already, and otherwise forces.
+    /// From u″ at the nodes before: the end, with the ray unless the field bends it too much, or u″ at the nodes if more of
+    /// them are needed, or the ray is not to be found `here`.
     #[inline(always)]
     pub fn solve<S: Simd>(
         &self,
@@ -100,24 +83,23 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         problem: &Problem,
         (forces, here): (&[DVec3; K], bool),
         evaluations: &mut u64,
-    ) -> Outcome<N> {
+    ) -> ControlFlow<Option<Ray>, [DVec3; N]> {
         let forces = forces.map(|u| vector(simd, u));
         let mut u = self.refine.map(|row| sum(&row, &forces));
         for _ in 0..MOST_ROUNDS {
             *evaluations += N as u64;
             let Some(solution) = Solution::new(simd, &self.rule, problem, &u) else {
-                return Outcome::Bent;
+                return ControlFlow::Break(None);
             };
             if !(here && self.resolves(problem, &solution)) {
-                return Outcome::Forces(solution.a.map(|a| point(a * solution.span2)));
+                return ControlFlow::Continue(solution.a.map(|a| point(a * solution.span2)));
             }
             if self.settles(problem, &solution, &u) {
-                let ray = self.ray(problem, &solution);
-                return ray.map_or(Outcome::Bent, Outcome::Found);
+                return ControlFlow::Break(self.ray(problem, &solution));
             }
             u = solution.u;
         }
-        Outcome::Bent
+        ControlFlow::Break(None)
     }
 
     /// Whether the Hessians, which were evaluated at the displacements `from`, do for those of the solution: by the field's length

@@ -17,7 +17,8 @@ use crate::lanes;
 use crate::ray::Arc;
 use fearless_simd::{Level as Lanes, dispatch};
 use glam::DVec3;
-use level::{Level, Outcome};
+use level::Level;
+use std::ops::ControlFlow;
 
 const COARSE: Rule<4> = Rule::new();
 static SHORT: Level<4, 6, 2> = Level::new();
@@ -97,19 +98,21 @@ fn collocated_by(
     let from = (&coarse, first == 0);
     let (forces, here) = if first < 2 {
         match dispatch!(lanes, simd => SHORT.solve(simd, &problem, from, evaluations)) {
-            Outcome::Forces(forces) => (forces, true),
-            ended => return ended.found(),
+            ControlFlow::Continue(forces) => (forces, true),
+            ControlFlow::Break(ended) => return ended,
         }
     } else {
         (SHORT.same(&coarse), false)
     };
     let from = (&forces, here);
     let forces = match dispatch!(lanes, simd => MIDDLE.solve(simd, &problem, from, evaluations)) {
-        Outcome::Forces(forces) => forces,
-        ended => return ended.found(),
+        ControlFlow::Continue(forces) => forces,
+        ControlFlow::Break(ended) => return ended,
     };
     let from = (&forces, true);
-    dispatch!(lanes, simd => LONG.solve(simd, &problem, from, evaluations)).found()
+    dispatch!(lanes, simd => LONG.solve(simd, &problem, from, evaluations))
+        .break_value()
+        .flatten()
 }
 
 impl Problem<'_> {
