@@ -8,12 +8,14 @@ Builds both and renders the example scenes, small, by every integrator.
 Usage: scripts/same_bits.py
 """
 
+import os
 import pathlib
 import subprocess
 import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
 INTEGRATORS = ("path", "particle", "bdpt", "photon", "sppm")
 # What is rendered of a scene, and as what kind of file.
 PICTURE = (("-D", "width=24", "-D", "height=18", "--spp", "2"), "npy")
@@ -38,11 +40,13 @@ def variants(folder):
 
 
 def render(profile, scene, options, output):
-    """The bytes that a scene gives, or what the program says."""
-    program = ROOT / "target" / profile / "morgana"
+    """The bytes that a scene gives; `None`, after a message, if the program fails."""
+    program = TARGET / profile / "morgana"
     command = [program, "render", scene, *options, "--seed", "3", "--quiet", "-o", output]
-    run = subprocess.run(command, capture_output=True)
-    return output.read_bytes() if run.returncode == 0 else run.stderr
+    if subprocess.run(command).returncode == 0:
+        return output.read_bytes()
+    print(f"{scene.stem}: the {profile} build fails, see above", flush=True)
+    return None
 
 
 def main():
@@ -54,8 +58,7 @@ def main():
         for scene, (options, extension) in variants(folder):
             output = folder / f"output.{extension}"
             found = [render(profile, scene, options, output) for profile in ("debug", "release")]
-            same = found[0] == found[1] and output.exists()
-            output.unlink(missing_ok=True)
+            same = found[0] == found[1] and found[0] is not None
             differ += not same
             print(f"{scene.stem}: {'the same' if same else 'DIFFERENT'}", flush=True)
     if differ:

@@ -182,7 +182,8 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
     }
 }
 
-/// Layers and strategies of sets add up to the image, and know as much of their errors.
+/// Layers and strategies of sets add up to the image, up to the rounding of single precision in some dozens of means, and have as
+/// many samples.
 #[test]
 fn parts_of_light_are_in_sets_too() {
     let rendering = shoot(&scene(Sets::OfEight), &options(bdpt(), 0..SAMPLES, 5));

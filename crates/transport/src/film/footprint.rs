@@ -5,6 +5,9 @@ use super::Filter;
 /// Tells `count` the pixels of a `width × height` image whose filter reaches a position, in units of the image from
 /// its top left corner, and the value of the filter there, per pixel. The values are those of the
 /// densities with which camera samples are placed ([`Filter::sample`]).
+///
+/// An iterator in place of these loops was compiled wrongly by Rust 1.95 where it was inlined in release builds: pixels were those of the
+/// next row (`scripts/same_bits.py` would tell).
 pub fn footprint(
     (width, height): (usize, usize),
     filter: Filter,
