@@ -21,6 +21,20 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "samples shared out by what the image itself has seen",
+        TRANSPORT + "render/allocation.rs",
+        "const FIRST: u64 = 1 << 62;",
+        "const FIRST: u64 = 0;",
+        ("transport", "adaptive", "what_a_pilot_sees_by_chance_does_not_bias_the_image"),
+    ),
+    (
+        "samples that a pixel takes twice",
+        TRANSPORT + "render/allocation.rs",
+        "self.taken(unit, share)..self.taken(unit + 1, share)",
+        "self.taken(unit, share)..self.taken(unit + 1, share) + 1",
+        ("transport", "adaptive", "errors_are_smaller_and_true_and_means_agree"),
+    ),
+    (
         "light found by chance taken for the same however rare connections are",
         TRANSPORT + "path/rates.rs",
         "*mean += value / (1.0 - share + probability(level) * share);",

@@ -96,6 +96,7 @@ impl Job {
             strategies: self.strategies,
             decomposition: loaded.layering.decomposition,
             reweight: loaded.reweight,
+            adaptive: loaded.adaptive,
             target: self.target_error.map(|error| Target {
                 error,
                 measure: self.target.unwrap_or_default(),

@@ -69,6 +69,22 @@ impl Report<'_> {
         self.rendering.film.samples() as f64 / self.elapsed.as_secs_f64().max(1e-9)
     }
 
+    /// The number of samples per pixel, and between which limits it is a mean.
+    fn spp(&self) -> String {
+        let mean = self.rendering.samples;
+        match self.least_and_most() {
+            (least, most) if least < most => format!("{mean} spp ({least} to {most})"),
+            _ => format!("{mean} spp"),
+        }
+    }
+
+    /// The least and the largest number of samples of a pixel.
+    fn least_and_most(&self) -> (u64, u64) {
+        let counts = self.rendering.film.counts();
+        let (least, most) = (counts.iter().min(), counts.iter().max());
+        (least.copied().unwrap_or(0), most.copied().unwrap_or(0))
+    }
+
     /// The line at the end of a render, and that of the account if there is one.
     pub fn line(&self) -> String {
         let stopped = match self.stopped {
@@ -77,7 +93,7 @@ impl Report<'_> {
         };
         let mut parts = vec![
             format!("{stopped}{}", numbers::duration(self.elapsed)),
-            format!("{} spp", self.rendering.samples),
+            self.spp(),
             format!("{} samples/s", numbers::count(self.rate())),
             self.outcome(),
         ];
@@ -198,6 +214,7 @@ impl Report<'_> {
     pub fn json(&self) -> Value {
         let (mean, error) = self.rendering.film.summary();
         let (film, stats) = (&self.rendering.film, &self.rendering.stats);
+        let (least, most) = self.least_and_most();
         json!({
             "version": env!("CARGO_PKG_VERSION"),
             "scene": file_name(&self.job.scene),
@@ -207,6 +224,7 @@ impl Report<'_> {
             "seed": self.job.seed,
             "spp": self.rendering.samples,
             "spp_requested": self.requested,
+            "spp_of_pixels": [least, most],
             "stopped": self.stopped.map(Stopped::name),
             "threads": self.threads,
             "seconds": self.elapsed.as_secs_f64(),

@@ -4,11 +4,22 @@ use io::{LoadOptions, Loaded};
 use transport::sampling::Sets;
 
 fn load(integrator: &str, sampler: &str, samples: Option<u64>) -> Loaded {
+    load_with(integrator, sampler, ("", ""), samples)
+}
+
+/// With more parameters of the sampler and of the film.
+fn load_with(
+    integrator: &str,
+    sampler: &str,
+    (more, film): (&str, &str),
+    samples: Option<u64>,
+) -> Loaded {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("scene.xml");
     let text = format!(
         r#"<scene version="3.0.0"><integrator type="{integrator}"/>
-<sensor type="perspective"><sampler type="{sampler}"><integer name="sample_count" value="30"/></sampler></sensor>
+<sensor type="perspective"><sampler type="{sampler}"><integer name="sample_count" value="30"/>{more}</sampler>
+<film type="hdrfilm">{film}</film></sensor>
 <emitter type="constant"/>
 </scene>"#
     );
@@ -66,5 +77,24 @@ fn others_take_independent_samples_and_say_so() {
         assert_eq!((loaded.scene().sets(), loaded.samples), (Sets::Single, 30));
         let message = loaded.warnings.to_string();
         assert!(message.contains(said), "{message}");
+    }
+}
+
+#[test]
+fn samples_are_shared_out_where_that_can_be() {
+    let adaptive = r#"<boolean name="adaptive" value="true"/>"#;
+    let reweight = r#"<boolean name="reweight" value="true"/>"#;
+    let load = |integrator, film| load_with(integrator, "independent", (adaptive, film), None);
+    let loaded = load("path", "");
+    assert!(loaded.adaptive && loaded.warnings.is_empty());
+    assert!(!load_with("path", "independent", ("", ""), None).adaptive);
+    for (loaded, reason) in [
+        (load("bdpt", ""), "with other integrators than 'path'"),
+        (load("path", reweight), "with the film's 'reweight'"),
+    ] {
+        assert!(!loaded.adaptive);
+        let message = loaded.warnings.to_string();
+        let said = format!("the sampler's 'adaptive' has no effect {reason}");
+        assert!(message.contains(&said), "{message}");
     }
 }

@@ -124,6 +124,7 @@ pub fn options(scene: &Scene, limits: Limits, integrator: Integrator) -> Options
     Options {
         decomposition: loaded.layering.decomposition,
         reweight: loaded.reweight,
+        adaptive: loaded.adaptive,
         target: limits.target_error.map(|(error, of_pixels)| Target {
             error,
             measure: [Measure::Image, Measure::Pixel][usize::from(of_pixels)],

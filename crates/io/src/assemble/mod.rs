@@ -32,7 +32,6 @@ use channels::Channels;
 use context::Context;
 use std::path::Path;
 use transport::integrator::{Integrator, PathTracer};
-use transport::sampling::Sets;
 use transport::scene::{Parts, Problem, Scene, Severity, Subject};
 
 /// What a caller may change about a scene file.
@@ -71,6 +70,8 @@ pub struct Loaded {
     pub layering: Layering,
     /// Whether an image with less weight for rare bright samples is wanted beside the plain one.
     pub reweight: bool,
+    /// Whether noisy pixels get more samples: see [`transport::render::Options::adaptive`].
+    pub adaptive: bool,
     /// What the scene says of its estimator.
     estimators: integrator::Parameters,
 }
@@ -161,6 +162,7 @@ pub fn assemble(
     let (integrator, estimators) = (first.method.integrator, first.method.parameters);
     let samples = whole_periods(options, first, &mut diagnostics);
     let (layering, reweight) = (first.layering, first.reweight);
+    let adaptive = first.adaptive;
     let instruments = std::mem::take(&mut first.instruments);
     Ok(Loaded {
         instruments,
@@ -176,6 +178,7 @@ pub fn assemble(
         emitter_names,
         layering,
         reweight,
+        adaptive,
         estimators,
     })
 }
@@ -223,29 +226,6 @@ fn whole_periods(options: &LoadOptions, parts: &GroupParts, diagnostics: &mut Di
     samples
 }
 
-/// The scene with samples in sets, if its integrator takes them.
-fn in_sets(
-    scene: Scene,
-    sets: Sets,
-    integrator: &Integrator,
-    mut report: impl FnMut(&Problem),
-) -> Scene {
-    let scene = scene.in_sets(sets);
-    if integrator.sets(&scene) == sets {
-        return scene;
-    }
-    let name = integrator.name();
-    report(&Problem {
-        severity: Severity::Warning,
-        subject: Subject::Sensor,
-        message: format!(
-            "the sampler 'ldsampler' is for the integrators 'path' and 'bdpt': samples of '{name}' are independent"
-        ),
-        help: "make the sampler 'independent', or the integrator 'path' or 'bdpt'".into(),
-    });
-    scene.in_sets(Sets::Single)
-}
-
 /// What the description makes for one channel group.
 struct GroupParts {
     scene: Scene,
@@ -254,6 +234,7 @@ struct GroupParts {
     emitter_names: Vec<String>,
     layering: Layering,
     reweight: bool,
+    adaptive: bool,
     instruments: Vec<Instrument>,
 }
 
@@ -348,7 +329,13 @@ fn group_parts(
     };
     match Scene::over_period(parts, sensor.samples.instants) {
         Ok(scene) => {
-            let scene = in_sets(scene, sensor.samples.sets, &method.integrator, &mut report);
+            let scene =
+                sampler::in_sets(scene, sensor.samples.sets, &method.integrator, &mut report);
+            let hindrance = match instruments.is_empty() {
+                true => sampler::hindrance(&method.integrator, sensor.film.reweight),
+                false => Some("with meters"),
+            };
+            let adaptive = sampler::is_adaptive(&sensor.samples, hindrance, &mut report);
             // Without light a picture is black, but other quantities are not.
             let dark = matches!(method.integrator, Integrator::Aov(_));
             let matters = |p: &&Problem| !(dark && p.subject == Subject::Scene);
@@ -381,6 +368,7 @@ fn group_parts(
                 emitter_names,
                 layering,
                 reweight: sensor.film.reweight,
+                adaptive,
                 instruments,
             })
         }

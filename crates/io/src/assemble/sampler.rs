@@ -4,7 +4,9 @@ use super::context::Context;
 use crate::diagnostic::Diagnostic;
 use crate::query::Query;
 use crate::scene::Object;
+use transport::integrator::Integrator;
 use transport::sampling::Sets;
+use transport::scene::{Problem, Scene, Severity, Subject};
 
 /// Each instant has a scene of its own in memory; a period needs few of them.
 const MOST_INSTANTS: i64 = 256;
@@ -28,6 +30,8 @@ pub(super) struct Samples {
     pub instants: usize,
     /// How the samples of a pixel belong together.
     pub sets: Sets,
+    /// Whether noisy pixels get more of them.
+    pub adaptive: bool,
 }
 
 impl Default for Samples {
@@ -36,6 +40,7 @@ impl Default for Samples {
             count: 0,
             instants: 1,
             sets: Sets::Single,
+            adaptive: false,
         }
     }
 }
@@ -47,6 +52,7 @@ impl Samples {
             count: self.count.max(other.count),
             instants: self.instants.max(other.instants),
             sets: self.sets.max(other.sets),
+            adaptive: self.adaptive || other.adaptive,
         }
     }
 }
@@ -76,11 +82,66 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
     let mut q = Query::new(object, context.diagnostics);
     let count = q.integer_in("sample_count", 1..=i64::MAX, default);
     let instants = q.integer_in("phases", 1..=MOST_INSTANTS, 1);
+    let adaptive = q.boolean_or("adaptive", false);
     q.has("seed");
     q.finish(&[]);
     Samples {
         count: count as u64,
         instants: instants as usize,
         sets,
+        adaptive,
+    }
+}
+
+/// The scene with samples in sets, if its integrator takes them.
+pub(super) fn in_sets(
+    scene: Scene,
+    sets: Sets,
+    integrator: &Integrator,
+    mut report: impl FnMut(&Problem),
+) -> Scene {
+    let scene = scene.in_sets(sets);
+    if integrator.sets(&scene) == sets {
+        return scene;
+    }
+    let name = integrator.name();
+    report(&warning(
+        format!(
+            "the sampler 'ldsampler' is for the integrators 'path' and 'bdpt': samples of '{name}' are independent"
+        ),
+        "make the sampler 'independent', or the integrator 'path' or 'bdpt'",
+    ));
+    scene.in_sets(Sets::Single)
+}
+
+/// Why samples of pictures cannot be shared out among pixels by noise, if they cannot.
+pub(super) fn hindrance(integrator: &Integrator, reweight: bool) -> Option<&'static str> {
+    match integrator {
+        Integrator::Path(_) => reweight.then_some("with the film's 'reweight'"),
+        _ => Some("with other integrators than 'path'"),
+    }
+}
+
+/// Whether samples are shared out among pixels by noise: if the sampler asks for it and nothing hinders it.
+pub(super) fn is_adaptive(
+    samples: &Samples,
+    hindrance: Option<&str>,
+    mut report: impl FnMut(&Problem),
+) -> bool {
+    if let (true, Some(hindrance)) = (samples.adaptive, hindrance) {
+        report(&warning(
+            format!("the sampler's 'adaptive' has no effect {hindrance}"),
+            "leave it out",
+        ));
+    }
+    samples.adaptive && hindrance.is_none()
+}
+
+fn warning(message: String, help: &str) -> Problem {
+    Problem {
+        severity: Severity::Warning,
+        subject: Subject::Sensor,
+        message,
+        help: help.into(),
     }
 }

@@ -90,5 +90,10 @@ const SAMPLES: &[Parameter] = &[
         "samples per pixel, or particles in all, ≥ 1",
     ),
     integer("phases", "1", "instants of a period of sound, 1 to 256"),
+    boolean(
+        "adaptive",
+        "false",
+        "whether noisy pixels get more samples, with the integrator path",
+    ),
     integer("seed", "", "accepted and ignored"),
 ];

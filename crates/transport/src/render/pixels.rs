@@ -1,5 +1,6 @@
 //! Estimators whose samples belong to their own pixels.
 
+use super::allocation::Allocation;
 use super::source::{Source, finite};
 use crate::Spectrum;
 use crate::film::{CellsMut, Decomposition, Film, LevelsMut, PartsMut, Pending, Pixel};
@@ -22,10 +23,10 @@ struct Task<'a> {
     levels: Option<LevelsMut<'a>>,
 }
 
-/// Adds a range of samples, whole sets, to every pixel of the source's channel group.
+/// Adds a range of samples of the image, whole sets, to the source's channel group, of every pixel as many as it is allotted.
 pub(super) fn pass(
     source: &Source,
-    samples: Range<u64>,
+    (samples, allocation): (Range<u64>, &Allocation),
     film: &mut Film,
     counter: &AtomicU64,
 ) -> Stats {
@@ -34,7 +35,7 @@ pub(super) fn pass(
         .with_max_len(1)
         .map(|task| {
             let taken = task.pixels.len() as u64 * (samples.end - samples.start);
-            let stats = run(source, samples.clone(), task);
+            let stats = run(source, (samples.clone(), allocation), task);
             counter.fetch_add(taken, Ordering::Relaxed);
             stats
         })
@@ -67,7 +68,7 @@ fn tasks(film: &mut Film, group: usize) -> Vec<Task<'_>> {
         .collect()
 }
 
-fn run(source: &Source, samples: Range<u64>, mut task: Task) -> Stats {
+fn run(source: &Source, (samples, allocation): (Range<u64>, &Allocation), mut task: Task) -> Stats {
     let mut ws = source.workspace();
     let mut found = Vec::new();
     let layers = task.layers.as_ref().map_or(0, |(d, _)| d.layers());
@@ -76,27 +77,29 @@ fn run(source: &Source, samples: Range<u64>, mut task: Task) -> Stats {
     // A power of two, so that nothing is rounded.
     let share = 1.0 / size as f64;
     for (i, pixel) in task.pixels.iter_mut().enumerate() {
-        let mut mean = Spectrum::ZERO;
-        for sample in samples.clone() {
-            source.sample(task.first + i, sample, &mut ws, &mut found);
-            let sum = |sum, c: &Contribution| sum + c.weighted();
-            let value = found.iter().fold(Spectrum::ZERO, sum);
-            let value = finite(value, &mut ws.stats.not_finite);
-            mean += value * share;
-            if let (Some((decomposition, _)), false) = (&task.layers, value.is_zero()) {
-                for c in &found {
-                    pending.add(decomposition.layer(&c.path), c.weighted() * share);
+        let number = task.first + i;
+        let sets = samples.clone().step_by(size as usize);
+        for first in sets.flat_map(|set| allocation.samples(number, set)) {
+            let mut mean = Spectrum::ZERO;
+            for sample in first..first + size {
+                source.sample(number, sample, &mut ws, &mut found);
+                let sum = |sum, c: &Contribution| sum + c.weighted();
+                let value = found.iter().fold(Spectrum::ZERO, sum);
+                let value = finite(value, &mut ws.stats.not_finite);
+                mean += value * share;
+                if let (Some((decomposition, _)), false) = (&task.layers, value.is_zero()) {
+                    for c in &found {
+                        pending.add(decomposition.layer(&c.path), c.weighted() * share);
+                    }
                 }
-            }
-            if let Some(levels) = &mut task.levels {
-                levels.add(i, value);
-            }
-            found.clear();
-            if (sample + 1).is_multiple_of(size) {
-                pixel.add(std::mem::take(&mut mean));
-                if let Some((_, cells)) = &mut task.layers {
-                    pending.take(|layer, value| cells.add(i, layer, value));
+                if let Some(levels) = &mut task.levels {
+                    levels.add(i, value);
                 }
+                found.clear();
+            }
+            pixel.add(mean);
+            if let Some((_, cells)) = &mut task.layers {
+                pending.take(|layer, value| cells.add(i, layer, value));
             }
         }
     }

@@ -4,6 +4,7 @@
 //! and the seed. So a render that goes on from a state, or one that is put together from parts, is the same
 //! as one in one piece, bit for bit.
 
+use super::allocation::Allocation;
 use super::ranges::Ranges;
 use super::source::Source;
 use super::strategies::Strategies;
@@ -49,6 +50,7 @@ pub struct State {
     /// For each group of channels.
     books: Vec<Books>,
     prepared: Vec<Prepared>,
+    allocation: Allocation,
 }
 
 /// Why two states cannot be added up.
@@ -87,6 +89,7 @@ impl State {
             watch: options.target.map(Watch::new),
             books: vec![Books::default(); scenes.len()],
             prepared: Vec::new(),
+            allocation: Allocation::new(&scenes[0], options.shares_out()),
         }
     }
 
@@ -105,7 +108,9 @@ impl State {
         let blank = State::blank(scenes, options);
         let sound = self.done.are_sound() && self.prepared.len() == scenes.len();
         let watched = self.watch.as_ref().map(Watch::target) == options.target;
-        sound && watched && self.is_like(&blank)
+        let pixels = self.film.width() * self.film.height();
+        let allotted = self.allocation.fits(&blank.allocation, pixels);
+        sound && watched && allotted && self.is_like(&blank)
     }
 
     fn is_like(&self, other: &State) -> bool {
@@ -129,7 +134,8 @@ impl State {
     /// # Errors
     /// Samples that both have, or states of obviously different renders; nothing is added then.
     pub fn merge(&mut self, other: &State) -> Result<(), MergeError> {
-        if !self.is_like(other) || self.prepared != other.prepared {
+        let agree = self.prepared == other.prepared && self.allocation.agrees(&other.allocation);
+        if !(agree && self.is_like(other)) {
             return Err(MergeError::Different);
         }
         if let Some(range) = self.done.overlap(&other.done) {
@@ -137,6 +143,7 @@ impl State {
         }
         other.done.iter().for_each(|range| self.done.insert(range));
         self.film.merge(&other.film);
+        self.allocation.learn(&other.allocation);
         self.stats += other.stats;
         if let (Some(strategies), Some(other)) = (&mut self.strategies, &other.strategies) {
             strategies.merge(other);
@@ -165,30 +172,44 @@ impl State {
         let sets = options.integrator.sets(&scenes[0]);
         let range = options.range();
         let range = sets.whole(range.start)..sets.whole(range.end);
+        let total = range.end - range.start;
         let mut next = 1;
-        for gap in self.done.gaps(range.clone()) {
+        for gap in self.done.gaps(range) {
             let mut at = gap.start;
             while at < gap.end {
                 if self.reached() {
                     return;
                 }
+                if self.allocation.ready(at) == 0 {
+                    let mut allocation = self.allocation.clone();
+                    let between = || on_pass(&self.progress(total));
+                    if allocation.measure(&sources, between).is_break() {
+                        return;
+                    }
+                    self.allocation = allocation;
+                }
                 let started = Instant::now();
                 let look = self.watch.as_ref().map_or(u64::MAX, Watch::next);
                 next = next.min(look.saturating_sub(self.done.count()).max(1));
-                next = scenes[0].whole_periods(next).min(gap.end - at);
+                let most = self.allocation.ready(at).min(gap.end - at);
+                next = scenes[0].whole_periods(next).min(most);
                 self.pass(&sources, at..at + next, counter);
                 at += next;
-                let progress = Progress {
-                    done: self.done.count(),
-                    total: range.end - range.start,
-                    film: &self.film,
-                    state: self,
-                };
-                if on_pass(&progress).is_break() {
+                if on_pass(&self.progress(total)).is_break() {
                     return;
                 }
                 next = longer_or_shorter(next, started.elapsed());
             }
+        }
+    }
+
+    /// How far it has got on the way to so many samples.
+    fn progress(&self, total: u64) -> Progress<'_> {
+        Progress {
+            done: self.done.count(),
+            total,
+            film: &self.film,
+            state: self,
         }
     }
 
@@ -213,7 +234,7 @@ impl State {
                     let into = (film, self.strategies.as_mut(), books);
                     splats::pass(source, samples, into, counter)
                 }
-                _ => pixels::pass(source, samples, film, counter),
+                _ => pixels::pass(source, (samples, &self.allocation), film, counter),
             };
         }
         self.done.insert(samples);

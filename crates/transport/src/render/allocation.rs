@@ -1,0 +1,340 @@
+//! How samples are shared out among pixels.
+//!
+//! The mean over the image has the least variance for its work, and so have all pixels on average, if a pixel of variance v
+//! whose samples take work c gets a share of them in proportion to √(v/c) (Neyman 1934). Both are told from a
+//! pilot whose samples are not part of the image: shares do not depend on the samples that they weigh, so that every
+//! pixel's mean and its variance stay unbiased (theory §10).
+//!
+//! Shares do not depend on how many samples there will be either. So parts of a render agree about which
+//! samples belong to whom.
+
+use super::longer_or_shorter;
+use super::source::{Source, finite};
+use crate::Spectrum;
+use crate::path::Workspace;
+use crate::scene::{FilmSpec, Scene};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// Samples of the image before shares are used: they do not pay for their pilot earlier.
+const FROM: u64 = 16;
+/// After so many all pixels get the same number again, so that their sums have room for all.
+const TO: u64 = super::Options::MOST / 16;
+/// Samples of a pixel in the pilot.
+const PILOT: u64 = 4;
+/// Numbers of the pilot's samples start here, where no render gets to.
+const FIRST: u64 = 1 << 62;
+/// Pixels per unit of the pilot's work.
+const PIXELS_PER_TASK: usize = 64;
+/// Variances are means over the pixels so far around, in both directions: that of one pixel is hardly known.
+const AROUND: usize = 2;
+/// Part of the mean variance of all pixels that is added to each one's: the pilot may have missed what is rare.
+const DOUBT: f64 = 0.05;
+/// The share one.
+const ONE: u16 = 256;
+/// The least and the largest share.
+const LEAST: u16 = ONE / 2;
+const LARGEST: u16 = 8 * ONE;
+/// Steps of the search for the scale of shares: more than enough for shares in whole numbers.
+const HALVINGS: u32 = 40;
+
+/// Which samples each pixel takes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Allocation {
+    /// So many samples belong together: whole sets, at all instants of a period.
+    unit: u64,
+    shares: Shares,
+}
+
+/// Samples of a pixel per sample of the image.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Shares {
+    /// One for all pixels.
+    Even,
+    /// To be found out as soon as they are needed.
+    Open,
+    /// For each pixel, in units of 1/[`ONE`].
+    Known(Vec<u16>),
+}
+
+impl Allocation {
+    /// That of a render of which nothing is known yet.
+    pub fn new(scene: &Scene, adaptive: bool) -> Self {
+        Allocation {
+            unit: scene.whole_periods(1),
+            shares: match adaptive {
+                true => Shares::Open,
+                false => Shares::Even,
+            },
+        }
+    }
+
+    /// Whether it may be that of a render of so many pixels that begins with `blank`.
+    pub fn fits(&self, blank: &Allocation, pixels: usize) -> bool {
+        let sound = |share| (LEAST..=LARGEST).contains(share);
+        let fits = match &self.shares {
+            Shares::Known(shares) => shares.len() == pixels && shares.iter().all(sound),
+            _ => true,
+        };
+        fits && self.agrees(blank)
+    }
+
+    /// Whether parts of one render may have both.
+    pub fn agrees(&self, other: &Allocation) -> bool {
+        self.unit == other.unit
+            && match (&self.shares, &other.shares) {
+                (Shares::Even, Shares::Even) => true,
+                (Shares::Even, _) | (_, Shares::Even) => false,
+                (Shares::Known(a), Shares::Known(b)) => a == b,
+                (Shares::Open, _) | (_, Shares::Open) => true,
+            }
+    }
+
+    /// Takes over what another one that agrees knows.
+    pub fn learn(&mut self, other: &Allocation) {
+        if self.shares == Shares::Open {
+            self.clone_from(other);
+        }
+    }
+
+    /// How many samples of the image, from number `at` on, can be taken before shares must be found out.
+    pub fn ready(&self, at: u64) -> u64 {
+        match self.shares {
+            Shares::Open => (self.from() * self.unit).saturating_sub(at),
+            _ => u64::MAX,
+        }
+    }
+
+    /// The first unit with shares.
+    fn from(&self) -> u64 {
+        FROM.div_ceil(self.unit)
+    }
+
+    /// Numbers of the samples of a pixel that belong to a sample of the image. If this is the first one of a set, they are
+    /// first ones, too.
+    pub fn samples(&self, pixel: usize, sample: u64) -> impl Iterator<Item = u64> + use<> {
+        let (unit, place) = (sample / self.unit, sample % self.unit);
+        let units = match &self.shares {
+            Shares::Known(shares) => {
+                let share = u64::from(shares[pixel]);
+                self.taken(unit, share)..self.taken(unit + 1, share)
+            }
+            _ => unit..unit + 1,
+        };
+        let size = self.unit;
+        units.map(move |unit| unit * size + place)
+    }
+
+    /// How many units a pixel has taken before a unit of the image.
+    fn taken(&self, unit: u64, share: u64) -> u64 {
+        let (from, to) = (self.from(), TO / self.unit);
+        let shared = unit.clamp(from, to) - from;
+        unit - shared + (shared * share).div_ceil(u64::from(ONE))
+    }
+
+    /// Finds out the shares. `between` is asked now and then whether to go on; when it breaks, nothing is found out.
+    pub fn measure(
+        &mut self,
+        sources: &[Source],
+        mut between: impl FnMut() -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let film = sources[0].scene.film();
+        let tasks = (film.width * film.height).div_ceil(PIXELS_PER_TASK);
+        let (mut outlooks, mut at, mut next) = (Vec::new(), 0, 1);
+        while at < tasks {
+            if at > 0 {
+                between()?;
+            }
+            let started = Instant::now();
+            let end = tasks.min(at + next as usize);
+            let taken = (at..end).into_par_iter().with_max_len(1);
+            outlooks.par_extend(taken.flat_map_iter(|task| task_of_pilot(sources, film, task)));
+            at = end;
+            next = longer_or_shorter(next, started.elapsed());
+        }
+        self.shares = Shares::Known(shares(&outlooks, film.width));
+        ControlFlow::Continue(())
+    }
+}
+
+/// What is to be expected of a pixel's samples.
+#[derive(Clone, Copy, Debug, Default)]
+struct Outlook {
+    /// Summed over channels.
+    variance: f64,
+    work: f64,
+}
+
+impl Outlook {
+    /// Sums, each times a factor.
+    fn plus(self, other: Outlook, factor: f64) -> Self {
+        Outlook {
+            variance: self.variance + factor * other.variance,
+            work: self.work + factor * other.work,
+        }
+    }
+}
+
+/// Takes the pilot's samples of some pixels.
+fn task_of_pilot(sources: &[Source], film: &FilmSpec, task: usize) -> Vec<Outlook> {
+    let first = task * PIXELS_PER_TASK;
+    let pixels = first..(film.width * film.height).min(first + PIXELS_PER_TASK);
+    let mut outlooks = vec![Outlook::default(); pixels.len()];
+    for source in sources {
+        let mut ws = source.workspace();
+        for (pixel, outlook) in pixels.clone().zip(&mut outlooks) {
+            *outlook = outlook.plus(pilot(source, pixel, &mut ws), 1.0);
+        }
+    }
+    outlooks
+}
+
+/// Takes the pilot's samples of a pixel.
+fn pilot(source: &Source, pixel: usize, ws: &mut Workspace) -> Outlook {
+    let before = ws.stats().cost();
+    let mut found = Vec::new();
+    let (mut sum, mut squares) = (Spectrum::ZERO, 0.0);
+    for i in 0..PILOT {
+        // Each in a set of its own: samples of one set are not independent.
+        let sample = FIRST + source.sets().size() * i;
+        source.sample(pixel, sample, ws, &mut found);
+        let values = found.drain(..).map(|c| c.weighted());
+        let value = finite(values.fold(Spectrum::ZERO, |a, b| a + b), &mut 0);
+        sum += value;
+        squares += (value * value).sum();
+    }
+    let n = PILOT as f64;
+    Outlook {
+        variance: (squares - (sum * sum).sum() / n).max(0.0) / (n - 1.0),
+        work: (ws.stats().cost() - before) / n,
+    }
+}
+
+/// The shares of pixels, row by row in so many columns: in proportion to √(v/c) within limits, one on average.
+fn shares(outlooks: &[Outlook], width: usize) -> Vec<u16> {
+    let smooth = smoothed(outlooks, width);
+    let mean = smooth.iter().map(|o| o.variance).sum::<f64>() / smooth.len() as f64;
+    if !(mean > 0.0 && mean.is_finite()) {
+        return vec![ONE; smooth.len()];
+    }
+    let worth = |o: &Outlook| ((o.variance / mean + DOUBT) / o.work.max(1.0)).sqrt();
+    let worths: Vec<f64> = smooth.iter().map(worth).collect();
+    let scale = scale(&worths);
+    let share = |worth: &f64| limited(scale * worth).round() as u16;
+    worths.iter().map(share).collect()
+}
+
+fn limited(share: f64) -> f64 {
+    share.clamp(f64::from(LEAST), f64::from(LARGEST))
+}
+
+/// The factor with which the mean share is one.
+fn scale(worths: &[f64]) -> f64 {
+    let sum = |scale: f64| worths.iter().map(|w| limited(scale * w)).sum::<f64>();
+    let wanted = f64::from(ONE) * worths.len() as f64;
+    let extreme = |f: fn(f64, f64) -> f64| worths.iter().copied().reduce(f).unwrap_or(1.0);
+    let mut low = f64::from(LEAST) / extreme(f64::max);
+    let mut high = f64::from(LARGEST) / extreme(f64::min);
+    for _ in 0..HALVINGS {
+        let middle = (low * high).sqrt();
+        match sum(middle) < wanted {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    high
+}
+
+/// Means over the pixels around each, which at the image's edges are fewer.
+fn smoothed(outlooks: &[Outlook], width: usize) -> Vec<Outlook> {
+    let height = outlooks.len() / width;
+    let near = |at: usize, end: usize| at.saturating_sub(AROUND)..end.min(at + AROUND + 1);
+    let mean = |i: usize| {
+        let (rows, columns) = (near(i / width, height), near(i % width, width));
+        let share = 1.0 / (rows.len() * columns.len()) as f64;
+        let around = rows.flat_map(|row| &outlooks[row * width..][columns.clone()]);
+        around.fold(Outlook::default(), |sum, o| sum.plus(*o, share))
+    };
+    (0..outlooks.len()).map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn allocation(unit: u64, shares: Vec<u16>) -> Allocation {
+        Allocation {
+            unit,
+            shares: Shares::Known(shares),
+        }
+    }
+
+    /// All samples of the image below a number together have the first samples of each pixel, each once: as many as its share
+    /// says after those that all pixels have, in whole units.
+    #[test]
+    fn pixels_take_their_first_samples_once() {
+        for unit in [1, 3, 8, 24] {
+            let shares = vec![LEAST, 200, ONE, 700, LARGEST];
+            let allocation = allocation(unit, shares.clone());
+            for (pixel, share) in shares.into_iter().enumerate() {
+                let even = FROM.next_multiple_of(unit);
+                for end in [1, 15, 16, 17, 24, 48, 240, 1000].map(|n: u64| n * unit) {
+                    let taken = (0..end).flat_map(|sample| allocation.samples(pixel, sample));
+                    let mut taken: Vec<u64> = taken.collect();
+                    taken.sort_unstable();
+                    let count = taken.len() as u64;
+                    assert_eq!(taken, (0..count).collect::<Vec<_>>());
+                    assert!(count.is_multiple_of(unit));
+                    let shared = end.saturating_sub(even) * u64::from(share);
+                    let wanted = (end - end.saturating_sub(even)) as f64;
+                    let wanted = wanted + shared as f64 / f64::from(ONE);
+                    assert!((0.0..unit as f64).contains(&(count as f64 - wanted)));
+                }
+            }
+        }
+    }
+
+    /// Sums have room for what the largest share gets of the longest render.
+    #[test]
+    fn no_pixel_gets_more_than_there_is_room_for() {
+        for unit in [1, 8, 256] {
+            let allocation = allocation(unit, vec![]);
+            let units = allocation.taken(super::super::Options::MOST / unit, LARGEST.into());
+            assert!(units * unit <= crate::sum::Sum::MOST);
+        }
+    }
+
+    /// A bright spot, and a part where samples take nine times the work.
+    #[test]
+    fn shares_weigh_noise_against_work() {
+        let (width, height) = (40, 30);
+        let outlook = |i: usize| Outlook {
+            variance: if i / width < 10 { 16.0 } else { 1.0 },
+            work: if i % width < 20 { 9.0 } else { 1.0 },
+        };
+        let outlooks: Vec<_> = (0..width * height).map(outlook).collect();
+        let shares = shares(&outlooks, width);
+        let mean = shares.iter().map(|s| f64::from(*s)).sum::<f64>() / shares.len() as f64;
+        assert!((mean / f64::from(ONE) - 1.0).abs() < 2e-3, "{mean}");
+        let at = |row: usize, column: usize| f64::from(shares[row * width + column]);
+        let doubt = DOUBT * 6.0;
+        let noise = ((16.0 + doubt) / (1.0 + doubt)).sqrt();
+        assert!((at(2, 30) / at(20, 30) / noise - 1.0).abs() < 0.01);
+        assert!((at(2, 30) / at(2, 5) / 3.0 - 1.0).abs() < 0.01);
+        assert_eq!(at(20, 5), f64::from(LEAST));
+    }
+
+    /// Where nothing is known to differ, nothing does.
+    #[test]
+    fn equals_get_equal_shares() {
+        for variance in [0.0, 1.0, f64::INFINITY, f64::NAN] {
+            let outlook = Outlook {
+                variance,
+                work: 10.0,
+            };
+            assert_eq!(shares(&[outlook; 12], 4), [ONE; 12], "{variance}");
+        }
+    }
+}
