@@ -4,7 +4,8 @@ use glam::DVec3;
 use io::element::Element;
 use io::image::tone::Curve;
 use std::time::Duration;
-use transport::render::{Measure, MeasureOptions, Options};
+use transport::render::{Measure, MeasureOptions};
+use transport::sum::Sum;
 
 pub use crate::shard::parse as shard;
 
@@ -35,8 +36,7 @@ pub fn curve(text: &str) -> Result<Curve, String> {
 }
 
 pub fn samples(text: &str) -> Result<u64, String> {
-    whole(text, Options::MOST)
-        .ok_or_else(|| format!("expected a whole number from 1 to {}", Options::MOST))
+    whole(text, Sum::MOST).ok_or_else(|| format!("expected a whole number from 1 to {}", Sum::MOST))
 }
 
 pub fn particles(text: &str) -> Result<u64, String> {

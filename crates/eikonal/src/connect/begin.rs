@@ -1,7 +1,7 @@
 //! Primary branches: along the straight way, bent by the one field on it that bends rays.
 
 use super::bend::{Way, bent};
-use super::collocate::collocated;
+use super::collocate::{Found, collocated};
 use super::connection::{Connection, Failure};
 use super::launch::Launch;
 use super::pattern::Pattern;
@@ -53,13 +53,20 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         y: DVec3,
     ) -> Option<Connection> {
         let tolerance = self.tolerance().get();
-        let evaluations = &mut self.work.evaluations;
-        let ray = collocated(world.field(region), (x, y - x), tolerance, evaluations)?;
-        let arcs = &ray.arcs.0[..ray.arcs.1];
-        if arcs.iter().any(|arc| world.crossing(region, arc).is_some()) {
+        let mut found = Found {
+            arcs: &mut self.arcs,
+            evaluations: &mut self.work.evaluations,
+        };
+        let ray = collocated(world.field(region), (x, y - x), tolerance, &mut found)?;
+        if self
+            .arcs
+            .iter()
+            .any(|arc| world.crossing(region, arc).is_some())
+        {
             return None;
         }
-        self.hold(arcs.iter().map(|&arc| Piece {
+        self.pieces.clear();
+        self.pieces.extend(self.arcs.iter().map(|&arc| Piece {
             region,
             arc,
             theta_end: 1.0,

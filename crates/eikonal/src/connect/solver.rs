@@ -7,7 +7,7 @@ use super::pattern::Pattern;
 use super::shoot::{Shot, Travelled};
 use super::start::{Followed, Start};
 use super::world::{Piece, World};
-use crate::ray::{Tolerance, Work};
+use crate::ray::{Arc, Tolerance, Work};
 use glam::{DVec2, DVec3};
 
 /// Budget of shots for one connection.
@@ -52,7 +52,9 @@ impl Hit {
 #[derive(Clone, Debug)]
 pub struct Solver<R> {
     tolerance: Tolerance,
-    pieces: Vec<Piece<R>>,
+    pub(super) pieces: Vec<Piece<R>>,
+    /// Those of a ray that is looked at.
+    pub(super) arcs: Vec<Arc>,
     /// Work done so far.
     pub work: Work,
 }
@@ -65,6 +67,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         Solver {
             tolerance,
             pieces: Vec::new(),
+            arcs: Vec::new(),
             work: Work::default(),
         }
     }
@@ -77,12 +80,6 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// The pieces of the ray that was last found, in order.
     pub fn pieces(&self) -> &[Piece<R>] {
         &self.pieces
-    }
-
-    /// Keeps the pieces of a ray that was found.
-    pub(super) fn hold(&mut self, pieces: impl Iterator<Item = Piece<R>>) {
-        self.pieces.clear();
-        self.pieces.extend(pieces);
     }
 
     /// The [primary](Self::primary) branch from point `x` in `region` to `y`, started along the chord; refracted

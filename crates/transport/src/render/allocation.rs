@@ -13,6 +13,7 @@ use super::source::{Source, finite};
 use crate::Spectrum;
 use crate::path::Workspace;
 use crate::scene::{FilmSpec, Scene};
+use crate::sum::Sum;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -20,8 +21,6 @@ use std::time::Instant;
 
 /// Samples of the image before shares are used: they do not pay for their pilot earlier.
 const FROM: u64 = 16;
-/// After so many all pixels get the same number again, so that their sums have room for all.
-const TO: u64 = super::Options::MOST / 16;
 /// Samples of a pixel in the pilot.
 const PILOT: u64 = 4;
 /// Numbers of the pilot's samples start here, where no render gets to.
@@ -129,9 +128,10 @@ impl Allocation {
 
     /// How many units a pixel has taken before a unit of the image.
     fn taken(&self, unit: u64, share: u64) -> u64 {
-        let (from, to) = (self.from(), TO / self.unit);
-        let shared = unit.clamp(from, to) - from;
-        unit - shared + (shared * share).div_ceil(u64::from(ONE))
+        let shared = unit.saturating_sub(self.from());
+        let taken = unit - shared + (shared * share).div_ceil(u64::from(ONE));
+        // There is no room for more.
+        taken.min(Sum::MOST / self.unit)
     }
 
     /// Finds out the shares. `between` is asked now and then whether to go on; when it breaks, nothing is found out.
@@ -301,8 +301,8 @@ mod tests {
     fn no_pixel_gets_more_than_there_is_room_for() {
         for unit in [1, 8, 256] {
             let allocation = allocation(unit, vec![]);
-            let units = allocation.taken(super::super::Options::MOST / unit, LARGEST.into());
-            assert!(units * unit <= crate::sum::Sum::MOST);
+            let units = allocation.taken(Sum::MOST / unit, LARGEST.into());
+            assert!(units * unit <= Sum::MOST);
         }
     }
 

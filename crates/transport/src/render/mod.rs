@@ -46,8 +46,8 @@ pub struct Options {
     pub integrator: Integrator,
     /// Number of the first sample of each pixel; not 0 if this render is part of a larger one.
     pub first: u64,
-    /// Samples per pixel, a mean over the image if it is [adaptive](Options::adaptive). A film has room for [`Options::MOST`]:
-    /// a render ends there.
+    /// Samples per pixel, a mean over the image if it is [adaptive](Options::adaptive). A film has room for
+    /// [`Sum::MOST`]: a render ends there.
     pub samples: u64,
     /// Seed: the same seed gives the same image, bit for bit, for any number of threads.
     pub seed: u64,
@@ -66,9 +66,6 @@ pub struct Options {
 }
 
 impl Options {
-    /// The most samples per pixel.
-    pub const MOST: u64 = Sum::MOST / 2;
-
     /// Nothing but the image.
     pub fn new(integrator: Integrator, samples: u64, seed: u64) -> Self {
         Options {
@@ -91,7 +88,7 @@ impl Options {
 
     /// Numbers of the samples of each pixel.
     pub fn range(&self) -> Range<u64> {
-        let end = self.first.saturating_add(self.samples).min(Options::MOST);
+        let end = self.first.saturating_add(self.samples).min(Sum::MOST);
         self.first.min(end)..end
     }
 }

@@ -2,7 +2,7 @@
 
 use super::linear::{Solution, dot, point, vector};
 use super::rule::{Row, Rule, sum};
-use super::{COARSE, MOST_ARCS, Problem, Ray};
+use super::{COARSE, Found, Problem, Ray};
 use crate::ray::Arc;
 use fearless_simd::{Simd, f64x4};
 use glam::DVec3;
@@ -30,7 +30,7 @@ pub(super) struct Level<const K: usize, const N: usize, const M: usize> {
     /// and displacements.
     refine: [[f64; K]; N],
     /// Forces at the coarse nodes by those at the nodes.
-    coarsen: [[f64; N]; 4],
+    coarsen: [[f64; N]; 3],
     /// Where the first arc begins, and where each ends.
     start: Row<N>,
     cuts: [Row<N>; M],
@@ -48,9 +48,9 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
             (same[i], refine[i]) = (row.value, row.displacement);
             i += 1;
         }
-        let mut coarsen = [[0.0; N]; 4];
+        let mut coarsen = [[0.0; N]; 3];
         let mut i = 0;
-        while i < 4 {
+        while i < 3 {
             coarsen[i] = rule.row(COARSE.nodes[i]).value;
             i += 1;
         }
@@ -84,12 +84,12 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         simd: S,
         problem: &Problem,
         (forces, here): (&[DVec3; K], bool),
-        evaluations: &mut u64,
+        found: &mut Found,
     ) -> ControlFlow<Option<Ray>, [DVec3; N]> {
         let forces = forces.map(|u| vector(simd, u));
         let mut u = self.refine.map(|row| sum(&row, &forces));
         for _ in 0..MOST_ROUNDS {
-            *evaluations += N as u64;
+            *found.evaluations += N as u64;
             let Some(solution) = Solution::new(simd, &self.rule, problem, &u) else {
                 return ControlFlow::Break(None);
             };
@@ -97,7 +97,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
                 return ControlFlow::Continue(solution.a.map(|a| point(a * solution.span2)));
             }
             if self.settles(problem, &solution, &u) {
-                return ControlFlow::Break(self.ray(problem, &solution));
+                return ControlFlow::Break(self.ray(problem, &solution, found.arcs));
             }
             u = solution.u;
         }
@@ -140,16 +140,21 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         PER_TAIL * tail2 * solution.span2 <= problem.tolerance * most * problem.d2.sqrt()
     }
 
-    /// The ray of a solution; `None` if it leaves the field, or its Jacobian is not to be had.
+    /// The ray of a solution, and its arcs; `None` if it leaves the field, or its Jacobian is not to be had.
     #[inline(always)]
-    fn ray<S: Simd>(&self, problem: &Problem, solution: &Solution<S, N>) -> Option<Ray> {
+    fn ray<S: Simd>(
+        &self,
+        problem: &Problem,
+        solution: &Solution<S, N>,
+        arcs: &mut Vec<Arc>,
+    ) -> Option<Ray> {
         let (rule, span) = (&self.rule, solution.span2.sqrt());
         let first = node(problem, solution, span, (0.0, &self.start));
-        let mut arcs = [Arc::line(first[0], first[1], span); MOST_ARCS];
         let mut last = first;
-        for (i, (arc, row)) in arcs.iter_mut().zip(&self.cuts).enumerate() {
+        arcs.clear();
+        for (i, row) in self.cuts.iter().enumerate() {
             let next = node(problem, solution, span, ((i + 1) as f64 / M as f64, row));
-            *arc = Arc::hermite(last, next, span / M as f64);
+            arcs.push(Arc::hermite(last, next, span / M as f64));
             last = next;
         }
         let v = [first[1], last[1]];
@@ -162,7 +167,6 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
             optical_length: sum(&rule.weights, &solution.n2) * span,
             sigma: span,
             jacobian,
-            arcs: (arcs, M),
         })
     }
 }

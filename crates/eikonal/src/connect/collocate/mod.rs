@@ -20,13 +20,12 @@ use glam::DVec3;
 use level::Level;
 use std::ops::ControlFlow;
 
-const COARSE: Rule<4> = Rule::new();
-static SHORT: Level<4, 6, 2> = Level::new();
+/// On the chord: no place is further from a node than a fifth of it.
+const COARSE: Rule<3> = Rule::new();
+static SHORT: Level<3, 6, 2> = Level::new();
 static MIDDLE: Level<6, 8, 3> = Level::new();
 static LONG: Level<8, 12, 4> = Level::new();
 
-/// Most arcs that a ray is cut into.
-const MOST_ARCS: usize = 4;
 /// Chords of up to so many length scales, at the tolerance 1e-4, for each level: beyond that a feature might be missed.
 const SPANNED: [f64; 3] = [2.5, 4.5, 7.0];
 
@@ -39,8 +38,14 @@ pub(super) struct Ray {
     pub sigma: f64,
     /// J at the far end.
     pub jacobian: f64,
-    /// The first so many are pieces of the ray.
-    pub arcs: ([Arc; MOST_ARCS], usize),
+}
+
+/// What is kept of a search.
+pub(super) struct Found<'a> {
+    /// The ray, piece by piece, if there is one.
+    pub arcs: &'a mut Vec<Arc>,
+    /// Grows with every evaluation of the field.
+    pub evaluations: &'a mut u64,
 }
 
 /// What is asked for.
@@ -54,18 +59,17 @@ struct Problem<'a> {
     /// The chord in length scales.
     spanned: f64,
     /// Forces at the coarse nodes on the chord.
-    on_chord: [DVec3; 4],
+    on_chord: [DVec3; 3],
 }
 
-/// The ray from `x` over `chord`, to a relative `tolerance`; adds up evaluations. `None` if it bends too much or the
-/// field changes too fast.
+/// The ray from `x` over `chord`, to a relative `tolerance`. `None` if it bends too much or the field changes too fast.
 pub(super) fn collocated(
     field: &Field,
     (x, chord): (DVec3, DVec3),
     tolerance: f64,
-    evaluations: &mut u64,
+    found: &mut Found,
 ) -> Option<Ray> {
-    collocated_by(lanes::level(), field, (x, chord), tolerance, evaluations)
+    collocated_by(lanes::level(), field, (x, chord), tolerance, found)
 }
 
 /// The same, with given vector instructions.
@@ -74,7 +78,7 @@ fn collocated_by(
     field: &Field,
     (x, chord): (DVec3, DVec3),
     tolerance: f64,
-    evaluations: &mut u64,
+    found: &mut Found,
 ) -> Option<Ray> {
     let at = COARSE.nodes.map(|t| x + chord * t);
     let scales = at.map(|x| field.length_scale(x));
@@ -85,19 +89,19 @@ fn collocated_by(
         d2: chord.length_squared(),
         tolerance,
         spanned: chord.length() / scales.into_iter().fold(f64::INFINITY, f64::min),
-        on_chord: [DVec3::ZERO; 4],
+        on_chord: [DVec3::ZERO; 3],
     };
     // Errors fall with the sixth (of arcs) to sixteenth power of what is spanned.
     let most = (1e4 * tolerance).sqrt().sqrt().sqrt();
     let first = SPANNED.iter().position(|s| problem.spanned <= s * most)?;
-    *evaluations += at.len() as u64;
+    *found.evaluations += at.len() as u64;
     let gradients = at.map(|x| field.gradient(x));
     problem.on_chord = gradients.map(|(_, grad)| grad * 0.5);
     let coarse = problem.first_order(gradients.map(|(n2, _)| n2));
     // One level only betters the first guess for the next, which saves that a second round.
     let from = (&coarse, first == 0);
     let (forces, here) = if first < 2 {
-        match dispatch!(lanes, simd => SHORT.solve(simd, &problem, from, evaluations)) {
+        match dispatch!(lanes, simd => SHORT.solve(simd, &problem, from, found)) {
             ControlFlow::Continue(forces) => (forces, true),
             ControlFlow::Break(ended) => return ended,
         }
@@ -105,19 +109,19 @@ fn collocated_by(
         (SHORT.same(&coarse), false)
     };
     let from = (&forces, here);
-    let forces = match dispatch!(lanes, simd => MIDDLE.solve(simd, &problem, from, evaluations)) {
+    let forces = match dispatch!(lanes, simd => MIDDLE.solve(simd, &problem, from, found)) {
         ControlFlow::Continue(forces) => forces,
         ControlFlow::Break(ended) => return ended,
     };
     let from = (&forces, true);
-    dispatch!(lanes, simd => LONG.solve(simd, &problem, from, evaluations))
+    dispatch!(lanes, simd => LONG.solve(simd, &problem, from, found))
         .break_value()
         .flatten()
 }
 
 impl Problem<'_> {
     /// u″ at the coarse nodes, given n² there on the chord.
-    fn first_order(&self, mut n2: [f64; 4]) -> [DVec3; 4] {
+    fn first_order(&self, mut n2: [f64; 3]) -> [DVec3; 3] {
         let a = self.on_chord;
         let straight = self.d2 / sum(&COARSE.weights, &n2);
         for (i, n2) in n2.iter_mut().enumerate() {
@@ -141,10 +145,13 @@ mod tests {
         let ray = |length: f64| {
             let x = DVec3::new(-0.5 * length, 0.1, 0.2);
             let chord = DVec3::new(length, 0.05, -0.1);
-            let evaluations = &mut 0;
-            let ray = collocated_by(lanes, &field, (x, chord), 1e-4, evaluations).unwrap();
+            let (mut arcs, mut evaluations) = (Vec::new(), 0);
+            let mut found = Found {
+                arcs: &mut arcs,
+                evaluations: &mut evaluations,
+            };
+            let ray = collocated_by(lanes, &field, (x, chord), 1e-4, &mut found).unwrap();
             let [a, b] = ray.v;
-            let arcs = &ray.arcs.0[..ray.arcs.1];
             let ends = arcs.iter().flat_map(|arc| arc.end().to_array());
             let lengths = [ray.arc_length, ray.optical_length, ray.sigma, ray.jacobian];
             let all = a.to_array().into_iter().chain(b.to_array());

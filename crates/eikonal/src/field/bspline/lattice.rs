@@ -213,7 +213,6 @@ impl Lattice {
         let t = self.coordinates(x);
         let sum = (t - 0.5) + LAST_BIT;
         let fraction = t - (sum - LAST_BIT);
-        let integer = |sum: f64| (sum.to_bits() & INTEGER) as isize - ORIGIN;
         let first = sum.to_array().map(|s| first_coefficient(integer(s)));
         (first, fraction)
     }
@@ -223,6 +222,18 @@ impl Lattice {
     pub(super) fn clamp(&self, axis: usize, i: isize) -> usize {
         i.clamp(0, (self.dims[axis] + 2 * PAD - 1) as isize) as usize
     }
+}
+
+/// The number that was rounded to an integer by adding it to [`LAST_BIT`], given the sum.
+#[inline(always)]
+fn integer(sum: f64) -> isize {
+    (sum.to_bits() & INTEGER) as isize - ORIGIN
+}
+
+/// A coordinate rounded down as by [`Lattice::locate`].
+#[inline(always)]
+pub(super) fn rounded_down(t: f64) -> isize {
+    integer((t - 0.5) + LAST_BIT)
 }
 
 /// The coordinate `t` rounded down.

@@ -1,6 +1,6 @@
 //! How far a ray may go in one step: a length scale that varies over the grid.
 
-use super::lattice::{Lattice, PAD};
+use super::lattice::{Lattice, PAD, rounded_down};
 use fearless_simd::dispatch;
 use glam::DVec3;
 
@@ -15,6 +15,7 @@ const EDGE: usize = 8;
 /// most its own plus the distance: a step of that length cannot jump over what makes it small.
 #[derive(Clone, Debug)]
 pub(super) struct Scales {
+    /// At least two along each axis.
     nodes: [usize; 3],
     /// x fastest.
     lengths: Vec<f64>,
@@ -23,7 +24,7 @@ pub(super) struct Scales {
 impl Scales {
     pub(super) fn new(lattice: &Lattice, coefficients: &[f32], n2_ref: f64) -> Self {
         let [x, y, z] = lattice.dims();
-        let nodes = [x, y, z].map(|n| (n - 1).div_ceil(EDGE) + 1);
+        let nodes = [x, y, z].map(|n| (n - 1).div_ceil(EDGE).max(1) + 1);
         let mut rough: Vec<f64> = vec![0.0; nodes.iter().product()];
         let mut row = vec![0.0; x];
         for k in 0..z {
@@ -77,19 +78,22 @@ impl Scales {
     /// At a position in units of the spacing from sample 0.
     pub(super) fn at(&self, t: DVec3) -> f64 {
         let [x, y, z] = self.nodes;
-        let (i, dx, u) = between(t.x, x, 1);
-        let (j, dy, v) = between(t.y, y, x);
-        let (k, dz, w) = between(t.z, z, x * y);
-        let row = |at: usize| {
-            let a = self.lengths[at];
-            a + (self.lengths[at + dx] - a) * u
+        let last = DVec3::new((x - 1) as f64, (y - 1) as f64, (z - 1) as f64);
+        let t = (t * (1.0 / EDGE as f64)).max(DVec3::ZERO).min(last);
+        let (i, u) = between(t.x, x);
+        let (j, v) = between(t.y, y);
+        let (k, w) = between(t.z, z);
+        let row = |j: usize, k: usize| {
+            let at = (k * y + j) * x + i;
+            let pair = &self.lengths[at..at + 2];
+            pair[0] + (pair[1] - pair[0]) * u
         };
-        let plane = |at: usize| {
-            let a = row(at);
-            a + (row(at + dy) - a) * v
+        let plane = |k: usize| {
+            let a = row(j, k);
+            a + (row(j + 1, k) - a) * v
         };
-        let a = plane(i + j + k);
-        a + (plane(i + j + k + dz) - a) * w
+        let a = plane(k);
+        a + (plane(k + 1) - a) * w
     }
 
     /// Memory in bytes.
@@ -98,15 +102,12 @@ impl Scales {
     }
 }
 
-/// Along an axis with nodes a stride apart in memory: the place of the node before a coordinate, how far the
-/// next one is from it, and the fraction between them.
+/// Along an axis with so many nodes: the one before a coordinate between the first and the last, and the fraction of the way to
+/// the next.
 #[inline(always)]
-fn between(t: f64, nodes: usize, stride: usize) -> (usize, usize, f64) {
-    let last = nodes - 1;
-    let t = (t * (1.0 / EDGE as f64)).clamp(0.0, last as f64);
-    let before = (t as usize).min(last.saturating_sub(1));
-    let next = if last > 0 { stride } else { 0 };
-    (before * stride, next, t - before as f64)
+fn between(t: f64, nodes: usize) -> (usize, f64) {
+    let before = (rounded_down(t).max(0) as usize).min(nodes - 2);
+    (before, t - before as f64)
 }
 
 /// The nodes around a part of row (j, k) of samples: that between node `block` and the next.
