@@ -8,9 +8,10 @@ Mitsuba comes from PyPI into an environment of its own, target/mitsuba-venv. Its
 library, version 16 or newer where the processor has AVX-512: Debian's package libllvm19, or a path in DRJIT_LIBLLVM_PATH.
 A variant that cannot be loaded is left out, with a note.
 
-With --sampler both use that one in place of the scenes' own.
+With --sampler both use that one in place of the scenes' own, with --own Morgana alone does; --adaptive lets it share samples
+out among pixels.
 
-Usage: scripts/compare_mitsuba.py [--spp N] [--seeds N] [--threads N] [--variants NAMES] [--sampler NAME] SCENE ...
+Usage: scripts/compare_mitsuba.py [--spp N] [--seeds N] [--threads N] [--variants NAMES] [--sampler NAME] [--own NAME] [--adaptive] SCENE ...
 """
 
 import argparse
@@ -66,6 +67,10 @@ class Morgana:
             command = [target / "release" / "morgana", "render", self.scene, "--quiet", "-o", image]
             command += ["--spp", str(self.args.spp), "--seed", str(seed)]
             command += ["--threads", str(self.args.threads)]
+            if self.args.own:
+                command += ["--sampler", self.args.own]
+            if self.args.adaptive:
+                command += ["--adaptive"]
             before = processor_time(resource.RUSAGE_CHILDREN)
             subprocess.run(command, check=True)
             seconds = processor_time(resource.RUSAGE_CHILDREN) - before
@@ -153,6 +158,8 @@ def main():
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--variants", default="llvm_ad_rgb,scalar_rgb")
     parser.add_argument("--sampler", help="a type of sampler that both know")
+    parser.add_argument("--own", metavar="NAME", help="a type of sampler for Morgana alone")
+    parser.add_argument("--adaptive", action="store_true", help="Morgana shares samples out among pixels")
     parser.add_argument("scenes", nargs="+", type=pathlib.Path, metavar="SCENE")
     args = parser.parse_args()
     if args.seeds < 2:

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Measures what docs/performance.md says of the program as it is, and prints the tables of that document in its order.
 
-Everything takes about a quarter of an hour on two quiet cores. Tables of what was tried on the way compare builds
+Everything takes about half an hour on two quiet cores. Tables of what was tried on the way compare builds
 of different states: see scripts/variance.py and the command beside each. Needs NumPy and Matplotlib; `mitsuba` also what
 scripts/compare_mitsuba.py needs.
 
-Usage: scripts/performance.py [connections|straight|mitsuba|whole|growth|sampling ...]
+Usage: scripts/performance.py [connections|straight|mitsuba|whole|growth|sampling|adaptive ...]
 """
 
 import argparse
@@ -20,7 +20,6 @@ import time
 
 import cost_growth
 import numpy as np
-from compare_mitsuba import with_sampler
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCRIPTS = ROOT / "scripts"
@@ -125,29 +124,41 @@ def growth():
     run(sys.executable, SCRIPTS / "cost_growth.py", "--spp", 8)
 
 
+def beside(scene, options, kinds, fixed, seeds):
+    """For each kind, options that say how to sample: images of a scene with several seeds, and the median processor time."""
+    runs = [[Run(scene, *options, *kind, "--threads", 1, *fixed, "--seed", seed) for kind in kinds] for seed in range(1, seeds + 1)]
+    by_kind = list(zip(*runs))
+    images = [np.array([run.image for run in several], dtype=float) for several in by_kind]
+    return images, [statistics.median(run.seconds for run in several) for several in by_kind]
+
+
 def sampling():
-    """What even samples gain over independent ones: seven seeds of 16 samples each."""
+    """What even samples gain over independent ones."""
     print("| scene | variance, independent by even | most pixels | time, independent by even |\n|---|---|---|---|")
     for scene, options in SAMPLED.items():
-        runs = {"independent": [], "ldsampler": []}
-        with tempfile.TemporaryDirectory() as temporary:
-            copies = {}
-            for sampler in runs:
-                folder = pathlib.Path(temporary, sampler)
-                folder.mkdir()
-                copies[sampler] = with_sampler(scene, sampler, folder)
-            for seed in range(1, 8):
-                for sampler, several in runs.items():
-                    fixed = ("--threads", 1, "--spp", 16, "--seed", seed)
-                    several.append(Run(copies[sampler], *options, *fixed))
-        even, uneven = ([np.var([r.image for r in runs[k]], axis=0, ddof=1) for k in ("ldsampler", "independent")])
+        kinds = (("--sampler", "independent"), ("--sampler", "ldsampler"))
+        images, seconds = beside(scene, options, kinds, ("--spp", 16), 7)
+        uneven, even = (several.var(axis=0, ddof=1) for several in images)
         most = even + uneven <= np.quantile(even + uneven, 0.99)
-        seconds = [statistics.median(r.seconds for r in several) for several in runs.values()]
         ratios = (uneven.mean() / even.mean(), uneven[most].mean() / even[most].mean(), seconds[0] / seconds[1])
         print(f"| {scene.stem} | {' | '.join(f'{r:.2f}' for r in ratios)} |", flush=True)
 
 
-PARTS = {part.__name__: part for part in (connections, straight, mitsuba, whole, growth, sampling)}
+def adaptive():
+    """What is gained by sharing samples out among pixels."""
+    print("| scene | variance | time | efficiency | relative |\n|---|---|---|---|---|")
+    for scene, options in SAMPLED.items():
+        kinds = ((), ("--adaptive",))
+        images, seconds = beside(scene, options, kinds, ("--spp", 64), 8)
+        squares = (np.mean(images, axis=(0, 1)) + 0.05 * np.mean(images)) ** 2
+        variances = [several.var(axis=0, ddof=1) for several in images]
+        variance, relative = ((w * variances[0]).mean() / (w * variances[1]).mean() for w in (1, 1 / squares))
+        faster = seconds[0] / seconds[1]
+        ratios = (variance, faster, variance * faster, relative * faster)
+        print(f"| {scene.stem} | {' | '.join(f'{r:.2f}' for r in ratios)} |", flush=True)
+
+
+PARTS = {part.__name__: part for part in (connections, straight, mitsuba, whole, growth, sampling, adaptive)}
 
 
 def main():

@@ -3,6 +3,14 @@
 from typing import Optional, Tuple, TypedDict
 
 
+class Instead(TypedDict):
+    """What takes the place of what a scene says."""
+
+    integrator: Optional[str]
+    sampler: Optional[str]
+    adaptive: bool
+
+
 class Limits(TypedDict):
     """As the compiled part takes it."""
 

@@ -8,6 +8,7 @@ from typing import Any, Dict, List, Mapping, Optional, Tuple, Union
 
 from . import _morgana
 from ._errors import SceneWarning
+from ._limits import Instead
 from ._morgana import Field, Scene
 
 Define = Union[str, float, bool]
@@ -18,6 +19,8 @@ def load_file(
     /,
     *,
     integrator: Optional[str] = None,
+    sampler: Optional[str] = None,
+    adaptive: bool = False,
     **parameters: Define,
 ) -> Scene:
     """Read a scene file: JSON if its name ends in ``.json``, else XML (docs/scene-format.md).
@@ -26,6 +29,8 @@ def load_file(
         path: The file.
         integrator: Estimator in place of the scene's: ``path``, ``particle``, ``bdpt``, ``photon``, ``sppm`` or ``aov``.
             What all have in common stays as the scene has it.
+        sampler: Sampler in place of the scene's: ``independent`` or ``ldsampler``.
+        adaptive: Give noisy pixels more of the samples, even if the scene's sampler does not ask for it.
         **parameters: Values for the scene's parameters (``<default>``), as ``-D name=value`` of the program.
 
     Raises:
@@ -33,7 +38,8 @@ def load_file(
 
     What is doubtful about the scene is told as :class:`SceneWarning`.
     """
-    scene = _morgana.load_file(os.fspath(path), _defines(parameters), integrator)
+    instead = _instead(integrator, sampler, adaptive)
+    scene = _morgana.load_file(os.fspath(path), _defines(parameters), instead)
     return _warned(scene)
 
 
@@ -42,6 +48,8 @@ def load_dict(
     /,
     *,
     integrator: Optional[str] = None,
+    sampler: Optional[str] = None,
+    adaptive: bool = False,
     **parameters: Define,
 ) -> Scene:
     """Make a scene of a dictionary, as Mitsuba's ``load_dict`` does.
@@ -52,14 +60,15 @@ def load_dict(
             type of numbers. Each is copied once while the scene is read, and again into the form in which rays need it,
             in single precision; the first copy is freed when this function returns. Later changes of the arrays do not
             change the scene. Relative names of files start from the current folder.
-        integrator: As for :func:`load_file`.
+        integrator, sampler, adaptive: As for :func:`load_file`.
         **parameters: As for :func:`load_file`, for the scene's ``"parameters"``.
 
     Raises:
         SceneError: The scene cannot be used; places are such as ``scene["ball"]["radius"]``.
         TypeError: A value of a type that no scene can have.
     """
-    return _warned(_morgana.load_dict(dict(scene), _defines(parameters), integrator))
+    instead = _instead(integrator, sampler, adaptive)
+    return _warned(_morgana.load_dict(dict(scene), _defines(parameters), instead))
 
 
 def load_field(volume: Mapping[str, Any]) -> Field:
@@ -74,6 +83,10 @@ def load_field(volume: Mapping[str, Any]) -> Field:
 
 def _defines(parameters: Dict[str, Define]) -> List[Tuple[str, str]]:
     return [(name, _text(value)) for name, value in parameters.items()]
+
+
+def _instead(integrator: Optional[str], sampler: Optional[str], adaptive: bool) -> Instead:
+    return {"integrator": integrator, "sampler": sampler, "adaptive": adaptive}
 
 
 def _text(value: Define) -> str:

@@ -91,6 +91,18 @@ def test_results_show_themselves():
     assert "fluence" in repr(morgana.render(load(meters()), particles=100))
 
 
+def test_samplers_can_be_chosen(program, tmp_path):
+    (tmp_path / "scene.json").write_text(json.dumps(small()))
+    program("render", "scene.json", "--sampler", "ldsampler", "--adaptive", "--spp", 40, "-o", "out.exr")
+    expected = morgana.read(tmp_path / "out.exr")
+    result = morgana.render(load(small(), sampler="ldsampler", adaptive=True), spp=40)
+    np.testing.assert_array_equal(result.image, expected.image)
+    np.testing.assert_array_equal(result.samples, expected.layers["samples"][..., 0])
+    assert result.samples.min() < 40 < result.samples.max()
+    with pytest.raises(morgana.SceneError, match="did you mean 'ldsampler'"):
+        load(small(), sampler="ldsample")
+
+
 def test_integrators_by_name():
     scene = load(small())
     with pytest.raises(morgana.SceneError, match="did you mean 'bdpt'"):

@@ -1,10 +1,10 @@
 //! What is to be computed. How it is shown, where it is written and how fast it goes are other matters.
 
-use crate::args::{RenderArgs, SceneArgs};
+use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::load;
-use io::Loaded;
 use io::part::Header;
+use io::{LoadOptions, Loaded};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use transport::render::{Measure, MeasureOptions, Options, Target};
@@ -20,6 +20,10 @@ pub struct Job {
     pub integrator: Option<String>,
     /// Samples per pixel instead of the scene's.
     pub spp: Option<u64>,
+    /// Sampler instead of the scene's.
+    pub sampler: Option<String>,
+    /// Whether noisy pixels get more samples, whatever the scene says.
+    pub adaptive: bool,
     /// Particles instead of the scene's number.
     pub particles: Option<u64>,
     /// Seed of the random numbers.
@@ -40,6 +44,8 @@ impl Job {
             defines: args.scene.defines.clone(),
             integrator: args.integrator.clone(),
             spp: args.spp,
+            sampler: args.sampler.clone(),
+            adaptive: args.adaptive,
             particles: args.particles,
             seed: args.seed,
             target_error: args.target_error,
@@ -56,15 +62,14 @@ impl Job {
 
     /// Reads the scene.
     pub fn load(&self) -> Result<Loaded, Failure> {
-        let scene = SceneArgs {
-            path: self.scene.clone(),
+        let options = LoadOptions {
             defines: self.defines.clone(),
+            integrator: self.integrator.clone(),
+            samples: self.spp.or(self.particles),
+            sampler: self.sampler.clone(),
+            adaptive: self.adaptive,
         };
-        load::load(
-            &scene,
-            self.integrator.as_deref(),
-            self.spp.or(self.particles),
-        )
+        load::load(&self.scene, &options)
     }
 
     /// What is stored with parts of it, of so many samples or particles.
@@ -121,6 +126,9 @@ impl Job {
     pub fn command_line(&self) -> String {
         let mut options = vec![format!("--seed {}", self.seed)];
         options.extend(self.spp.map(|n| format!("--spp {n}")));
+        let sampler = self.sampler.iter();
+        options.extend(sampler.map(|name| format!("--sampler {name}")));
+        options.extend(self.adaptive.then(|| "--adaptive".into()));
         options.extend(self.particles.map(|n| format!("--particles {n}")));
         options.extend(self.target_error.map(|x| format!("--target-error {x}")));
         options.extend(self.target.map(|m| format!("--target {}", m.name())));

@@ -5,25 +5,24 @@ use crate::failure::{Failure, show};
 use io::{Diagnostic, Diagnostics, LoadOptions, Loaded};
 use std::path::Path;
 
-/// Reads a scene with the command's parameters; an integrator and a number of samples replace the
-/// scene's.
-pub fn load(
-    args: &SceneArgs,
-    integrator: Option<&str>,
-    samples: Option<u64>,
-) -> Result<Loaded, Failure> {
-    check_defines(&args.defines)?;
-    let options = LoadOptions {
-        defines: args.defines.clone(),
-        integrator: integrator.map(str::to_owned),
-        samples,
-    };
-    Ok(io::load_scene(&args.path, &options)?)
+/// Reads a scene with the parameters and the replacements of `options`.
+pub fn load(scene: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
+    check_defines(&options.defines)?;
+    Ok(io::load_scene(scene, options)?)
 }
 
-/// As [`load`], with warnings shown on the standard error.
+/// Reads a scene with the command's parameters.
+pub fn load_as_it_is(args: &SceneArgs) -> Result<Loaded, Failure> {
+    let options = LoadOptions {
+        defines: args.defines.clone(),
+        ..LoadOptions::default()
+    };
+    load(&args.path, &options)
+}
+
+/// As [`load_as_it_is`], with warnings shown on the standard error.
 pub fn load_with_warnings(args: &SceneArgs) -> Result<Loaded, Failure> {
-    let loaded = load(args, None, None)?;
+    let loaded = load_as_it_is(args)?;
     warn(&loaded);
     Ok(loaded)
 }

@@ -96,6 +96,7 @@ impl Header {
         let settings = [
             ("seed", seed.to_string()),
             ("integrator", integrator.name().into()),
+            ("adaptive", loaded.adaptive.to_string()),
         ];
         Header {
             version: env!("CARGO_PKG_VERSION").into(),

@@ -19,18 +19,37 @@ pub struct Scene {
     pub name: String,
 }
 
+/// What takes the place of what a scene says.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Instead {
+    integrator: Option<String>,
+    sampler: Option<String>,
+    adaptive: bool,
+}
+
+impl Instead {
+    fn options(self) -> LoadOptions {
+        LoadOptions {
+            integrator: self.integrator,
+            sampler: self.sampler,
+            adaptive: self.adaptive,
+            ..LoadOptions::default()
+        }
+    }
+}
+
 /// Reads a scene file.
 #[pyfunction]
 pub fn load_file(
     py: Python<'_>,
     path: PathBuf,
     defines: Vec<(String, String)>,
-    integrator: Option<String>,
+    instead: Instead,
 ) -> PyResult<Scene> {
     let options = LoadOptions {
         defines,
-        integrator,
-        samples: None,
+        ..instead.options()
     };
     let loaded = py.detach(|| io::load_scene(&path, &options));
     let name = path.file_name().unwrap_or(path.as_os_str());
@@ -46,13 +65,10 @@ pub fn load_dict(
     py: Python<'_>,
     scene: &Bound<'_, PyDict>,
     defines: Vec<(String, String)>,
-    integrator: Option<String>,
+    instead: Instead,
 ) -> PyResult<Scene> {
     let item = dict::item(scene, "scene", 0)?;
-    let options = LoadOptions {
-        integrator,
-        ..LoadOptions::default()
-    };
+    let options = instead.options();
     let loaded = py.detach(|| {
         let mut diagnostics = Diagnostics::new();
         match json::build(item, &defines, &mut diagnostics) {

@@ -39,6 +39,13 @@ pub struct RenderArgs {
     /// Samples per pixel, instead of the scene's.
     #[arg(long, value_name = "N", value_parser = samples)]
     pub spp: Option<u64>,
+    /// How the samples of a pixel are drawn, instead of the scene's way: independent, or ldsampler, spread evenly.
+    #[arg(long, value_name = "NAME")]
+    pub sampler: Option<String>,
+    /// Give noisy pixels more of the samples, with the integrator path, as the sampler's parameter of this
+    /// name does.
+    #[arg(long)]
+    pub adaptive: bool,
     /// Particles to follow if the scene has meters in place of a camera, for example 1e7, instead of
     /// the scene's number.
     #[arg(long, value_name = "N", value_parser = particles, conflicts_with = "spp")]

@@ -105,6 +105,8 @@ fn check(args: &RenderArgs) -> Result<(), Failure> {
             "--integrator",
             ": meters follow particles",
         ),
+        (args.sampler.is_some(), "--sampler", ""),
+        (args.adaptive, "--adaptive", ""),
         (args.outputs.strategies.is_some(), "--strategies", ""),
         (args.target_error.is_some(), "--target-error", ""),
         (args.outputs.tone.exposure != 0.0, "--exposure", ""),

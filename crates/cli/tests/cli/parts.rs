@@ -23,13 +23,23 @@ fn same(folder: &Folder, a: &str, b: &str) {
 
 #[test]
 fn shards_are_the_whole() {
-    for (integrator, strategies) in [("path", ""), ("bdpt", " --strategies"), ("sppm", "")] {
+    for (integrator, strategies) in [
+        ("path", ""),
+        ("path --adaptive", ""),
+        ("bdpt", " --strategies"),
+        ("sppm", ""),
+    ] {
         let folder = fog();
         let with = |name: &str| match strategies {
             "" => String::new(),
             option => format!("{option} {name}"),
         };
-        let common = format!("render scene.xml --spp 7 --seed 3 --integrator {integrator}");
+        let spp = if integrator.contains("adaptive") {
+            40
+        } else {
+            7
+        };
+        let common = format!("render scene.xml --spp {spp} --seed 3 --integrator {integrator}");
         folder.succeed(&format!(
             "{common} --threads 2 -o whole.exr -o whole.png -o whole.npy{}",
             with("whole.s.exr")

@@ -106,6 +106,44 @@ fn the_scene_says_what_the_command_does_not() {
     assert!(folder.read("b.npy") == folder.read("c.npy"));
 }
 
+/// As if the scene's sampler were written so.
+#[test]
+fn samplers_can_be_chosen() {
+    let folder = Folder::with_fog();
+    let scene = std::fs::read_to_string(folder.path("scene.xml")).unwrap();
+    let even = scene.replace(r#"type="independent""#, r#"type="ldsampler""#);
+    let adaptive = r#"<boolean name="adaptive" value="true"/></sampler>"#;
+    let adaptive = even.replace("</sampler>", adaptive);
+    assert!(even != scene && adaptive != even);
+    std::fs::write(folder.path("even.xml"), even).unwrap();
+    std::fs::write(folder.path("adaptive.xml"), adaptive).unwrap();
+    for (name, options) in [
+        ("even", "--sampler ldsampler"),
+        ("adaptive", "--sampler ldsampler --adaptive"),
+    ] {
+        folder.succeed(&format!("render {name}.xml --spp 32 -o a.npy"));
+        let line = folder.succeed(&format!(
+            "render scene.xml --spp 32 {options} -o b.npy --stats s.json"
+        ));
+        assert!(folder.read("a.npy") == folder.read("b.npy"), "{name}");
+        let shared = name == "adaptive";
+        assert_eq!(line.contains("32 spp ("), shared, "{line}");
+        let stats = folder.json("s.json");
+        assert!(stats["options"].as_str().unwrap().contains(options));
+        let limits = &stats["spp_of_pixels"];
+        assert_eq!(limits[0].as_u64() < limits[1].as_u64(), shared, "{limits}");
+    }
+    let outcome = folder.run("render scene.xml --sampler ldsample");
+    assert_eq!(outcome.status, Some(2));
+    assert!(
+        outcome
+            .stderr
+            .contains("unknown sampler 'ldsample'\n  = help: did you mean 'ldsampler'?"),
+        "{}",
+        outcome.stderr
+    );
+}
+
 #[test]
 fn exposure_brightens_png_only() {
     let folder = Folder::with_scene("");

@@ -43,6 +43,10 @@ pub struct LoadOptions {
     pub integrator: Option<String>,
     /// Samples per pixel to use instead of the scene's.
     pub samples: Option<u64>,
+    /// Sampler to use instead of the scene's: `independent` or `ldsampler`.
+    pub sampler: Option<String>,
+    /// Whether noisy pixels get more samples, even if the scene's sampler does not ask for it.
+    pub adaptive: bool,
 }
 
 /// A scene that is ready to render.
@@ -279,7 +283,8 @@ fn group_parts(
         }
     };
     sides::settle(&mut context);
-    let sensor = sensor?;
+    let mut sensor = sensor?;
+    sensor.samples.replace(options, context.diagnostics);
     if matches!(method.integrator, Integrator::Aov(_)) {
         let apart = sensor.film.layering.decomposition.is_some() || sensor.film.reweight;
         let what = match instruments.is_empty() {

@@ -1,7 +1,8 @@
 //! Samplers: how many samples there are, how they belong together, and over how many instants of a period of sound.
 
+use super::LoadOptions;
 use super::context::Context;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::query::Query;
 use crate::scene::Object;
 use transport::integrator::Integrator;
@@ -20,6 +21,9 @@ const EVEN: [&str; 6] = [
     "hammersley",
     "sobol",
 ];
+
+/// Ours, which have their own names.
+const KNOWN: [(&str, Sets); 2] = [("independent", Sets::Single), ("ldsampler", Sets::OfEight)];
 
 /// What a sampler asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +50,23 @@ impl Default for Samples {
 }
 
 impl Samples {
+    /// Puts what a caller asks for in the place of what the scene does.
+    pub fn replace(&mut self, options: &LoadOptions, diagnostics: &mut Diagnostics) {
+        self.adaptive |= options.adaptive;
+        let Some(name) = options.sampler.as_deref() else {
+            return;
+        };
+        match find(name) {
+            Some(sets) => self.sets = sets,
+            None => {
+                let names = KNOWN.map(|(name, _)| name);
+                let known = || format!("known samplers: {}", names.join(", "));
+                let help = suggest(name, names).unwrap_or_else(known);
+                diagnostics.push(Diagnostic::error(format!("unknown sampler '{name}'")).help(help));
+            }
+        }
+    }
+
     /// The larger numbers of both.
     pub fn max(self, other: Self) -> Self {
         Samples {
@@ -65,20 +86,14 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
             ..Samples::default()
         };
     };
-    let sets = match object.plugin.as_str() {
-        "ldsampler" => Sets::OfEight,
-        "independent" => Sets::Single,
-        other => {
-            let (used, sets) = match EVEN.contains(&other) {
-                true => ("ldsampler", Sets::OfEight),
-                false => ("independent", Sets::Single),
-            };
-            let message = format!("sampler '{other}' is not available; '{used}' is used instead");
-            let warning = Diagnostic::warning(message).at(&object.plugin_location);
-            context.diagnostics.push(warning);
-            sets
-        }
-    };
+    let name = object.plugin.as_str();
+    let sets = find(name).unwrap_or_else(|| {
+        let (used, sets) = KNOWN[usize::from(EVEN.contains(&name))];
+        let message = format!("sampler '{name}' is not available; '{used}' is used instead");
+        let warning = Diagnostic::warning(message).at(&object.plugin_location);
+        context.diagnostics.push(warning);
+        sets
+    });
     let mut q = Query::new(object, context.diagnostics);
     let count = q.integer_in("sample_count", 1..=i64::MAX, default);
     let instants = q.integer_in("phases", 1..=MOST_INSTANTS, 1);
@@ -91,6 +106,11 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
         sets,
         adaptive,
     }
+}
+
+fn find(name: &str) -> Option<Sets> {
+    let known = KNOWN.iter().find(|(known, _)| *known == name);
+    known.map(|(_, sets)| *sets)
 }
 
 /// The scene with samples in sets, if its integrator takes them.

@@ -5,7 +5,7 @@ mod text;
 
 use crate::args::InfoArgs;
 use crate::failure::Failure;
-use crate::load::load;
+use crate::load::load_as_it_is;
 use glam::DVec3;
 use io::Loaded;
 use io::assemble::{Needs, Walls};
@@ -22,7 +22,7 @@ use transport::sensor::Sensor;
 
 /// Describes a scene.
 pub fn info(args: &InfoArgs) -> Result<ExitCode, Failure> {
-    let loaded = load(&args.scene, None, None)?;
+    let loaded = load_as_it_is(&args.scene)?;
     let mut stdout = std::io::stdout();
     let text = match args.json {
         true => format!("{:#}\n", json::describe(&args.scene.path, &loaded)),
