@@ -29,7 +29,7 @@ def load_file(
         path: The file.
         integrator: Estimator in place of the scene's: ``path``, ``particle``, ``bdpt``, ``photon``, ``sppm`` or ``aov``.
             What all have in common stays as the scene has it.
-        sampler: Sampler in place of the scene's: ``independent`` or ``ldsampler``.
+        sampler: Sampler in place of the scene's: ``independent``, ``ldsampler``, or ``ldsampler:64`` with larger sets.
         adaptive: Give noisy pixels more of the samples, even if the scene's sampler does not ask for it.
         **parameters: Values for the scene's parameters (``<default>``), as ``-D name=value`` of the program.
 

@@ -1,6 +1,6 @@
 //! Samplers in scene files: which samples belong together, and how many there are.
 
-use io::{LoadOptions, Loaded};
+use io::{Diagnostics, LoadOptions, Loaded};
 use transport::sampling::Sets;
 
 fn load(integrator: &str, sampler: &str, samples: Option<u64>) -> Loaded {
@@ -8,12 +8,20 @@ fn load(integrator: &str, sampler: &str, samples: Option<u64>) -> Loaded {
 }
 
 /// With more parameters of the sampler and of the film.
-fn load_with(
+fn load_with(integrator: &str, sampler: &str, more: (&str, &str), samples: Option<u64>) -> Loaded {
+    let options = LoadOptions {
+        samples,
+        ..LoadOptions::default()
+    };
+    load_by(integrator, sampler, more, &options).unwrap_or_else(|d| panic!("{d}"))
+}
+
+fn load_by(
     integrator: &str,
     sampler: &str,
     (more, film): (&str, &str),
-    samples: Option<u64>,
-) -> Loaded {
+    options: &LoadOptions,
+) -> Result<Loaded, Diagnostics> {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("scene.xml");
     let text = format!(
@@ -24,11 +32,7 @@ fn load_with(
 </scene>"#
     );
     std::fs::write(&path, text).unwrap();
-    let options = LoadOptions {
-        samples,
-        ..LoadOptions::default()
-    };
-    io::load_scene(&path, &options).unwrap_or_else(|d| panic!("{d}"))
+    io::load_scene(&path, options)
 }
 
 #[test]
@@ -47,6 +51,32 @@ fn low_discrepancy_comes_in_whole_sets() {
     );
     let whole = load("path", "ldsampler", Some(64));
     assert_eq!((whole.samples, whole.warnings.is_empty()), (64, true));
+}
+
+#[test]
+fn sets_may_be_larger() {
+    let set = |n: u32| format!(r#"<integer name="set" value="{n}"/>"#);
+    let load = |n| load_with("path", "ldsampler", (&set(n), ""), None);
+    assert_eq!(load(8).scene().sets(), Sets::OfEight);
+    let large = load(64);
+    assert_eq!(large.scene().sets(), Sets::OfSixtyFour);
+    assert_eq!(large.samples, 64);
+    let options = LoadOptions {
+        sampler: Some("ldsampler:64".into()),
+        ..LoadOptions::default()
+    };
+    let loaded = load_by("path", "independent", ("", ""), &options).unwrap();
+    assert_eq!(loaded.scene().sets(), Sets::OfSixtyFour);
+    for (sampler, set, said) in [
+        ("ldsampler", 16, "16 is neither 8 nor 64"),
+        ("ldsampler", 128, "must be at least 8 and at most 64"),
+        ("independent", 64, "'set'"),
+    ] {
+        let set = format!(r#"<integer name="set" value="{set}"/>"#);
+        let refused = load_by("path", sampler, (&set, ""), &LoadOptions::default());
+        let message = refused.unwrap_err().to_string();
+        assert!(message.contains(said), "{message}");
+    }
 }
 
 #[test]

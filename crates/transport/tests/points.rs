@@ -7,23 +7,30 @@ use testkit::{Family, Mass, Moments, Table, uniform_edges};
 use transport::sampling::{Purpose, Sampler, Sets};
 
 const FALSE_ALARM: f64 = 5e-4;
-const SIZE: u64 = 8;
+/// With the number of points in a set.
+const KINDS: [(Sets, u64); 2] = [(Sets::OfEight, 8), (Sets::OfSixtyFour, 64)];
 /// Edges whose numbers are spread.
 const EDGES: u32 = 4;
 
 /// The two numbers for a purpose, or the one and that of its neighbour.
-fn draw([seed, pixel, sample]: [u64; 3], edge: u32, purpose: Purpose) -> [f64; 2] {
-    let mut sampler = Sampler::in_sets(Sets::OfEight, [seed, pixel, sample]);
+fn draw(sets: Sets, address: [u64; 3], edge: u32, purpose: Purpose) -> [f64; 2] {
+    let mut sampler = Sampler::in_sets(sets, address);
     (0..edge).for_each(|_| sampler.next_edge());
     sampler.next_2d_for(purpose)
 }
 
 /// The numbers of a set.
-fn set(pixel: u64, edge: u32, purpose: Purpose) -> Vec<[f64; 2]> {
-    let samples = 3 * SIZE..4 * SIZE;
+fn set(sets: Sets, pixel: u64, edge: u32, purpose: Purpose) -> Vec<[f64; 2]> {
+    let samples = 3 * sets.size()..4 * sets.size();
     samples
-        .map(|sample| draw([7, pixel, sample], edge, purpose))
+        .map(|sample| draw(sets, [7, pixel, sample], edge, purpose))
         .collect()
+}
+
+/// All divisions of the square into as many boxes as there are points, in both directions.
+fn shapes(size: u64) -> impl Iterator<Item = [u64; 2]> {
+    let columns = (1..size).map(|k| 1 << k).take_while(move |c| *c < size);
+    columns.map(move |columns| [columns, size / columns])
 }
 
 /// Whether a division of the unit square into `columns` times `rows` cells has one point in each.
@@ -51,47 +58,42 @@ fn every_number_of_a_set_is_spread_evenly() {
         Lens,
     ];
     for (pixel, purpose) in (0..200).flat_map(|pixel| purposes.map(|purpose| (pixel, purpose))) {
-        for edge in 0..EDGES {
-            let points = set(pixel, edge, purpose);
-            assert!(is_even(&points, [SIZE, 1]), "{purpose:?} {edge}");
-            assert!(is_even(&points, [1, SIZE]), "{purpose:?} {edge}");
+        for (edge, (sets, size)) in (0..EDGES).flat_map(|edge| KINDS.map(|kind| (edge, kind))) {
+            let points = set(sets, pixel, edge, purpose);
+            assert!(is_even(&points, [size, 1]), "{purpose:?} {edge}");
+            assert!(is_even(&points, [1, size]), "{purpose:?} {edge}");
         }
     }
 }
 
-/// The first numbers of a group are a (0, 3, 3)-net in base 2.
+/// The first numbers of a group are a (0, 3, 3)- or a (0, 6, 3)-net in base 2.
 #[test]
 fn directions_and_distances_are_spread_evenly_together() {
-    for pixel in 0..200 {
-        let directions = set(pixel, 1, Purpose::Direction);
-        let distances = set(pixel, 1, Purpose::Distance);
-        let pairs = directions.iter().zip(&distances);
-        let [first, second] = [0, 1].map(|i| {
-            let pairs = pairs
-                .clone()
-                .map(|(direction, distance)| [direction[i], distance[0]]);
-            pairs.collect::<Vec<_>>()
-        });
-        for shape in [[4, 2], [2, 4]] {
-            assert!(
-                [&directions, &first, &second]
-                    .iter()
-                    .all(|p| is_even(p, shape))
-            );
+    for (pixel, (sets, size)) in (0..200).flat_map(|pixel| KINDS.map(|kind| (pixel, kind))) {
+        let directions = set(sets, pixel, 1, Purpose::Direction);
+        let distances = set(sets, pixel, 1, Purpose::Distance);
+        let points = directions.iter().zip(&distances);
+        let points: Vec<[f64; 3]> = points.map(|([a, b], [c, _])| [*a, *b, *c]).collect();
+        for [rows, more] in shapes(2 * size) {
+            for columns in (0..7)
+                .map(|k| 1 << k)
+                .filter(|c| more % c == 0 && more > *c)
+            {
+                let sizes = [rows / 2, columns, more / columns];
+                let cell = |point: &[f64; 3]| {
+                    let places = point.iter().zip(sizes);
+                    places.fold(0, |sum, (x, size)| sum * size + (x * size as f64) as u64)
+                };
+                let mut cells: Vec<u64> = points.iter().map(cell).collect();
+                cells.sort_unstable();
+                assert_eq!(cells, (0..size).collect::<Vec<_>>(), "{sets:?} {sizes:?}");
+            }
         }
-        let octant = |([a, b], [c, _]): (&[f64; 2], &[f64; 2])| {
-            [a, b, c]
-                .iter()
-                .fold(0, |sum, x| 2 * sum + (2.0 * **x) as u32)
-        };
-        let mut octants: Vec<u32> = pairs.map(octant).collect();
-        octants.sort_unstable();
-        assert_eq!(octants, (0..8).collect::<Vec<_>>());
     }
 }
 
 /// Numbers of different groups are paired at random: the product of two signs has a mean over a set whose variance
-/// is (1 + 1/7)/8, that of eight points without replacement. Were the pairing always the same it would be 1.
+/// is 1/7 for eight points and 1/63 for sixty-four, as without replacement. Were the pairing always the same it would be 1.
 #[test]
 fn groups_are_paired_at_random() {
     let sign = |x: f64| (x - 0.5).signum();
@@ -100,41 +102,44 @@ fn groups_are_paired_at_random() {
         (1, Purpose::Channel),
         (2, Purpose::Direction),
     ];
-    let zs = others.map(|(edge, other)| {
+    let z = |(edge, other): (u32, Purpose), (sets, size): (Sets, u64)| {
         let mut squares = Moments::default();
         for pixel in 0..20_000 {
-            let pairs = set(pixel, 1, Purpose::Direction)
+            let pairs = set(sets, pixel, 1, Purpose::Direction)
                 .into_iter()
-                .zip(set(pixel, edge, other));
+                .zip(set(sets, pixel, edge, other));
             let sum: f64 = pairs.map(|(a, b)| sign(a[0]) * sign(b[0])).sum();
-            squares.push((sum / SIZE as f64).powi(2));
+            squares.push((sum / size as f64).powi(2));
         }
-        squares.z(1.0 / 7.0)
-    });
-    max_abs_z(&zs, FALSE_ALARM).unwrap();
+        squares.z(1.0 / (size - 1) as f64)
+    };
+    let zs = others.map(|other| KINDS.map(|kind| z(other, kind)));
+    max_abs_z(zs.as_flattened(), FALSE_ALARM).unwrap();
 }
 
 #[test]
 fn places_on_emitters_are_spread_evenly_over_the_square() {
     for purpose in [Purpose::Aim, Purpose::AroundAim, Purpose::Channel] {
-        for pixel in 0..200 {
-            let points = set(pixel, 1, purpose);
-            assert!(is_even(&points, [4, 2]) && is_even(&points, [2, 4]));
+        for (pixel, (sets, size)) in (0..200).flat_map(|pixel| KINDS.map(|kind| (pixel, kind))) {
+            let points = set(sets, pixel, 1, purpose);
+            assert!(shapes(size).all(|shape| is_even(&points, shape)));
         }
     }
 }
 
 #[test]
 fn numbers_of_late_edges_and_without_a_purpose_are_not_spread() {
-    let even = |points: &[[f64; 2]]| is_even(points, [SIZE, 1]);
-    // By chance 8!/8⁸ = 0.24 % of them are.
-    let late = (0..200).filter(|&pixel| even(&set(pixel, EDGES, Purpose::Direction)));
-    assert!(late.count() < 5);
-    let plain = |pixel| {
-        let samplers = (0..SIZE).map(|i| Sampler::in_sets(Sets::OfEight, [7, pixel, i]));
-        samplers.map(|mut s| s.next_2d()).collect::<Vec<_>>()
-    };
-    assert!((0..200).filter(|&pixel| even(&plain(pixel))).count() < 5);
+    for (sets, size) in KINDS {
+        let even = |points: &[[f64; 2]]| is_even(points, [size, 1]);
+        // By chance 8!/8⁸ = 0.24 % of them are, and far fewer of sixty-four.
+        let late = (0..200).filter(|&pixel| even(&set(sets, pixel, EDGES, Purpose::Direction)));
+        assert!(late.count() < 5);
+        let plain = |pixel| {
+            let samplers = (0..size).map(|i| Sampler::in_sets(sets, [7, pixel, i]));
+            samplers.map(|mut s| s.next_2d()).collect::<Vec<_>>()
+        };
+        assert!((0..200).filter(|&pixel| even(&plain(pixel))).count() < 5);
+    }
 }
 
 #[test]
@@ -151,37 +156,46 @@ fn single_samples_are_those_of_the_plain_sampler() {
 /// Pairs of numbers against the uniform density of the square.
 #[test]
 fn points_are_uniform_and_sets_independent() {
-    type Pair = fn(u64) -> [f64; 2];
-    let pairs: [(&str, Pair); 7] = [
-        ("numbers of one purpose", |i| {
-            draw([1, i, 3], 0, Purpose::Direction)
+    let mut family = Family::new(FALSE_ALARM);
+    for (sets, size) in KINDS {
+        uniform_and_independent(&mut family, (sets, size));
+    }
+    family.check().unwrap();
+}
+
+fn uniform_and_independent(family: &mut Family, (sets, size): (Sets, u64)) {
+    type Pair<'a> = &'a dyn Fn(u64) -> [f64; 2];
+    let pairs: [(&str, Pair<'_>); 7] = [
+        ("numbers of one purpose", &|i| {
+            draw(sets, [1, i, 3], 0, Purpose::Direction)
         }),
-        ("numbers of two groups", |i| {
-            let mut sampler = Sampler::in_sets(Sets::OfEight, [1, i, 5]);
+        ("numbers of two groups", &|i| {
+            let mut sampler = Sampler::in_sets(sets, [1, i, 5]);
             [Purpose::Distance, Purpose::Channel].map(|p| sampler.next_1d_for(p))
         }),
-        ("numbers of two edges", |i| {
-            let mut sampler = Sampler::in_sets(Sets::OfEight, [1, i, 6]);
+        ("numbers of two edges", &|i| {
+            let mut sampler = Sampler::in_sets(sets, [1, i, 6]);
             [0, 1].map(|_| {
                 sampler.next_edge();
                 sampler.next_1d_for(Purpose::Distance)
             })
         }),
-        ("sets of a pixel", |i| {
-            [0, SIZE].map(|more| draw([1, 9, 2 * SIZE * i + more], 0, Purpose::Distance)[0])
+        ("sets of a pixel", &|i| {
+            [0, size].map(|more| draw(sets, [1, 9, 2 * size * i + more], 0, Purpose::Distance)[0])
         }),
-        ("pixels", |i| {
-            [0, 1].map(|more| draw([1, 2 * i + more, 0], 0, Purpose::Distance)[0])
+        ("pixels", &|i| {
+            [0, 1].map(|more| draw(sets, [1, 2 * i + more, 0], 0, Purpose::Distance)[0])
         }),
-        ("seeds", |i| {
-            [0, 1].map(|more| draw([2 * i + more, 0, 0], 0, Purpose::Distance)[0])
+        ("seeds", &|i| {
+            [0, 1].map(|more| draw(sets, [2 * i + more, 0, 0], 0, Purpose::Distance)[0])
         }),
-        // What is within the strata: digits beyond the third.
-        ("remainders in a set", |i| {
-            [0, 1].map(|more| (8.0 * draw([1, i, more], 0, Purpose::Distance)[0]).fract())
+        // What is within the strata: later digits.
+        ("remainders in a set", &|i| {
+            [0, 1].map(|more| {
+                (size as f64 * draw(sets, [1, i, more], 0, Purpose::Distance)[0]).fract()
+            })
         }),
     ];
-    let mut family = Family::new(FALSE_ALARM);
     for (name, pair) in pairs {
         let mut i = 0;
         let next = |_: &mut testkit::Rng| {
@@ -190,7 +204,6 @@ fn points_are_uniform_and_sets_independent() {
         };
         let table = Table::new(uniform_edges(0.0, 1.0, 16), uniform_edges(0.0, 1.0, 16));
         let report = table.test(0, 50_000, Mass::Exactly(1.0), next, |_| 1.0);
-        family.push(name, report.unwrap().p_value);
+        family.push(format!("{name}, {sets:?}"), report.unwrap().p_value);
     }
-    family.check().unwrap();
 }

@@ -43,7 +43,7 @@ pub struct LoadOptions {
     pub integrator: Option<String>,
     /// Samples per pixel to use instead of the scene's.
     pub samples: Option<u64>,
-    /// Sampler to use instead of the scene's: `independent` or `ldsampler`.
+    /// Sampler to use instead of the scene's: `independent`, `ldsampler`, or `ldsampler:64` with larger sets.
     pub sampler: Option<String>,
     /// Whether noisy pixels get more samples, even if the scene's sampler does not ask for it.
     pub adaptive: bool,

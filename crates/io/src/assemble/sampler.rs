@@ -56,11 +56,14 @@ impl Samples {
         let Some(name) = options.sampler.as_deref() else {
             return;
         };
-        match find(name) {
-            Some(sets) => self.sets = sets,
+        // The only one that has a parameter which tells samples apart.
+        let large = ("ldsampler:64", Sets::OfSixtyFour);
+        let mut known = KNOWN.into_iter().chain([large]);
+        match known.find(|(known, _)| *known == name) {
+            Some((_, sets)) => self.sets = sets,
             None => {
                 let names = KNOWN.map(|(name, _)| name);
-                let known = || format!("known samplers: {}", names.join(", "));
+                let known = || format!("known samplers: {}, {}", names.join(", "), large.0);
                 let help = suggest(name, names).unwrap_or_else(known);
                 diagnostics.push(Diagnostic::error(format!("unknown sampler '{name}'")).help(help));
             }
@@ -95,6 +98,17 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
         sets
     });
     let mut q = Query::new(object, context.diagnostics);
+    let sets = match sets {
+        Sets::Single => sets,
+        _ => match q.integer_in("set", 8..=64, 8) {
+            64 => Sets::OfSixtyFour,
+            8 => sets,
+            other => {
+                q.error("set", format!("{other} is neither 8 nor 64"));
+                sets
+            }
+        },
+    };
     let count = q.integer_in("sample_count", 1..=i64::MAX, default);
     let instants = q.integer_in("phases", 1..=MOST_INSTANTS, 1);
     let adaptive = q.boolean_or("adaptive", false);

@@ -77,11 +77,13 @@ pub(super) const SAMPLERS: &[Plugin] = &[
     ),
     plugin(
         "ldsampler",
-        "Points that are spread evenly over the samples of a pixel, in independent sets of eight.",
-        &[SAMPLES],
+        "Points that are spread evenly over the samples of a pixel, in independent sets.",
+        &[SAMPLES, SETS],
         &[],
     ),
 ];
+
+const SETS: &[Parameter] = &[integer("set", "8", "samples in a set, 8 or 64")];
 
 const SAMPLES: &[Parameter] = &[
     integer(

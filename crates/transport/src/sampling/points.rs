@@ -14,9 +14,11 @@ pub enum Sets {
     /// Each is independent of all others.
     #[default]
     Single,
-    /// Eight are spread evenly: enough to gain most of what there is to gain, few enough to leave a render
-    /// of 64 samples with eight means to tell its error from (docs/performance.md).
+    /// Eight are spread evenly: few enough to leave a render of 64 samples with eight means to tell its error from
+    /// (docs/performance.md).
     OfEight,
+    /// Sixty-four are: they gain more where images are smooth, for renders of many samples.
+    OfSixtyFour,
 }
 
 impl Sets {
@@ -25,6 +27,7 @@ impl Sets {
         match self {
             Sets::Single => 1,
             Sets::OfEight => 8,
+            Sets::OfSixtyFour => 64,
         }
     }
 
@@ -64,6 +67,8 @@ pub enum Purpose {
     Lens = 14,
 }
 
+/// Bits of a random number.
+pub(super) const BITS: u32 = 53;
 /// Dimensions of an edge.
 const DIMENSIONS: u32 = 16;
 /// Edges with points: later ones have lost the memory of the first.
@@ -72,18 +77,90 @@ const EDGES: u32 = 4;
 /// points, those in more dimensions would depend on one another.
 const GROUP: u32 = 4;
 
-/// The three leading binary digits of eight points, by dimension: a (0, 3, 3)-net in base 2 (Sobol' 1967), so that any
-/// division of the cube of the first three into eight boxes with sides that are powers of two has a point in each
-/// box. No net has a fourth dimension; this one misses as few divisions as can be.
-const NET: [[u32; 8]; GROUP as usize] = [
-    [0, 1, 2, 3, 4, 5, 6, 7],
-    [0, 4, 2, 6, 1, 5, 3, 7],
-    [0, 4, 6, 2, 5, 1, 3, 7],
-    [0, 7, 5, 2, 3, 4, 6, 1],
-];
+/// N points by their leading binary digits.
+struct Net<const N: usize> {
+    /// The digits, by dimension of a group.
+    points: [[u8; N]; GROUP as usize],
+    /// The powers of a generator of the field of N elements, as polynomials over that of two; N − 1 of them.
+    powers: [u8; N],
+}
 
-/// The powers of a generator of the field of eight elements, as polynomials over that of two.
-const POWERS: [u32; 7] = [1, 2, 4, 3, 6, 7, 5];
+/// A (0, 3, 3)-net in base 2 (Sobol' 1967), so that any division of the cube of the first three into eight boxes with sides
+/// that are powers of two has a point in each box. No net has a fourth dimension; this one misses as few divisions as can be.
+static OF_EIGHT: Net<8> = Net {
+    points: [
+        [0, 1, 2, 3, 4, 5, 6, 7],
+        [0, 4, 2, 6, 1, 5, 3, 7],
+        [0, 4, 6, 2, 5, 1, 3, 7],
+        [0, 7, 5, 2, 3, 4, 6, 1],
+    ],
+    powers: powers(0b1011),
+};
+
+/// A (0, 6, 3)-net, likewise, and a fourth dimension: the numbers of points and the first three dimensions of Sobol's sequence.
+static OF_SIXTY_FOUR: Net<64> = Net {
+    points: [
+        sobol([1, 2, 4, 8, 16, 32]),
+        sobol([32, 16, 8, 4, 2, 1]),
+        sobol([32, 48, 40, 60, 34, 51]),
+        sobol([32, 48, 24, 36, 58, 23]),
+    ],
+    powers: powers(0b100_0011),
+};
+
+/// The digits of 64 points in one dimension, given what each binary digit of their numbers adds.
+const fn sobol(directions: [u8; 6]) -> [u8; 64] {
+    let mut points = [0; 64];
+    let mut i = 0;
+    while i < 64 {
+        let mut bit = 0;
+        while bit < 6 {
+            points[i] ^= directions[bit] * (i >> bit & 1) as u8;
+            bit += 1;
+        }
+        i += 1;
+    }
+    points
+}
+
+/// The powers of x modulo a primitive polynomial.
+const fn powers<const N: usize>(polynomial: usize) -> [u8; N] {
+    let mut powers = [1; N];
+    let mut i = 1;
+    while i < N {
+        let twice = 2 * powers[i - 1] as usize;
+        powers[i] = if twice < N { twice } else { twice ^ polynomial } as u8;
+        i += 1;
+    }
+    powers
+}
+
+impl<const N: usize> Net<N> {
+    const DIGITS: u32 = N.ilog2();
+
+    /// The place of a point in a random order: i ↦ a i + b in the field of N elements, a ≠ 0. Any two points get any two
+    /// places with equal probability, which is all that variances know of an order.
+    fn place(&self, index: u32, random: u32) -> usize {
+        let n = N as u32;
+        let (shift, factor) = (random % n, random / n);
+        let product = match index {
+            0 => 0,
+            power => u32::from(self.powers[((power + factor) % (n - 1)) as usize]),
+        };
+        (product ^ shift) as usize
+    }
+
+    /// A number with the digits of a place, scrambled, in front of those that it has.
+    fn refined(&self, number: u64, (dimension, place): (usize, usize), random: u64) -> u64 {
+        let digits = u64::from(self.points[dimension][place]);
+        // Each digit is flipped or not, as a bit says that belongs to the digits before it: nested scrambling.
+        let flips = (0..Self::DIGITS).fold(0, |flips, level| {
+            let bit = (1 << level) - 1 + (digits >> (Self::DIGITS - level));
+            flips << 1 | random >> bit & 1
+        });
+        (digits ^ flips) << (BITS - Self::DIGITS) | number >> Self::DIGITS
+    }
+}
 
 /// A point of a set.
 #[derive(Clone, Copy, Debug)]
@@ -92,39 +169,29 @@ pub(super) struct Points {
     pub index: u32,
     /// Random key of the set.
     pub key: u64,
+    /// The kind of set.
+    pub sets: Sets,
 }
 
 impl Points {
-    /// Leading binary digits that are told.
-    pub const DIGITS: u32 = 3;
-
-    /// The leading digits of a dimension of an edge; `None` where nothing is spread.
-    pub fn digits(&self, edge: u32, dimension: u32) -> Option<u32> {
+    /// A number of [`BITS`] random bits for a dimension of an edge, with the point's leading digits where numbers are spread.
+    pub fn refined(&self, number: u64, edge: u32, dimension: u32) -> u64 {
         if edge >= EDGES {
-            return None;
+            return number;
         }
-        let (group, within) = (dimension / GROUP, dimension % GROUP);
+        let (group, within) = (dimension / GROUP, (dimension % GROUP) as usize);
         let random = mix(self.key ^ u64::from(edge * DIMENSIONS + group));
-        let point = self.place((random >> 32) as u32);
-        let digits = NET[within as usize][point as usize];
-        Some(scrambled(digits, (random >> (7 * within)) as u32))
+        let order = (random >> 32) as u32;
+        match self.sets {
+            Sets::Single => number,
+            Sets::OfEight => {
+                let at = (within, OF_EIGHT.place(self.index, order));
+                OF_EIGHT.refined(number, at, random >> (7 * within))
+            }
+            Sets::OfSixtyFour => {
+                let at = (within, OF_SIXTY_FOUR.place(self.index, order));
+                OF_SIXTY_FOUR.refined(number, at, mix(random ^ within as u64))
+            }
+        }
     }
-
-    /// Its place in a random order: i ↦ a i + b in the field of eight elements, a ≠ 0. Any two points get any two
-    /// places with equal probability, which is all that variances know of an order.
-    fn place(&self, random: u32) -> u32 {
-        let (shift, factor) = (random % 8, random / 8);
-        let product = match self.index {
-            0 => 0,
-            power => POWERS[((power + factor) % 7) as usize],
-        };
-        product ^ shift
-    }
-}
-
-/// Nested scrambling of three digits by seven random bits: each digit is flipped or not, as a bit says that belongs to
-/// the digits before it.
-fn scrambled(digits: u32, bits: u32) -> u32 {
-    let flip = |bit: u32| bits >> bit & 1;
-    digits ^ flip(0) << 2 ^ flip(1 + (digits >> 2)) << 1 ^ flip(3 + (digits >> 1))
 }

@@ -1,6 +1,6 @@
 //! Random numbers addressed by (seed, pixel, sample, dimension).
 
-use super::points::{Points, Purpose, Sets};
+use super::points::{BITS, Points, Purpose, Sets};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng as _;
 
@@ -38,6 +38,7 @@ impl Sampler {
         let points = (sets != Sets::Single).then(|| Points {
             index: index as u32,
             key: hash(0xa409_3822_299f_31d0, [seed, pixel, set]),
+            sets,
         });
         Sampler {
             points,
@@ -100,23 +101,20 @@ impl Sampler {
         self.edge = self.edge.saturating_add(1);
     }
 
-    /// The 53 random bits of a number.
+    /// The random bits of a number.
     fn bits(&mut self) -> u64 {
-        self.random.next_u64() >> 11
+        self.random.next_u64() >> (64 - BITS)
     }
 
     /// With the leading digits of the set's point, if there is one; the others stay.
     fn refined(&self, bits: u64, dimension: u32) -> u64 {
-        let digits = |points: &Points| points.digits(self.edge, dimension);
-        match self.points.as_ref().and_then(digits) {
-            Some(digits) => u64::from(digits) << (53 - Points::DIGITS) | bits >> Points::DIGITS,
-            None => bits,
-        }
+        let refined = |points: &Points| points.refined(bits, self.edge, dimension);
+        self.points.as_ref().map_or(bits, refined)
     }
 }
 
 fn to_unit(bits: u64) -> f64 {
-    bits as f64 * (1.0 / (1u64 << 53) as f64)
+    bits as f64 * (1.0 / (1u64 << BITS) as f64)
 }
 
 /// Hash of the address, one bijective mixing round per word. The keys of the two halves, and that of sets, are
