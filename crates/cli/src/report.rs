@@ -225,6 +225,7 @@ impl Report<'_> {
             "spp": self.rendering.samples,
             "spp_requested": self.requested,
             "spp_of_pixels": [least, most],
+            "adaptive": self.loaded.adaptive,
             "stopped": self.stopped.map(Stopped::name),
             "threads": self.threads,
             "seconds": self.elapsed.as_secs_f64(),

@@ -96,6 +96,7 @@ impl Header {
         let settings = [
             ("seed", seed.to_string()),
             ("integrator", integrator.name().into()),
+            ("sampler", integrator.sets(loaded.scene()).name().into()),
             ("adaptive", loaded.adaptive.to_string()),
         ];
         Header {

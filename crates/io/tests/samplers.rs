@@ -118,13 +118,22 @@ fn samples_are_shared_out_where_that_can_be() {
     let loaded = load("path", "");
     assert!(loaded.adaptive && loaded.warnings.is_empty());
     assert!(!load_with("path", "independent", ("", ""), None).adaptive);
+    let few = load_with("path", "ldsampler", (adaptive, ""), Some(16));
+    let message = few.warnings.to_string();
+    assert!(
+        message.contains("16 samples are too few for adaptive sampling"),
+        "{message}"
+    );
     for (loaded, reason) in [
-        (load("bdpt", ""), "with other integrators than 'path'"),
+        (
+            load("bdpt", ""),
+            "with the integrator 'bdpt', only with 'path'",
+        ),
         (load("path", reweight), "with the film's 'reweight'"),
     ] {
         assert!(!loaded.adaptive);
         let message = loaded.warnings.to_string();
-        let said = format!("the sampler's 'adaptive' has no effect {reason}");
+        let said = format!("adaptive sampling has no effect {reason}");
         assert!(message.contains(&said), "{message}");
     }
 }

@@ -32,6 +32,7 @@ use channels::Channels;
 use context::Context;
 use std::path::Path;
 use transport::integrator::{Integrator, PathTracer};
+use transport::render::ADAPTIVE_FROM;
 use transport::scene::{Parts, Problem, Scene, Severity, Subject};
 
 /// What a caller may change about a scene file.
@@ -227,6 +228,13 @@ fn whole_periods(options: &LoadOptions, parts: &GroupParts, diagnostics: &mut Di
         );
         diagnostics.push(Diagnostic::warning(message));
     }
+    let even = ADAPTIVE_FROM.next_multiple_of(parts.scene.whole_periods(1));
+    if parts.adaptive && samples <= even {
+        let message = format!(
+            "{samples} samples are too few for adaptive sampling, which begins after the first {even}"
+        );
+        diagnostics.push(Diagnostic::warning(message).help(String::from("take more samples")));
+    }
     samples
 }
 
@@ -338,7 +346,7 @@ fn group_parts(
                 sampler::in_sets(scene, sensor.samples.sets, &method.integrator, &mut report);
             let hindrance = match instruments.is_empty() {
                 true => sampler::hindrance(&method.integrator, sensor.film.reweight),
-                false => Some("with meters"),
+                false => Some("with meters".into()),
             };
             let adaptive = sampler::is_adaptive(&sensor.samples, hindrance, &mut report);
             // Without light a picture is black, but other quantities are not.

@@ -56,16 +56,11 @@ impl Samples {
         let Some(name) = options.sampler.as_deref() else {
             return;
         };
-        // The only one that has a parameter which tells samples apart.
-        let large = ("ldsampler:64", Sets::OfSixtyFour);
-        let mut known = KNOWN.into_iter().chain([large]);
-        match known.find(|(known, _)| *known == name) {
-            Some((_, sets)) => self.sets = sets,
+        match Sets::ALL.into_iter().find(|sets| sets.name() == name) {
+            Some(sets) => self.sets = sets,
             None => {
-                let names = KNOWN.map(|(name, _)| name);
-                let known = || format!("known samplers: {}, {}", names.join(", "), large.0);
-                let help = suggest(name, names).unwrap_or_else(known);
-                diagnostics.push(Diagnostic::error(format!("unknown sampler '{name}'")).help(help));
+                let message = format!("unknown sampler '{name}'");
+                diagnostics.push(Diagnostic::error(message).help(better(name)));
             }
         }
     }
@@ -122,6 +117,16 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
     }
 }
 
+/// What may have been meant by a sampler of a caller's.
+fn better(name: &str) -> String {
+    let names = Sets::ALL.map(Sets::name);
+    match suggest(name, names) {
+        Some(help) if !name.contains(':') => help,
+        _ if EVEN.contains(&name) => "use 'ldsampler', which spreads samples evenly, too".into(),
+        _ => format!("known samplers: {}", names.join(", ")),
+    }
+}
+
 fn find(name: &str) -> Option<Sets> {
     let known = KNOWN.iter().find(|(known, _)| *known == name);
     known.map(|(_, sets)| *sets)
@@ -149,23 +154,26 @@ pub(super) fn in_sets(
 }
 
 /// Why samples of pictures cannot be shared out among pixels by noise, if they cannot.
-pub(super) fn hindrance(integrator: &Integrator, reweight: bool) -> Option<&'static str> {
+pub(super) fn hindrance(integrator: &Integrator, reweight: bool) -> Option<String> {
     match integrator {
-        Integrator::Path(_) => reweight.then_some("with the film's 'reweight'"),
-        _ => Some("with other integrators than 'path'"),
+        Integrator::Path(_) => reweight.then(|| "with the film's 'reweight'".into()),
+        other => Some(format!(
+            "with the integrator '{}', only with 'path'",
+            other.name()
+        )),
     }
 }
 
 /// Whether samples are shared out among pixels by noise: if the sampler asks for it and nothing hinders it.
 pub(super) fn is_adaptive(
     samples: &Samples,
-    hindrance: Option<&str>,
+    hindrance: Option<String>,
     mut report: impl FnMut(&Problem),
 ) -> bool {
-    if let (true, Some(hindrance)) = (samples.adaptive, hindrance) {
+    if let (true, Some(hindrance)) = (samples.adaptive, &hindrance) {
         report(&warning(
-            format!("the sampler's 'adaptive' has no effect {hindrance}"),
-            "leave it out",
+            format!("adaptive sampling has no effect {hindrance}"),
+            "leave out what asks for it: the sampler's 'adaptive', or the option",
         ));
     }
     samples.adaptive && hindrance.is_none()

@@ -15,6 +15,7 @@ mod state;
 mod strategies;
 mod target;
 
+pub use allocation::ADAPTIVE_FROM;
 pub use bias::Debiased;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;
@@ -53,8 +54,8 @@ pub struct Options {
     pub seed: u64,
     /// Whether an image of each strategy of a bidirectional estimator is wanted.
     pub strategies: bool,
-    /// Whether noisy pixels get more samples than others if the estimator is `path`: from the 16th sample of the image on half
-    /// as many to eight times as many as on average, by what a pilot of four samples per pixel finds.
+    /// Whether noisy pixels get more samples than others if the estimator is `path`: after the first [`ADAPTIVE_FROM`] of the image
+    /// half as many to eight times as many as on average, by what a pilot of four samples per pixel finds.
     /// Images with [sorted](Options::reweight) samples are even all the same.
     pub adaptive: bool,
     /// How light is told apart on the film.
@@ -151,8 +152,8 @@ pub fn render(
     render_counted(scenes, options, &AtomicU64::new(0), on_pass)
 }
 
-/// As [`render`]. `counter` grows by one for each sample of each pixel (and each group of channels)
-/// while the render runs, for other threads to see.
+/// As [`render`]. `counter` grows by one for each sample of each pixel (and each group of channels), as if all had equally
+/// many, while the render runs, for other threads to see.
 pub fn render_counted(
     scenes: &[Scene],
     options: &Options,

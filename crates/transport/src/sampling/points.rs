@@ -22,6 +22,14 @@ pub enum Sets {
 }
 
 impl Sets {
+    /// All kinds.
+    pub const ALL: [Sets; 3] = [Sets::Single, Sets::OfEight, Sets::OfSixtyFour];
+
+    /// Name, as command lines use it.
+    pub fn name(self) -> &'static str {
+        ["independent", "ldsampler", "ldsampler:64"][self as usize]
+    }
+
     /// Samples in a set, a power of two.
     pub fn size(self) -> u64 {
         match self {
@@ -81,7 +89,7 @@ const GROUP: u32 = 4;
 struct Net<const N: usize> {
     /// The digits, by dimension of a group.
     points: [[u8; N]; GROUP as usize],
-    /// The powers of a generator of the field of N elements, as polynomials over that of two; N − 1 of them.
+    /// The powers of a generator of the field of N elements, as polynomials over that of two; the last is the first again.
     powers: [u8; N],
 }
 

@@ -230,7 +230,7 @@ fn integer(sum: f64) -> isize {
     (sum.to_bits() & INTEGER) as isize - ORIGIN
 }
 
-/// A coordinate rounded down as by [`Lattice::locate`].
+/// A coordinate rounded down as by [`Lattice::locate`]: an integer may count to the cell before it.
 #[inline(always)]
 pub(super) fn rounded_down(t: f64) -> isize {
     integer((t - 0.5) + LAST_BIT)
