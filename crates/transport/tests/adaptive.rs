@@ -114,7 +114,7 @@ fn observe(scene: &Scene, adaptive: bool) -> Observed {
     Observed { pixels, excess }
 }
 
-/// The number of samples is the same, and the work is no more than a fifth larger (no clock is looked at).
+/// The number of samples is the same on average, which `pixels_get_their_shares` checks.
 #[test]
 fn errors_are_smaller_and_true_and_means_agree() {
     for sets in [Sets::Single, Sets::OfEight] {

@@ -22,9 +22,6 @@ const EVEN: [&str; 6] = [
     "sobol",
 ];
 
-/// Ours, which have their own names.
-const KNOWN: [(&str, Sets); 2] = [("independent", Sets::Single), ("ldsampler", Sets::OfEight)];
-
 /// What a sampler asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Samples {
@@ -85,12 +82,17 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
         };
     };
     let name = object.plugin.as_str();
-    let sets = find(name).unwrap_or_else(|| {
-        let (used, sets) = KNOWN[usize::from(EVEN.contains(&name))];
-        let message = format!("sampler '{name}' is not available; '{used}' is used instead");
+    let known = [Sets::Single, Sets::OfEight];
+    let named = known.into_iter().find(|sets| sets.name() == name);
+    let sets = named.unwrap_or_else(|| {
+        let used = known[usize::from(EVEN.contains(&name))];
+        let message = format!(
+            "sampler '{name}' is not available; '{}' is used instead",
+            used.name()
+        );
         let warning = Diagnostic::warning(message).at(&object.plugin_location);
         context.diagnostics.push(warning);
-        sets
+        used
     });
     let mut q = Query::new(object, context.diagnostics);
     let sets = match sets {
@@ -125,11 +127,6 @@ fn better(name: &str) -> String {
         _ if EVEN.contains(&name) => "use 'ldsampler', which spreads samples evenly, too".into(),
         _ => format!("known samplers: {}", names.join(", ")),
     }
-}
-
-fn find(name: &str) -> Option<Sets> {
-    let known = KNOWN.iter().find(|(known, _)| *known == name);
-    known.map(|(_, sets)| *sets)
 }
 
 /// The scene with samples in sets, if its integrator takes them.

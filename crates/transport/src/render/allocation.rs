@@ -30,7 +30,7 @@ const PIXELS_PER_TASK: usize = 64;
 /// Variances are means over the pixels so far around, in both directions: that of one pixel is hardly known.
 const AROUND: usize = 2;
 /// Part of the mean variance of all pixels that is added to each one's: the pilot may have missed what is rare.
-const DOUBT: f64 = 0.05;
+const DOUBT: f32 = 0.05;
 /// The share one.
 const ONE: u16 = 256;
 /// The least and the largest share.
@@ -162,17 +162,17 @@ impl Allocation {
     }
 }
 
-/// What is to be expected of a pixel's samples.
+/// What is to be expected of a pixel's samples: in single precision, for there is one for every pixel of the film.
 #[derive(Clone, Copy, Debug, Default)]
 struct Outlook {
     /// Summed over channels.
-    variance: f64,
-    work: f64,
+    variance: f32,
+    work: f32,
 }
 
 impl Outlook {
     /// Sums, each times a factor.
-    fn plus(self, other: Outlook, factor: f64) -> Self {
+    fn plus(self, other: Outlook, factor: f32) -> Self {
         Outlook {
             variance: self.variance + factor * other.variance,
             work: self.work + factor * other.work,
@@ -211,22 +211,22 @@ fn pilot(source: &Source, (pixel, unit): (usize, u64), ws: &mut Workspace) -> Ou
     }
     let n = PILOT as f64;
     Outlook {
-        variance: (squares - (sum * sum).sum() / n).max(0.0) / (n - 1.0),
-        work: (ws.stats().cost() - before) / n,
+        variance: ((squares - (sum * sum).sum() / n).max(0.0) / (n - 1.0)) as f32,
+        work: ((ws.stats().cost() - before) / n) as f32,
     }
 }
 
 /// The shares of pixels, row by row in so many columns: in proportion to √(v/c) within limits, one on average.
 fn shares(outlooks: &[Outlook], width: usize) -> Vec<u16> {
-    let smooth = smoothed(outlooks, width);
-    let mean = smooth.iter().map(|o| o.variance).sum::<f64>() / smooth.len() as f64;
+    let variances = outlooks.iter().map(|o| f64::from(o.variance));
+    let mean = (variances.sum::<f64>() / outlooks.len() as f64) as f32;
     if !(mean > 0.0 && mean.is_finite()) {
-        return vec![ONE; smooth.len()];
+        return vec![ONE; outlooks.len()];
     }
-    let worth = |o: &Outlook| ((o.variance / mean + DOUBT) / o.work.max(1.0)).sqrt();
-    let worths: Vec<f64> = smooth.iter().map(worth).collect();
+    let worth = |o: Outlook| ((o.variance / mean + DOUBT) / o.work.max(1.0)).sqrt();
+    let worths: Vec<f32> = smoothed(outlooks, width).map(worth).collect();
     let scale = scale(&worths);
-    let share = |worth: &f64| limited(scale * worth).round() as u16;
+    let share = |worth: &f32| limited(scale * f64::from(*worth)).round() as u16;
     worths.iter().map(share).collect()
 }
 
@@ -235,12 +235,18 @@ fn limited(share: f64) -> f64 {
 }
 
 /// The factor with which the mean share is one.
-fn scale(worths: &[f64]) -> f64 {
-    let sum = |scale: f64| worths.iter().map(|w| limited(scale * w)).sum::<f64>();
+fn scale(worths: &[f32]) -> f64 {
+    let sum = |scale: f64| {
+        worths
+            .iter()
+            .map(|w| limited(scale * f64::from(*w)))
+            .sum::<f64>()
+    };
     let wanted = f64::from(ONE) * worths.len() as f64;
-    let extreme = |f: fn(f64, f64) -> f64| worths.iter().copied().reduce(f).unwrap_or(1.0);
-    let mut low = f64::from(LEAST) / extreme(f64::max);
-    let mut high = f64::from(LARGEST) / extreme(f64::min);
+    let extreme =
+        |f: fn(f32, f32) -> f32| f64::from(worths.iter().copied().reduce(f).unwrap_or(1.0));
+    let mut low = f64::from(LEAST) / extreme(f32::max);
+    let mut high = f64::from(LARGEST) / extreme(f32::min);
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
         match sum(middle) < wanted {
@@ -252,16 +258,16 @@ fn scale(worths: &[f64]) -> f64 {
 }
 
 /// Means over the pixels around each, which at the image's edges are fewer.
-fn smoothed(outlooks: &[Outlook], width: usize) -> Vec<Outlook> {
+fn smoothed(outlooks: &[Outlook], width: usize) -> impl Iterator<Item = Outlook> {
     let height = outlooks.len() / width;
-    let near = |at: usize, end: usize| at.saturating_sub(AROUND)..end.min(at + AROUND + 1);
-    let mean = |i: usize| {
+    let near = move |at: usize, end: usize| at.saturating_sub(AROUND)..end.min(at + AROUND + 1);
+    let mean = move |i: usize| {
         let (rows, columns) = (near(i / width, height), near(i % width, width));
-        let share = 1.0 / (rows.len() * columns.len()) as f64;
+        let share = 1.0 / (rows.len() * columns.len()) as f32;
         let around = rows.flat_map(|row| &outlooks[row * width..][columns.clone()]);
         around.fold(Outlook::default(), |sum, o| sum.plus(*o, share))
     };
-    (0..outlooks.len()).map(mean).collect()
+    (0..outlooks.len()).map(mean)
 }
 
 #[cfg(test)]
@@ -321,9 +327,10 @@ mod tests {
         let outlooks: Vec<_> = (0..width * height).map(outlook).collect();
         let shares = shares(&outlooks, width);
         let mean = shares.iter().map(|s| f64::from(*s)).sum::<f64>() / shares.len() as f64;
-        assert!((mean / f64::from(ONE) - 1.0).abs() < 2e-3, "{mean}");
+        // Shares are rounded to 1/256.
+        assert!((mean / f64::from(ONE) - 1.0).abs() < 0.5 / 256.0, "{mean}");
         let at = |row: usize, column: usize| f64::from(shares[row * width + column]);
-        let doubt = DOUBT * 6.0;
+        let doubt = f64::from(DOUBT) * 6.0;
         let noise = ((16.0 + doubt) / (1.0 + doubt)).sqrt();
         assert!((at(2, 30) / at(20, 30) / noise - 1.0).abs() < 0.01);
         assert!((at(2, 30) / at(2, 5) / 3.0 - 1.0).abs() < 0.01);
@@ -333,7 +340,7 @@ mod tests {
     /// Where nothing is known to differ, nothing does.
     #[test]
     fn equals_get_equal_shares() {
-        for variance in [0.0, 1.0, f64::INFINITY, f64::NAN] {
+        for variance in [0.0, 1.0, f32::INFINITY, f32::NAN] {
             let outlook = Outlook {
                 variance,
                 work: 10.0,
