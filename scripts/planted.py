@@ -443,6 +443,41 @@ PLANTED = [
         "let by_distance = by_distance.max(chosen) * around.pdf(point.length);",
         ("transport", "connections", "many_points_add_up"),
     ),
+    (
+        "forced collisions weighed as by chance",
+        "crates/transport/src/path/edge.rs",
+        "(lanes * point.rate * point.depth.exp_neg() * self.forcing).sum()",
+        "(lanes * point.rate * point.depth.exp_neg()).sum()",
+        ("transport", "forced", "single_scattering_has_no_variance"),
+    ),
+    (
+        "forced collisions in one channel's density only",
+        "crates/transport/src/path/walk.rs",
+        "self.edge.forcing = whole.map(|depth| match depth > 0.0 {",
+        "self.edge.forcing = whole.map(|_| whole[0]).map(|depth| match depth > 0.0 {",
+        ("transport", "forced", "means_stay"),
+    ),
+    (
+        "forced collisions spread evenly over depths",
+        "crates/transport/src/path/walk.rs",
+        "self.edge.collide_at((channel, target % whole[channel]));",
+        "self.edge.collide_at((channel, (97.0 * target) % whole[channel]));",
+        ("transport", "forced", "depths_have_their_distribution"),
+    ),
+    (
+        "distances around lamps weighed against collisions by chance where they are forced",
+        "crates/transport/src/integrator/path/connecting.rs",
+        "let by_collision = edge.collision_density(lanes, &point) * chosen;",
+        "let by_collision = edge.collision_density(lanes, &point) * chosen / edge.forcing[0];",
+        ("transport", "forced", "means_stay"),
+    ),
+    (
+        "collisions forced before surfaces",
+        "crates/transport/src/path/walk.rs",
+        "if !self.escaped || self.edge.tube.events > 0 || self.veiled {",
+        "if self.edge.tube.events > 0 || self.veiled {",
+        ("transport", "forced", "only_what_would_leave_is_forced"),
+    ),
 ]
 
 

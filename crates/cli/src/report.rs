@@ -72,17 +72,10 @@ impl Report<'_> {
     /// The number of samples per pixel, and between which limits it is a mean.
     fn spp(&self) -> String {
         let mean = self.rendering.samples;
-        match self.least_and_most() {
-            (least, most) if least < most => format!("{mean} spp ({least} to {most})"),
+        match self.rendering.film.least_and_most() {
+            [least, most] if least < most => format!("{mean} spp ({least} to {most})"),
             _ => format!("{mean} spp"),
         }
-    }
-
-    /// The least and the largest number of samples of a pixel.
-    fn least_and_most(&self) -> (u64, u64) {
-        let counts = self.rendering.film.counts();
-        let (least, most) = (counts.iter().min(), counts.iter().max());
-        (least.copied().unwrap_or(0), most.copied().unwrap_or(0))
     }
 
     /// The line at the end of a render, and that of the account if there is one.
@@ -213,23 +206,17 @@ impl Report<'_> {
     /// Everything, as JSON.
     pub fn json(&self) -> Value {
         let (mean, error) = self.rendering.film.summary();
-        let (film, stats) = (&self.rendering.film, &self.rendering.stats);
-        let (least, most) = self.least_and_most();
-        json!({
+        let film = &self.rendering.film;
+        let run = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "scene": file_name(&self.job.scene),
-            "scene_hash": self.loaded.hash.to_string(),
             "integrator": self.loaded.integrator.name(),
             "options": self.job.command_line(),
             "seed": self.job.seed,
-            "spp": self.rendering.samples,
             "spp_requested": self.requested,
-            "spp_of_pixels": [least, most],
-            "adaptive": self.loaded.adaptive,
             "stopped": self.stopped.map(Stopped::name),
             "threads": self.threads,
             "seconds": self.elapsed.as_secs_f64(),
-            "samples": film.samples(),
             "samples_per_second": self.rate(),
             "width": film.width(),
             "height": film.height(),
@@ -237,13 +224,8 @@ impl Report<'_> {
             "mean": mean,
             "standard_error": error,
             "target": self.target(),
-            "counters": report::counters(stats),
-            "branches": report::branches(self.loaded.scene()),
-            "connections": report::connections(stats, self.rendering.search),
-            "photons": report::photons(self.rendering),
-            "balance": self.rendering.balance.as_ref().map(report::balance),
-            "decomposition": Naming::of(self.loaded).map(|n| n.json(film)),
-        })
+        });
+        report::render(self.loaded, self.rendering, run)
     }
 }
 

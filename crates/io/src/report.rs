@@ -1,10 +1,41 @@
 //! What happened in a run, as JSON.
 
+use crate::Loaded;
+use crate::rendered::Naming;
 use serde_json::{Value, json};
 use transport::path::{Balance, Share};
 use transport::render::Rendering;
 use transport::stats::{Connections, Stats};
 use transport::{Film, Scene};
+
+/// A render: what was done, what happened, and where light went; with what is told of the run besides, an object.
+pub fn render(loaded: &Loaded, rendering: &Rendering, mut run: Value) -> Value {
+    let film = &rendering.film;
+    let entries = [
+        ("scene_hash", json!(loaded.hash.to_string())),
+        ("spp", json!(rendering.samples)),
+        ("spp_of_pixels", json!(film.least_and_most())),
+        ("adaptive", json!(loaded.adaptive)),
+        ("forced_edges", json!(rendering.forced)),
+        ("samples", json!(film.samples())),
+        ("counters", counters(&rendering.stats)),
+        ("branches", branches(loaded.scene())),
+        (
+            "connections",
+            connections(&rendering.stats, rendering.search),
+        ),
+        ("photons", json!(photons(rendering))),
+        ("balance", json!(rendering.balance.as_ref().map(balance))),
+        (
+            "decomposition",
+            json!(Naming::of(loaded).map(|n| n.json(film))),
+        ),
+    ];
+    for (key, value) in entries {
+        run[key] = value;
+    }
+    run
+}
 
 /// Counts of a run.
 pub fn counters(stats: &Stats) -> Value {

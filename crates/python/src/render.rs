@@ -90,24 +90,16 @@ pub struct Run {
 impl Rendered {
     pub fn new(rendering: Rendering, scene: Py<Scene>, run: Run) -> Self {
         let loaded = &scene.get().loaded;
-        let stats = json!({
+        let told = json!({
             "scene": scene.get().name,
-            "scene_hash": loaded.hash.to_string(),
             "integrator": run.integrator.name(),
             "seed": run.seed,
-            "spp": rendering.samples,
             "spp_requested": run.requested,
             "stopped": run.stopped,
             "threads": run.threads,
             "seconds": run.seconds,
-            "samples": rendering.film.samples(),
-            "counters": report::counters(&rendering.stats),
-            "branches": report::branches(loaded.scene()),
-            "connections": report::connections(&rendering.stats, rendering.search),
-            "photons": report::photons(&rendering),
-            "balance": rendering.balance.as_ref().map(report::balance),
-            "decomposition": Naming::of(loaded).map(|n| n.json(&rendering.film)),
         });
+        let stats = report::render(loaded, &rendering, told);
         Rendered {
             rendering,
             scene,

@@ -32,6 +32,7 @@ fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> transport::path
         extend: false,
         collides: true,
         spans: true,
+        forced: false,
     };
     let mut ws = Workspace::new(scene.tolerance());
     trace(

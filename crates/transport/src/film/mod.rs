@@ -370,6 +370,13 @@ impl Film {
         pixels.map(|pixel| self.count(pixel)).collect()
     }
 
+    /// The least and the largest number of samples of a pixel.
+    pub fn least_and_most(&self) -> [u64; 2] {
+        let counts = self.counts();
+        let [least, most] = [counts.iter().min(), counts.iter().max()];
+        [least, most].map(|count| count.copied().unwrap_or(0))
+    }
+
     /// Total number of samples over all pixels and groups.
     pub fn samples(&self) -> u64 {
         let sets: u64 = self.pixels.iter().map(|p| p.count).sum();

@@ -122,15 +122,17 @@ impl PathTracer {
     /// place, for it is large.
     fn edge(&self, t: &mut Tracing, next: &mut Next) -> bool {
         let lanes = next.throughput / next.throughput.sum();
+        let budget = self.budget(next.way.depth + 1);
+        let forced = next.way.depth < t.ws.forced && budget > 0;
         let sampling = Sampling {
             carry: Carry::Radiance,
             lanes,
-            extend: t.equiangular,
+            extend: t.equiangular || forced,
             collides: true,
-            spans: t.equiangular,
+            spans: t.equiangular || forced,
+            forced,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
-        let budget = self.budget(next.way.depth + 1);
         if t.equiangular && budget > 0 {
             t.around_emitter(&edge, next, lanes, budget);
         }

@@ -60,6 +60,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             extend: false,
             collides: true,
             spans: true,
+            forced: false,
         };
         for _ in 0..MOST_EDGES {
             let Some(ray) = next else {

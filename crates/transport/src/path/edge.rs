@@ -187,6 +187,9 @@ pub struct Edge<'a> {
     pub optical_length: f64,
     /// Whether connections look for such ways: see [`super`].
     pub connectable: bool,
+    /// How much denser collisions are on it, in each channel, than where it may leave the scene without one; 1 unless they were
+    /// forced.
+    pub forcing: Spectrum,
     /// Whether it is [`End::Dead`] because it was lost, not absorbed.
     pub lost: bool,
 }
@@ -204,8 +207,31 @@ impl<'a> Edge<'a> {
             tube: Tube::new(),
             optical_length: 0.0,
             connectable: true,
+            forcing: Spectrum::ONE,
             lost: false,
         }
+    }
+
+    /// Has the edge, which met nothing, end at a collision where the depth of a channel reaches a target: a point to scatter at,
+    /// whose geometry term nobody asks for.
+    pub(super) fn collide_at(&mut self, (channel, target): (usize, f64)) {
+        let at = |span: &Span| {
+            let left = target - span.depth_before[channel];
+            let (theta, _) = span
+                .attenuation
+                .reach(&span.arc, span.theta_end, (channel, left));
+            Some(span.at(theta?))
+        };
+        let Some(point) = self.spans.iter().find_map(at) else {
+            return;
+        };
+        self.length = point.length;
+        self.optical_length = self.optical_length_at(point.length);
+        self.tube = Tube {
+            depth: point.depth,
+            ..Tube::new()
+        };
+        self.end = End::Collision(point);
     }
 
     /// Prepares the spans for many questions about their points.
@@ -217,8 +243,8 @@ impl<'a> Edge<'a> {
 
     /// Probability density per unit length of a collision at optical depth and extinction as in
     /// `point`, for channel probabilities `lanes` (balance heuristic over channels, theory §6).
-    pub fn collision_density(lanes: Spectrum, point: &Point) -> f64 {
-        (lanes * point.rate * point.depth.exp_neg()).sum()
+    pub fn collision_density(&self, lanes: Spectrum, point: &Point) -> f64 {
+        (lanes * point.rate * point.depth.exp_neg() * self.forcing).sum()
     }
 
     /// What an edge that was sampled with channel probabilities `lanes` carries to its end, over the
@@ -229,7 +255,7 @@ impl<'a> Edge<'a> {
             End::Collision(point) => {
                 let medium = scene.medium(point.medium);
                 let scattering = point.rate * medium.albedo.at(point.x);
-                transmittance * point.weight * scattering / Edge::collision_density(lanes, point)
+                transmittance * point.weight * scattering / self.collision_density(lanes, point)
             }
             _ => transmittance * self.weight / self.tube.survival(lanes),
         }

@@ -82,6 +82,9 @@ pub struct Workspace {
     pub survey: Option<Box<Survey>>,
     /// What paths may still bring. Any values are unbiased.
     pub prospects: Prospects,
+    /// Number of first edges of a path that collide for certain where they would leave the scene. Any number is unbiased in a
+    /// scene that is [dark](crate::Scene::is_dark) around.
+    pub forced: u32,
     /// What a pilot finds out about that.
     pub departures: Option<Box<Departures>>,
     /// Parts of the straight connection last made.
@@ -99,6 +102,7 @@ impl Workspace {
             rates: Rates::default(),
             survey: None,
             prospects: Prospects::default(),
+            forced: 0,
             departures: None,
             line: Vec::new(),
         }

@@ -140,6 +140,7 @@ impl Walker {
             extend: false,
             collides: true,
             spans: self.carry == Carry::Power,
+            forced: false,
         };
         let (mut next, mut depth, mut passed) = (Some(ray), 0, false);
         while let Some(current) = next.take() {

@@ -34,6 +34,9 @@ pub struct Sampling {
     pub collides: bool,
     /// Whether its spans are kept: see [`Edge::spans`].
     pub spans: bool,
+    /// Whether it collides for certain where it would leave the scene, if there is anything to collide with: see
+    /// [`Edge::forcing`]. Only if it is extended.
+    pub forced: bool,
 }
 
 /// Samples an edge.
@@ -48,6 +51,9 @@ pub fn trace<'a>(
     let mut edge = Edge::new(start);
     let mut walk = Walk::new(scene, &mut edge, sampling, sampler);
     while walk.region(ws) {}
+    if sampling.forced {
+        walk.force();
+    }
     let (length, reflections) = (walk.reach, walk.reflections);
     let within = scene.branch_reach();
     edge.connectable &=
@@ -80,6 +86,8 @@ struct Walk<'a, 'b> {
     jump: f64,
     /// Whether it passed a surface straight on by chance.
     veiled: bool,
+    /// Whether it, or its extension, left the scene.
+    escaped: bool,
     /// Reflections where refraction was possible.
     reflections: u32,
     /// Optical path length that counts for the reach of connections: how far away a plane is does not.
@@ -117,6 +125,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             length: 0.0,
             jump: 1.0,
             veiled: false,
+            escaped: false,
             reflections: 0,
             reach: 0.0,
             edge,
@@ -385,6 +394,7 @@ impl<'a, 'b> Walk<'a, 'b> {
 
     /// Leaves the scene along its last arc.
     fn escape(&mut self, arc: &Arc, v: DVec3) -> bool {
+        self.escaped = true;
         if !self.collided {
             let (n, toward) = (v.length(), v.normalize());
             self.edge.optical_length += to_entrance(self.scene, n, arc.end(), toward);
@@ -396,6 +406,24 @@ impl<'a, 'b> Walk<'a, 'b> {
             };
         }
         false
+    }
+
+    /// Has an edge that left the scene collide: what is left of the depth that was drawn is gone through again from the start, as
+    /// often as it takes. The remainder of an exponential deviate divided by the depth D of the whole way is
+    /// distributed as deviates below D are, so that collisions of each channel become 1/(1 − e⁻ᴰ) times as dense.
+    fn force(&mut self) {
+        if !self.escaped || self.edge.tube.events > 0 || self.veiled {
+            return;
+        }
+        let whole = self.depth;
+        self.edge.forcing = whole.map(|depth| match depth > 0.0 {
+            true => -1.0 / (-depth).exp_m1(),
+            false => 1.0,
+        });
+        let (channel, target) = self.target;
+        if !self.collided && whole[channel] > 0.0 {
+            self.edge.collide_at((channel, target % whole[channel]));
+        }
     }
 
     fn die(&mut self, lost: bool) -> bool {

@@ -43,10 +43,16 @@ impl<'a> Source<'a> {
     }
 
     pub fn workspace(&self) -> Workspace {
+        self.workspace_of(&self.prepared)
+    }
+
+    /// A workspace for samples to be taken that way.
+    pub fn workspace_of(&self, prepared: &Prepared) -> Workspace {
         let mut ws = Workspace::new(self.scene.tolerance());
-        ws.search = self.prepared.search;
-        ws.rates = self.prepared.rates;
-        ws.prospects = self.prepared.prospects.clone();
+        ws.search = prepared.search;
+        ws.rates = prepared.rates;
+        ws.prospects = prepared.prospects.clone();
+        ws.forced = prepared.forced;
         ws
     }
 

@@ -255,6 +255,7 @@ impl State {
         let largest = |f: fn(&Prepared) -> f64| self.prepared.iter().map(f).fold(0.0, f64::max);
         Rendering {
             search: largest(|p| p.search),
+            forced: self.prepared.iter().map(|p| p.forced).max().unwrap_or(0),
             first_radius: largest(|p| p.radius),
             balance: balance(scenes, &self.books),
             reached: self.reached(),

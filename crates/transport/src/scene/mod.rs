@@ -413,6 +413,12 @@ impl Scene {
         self.lights.sources().map_or(0.0, |s| s.pdf(emitter))
     }
 
+    /// Whether paths that leave the scene find no light, and may be scattered before: see
+    /// [`Workspace::forced`](crate::path::Workspace::forced).
+    pub fn is_dark(&self) -> bool {
+        self.environments().next().is_none() && self.media().iter().any(Medium::scatters)
+    }
+
     /// The environments and their indices.
     pub(crate) fn environments(
         &self,

@@ -49,7 +49,7 @@ impl Tracing<'_> {
         };
         let by_distance = self.scene.emitter_probability(index, &along(edge));
         let by_distance = by_distance * around.pdf(point.length);
-        let by_collision = Edge::collision_density(lanes, point) * chosen;
+        let by_collision = edge.collision_density(lanes, point) * chosen;
         by_collision / (by_collision + by_distance)
     }
 
@@ -84,7 +84,7 @@ impl Tracing<'_> {
         }
         let vertex = Vertex::volume(&point);
         let chosen = scene.emitter_probability(index, &vertex.receiver(scene));
-        let by_collision = Edge::collision_density(lanes, &point) * chosen;
+        let by_collision = edge.collision_density(lanes, &point) * chosen;
         let density = probability * around.pdf(point.length) + by_collision;
         let throughput = next.throughput * scattering / density;
         let place = self.sampler.next_2d_for(Purpose::AroundAim);

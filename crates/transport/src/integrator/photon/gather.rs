@@ -75,6 +75,7 @@ impl Gathering<'_> {
                 extend: false,
                 collides: self.mapping.query == Query::Point,
                 spans: self.mapping.query == Query::Beam,
+                forced: false,
             };
             let mut edge = trace(scene, sight.start, sampling, sampler, ws);
             edge.tabulate();
@@ -119,7 +120,7 @@ impl Gathering<'_> {
     /// The photons around a collision.
     fn around(&self, sight: &Sight, edge: &Edge, point: &Point, found: &mut impl FnMut(Gathered)) {
         let kernel = Kernel::ball(self.radii.volume);
-        let density = Edge::collision_density(self.lanes, point);
+        let density = edge.collision_density(self.lanes, point);
         let seen = Seen {
             throughput: sight.throughput * point.weight * point.depth.exp_neg() / density,
             depth: sight.depth + 1 + edge.tube.events,

@@ -1,0 +1,291 @@
+//! Forced collisions: on the first edges of paths, where these would leave the scene without having met anything.
+//!
+//! False alarms: means and the distribution of depths are compared at a family-wise rate of 1e-4 each.
+
+mod common;
+
+use common::{camera, container, fog, parts, path_tracer, vacuum};
+use eikonal::field::{Constant, Gaussian};
+use glam::{DAffine3, DMat3, DVec3};
+use std::f64::consts::PI;
+use testkit::batches::{moments, welch};
+use testkit::{Family, Moments};
+use transport::bsdf::{Bsdf, Diffuse};
+use transport::emitter::Emitter;
+use transport::integrator::Integrator;
+use transport::integrator::PathTracer;
+use transport::medium::{Filter as GridFilter, Grid, Medium, Placement as Samples, Texture};
+use transport::path::{Carry, Edge, End, Sampling, Start, Workspace, trace};
+use transport::sampling::Sampler;
+use transport::scene::{Object, Parts, Sides};
+use transport::sensor::Ray;
+use transport::shape::{Cube, Rectangle};
+use transport::{Scene, Spectrum};
+
+const FALSE_ALARM: f64 = 1e-4;
+
+fn cube(half: f64) -> Cube {
+    Cube::new(DAffine3::from_scale(DVec3::splat(half))).unwrap()
+}
+
+/// Light that comes from above.
+fn sun() -> Emitter {
+    Emitter::Directional {
+        direction: -DVec3::Y,
+        irradiance: Spectrum::ONE,
+    }
+}
+
+fn lamp() -> Emitter {
+    Emitter::Point {
+        position: DVec3::new(0.3, 0.4, -0.2),
+        intensity: Spectrum::ONE,
+    }
+}
+
+fn scene(objects: Vec<Object>, media: Vec<Medium>, emitter: Emitter) -> Parts {
+    parts(
+        objects,
+        media,
+        vec![emitter],
+        camera(DVec3::Z * 4.0, DVec3::ZERO),
+    )
+}
+
+/// A cube of fog.
+fn foggy(medium: Medium, emitter: Emitter) -> Scene {
+    let fog = container(cube(1.0), Bsdf::Null);
+    Scene::new(scene(vec![fog], vec![vacuum(), medium], emitter)).unwrap()
+}
+
+/// A cube in a cube, of different colours and densities, and with channels that differ.
+fn nested() -> Scene {
+    let [outer, inner] = [1.0, 0.5].map(|half| container(cube(half), Bsdf::Null));
+    let inner = Object {
+        sides: Some(Sides {
+            interior: 2,
+            exterior: 1,
+        }),
+        ..inner
+    };
+    let coloured = |sigma_t| Medium {
+        sigma_t: Texture::Uniform(Spectrum(sigma_t)),
+        ..fog(Constant::new(1.0), 1.0, 0.8, 0.4)
+    };
+    let media = vec![
+        vacuum(),
+        coloured([0.2, 0.9, 0.0, 0.0]),
+        coloured([1.5, 0.3, 0.0, 0.0]),
+    ];
+    let mut parts = scene(vec![outer, inner], media, sun());
+    parts.film.channels = 2;
+    Scene::new(parts).unwrap()
+}
+
+/// A cube of smoke that gets thicker to one side.
+fn smoky() -> Scene {
+    let samples = ([3; 3], 1, (0..27).map(|i| 0.1 + 0.05 * i as f32).collect());
+    let to_world = DAffine3 {
+        matrix3: DMat3::from_diagonal(DVec3::splat(2.0)),
+        translation: -DVec3::ONE,
+    };
+    let filter = GridFilter::Trilinear;
+    let grid = Grid::new(samples, to_world, Samples::Nodes, filter, (0.0, 10.0)).unwrap();
+    let medium = Medium {
+        sigma_t: Texture::Grid(std::sync::Arc::new(grid)),
+        ..fog(Constant::new(1.0), 1.0, 0.8, 0.0)
+    };
+    foggy(medium, sun())
+}
+
+/// A cube of fog that bends light.
+fn bending() -> Scene {
+    let index = Gaussian::new(1.0, 0.15, DVec3::new(0.2, 0.1, 0.0), 0.4).unwrap();
+    foggy(fog(index, 0.5, 0.9, 0.5), lamp())
+}
+
+/// What paths bring along one ray each, with so many edges whose collisions are forced.
+fn light(
+    scene: &Scene,
+    tracer: PathTracer,
+    forced: u32,
+    ray: Ray,
+    channels: usize,
+    samples: u64,
+) -> Vec<f64> {
+    let mut ws = Workspace::new(scene.tolerance());
+    ws.forced = forced;
+    let integrator = Integrator::Path(tracer);
+    let take = |sample| {
+        let (mut sampler, mut found) = (Sampler::new(7 + u64::from(forced), 0, sample), Vec::new());
+        integrator.sample(scene, ray, channels, (&mut sampler, &mut ws), &mut found);
+        found.iter().map(|c| c.weighted().sum()).sum()
+    };
+    (0..samples).map(take).collect()
+}
+
+fn ray() -> Ray {
+    let origin = DVec3::new(0.2, -0.3, 4.0);
+    Ray {
+        origin,
+        direction: (DVec3::new(-0.1, 0.1, 0.0) - origin).normalize(),
+    }
+}
+
+/// Where the way to the light is equally long from everywhere on a ray, a forced collision with a homogeneous fog brings
+/// the same wherever it is: single scattering in closed form, to rounding.
+#[test]
+fn single_scattering_has_no_variance() {
+    let sigma_t = 0.3;
+    let scene = foggy(fog(Constant::new(1.0), sigma_t, 0.8, 0.0), sun());
+    let ray = Ray {
+        origin: DVec3::new(0.1, 0.2, 4.0),
+        direction: -DVec3::Z,
+    };
+    let tracer = PathTracer {
+        max_depth: Some(2),
+        ..PathTracer::default()
+    };
+    let above: f64 = 1.0 - 0.2;
+    let exact = 0.8 / (4.0 * PI) * (-sigma_t * above).exp() * (1.0 - (-sigma_t * 2.0).exp());
+    let found = light(&scene, tracer, 1, ray, 1, 100);
+    assert!(
+        found.iter().all(|value| (value / exact - 1.0).abs() < 1e-8),
+        "{found:?} {exact}"
+    );
+    // Without, nearly half of them bring nothing.
+    let natural = light(&scene, tracer, 0, ray, 1, 100);
+    assert!(natural.iter().filter(|value| **value == 0.0).count() > 30);
+}
+
+/// The means are those of collisions by chance, on any number of edges: in several media and channels, smoke, and where rays
+/// are bent. Variances are smaller.
+#[test]
+fn means_stay() {
+    let mut family = Family::new(FALSE_ALARM);
+    for (name, scene, channels) in [
+        ("nested", nested(), 2),
+        ("smoke", smoky(), 1),
+        ("bent", bending(), 1),
+    ] {
+        let batches = |forced| {
+            let values = light(&scene, tracer(), forced, ray(), channels, 20_000);
+            let means = values
+                .chunks(200)
+                .map(|batch| batch.iter().sum::<f64>() / 200.0);
+            means.collect::<Vec<_>>()
+        };
+        let natural = batches(0);
+        for forced in [1, 3, 30] {
+            let found = batches(forced);
+            let [a, b] = [&natural, &found].map(|batches| moments(batches));
+            println!(
+                "{name}, {forced}: {:.5} {:.5}, variances {:.2e} {:.2e}",
+                a.mean(),
+                b.mean(),
+                a.variance(),
+                b.variance()
+            );
+            family.push(format!("{name} {forced}"), welch(&natural, &found, 1e-12));
+            assert!(b.variance() < 0.9 * a.variance());
+        }
+    }
+    family.check().unwrap();
+}
+
+fn tracer() -> PathTracer {
+    match path_tracer() {
+        Integrator::Path(tracer) => tracer,
+        _ => unreachable!(),
+    }
+}
+
+fn forced_edge(scene: &Scene, direction: DVec3, seed: u64) -> Edge<'_> {
+    let sampling = Sampling {
+        carry: Carry::Radiance,
+        lanes: Spectrum([0.5, 0.5, 0.0, 0.0]),
+        extend: true,
+        collides: true,
+        spans: true,
+        forced: true,
+    };
+    let mut ws = Workspace::new(scene.tolerance());
+    let start = Start::point(DVec3::new(0.1, 0.2, 3.0), direction, 0);
+    trace(
+        scene,
+        start,
+        sampling,
+        &mut Sampler::new(seed, 0, 0),
+        &mut ws,
+    )
+}
+
+/// Depths at collisions are distributed as their densities say: (1 − e⁻ᵈ)/(1 − e⁻ᴰ) for each channel. The places belong to
+/// the depths.
+#[test]
+fn depths_have_their_distribution() {
+    let scene = nested();
+    let whole = [0.2 + 1.5, 0.9 + 0.3];
+    let seeds = 20_000;
+    let cuts = [0.1, 0.3, 0.5, 0.8, 1.2];
+    let mut below = cuts.map(|_| Moments::default());
+    for seed in 0..seeds {
+        let edge = forced_edge(&scene, -DVec3::Z, seed);
+        let End::Collision(point) = edge.end else {
+            panic!("{:?}", edge.end);
+        };
+        let deep = 1.0 - point.x.z;
+        let depth =
+            0.2 * deep.min(0.5) + 1.5 * (deep - 0.5).clamp(0.0, 1.0) + 0.2 * (deep - 1.5).max(0.0);
+        assert!((point.depth[0] - depth).abs() < 1e-8 && (point.length - 2.0 - deep).abs() < 1e-8);
+        assert!(
+            (edge.optical_length - point.length).abs() < 1e-8 && edge.tube.depth == point.depth
+        );
+        for (cut, below) in cuts.iter().zip(&mut below) {
+            below.push(f64::from(u8::from(point.depth[0] < *cut)));
+        }
+    }
+    // The second channel's depth where the first one's is d.
+    let other = |d: f64| {
+        if d < 0.1 {
+            4.5 * d
+        } else {
+            0.45 + 0.2 * (d - 0.1)
+        }
+    };
+    let share = |d: f64, whole: f64| (-d).exp_m1() / (-whole).exp_m1();
+    let mut family = Family::new(FALSE_ALARM);
+    for (cut, below) in cuts.iter().zip(&below) {
+        let exact = 0.5 * (share(*cut, whole[0]) + share(other(*cut), whole[1]));
+        println!("below {cut}: {:.4}, exact {exact:.4}", below.mean());
+        family.push(format!("{cut}"), testkit::z_test::p_value(below.z(exact)));
+    }
+    family.check().unwrap();
+}
+
+/// Nothing is forced where there is nothing to collide with, nor where the edge ends on a surface, collided or not.
+#[test]
+fn only_what_would_leave_is_forced() {
+    let cubes = nested();
+    let past = forced_edge(&cubes, DVec3::new(1.0, 0.0, -0.1).normalize(), 1);
+    assert!(matches!(past.end, End::Escaped { .. }) && past.forcing == Spectrum::ONE);
+    let wall = Object {
+        name: "wall".into(),
+        shape: Rectangle::new(DAffine3::from_translation(-3.0 * DVec3::Z))
+            .unwrap()
+            .into(),
+        bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ONE).unwrap()),
+        sides: None,
+        emitter: None,
+    };
+    let objects = vec![container(cube(1.0), Bsdf::Null), wall];
+    let media = vec![vacuum(), fog(Constant::new(1.0), 0.5, 0.8, 0.0)];
+    let scene = Scene::new(scene(objects, media, sun())).unwrap();
+    let mut hits = 0;
+    for seed in 0..100 {
+        let edge = forced_edge(&scene, -DVec3::Z, seed);
+        assert_eq!(edge.forcing, Spectrum::ONE);
+        hits += u32::from(matches!(edge.end, End::Surface { .. }));
+    }
+    assert!((20..60).contains(&hits), "{hits}");
+}
