@@ -33,6 +33,7 @@ fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> transport::path
         collides: true,
         spans: true,
         forced: false,
+        forks: false,
     };
     let mut ws = Workspace::new(scene.tolerance());
     trace(

@@ -84,6 +84,8 @@ struct Tracing<'a> {
     out: &'a mut Vec<Contribution>,
     /// Point-like emitters make it worthwhile to sample distances around them.
     equiangular: bool,
+    /// A path that is to be followed, too.
+    fork: Option<Next>,
 }
 
 impl PathTracer {
@@ -100,22 +102,33 @@ impl PathTracer {
         let medium = scene.medium_of_sensor_ray(ray.origin);
         let start = Start::point(ray.origin, ray.direction, medium);
         let n = scene.n(start.medium, start.x);
+        let white = |c| if c < channels { n * n } else { 0.0 };
+        let next = Next {
+            start,
+            throughput: Spectrum(std::array::from_fn(white)),
+            from: None,
+            way: Way::default(),
+        };
         let mut tracing = Tracing {
             scene,
             sampler,
             ws,
             out,
             equiangular: !scene.attractors().is_empty(),
+            fork: None,
         };
-        let white = |c| if c < channels { n * n } else { 0.0 };
-        let mut next = Next {
-            start,
-            throughput: Spectrum(std::array::from_fn(white)),
-            from: None,
-            way: Way::default(),
-        };
-        while self.edge(&mut tracing, &mut next) {}
-        tracing.end();
+        self.follow(&mut tracing, next);
+        if let Some(fork) = tracing.fork.take() {
+            // Two paths of a sample are not to share the points of its set.
+            tracing.sampler.leave_set();
+            self.follow(&mut tracing, fork);
+        }
+    }
+
+    /// Follows a path to its end.
+    fn follow(&self, t: &mut Tracing, mut next: Next) {
+        while self.edge(t, &mut next) {}
+        t.end();
     }
 
     /// Follows one edge, hands over what it finds, and scatters at its end. Whether the path goes on, as `next` says then: in
@@ -123,7 +136,8 @@ impl PathTracer {
     fn edge(&self, t: &mut Tracing, next: &mut Next) -> bool {
         let lanes = next.throughput / next.throughput.sum();
         let budget = self.budget(next.way.depth + 1);
-        let forced = next.way.depth < t.ws.forced && budget > 0;
+        let beginning = t.ws.beginning;
+        let forced = next.way.depth < beginning.forced && budget > 0;
         let sampling = Sampling {
             carry: Carry::Radiance,
             lanes,
@@ -131,10 +145,20 @@ impl PathTracer {
             collides: true,
             spans: t.equiangular || forced,
             forced,
+            forks: beginning.forks && next.way.depth == 0,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
         if t.equiangular && budget > 0 {
             t.around_emitter(&edge, next, lanes, budget);
+        }
+        if let Some(fork) = &edge.fork {
+            t.fork = Some(Next {
+                start: fork.start,
+                throughput: next.throughput * fork.throughput,
+                from: None,
+                // The reflection counts as an edge does.
+                way: next.way.and(0, fork.optical_length),
+            });
         }
         let way = next.way.and(edge.tube.events, edge.optical_length);
         if self.max_depth.is_some_and(|limit| way.depth > limit) {

@@ -61,6 +61,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             collides: true,
             spans: true,
             forced: false,
+            forks: false,
         };
         for _ in 0..MOST_EDGES {
             let Some(ray) = next else {

@@ -163,6 +163,17 @@ pub enum End {
     Dead,
 }
 
+/// A way that an edge left aside: by reflection, where it was refracted.
+#[derive(Clone, Copy, Debug)]
+pub struct Fork {
+    /// Where it starts.
+    pub start: Start,
+    /// What it carries from there, per what the edge carried at its start.
+    pub throughput: Spectrum,
+    /// Optical path length up to there.
+    pub optical_length: f64,
+}
+
 /// An edge sampled from its start.
 #[derive(Clone, Debug)]
 pub struct Edge<'a> {
@@ -190,6 +201,8 @@ pub struct Edge<'a> {
     /// How much denser collisions are on it, in each channel, than where it may leave the scene without one; 1 unless they were
     /// forced.
     pub forcing: Spectrum,
+    /// The way that it left aside at its first specular event, if both were to be taken.
+    pub fork: Option<Fork>,
     /// Whether it is [`End::Dead`] because it was lost, not absorbed.
     pub lost: bool,
 }
@@ -208,6 +221,7 @@ impl<'a> Edge<'a> {
             optical_length: 0.0,
             connectable: true,
             forcing: Spectrum::ONE,
+            fork: None,
             lost: false,
         }
     }

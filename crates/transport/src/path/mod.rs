@@ -36,7 +36,7 @@ mod walk;
 pub use account::{Account, Balance, Books, Ledger, Share};
 pub use attract::{scatter, scatter_pdf};
 pub use departures::{Departures, Tally};
-pub use edge::{Carry, Edge, End, Front, Point, Span, Start};
+pub use edge::{Carry, Edge, End, Fork, Front, Point, Span, Start};
 pub use ends::{Bounds, LightPath, emit, sensor_path};
 pub use equiangular::Equiangular;
 pub use follow::{Ending, Way, follow};
@@ -55,6 +55,7 @@ pub use walk::{Sampling, trace};
 use crate::scene::MediumId;
 use crate::stats::Stats;
 use eikonal::{Solver, Tolerance};
+use serde::{Deserialize, Serialize};
 
 /// Probability with which connections that may not be unique are searched for further branches,
 /// unless it is chosen otherwise.
@@ -82,13 +83,22 @@ pub struct Workspace {
     pub survey: Option<Box<Survey>>,
     /// What paths may still bring. Any values are unbiased.
     pub prospects: Prospects,
-    /// Number of first edges of a path that collide for certain where they would leave the scene. Any number is unbiased in a
-    /// scene that is [dark](crate::Scene::is_dark) around.
-    pub forced: u32,
+    /// How paths begin.
+    pub beginning: Beginning,
     /// What a pilot finds out about that.
     pub departures: Option<Box<Departures>>,
     /// Parts of the straight connection last made.
     line: Vec<straight::Part>,
+}
+
+/// What is done on the first edges of paths from the sensor to have less left to chance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Beginning {
+    /// Number of first edges that collide for certain where they would leave the scene. Any number is unbiased in a
+    /// scene that is [dark](crate::Scene::is_dark) around.
+    pub forced: u32,
+    /// Whether paths fork where their first edge meets a smooth dielectric: one is refracted, one reflected. Unbiased either way.
+    pub forks: bool,
 }
 
 impl Workspace {
@@ -102,7 +112,7 @@ impl Workspace {
             rates: Rates::default(),
             survey: None,
             prospects: Prospects::default(),
-            forced: 0,
+            beginning: Beginning::default(),
             departures: None,
             line: Vec::new(),
         }

@@ -141,6 +141,7 @@ impl Walker {
             collides: true,
             spans: self.carry == Carry::Power,
             forced: false,
+            forks: false,
         };
         let (mut next, mut depth, mut passed) = (Some(ray), 0, false);
         while let Some(current) = next.take() {

@@ -1,11 +1,12 @@
 //! Sampling an edge from its start: flow, collisions, and choices at specular surfaces.
 
 use super::Workspace;
-use super::edge::{Carry, Edge, End, Front, Point, Span, Start};
+use super::edge::{Carry, Edge, End, Fork, Front, Point, Span, Start};
 use super::length::to_entrance;
+use super::share::share;
 use super::spread::Spread;
 use crate::Spectrum;
-use crate::bsdf::{Bsdf, Surface, Through};
+use crate::bsdf::{Bsdf, BsdfSample, Surface, Through};
 use crate::medium::Attenuation;
 use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Scene};
@@ -37,6 +38,8 @@ pub struct Sampling {
     /// Whether it collides for certain where it would leave the scene, if there is anything to collide with: see
     /// [`Edge::forcing`]. Only if it is extended.
     pub forced: bool,
+    /// Whether both ways are taken at the first specular event, if it is one of refraction or reflection: see [`Edge::fork`].
+    pub forks: bool,
 }
 
 /// Samples an edge.
@@ -325,13 +328,10 @@ impl<'a, 'b> Walk<'a, 'b> {
 
     /// Refracted or reflected by chance at a smooth surface.
     fn specular(&mut self, object: usize, hit: &Hit, v: DVec3) -> bool {
-        let toward = -v.normalize();
-        let surface = surface_at(self.scene, object, hit, self.medium);
-        let u = [self.sampler.next_1d(), 0.5, 0.5];
-        let bsdf = &self.scene.objects()[object].bsdf;
-        let Some(sample) = bsdf.sample(&surface, toward, u) else {
+        let Some(sample) = self.turn((object, hit), -v.normalize()) else {
             return self.die(false);
         };
+        let bsdf = &self.scene.objects()[object].bsdf;
         self.edge.connectable &= matches!(bsdf, Bsdf::Dielectric(_));
         if !sample.transmitted && sample.pdf < 1.0 {
             self.reflections += 1;
@@ -348,6 +348,40 @@ impl<'a, 'b> Walk<'a, 'b> {
             false => Rule::Reflect,
         };
         self.go_on((object, hit), (v, sample.direction), beyond, rule)
+    }
+
+    /// The way to go on from a smooth surface: one by chance, or, where the edge forks, the refracted one.
+    fn turn(&mut self, (object, hit): (usize, &Hit), toward: DVec3) -> Option<BsdfSample> {
+        let bsdf = &self.scene.objects()[object].bsdf;
+        let surface = surface_at(self.scene, object, hit, self.medium);
+        let sample = |u| bsdf.sample(&surface, toward, [u, 0.5, 0.5]);
+        let is_first = self.edge.tube.events == 0 && matches!(bsdf, Bsdf::Dielectric(_));
+        if self.sampling.forks && is_first {
+            let (one, other) = (sample(0.0)?, sample(1.0f64.next_down())?);
+            if !one.transmitted && other.transmitted {
+                self.edge.fork = Some(self.fork((object, hit), &one));
+                return Some(certain(other));
+            }
+        }
+        sample(self.sampler.next_1d())
+    }
+
+    /// The way that is not gone on here.
+    fn fork(&self, (object, hit): (usize, &Hit), way: &BsdfSample) -> Fork {
+        let (scene, direction) = (self.scene, way.direction);
+        let so_far = share(self.sampling.lanes, self.edge.tube.depth) * self.edge.weight;
+        Fork {
+            start: Start {
+                left: scene.left(object, hit.normal, direction),
+                ..Start::point(
+                    leave(scene, hit.position, hit.normal, direction),
+                    direction,
+                    self.beyond(object, hit, direction),
+                )
+            },
+            throughput: so_far * certain(*way).weight,
+            optical_length: self.edge.optical_length,
+        }
     }
 
     fn beyond(&self, object: usize, hit: &Hit, direction: DVec3) -> MediumId {
@@ -432,6 +466,15 @@ impl<'a, 'b> Walk<'a, 'b> {
             self.edge.lost = lost;
         }
         false
+    }
+}
+
+/// A way that is taken for certain, not by chance.
+fn certain(way: BsdfSample) -> BsdfSample {
+    BsdfSample {
+        weight: way.weight * way.pdf,
+        pdf: 1.0,
+        ..way
     }
 }
 

@@ -26,7 +26,7 @@ pub use target::{Measure, Target};
 
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
-use crate::path::{Balance, Prospects, Rates};
+use crate::path::{Balance, Beginning, Prospects, Rates};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::sum::Sum;
@@ -119,9 +119,8 @@ pub struct Rendering {
     /// Probability with which connections that may not be unique were searched for further branches:
     /// the largest over the channel groups.
     pub search: f64,
-    /// Number of first edges of paths on which collisions were forced: the largest over the channel groups. See
-    /// [`Workspace::forced`](crate::path::Workspace::forced).
-    pub forced: u32,
+    /// How paths began, in any of the channel groups.
+    pub beginning: Beginning,
     /// Whether the render ended because its error was small enough.
     pub reached: bool,
     /// One image for each strategy, if they were wanted.
@@ -177,8 +176,8 @@ struct Prepared {
     rates: Rates,
     /// What paths may still bring.
     prospects: Prospects,
-    /// Number of first edges whose collisions are forced.
-    forced: u32,
+    /// How paths begin.
+    beginning: Beginning,
     /// Radius of the first photon map; zero if there are none.
     radius: f64,
 }
@@ -190,7 +189,7 @@ fn prepare(scenes: &[Scene], options: &Options) -> Vec<Prepared> {
             search: 1.0,
             rates: Rates::default(),
             prospects: Prospects::default(),
-            forced: 0,
+            beginning: Beginning::default(),
             radius: 0.0,
         };
         let source = Source::new(scene, options, group, prepared.clone());

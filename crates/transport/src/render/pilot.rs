@@ -6,7 +6,8 @@
 use super::Prepared;
 use super::source::Source;
 use crate::integrator::Integrator;
-use crate::path::Workspace;
+use crate::path::{Beginning, Workspace};
+use std::ops::Add;
 
 /// Pixels of the pilot, spread over the image, of which each has two samples.
 const PIXELS: usize = 256;
@@ -16,10 +17,14 @@ const FIRST: u64 = 1 << 63;
 const LEAST: f64 = 1.0 / 16.0;
 /// Number of first edges on which collisions are forced, if at all: of later ones there is little to gain.
 const FORCED: u32 = 3;
-/// As often are the samples taken again by which it is seen whether they pay,
+/// As often, at most, are samples taken with and without something to see whether it pays,
 const ROUNDS: u64 = 3;
-/// which they must do by this factor: few samples may deceive.
-const CLEARLY: f64 = 1.1;
+/// or until it is better or worse by this factor than it should be.
+const CLEAR: f64 = 1.5;
+/// Forced collisions must be better by this factor: few samples may deceive.
+const FORCED_PAYS: f64 = 1.1;
+/// Forks may even seem to be worse by a tenth: few samples miss what they are for, rare bright reflections.
+const FORKS_PAY: f64 = 0.9;
 
 /// With the probability with which to search for further branches, the share of searches that find one within
 /// bounds; those of connections to emitters; what paths may still bring; and on how many edges to force collisions.
@@ -28,59 +33,127 @@ pub(super) fn prepared(source: &Source) -> Prepared {
     if source.scene.is_straight() && !is_path {
         return source.prepared.clone();
     }
-    let (plain, first) = surveyed(source, is_path, 0);
-    if !(is_path && source.scene.is_dark()) {
-        return plain;
+    let survey = |beginning| Surveyed::new(source, is_path, beginning);
+    let mut best = survey(Beginning::default());
+    if is_path && source.scene.is_dark() {
+        let forced = FORCED;
+        let other = survey(Beginning {
+            forced,
+            ..best.prepared.beginning
+        });
+        best = best.or(other, source, FORCED_PAYS);
     }
-    let (forced, second) = surveyed(source, is_path, FORCED);
-    // Bright samples would make the pixels that they are in count little: what pixels count is told by other samples.
-    let weights = weights(&[first, second]);
-    let [without, with] = [&plain, &forced].map(|prepared| tried(source, prepared, &weights));
-    let pays = (0..2).all(|i| with[i] * CLEARLY < without[i]);
-    if pays { forced } else { plain }
+    if is_path && source.scene.has_dielectrics() {
+        let forks = true;
+        let other = survey(Beginning {
+            forks,
+            ..best.prepared.beginning
+        });
+        best = best.or(other, source, FORKS_PAY);
+    }
+    best.prepared
 }
 
-/// Variance × work of samples taken in a way, up to a factor: with pixels that count so much, and with all alike.
-fn tried(source: &Source, prepared: &Prepared, weights: &[f64]) -> [f64; 2] {
-    let take = |round| Pilot::take(source.workspace_of(prepared), source, round);
-    let pilots: Vec<Pilot> = (1..=ROUNDS).map(take).collect();
-    let work: f64 = pilots.iter().map(Pilot::cost).sum();
-    [weights, &[1.0; PIXELS]].map(|weights| {
-        let scatter = pilots.iter().map(|pilot| pilot.scatter(weights));
-        scatter.sum::<f64>() * work
-    })
+/// What a pilot says.
+struct Surveyed {
+    prepared: Prepared,
+    pairs: Pairs,
 }
 
-/// What a pilot says, with so many edges whose collisions are forced. Whether it surveys is for paths from the sensor.
-fn surveyed(source: &Source, surveys: bool, forced: u32) -> (Prepared, Pairs) {
-    let mut prepared = Prepared {
-        forced,
-        ..source.prepared.clone()
-    };
-    let mut ws = source.workspace_of(&prepared);
-    ws.survey = surveys.then(Box::default);
-    ws.departures = surveys.then(Box::default);
-    let pilot = Pilot::take(ws, source, 0);
-    let weights = weights(std::slice::from_ref(&pilot.pairs));
-    let (worth, cost) = (pilot.scatter(&weights) / pilot.cost(), pilot.cost());
-    if !source.scene.is_straight() {
-        let counts = pilot.ws.stats.connections;
-        let yields = counts.secondary as f64 / counts.searches.max(1) as f64;
-        prepared.search = yields.clamp(LEAST, 1.0);
+impl Surveyed {
+    /// Of paths that begin in a way. Whether more is found out is for paths from the sensor.
+    fn new(source: &Source, surveys: bool, beginning: Beginning) -> Self {
+        let mut prepared = Prepared {
+            beginning,
+            ..source.prepared.clone()
+        };
+        let mut ws = source.workspace_of(&prepared);
+        ws.survey = surveys.then(Box::default);
+        ws.departures = surveys.then(Box::default);
+        let pilot = Pilot::take(ws, source, 0);
+        let weights = weights(&[&pilot.pairs]);
+        let (worth, cost) = (pilot.scatter(&weights) / pilot.cost(), pilot.cost());
+        if !source.scene.is_straight() {
+            let counts = pilot.ws.stats.connections;
+            let yields = counts.secondary as f64 / counts.searches.max(1) as f64;
+            prepared.search = yields.clamp(LEAST, 1.0);
+        }
+        if let Some(survey) = pilot.ws.survey {
+            prepared.rates = survey.best(cost, &weights);
+        }
+        if let Some(departures) = pilot.ws.departures {
+            prepared.prospects = departures.prospects(worth);
+        }
+        Surveyed {
+            prepared,
+            pairs: pilot.pairs,
+        }
     }
-    if let Some(survey) = pilot.ws.survey {
-        prepared.rates = survey.best(cost, &weights);
+
+    /// The other one if its variance × work is less by a factor: with bright pixels counted less, and with all alike.
+    fn or(self, other: Self, source: &Source, factor: f64) -> Self {
+        // Samples that count little because they are bright would hide what they show: what pixels count is told by others.
+        let weights = weights(&[&self.pairs, &other.pairs]);
+        let mut sums = [Tried::default(); 2];
+        let mut gains = [1.0; 2];
+        for round in 1..=ROUNDS {
+            let take = |one: &Self| {
+                Tried::new(
+                    Pilot::take(source.workspace_of(&one.prepared), source, round),
+                    &weights,
+                )
+            };
+            let (a, b) = rayon::join(|| take(&self), || take(&other));
+            sums = [sums[0] + a, sums[1] + b];
+            gains = [0, 1].map(|i| sums[0].product(i) / (factor * sums[1].product(i)));
+            if gains.iter().all(|gain| *gain > CLEAR) || gains.iter().any(|gain| gain * CLEAR < 1.0)
+            {
+                break;
+            }
+        }
+        match gains.iter().all(|gain| *gain > 1.0) {
+            true => other,
+            false => self,
+        }
     }
-    if let Some(departures) = pilot.ws.departures {
-        prepared.prospects = departures.prospects(worth);
+}
+
+/// What samples say of the way in which they were taken.
+#[derive(Clone, Copy, Default)]
+struct Tried {
+    /// Variance, up to a factor: of pixels by what they count, and of all alike.
+    scatter: [f64; 2],
+    work: f64,
+}
+
+impl Tried {
+    fn new(pilot: Pilot, weights: &[f64]) -> Self {
+        Tried {
+            scatter: [weights, &[1.0; PIXELS]].map(|weights| pilot.scatter(weights)),
+            work: pilot.cost(),
+        }
     }
-    (prepared, pilot.pairs)
+
+    /// Variance × work.
+    fn product(&self, kind: usize) -> f64 {
+        self.scatter[kind] * self.work
+    }
+}
+
+impl Add for Tried {
+    type Output = Tried;
+    fn add(self, o: Tried) -> Tried {
+        Tried {
+            scatter: [0, 1].map(|i| self.scatter[i] + o.scatter[i]),
+            work: self.work + o.work,
+        }
+    }
 }
 
 /// What the variances of pixels are to count, given their samples. Those brighter than the image's mean count relative to their
 /// brightness: the edges of lamps, say, and rare bright samples are noisy whatever paths do, and are not to make all
 /// else look unimportant.
-fn weights(pilots: &[Pairs]) -> Vec<f64> {
+fn weights(pilots: &[&Pairs]) -> Vec<f64> {
     let brightness = |i: usize| pilots.iter().flat_map(move |pairs| pairs[i]).sum::<f64>();
     let mean = (0..PIXELS).map(brightness).sum::<f64>() / PIXELS as f64;
     let weight = |i| (brightness(i) / mean).max(1.0).powi(-2);

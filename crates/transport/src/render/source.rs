@@ -52,7 +52,7 @@ impl<'a> Source<'a> {
         ws.search = prepared.search;
         ws.rates = prepared.rates;
         ws.prospects = prepared.prospects.clone();
-        ws.forced = prepared.forced;
+        ws.beginning = prepared.beginning;
         ws
     }
 

@@ -13,7 +13,7 @@ use super::{Debiased, Options, Prepared, Progress, Rendering, aov, photons, pixe
 use super::{longer_or_shorter, prepare};
 use crate::film::Film;
 use crate::integrator::Integrator;
-use crate::path::{Balance, Books};
+use crate::path::{Balance, Beginning, Books};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use serde::{Deserialize, Serialize};
@@ -249,13 +249,22 @@ impl State {
         self.watch.as_ref().is_some_and(Watch::is_over)
     }
 
+    /// How paths begin in any of the groups.
+    fn beginning(&self) -> Beginning {
+        let all = || self.prepared.iter().map(|p| p.beginning);
+        Beginning {
+            forced: all().map(|b| b.forced).max().unwrap_or(0),
+            forks: all().any(|b| b.forks),
+        }
+    }
+
     /// The result; `scenes` are those that were rendered.
     pub fn into_rendering(self, scenes: &[Scene]) -> Rendering {
         let samples = self.done.count();
         let largest = |f: fn(&Prepared) -> f64| self.prepared.iter().map(f).fold(0.0, f64::max);
         Rendering {
             search: largest(|p| p.search),
-            forced: self.prepared.iter().map(|p| p.forced).max().unwrap_or(0),
+            beginning: self.beginning(),
             first_radius: largest(|p| p.radius),
             balance: balance(scenes, &self.books),
             reached: self.reached(),

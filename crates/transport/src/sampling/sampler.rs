@@ -91,6 +91,11 @@ impl Sampler {
         drawn
     }
 
+    /// From here on numbers are independent of those of the other samples of the set.
+    pub fn leave_set(&mut self) {
+        self.points = None;
+    }
+
     /// From here on numbers are for that edge of the path.
     pub fn at_edge(&mut self, edge: usize) {
         self.edge = u32::try_from(edge).unwrap_or(u32::MAX);

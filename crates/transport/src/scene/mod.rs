@@ -414,9 +414,16 @@ impl Scene {
     }
 
     /// Whether paths that leave the scene find no light, and may be scattered before: see
-    /// [`Workspace::forced`](crate::path::Workspace::forced).
+    /// [`Beginning::forced`](crate::path::Beginning::forced).
     pub fn is_dark(&self) -> bool {
         self.environments().next().is_none() && self.media().iter().any(Medium::scatters)
+    }
+
+    /// Whether there are smooth dielectrics.
+    pub(crate) fn has_dielectrics(&self) -> bool {
+        self.objects()
+            .iter()
+            .any(|o| matches!(o.bsdf, Bsdf::Dielectric(_)))
     }
 
     /// The environments and their indices.

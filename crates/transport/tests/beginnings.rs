@@ -1,10 +1,11 @@
-//! Forced collisions: on the first edges of paths, where these would leave the scene without having met anything.
+//! How paths begin: collisions that are forced on first edges, where these would leave the scene without having met
+//! anything; and forks, where first edges are refracted and reflected.
 //!
-//! False alarms: means and the distribution of depths are compared at a family-wise rate of 1e-4 each.
+//! False alarms: means with forced collisions, depths of these, and means with forks at a family-wise rate of 1e-4 each.
 
 mod common;
 
-use common::{camera, container, fog, parts, path_tracer, vacuum};
+use common::{camera, container, fog, glass, parts, path_tracer, sky, vacuum};
 use eikonal::field::{Constant, Gaussian};
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::PI;
@@ -12,14 +13,13 @@ use testkit::batches::{moments, welch};
 use testkit::{Family, Moments};
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::Emitter;
-use transport::integrator::Integrator;
-use transport::integrator::PathTracer;
+use transport::integrator::{Contribution, Integrator, PathTracer};
 use transport::medium::{Filter as GridFilter, Grid, Medium, Placement as Samples, Texture};
-use transport::path::{Carry, Edge, End, Sampling, Start, Workspace, trace};
+use transport::path::{Beginning, Carry, Edge, End, Sampling, Start, Workspace, trace};
 use transport::sampling::Sampler;
 use transport::scene::{Object, Parts, Sides};
 use transport::sensor::Ray;
-use transport::shape::{Cube, Rectangle};
+use transport::shape::{Cube, Rectangle, Sphere};
 use transport::{Scene, Spectrum};
 
 const FALSE_ALARM: f64 = 1e-4;
@@ -104,24 +104,58 @@ fn bending() -> Scene {
     foggy(fog(index, 0.5, 0.9, 0.5), lamp())
 }
 
-/// What paths bring along one ray each, with so many edges whose collisions are forced.
+/// Forced collisions on so many edges.
+fn forced(edges: u32) -> Beginning {
+    Beginning {
+        forced: edges,
+        forks: false,
+    }
+}
+
+fn forks(forks: bool) -> Beginning {
+    Beginning { forced: 0, forks }
+}
+
+/// What each of so many paths brings along a ray, and how.
+fn paths(
+    scene: &Scene,
+    tracer: PathTracer,
+    beginning: Beginning,
+    (ray, channels): (Ray, usize),
+    samples: u64,
+) -> Vec<Vec<Contribution>> {
+    let mut ws = Workspace::new(scene.tolerance());
+    ws.beginning = beginning;
+    let integrator = Integrator::Path(tracer);
+    let seed = 7 + u64::from(beginning.forced) + 1000 * u64::from(beginning.forks);
+    let take = |sample| {
+        let (mut sampler, mut found) = (Sampler::new(seed, 0, sample), Vec::new());
+        integrator.sample(scene, ray, channels, (&mut sampler, &mut ws), &mut found);
+        found
+    };
+    (0..samples).map(take).collect()
+}
+
+/// The light that each brings.
 fn light(
     scene: &Scene,
     tracer: PathTracer,
-    forced: u32,
-    ray: Ray,
-    channels: usize,
+    beginning: Beginning,
+    ray: (Ray, usize),
     samples: u64,
 ) -> Vec<f64> {
-    let mut ws = Workspace::new(scene.tolerance());
-    ws.forced = forced;
-    let integrator = Integrator::Path(tracer);
-    let take = |sample| {
-        let (mut sampler, mut found) = (Sampler::new(7 + u64::from(forced), 0, sample), Vec::new());
-        integrator.sample(scene, ray, channels, (&mut sampler, &mut ws), &mut found);
-        found.iter().map(|c| c.weighted().sum()).sum()
-    };
-    (0..samples).map(take).collect()
+    let paths = paths(scene, tracer, beginning, ray, samples);
+    let value = |found: &Vec<Contribution>| found.iter().map(|c| c.weighted().sum()).sum();
+    paths.iter().map(value).collect()
+}
+
+/// Means of batches.
+fn batches(values: &[f64]) -> Vec<f64> {
+    let size = values.len() / 100;
+    let means = values
+        .chunks(size)
+        .map(|batch| batch.iter().sum::<f64>() / size as f64);
+    means.collect()
 }
 
 fn ray() -> Ray {
@@ -148,13 +182,13 @@ fn single_scattering_has_no_variance() {
     };
     let above: f64 = 1.0 - 0.2;
     let exact = 0.8 / (4.0 * PI) * (-sigma_t * above).exp() * (1.0 - (-sigma_t * 2.0).exp());
-    let found = light(&scene, tracer, 1, ray, 1, 100);
+    let found = light(&scene, tracer, forced(1), (ray, 1), 100);
     assert!(
         found.iter().all(|value| (value / exact - 1.0).abs() < 1e-8),
         "{found:?} {exact}"
     );
     // Without, nearly half of them bring nothing.
-    let natural = light(&scene, tracer, 0, ray, 1, 100);
+    let natural = light(&scene, tracer, forced(0), (ray, 1), 100);
     assert!(natural.iter().filter(|value| **value == 0.0).count() > 30);
 }
 
@@ -168,25 +202,27 @@ fn means_stay() {
         ("smoke", smoky(), 1),
         ("bent", bending(), 1),
     ] {
-        let batches = |forced| {
-            let values = light(&scene, tracer(), forced, ray(), channels, 20_000);
-            let means = values
-                .chunks(200)
-                .map(|batch| batch.iter().sum::<f64>() / 200.0);
-            means.collect::<Vec<_>>()
+        let means = |edges| {
+            batches(&light(
+                &scene,
+                tracer(),
+                forced(edges),
+                (ray(), channels),
+                20_000,
+            ))
         };
-        let natural = batches(0);
-        for forced in [1, 3, 30] {
-            let found = batches(forced);
+        let natural = means(0);
+        for edges in [1, 3, 30] {
+            let found = means(edges);
             let [a, b] = [&natural, &found].map(|batches| moments(batches));
             println!(
-                "{name}, {forced}: {:.5} {:.5}, variances {:.2e} {:.2e}",
+                "{name}, {edges}: {:.5} {:.5}, variances {:.2e} {:.2e}",
                 a.mean(),
                 b.mean(),
                 a.variance(),
                 b.variance()
             );
-            family.push(format!("{name} {forced}"), welch(&natural, &found, 1e-12));
+            family.push(format!("{name} {edges}"), welch(&natural, &found, 1e-12));
             assert!(b.variance() < 0.9 * a.variance());
         }
     }
@@ -208,6 +244,7 @@ fn forced_edge(scene: &Scene, direction: DVec3, seed: u64) -> Edge<'_> {
         collides: true,
         spans: true,
         forced: true,
+        forks: false,
     };
     let mut ws = Workspace::new(scene.tolerance());
     let start = Start::point(DVec3::new(0.1, 0.2, 3.0), direction, 0);
@@ -288,4 +325,117 @@ fn only_what_would_leave_is_forced() {
         hits += u32::from(matches!(edge.end, End::Surface { .. }));
     }
     assert!((20..60).contains(&hits), "{hits}");
+}
+
+/// A glass ball, with a medium inside.
+fn ball(inside: Medium, emitters: Vec<Emitter>) -> Scene {
+    let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), glass());
+    let camera = camera(DVec3::Z * 4.0, DVec3::ZERO);
+    Scene::new(parts(vec![ball], vec![vacuum(), inside], emitters, camera)).unwrap()
+}
+
+/// The ray that meets the ball at 50° from its normal.
+fn slanting() -> Ray {
+    Ray {
+        origin: DVec3::new(50f64.to_radians().sin(), 0.0, 4.0),
+        direction: -DVec3::Z,
+    }
+}
+
+/// Nothing is refracted out of a black ball: a fork brings the reflected part of the sky, by Fresnel's equations, each
+/// time, and on the same way as a path that is reflected by chance.
+#[test]
+fn reflections_have_no_variance() {
+    let n = 1.5;
+    let scene = ball(fog(Constant::new(n), 1e3, 0.0, 0.0), vec![sky()]);
+    let (cos, sin) = (50f64.to_radians().cos(), 50f64.to_radians().sin());
+    let far = (1.0 - (sin / n).powi(2)).sqrt();
+    let [s, p] = [
+        (cos - n * far) / (cos + n * far),
+        (n * cos - far) / (n * cos + far),
+    ];
+    let exact = 0.5 * (s * s + p * p);
+    let taken = |beginning| paths(&scene, tracer(), beginning, (slanting(), 1), 400);
+    let reflected = taken(forks(true)).concat();
+    assert_eq!(reflected.len(), 400);
+    let chance = taken(forks(false)).concat();
+    assert!((10..60).contains(&chance.len()), "{}", chance.len());
+    let by_chance = chance[0].path;
+    for found in reflected {
+        assert!((found.weighted()[0] / exact - 1.0).abs() < 1e-9);
+        assert_eq!(found.path.bounces, by_chance.bounces);
+        assert!((found.path.optical_length - by_chance.optical_length).abs() < 1e-9);
+    }
+}
+
+/// The two parts are all there is: a ball without absorption under a sky of radiance 1 is not seen.
+#[test]
+fn parts_add_up() {
+    let scene = ball(fog(Constant::new(1.5), 0.0, 0.0, 0.0), vec![sky()]);
+    let endless = PathTracer {
+        rr_depth: 1000,
+        ..PathTracer::default()
+    };
+    for value in light(&scene, endless, forks(true), (slanting(), 1), 200) {
+        assert!((value - 1.0).abs() < 1e-9, "{value}");
+    }
+}
+
+/// The means are those without forks: with fog of two colours before and inside the ball, where light comes from a lamp,
+/// the sun and the sky, for paths of limited length, too.
+#[test]
+fn forks_keep_means() {
+    let coloured = |sigma_t, n| Medium {
+        sigma_t: Texture::Uniform(Spectrum(sigma_t)),
+        ..fog(Constant::new(n), 1.0, 0.8, 0.4)
+    };
+    let inner = Object {
+        sides: Some(Sides {
+            interior: 2,
+            exterior: 1,
+        }),
+        ..container(Sphere::around(DVec3::ZERO, 0.6).unwrap(), glass())
+    };
+    let objects = vec![container(cube(1.5), Bsdf::Null), inner];
+    let media = vec![
+        vacuum(),
+        coloured([0.1, 1.5, 0.0, 0.0], 1.0),
+        coloured([2.0, 0.6, 0.0, 0.0], 1.4),
+    ];
+    let mut parts = parts(
+        objects,
+        media,
+        vec![lamp(), sun(), sky()],
+        camera(DVec3::Z * 4.0, DVec3::ZERO),
+    );
+    let Emitter::Point { position, .. } = &mut parts.emitters[0] else {
+        unreachable!()
+    };
+    *position = DVec3::new(0.9, 0.8, 0.7);
+    parts.film.channels = 2;
+    let scene = Scene::new(parts).unwrap();
+    let mut family = Family::new(FALSE_ALARM);
+    // Much is reflected where it meets the ball.
+    let grazing = Ray {
+        origin: DVec3::new(0.57, 0.0, 4.0),
+        direction: -DVec3::Z,
+    };
+    for max_depth in [Some(2), Some(3), None] {
+        let tracer = PathTracer {
+            max_depth,
+            ..tracer()
+        };
+        let means = |beginning| batches(&light(&scene, tracer, beginning, (grazing, 2), 50_000));
+        let [by_chance, forked] = [false, true].map(|on| means(forks(on)));
+        let [a, b] = [&by_chance, &forked].map(|batches| moments(batches));
+        println!(
+            "{max_depth:?}: {:.5} {:.5}, variances {:.2e} {:.2e}",
+            a.mean(),
+            b.mean(),
+            a.variance(),
+            b.variance()
+        );
+        family.push(format!("{max_depth:?}"), welch(&by_chance, &forked, 1e-12));
+    }
+    family.check().unwrap();
 }

@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""Builds the program guided by profiles of its own runs: the same images bit for bit, in less time.
+
+Builds it with counters, renders small scenes, and builds it again so that what runs often is laid out to run fast. Checks
+that it gives the same bits as the plain release build, and measures the gain. The result is target/guided/release/morgana.
+The Python package is built likewise with RUSTFLAGS="-Cprofile-use=…/target/guided/morgana.profdata" pip install .
+
+Needs llvm-profdata: `rustup component add llvm-tools`, or LLVM 19 or newer, whose program is given by --profdata.
+
+Usage: scripts/build_guided.py [--profdata PATH]
+"""
+
+import argparse
+import os
+import pathlib
+import resource
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+
+from same_bits import PICTURE, ROOT, TARGET, variants
+
+GUIDED = TARGET / "guided"
+PROFILE = GUIDED / "morgana.profdata"
+# Scenes without bent rays.
+STRAIGHT = sorted((ROOT / "crates" / "io" / "tests" / "data").glob("p[1-5]*.xml"))
+TIMED = [*STRAIGHT, *(ROOT / "scenes" / f"{name}.xml" for name in ("luneburg_fog", "grid_lens", "acoustic_waveguide"))]
+PAIRS = 7
+
+
+def profdata(given):
+    """The program that merges profiles."""
+    if given:
+        return given
+    ask = lambda *what: subprocess.run(["rustc", *what], capture_output=True, text=True, check=True).stdout
+    host = next(line.split()[1] for line in ask("-vV").splitlines() if line.startswith("host:"))
+    own = pathlib.Path(ask("--print", "sysroot").strip()) / "lib" / "rustlib" / host / "bin" / "llvm-profdata"
+    found = own if own.exists() else shutil.which("llvm-profdata")
+    return found or sys.exit("llvm-profdata is missing: rustup component add llvm-tools, or --profdata PATH")
+
+
+def build(target, flags=""):
+    """Builds the program into a folder; returns its path."""
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(target), "RUSTFLAGS": flags}
+    command = ["cargo", "build", "--release", "--quiet", "-p", "morgana"]
+    subprocess.run(command, cwd=ROOT, env=environment, check=True)
+    return target / "release" / "morgana"
+
+
+def render(program, scene, options, output):
+    """The bytes that a scene gives, and the processor time that it took."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    subprocess.run([program, "render", scene, *options, "--seed", "3", "--quiet", "-o", output], check=True)
+    return output.read_bytes(), resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+def scenes(folder):
+    """What is rendered to train and to compare."""
+    yield from variants(folder)
+    yield from ((scene, (("--spp", "4"), "npy")) for scene in STRAIGHT)
+
+
+def train(program, merge):
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        for scene, (options, extension) in scenes(folder):
+            render(program, scene, options, folder / f"output.{extension}")
+    raw = sorted((GUIDED / "raw").glob("*.profraw"))
+    merged = subprocess.run([merge, "merge", "-o", PROFILE, *raw])
+    if merged.returncode != 0:
+        sys.exit(f"{merge} cannot read this compiler's profiles: a newer LLVM is needed")
+
+
+def compare(plain, guided):
+    """Bits of all scenes, and times of some."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        for scene, (options, extension) in scenes(folder):
+            output = folder / f"output.{extension}"
+            one, other = (render(program, scene, options, output)[0] for program in (plain, guided))
+            if one != other:
+                sys.exit(f"{scene.stem}: the guided build gives other bits")
+        for scene in TIMED:
+            size = () if scene in STRAIGHT else PICTURE[0][:4]
+            options = (*size, "--spp", "32", "--threads", "1")
+            time = lambda program: render(program, scene, options, folder / "output.npy")[1]
+            ratio = statistics.median(time(plain) / time(guided) for _ in range(PAIRS))
+            print(f"{scene.stem}: {ratio:.2f} times as fast", flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--profdata", help="path of llvm-profdata")
+    merge = profdata(parser.parse_args().profdata)
+    shutil.rmtree(GUIDED / "raw", ignore_errors=True)
+    counting = build(GUIDED / "counting", f"-Cprofile-generate={GUIDED / 'raw'}")
+    train(counting, merge)
+    guided = build(GUIDED, f"-Cprofile-use={PROFILE}")
+    compare(build(TARGET), guided)
+    print(f"the same bits as the plain build: {guided}")
+
+
+if __name__ == "__main__":
+    main()
