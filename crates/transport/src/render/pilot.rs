@@ -15,6 +15,9 @@ const PIXELS: usize = 256;
 const FIRST: u64 = 1 << 63;
 /// The search is never given up altogether where branches cannot be ruled out: that would be biased.
 const LEAST: f64 = 1.0 / 16.0;
+/// Ways to begin are tried where samples cost no more than this, some 10 µs: the others are mostly connections along bent
+/// rays, of which more vertices need more, and trials would delay a render's start.
+const DEAR: f64 = 150.0;
 /// Number of first edges on which collisions are forced, if at all: of later ones there is little to gain.
 const FORCED: u32 = 3;
 /// As often, at most, are samples taken with and without something to see whether it pays,
@@ -35,7 +38,10 @@ pub(super) fn prepared(source: &Source) -> Prepared {
     }
     let survey = |beginning| Surveyed::new(source, is_path, beginning);
     let mut best = survey(Beginning::default());
-    if is_path && source.scene.is_dark() {
+    if !is_path || best.cost > DEAR {
+        return best.prepared;
+    }
+    if source.scene.is_dark() {
         let forced = FORCED;
         let other = survey(Beginning {
             forced,
@@ -43,7 +49,7 @@ pub(super) fn prepared(source: &Source) -> Prepared {
         });
         best = best.or(other, source, FORCED_PAYS);
     }
-    if is_path && source.scene.has_dielectrics() {
+    if source.scene.has_dielectrics() {
         let forks = true;
         let other = survey(Beginning {
             forks,
@@ -58,6 +64,8 @@ pub(super) fn prepared(source: &Source) -> Prepared {
 struct Surveyed {
     prepared: Prepared,
     pairs: Pairs,
+    /// Work per sample.
+    cost: f64,
 }
 
 impl Surveyed {
@@ -87,6 +95,7 @@ impl Surveyed {
         Surveyed {
             prepared,
             pairs: pilot.pairs,
+            cost: cost / (2 * PIXELS) as f64,
         }
     }
 
