@@ -5,7 +5,8 @@ Builds it with counters, renders small scenes, and builds it again so that what 
 that it gives the same bits as the plain release build, and measures the gain. The result is target/guided/release/morgana.
 The Python package is built likewise with RUSTFLAGS="-Cprofile-use=…/target/guided/morgana.profdata" pip install .
 
-Needs llvm-profdata: `rustup component add llvm-tools`, or LLVM 19 or newer, whose program is given by --profdata.
+Needs llvm-profdata: `rustup component add llvm-tools`, or that of an LLVM no older than the compiler's (rustc -vV), whose
+path is given by --profdata. Takes a quarter of an hour.
 
 Usage: scripts/build_guided.py [--profdata PATH]
 """
@@ -33,7 +34,7 @@ PAIRS = 7
 def profdata(given):
     """The program that merges profiles."""
     if given:
-        return given
+        return shutil.which(given) or sys.exit(f"{given}: there is no such program")
     ask = lambda *what: subprocess.run(["rustc", *what], capture_output=True, text=True, check=True).stdout
     host = next(line.split()[1] for line in ask("-vV").splitlines() if line.startswith("host:"))
     own = pathlib.Path(ask("--print", "sysroot").strip()) / "lib" / "rustlib" / host / "bin" / "llvm-profdata"
@@ -41,11 +42,16 @@ def profdata(given):
     return found or sys.exit("llvm-profdata is missing: rustup component add llvm-tools, or --profdata PATH")
 
 
-def build(target, flags=""):
-    """Builds the program into a folder; returns its path."""
-    environment = {**os.environ, "CARGO_TARGET_DIR": str(target), "RUSTFLAGS": flags}
-    command = ["cargo", "build", "--release", "--quiet", "-p", "morgana"]
-    subprocess.run(command, cwd=ROOT, env=environment, check=True)
+def build(target, *flags):
+    """Builds the program into a folder with flags besides the user's; returns its path."""
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(target)}
+    if flags:
+        # Encoded, paths may hold spaces.
+        encoded = environment.get("CARGO_ENCODED_RUSTFLAGS")
+        own = encoded.split("\x1f") if encoded else environment.get("RUSTFLAGS", "").split()
+        environment["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join([*own, *flags])
+    print(f"building {target / 'release'}", flush=True)
+    subprocess.run(["cargo", "build", "--release", "-p", "morgana"], cwd=ROOT, env=environment, check=True)
     return target / "release" / "morgana"
 
 
@@ -68,9 +74,10 @@ def train(program, merge):
         for scene, (options, extension) in scenes(folder):
             render(program, scene, options, folder / f"output.{extension}")
     raw = sorted((GUIDED / "raw").glob("*.profraw"))
-    merged = subprocess.run([merge, "merge", "-o", PROFILE, *raw])
-    if merged.returncode != 0:
-        sys.exit(f"{merge} cannot read this compiler's profiles: a newer LLVM is needed")
+    if not raw:
+        sys.exit(f"no profiles in {GUIDED / 'raw'}: the program was not built with counters")
+    if subprocess.run([merge, "merge", "-o", PROFILE, *raw]).returncode != 0:
+        sys.exit(f"{merge} cannot merge the profiles: if their version is unsupported, a newer LLVM is needed")
 
 
 def compare(plain, guided):

@@ -481,8 +481,8 @@ PLANTED = [
     (
         "forks that leave refracted light as it is",
         "crates/transport/src/path/walk.rs",
-        "Some(certain(refracted))",
-        "Some(refracted)",
+        "Some(certain(other))",
+        "Some(other)",
         ("transport", "beginnings", "parts_add_up"),
     ),
     (
@@ -491,6 +491,27 @@ PLANTED = [
         "let so_far = share(self.sampling.lanes, self.edge.tube.depth) * self.edge.weight;",
         "let so_far = self.edge.weight;",
         ("transport", "beginnings", "forks_keep_means"),
+    ),
+    (
+        "forks that are followed where they bring nothing",
+        "crates/transport/src/integrator/path.rs",
+        "(!throughput.is_zero()).then(|| Next {",
+        "true.then(|| Next {",
+        ("transport", "beginnings", "a_fork_that_brings_nothing_is_left"),
+    ),
+    (
+        "pilots that try nothing where samples of the milky ball's kind are taken",
+        "crates/transport/src/render/pilot.rs",
+        "const DEAR: f64 = 220.0;",
+        "const DEAR: f64 = 50.0;",
+        ("transport", "beginnings", "pilots_choose_what_pays"),
+    ),
+    (
+        "pilots that choose what they have not seen",
+        "crates/transport/src/render/pilot.rs",
+        "if self.pairs == other.pairs {",
+        "if false {",
+        ("transport", "beginnings", "pilots_choose_what_pays"),
     ),
     (
         "forks that start anew",

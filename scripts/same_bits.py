@@ -15,7 +15,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 INTEGRATORS = ("path", "particle", "bdpt", "photon", "sppm")
 # What is rendered of a scene, and as what kind of file.
 PICTURE = (("-D", "width=24", "-D", "height=18", "--spp", "2"), "npy")

@@ -9,13 +9,15 @@ use common::{camera, container, fog, glass, parts, path_tracer, sky, vacuum};
 use eikonal::field::{Constant, Gaussian};
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::PI;
+use std::ops::ControlFlow;
 use testkit::batches::{moments, welch};
 use testkit::{Family, Moments};
-use transport::bsdf::{Bsdf, Diffuse};
+use transport::bsdf::{Bsdf, Dielectric, Diffuse};
 use transport::emitter::Emitter;
-use transport::integrator::{Contribution, Integrator, PathTracer};
+use transport::integrator::{Contribution, Integrator, ParticleTracer, PathTracer};
 use transport::medium::{Filter as GridFilter, Grid, Medium, Placement as Samples, Texture};
 use transport::path::{Beginning, Carry, Edge, End, Sampling, Start, Workspace, trace};
+use transport::render::{Options, render};
 use transport::sampling::Sampler;
 use transport::scene::{Object, Parts, Sides};
 use transport::sensor::Ray;
@@ -104,16 +106,22 @@ fn bending() -> Scene {
     foggy(fog(index, 0.5, 0.9, 0.5), lamp())
 }
 
+/// How paths begin where nothing is to be gained.
+const NATURAL: Beginning = Beginning {
+    forced: 0,
+    forks: false,
+};
+
 /// Forced collisions on so many edges.
 fn forced(edges: u32) -> Beginning {
     Beginning {
         forced: edges,
-        forks: false,
+        ..NATURAL
     }
 }
 
 fn forks(forks: bool) -> Beginning {
-    Beginning { forced: 0, forks }
+    Beginning { forks, ..NATURAL }
 }
 
 /// What each of so many paths brings along a ray, and how.
@@ -368,6 +376,43 @@ fn reflections_have_no_variance() {
     }
 }
 
+/// Where nothing is reflected, the other way is all there is.
+#[test]
+fn a_fork_that_brings_nothing_is_left() {
+    let inside = fog(Constant::new(1.5), 0.0, 0.0, 0.0);
+    let tinted = Dielectric::new(Spectrum::ZERO, Spectrum::ONE).unwrap();
+    let ball = container(
+        Sphere::around(DVec3::ZERO, 1.0).unwrap(),
+        Bsdf::Dielectric(tinted),
+    );
+    let camera = camera(DVec3::Z * 4.0, DVec3::ZERO);
+    let scene = Scene::new(parts(
+        vec![ball],
+        vec![vacuum(), inside],
+        vec![sky()],
+        camera,
+    ))
+    .unwrap();
+    let (cos, far) = (50f64.to_radians().cos(), {
+        let sin = 50f64.to_radians().sin() / 1.5;
+        (1.0 - sin * sin).sqrt()
+    });
+    let [s, p] = [
+        (cos - 1.5 * far) / (cos + 1.5 * far),
+        (1.5 * cos - far) / (1.5 * cos + far),
+    ];
+    let transmitted = 1.0 - 0.5 * (s * s + p * p);
+    let found = light(&scene, tracer(), forks(true), (slanting(), 1), 2000);
+    // Inside, a part is lost at the wall by chance.
+    assert!(found.iter().all(|value| value.is_finite()));
+    let lit: Vec<_> = found.iter().filter(|value| **value > 0.0).collect();
+    assert!(lit.len() > 1700, "{}", lit.len());
+    assert!(
+        lit.iter()
+            .all(|value| (*value / transmitted - 1.0).abs() < 1e-9)
+    );
+}
+
 /// The two parts are all there is: a ball without absorption under a sky of radiance 1 is not seen.
 #[test]
 fn parts_add_up() {
@@ -438,4 +483,61 @@ fn forks_keep_means() {
         family.push(format!("{max_depth:?}"), welch(&by_chance, &forked, 1e-12));
     }
     family.check().unwrap();
+}
+
+/// How the pilot of a render has paths begin.
+fn chosen(scene: Scene, integrator: Integrator) -> Beginning {
+    let options = Options::new(integrator, 1, 1);
+    let rendering = render(&[scene], &options, |_| ControlFlow::Continue(()));
+    rendering.beginning
+}
+
+/// A milky glass ball under a sky, with a lamp that is mirrored in few pixels.
+fn milky() -> Scene {
+    let milk = fog(Constant::new(1.33), 3.0, 0.9, 0.7);
+    let lamp = Object {
+        name: "lamp".into(),
+        shape: Sphere::around(DVec3::new(1.5, 1.8, 1.2), 0.25)
+            .unwrap()
+            .into(),
+        bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
+        sides: None,
+        emitter: Some(0),
+    };
+    let emitter = Emitter::Area {
+        object: 1,
+        radiance: Spectrum::splat(20.0),
+    };
+    let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), glass());
+    let camera = camera(DVec3::Z * 4.0, DVec3::ZERO);
+    let mut parts = parts(
+        vec![ball, lamp],
+        vec![vacuum(), milk],
+        vec![emitter, sky()],
+        camera,
+    );
+    // Pixels small enough to tell the reflection apart.
+    (parts.film.width, parts.film.height) = (48, 48);
+    Scene::new(parts).unwrap()
+}
+
+/// Where it pays, and nowhere else: in thin smoke without an environment, and at a milky glass ball that mirrors a lamp; not
+/// where paths that leave the scene find light, nor by other estimators, nor where the glass is not seen.
+#[test]
+fn pilots_choose_what_pays() {
+    let path = Integrator::Path(tracer());
+    let particle = Integrator::Particle(ParticleTracer::default());
+    assert_eq!(chosen(smoky(), path), forced(3));
+    assert_eq!(chosen(smoky(), particle), NATURAL);
+    let smoke = fog(Constant::new(1.0), 0.1, 0.8, 0.0);
+    assert_eq!(chosen(foggy(smoke, sky()), path), NATURAL);
+    assert_eq!(chosen(milky(), path), forks(true));
+    assert_eq!(chosen(milky(), particle), NATURAL);
+    let bead = container(
+        Sphere::around(DVec3::new(0.3, 0.4, 0.0), 1e-6).unwrap(),
+        glass(),
+    );
+    let glass = fog(Constant::new(1.5), 0.0, 0.0, 0.0);
+    let unseen = Scene::new(scene(vec![bead], vec![vacuum(), glass], sky())).unwrap();
+    assert_eq!(chosen(unseen, path), NATURAL);
 }

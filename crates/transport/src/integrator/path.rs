@@ -9,8 +9,8 @@ use crate::Spectrum;
 use crate::aim::{Aim, OnSurface};
 use crate::film::PathFacts;
 use crate::path::{
-    Carry, Edge, End, Found, Goal, Link, Sampling, Slot, Start, Vertex, Workspace, environment_aim,
-    scatter, trace,
+    Carry, Edge, End, Fork, Found, Goal, Link, Sampling, Slot, Start, Vertex, Workspace,
+    environment_aim, scatter, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -50,9 +50,24 @@ struct Next {
     way: Way,
 }
 
+impl Next {
+    /// The other way of an edge that forked, unless it brings nothing.
+    fn forked(&self, fork: &Fork) -> Option<Self> {
+        let throughput = self.throughput * fork.throughput;
+        (!throughput.is_zero()).then(|| Next {
+            start: fork.start,
+            throughput,
+            from: None,
+            // The reflection counts as an edge does.
+            way: self.way.and(0, fork.optical_length),
+        })
+    }
+}
+
 /// How long a part of a path is.
 #[derive(Clone, Copy, Default)]
 struct Way {
+    edges: u32,
     /// Edges and specular events.
     depth: u32,
     optical_length: f64,
@@ -62,6 +77,7 @@ impl Way {
     /// With another edge, which passes some specular events.
     fn and(self, events: u32, optical_length: f64) -> Self {
         Way {
+            edges: self.edges.saturating_add(1),
             depth: self.depth.saturating_add(1 + events),
             optical_length: self.optical_length + optical_length,
         }
@@ -137,7 +153,7 @@ impl PathTracer {
         let lanes = next.throughput / next.throughput.sum();
         let budget = self.budget(next.way.depth + 1);
         let beginning = t.ws.beginning;
-        let forced = next.way.depth < beginning.forced && budget > 0;
+        let forced = next.way.edges < beginning.forced && budget > 0;
         let sampling = Sampling {
             carry: Carry::Radiance,
             lanes,
@@ -145,20 +161,14 @@ impl PathTracer {
             collides: true,
             spans: t.equiangular || forced,
             forced,
-            forks: beginning.forks && next.way.depth == 0,
+            forks: beginning.forks && next.way.edges == 0,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
         if t.equiangular && budget > 0 {
             t.around_emitter(&edge, next, lanes, budget);
         }
         if let Some(fork) = &edge.fork {
-            t.fork = Some(Next {
-                start: fork.start,
-                throughput: next.throughput * fork.throughput,
-                from: None,
-                // The reflection counts as an edge does.
-                way: next.way.and(0, fork.optical_length),
-            });
+            t.fork = next.forked(fork);
         }
         let way = next.way.and(edge.tube.events, edge.optical_length);
         if self.max_depth.is_some_and(|limit| way.depth > limit) {

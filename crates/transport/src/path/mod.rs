@@ -85,7 +85,7 @@ pub struct Workspace {
     pub prospects: Prospects,
     /// How paths begin.
     pub beginning: Beginning,
-    /// What a pilot finds out about that.
+    /// What a pilot finds out about prospects.
     pub departures: Option<Box<Departures>>,
     /// Parts of the straight connection last made.
     line: Vec<straight::Part>,

@@ -450,12 +450,12 @@ impl<'a, 'b> Walk<'a, 'b> {
             return;
         }
         let whole = self.depth;
-        self.edge.forcing = whole.map(|depth| match depth > 0.0 {
+        self.edge.forcing = whole.map(|depth| match depth > f64::MIN_POSITIVE {
             true => -1.0 / (-depth).exp_m1(),
             false => 1.0,
         });
         let (channel, target) = self.target;
-        if !self.collided && whole[channel] > 0.0 {
+        if !self.collided && whole[channel] > f64::MIN_POSITIVE {
             self.edge.collide_at((channel, target % whole[channel]));
         }
     }

@@ -1,5 +1,5 @@
 //! What is found out about a scene before the render: how often it pays to search for further branches, to
-//! connect vertices to emitters, and to let paths go on; and whether it does to force collisions.
+//! connect vertices to emitters, and to let paths go on; and how paths begin.
 //!
 //! The samples of the pilot are not part of the image, so that the choices do not bias it.
 
@@ -15,9 +15,9 @@ const PIXELS: usize = 256;
 const FIRST: u64 = 1 << 63;
 /// The search is never given up altogether where branches cannot be ruled out: that would be biased.
 const LEAST: f64 = 1.0 / 16.0;
-/// Ways to begin are tried where samples cost no more than this, some 10 µs: the others are mostly connections along bent
-/// rays, of which more vertices need more, and trials would delay a render's start.
-const DEAR: f64 = 150.0;
+/// Ways to begin are tried where samples of a pilot, which connects all vertices, cost no more than this, some 15 µs: the
+/// others are mostly connections along bent rays, of which more vertices need more, and trials would delay a render's start.
+const DEAR: f64 = 220.0;
 /// Number of first edges on which collisions are forced, if at all: of later ones there is little to gain.
 const FORCED: u32 = 3;
 /// As often, at most, are samples taken with and without something to see whether it pays,
@@ -30,7 +30,7 @@ const FORCED_PAYS: f64 = 1.1;
 const FORKS_PAY: f64 = 0.9;
 
 /// With the probability with which to search for further branches, the share of searches that find one within
-/// bounds; those of connections to emitters; what paths may still bring; and on how many edges to force collisions.
+/// bounds; those of connections to emitters; what paths may still bring; and how to begin them.
 pub(super) fn prepared(source: &Source) -> Prepared {
     let is_path = matches!(source.integrator, Integrator::Path(_));
     if source.scene.is_straight() && !is_path {
@@ -101,6 +101,10 @@ impl Surveyed {
 
     /// The other one if its variance × work is less by a factor: with bright pixels counted less, and with all alike.
     fn or(self, other: Self, source: &Source, factor: f64) -> Self {
+        if self.pairs == other.pairs {
+            // Not one path began in the other way.
+            return self;
+        }
         // Samples that count little because they are bright would hide what they show: what pixels count is told by others.
         let weights = weights(&[&self.pairs, &other.pairs]);
         let mut sums = [Tried::default(); 2];
