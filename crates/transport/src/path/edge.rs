@@ -202,7 +202,7 @@ pub struct Edge<'a> {
     /// forced.
     pub forcing: Spectrum,
     /// The way that it left aside at its first specular event, if both were to be taken.
-    pub fork: Option<Fork>,
+    pub fork: Option<Box<Fork>>,
     /// Whether it is [`End::Dead`] because it was lost, not absorbed.
     pub lost: bool,
 }

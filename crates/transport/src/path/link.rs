@@ -183,6 +183,9 @@ impl Link {
         (tube, direction, optical_length): (&Tube, DVec3, Option<f64>),
         ws: &mut Workspace,
     ) -> f64 {
+        if scene.is_straight() {
+            return 1.0;
+        }
         let search = Search::new(scene, vertex, goal);
         if search.has_all(true) {
             return 1.0;

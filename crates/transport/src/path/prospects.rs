@@ -2,6 +2,7 @@
 
 use super::edge::Start;
 use serde::{Deserialize, Serialize};
+use std::hint::select_unpredictable;
 
 /// Where and in which direction a path goes on: three coordinates each.
 pub(super) type Place = [f64; AXES];
@@ -36,10 +37,11 @@ impl Prospects {
         loop {
             index = match *self.0.get(index)? {
                 Node::Cell(value) => return Some(value),
-                Node::Cut { axis, cut, above } => match *place.get(usize::from(axis))? < cut {
-                    true => index + 1,
-                    false => (above as usize).max(index + 1),
-                },
+                Node::Cut { axis, cut, above } => {
+                    let (below, above) = (index + 1, (above as usize).max(index + 1));
+                    let is_below = *place.get(usize::from(axis))? < cut;
+                    select_unpredictable(is_below, below, above)
+                }
             };
         }
     }

@@ -107,8 +107,12 @@ impl<'a, 'b> Walk<'a, 'b> {
     ) -> Self {
         let start = edge.start;
         let channel = choose_lane(sampling.lanes, sampler.next_1d_for(Purpose::Channel));
+        let drawn = |u: f64| match scene.is_clear() {
+            true => f64::INFINITY,
+            false => -(1.0 - u).ln(),
+        };
         let target = match sampling.collides {
-            true => -(1.0 - sampler.next_1d_for(Purpose::Distance)).ln(),
+            true => drawn(sampler.next_1d_for(Purpose::Distance)),
             false => f64::INFINITY,
         };
         let n = scene.n(start.medium, start.x);
@@ -359,7 +363,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         if self.sampling.forks && is_first {
             let (one, other) = (sample(0.0)?, sample(1.0f64.next_down())?);
             if !one.transmitted && other.transmitted {
-                self.edge.fork = Some(self.fork((object, hit), &one));
+                self.edge.fork = Some(Box::new(self.fork((object, hit), &one)));
                 return Some(certain(other));
             }
         }

@@ -128,6 +128,10 @@ pub struct Scene {
     sensor_medium: MediumId,
     lights: Lights,
     around: Surroundings,
+    /// See [`World::nudge`].
+    nudge: f64,
+    /// Whether nothing takes any light between surfaces.
+    clear: bool,
     reach: Reach,
     bending: Bending,
     glass_ball: Option<GlassBall>,
@@ -147,28 +151,36 @@ pub struct Scene {
 #[derive(Debug)]
 struct Index {
     objects: Vec<usize>,
+    /// Where each object is in the list.
+    places: Vec<Option<usize>>,
     shapes: Vec<Shape>,
     accel: Accel,
 }
 
 impl Index {
     fn new(objects: &[Object], keep: impl Fn(&Object) -> bool) -> Self {
+        let all = objects.len();
         let (objects, shapes): (Vec<usize>, Vec<Shape>) = objects
             .iter()
             .enumerate()
             .filter(|(_, o)| keep(o))
             .map(|(i, o)| (i, o.shape.clone()))
             .unzip();
+        let mut places = vec![None; all];
+        for (place, object) in objects.iter().enumerate() {
+            places[*object] = Some(place);
+        }
         Index {
             accel: Accel::new(&shapes),
             objects,
+            places,
             shapes,
         }
     }
 
     /// The place of an object in the list, if it is there.
     fn place(&self, object: Option<usize>) -> Option<usize> {
-        self.objects.binary_search(&object?).ok()
+        self.places[object?]
     }
 }
 
@@ -203,6 +215,8 @@ impl Scene {
             },
             bending: Bending::of(&parts),
             sensor_medium,
+            nudge: 1e-10 * (around.radius + around.center.length()),
+            clear: parts.media.iter().all(Medium::is_transparent),
             around,
             parts,
         };
@@ -290,6 +304,11 @@ impl Scene {
     /// Whether no ray is bent anywhere.
     pub fn is_straight(&self) -> bool {
         self.bending == Bending::None
+    }
+
+    /// Whether nothing takes any light between surfaces.
+    pub(crate) fn is_clear(&self) -> bool {
+        self.clear
     }
 
     /// Whether it is known that no two rays connect two points, given with their media: all rays are

@@ -41,7 +41,7 @@ impl World for Scene {
 
     /// Far above the round-off of positions, far below any tolerance.
     fn nudge(&self) -> f64 {
-        1e-10 * (self.around.radius + self.around.center.length())
+        self.nudge
     }
 }
 

@@ -111,20 +111,25 @@ impl Accel {
             }
             return;
         }
-        let mut end = range[1];
-        let test = &mut |i| {
-            if !except.contains(&Some(i)) {
-                end = test(i);
-            }
-            end
-        };
         let ends = [arc.start(), arc.end()];
         match &self.search {
             Search::Linear(boxes) => {
+                let bit = |place: Option<usize>| place.map_or(0, |i| 1 << i);
+                let all = (1 << self.count) - 1;
+                let wanted = all & !bit(except[0]) & !bit(except[1]);
                 let sweep = sweep(arc, &ends, |p| p);
-                linear((boxes, self.count), &sweep, range, test);
+                linear((boxes, wanted), &sweep, range, test);
             }
-            Search::Tree(tree) => tree.visit(&sweep(arc, &ends, |p| tree.local(p)), range, test),
+            Search::Tree(tree) => {
+                let mut end = range[1];
+                let test = &mut |i| {
+                    if !except.contains(&Some(i)) {
+                        end = test(i);
+                    }
+                    end
+                };
+                tree.visit(&sweep(arc, &ends, |p| tree.local(p)), range, test);
+            }
         }
     }
 }
@@ -137,17 +142,22 @@ fn sweep(arc: &Arc, ends: &[DVec3; 2], map: impl Fn(DVec3) -> DVec3) -> Sweep {
     }
 }
 
+/// Tests boxes whose shapes are `wanted`, a bit for each.
 fn linear(
-    (boxes, count): (&[Four], usize),
+    (boxes, wanted): (&[Four], u32),
     sweep: &Sweep,
     [from, mut to]: [f64; 2],
     test: &mut impl FnMut(usize) -> f64,
 ) {
     for (group, four) in boxes.iter().enumerate() {
         let enter = four.enter(sweep, [from, to]);
-        for i in 4 * group..count.min(4 * group + 4) {
-            if enter[i % 4] <= to {
-                to = test(i);
+        let met = |k: usize| u32::from(enter[k] <= to) << k;
+        let mut left = (met(0) | met(1) | met(2) | met(3)) & (wanted >> (4 * group));
+        while left != 0 {
+            let k = left.trailing_zeros() as usize;
+            left &= left - 1;
+            if enter[k] <= to {
+                to = test(4 * group + k);
             }
         }
     }
