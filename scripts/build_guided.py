@@ -5,7 +5,7 @@ Builds it with counters, renders small scenes, and builds it again so that what 
 that it gives the same bits as the plain release build, and measures the gain. The result is target/guided/release/morgana.
 The Python package is built likewise with RUSTFLAGS="-Cprofile-use=…/target/guided/morgana.profdata" pip install .
 
-Needs llvm-profdata: `rustup component add llvm-tools`, or that of an LLVM no older than the compiler's (rustc -vV), whose
+Needs llvm-profdata: `rustup component add llvm-tools`, or that of LLVM 19 or newer, whose
 path is given by --profdata. Takes a quarter of an hour.
 
 Usage: scripts/build_guided.py [--profdata PATH]

@@ -9,9 +9,10 @@ library, version 16 or newer where the processor has AVX-512: Debian's package l
 A variant that cannot be loaded is left out, with a note.
 
 With --sampler both use that one in place of the scenes' own, with --own Morgana alone does; --adaptive lets it share samples
-out among pixels.
+out among pixels. --guided adds what scripts/build_guided.py has built.
 
-Usage: scripts/compare_mitsuba.py [--spp N] [--seeds N] [--threads N] [--variants NAMES] [--sampler NAME] [--own NAME] [--adaptive] SCENE ...
+Usage: scripts/compare_mitsuba.py [--spp N] [--seeds N] [--threads N] [--variants NAMES] [--sampler NAME] [--own NAME] [--adaptive]
+                                  [--guided] SCENE ...
 """
 
 import argparse
@@ -26,6 +27,8 @@ import tempfile
 import venv
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
+GUIDED = TARGET / "guided" / "release" / "morgana"
 ENVIRONMENT = ROOT / "target" / "mitsuba-venv"
 PACKAGES = ("mitsuba==3.9.1", "numpy")
 
@@ -47,12 +50,12 @@ def processor_time(who):
 
 
 class Morgana:
-    """The release binary; its times include start-up and the writing of files."""
+    """A release binary; its times include start-up and the writing of files."""
 
     name = "morgana"
 
-    def __init__(self, scene, args):
-        self.scene, self.args = scene, args
+    def __init__(self, scene, args, name=name, program=TARGET / "release" / "morgana"):
+        self.scene, self.args, self.name, self.program = scene, args, name, program
 
     @staticmethod
     def build():
@@ -61,10 +64,9 @@ class Morgana:
     def render(self, seed):
         import numpy
 
-        target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
         with tempfile.TemporaryDirectory() as folder:
             image = pathlib.Path(folder) / "image.npy"
-            command = [target / "release" / "morgana", "render", self.scene, "--quiet", "-o", image]
+            command = [self.program, "render", self.scene, "--quiet", "-o", image]
             command += ["--spp", str(self.args.spp), "--seed", str(seed)]
             command += ["--threads", str(self.args.threads)]
             if self.args.own:
@@ -101,6 +103,8 @@ class Mitsuba:
 
 def renderers(scene, args):
     found = [Morgana(scene, args)]
+    if args.guided:
+        found.append(Morgana(scene, args, "morgana, guided", GUIDED))
     for variant in args.variants.split(","):
         try:
             found.append(Mitsuba(variant, scene, args))
@@ -160,10 +164,13 @@ def main():
     parser.add_argument("--sampler", help="a type of sampler that both know")
     parser.add_argument("--own", metavar="NAME", help="a type of sampler for Morgana alone")
     parser.add_argument("--adaptive", action="store_true", help="Morgana shares samples out among pixels")
+    parser.add_argument("--guided", action="store_true", help="also what scripts/build_guided.py has built")
     parser.add_argument("scenes", nargs="+", type=pathlib.Path, metavar="SCENE")
     args = parser.parse_args()
     if args.seeds < 2:
         parser.error("variances are told from differences: at least two seeds are needed")
+    if args.guided and not GUIDED.exists():
+        parser.error(f"there is no {GUIDED}: run scripts/build_guided.py first")
     enter_environment()
     Morgana.build()
     print("| scene | renderer | mean | ns per sample | variance of a sample | morgana's efficiency by its |")
