@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo bench -p eikonal                    # everything, a few minutes
-//! cargo bench -p eikonal -- connections     # one part: evaluation, precision, steps, connections, methods
+//! cargo bench -p eikonal -- connections     # one part: evaluation, precision, steps, connections, methods, accuracy
 //! ```
 //!
 //! Wall times depend on the machine and on what else runs there, so that every table gives
@@ -12,6 +12,7 @@
 //! registers with the instruction set of the build (SSE2 on x86-64 by default). Evaluation itself
 //! uses the instructions that the processor has, whatever the build.
 
+mod accuracy;
 mod connections;
 mod evaluation;
 mod methods;
@@ -28,12 +29,13 @@ fn main() {
         .skip(1)
         .filter(|a| !a.starts_with('-'))
         .collect();
-    let parts: [(&str, fn()); 5] = [
+    let parts: [(&str, fn()); 6] = [
         ("evaluation", evaluation::run),
         ("precision", precision::run),
         ("steps", steps::run),
         ("connections", connections::run),
         ("methods", methods::run),
+        ("accuracy", accuracy::run),
     ];
     for (name, run) in parts {
         if wanted.is_empty() || wanted.iter().any(|w| name.contains(w.as_str())) {

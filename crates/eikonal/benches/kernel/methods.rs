@@ -17,9 +17,9 @@ const ROUNDS: usize = 7;
 /// Ours; directions are then good to 1e-5.
 const TOLERANCE: f64 = 1e-4;
 /// Of the others, relative to the distance.
-const MISS: f64 = 1e-5;
+pub const MISS: f64 = 1e-5;
 /// Steps of the plain way: its directions are then about as good.
-const STEPS: usize = 8;
+pub const STEPS: usize = 8;
 /// Directions closer than this, in radians, are those of the same ray.
 const SAME: f64 = 1e-2;
 /// The fast ways run this many times per round.
@@ -28,13 +28,35 @@ const REPEATS: u64 = 10;
 const RESTARTS: usize = 10;
 
 /// What a way found, a direction for each pair, and what it took.
-struct Outcome {
-    directions: Vec<Option<DVec3>>,
+pub struct Outcome {
+    pub directions: Vec<Option<DVec3>>,
     shots: u64,
-    evaluations: u64,
+    pub evaluations: u64,
 }
 
-type Pairs = [[DVec3; 2]];
+pub type Pairs = [[DVec3; 2]];
+
+/// A field with the radius of the ball in which pairs are drawn.
+pub type Case = (&'static str, Field, f64);
+
+/// The fields in which pairs are connected.
+pub fn cases(rng: &mut Rng) -> [Case; 6] {
+    [
+        ("grid 64³, Δn 0.1", ball_grid(), BALL),
+        ("Luneburg", luneburg(), 1.0),
+        ("12 Gaussians, Δn ±0.03", lumps(0.03, rng), 1.0),
+        ("12 Gaussians, Δn ±0.1", lumps(0.1, rng), 1.0),
+        ("acoustic, Δn 1e-3", acoustic(1e-3), 1.0),
+        ("acoustic, Δn 1e-2", acoustic(1e-2), 1.0),
+    ]
+}
+
+/// Uniform pairs in a ball.
+pub fn pairs(rng: &mut Rng, radius: f64, count: usize) -> Vec<[DVec3; 2]> {
+    (0..count)
+        .map(|_| [in_ball(rng, radius), in_ball(rng, radius)])
+        .collect()
+}
 
 pub fn run() {
     println!(
@@ -45,18 +67,8 @@ pub fn run() {
          one restart = another random direction of the hemisphere about the chord, at most {RESTARTS}\n"
     );
     let mut rng = Rng::new(3);
-    let cases = [
-        ("grid 64³, Δn 0.1", ball_grid(), BALL),
-        ("Luneburg", luneburg(), 1.0),
-        ("12 Gaussians, Δn ±0.03", lumps(0.03, &mut rng), 1.0),
-        ("12 Gaussians, Δn ±0.1", lumps(0.1, &mut rng), 1.0),
-        ("acoustic, Δn 1e-3", acoustic(1e-3), 1.0),
-        ("acoustic, Δn 1e-2", acoustic(1e-2), 1.0),
-    ];
-    for (name, field, radius) in &cases {
-        let pairs: Vec<_> = (0..PAIRS)
-            .map(|_| [in_ball(&mut rng, *radius), in_ball(&mut rng, *radius)])
-            .collect();
+    for (name, field, radius) in &cases(&mut rng) {
+        let pairs = pairs(&mut rng, *radius, PAIRS);
         table(name, field, *radius, &pairs);
     }
 }
@@ -75,7 +87,9 @@ fn table(name: &str, field: &Field, radius: f64, pairs: &Pairs) {
         ("collocation, else Newton", REPEATS, &|| {
             chord(field, pairs, TOLERANCE)
         }),
-        ("chord, RKN4, Newton", REPEATS, &|| plain(field, pairs)),
+        ("chord, RKN4, Newton", REPEATS, &|| {
+            plain(field, pairs, STEPS)
+        }),
         ("random, Newton", REPEATS, &|| random(field, pairs)),
         ("random, BFGS, fixed step", 1, &|| {
             published(field, radius, pairs)
@@ -120,9 +134,17 @@ fn table(name: &str, field: &Field, radius: f64, pairs: &Pairs) {
 
 /// The largest error of directions of the same ray.
 fn worst(directions: &[Option<DVec3>], exact: &[Option<DVec3>]) -> f64 {
-    let pairs = directions.iter().zip(exact);
-    let errors = pairs.filter_map(|(a, b)| Some((*a)?.distance((*b)?)));
+    let errors = errors(directions, exact).into_iter();
     errors.filter(|&e| e < SAME).fold(0.0, f64::max)
+}
+
+/// Errors of directions, of another ray, too; infinite where none was found.
+pub fn errors(directions: &[Option<DVec3>], exact: &[Option<DVec3>]) -> Vec<f64> {
+    let pairs = directions.iter().zip(exact);
+    let error = |(a, b): (&Option<DVec3>, &Option<DVec3>)| Some((*a)?.distance((*b)?));
+    pairs
+        .map(|pair| error(pair).unwrap_or(f64::INFINITY))
+        .collect()
 }
 
 fn certificate(field: &Field, radius: f64) -> Uniqueness {
@@ -143,7 +165,8 @@ fn outcome(directions: Vec<Option<DVec3>>, solver: &Solver<()>) -> Outcome {
     }
 }
 
-fn chord(field: &Field, pairs: &Pairs, tolerance: f64) -> Outcome {
+/// Ours.
+pub fn chord(field: &Field, pairs: &Pairs, tolerance: f64) -> Outcome {
     let mut solver = Solver::new(Tolerance::new(tolerance));
     let connect = |[x, y]: &[DVec3; 2]| solver.connect(&Unbounded(field), (*x, ()), *y);
     let found = pairs.iter().map(connect);
@@ -151,9 +174,10 @@ fn chord(field: &Field, pairs: &Pairs, tolerance: f64) -> Outcome {
     outcome(directions, &solver)
 }
 
-fn plain(field: &Field, pairs: &Pairs) -> Outcome {
+/// From the chord, by rays of so many steps.
+pub fn plain(field: &Field, pairs: &Pairs, steps: usize) -> Outcome {
     let way = Plain {
-        steps: STEPS,
+        steps,
         tolerance: MISS,
     };
     let mut effort = Effort::default();
