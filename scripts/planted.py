@@ -460,8 +460,8 @@ PLANTED = [
     (
         "forced collisions spread evenly over depths",
         "crates/transport/src/path/walk.rs",
-        "self.edge.collide_at((channel, target % whole[channel]));",
-        "self.edge.collide_at((channel, (97.0 * target) % whole[channel]));",
+        "let target = -(-rank / self.edge.forcing[channel]).ln_1p();",
+        "let target = rank * whole[channel];",
         ("transport", "beginnings", "depths_have_their_distribution"),
     ),
     (

@@ -446,9 +446,9 @@ impl<'a, 'b> Walk<'a, 'b> {
         false
     }
 
-    /// Has an edge that left the scene collide: what is left of the depth that was drawn is gone through again from the start, as
-    /// often as it takes. The remainder of an exponential deviate divided by the depth D of the whole way is
-    /// distributed as deviates below D are, so that collisions of each channel become 1/(1 − e⁻ᴰ) times as dense.
+    /// Has an edge that left the scene collide. What is left of the depth X that was drawn beyond the depth D of the whole way
+    /// is an exponential deviate, too: its rank 1 − e^(D − X) among deviates is given to one below D. Collisions of
+    /// each channel become 1/(1 − e⁻ᴰ) times as dense; even numbers stay even.
     fn force(&mut self) {
         if !self.escaped || self.edge.tube.events > 0 || self.veiled {
             return;
@@ -460,7 +460,9 @@ impl<'a, 'b> Walk<'a, 'b> {
         });
         let (channel, target) = self.target;
         if !self.collided && whole[channel] > f64::MIN_POSITIVE {
-            self.edge.collide_at((channel, target % whole[channel]));
+            let rank = -(whole[channel] - target).exp_m1();
+            let target = -(-rank / self.edge.forcing[channel]).ln_1p();
+            self.edge.collide_at((channel, target));
         }
     }
 
