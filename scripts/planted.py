@@ -2,9 +2,9 @@
 """Plants known errors of physics one by one and checks that a test fails for each.
 
 Works on a copy of the tracked files, so the working tree is never touched. Each planted error is one
-replacement in one file; the test named with it must compile, run, and fail.
+replacement in one file; the test named with it must compile, run, and fail. With --check, only looks whether all places are there.
 
-Usage: scripts/planted.py [NAME ...]
+Usage: scripts/planted.py [--check | NAME ...]
 """
 
 import os
@@ -122,9 +122,10 @@ PLANTED = [
     (
         "refraction computed from the chord of the last arc",
         TRANSPORT + "path/walk.rs",
-        "let toward = -v.normalize();",
+        "let Some(sample) = self.turn((object, hit), -v.normalize()) else {",
         "let toward = self.edge.spans.last().map_or(-v.normalize(), "
-        "|s| (s.arc.start() - hit.position).normalize());",
+        "|s| (s.arc.start() - hit.position).normalize());"
+        "let Some(sample) = self.turn((object, hit), toward) else {",
         ("transport", "edges", "refraction_uses_the_tangent_of_the_ray"),
     ),
     (
@@ -211,8 +212,8 @@ PLANTED = [
     (
         "distances weighted by one channel's density only",
         TRANSPORT + "path/edge.rs",
-        "(lanes * point.rate * point.depth.exp_neg()).sum()",
-        "point.rate[0] * (-point.depth[0]).exp()",
+        "(lanes * point.rate * point.depth.exp_neg() * self.forcing).sum()",
+        "point.rate[0] * (-point.depth[0]).exp() * self.forcing[0]",
         ("transport", "furnace", "chromatic_extinction"),
     ),
     (
@@ -453,8 +454,8 @@ PLANTED = [
     (
         "forced collisions in one channel's density only",
         "crates/transport/src/path/walk.rs",
-        "self.edge.forcing = whole.map(|depth| match depth > 0.0 {",
-        "self.edge.forcing = whole.map(|_| whole[0]).map(|depth| match depth > 0.0 {",
+        "self.edge.forcing = whole.map(|depth| match depth > f64::MIN_POSITIVE {",
+        "self.edge.forcing = whole.map(|_| whole[0]).map(|depth| match depth > f64::MIN_POSITIVE {",
         ("transport", "beginnings", "means_stay"),
     ),
     (
@@ -516,8 +517,8 @@ PLANTED = [
     (
         "forks that start anew",
         "crates/transport/src/integrator/path.rs",
-        "way: next.way.and(0, fork.optical_length),",
-        "way: next.way,",
+        "way: self.way.and(0, fork.optical_length),",
+        "way: self.way,",
         ("transport", "beginnings", "reflections_have_no_variance"),
     ),
 ]
@@ -547,8 +548,21 @@ def outcome(tree: pathlib.Path, package: str, target: str, test: str) -> str:
     return "MISSED" if "test result: ok" in run.stdout else "did not compile:\n" + run.stderr[-2000:]
 
 
+def stale() -> list[str]:
+    """Entries whose place is not in the source, or not just once."""
+    return [
+        f"{name}: the text to replace is not found exactly once in {file}"
+        for name, file, text, *_ in PLANTED
+        if (ROOT / file).read_text().count(text) != 1
+    ]
+
+
 def main() -> int:
+    if messages := stale():
+        sys.exit("\n".join(messages))
     wanted = sys.argv[1:]
+    if wanted == ["--check"]:
+        return 0
     names = [planted[0] for planted in PLANTED]
     unknown = [word for word in wanted if not any(word in name for name in names)]
     if unknown:
@@ -562,10 +576,6 @@ def main() -> int:
                 continue
             path = tree / file
             original = path.read_text()
-            if original.count(text) != 1:
-                print(f"{name}: the text to replace is not found exactly once in {file}")
-                missed += 1
-                continue
             path.write_text(original.replace(text, replacement))
             result = outcome(tree, package, target, test)
             path.write_text(original)

@@ -533,11 +533,22 @@ fn pilots_choose_what_pays() {
     assert_eq!(chosen(foggy(smoke, sky()), path), NATURAL);
     assert_eq!(chosen(milky(), path), forks(true));
     assert_eq!(chosen(milky(), particle), NATURAL);
-    let bead = container(
-        Sphere::around(DVec3::new(0.3, 0.4, 0.0), 1e-6).unwrap(),
-        glass(),
-    );
-    let glass = fog(Constant::new(1.5), 0.0, 0.0, 0.0);
-    let unseen = Scene::new(scene(vec![bead], vec![vacuum(), glass], sky())).unwrap();
+    let bead = Object {
+        sides: Some(Sides {
+            interior: 2,
+            exterior: 1,
+        }),
+        ..container(
+            Sphere::around(DVec3::new(0.3, 0.4, 0.0), 1e-6).unwrap(),
+            glass(),
+        )
+    };
+    let objects = vec![container(cube(1.0), Bsdf::Null), bead];
+    let media = vec![
+        vacuum(),
+        fog(Constant::new(1.0), 0.5, 0.8, 0.0),
+        fog(Constant::new(1.5), 0.0, 0.0, 0.0),
+    ];
+    let unseen = Scene::new(scene(objects, media, sky())).unwrap();
     assert_eq!(chosen(unseen, path), NATURAL);
 }
