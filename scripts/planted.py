@@ -122,8 +122,8 @@ PLANTED = [
     (
         "refraction computed from the chord of the last arc",
         TRANSPORT + "path/walk.rs",
-        "let Some(sample) = self.turn((object, hit), -v.normalize()) else {",
-        "let toward = self.edge.spans.last().map_or(-v.normalize(), "
+        "let Some(sample) = self.turn((object, hit), -direction) else {",
+        "let toward = self.edge.spans.last().map_or(-direction, "
         "|s| (s.arc.start() - hit.position).normalize());"
         "let Some(sample) = self.turn((object, hit), toward) else {",
         ("transport", "edges", "refraction_uses_the_tangent_of_the_ray"),

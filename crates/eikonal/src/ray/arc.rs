@@ -16,8 +16,8 @@ pub struct Arc {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Curve {
-    /// From a point, by a step.
-    Line(DVec3, DVec3),
+    /// From a point, by a step of a length.
+    Line(DVec3, DVec3, f64),
     /// With these control points.
     Quintic([DVec3; 6]),
 }
@@ -26,8 +26,9 @@ impl Arc {
     /// The straight piece x + v·hθ.
     #[inline]
     pub fn line(x: DVec3, v: DVec3, h: f64) -> Self {
+        let step = v * h;
         Arc {
-            curve: Curve::Line(x, v * h),
+            curve: Curve::Line(x, step, step.length()),
             h,
         }
     }
@@ -53,7 +54,7 @@ impl Arc {
     /// The Bézier control points, first and last on the curve: evenly spaced if it is straight.
     pub fn control(&self) -> [DVec3; 6] {
         match self.curve {
-            Curve::Line(start, step) => std::array::from_fn(|i| start + step * (i as f64 / 5.0)),
+            Curve::Line(start, step, _) => std::array::from_fn(|i| start + step * (i as f64 / 5.0)),
             Curve::Quintic(control) => control,
         }
     }
@@ -74,7 +75,7 @@ impl Arc {
     #[inline]
     pub fn start(&self) -> DVec3 {
         match &self.curve {
-            Curve::Line(start, _) => *start,
+            Curve::Line(start, ..) => *start,
             Curve::Quintic(control) => control[0],
         }
     }
@@ -83,7 +84,7 @@ impl Arc {
     #[inline]
     pub fn end(&self) -> DVec3 {
         match &self.curve {
-            Curve::Line(start, step) => *start + *step,
+            Curve::Line(start, step, _) => *start + *step,
             Curve::Quintic(control) => control[5],
         }
     }
@@ -100,7 +101,7 @@ impl Arc {
     #[inline]
     pub fn position(&self, theta: f64) -> DVec3 {
         match &self.curve {
-            Curve::Line(start, step) => *start + *step * theta,
+            Curve::Line(start, step, _) => *start + *step * theta,
             Curve::Quintic(control) => combined(&quintic(theta), control),
         }
     }
@@ -109,7 +110,7 @@ impl Arc {
     #[inline]
     pub fn velocity(&self, theta: f64) -> DVec3 {
         match &self.curve {
-            Curve::Line(_, step) => *step / self.h,
+            Curve::Line(_, step, _) => *step / self.h,
             Curve::Quintic(control) => {
                 combined(&quartic(theta), &differences(control)) * (5.0 / self.h)
             }
@@ -120,7 +121,7 @@ impl Arc {
     #[inline]
     pub fn arc_length(&self, theta: f64) -> f64 {
         match &self.curve {
-            Curve::Line(_, step) => step.length() * theta,
+            Curve::Line(_, _, length) => length * theta,
             Curve::Quintic(control) => self.integrate(control, theta, f64::sqrt),
         }
     }
@@ -129,7 +130,7 @@ impl Arc {
     #[inline]
     pub fn optical_length(&self, theta: f64) -> f64 {
         match &self.curve {
-            Curve::Line(_, step) => step.length_squared() / self.h * theta,
+            Curve::Line(_, step, _) => step.length_squared() / self.h * theta,
             Curve::Quintic(control) => self.integrate(control, theta, |square| square),
         }
     }
@@ -181,7 +182,7 @@ impl Arc {
 
     /// θ in [0, 1] nearest to `y`: the first local minimum of the distance, or an end.
     pub fn closest_approach(&self, y: DVec3) -> f64 {
-        if let Curve::Line(start, step) = &self.curve {
+        if let Curve::Line(start, step, _) = &self.curve {
             return ((y - *start).dot(*step) / step.length_squared()).clamp(0.0, 1.0);
         }
         let slope = |theta: f64| (self.position(theta) - y).dot(self.velocity(theta));

@@ -139,9 +139,10 @@ impl<'a, 'r> Particle<'a, 'r> {
         before: (DVec3, Spectrum),
         after: Option<(DVec3, Spectrum)>,
     ) {
-        let Some((object, hit)) = span.surface else {
+        let Some((object, meeting)) = span.surface else {
             return;
         };
+        let hit = self.scene.hit(object, &meeting);
         let opaque = self.scene.objects()[object].bsdf.is_opaque();
         let seen = if opaque { Some(before) } else { after };
         let Some((direction, power)) = seen else {

@@ -4,7 +4,7 @@ use super::tube::Tube;
 use crate::Spectrum;
 use crate::medium::Attenuation;
 use crate::scene::{MediumId, Scene};
-use crate::shape::Hit;
+use crate::shape::{Hit, Meeting};
 use eikonal::ray::Arc;
 use glam::DVec3;
 
@@ -76,7 +76,7 @@ pub struct Span<'a> {
     /// Number of specular events before this span.
     pub events_before: u32,
     /// The object on whose surface it ends, and where, if that is why it ends.
-    pub surface: Option<(usize, Hit)>,
+    pub surface: Option<(usize, Meeting)>,
 }
 
 /// A point inside a span.

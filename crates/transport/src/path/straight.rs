@@ -144,7 +144,7 @@ impl Line {
             let rest = (self.to - x).dot(self.direction).max(scene.nudge());
             let arc = Arc::line(x, self.direction * n, rest / n);
             let boundary = scene.first_boundary(&arc, left);
-            let theta_end = boundary.as_ref().map_or(1.0, |(_, hit)| hit.theta);
+            let theta_end = boundary.map_or(1.0, |(_, meeting)| meeting.theta);
             way.optical_length += rest * theta_end * n;
             way.n[1] = n;
             parts.push(Part {
@@ -152,9 +152,10 @@ impl Line {
                 theta_end,
                 medium,
             });
-            let Some((object, hit)) = boundary else {
+            let Some((object, meeting)) = boundary else {
                 return Ok(way);
             };
+            let hit = scene.hit(object, &meeting);
             let at = (hit.position, hit.normal);
             medium = scene.medium_beside(object, medium, at, self.direction);
             x = leave(scene, hit.position, hit.normal, self.direction);

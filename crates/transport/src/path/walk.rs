@@ -10,7 +10,7 @@ use crate::bsdf::{Bsdf, BsdfSample, Surface, Through};
 use crate::medium::Attenuation;
 use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Scene};
-use crate::shape::Hit;
+use crate::shape::{Hit, Meeting};
 use eikonal::connect::{Pattern, World};
 use eikonal::interface::{Interface, Rule};
 use eikonal::ray::{Arc, Flow, Node, Variation};
@@ -153,19 +153,19 @@ impl<'a, 'b> Walk<'a, 'b> {
             if !step.end.x.is_finite() {
                 return self.die(true);
             }
-            let hit = self.scene.first_hit(&step.arc);
-            let theta_end = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
-            self.record(step.arc, hit.as_ref(), |theta| {
+            let met = self.scene.first_beyond(&step.arc, None);
+            let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
+            self.record(step.arc, met, |theta| {
                 let (_, v, tangents) = step.at(theta);
                 (v, Spread::Bent(tangents))
             });
             if self.collided && !self.sampling.extend {
                 return false;
             }
-            if let Some((object, hit)) = &hit {
+            if let Some(met) = met {
                 let (_, v, tangents) = step.at(theta_end);
                 self.spread = Spread::Bent(tangents);
-                return self.surface(*object, hit, v);
+                return self.surface(met, v);
             }
             let outside = self.scene.is_outside(step.end.x);
             if outside || self.spans > MOST_SPANS {
@@ -185,14 +185,14 @@ impl<'a, 'b> Walk<'a, 'b> {
             return self.die(true);
         }
         let at = |theta: f64| (v, start.drifted(theta * h));
-        let hit = self.scene.first_beyond(&arc, self.left);
-        self.record(arc, hit.as_ref(), at);
+        let met = self.scene.first_beyond(&arc, self.left);
+        self.record(arc, met, at);
         if self.collided && !self.sampling.extend {
             return false;
         }
-        self.spread = at(hit.as_ref().map_or(1.0, |(_, hit)| hit.theta)).1;
-        match &hit {
-            Some((object, hit)) => self.surface(*object, hit, v),
+        self.spread = at(met.map_or(1.0, |(_, meeting)| meeting.theta)).1;
+        match met {
+            Some(met) => self.surface(met, v),
             None => self.escape(&arc, v),
         }
     }
@@ -201,10 +201,10 @@ impl<'a, 'b> Walk<'a, 'b> {
     fn record(
         &mut self,
         arc: Arc,
-        hit: Option<&(usize, Hit)>,
+        met: Option<(usize, Meeting)>,
         at: impl Fn(f64) -> (DVec3, Spread),
     ) {
-        let theta_end = hit.map_or(1.0, |(_, hit)| hit.theta);
+        let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
         let attenuation = Attenuation::new(self.scene.medium(self.medium), &arc, theta_end);
         let (length_before, depth_before) = (self.length, self.depth);
         let length = arc.arc_length(theta_end);
@@ -239,7 +239,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             depth_before,
             weight_before: self.edge.weight,
             events_before: self.edge.tube.events,
-            surface: hit.copied(),
+            surface: met,
         });
         if self.edge.tube.events == 0 && !self.veiled {
             self.edge.lead = self.edge.spans.len();
@@ -272,13 +272,14 @@ impl<'a, 'b> Walk<'a, 'b> {
     }
 
     /// Goes through, is reflected, or ends at a surface. Returns whether the ray goes on.
-    fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> bool {
+    fn surface(&mut self, (object, meeting): (usize, Meeting), v: DVec3) -> bool {
         let scene = self.scene;
         let bsdf = &scene.objects()[object].bsdf;
-        if self.collided {
+        if self.collided && !bsdf.is_null() {
             // Beyond a collision only index-matched boundaries are passed.
-            return bsdf.is_null() && self.pass(object, hit, v);
+            return false;
         }
+        let hit = &scene.hit(object, &meeting);
         if bsdf.is_null() {
             return self.pass(object, hit, v);
         }
@@ -294,7 +295,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             }
         }
         if bsdf.is_delta() && self.edge.tube.events < MOST_EVENTS {
-            return self.specular(object, hit, v);
+            return self.specular(object, hit, (v, direction));
         }
         if bsdf.is_delta() {
             return self.die(true);
@@ -331,8 +332,8 @@ impl<'a, 'b> Walk<'a, 'b> {
     }
 
     /// Refracted or reflected by chance at a smooth surface.
-    fn specular(&mut self, object: usize, hit: &Hit, v: DVec3) -> bool {
-        let Some(sample) = self.turn((object, hit), -v.normalize()) else {
+    fn specular(&mut self, object: usize, hit: &Hit, (v, direction): (DVec3, DVec3)) -> bool {
+        let Some(sample) = self.turn((object, hit), -direction) else {
             return self.die(false);
         };
         let bsdf = &self.scene.objects()[object].bsdf;

@@ -3,7 +3,7 @@
 use super::{Index, MediumId, Scene};
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Through};
-use crate::shape::{Except, Hit};
+use crate::shape::{Except, Hit, Meeting};
 use eikonal::Field;
 use eikonal::connect::{Crossing, World};
 use eikonal::interface::Rule;
@@ -18,7 +18,8 @@ impl World for Scene {
     }
 
     fn crossing(&self, medium: MediumId, arc: &Arc) -> Option<Crossing<MediumId>> {
-        let (object, hit) = self.first_boundary(arc, None)?;
+        let (object, meeting) = self.first_boundary(arc, None)?;
+        let hit = self.hit(object, &meeting);
         let surface = &self.objects()[object];
         Some(Crossing {
             theta: hit.theta,
@@ -48,17 +49,27 @@ impl World for Scene {
 impl Scene {
     /// The first surface that an arc meets.
     pub fn first_hit(&self, arc: &Arc) -> Option<(usize, Hit)> {
-        self.first_beyond(arc, None)
+        let (object, meeting) = self.first_beyond(arc, None)?;
+        Some((object, self.hit(object, &meeting)))
+    }
+
+    /// The point of a meeting with an object.
+    pub(crate) fn hit(&self, object: usize, meeting: &Meeting) -> Hit {
+        self.objects()[object].shape.hit(meeting)
     }
 
     /// The first surface that an arc meets, given one that it does not.
-    pub(crate) fn first_beyond(&self, arc: &Arc, left: Option<usize>) -> Option<(usize, Hit)> {
+    pub(crate) fn first_beyond(&self, arc: &Arc, left: Option<usize>) -> Option<(usize, Meeting)> {
         let all = &self.all;
         first_of(all, arc, [0.0, 1.0], [all.place(left), None])
     }
 
     /// The first boundary between media that an arc passes on its deterministic way, given one that it does not.
-    pub(crate) fn first_boundary(&self, arc: &Arc, left: Option<usize>) -> Option<(usize, Hit)> {
+    pub(crate) fn first_boundary(
+        &self,
+        arc: &Arc,
+        left: Option<usize>,
+    ) -> Option<(usize, Meeting)> {
         let interfaces = &self.interfaces;
         first_of(interfaces, arc, [0.0, 1.0], [interfaces.place(left), None])
     }
@@ -122,11 +133,12 @@ impl Scene {
         all: &mut Through,
     ) {
         let mut from = 0.0;
-        while let Some((object, hit)) = first_of(&self.veils, arc, [from, end], [None; 2]) {
-            from = hit.theta;
-            if is_end((arc, end), (object, hit.theta), target, slack) {
+        while let Some((object, meeting)) = first_of(&self.veils, arc, [from, end], [None; 2]) {
+            from = meeting.theta;
+            if is_end((arc, end), (object, meeting.theta), target, slack) {
                 continue;
             }
+            let hit = self.hit(object, &meeting);
             let surface = &self.objects()[object];
             let cos = hit.normal.dot(arc.velocity(hit.theta).normalize());
             if let Some(through) = surface.bsdf.through(&surface.shape.site(&hit), cos) {
@@ -147,12 +159,12 @@ impl Scene {
     }
 }
 
-fn first_of(index: &Index, arc: &Arc, range: [f64; 2], except: Except) -> Option<(usize, Hit)> {
+fn first_of(index: &Index, arc: &Arc, range: [f64; 2], except: Except) -> Option<(usize, Meeting)> {
     if index.objects.is_empty() {
         return None;
     }
-    let (i, hit) = index.accel.first_hit(&index.shapes, arc, range, except)?;
-    Some((index.objects[i], hit))
+    let (i, meeting) = index.accel.first(&index.shapes, arc, range, except)?;
+    Some((index.objects[i], meeting))
 }
 
 /// Whether a hit on the object on which a connection ends is that end.

@@ -2,7 +2,7 @@
 
 use super::sweep::{Four, Sweep};
 use super::tree::Tree;
-use super::{Hit, Meeting, Shape};
+use super::{Meeting, Shape};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
 use glam::DVec3;
@@ -47,17 +47,17 @@ impl Accel {
         }
     }
 
-    /// The hit with the smallest θ in (theta_min, theta_max] and the index of its shape. Of hits
-    /// within 1e-12 of the nearest, the one on the shape that comes first in the list. Shapes of `except` are passed over.
+    /// The meeting with the smallest θ in (theta_min, theta_max] and the index of its shape. Of meetings
+    /// within 1e-12 of the nearest, the one with the shape that comes first in the list. Shapes of `except` are passed over.
     ///
     /// `shapes` must be the list that the accelerator was made for.
-    pub fn first_hit(
+    pub fn first(
         &self,
         shapes: &[Shape],
         arc: &Arc,
         [theta_min, theta_max]: [f64; 2],
         except: Except,
-    ) -> Option<(usize, Hit)> {
+    ) -> Option<(usize, Meeting)> {
         let mut nearest = Nearest {
             theta: f64::INFINITY,
             first: None,
@@ -70,8 +70,7 @@ impl Accel {
             }
             nearest.end(theta_max)
         });
-        let (i, meeting) = nearest.choose()?;
-        Some((i, shapes[i].hit(&meeting)))
+        nearest.choose()
     }
 
     /// Whether one of the shapes but `except` is met, for the first time at a θ in (0, theta_max], where it `counts`.

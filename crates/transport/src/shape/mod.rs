@@ -54,11 +54,11 @@ pub struct Hit {
     pub primitive: u32,
 }
 
-/// Where an arc meets a shape, before anything else is asked about the place.
+/// Where an arc meets a shape, before anything else is asked about the place: see [`Shape::hit`].
 #[derive(Clone, Copy, Debug)]
-struct Meeting {
+pub struct Meeting {
     /// As in [`Hit`].
-    theta: f64,
+    pub theta: f64,
     /// In the coordinates of the canonical shape; of a mesh, barycentric coordinates of the triangle.
     local: DVec3,
     /// As in [`Hit`].
@@ -156,7 +156,8 @@ impl Shape {
         each!(self, s => s.meet(arc, theta))
     }
 
-    fn hit(&self, meeting: &Meeting) -> Hit {
+    /// The point of a meeting with this shape.
+    pub fn hit(&self, meeting: &Meeting) -> Hit {
         each!(self, s => s.hit(meeting))
     }
 

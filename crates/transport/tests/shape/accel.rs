@@ -31,7 +31,7 @@ fn the_accelerator_agrees_with_a_loop() {
         for i in 0..2000 {
             let arc = if i % 2 == 0 { rng.arc() } else { rng.line() };
             let (from, to) = (0.3 * rng.uniform(), 0.5 + 0.5 * rng.uniform());
-            let found = accel.first_hit(&shapes, &arc, [from, to], [None; 2]);
+            let found = accel.first(&shapes, &arc, [from, to], [None; 2]);
             let expected = nearest(&shapes, &arc, from, to);
             assert_eq!(found.map(|x| x.0), expected.map(|x| x.0));
             if let (Some((_, a)), Some((_, b))) = (found, expected) {
@@ -92,7 +92,7 @@ fn of_coincident_surfaces_the_first_wins() {
         for _ in 0..500 {
             let v = rng.direction();
             let target = DVec3::new(rng.uniform() - 0.5, rng.uniform() - 0.5, 0.0);
-            let hit = accel.first_hit(
+            let hit = accel.first(
                 &shapes,
                 &Arc::line(target - v, v, 3.0),
                 [0.0, 1.0],
