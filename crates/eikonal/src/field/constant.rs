@@ -8,16 +8,23 @@ use glam::{DMat3, DVec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constant {
     n2: f64,
+    /// √n², for it is asked for at every turn where rays are straight.
+    n: f64,
 }
 
 impl Constant {
     /// The field n(x) = `n`.
     pub fn new(n: f64) -> Self {
-        Constant { n2: n * n }
+        let n2 = n * n;
+        Constant { n2, n: n2.sqrt() }
     }
 
     pub(super) fn n2(&self, _: DVec3) -> f64 {
         self.n2
+    }
+
+    pub(super) fn n(&self) -> f64 {
+        self.n
     }
 
     pub(super) fn gradient(&self, _: DVec3) -> (f64, DVec3) {

@@ -162,7 +162,10 @@ impl Field {
     /// The index n at `x`; NaN where n² < 0.
     #[inline]
     pub fn n(&self, x: DVec3) -> f64 {
-        self.n2(x).sqrt()
+        match self {
+            Field::Constant(f) => f.n(),
+            _ => self.varying_n2(x).sqrt(),
+        }
     }
 
     /// n² and ∇n² at `x`.
