@@ -6,7 +6,7 @@ that it gives the same bits as the plain release build, and measures the gain. T
 The Python package is built likewise with RUSTFLAGS="-Cprofile-use=…/target/guided/morgana.profdata" pip install .
 
 Needs llvm-profdata: `rustup component add llvm-tools`, or that of LLVM 19 or newer, whose
-path is given by --profdata. Takes a quarter of an hour.
+path is given by --profdata. Takes some ten minutes on two cores.
 
 Usage: scripts/build_guided.py [--profdata PATH]
 """

@@ -461,7 +461,8 @@ impl<'a, 'b> Walk<'a, 'b> {
         });
         let (channel, target) = self.target;
         if !self.collided && whole[channel] > f64::MIN_POSITIVE {
-            let rank = -(whole[channel] - target).exp_m1();
+            // Depths are added up in another order: the difference may be positive by rounding.
+            let rank = -(whole[channel] - target).min(0.0).exp_m1();
             let target = -(-rank / self.edge.forcing[channel]).ln_1p();
             self.edge.collide_at((channel, target));
         }
