@@ -58,7 +58,7 @@ class Run:
 
 
 def connections():
-    for part in ("connections", "methods"):
+    for part in ("connections", "methods", "accuracy"):
         run("cargo", "bench", "--quiet", "-p", "eikonal", "--", part)
 
 
