@@ -335,9 +335,9 @@ fn only_what_would_leave_is_forced() {
     assert!((20..60).contains(&hits), "{hits}");
 }
 
-/// A glass ball, with a medium inside.
-fn ball(inside: Medium, emitters: Vec<Emitter>) -> Scene {
-    let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), glass());
+/// A ball of glass, with a medium inside.
+fn ball(glass: Bsdf, inside: Medium, emitters: Vec<Emitter>) -> Scene {
+    let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), glass);
     let camera = camera(DVec3::Z * 4.0, DVec3::ZERO);
     Scene::new(parts(vec![ball], vec![vacuum(), inside], emitters, camera)).unwrap()
 }
@@ -350,19 +350,25 @@ fn slanting() -> Ray {
     }
 }
 
-/// Nothing is refracted out of a black ball: a fork brings the reflected part of the sky, by Fresnel's equations, each
-/// time, and on the same way as a path that is reflected by chance.
-#[test]
-fn reflections_have_no_variance() {
-    let n = 1.5;
-    let scene = ball(fog(Constant::new(n), 1e3, 0.0, 0.0), vec![sky()]);
-    let (cos, sin) = (50f64.to_radians().cos(), 50f64.to_radians().sin());
+/// The share of the slanting ray that a ball of this index reflects, by Fresnel's equations.
+fn reflectance(n: f64) -> f64 {
+    let (sin, cos) = 50f64.to_radians().sin_cos();
     let far = (1.0 - (sin / n).powi(2)).sqrt();
     let [s, p] = [
         (cos - n * far) / (cos + n * far),
         (n * cos - far) / (n * cos + far),
     ];
-    let exact = 0.5 * (s * s + p * p);
+    0.5 * (s * s + p * p)
+}
+
+/// Nothing is refracted out of a black ball: a fork brings the reflected part of the sky, by Fresnel's equations, each
+/// time, and on the same way as a path that is reflected by chance.
+#[test]
+fn reflections_have_no_variance() {
+    let n = 1.5;
+    let black = fog(Constant::new(n), 1e3, 0.0, 0.0);
+    let scene = ball(glass(), black, vec![sky()]);
+    let exact = reflectance(n);
     let taken = |beginning| paths(&scene, tracer(), beginning, (slanting(), 1), 400);
     let reflected = taken(forks(true)).concat();
     assert_eq!(reflected.len(), 400);
@@ -379,29 +385,11 @@ fn reflections_have_no_variance() {
 /// Where nothing is reflected, the other way is all there is.
 #[test]
 fn a_fork_that_brings_nothing_is_left() {
-    let inside = fog(Constant::new(1.5), 0.0, 0.0, 0.0);
+    let n = 1.5;
     let tinted = Dielectric::new(Spectrum::ZERO, Spectrum::ONE).unwrap();
-    let ball = container(
-        Sphere::around(DVec3::ZERO, 1.0).unwrap(),
-        Bsdf::Dielectric(tinted),
-    );
-    let camera = camera(DVec3::Z * 4.0, DVec3::ZERO);
-    let scene = Scene::new(parts(
-        vec![ball],
-        vec![vacuum(), inside],
-        vec![sky()],
-        camera,
-    ))
-    .unwrap();
-    let (cos, far) = (50f64.to_radians().cos(), {
-        let sin = 50f64.to_radians().sin() / 1.5;
-        (1.0 - sin * sin).sqrt()
-    });
-    let [s, p] = [
-        (cos - 1.5 * far) / (cos + 1.5 * far),
-        (1.5 * cos - far) / (1.5 * cos + far),
-    ];
-    let transmitted = 1.0 - 0.5 * (s * s + p * p);
+    let clear = fog(Constant::new(n), 0.0, 0.0, 0.0);
+    let scene = ball(Bsdf::Dielectric(tinted), clear, vec![sky()]);
+    let transmitted = 1.0 - reflectance(n);
     let found = light(&scene, tracer(), forks(true), (slanting(), 1), 2000);
     // Inside, a part is lost at the wall by chance.
     assert!(found.iter().all(|value| value.is_finite()));
@@ -416,7 +404,8 @@ fn a_fork_that_brings_nothing_is_left() {
 /// The two parts are all there is: a ball without absorption under a sky of radiance 1 is not seen.
 #[test]
 fn parts_add_up() {
-    let scene = ball(fog(Constant::new(1.5), 0.0, 0.0, 0.0), vec![sky()]);
+    let clear = fog(Constant::new(1.5), 0.0, 0.0, 0.0);
+    let scene = ball(glass(), clear, vec![sky()]);
     let endless = PathTracer {
         rr_depth: 1000,
         ..PathTracer::default()

@@ -36,26 +36,15 @@ pub(super) fn prepared(source: &Source) -> Prepared {
     if source.scene.is_straight() && !is_path {
         return source.prepared.clone();
     }
-    let survey = |beginning| Surveyed::new(source, is_path, beginning);
-    let mut best = survey(Beginning::default());
+    let mut best = Surveyed::new(source, is_path, Beginning::default());
     if !is_path || best.cost > DEAR {
         return best.prepared;
     }
     if source.scene.is_dark() {
-        let forced = FORCED;
-        let other = survey(Beginning {
-            forced,
-            ..best.prepared.beginning
-        });
-        best = best.or(other, source, FORCED_PAYS);
+        best = best.or(|way| way.forced = FORCED, source, FORCED_PAYS);
     }
     if source.scene.has_dielectrics() {
-        let forks = true;
-        let other = survey(Beginning {
-            forks,
-            ..best.prepared.beginning
-        });
-        best = best.or(other, source, FORKS_PAY);
+        best = best.or(|way| way.forks = true, source, FORKS_PAY);
     }
     best.prepared
 }
@@ -99,8 +88,12 @@ impl Surveyed {
         }
     }
 
-    /// The other one if its variance × work is less by a factor: with bright pixels counted less, and with all alike.
-    fn or(self, other: Self, source: &Source, factor: f64) -> Self {
+    /// What a pilot says of paths that begin otherwise, if their variance × work is less by a factor: with bright pixels
+    /// counted less, and with all alike.
+    fn or(self, change: fn(&mut Beginning), source: &Source, factor: f64) -> Self {
+        let mut beginning = self.prepared.beginning;
+        change(&mut beginning);
+        let other = Surveyed::new(source, true, beginning);
         if self.pairs == other.pairs {
             // Not one path began in the other way.
             return self;
