@@ -1,5 +1,7 @@
 //! No input makes a reader panic.
 
+mod common;
+
 use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
 use io::{Diagnostics, FileRegistry, PluginKind, Query, ies, mesh, xml};
 use proptest::prelude::*;
@@ -256,7 +258,7 @@ fn the_valid_files_are_valid() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(common::inputs())]
 
     #[test]
     fn xml_of_arbitrary_text(text in ".*") {

@@ -1,6 +1,8 @@
 //! Images from arbitrary and damaged bytes are read or refused: nothing panics, and no more is allocated than a
 //! file can hold.
 
+mod common;
+
 use io::image::tone::Tone;
 use io::image::{ImageLayers, Layer, RgbImage, exr, png};
 use proptest::prelude::*;
@@ -88,7 +90,7 @@ fn a_png_file_holds_no_more_than_it_can() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(common::inputs())]
 
     #[test]
     fn exr_of_damaged_files(bytes in damaged(exr_file())) {

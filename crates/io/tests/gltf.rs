@@ -1,5 +1,7 @@
 //! Meshes from glTF files, which trimesh wrote (`data/meshes/make_gltf.py`).
 
+mod common;
+
 use glam::DVec3;
 use io::mesh::{MeshData, gltf};
 use io::{FileError, Problem};
@@ -73,6 +75,10 @@ fn files_that_are_refused() {
         "there is no number 0 among its 'scenes'",
     );
     refused(
+        TEXT.replacen("\"accessors\"", "\"extras\"", 1),
+        "there is no number 1 among its 'accessors'",
+    );
+    refused(
         TEXT.replacen("\"2.0\"", "\"1.0\"", 1),
         "the file is of version '1.0'",
     );
@@ -103,6 +109,8 @@ fn files_that_are_refused() {
 }
 
 proptest! {
+    #![proptest_config(common::inputs())]
+
     /// Whatever is wrong with a file, reading it ends, with a mesh or with an error.
     #[test]
     fn damaged_files_do_no_harm(at in 0..BINARY.len(), byte: u8, end in 0..BINARY.len()) {

@@ -234,7 +234,7 @@ fn parameters() {
         "type": "scene", "$schema": "schema.json",
         "parameters": {"r": 2, "where": ["$r", 0, 1], "name": "a", "path": "${name}/b", "on": true},
         "a": {"type": "sphere", "radius": "$r", "center": "$where", "minus": [0, "-$r", "${r}e1"],
-              "file": "x/$path.npy", "text": "$name", "flip_normals": "${on}", "cost": "5 $"}
+              "file": "x/$path.npy", "after": "µ$path", "text": "$name", "flip_normals": "${on}", "cost": "5 $"}
     }"#;
     let get = |scene: &SceneDescription, name: &str| {
         common::value(&scene.root.children[0].object, name).clone()
@@ -244,6 +244,7 @@ fn parameters() {
     assert_eq!(get(&scene, "center"), Value::Point([2.0, 0.0, 1.0].into()));
     assert_eq!(get(&scene, "minus"), Value::Point([0.0, -2.0, 20.0].into()));
     assert_eq!(get(&scene, "file"), Value::String("x/a/b.npy".into()));
+    assert_eq!(get(&scene, "after"), Value::String("µa/b".into()));
     assert_eq!(get(&scene, "flip_normals"), Value::Boolean(true));
     assert_eq!(get(&scene, "cost"), Value::String("5 $".into()));
     let scene = read_with(text, &[("r", "0.5"), ("name", "7"), ("on", "false")]);

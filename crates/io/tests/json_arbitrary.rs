@@ -1,5 +1,7 @@
 //! No JSON makes the reader panic, and what is a scene survives being written and read again.
 
+mod common;
+
 use io::{Diagnostics, FileRegistry, json};
 use proptest::prelude::*;
 use serde_json::{Map, Value, json};
@@ -224,7 +226,7 @@ fn valid_object() -> impl Strategy<Value = Value> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(common::inputs())]
 
     #[test]
     fn arbitrary_text(text in ".*") {

@@ -1,5 +1,7 @@
 //! Parts of renders as files: what is written is read again, and anything else is refused with its reason.
 
+mod common;
+
 use io::part::{Body, Foreign, Header, Part};
 use io::{LoadOptions, Loaded, Problem};
 use proptest::prelude::*;
@@ -227,6 +229,8 @@ fn shards_are_the_whole() {
 }
 
 proptest! {
+    #![proptest_config(common::inputs())]
+
     /// Whoever forges the checksum, too, gets an error or a part, and no more memory than the file's size explains.
     #[test]
     fn forged_files_do_no_harm(at in any::<prop::sample::Index>(), bytes in prop::collection::vec(any::<u8>(), 1..20)) {

@@ -64,8 +64,10 @@ impl Parameters {
 
     /// The name in a text that is nothing but `$name` or `${name}`.
     pub(crate) fn whole(text: &str) -> Option<&str> {
-        let starts = text.starts_with('$');
-        let (name, end) = name_at(text, 0).ok().filter(|_| starts)?;
+        if !text.starts_with('$') {
+            return None;
+        }
+        let (name, end) = name_at(text, 0).ok()?;
         name.filter(|_| end == text.len())
     }
 

@@ -1,10 +1,27 @@
-//! Shorthands for reading scenes in tests.
+//! Shorthands for reading scenes in tests, and the inputs of property tests.
 #![allow(dead_code)]
 
 use std::sync::Arc;
 
 use io::scene::Value;
 use io::{Diagnostic, Diagnostics, Object, PluginKind, SceneDescription, xml};
+use proptest::test_runner::{Config, RngSeed};
+
+/// How property tests draw their inputs: the same 1000 every time, lest a change be refused for what it did
+/// not touch; under `MORGANA_LONG_TESTS` 50 000 that nobody has tried before.
+pub fn inputs() -> Config {
+    let long = std::env::var_os("MORGANA_LONG_TESTS").is_some();
+    let (cases, rng_seed) = match long {
+        true => (50_000, RngSeed::Random),
+        false => (1000, RngSeed::Fixed(1)),
+    };
+    Config {
+        cases,
+        rng_seed,
+        failure_persistence: None,
+        ..Config::default()
+    }
+}
 
 /// Reads a scene with the given contents; panics if there is any message.
 pub fn read(contents: &str) -> SceneDescription {
