@@ -216,6 +216,31 @@ fn branches_of_a_graded_ball_draw_no_warning() {
     }
 }
 
+/// The mean chord of a unit ball is 4/3; that of its box, by which it is judged, the same.
+#[test]
+fn paths_that_hardly_ever_end_are_a_warning() {
+    let scene = |sigma_s: f64, sigma_a: f64, depth: &str| {
+        let medium = format!(
+            "<medium name=\"interior\" type=\"homogeneous\"><float name=\"sigma_s\" value=\"{sigma_s}\"/>\
+             <float name=\"sigma_a\" value=\"{sigma_a}\"/></medium>"
+        );
+        format!(
+            "{POINT}{}<integrator type=\"path\">{depth}</integrator>",
+            ball(&medium)
+        )
+    };
+    warned(&scene(9e6, 0.0, ""), "collides some 1e7 times");
+    warned(&scene(1e30, 2.0, ""), "collides some 1e30 times");
+    let short = "<integer name=\"max_depth\" value=\"1000\"/>";
+    for quick in [
+        scene(5e5, 0.0, ""),
+        scene(1e9, 1e4, ""),
+        scene(1e30, 0.0, short),
+    ] {
+        assert!(load(&quick).unwrap().warnings.is_empty());
+    }
+}
+
 #[test]
 fn a_declared_match_that_is_none_is_a_warning() {
     warned(

@@ -102,12 +102,29 @@ fn others_take_independent_samples_and_say_so() {
             "ldsampler",
             "samples of 'particle' are independent",
         ),
+        (
+            "particle",
+            "multijitter",
+            "samples of 'particle' are independent",
+        ),
     ] {
         let loaded = load(integrator, sampler, None);
         assert_eq!((loaded.scene().sets(), loaded.samples), (Sets::Single, 30));
+        assert_eq!(loaded.warnings.iter().count(), 1, "{}", loaded.warnings);
         let message = loaded.warnings.to_string();
         assert!(message.contains(said), "{message}");
     }
+}
+
+#[test]
+fn what_a_caller_replaces_is_not_spoken_of() {
+    let options = LoadOptions {
+        sampler: Some("independent".into()),
+        ..LoadOptions::default()
+    };
+    let loaded = load_by("path", "multijitter", ("", ""), &options).unwrap();
+    assert_eq!(loaded.scene().sets(), Sets::Single);
+    assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
 }
 
 #[test]

@@ -54,7 +54,7 @@ pub(super) fn build(
     let (mut instruments, mut particles) = (Vec::new(), Samples::default());
     let mut add = |object: &Object, surface, context: &mut Context| {
         let (instrument, samples) = instrument(object, surface, context);
-        particles = particles.max(samples);
+        particles.raise(samples);
         instruments.extend(instrument);
     };
     for object in meters {

@@ -6,6 +6,7 @@ mod bsdf;
 mod channels;
 mod context;
 mod emitter;
+mod endless;
 mod field;
 mod film;
 mod gaps;
@@ -342,8 +343,8 @@ fn group_parts(
     };
     match Scene::over_period(parts, sensor.samples.instants) {
         Ok(scene) => {
-            let scene =
-                sampler::in_sets(scene, sensor.samples.sets, &method.integrator, &mut report);
+            let sets = sensor.samples.sets;
+            let scene = sampler::in_sets(scene, sets, &method.integrator, &mut report);
             let hindrance = match instruments.is_empty() {
                 true => sampler::hindrance(&method.integrator, sensor.film.reweight),
                 false => Some("with meters".into()),
@@ -356,6 +357,9 @@ fn group_parts(
                 .warnings()
                 .iter()
                 .filter(matters)
+                .for_each(&mut report);
+            endless::warnings(&scene, &method.integrator)
+                .iter()
                 .for_each(&mut report);
             if instruments.is_empty() {
                 let gaps = gaps::warnings(&scene, &method.integrator);
@@ -373,6 +377,10 @@ fn group_parts(
                     .diagnostics
                     .push(Diagnostic::error(message).at(&object.location));
                 return None;
+            }
+            // A sampler whose like is not taken either has been spoken of.
+            if let (true, Some(unlike)) = (scene.sets() == sets, sensor.samples.unlike) {
+                context.diagnostics.push(unlike);
             }
             Some(GroupParts {
                 scene,

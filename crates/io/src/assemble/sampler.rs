@@ -23,7 +23,7 @@ const EVEN: [&str; 6] = [
 ];
 
 /// What a sampler asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub(super) struct Samples {
     /// Samples per pixel, or particles.
     pub count: u64,
@@ -31,6 +31,8 @@ pub(super) struct Samples {
     pub instants: usize,
     /// How the samples of a pixel belong together.
     pub sets: Sets,
+    /// A warning if that is not what the scene's sampler says, for it is not available.
+    pub unlike: Option<Diagnostic>,
     /// Whether noisy pixels get more of them.
     pub adaptive: bool,
 }
@@ -41,6 +43,7 @@ impl Default for Samples {
             count: 0,
             instants: 1,
             sets: Sets::Single,
+            unlike: None,
             adaptive: false,
         }
     }
@@ -54,7 +57,7 @@ impl Samples {
             return;
         };
         match Sets::ALL.into_iter().find(|sets| sets.name() == name) {
-            Some(sets) => self.sets = sets,
+            Some(sets) => (self.sets, self.unlike) = (sets, None),
             None => {
                 let message = format!("unknown sampler '{name}'");
                 diagnostics.push(Diagnostic::error(message).help(better(name)));
@@ -62,14 +65,13 @@ impl Samples {
         }
     }
 
-    /// The larger numbers of both.
-    pub fn max(self, other: Self) -> Self {
-        Samples {
-            count: self.count.max(other.count),
-            instants: self.instants.max(other.instants),
-            sets: self.sets.max(other.sets),
-            adaptive: self.adaptive || other.adaptive,
-        }
+    /// Asks for as much as others do, too.
+    pub fn raise(&mut self, other: Self) {
+        self.count = self.count.max(other.count);
+        self.instants = self.instants.max(other.instants);
+        self.sets = self.sets.max(other.sets);
+        self.unlike = self.unlike.take().or(other.unlike);
+        self.adaptive |= other.adaptive;
     }
 }
 
@@ -84,15 +86,11 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
     let name = object.plugin.as_str();
     let known = [Sets::Single, Sets::OfEight];
     let named = known.into_iter().find(|sets| sets.name() == name);
-    let sets = named.unwrap_or_else(|| {
-        let used = known[usize::from(EVEN.contains(&name))];
-        let message = format!(
-            "sampler '{name}' is not available; '{}' is used instead",
-            used.name()
-        );
-        let warning = Diagnostic::warning(message).at(&object.plugin_location);
-        context.diagnostics.push(warning);
-        used
+    let sets = named.unwrap_or(known[usize::from(EVEN.contains(&name))]);
+    let unlike = named.is_none().then(|| {
+        let used = sets.name();
+        let message = format!("sampler '{name}' is not available; '{used}' is used instead");
+        Diagnostic::warning(message).at(&object.plugin_location)
     });
     let mut q = Query::new(object, context.diagnostics);
     let sets = match sets {
@@ -115,6 +113,7 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
         count: count as u64,
         instants: instants as usize,
         sets,
+        unlike,
         adaptive,
     }
 }
@@ -143,7 +142,7 @@ pub(super) fn in_sets(
     let name = integrator.name();
     report(&warning(
         format!(
-            "the sampler 'ldsampler' is for the integrators 'path' and 'bdpt': samples of '{name}' are independent"
+            "samples of '{name}' are independent: even ones, those of 'ldsampler', are for the integrators 'path' and 'bdpt'"
         ),
         "make the sampler 'independent', or the integrator 'path' or 'bdpt'",
     ));

@@ -1,0 +1,53 @@
+//! Paths that hardly ever end: in a medium that is too dense to leave and absorbs next to nothing.
+
+use transport::integrator::Integrator;
+use transport::medium::Medium;
+use transport::scene::{Problem, Region, Scene, Severity, Subject};
+
+/// Collisions of a path at which a render is likely to be a mistake: it takes a tenth of a second.
+const MANY: f64 = 1e6;
+
+/// A warning for each uniform medium in which paths collide very often, if nothing else ends them.
+pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<Problem> {
+    let end = match integrator {
+        Integrator::Aov(_) => 1.0,
+        _ => integrator.depths().0.map_or(f64::INFINITY, f64::from),
+    };
+    let media = scene.media().iter().zip(scene.regions()).enumerate();
+    media
+        .map(|(i, (medium, region))| (i, medium, collisions(medium, region).min(end)))
+        .filter(|(.., number)| *number > MANY)
+        .map(|(i, medium, number)| warning(i, &medium.name, number))
+        .collect()
+}
+
+/// Mean number of collisions of light that enters a uniform medium, in the channel with most of them. A path in a
+/// medium without absorption is as long as a chord on average, 4V/S, whatever the scattering (Blanco & Fournier,
+/// Europhys. Lett. 61, 2003); absorption ends it after σ_t/σ_a collisions.
+fn collisions(medium: &Medium, region: &Region) -> f64 {
+    let (Some(extinction), false) = (medium.uniform_extinction(), region.aabb.is_empty()) else {
+        return 0.0;
+    };
+    let center = region.aabb.center();
+    let size = region.aabb.max - region.aabb.min;
+    let chord = 2.0 / size.map(f64::recip).element_sum();
+    let until_absorbed = extinction.zip(medium.scattering(center), |t, s| match t > 0.0 {
+        true => t / (t - s).max(0.0),
+        false => 0.0,
+    });
+    extinction
+        .zip(until_absorbed, |t, n| n.min(t * chord))
+        .max()
+}
+
+fn warning(medium: usize, name: &str, number: f64) -> Problem {
+    Problem {
+        severity: Severity::Warning,
+        subject: Subject::Medium(medium),
+        message: format!(
+            "light that enters medium '{name}' collides some {number:.0e} times there: its paths take very long"
+        ),
+        help: "check the units of its coefficients, or end paths by the integrator's 'max_depth'"
+            .into(),
+    }
+}
