@@ -35,8 +35,7 @@ pub fn trace(
 ) -> PyResult<Traced> {
     let starts = starts(&origins, &directions)?;
     let paths = py.detach(|| {
-        let points = starts.iter().map(|s| s.0);
-        let tracer = Tracer::new(scene.get().loaded.scene(), points, max_length);
+        let tracer = Tracer::new(scene.get().loaded.scene(), max_length);
         let follow = |(x, d): &(DVec3, DVec3)| tracer.follow(*x, *d);
         starts.par_iter().map(follow).collect()
     });

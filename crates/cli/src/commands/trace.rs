@@ -17,7 +17,7 @@ pub fn trace(args: &TraceArgs) -> Result<ExitCode, Failure> {
     let scene = loaded.scene();
     let spread = args.spread.to_radians();
     let starts = fan(args.from, args.direction, args.rays, spread, args.width);
-    let tracer = Tracer::new(scene, starts.iter().map(|s| s.0), args.max_length);
+    let tracer = Tracer::new(scene, args.max_length);
     let paths: Vec<Path> = starts.iter().map(|(x, d)| tracer.follow(*x, *d)).collect();
     let text = match format {
         RayFormat::Csv => csv(scene, &paths),

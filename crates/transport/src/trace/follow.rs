@@ -60,42 +60,32 @@ pub struct Path {
 #[derive(Debug)]
 pub struct Tracer<'a> {
     scene: &'a Scene,
-    center: DVec3,
-    radius: f64,
-    max_length: f64,
+    /// A box around all objects.
+    bounds: Aabb,
+    max_length: Option<f64>,
 }
 
 impl<'a> Tracer<'a> {
-    /// A tracer for rays that start at the given points. Rays end after `max_length`, or where they
-    /// leave a ball around all objects and all starts.
-    pub fn new(
-        scene: &'a Scene,
-        starts: impl IntoIterator<Item = DVec3>,
-        max_length: Option<f64>,
-    ) -> Self {
+    /// A tracer for rays that end after `max_length`, or where they leave a ball around all objects and their start.
+    pub fn new(scene: &'a Scene, max_length: Option<f64>) -> Self {
         let objects = scene.objects().iter().map(|o| o.shape.aabb());
-        let bounds = objects.fold(Aabb::EMPTY, Aabb::union);
-        let bounds = starts.into_iter().fold(bounds, Aabb::include);
-        // Without any object a ray still needs room to be seen.
-        let radius = match 0.5 * bounds.diagonal() {
-            r if r > 0.0 => BEYOND * r,
-            _ => 1.0,
-        };
         Tracer {
             scene,
-            center: bounds.center(),
-            radius,
-            max_length: max_length.unwrap_or(20.0 * radius),
+            bounds: objects.fold(Aabb::EMPTY, Aabb::union),
+            max_length,
         }
     }
 
     /// Follows the ray from `x` in a unit direction.
     pub fn follow(&self, x: DVec3, direction: DVec3) -> Path {
+        let ball = Ball::around(self.bounds.include(x));
         // A start on a boundary belongs to the medium into which the ray goes.
-        let medium = self.scene.medium_at(x + direction * (AHEAD * self.radius));
+        let medium = self.scene.medium_at(x + direction * (AHEAD * ball.radius));
         let index = self.scene.n(medium, x);
         let mut ray = Ray {
-            tracer: self,
+            scene: self.scene,
+            max_length: self.max_length.unwrap_or(20.0 * ball.radius),
+            ball,
             x,
             v: direction * index,
             medium,
@@ -109,6 +99,27 @@ impl<'a> Tracer<'a> {
             }
         };
         ray.line.end(ending)
+    }
+}
+
+/// Where a ray is followed.
+struct Ball {
+    center: DVec3,
+    radius: f64,
+}
+
+impl Ball {
+    /// One that is somewhat larger than a box.
+    fn around(bounds: Aabb) -> Self {
+        // Without any object a ray still needs room to be seen.
+        let radius = match 0.5 * bounds.diagonal() {
+            r if r > 0.0 => BEYOND * r,
+            _ => 1.0,
+        };
+        Ball {
+            center: bounds.center(),
+            radius,
+        }
     }
 
     /// The distance from `x` in a unit direction at which the ball is left, rounded up; zero outside.
@@ -124,7 +135,9 @@ impl<'a> Tracer<'a> {
 }
 
 struct Ray<'a> {
-    tracer: &'a Tracer<'a>,
+    scene: &'a Scene,
+    ball: Ball,
+    max_length: f64,
     x: DVec3,
     v: DVec3,
     medium: MediumId,
@@ -135,7 +148,7 @@ struct Ray<'a> {
 impl Ray<'_> {
     /// Follows the ray through one medium. Returns how it ended, unless it goes on into another.
     fn region(&mut self) -> Option<Ending> {
-        let scene = self.tracer.scene;
+        let scene = self.scene;
         let field = scene.field(self.medium);
         let mut flow = Flow::new(
             field,
@@ -144,29 +157,34 @@ impl Ray<'_> {
         );
         loop {
             let (x, v) = (flow.node().x, flow.node().v);
-            let left = self.tracer.max_length - self.line.length;
+            let left = self.max_length - self.line.length;
             let reach = match field.is_constant() {
-                true => self.tracer.exit(x, v.normalize()),
-                false => 2.0 * self.tracer.radius,
+                true => self.ball.exit(x, v.normalize()),
+                false => 2.0 * self.ball.radius,
             };
             if reach <= 0.0 {
                 return Some(Ending::Left);
             }
+            if !reach.is_finite() {
+                return Some(Ending::Lost);
+            }
             let step = flow.advance(reach.min(left) / v.length(), &mut Work::default());
             let hit = scene.first_hit(&step.arc);
+            if hit.is_none() && !step.end.x.is_finite() {
+                return Some(Ending::Lost);
+            }
             let theta = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
             // A step of the remaining length of σ may be longer than that where the index grows.
             let end = step.arc.theta_at_length(left);
             self.line.advance(&step.arc, theta.min(end), self.medium);
             self.steps += 1;
-            if end < theta || self.tracer.max_length - self.line.length <= 1e-12 * self.line.length
-            {
+            if end < theta || self.max_length - self.line.length <= 1e-12 * self.line.length {
                 return Some(Ending::Length);
             }
             if let Some((object, hit)) = hit {
                 return self.surface(object, &hit, step.arc.velocity(theta));
             }
-            if self.steps > MOST_STEPS || !step.end.x.is_finite() {
+            if self.steps > MOST_STEPS {
                 return Some(Ending::Lost);
             }
         }
@@ -174,7 +192,7 @@ impl Ray<'_> {
 
     /// Goes on from a surface if there is one way to go.
     fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> Option<Ending> {
-        let scene = self.tracer.scene;
+        let scene = self.scene;
         let surface = &scene.objects()[object];
         let Some(rule) = rule(surface) else {
             return Some(Ending::Surface(object));
@@ -194,7 +212,7 @@ impl Ray<'_> {
 
     /// The velocity after a surface, and whether the ray stays on its side.
     fn across(&self, rule: Rule, hit: &Hit, v: DVec3, beyond: MediumId) -> (DVec3, bool) {
-        let n2 = |medium| self.tracer.scene.field(medium).n2(hit.position);
+        let n2 = |medium| self.scene.field(medium).n2(hit.position);
         let interface = Interface {
             normal: hit.normal,
             shape: DMat3::ZERO,

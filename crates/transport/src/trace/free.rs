@@ -29,14 +29,14 @@ pub fn follow_field(
         let left = length - line.length;
         let sigma = left / flow.node().v.length();
         let step = flow.advance(sigma, &mut Work::default());
+        if !step.end.x.is_finite() {
+            break;
+        }
         // A step of the remaining length of σ may be longer than that where the index grows.
         let end = step.arc.theta_at_length(left);
         line.advance(&step.arc, end.min(1.0), medium);
         if end < 1.0 || length - line.length <= 1e-12 * length {
             return line.end(Ending::Length);
-        }
-        if !step.end.x.is_finite() {
-            break;
         }
     }
     line.end(Ending::Lost)
