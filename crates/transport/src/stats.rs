@@ -19,7 +19,7 @@ pub struct Stats {
     pub photons: Photons,
     /// Edges that left their medium's field or circled for too long: counted, and scored zero.
     pub lost: u64,
-    /// Samples that were not finite: counted, and scored zero.
+    /// Samples that were not finite, or too bright for the single precision of images: counted, and scored zero.
     pub not_finite: u64,
 }
 

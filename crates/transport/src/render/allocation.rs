@@ -36,6 +36,8 @@ const ONE: u16 = 256;
 /// The least and the largest share.
 const LEAST: u16 = ONE / 2;
 const LARGEST: u16 = 8 * ONE;
+/// Bytes per pixel that there are at most while shares are found out: outlooks, worths and shares.
+pub(super) const BYTES: usize = size_of::<Outlook>() + size_of::<f32>() + size_of::<u16>();
 /// Steps of the search for the scale of shares: more than enough for shares in whole numbers.
 const HALVINGS: u32 = 40;
 
@@ -143,7 +145,8 @@ impl Allocation {
     ) -> ControlFlow<()> {
         let film = sources[0].scene.film();
         let tasks = (film.width * film.height).div_ceil(PIXELS_PER_TASK);
-        let (mut outlooks, mut at, mut next) = (Vec::new(), 0, 1);
+        let mut outlooks = Vec::with_capacity(film.width * film.height);
+        let (mut at, mut next) = (0, 1);
         while at < tasks {
             if at > 0 {
                 between()?;

@@ -1,14 +1,14 @@
-//! How much memory a render takes for its films, known before it starts.
+//! How much memory a render takes per pixel, known before it starts.
 
-use super::Options;
 use super::strategies::MOST_VERTICES;
+use super::{Options, allocation};
 use crate::Spectrum;
 use crate::film::{Cascade, Cell, Pixel};
 use crate::integrator::Integrator;
 use crate::scene::FilmSpec;
 
-/// Bytes that the films of a render take at most, with all that is kept until it is added to them. Writing
-/// them to files takes more, but not at the same time.
+/// Bytes that the films of a render take at most, with all that is kept until it is added to them, and samples that are
+/// shared out among pixels. Writing films to files takes more, but not at the same time.
 pub fn memory(spec: &FilmSpec, options: &Options) -> usize {
     let channels = options.integrator.channels(spec.channels);
     let groups = channels.div_ceil(options.integrator.lanes(spec.lanes));
@@ -30,7 +30,11 @@ pub fn memory(spec: &FilmSpec, options: &Options) -> usize {
         true => channels * Cascade::BYTES,
         false => 0,
     };
-    let per_pixel = (image.saturating_mul(1 + strategies) + cascade)
+    let shares = match options.shares_out() {
+        true => allocation::BYTES,
+        false => 0,
+    };
+    let per_pixel = (image.saturating_mul(1 + strategies) + cascade + shares)
         .saturating_add(layer.saturating_mul(layers));
     pixels.saturating_mul(per_pixel)
 }
