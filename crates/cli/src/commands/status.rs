@@ -1,7 +1,7 @@
 //! `morgana status`.
 
 use crate::args::StatusArgs;
-use crate::failure::Failure;
+use crate::failure::{Failure, warn};
 use crate::numbers;
 use io::part::{Header, Part};
 use serde_json::{Value, json};
@@ -41,6 +41,8 @@ pub fn status(args: &StatusArgs) -> Result<ExitCode, Failure> {
     if args.json {
         writeln!(out, "{:#}", overview.json(&found, &unreadable))?;
     } else if args.missing {
+        // The list is for programs, what cannot be read for whoever looks at their logs.
+        unreadable.iter().for_each(|error| warn(error));
         writeln!(out, "{}", overview.array())?;
     } else {
         for part in &found {

@@ -234,6 +234,14 @@ fn what_is_missing_is_told() {
         "{text}"
     );
     assert!(text.contains("shards 0-1,4-5,7"), "{text}");
+    let told = folder.run(&format!("status {parts} --missing"));
+    assert_eq!(told.stdout, "0-1,4-5,7\n");
+    assert!(
+        told.stderr
+            .contains("warning: 0.part: not a morgana part file"),
+        "{}",
+        told.stderr
+    );
     let error = folder.fail(1, &format!("merge {parts} -o b.exr --partial"));
     assert!(
         error.contains("0.part") && error.contains("damaged"),
