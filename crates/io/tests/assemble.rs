@@ -252,6 +252,22 @@ fn a_declared_match_that_is_none_is_a_warning() {
 }
 
 #[test]
+fn a_rough_dielectric_needs_a_jump_of_the_index() {
+    let scene = |index: f64| {
+        let rough = format!(
+            "<bsdf type=\"roughdielectric\"><float name=\"int_ior\" value=\"{index}\"/><float name=\"ext_ior\" value=\"1\"/></bsdf>"
+        );
+        format!("{POINT}<shape type=\"sphere\">\n{rough}\n</shape>")
+    };
+    refused(&scene(1.0), &["has the same index on both sides", "'null'"]);
+    warned(
+        &scene(1.002),
+        "nearly the same index on both sides, up to 2.0e-3 apart",
+    );
+    assert!(load(&scene(1.1)).unwrap().warnings.is_empty());
+}
+
+#[test]
 fn singular_transforms_are_errors() {
     refused(
         "<shape type=\"cube\"><transform name=\"to_world\"><scale x=\"1\" y=\"0\" z=\"1\"/></transform></shape>",

@@ -1,6 +1,6 @@
 //! What can be wrong with a scene whose parts are each valid.
 
-use super::{AMBIENT, Object, Scene};
+use super::{AMBIENT, Object, Scene, Sides};
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
 use crate::sampling::Sampler;
@@ -47,6 +47,8 @@ pub struct Problem {
 
 /// Index jumps below this are round-off of a match.
 const MATCHED: f64 = 1e-6;
+/// Facets of a rough dielectric with a smaller jump of the index scatter into cones of less than about a degree.
+const FAINT: f64 = 1e-2;
 /// No sound of interest has a wavelength beyond the size of its medium by this factor, or below it.
 const SOUND: f64 = 1e3;
 /// Points at which a surface is probed.
@@ -66,6 +68,7 @@ pub(super) fn check(scene: &Scene) -> Vec<Problem> {
         problems.extend(check_emitter_surface(i, object));
         problems.extend(check_veil(i, object));
         problems.extend(check_match(scene, i, object));
+        problems.extend(check_facets(scene, i, object));
         problems.extend(check_closed(scene, i, object));
         problems.extend(check_exterior(scene, i, object));
     }
@@ -203,18 +206,19 @@ fn check_veil(i: usize, object: &Object) -> Option<Problem> {
     })
 }
 
+/// The largest jump of the index across an object's boundary, at probes.
+fn jump(scene: &Scene, object: &Object, sides: Sides) -> f64 {
+    let probes = (0..SURFACE_PROBES).map(|k| {
+        let x = object.shape.sample_area(Sampler::new(0, k, 0).next_2d());
+        (scene.n(sides.interior, x.position) - scene.n(sides.exterior, x.position)).abs()
+    });
+    probes.fold(0.0, f64::max)
+}
+
 /// A boundary that scatters nothing is declared index-matched: is it?
 fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
     let sides = object.sides.filter(|_| matches!(object.bsdf, Bsdf::Null))?;
-    let jump = (0..SURFACE_PROBES)
-        .map(|k| {
-            let x = object
-                .shape
-                .sample_area(Sampler::new(0, k, 0).next_2d())
-                .position;
-            (scene.n(sides.interior, x) - scene.n(sides.exterior, x)).abs()
-        })
-        .fold(0.0, f64::max);
+    let jump = jump(scene, object, sides);
     (jump > MATCHED).then(|| {
         warning(
             Subject::Object(i),
@@ -226,6 +230,34 @@ fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
             "rays pass it without refraction or reflection; use a dielectric bsdf for a real surface",
         )
     })
+}
+
+/// Facets between equal indices pass all light straight on, which connections do not find; between indices that are
+/// nearly equal, into so small a cone that they hardly ever do.
+fn check_facets(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
+    if !matches!(object.bsdf, Bsdf::RoughDielectric(_)) {
+        return None;
+    }
+    let jump = object.sides.map_or(0.0, |sides| jump(scene, object, sides));
+    let help = "make its bsdf 'null', or give the sides indices that differ more";
+    let problem = |severe: fn(_, _, _) -> _, what: &str| {
+        let message = format!("the rough dielectric of '{}' {what}", object.name);
+        Some(severe(Subject::Object(i), message, help))
+    };
+    match jump {
+        j if j < MATCHED => problem(
+            error,
+            "has the same index on both sides: light passes it as if it were not there",
+        ),
+        j if j < FAINT => {
+            let what = format!(
+                "has nearly the same index on both sides, up to {j:.1e} apart: light passes it almost straight, and \
+                 what connections find of it is rare and bright"
+            );
+            problem(warning, &what)
+        }
+        _ => None,
+    }
 }
 
 /// A medium in an open shape has no inside, nor has a dielectric one.
