@@ -120,19 +120,21 @@ fn missing_files_are_named() {
         ),
         &["none.npy"],
     );
+    // What the file might have said is not asked for besides.
+    let volume = "<volume name=\"ior\" type=\"bspline\"><string name=\"filename\" value=\"none.vti\"/></volume>";
+    let message = load(&graded(volume)).unwrap_err();
+    assert_eq!(message.matches("error:").count(), 1, "{message}");
 }
 
 #[test]
 fn where_samples_sit_is_stated_never_guessed() {
-    let volume = |words: &str| {
-        graded(&format!(
-            "<volume name=\"ior\" type=\"bspline\"><string name=\"filename\" value=\"n.npy\"/>{words}</volume>"
-        ))
-    };
-    refused(
-        &volume(""),
-        &["axis_order", "placement", "centers", "nodes", "zyx"],
-    );
+    let directory = tempfile::tempdir().unwrap();
+    fs::write(directory.path().join("n.npy"), npy([1.3; 8])).unwrap();
+    let volume = "<volume name=\"ior\" type=\"bspline\"><string name=\"filename\" value=\"n.npy\"/></volume>";
+    let message = load_in(directory.path(), &graded(volume)).unwrap_err();
+    for part in ["axis_order", "placement", "centers", "nodes", "zyx"] {
+        assert!(message.contains(part), "{message}");
+    }
 }
 
 /// A `.npy` file of 2 × 2 × 2 doubles.

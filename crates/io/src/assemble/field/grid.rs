@@ -31,7 +31,8 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     for known in SOURCE {
         query.has(known);
     }
-    let says = volume.as_ref().is_some_and(|v| v.frame().is_some());
+    // A file that cannot be read may say it.
+    let says = volume.as_ref().is_none_or(|v| v.frame().is_some());
     if !query.has("placement") && !says {
         let message = "a grid of the index needs 'placement': \"centers\" if samples \
                        sit at voxel centres, \"nodes\" if the outermost lie on the bounds";
