@@ -21,6 +21,13 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "lamps seen by parallel views taken for points on no surface",
+        TRANSPORT + "integrator/bidirectional/joining.rs",
+        "Vertex::source(scene, &start, &light.emission.aim)",
+        "Vertex::end(&start)",
+        ("transport", "strategies", "two_strategies_see_the_same_lamp"),
+    ),
+    (
         "samples shared out by what the image itself has seen",
         TRANSPORT + "render/allocation.rs",
         "const FIRST: u64 = 1 << 62;",

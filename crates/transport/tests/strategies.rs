@@ -14,6 +14,7 @@ use transport::film::Film;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer};
 use transport::render::{Options, Rendering, render};
 use transport::scene::{Object, Parts};
+use transport::sensor::{Orthographic, Sensor};
 use transport::shape::{Rectangle, Sphere};
 use transport::{Scene, Spectrum};
 
@@ -91,6 +92,62 @@ fn three_strategies_find_the_same_single_scattering() {
     for (a, b) in [(0, 1), (0, 2), (1, 2)] {
         let name = format!("{:?} and {:?}", wanted[a], wanted[b]);
         family.push(name, welch(&means[a], &means[b], 0.0));
+    }
+    family.check().unwrap();
+}
+
+/// A round lamp within a graded ball.
+fn lamp_in_gas(sensor: Sensor) -> Parts {
+    let index = Gaussian::new(1.0, 0.3, DVec3::ZERO, 0.6).unwrap();
+    let ball = container(Sphere::around(DVec3::ZERO, 2.0).unwrap(), Bsdf::Null);
+    let lamp = Object {
+        name: "lamp".into(),
+        shape: Sphere::around(DVec3::new(0.5, -0.4, 0.5), 0.4)
+            .unwrap()
+            .into(),
+        bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
+        sides: None,
+        emitter: Some(0),
+    };
+    let emitter = Emitter::Area {
+        object: 1,
+        radiance: Spectrum::ONE,
+    };
+    let media = vec![vacuum(), fog(index, 0.3, 0.5, 0.0)];
+    parts(vec![ball, lamp], media, vec![emitter], sensor)
+}
+
+/// A lamp is met by chance, or its points are connected to the sensor: either finds all of it, from a point and by parallel
+/// views alike.
+#[test]
+fn two_strategies_see_the_same_lamp() {
+    let backwards = DAffine3 {
+        matrix3: DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0)),
+        translation: DVec3::Z * 4.0,
+    };
+    let parallel = Orthographic::new(backwards, 1.0);
+    let views = [
+        camera(DVec3::Z * 4.0, DVec3::ZERO),
+        Sensor::Orthographic(parallel),
+    ];
+    let mut family = Family::new(RATE);
+    for (view, sensor) in views.into_iter().enumerate() {
+        let parts = lamp_in_gas(sensor);
+        let means = [(0, 2), (1, 1)].map(|key| {
+            let mean = |batch| {
+                let rendering = shoot(&parts, &options(bdpt(Some(1)), 128, 300 + batch));
+                let mut images = rendering.strategies.iter();
+                let image = images.find(|i| (i.s, i.t) == key).unwrap();
+                image_mean(&image.unweighted)
+            };
+            (0..BATCHES).map(mean).collect::<Vec<f64>>()
+        });
+        for mean in &means {
+            let m = moments(mean);
+            println!("view {view}: {} ± {}", m.mean(), m.standard_error());
+            assert!(m.standard_error() < 0.03 * m.mean());
+        }
+        family.push(format!("view {view}"), welch(&means[0], &means[1], 0.0));
     }
     family.check().unwrap();
 }

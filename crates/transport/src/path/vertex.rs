@@ -2,7 +2,7 @@
 
 use super::edge::{Edge, End, Front, Point, Start};
 use super::tube::Tube;
-use super::walk::{leave, surface_at};
+use super::walk::{leave, surface_at, surface_of};
 use crate::Spectrum;
 use crate::aim::{Aim, OnSurface};
 use crate::bsdf::{Bsdf, Surface};
@@ -57,6 +57,24 @@ impl Vertex {
             x: start.x,
             direction: start.direction,
             medium: start.medium,
+        }
+    }
+
+    /// The vertex that stands for the start of an emitter's subpath, where `aim` says that it lies; it is not to be asked how
+    /// it scatters.
+    pub fn source(scene: &Scene, start: &Start, aim: &Aim) -> Vertex {
+        match *aim {
+            Aim::Point {
+                position,
+                surface: Some(on),
+            } => Vertex::Surface {
+                x: position,
+                direction: -start.direction,
+                object: on.object,
+                surface: surface_of(scene, position, &on, start.medium),
+                medium: start.medium,
+            },
+            _ => Vertex::end(start),
         }
     }
 

@@ -6,6 +6,7 @@ use super::length::to_entrance;
 use super::share::share;
 use super::spread::Spread;
 use crate::Spectrum;
+use crate::aim::OnSurface;
 use crate::bsdf::{Bsdf, BsdfSample, Surface, Through};
 use crate::medium::Attenuation;
 use crate::sampling::{Purpose, Sampler};
@@ -495,15 +496,26 @@ pub(super) fn leave(scene: &Scene, x: DVec3, normal: DVec3, direction: DVec3) ->
 /// The surface as BSDFs see it, with the local index of the media on either side. `medium` is that
 /// through which a ray arrives.
 pub(super) fn surface_at(scene: &Scene, object: usize, hit: &Hit, medium: MediumId) -> Surface {
+    let site = scene.objects()[object].shape.site(hit);
+    let on = OnSurface {
+        object,
+        normal: hit.normal,
+        site,
+    };
+    surface_of(scene, hit.position, &on, medium)
+}
+
+/// The surface at a point, as seen from a medium on one of its sides.
+pub(super) fn surface_of(scene: &Scene, x: DVec3, on: &OnSurface, medium: MediumId) -> Surface {
     let beside = |direction| {
-        let medium = scene.medium_beside(object, medium, (hit.position, hit.normal), direction);
-        scene.n(medium, hit.position)
+        let medium = scene.medium_beside(on.object, medium, (x, on.normal), direction);
+        scene.n(medium, x)
     };
     Surface {
-        normal: hit.normal,
-        n_outer: beside(hit.normal),
-        n_inner: beside(-hit.normal),
-        site: scene.objects()[object].shape.site(hit),
+        normal: on.normal,
+        n_outer: beside(on.normal),
+        n_inner: beside(-on.normal),
+        site: on.site,
     }
 }
 

@@ -179,7 +179,7 @@ impl Joining<'_> {
             }
             (Aim::Plane { .. }, Aim::Point { .. }) => {
                 let start = light.subpath.start;
-                let vertex = Vertex::end(&start);
+                let vertex = Vertex::source(scene, &start, &light.emission.aim);
                 let goal = Goal::sensor(scene, aim);
                 self.link(&vertex, &goal, |link| {
                     let view = View {
