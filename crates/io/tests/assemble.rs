@@ -253,6 +253,28 @@ fn a_declared_match_that_is_none_is_a_warning() {
     );
 }
 
+/// Discs across a ball of radius 1: some that reach beyond it, and some that do not.
+#[test]
+fn a_beam_starts_in_one_medium() {
+    let scene = |height: f64, radius: f64| {
+        let beam = format!(
+            "<emitter type=\"collimated\"><float name=\"radius\" value=\"{radius}\"/><float name=\"power\" value=\"1\"/>\
+             <transform name=\"to_world\"><translate z=\"{height}\"/></transform></emitter>"
+        );
+        let medium = "<medium name=\"interior\" type=\"homogeneous\"><float name=\"sigma_t\" value=\"1\"/></medium>";
+        format!("{}{beam}", ball(medium))
+    };
+    // A half of the disc's area lies within a radius of √0.5.
+    warned(
+        &scene(0.5_f64.sqrt(), 1.0),
+        "of the beam starts outside of medium 'homogeneous'",
+    );
+    for (height, radius) in [(0.0, 0.9), (0.7, 0.7), (-2.0, 1.0)] {
+        let loaded = load(&scene(height, radius)).unwrap_or_else(|e| panic!("{e}"));
+        assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
+    }
+}
+
 #[test]
 fn a_rough_dielectric_needs_a_jump_of_the_index() {
     let scene = |index: f64| {

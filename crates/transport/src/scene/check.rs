@@ -53,6 +53,8 @@ const FAINT: f64 = 1e-2;
 const SOUND: f64 = 1e3;
 /// Points at which a surface is probed.
 const SURFACE_PROBES: u64 = 64;
+/// Rays of a beam whose starts are looked at.
+const BEAM_PROBES: u64 = 256;
 /// Points per side at which a region is probed where its bounds leave doubt.
 const REGION_PROBES: usize = 33;
 
@@ -316,16 +318,43 @@ fn check_emitters(scene: &Scene) -> Vec<Problem> {
             "add an emitter",
         )];
     }
-    let lost = scene.emitters().iter().enumerate().filter_map(|(i, e)| {
-        let beam = matches!(e, Emitter::Collimated(_)) && scene.guide(i).is_none();
-        beam.then(|| {
-            error(
-                Subject::Emitter(i),
-                "the beam's central ray circles in its medium without end, or leaves its field"
-                    .into(),
-                "move the beam, or check the medium that it starts in",
-            )
+    let beams = scene.emitters().iter().enumerate();
+    beams
+        .filter_map(|(i, emitter)| match emitter {
+            Emitter::Collimated(_) => check_beam(scene, i, emitter),
+            _ => None,
         })
+        .collect()
+}
+
+/// Connections to a beam take it to start in the medium of its centre, where its central ray must lead somewhere.
+fn check_beam(scene: &Scene, i: usize, beam: &Emitter) -> Option<Problem> {
+    let Some(guide) = scene.guide(i) else {
+        return Some(error(
+            Subject::Emitter(i),
+            "the beam's central ray circles in its medium without end, or leaves its field".into(),
+            "move the beam, or check the medium that it starts in",
+        ));
+    };
+    let medium = guide.start().region;
+    let shape = |object: usize| &scene.objects()[object].shape;
+    let starts = (0..BEAM_PROBES).filter_map(|k| {
+        let mut sampler = Sampler::new(0, k, 0);
+        let ([a, b], [c, d]) = (sampler.next_2d(), sampler.next_2d());
+        let emission = beam.emit(scene.around(), shape, [a, b, c, d])?;
+        Some(scene.medium_at(emission.x) != medium)
     });
-    lost.collect()
+    let (all, elsewhere) = starts.fold((0, 0), |(n, m), other| (n + 1, m + u32::from(other)));
+    (elsewhere > 0).then(|| {
+        warning(
+            Subject::Emitter(i),
+            format!(
+                "about {:.0} % of the beam starts outside of medium '{}', in which its centre starts: connections do not \
+                 find that part",
+                (100.0 * f64::from(elsewhere) / f64::from(all)).max(1.0),
+                scene.medium(medium).name
+            ),
+            "move the beam's origin back, or off the boundary, so that all of it starts in one medium",
+        )
+    })
 }
