@@ -15,12 +15,28 @@ use transport::integrator::{Bdpt, Integrator, ParticleTracer};
 use transport::render::{Options, Rendering, render};
 use transport::scene::{Object, Parts};
 use transport::sensor::{Orthographic, Sensor};
-use transport::shape::{Rectangle, Sphere};
+use transport::shape::{Rectangle, Shape, Sphere};
 use transport::{Scene, Spectrum};
 
 /// False-alarm rate of each test of means, over all its comparisons.
 const RATE: f64 = 1e-3;
 const BATCHES: u64 = 12;
+
+/// A black lamp, the second object of a scene and its first emitter.
+fn lamp(shape: impl Into<Shape>) -> (Object, Emitter) {
+    let lamp = Object {
+        name: "lamp".into(),
+        shape: shape.into(),
+        bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
+        sides: None,
+        emitter: Some(0),
+    };
+    let emitter = Emitter::Area {
+        object: 1,
+        radiance: Spectrum::ONE,
+    };
+    (lamp, emitter)
+}
 
 /// A graded ball of fog beside a large lamp that shines along −y.
 fn lamp_beside_fog() -> Parts {
@@ -30,17 +46,7 @@ fn lamp_beside_fog() -> Parts {
         matrix3: DMat3::from_cols(DVec3::X * 1.5, DVec3::Z * 1.5, -DVec3::Y),
         translation: DVec3::Y * 1.4,
     };
-    let lamp = Object {
-        name: "lamp".into(),
-        shape: Rectangle::new(to_world).unwrap().into(),
-        bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
-        sides: None,
-        emitter: Some(0),
-    };
-    let emitter = Emitter::Area {
-        object: 1,
-        radiance: Spectrum::ONE,
-    };
+    let (lamp, emitter) = lamp(Rectangle::new(to_world).unwrap());
     let sensor = camera(DVec3::new(0.0, -0.4, 3.0), DVec3::ZERO);
     let media = vec![vacuum(), fog(index, 1.0, 0.9, 0.3)];
     parts(vec![ball, lamp], media, vec![emitter], sensor)

@@ -10,14 +10,19 @@ use transport::bsdf::Bsdf;
 use transport::shape::Sphere;
 use transport::trace::{Ending, Tracer};
 
-/// A ray that starts on a boundary, from which it goes inwards, is the one that starts a little before or behind it.
-#[test]
-fn a_ray_from_a_boundary_goes_into_its_medium() {
+/// A ball of radius 1 whose index grows along y.
+fn graded_ball() -> Scene {
     let index = LinearIndex::new(1.0, DVec3::Y * 0.2, DVec3::ZERO).unwrap();
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
     let media = vec![vacuum(), fog(index, 0.1, 0.9, 0.0)];
     let sensor = camera(DVec3::NEG_Z * 4.0, DVec3::ZERO);
-    let scene = Scene::new(parts(vec![ball], media, vec![sky()], sensor)).unwrap();
+    Scene::new(parts(vec![ball], media, vec![sky()], sensor)).unwrap()
+}
+
+/// A ray that starts on a boundary, from which it goes inwards, is the one that starts a little before or behind it.
+#[test]
+fn a_ray_from_a_boundary_goes_into_its_medium() {
+    let scene = graded_ball();
     for direction in [DVec3::Z, DVec3::new(0.3, -0.2, 0.9).normalize()] {
         let end = |z: f64| {
             let start = DVec3::NEG_Z * (1.0 + z);
@@ -36,11 +41,7 @@ fn a_ray_from_a_boundary_goes_into_its_medium() {
 /// However far a ray starts, its points are finite, and what it has is not more than doubles can tell.
 #[test]
 fn rays_from_afar() {
-    let index = LinearIndex::new(1.0, DVec3::Y * 0.2, DVec3::ZERO).unwrap();
-    let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
-    let media = vec![vacuum(), fog(index, 0.1, 0.9, 0.0)];
-    let sensor = camera(DVec3::NEG_Z * 4.0, DVec3::ZERO);
-    let scene = Scene::new(parts(vec![ball], media, vec![sky()], sensor)).unwrap();
+    let scene = graded_ball();
     let tracer = Tracer::new(&scene, None);
     for (distance, ending) in [
         (1e3, Ending::Left),
