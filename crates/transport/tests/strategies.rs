@@ -106,19 +106,7 @@ fn three_strategies_find_the_same_single_scattering() {
 fn lamp_in_gas(sensor: Sensor) -> Parts {
     let index = Gaussian::new(1.0, 0.3, DVec3::ZERO, 0.6).unwrap();
     let ball = container(Sphere::around(DVec3::ZERO, 2.0).unwrap(), Bsdf::Null);
-    let lamp = Object {
-        name: "lamp".into(),
-        shape: Sphere::around(DVec3::new(0.5, -0.4, 0.5), 0.4)
-            .unwrap()
-            .into(),
-        bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
-        sides: None,
-        emitter: Some(0),
-    };
-    let emitter = Emitter::Area {
-        object: 1,
-        radiance: Spectrum::ONE,
-    };
+    let (lamp, emitter) = lamp(Sphere::around(DVec3::new(0.5, -0.4, 0.5), 0.4).unwrap());
     let media = vec![vacuum(), fog(index, 0.3, 0.5, 0.0)];
     parts(vec![ball, lamp], media, vec![emitter], sensor)
 }
@@ -139,15 +127,14 @@ fn two_strategies_see_the_same_lamp() {
     let mut family = Family::new(RATE);
     for (view, sensor) in views.into_iter().enumerate() {
         let parts = lamp_in_gas(sensor);
-        let means = [(0, 2), (1, 1)].map(|key| {
-            let mean = |batch| {
-                let rendering = shoot(&parts, &options(bdpt(Some(1)), 128, 300 + batch));
-                let mut images = rendering.strategies.iter();
-                let image = images.find(|i| (i.s, i.t) == key).unwrap();
-                image_mean(&image.unweighted)
-            };
-            (0..BATCHES).map(mean).collect::<Vec<f64>>()
-        });
+        let mut means = [Vec::new(), Vec::new()];
+        for batch in 0..BATCHES {
+            let rendering = shoot(&parts, &options(bdpt(Some(1)), 128, 300 + batch));
+            for (mean, key) in means.iter_mut().zip([(0, 2), (1, 1)]) {
+                let image = rendering.strategies.iter().find(|i| (i.s, i.t) == key);
+                mean.push(image_mean(&image.unwrap().unweighted));
+            }
+        }
         for mean in &means {
             let m = moments(mean);
             println!("view {view}: {} ± {}", m.mean(), m.standard_error());
