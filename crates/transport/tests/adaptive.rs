@@ -18,7 +18,7 @@ use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::Emitter;
 use transport::film::{Decomposition, Film};
 use transport::integrator::{Bdpt, Integrator};
-use transport::render::{MergeError, Options, State, render};
+use transport::render::{MergeError, Options, State, memory, render};
 use transport::sampling::Sets;
 use transport::scene::{Object, Parts};
 use transport::sensor::{Orthographic, Sensor};
@@ -315,4 +315,25 @@ fn other_renders_are_even() {
         let counts = film(&scene, &options).counts();
         assert!(counts.iter().all(|n| *n == 40));
     }
+}
+
+/// Shares take memory only where they are found out: the pilot's variance, work and worth, and the share.
+#[test]
+fn shares_are_part_of_the_memory() {
+    let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);
+    let parts = parts(Vec::new(), vec![vacuum()], Vec::new(), sensor);
+    let of = |adaptive, integrator| {
+        let options = Options {
+            adaptive,
+            ..Options::new(integrator, 64, 1)
+        };
+        memory(&parts.film, &options)
+    };
+    let pixels = parts.film.width * parts.film.height;
+    let bdpt = Integrator::Bdpt(Bdpt::default());
+    assert_eq!(
+        of(true, path_tracer()) - of(false, path_tracer()),
+        (3 * 4 + 2) * pixels
+    );
+    assert_eq!(of(true, bdpt), of(false, bdpt));
 }
