@@ -49,6 +49,13 @@ class Rays:
         return self._traced.optical_lengths()
 
     @functools.cached_property
+    def optical_path_difference(self) -> Doubles:
+        """Optical path lengths from the start less those of straight rays in the reference index of :func:`trace`, (points,),
+        in scene units. The straight rays join the start, the points where the ray was reflected, and the point. In double
+        precision, to 1e-7 of the largest contrast times the length. In waves: divided by the wavelength in vacuum."""
+        return self._traced.path_differences()
+
+    @functools.cached_property
     def n(self) -> Doubles:
         """Refractive index at the points, (points,)."""
         return self._traced.indices()
@@ -87,6 +94,11 @@ class Rays:
         """Optical path lengths from start to end, (rays,)."""
         return self.optical_length[self._last]
 
+    @property
+    def total_optical_path_difference(self) -> Doubles:
+        """Optical path differences from start to end, (rays,)."""
+        return self.optical_path_difference[self._last]
+
     def __len__(self) -> int:
         return len(self.offsets) - 1
 
@@ -101,6 +113,7 @@ class Rays:
             tangents=self.tangents[at],
             arc_length=self.arc_length[at],
             optical_length=self.optical_length[at],
+            optical_path_difference=self.optical_path_difference[at],
             n=self.n[at],
             end=end,
             surface=surface,
@@ -121,6 +134,8 @@ class Polyline(NamedTuple):
     """Lengths from the start."""
     optical_length: Doubles
     """Optical path lengths from the start."""
+    optical_path_difference: Doubles
+    """Optical path differences: see :attr:`Rays.optical_path_difference`."""
     n: Doubles
     """Refractive index."""
     end: str
@@ -146,6 +161,7 @@ def trace(
     directions: ArrayLike,
     *,
     max_length: Optional[float] = None,
+    reference_index: Optional[float] = None,
 ) -> Rays:
     """Follow rays without scattering: at surfaces of a scene they are refracted, reflected by mirrors, or end.
 
@@ -156,19 +172,22 @@ def trace(
             any number of the other.
         max_length: Length after which a ray ends, in scene units; by default long enough for anything that leaves the
             scene. Through a field it must be given.
+        reference_index: Index of the straight rays of which optical path differences are taken; by default that of the
+            scene's surroundings, of a field that where each ray starts.
 
     Raises:
-        ValueError: Shapes that do not fit, starts that are not finite, directions of no length, a length that is not
-            positive.
+        ValueError: Shapes that do not fit, starts that are not finite, directions of no length, a length or an index that is
+            not positive.
     """
     x, d = np.broadcast_arrays(np.asarray(origins, float), np.asarray(directions, float))
-    if max_length is not None and not (max_length > 0 and np.isfinite(max_length)):
-        raise ValueError(f"max_length is {max_length} but must be a positive number")
+    for name, value in (("max_length", max_length), ("reference_index", reference_index)):
+        if value is not None and not (value > 0 and np.isfinite(value)):
+            raise ValueError(f"{name} is {value} but must be a positive number")
     if isinstance(through, Scene):
-        return Rays(_morgana.trace(through, x, d, max_length))
+        return Rays(_morgana.trace(through, x, d, max_length, reference_index))
     if max_length is None:
         raise ValueError("a field has no end: give max_length")
-    return Rays(_morgana.trace_field(through, x, d, max_length))
+    return Rays(_morgana.trace_field(through, x, d, max_length, reference_index))
 
 
 def connect(

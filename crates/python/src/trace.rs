@@ -32,10 +32,12 @@ pub fn trace(
     origins: Rows,
     directions: Rows,
     max_length: Option<f64>,
+    reference_index: Option<f64>,
 ) -> PyResult<Traced> {
     let starts = starts(&origins, &directions)?;
     let paths = py.detach(|| {
         let tracer = Tracer::new(scene.get().loaded.scene(), max_length);
+        let tracer = tracer.with_reference(reference_index);
         let follow = |(x, d): &(DVec3, DVec3)| tracer.follow(*x, *d);
         starts.par_iter().map(follow).collect()
     });
@@ -51,11 +53,19 @@ pub fn trace_field(
     origins: Rows,
     directions: Rows,
     max_length: f64,
+    reference_index: Option<f64>,
 ) -> PyResult<Traced> {
     let starts = starts(&origins, &directions)?;
     let paths = py.detach(|| {
         let follow = |start: &(DVec3, DVec3)| {
-            follow_field(field.index(), Tolerance::default(), *start, max_length)
+            let tolerance = Tolerance::default();
+            follow_field(
+                field.index(),
+                tolerance,
+                *start,
+                max_length,
+                reference_index,
+            )
         };
         starts.par_iter().map(follow).collect()
     });
@@ -127,6 +137,10 @@ impl Traced {
 
     fn optical_lengths<'py>(&self, py: Python<'py>) -> PyResult<Numbers<'py>> {
         self.of_points(py, |p| [p.optical_length], &[])
+    }
+
+    fn path_differences<'py>(&self, py: Python<'py>) -> PyResult<Numbers<'py>> {
+        self.of_points(py, |p| [p.path_difference], &[])
     }
 
     fn indices<'py>(&self, py: Python<'py>) -> PyResult<Numbers<'py>> {

@@ -253,11 +253,96 @@ fn results_do_not_depend_on_threads_and_lists() {
     };
     let one = render(1, &Aov::ALL);
     assert_eq!(one.film, render(3, &Aov::ALL).film);
-    assert_eq!(one.film.channels(), 13);
+    assert_eq!(one.film.channels(), 14);
     // The same rays whichever quantities are asked for: deflection is channels 7 and 8 of all.
     let two = render(2, &[Aov::Deflection]);
     let (all, some) = (one.film.mean(), two.film.mean());
-    for (all, some) in all.chunks(13).zip(some.chunks(3)) {
+    for (all, some) in all.chunks(14).zip(some.chunks(3)) {
         assert_eq!([all[0], all[7], all[8]], *some);
     }
+}
+
+/// A Gaussian column on a grid of 96 samples, at the default tolerance: W = Δ√(2π) w e^(−x²/2w²) up to terms of order Δ²
+/// and the error of the spline, both below 1e-4 of the peak; in the film, too. In waves it is W/λ.
+#[test]
+fn weak_columns_have_the_phase_of_their_contrast() {
+    use eikonal::field::{Bspline, Placement};
+    let (w, wavelength) = (0.2, 6e-7);
+    for delta in [1e-6, 1e-8] {
+        let profile = |x: DVec3| 1.0 + delta * (-0.5 * (x.x * x.x + x.z * x.z) / (w * w)).exp();
+        let bounds = eikonal::Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
+        let grid = Bspline::from_fn([96, 1, 96], bounds, Placement::Nodes, profile).unwrap();
+        let cube: Shape = transport::shape::Cube::new(DAffine3::IDENTITY)
+            .unwrap()
+            .into();
+        let media = vec![vacuum(), Medium::transparent("column", grid.into())];
+        let objects = vec![container(cube, Bsdf::Null)];
+        let scene = || {
+            scene(parts(
+                objects.clone(),
+                media.clone(),
+                vec![],
+                along_z(DVec3::NEG_Z * 3.0, 0.9),
+            ))
+        };
+        let peak = delta * TAU.sqrt() * w;
+        let near = |found: f64, x: f64| {
+            let expected = peak * (-0.5 * (x / w).powi(2)).exp();
+            assert!(
+                (found - expected).abs() < 1e-4 * peak,
+                "{delta} {x}: {found}"
+            );
+        };
+        let wanted = [Aov::OpticalPathDifference, Aov::Waves];
+        let mut tracer = AovTracer::new(&wanted);
+        tracer.wavelength = Some(wavelength);
+        for i in 0..10 {
+            let x = f64::from(i) * 0.08;
+            let mut values = Vec::new();
+            let mut ws = transport::path::Workspace::new(Tolerance::default());
+            let (origin, direction) = (DVec3::new(x, 0.1, -3.0), DVec3::Z);
+            let ray = transport::sensor::Ray { origin, direction };
+            tracer.sample(&scene(), ray, &mut ws, &mut values);
+            near(values[1], x);
+            assert!((values[2] * wavelength - values[1]).abs() < 1e-14 * peak);
+        }
+    }
+}
+
+/// A slab of glass counts by its contrast with the reference; a mirror behind it folds the reference.
+#[test]
+fn surfaces_in_a_path_difference() {
+    let (n, thick) = (1.5, 0.4);
+    let slab = DAffine3::from_scale(DVec3::new(3.0, 3.0, 0.5 * thick));
+    let slab: Shape = transport::shape::Cube::new(slab).unwrap().into();
+    let [eta, k] = [0.2, 3.0].map(Spectrum::splat);
+    let metal = transport::bsdf::Conductor::new(eta, k, Spectrum::ONE).unwrap();
+    let mirror = Object {
+        sides: None,
+        ..container(
+            Rectangle::new(DAffine3::from_scale_rotation_translation(
+                DVec3::splat(3.0),
+                glam::DQuat::from_rotation_y(PI),
+                DVec3::Z * 2.0,
+            ))
+            .unwrap(),
+            Bsdf::Conductor(metal),
+        )
+    };
+    let media = vec![
+        vacuum(),
+        Medium::transparent("glass", Constant::new(n).into()),
+    ];
+    let objects = vec![container(slab, glass()), mirror];
+    let scene = scene(parts(
+        objects,
+        media,
+        vec![],
+        along_z(DVec3::NEG_Z * 2.0, 1.0),
+    ));
+    let (start, tolerance) = (DVec3::NEG_Z * 2.0, 10.0 * scene.nudge());
+    let value = of_ray(&scene, start, DVec3::Z);
+    // Twice through the glass, up to its front; from where it leaves the scene.
+    let expected = 2.0 * (n - 1.0) * thick;
+    assert!((value("optical_path_difference") - expected).abs() < tolerance);
 }

@@ -29,6 +29,12 @@ pub struct TraceArgs {
     /// Longest ray; ten times the size of the scene by default.
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub max_length: Option<f64>,
+    /// Index of the straight rays of which optical path differences are taken; that of the surroundings by default.
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub reference_index: Option<f64>,
+    /// Wavelength in vacuum, in scene units: optical path differences are given in waves, too.
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub wavelength: Option<f64>,
     /// Draw the rays over this picture of the scene (.png), where its camera sees them; needs -o FILE.svg.
     #[arg(long, value_name = "PICTURE", requires = "output")]
     pub overlay: Option<PathBuf>,

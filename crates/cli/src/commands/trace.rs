@@ -17,11 +17,11 @@ pub fn trace(args: &TraceArgs) -> Result<ExitCode, Failure> {
     let scene = loaded.scene();
     let spread = args.spread.to_radians();
     let starts = fan(args.from, args.direction, args.rays, spread, args.width);
-    let tracer = Tracer::new(scene, args.max_length);
+    let tracer = Tracer::new(scene, args.max_length).with_reference(args.reference_index);
     let paths: Vec<Path> = starts.iter().map(|(x, d)| tracer.follow(*x, *d)).collect();
     let text = match format {
-        RayFormat::Csv => csv(scene, &paths),
-        RayFormat::Json => format!("{:#}\n", json(scene, &paths)),
+        RayFormat::Csv => csv(scene, &paths, args.wavelength),
+        RayFormat::Json => format!("{:#}\n", json(scene, &paths, args.wavelength)),
         RayFormat::Svg => match &args.overlay {
             Some(picture) => svg::overlay(scene, &paths, picture)?,
             None => svg::plot(scene, &paths, &title(args))?,

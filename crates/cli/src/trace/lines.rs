@@ -44,19 +44,20 @@ pub fn obj(paths: &[Path]) -> String {
     out
 }
 
-/// A PLY file of vertices, with arc length, optical path length and index, and of edges, with the number of
+/// A PLY file of vertices, with arc length, optical path length, index and optical path difference, and of edges, with the number of
 /// their ray.
 pub fn ply(paths: &[Path]) -> String {
     let edges: usize = ranges(paths).map(|r| r.len().saturating_sub(1)).sum();
     let mut out = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
-         property double arc_length\nproperty double opl\nproperty double index\n\
+         property double arc_length\nproperty double opl\nproperty double index\nproperty double opd\n\
          element edge {edges}\nproperty int vertex1\nproperty int vertex2\nproperty int ray\nend_header\n",
         points(paths).count()
     );
     for p in points(paths) {
         let (length, opl, index) = (p.arc_length, p.optical_length, p.index);
-        let _ = writeln!(out, "{} {length} {opl} {index}", position(p));
+        let opd = p.path_difference;
+        let _ = writeln!(out, "{} {length} {opl} {index} {opd}", position(p));
     }
     for (ray, range) in ranges(paths).enumerate() {
         for i in range.skip(1) {
@@ -66,7 +67,8 @@ pub fn ply(paths: &[Path]) -> String {
     out
 }
 
-/// A legacy VTK file of lines, with arc length, optical path length, index and direction at their points.
+/// A legacy VTK file of lines, with arc length, optical path length, index, optical path difference and direction at their
+/// points.
 pub fn vtk(paths: &[Path]) -> String {
     let count = points(paths).count();
     let mut out = format!(
@@ -80,10 +82,11 @@ pub fn vtk(paths: &[Path]) -> String {
         let _ = writeln!(out, "{} {}", range.len(), joined(range));
     }
     let _ = writeln!(out, "POINT_DATA {count}");
-    let scalars: [(&str, Scalar); 3] = [
+    let scalars: [(&str, Scalar); 4] = [
         ("arc_length", |p| p.arc_length),
         ("opl", |p| p.optical_length),
         ("index", |p| p.index),
+        ("opd", |p| p.path_difference),
     ];
     for (name, value) in scalars {
         let _ = writeln!(out, "SCALARS {name} double 1\nLOOKUP_TABLE default");

@@ -5,18 +5,21 @@ use std::fmt::Write;
 use transport::Scene;
 use transport::trace::{Ending, Path};
 
-/// One line per point.
-pub fn csv(scene: &Scene, paths: &[Path]) -> String {
-    let mut out = String::from("ray,point,x,y,z,dx,dy,dz,arc_length,opl,index,medium\n");
+/// One line per point; with optical path differences in waves, if there is a wavelength.
+pub fn csv(scene: &Scene, paths: &[Path], wavelength: Option<f64>) -> String {
+    let waves = wavelength.map_or("", |_| ",waves");
+    let mut out = format!("ray,point,x,y,z,dx,dy,dz,arc_length,opl,index,medium,opd{waves}\n");
     for (i, path) in paths.iter().enumerate() {
         for (j, p) in path.points.iter().enumerate() {
             let ([x, y, z], [dx, dy, dz]) = (p.x.to_array(), p.direction.to_array());
             let (length, opl, index) = (p.arc_length, p.optical_length, p.index);
             let medium = quoted(&scene.medium(p.medium).name);
+            let opd = p.path_difference;
+            let waves = wavelength.map_or(String::new(), |w| format!(",{}", opd / w));
             // Writing to a string cannot fail.
             let _ = writeln!(
                 out,
-                "{i},{j},{x},{y},{z},{dx},{dy},{dz},{length},{opl},{index},{medium}"
+                "{i},{j},{x},{y},{z},{dx},{dy},{dz},{length},{opl},{index},{medium},{opd}{waves}"
             );
         }
     }
@@ -32,25 +35,31 @@ fn quoted(text: &str) -> String {
     }
 }
 
-/// One object per ray.
-pub fn json(scene: &Scene, paths: &[Path]) -> Value {
-    let rays: Vec<Value> = paths.iter().map(|path| ray(scene, path)).collect();
+/// One object per ray; with optical path differences in waves, if there is a wavelength.
+pub fn json(scene: &Scene, paths: &[Path], wavelength: Option<f64>) -> Value {
+    let ray = |path| ray(scene, path, wavelength);
+    let rays: Vec<Value> = paths.iter().map(ray).collect();
     json!({ "rays": rays })
 }
 
-fn ray(scene: &Scene, path: &Path) -> Value {
+fn ray(scene: &Scene, path: &Path, wavelength: Option<f64>) -> Value {
     let points: Vec<Value> = path
         .points
         .iter()
         .map(|p| {
-            json!({
+            let mut point = json!({
                 "x": p.x.to_array(),
                 "direction": p.direction.to_array(),
                 "arc_length": p.arc_length,
                 "opl": p.optical_length,
+                "opd": p.path_difference,
                 "index": p.index,
                 "medium": scene.medium(p.medium).name,
-            })
+            });
+            if let Some(wavelength) = wavelength {
+                point["waves"] = json!(p.path_difference / wavelength);
+            }
+            point
         })
         .collect();
     let (end, surface) = match path.ending {

@@ -36,10 +36,10 @@ fn csv_goes_to_the_standard_output() {
     let folder = Folder::with_lens();
     let text = folder.succeed(BEAM);
     let mut lines = text.lines();
-    let header = "ray,point,x,y,z,dx,dy,dz,arc_length,opl,index,medium";
+    let header = "ray,point,x,y,z,dx,dy,dz,arc_length,opl,index,medium,opd";
     assert_eq!(lines.next(), Some(header));
     let rows: Vec<Vec<&str>> = lines.map(|l| l.split(',').collect()).collect();
-    assert!(rows.len() > 50 && rows.iter().all(|r| r.len() == 12));
+    assert!(rows.len() > 50 && rows.iter().all(|r| r.len() == 13));
     assert_eq!(rows.last().unwrap()[0], "8");
     folder.succeed(&format!("{BEAM} -o rays.csv"));
     assert_eq!(folder.read("rays.csv"), text.as_bytes());

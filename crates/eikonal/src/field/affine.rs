@@ -122,6 +122,11 @@ impl Affine {
             .calm_span(self.local(x), self.to_local.matrix3 * v)
     }
 
+    pub(super) fn resolved_span(&self, x: DVec3, v: DVec3) -> f64 {
+        self.field
+            .resolved_span(self.local(x), self.to_local.matrix3 * v)
+    }
+
     pub(super) fn is_constant(&self) -> bool {
         self.field.is_constant()
     }

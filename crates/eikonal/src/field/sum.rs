@@ -93,6 +93,12 @@ impl Sum {
         terms.fold(f64::INFINITY, |span, t| span.min(t.calm_span(x, v)))
     }
 
+    /// The shortest of all.
+    pub(super) fn resolved_span(&self, x: DVec3, v: DVec3) -> f64 {
+        let terms = self.terms.iter();
+        terms.fold(f64::INFINITY, |span, t| span.min(t.resolved_span(x, v)))
+    }
+
     pub(super) fn is_constant(&self) -> bool {
         self.terms.iter().all(Field::is_constant)
     }

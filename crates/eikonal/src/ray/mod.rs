@@ -3,6 +3,7 @@
 pub mod arc;
 pub mod bernstein;
 pub mod depth;
+pub mod difference;
 pub mod flow;
 pub mod march;
 pub mod step;
@@ -10,6 +11,7 @@ pub mod tangent;
 
 pub use arc::Arc;
 pub use depth::Profile;
+pub use difference::PathDifference;
 pub use flow::{Flow, Tolerance, Work};
 pub use march::{March, Stop, march};
 pub(crate) use step::EVALUATIONS_PER_STEP;

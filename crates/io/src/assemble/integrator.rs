@@ -197,7 +197,7 @@ fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
         bdpt.connections = connections[query.one_of("connections", &["resampled", "all"])];
     }
     let aov = match kind {
-        Kind::Aov => aovs(&mut query),
+        Kind::Aov => aov(&mut query),
         _ => default.aov,
     };
     let photon = match kind {
@@ -214,8 +214,21 @@ fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
     }
 }
 
+/// Which quantities, and what they are compared with.
+fn aov(query: &mut Query) -> AovTracer {
+    let mut positive = |name| {
+        query
+            .has(name)
+            .then(|| query.float_in(name, POSITIVE, None))
+    };
+    let (reference, wavelength) = (positive("reference_index"), positive("wavelength"));
+    let mut tracer = quantities(query, wavelength.is_some());
+    (tracer.reference, tracer.wavelength) = (reference, wavelength);
+    tracer
+}
+
 /// The quantities in a list such as `deflection, optical_length`; all without one.
-fn aovs(query: &mut Query) -> AovTracer {
+fn quantities(query: &mut Query, waves: bool) -> AovTracer {
     if !query.has("aovs") {
         return AovTracer::default();
     }
@@ -231,6 +244,10 @@ fn aovs(query: &mut Query) -> AovTracer {
                 query.error("aovs", format!("unknown aov '{word}' ({help})"));
             }
         }
+    }
+    if wanted.contains(&Aov::Waves) && !waves {
+        let message = "waves need a 'wavelength', in vacuum and in scene units";
+        query.error("aovs", message);
     }
     if wanted.is_empty() {
         query.error("aovs", format!("expected a list of: {}", names.join(", ")));

@@ -42,7 +42,19 @@ const BDPT: &[Parameter] = &[
     ),
 ];
 
-const AOV: &[Parameter] = &[list("aovs", "(all)", "quantities to show")];
+const AOV: &[Parameter] = &[
+    list("aovs", "(all)", "quantities to show"),
+    float(
+        "reference_index",
+        "(that of the surroundings)",
+        "index of the straight rays of which optical path differences are taken, > 0",
+    ),
+    float(
+        "wavelength",
+        "",
+        "in vacuum, scene units, > 0: what is counted as a wave",
+    ),
+];
 
 const PHOTONS: &[Parameter] = &[
     integer(

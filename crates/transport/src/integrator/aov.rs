@@ -2,10 +2,10 @@
 //!
 //! The ray is followed through index-matched and smooth boundaries to an opaque surface, or out of the
 //! scene: then its *exit* is on the last boundary that it passed, or at its start if it met none.
-//! Lengths and optical depth are those up to the exit.
+//! Lengths, optical path difference and optical depth are those up to the exit.
 
 use crate::path::{Ending, Way, Workspace, follow};
-use crate::scene::Scene;
+use crate::scene::{AMBIENT, Scene};
 use crate::sensor::Ray;
 use glam::{DAffine3, DVec3};
 
@@ -29,11 +29,16 @@ pub enum Aov {
     OpticalDepth,
     /// Number of steps of the ray, straight ones included.
     Steps,
+    /// ∫n ds up to the exit, less that of straight rays in the index of reference, scene units: see
+    /// [`PathDifference`](eikonal::ray::PathDifference).
+    OpticalPathDifference,
+    /// The same in wavelengths.
+    Waves,
 }
 
 impl Aov {
     /// All, in the order in which they are stored.
-    pub const ALL: [Aov; 8] = [
+    pub const ALL: [Aov; 10] = [
         Aov::Valid,
         Aov::ExitPosition,
         Aov::ExitDirection,
@@ -42,6 +47,8 @@ impl Aov {
         Aov::ArcLength,
         Aov::OpticalDepth,
         Aov::Steps,
+        Aov::OpticalPathDifference,
+        Aov::Waves,
     ];
 
     /// Name, as in scene files.
@@ -55,6 +62,8 @@ impl Aov {
             Aov::ArcLength => "arc_length",
             Aov::OpticalDepth => "optical_depth",
             Aov::Steps => "steps",
+            Aov::OpticalPathDifference => "optical_path_difference",
+            Aov::Waves => "waves",
         }
     }
 
@@ -69,52 +78,44 @@ impl Aov {
             Aov::ArcLength => &["arc_length"],
             Aov::OpticalDepth => &["optical_depth"],
             Aov::Steps => &["steps"],
-        }
-    }
-
-    /// Its values for a ray that was followed; of these as many count as it has channels.
-    fn values(self, way: &Way, to_world: &DAffine3, entry: DVec3) -> [f64; 3] {
-        match self {
-            Aov::Valid => [1.0, 0.0, 0.0],
-            Aov::ExitPosition => way.x.to_array(),
-            Aov::ExitDirection => way.direction.to_array(),
-            Aov::Deflection => {
-                let [x, y] = deflection(to_world, entry, way.direction);
-                [x, y, 0.0]
-            }
-            Aov::OpticalLength => [way.optical_length, 0.0, 0.0],
-            Aov::ArcLength => [way.length, 0.0, 0.0],
-            Aov::OpticalDepth => [way.depth[0], 0.0, 0.0],
-            Aov::Steps => [way.steps as f64, 0.0, 0.0],
+            Aov::OpticalPathDifference => &["optical_path_difference"],
+            Aov::Waves => &["waves"],
         }
     }
 }
 
 /// Follows sensor rays without scattering. Validity is always among its channels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AovTracer {
     wanted: [bool; Aov::ALL.len()],
+    /// Index of the reference of optical path differences; that of the surroundings without one.
+    pub reference: Option<f64>,
+    /// Wavelength in vacuum, scene units, by which waves are counted.
+    pub wavelength: Option<f64>,
 }
 
 impl Default for AovTracer {
-    /// All quantities.
+    /// All quantities, but for waves, which need a wavelength.
     fn default() -> Self {
         AovTracer::new(&Aov::ALL)
     }
 }
 
 impl AovTracer {
-    /// The given quantities, in any order, and validity.
+    /// The given quantities, in any order, and validity. There are no waves without a wavelength.
     pub fn new(wanted: &[Aov]) -> Self {
         let is_wanted = |aov: Aov| aov == Aov::Valid || wanted.contains(&aov);
         AovTracer {
             wanted: Aov::ALL.map(is_wanted),
+            reference: None,
+            wavelength: None,
         }
     }
 
     fn aovs(&self) -> impl Iterator<Item = Aov> {
         let all = Aov::ALL.into_iter().zip(self.wanted);
-        all.filter_map(|(aov, wanted)| wanted.then_some(aov))
+        let is_known = |aov| aov != Aov::Waves || self.wavelength.is_some();
+        all.filter_map(move |(aov, wanted)| (wanted && is_known(aov)).then_some(aov))
     }
 
     /// Names of its channels, in the order of [`Aov::ALL`].
@@ -122,16 +123,44 @@ impl AovTracer {
         self.aovs().flat_map(|aov| aov.channels()).copied()
     }
 
+    /// The index of reference, if it is of use.
+    fn reference(&self, scene: &Scene, x: DVec3) -> Option<f64> {
+        let compares = |aov| matches!(aov, Aov::OpticalPathDifference | Aov::Waves);
+        let reference = || self.reference.unwrap_or_else(|| scene.n(AMBIENT, x));
+        self.aovs().any(compares).then(reference)
+    }
+
     /// The values of a sensor ray, one for each channel; all zero if the ray is lost, which is counted.
     pub fn sample(&self, scene: &Scene, ray: Ray, ws: &mut Workspace, out: &mut Vec<f64>) {
         let medium = scene.medium_of_sensor_ray(ray.origin);
-        let way = follow(scene, (ray.origin, ray.direction), medium, ws);
+        let reference = self.reference(scene, ray.origin);
+        let way = follow(scene, (ray.origin, ray.direction), medium, reference, ws);
         if way.ending == Ending::Lost {
             return out.resize(out.len() + self.channels().count(), 0.0);
         }
         for aov in self.aovs() {
-            let values = aov.values(&way, scene.sensor().to_world(), ray.direction);
+            let values = self.values(aov, &way, scene.sensor().to_world(), ray.direction);
             out.extend(&values[..aov.channels().len()]);
+        }
+    }
+
+    /// The values of a quantity for a ray that was followed; of these as many count as it has channels.
+    fn values(&self, aov: Aov, way: &Way, to_world: &DAffine3, entry: DVec3) -> [f64; 3] {
+        let one = |value| [value, 0.0, 0.0];
+        match aov {
+            Aov::Valid => one(1.0),
+            Aov::ExitPosition => way.x.to_array(),
+            Aov::ExitDirection => way.direction.to_array(),
+            Aov::Deflection => {
+                let [x, y] = deflection(to_world, entry, way.direction);
+                [x, y, 0.0]
+            }
+            Aov::OpticalLength => one(way.optical_length),
+            Aov::ArcLength => one(way.length),
+            Aov::OpticalDepth => one(way.depth[0]),
+            Aov::Steps => one(way.steps as f64),
+            Aov::OpticalPathDifference => one(way.path_difference),
+            Aov::Waves => one(way.path_difference / self.wavelength.unwrap_or(1.0)),
         }
     }
 }

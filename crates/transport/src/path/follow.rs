@@ -9,7 +9,7 @@ use crate::scene::{MediumId, Scene};
 use crate::shape::Hit;
 use eikonal::connect::World;
 use eikonal::interface::{Interface, Rule};
-use eikonal::ray::{Arc, Flow, Node};
+use eikonal::ray::{Arc, Flow, Node, PathDifference, Work};
 use glam::{DMat3, DVec3};
 
 /// More arcs than any sensible ray has.
@@ -38,6 +38,8 @@ pub struct Way {
     pub length: f64,
     /// ∫n ds.
     pub optical_length: f64,
+    /// ∫n ds less that of straight rays in the index of reference: see [`PathDifference`]. Zero without one.
+    pub path_difference: f64,
     /// Optical depth.
     pub depth: Spectrum,
     /// Number of arcs, the last one out of the scene included.
@@ -48,11 +50,12 @@ pub struct Way {
 
 /// Follows the ray from `x` in a unit direction: on through index-matched boundaries, refracted by
 /// smooth dielectrics, or totally reflected, reflected by smooth metals, and straight through what lets at
-/// least half of the light pass.
+/// least half of the light pass. With an index of `reference` its optical path difference is found, too.
 pub fn follow(
     scene: &Scene,
     (x, direction): (DVec3, DVec3),
     medium: MediumId,
+    reference: Option<f64>,
     ws: &mut Workspace,
 ) -> Way {
     let mut follower = Follower {
@@ -60,11 +63,13 @@ pub fn follow(
         x,
         v: direction * scene.n(medium, x),
         medium,
+        difference: reference.map(|n| PathDifference::new(n, direction)),
         way: Way {
             x,
             direction,
             length: 0.0,
             optical_length: 0.0,
+            path_difference: 0.0,
             depth: Spectrum::ZERO,
             steps: 0,
             ending: Ending::Lost,
@@ -78,6 +83,7 @@ pub fn follow(
     ws.stats.lost += u64::from(ending == Ending::Lost);
     Way {
         ending,
+        path_difference: follower.difference.map_or(0.0, |d| d.value()),
         ..follower.way
     }
 }
@@ -87,6 +93,7 @@ struct Follower<'a> {
     x: DVec3,
     v: DVec3,
     medium: MediumId,
+    difference: Option<PathDifference>,
     way: Way,
 }
 
@@ -106,11 +113,11 @@ impl Follower<'_> {
             }
             match scene.first_hit(&step.arc) {
                 Some((object, hit)) => {
-                    self.lengthen(&step.arc, hit.theta);
+                    self.lengthen(&step.arc, hit.theta, &mut ws.stats.work);
                     return self.surface(object, &hit, step.arc.velocity(hit.theta));
                 }
                 None if field.is_constant() => return Some(Ending::Left),
-                None => self.lengthen(&step.arc, 1.0),
+                None => self.lengthen(&step.arc, 1.0, &mut ws.stats.work),
             }
             if scene.is_outside(step.end.x) {
                 return Some(Ending::Lost);
@@ -118,11 +125,14 @@ impl Follower<'_> {
         }
     }
 
-    fn lengthen(&mut self, arc: &Arc, theta: f64) {
+    fn lengthen(&mut self, arc: &Arc, theta: f64, work: &mut Work) {
         let attenuation = Attenuation::new(self.scene.medium(self.medium), arc, theta);
         self.way.depth += attenuation.depth(arc, theta);
         self.way.length += arc.arc_length(theta);
         self.way.optical_length += arc.optical_length(theta);
+        if let Some(difference) = &mut self.difference {
+            difference.add(self.scene.field(self.medium), arc, [0.0, theta], work);
+        }
     }
 
     /// Goes on from a surface if there is one way to go.
@@ -159,10 +169,12 @@ impl Follower<'_> {
         self.v = refracted
             .or_else(|| interface.velocity(Rule::Reflect, v))
             .unwrap_or(-v);
+        self.way.direction = self.v.normalize();
         if refracted.is_some() && rule != Rule::Reflect {
             self.medium = beyond;
+        } else if let Some(difference) = &mut self.difference {
+            difference.reflect(self.way.direction);
         }
-        self.way.direction = self.v.normalize();
         self.x = leave(scene, hit.position, hit.normal, self.way.direction);
         None
     }

@@ -2,7 +2,7 @@
 
 use super::line::Line;
 use crate::bsdf::Bsdf;
-use crate::scene::{MediumId, Object, Scene};
+use crate::scene::{AMBIENT, MediumId, Object, Scene};
 use crate::shape::Hit;
 use eikonal::Aabb;
 use eikonal::connect::World;
@@ -28,6 +28,9 @@ pub struct Point {
     pub arc_length: f64,
     /// Optical path length from the start.
     pub optical_length: f64,
+    /// Optical path length from the start less that of straight rays in the index of reference, which join the start, the
+    /// points of reflection and this one: see [`PathDifference`](eikonal::ray::PathDifference).
+    pub path_difference: f64,
     /// Refractive index.
     pub index: f64,
     /// The medium beyond.
@@ -63,6 +66,7 @@ pub struct Tracer<'a> {
     /// A box around all objects.
     bounds: Aabb,
     max_length: Option<f64>,
+    reference: Option<f64>,
 }
 
 impl<'a> Tracer<'a> {
@@ -73,7 +77,14 @@ impl<'a> Tracer<'a> {
             scene,
             bounds: objects.fold(Aabb::EMPTY, Aabb::union),
             max_length,
+            reference: None,
         }
+    }
+
+    /// The same with the index of reference of optical path differences; without one it is that of the surroundings.
+    #[must_use]
+    pub fn with_reference(self, reference: Option<f64>) -> Self {
+        Tracer { reference, ..self }
     }
 
     /// Follows the ray from `x` in a unit direction.
@@ -82,6 +93,7 @@ impl<'a> Tracer<'a> {
         // A start on a boundary belongs to the medium into which the ray goes.
         let medium = self.scene.medium_at(x + direction * (AHEAD * ball.radius));
         let index = self.scene.n(medium, x);
+        let reference = self.reference.unwrap_or_else(|| self.scene.n(AMBIENT, x));
         let mut ray = Ray {
             scene: self.scene,
             max_length: self.max_length.unwrap_or(20.0 * ball.radius),
@@ -89,7 +101,7 @@ impl<'a> Tracer<'a> {
             x,
             v: direction * index,
             medium,
-            line: Line::default(),
+            line: Line::new(reference, direction),
             steps: 0,
         };
         ray.line.record(x, ray.v, medium);
@@ -176,7 +188,8 @@ impl Ray<'_> {
             let theta = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
             // A step of the remaining length of σ may be longer than that where the index grows.
             let end = step.arc.theta_at_length(left);
-            self.line.advance(&step.arc, theta.min(end), self.medium);
+            self.line
+                .advance(field, &step.arc, theta.min(end), self.medium);
             self.steps += 1;
             if end < theta || self.max_length - self.line.length <= 1e-12 * self.line.length {
                 return Some(Ending::Length);
@@ -200,7 +213,9 @@ impl Ray<'_> {
         let at = (hit.position, hit.normal);
         let beyond = scene.medium_beside(object, self.medium, at, v);
         let (after, reflected) = self.across(rule, hit, v, beyond);
-        if !reflected {
+        if reflected {
+            self.line.reflect(after.normalize());
+        } else {
             self.medium = beyond;
         }
         self.v = after;

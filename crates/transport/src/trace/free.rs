@@ -10,16 +10,19 @@ use eikonal::ray::{Flow, Node, Work};
 use glam::DVec3;
 
 /// Follows a ray of the given length from `x` in a unit direction through a field without any surfaces. Its medium has
-/// the number 0. It is lost where the field has no real index.
+/// the number 0. It is lost where the field has no real index. Without an index of `reference` optical path differences
+/// are those against the index at the start.
 pub fn follow_field(
     field: &Field,
     tolerance: Tolerance,
     (x, direction): (DVec3, DVec3),
     length: f64,
+    reference: Option<f64>,
 ) -> Path {
     let medium: MediumId = 0;
-    let v = direction * field.n(x);
-    let mut line = Line::default();
+    let n = field.n(x);
+    let v = direction * n;
+    let mut line = Line::new(reference.unwrap_or(n), direction);
     line.record(x, v, medium);
     if !v.is_finite() {
         return line.end(Ending::Lost);
@@ -34,7 +37,7 @@ pub fn follow_field(
         }
         // A step of the remaining length of σ may be longer than that where the index grows.
         let end = step.arc.theta_at_length(left);
-        line.advance(&step.arc, end.min(1.0), medium);
+        line.advance(field, &step.arc, end.min(1.0), medium);
         if end < 1.0 || length - line.length <= 1e-12 * length {
             return line.end(Ending::Length);
         }

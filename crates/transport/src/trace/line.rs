@@ -2,24 +2,35 @@
 
 use super::{Ending, Path, Point};
 use crate::scene::MediumId;
-use eikonal::ray::Arc;
+use eikonal::field::Field;
+use eikonal::ray::{Arc, PathDifference, Work};
 use glam::DVec3;
 
 /// Points are recorded wherever a ray has turned by this much, in radians: polylines look smooth.
 const TURN: f64 = 0.03;
 
 /// A ray so far.
-#[derive(Default)]
 pub(super) struct Line {
     /// Its length.
     pub length: f64,
     optical: f64,
+    difference: PathDifference,
     points: Vec<Point>,
 }
 
 impl Line {
-    /// Records the points of an arc up to θ.
-    pub fn advance(&mut self, arc: &Arc, theta: f64, medium: MediumId) {
+    /// A ray that starts in the unit direction `toward`, compared with rays in the index `reference`.
+    pub fn new(reference: f64, toward: DVec3) -> Self {
+        Line {
+            length: 0.0,
+            optical: 0.0,
+            difference: PathDifference::new(reference, toward),
+            points: Vec::new(),
+        }
+    }
+
+    /// Records the points of an arc in a field up to θ.
+    pub fn advance(&mut self, field: &Field, arc: &Arc, theta: f64, medium: MediumId) {
         let turn = arc.velocity(0.0).angle_between(arc.velocity(theta));
         let pieces = if arc.is_straight() {
             1.0
@@ -27,12 +38,21 @@ impl Line {
             (turn / TURN).ceil().clamp(1.0, 1e3)
         };
         let (length, optical) = (self.length, self.optical);
+        let mut before = 0.0;
         for i in 1..=pieces as usize {
             let t = theta * i as f64 / pieces;
             self.length = length + arc.arc_length(t);
             self.optical = optical + arc.optical_length(t);
+            let mut work = Work::default();
+            self.difference.add(field, arc, [before, t], &mut work);
             self.record(arc.position(t), arc.velocity(t), medium);
+            before = t;
         }
+    }
+
+    /// The ray is reflected into the unit direction `toward`.
+    pub fn reflect(&mut self, toward: DVec3) {
+        self.difference.reflect(toward);
     }
 
     /// Records a point, where the velocity is `v`.
@@ -42,6 +62,7 @@ impl Line {
             direction: v.normalize(),
             arc_length: self.length,
             optical_length: self.optical,
+            path_difference: self.difference.value(),
             index: v.length(),
             medium,
         });

@@ -149,6 +149,11 @@ impl Bspline {
         })
     }
 
+    /// Two cells along the axis that a ray runs along the fastest: a basis function reaches over four.
+    pub(super) fn resolved_span(&self, v: DVec3) -> f64 {
+        2.0 / (v * self.lattice.per_spacing()).abs().max_element()
+    }
+
     pub(super) fn is_constant(&self) -> bool {
         self.scales.is_none()
     }
