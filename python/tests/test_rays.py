@@ -128,3 +128,20 @@ def test_rays_through_a_field_are_parabolas():
         morgana.trace(field, [0, 0, 0], [0, 0, 1], max_length=-1)
     (lost,) = morgana.trace(field, [0, 0, -6.0], [0, 0, 1], max_length=1)
     assert lost.end == "lost"
+
+
+def test_optical_path_differences_are_good_to_a_share_of_the_contrast():
+    # A weak Gaussian bump: W = Δ√(2π) w exp(−b²/2w²) to first order, at a contrast that lengths in single precision cannot see.
+    delta, width, b = 1e-8, 0.2, np.linspace(0, 0.6, 7)
+    field = morgana.load_field({"type": "gaussian", "n0": 1.0, "delta": delta, "width": width})
+    starts = np.stack([b, 0 * b, 0 * b - 2], -1)
+    rays = morgana.trace(field, starts, [0, 0, 1], max_length=4.0, reference_index=1.0)
+    peak = delta * np.sqrt(2 * np.pi) * width
+    expected = peak * np.exp(-(b**2) / (2 * width**2))
+    np.testing.assert_allclose(rays.total_optical_path_difference, expected, atol=1e-6 * peak)
+    assert rays[2].optical_path_difference[-1] == rays.total_optical_path_difference[2]
+    # Against the index at the start by default, which here is 1 but for the bump's tail.
+    default = morgana.trace(field, starts, [0, 0, 1], max_length=4.0)
+    np.testing.assert_allclose(default.total_optical_path_difference, expected, atol=1e-6 * peak)
+    with pytest.raises(ValueError, match="reference_index"):
+        morgana.trace(field, starts, [0, 0, 1], max_length=4.0, reference_index=-1.0)

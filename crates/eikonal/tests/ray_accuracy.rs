@@ -117,6 +117,6 @@ fn quantities_are_as_good_as_the_manual_says() {
             .iter()
             .zip(manual)
             .all(|(found, manual)| *found < manual);
-        assert!(good, "{tolerance:e}: {found:e?} {manual:e?}");
+        assert!(good, "{tolerance:e}: {found:?} {manual:?}");
     }
 }

@@ -312,13 +312,17 @@ fn aovs_are_chosen_by_name() {
     // No light is needed, and one wavelength will do.
     let loaded = accepted("", Some("aov"));
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
-    assert_eq!(loaded.channel_names.len(), 13);
+    assert_eq!(loaded.channel_names.len(), 14);
     assert_eq!(loaded.scene().film().channels, 1);
     refused(
         &aovs("steps, deflexion"),
         None,
         &[":4:", "deflexion", "did you mean 'deflection'?"],
     );
+    let wave = "<float name=\"wavelength\" value=\"5e-7\"/>";
+    let loaded = accepted(&integrator("aov", wave), None);
+    assert_eq!(loaded.channel_names.last().unwrap(), "waves");
+    refused(&aovs("waves"), None, &["waves need a 'wavelength'"]);
     refused(
         &aovs(""),
         None,

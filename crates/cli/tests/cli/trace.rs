@@ -209,7 +209,7 @@ fn edges_of_ply_files_join_points_of_a_ray() {
     assert!(
         rows.iter()
             .zip(&table)
-            .all(|(row, (_, x))| row[..3] == x[..] && row.len() == 6)
+            .all(|(row, (_, x))| row[..3] == x[..] && row.len() == 7)
     );
     for edge in &rows[table.len()..] {
         assert_eq!(edge[0] + 1.0, edge[1]);
@@ -234,8 +234,8 @@ fn vtk_files_hold_lines_and_lengths() {
         assert!(text.contains(&part), "{part}");
     }
     let lines = text.lines().count();
-    // Each point has a position, three scalars and a direction; there are 9 lines and 14 headings.
-    assert_eq!(lines, 5 * count + 9 + 14);
+    // Each point has a position, four scalars and a direction; there are 9 lines and 16 headings.
+    assert_eq!(lines, 6 * count + 9 + 16);
 }
 
 /// Positions on the picture, in pixels, of what is drawn over it.
@@ -325,4 +325,30 @@ fn an_overlay_is_refracted() {
     assert!((expected - (4.0 + 0.8 / 5.0 * pixels_per_tangent())).abs() > 0.05);
     let screen = r#"<shape type="rectangle"><transform name="to_world"><translate z="-1"/></transform></shape>"#;
     assert_eq!(overlay(&glass(screen), ray).len(), 0, "a screen hides it");
+}
+
+/// Against straight rays in the reference index, in units of length and in waves.
+#[test]
+fn optical_path_differences_and_waves() {
+    let folder = Folder::with_lens();
+    let options = "--reference-index 1.25 --wavelength 5e-4";
+    for ray in rays(&folder, &format!("{BEAM} {options}")) {
+        let points = ray["points"].as_array().unwrap();
+        let place = |p: &Value| [0, 1, 2].map(|i| number(&p["x"][i]));
+        let start = place(&points[0]);
+        for point in points {
+            let square = |i: usize| (place(point)[i] - start[i]).powi(2);
+            let chord = (square(0) + square(1) + square(2)).sqrt();
+            let expected = number(&point["opl"]) - 1.25 * chord;
+            let found = number(&point["opd"]);
+            assert!(
+                (found - expected).abs() < 1e-5,
+                "{found} {expected} {point}"
+            );
+            let waves = number(&point["waves"]);
+            assert!((waves * 5e-4 - found).abs() < 1e-15);
+        }
+    }
+    let text = folder.succeed(&format!("{BEAM} {options}"));
+    assert!(text.lines().next().unwrap().ends_with(",medium,opd,waves"));
 }

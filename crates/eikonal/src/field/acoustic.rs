@@ -286,12 +286,6 @@ impl Acoustic {
         (self.n0 / sum).sqrt().sqrt().min(6.0 / shortest)
     }
 
-    /// Over so long a way, half of the shortest wave, the index has no feature that is missed.
-    pub(super) fn feature(&self) -> f64 {
-        let largest = self.modes.iter().map(|m| m.wave_number).fold(0.0, f64::max);
-        PI / largest
-    }
-
     pub(super) fn is_constant(&self) -> bool {
         self.modes.iter().all(|m| m.amplitude == 0.0)
     }

@@ -77,11 +77,6 @@ impl Fisheye {
         self.radius.max(0.5 * (x - self.center).length())
     }
 
-    /// Over so long a way the index has no feature that is missed.
-    pub(super) fn feature(&self, x: DVec3) -> f64 {
-        self.radius.max(0.5 * (x - self.center).length())
-    }
-
     pub(super) fn is_constant(&self) -> bool {
         false
     }

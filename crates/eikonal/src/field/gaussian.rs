@@ -91,11 +91,6 @@ impl Gaussian {
         (self.width * widths).max(0.5 * (x - self.center).length())
     }
 
-    /// Over so long a way from `x` the index has no feature that is missed, however weak the bump.
-    pub(super) fn feature(&self, x: DVec3) -> f64 {
-        (2.0 * self.width).max(0.5 * (x - self.center).length())
-    }
-
     pub(super) fn is_constant(&self) -> bool {
         self.delta == 0.0
     }
