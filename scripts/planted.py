@@ -21,6 +21,13 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "directions of turned skies a little too long",
+        TRANSPORT + "orientation.rs",
+        "(self.0 * local).normalize()",
+        "self.0 * local * (1.0 + 1e-7)",
+        ("transport", "orientation", "directions_have_unit_length_there_and_back"),
+    ),
+    (
         "lamps seen by parallel views taken for points on no surface",
         TRANSPORT + "integrator/bidirectional/joining.rs",
         "Vertex::source(scene, &start, &light.emission.aim)",

@@ -2,9 +2,11 @@
 
 mod common;
 
+use glam::DVec3;
 use io::{LoadOptions, Loaded};
 use std::fs;
 use std::path::Path;
+use transport::emitter::Emitter;
 
 const CAMERA: &str = r#"<sensor type="perspective">
   <float name="fov" value="40"/>
@@ -434,5 +436,83 @@ fn spectral_films_have_as_many_channels_as_wavelengths() {
     refused(
         "<shape type=\"sphere\"><bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:0.1, 600:0.3\"/></bsdf></shape>",
         &["spectral", "use an RGB value"],
+    );
+}
+
+/// A projector that a matrix turns, of which the linear part is given.
+fn projector(matrix: &str) -> String {
+    format!(
+        "<emitter type=\"projector\"><float name=\"fov\" value=\"30\"/><float name=\"irradiance\" value=\"1\"/>
+         <transform name=\"to_world\"><matrix value=\"{matrix}\"/></transform></emitter>"
+    )
+}
+
+/// A turn by 30 degrees with three digits stretches lengths by some 4e-4; with four, by 5e-5.
+#[test]
+fn what_cannot_be_deformed_takes_the_nearest_rotation() {
+    let turn = |cos: &str| projector(&format!("{cos} -0.5 0 0.5 {cos} 0 0 0 1"));
+    let quiet = load(&turn("0.8660")).unwrap_or_else(|e| panic!("{e}"));
+    assert!(quiet.warnings.is_empty(), "{}", quiet.warnings);
+    for scale in ["2 0 0 0 2 0 0 0 2", "-1 0 0 0 1 0 0 0 1"] {
+        let quiet = load(&projector(scale)).unwrap_or_else(|e| panic!("{e}"));
+        assert!(quiet.warnings.is_empty(), "{}", quiet.warnings);
+    }
+    warned(
+        &turn("0.867"),
+        "the transform changes lengths by up to 0.06 %, more than numbers rounded to four digits explain",
+    );
+    refused(
+        &projector("1 0 0 0 1.1 0 0 0 1"),
+        &[
+            "a projector can only be rotated, mirrored and scaled evenly",
+            "by up to 6.45 %",
+        ],
+    );
+    refused(&projector("1 0.5 0 0 1 0 0 0 1"), &["can only be rotated"]);
+}
+
+/// As in Mitsuba.
+#[test]
+fn a_point_or_a_direction_takes_the_place_of_a_transform() {
+    let emitter = |plugin: &str, parameters: &str| {
+        format!("<emitter type=\"{plugin}\">{parameters}</emitter>")
+    };
+    let placed = |body: &str| match load(body)
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene()
+        .emitters()
+    {
+        [_, Emitter::Point { position, .. }] => *position,
+        [_, Emitter::Directional { direction, .. }] => *direction,
+        others => panic!("{others:?}"),
+    };
+    let turned = "<transform name=\"to_world\"><rotate x=\"1\" angle=\"90\"/><translate z=\"3\"/></transform>";
+    let bright = "<float name=\"intensity\" value=\"1\"/>";
+    let position = "<point name=\"position\" value=\"0, 3, 0\"/>";
+    assert_eq!(placed(&emitter("point", bright)), DVec3::ZERO);
+    assert_eq!(
+        placed(&emitter("point", &format!("{bright}{position}"))),
+        3.0 * DVec3::Y
+    );
+    assert_eq!(
+        placed(&emitter("point", &format!("{bright}{turned}"))),
+        3.0 * DVec3::Z
+    );
+    refused(
+        &emitter("point", &format!("{bright}{position}{turned}")),
+        &["give 'position' or 'to_world', not both"],
+    );
+    let bright = "<float name=\"irradiance\" value=\"1\"/>";
+    let direction = "<vector name=\"direction\" value=\"0, 3, 0\"/>";
+    assert_eq!(placed(&emitter("directional", bright)), DVec3::Z);
+    assert_eq!(
+        placed(&emitter("directional", &format!("{bright}{direction}"))),
+        DVec3::Y
+    );
+    let along = placed(&emitter("directional", &format!("{bright}{turned}")));
+    assert!(along.abs_diff_eq(-DVec3::Y, 1e-15), "{along}");
+    refused(
+        &emitter("directional", &format!("{bright}{direction}{turned}")),
+        &["give 'direction' or 'to_world', not both"],
     );
 }

@@ -7,6 +7,9 @@
 use crate::shape::Site;
 use glam::DVec3;
 
+/// Squared lengths of unit vectors differ from one by no more than this.
+const UNIT: f64 = 1e-12;
+
 /// Where a connection from a vertex to one end of a path, an emitter or the sensor, should end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aim {
@@ -61,8 +64,10 @@ impl Aim {
         }
     }
 
-    /// Parallel rays across a whole plane.
+    /// Parallel rays across a whole plane. With a direction of another length than one a connection ends
+    /// beside its vertex.
     pub(crate) fn parallel(through: DVec3, direction: DVec3) -> Self {
+        debug_assert!((direction.length_squared() - 1.0).abs() < UNIT);
         Aim::Plane {
             through,
             direction,

@@ -10,6 +10,7 @@ pub mod film;
 pub mod integrator;
 pub mod medium;
 pub mod meter;
+pub mod orientation;
 pub mod path;
 pub mod phase;
 pub mod photons;
@@ -26,6 +27,7 @@ pub mod trace;
 
 pub use bins::Bins;
 pub use film::Film;
+pub use orientation::Orientation;
 pub use scene::Scene;
 pub use spectrum::Spectrum;
 pub use stats::Stats;

@@ -2,9 +2,9 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use testkit::{DirectionTable, Family, Mass};
-use transport::Spectrum;
 use transport::emitter::{Collimated, Environment, Profile, Spot};
 use transport::sensor::{Perspective, Sensor, ThinLens};
+use transport::{Orientation, Spectrum};
 
 #[test]
 fn environment_images_are_sampled_by_their_density() {
@@ -13,9 +13,10 @@ fn environment_images_are_sampled_by_their_density() {
         .map(|i| Spectrum::splat(0.2 + ((i * 7) % 5) as f64))
         .collect();
     let turn = DMat3::from_axis_angle(DVec3::new(0.3, 0.8, -0.5).normalize(), 1.1);
+    let (turn, _) = Orientation::nearest(turn).unwrap();
     let image = Environment::image((width, height), pixels, turn).unwrap();
     // Bins along the image's own axis, so that pixel edges fall on bin edges in azimuth.
-    let axis = (turn * DVec3::Y).to_array();
+    let axis = turn.to_world(DVec3::Y).to_array();
     let table = DirectionTable::uniform(axis, 18, 24).with_mass_tolerance(2e-3);
     let mut family = Family::new(1e-3);
     let report = table
@@ -38,7 +39,7 @@ fn environment_images_are_sampled_by_their_density() {
 /// The solid angle of a pixel vanishes at the poles of an image; densities keep their digits there.
 #[test]
 fn densities_of_images_are_exact_near_the_poles() {
-    let image = Environment::image((2, 2), vec![Spectrum::ONE; 4], DMat3::IDENTITY).unwrap();
+    let image = Environment::image((2, 2), vec![Spectrum::ONE; 4], Orientation::IDENTITY).unwrap();
     for v in [1e-3, 1e-6, 1e-9] {
         let u = [0.3, v];
         for u in [u, [0.3, 1.0 - v]] {

@@ -16,7 +16,7 @@ use transport::emitter::{Emitter, Environment};
 use transport::scene::{Object, Parts};
 use transport::sensor::Ray;
 use transport::shape::{Cube, Rectangle, Shape};
-use transport::{Scene, Spectrum};
+use transport::{Orientation, Scene, Spectrum};
 
 fn check(name: &str, (mean, error): (f64, f64), exact: f64) {
     println!("{name}: {mean} ± {error}, expected {exact}");
@@ -41,6 +41,7 @@ fn slab(width: f64, z: [f64; 2]) -> Cube {
 fn half_sky(above: bool) -> Emitter {
     let pixels = [above, !above].map(|lit| Spectrum::splat(if lit { 1.0 } else { 0.0 }));
     let y_is_up = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
+    let (y_is_up, _) = Orientation::nearest(y_is_up).unwrap();
     Emitter::Environment(Environment::image((1, 2), pixels.to_vec(), y_is_up).unwrap())
 }
 

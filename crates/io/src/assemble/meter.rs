@@ -5,7 +5,7 @@ use super::film::{self, FilmParts, Layering};
 use super::instrument::{Gruneisen, Instrument, Normalization};
 use super::sampler::{self, Samples};
 use super::sensor::SensorParts;
-use super::texture::affine;
+use super::transforms::affine;
 use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};

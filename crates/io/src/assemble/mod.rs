@@ -21,6 +21,7 @@ mod shape;
 mod sides;
 mod surface_texture;
 mod texture;
+mod transforms;
 
 pub use film::Layering;
 pub use gaps::{Needs, Walls};

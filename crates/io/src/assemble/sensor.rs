@@ -4,7 +4,7 @@ use super::context::Context;
 use super::film::{self, FilmParts};
 use super::medium;
 use super::sampler::{self, Samples};
-use super::texture::affine;
+use super::transforms::affine;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use glam::DAffine3;

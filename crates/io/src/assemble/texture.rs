@@ -1,11 +1,12 @@
 //! Quantities that may vary in space: constants and grids.
 
 use super::context::Context;
+use super::transforms::affine;
 use crate::diagnostic::Location;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{FileRegistry, Object, SpectrumValue};
 use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
-use glam::{DAffine3, DMat4};
+use glam::DAffine3;
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::medium::{Filter, Grid, Placement, Texture};
@@ -234,13 +235,4 @@ fn dataset(format: Option<Format>, query: &mut Query) -> Option<String> {
         }
         _ => named.then(|| query.string("dataset")),
     }
-}
-
-/// An affine map; a projective one is reported.
-pub(super) fn affine(matrix: DMat4, name: &str, query: &mut Query) -> DAffine3 {
-    let map = DAffine3::from_mat4(matrix);
-    if matrix.row(3) != glam::DVec4::W {
-        query.error(name, "the last row of the matrix must be 0 0 0 1");
-    }
-    map
 }

@@ -59,7 +59,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "The same intensity in all directions.",
         &[
             &[
-                point("position", "", "required unless to_world is given"),
+                point("position", "[0, 0, 0]", "in place of to_world"),
                 spectrum("intensity", "required", "W/sr, ≥ 0"),
             ],
             PLACED,
@@ -80,11 +80,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[
             &[
                 spectrum("irradiance", "required", "across the direction, W/m², ≥ 0"),
-                vector(
-                    "direction",
-                    "",
-                    "required unless to_world is given, then +z",
-                ),
+                vector("direction", "[0, 0, 1]", "in place of to_world"),
             ],
             PLACED,
         ],

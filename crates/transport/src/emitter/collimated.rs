@@ -44,12 +44,12 @@ pub struct Collimated {
 }
 
 impl Collimated {
-    /// A beam of the given total power; `origin` is the centre of the aperture, `direction` the unit
-    /// direction of the light.
+    /// A beam of the given total power; `origin` is the centre of the aperture, `direction` that of the
+    /// light, not zero.
     pub fn new(origin: DVec3, direction: DVec3, profile: Profile, power: Spectrum) -> Self {
         Collimated {
             origin,
-            direction,
+            direction: direction.normalize(),
             profile,
             peak: power / profile.area(),
         }

@@ -1,10 +1,10 @@
 //! Light from all around: constant, or an image.
 
-use crate::Spectrum;
 use crate::sampling::DistributionError;
 use crate::sampling::Grid2;
 use crate::sampling::sphere::{uniform_sphere_pdf, uniform_sphere_sample};
-use glam::{DMat3, DVec3};
+use crate::{Orientation, Spectrum};
+use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -46,16 +46,16 @@ pub enum Environment {
 impl Environment {
     /// An environment from an equirectangular image, row by row from the top, in Mitsuba's
     /// convention: local +y is up, the left edge of the image is seen in local direction −z and u = ¼ in local
-    /// direction +x. Pixels are constant over their area; `to_world` must be a rotation.
+    /// direction +x. Pixels are constant over their area.
     pub fn image(
         (width, height): (usize, usize),
         pixels: Vec<Spectrum>,
-        to_world: DMat3,
+        orientation: Orientation,
     ) -> Result<Self, ImageError> {
         Ok(Environment::Image(Arc::new(Image::new(
             (width, height),
             pixels,
-            to_world,
+            orientation,
         )?)))
     }
 
@@ -106,7 +106,7 @@ pub struct Image {
     width: usize,
     height: usize,
     pixels: Vec<Spectrum>,
-    to_world: DMat3,
+    orientation: Orientation,
     distribution: Grid2,
 }
 
@@ -114,7 +114,7 @@ impl Image {
     fn new(
         (width, height): (usize, usize),
         pixels: Vec<Spectrum>,
-        to_world: DMat3,
+        orientation: Orientation,
     ) -> Result<Self, ImageError> {
         if pixels.len() != width * height || pixels.is_empty() {
             return Err(ImageError::Size {
@@ -140,7 +140,7 @@ impl Image {
             width,
             height,
             pixels,
-            to_world,
+            orientation,
             distribution: Grid2::new(width, height, &weights)?,
         })
     }
@@ -148,7 +148,7 @@ impl Image {
     /// Image coordinates (u, v) in [0, 1]² of a direction, and sin θ. Sines and the arc tangent keep
     /// their digits near the poles, where the cosine loses them.
     fn locate(&self, toward: DVec3) -> ([f64; 2], f64) {
-        let d = self.to_world.transpose() * toward;
+        let d = self.orientation.to_local(toward);
         let u = d.x.atan2(-d.z) / TAU;
         let sin = d.x.hypot(d.z);
         ([u - u.floor(), sin.atan2(d.y) / PI], sin)
@@ -176,7 +176,10 @@ impl Image {
         let ([u, v], pdf) = self.distribution.sample(u);
         let ((sin_phi, cos_phi), (sin, cos)) = ((u * TAU).sin_cos(), (v * PI).sin_cos());
         let local = DVec3::new(sin_phi * sin, cos, -cos_phi * sin);
-        (self.to_world * local, pdf / (TAU * PI * sin.max(1e-300)))
+        (
+            self.orientation.to_world(local),
+            pdf / (TAU * PI * sin.max(1e-300)),
+        )
     }
 
     fn pdf(&self, toward: DVec3) -> f64 {

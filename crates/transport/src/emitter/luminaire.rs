@@ -1,8 +1,8 @@
 //! A point that radiates as measured on a lamp.
 
-use crate::Spectrum;
 use crate::sampling::Discrete;
-use glam::{DMat3, DVec3};
+use crate::{Orientation, Spectrum};
+use glam::DVec3;
 use std::f64::consts::TAU;
 
 /// Why a table of intensities cannot be used.
@@ -31,7 +31,7 @@ pub enum LuminaireError {
 #[derive(Clone, Debug)]
 pub struct Luminaire {
     position: DVec3,
-    axes: DMat3,
+    orientation: Orientation,
     scale: Spectrum,
     /// Polar angles, radians.
     polar: Vec<f64>,
@@ -45,10 +45,10 @@ pub struct Luminaire {
 
 impl Luminaire {
     /// A lamp at `position` with a table of intensities in units of `scale`: for each azimuth those at the polar
-    /// angles, both in degrees. Polar angles are those to the third of `axes`, a rotation, and azimuths turn
-    /// from its first to its second; azimuths go from 0 to 360, or there is just one.
+    /// angles, both in degrees. Polar angles are those to local +z, and azimuths turn
+    /// from local +x to +y; azimuths go from 0 to 360, or there is just one.
     pub fn new(
-        (position, axes): (DVec3, DMat3),
+        (position, orientation): (DVec3, Orientation),
         scale: Spectrum,
         [polar, azimuths]: [Vec<f64>; 2],
         values: Vec<f64>,
@@ -78,7 +78,7 @@ impl Luminaire {
         let zones: Vec<f64> = (0..polar.len() - 1).map(zone).collect();
         Ok(Luminaire {
             position,
-            axes,
+            orientation,
             scale,
             choice: Discrete::new(&zones).map_err(|_| LuminaireError::Intensity)?,
             polar,
@@ -94,7 +94,7 @@ impl Luminaire {
 
     /// Polar angle and azimuth of a unit direction.
     fn angles(&self, direction: DVec3) -> (f64, f64) {
-        let d = self.axes.transpose() * direction;
+        let d = self.orientation.to_local(direction);
         let azimuth = d.y.atan2(d.x);
         (d.x.hypot(d.y).atan2(d.z), azimuth.rem_euclid(TAU))
     }
@@ -152,7 +152,7 @@ impl Luminaire {
         let cos = a + (b - a) * pick.u;
         let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();
         let (y, x) = (TAU * u[1]).sin_cos();
-        (self.axes * DVec3::new(sin * x, sin * y, cos)).normalize()
+        self.orientation.to_world(DVec3::new(sin * x, sin * y, cos))
     }
 
     /// Density of [`Luminaire::sample`] per steradian.

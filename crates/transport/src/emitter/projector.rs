@@ -1,8 +1,8 @@
 //! A point that throws an image, as a slide projector does.
 
-use crate::Spectrum;
 use crate::sampling::{DistributionError, Grid2};
-use glam::{DMat3, DVec3};
+use crate::{Orientation, Spectrum};
+use glam::DVec3;
 use std::f64::consts::PI;
 
 /// A projector (Mitsuba's `projector`). A white diffuse screen across its axis at unit distance shows the image,
@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 #[derive(Clone, Debug)]
 pub struct Projector {
     position: DVec3,
-    /// Local axes in the world: +x to the left of the image, +y up, +z forwards.
-    axes: DMat3,
+    /// Local axes: +x to the left of the image, +y up, +z forwards.
+    orientation: Orientation,
     /// Half extents of the image at unit distance.
     half: [f64; 2],
     size: [usize; 2],
@@ -21,9 +21,9 @@ pub struct Projector {
 
 impl Projector {
     /// An image of `size` (width, height), row by row from the top, that is `fov_x` wide, in radians in
-    /// (0, π). Pixels are radiances of the screen, ≥ 0, not all 0, and as many as `size` says; `axes` is a rotation.
+    /// (0, π). Pixels are radiances of the screen, ≥ 0, not all 0, and as many as `size` says.
     pub fn new(
-        (position, axes): (DVec3, DMat3),
+        (position, orientation): (DVec3, Orientation),
         fov_x: f64,
         (size, pixels): ([usize; 2], Vec<Spectrum>),
     ) -> Result<Self, DistributionError> {
@@ -31,7 +31,7 @@ impl Projector {
         let half = (0.5 * fov_x).tan();
         Ok(Projector {
             position,
-            axes,
+            orientation,
             half: [half, half * size[1] as f64 / size[0] as f64],
             size,
             distribution: Grid2::new(size[0], size[1], &weights)?,
@@ -47,7 +47,7 @@ impl Projector {
     /// Image coordinates in [0, 1]² from the top left of a unit direction, and its cosine to the axis; `None`
     /// beside the image.
     fn locate(&self, direction: DVec3) -> Option<([f64; 2], f64)> {
-        let d = self.axes.transpose() * direction;
+        let d = self.orientation.to_local(direction);
         if d.z <= 0.0 {
             return None;
         }
@@ -85,7 +85,7 @@ impl Projector {
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
         let (uv, _) = self.distribution.sample(u);
         let [x, y] = [0, 1].map(|k| (1.0 - 2.0 * uv[k]) * self.half[k]);
-        (self.axes * DVec3::new(x, y, 1.0)).normalize()
+        self.orientation.to_world(DVec3::new(x, y, 1.0).normalize())
     }
 
     /// Density of [`Projector::sample`] per steradian: dΩ = cos³θ dA.

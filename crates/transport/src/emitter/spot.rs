@@ -18,7 +18,7 @@ pub struct Spot {
 }
 
 impl Spot {
-    /// `axis` is the unit direction of the cone and `intensity` that inside `beam_width`; angles are
+    /// `axis` is the direction of the cone, not zero, and `intensity` that inside `beam_width`; angles are
     /// half angles in radians, with 0 ≤ `beam_width` ≤ `cutoff`, 0 < `cutoff` ≤ π.
     pub fn new(
         position: DVec3,
@@ -28,7 +28,7 @@ impl Spot {
     ) -> Self {
         Spot {
             position,
-            axis,
+            axis: axis.normalize(),
             intensity,
             cutoff,
             beam_width,

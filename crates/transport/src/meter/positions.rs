@@ -2,7 +2,6 @@
 
 use super::reading::Axis;
 use crate::Bins;
-use crate::sampling::Sampler;
 use crate::shape::{Hit, Shape};
 use std::f64::consts::PI;
 
@@ -24,11 +23,6 @@ pub struct Positions {
     /// Areas of all bins, if known.
     areas: Option<Vec<f64>>,
 }
-
-/// Densities that differ by less are the same.
-const UNIFORM: f64 = 1e-9;
-/// Points at which they are compared.
-const PROBES: u64 = 32;
 
 impl Positions {
     /// So many bins along u and v; parts are told apart if `parts` is set.
@@ -53,7 +47,7 @@ impl Positions {
             sphere: matches!(shape, Shape::Sphere(_)),
             parts: areas.len(),
             resolution: [u, v],
-            areas: (!fine || is_even(shape))
+            areas: (!fine || shape.is_even())
                 .then(|| areas.iter().enumerate().flat_map(divide).collect()),
         }
     }
@@ -117,17 +111,4 @@ impl Positions {
         let v = v_bins.index(v.clamp(v_bins.min, 1.0))?;
         Some((part * v_bins.count + v) * u_bins.count + u)
     }
-}
-
-/// Whether the coordinates of curved shapes divide them evenly.
-fn is_even(shape: &Shape) -> bool {
-    if !matches!(shape, Shape::Sphere(_) | Shape::Cylinder(_)) {
-        return true;
-    }
-    let mut first = [None; 3];
-    (0..PROBES).all(|i| {
-        let sample = shape.sample_area(Sampler::new(2, i, 0).next_2d());
-        let expected = *first[sample.primitive as usize % 3].get_or_insert(sample.pdf);
-        (sample.pdf - expected).abs() <= UNIFORM * expected
-    })
 }

@@ -322,9 +322,25 @@ fn check_emitters(scene: &Scene) -> Vec<Problem> {
     beams
         .filter_map(|(i, emitter)| match emitter {
             Emitter::Collimated(_) => check_beam(scene, i, emitter),
+            Emitter::Directional { direction, .. } => check_direction(i, *direction),
             _ => None,
         })
         .collect()
+}
+
+/// Connections along a direction of another length end beside their vertices.
+fn check_direction(i: usize, direction: DVec3) -> Option<Problem> {
+    let off = (direction.length() - 1.0).abs();
+    (off.is_nan() || off > 1e-12).then(|| {
+        error(
+            Subject::Emitter(i),
+            format!(
+                "the direction of parallel light has length {}",
+                direction.length()
+            ),
+            "make it a unit vector",
+        )
+    })
 }
 
 /// Connections to a beam take it to start in the medium of its centre, where its central ray must lead somewhere.

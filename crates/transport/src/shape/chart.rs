@@ -42,14 +42,32 @@ pub(crate) struct Chart {
 const BANDS: u32 = 64;
 
 impl Shape {
+    /// Whether area grows alike all over each curved part, up to the rounding of a transform: not on
+    /// ellipsoids and elliptic cylinders.
+    pub(crate) fn is_even(&self) -> bool {
+        match self {
+            Shape::Sphere(s) => s.is_even(),
+            Shape::Cylinder(s) => s.is_even(),
+            _ => true,
+        }
+    }
+
     /// A chart of part `primitive`; `None` where area is not spread over it in a simple way: on ellipsoids and
     /// elliptic cylinders.
     pub(crate) fn chart(&self, primitive: u32) -> Option<Chart> {
+        let is_curved = match self {
+            Shape::Sphere(_) => true,
+            Shape::Cylinder(_) => primitive == 0,
+            _ => false,
+        };
+        if is_curved && !self.is_even() {
+            return None;
+        }
         let spread = match self {
             Shape::Rectangle(_) | Shape::Cube(_) | Shape::Mesh(_) => Spread::Even,
             Shape::Disk(_) => Spread::Radial,
-            Shape::Sphere(s) => s.is_even().then_some(Spread::Polar)?,
-            Shape::Cylinder(s) if primitive == 0 => s.is_even().then_some(Spread::Even)?,
+            Shape::Sphere(_) => Spread::Polar,
+            Shape::Cylinder(_) if primitive == 0 => Spread::Even,
             Shape::Cylinder(_) => Spread::Radial,
         };
         let mut chart = Chart {

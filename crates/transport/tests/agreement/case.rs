@@ -9,7 +9,6 @@ use eikonal::field::{
 use eikonal::{Aabb, Field, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::TAU;
-use transport::Spectrum;
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::{Collimated, Emitter, Environment, Profile, Spot};
 use transport::film::Filter;
@@ -18,6 +17,7 @@ use transport::phase::Phase;
 use transport::scene::{FilmSpec, Object, Parts};
 use transport::sensor::{Orthographic, Perspective, Sensor, ThinLens};
 use transport::shape::{Rectangle, Sphere};
+use transport::{Orientation, Spectrum};
 
 macro_rules! factor {
     ($(#[$doc:meta])* $name:ident { $($level:ident),+ $(,)? }) => {
@@ -166,7 +166,9 @@ impl Case {
             Light::SkyImage => {
                 let pixel = |i: usize| Spectrum::splat(0.2 + ((3 * i + 1) % 5) as f64 * 0.5);
                 let pixels = (0..32).map(pixel).collect();
-                Emitter::Environment(Environment::image((8, 4), pixels, DMat3::IDENTITY).unwrap())
+                Emitter::Environment(
+                    Environment::image((8, 4), pixels, Orientation::IDENTITY).unwrap(),
+                )
             }
             Light::Directional => Emitter::Directional {
                 direction: down,

@@ -1,12 +1,12 @@
 //! Light that leaves points and surfaces, and what holds for every emitter.
 
 use crate::support::*;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use testkit::{DirectionTable, Family, Mass, Rng, uniform_edges};
-use transport::Spectrum;
 use transport::aim::{Aim, OnSurface};
 use transport::emitter::{Emitter, Luminaire, LuminaireError, Projector};
 use transport::shape::Site;
+use transport::{Orientation, Spectrum};
 
 /// A point of a surface with the normal `axis()`, or a point in space.
 fn aim_at(surface: bool) -> Aim {
@@ -170,7 +170,7 @@ fn a_projector_throws_what_mitsubas_does() {
     let place = DVec3::new(1.0, 2.0, 3.0);
     // Looking along +z with +y up, the image is the right way round for a look from behind the projector.
     let projector = Projector::new(
-        (place, DMat3::IDENTITY),
+        (place, Orientation::IDENTITY),
         60f64.to_radians(),
         ([4, 2], pixels),
     );
@@ -201,7 +201,7 @@ fn lamps_that_are_refused() {
     let make = |polar: &[f64], azimuths: &[f64], values: &[f64]| {
         let angles = [polar.to_vec(), azimuths.to_vec()];
         Luminaire::new(
-            (DVec3::ZERO, DMat3::IDENTITY),
+            (DVec3::ZERO, Orientation::IDENTITY),
             color(),
             angles,
             values.to_vec(),

@@ -3,7 +3,6 @@
 use glam::{DAffine2, DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 use testkit::Rng;
-use transport::Spectrum;
 use transport::aim::Aim;
 use transport::emitter::{
     Collimated, Emission, Emitter, Environment, Luminaire, Profile, Projector, Spot, Surroundings,
@@ -12,6 +11,7 @@ use transport::emitter::{
 use transport::sampling::Frame;
 use transport::shape::{Rectangle, Shape, Sphere};
 use transport::texture::{Bitmap, Filter, Texture, Wrap};
+use transport::{Orientation, Spectrum};
 
 /// False-alarm rate of each family.
 pub const FALSE_ALARM: f64 = 1.6e-4;
@@ -75,10 +75,16 @@ pub fn pixel(i: usize) -> f64 {
     0.25 + ((i * 7) % 5) as f64
 }
 
+/// Turned around the axis, by an angle in radians.
+fn turned(angle: f64) -> Orientation {
+    Orientation::nearest(DMat3::from_axis_angle(axis(), angle))
+        .unwrap()
+        .0
+}
+
 fn image(color: Spectrum) -> Environment {
     let pixels = (0..IMAGE.0 * IMAGE.1).map(|i| color * pixel(i)).collect();
-    let turn = DMat3::from_axis_angle(axis(), 1.1);
-    Environment::image(IMAGE, pixels, turn).unwrap()
+    Environment::image(IMAGE, pixels, turned(1.1)).unwrap()
 }
 
 /// Width of what a projector throws, in radians.
@@ -86,7 +92,7 @@ pub const FOV: f64 = 1.2;
 
 pub fn projector(color: Spectrum) -> Emitter {
     let pixels = (0..IMAGE.0 * IMAGE.1).map(|i| color * pixel(i)).collect();
-    let pose = (DVec3::X, DMat3::from_axis_angle(axis(), 0.4));
+    let pose = (DVec3::X, turned(0.4));
     let thrown = Projector::new(pose, FOV, ([IMAGE.0, IMAGE.1], pixels));
     Emitter::Projector(Arc::new(thrown.unwrap()))
 }
@@ -112,7 +118,7 @@ pub fn lamp(color: Spectrum) -> Emitter {
             .map(move |a| f * (1.0 - a / 180.0))
     });
     let values = rows.into_iter().flatten().collect();
-    let pose = (DVec3::X, DMat3::from_axis_angle(axis(), 0.4));
+    let pose = (DVec3::X, turned(0.4));
     let lamp = Luminaire::new(pose, color, [polar, azimuths], values);
     Emitter::Luminaire(Arc::new(lamp.unwrap()))
 }

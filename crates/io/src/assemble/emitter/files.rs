@@ -3,13 +3,12 @@
 use super::super::context::Context;
 use super::super::sensor::fov;
 use super::super::surface_texture::screen;
-use super::super::texture::affine;
+use super::super::transforms::pose;
 use super::light;
 use crate::ies;
 use crate::image::RgbImage;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{Object, SpectrumValue};
-use glam::{DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 use transport::emitter::{Emitter, Environment, Luminaire, Projector};
 
@@ -17,12 +16,7 @@ pub(super) fn envmap(object: &Object, context: &mut Context) -> Option<Emitter> 
     let mut q = Query::new(object, context.diagnostics);
     let path = q.path("filename", context.files);
     let scale = q.float_in("scale", 0.0.., 1.0);
-    let matrix = q.transform("to_world");
-    let frame = affine(matrix, "to_world", &mut q);
-    let rotation = rotation(frame);
-    if rotation.is_none() {
-        q.error("to_world", "an environment can only be rotated");
-    }
+    let pose = pose(&mut q, "an environment");
     let image = RgbImage::read(&path).map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
     let image = image.ok()?;
@@ -31,35 +25,17 @@ pub(super) fn envmap(object: &Object, context: &mut Context) -> Option<Emitter> 
         context.spectrum(&SpectrumValue::Rgb(rgb), &object.location)
     };
     let pixels = image.pixels.iter().map(&mut radiance).collect();
-    let environment = Environment::image((image.width, image.height), pixels, rotation?);
+    let (_, orientation) = pose?;
+    let environment = Environment::image((image.width, image.height), pixels, orientation);
     context
         .accept(&object.location, environment)
         .map(Emitter::Environment)
 }
 
-/// The rotation that a map is, up to a uniform scale.
-fn rotation(map: DAffine3) -> Option<DMat3> {
-    let scale = map.matrix3.x_axis.length();
-    let m = map.matrix3 * (1.0 / scale);
-    let rigid = (m * m.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-6) && m.determinant() > 0.0;
-    rigid.then_some(m)
-}
-
-/// A place and the directions of the axes there; `None` (reported) unless the map moves and turns only.
-fn pose(q: &mut Query) -> Option<(DVec3, DMat3)> {
-    let matrix = q.transform("to_world");
-    let frame = affine(matrix, "to_world", q);
-    let rotation = rotation(frame);
-    if rotation.is_none() {
-        q.error("to_world", "this emitter can only be moved and rotated");
-    }
-    rotation.map(|axes| (frame.translation, axes))
-}
-
 /// An image thrown by a point.
 pub(super) fn projector(object: &Object, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
-    let pose = pose(&mut q);
+    let pose = pose(&mut q, "a projector");
     let fov = fov(&mut q);
     let scale = q.float_in("scale", 0.0.., 1.0);
     let image = q.texture_or_spectrum("irradiance", None);
@@ -85,7 +61,7 @@ pub(super) fn projector(object: &Object, context: &mut Context) -> Option<Emitte
 /// A lamp that was measured.
 pub(super) fn luminaire(object: &Object, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
-    let pose = pose(&mut q);
+    let pose = pose(&mut q, "a photometric emitter");
     let scale = q.spectrum_or("scale", SpectrumValue::Uniform(1.0));
     let path = q.path("filename", context.files);
     let lamp = ies::read(&path).map_err(|e| q.file_error("filename", &e));

@@ -5,10 +5,10 @@ mod files;
 use super::context::Context;
 use super::medium;
 use super::surface_texture::{Role, Vertices, texture};
-use super::texture::affine;
+use super::transforms::axis;
 use crate::query::{Input, POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind, SpectrumValue};
-use glam::DVec3;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::{Collimated, Emitter, Environment, Profile, Spot, TexturedArea};
@@ -80,13 +80,20 @@ const LONGEST_NAME: usize = 60;
 
 /// Names of emitters: their ids or their kinds, made different by numbers, and without dots.
 pub(super) fn names(ids: &[Option<String>], emitters: &[Emitter]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
+    let mut names: Vec<String> = Vec::with_capacity(emitters.len());
+    let mut taken = HashSet::new();
+    // Thousands may have one name: each goes on counting where the last one stopped.
+    let mut next: HashMap<String, usize> = HashMap::new();
     for (id, emitter) in ids.iter().zip(emitters) {
         let id = id.as_deref().unwrap_or(emitter.kind());
         let stem: String = id.replace('.', "_").chars().take(LONGEST_NAME).collect();
-        let numbered = (2..).map(|k| format!("{stem}_{k}"));
-        let mut candidates = std::iter::once(stem.clone()).chain(numbered);
-        names.extend(candidates.find(|name| !names.contains(name)));
+        let number = next.entry(stem.clone()).or_insert(1);
+        let mut name = stem.clone();
+        while !taken.insert(name.clone()) {
+            *number += 1;
+            name = format!("{stem}_{number}");
+        }
+        names.push(name);
     }
     names
 }
@@ -100,21 +107,11 @@ fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
     }
     let mut q = Query::new(object, context.diagnostics);
     let inside = q.child(PluginKind::Medium).cloned();
-    let matrix = q.transform("to_world");
-    let placed = q.has("to_world");
-    let frame = affine(matrix, "to_world", &mut q);
-    let axis = frame.transform_vector3(DVec3::Z).normalize_or_zero();
-    if axis == DVec3::ZERO {
-        q.error("to_world", "the transform is singular");
-        return None;
-    }
+    let (origin, axis) = axis(&mut q)?;
     let emitter = match object.plugin.as_str() {
         "point" => {
-            let position = if placed {
-                frame.translation
-            } else {
-                q.point("position")
-            };
+            instead_of_transform("position", &mut q);
+            let position = q.point_or("position", origin);
             let intensity = q.spectrum("intensity");
             q.finish(&[]);
             Emitter::Point {
@@ -133,11 +130,15 @@ fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
             q.finish(&[]);
             let intensity = light(&intensity, "intensity", object, context);
             let angles = (cutoff.to_radians(), beam.to_radians());
-            Emitter::Spot(Spot::new(frame.translation, axis, intensity, angles))
+            Emitter::Spot(Spot::new(origin, axis, intensity, angles))
         }
         "directional" => {
             let irradiance = q.spectrum("irradiance");
-            let direction = direction(&mut q, placed, axis);
+            instead_of_transform("direction", &mut q);
+            let direction = q.vector_or("direction", axis).try_normalize();
+            if direction.is_none() {
+                q.error("direction", "the direction must not be zero");
+            }
             q.finish(&[]);
             Emitter::Directional {
                 direction: direction?,
@@ -155,8 +156,8 @@ fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
             q.finish(&[]);
             let name = if total { "power" } else { "irradiance" };
             let value = light(&power, name, object, context);
-            let beam = |power| Collimated::new(frame.translation, axis, profile, power);
-            let unit = beam(Spectrum::ONE).irradiance(frame.translation)[0];
+            let beam = |power| Collimated::new(origin, axis, profile, power);
+            let unit = beam(Spectrum::ONE).irradiance(origin)[0];
             Emitter::Collimated(beam(if total { value } else { value / unit }))
         }
         _ => {
@@ -172,15 +173,11 @@ fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
     Some(emitter)
 }
 
-fn direction(q: &mut Query, placed: bool, axis: DVec3) -> Option<DVec3> {
-    if placed {
-        return Some(axis);
+/// As in Mitsuba, a parameter that does the work of `to_world` takes its place.
+fn instead_of_transform(name: &str, q: &mut Query) {
+    if q.has(name) && q.has("to_world") {
+        q.error(name, format!("give '{name}' or 'to_world', not both"));
     }
-    let direction = q.vector("direction").try_normalize();
-    if direction.is_none() {
-        q.error("direction", "the direction must not be zero");
-    }
-    direction
 }
 
 /// Profile and brightness of a beam, and whether the latter is its total power.

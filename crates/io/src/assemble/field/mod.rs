@@ -8,7 +8,7 @@ mod grid;
 pub(super) use dispersion::disperses;
 
 use super::context::Context;
-use super::texture::affine;
+use super::transforms::affine;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use eikonal::Field;

@@ -1,7 +1,7 @@
 //! Groups of shapes that are put up several times.
 
 use super::super::context::Context;
-use super::super::texture::affine;
+use super::super::transforms::affine;
 use super::add_at;
 use crate::query::Query;
 use crate::scene::{Object, PluginKind};

@@ -7,7 +7,7 @@ pub(super) use mesh::Originals;
 
 use super::context::Context;
 use super::sides::Wish;
-use super::texture::affine;
+use super::transforms::affine;
 use super::{bsdf, emitter, medium};
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{FileRegistry, Object, PluginKind};

@@ -1,0 +1,70 @@
+//! What transforms are turned into: affine maps, orientations, axes.
+
+use crate::query::Query;
+use glam::{DAffine3, DMat4, DVec3, DVec4};
+use transport::Orientation;
+
+/// Relative errors of lengths that numbers rounded to four digits explain (three entries of a row, each
+/// wrong by up to 5e-5), and a little more.
+const ROUNDING: f64 = 2e-4;
+/// Relative errors of lengths from which on a map is meant to be no rotation.
+const DEFORMED: f64 = 1e-2;
+
+/// An affine map; a projective one is reported.
+pub(super) fn affine(matrix: DMat4, name: &str, query: &mut Query) -> DAffine3 {
+    let map = DAffine3::from_mat4(matrix);
+    if matrix.row(3) != DVec4::W {
+        query.error(name, "the last row of the matrix must be 0 0 0 1");
+    }
+    map
+}
+
+/// The place and the orientation that `to_world` gives a `thing` which cannot be deformed. Its scale counts for
+/// nothing. A map that is nearly a rotation or a mirror becomes one, with a warning beyond rounding; `None` after
+/// an error.
+pub(super) fn pose(query: &mut Query, thing: &str) -> Option<(DVec3, Orientation)> {
+    const NAME: &str = "to_world";
+    let matrix = query.transform(NAME);
+    let map = affine(matrix, NAME, query);
+    let Some((orientation, error)) = Orientation::nearest(map.matrix3) else {
+        query.error(NAME, SINGULAR);
+        return None;
+    };
+    if error > DEFORMED {
+        let message = format!(
+            "{thing} can only be rotated, mirrored and scaled evenly: this transform changes its shape, lengths by \
+             up to {}",
+            percent(error)
+        );
+        query.error(NAME, message);
+        return None;
+    }
+    if error > ROUNDING {
+        let message = format!(
+            "the transform changes lengths by up to {}, more than numbers rounded to four digits explain; {thing} \
+             takes the nearest rotation",
+            percent(error)
+        );
+        query.warning(NAME, message);
+    }
+    Some((map.translation, orientation))
+}
+
+/// What a transform without an inverse is reported as.
+const SINGULAR: &str = "the transform is singular: it flattens space";
+
+/// The place and the unit direction of local +z that `to_world` gives; `None` (reported) if it flattens that.
+pub(super) fn axis(query: &mut Query) -> Option<(DVec3, DVec3)> {
+    const NAME: &str = "to_world";
+    let matrix = query.transform(NAME);
+    let map = affine(matrix, NAME, query);
+    let axis = map.matrix3.z_axis.try_normalize();
+    if axis.is_none() {
+        query.error(NAME, SINGULAR);
+    }
+    axis.map(|axis| (map.translation, axis))
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.2} %", 100.0 * share)
+}

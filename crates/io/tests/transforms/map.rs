@@ -1,0 +1,96 @@
+//! Where the things of a scene stand: all moved together, by a map that may be rounded.
+
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+use serde_json::{Value, json};
+
+/// A rotation, perhaps with a mirror and a uniform scale, of the whole scene.
+#[derive(Clone, Copy)]
+pub struct Map {
+    linear: DMat3,
+    scale: f64,
+    /// Digits after the point to which matrices are rounded.
+    pub digits: Option<i32>,
+}
+
+pub const IDENTITY: Map = Map {
+    linear: DMat3::IDENTITY,
+    scale: 1.0,
+    digits: None,
+};
+
+/// A rotation; the same with a mirror; the same with a scale.
+pub fn maps() -> [(&'static str, Map); 3] {
+    let axis = DVec3::new(1.0, 2.0, 3.0).normalize();
+    let linear = DMat3::from_quat(DQuat::from_axis_angle(axis, 0.9));
+    let mirror = DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0));
+    let rotation = Map { linear, ..IDENTITY };
+    let mirrored = Map {
+        linear: linear * mirror,
+        ..rotation
+    };
+    let scaled = Map {
+        scale: 2.5,
+        ..rotation
+    };
+    [
+        ("rotation", rotation),
+        ("mirror", mirrored),
+        ("scale", scaled),
+    ]
+}
+
+impl Map {
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Growth of areas: what intensities must grow by to leave irradiances as they are.
+    pub fn area(&self) -> f64 {
+        self.scale * self.scale
+    }
+
+    pub fn rounded(self, digits: i32) -> Self {
+        Map {
+            digits: Some(digits),
+            ..self
+        }
+    }
+
+    /// What stands at the origin, turned askew.
+    pub fn turned(&self) -> Value {
+        self.place([0.0; 3])
+    }
+
+    /// What stands at a point, turned askew.
+    pub fn place(&self, at: [f64; 3]) -> Value {
+        let askew = DQuat::from_axis_angle(DVec3::new(2.0, -1.0, 0.5).normalize(), 0.7);
+        self.of(DAffine3::from_rotation_translation(askew, at.into()))
+    }
+
+    /// What looks, or shines, from a point to the origin along +z.
+    pub fn view(&self, from: [f64; 3]) -> Value {
+        let from = DVec3::from(from);
+        let ahead = -from.normalize();
+        let left = DVec3::new(0.1, 1.0, 0.2).cross(ahead).normalize();
+        let view = DMat3::from_cols(left, ahead.cross(left), ahead);
+        self.of(DAffine3::from_mat3_translation(view, from))
+    }
+
+    /// The unit cube over the unit ball.
+    pub fn unit_cube(&self) -> Value {
+        let cube = DAffine3::from_scale(DVec3::splat(2.0))
+            * DAffine3::from_translation(DVec3::splat(-0.5));
+        self.of(cube)
+    }
+
+    fn of(&self, local: DAffine3) -> Value {
+        let all = DAffine3::from_mat3(self.linear * self.scale) * local;
+        let matrix = DMat4::from(all);
+        let round = |v: f64| match self.digits {
+            Some(digits) => (v * 10f64.powi(digits)).round() / 10f64.powi(digits),
+            None => v,
+        };
+        let row = |i: usize| matrix.row(i).to_array().map(round);
+        json!([row(0), row(1), row(2), row(3)])
+    }
+}
