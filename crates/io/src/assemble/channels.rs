@@ -2,7 +2,7 @@
 
 use super::{field, meter};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::scene::{Object, PluginKind, SpectrumValue, Value};
+use crate::scene::{Object, PluginKind, SpectrumValue, Value, descendants};
 use transport::Spectrum;
 
 /// The channels of the film.
@@ -44,7 +44,7 @@ impl Channels {
                 _ => Channels::Rgb,
             };
         };
-        let apart = seen(root).any(field::disperses);
+        let apart = descendants(seen(root)).any(field::disperses);
         let text = |name: &str| {
             let property = film.properties.iter().find(|p| p.name == name)?;
             match &property.value {

@@ -264,6 +264,9 @@ fn group_parts(
         context.error_at(&second.location, "the scene has more than one integrator");
     }
     let method = integrator::build(integrators.first().copied(), options, &mut context);
+    if !shape::fit(&shapes, &mut context) {
+        return None;
+    }
     for &shape in &shapes {
         shape::add(shape, &mut context);
     }

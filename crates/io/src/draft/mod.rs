@@ -5,6 +5,7 @@ mod parameters;
 mod resolve;
 mod text;
 pub(crate) mod transforms;
+mod unfold;
 
 pub(crate) use parameters::Parameters;
 pub(crate) use resolve::Drafts;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Alias, Draft, MAX_DEPTH, Target};
+use super::{Alias, Draft, MAX_DEPTH, Target, unfold};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{Child, Object, ObjectId};
 
@@ -61,7 +61,7 @@ impl Drafts {
     }
 
     /// Follows every reference and returns the root. A reference that leads nowhere, to an object
-    /// that contains it, or too deep is reported and left out.
+    /// that contains it, or too deep is reported and left out; references that multiply are reported.
     pub(crate) fn resolve(mut self, diagnostics: &mut Diagnostics) -> Option<Arc<Object>> {
         for alias in std::mem::take(&mut self.aliases) {
             if let Some(index) = self.find(&alias.target, &alias.location, diagnostics) {
@@ -77,13 +77,14 @@ impl Drafts {
             links.push(targets.collect::<Vec<_>>());
         }
         let states = self.drafts.into_iter().map(State::Waiting).collect();
-        let root = Resolver {
+        let mut resolver = Resolver {
             states,
             links,
             diagnostics,
-        }
-        .object(self.root, 0);
-        root.map(|tall| tall.object).ok()
+        };
+        let root = resolver.object(self.root, 0).ok()?.object;
+        unfold::check(&root, diagnostics);
+        Some(root)
     }
 
     fn find(&self, id: &str, at: &Location, diagnostics: &mut Diagnostics) -> Option<usize> {

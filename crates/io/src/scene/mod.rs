@@ -18,6 +18,7 @@ pub use registry::FileRegistry;
 pub use spectrum::SpectrumValue;
 pub use tensor::{Numbers, Tensor};
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
@@ -64,6 +65,20 @@ impl Object {
         let plugin = (self.kind != PluginKind::Scene).then_some(self.plugin.as_str());
         words::object(self.kind.tag(), plugin, &self.location)
     }
+}
+
+/// Objects and all that they contain, each once, however many references there are.
+pub(crate) fn descendants<'a>(
+    roots: impl IntoIterator<Item = &'a Object>,
+) -> impl Iterator<Item = &'a Object> {
+    let mut seen = HashSet::new();
+    let mut open: Vec<&Object> = roots.into_iter().collect();
+    open.reverse();
+    std::iter::from_fn(move || {
+        let object = std::iter::from_fn(|| open.pop()).find(|o| seen.insert(o.number))?;
+        open.extend(object.children.iter().rev().map(|c| &*c.object));
+        Some(object)
+    })
 }
 
 /// A named parameter.

@@ -103,13 +103,12 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     }
 }
 
-/// Whether an object, or one inside it, has an index that follows the wavelength of the channel.
+/// Whether an object is an index that follows the wavelength of the channel.
 pub(in super::super) fn disperses(object: &Object) -> bool {
     let gives = |name: &str| object.properties.iter().any(|p| p.name == name);
     let of_air = object.plugin == "gladstone_dale" && !gives("wavelength") && !gives("constant");
     let volume = object.kind == PluginKind::Volume;
-    (volume && (of_air || LAWS.contains(&object.plugin.as_str())))
-        || object.children.iter().any(|c| disperses(&c.object))
+    volume && (of_air || LAWS.contains(&object.plugin.as_str()))
 }
 
 #[cfg(test)]

@@ -6,6 +6,29 @@ use super::add_at;
 use crate::query::Query;
 use crate::scene::{Object, PluginKind};
 
+/// Shapes that instances may be copies of, all together: some gigabytes of memory.
+const MOST_COPIES: usize = 10_000_000;
+
+/// Whether the copies that the scene's instances make are not too many (reported then).
+pub(in super::super) fn fit(shapes: &[&Object], context: &mut Context) -> bool {
+    let of_kind = |o: &Object| {
+        o.children
+            .iter()
+            .filter(|c| c.object.kind == PluginKind::Shape)
+            .count()
+    };
+    let instances = || shapes.iter().filter(|shape| shape.plugin == "instance");
+    let groups = instances().flat_map(|instance| &instance.children);
+    let copies: usize = groups.map(|group| of_kind(&group.object)).sum();
+    if let (true, Some(first)) = (copies > MOST_COPIES, instances().next()) {
+        let message = format!(
+            "instances are copies, {copies} shapes in all; there is room for {MOST_COPIES}"
+        );
+        context.error_at(&first.location, message);
+    }
+    copies <= MOST_COPIES
+}
+
 /// Adds the shapes of a group once more. They are copies: each instance takes the memory of its shapes.
 pub(super) fn add(object: &Object, context: &mut Context) {
     let mut q = Query::new(object, context.diagnostics);

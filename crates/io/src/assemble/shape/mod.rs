@@ -3,6 +3,7 @@
 mod instance;
 mod mesh;
 
+pub(super) use instance::fit;
 pub(super) use mesh::Originals;
 
 use super::context::Context;

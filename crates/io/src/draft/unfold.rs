@@ -1,0 +1,80 @@
+//! How often objects would be made anew: once for each way to them.
+//!
+//! A bsdf, texture or field that is referenced twice is evaluated twice, and what it refers to twice as often again.
+//! References that double at each of sixty levels stand for 10¹⁸ objects.
+
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::scene::{Object, ObjectId, PluginKind, descendants};
+use std::collections::{HashMap, HashSet};
+
+/// Repetitions of objects within one object: more is a mistake, and a render would not end.
+const MOST_REPEATED: usize = 4096;
+
+/// Reports every object in which objects repeat too often, unless it stands in another such object.
+pub(super) fn check(root: &Object, diagnostics: &mut Diagnostics) {
+    let mut counter = Counter::default();
+    counter.count(root);
+    let Counter { counts, inner } = counter;
+    let large = |o: &Object| !inner.contains(&o.number) && counts[&o.number] > MOST_REPEATED as f64;
+    for object in descendants([root]).filter(|o| large(o)) {
+        let (count, distinct) = (counts[&object.number], parts(object));
+        if count - distinct as f64 > MOST_REPEATED as f64 {
+            let message = format!(
+                "the references in {} unfold to {count:.3e} objects, of which {distinct} are different",
+                object.label()
+            );
+            let help = format!(
+                "objects within one object may repeat {MOST_REPEATED} times: refer to fewer objects more than once"
+            );
+            diagnostics.push(Diagnostic::error(message).help(help).at(&object.location));
+        }
+    }
+}
+
+/// Whether a child is made anew for each parent: not what lies in the scene, and not what shapes, which are many, share.
+fn repeats(parent: &Object, child: &Object) -> bool {
+    match parent.kind {
+        PluginKind::Scene => false,
+        PluginKind::Shape => child.kind == PluginKind::Shape,
+        _ => child.kind != PluginKind::Medium,
+    }
+}
+
+#[derive(Default)]
+struct Counter {
+    /// Objects that each object unfolds to, itself included.
+    counts: HashMap<ObjectId, f64>,
+    /// Those within an object that unfolds too far.
+    inner: HashSet<ObjectId>,
+}
+
+impl Counter {
+    fn count(&mut self, object: &Object) -> f64 {
+        if let Some(known) = self.counts.get(&object.number) {
+            return *known;
+        }
+        let mut count = 1.0;
+        for child in &object.children {
+            let below = self.count(&child.object);
+            if repeats(object, &child.object) {
+                count += below;
+                if below > MOST_REPEATED as f64 {
+                    self.inner.insert(child.object.number);
+                }
+            }
+        }
+        self.counts.insert(object.number, count);
+        count
+    }
+}
+
+/// Number of different objects that an object is made of, itself included.
+fn parts(object: &Object) -> usize {
+    let mut seen = HashSet::from([object.number]);
+    let mut open = vec![object];
+    while let Some(object) = open.pop() {
+        let children = object.children.iter().map(|c| &*c.object);
+        open.extend(children.filter(|c| repeats(object, c) && seen.insert(c.number)));
+    }
+    seen.len()
+}
