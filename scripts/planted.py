@@ -28,6 +28,13 @@ PLANTED = [
         ("transport", "orientation", "directions_have_unit_length_there_and_back"),
     ),
     (
+        "facets of Gaussian slopes seen as often from the side as from above",
+        TRANSPORT + "bsdf/beckmann.rs",
+        "cos * libm::erfc(-s) + sin * FRAC_1_SQRT_PI * libm::exp(-s * s)",
+        "cos * libm::erfc(-s) + sin * 0.5 * libm::exp(-s * s)",
+        ("transport", "bsdf", "facets_cover_the_surface_once"),
+    ),
+    (
         "lamps seen by parallel views taken for points on no surface",
         TRANSPORT + "integrator/bidirectional/joining.rs",
         "Vertex::source(scene, &start, &light.emission.aim)",

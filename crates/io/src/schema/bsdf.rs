@@ -47,8 +47,19 @@ const TRANSMITTANCE: &[Parameter] = &[spectrum(
 
 const ROUGHNESS: &[Parameter] = &[
     float("alpha", "0.1", "roughness, 1e-4 to 1"),
-    word("distribution", &["ggx"], "of the normals of microfacets"),
+    word(
+        "distribution",
+        &["beckmann", "ggx"],
+        "of the normals of microfacets",
+    ),
+    boolean("sample_visible", "true", "accepted and ignored"),
 ];
+
+const LOSSLESS: &[Parameter] = &[boolean(
+    "lossless",
+    "false",
+    "whether the base gets what facets send to their neighbours",
+)];
 
 const METAL: &[Parameter] = &[
     spectrum(
@@ -130,7 +141,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "roughplastic",
         "A diffuse base under a rough coat.",
-        &[COAT, REFLECTANCE, ROUGHNESS],
+        &[COAT, REFLECTANCE, ROUGHNESS, LOSSLESS],
         &[BASE, REFLECTED, ALPHA],
     ),
     plugin(

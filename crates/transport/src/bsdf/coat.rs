@@ -1,8 +1,11 @@
 //! How much light rough coats of a dielectric let pass.
+//!
+//! Facets lose what they send to their neighbours. Below a coat of Mitsuba's `roughplastic` the loss adds up,
+//! for light meets the coat there again and again; a lossless coat lets pass whatever it does not reflect.
 
 use super::fresnel;
-use super::microfacet::Ggx;
-use super::surface::reflect;
+use super::microfacet::{Microfacets, Roughness};
+use super::surface::{reflect, refract};
 use glam::DVec3;
 
 /// Cosines at which a coat's reflectance is integrated, and points along each of the two numbers from which
@@ -16,7 +19,7 @@ const COATS: usize = 33;
 /// A coat of some roughness.
 #[derive(Debug)]
 struct Coat {
-    /// What it does not reflect, at cosines spread evenly over [0, 1].
+    /// What it lets pass, at cosines spread evenly over [0, 1].
     transmittance: Vec<f64>,
     /// Its mean reflectance from below.
     from_below: f64,
@@ -37,23 +40,29 @@ pub(super) struct Local<'a> {
 }
 
 impl Coats {
-    /// Coats of relative index `eta` with a roughness in a range, both ends of which are valid.
-    pub fn new(eta: f64, range: [f64; 2]) -> Self {
-        let [least, most] = range;
+    /// Coats of relative index `eta` with facets of some roughness.
+    pub fn new(eta: f64, roughness: &Roughness, lossless: bool) -> Self {
+        let [least, most] = roughness.range();
         let count = if least < most { COATS } else { 1 };
         let alpha = |k: usize| {
             let t = k as f64 / (COATS - 1) as f64;
             least + (most - least) * t.powi(3)
         };
-        let coat = |k: usize| Coat::new(eta, &Ggx::at_least(least, alpha(k)));
+        let coat = |k: usize| {
+            let means = Means(roughness.facets(alpha(k)));
+            match lossless {
+                true => Coat::lossless(&means, eta),
+                false => Coat::lossy(&means, eta),
+            }
+        };
         Coats {
-            range,
+            range: [least, most],
             coats: (0..count).map(coat).collect(),
         }
     }
 
     /// The coat for some facets.
-    pub fn at(&self, facets: &Ggx) -> Local<'_> {
+    pub fn at(&self, facets: &Microfacets) -> Local<'_> {
         let [least, most] = self.range;
         let Some(last) = self.coats.len().checked_sub(2) else {
             return Local {
@@ -72,7 +81,7 @@ impl Coats {
 }
 
 impl Local<'_> {
-    /// What is not reflected at a cosine to the normal.
+    /// What passes at a cosine to the normal.
     pub fn passes(&self, cos: f64) -> f64 {
         let [a, b] = self.between.map(|coat| coat.passes(cos));
         a + (b - a) * self.t
@@ -86,13 +95,21 @@ impl Local<'_> {
 }
 
 impl Coat {
-    fn new(eta: f64, facets: &Ggx) -> Self {
-        let cosines = (0..COSINES).map(|k| k as f64 / (COSINES - 1) as f64);
-        let transmittance: Vec<f64> = cosines.map(|cos| transmittance(facets, eta, cos)).collect();
+    /// What is not reflected passes.
+    fn lossless(means: &Means, eta: f64) -> Self {
+        let transmittance = table(|cos| 1.0 - means.reflected(cos, eta));
         Coat {
             // By reciprocity: as much light comes out of the coat as would go in, over η².
             from_below: 1.0 - mean(&transmittance) / (eta * eta),
             transmittance,
+        }
+    }
+
+    /// What facets send to their neighbours is lost.
+    fn lossy(means: &Means, eta: f64) -> Self {
+        Coat {
+            transmittance: table(|cos| means.refracted(cos, eta)),
+            from_below: mean(&table(|cos| means.reflected(cos, 1.0 / eta))),
         }
     }
 
@@ -105,20 +122,46 @@ impl Coat {
     }
 }
 
-/// One less the mean of F G₁(i) over the facets that are visible at a cosine.
-fn transmittance(facets: &Ggx, eta: f64, cos: f64) -> f64 {
-    // From the horizon itself no facet would be seen.
-    let cos = cos.max(1e-4);
-    let o = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
-    let at = |k: usize| (k as f64 + 0.5) / POINTS as f64;
-    let reflected = |k: usize| {
-        let h = facets.sample_visible(o, [at(k % POINTS), at(k / POINTS)]);
-        let i = reflect(o, h, o.dot(h));
-        let f = fresnel::dielectric(o.dot(h).clamp(0.0, 1.0), 1.0, eta).reflectance;
-        if i.z > 0.0 { f * facets.g1(i) } else { 0.0 }
-    };
-    let all = POINTS * POINTS;
-    1.0 - (0..all).map(reflected).sum::<f64>() / all as f64
+/// Values at the cosines of a table.
+fn table(value: impl Fn(f64) -> f64) -> Vec<f64> {
+    let cosines = (0..COSINES).map(|k| k as f64 / (COSINES - 1) as f64);
+    cosines.map(value).collect()
+}
+
+/// Means over the facets that are visible at a cosine.
+struct Means(Microfacets);
+
+impl Means {
+    /// Of F G₁(i): what is reflected by an index that is `eta` times as large.
+    fn reflected(&self, cos: f64, eta: f64) -> f64 {
+        self.over_visible(cos, |o, h| {
+            let i = reflect(o, h, o.dot(h));
+            let f = fresnel::dielectric(o.dot(h).clamp(0.0, 1.0), 1.0, eta).reflectance;
+            if i.z > 0.0 { f * self.0.g1(i) } else { 0.0 }
+        })
+    }
+
+    /// Of (1 − F) G₁(i): what is refracted into such an index.
+    fn refracted(&self, cos: f64, eta: f64) -> f64 {
+        self.over_visible(cos, |o, h| {
+            let cos = o.dot(h).clamp(0.0, 1.0);
+            let interface = fresnel::dielectric(cos, 1.0, eta);
+            let i = refract(o, h, cos, interface.cos_far, 1.0 / eta);
+            if i.z < 0.0 && interface.reflectance < 1.0 {
+                (1.0 - interface.reflectance) * self.0.g1(i)
+            } else {
+                0.0
+            }
+        })
+    }
+
+    fn over_visible(&self, cos: f64, value: impl Fn(DVec3, DVec3) -> f64) -> f64 {
+        // From the horizon itself no facet would be seen.
+        let cos = cos.max(1e-4);
+        let o = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+        let normals = self.0.visible_grid(o, POINTS);
+        normals.iter().map(|h| value(o, *h)).sum::<f64>() / normals.len() as f64
+    }
 }
 
 /// 2∫T cosθ d(cosθ) of the table, linear between its cosines.

@@ -11,6 +11,7 @@
 //!
 //! Unit vectors in, finite numbers out: grazing directions included, nothing here returns NaN.
 
+mod beckmann;
 mod blend;
 mod coat;
 mod conductor;
@@ -18,6 +19,7 @@ mod dielectric;
 mod diffuse;
 mod error;
 pub mod fresnel;
+mod ggx;
 mod mask;
 pub mod microfacet;
 pub mod null;
@@ -36,6 +38,7 @@ pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use error::BsdfError;
 pub use mask::Mask;
+pub use microfacet::{Distribution, Microfacets, Roughness};
 pub use plastic::Plastic;
 pub use principled::Principled;
 pub use rough_conductor::RoughConductor;

@@ -2,7 +2,7 @@
 //! Mitsuba's `principled`: a diffuse base, and facets that are dielectric or metallic. Reflects on the side of
 //! the normal only.
 
-use super::microfacet::Ggx;
+use super::microfacet::{Distribution, Microfacets};
 use super::surface::{above, reflect};
 use super::{BsdfError, BsdfSample, Surface, factor, fresnel};
 use crate::sampling::Frame;
@@ -21,7 +21,7 @@ const LEAST_ALPHA: f64 = 1e-3;
 /// the half vector h, and w(c) = (1 − c)⁵:
 ///
 /// f = (1 − m) b/π [(1 − wₒ/2)(1 − wᵢ/2) + ρ (wₒ + wᵢ + wₒ wᵢ (ρ − 1))], ρ = 2r cos²θ_d,
-/// + [(1 − m) F + m (b + (1 − b) w(cos θ_d))] D G/(4 cosθₒ cosθᵢ), D and G those of [`Ggx`], F Fresnel's
+/// + [(1 − m) F + m (b + (1 − b) w(cos θ_d))] D G/(4 cosθₒ cosθᵢ), D and G those of [`Distribution::Ggx`], F Fresnel's
 ///   reflectance for the index (2/(1 − √(0.08 `specular`))) − 1.
 #[derive(Clone, Debug)]
 pub struct Principled {
@@ -36,7 +36,7 @@ struct Local {
     base: Spectrum,
     roughness: f64,
     metallic: f64,
-    facets: Ggx,
+    facets: Microfacets,
 }
 
 impl Principled {
@@ -62,7 +62,7 @@ impl Principled {
             base: self.base_color.at(&s.site),
             roughness,
             metallic: self.metallic.number_at(&s.site),
-            facets: Ggx::at_least(LEAST_ALPHA, roughness * roughness),
+            facets: Microfacets::at_least(Distribution::Ggx, LEAST_ALPHA, roughness * roughness),
         }
     }
 

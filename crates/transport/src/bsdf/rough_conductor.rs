@@ -1,4 +1,4 @@
-//! Rough metal (GGX); reflects on the side of the normal only, the other side is black.
+//! Rough metal; reflects on the side of the normal only, the other side is black.
 
 use super::conductor::Metal;
 use super::microfacet::Roughness;
@@ -9,7 +9,7 @@ use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
 
-/// GGX conductor, sampled by visible facet normals.
+/// Rough conductor, sampled by visible facet normals.
 #[derive(Clone, Debug)]
 pub struct RoughConductor {
     roughness: Roughness,
@@ -17,19 +17,16 @@ pub struct RoughConductor {
 }
 
 impl RoughConductor {
-    /// `alpha` ≥ [`super::microfacet::MIN_ALPHA`], or a texture with values in [0, 1]; `eta` + i`k` is the metal's index against vacuum,
-    /// both parts ≥ 0; `specular_reflectance` in [0, 1] tints it, physically 1.
+    /// `eta` + i`k` is the metal's index against vacuum, both parts ≥ 0; `specular_reflectance` in [0, 1] tints it,
+    /// physically 1.
     pub fn new(
-        alpha: impl Into<Texture>,
+        roughness: Roughness,
         eta: Spectrum,
         k: Spectrum,
         specular_reflectance: impl Into<Texture>,
     ) -> Result<Self, BsdfError> {
         let metal = Metal::new(eta, k, specular_reflectance)?;
-        Ok(RoughConductor {
-            roughness: Roughness::new(alpha)?,
-            metal,
-        })
+        Ok(RoughConductor { roughness, metal })
     }
 
     pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 2]) -> Option<BsdfSample> {

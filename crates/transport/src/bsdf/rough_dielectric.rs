@@ -1,7 +1,7 @@
 //! Rough interface between two dielectrics (Walter et al., "Microfacet Models for Refraction through
 //! Rough Surfaces", EGSR 2007), with the local indices of the two sides.
 
-use super::microfacet::{Ggx, Roughness};
+use super::microfacet::{Microfacets, Roughness};
 use super::surface::{Facing, reflect, refract};
 use super::{BsdfError, BsdfSample, Surface, factor, fresnel};
 use crate::spectrum::Spectrum;
@@ -13,7 +13,7 @@ use glam::DVec3;
 /// be mostly rounding.
 const MATCHED: f64 = 1e-9;
 
-/// GGX dielectric. Visible facet normals are sampled, then reflection with the facet's F.
+/// Rough dielectric. Visible facet normals are sampled, then reflection with the facet's F.
 ///
 /// Where the two indices match, samples pass straight through as delta events and `eval` and `pdf`
 /// are zero: the limit of ever closer indices.
@@ -37,15 +37,14 @@ struct Event {
 }
 
 impl RoughDielectric {
-    /// `alpha` ≥ [`super::microfacet::MIN_ALPHA`], or a texture with values in [0, 1]; the factors in [0, 1] tint the two parts,
-    /// physically both are 1.
+    /// The factors in [0, 1] tint the two parts, physically both are 1.
     pub fn new(
-        alpha: impl Into<Texture>,
+        roughness: Roughness,
         specular_reflectance: impl Into<Texture>,
         specular_transmittance: impl Into<Texture>,
     ) -> Result<Self, BsdfError> {
         Ok(RoughDielectric {
-            roughness: Roughness::new(alpha)?,
+            roughness,
             specular_reflectance: factor("specular_reflectance", specular_reflectance)?,
             specular_transmittance: factor("specular_transmittance", specular_transmittance)?,
         })
@@ -117,7 +116,7 @@ impl RoughDielectric {
 
     /// f̃·|cosθᵢ|/density. Eqs. 20 and 21 times nᵢ²/nₒ², over `density`: all cancels but the shadowing
     /// of the light's side.
-    fn weight(&self, s: &Surface, facets: &Ggx, e: &Event) -> Spectrum {
+    fn weight(&self, s: &Surface, facets: &Microfacets, e: &Event) -> Spectrum {
         let tint = if e.i.z > 0.0 {
             &self.specular_reflectance
         } else {
@@ -128,7 +127,7 @@ impl RoughDielectric {
 }
 
 /// Visible normals, times F or 1 − F, times dω_h/dω_i (Walter et al. eqs. 14 and 17).
-fn density(facets: &Ggx, side: &Facing, e: &Event) -> f64 {
+fn density(facets: &Microfacets, side: &Facing, e: &Event) -> f64 {
     let visible = facets.d(e.h) * facets.g1_over_cos(e.o);
     if e.i.z > 0.0 {
         // The 1/(4 o·h) of the reflection meets the o·h of the visible normals.

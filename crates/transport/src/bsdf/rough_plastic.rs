@@ -1,4 +1,4 @@
-//! A diffuse base under a rough coat of a dielectric (GGX); reflects on the side of the normal only.
+//! A diffuse base under a rough coat of a dielectric; reflects on the side of the normal only.
 
 use super::coat::Coats;
 use super::microfacet::Roughness;
@@ -12,8 +12,9 @@ use crate::texture::Texture;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Rough plastic: what the coat does not reflect reaches the base, and what the base returns comes out, now or
-/// later. (Mitsuba's `roughplastic` loses what facets reflect into each other's shadows below the coat.)
+/// Rough plastic. As with Mitsuba's `roughplastic`, light is lost that the coat's facets send to their neighbours on
+/// the way in, out, and back to the base. If the coat is lossless, what it does not reflect reaches the base, and
+/// what the base returns comes out, now or later.
 #[derive(Clone, Debug)]
 pub struct RoughPlastic {
     eta: f64,
@@ -24,21 +25,20 @@ pub struct RoughPlastic {
 }
 
 impl RoughPlastic {
-    /// `alpha` ≥ [`super::microfacet::MIN_ALPHA`], or a texture with values in [0, 1]; the rest as for [`super::Plastic::new`].
+    /// `lossless` is about the coat; the rest as for [`super::Plastic::new`].
     pub fn new(
-        alpha: impl Into<Texture>,
+        (roughness, lossless): (Roughness, bool),
         eta: f64,
         diffuse_reflectance: impl Into<Texture>,
         specular_reflectance: impl Into<Texture>,
         nonlinear: bool,
     ) -> Result<Self, BsdfError> {
         check_eta(eta)?;
-        let roughness = Roughness::new(alpha)?;
         Ok(RoughPlastic {
             eta,
             specular_reflectance: factor("specular_reflectance", specular_reflectance)?,
             base: Base::new(eta, diffuse_reflectance, nonlinear)?,
-            coats: Arc::new(Coats::new(eta, roughness.range())),
+            coats: Arc::new(Coats::new(eta, &roughness, lossless)),
             roughness,
         })
     }

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use transport::Spectrum;
 use transport::bsdf::{
-    Blend, Bsdf, Conductor, Dielectric, Diffuse, Mask, Plastic, Principled, RoughConductor,
-    RoughDielectric, RoughPlastic, Surface, ThinDielectric, TwoSided,
+    Blend, Bsdf, Conductor, Dielectric, Diffuse, Distribution, Mask, Plastic, Principled,
+    RoughConductor, RoughDielectric, RoughPlastic, Roughness, Surface, ThinDielectric, TwoSided,
 };
 
 /// A tilted unit normal: no axis of the world is special to the code.
@@ -30,15 +30,25 @@ pub fn metal() -> [Spectrum; 3] {
     ]
 }
 
+/// GGX facets.
+pub fn ggx(alpha: f64) -> Roughness {
+    Roughness::new(Distribution::Ggx, alpha).unwrap()
+}
+
+/// Beckmann's facets.
+pub fn beckmann(alpha: f64) -> Roughness {
+    Roughness::new(Distribution::Beckmann, alpha).unwrap()
+}
+
 /// A rough dielectric without tints.
-pub fn rough_dielectric(alpha: f64) -> Bsdf {
-    Bsdf::RoughDielectric(RoughDielectric::new(alpha, Spectrum::ONE, Spectrum::ONE).unwrap())
+pub fn rough_dielectric(facets: Roughness) -> Bsdf {
+    Bsdf::RoughDielectric(RoughDielectric::new(facets, Spectrum::ONE, Spectrum::ONE).unwrap())
 }
 
 /// A rough metal of [`metal`].
-pub fn rough_conductor(alpha: f64) -> Bsdf {
+pub fn rough_conductor(facets: Roughness) -> Bsdf {
     let [eta, k, tint] = metal();
-    Bsdf::RoughConductor(RoughConductor::new(alpha, eta, k, tint).unwrap())
+    Bsdf::RoughConductor(RoughConductor::new(facets, eta, k, tint).unwrap())
 }
 
 /// A Lambertian reflector.
@@ -52,10 +62,10 @@ pub fn plastic(nonlinear: bool) -> Bsdf {
     Bsdf::Plastic(Plastic::new(1.5, base, Spectrum::ONE, nonlinear).unwrap())
 }
 
-/// A rough white coat over the base of [`plastic`].
-pub fn rough_plastic(alpha: f64, nonlinear: bool) -> Bsdf {
+/// A rough white coat over the base of [`plastic`], and whether it is lossless.
+pub fn rough_plastic(coat: (Roughness, bool), nonlinear: bool) -> Bsdf {
     let base = Spectrum([0.9, 0.5, 0.1, 1.0]);
-    let coated = RoughPlastic::new(alpha, 1.5, base, Spectrum::ONE, nonlinear);
+    let coated = RoughPlastic::new(coat, 1.5, base, Spectrum::ONE, nonlinear);
     Bsdf::RoughPlastic(coated.unwrap())
 }
 
@@ -112,16 +122,22 @@ pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
         diffuse(),
         vec![[1.0, 1.0], [1.33, 1.5]],
     )];
-    for alpha in [0.08, 0.3, 1.0] {
+    let facets = [0.08, 0.3, 1.0].map(|alpha| {
+        [
+            (alpha, "", ggx(alpha)),
+            (alpha, ", Beckmann", beckmann(alpha)),
+        ]
+    });
+    for (alpha, which, facets) in facets.into_iter().flatten() {
         let pairs = vec![[1.0, 1.5], [1.7, 1.33], [1.33, 1.36]];
         cases.push((
-            format!("rough dielectric {alpha}"),
-            rough_dielectric(alpha),
+            format!("rough dielectric {alpha}{which}"),
+            rough_dielectric(facets.clone()),
             pairs,
         ));
-        let conductor = rough_conductor(alpha);
+        let conductor = rough_conductor(facets);
         cases.push((
-            format!("rough conductor {alpha}"),
+            format!("rough conductor {alpha}{which}"),
             conductor,
             vec![[1.0, 1.0], [1.5, 1.0]],
         ));
@@ -129,11 +145,15 @@ pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
     let mirror = smooth().remove(2).1;
     let more = [
         ("plastic", plastic(true)),
-        ("rough plastic", rough_plastic(0.2, true)),
+        ("rough plastic", rough_plastic((ggx(0.2), true), true)),
+        (
+            "rough plastic, Beckmann",
+            rough_plastic((beckmann(0.3), false), true),
+        ),
         ("principled", principled(0.5, 0.3, 0.5)),
-        ("blend", blend(0.3, diffuse(), rough_conductor(0.3))),
+        ("blend", blend(0.3, diffuse(), rough_conductor(ggx(0.3)))),
         ("blend with a mirror", blend(0.6, mirror, diffuse())),
-        ("two sides", two_sided(rough_conductor(0.4), diffuse())),
+        ("two sides", two_sided(rough_conductor(ggx(0.4)), diffuse())),
         ("mask", mask(0.3, diffuse())),
     ];
     let pairs = vec![[1.0, 1.0], [1.5, 1.33]];

@@ -1,6 +1,7 @@
 //! Tests of the BSDFs. False alarms below 1e-3 in all; each module states its own.
 
 mod common;
+mod facets;
 mod physics;
 mod reference;
 mod roughness;

@@ -4,7 +4,8 @@
 //! False alarm: 2e-4 for the furnace; the rest is deterministic. Seeds are fixed.
 
 use crate::common::{
-    metal, pane, plastic, principled, rough_conductor, rough_dielectric, rough_plastic,
+    beckmann, ggx, metal, pane, plastic, principled, rough_conductor, rough_dielectric,
+    rough_plastic,
 };
 use glam::DVec3;
 use testkit::{Moments, Rng, z_test};
@@ -33,7 +34,7 @@ fn rough_dielectric_values() {
         let index = |cos: f64| if cos > 0.0 { 1.0 } else { 1.5 };
         let basic = value * f64::powi(index(i) / index(o), 2);
         let (toward, direction) = (direction(o, 0.0), direction(i, phi));
-        let bsdf = rough_dielectric(0.3);
+        let bsdf = rough_dielectric(ggx(0.3));
         let ours = bsdf.eval(&GLASS, toward, direction)[0];
         assert!(
             (ours / basic - 1.0).abs() < 2e-4,
@@ -44,6 +45,42 @@ fn rough_dielectric_values() {
             (ours / pdf - 1.0).abs() < 2e-4,
             "{o} {i}: pdf {ours} against {pdf}"
         );
+    }
+}
+
+/// Beckmann's facets. Mitsuba's fit of G₁ is up to 0.35 % off, and occurs once in densities, twice in values.
+#[test]
+fn beckmann_values() {
+    let table = [
+        (0.8, 0.6, 3.0, 0.0439264104, 0.0439264178),
+        (0.3, 0.5, 2.5, 0.00178750767, 0.00178750779),
+        (0.4, -0.7, 2.8, 0.249243617, 0.560798168),
+        (-0.8, -0.6, 3.0, 0.877072513, 0.877072632),
+        (-0.9, 0.7, 3.1, 9.53362656, 4.23716736),
+        (-0.7, 0.3, 2.9, 1.37980855, 0.624842405),
+    ];
+    let dielectric = rough_dielectric(beckmann(0.3));
+    for (o, i, phi, value, pdf) in table {
+        let index = |cos: f64| if cos > 0.0 { 1.0 } else { 1.5 };
+        let basic = value * f64::powi(index(i) / index(o), 2);
+        let (toward, direction) = (direction(o, 0.0), direction(i, phi));
+        let ours = dielectric.eval(&GLASS, toward, direction)[0] / basic;
+        assert!((ours - 1.0).abs() < 7e-3, "{o} {i}: value {ours}");
+        let ours = dielectric.pdf(&GLASS, toward, direction) / pdf;
+        assert!((ours - 1.0).abs() < 3.6e-3, "{o} {i}: pdf {ours}");
+    }
+    let metals = [
+        (0.8, 0.6, 3.0, [0.833277822, 0.847324669, 0.297338068]),
+        (0.3, 0.5, 2.5, [0.0185465757, 0.0189647973, 0.00739483396]),
+    ];
+    let [_, _, tint] = metal();
+    for (o, i, phi, value) in metals {
+        let (toward, direction) = (direction(o, 0.0), direction(i, phi));
+        let ours = rough_conductor(beckmann(0.3)).eval(&GLASS, toward, direction);
+        for lane in 0..3 {
+            let ratio = ours[lane] / (value[lane] * tint[lane]);
+            assert!((ratio - 1.0).abs() < 7e-3, "{o} {i}: {ratio}");
+        }
     }
 }
 
@@ -72,7 +109,7 @@ fn rough_conductor_values() {
     let [_, _, tint] = metal();
     for (o, i, phi, value, pdf) in table {
         let (toward, direction) = (direction(o, 0.0), direction(i, phi));
-        let ours = rough_conductor(0.3).eval(&GLASS, toward, direction);
+        let ours = rough_conductor(ggx(0.3)).eval(&GLASS, toward, direction);
         for lane in 0..3 {
             let expected = value[lane] * tint[lane];
             assert!(
@@ -80,7 +117,7 @@ fn rough_conductor_values() {
                 "{o} {i}: {ours:?} against {value:?}"
             );
         }
-        let ours = rough_conductor(0.3).pdf(&GLASS, toward, direction);
+        let ours = rough_conductor(ggx(0.3)).pdf(&GLASS, toward, direction);
         assert!(
             (ours / pdf - 1.0).abs() < 2e-4,
             "{o} {i}: pdf {ours} against {pdf}"
@@ -133,10 +170,57 @@ fn plastic_values() {
     compare(&plastic(true), nonlinear, 2e-3);
 }
 
-/// The coat of rough plastic, which is what does not grow with the base's reflectance of 0.9, 0.5 and 0.1. Of the base
-/// Mitsuba returns less: it loses what facets reflect into each other's shadows below the coat.
+/// Mitsuba's mean reflectance of the coat from below is a sum over 64 cosines, ends included, divided by 64. That
+/// makes its base darker than the integral does, which NumPy finds with more points: by 1.0 % with GGX (0.4149 in
+/// place of 0.4207), by 1.7 % with Beckmann's facets (0.5300, 0.5377), by 2.1 % where they are smoother
+/// (0.5810, 0.5896). The rest is its fit of G₁.
 #[test]
-fn rough_plastic_coats() {
+fn rough_plastic_values() {
+    let linear = [
+        [0.145_262_84, 0.095_685_30, 0.046_107_76],
+        [0.089_418_32, 0.054_367_59, 0.019_316_85],
+        [0.032_664_14, 0.018_480_71, 0.004_297_27],
+        [0.140_839_38, 0.079_428_90, 0.018_018_43],
+        [0.192_324_03, 0.134_165_88, 0.076_007_72],
+    ];
+    let nonlinear = [
+        [0.137_877_63, 0.079_466_04, 0.041_279_70],
+        [0.084_197_07, 0.042_900_77, 0.015_903_48],
+        [0.030_551_33, 0.013_840_61, 0.002_916_04],
+        [0.131_691_50, 0.059_338_52, 0.012_038_03],
+        [0.183_660_63, 0.115_139_48, 0.070_344_05],
+    ];
+    compare(&rough_plastic((ggx(0.3), false), false), linear, 1.1e-2);
+    compare(&rough_plastic((ggx(0.3), false), true), nonlinear, 1.1e-2);
+    let linear = [
+        [0.187_156_60, 0.123_498_75, 0.059_840_88],
+        [0.102_955_58, 0.057_991_99, 0.013_028_40],
+        [0.040_653_85, 0.022_586_06, 0.004_518_27],
+        [0.176_831_41, 0.098_239_68, 0.019_647_94],
+        [0.232_596_04, 0.157_804_43, 0.083_012_83],
+    ];
+    compare(
+        &rough_plastic((beckmann(0.3), false), false),
+        linear,
+        1.9e-2,
+    );
+    let smoother = [
+        [0.184_617_97, 0.095_080_11, 0.049_723_65],
+        [0.096_304_30, 0.035_978_97, 0.005_420_46],
+        [0.034_799_63, 0.013_001_03, 0.001_958_69],
+        [0.139_303_00, 0.052_043_14, 0.007_840_62],
+        [0.746_804_95, 0.641_587_62, 0.588_288_55],
+    ];
+    compare(
+        &rough_plastic((beckmann(0.1), false), true),
+        smoother,
+        2.2e-2,
+    );
+}
+
+/// The coat of lossless plastic is the same: what does not grow with the base's reflectance of 0.9, 0.5 and 0.1.
+#[test]
+fn lossless_plastic_coats() {
     let mitsubas = [
         [0.145_262_84, 0.095_685_30, 0.046_107_76],
         [0.089_418_32, 0.054_367_59, 0.019_316_85],
@@ -147,7 +231,7 @@ fn rough_plastic_coats() {
     let coat = |v: [f64; 3]| v[2] - (v[0] - v[2]) / 8.0;
     let (air, bsdf) = (
         Surface::plain(DVec3::Z, 1.0, 1.0),
-        rough_plastic(0.3, false),
+        rough_plastic((ggx(0.3), true), false),
     );
     for ((o, i, phi), expected) in PAIRS.into_iter().zip(mitsubas) {
         let ours = bsdf.eval(&air, direction(o, 0.0), direction(i, phi));
@@ -198,22 +282,22 @@ fn thin_dielectric_values() {
 /// window [−0.6, 0.6]². Facets that shadow each other lose energy: less than 1 is right.
 #[test]
 fn rough_glass_sphere_in_a_furnace() {
-    let (reference, reference_error) = (0.908_401, 0.000_219);
-    let bsdf = rough_dielectric(0.2);
-    let mut rng = Rng::new(1);
-    let mut mean = Moments::default();
-    for _ in 0..300_000 {
-        let (x, y) = (rng.range(-0.6, 0.6), rng.range(-0.6, 0.6));
-        let p = DVec3::new(x, y, (1.0 - x * x - y * y).sqrt());
-        mean.push(furnace_path(&bsdf, p, &mut rng));
-    }
-    let z = z_test::two_sample_z(
-        mean.mean(),
-        mean.standard_error(),
-        reference,
-        reference_error,
-    );
-    z_test::max_abs_z(&[z], 2e-4).unwrap_or_else(|e| panic!("{e}: {}", mean.mean()));
+    let references = [
+        (ggx(0.2), (0.908_401, 0.000_219)),
+        (beckmann(0.2), (0.992_891, 0.000_045)),
+    ];
+    let z = references.map(|(facets, (reference, error))| {
+        let bsdf = rough_dielectric(facets);
+        let mut rng = Rng::new(1);
+        let mut mean = Moments::default();
+        for _ in 0..300_000 {
+            let (x, y) = (rng.range(-0.6, 0.6), rng.range(-0.6, 0.6));
+            let p = DVec3::new(x, y, (1.0 - x * x - y * y).sqrt());
+            mean.push(furnace_path(&bsdf, p, &mut rng));
+        }
+        z_test::two_sample_z(mean.mean(), mean.standard_error(), reference, error)
+    });
+    z_test::max_abs_z(&z, 2e-4).unwrap();
 }
 
 /// Radiance that leaves the sphere at `p` along +z: environment and camera are both at index 1.

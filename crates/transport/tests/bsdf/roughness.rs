@@ -5,16 +5,20 @@ use glam::{DAffine2, DVec3};
 use std::sync::Arc;
 use testkit::Rng;
 use transport::Spectrum;
-use transport::bsdf::{Bsdf, BsdfError, RoughConductor, RoughDielectric, RoughPlastic, Surface};
+use transport::bsdf::{
+    Bsdf, BsdfError, Distribution, RoughConductor, RoughDielectric, RoughPlastic, Roughness,
+    Surface,
+};
 use transport::shape::Uv;
 use transport::texture::{Bitmap, Checkerboard, Filter, Texture, Wrap};
 
 /// The surfaces that have a roughness.
 fn rough(alpha: impl Into<Texture>) -> [Bsdf; 3] {
-    let (alpha, [eta, k, tint], one) = (alpha.into(), metal(), Spectrum::ONE);
-    let conductor = RoughConductor::new(alpha.clone(), eta, k, tint);
-    let dielectric = RoughDielectric::new(alpha.clone(), one, one);
-    let plastic = RoughPlastic::new(alpha, 1.5, Spectrum::splat(0.8), one, true);
+    let ([eta, k, tint], one) = (metal(), Spectrum::ONE);
+    let facets = Roughness::new(Distribution::Ggx, alpha).unwrap();
+    let conductor = RoughConductor::new(facets.clone(), eta, k, tint);
+    let dielectric = RoughDielectric::new(facets.clone(), one, one);
+    let plastic = RoughPlastic::new((facets, true), 1.5, Spectrum::splat(0.8), one, true);
     [
         Bsdf::RoughConductor(conductor.unwrap()),
         Bsdf::RoughDielectric(dielectric.unwrap()),
@@ -113,10 +117,10 @@ fn coats_between_others() {
 
 #[test]
 fn roughness_that_is_refused() {
-    let (one, refused) = (Spectrum::ONE, row(&[0.5, 1.5], Filter::Nearest));
-    let error = RoughDielectric::new(refused, one, one).unwrap_err();
+    let refused = row(&[0.5, 1.5], Filter::Nearest);
+    let error = Roughness::new(Distribution::Ggx, refused).unwrap_err();
     let (name, value) = ("alpha", 1.5);
     assert_eq!(error, BsdfError::Factor { name, value });
-    let error = RoughDielectric::new(1e-5, one, one).unwrap_err();
+    let error = Roughness::new(Distribution::Ggx, 1e-5).unwrap_err();
     assert_eq!(error, BsdfError::Alpha { value: 1e-5 });
 }

@@ -11,13 +11,13 @@ use crate::query::{Query, unknown_plugin};
 use crate::scene::{Object, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
 use parameters::{
-    Coated, Quantity, TINTS, coated, colour, eta, nested, number, principled, roughness, tints,
+    Coated, Facets, Quantity, TINTS, coated, colour, eta, facets, nested, number, principled, tints,
 };
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::bsdf::{
     Blend, Bsdf, BsdfError, Conductor, Dielectric, Diffuse, Mask, Plastic, Principled,
-    RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric, TwoSided,
+    RoughConductor, RoughDielectric, RoughPlastic, Roughness, ThinDielectric, TwoSided,
 };
 use transport::texture::Texture;
 
@@ -106,11 +106,12 @@ enum Raw<'a> {
     Null,
     Diffuse(Quantity<'a>),
     Dielectric([SpectrumValue; 2]),
-    RoughDielectric(Quantity<'a>, [Quantity<'a>; 2]),
+    RoughDielectric(Facets<'a>, [Quantity<'a>; 2]),
     ThinDielectric(f64, [Quantity<'a>; 2]),
     Conductor(Optics, Quantity<'a>),
-    RoughConductor(Quantity<'a>, Optics, Quantity<'a>),
-    Plastic(Option<Quantity<'a>>, Coated<'a>),
+    RoughConductor(Facets<'a>, Optics, Quantity<'a>),
+    Plastic(Coated<'a>),
+    RoughPlastic((Facets<'a>, bool), Coated<'a>),
     Principled([Quantity<'a>; 3], f64),
     Blend(Quantity<'a>, Vec<&'a Object>),
     Mask(Quantity<'a>, Vec<&'a Object>),
@@ -125,12 +126,15 @@ fn raw<'a>(object: &'a Object, q: &mut Query<'a, '_>) -> Option<Raw<'a>> {
         "dielectric" => {
             Raw::Dielectric(TINTS.map(|name| q.spectrum_or(name, SpectrumValue::Uniform(1.0))))
         }
-        "roughdielectric" => Raw::RoughDielectric(roughness(q), tints(q)),
+        "roughdielectric" => Raw::RoughDielectric(facets(q), tints(q)),
         "thindielectric" => Raw::ThinDielectric(eta(q, BK7), tints(q)),
         "conductor" => Raw::Conductor(optics(q), colour(q, TINTS[0], 1.0)),
-        "roughconductor" => Raw::RoughConductor(roughness(q), optics(q), colour(q, TINTS[0], 1.0)),
-        "plastic" => Raw::Plastic(None, coated(q)),
-        "roughplastic" => Raw::Plastic(Some(roughness(q)), coated(q)),
+        "roughconductor" => Raw::RoughConductor(facets(q), optics(q), colour(q, TINTS[0], 1.0)),
+        "plastic" => Raw::Plastic(coated(q)),
+        "roughplastic" => {
+            let coat = (facets(q), q.boolean_or("lossless", false));
+            Raw::RoughPlastic(coat, coated(q))
+        }
         "principled" => {
             let (quantities, specular) = principled(q);
             Raw::Principled(quantities, specular)
@@ -156,9 +160,10 @@ fn make(raw: Raw, (object, vertices): (&Object, &Vertices), context: &mut Contex
             let [r, t] = tints.map(|tint| maker.spectrum(&tint));
             Dielectric::new(r, t).map(Bsdf::Dielectric)
         }
-        Raw::RoughDielectric(alpha, tints) => {
+        Raw::RoughDielectric(facets, tints) => {
             let [r, t] = tints.map(|tint| maker.texture(tint));
-            RoughDielectric::new(maker.texture(alpha), r, t).map(Bsdf::RoughDielectric)
+            let facets = maker.facets(facets);
+            facets.and_then(|f| RoughDielectric::new(f, r, t).map(Bsdf::RoughDielectric))
         }
         Raw::ThinDielectric(eta, tints) => {
             let [r, t] = tints.map(|tint| maker.texture(tint));
@@ -168,20 +173,21 @@ fn make(raw: Raw, (object, vertices): (&Object, &Vertices), context: &mut Contex
             let [eta, k] = maker.optics(metal);
             Conductor::new(eta, k, maker.texture(tint)).map(Bsdf::Conductor)
         }
-        Raw::RoughConductor(alpha, metal, tint) => {
-            let [eta, k] = maker.optics(metal);
-            RoughConductor::new(maker.texture(alpha), eta, k, maker.texture(tint))
-                .map(Bsdf::RoughConductor)
+        Raw::RoughConductor(facets, metal, tint) => {
+            let ([eta, k], tint) = (maker.optics(metal), maker.texture(tint));
+            let facets = maker.facets(facets);
+            facets.and_then(|f| RoughConductor::new(f, eta, k, tint).map(Bsdf::RoughConductor))
         }
-        Raw::Plastic(alpha, Coated(eta, reflectances, nonlinear)) => {
+        Raw::Plastic(Coated(eta, reflectances, nonlinear)) => {
             let [diffuse, coat] = reflectances.map(|r| maker.texture(r));
-            match alpha {
-                None => Plastic::new(eta, diffuse, coat, nonlinear).map(Bsdf::Plastic),
-                Some(alpha) => {
-                    RoughPlastic::new(maker.texture(alpha), eta, diffuse, coat, nonlinear)
-                        .map(Bsdf::RoughPlastic)
-                }
-            }
+            Plastic::new(eta, diffuse, coat, nonlinear).map(Bsdf::Plastic)
+        }
+        Raw::RoughPlastic((facets, lossless), Coated(eta, reflectances, nonlinear)) => {
+            let [diffuse, coat] = reflectances.map(|r| maker.texture(r));
+            let facets = maker.facets(facets);
+            let plastic = facets
+                .and_then(|f| RoughPlastic::new((f, lossless), eta, diffuse, coat, nonlinear));
+            plastic.map(Bsdf::RoughPlastic)
         }
         Raw::Principled(quantities, specular) => {
             let [base, roughness, metallic] = quantities.map(|q| maker.texture(q));
@@ -222,6 +228,10 @@ impl Maker<'_, '_> {
     fn texture(&mut self, Quantity(name, role, input): Quantity) -> Texture {
         let place = (self.object, name);
         texture((input, role), place, self.vertices, self.context)
+    }
+
+    fn facets(&mut self, Facets(distribution, alpha): Facets) -> Result<Roughness, BsdfError> {
+        Roughness::new(distribution, self.texture(alpha))
     }
 
     fn optics(&mut self, Optics { eta, k }: Optics) -> [Spectrum; 2] {

@@ -5,6 +5,7 @@ use super::super::surface_texture::Role;
 use crate::query::{Input, Query};
 use crate::scene::{Object, PluginKind, SpectrumValue};
 use std::ops::RangeInclusive;
+use transport::bsdf::Distribution;
 
 /// A parameter that may be a texture, with its name.
 pub(super) struct Quantity<'a>(pub &'static str, pub Role, pub Input<'a>);
@@ -34,10 +35,18 @@ pub(super) fn tints<'a>(q: &mut Query<'a, '_>) -> [Quantity<'a>; 2] {
     TINTS.map(|name| colour(q, name, 1.0))
 }
 
-pub(super) fn roughness<'a>(q: &mut Query<'a, '_>) -> Quantity<'a> {
-    q.one_of("distribution", &["ggx"]);
+/// Microfacets, with their `alpha`.
+pub(super) struct Facets<'a>(pub Distribution, pub Quantity<'a>);
+
+pub(super) fn facets<'a>(q: &mut Query<'a, '_>) -> Facets<'a> {
+    let distribution = q.one_of("distribution", &["beckmann", "ggx"]);
+    // How directions are drawn is no part of the scene.
+    q.boolean_or("sample_visible", true);
     let input = q.texture_or_float_in("alpha", LEAST_ALPHA..=1.0, 0.1);
-    Quantity("alpha", Role::Number, input)
+    Facets(
+        [Distribution::Beckmann, Distribution::Ggx][distribution],
+        Quantity("alpha", Role::Number, input),
+    )
 }
 
 /// The index inside over that outside, which is air by default, of a surface on which it is the same everywhere.
