@@ -309,7 +309,8 @@ fn marches_stop_where_they_should() {
         50.0,
         tolerance,
         |step, end| {
-            let profile = eikonal::ray::Profile::new(&step.arc, end, 1e-3, |x| [extinction(x)]);
+            let profile =
+                eikonal::ray::Profile::new(&step.arc, [0.0, end], 1e-3, |x| [extinction(x)]);
             depth += profile.total()[0];
         },
     );

@@ -13,34 +13,38 @@ use super::arc::Arc;
 pub struct Profile<const N: usize> {
     /// Extinction per unit of θ at the ends of the pieces.
     ends: Vec<[f64; N]>,
-    /// Depth from θ = 0 to the ends of the pieces.
+    /// Depth from the first θ to the ends of the pieces.
     depths: Vec<[f64; N]>,
     width: f64,
+    /// First and last θ.
+    range: [f64; 2],
 }
 
 impl<const N: usize> Profile<N> {
-    /// The profile of `extinction` (per unit length, at a position) from θ = 0 to `theta_end`, with
-    /// pieces no longer than `spacing`.
+    /// The profile of `extinction` (per unit length, at a position) over a range of θ, outside of which there is
+    /// none, with pieces no longer than `spacing`.
     pub fn new(
         arc: &Arc,
-        theta_end: f64,
+        range: [f64; 2],
         spacing: f64,
         extinction: impl Fn(glam::DVec3) -> [f64; N],
     ) -> Self {
-        let pieces = (arc.arc_length(theta_end) / spacing).ceil().min(1e6) as usize;
+        let [from, to] = range;
+        let length = arc.arc_length(to) - arc.arc_length(from);
+        let pieces = (length / spacing).ceil().min(1e6) as usize;
         let pieces = pieces.max(1);
-        let width = theta_end / pieces as f64;
+        let width = (to - from) / pieces as f64;
         let rate = |theta: f64| {
             let speed = arc.velocity(theta).length() * arc.h();
             extinction(arc.position(theta)).map(|sigma| sigma * speed)
         };
         let mut ends = Vec::with_capacity(pieces + 1);
         let mut depths = Vec::with_capacity(pieces + 1);
-        ends.push(rate(0.0));
+        ends.push(rate(from));
         depths.push([0.0; N]);
         for i in 0..pieces {
-            let middle = rate((i as f64 + 0.5) * width);
-            let (start, end) = (ends[i], rate((i + 1) as f64 * width));
+            let middle = rate(from + (i as f64 + 0.5) * width);
+            let (start, end) = (ends[i], rate(from + (i + 1) as f64 * width));
             depths.push(std::array::from_fn(|c| {
                 depths[i][c] + (start[c] + 4.0 * middle[c] + end[c]) * width / 6.0
             }));
@@ -50,6 +54,7 @@ impl<const N: usize> Profile<N> {
             ends,
             depths,
             width,
+            range,
         }
     }
 
@@ -58,7 +63,7 @@ impl<const N: usize> Profile<N> {
         self.depths[self.depths.len() - 1]
     }
 
-    /// Depth of each channel from θ = 0 to `theta`.
+    /// Depth of each channel up to `theta`.
     pub fn depth(&self, theta: f64) -> [f64; N] {
         let (i, u) = self.locate(theta);
         std::array::from_fn(|c| self.depths[i][c] + self.piece(i, c).0 * self.part(i, c, u))
@@ -66,6 +71,9 @@ impl<const N: usize> Profile<N> {
 
     /// Depth per unit of θ of each channel at `theta`: the derivative of [`Profile::depth`].
     pub fn density(&self, theta: f64) -> [f64; N] {
+        if theta < self.range[0] || theta > self.range[1] {
+            return [0.0; N];
+        }
         let (i, u) = self.locate(theta);
         std::array::from_fn(|c| {
             let (depth, slope) = self.piece(i, c);
@@ -84,11 +92,12 @@ impl<const N: usize> Profile<N> {
         // u(1 − k) + k u² = y with k = slope, solved without cancellation.
         let root = ((1.0 - slope).powi(2) + 4.0 * slope * y).max(0.0).sqrt();
         let u = (2.0 * y / (1.0 - slope + root)).min(1.0);
-        Some((i as f64 + if u.is_nan() { 1.0 } else { u }) * self.width)
+        let places = i as f64 + if u.is_nan() { 1.0 } else { u };
+        Some((self.range[0] + places * self.width).min(self.range[1]))
     }
 
     fn locate(&self, theta: f64) -> (usize, f64) {
-        let position = theta / self.width;
+        let position = (theta - self.range[0]) / self.width;
         let i = (position as usize).min(self.ends.len() - 2);
         (i, (position - i as f64).clamp(0.0, 1.0))
     }

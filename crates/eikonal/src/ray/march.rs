@@ -100,7 +100,7 @@ impl Progress<'_> {
                 spacing,
             } => {
                 let left = depth - self.done;
-                let profile = Profile::new(arc, 1.0, spacing, |x| [extinction(x)]);
+                let profile = Profile::new(arc, [0.0, 1.0], spacing, |x| [extinction(x)]);
                 self.done += profile.total()[0];
                 profile.invert(0, left)
             }

@@ -4,6 +4,7 @@ use super::section::Section;
 use super::{Medium, Texture};
 use crate::Spectrum;
 use eikonal::ray::{Arc, Profile};
+use smallvec::SmallVec;
 
 /// What a medium takes from the light along one arc, as a function of θ.
 #[derive(Clone, Debug)]
@@ -16,8 +17,8 @@ pub enum Attenuation<'a> {
     Even(Spectrum, f64),
     /// That of a grid along a straight arc, integrated when it is asked for.
     Sampled(Section<'a>),
-    /// Integrated along the arc.
-    Varying(Profile<{ Spectrum::LANES }>),
+    /// Integrated along the parts of a bent arc that lie in the grid.
+    Varying(SmallVec<[Profile<{ Spectrum::LANES }>; 1]>),
 }
 
 impl<'a> Attenuation<'a> {
@@ -35,9 +36,11 @@ impl<'a> Attenuation<'a> {
             Texture::Grid(grid) if arc.is_straight() => {
                 Attenuation::Sampled(Section::new(grid, medium.scale, arc))
             }
-            Texture::Grid(_) => {
-                let extinction = |x| medium.extinction(x).0;
-                Attenuation::Varying(Profile::new(arc, theta_end, medium.spacing(), extinction))
+            Texture::Grid(grid) => {
+                let extinction = |x| (grid.at(x) * medium.scale).0;
+                let parts = grid.bent_parts(arc, theta_end).into_iter();
+                let profile = |part| Profile::new(arc, part, medium.spacing(), extinction);
+                Attenuation::Varying(parts.map(profile).collect())
             }
         }
     }
@@ -57,7 +60,7 @@ impl<'a> Attenuation<'a> {
             Attenuation::Uniform(sigma) => *sigma * arc.arc_length(theta),
             Attenuation::Even(sigma, length) => *sigma * (length * theta),
             Attenuation::Sampled(section) => section.integral(theta),
-            Attenuation::Varying(profile) => Spectrum(profile.depth(theta)),
+            Attenuation::Varying(profiles) => sum(profiles, |p| p.depth(theta)),
         }
     }
 
@@ -67,9 +70,9 @@ impl<'a> Attenuation<'a> {
             Attenuation::None => Spectrum::ZERO,
             Attenuation::Uniform(sigma) | Attenuation::Even(sigma, _) => *sigma,
             Attenuation::Sampled(section) => section.value(arc.position(theta)),
-            Attenuation::Varying(profile) => {
+            Attenuation::Varying(profiles) => {
                 let speed = arc.velocity(theta).length() * arc.h();
-                Spectrum(profile.density(theta)) / speed
+                sum(profiles, |p| p.density(theta)) / speed
             }
         }
     }
@@ -94,8 +97,24 @@ impl<'a> Attenuation<'a> {
                 (theta < theta_end).then_some(theta)
             }
             Attenuation::Sampled(section) => return section.reach(theta_end, (channel, target)),
-            Attenuation::Varying(profile) => profile.invert(channel, target),
+            Attenuation::Varying(profiles) => {
+                let mut left = target;
+                profiles.iter().find_map(|profile| {
+                    let theta = profile.invert(channel, left);
+                    left -= profile.total()[channel];
+                    theta
+                })
+            }
         };
         (theta, self.depth(arc, theta.unwrap_or(theta_end)))
     }
+}
+
+/// The sum over the parts of an arc.
+fn sum(
+    profiles: &[Profile<{ Spectrum::LANES }>],
+    of: impl Fn(&Profile<{ Spectrum::LANES }>) -> [f64; Spectrum::LANES],
+) -> Spectrum {
+    let each = profiles.iter().map(|profile| Spectrum(of(profile)));
+    each.fold(Spectrum::ZERO, |a, b| a + b)
 }

@@ -1,7 +1,10 @@
 //! Samples on a regular grid.
 
 use crate::Spectrum;
+use eikonal::ray::Arc;
+use eikonal::ray::bernstein::first_root;
 use glam::{DAffine3, DMat3, DVec3};
+use smallvec::{SmallVec, smallvec};
 
 /// Where on the unit cube the samples of a grid sit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,8 +68,14 @@ pub enum GridError {
 /// Indices of a cell along each axis.
 pub(super) type Cell = [i32; 3];
 
+/// How far outside the unit cube a point still counts as inside: more than rounding.
+const EDGE: f64 = 1e-9;
+
+/// Parts of an arc that are shorter are no parts.
+const SHORTEST: f64 = 1e-12;
+
 /// Samples in f32, x fastest, on the unit cube under an affine transform. Outside the cube the
-/// values at its edge are continued.
+/// values at its edge are continued, or there is nothing: [`Grid::at`], [`Grid::within`].
 #[derive(Clone, Debug)]
 pub struct Grid {
     size: [usize; 3],
@@ -75,6 +84,8 @@ pub struct Grid {
     data: Vec<f32>,
     /// From world positions to the samples' indices.
     to_samples: DAffine3,
+    /// From world positions to the unit cube.
+    to_unit: DAffine3,
     voxel: f64,
     range: (f64, f64),
     filter: Filter,
@@ -119,10 +130,17 @@ impl Grid {
             channels,
             data,
             to_samples: to_samples(size, placement) * to_world.inverse(),
+            to_unit: to_world.inverse(),
             voxel: side(0).min(side(1)).min(side(2)),
             range,
             filter,
         })
+    }
+
+    /// Replaces all samples.
+    #[cfg(test)]
+    pub(super) fn fill(&mut self, value: f32) {
+        self.data.fill(value);
     }
 
     /// Shortest side of a voxel, in world units.
@@ -156,6 +174,62 @@ impl Grid {
                 false => 0.0,
             })),
         }
+    }
+
+    /// The value at a world position in the cube, zero outside.
+    pub fn within(&self, x: DVec3) -> Spectrum {
+        let place = self.to_unit.transform_point3(x);
+        let inside = place.min_element() >= -EDGE && place.max_element() <= 1.0 + EDGE;
+        if inside { self.at(x) } else { Spectrum::ZERO }
+    }
+
+    /// The range of θ in [0, 1] over which a straight arc is in the cube; empty if it is not.
+    pub(super) fn straight_part(&self, arc: &Arc) -> [f64; 2] {
+        let start = self.to_unit.transform_point3(arc.start());
+        let step = self.to_unit.transform_point3(arc.end()) - start;
+        let (mut from, mut to) = (0.0f64, 1.0f64);
+        for axis in 0..3 {
+            let planes = [0.0, 1.0].map(|plane| (plane - start[axis]) / step[axis]);
+            if step[axis] != 0.0 {
+                from = from.max(planes[0].min(planes[1]));
+                to = to.min(planes[0].max(planes[1]));
+            } else if !(0.0..=1.0).contains(&start[axis]) {
+                return [0.0; 2];
+            }
+        }
+        if from < to { [from, to] } else { [0.0; 2] }
+    }
+
+    /// The ranges of θ up to `theta_end` over which a bent arc is in the cube.
+    pub(super) fn bent_parts(&self, arc: &Arc, theta_end: f64) -> SmallVec<[[f64; 2]; 1]> {
+        let control = arc.control().map(|p| self.to_unit.transform_point3(p));
+        let mut places: SmallVec<[f64; 8]> = smallvec![0.0, theta_end];
+        for axis in 0..3 {
+            for plane in [0.0, 1.0] {
+                let height = control.map(|p| p[axis] - plane);
+                let mut from = 0.0;
+                while let Some(root) = first_root(&height, from, theta_end, [1e-14; 2]) {
+                    places.push(root);
+                    from = root;
+                }
+            }
+        }
+        places.sort_by(f64::total_cmp);
+        let mut parts: SmallVec<[[f64; 2]; 1]> = SmallVec::new();
+        for pair in places.windows(2) {
+            let middle = self
+                .to_unit
+                .transform_point3(arc.position(0.5 * (pair[0] + pair[1])));
+            let inside = middle.min_element() >= 0.0 && middle.max_element() <= 1.0;
+            if !inside || pair[1] - pair[0] <= SHORTEST {
+                continue;
+            }
+            match parts.last_mut() {
+                Some(last) if last[1] == pair[0] => last[1] = pair[1],
+                _ => parts.push([pair[0], pair[1]]),
+            }
+        }
+        parts
     }
 
     /// A world position in units of cells: those of trilinear grids lie between samples, others around one.

@@ -22,7 +22,7 @@ pub struct Medium {
     pub name: String,
     /// Refractive index.
     pub index: Field,
-    /// Extinction σ_t per unit length, before `scale`.
+    /// Extinction σ_t per unit length, before `scale`; zero where its grid ends.
     pub sigma_t: Texture,
     /// Multiplies `sigma_t`.
     pub scale: f64,
@@ -47,7 +47,10 @@ impl Medium {
 
     /// Extinction σ_t at `x`.
     pub fn extinction(&self, x: DVec3) -> Spectrum {
-        self.sigma_t.at(x) * self.scale
+        match &self.sigma_t {
+            Texture::Uniform(sigma) => *sigma * self.scale,
+            Texture::Grid(grid) => grid.within(x) * self.scale,
+        }
     }
 
     /// Scattering coefficient σ_s at `x`.
