@@ -154,12 +154,12 @@ def _shape(r: random.Random) -> Scene:
 
 
 def _dielectric(r: random.Random) -> Scene:
-    return r.choice([{"type": "dielectric"}, {"type": "roughdielectric", "alpha": 0.4, "distribution": r.choice(["ggx"])}])
+    return r.choice([{"type": "dielectric"}, {"type": "roughdielectric", "alpha": 0.4, "distribution": r.choice(["beckmann", "ggx"])}])
 
 
 def _surface(r: random.Random) -> Scene:
     diffuse = {"type": "diffuse", "reflectance": _reflectance(r)}
-    distribution = r.choice(["ggx"])
+    distribution = r.choice(["beckmann", "ggx"])
     return r.choice(
         [
             diffuse,

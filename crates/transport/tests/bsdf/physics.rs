@@ -314,7 +314,6 @@ fn kinds_and_refusals() {
     assert!(null.is_null() && null.is_delta() && !null.is_opaque());
     assert!(diffuse().is_opaque() && !diffuse().is_delta());
     assert!(!rough_dielectric(ggx(0.1)).is_opaque() && !rough_dielectric(ggx(0.1)).is_delta());
-    let one = Spectrum::ONE;
     assert!(matches!(
         Diffuse::new(Spectrum::splat(1.1)),
         Err(BsdfError::Factor { value: 1.1, .. })
