@@ -5,6 +5,7 @@ use crate::job::Job;
 use crate::load::file_name;
 use crate::numbers;
 use crate::report::Stopped;
+use io::arrays::Quality;
 use io::{Loaded, report};
 use serde_json::{Value, json};
 use std::time::Duration;
@@ -28,46 +29,31 @@ pub struct Measured<'a> {
     pub stopped: Option<Stopped>,
 }
 
-/// How well the bins of a reading are known.
-struct Quality {
-    bins: usize,
-    /// Bins that received no light.
-    empty: usize,
-    /// Median of the relative standard errors of the others.
-    error: Option<f64>,
-}
-
-impl Quality {
-    fn of(reading: &Reading) -> Self {
-        let pairs = reading.mean.iter().zip(&reading.error);
-        let lit = pairs.filter(|(mean, _)| **mean != 0.0);
-        let mut errors: Vec<f64> = lit.map(|(mean, error)| error / mean.abs()).collect();
-        errors.sort_by(f64::total_cmp);
-        Quality {
-            bins: reading.mean.len(),
-            empty: reading.mean.len() - errors.len(),
-            error: errors.get(errors.len() / 2).copied(),
-        }
-    }
-
-    fn text(&self) -> String {
-        let empty = match self.empty {
-            0 => String::new(),
-            n if n == self.bins => ", no light".into(),
-            n => format!(
-                ", {} without light",
-                numbers::percent(n as f64 / self.bins as f64)
-            ),
-        };
-        let bins = match self.bins {
-            1 => "1 bin".into(),
-            n => format!("{} bins", numbers::count(n as f64)),
-        };
-        let error = self.error.map_or(String::new(), |e| {
-            format!(", median error {}", numbers::percent(e))
-        });
-        format!("{bins}{empty}{error}")
-    }
+/// How well the bins of a reading are known, in a few words.
+fn text(quality: &Quality) -> String {
+    let empty = match quality.empty {
+        0 => String::new(),
+        n if n == quality.bins => ", no light".into(),
+        n => format!(
+            ", {} without light",
+            numbers::percent(n as f64 / quality.bins as f64)
+        ),
+    };
+    let bins = match quality.bins {
+        1 => "1 bin".into(),
+        n => format!("{} bins", numbers::count(n as f64)),
+    };
+    let error = quality.error.map_or(String::new(), |e| {
+        format!(", median error {}", numbers::percent(e))
+    });
+    let few = match quality.few {
+        0 => String::new(),
+        _ => format!(
+            ", {} from too few particles to trust their errors",
+            numbers::percent(quality.few_share())
+        ),
+    };
+    format!("{bins}{empty}{error}{few}")
 }
 
 impl Measured<'_> {
@@ -104,7 +90,7 @@ impl Measured<'_> {
         for (name, readings) in self.meters() {
             let each = readings
                 .iter()
-                .map(|r| format!("{} ({})", r.name, Quality::of(r).text()));
+                .map(|r| format!("{} ({})", r.name, text(&Quality::of(r))));
             lines.push(format!("{name}: {}", each.collect::<Vec<_>>().join("; ")));
         }
         lines.push(balance::text(&self.measurement.balance));
@@ -143,15 +129,7 @@ impl Measured<'_> {
     /// Everything, as JSON.
     pub fn json(&self) -> Value {
         let measurement = self.measurement;
-        let reading = |r: &Reading| {
-            let quality = Quality::of(r);
-            json!({
-                "name": r.name,
-                "bins": quality.bins,
-                "bins_without_light": quality.empty,
-                "median_relative_error": quality.error,
-            })
-        };
+        let reading = |r: &Reading| Quality::of(r).json(r.name);
         let meter = |(name, readings): (&str, &Vec<Reading>)| json!({"name": name, "readings": readings.iter().map(reading).collect::<Vec<_>>()});
         json!({
             "version": env!("CARGO_PKG_VERSION"),

@@ -92,6 +92,7 @@ impl Report<'_> {
         ];
         parts.extend(self.photon_line());
         parts.extend(self.target_line());
+        parts.extend(self.doubt());
         let stats = &self.rendering.stats;
         if stats.connections.capped > 0 {
             parts.push(bias(stats.connections.capped));
@@ -130,6 +131,28 @@ impl Report<'_> {
         format!("mean {mean} · {connections}")
     }
 
+    /// What to think of the error of the mean, if it is not to be trusted.
+    fn doubt(&self) -> Option<String> {
+        let film = &self.rendering.film;
+        let told = !matches!(self.loaded.integrator, Integrator::Aov(_));
+        (told && film.few_in_all(None)).then(|| {
+            let advice = match self.loaded.integrator {
+                Integrator::Path(_) => "take more samples, or try the integrator bdpt",
+                _ => "take more samples",
+            };
+            let tail = film.tail(None);
+            let reason = if tail.is_heavy() {
+                format!(
+                    "one sample makes {} of its square",
+                    numbers::percent(tail.share())
+                )
+            } else {
+                "too few samples found light".into()
+            };
+            format!("the error cannot be trusted: {reason}; {advice}")
+        })
+    }
+
     /// Attributes for images. They depend on what was computed, not on when, where or how fast:
     /// equal renders give equal files.
     pub fn attributes(&self) -> Vec<(String, String)> {
@@ -150,6 +173,7 @@ impl Report<'_> {
                 "connections",
                 report::connections(stats, self.rendering.search).to_string(),
             ),
+            ("trust", report::trust(&self.rendering.film).to_string()),
             ("lost", stats.lost.to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];

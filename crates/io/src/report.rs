@@ -25,6 +25,7 @@ pub fn render(loaded: &Loaded, rendering: &Rendering, mut run: Value) -> Value {
             "connections",
             connections(&rendering.stats, rendering.search),
         ),
+        ("trust", trust(film)),
         ("photons", json!(photons(rendering))),
         ("balance", json!(rendering.balance.as_ref().map(balance))),
         (
@@ -84,6 +85,15 @@ pub fn branches(scene: &Scene) -> Value {
         "reflections": reach.reflections,
         "reflections_in_all": reach.bounces,
         "optical_length": reach.optical_length,
+    })
+}
+
+/// Whether errors can be trusted: that of the image's mean, and those of pixels.
+pub fn trust(film: &Film) -> Value {
+    json!({
+        "few": film.few_in_all(None),
+        "largest_share": film.tail(None).share(),
+        "few_pixels": film.few_pixels(None),
     })
 }
 

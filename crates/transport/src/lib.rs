@@ -10,6 +10,7 @@ pub mod film;
 pub mod integrator;
 pub mod medium;
 pub mod meter;
+pub mod moments;
 pub mod orientation;
 pub mod path;
 pub mod phase;

@@ -6,8 +6,10 @@
 mod hdf5;
 mod npz;
 mod nrrd;
+mod quality;
 mod readings;
 
+pub use quality::Quality;
 pub use readings::{Context, arrays};
 
 use crate::error::{FileError, Problem};

@@ -1,6 +1,6 @@
 //! From what meters have read to arrays with units.
 
-use super::{Array, Arrays, Placement};
+use super::{Array, Arrays, Placement, Quality};
 use crate::assemble::{Gruneisen, Instrument, Normalization};
 use transport::meter::{Coordinates, Meter, Reading};
 use transport::render::Measurement;
@@ -16,7 +16,7 @@ pub struct Context<'a> {
     pub channels: &'a [String],
 }
 
-/// Everything that the meters have read: means and standard errors, the edges of all bins, and where
+/// Everything that the meters have read: means and standard errors, effective numbers of particles and where these are too few, the edges of all bins, and where
 /// grids lie. `attributes` are added to.
 pub fn arrays(context: &Context, mut attributes: Vec<(String, String)>) -> Arrays {
     let several = context.instruments.len() > 1;
@@ -46,7 +46,7 @@ pub fn arrays(context: &Context, mut attributes: Vec<(String, String)>) -> Array
             // What a fluence meter reads first, an irradiance meter in most detail.
             let first = matches!(instrument.meter, Meter::Fluence(_));
             let reading = if first { 0 } else { readings.len() - 1 };
-            main = Some(list.len() + 2 * reading);
+            main = Some(list.len() + ARRAYS * reading);
             placement = self::placement(&instrument.meter);
         }
         for reading in readings {
@@ -56,6 +56,7 @@ pub fn arrays(context: &Context, mut attributes: Vec<(String, String)>) -> Array
             list.extend(scribe.pressure(&readings[1], gruneisen));
         }
         list.extend(scribe.axes(readings));
+        attributes.push((format!("{prefix}few"), few(readings)));
         attributes.push((format!("{prefix}meter"), instrument.name.clone()));
         attributes.push((
             format!("{prefix}normalization"),
@@ -68,6 +69,15 @@ pub fn arrays(context: &Context, mut attributes: Vec<(String, String)>) -> Array
         placement,
         attributes,
     }
+}
+
+/// Arrays for each reading.
+const ARRAYS: usize = 4;
+
+/// For each reading, the share of its bins with light whose errors are not to be trusted.
+fn few(readings: &[Reading]) -> String {
+    let share = |r: &Reading| format!("{} {:.4}", r.name, Quality::of(r).few_share());
+    readings.iter().map(share).collect::<Vec<_>>().join(", ")
 }
 
 /// Power of all emitters, per channel.
@@ -100,8 +110,8 @@ impl Scribe<'_> {
         }
     }
 
-    /// Mean and standard error of a reading.
-    fn reading(&self, reading: &Reading) -> [Array; 2] {
+    /// Mean and standard error of a reading, effective numbers of particles, and where these are too few.
+    fn reading(&self, reading: &Reading) -> [Array; ARRAYS] {
         let emitted = &self.context.measurement.emitted;
         let scale = |c: usize| match self.instrument.normalization {
             Normalization::Absolute => 1.0,
@@ -118,24 +128,24 @@ impl Scribe<'_> {
             "optical_moment" => format!("{power}*unit"),
             _ => power.to_owned(),
         };
-        self.pair(reading, reading.name, &unit, scale)
+        self.all(reading, reading.name, &unit, scale)
     }
 
-    /// Initial pressure p₀ = Γ μ_a Φ, with the fluence Φ of a short pulse, and its standard error.
-    fn pressure(&self, absorbed: &Reading, gruneisen: &Gruneisen) -> [Array; 2] {
+    /// Initial pressure p₀ = Γ μ_a Φ, with the fluence Φ of a short pulse, and what goes with it.
+    fn pressure(&self, absorbed: &Reading, gruneisen: &Gruneisen) -> [Array; ARRAYS] {
         let emitted = &self.context.measurement.emitted;
         let volume = gruneisen.metres_per_unit.powi(3);
         let factor = gruneisen.parameter * gruneisen.pulse_energy / volume;
-        self.pair(absorbed, "p0", "Pa", |c| factor * reciprocal(emitted[c]))
+        self.all(absorbed, "p0", "Pa", |c| factor * reciprocal(emitted[c]))
     }
 
-    fn pair(
+    fn all(
         &self,
         reading: &Reading,
         name: &str,
         unit: &str,
         scale: impl Fn(usize) -> f64,
-    ) -> [Array; 2] {
+    ) -> [Array; ARRAYS] {
         let channels = self.context.channels.len();
         let mut axes: Vec<String> = reading.axes.iter().map(|axis| axis.name.into()).collect();
         let mut shape: Vec<usize> = reading.axes.iter().map(|axis| axis.len()).collect();
@@ -143,18 +153,24 @@ impl Scribe<'_> {
             axes.push("channel".into());
             shape.push(channels);
         }
-        let array = |suffix: &str, values: &[f64]| Array {
+        let array = |suffix: &str, unit: &str, data: Vec<f64>| Array {
             name: format!("{}{name}{suffix}", self.prefix),
             axes: axes.clone(),
             shape: shape.clone(),
             unit: unit.into(),
-            data: values
-                .iter()
-                .enumerate()
-                .map(|(i, v)| v * scale(i % channels))
-                .collect(),
+            data,
         };
-        [array("", &reading.mean), array("_error", &reading.error)]
+        let scaled = |values: &[f64]| {
+            let values = values.iter().enumerate();
+            values.map(|(i, v)| v * scale(i % channels)).collect()
+        };
+        let few = reading.few.iter().map(|few| f64::from(u8::from(*few)));
+        [
+            array("", unit, scaled(&reading.mean)),
+            array("_error", unit, scaled(&reading.error)),
+            array("_effective", "", reading.effective.clone()),
+            array("_few", "", few.collect()),
+        ]
     }
 
     /// The edges of the bins of all axes, and where a grid lies.

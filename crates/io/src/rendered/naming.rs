@@ -130,6 +130,8 @@ impl<'a> Naming<'a> {
                 "slots": self.layering.decomposition.slots(i),
                 "mean": mean,
                 "standard_error": finite(error),
+                "few": film.few_in_all(Some(i)),
+                "few_pixels": film.few_pixels(Some(i)),
             })
         };
         json!({

@@ -9,6 +9,7 @@ use crate::npy;
 use std::ops::Range;
 use std::path::Path;
 use transport::Film;
+use transport::integrator::Integrator;
 use transport::render::Rendering;
 
 /// A render as a picture. Its values are computed as they are asked for: a film is large, and files are written
@@ -32,6 +33,8 @@ enum Content {
     Mean(Option<usize>),
     /// Variances of these.
     Variance(Option<usize>),
+    /// Where these are not to be trusted: 1, else 0.
+    Few(Option<usize>),
     /// Number of samples.
     Samples,
     /// Values with channels interleaved.
@@ -39,10 +42,10 @@ enum Content {
 }
 
 impl<'a> Picture<'a> {
-    /// With the mean as main layer, and layers `variance` (of the mean), `samples` (their number), `reweighted` if it was
-    /// asked for, and of photon maps `bias` (what is known of that of every pixel) and `bound` (which the error
-    /// by bias and noise exceeds in one of twenty pixels at most); then every layer of light told apart and its
-    /// variance, such as `length.0012` and `variance.length.0012`.
+    /// With the mean as main layer, and layers `variance` (of the mean), `few` (1 where that is not to be trusted), `samples`
+    /// (their number), `reweighted` if it was asked for, and of photon maps `bias` (what is known of that of every pixel) and `bound` (which the error
+    /// by bias and noise exceeds in one of twenty pixels at most); then every layer of light told apart with
+    /// its own, such as `length.0012`, `variance.length.0012` and `few.length.0012`.
     pub fn new(
         rendering: &'a Rendering,
         loaded: &'a Loaded,
@@ -52,8 +55,12 @@ impl<'a> Picture<'a> {
         let mut layers = vec![
             (String::new(), Content::Mean(None)),
             ("variance".into(), Content::Variance(None)),
-            ("samples".into(), Content::Samples),
         ];
+        // Quantities of other kinds may be of either sign, of which effective numbers tell nothing.
+        if !matches!(loaded.integrator, Integrator::Aov(_)) {
+            layers.push(("few".into(), Content::Few(None)));
+        }
+        layers.push(("samples".into(), Content::Samples));
         let mut store = |name: &str, values| layers.push((name.into(), Content::Stored(values)));
         if let Some(values) = film.reweighted() {
             store("reweighted", values);
@@ -66,7 +73,8 @@ impl<'a> Picture<'a> {
         let names = naming.iter().flat_map(Naming::names);
         layers.extend(names.enumerate().flat_map(|(i, name)| {
             let variance = (format!("variance.{name}"), Content::Variance(Some(i)));
-            [(name, Content::Mean(Some(i))), variance]
+            let few = (format!("few.{name}"), Content::Few(Some(i)));
+            [(name, Content::Mean(Some(i))), variance, few]
         }));
         Picture {
             film,
@@ -168,6 +176,7 @@ impl<'a> Picture<'a> {
         match content {
             Content::Mean(layer) => self.film.mean_at(*layer, channel, pixel),
             Content::Variance(layer) => self.film.variance_at(*layer, channel, pixel),
+            Content::Few(layer) => f32::from(u8::from(self.film.few_at(*layer, channel, pixel))),
             Content::Samples => self.film.count(pixel) as f32,
             Content::Stored(values) => values[pixel * self.channels.len() + channel],
         }

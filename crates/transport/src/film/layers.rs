@@ -1,7 +1,8 @@
 //! What a film keeps of each layer of a decomposition.
 
-use super::{Cell, Decomposition, Pixel};
+use super::{Decomposition, Pixel};
 use crate::Spectrum;
+use crate::moments::Moments;
 use serde::{Deserialize, Serialize};
 
 /// The layers of a film.
@@ -17,7 +18,7 @@ pub struct LayerGroup {
     decomposition: Decomposition,
     lanes: usize,
     /// By pixel, layer, channel; the last fastest.
-    cells: Vec<Cell>,
+    cells: Vec<Moments>,
     /// For each layer, samples of its mean over the image, if pixels are not independent.
     whole: Vec<Pixel>,
 }
@@ -54,7 +55,7 @@ impl Layers {
             ..Pixel::default()
         };
         for (lane, cell) in group.cells[first..first + group.lanes].iter().enumerate() {
-            result.cells[lane] = *cell;
+            result.moments[lane] = *cell;
         }
         result
     }
@@ -86,7 +87,7 @@ impl LayerGroup {
         LayerGroup {
             decomposition,
             lanes,
-            cells: vec![Cell::default(); pixels * layers * lanes],
+            cells: vec![Moments::default(); pixels * layers * lanes],
             whole: vec![Pixel::default(); layers],
         }
     }
@@ -130,7 +131,7 @@ impl LayerGroup {
 pub struct CellsMut<'a> {
     layers: usize,
     lanes: usize,
-    cells: &'a mut [Cell],
+    cells: &'a mut [Moments],
 }
 
 impl CellsMut<'_> {

@@ -14,50 +14,25 @@ pub use footprint::footprint;
 pub use layers::{CellsMut, LayerGroup, Layers, Pending};
 
 use crate::Spectrum;
+use crate::moments::{Moments, Tail};
 use crate::sampling::Sets;
-use crate::sum::Sum;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
 /// Sums over the samples of one pixel, for one group of channels; over the means of its [sets](Sets) of samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pixel {
     /// Per channel.
-    cells: [Cell; Spectrum::LANES],
+    moments: [Moments; Spectrum::LANES],
     /// Number of samples, or of sets.
     pub count: u64,
-}
-
-/// Sums over the samples of one pixel in one channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Cell {
-    sum: Sum,
-    sum_of_squares: Sum,
-}
-
-impl Cell {
-    /// Adds one sample.
-    pub fn add(&mut self, value: f64) {
-        if value != 0.0 {
-            self.sum.add(value);
-            // A square that is too large for a double is far beyond all that can be told of a variance.
-            self.sum_of_squares.add((value * value).min(f64::MAX));
-        }
-    }
-}
-
-impl AddAssign for Cell {
-    fn add_assign(&mut self, other: Cell) {
-        self.sum += other.sum;
-        self.sum_of_squares += other.sum_of_squares;
-    }
 }
 
 impl Pixel {
     /// Adds one sample.
     pub fn add(&mut self, value: Spectrum) {
-        for (cell, value) in self.cells.iter_mut().zip(value.0) {
-            cell.add(value);
+        for (moments, value) in self.moments.iter_mut().zip(value.0) {
+            moments.add(value);
         }
         self.count += 1;
     }
@@ -69,10 +44,7 @@ impl Pixel {
 
     /// That of one channel.
     fn mean_of(&self, lane: usize) -> f64 {
-        match self.count {
-            0 => 0.0,
-            n => self.cells[lane].sum.value() / n as f64,
-        }
+        self.moments[lane].mean(self.count)
     }
 
     /// Unbiased estimate of the variance of the mean; infinite for fewer than two samples.
@@ -82,21 +54,20 @@ impl Pixel {
 
     /// That of one channel.
     fn variance_of(&self, lane: usize) -> f64 {
-        if self.count < 2 {
-            return f64::INFINITY;
-        }
-        let n = self.count as f64;
-        let mean = self.mean_of(lane);
-        let scatter = self.cells[lane].sum_of_squares.value() - mean * mean * n;
-        scatter.max(0.0) / (n * (n - 1.0))
+        self.moments[lane].variance_of_mean(self.count)
+    }
+
+    /// How much of it comes from the largest sample.
+    fn tail_of(&self, lane: usize) -> Tail {
+        self.moments[lane].tail(self.count)
     }
 }
 
 impl AddAssign for Pixel {
     /// Samples of another accumulator.
     fn add_assign(&mut self, other: Pixel) {
-        for (cell, other) in self.cells.iter_mut().zip(other.cells) {
-            *cell += other;
+        for (moments, other) in self.moments.iter_mut().zip(other.moments) {
+            *moments += other;
         }
         self.count += other.count;
     }
@@ -330,8 +301,22 @@ impl Film {
         self.pixel(group, pixel, layer).variance_of(lane) as f32
     }
 
+    /// How many equal samples would make a pixel that is known as well: see [`Moments::effective`]. Of [sets](Sets) of samples
+    /// each counts as one.
+    pub fn effective_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
+        let (group, lane) = (channel / self.lanes, channel % self.lanes);
+        self.pixel(group, pixel, layer).moments[lane].effective() as f32
+    }
+
+    /// Whether that variance is not to be trusted: see [`Moments::few`].
+    pub fn few_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> bool {
+        let (group, lane) = (channel / self.lanes, channel % self.lanes);
+        let pixel = self.pixel(group, pixel, layer);
+        pixel.moments[lane].few(pixel.count)
+    }
+
     /// A quantity of every pixel and channel, row by row with channels interleaved.
-    fn plane(&self, quantity: impl Fn(usize, usize) -> f32) -> Vec<f32> {
+    fn plane<T>(&self, quantity: impl Fn(usize, usize) -> T) -> Vec<T> {
         let quantity = &quantity;
         let pixel = |pixel| (0..self.channels).map(move |channel| quantity(channel, pixel));
         let mut out = Vec::with_capacity(self.width * self.height * self.channels);
@@ -347,6 +332,16 @@ impl Film {
     /// Variances of the means, same layout.
     pub fn variance(&self) -> Vec<f32> {
         self.plane(|c, i| self.variance_at(None, c, i))
+    }
+
+    /// Effective numbers of samples of a layer, or of all light, same layout: see [`Film::effective_at`].
+    pub fn effective(&self, layer: Option<usize>) -> Vec<f32> {
+        self.plane(|c, i| self.effective_at(layer, c, i))
+    }
+
+    /// Where variances of a layer, or of all light, are not to be trusted, same layout: see [`Film::few_at`].
+    pub fn few(&self, layer: Option<usize>) -> Vec<bool> {
+        self.plane(|c, i| self.few_at(layer, c, i))
     }
 
     /// Means of a layer: see [`Decomposition::slots`]. The layers add up to the image.

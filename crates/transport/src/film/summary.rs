@@ -1,6 +1,7 @@
 //! Means of whole images, and their errors.
 
 use super::{Film, Pixel};
+use crate::moments::{LEAST_EFFECTIVE, Tail};
 
 impl Film {
     /// Mean over the image and over the channels, with its standard error. Channels of one group
@@ -33,6 +34,41 @@ impl Film {
         }
         let scale = (n * self.channels) as f64;
         (mean / scale, variance.sqrt() / scale)
+    }
+
+    /// Whether the error of [`Film::summary`], or that of [`Film::layer_summary`], is not to be trusted: the mean is worth fewer than
+    /// [`LEAST_EFFECTIVE`] samples, or the [tail](Film::tail) of all samples is heavy.
+    pub fn few_in_all(&self, layer: Option<usize>) -> bool {
+        let (mean, error) = self.summary_of(layer);
+        let tail = self.tail(layer);
+        let squares = (error / mean).powi(2) + 1.0 / tail.count as f64;
+        mean != 0.0 && (squares * LEAST_EFFECTIVE > 1.0 || tail.is_heavy())
+    }
+
+    /// Share of the values of pixels, among those that are not zero, whose variances are not to be trusted.
+    pub fn few_pixels(&self, layer: Option<usize>) -> f64 {
+        let (mut few, mut lit) = (0u64, 0u64);
+        for channel in 0..self.channels {
+            for pixel in 0..self.width * self.height {
+                lit += u64::from(self.mean_at(layer, channel, pixel) != 0.0);
+                few += u64::from(self.few_at(layer, channel, pixel));
+            }
+        }
+        few as f64 / lit.max(1) as f64
+    }
+
+    /// How much of the error of [`Film::summary`], or that of [`Film::layer_summary`], comes from the largest sample of all: of the
+    /// channel where it is most.
+    pub fn tail(&self, layer: Option<usize>) -> Tail {
+        let channels = (0..self.groups()).flat_map(|g| (0..self.lanes(g)).map(move |c| (g, c)));
+        let tails = channels.map(|(group, lane)| match self.whole(group, layer) {
+            whole if whole.count > 0 => whole.tail_of(lane),
+            _ => (0..self.width * self.height)
+                .map(|i| self.pixel(group, i, layer).tail_of(lane))
+                .fold(Tail::default(), Tail::beside),
+        });
+        let larger = |a: Tail, b: Tail| if b.share() > a.share() { b } else { a };
+        tails.reduce(larger).unwrap_or_default()
     }
 
     fn whole(&self, group: usize, layer: Option<usize>) -> &Pixel {

@@ -1,9 +1,9 @@
 //! What meters see of a particle.
 
-use crate::Spectrum;
 use crate::path::{Point, Span, share};
 use crate::scene::Scene;
 use crate::shape::Hit;
+use crate::{Bins, Spectrum};
 use glam::DVec3;
 
 /// A particle on one arc of its way.
@@ -57,6 +57,13 @@ impl Flight<'_> {
     pub fn power_at(&self, theta: f64) -> Spectrum {
         let depth = self.span.depth_before + self.span.attenuation.depth(&self.span.arc, theta);
         self.power * self.span.weight_before * share(self.lanes, depth)
+    }
+
+    /// The levels, starts of steps of optical path length, that the particle passes.
+    pub fn levels(&self, steps: &Bins) -> std::ops::Range<usize> {
+        let end = self.optical_length + self.span.arc.optical_length(self.theta_end);
+        let after = |length: f64| ((length - steps.min) / steps.width()).ceil().max(0.0) as usize;
+        after(self.optical_length).min(steps.count)..after(end).min(steps.count)
     }
 
     /// Whether its power varies along the arc.

@@ -13,6 +13,7 @@ mod particle;
 mod positions;
 mod reading;
 mod tally;
+mod window;
 
 pub use fluence::{Estimator, FluenceMeter};
 pub use grid::{Coordinates, Grid};
@@ -20,11 +21,12 @@ pub use irradiance::{Cosines, IrradianceMeter};
 pub use positions::Positions;
 pub use reading::{Axis, Reading};
 pub use tally::{Part, Tally};
+pub use window::Window;
 
-use crate::Spectrum;
 use crate::path::{Account, Workspace};
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
+use crate::{Bins, Spectrum};
 use flight::{Collision, Flight, Passing};
 use fluence::{Cuts, Slots};
 use particle::Particle;
@@ -55,6 +57,15 @@ impl Meter {
             Meter::Irradiance(meter) => meter.quantities(),
         }
     }
+
+    /// Optical path length at which its last gate ends, if it has gates.
+    fn last_gate(&self) -> Option<f64> {
+        let gates = match self {
+            Meter::Fluence(meter) => meter.optical_length,
+            Meter::Irradiance(meter) => meter.optical_length,
+        };
+        gates.map(|bins| bins.max)
+    }
 }
 
 /// Slots that meters take in a tally with so many channels.
@@ -65,7 +76,7 @@ pub fn slots(meters: &[Meter], channels: usize) -> usize {
 }
 
 /// How particles are followed and what measures them, for one group of channels.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Setup<'a> {
     scene: &'a Scene,
     meters: &'a [Meter],
@@ -78,6 +89,10 @@ pub struct Setup<'a> {
     channels: usize,
     max_depth: u32,
     rr_depth: u32,
+    /// What particles should be worth on their way, if a meter has gates.
+    window: Option<Window>,
+    /// Of the window's pilot: optical path lengths at which power on its way is scored, in place of meters.
+    levels: Option<Bins>,
 }
 
 impl<'a> Setup<'a> {
@@ -101,7 +116,20 @@ impl<'a> Setup<'a> {
             channels,
             max_depth,
             rr_depth,
+            window: None,
+            levels: None,
         })
+    }
+
+    /// The setup with particles that keep to a window.
+    #[must_use]
+    pub fn within(self, window: Option<Window>) -> Self {
+        Setup { window, ..self }
+    }
+
+    /// The window that makes late gates as sure as early ones; `None` if no meter has gates.
+    pub fn window(&self) -> Option<Window> {
+        Window::learn(self)
     }
 
     /// Power of all emitters, per channel.
@@ -182,6 +210,12 @@ impl Recorder<'_> {
     }
 
     fn fly(&mut self, flight: &Flight) {
+        if let Some(levels) = &self.setup.levels {
+            let power = flight.power_at(0.0).sum();
+            for level in flight.levels(levels) {
+                self.scores.add(level, power);
+            }
+        }
         self.each(|meter, slots, cuts, sampler| {
             if let Meter::Fluence(meter) = meter {
                 meter.fly(flight, slots, (cuts, sampler));

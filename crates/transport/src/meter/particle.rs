@@ -14,8 +14,14 @@ use glam::DVec3;
 /// Particles that have gone over so many edges are lost: between walls that absorb nothing they would go
 /// on for ever.
 const MOST_EDGES: usize = 1_000_000;
-/// Russian roulette is played when a particle has less than this share of its power left.
+/// Russian roulette is played when a particle has less than this share of the power that it should have.
 const SMALL: f64 = 0.1;
+/// A particle that has more than so many times that power is divided, if meters have gates,
+const LARGE: f64 = 2.0;
+/// into no more than so many at once,
+const MOST_AT_ONCE: f64 = 16.0;
+/// as long as no more than so many have come of one that an emitter has sent.
+const MOST_COPIES: usize = 10_000;
 
 /// A particle on its way.
 pub(super) struct Particle<'a, 'r> {
@@ -28,7 +34,12 @@ pub(super) struct Particle<'a, 'r> {
     depth: u32,
     /// Optical path length so far.
     optical_length: f64,
+    /// Particles that have come of it so far.
+    copies: usize,
 }
+
+/// A particle that waits to go on, with its edges and specular events so far.
+type Waiting = (Ray, u32);
 
 impl<'a, 'r> Particle<'a, 'r> {
     /// The particle of this number.
@@ -40,10 +51,11 @@ impl<'a, 'r> Particle<'a, 'r> {
             ledger: Ledger::default(),
             depth: 0,
             optical_length: 0.0,
+            copies: 1,
         }
     }
 
-    /// Emits it and follows it to its end.
+    /// Emits it and follows it, and all that it is divided into, to its end.
     pub fn run(&mut self, sampler: &mut Sampler, ws: &mut Workspace) {
         let setup = self.setup;
         let pick = setup.choice.sample(sampler.next_1d());
@@ -52,8 +64,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         let Some((_, ray)) = emit(self.scene, (pick.index, pick.probability), white, u) else {
             return;
         };
-        self.optical_length = ray.optical_length;
-        let (initial, mut next) = (ray.throughput, Some(ray));
+        let (initial, mut waiting) = (ray.throughput.sum(), vec![(ray, 0)]);
         let sampling = Sampling {
             carry: Carry::Power,
             lanes: setup.lanes,
@@ -64,15 +75,17 @@ impl<'a, 'r> Particle<'a, 'r> {
             forks: false,
         };
         for _ in 0..MOST_EDGES {
-            let Some(ray) = next else {
+            let Some((ray, depth)) = waiting.pop() else {
                 return;
             };
+            (self.optical_length, self.depth) = (ray.optical_length, depth);
             let mut edge = trace(self.scene, ray.start, sampling, sampler, ws);
             edge.tabulate();
-            let onward = self.edge(&edge, ray.throughput, sampler);
-            next = onward.and_then(|ray| self.roulette(ray, initial, sampler));
+            if let Some(onward) = self.edge(&edge, ray.throughput, sampler) {
+                self.go_on_as(onward, initial, sampler, &mut waiting);
+            }
         }
-        if let Some(ray) = next {
+        for (ray, _) in waiting {
             ws.stats.lost += 1;
             self.ledger.lost += ray.throughput.sum();
         }
@@ -215,18 +228,31 @@ impl<'a, 'r> Particle<'a, 'r> {
         }
     }
 
-    /// Ends particles that have lost most of their power by chance, without bias.
-    fn roulette(&self, mut ray: Ray, initial: Spectrum, sampler: &mut Sampler) -> Option<Ray> {
+    /// Ends a particle that has lost most of its power by chance, or divides one that has more left than others, without bias.
+    fn go_on_as(
+        &mut self,
+        mut ray: Ray,
+        initial: f64,
+        sampler: &mut Sampler,
+        waiting: &mut Vec<Waiting>,
+    ) {
         if ray.throughput.is_zero() {
-            return None;
+            return;
         }
-        let left = ray.throughput.sum() / initial.sum();
-        if self.depth >= self.setup.rr_depth && left < SMALL {
-            if sampler.next_1d() >= left {
-                return None;
+        let left = ray.throughput.sum() / initial;
+        let window = self.setup.window.as_ref();
+        let worth = left / window.map_or(1.0, |w| w.share(self.optical_length));
+        let mut copies = 1;
+        if self.depth >= self.setup.rr_depth && worth < SMALL {
+            if sampler.next_1d() >= worth {
+                return;
             }
-            ray.throughput *= 1.0 / left;
+            ray.throughput *= 1.0 / worth;
+        } else if window.is_some() && worth > LARGE && self.copies < MOST_COPIES {
+            copies = worth.min(MOST_AT_ONCE).round() as usize;
+            ray.throughput *= 1.0 / copies as f64;
+            self.copies += copies - 1;
         }
-        Some(ray)
+        waiting.extend((0..copies).map(|_| (ray.clone(), self.depth)));
     }
 }

@@ -87,19 +87,19 @@ impl Quantity {
     /// Reads it off the tally, in which the meter has the slots from `first`, with so many channels.
     pub fn read(&self, tally: &Tally, first: usize, channels: usize) -> Reading {
         let slots = 0..self.cells() * channels;
+        let start = first + self.first * channels;
+        let measure = |i: usize| self.measures[i / channels % self.measures.len()];
         let of = |value: &dyn Fn(usize) -> f64| {
-            let start = first + self.first * channels;
-            let measure = |i: usize| self.measures[i / channels % self.measures.len()];
-            slots
-                .clone()
-                .map(|i| value(start + i) / measure(i))
-                .collect()
+            let slots = slots.clone();
+            slots.map(|i| value(start + i) / measure(i)).collect()
         };
         Reading {
             name: self.name,
             axes: self.axes.clone(),
             mean: of(&|slot| tally.mean(slot)),
             error: of(&|slot| tally.error(slot)),
+            effective: slots.clone().map(|i| tally.effective(start + i)).collect(),
+            few: slots.clone().map(|i| tally.few(start + i)).collect(),
         }
     }
 }
@@ -115,4 +115,8 @@ pub struct Reading {
     pub mean: Vec<f64>,
     /// Standard errors of the means.
     pub error: Vec<f64>,
+    /// Effective numbers of particles from which each comes: see [`Moments::effective`](crate::moments::Moments::effective).
+    pub effective: Vec<f64>,
+    /// Where the error is not to be trusted: see [`Moments::few`](crate::moments::Moments::few).
+    pub few: Vec<bool>,
 }

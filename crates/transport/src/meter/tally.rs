@@ -5,7 +5,7 @@
 //! scores of a particle are added up per slot before they are squared. Particles are followed in small
 //! tasks of fixed size, in parallel; the sums of tasks are then added slot by slot, in any order.
 
-use crate::sum::Sum;
+use crate::moments::Moments;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -34,8 +34,8 @@ impl Scores {
 /// The sums of one task, in the order of slots.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
-    /// Slot, sum, and sum of the squares of particles' totals.
-    entries: Vec<(u32, f64, f64)>,
+    /// Slot; sum, sum of squares, and largest absolute value of particles' totals.
+    entries: Vec<(u32, [f64; 3])>,
 }
 
 impl Part {
@@ -45,7 +45,8 @@ impl Part {
         scores.list.sort_by_key(|(slot, _)| *slot);
         for same in scores.list.chunk_by(|a, b| a.0 == b.0) {
             let total: f64 = same.iter().map(|(_, value)| value).sum();
-            self.entries.push((same[0].0, total, total * total));
+            self.entries
+                .push((same[0].0, [total, total * total, total.abs()]));
         }
         scores.list.clear();
     }
@@ -57,8 +58,8 @@ impl Part {
         self.entries.dedup_by(|next, kept| {
             let same = next.0 == kept.0;
             if same {
-                kept.1 += next.1;
-                kept.2 += next.2;
+                let ([sum, squares, largest], more) = (kept.1, next.1);
+                kept.1 = [sum + more[0], squares + more[1], largest.max(more[2])];
             }
             same
         });
@@ -66,7 +67,7 @@ impl Part {
     }
 
     /// The entries whose slots lie in `from..to`.
-    fn within(&self, from: usize, to: usize) -> &[(u32, f64, f64)] {
+    fn within(&self, from: usize, to: usize) -> &[(u32, [f64; 3])] {
         let position = |slot: usize| self.entries.partition_point(|e| (e.0 as usize) < slot);
         &self.entries[position(from)..position(to)]
     }
@@ -75,8 +76,7 @@ impl Part {
 /// Sums over all particles.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tally {
-    /// For each slot the sum, and the sum of squares.
-    slots: Vec<[Sum; 2]>,
+    slots: Vec<Moments>,
     particles: u64,
 }
 
@@ -88,7 +88,7 @@ impl Tally {
     pub fn new(slots: usize) -> Option<Self> {
         let mut empty = Vec::new();
         empty.try_reserve_exact(slots).ok()?;
-        empty.resize(slots, [Sum::default(); 2]);
+        empty.resize(slots, Moments::default());
         Some(Tally {
             slots: empty,
             particles: 0,
@@ -97,7 +97,7 @@ impl Tally {
 
     /// Bytes that a tally of so many slots needs.
     pub fn memory(slots: usize) -> usize {
-        slots.saturating_mul(size_of::<[Sum; 2]>())
+        slots.saturating_mul(size_of::<Moments>())
     }
 
     /// Number of slots.
@@ -109,8 +109,7 @@ impl Tally {
     pub fn merge(&mut self, other: &Tally) {
         self.particles += other.particles;
         for (kept, sums) in self.slots.iter_mut().zip(&other.slots) {
-            kept[0] += sums[0];
-            kept[1] += sums[1];
+            *kept += *sums;
         }
     }
 
@@ -121,10 +120,8 @@ impl Tally {
         chunks.for_each(|(i, slots)| {
             let first = i * SLOTS_PER_CHUNK;
             for part in parts {
-                for &(slot, sum, square) in part.within(first, first + slots.len()) {
-                    let kept = &mut slots[slot as usize - first];
-                    kept[0].add(sum);
-                    kept[1].add(square.min(f64::MAX));
+                for &(slot, sums) in part.within(first, first + slots.len()) {
+                    slots[slot as usize - first].add_sums(sums);
                 }
             }
         });
@@ -137,18 +134,22 @@ impl Tally {
 
     /// Mean over particles; 0 if there are none.
     pub fn mean(&self, slot: usize) -> f64 {
-        self.slots[slot][0].value() / self.particles.max(1) as f64
+        self.slots[slot].mean(self.particles)
     }
 
     /// Standard error of the mean; infinite for less than two particles.
     pub fn error(&self, slot: usize) -> f64 {
-        let n = self.particles as f64;
-        if n < 2.0 {
-            return f64::INFINITY;
-        }
-        let [sum, square] = self.slots[slot].map(Sum::value);
-        let variance = (square / n - (sum / n).powi(2)).max(0.0) * n / (n - 1.0);
-        (variance / n).sqrt()
+        self.slots[slot].variance_of_mean(self.particles).sqrt()
+    }
+
+    /// Effective number of particles in a slot: see [`Moments::effective`].
+    pub fn effective(&self, slot: usize) -> f64 {
+        self.slots[slot].effective()
+    }
+
+    /// Whether the error in a slot is not to be trusted: see [`Moments::few`].
+    pub fn few(&self, slot: usize) -> bool {
+        self.slots[slot].few(self.particles)
     }
 }
 

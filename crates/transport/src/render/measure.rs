@@ -2,7 +2,7 @@
 
 use super::state::MergeError;
 use super::{Ranges, longer_or_shorter};
-use crate::meter::{Meter, Part, Reading, Setup, Tally};
+use crate::meter::{Meter, Part, Reading, Setup, Tally, Window};
 use crate::path::{Account, Balance, Books, Workspace};
 use crate::scene::Scene;
 use crate::stats::Stats;
@@ -106,6 +106,7 @@ pub struct MeasureState {
     /// For each group of channels.
     tallies: Vec<Tally>,
     books: Vec<Books>,
+    windows: Vec<Option<Window>>,
 }
 
 impl MeasureState {
@@ -125,6 +126,7 @@ impl MeasureState {
             done: Ranges::default(),
             stats: Stats::default(),
             books: vec![Books::default(); groups.len()],
+            windows: groups.iter().map(|group| group.setup.window()).collect(),
             tallies: groups.into_iter().map(tally).collect::<Result<_, _>>()?,
         })
     }
@@ -138,7 +140,8 @@ impl MeasureState {
     pub fn fits(&self, scenes: &[Scene], meters: &[Meter]) -> bool {
         let groups = groups(scenes, meters, (u32::MAX, 0)).unwrap_or_default();
         let slots = groups.iter().map(|g| g.setup.slots());
-        let sound = self.done.are_sound() && self.books.len() == scenes.len();
+        let sound =
+            self.done.are_sound() && [self.books.len(), self.windows.len()] == [scenes.len(); 2];
         sound && slots.eq(self.tallies.iter().map(Tally::slots))
     }
 
@@ -150,7 +153,7 @@ impl MeasureState {
     pub fn merge(&mut self, other: &MeasureState) -> Result<(), MergeError> {
         let slots = |state: &MeasureState| state.tallies.iter().map(Tally::slots).collect();
         let [mine, others]: [Vec<usize>; 2] = [slots(self), slots(other)];
-        if mine != others {
+        if mine != others || self.windows != other.windows {
             return Err(MergeError::Different);
         }
         if let Some(range) = self.done.overlap(&other.done) {
@@ -182,6 +185,12 @@ impl MeasureState {
     ) -> Result<(), MeasureError> {
         let depths = (options.max_depth.unwrap_or(u32::MAX), options.rr_depth);
         let groups = groups(scenes, meters, depths)?;
+        let windows = self.windows.iter().cloned();
+        let groups: Vec<Group> = groups
+            .into_iter()
+            .zip(windows)
+            .map(|(group, window)| group.within(window))
+            .collect();
         let mut tasks = 1;
         for gap in self.done.gaps(options.range()) {
             let mut at = gap.start;
@@ -257,6 +266,14 @@ fn groups<'a>(
 }
 
 impl Group<'_> {
+    /// The group with particles that keep to a window.
+    fn within(self, window: Option<Window>) -> Self {
+        Group {
+            setup: self.setup.within(window),
+            ..self
+        }
+    }
+
     /// Follows a range of particles.
     fn pass(
         &self,
@@ -298,23 +315,25 @@ fn join(mut groups: Vec<(Vec<Vec<Reading>>, usize)>) -> Vec<Vec<Reading>> {
     let Some((first, _)) = groups.first() else {
         return Vec::new();
     };
-    let interleave = |meter: usize, reading: usize, of: &dyn Fn(&Reading) -> &[f64]| {
-        let cells = of(&first[meter][reading]).len() / groups[0].1;
-        let cell = |i: usize| {
-            let values = groups.iter().map(move |(readings, channels)| {
-                (of(&readings[meter][reading]), i * channels, *channels)
-            });
-            values.flat_map(|(v, start, n)| v[start..start + n].iter().copied())
-        };
-        (0..cells).flat_map(cell).collect::<Vec<f64>>()
-    };
     let joined = |(meter, readings): (usize, &Vec<Reading>)| {
-        let each = readings.iter().enumerate().map(|(k, reading)| Reading {
-            mean: interleave(meter, k, &|r| &r.mean),
-            error: interleave(meter, k, &|r| &r.error),
-            ..reading.clone()
+        let each = readings.iter().enumerate().map(|(k, reading)| {
+            let parts = || groups.iter().map(move |(r, n)| (&r[meter][k], *n));
+            Reading {
+                mean: interleave(parts().map(|(r, n)| (&r.mean[..], n)).collect()),
+                error: interleave(parts().map(|(r, n)| (&r.error[..], n)).collect()),
+                effective: interleave(parts().map(|(r, n)| (&r.effective[..], n)).collect()),
+                few: interleave(parts().map(|(r, n)| (&r.few[..], n)).collect()),
+                ..reading.clone()
+            }
         });
         each.collect()
     };
     first.iter().enumerate().map(joined).collect()
+}
+
+/// The values of several groups, each with its number of channels, cell by cell.
+fn interleave<T: Copy>(groups: Vec<(&[T], usize)>) -> Vec<T> {
+    let cells = groups.first().map_or(0, |(values, n)| values.len() / n);
+    let cell = |i: usize| groups.iter().flat_map(move |(v, n)| &v[i * n..(i + 1) * n]);
+    (0..cells).flat_map(cell).copied().collect()
 }

@@ -3,8 +3,9 @@
 use super::strategies::MOST_VERTICES;
 use super::{Options, allocation};
 use crate::Spectrum;
-use crate::film::{Cascade, Cell, Pixel};
+use crate::film::{Cascade, Pixel};
 use crate::integrator::Integrator;
+use crate::moments::Moments;
 use crate::scene::FilmSpec;
 
 /// Bytes that the films of a render take at most, with all that is kept until it is added to them, and samples that are
@@ -20,7 +21,7 @@ pub fn memory(spec: &FilmSpec, options: &Options) -> usize {
         true => options.decomposition.layers(),
         false => 0,
     };
-    let layer = channels * size_of::<Cell>() + if splats { buffer } else { 0 };
+    let layer = channels * size_of::<Moments>() + if splats { buffer } else { 0 };
     let strategies = match options.strategies {
         true => 2 * strategies(&options.integrator),
         false => 0,

@@ -9,6 +9,7 @@ mod common;
 mod closed_forms;
 mod conservation;
 mod cutting;
+mod gates;
 mod pictures;
 mod reproducible;
 mod slabs;

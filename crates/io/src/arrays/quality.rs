@@ -1,0 +1,58 @@
+//! How well the bins of a reading are known.
+
+use serde_json::{Value, json};
+use transport::meter::Reading;
+
+/// How well the bins of a reading are known, on the whole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quality {
+    /// Number of bins, over all channels.
+    pub bins: usize,
+    /// Bins that received no light.
+    pub empty: usize,
+    /// Bins that received light, but from too few particles for their errors to be trusted.
+    pub few: usize,
+    /// Median of the relative standard errors of the bins that received light.
+    pub error: Option<f64>,
+    /// Median of the effective numbers of particles of these.
+    pub effective: Option<f64>,
+}
+
+impl Quality {
+    /// That of a reading.
+    pub fn of(reading: &Reading) -> Self {
+        let lit = || (0..reading.mean.len()).filter(|&i| reading.mean[i] != 0.0);
+        let errors: Vec<f64> = lit()
+            .map(|i| reading.error[i] / reading.mean[i].abs())
+            .collect();
+        Quality {
+            bins: reading.mean.len(),
+            empty: reading.mean.len() - errors.len(),
+            few: reading.few.iter().filter(|few| **few).count(),
+            error: median(errors),
+            effective: median(lit().map(|i| reading.effective[i]).collect()),
+        }
+    }
+
+    /// Share of the bins that received light whose errors are not to be trusted.
+    pub fn few_share(&self) -> f64 {
+        self.few as f64 / (self.bins - self.empty).max(1) as f64
+    }
+
+    /// As statistics have it, of a reading of this name.
+    pub fn json(&self, name: &str) -> Value {
+        json!({
+            "name": name,
+            "bins": self.bins,
+            "bins_without_light": self.empty,
+            "bins_of_few_particles": self.few,
+            "median_relative_error": self.error,
+            "median_effective_particles": self.effective,
+        })
+    }
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}

@@ -1,0 +1,99 @@
+//! Which power particles should have on their way, so that late gates are as sure as early ones (theory: "Weight windows").
+//!
+//! Of the light that starts, ever less is still on its way at an optical path length L: it is absorbed, or leaves the scene.
+//! Particles that die in proportion leave late gates to a few of them. Where meters have gates, a particle at L therefore
+//! carries about the share of its first power that is still on its way there: lighter particles play Russian roulette, heavier
+//! ones are divided. So about as many particles are on their way at all L. The shares are told by a pilot.
+
+use super::{Setup, Tally};
+use crate::Bins;
+use crate::path::Workspace;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Optical path lengths at which the pilot looks.
+const LEVELS: usize = 64;
+/// Particles of a round of the pilot, in tasks of `TASK`.
+const PARTICLES: u64 = 512;
+const TASK: u64 = 64;
+/// Each round gets to where there is about a hundredth of the light that the one before got to, and less when there is little.
+const ROUNDS: u64 = 12;
+/// A level is known if so many of them, in effect, have got there. What is known badly makes particles too many or too few,
+/// and nothing wrong.
+const ENOUGH: f64 = 4.0;
+/// Gates with less than this share of the light (90 dB below the first) get fewer particles.
+const LEAST: f64 = 1e-9;
+/// The pilot's random numbers are those of no measurement that anyone will ask for.
+const SEED: u64 = 0x7769_6E64_6F77_0000;
+
+/// The share of its first power that a particle should have left, at equal steps of optical path length up to the end of the
+/// last gate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Window {
+    levels: Bins,
+    /// At the start of each step; falling.
+    shares: Vec<f64>,
+}
+
+impl Window {
+    /// What it should have left at an optical path length; all of it where no gate follows.
+    pub fn share(&self, optical_length: f64) -> f64 {
+        let step = self.levels.index(optical_length.max(0.0));
+        step.and_then(|step| self.shares.get(step))
+            .map_or(1.0, |share| share.clamp(LEAST, 1.0))
+    }
+
+    /// That of a setup's particles; `None` if no meter has gates.
+    pub(super) fn learn(setup: &Setup) -> Option<Self> {
+        let ends = setup.meters.iter().filter_map(|meter| meter.last_gate());
+        let levels = Bins {
+            min: 0.0,
+            max: ends.reduce(f64::max)?,
+            count: LEVELS,
+        };
+        let mut window = Window {
+            levels,
+            shares: vec![1.0; LEVELS],
+        };
+        for round in 0..ROUNDS {
+            let pilot = Setup {
+                meters: &[],
+                levels: Some(levels),
+                window: Some(window.clone()),
+                ..setup.clone()
+            };
+            let tally = pilot.survey(round)?;
+            if window.refine(&tally, setup.emitted().sum()) {
+                break;
+            }
+        }
+        Some(window)
+    }
+
+    /// Takes what a round of the pilot has found. Returns whether it has got to the last gate.
+    fn refine(&mut self, tally: &Tally, emitted: f64) -> bool {
+        let (mut least, mut known) = (1.0, true);
+        for (step, share) in self.shares.iter_mut().enumerate() {
+            known &= tally.effective(step) >= ENOUGH;
+            if known {
+                least = (tally.mean(step) / emitted).clamp(LEAST, least);
+            }
+            *share = least;
+        }
+        known || least <= LEAST
+    }
+}
+
+impl Setup<'_> {
+    /// The power of a few particles that is still on its way at each level.
+    fn survey(&self, round: u64) -> Option<Tally> {
+        let tasks = (0..PARTICLES / TASK).into_par_iter().map(|task| {
+            let first = task * TASK;
+            let mut ws = Workspace::new(self.scene.tolerance());
+            self.task(SEED + round, first..first + TASK, &mut ws).0
+        });
+        let mut tally = Tally::new(LEVELS)?;
+        tally.add(&tasks.collect::<Vec<_>>(), PARTICLES);
+        Some(tally)
+    }
+}

@@ -1,0 +1,198 @@
+//! Sums of the scores of a mean, and how far the error that they give can be trusted (theory: "Effective samples").
+//!
+//! A score is what one independent sample brings: a sample of a pixel, the mean of a set of samples, a sample of the whole
+//! image, or all that one particle leaves in one bin. Pixels, layers, images and meters all use these sums. No sum and no
+//! maximum depends on the order in which scores come.
+
+use crate::sum::Sum;
+use serde::{Deserialize, Serialize};
+use std::ops::AddAssign;
+
+/// A mean of fewer effective scores than this is not to be trusted with its error: of ten equal ones, say arrivals in a bin, the
+/// error itself is known to a sixth.
+pub const LEAST_EFFECTIVE: f64 = 10.0;
+/// A single score may hold this share of the scatter, whatever the number of scores,
+const LEAST_SHARE: f64 = 0.1;
+/// or so many times the share of the largest of as many exponentially distributed scores.
+const TIMES_EXPONENTIAL: f64 = 2.0;
+
+/// Sums over scores. Their number is kept elsewhere, for scores of zero need not be added.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Moments {
+    sum: Sum,
+    sum_of_squares: Sum,
+    /// Largest absolute value of a score.
+    largest: f64,
+}
+
+impl Moments {
+    /// Adds one score, which must be finite.
+    pub fn add(&mut self, score: f64) {
+        if score != 0.0 {
+            self.add_sums([score, score * score, score.abs()]);
+        }
+    }
+
+    /// Adds several scores at once: their sum, the sum of their squares, and the largest absolute value.
+    pub fn add_sums(&mut self, [sum, squares, largest]: [f64; 3]) {
+        self.sum.add(sum);
+        // A square that is too large for a double is far beyond all that can be told of a variance.
+        self.sum_of_squares.add(squares.min(f64::MAX));
+        self.largest = self.largest.max(largest);
+    }
+
+    /// Mean of `count` scores; zero of none.
+    pub fn mean(&self, count: u64) -> f64 {
+        match count {
+            0 => 0.0,
+            n => self.sum.value() / n as f64,
+        }
+    }
+
+    /// Sum of the squares of the deviations of `count` scores from their mean.
+    pub fn scatter(&self, count: u64) -> f64 {
+        let mean = self.mean(count);
+        (self.sum_of_squares.value() - mean * mean * count as f64).max(0.0)
+    }
+
+    /// Unbiased estimate of the variance of the mean; infinite for fewer than two scores.
+    pub fn variance_of_mean(&self, count: u64) -> f64 {
+        if count < 2 {
+            return f64::INFINITY;
+        }
+        let n = count as f64;
+        self.scatter(count) / (n * (n - 1.0))
+    }
+
+    /// How many equal scores would make a mean that is known as well: (Σx)²/Σx² (Kish), not counting those of zero.
+    pub fn effective(&self) -> f64 {
+        let square = self.sum_of_squares.value();
+        if square > 0.0 {
+            self.sum.value().powi(2) / square
+        } else {
+            0.0
+        }
+    }
+
+    /// How much of the scatter of `count` scores comes from the largest.
+    pub fn tail(&self, count: u64) -> Tail {
+        Tail {
+            largest: (self.largest - self.mean(count).abs()).max(0.0).powi(2),
+            scatter: self.scatter(count),
+            count,
+        }
+    }
+
+    /// Whether the error of the mean of `count` scores is not to be trusted: they are worth fewer than [`LEAST_EFFECTIVE`], or
+    /// their [tail](Tail::is_heavy) is heavy. A mean of nothing but zeros is not flagged.
+    pub fn few(&self, count: u64) -> bool {
+        let effective = self.effective();
+        effective > 0.0 && (effective < LEAST_EFFECTIVE || self.tail(count).is_heavy())
+    }
+}
+
+impl AddAssign for Moments {
+    /// Scores of another sum.
+    fn add_assign(&mut self, other: Moments) {
+        self.sum += other.sum;
+        self.sum_of_squares += other.sum_of_squares;
+        self.largest = self.largest.max(other.largest);
+    }
+}
+
+/// How much of the scatter of scores, from which their error is told, comes from the largest of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tail {
+    /// Largest square of a deviation.
+    pub largest: f64,
+    /// Sum of the squares of all deviations.
+    pub scatter: f64,
+    /// Number of scores.
+    pub count: u64,
+}
+
+impl Tail {
+    /// That of independent scores beside others, which are added up.
+    pub fn beside(self, other: Tail) -> Tail {
+        Tail {
+            largest: self.largest.max(other.largest),
+            scatter: self.scatter + other.scatter,
+            count: self.count + other.count,
+        }
+    }
+
+    /// Share of the largest score in the scatter; zero if all are alike.
+    pub fn share(&self) -> f64 {
+        if self.scatter > 0.0 {
+            (self.largest / self.scatter).min(1.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// Whether that share is too large for scores whose variance is finite.
+    pub fn is_heavy(&self) -> bool {
+        let n = self.count.max(2) as f64;
+        let exponential = n.ln().powi(2) / n;
+        self.share() > LEAST_SHARE.max(TIMES_EXPONENTIAL * exponential)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(scores: impl IntoIterator<Item = f64>) -> (Moments, u64) {
+        let mut moments = Moments::default();
+        let mut count = 0;
+        for score in scores {
+            moments.add(score);
+            count += 1;
+        }
+        (moments, count)
+    }
+
+    /// Numbers in (0, 1) that are spread like random ones.
+    fn uniform(count: u64) -> impl Iterator<Item = f64> {
+        let golden = 0.618_033_988_749_894_9;
+        (0..count).map(move |i| (0.5 + golden * i as f64).fract().max(1e-12))
+    }
+
+    #[test]
+    fn equal_scores_count_fully_and_zeros_do_not() {
+        let (moments, count) = of((0..100).map(|i| if i < 25 { 2.0 } else { 0.0 }));
+        assert!((moments.effective() - 25.0).abs() < 1e-9);
+        assert!((moments.mean(count) - 0.5).abs() < 1e-12);
+        assert!(!moments.few(count));
+        let (nine, count) = of((0..100).map(|i| if i < 9 { 2.0 } else { 0.0 }));
+        assert!(nine.few(count));
+        assert!(!of([0.0; 10]).0.few(10));
+    }
+
+    /// Scores of which one outweighs many are worth few, in whichever order and grouping they come.
+    #[test]
+    fn one_large_score_is_noticed() {
+        let scores: Vec<f64> = (0..1000)
+            .map(|i| if i == 700 { 40.0 } else { 1.0 })
+            .collect();
+        let (moments, count) = of(scores.clone());
+        assert!(moments.effective() > 300.0 && moments.few(count));
+        let (mut parts, rest) = (of(scores[600..].to_vec()).0, of(scores[..600].to_vec()).0);
+        parts += rest;
+        assert_eq!(parts, moments);
+    }
+
+    /// Powers u^(−1/α) of uniform numbers have the tail index α: flagged where the variance is infinite by far, and not where all
+    /// moments are finite.
+    #[test]
+    fn heavy_tails_are_told_from_light_ones() {
+        for n in [64, 1000, 100_000] {
+            let (heavy, count) = of(uniform(n).map(|u| u.powf(-1.0 / 1.1)));
+            assert!(heavy.few(count), "{n}: {:?}", heavy.tail(count).share());
+            let (light, count) = of(uniform(n).map(|u| -u.ln()));
+            assert!(!light.few(count), "{n}: {:?}", light.tail(count).share());
+            let (even, count) = of(uniform(n));
+            assert!(!even.few(count), "{n}");
+        }
+    }
+}
