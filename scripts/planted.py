@@ -113,6 +113,13 @@ PLANTED = [
         ("transport", "meters", "a_half_space_with_an_index_of_its_own"),
     ),
     (
+        "particles that are divided keep all their power each",
+        TRANSPORT + "meter/particle.rs",
+        "ray.throughput *= 1.0 / copies as f64;",
+        "ray.throughput *= 1.0;",
+        ("transport", "meters", "an_infinite_medium_absorbs_exponentially"),
+    ),
+    (
         "survivors of roulette not weighted by the probability of that",
         TRANSPORT + "integrator/path/roulette.rs",
         "next.throughput *= 1.0 / survival;",

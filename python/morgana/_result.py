@@ -18,6 +18,7 @@ from ._morgana import Scene
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 THUMBNAIL = 320
 """Longest side of a thumbnail, in pixels."""
@@ -30,6 +31,8 @@ class Layer(NamedTuple):
     """Means of pixels, of the shape of the image."""
     variance: Floats
     """Variances of the means, of the same shape."""
+    few: Bools
+    """Where the variances cannot be trusted, of the same shape: see ``Result.few``."""
 
 
 class Reading(NamedTuple):
@@ -44,6 +47,12 @@ class Reading(NamedTuple):
     edges: ``channel``, ``side``, ``part``."""
     unit: str
     """Unit, where ``unit`` is that of length in the scene: ``W/unit^2``."""
+    effective: Optional[Doubles] = None
+    """Effective numbers of particles from which the means come, of the shape of ``mean``: how many equal ones would make
+    means that are known as well."""
+    few: Optional[Bools] = None
+    """Where the errors cannot be trusted, for they come from fewer than ten effective particles or mostly from a single one
+    (docs/meters.md)."""
 
 
 class Result:
@@ -117,6 +126,24 @@ class Result:
         """Standard error of ``mean``, which knows that pixels may share paths."""
         return self._rendered.summary()[1]
 
+    @property
+    def mean_few(self) -> bool:
+        """Whether ``mean_error`` cannot be trusted: it comes mostly from a few bright samples. Take more samples; if the
+        integrator is ``path``, try ``bdpt``."""
+        return self._rendered.mean_few()
+
+    @functools.cached_property
+    def effective(self) -> Floats:
+        """Effective numbers of samples of the pixels, of the shape of ``image``: how many equal ones would make means that
+        are known as well. With the sampler ``ldsampler`` each set of samples counts as one."""
+        return self._rendered.effective()
+
+    @functools.cached_property
+    def few(self) -> Bools:
+        """Where ``variance`` and ``error`` cannot be trusted, of the shape of ``image``: fewer than ten effective samples have
+        found light, or a single one makes most of the variance (docs/images.md)."""
+        return self._rendered.few()
+
     @functools.cached_property
     def reweighted(self) -> Optional[Floats]:
         """The picture with less weight for rare bright samples, if the film asks for it; biased."""
@@ -127,7 +154,7 @@ class Result:
         if isinstance(self._run, _morgana.Measured):
             return {}, []
         layers, axes = self._run.layers()
-        return {name: Layer(mean, variance) for name, mean, variance in layers}, json.loads(axes)
+        return {name: Layer(mean, variance, few) for name, mean, variance, few in layers}, json.loads(axes)
 
     @property
     def layers(self) -> Dict[str, Layer]:
@@ -159,7 +186,8 @@ class Result:
             prefix = name.rpartition(".")[0]
             dot = "." if prefix else ""
             edges = {a: arrays.get(f"{prefix}{dot}{a}_edges", (None, None, None))[2] for a in axes}
-            readings[name] = Reading(mean, arrays[f"{name}_error"][2], edges, unit)
+            error, effective, few = (arrays[f"{name}_{what}"][2] for what in ("error", "effective", "few"))
+            readings[name] = Reading(mean, error, edges, unit, effective, few != 0)
         return readings
 
     @property
@@ -186,6 +214,8 @@ class Result:
             return f"{self.scene.name}: {readings}, {self.stats['particles']} particles{stopped}"
         height, width, channels = self.image.shape
         mean = f"mean {self.mean:.5g} ± {self.mean_error:.2g}"
+        if self.mean_few:
+            mean += " (error not to be trusted)"
         return f"{self.scene.name}: {width} × {height} × {channels}, {self.stats['spp']} spp, {mean}{stopped}"
 
     def _repr_html_(self) -> str:

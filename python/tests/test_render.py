@@ -46,6 +46,15 @@ def test_means_have_errors():
     assert 0.3 * expected < result.mean_error < 3 * expected
 
 
+def test_errors_that_cannot_be_trusted_are_flagged():
+    result = morgana.render(load(small()), spp=64)
+    assert result.few.shape == result.effective.shape == result.image.shape and result.few.dtype == bool
+    assert result.few[result.effective < 9.99].all()
+    assert result.effective.max() <= 64 * (1 + 1e-6)
+    assert result.mean_few == result.stats["trust"]["few"]
+    assert morgana.render(load(small()), spp=4).few.all()
+
+
 def test_meters_are_those_of_the_program(program, tmp_path):
     (tmp_path / "scene.json").write_text(json.dumps(meters()))
     program("render", "scene.json", "--particles", 2000, "--seed", 5, "-o", "out.npz")
@@ -54,6 +63,9 @@ def test_meters_are_those_of_the_program(program, tmp_path):
     fluence = result.meters["fluence"]
     np.testing.assert_array_equal(fluence.mean, expected["fluence"])
     np.testing.assert_array_equal(fluence.error, expected["fluence_error"])
+    np.testing.assert_array_equal(fluence.effective, expected["fluence_effective"])
+    np.testing.assert_array_equal(fluence.few, expected["fluence_few"] != 0)
+    assert result.stats["meters"][0]["readings"][0]["bins_of_few_particles"] == fluence.few.sum()
     assert fluence.mean.shape == (2, 3, 4) and list(fluence.axes) == ["z", "y", "x"] and "unit^2" in fluence.unit
     np.testing.assert_allclose(fluence.axes["x"], np.linspace(-1, 1, 5), atol=1e-12)
     assert result.emitted[0] == pytest.approx(4 * np.pi)

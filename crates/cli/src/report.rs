@@ -173,13 +173,14 @@ impl Report<'_> {
                 "connections",
                 report::connections(stats, self.rendering.search).to_string(),
             ),
-            ("trust", report::trust(&self.rendering.film).to_string()),
             ("lost", stats.lost.to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];
         let naming = Naming::of(self.loaded);
         let axes = naming.map(|n| ("decomposition", Value::from(n.axes()).to_string()));
-        let pairs = pairs.into_iter().chain(axes);
+        let trust = report::trust(self.loaded, &self.rendering.film);
+        let trust = trust.map(|trust| ("trust", trust.to_string()));
+        let pairs = pairs.into_iter().chain(trust).chain(axes);
         pairs
             .map(|(name, value)| (name.to_owned(), value))
             .collect()

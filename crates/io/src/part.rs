@@ -18,7 +18,7 @@ use transport::sampling::Sets;
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
 /// Grows with every change of what is stored.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 const HASH: usize = blake3::OUT_LEN;
 /// What is written at a time.
 const BUFFER: usize = 1 << 16;

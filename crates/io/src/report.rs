@@ -3,6 +3,7 @@
 use crate::Loaded;
 use crate::rendered::Naming;
 use serde_json::{Value, json};
+use transport::integrator::Integrator;
 use transport::path::{Balance, Share};
 use transport::render::Rendering;
 use transport::stats::{Connections, Stats};
@@ -25,7 +26,7 @@ pub fn render(loaded: &Loaded, rendering: &Rendering, mut run: Value) -> Value {
             "connections",
             connections(&rendering.stats, rendering.search),
         ),
-        ("trust", trust(film)),
+        ("trust", json!(trust(loaded, film))),
         ("photons", json!(photons(rendering))),
         ("balance", json!(rendering.balance.as_ref().map(balance))),
         (
@@ -88,12 +89,16 @@ pub fn branches(scene: &Scene) -> Value {
     })
 }
 
-/// Whether errors can be trusted: that of the image's mean, and those of pixels.
-pub fn trust(film: &Film) -> Value {
-    json!({
-        "few": film.few_in_all(None),
-        "largest_share": film.tail(None).share(),
-        "few_pixels": film.few_pixels(None),
+/// Whether errors can be trusted: that of the image's mean, and those of pixels. None of quantities that are not light, which
+/// may be of either sign.
+pub fn trust(loaded: &Loaded, film: &Film) -> Option<Value> {
+    let is_light = !matches!(loaded.integrator, Integrator::Aov(_));
+    is_light.then(|| {
+        json!({
+            "few": film.few_in_all(None),
+            "largest_share": film.tail(None).share(),
+            "few_pixels": film.few_pixels(None),
+        })
     })
 }
 

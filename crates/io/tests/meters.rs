@@ -258,6 +258,11 @@ fn files_give_back_what_was_written() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let fluence = array(&arrays, "fluence");
+    let [effective, few] = ["fluence_effective", "fluence_few"].map(|name| array(&arrays, name));
+    assert_eq!([&effective.shape, &few.shape], [&fluence.shape; 2]);
+    for (effective, few) in effective.data.iter().zip(&few.data) {
+        assert!(*few == 1.0 || *few == 0.0 && *effective >= 10.0);
+    }
 
     written(&arrays, folder, "a.npy", ArrayFormat::Npy);
     let npy = npy::read(&folder.join("a.npy")).unwrap();
@@ -289,6 +294,7 @@ fn files_give_back_what_was_written() {
     let metadata: serde_json::Value = serde_json::from_str(&letters.collect::<String>()).unwrap();
     assert_eq!(metadata["seed"], "1");
     assert_eq!(metadata["arrays"]["fluence"]["unit"], "W/unit^2");
+    assert!(metadata["few"].as_str().unwrap().contains(", absorbed "));
 
     let bytes = written(&arrays, folder, "a.h5", ArrayFormat::Hdf5);
     let file = hdf5_reader::Hdf5File::from_bytes(&bytes).unwrap();
@@ -311,6 +317,7 @@ fn files_give_back_what_was_written() {
         "space origin: (-0.5,-0.6666666666666667,-0.75)",
         "labels: \"x\" \"y\" \"z\"",
         "seed:=1",
+        "few:=fluence ",
     ] {
         assert!(header.contains(line), "{line} in {header}");
     }

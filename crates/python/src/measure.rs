@@ -6,15 +6,16 @@ use crate::numbers::array;
 use crate::render::Run;
 use crate::scene::Scene;
 use crate::watch::watched;
-use io::arrays::{Array, ArrayFormat, Arrays, Context, arrays};
-use io::report;
+use io::arrays::{Array, ArrayFormat, Arrays, Context, Quality, arrays};
+use io::assemble::Instrument;
+use io::{Loaded, report};
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
-use transport::meter::Meter;
+use transport::meter::{Meter, Reading};
 use transport::render::{self, MeasureError, MeasureOptions, Measurement};
 
 /// What meters have read.
@@ -98,6 +99,7 @@ impl Measured {
             "seconds": run.seconds,
             "counters": report::counters(&measurement.stats),
             "balance": report::balance(&measurement.balance),
+            "meters": meters(&measurement, &scene.get().loaded),
         });
         Measured {
             measurement,
@@ -106,6 +108,16 @@ impl Measured {
             stopped: run.stopped,
         }
     }
+}
+
+/// How well each meter's bins are known.
+fn meters(measurement: &Measurement, loaded: &Loaded) -> Value {
+    let readings = loaded.instruments.iter().zip(&measurement.readings);
+    let meter = |(instrument, readings): (&Instrument, &Vec<Reading>)| {
+        let each = readings.iter().map(|r| Quality::of(r).json(r.name));
+        json!({"name": instrument.name, "readings": each.collect::<Vec<_>>()})
+    };
+    readings.map(meter).collect()
 }
 
 /// Name, unit, names of axes, and the numbers of an array.

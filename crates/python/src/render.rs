@@ -8,7 +8,7 @@ use crate::{errors, image};
 use io::image::tone::Tone;
 use io::rendered::{Naming, Picture};
 use io::report;
-use numpy::PyArrayDyn;
+use numpy::{Element, PyArrayDyn};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
@@ -137,11 +137,12 @@ fn check_memory(scene: &Scene, options: &Options) -> PyResult<()> {
     })
 }
 
-/// Name, means and variances.
+/// Name, means, variances, and where these are not to be trusted.
 type Layer<'py> = (
     String,
     Bound<'py, PyArrayDyn<f32>>,
     Bound<'py, PyArrayDyn<f32>>,
+    Bound<'py, PyArrayDyn<bool>>,
 );
 
 #[pymethods]
@@ -154,6 +155,22 @@ impl Rendered {
     /// Variances of the means, (height, width, channels).
     fn variance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         self.picture(py, self.rendering.film.variance())
+    }
+
+    /// Effective numbers of samples, (height, width, channels).
+    fn effective<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        self.picture(py, self.rendering.film.effective(None))
+    }
+
+    /// Where variances are not to be trusted, (height, width, channels).
+    fn few<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+        self.picture(py, self.rendering.film.few(None))
+    }
+
+    /// Whether the error of the image's mean is not to be trusted.
+    fn mean_few(&self) -> bool {
+        let quantities = matches!(self.scene.get().loaded.integrator, Integrator::Aov(_));
+        !quantities && self.rendering.film.few_in_all(None)
     }
 
     /// Means with less weight for rare bright samples, if the film asks for them.
@@ -184,7 +201,7 @@ impl Rendered {
         written.map_err(|e| errors::file(&e))
     }
 
-    /// Layers of light told apart: names with means and variances; and their axes, as JSON.
+    /// Layers of light told apart: names with means, variances and flags; and their axes, as JSON.
     fn layers<'py>(&self, py: Python<'py>) -> PyResult<(Vec<Layer<'py>>, String)> {
         let Some(naming) = Naming::of(&self.scene.get().loaded) else {
             return Ok((Vec::new(), "[]".into()));
@@ -192,7 +209,8 @@ impl Rendered {
         let film = &self.rendering.film;
         let layer = |(i, name)| {
             let mean = self.picture(py, film.layer_mean(i))?;
-            Ok((name, mean, self.picture(py, film.layer_variance(i))?))
+            let variance = self.picture(py, film.layer_variance(i))?;
+            Ok((name, mean, variance, self.picture(py, film.few(Some(i)))?))
         };
         let layers: PyResult<Vec<_>> = naming.names().enumerate().map(layer).collect();
         Ok((layers?, Value::from(naming.axes()).to_string()))
@@ -221,6 +239,7 @@ impl Rendered {
             "spp",
             "branches",
             "connections",
+            "trust",
         ];
         let mut attributes: Vec<_> = known.map(|name| (name.to_owned(), text(name))).into();
         let counts = &self.rendering.stats;
@@ -236,11 +255,11 @@ impl Rendered {
         Picture::new(&self.rendering, loaded, attributes)
     }
 
-    fn picture<'py>(
+    fn picture<'py, T: Element>(
         &self,
         py: Python<'py>,
-        values: Vec<f32>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        values: Vec<T>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
         let film = &self.rendering.film;
         array(py, values, &[film.height(), film.width(), film.channels()])
     }

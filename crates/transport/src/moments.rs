@@ -8,12 +8,15 @@ use crate::sum::Sum;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// A mean of fewer effective scores than this is not to be trusted with its error: of ten equal ones, say arrivals in a bin, the
-/// error itself is known to a sixth.
+/// A mean is not to be trusted with its error unless it comes from so many scores of the size of the largest: of ten equal ones,
+/// say arrivals in a bin, the error itself is known to a sixth.
 pub const LEAST_EFFECTIVE: f64 = 10.0;
-/// A single score may hold this share of the scatter, whatever the number of scores,
-const LEAST_SHARE: f64 = 0.1;
-/// or so many times the share of the largest of as many exponentially distributed scores.
+/// Sums are rounded.
+const ROUNDING: f64 = 1e-9;
+/// A single score may hold as much of the scatter as the largest of scores with a tail P(x > t) ~ t^−α of this index, whose
+/// variance is finite and known in reasonable time,
+const TAIL_INDEX: f64 = 3.0;
+/// or so many times the share of the largest of exponentially distributed ones.
 const TIMES_EXPONENTIAL: f64 = 2.0;
 
 /// Sums over scores. Their number is kept elsewhere, for scores of zero need not be added.
@@ -64,7 +67,8 @@ impl Moments {
         self.scatter(count) / (n * (n - 1.0))
     }
 
-    /// How many equal scores would make a mean that is known as well: (Σx)²/Σx² (Kish), not counting those of zero.
+    /// How many equal scores would make a mean that is known as well: (Σx)²/Σx² (Kish), not counting those of zero. Scores are
+    /// taken to have the same sign.
     pub fn effective(&self) -> f64 {
         let square = self.sum_of_squares.value();
         if square > 0.0 {
@@ -83,11 +87,10 @@ impl Moments {
         }
     }
 
-    /// Whether the error of the mean of `count` scores is not to be trusted: they are worth fewer than [`LEAST_EFFECTIVE`], or
-    /// their [tail](Tail::is_heavy) is heavy. A mean of nothing but zeros is not flagged.
-    pub fn few(&self, count: u64) -> bool {
-        let effective = self.effective();
-        effective > 0.0 && (effective < LEAST_EFFECTIVE || self.tail(count).is_heavy())
+    /// Whether the error of the mean is not to be trusted: the largest score is more than one part in [`LEAST_EFFECTIVE`] of the sum.
+    /// So it is, too, wherever there are fewer effective scores than that. A mean of nothing but zeros is not flagged.
+    pub fn few(&self) -> bool {
+        self.largest * LEAST_EFFECTIVE > self.sum.value().abs() * (1.0 + ROUNDING)
     }
 }
 
@@ -130,11 +133,12 @@ impl Tail {
         }
     }
 
-    /// Whether that share is too large for scores whose variance is finite.
+    /// Whether that share is larger than those of light tails: n^(2/α − 1) and (ln n)²/n of n scores.
     pub fn is_heavy(&self) -> bool {
         let n = self.count.max(2) as f64;
-        let exponential = n.ln().powi(2) / n;
-        self.share() > LEAST_SHARE.max(TIMES_EXPONENTIAL * exponential)
+        let power = n.powf(2.0 / TAIL_INDEX - 1.0);
+        let exponential = TIMES_EXPONENTIAL * n.ln().powi(2) / n;
+        self.share() > power.max(exponential)
     }
 }
 
@@ -163,36 +167,43 @@ mod tests {
         let (moments, count) = of((0..100).map(|i| if i < 25 { 2.0 } else { 0.0 }));
         assert!((moments.effective() - 25.0).abs() < 1e-9);
         assert!((moments.mean(count) - 0.5).abs() < 1e-12);
-        assert!(!moments.few(count));
-        let (nine, count) = of((0..100).map(|i| if i < 9 { 2.0 } else { 0.0 }));
-        assert!(nine.few(count));
-        assert!(!of([0.0; 10]).0.few(10));
+        assert!(!moments.few());
+        for (hits, few) in [(9, true), (10, false)] {
+            let (moments, _) = of((0..100).map(|i| if i < hits { 0.7 } else { 0.0 }));
+            assert_eq!(moments.few(), few, "{hits}");
+        }
+        assert!(!of([0.0; 10]).0.few());
     }
 
     /// Scores of which one outweighs many are worth few, in whichever order and grouping they come.
     #[test]
     fn one_large_score_is_noticed() {
-        let scores: Vec<f64> = (0..1000)
-            .map(|i| if i == 700 { 40.0 } else { 1.0 })
-            .collect();
+        let score = |i| if i == 700 { 150.0 } else { 1.0 };
+        let scores: Vec<f64> = (0..1000).map(score).collect();
         let (moments, count) = of(scores.clone());
-        assert!(moments.effective() > 300.0 && moments.few(count));
+        assert!(moments.effective() > 50.0 && moments.few());
+        assert!(moments.tail(count).share() > 0.9);
         let (mut parts, rest) = (of(scores[600..].to_vec()).0, of(scores[..600].to_vec()).0);
         parts += rest;
         assert_eq!(parts, moments);
     }
 
-    /// Powers u^(−1/α) of uniform numbers have the tail index α: flagged where the variance is infinite by far, and not where all
+    /// Powers u^(−1/α) of uniform numbers have the tail index α: heavy where the variance is infinite by far, and not where all
     /// moments are finite.
     #[test]
     fn heavy_tails_are_told_from_light_ones() {
         for n in [64, 1000, 100_000] {
             let (heavy, count) = of(uniform(n).map(|u| u.powf(-1.0 / 1.1)));
-            assert!(heavy.few(count), "{n}: {:?}", heavy.tail(count).share());
+            assert!(heavy.tail(count).is_heavy(), "{n}: {:?}", heavy.tail(count));
             let (light, count) = of(uniform(n).map(|u| -u.ln()));
-            assert!(!light.few(count), "{n}: {:?}", light.tail(count).share());
+            assert!(
+                !light.tail(count).is_heavy(),
+                "{n}: {:?}",
+                light.tail(count)
+            );
+            assert!(!light.few(), "{n}");
             let (even, count) = of(uniform(n));
-            assert!(!even.few(count), "{n}");
+            assert!(!even.tail(count).is_heavy(), "{n}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, Optional, Tuple, Union
+from typing import Any, Dict, Optional, Tuple, Union
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +13,7 @@ from .._images import Image
 from .._result import Reading, Result
 from ._labels import along as label_along
 from ._labels import axes, quantity
-from ._table import Channel, Source, Table, binned, table
+from ._table import Channel, Doubles, Source, Table, binned, table
 
 
 def profile(
@@ -28,6 +28,7 @@ def profile(
     **at: float,
 ) -> Line2D:
     """Draw values along a line of pixels or cells, within a band of one standard error to either side if errors are known.
+    Circles mark values whose errors cannot be trusted (``few``).
 
     Args:
         source: A picture, whose axes are ``row`` and ``column``, or a ``Reading`` with axes of its own.
@@ -51,6 +52,7 @@ def profile(
     (line,) = ax.plot(x, of.mean, label=label or "_")
     if of.error is not None:
         ax.fill_between(x, of.mean - of.error, of.mean + of.error, color=line.get_color(), alpha=0.25, linewidth=0)
+    _mark(ax, of, x, of.mean, line.get_color())
     ax.set_xlabel(label_along(along, unit))
     ax.set_ylabel(quantity(of.name, of.unit, unit))
     return line
@@ -67,7 +69,7 @@ def histogram(
     **at: float,
 ) -> StepPatch:
     """Draw light over bins of optical length, time or another axis, per unit of this axis, with bars of one standard error.
-    The area under the steps is the light in all bins.
+    The area under the steps is the light in all bins. Circles mark bins whose errors cannot be trusted (``few``).
 
     Args:
         source: A picture whose film has a ``decomposition``, or a ``Reading`` whose values are sums over bins.
@@ -91,14 +93,20 @@ def histogram(
     of = of.cut((along,), at)
     edges = of.edges(along)
     width = np.diff(edges)
-    ax = axes(ax)
+    ax, middle = axes(ax), (edges[1:] + edges[:-1]) / 2
     steps = ax.stairs(of.mean / width, edges, label=label or "_", color=ax.plot([], [])[0].get_color())
     if of.error is not None:
-        middle = (edges[1:] + edges[:-1]) / 2
         ax.errorbar(middle, of.mean / width, of.error / width, fmt="none", ecolor=steps.get_edgecolor(), elinewidth=1)
+    _mark(ax, of, middle, of.mean / width, steps.get_edgecolor())
     ax.set_xlabel(label_along(along, unit))
     ax.set_ylabel(_density(of, along, unit))
     return steps
+
+
+def _mark(ax: Axes, of: Table, x: Doubles, y: Doubles, colour: Any) -> None:
+    """Circles around values whose errors cannot be trusted."""
+    if of.few is not None and of.few.any():
+        ax.plot(x[of.few], y[of.few], "o", markerfacecolor="none", color=colour, markersize=4, label="_few")
 
 
 def _whole(of: Table) -> Tuple[Table, Dict[str, float]]:

@@ -17,7 +17,7 @@ from ._table import Channel, Doubles, PlotError, Source, Table, table
 
 Where = Union[float, Tuple[float, float]]
 Limits = Optional[Tuple[float, float]]
-Shown = Literal["mean", "error", "relative error"]
+Shown = Literal["mean", "error", "relative error", "few"]
 
 
 def image(
@@ -37,7 +37,8 @@ def image(
         picture: A ``Result``, an ``Image``, or an array of shape (height, width) or (height, width, channels).
         layer: Name of a layer of light, or of a file.
         channel: Name of a channel; by default the mean over channels.
-        show: ``"mean"``, ``"error"`` or ``"relative error"``: values, standard errors, or these by the values.
+        show: ``"mean"``, ``"error"`` or ``"relative error"``: values, standard errors, or these by the values; ``"few"``: 1
+            where errors cannot be trusted, else 0.
         log: Whether colours are logarithmic; values that are not positive are grey then.
         limits: Values of the first and last colour.
         label: Name of the quantity, with its unit.
@@ -153,8 +154,12 @@ def _plane(plane: str) -> Tuple[str, str]:
 def _shown(of: Table, show: str) -> Doubles:
     if show == "mean":
         return of.mean
-    if show not in ("error", "relative error"):
-        raise PlotError(f"show is {show!r} but must be 'mean', 'error' or 'relative error'")
+    if show not in ("error", "relative error", "few"):
+        raise PlotError(f"show is {show!r} but must be 'mean', 'error', 'relative error' or 'few'")
+    if show == "few":
+        if of.few is None:
+            raise PlotError("which errors cannot be trusted is not known")
+        return of.few.astype(float)
     if of.error is None:
         raise PlotError("errors are not known: take more samples, or a picture with its variance")
     if show == "error":
@@ -167,6 +172,8 @@ def _shown(of: Table, show: str) -> Doubles:
 def _title(name: str, of_unit: str, unit: Optional[str], show: str) -> str:
     if show == "relative error":
         return f"relative error, {name}" if name else show
+    if show == "few":
+        return f"error cannot be trusted, {name}" if name else "error cannot be trusted"
     return quantity(name if show == "mean" else f"error, {name}" if name else show, of_unit, unit)
 
 

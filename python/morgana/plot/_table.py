@@ -13,6 +13,7 @@ from .._images import Image, _names
 from .._result import Reading, Result
 
 Doubles = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 Source = Union[Result, Image, Reading, ArrayLike]
 """A picture (``Result``, ``Image`` or an array of shape (height, width) or (height, width, channels)), or a ``Reading`` of a meter."""
 Channel = Union[str, int, None]
@@ -34,6 +35,8 @@ class Table(NamedTuple):
     """The quantity, or nothing."""
     unit: str
     """Its unit, with ``unit`` for that of length, or nothing."""
+    few: Optional[Bools] = None
+    """Where the errors cannot be trusted, of the shape of ``mean``, if that is known."""
 
     def edges(self, axis: str) -> Doubles:
         """Edges of an axis, or an error that names those there are."""
@@ -55,7 +58,9 @@ class Table(NamedTuple):
         left = [a for a in self.axes if a in keep]
         order = [left.index(a) for a in keep]
         error = None if self.error is None else self.error[index].transpose(order)
-        return self._replace(mean=self.mean[index].transpose(order), error=error, axes={a: self.axes[a] for a in keep})
+        few = None if self.few is None else self.few[index].transpose(order)
+        axes = {a: self.axes[a] for a in keep}
+        return self._replace(mean=self.mean[index].transpose(order), error=error, few=few, axes=axes)
 
     def where(self, at: Mapping[str, float]) -> str:
         """In words, the bins that ``at`` chooses."""
@@ -90,13 +95,14 @@ def table(source: Source, layer: str = "", channel: Channel = None) -> Table:
         error = source.error if np.isfinite(source.error).all() else None
         names = [str(i) for i in range(source.mean.shape[-1])] if "channel" in source.axes else None
         axes = {a: edges for a, edges in source.axes.items() if a != "channel"}
-        return _flat(Table(source.mean, error, axes, "", source.unit), names, channel)
-    mean, variance, names = _layer(source, layer)
+        return _flat(Table(source.mean, error, axes, "", source.unit, source.few), names, channel)
+    mean, variance, few, names = _layer(source, layer)
     # A single sample knows no error.
     error = np.sqrt(variance) if variance is not None and np.isfinite(variance).all() else None
     axes = {"row": np.arange(mean.shape[0] + 1) - 0.5, "column": np.arange(mean.shape[1] + 1) - 0.5}
     is_light = channel is None or channel in ("R", "G", "B", "Y") or str(channel).endswith("nm")
-    return _flat(Table(mean, error, axes, (layer or "radiance") if is_light else str(channel), ""), names, channel)
+    name = (layer or "radiance") if is_light else str(channel)
+    return _flat(Table(mean, error, axes, name, "", few), names, channel)
 
 
 def binned(picture: Union[Result, Image], channel: Channel) -> Table:
@@ -111,7 +117,9 @@ def binned(picture: Union[Result, Image], channel: Channel) -> Table:
     errors = [t.error for t in tables if t.error is not None]
     error = np.stack(errors) if len(errors) == len(tables) else None
     axes = {way["name"]: edges, **tables[0].axes}
-    return Table(np.stack([t.mean for t in tables]), error, axes, "radiance", "")
+    flags = [t.few for t in tables if t.few is not None]
+    few = np.stack(flags) if len(flags) == len(tables) else None
+    return Table(np.stack([t.mean for t in tables]), error, axes, "radiance", "", few)
 
 
 def _sum(picture: Union[Result, Image], prefix: str, channel: Channel) -> Table:
@@ -122,26 +130,29 @@ def _sum(picture: Union[Result, Image], prefix: str, channel: Channel) -> Table:
         raise PlotError(f"the picture has no layer {prefix!r}")
     mean = np.sum([t.mean for t in tables], axis=0)
     errors = [t.error for t in tables if t.error is not None]
-    return tables[0]._replace(mean=mean, error=np.sum(errors, axis=0) if len(errors) == len(tables) else None)
+    error = np.sum(errors, axis=0) if len(errors) == len(tables) else None
+    flags = [t.few for t in tables if t.few is not None]
+    return tables[0]._replace(mean=mean, error=error, few=np.any(flags, axis=0) if flags else None)
 
 
-def _layer(picture: Any, layer: str) -> Tuple[Doubles, Optional[Doubles], List[str]]:
-    """Means and variances (height, width, channels) of a picture, and names of the channels."""
+def _layer(picture: Any, layer: str) -> Tuple[Doubles, Optional[Doubles], Optional[Bools], List[str]]:
+    """Means, variances and where these cannot be trusted (height, width, channels), and names of the channels."""
     if isinstance(picture, Result):
         if layer and layer not in picture.layers:
             raise _unknown(layer, picture.layers)
-        mean, variance = picture.layers[layer] if layer else (picture.image, picture.variance)
-        return mean.astype(float), variance.astype(float), picture.channels
+        mean, variance, few = picture.layers[layer] if layer else (picture.image, picture.variance, picture.few)
+        return mean.astype(float), variance.astype(float), few, picture.channels
     if isinstance(picture, Image):
         if layer not in picture.layers:
             raise _unknown(layer, picture.layers)
-        known = picture.layers.get(f"variance.{layer}" if layer else "variance")
-        return picture.layers[layer].astype(float), None if known is None else known.astype(float), picture.channels[layer]
+        variance, flags = (picture.layers.get(f"{name}.{layer}" if layer else name) for name in ("variance", "few"))
+        known = None if variance is None else variance.astype(float)
+        return picture.layers[layer].astype(float), known, None if flags is None else flags != 0, picture.channels[layer]
     values = np.asarray(picture, float)
     values = values[:, :, None] if values.ndim == 2 else values
     if layer or values.ndim != 3:
         raise PlotError(f"expected an image of shape (height, width, channels) without layers, found {np.shape(picture)}")
-    return values, None, _names(values.shape[2])
+    return values, None, None, _names(values.shape[2])
 
 
 def _unknown(layer: str, layers: Mapping[str, Any]) -> PlotError:
@@ -156,8 +167,10 @@ def _flat(full: Table, names: Optional[List[str]], channel: Channel) -> Table:
             raise PlotError("there is but one channel: leave channel out")
         return full
     if channel is None:
-        return full._replace(mean=full.mean.mean(-1), error=None if full.error is None else full.error.mean(-1))
+        error = None if full.error is None else full.error.mean(-1)
+        return full._replace(mean=full.mean.mean(-1), error=error, few=None if full.few is None else full.few.any(-1))
     if str(channel) not in names:
         raise PlotError(f"no channel {str(channel)!r}; there are {', '.join(names)}")
     i = names.index(str(channel))
-    return full._replace(mean=full.mean[..., i], error=None if full.error is None else full.error[..., i])
+    error = None if full.error is None else full.error[..., i]
+    return full._replace(mean=full.mean[..., i], error=error, few=None if full.few is None else full.few[..., i])

@@ -86,6 +86,13 @@ fn layers_add_up_in_files() {
             let variance = image.layer("variance.length.0003").unwrap();
             let variance = variance.channel(channel).unwrap();
             assert!(variance.iter().any(|v| *v > 0.0));
+            let few = image.layer("few.length.0003").unwrap();
+            assert!(
+                few.channel(channel)
+                    .unwrap()
+                    .iter()
+                    .all(|v| [0.0, 1.0].contains(v))
+            );
         }
     }
 }
@@ -129,7 +136,7 @@ fn combinations_have_their_order() {
     assert!(
         layers
             .iter()
-            .all(|l| l["standard_error"].as_f64().is_some())
+            .all(|l| l["standard_error"].as_f64().is_some() && l["few"].is_boolean())
     );
     assert!((0.0..1.0).contains(&stats["outside"].as_f64().unwrap()));
 }

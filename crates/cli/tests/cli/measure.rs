@@ -46,6 +46,11 @@ fn writes_readings_and_the_account_of_the_light() {
     // They are followed by 64.
     assert_eq!(stats["particles"], 2048);
     assert_eq!(stats["meters"][0]["name"], "tank");
+    let fluence = &stats["meters"][0]["readings"][0];
+    assert_eq!(fluence["bins_of_few_particles"], 0);
+    assert!(fluence["median_effective_particles"].as_f64().unwrap() > 10.0);
+    let text = folder.succeed("render scene.xml --particles 64");
+    assert!(text.contains("from too few particles to trust"), "{text}");
     let account = &stats["balance"];
     let entries = [
         "absorbed_by_media",

@@ -28,7 +28,11 @@ fn exr_holds_layers_and_attributes() {
         assert!(main.channel(name).unwrap().iter().all(|v| *v > 0.0));
         let variance = image.layer("variance").unwrap().channel(name).unwrap();
         assert!(variance.iter().all(|v| v.is_finite() && *v >= 0.0));
+        // Eight samples are too few for any pixel.
+        let few = image.layer("few").unwrap().channel(name).unwrap();
+        assert!(few.iter().all(|few| *few == 1.0));
     }
+    assert!(image.attribute("trust").unwrap().contains("few_pixels"));
     let counts = image.layer("samples").unwrap().channel("N").unwrap();
     assert!(counts.iter().all(|n| *n == 8.0));
     assert_eq!(image.attribute("seed"), Some("3"));
@@ -238,4 +242,43 @@ fn searches_for_branches_are_counted() {
     assert!((0.0..1.0).contains(&number("certificate_coverage")));
     assert!(number("shots_per_attempt") > 1.0);
     assert_eq!(stats["branches"]["reflections"], 1);
+}
+
+/// Past a focus the error of `path` rests on a few samples: the last line says so, and what to try.
+#[test]
+fn errors_that_cannot_be_trusted_are_told() {
+    let folder = Folder::with_scene(
+        r#"<integrator type="$integrator"><integer name="max_depth" value="2"/></integrator>
+        <default name="integrator" value="path"/>
+        <sensor type="perspective">
+          <float name="fov" value="40"/>
+          <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
+          <film type="hdrfilm">
+            <integer name="width" value="16"/> <integer name="height" value="16"/>
+            <string name="pixel_format" value="luminance"/> <rfilter type="box"/>
+          </film>
+        </sensor>
+        <medium id="fog" type="homogeneous">
+          <float name="sigma_t" value="0.5"/> <float name="albedo" value="1"/>
+          <volume name="ior" type="gaussian">
+            <float name="n0" value="1"/> <float name="delta" value="0.6"/> <float name="width" value="0.2"/>
+          </volume>
+        </medium>
+        <shape type="sphere">
+          <float name="radius" value="1.2"/> <bsdf type="null"/> <ref name="interior" id="fog"/>
+        </shape>
+        <emitter type="point">
+          <point name="position" x="-1.5" y="0" z="0"/> <float name="intensity" value="1"/>
+        </emitter>"#,
+    );
+    let told = folder.succeed("render scene.xml --spp 64 --stats a.json");
+    assert!(
+        told.contains("the error cannot be trusted: one sample makes"),
+        "{told}"
+    );
+    assert!(told.contains("try the integrator bdpt"), "{told}");
+    assert_eq!(folder.json("a.json")["trust"]["few"], true);
+    let told = folder.succeed("render scene.xml --spp 64 -D integrator=bdpt --stats a.json");
+    assert!(!told.contains("trusted"), "{told}");
+    assert_eq!(folder.json("a.json")["trust"]["few"], false);
 }

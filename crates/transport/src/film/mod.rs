@@ -311,8 +311,7 @@ impl Film {
     /// Whether that variance is not to be trusted: see [`Moments::few`].
     pub fn few_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> bool {
         let (group, lane) = (channel / self.lanes, channel % self.lanes);
-        let pixel = self.pixel(group, pixel, layer);
-        pixel.moments[lane].few(pixel.count)
+        self.pixel(group, pixel, layer).moments[lane].few()
     }
 
     /// A quantity of every pixel and channel, row by row with channels interleaved.

@@ -149,7 +149,7 @@ impl Tally {
 
     /// Whether the error in a slot is not to be trusted: see [`Moments::few`].
     pub fn few(&self, slot: usize) -> bool {
-        self.slots[slot].few(self.particles)
+        self.slots[slot].few()
     }
 }
 
