@@ -247,9 +247,9 @@ fn searches_for_branches_are_counted() {
 /// Past a focus the error of `path` rests on a few samples: the last line says so, and what to try.
 #[test]
 fn errors_that_cannot_be_trusted_are_told() {
-    let folder = Folder::with_scene(
-        r#"<integrator type="$integrator"><integer name="max_depth" value="2"/></integrator>
-        <default name="integrator" value="path"/>
+    let folder = Folder::with_file(
+        r#"<scene version="3.0.0"><default name="integrator" value="path"/>
+        <integrator type="$integrator"><integer name="max_depth" value="2"/></integrator>
         <sensor type="perspective">
           <float name="fov" value="40"/>
           <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
@@ -269,7 +269,7 @@ fn errors_that_cannot_be_trusted_are_told() {
         </shape>
         <emitter type="point">
           <point name="position" x="-1.5" y="0" z="0"/> <float name="intensity" value="1"/>
-        </emitter>"#,
+        </emitter></scene>"#,
     );
     let told = folder.succeed("render scene.xml --spp 64 --stats a.json");
     assert!(
