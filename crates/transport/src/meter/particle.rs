@@ -253,6 +253,6 @@ impl<'a, 'r> Particle<'a, 'r> {
             ray.throughput *= 1.0 / copies as f64;
             self.copies += copies - 1;
         }
-        waiting.extend((0..copies).map(|_| (ray.clone(), self.depth)));
+        waiting.extend((0..copies).map(|_| (ray, self.depth)));
     }
 }
