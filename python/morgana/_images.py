@@ -69,13 +69,17 @@ Layers = List[Tuple[str, List[str], ArrayLike]]
 Comparable = Union[Path, Result, Image, ArrayLike]
 
 
-def read(path: Path) -> Image:
+def read(path: Path, *, memory: Optional[int] = None) -> Image:
     """Read an image: ``.exr`` with all layers, ``.npy``, or ``.png``, whose values become linear.
+
+    Args:
+        path: The file.
+        memory: Bytes that it may take, as for :func:`load_file`.
 
     Raises:
         FileError: A file that cannot be read.
     """
-    layers, attributes = _morgana.read_image(os.fspath(path))
+    layers, attributes = _morgana.read_image(os.fspath(path), memory)
     values = {name: array for name, _, array in layers}
     return Image(values, {name: channels for name, channels, _ in layers}, dict(attributes))
 

@@ -9,6 +9,8 @@ class Instead(TypedDict):
     integrator: Optional[str]
     sampler: Optional[str]
     adaptive: bool
+    memory: Optional[int]
+    """Bytes that each data file may take."""
 
 
 class Limits(TypedDict):

@@ -21,6 +21,7 @@ def load_file(
     integrator: Optional[str] = None,
     sampler: Optional[str] = None,
     adaptive: bool = False,
+    memory: Optional[int] = None,
     **parameters: Define,
 ) -> Scene:
     """Read a scene file: JSON if its name ends in ``.json``, else XML (docs/scene-format.md).
@@ -31,6 +32,8 @@ def load_file(
             What all have in common stays as the scene has it.
         sampler: Sampler in place of the scene's: ``independent``, ``ldsampler``, or ``ldsampler:64`` with larger sets.
         adaptive: Give noisy pixels more of the samples, even if the scene's sampler does not ask for it.
+        memory: Bytes that each data file may take once it is read, however small it is: 2 GiB by default, or ten times
+            the file and 64 MiB if that is more (docs/security.md).
         **parameters: Values for the scene's parameters (``<default>``), as ``-D name=value`` of the program.
 
     Raises:
@@ -38,7 +41,7 @@ def load_file(
 
     What is doubtful about the scene is told as :class:`SceneWarning`.
     """
-    instead = _instead(integrator, sampler, adaptive)
+    instead = _instead(integrator, sampler, adaptive, memory)
     scene = _morgana.load_file(os.fspath(path), _defines(parameters), instead)
     return _warned(scene)
 
@@ -50,6 +53,7 @@ def load_dict(
     integrator: Optional[str] = None,
     sampler: Optional[str] = None,
     adaptive: bool = False,
+    memory: Optional[int] = None,
     **parameters: Define,
 ) -> Scene:
     """Make a scene of a dictionary, as Mitsuba's ``load_dict`` does.
@@ -60,14 +64,14 @@ def load_dict(
             type of numbers. Each is copied once while the scene is read, and again into the form in which rays need it,
             in single precision; the first copy is freed when this function returns. Later changes of the arrays do not
             change the scene. Relative names of files start from the current folder.
-        integrator, sampler, adaptive: As for :func:`load_file`.
+        integrator, sampler, adaptive, memory: As for :func:`load_file`.
         **parameters: As for :func:`load_file`, for the scene's ``"parameters"``.
 
     Raises:
         SceneError: The scene cannot be used; places are such as ``scene["ball"]["radius"]``.
         TypeError: A value of a type that no scene can have.
     """
-    instead = _instead(integrator, sampler, adaptive)
+    instead = _instead(integrator, sampler, adaptive, memory)
     return _warned(_morgana.load_dict(dict(scene), _defines(parameters), instead))
 
 
@@ -85,8 +89,10 @@ def _defines(parameters: Dict[str, Define]) -> List[Tuple[str, str]]:
     return [(name, _text(value)) for name, value in parameters.items()]
 
 
-def _instead(integrator: Optional[str], sampler: Optional[str], adaptive: bool) -> Instead:
-    return {"integrator": integrator, "sampler": sampler, "adaptive": adaptive}
+def _instead(
+    integrator: Optional[str], sampler: Optional[str], adaptive: bool, memory: Optional[int]
+) -> Instead:
+    return {"integrator": integrator, "sampler": sampler, "adaptive": adaptive, "memory": memory}
 
 
 def _text(value: Define) -> str:

@@ -4,7 +4,9 @@ use crate::args::{OutputArgs, TraceArgs};
 use crate::failure::Failure;
 use crate::load::file_stem;
 use io::arrays::ArrayFormat;
-use std::fs::{self, OpenOptions};
+use io::diagnostic::shown;
+use io::{Problem, atomic};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A format of images.
@@ -85,7 +87,7 @@ pub fn readings(
     if let Some((path, _)) = files.iter().find(|(_, f)| f.is_single() && meters > 1) {
         return Err(Failure::Usage(format!(
             "'{}' can hold one array, but the scene has {meters} meters: use .npz or .h5",
-            path.display()
+            shown(path)
         )));
     }
     if let Some(stats) = &args.stats {
@@ -154,7 +156,7 @@ fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, Failur
     known.map(|(_, format)| *format).ok_or_else(|| {
         let names: Vec<String> = formats.iter().map(|(name, _)| format!(".{name}")).collect();
         let names = names.join(", ");
-        let path = path.display();
+        let path = shown(path);
         Failure::Usage(match extension {
             Some(e) => format!("unknown extension '.{e}' of output '{path}': expected {names}"),
             None => format!("output '{path}' has no extension: expected {names}"),
@@ -165,7 +167,7 @@ fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, Failur
 /// Finds out by trying whether a file can be put in place of `path`: hours of rendering should not
 /// end with the news that it cannot.
 pub fn check_writable(path: &Path) -> Result<(), Failure> {
-    let fail = |why: String| Failure::Usage(format!("cannot write '{}': {why}", path.display()));
+    let fail = |why: String| Failure::Usage(format!("cannot write '{}': {why}", shown(path)));
     if fs::metadata(path).is_ok_and(|m| !m.is_file()) {
         return Err(fail("it exists and is not a regular file".into()));
     }
@@ -175,11 +177,13 @@ pub fn check_writable(path: &Path) -> Result<(), Failure> {
     };
     match fs::metadata(folder) {
         Ok(m) if m.is_dir() => {}
-        Ok(_) => return Err(fail(format!("'{}' is not a folder", folder.display()))),
-        Err(e) => return Err(fail(format!("folder '{}': {e}", folder.display()))),
+        Ok(_) => return Err(fail(format!("'{}' is not a folder", shown(folder)))),
+        Err(e) => return Err(fail(format!("folder '{}': {e}", shown(folder)))),
     }
-    let probe = folder.join(format!(".morgana-{}.probe", std::process::id()));
-    let created = OpenOptions::new().write(true).create_new(true).open(&probe);
-    created.map_err(|e| fail(e.to_string()))?;
-    fs::remove_file(&probe).map_err(|e| fail(e.to_string()))
+    atomic::probe(path).map_err(|e| {
+        fail(match e.problem {
+            Problem::Write(why) => why.to_string(),
+            other => other.to_string(),
+        })
+    })
 }

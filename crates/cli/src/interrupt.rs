@@ -1,7 +1,7 @@
 //! Ctrl-C, and the signal by which batch systems ask processes to end.
 
 use crate::failure::Failure;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::flag;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -9,6 +9,15 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// What a process that a signal has ended adds to the signal's number to give its exit status.
 const STATUS: u8 = 128;
+
+/// Lets a write beyond a limit on the size of files fail, with a message, where the signal would end the program without one. (A
+/// pipe that nobody reads is an error to begin with: Rust's runtime ignores its signal.)
+pub fn survive_size_limits() -> Result<(), Failure> {
+    let failed = |e| Failure::Runtime(format!("cannot listen for signals: {e}"));
+    // Nobody asks whether it has come: the error says so.
+    flag::register(SIGXFSZ, Arc::default()).map_err(failed)?;
+    Ok(())
+}
 
 /// Whether somebody has asked to stop.
 #[derive(Clone, Debug, Default)]

@@ -4,7 +4,7 @@ use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::load;
 use io::part::Header;
-use io::{LoadOptions, Loaded};
+use io::{Limits, LoadOptions, Loaded};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use transport::render::{Measure, MeasureOptions, Options, Target};
@@ -60,14 +60,15 @@ impl Job {
         serde_json::from_str(&header.origin).map_err(|_| Failure::Usage(foreign.into()))
     }
 
-    /// Reads the scene.
-    pub fn load(&self) -> Result<Loaded, Failure> {
+    /// Reads the scene, with files that may take so much memory.
+    pub fn load(&self, limits: Limits) -> Result<Loaded, Failure> {
         let options = LoadOptions {
             defines: self.defines.clone(),
             integrator: self.integrator.clone(),
             samples: self.spp.or(self.particles),
             sampler: self.sampler.clone(),
             adaptive: self.adaptive,
+            limits,
         };
         load::load(&self.scene, &options)
     }

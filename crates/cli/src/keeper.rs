@@ -4,6 +4,8 @@ use crate::args::KeepArgs;
 use crate::config;
 use crate::failure::{Failure, warn};
 use crate::load::file_stem;
+use io::diagnostic::shown;
+use io::lock::{Lock, LockError};
 use io::part::{Body, BodyRef, Header, Part};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -20,6 +22,8 @@ pub struct Keeper {
     last: Instant,
     /// Whether the user knows that it cannot be written.
     complained: bool,
+    /// Keeps other processes away.
+    _lock: Option<Lock>,
 }
 
 /// Where a part of a render is kept, if it is: the checkpoint, or the part itself.
@@ -53,11 +57,12 @@ impl Keeper {
         header: Header,
     ) -> Result<(Self, Option<Body>), Failure> {
         config::check_writable(&path)?;
+        let lock = lock(&path)?;
         let refuse =
-            |why: String| Failure::Usage(format!("'{}' cannot be resumed: {why}", path.display()));
+            |why: String| Failure::Usage(format!("'{}' cannot be resumed: {why}", shown(&path)));
         let kept = match path.exists() {
             true if !args.resume => {
-                let path = path.display();
+                let path = shown(&path);
                 let message = format!(
                     "'{path}' exists already: go on from it by --resume, or remove it to start anew"
                 );
@@ -94,13 +99,14 @@ impl Keeper {
             started: now,
             last: now,
             complained: false,
+            _lock: lock,
         };
         Ok((keeper, kept.map(|k| k.body)))
     }
 
     /// That what was found is of another render although its header agrees: only a forged file is.
     pub fn misfit(&self) -> Failure {
-        let path = self.path.display();
+        let path = shown(&self.path);
         Failure::Usage(format!(
             "'{path}' cannot be resumed: its contents are not those of this scene"
         ))
@@ -131,6 +137,23 @@ impl Keeper {
     pub fn save(&mut self, body: BodyRef) -> Result<(), io::FileError> {
         self.header.seconds = self.elapsed().as_secs_f64();
         io::part::write(&self.path, &self.header, body)
+    }
+}
+
+/// Keeps other processes away from a file. Two that work on one would undo each other's work.
+fn lock(path: &Path) -> Result<Option<Lock>, Failure> {
+    let name = shown(path);
+    match Lock::take(path) {
+        Ok(lock) => Ok(Some(lock)),
+        Err(LockError::Held(holder)) => Err(Failure::Usage(format!(
+            "'{name}' is in use: {holder} works on it; wait for it to end, or keep this render in another file"
+        ))),
+        Err(LockError::Unknown(why)) => {
+            warn(&format!(
+                "'{name}' cannot be locked ({why}): see to it that no other process uses it"
+            ));
+            Ok(None)
+        }
     }
 }
 

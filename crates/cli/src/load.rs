@@ -15,6 +15,7 @@ pub fn load(scene: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
 pub fn load_as_it_is(args: &SceneArgs) -> Result<Loaded, Failure> {
     let options = LoadOptions {
         defines: args.defines.clone(),
+        limits: args.memory.limits(),
         ..LoadOptions::default()
     };
     load(&args.path, &options)

@@ -14,7 +14,9 @@ mod job;
 mod keeper;
 mod load;
 mod measured;
+mod memory;
 mod numbers;
+mod output;
 mod plot;
 mod preview;
 mod progress;
@@ -32,6 +34,9 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let args = Args::parse();
     failure::hide_panics();
+    if let Err(failure) = interrupt::survive_size_limits() {
+        return failure.report();
+    }
     match std::panic::catch_unwind(|| run(&args.command)) {
         Ok(Ok(code)) => code,
         Ok(Err(failure)) => failure.report(),

@@ -1,14 +1,15 @@
 //! The image while it is made, in the viewer tev (<https://github.com/Tom94/tev>).
 //!
-//! A thread of its own sends images, so that a render never waits for the viewer. Images that come while it
-//! is busy are left out.
+//! A thread of its own sends images, so that a render never waits for the viewer. While the viewer is busy, or does not read
+//! what it is sent, no image is even made; at the end it gets a few seconds for the last one.
 
 use crate::failure::{Failure, show};
 use io::{Diagnostic, Diagnostics};
 use std::io::ErrorKind;
-use std::net::{TcpStream, ToSocketAddrs};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread::JoinHandle;
+use std::net::{Shutdown, TcpStream, ToSocketAddrs};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 use transport::Film;
@@ -17,8 +18,11 @@ use transport::Film;
 const PORT: u16 = 14158;
 /// Longest time to wait for a viewer that does not answer.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Time between two images, at least.
+/// Longest time to wait until a viewer has the last image.
+const LAST: Duration = Duration::from_secs(2);
+/// Time between two images, at least; and in terms of the time that it takes to make one.
 const INTERVAL: Duration = Duration::from_millis(250);
+const SHARE: u32 = 50;
 /// Values of a message, about: tev shows what it has between messages.
 const MESSAGE: usize = 1 << 20;
 
@@ -26,8 +30,14 @@ const MESSAGE: usize = 1 << 20;
 #[derive(Debug)]
 pub struct Preview {
     frames: SyncSender<Vec<f32>>,
-    sending: JoinHandle<()>,
-    last: Option<Instant>,
+    /// Whether the thread has sent all images that it has been given.
+    waiting: Arc<AtomicBool>,
+    /// Sends nothing, but ends when the thread does.
+    done: Receiver<()>,
+    /// To break off.
+    stream: TcpStream,
+    /// When the next image is due.
+    next: Instant,
 }
 
 /// An image in the viewer.
@@ -44,14 +54,22 @@ pub struct Canvas {
 impl Preview {
     /// Connects to a viewer, `HOST` or `HOST:PORT`.
     pub fn open(address: &str, canvas: Canvas) -> Result<Self, Failure> {
-        let stream = connect(address).map_err(|why| {
+        let unreachable = |why| {
             Failure::Usage(format!(
                 "--tev: no viewer answers at '{address}': {why}; start tev first"
             ))
-        })?;
-        let (frames, waiting) = sync_channel(1);
-        let sending = std::thread::spawn(move || {
-            if let Err(error) = send(TevClient::wrap(stream), &canvas, &waiting) {
+        };
+        let stream = connect(address).map_err(unreachable)?;
+        let viewer = TevClient::wrap(stream.try_clone().map_err(unreachable)?);
+        // Room for one on its way, and the last.
+        let (frames, received) = sync_channel(2);
+        let (ending, done) = sync_channel(0);
+        let waiting = Arc::new(AtomicBool::new(true));
+        let wait = waiting.clone();
+        std::thread::spawn(move || {
+            // Dropped when the thread ends.
+            let _ending: SyncSender<()> = ending;
+            if let Err(error) = send(viewer, &canvas, &received, &wait) {
                 let why = match error.kind() {
                     ErrorKind::WouldBlock | ErrorKind::TimedOut => "it does not answer".into(),
                     _ => error.to_string(),
@@ -64,26 +82,33 @@ impl Preview {
         });
         Ok(Preview {
             frames,
-            sending,
-            last: None,
+            waiting,
+            done,
+            stream,
+            next: Instant::now(),
         })
     }
 
     /// Shows how far a render has got, unless that has just been done.
     pub fn update(&mut self, film: &Film) {
-        if self.last.is_none_or(|last| last.elapsed() >= INTERVAL) {
-            self.last = Some(Instant::now());
-            // A viewer that is busy or gone gets nothing.
+        let now = Instant::now();
+        // A viewer that is busy or gone gets nothing.
+        if now >= self.next && self.waiting.swap(false, Ordering::AcqRel) {
             let _ = self.frames.try_send(film.mean());
+            self.next = now + INTERVAL.max(SHARE * now.elapsed());
         }
     }
 
-    /// Shows the image that is done, and waits until the viewer has it.
+    /// Shows the image that is done, and waits until the viewer has it, but not for long.
     pub fn finish(self, film: &Film) {
-        let _ = self.frames.send(film.mean());
+        let _ = self.frames.try_send(film.mean());
         drop(self.frames);
-        // A panic has been told already.
-        let _ = self.sending.join();
+        // Nothing is ever sent: this ends with the thread, or with patience.
+        if self.done.recv_timeout(LAST) == Err(RecvTimeoutError::Timeout) {
+            // The thread says that the viewer is gone.
+            let _ = self.stream.shutdown(Shutdown::Both);
+            let _ = self.done.recv_timeout(LAST);
+        }
     }
 }
 
@@ -110,6 +135,7 @@ fn send(
     mut viewer: TevClient,
     canvas: &Canvas,
     frames: &Receiver<Vec<f32>>,
+    waiting: &AtomicBool,
 ) -> std::io::Result<()> {
     let [width, height] = canvas.size;
     viewer.send(PacketCreateImage {
@@ -121,6 +147,7 @@ fn send(
     })?;
     for frame in frames {
         canvas.send(&mut viewer, &frame)?;
+        waiting.store(true, Ordering::Release);
     }
     Ok(())
 }

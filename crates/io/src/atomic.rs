@@ -1,19 +1,15 @@
 //! Writing a file completely or not at all.
 
-use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::error::{FileError, Problem};
-
-/// Attempts to find a free temporary name.
-const ATTEMPTS: usize = 100;
+use crate::temporary::Temporary;
 
 /// Writes a file: `write` fills a temporary file in the same folder, which takes the place of
 /// `path` only once everything is on disk. After a failure the temporary is removed and whatever
-/// was at `path` is still there. A symbolic link is followed.
+/// was at `path` is still there; what a killed process leaves is removed later. A symbolic link is followed.
 ///
 /// ```no_run
 /// use std::io::Write;
@@ -57,53 +53,21 @@ fn target(path: &Path) -> Result<PathBuf, FileError> {
     match fs::metadata(path) {
         Ok(metadata) if !metadata.is_file() => Err(Problem::NotAFile.at(path)),
         Ok(_) => path.canonicalize().map_err(|e| Problem::Write(e).at(path)),
-        Err(_) => Ok(path.to_owned()),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(path.to_owned()),
+        // A name that is too long, for instance.
+        Err(e) => Err(Problem::Write(e).at(path)),
     }
 }
 
-/// A file that is removed unless it is renamed.
-struct Temporary {
-    path: PathBuf,
-    keep: bool,
-}
-
-impl Temporary {
-    fn create(target: &Path) -> io::Result<(Self, File)> {
-        static COUNTER: AtomicU64 = AtomicU64::new(0);
-        let name = target
-            .file_name()
-            .ok_or_else(|| io::Error::other("it names no file"))?;
-        for _ in 0..ATTEMPTS {
-            let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-            let mut temporary = OsString::from(".");
-            temporary.push(name);
-            temporary.push(format!(".{}-{number}.part", std::process::id()));
-            let path = target.with_file_name(temporary);
-            let mut options = OpenOptions::new();
-            // What was written may be looked at again before the file is whole.
-            match options.read(true).write(true).create_new(true).open(&path) {
-                Ok(file) => return Ok((Temporary { path, keep: false }, file)),
-                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Err(io::Error::other("no free name for a temporary file"))
-    }
-
-    fn rename(mut self, target: &Path) -> io::Result<()> {
-        fs::rename(&self.path, target)?;
-        self.keep = true;
-        Ok(())
-    }
-}
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        if !self.keep {
-            // There is nobody left to tell if this fails, and the first error matters more.
-            let _ = fs::remove_file(&self.path);
-        }
-    }
+/// Finds out by trying whether a file can be put in place of `path`: hours of work should not end with the news that it cannot.
+///
+/// # Errors
+///
+/// As for [`write()`].
+pub fn probe(path: &Path) -> Result<(), FileError> {
+    let target = target(path)?;
+    let created = Temporary::create(&target).map(drop);
+    created.map_err(|e| Problem::Write(e).at(path))
 }
 
 /// Makes the new name durable where the system can; the content is safe in any case.

@@ -1,20 +1,6 @@
 //! Reading numbers from files without trusting the sizes they claim.
 
-use std::fs::File;
-use std::io::BufReader;
-use std::path::Path;
-
-use crate::error::{FileError, Problem};
-
-/// Opens a file; also returns its size in bytes.
-pub(crate) fn open(path: &Path) -> Result<(BufReader<File>, u64), FileError> {
-    let open = || {
-        let file = File::open(path)?;
-        let size = file.metadata()?.len();
-        Ok((BufReader::new(file), size))
-    };
-    open().map_err(|e| Problem::Read(e).at(path))
-}
+use crate::error::Problem;
 
 /// The number of elements of an array, whose bytes after a header of `header` bytes must be what a
 /// file of `size` bytes holds.

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, escaped, shown};
 
 /// A file that could not be read or written, and why.
 #[derive(Debug)]
@@ -23,6 +23,9 @@ pub enum Problem {
     /// The operating system refused to read it.
     #[error("cannot read: {0}")]
     Read(#[source] io::Error),
+    /// It is something that may have no end.
+    #[error("{0}, not a regular file: save its data in a file first")]
+    NotRegular(&'static str),
     /// The operating system refused to write it.
     #[error("cannot write: {0}")]
     Write(#[source] io::Error),
@@ -97,11 +100,12 @@ impl Problem {
 
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.path.display())?;
+        write!(f, "{}", shown(&self.path))?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
         }
-        write!(f, ": {}", self.problem)
+        // It may quote the file.
+        write!(f, ": {}", escaped(&self.problem.to_string()))
     }
 }
 

@@ -2,10 +2,13 @@
 //!
 //! Read are photometry of type C, with angles and intensities of one lamp; keywords are passed over.
 
-use std::fs;
 use std::path::Path;
 
 use crate::error::{FileError, Problem};
+use crate::input;
+
+/// Longest file that is read, in bytes: a direction in each square degree takes a tenth of it.
+const LONGEST: usize = 4 << 20;
 
 /// Intensities over the directions around a lamp.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +28,7 @@ pub struct Photometry {
 /// A file that cannot be read, is no LM-63 file, has photometry of type A or B, refers to a file for its
 /// tilt, or whose numbers are too few, or make no sense.
 pub fn read(path: &Path) -> Result<Photometry, FileError> {
-    let bytes = fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
+    let bytes = input::read(path)?;
     parse(&bytes).map_err(|problem| problem.at(path))
 }
 
@@ -35,6 +38,10 @@ pub fn read(path: &Path) -> Result<Photometry, FileError> {
 ///
 /// As for [`read`].
 pub fn parse(bytes: &[u8]) -> Result<Photometry, Problem> {
+    if bytes.len() > LONGEST {
+        let message = format!("photometry of more than {LONGEST} bytes");
+        return Err(Problem::TooLarge(message));
+    }
     // Names of makers may be in any encoding.
     let text = String::from_utf8_lossy(bytes);
     let mut lines = text.lines();

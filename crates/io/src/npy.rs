@@ -13,7 +13,7 @@ use zip::{CompressionMethod, DateTime};
 
 use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
-use crate::{atomic, binary};
+use crate::{atomic, binary, input};
 pub(crate) use header::Header;
 
 /// Members of archives beyond this need the 64 bit extension, which must be announced.
@@ -46,7 +46,7 @@ pub enum NpyData {
 /// A file that cannot be read, is no `.npy` file, holds anything but floating-point numbers, or
 /// does not have the size that its header calls for.
 pub fn read(path: &Path) -> Result<NpyArray, FileError> {
-    let (mut reader, size) = binary::open(path)?;
+    let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size).map_err(|problem| problem.at(path))
 }
 

@@ -7,13 +7,13 @@
 use crate::assemble::Loaded;
 use crate::atomic;
 use crate::error::{FileError, Problem};
+use crate::input;
 use serde::{Deserialize, Serialize};
-use std::fs;
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
 use transport::integrator::Integrator;
-use transport::render::{MeasureState, MergeError, Ranges, State};
+use transport::render::{MeasureState, MergeError, RESULTS, Ranges, State};
 use transport::sampling::Sets;
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
@@ -37,6 +37,8 @@ pub struct Part {
 pub struct Header {
     /// Version of the program: others may take other samples.
     pub version: String,
+    /// What its estimators find, in short: other builds of the same version may find something else.
+    pub results: String,
     /// Hash of the scene with all its files.
     pub scene_hash: String,
     /// Settings that decide which samples are taken, by name.
@@ -68,6 +70,12 @@ pub enum Foreign {
     /// Other programs.
     #[error("it is of version {0}, not {1}")]
     Version(String, String),
+    /// Other builds.
+    #[error(
+        "it comes from another build of version {0}, whose estimators give other results ({1}, not {2}): render all parts by \
+         one"
+    )]
+    Results(String, String, String),
     /// Other scenes.
     #[error(
         "it is of another scene: the description or a file that it uses has changed (hash {0}, not {1})"
@@ -101,6 +109,7 @@ impl Header {
         ];
         Header {
             version: env!("CARGO_PKG_VERSION").into(),
+            results: RESULTS.into(),
             scene_hash: loaded.hash.to_string(),
             settings: settings
                 .map(|(name, value)| (name.to_owned(), value))
@@ -122,6 +131,10 @@ impl Header {
         if self.version != other.version {
             let (a, b) = clone(&self.version, &other.version);
             return Err(Foreign::Version(a, b));
+        }
+        if self.results != other.results {
+            let (a, b) = clone(&self.results, &other.results);
+            return Err(Foreign::Results(self.version.clone(), a, b));
         }
         if self.scene_hash != other.scene_hash {
             let short = |hash: &String| hash.chars().take(12).collect();
@@ -214,7 +227,7 @@ impl Part {
     /// # Errors
     /// A file that cannot be read, that is none of these, of another format, incomplete or damaged.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let bytes = fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
+        let bytes = input::read(path)?;
         Part::from_bytes(&bytes).map_err(|problem| problem.at(path))
     }
 
@@ -249,7 +262,7 @@ fn checked(bytes: &[u8]) -> Result<&[u8], Problem> {
     let Some(end) = bytes.len().checked_sub(HASH).filter(|end| *end >= start) else {
         return Err(not_one(damaged));
     };
-    if blake3::hash(&bytes[..end]).as_bytes() != &bytes[end..] {
+    if checksum(&bytes[..end])[..] != bytes[end..] {
         return Err(not_one(damaged));
     }
     let format = bytes[MAGIC.len()..start].try_into().map(u32::from_le_bytes);
@@ -259,6 +272,11 @@ fn checked(bytes: &[u8]) -> Result<&[u8], Problem> {
             "parts of renders by other versions of morgana".into(),
         )),
     }
+}
+
+/// What a file of these contents ends with.
+pub fn checksum(contents: &[u8]) -> [u8; HASH] {
+    *blake3::hash(contents).as_bytes()
 }
 
 /// A body that is somewhere else; it is encoded as [`Body`] is.

@@ -3,7 +3,7 @@
 mod common;
 
 use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
-use io::{Diagnostics, FileRegistry, PluginKind, Query, ies, mesh, xml};
+use io::{Diagnostics, FileRegistry, Limits, PluginKind, Query, ies, mesh, xml};
 use proptest::prelude::*;
 
 /// Reads a scene and asks every object for everything.
@@ -233,6 +233,7 @@ fn made(name: &str) -> Vec<u8> {
 const ZYX: Options = Options {
     axes: Some(AxisOrder::ZYX),
     dataset: None,
+    limits: Limits { memory: None },
 };
 
 fn read_hdf5(bytes: &[u8]) {
@@ -250,10 +251,13 @@ const IES: &[u8] =
 fn the_valid_files_are_valid() {
     assert!(vol::parse::<f32>(&vol_file()).is_ok());
     assert!(npy::parse::<f32>(&npy_file(), ZYX).is_ok());
-    assert!(mesh::serialized::parse(SERIALIZED, 0).is_ok());
+    assert!(mesh::serialized::parse(SERIALIZED, 0, Limits::default()).is_ok());
     assert!(ies::parse(IES).is_ok());
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
-        assert!(mesh::ply::parse(&ply_file(format)).is_ok(), "{format}");
+        assert!(
+            mesh::ply::parse(&ply_file(format), Limits::default()).is_ok(),
+            "{format}"
+        );
     }
 }
 
@@ -295,37 +299,37 @@ proptest! {
 
     #[test]
     fn obj_of_arbitrary_bytes(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
-        let _ = mesh::obj::parse(&bytes);
+        let _ = mesh::obj::parse(&bytes, Limits::default());
     }
 
     #[test]
     fn obj_of_pieces(text in obj_pieces()) {
-        let _ = mesh::obj::parse(text.as_bytes());
+        let _ = mesh::obj::parse(text.as_bytes(), Limits::default());
     }
 
     #[test]
     fn ply_of_arbitrary_bytes(bytes in after(vec![vec![], b"ply\nformat ascii 1.0\n".to_vec()])) {
-        let _ = mesh::ply::parse(&bytes);
+        let _ = mesh::ply::parse(&bytes, Limits::default());
     }
 
     #[test]
     fn ply_of_damaged_ascii(bytes in damaged(ply_file("ascii"))) {
-        let _ = mesh::ply::parse(&bytes);
+        let _ = mesh::ply::parse(&bytes, Limits::default());
     }
 
     #[test]
     fn ply_of_damaged_binary(bytes in damaged(ply_file("binary_little_endian"))) {
-        let _ = mesh::ply::parse(&bytes);
+        let _ = mesh::ply::parse(&bytes, Limits::default());
     }
 
     #[test]
     fn serialized_of_arbitrary_bytes(bytes in after(vec![vec![], SERIALIZED[..20].to_vec()]), i in 0..3usize) {
-        let _ = mesh::serialized::parse(&bytes, i);
+        let _ = mesh::serialized::parse(&bytes, i, Limits::default());
     }
 
     #[test]
     fn serialized_of_damaged_files(bytes in damaged(SERIALIZED.to_vec()), i in 0..2usize) {
-        let _ = mesh::serialized::parse(&bytes, i);
+        let _ = mesh::serialized::parse(&bytes, i, Limits::default());
     }
 
     #[test]
@@ -340,7 +344,7 @@ proptest! {
 
     #[test]
     fn vti_of_arbitrary_bytes(bytes in after(vec![vec![], made("ascii.vti")[..300].to_vec()])) {
-        let _ = vti::parse::<f32>(&bytes, None);
+        let _ = vti::parse::<f32>(&bytes, Options::default());
     }
 
     #[test]
@@ -351,7 +355,7 @@ proptest! {
         plain in damaged(made("appended_base64.vti")),
     ) {
         for bytes in [raw, base64, ascii, plain] {
-            let _ = vti::parse::<f32>(&bytes, None);
+            let _ = vti::parse::<f32>(&bytes, Options::default());
         }
     }
 
@@ -419,14 +423,14 @@ proptest! {
         three in damaged(made("three.vtk")),
     ) {
         for bytes in [ascii, cells, three] {
-            let _ = vtk::parse::<f32>(&bytes, None);
-            let _ = vtk::parse::<f32>(&bytes, Some("density"));
+            let _ = vtk::parse::<f32>(&bytes, Options::default());
+            let _ = vtk::parse::<f32>(&bytes, Options::default().of("density"));
         }
     }
 
     #[test]
     fn vtk_of_pieces(text in vtk_pieces()) {
-        let _ = vtk::parse::<f32>(format!("# vtk DataFile Version 3\n\n{text}").as_bytes(), None);
+        let _ = vtk::parse::<f32>(format!("# vtk DataFile Version 3\n\n{text}").as_bytes(), Options::default());
     }
 
     #[test]
@@ -435,15 +439,15 @@ proptest! {
         head in prop::collection::vec((0..2048usize, any::<u8>()), 0..4),
         trees in damaged(made("trees.vdb")),
     ) {
-        let _ = vdb::parse::<f32>(&single, None);
-        let _ = vdb::parse::<f32>(&trees, Some("waves"));
+        let _ = vdb::parse::<f32>(&single, Options::default());
+        let _ = vdb::parse::<f32>(&trees, Options::default().of("waves"));
         let mut bytes = made("single.vdb");
         head.into_iter().for_each(|(at, byte)| bytes[at] = byte);
-        let _ = vdb::parse::<f32>(&bytes, None);
+        let _ = vdb::parse::<f32>(&bytes, Options::default());
     }
 
     #[test]
     fn vdb_of_arbitrary_bytes(bytes in after(vec![vec![], made("single.vdb")[..0x28c].to_vec()])) {
-        let _ = vdb::parse::<f32>(&bytes, None);
+        let _ = vdb::parse::<f32>(&bytes, Options::default());
     }
 }

@@ -120,3 +120,61 @@ fn threads_do_not_get_in_each_others_way() {
     assert!(content.iter().all(|b| *b == content[0]));
     assert_eq!(names(folder.path()), ["a.txt"]);
 }
+
+/// A name as long as names can be: the temporary's is its own.
+#[test]
+fn the_longest_name_can_be_written_and_a_longer_one_is_refused_by_a_probe() {
+    let folder = tempfile::tempdir().unwrap();
+    let longest = folder.path().join("a".repeat(255));
+    atomic::probe(&longest).unwrap();
+    atomic::write_bytes(&longest, b"").unwrap();
+    let error = atomic::probe(&folder.path().join("a".repeat(256))).unwrap_err();
+    assert!(error.to_string().contains("File name too long"), "{error}");
+    assert!(atomic::probe(&folder.path().join("none/a")).is_err());
+    assert_eq!(names(folder.path()), ["a".repeat(255)]);
+}
+
+/// What killed processes have left is removed, but nothing that may be worked on: by a live process of this machine, which
+/// locks it, or of another that shares the folder, whose locks may not be seen here.
+#[test]
+fn what_killed_processes_have_left_is_removed() {
+    const MINUTES: u64 = 120;
+    const DAYS: u64 = 2 * 24 * 60 * 60;
+    let folder = tempfile::tempdir().unwrap();
+    let mut ours = String::new();
+    atomic::write(&folder.path().join("a.txt"), |_| {
+        ours = names(folder.path())[0].clone();
+        Ok(())
+    })
+    .unwrap();
+    let machine = ours.split('-').nth(1).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let left = |name: &str, age: u64| {
+        let file = fs::File::create(folder.path().join(name)).unwrap();
+        let then = std::time::SystemTime::now() - std::time::Duration::from_secs(age);
+        file.set_modified(then).unwrap();
+        file
+    };
+    let name = |machine: &str, number: u32| format!(".morgana-{machine}-999999999-{number}.tmp");
+    left(&name(machine, 1), MINUTES);
+    left(&name(machine, 2), 0);
+    let locked = left(&name(machine, 3), MINUTES);
+    locked.lock().unwrap();
+    left(&name("ffffffff", 4), MINUTES);
+    left(&name("ffffffff", 5), DAYS);
+    left(".morgana-notes.txt", DAYS);
+    left(".morgana-0123456789abcdef.lock", DAYS);
+    atomic::write_bytes(&folder.path().join("b.txt"), b"").unwrap();
+    let mut found = names(folder.path());
+    found.sort();
+    let mut kept = [
+        name(machine, 2),
+        name(machine, 3),
+        name("ffffffff", 4),
+        ".morgana-notes.txt".into(),
+        ".morgana-0123456789abcdef.lock".into(),
+        "b.txt".into(),
+    ];
+    kept.sort();
+    assert_eq!(found, kept);
+}

@@ -3,6 +3,7 @@
 mod common;
 
 use glam::DVec3;
+use io::Limits;
 use io::mesh::{MeshData, gltf};
 use io::{FileError, Problem};
 use proptest::prelude::*;
@@ -19,7 +20,7 @@ fn path(name: &str) -> PathBuf {
 }
 
 fn parse(text: &str) -> Result<MeshData, Problem> {
-    gltf::parse(text.as_bytes(), |_| Ok(BUFFER.to_vec()))
+    gltf::parse(text.as_bytes(), |_| Ok(BUFFER.to_vec()), Limits::default())
 }
 
 /// Six times the volume that a closed mesh encloses: positive if it is wound counter-clockwise from outside.
@@ -53,13 +54,20 @@ fn nodes_are_put_in_their_places() {
 fn text_is_the_same_with_buffers_in_a_file_or_embedded() {
     let binary = MeshData::read(&path("two_boxes.glb")).unwrap();
     assert_eq!(MeshData::read(&path("two_boxes.gltf")).unwrap(), binary);
-    assert_eq!(gltf::data_files(&path("two_boxes.gltf")), ["two_boxes.bin"]);
-    assert!(gltf::data_files(&path("two_boxes.glb")).is_empty());
+    assert_eq!(
+        gltf::data_files(&path("two_boxes.gltf"), Limits::default()),
+        ["two_boxes.bin"]
+    );
+    assert!(gltf::data_files(&path("two_boxes.glb"), Limits::default()).is_empty());
     use base64::Engine;
     let data = base64::prelude::BASE64_STANDARD.encode(BUFFER);
     let embedded = format!("data:application/octet-stream;base64,{data}");
     let text = TEXT.replace("two_boxes.bin", &embedded);
-    let found = gltf::parse(text.as_bytes(), |name| panic!("asks for {name}"));
+    let found = gltf::parse(
+        text.as_bytes(),
+        |name| panic!("asks for {name}"),
+        Limits::default(),
+    );
     assert_eq!(found.unwrap(), binary);
 }
 
@@ -102,9 +110,9 @@ fn files_that_are_refused() {
         1,
     );
     refused(cycle, "a node is below itself");
-    let short = gltf::parse(TEXT.as_bytes(), |_| Ok(vec![0; 10])).unwrap_err();
+    let short = gltf::parse(TEXT.as_bytes(), |_| Ok(vec![0; 10]), Limits::default()).unwrap_err();
     assert!(short.to_string().contains("272"), "{short}");
-    let missing: FileError = gltf::read(&path("nowhere.gltf")).unwrap_err();
+    let missing: FileError = gltf::read(&path("nowhere.gltf"), Limits::default()).unwrap_err();
     assert!(missing.to_string().contains("nowhere.gltf"), "{missing}");
 }
 
@@ -116,8 +124,8 @@ proptest! {
     fn damaged_files_do_no_harm(at in 0..BINARY.len(), byte: u8, end in 0..BINARY.len()) {
         let mut bytes = BINARY.to_vec();
         bytes[at] = byte;
-        let _ = gltf::parse(&bytes, |_| Ok(Vec::new()));
-        let _ = gltf::parse(&bytes[..end], |_| Ok(Vec::new()));
+        let _ = gltf::parse(&bytes, |_| Ok(Vec::new()), Limits::default());
+        let _ = gltf::parse(&bytes[..end], |_| Ok(Vec::new()), Limits::default());
     }
 
     #[test]
@@ -137,6 +145,6 @@ proptest! {
 
     #[test]
     fn buffers_of_any_content_do_no_harm(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
-        let _ = gltf::parse(TEXT.as_bytes(), |_| Ok(bytes.clone()));
+        let _ = gltf::parse(TEXT.as_bytes(), |_| Ok(bytes.clone()), Limits::default());
     }
 }

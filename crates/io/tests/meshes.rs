@@ -1,12 +1,13 @@
 //! Meshes: what is read, and files that must be refused.
 
 use glam::DVec3;
+use io::Limits;
 use io::mesh::{MeshData, obj, ply, serialized};
 use std::path::{Path, PathBuf};
 
 #[track_caller]
 fn obj_error(text: &str, line: Option<usize>, expected: &str) {
-    let (problem, found) = obj::parse(text.as_bytes()).unwrap_err();
+    let (problem, found) = obj::parse(text.as_bytes(), Limits::default()).unwrap_err();
     assert_eq!((problem.to_string().as_str(), found), (expected, line));
 }
 
@@ -15,7 +16,7 @@ fn an_obj_file_with_everything() {
     let text = "# a quad and a triangle\r\nmtllib no.mtl\no thing\nv 0 0 0\nv 1 0 0 0.5 0.5 0.5\n\
         v 1 1 0 1.0\nv 0 1 0\nvt 0 0\nvt 1 0.5\nvt 0.25\nvn 0 0 1\ng part\nusemtl m\ns off\n\
         f 1/1/1 2/2/1 3/3/1 \\\n 4/1/1\nf -4/1 -3/2 -1/3\nl 1 2\n";
-    let mesh = obj::parse(text.as_bytes()).unwrap();
+    let mesh = obj::parse(text.as_bytes(), Limits::default()).unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 4]]);
     let corner = |x, y| DVec3::new(x, y, 0.0);
     // The corner (0, 1) is there twice, with two texture coordinates.
@@ -27,7 +28,11 @@ fn an_obj_file_with_everything() {
 
 #[test]
 fn an_obj_file_without_texture_coordinates() {
-    let mesh = obj::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1").unwrap();
+    let mesh = obj::parse(
+        b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1",
+        Limits::default(),
+    )
+    .unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2]]);
     assert_eq!(mesh.uvs, None);
 }
@@ -128,18 +133,19 @@ fn binary(big: bool) -> Vec<u8> {
 
 #[test]
 fn ply_files_of_every_encoding() {
-    let mesh = ply::parse(ASCII.as_bytes()).unwrap();
+    let mesh = ply::parse(ASCII.as_bytes(), Limits::default()).unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
     assert_eq!(mesh.positions[2], DVec3::new(1.0, 1.0, 0.5));
     assert_eq!(mesh.uvs.as_ref().unwrap()[3], [0.0, 1.0]);
-    assert_eq!(ply::parse(&binary(false)).unwrap(), mesh);
-    assert_eq!(ply::parse(&binary(true)).unwrap(), mesh);
+    assert_eq!(ply::parse(&binary(false), Limits::default()).unwrap(), mesh);
+    assert_eq!(ply::parse(&binary(true), Limits::default()).unwrap(), mesh);
 }
 
 #[track_caller]
 fn ply_error(from: &str, to: &str, expected: &str) {
     assert!(ASCII.contains(from));
-    let (problem, line) = ply::parse(ASCII.replacen(from, to, 1).as_bytes()).unwrap_err();
+    let (problem, line) =
+        ply::parse(ASCII.replacen(from, to, 1).as_bytes(), Limits::default()).unwrap_err();
     let line = line.map_or(String::new(), |line| format!("{line}: "));
     assert_eq!(format!("{line}{problem}"), expected);
 }
@@ -195,7 +201,7 @@ fn ply_files_that_are_refused() {
         "value inf at vertex 2 is not finite",
     );
     let cut = &binary(false)[..binary(false).len() - 30];
-    let (problem, _) = ply::parse(cut).unwrap_err();
+    let (problem, _) = ply::parse(cut, Limits::default()).unwrap_err();
     let expected = "not a PLY file: Unexpected end of file while reading binary element 'face'";
     assert!(problem.to_string().starts_with(expected), "{problem}");
 }
@@ -244,16 +250,18 @@ fn serialized_meshes() {
     let uvs = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
     for name in ["meshes3.serialized", "meshes4.serialized"] {
         let path = serialized_file(name);
-        let first = serialized::read(&path, 0).unwrap();
+        let first = serialized::read(&path, 0, Limits::default()).unwrap();
         assert_eq!(first.positions, corners[..3]);
         assert_eq!(first.triangles, [[0, 1, 2]]);
         assert_eq!((first.uvs, first.colours), (Some(uvs[..3].to_vec()), None));
-        let second = serialized::read(&path, 1).unwrap();
+        let second = serialized::read(&path, 1, Limits::default()).unwrap();
         assert_eq!(second.positions, corners);
         assert_eq!(second.triangles, [[0, 1, 2], [1, 3, 2]]);
         assert_eq!(second.uvs, Some(uvs.to_vec()));
         assert_eq!(second.colours.unwrap()[3], [0.5; 3]);
-        let none = serialized::read(&path, 2).unwrap_err().to_string();
+        let none = serialized::read(&path, 2, Limits::default())
+            .unwrap_err()
+            .to_string();
         assert!(
             none.ends_with("there is no mesh 2: the file has 2, from 0 on"),
             "{none}"
@@ -264,7 +272,11 @@ fn serialized_meshes() {
 #[test]
 fn serialized_files_that_are_refused() {
     let bytes = std::fs::read(serialized_file("meshes4.serialized")).unwrap();
-    let error = |bytes: &[u8]| serialized::parse(bytes, 0).unwrap_err().to_string();
+    let error = |bytes: &[u8]| {
+        serialized::parse(bytes, 0, Limits::default())
+            .unwrap_err()
+            .to_string()
+    };
     assert_eq!(error(b""), "not a serialized mesh file: too short");
     assert_eq!(
         error(b"PLY file"),
@@ -280,22 +292,29 @@ fn serialized_files_that_are_refused() {
     );
     for cut in 4..bytes.len() {
         // The end of the file is the table, of which something is always missing.
-        assert!(serialized::parse(&bytes[..cut], 0).is_err(), "{cut}");
+        assert!(
+            serialized::parse(&bytes[..cut], 0, Limits::default()).is_err(),
+            "{cut}"
+        );
         let mut damaged = bytes.clone();
         damaged[cut] ^= 0x55;
         // Whatever comes of it, it must not panic.
-        let _ = serialized::parse(&damaged, 1);
+        let _ = serialized::parse(&damaged, 1, Limits::default());
     }
 }
 
 #[test]
 fn colours_in_mesh_files() {
     let text = "v 0 0 0 0.25 0.5 1\nv 1 0 0 1 0 0\nv 0 1 0 0 0 0\nf 1 2 3\n";
-    let mesh = obj::parse(text.as_bytes()).unwrap();
+    let mesh = obj::parse(text.as_bytes(), Limits::default()).unwrap();
     let expected = vec![[0.25, 0.5, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]];
     assert_eq!(mesh.colours, Some(expected));
     // Colours of some vertices only are of no use.
-    let mesh = obj::parse(b"v 0 0 0 0.25 0.5 1\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mesh = obj::parse(
+        b"v 0 0 0 0.25 0.5 1\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        Limits::default(),
+    )
+    .unwrap();
     assert_eq!(mesh.colours, None);
     obj_error("v 0 0 0 0.5 red 1", Some(1), "'red' is not a number");
 }

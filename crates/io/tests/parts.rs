@@ -41,6 +41,7 @@ fn load(text: &str) -> Loaded {
 fn header() -> Header {
     Header {
         version: "0.1.0".into(),
+        results: "fedcba".into(),
         scene_hash: "abcdef".into(),
         settings: vec![("seed".into(), "0".into())],
         total: Some(8),

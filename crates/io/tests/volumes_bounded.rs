@@ -8,6 +8,7 @@ use std::path::Path;
 
 use flate2::Compression;
 use flate2::read::{ZlibDecoder, ZlibEncoder};
+use io::Limits;
 use io::volume::{
     AxisOrder, Format, Options, Volume, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk, write,
 };
@@ -21,9 +22,20 @@ const SMALL: usize = 512 << 10;
 /// Deflate compresses 1100 times at most, and a byte becomes a number of four.
 const INFLATION: usize = 4 * 1100;
 
+/// The least limit.
+const LIMITS: Limits = Limits { memory: Some(0) };
+/// What a file may take whose header states more than it holds, beyond ten times its size.
+const STATED: usize = 64 << 20;
+
 const ZYX: Options = Options {
     axes: Some(AxisOrder::ZYX),
     dataset: None,
+    limits: LIMITS,
+};
+const ANY: Options = Options {
+    axes: None,
+    dataset: None,
+    limits: LIMITS,
 };
 
 /// The most memory that is used during a call, beyond that before.
@@ -46,7 +58,11 @@ fn valid_files() {
         let path = folder.path().join("a").with_extension(extension);
         let axes = write(&path, &volume, "a").unwrap().axes;
         let dataset = Format::of(&path).unwrap().has_datasets().then_some("a");
-        let options = Options { axes, dataset };
+        let options = Options {
+            axes,
+            dataset,
+            ..Options::default()
+        };
         let peak = peak(|| Volume::<f32>::read(&path, options).unwrap());
         // These are in memory as a whole.
         let whole = match extension {
@@ -70,10 +86,10 @@ fn parse(name: &str, bytes: &[u8]) {
         "npz" => npz::parse(bytes, ZYX.of("density")).ok(),
         "h5" => hdf5::parse(bytes, ZYX.of("p_max")).ok(),
         "mat" => mat::parse(bytes, ZYX.of("density")).ok(),
-        "nrrd" => nrrd::parse(bytes, Options::default()).ok(),
-        "vti" => vti::parse(bytes, None).ok(),
-        "vdb" => vdb::parse(bytes, None).ok(),
-        _ => vtk::parse(bytes, None).ok(),
+        "nrrd" => nrrd::parse(bytes, ANY).ok(),
+        "vti" => vti::parse(bytes, ANY).ok(),
+        "vdb" => vdb::parse(bytes, ANY).ok(),
+        _ => vtk::parse(bytes, ANY).ok(),
     };
 }
 
@@ -113,10 +129,12 @@ fn damaged_files() {
                 bytes[random(file.len())] = value;
             }
             let peak = peak(|| parse(name, &bytes));
-            assert!(
-                peak <= INFLATION * file.len() + SMALL,
-                "{name}: {peak} bytes"
-            );
+            let most = match name {
+                // Tiles make much of nothing.
+                "single.vdb" => 10 * file.len() + STATED,
+                _ => INFLATION * file.len(),
+            };
+            assert!(peak <= most + SMALL, "{name}: {peak} bytes");
         }
     }
 }

@@ -38,7 +38,7 @@ fn every_encoding_of_vti() {
         "appended_base64_zlib",
         "cells",
     ] {
-        let volume = vti::read(&data(&format!("{name}.vti")), None).unwrap();
+        let volume = vti::read(&data(&format!("{name}.vti")), Options::default()).unwrap();
         check(&volume, name);
         let frame = volume.frame().unwrap();
         assert_eq!(frame.nodes, name != "cells");
@@ -60,10 +60,19 @@ fn every_encoding_of_vti() {
 #[test]
 fn one_of_several_arrays() {
     let path = data("two.vti");
-    check(&vti::read(&path, Some("density")).unwrap(), "density");
-    let other: Volume<f64> = vti::read(&path, Some("other")).unwrap();
+    check(
+        &vti::read(&path, Options::default().of("density")).unwrap(),
+        "density",
+    );
+    let other: Volume<f64> = vti::read(&path, Options::default().of("other")).unwrap();
     assert_eq!(other.data()[23], 642.0);
-    let refused = |name| vti::read::<f64>(&path, name).unwrap_err().to_string();
+    let refused = |name| {
+        let options = Options {
+            dataset: name,
+            ..Options::default()
+        };
+        vti::read::<f64>(&path, options).unwrap_err().to_string()
+    };
     let expected = "expected one array, or its name (--dataset, or 'dataset' in a scene), found the arrays: density, other";
     assert!(refused(None).ends_with(expected), "{}", refused(None));
     let expected = "expected one array 'rho', found the arrays: density, other";
@@ -372,7 +381,11 @@ fn legacy_vtk() {
         ("cells.vtk", None, Element::I16, false),
         ("three.vtk", Some("density"), Element::F32, true),
     ] {
-        let volume = vtk::read(&data(name), array).unwrap();
+        let options = Options {
+            dataset: array,
+            ..Options::default()
+        };
+        let volume = vtk::read(&data(name), options).unwrap();
         check(&volume, name);
         assert_eq!(volume.element(), element);
         let frame = volume.frame().unwrap();
@@ -387,12 +400,12 @@ fn legacy_vtk() {
         );
         assert_eq!((frame.steps, frame.nodes), (place(nodes).steps, nodes));
     }
-    let pair: Volume<f64> = vtk::read(&data("three.vtk"), Some("pair")).unwrap();
+    let pair: Volume<f64> = vtk::read(&data("three.vtk"), Options::default().of("pair")).unwrap();
     assert_eq!(
         (pair.channels(), &pair.data()[46..]),
         (2, &[321.0, 1321.0][..])
     );
-    let error = vtk::read::<f32>(&data("three.vtk"), None)
+    let error = vtk::read::<f32>(&data("three.vtk"), Options::default())
         .unwrap_err()
         .to_string();
     assert!(
@@ -405,7 +418,8 @@ fn legacy_vtk() {
 fn vtk_error(from: &str, to: &str, expected: &str) {
     let text = String::from_utf8(bytes("ascii.vtk")).unwrap();
     assert!(text.contains(from));
-    let error = vtk::parse::<f32>(text.replace(from, to).as_bytes(), None).unwrap_err();
+    let error =
+        vtk::parse::<f32>(text.replace(from, to).as_bytes(), Options::default()).unwrap_err();
     let error = error.to_string();
     assert!(error.contains(expected), "{error}");
 }
@@ -446,7 +460,9 @@ fn legacy_vtk_that_is_refused() {
     );
     vtk_error("ASCII", "BINARY", "the line 'ATA' in a .vtk file");
     let cut = &bytes("cells.vtk")[..210];
-    let error = vtk::parse::<f32>(cut, None).unwrap_err().to_string();
+    let error = vtk::parse::<f32>(cut, Options::default())
+        .unwrap_err()
+        .to_string();
     assert!(error.starts_with("truncated: expected"), "{error}");
 }
 
@@ -479,7 +495,8 @@ fn hdf5_that_is_refused() {
 fn vti_error(from: &str, to: &str, expected: &str) {
     let text = String::from_utf8(bytes("ascii.vti")).unwrap();
     assert!(text.contains(from));
-    let error = vti::parse::<f32>(text.replace(from, to).as_bytes(), None).unwrap_err();
+    let error =
+        vti::parse::<f32>(text.replace(from, to).as_bytes(), Options::default()).unwrap_err();
     let error = error.to_string();
     assert!(error.contains(expected), "{error}");
 }
@@ -540,6 +557,9 @@ fn vti_blocks_that_are_refused() {
     for (at, byte) in [(0, 0xff), (3, 0xff), (12, 0xff), (12, 1), (24, 0)] {
         let mut bad = good.clone();
         bad[start + at] = byte;
-        assert!(vti::parse::<f32>(&bad, None).is_err(), "{at} {byte}");
+        assert!(
+            vti::parse::<f32>(&bad, Options::default()).is_err(),
+            "{at} {byte}"
+        );
     }
 }

@@ -13,7 +13,15 @@ fn data(name: &str) -> PathBuf {
 }
 
 fn read(file: &str, name: Option<&str>) -> Volume<f64> {
-    vdb::read(&data(file), name).unwrap()
+    vdb::read(&data(file), of(name)).unwrap()
+}
+
+/// The grid of a name.
+fn of(dataset: Option<&str>) -> Options<'_> {
+    Options {
+        dataset,
+        ..Options::default()
+    }
 }
 
 #[test]
@@ -75,7 +83,7 @@ fn larger_trees() {
 
 #[track_caller]
 fn refused(bytes: &[u8], name: Option<&str>, expected: &str) {
-    let error = vdb::parse::<f32>(bytes, name).unwrap_err().to_string();
+    let error = vdb::parse::<f32>(bytes, of(name)).unwrap_err().to_string();
     assert!(error.contains(expected), "{error}");
 }
 

@@ -31,6 +31,7 @@ fn reading(path: &Path, axes: Option<AxisOrder>) -> Options<'static> {
     Options {
         axes,
         dataset: several.then_some("density"),
+        ..Options::default()
     }
 }
 

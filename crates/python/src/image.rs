@@ -7,7 +7,7 @@ use io::compare::flip::flip;
 use io::image::png::{Depth, encode};
 use io::image::tone::Tone;
 use io::image::{ImageLayers, Layer, exr, npy, png};
-use io::{FileError, Problem};
+use io::{FileError, Limits, Problem};
 use numpy::ndarray::Axis;
 use numpy::{AllowTypeChange, PyArrayDyn, PyArrayLike3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -23,8 +23,12 @@ type Attributes = Vec<(String, String)>;
 
 /// Reads all layers and attributes of an image.
 #[pyfunction]
-pub fn read_image(py: Python<'_>, path: PathBuf) -> PyResult<(Found<'_>, Attributes)> {
-    let image = py.detach(|| ImageLayers::read(&path));
+pub fn read_image(
+    py: Python<'_>,
+    path: PathBuf,
+    memory: Option<u64>,
+) -> PyResult<(Found<'_>, Attributes)> {
+    let image = py.detach(|| ImageLayers::read_within(&path, Limits { memory }));
     let image = image.map_err(|e| errors::file(&e))?;
     let size = (image.height, image.width);
     let found = |layer: Layer| {

@@ -3,7 +3,7 @@
 use crate::dict;
 use crate::errors;
 use crate::field::Field;
-use io::{Diagnostics, LoadOptions, Loaded, json};
+use io::{Diagnostics, Limits, LoadOptions, Loaded, json};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
@@ -26,6 +26,7 @@ pub struct Instead {
     integrator: Option<String>,
     sampler: Option<String>,
     adaptive: bool,
+    memory: Option<u64>,
 }
 
 impl Instead {
@@ -34,6 +35,9 @@ impl Instead {
             integrator: self.integrator,
             sampler: self.sampler,
             adaptive: self.adaptive,
+            limits: Limits {
+                memory: self.memory,
+            },
             ..LoadOptions::default()
         }
     }

@@ -1,5 +1,6 @@
 //! `morgana plot`.
 
+use super::MemoryArgs;
 use super::values::{finite, pixel};
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
@@ -7,6 +8,8 @@ use std::path::PathBuf;
 /// `morgana plot`.
 #[derive(Debug, ClapArgs)]
 pub struct PlotArgs {
+    #[command(flatten)]
+    pub memory: MemoryArgs,
     /// What to draw.
     #[command(subcommand)]
     pub figure: FigureArgs,

@@ -1,5 +1,6 @@
 //! `morgana compare` and `morgana tonemap`.
 
+use super::MemoryArgs;
 use super::values::{block, curve, finite, not_negative};
 use clap::Args as ClapArgs;
 use io::image::tone::{Curve, Tone};
@@ -43,6 +44,8 @@ pub struct TonemapArgs {
     pub layer: String,
     #[command(flatten)]
     pub tone: ToneArgs,
+    #[command(flatten)]
+    pub memory: MemoryArgs,
     /// File to write: .png.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
@@ -81,6 +84,8 @@ pub struct CompareArgs {
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
+    #[command(flatten)]
+    pub memory: MemoryArgs,
     #[command(flatten)]
     pub limits: Limits,
 }

@@ -17,7 +17,7 @@ pub use images::{CompareArgs, ToneArgs, TonemapArgs};
 pub use parts::{KeepArgs, MergeArgs, StatusArgs};
 pub use rays::{ConnectArgs, TraceArgs};
 pub use render::{OutputArgs, RenderArgs};
-use values::define;
+use values::{define, size};
 pub use volumes::ConvertArgs;
 
 /// Renders light in media of continuously varying refractive index.
@@ -147,6 +147,27 @@ pub struct SceneArgs {
     /// Set a parameter that the scene declares; may be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     pub defines: Vec<(String, String)>,
+    #[command(flatten)]
+    pub memory: MemoryArgs,
+}
+
+/// How much memory may be taken.
+#[derive(Clone, Copy, Debug, ClapArgs)]
+pub struct MemoryArgs {
+    /// Memory that a data file may take once it is read, however small it is, and that the film may take, for example 8G
+    /// (K, M, G and T are powers of 1024). By default a file may take 2G, or ten times its size and 64M if that is more, and
+    /// the film what the system has.
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    pub memory: Option<u64>,
+}
+
+impl MemoryArgs {
+    /// As readers take it.
+    pub fn limits(self) -> io::Limits {
+        io::Limits {
+            memory: self.memory,
+        }
+    }
 }
 
 /// `morgana info`.

@@ -1,7 +1,7 @@
 //! `morgana merge`, `morgana status`, and how renders are kept and divided.
 
-use super::OutputArgs;
 use super::values::{duration, shard};
+use super::{MemoryArgs, OutputArgs};
 use crate::shard::Shard;
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
@@ -41,6 +41,8 @@ pub struct MergeArgs {
     /// Write what there is even if samples are missing.
     #[arg(long)]
     pub partial: bool,
+    #[command(flatten)]
+    pub memory: MemoryArgs,
 }
 
 /// `morgana status`.

@@ -137,6 +137,23 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     }
 }
 
+/// A number of bytes: `8G`, `512M`, `1.5GiB`, `4e9`.
+pub fn size(text: &str) -> Result<u64, String> {
+    let message = || "expected a size above zero such as 512M or 8G".to_owned();
+    let plain = text.trim().trim_end_matches("iB").trim_end_matches('B');
+    let units = [("K", 10), ("M", 20), ("G", 30), ("T", 40)];
+    let unit = units.iter().find_map(|(letter, shift)| {
+        let number = plain.strip_suffix(letter)?;
+        Some((number, *shift))
+    });
+    let (number, shift) = unit.unwrap_or((plain, 0));
+    let bytes = positive(number).map_err(|_| message())? * 2f64.powi(shift);
+    match bytes < 2f64.powi(63) && bytes >= 1.0 {
+        true => Ok(bytes as u64),
+        false => Err(message()),
+    }
+}
+
 /// Three lengths above zero.
 pub fn spacing(text: &str) -> Result<DVec3, String> {
     let message = || "expected three numbers above zero".to_owned();
@@ -174,6 +191,22 @@ mod tests {
         assert_eq!(seconds("90"), Ok(90.0));
         for bad in ["", "0s", "s", "1x", "3m1h", "-1s", "1e400s", "nan"] {
             assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes() {
+        for (text, bytes) in [
+            ("8G", 8 << 30),
+            ("512M", 512 << 20),
+            ("1.5KiB", 1536),
+            ("2TB", 2 << 40),
+            ("4e9", 4_000_000_000),
+        ] {
+            assert_eq!(size(text), Ok(bytes), "{text}");
+        }
+        for bad in ["", "G", "0", "-1G", "1X", "1e30", "nan", "inf"] {
+            assert!(size(bad).is_err(), "{bad}");
         }
     }
 

@@ -3,12 +3,27 @@
 use crate::args::CheckArgs;
 use crate::failure::Failure;
 use crate::load::load_with_warnings;
-use std::io::Write;
+use crate::memory;
+use crate::output::say;
+use io::diagnostic::shown;
 use std::process::ExitCode;
+use transport::render::Options;
 
 /// Loads a scene as a render would, and says what there is to say about it.
 pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let loaded = load_with_warnings(&args.scene)?;
+    match loaded.instruments.is_empty() {
+        true => {
+            let options = Options {
+                decomposition: loaded.layering.decomposition,
+                reweight: loaded.reweight,
+                adaptive: loaded.adaptive,
+                ..Options::new(loaded.integrator, loaded.samples, 0)
+            };
+            memory::check_film(&loaded, &options, args.scene.memory.limits())?;
+        }
+        false => memory::check_meters(&loaded)?,
+    }
     let film = loaded.scene().film();
     let what = match loaded.instruments.len() {
         0 => format!("{} × {} pixels", film.width, film.height),
@@ -20,10 +35,7 @@ pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
         1 => "1 warning or note".into(),
         n => format!("{n} warnings and notes"),
     };
-    let name = args.scene.path.display();
-    writeln!(
-        std::io::stdout(),
-        "{name}: can be used ({what}; {warnings})"
-    )?;
+    let name = shown(&args.scene.path);
+    say(&format!("{name}: can be used ({what}; {warnings})"))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -21,8 +21,8 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode, Failure> {
     let zmap_format = config::map(args.zmap.as_deref())?;
     // Status 1 says that images differ, so nothing else may.
     let fail = |e: FileError| Failure::Usage(e.to_string());
-    let [image, reference] =
-        [&args.image, &args.reference].map(|path| read(path, &args.layer).map_err(fail));
+    let [image, reference] = [&args.image, &args.reference]
+        .map(|path| read(path, &args.layer, args.memory.limits()).map_err(fail));
     let (image, reference) = (image?, reference?);
     let at = |problem: Problem| fail(problem.at(&args.reference));
     let numbers = differences(&image, &reference, args.block).map_err(at)?;
@@ -56,8 +56,8 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode, Failure> {
     })
 }
 
-fn read(path: &Path, layer: &str) -> Result<ImageLayers, FileError> {
-    let image = ImageLayers::read(path)?;
+fn read(path: &Path, layer: &str, limits: io::Limits) -> Result<ImageLayers, FileError> {
+    let image = ImageLayers::read_within(path, limits)?;
     image.focused(layer).map_err(|problem| problem.at(path))
 }
 

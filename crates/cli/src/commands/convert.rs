@@ -3,9 +3,10 @@
 use crate::args::ConvertArgs;
 use crate::failure::Failure;
 use crate::numbers::plain;
+use crate::output::say;
 use glam::{DMat3, DVec3};
+use io::diagnostic::shown;
 use io::volume::{Format, Frame, Options, Volume, write};
-use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -15,12 +16,13 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
     let options = Options {
         axes: args.axes,
         dataset: args.dataset.as_deref(),
+        limits: args.memory.limits(),
     };
     // In double precision, so that numbers of all types pass unchanged.
     let volume = Volume::<f64>::read(&args.input, options);
     let volume = volume.map_err(|e| Failure::Usage(e.to_string()))?;
     let mut summary = vec![
-        format!("{}: {}", args.input.display(), contents(&volume)),
+        format!("{}: {}", shown(&args.input), contents(&volume)),
         match has_place(&volume) {
             true => place(&volume),
             false => "  place     not given".into(),
@@ -29,7 +31,7 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
     let volume = changed(volume, args)?;
     let stored = write(&args.output, &volume, &args.out_dataset)?;
     let volume = volume.with_element(stored.element);
-    summary.push(format!("{}: {}", args.output.display(), contents(&volume)));
+    summary.push(format!("{}: {}", shown(&args.output), contents(&volume)));
     if stored.place {
         summary.push(place(&volume));
     } else if has_place(&volume) {
@@ -38,17 +40,11 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
     if let Some(axes) = stored.axes {
         summary.push(format!("  axes      {axes} (axis_order, --axes)"));
     }
-    if let Some(reference) = args.contrast {
-        let reference = plain(reference);
-        summary.push(format!(
-            "  contrast  is the index less {reference} (offset)"
-        ));
-    }
     if stored.rounding > 0.0 {
         let most = plain(stored.rounding);
         summary.push(format!("  rounding  changes values by up to {most}"));
     }
-    writeln!(std::io::stdout(), "{}", summary.join("\n"))?;
+    say(&summary.join("\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -59,7 +55,7 @@ fn changed(mut volume: Volume<f64>, args: &ConvertArgs) -> Result<Volume<f64>, F
         volume = volume.with_frame(frame);
     }
     volume = volume
-        .scaled(args.scale, args.offset - args.contrast.unwrap_or(0.0))
+        .scaled(args.scale, args.offset)
         .map_err(|e| wrong(&args.input, &e))?;
     if let Some(size) = args.resample {
         let resampled = volume.resampled(size);
@@ -82,7 +78,7 @@ fn check(args: &ConvertArgs) -> Result<(), Failure> {
     match args.kind {
         Some(element) if target.element(element) != element => Err(Failure::Usage(format!(
             "{}: the format has no {element}; {} comes closest",
-            args.output.display(),
+            shown(&args.output),
             target.element(element)
         ))),
         _ => Ok(()),
@@ -90,7 +86,7 @@ fn check(args: &ConvertArgs) -> Result<(), Failure> {
 }
 
 fn wrong(path: &Path, problem: &io::Problem) -> Failure {
-    Failure::Usage(format!("{}: {problem}", path.display()))
+    Failure::Usage(format!("{}: {problem}", shown(path)))
 }
 
 /// Where the samples are, as the user says rather than the file.

@@ -7,13 +7,14 @@ use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::keeper::Keeper;
 use crate::measured::Measured;
+use crate::memory::refused;
+use crate::output::say;
 use crate::progress::{self, Goal};
 use crate::report::Stopped;
 use crate::{config, load, results};
 use io::Loaded;
 use io::part::{Body, BodyRef};
 use rayon::ThreadPool;
-use std::io::Write;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicU64;
@@ -56,7 +57,7 @@ pub fn measure(
     let interrupt = Interrupt::watch()?;
     let started = Instant::now();
     let state = state.map_or_else(|| MeasureState::new(&loaded.groups, &meters), Ok);
-    let mut state = state.map_err(failure)?;
+    let mut state = state.map_err(refused)?;
     let stopped = run(
         (args, loaded),
         (&meters, &options),
@@ -64,7 +65,7 @@ pub fn measure(
         keeper.as_mut(),
         (pool, &interrupt),
     );
-    let stopped = stopped.map_err(failure)?;
+    let stopped = stopped.map_err(refused)?;
     let saved = keeper
         .iter_mut()
         .try_for_each(|k| k.save(BodyRef::Meters(&state)));
@@ -72,7 +73,7 @@ pub fn measure(
     let measured = Measured {
         job,
         loaded,
-        measurement: &measurement.map_err(failure)?,
+        measurement: &measurement.map_err(refused)?,
         elapsed: keeper.map_or(started.elapsed(), |k| k.elapsed()),
         threads: Some(pool.current_num_threads()),
         stopped,
@@ -84,7 +85,7 @@ pub fn measure(
     saved?;
     if !args.outputs.quiet {
         results::warn_of_dark(&measured);
-        writeln!(std::io::stdout(), "{}{}", name(shard), measured.text())?;
+        say(&format!("{}{}", name(shard), measured.text()))?;
     }
     Ok(match stopped {
         Some(Stopped::Interrupted) => interrupt.status(),
@@ -153,12 +154,4 @@ fn run(
         pool.install(|| state.advance(&loaded.groups, meters, options, &counter, on_pass))
     })?;
     Ok(stopped)
-}
-
-/// What to tell the user.
-pub fn failure(error: MeasureError) -> Failure {
-    match error {
-        MeasureError::Dark => Failure::Usage(error.to_string()),
-        MeasureError::Memory(_) => Failure::Runtime(error.to_string()),
-    }
 }

@@ -1,16 +1,17 @@
 //! `morgana merge`.
 
-use super::measure::failure;
 use super::render::check_colours;
 use crate::args::MergeArgs;
 use crate::failure::Failure;
 use crate::job::Job;
 use crate::measured::Measured;
+use crate::memory::refused;
+use crate::output::say;
 use crate::report::Report;
 use crate::{config, results};
 use io::Loaded;
+use io::diagnostic::shown;
 use io::part::{Body, Header, Part};
-use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -36,12 +37,12 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, Failure> {
     let moved = args.scene.as_ref();
     job.scene = moved.unwrap_or(&job.scene).clone();
     check_scene(&job, args)?;
-    let loaded = job.load()?;
+    let loaded = job.load(args.memory.limits())?;
     let agrees = header.agrees(&job.header(&loaded, None, None));
     agrees.map_err(|e| {
         Failure::Usage(format!(
             "the parts do not belong to '{}': {e}",
-            job.scene.display()
+            shown(&job.scene)
         ))
     })?;
     match body {
@@ -68,8 +69,8 @@ fn read(paths: &[std::path::PathBuf]) -> Result<Part, Failure> {
                 let refuse = |e| {
                     format!(
                         "'{}' does not belong to '{}': {e}",
-                        path.display(),
-                        paths[0].display()
+                        shown(path),
+                        shown(&paths[0])
                     )
                 };
                 whole.merge(&part).map_err(|e| Failure::Usage(refuse(e)))?;
@@ -98,7 +99,7 @@ fn check_scene(job: &Job, args: &MergeArgs) -> Result<(), Failure> {
     }
     Err(Failure::Usage(format!(
         "the scene is no longer at '{}': say where it is by --scene",
-        job.scene.display()
+        shown(&job.scene)
     )))
 }
 
@@ -129,7 +130,7 @@ fn merged_image(
     };
     results::write_images(&args.outputs, &images, &report)?;
     if !args.outputs.quiet {
-        writeln!(std::io::stdout(), "{}", report.line())?;
+        say(&report.line())?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -149,7 +150,7 @@ fn merged_readings(
     let measured = Measured {
         job,
         loaded,
-        measurement: &measurement.map_err(failure)?,
+        measurement: &measurement.map_err(refused)?,
         elapsed: elapsed(header),
         threads: None,
         stopped: None,
@@ -157,7 +158,7 @@ fn merged_readings(
     results::write_readings(&args.outputs, &files, &measured)?;
     if !args.outputs.quiet {
         results::warn_of_dark(&measured);
-        writeln!(std::io::stdout(), "{}", measured.text())?;
+        say(&measured.text())?;
     }
     Ok(ExitCode::SUCCESS)
 }

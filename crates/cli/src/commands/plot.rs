@@ -5,11 +5,13 @@ use crate::failure::Failure;
 use crate::plot::{
     Figure, Format, ProfileLine, convergence, histogram, picture, profile, slice, write,
 };
+use io::diagnostic::shown;
 use std::path::Path;
 use std::process::ExitCode;
 
 /// Draws a figure.
 pub fn plot(args: &PlotArgs) -> Result<ExitCode, Failure> {
+    let limits = args.memory.limits();
     let (figure, output) = match &args.figure {
         FigureArgs::Profile {
             images,
@@ -24,7 +26,7 @@ pub fn plot(args: &PlotArgs) -> Result<ExitCode, Failure> {
                 .or(column.map(ProfileLine::Column));
             let line = line.unwrap_or(ProfileLine::Row(0));
             let what = (layer.as_str(), channel.as_deref());
-            (Figure::Curves(profile(images, line, what)?), output)
+            (Figure::Curves(profile(images, line, what, limits)?), output)
         }
         FigureArgs::Histogram {
             images,
@@ -32,7 +34,7 @@ pub fn plot(args: &PlotArgs) -> Result<ExitCode, Failure> {
             channel,
             output,
         } => {
-            let curves = histogram(images, *pixel, channel.as_deref())?;
+            let curves = histogram(images, *pixel, channel.as_deref(), limits)?;
             (Figure::Curves(curves), output)
         }
         FigureArgs::Image {
@@ -42,7 +44,7 @@ pub fn plot(args: &PlotArgs) -> Result<ExitCode, Failure> {
             log,
             output,
         } => {
-            let map = picture(image, (layer, channel.as_deref()), *log)?;
+            let map = picture(image, (layer, channel.as_deref()), *log, limits)?;
             (Figure::Map(map), output)
         }
         FigureArgs::Slice {
@@ -69,7 +71,7 @@ fn format(path: &Path) -> Result<Format, Failure> {
         Some("png") => Ok(Format::Png),
         _ => Err(Failure::Usage(format!(
             "cannot tell the format of '{}': figures are .svg or .png",
-            path.display()
+            shown(path)
         ))),
     }
 }

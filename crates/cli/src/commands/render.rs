@@ -7,29 +7,29 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::keeper::{self, Keeper};
+use crate::output::say;
 use crate::preview::{Canvas, Preview};
 use crate::progress::{self, Goal};
 use crate::report::{Report, Stopped};
 use crate::shard::Shard;
-use crate::{config, load, numbers, results};
+use crate::{config, load, memory, results};
 use io::Loaded;
 use io::part::{Body, BodyRef, Header};
-use io::rendered::Naming;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicU64;
 use std::time::Instant;
 use transport::integrator::Integrator;
-use transport::render::{Options, State, memory};
+use transport::render::{Options, State};
 
 /// Renders a scene and writes its images, or its part.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     let pool = pool(args.threads)?;
     let job = Job::of(args);
-    let loaded = job.load()?;
+    let limits = args.scene.memory.limits();
+    let loaded = job.load(limits)?;
     let shard = shard(args, &loaded)?;
     if !loaded.instruments.is_empty() {
         return measure(args, (&job, &loaded), shard, &pool);
@@ -44,7 +44,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     }
     check_strategies(args, &loaded)?;
     check_target(args, &loaded)?;
-    check_memory(&job, &loaded)?;
+    memory::check_film(&loaded, &job.options(&loaded), limits)?;
     // Other limits replace the scene's number of samples, but not that of the command line.
     let requested = match (args.time, args.target_error, shard) {
         (None, None, _) | (.., Some(_)) => Some(loaded.samples),
@@ -91,7 +91,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     written?;
     saved?;
     if !args.outputs.quiet {
-        writeln!(std::io::stdout(), "{}{}", name(shard), report.line())?;
+        say(&format!("{}{}", name(shard), report.line()))?;
     }
     Ok(match stopped {
         Some(Stopped::Interrupted) => interrupt.status(),
@@ -207,24 +207,6 @@ fn check_target(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
          set a limit by --spp or --time"
             .into(),
     ))
-}
-
-/// A film that does not fit into memory would end the program without a word.
-fn check_memory(job: &Job, loaded: &Loaded) -> Result<(), Failure> {
-    let film = loaded.scene().film();
-    let bytes = memory(film, &job.options(loaded));
-    let message = |_| {
-        let (width, height) = (film.width, film.height);
-        let layers = Naming::of(loaded).map(|n| format!(" with {}", n.describe()));
-        let strategies = job.strategies.then_some(" with --strategies");
-        Failure::Runtime(format!(
-            "a film of {width} × {height} pixels{}{} needs {} of memory",
-            layers.unwrap_or_default(),
-            strategies.unwrap_or_default(),
-            numbers::bytes(bytes)
-        ))
-    };
-    Vec::<u8>::new().try_reserve_exact(bytes).map_err(message)
 }
 
 /// How the part that a header names is to be rendered.

@@ -4,6 +4,7 @@ use crate::args::Args;
 use crate::failure::Failure;
 use clap::CommandFactory;
 use clap_complete::{Shell, generate};
+use io::diagnostic::shown;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
@@ -19,6 +20,6 @@ pub fn completions(shell: Shell) -> Result<ExitCode, Failure> {
 /// Writes manual pages, one for each command and its subcommands.
 pub fn man(folder: &Path) -> Result<ExitCode, Failure> {
     clap_mangen::generate_to(Args::command(), folder)
-        .map_err(|e| Failure::Runtime(format!("cannot write to '{}': {e}", folder.display())))?;
+        .map_err(|e| Failure::Runtime(format!("cannot write to '{}': {e}", shown(folder))))?;
     Ok(ExitCode::SUCCESS)
 }

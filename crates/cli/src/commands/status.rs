@@ -3,6 +3,8 @@
 use crate::args::StatusArgs;
 use crate::failure::{Failure, warn};
 use crate::numbers;
+use crate::output::say;
+use io::diagnostic::shown;
 use io::part::{Header, Part};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -46,12 +48,12 @@ pub fn status(args: &StatusArgs) -> Result<ExitCode, Failure> {
         writeln!(out, "{}", overview.array())?;
     } else {
         for part in &found {
-            writeln!(out, "{}", line(part))?;
+            say(&line(part))?;
         }
         for error in &unreadable {
-            writeln!(out, "{error}")?;
+            say(error)?;
         }
-        writeln!(out, "{}", overview.text())?;
+        say(&overview.text())?;
     }
     Ok(match overview.missing.is_empty() {
         true => ExitCode::SUCCESS,
@@ -66,8 +68,8 @@ fn check(path: &Path, header: &Header, others: &[Found]) -> Result<(), Failure> 
         agrees.map_err(|e| {
             Failure::Usage(format!(
                 "'{}' does not belong to '{}': {e}",
-                other.path.display(),
-                path.display()
+                shown(&other.path),
+                shown(path)
             ))
         })?;
     }
@@ -206,7 +208,7 @@ fn line(part: &Found) -> String {
         0 => "no samples".into(),
         _ => format!("samples {}", list(part.done.iter())),
     };
-    format!("{}: {name}, {samples}, {state}", part.path.display())
+    format!("{}: {name}, {samples}, {state}", shown(&part.path))
 }
 
 /// Ranges with both ends: `1,4-7`.

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 /// Writes an image as a screen shows it.
 pub fn tonemap(args: &TonemapArgs) -> Result<ExitCode, Failure> {
     config::picture(&args.output)?;
-    let image = ImageLayers::read(&args.image)?;
+    let image = ImageLayers::read_within(&args.image, args.memory.limits())?;
     let image = image.focused(&args.layer);
     let image = image.map_err(|problem| Failure::Usage(problem.at(&args.image).to_string()))?;
     let shown = image.on_screen().unwrap_or_default();

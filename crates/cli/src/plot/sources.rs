@@ -2,7 +2,9 @@
 
 use super::{Curves, Map, Series};
 use crate::failure::Failure;
+use io::Limits;
 use io::arrays::{Array, Arrays};
+use io::diagnostic::shown;
 use io::image::{ImageLayers, Layer, exr};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -17,7 +19,7 @@ pub enum ProfileLine {
 }
 
 fn wrong(path: &Path, message: impl std::fmt::Display) -> Failure {
-    Failure::Usage(format!("{}: {message}", path.display()))
+    Failure::Usage(format!("{}: {message}", shown(path)))
 }
 
 fn name_of(path: &Path) -> String {
@@ -86,10 +88,11 @@ pub fn profile(
     paths: &[PathBuf],
     line: ProfileLine,
     (layer, channel): (&str, Option<&str>),
+    limits: Limits,
 ) -> Result<Curves, Failure> {
     let mut series = Vec::new();
     for path in paths {
-        let image = exr::read(path)?;
+        let image = exr::read_within(path, limits)?;
         let (w, h) = (image.width, image.height);
         let (number, limit) = match line {
             ProfileLine::Row(y) => (y, h),
@@ -140,8 +143,9 @@ pub fn picture(
     path: &Path,
     (layer, channel): (&str, Option<&str>),
     logarithmic: bool,
+    limits: Limits,
 ) -> Result<Map, Failure> {
-    let image = exr::read(path)?;
+    let image = exr::read_within(path, limits)?;
     let values = values(layer_of(path, &image, layer)?, channel).map_err(|e| wrong(path, e))?;
     let edges = |n: usize| (0..=n).map(|i| i as f64).collect();
     // Maps start at the bottom, images at the top.
@@ -169,11 +173,12 @@ pub fn histogram(
     paths: &[PathBuf],
     pixel: Option<[usize; 2]>,
     channel: Option<&str>,
+    limits: Limits,
 ) -> Result<Curves, Failure> {
     let mut series = Vec::new();
     let mut axis_name = String::new();
     for path in paths {
-        let image = exr::read(path)?;
+        let image = exr::read_within(path, limits)?;
         let axis = bins(&image).ok_or_else(|| {
             let need = "no bins of length or time: render to .exr with the film's decomposition";
             wrong(path, need)
@@ -356,8 +361,8 @@ pub fn slice(
 pub fn convergence(paths: &[PathBuf]) -> Result<Curves, Failure> {
     let mut series: Vec<Series> = Vec::new();
     for path in paths {
-        let text = std::fs::read_to_string(path).map_err(|e| wrong(path, e))?;
-        let stats: Value = serde_json::from_str(&text).map_err(|e| wrong(path, e))?;
+        let text = io::input::read(path).map_err(|e| Failure::Usage(e.to_string()))?;
+        let stats: Value = serde_json::from_slice(&text).map_err(|e| wrong(path, e))?;
         let number = |key: &str| {
             let value = stats[key].as_f64();
             value.ok_or_else(|| wrong(path, format!("no number '{key}': is this a --stats file?")))

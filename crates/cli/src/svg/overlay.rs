@@ -10,6 +10,7 @@ use base64::prelude::BASE64_STANDARD;
 use eikonal::Solver;
 use eikonal::connect::Piece;
 use glam::DVec3;
+use io::diagnostic::shown;
 use io::image::png;
 use std::fmt::Write;
 use transport::Scene;
@@ -36,8 +37,7 @@ pub fn overlay(
         }
     };
     let size = size(scene, picture)?;
-    let bytes = std::fs::read(picture)
-        .map_err(|e| Failure::Usage(format!("cannot read '{}': {e}", picture.display())))?;
+    let bytes = io::input::read(picture).map_err(|e| Failure::Usage(e.to_string()))?;
     let mut eye = Eye {
         scene,
         camera,
@@ -74,7 +74,7 @@ fn size(scene: &Scene, picture: &std::path::Path) -> Result<[f64; 2], Failure> {
     if (height - expected).abs() > 1.0 {
         return Err(Failure::Usage(format!(
             "{}: the picture has {width} x {height} pixels, other proportions than the film's {} x {}",
-            picture.display(),
+            shown(picture),
             film.width,
             film.height
         )));

@@ -179,7 +179,7 @@ fn memory_is_stated_before_it_is_taken() {
     let scene = scene.replace("\"height\" value=\"3\"", "\"height\" value=\"60000\"");
     std::fs::write(huge.path("scene.xml"), scene).unwrap();
     let outcome = huge.run("render scene.xml --spp 1 -o a.npy");
-    assert_eq!(outcome.status, Some(1), "{outcome:?}");
+    assert_eq!(outcome.status, Some(2), "{outcome:?}");
     let expected = "a film of 60000 × 60000 pixels with 60000 bins of length from 0 to 60000 needs";
     assert!(outcome.stderr.contains(expected), "{outcome:?}");
     let text = Folder::with_fog().succeed("info scene.xml -D spp=3");

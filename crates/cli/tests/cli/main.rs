@@ -6,6 +6,7 @@ mod connect;
 mod convert;
 mod errors;
 mod faults;
+mod files;
 mod info;
 mod layers;
 mod limits;

@@ -154,6 +154,44 @@ fn a_render_outlives_its_viewer() {
     assert!(exr::read(&folder.path("a.exr")).is_ok());
 }
 
+/// A film of which the system cannot hold an image on its way.
+fn large() -> Folder {
+    Folder::with_file(
+        r#"<scene version="3.0.0">
+          <sensor type="perspective"><film type="hdrfilm">
+            <integer name="width" value="1024"/><integer name="height" value="1024"/></film>
+            <sampler type="independent"><integer name="sample_count" value="1"/></sampler></sensor>
+          <emitter type="constant"/>
+        </scene>"#,
+    )
+}
+
+/// Whether it reads nothing, or little now and then.
+#[test]
+fn a_viewer_that_does_not_read_holds_nothing_up() {
+    for drips in [false, true] {
+        let folder = large();
+        let (done, ended) = std::sync::mpsc::channel::<()>();
+        let (address, viewer) = listen(move |mut stream| {
+            let mut bytes = [0; 1000];
+            let wait = std::time::Duration::from_millis(100);
+            while ended.recv_timeout(wait) == Err(std::sync::mpsc::RecvTimeoutError::Timeout) {
+                if drips {
+                    let _ = stream.read(&mut bytes);
+                }
+            }
+        });
+        let started = std::time::Instant::now();
+        let line = format!("render scene.xml --tev {address} -o a.npy");
+        let outcome = folder.run(&line);
+        drop(done);
+        viewer.join().unwrap();
+        assert_eq!(outcome.status, Some(0), "{outcome:?}");
+        assert!(outcome.stderr.contains("the viewer is gone"), "{outcome:?}");
+        assert!(started.elapsed().as_secs() < 60, "{:?}", started.elapsed());
+    }
+}
+
 #[test]
 fn a_viewer_that_is_not_there_is_noticed_before_rendering() {
     let folder = Folder::with_fog();

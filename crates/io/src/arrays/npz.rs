@@ -3,10 +3,9 @@
 use super::{Array, Arrays};
 use crate::error::{FileError, Problem};
 use crate::npy::{NpyArray, NpyData};
-use crate::{atomic, npy};
+use crate::{atomic, input, npy};
 use serde_json::{Map, Value, json};
-use std::fs::File;
-use std::io::{self, BufReader, Read, Seek};
+use std::io::{self, Read, Seek};
 use std::path::Path;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
@@ -55,15 +54,15 @@ fn metadata(arrays: &Arrays) -> String {
 ///
 /// A file that is no such archive, compressed, or without the text `metadata`.
 pub(super) fn read(path: &Path) -> Result<Arrays, FileError> {
+    let (file, mut left) = input::open(path)?;
     let open = || -> Result<Arrays, Problem> {
-        let file = BufReader::new(File::open(path).map_err(Problem::Read)?);
         let mut archive = ZipArchive::new(file).map_err(foreign)?;
-        let metadata = npy::parse_text(&member(&mut archive, "metadata")?)?;
+        let metadata = npy::parse_text(&member(&mut archive, "metadata", &mut left)?)?;
         let metadata: Value = serde_json::from_str(&metadata).map_err(foreign)?;
         let about = metadata["arrays"].as_object();
         let about = about.ok_or_else(|| foreign("its metadata lists no arrays"))?;
         let list = about.iter().map(|(name, about)| {
-            let stored = npy::parse(&member(&mut archive, name)?)?;
+            let stored = npy::parse(&member(&mut archive, name, &mut left)?)?;
             array(name, about, stored)
         });
         let list = list.collect::<Result<_, Problem>>()?;
@@ -86,14 +85,22 @@ fn foreign(reason: impl std::fmt::Display) -> Problem {
     ))
 }
 
-/// The bytes of a member, which are stored as they are: never more than the file has.
-fn member<R: Read + Seek>(archive: &mut ZipArchive<R>, name: &str) -> Result<Vec<u8>, Problem> {
+/// The bytes of a member, which are stored as they are; all together are no more than the file has `left`.
+fn member<R: Read + Seek>(
+    archive: &mut ZipArchive<R>,
+    name: &str,
+    left: &mut u64,
+) -> Result<Vec<u8>, Problem> {
     let mut file = archive.by_name(&format!("{name}.npy")).map_err(foreign)?;
     if file.compression() != CompressionMethod::Stored {
         return Err(foreign("it is compressed"));
     }
+    let overlap = || foreign("its arrays overlap");
+    *left = left.checked_sub(file.size()).ok_or_else(overlap)?;
     let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(Problem::Read)?;
+    let size = file.size();
+    let read = file.by_ref().take(size).read_to_end(&mut bytes);
+    read.map_err(Problem::Read)?;
     Ok(bytes)
 }
 

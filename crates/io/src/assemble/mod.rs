@@ -28,6 +28,7 @@ pub use gaps::{Needs, Walls};
 pub use instrument::{Gruneisen, Instrument, Normalization};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::input::Limits;
 use crate::query::{Query, unknown_plugin};
 use crate::scene::{FileRegistry, Object, PluginKind, SceneDescription, SceneHash};
 use channels::Channels;
@@ -50,6 +51,8 @@ pub struct LoadOptions {
     pub sampler: Option<String>,
     /// Whether noisy pixels get more samples, even if the scene's sampler does not ask for it.
     pub adaptive: bool,
+    /// How much memory each data file may take.
+    pub limits: Limits,
 }
 
 /// A scene that is ready to render.
@@ -132,7 +135,7 @@ pub fn assemble(
     options: &LoadOptions,
     mut diagnostics: Diagnostics,
 ) -> Result<Loaded, Diagnostics> {
-    let mut files = FileRegistry::new();
+    let mut files = FileRegistry::within(options.limits);
     let mut channels = Channels::of(&description.root, &mut diagnostics);
     if integrator::is_aov(&description.root, options) {
         channels = channels.single(&mut diagnostics);

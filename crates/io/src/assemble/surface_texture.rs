@@ -123,7 +123,8 @@ fn bitmap(object: &Object, role: Role, context: &mut Context) -> Option<Bitmap> 
     let filter = q.one_of("filter_type", &["bilinear", "nearest"]);
     let wrap = q.one_of("wrap_mode", &["repeat", "mirror", "clamp"]);
     let to_uv = to_uv(&mut q);
-    let image = RgbImage::read(&path).map_err(|e| q.file_error("filename", &e));
+    let image = RgbImage::read_within(&path, context.files.limits())
+        .map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
     let image = image.ok()?;
     let pixels = pixels(&image, raw && is_encoded(&path), role, context);
@@ -144,7 +145,8 @@ pub(super) fn screen(
     let path = q.path("filename", context.files);
     let raw = q.boolean_or("raw", false);
     q.one_of("filter_type", &["nearest"]);
-    let image = RgbImage::read(&path).map_err(|e| q.file_error("filename", &e));
+    let image = RgbImage::read_within(&path, context.files.limits())
+        .map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
     let image = image.ok()?;
     let pixels = pixels(&image, raw && is_encoded(&path), Role::Colour, context);

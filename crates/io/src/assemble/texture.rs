@@ -167,6 +167,7 @@ fn from_file<T: Sample>(query: &mut Query, files: &mut FileRegistry) -> Option<V
     let options = Options {
         axes,
         dataset: dataset.as_deref(),
+        limits: files.limits(),
     };
     if path.as_os_str().is_empty() {
         return None;

@@ -1,10 +1,12 @@
 //! Messages to the user: what is wrong, where it was written, and what may have been meant.
 
+mod escape;
 mod render;
 mod source;
 mod suggest;
 pub(crate) mod words;
 
+pub use escape::{escaped, shown};
 pub use render::Style;
 pub use source::{Location, SourceFile};
 pub use suggest::{closest, suggest};

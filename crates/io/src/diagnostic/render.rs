@@ -1,5 +1,6 @@
 //! Diagnostics as text: the message, the line of the source, a caret, advice.
 
+use super::escape::{drives, escaped};
 use super::{Diagnostic, Location, Severity};
 
 /// Characters of a source line shown at most.
@@ -41,7 +42,7 @@ pub(super) fn diagnostic(out: &mut String, diagnostic: &Diagnostic, style: Style
         Severity::Note => "1;36",
     };
     let severity = style.paint(colour, &diagnostic.severity.to_string());
-    let message = style.paint("1", &printable(&diagnostic.message));
+    let message = style.paint("1", &escaped(&diagnostic.message));
     out.push_str(&format!("{severity}: {message}\n"));
     let margin = diagnostic
         .location
@@ -52,13 +53,13 @@ pub(super) fn diagnostic(out: &mut String, diagnostic: &Diagnostic, style: Style
     }
     if let Some(help) = &diagnostic.help {
         let label = style.paint("1;36", "help");
-        out.push_str(&format!("{:margin$} = {label}: {}\n", "", printable(help)));
+        out.push_str(&format!("{:margin$} = {label}: {}\n", "", escaped(help)));
     }
 }
 
 fn snippet(out: &mut String, location: &Location, margin: usize, colour: &str, style: Style) {
     let blue = |text: &str| style.paint("1;34", text);
-    let place = printable(&location.to_string());
+    let place = escaped(&location.to_string()).into_owned();
     out.push_str(&format!("{:margin$}{} {place}\n", "", blue("-->")));
     if location.source().is_index() {
         return;
@@ -95,9 +96,9 @@ fn window_start(column: usize, length: usize, total: usize) -> usize {
         .min(total - WIDTH.min(total))
 }
 
-/// Control characters become blanks: a scene file must not be able to drive the terminal.
+/// Control characters become blanks: a scene file must not be able to drive the terminal, and carets point at characters.
 fn printable(text: &str) -> String {
     text.chars()
-        .map(|c| if c.is_control() { ' ' } else { c })
+        .map(|c| if drives(c) { ' ' } else { c })
         .collect()
 }

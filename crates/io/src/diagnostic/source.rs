@@ -147,7 +147,7 @@ impl fmt::Display for Location {
         if self.source.is_index {
             return f.write_str(self.source.line(line));
         }
-        write!(f, "{}:{line}:{column}", self.file().display())
+        write!(f, "{}:{line}:{column}", super::shown(self.file()))
     }
 }
 

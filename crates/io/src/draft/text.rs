@@ -1,14 +1,13 @@
 //! Texts of files.
 
-use crate::diagnostic::{Diagnostic, SourceFile};
-use crate::error::Problem;
-use std::fs;
+use crate::diagnostic::{Diagnostic, SourceFile, shown};
+use crate::input;
 use std::path::Path;
 use std::sync::Arc;
 
 /// Reads a file as UTF-8 text, without the byte order mark that some editors put first.
 pub(crate) fn read(path: &Path) -> Result<Arc<SourceFile>, Diagnostic> {
-    let bytes = fs::read(path).map_err(|e| Diagnostic::from(Problem::Read(e).at(path)))?;
+    let bytes = input::read(path)?;
     let mut text = String::from_utf8(bytes).map_err(|e| not_utf8(path, &e))?;
     if text.starts_with('\u{feff}') {
         text.remove(0);
@@ -20,7 +19,7 @@ fn not_utf8(path: &Path, error: &std::string::FromUtf8Error) -> Diagnostic {
     let start = error.utf8_error().valid_up_to();
     let message = format!(
         "{}: not UTF-8 text: invalid byte at offset {start}",
-        path.display()
+        shown(path)
     );
     Diagnostic::error(message)
 }

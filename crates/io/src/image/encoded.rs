@@ -1,32 +1,32 @@
 //! Images whose values are encoded as in sRGB.
 
-use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 
 use super::RgbImage;
 use crate::error::{FileError, Problem};
+use crate::input::{self, Limits};
 use crate::scene::linear_from_srgb;
 
 /// Bytes that one byte can stand for: DEFLATE codes 258 bytes with two bits at best (RFC 1951), each of which may be
 /// eight pixels. A file that claims more is taken for damaged.
 const MOST_COMPRESSION: u64 = 8 * 258 * 8 / 2;
+/// Bytes that a pixel takes beside those of the file's own format: three numbers of 16 bits, and three of 32.
+const PIXEL: u64 = 18;
 
-/// Reads an image of a format, called `name` in messages, and makes its values linear; they are in [0, 1].
-/// Transparency is dropped.
+/// A format, and what it is called in messages.
+pub(super) type Named = (ImageFormat, &'static str);
+
+/// Reads an image of a format and makes its values linear; they are in [0, 1]. Transparency is dropped.
 ///
 /// # Errors
 ///
-/// A file that cannot be read or is not of the format.
-pub(super) fn read(
-    path: &Path,
-    format: ImageFormat,
-    name: &'static str,
-) -> Result<RgbImage, FileError> {
-    let bytes = fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
-    decode(&bytes, format, name).map_err(|problem| problem.at(path))
+/// A file that cannot be read or is not of the format, or that takes too much memory.
+pub(super) fn read(path: &Path, format: Named, limits: Limits) -> Result<RgbImage, FileError> {
+    let bytes = input::read(path)?;
+    decode(&bytes, format, limits).map_err(|problem| problem.at(path))
 }
 
 /// Reads an image from the bytes of a file.
@@ -36,17 +36,23 @@ pub(super) fn read(
 /// As for [`read`].
 pub(super) fn decode(
     bytes: &[u8],
-    format: ImageFormat,
-    name: &'static str,
+    (format, name): Named,
+    limits: Limits,
 ) -> Result<RgbImage, Problem> {
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(MOST_COMPRESSION * bytes.len() as u64);
-    reader.limits(limits);
-    let image = reader.decode().map_err(|error| Problem::WrongFormat {
+    let wrong = |error: ImageError| Problem::WrongFormat {
         format: name,
         reason: error.to_string(),
-    })?;
+    };
+    let size = bytes.len() as u64;
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut allowed = image::Limits::default();
+    allowed.max_alloc = Some((MOST_COMPRESSION * size).min(limits.most(size)));
+    reader.limits(allowed);
+    let decoder = reader.into_decoder().map_err(wrong)?;
+    let (width, height) = decoder.dimensions();
+    let pixel = PIXEL + u64::from(decoder.color_type().bytes_per_pixel());
+    limits.check(u64::from(width) * u64::from(height), pixel, size)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(wrong)?;
     let (width, height) = (image.width() as usize, image.height() as usize);
     let linear = |v: u16| linear_from_srgb(f64::from(v) / 65535.0) as f32;
     let pixels = image.into_rgb16();

@@ -4,8 +4,7 @@
 //! viewers and compositors expect. Samples are 32-bit floats with lossless ZIP compression.
 
 use std::collections::HashSet;
-use std::fs::File;
-use std::io::{BufReader, Cursor, Read, Seek, Write};
+use std::io::{Cursor, Read, Seek, Write};
 use std::path::Path;
 
 use exr::block::lines::LineRefMut;
@@ -23,10 +22,10 @@ use exr::prelude::{
 use super::{ImageLayers, Layer, exr_header};
 use crate::atomic;
 use crate::error::{FileError, Problem};
+use crate::input::{self, Limits};
 
-/// Samples of all channels together that are read at most (4 GiB). The format compresses without
-/// bound, so that the size of a file says nothing.
-const MAX_SAMPLES: usize = 1 << 30;
+/// Bytes that a sample takes at most while it is read: in the file's own format, and in ours.
+const SAMPLE: u64 = 8;
 /// Longest name of a channel or an attribute that the format allows, in bytes.
 const MAX_NAME: usize = 255;
 
@@ -241,8 +240,17 @@ fn string(text: &Text) -> String {
 ///
 /// A file that cannot be read or is no valid EXR file, deep data, and parts of different sizes.
 pub fn read(path: &Path) -> Result<ImageLayers, FileError> {
-    let file = File::open(path).map_err(|e| Problem::Read(e).at(path))?;
-    decode_from(BufReader::new(file)).map_err(|problem| problem.at(path))
+    read_within(path, Limits::default())
+}
+
+/// As [`read`], of a file that may take so much memory.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn read_within(path: &Path, limits: Limits) -> Result<ImageLayers, FileError> {
+    let (reader, size) = input::open(path)?;
+    decode_from(reader, size, limits).map_err(|problem| problem.at(path))
 }
 
 /// Reads an image from the bytes of a file.
@@ -251,12 +259,25 @@ pub fn read(path: &Path) -> Result<ImageLayers, FileError> {
 ///
 /// As for [`read`].
 pub fn decode(bytes: &[u8]) -> Result<ImageLayers, Problem> {
-    decode_from(Cursor::new(bytes))
+    decode_within(bytes, Limits::default())
 }
 
-fn decode_from(mut reader: impl Read + Seek) -> Result<ImageLayers, Problem> {
+/// As [`decode`], of a file that may take so much memory.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<ImageLayers, Problem> {
+    decode_from(Cursor::new(bytes), bytes.len() as u64, limits)
+}
+
+fn decode_from(
+    mut reader: impl Read + Seek,
+    size: u64,
+    limits: Limits,
+) -> Result<ImageLayers, Problem> {
     let metadata = MetaData::read_from_buffered(&mut reader, false).map_err(describe)?;
-    check_size(&metadata)?;
+    limits.check(samples(&metadata)?, SAMPLE, size)?;
     reader.rewind().map_err(Problem::Read)?;
     let image = exr::prelude::read()
         .no_deep_data()
@@ -281,23 +302,18 @@ fn decode_from(mut reader: impl Read + Seek) -> Result<ImageLayers, Problem> {
     Ok(result)
 }
 
-fn check_size(metadata: &MetaData) -> Result<(), Problem> {
+/// Samples of all channels together.
+fn samples(metadata: &MetaData) -> Result<u64, Problem> {
     let samples = |header: &Header| {
         let Vec2(width, height) = header.layer_size;
         width
             .checked_mul(height)?
             .checked_mul(header.channels.list.len())
     };
-    let total = metadata
-        .headers
-        .iter()
-        .try_fold(0usize, |n, h| n.checked_add(samples(h)?));
-    match total {
-        Some(total) if total <= MAX_SAMPLES => Ok(()),
-        _ => Err(Problem::TooLarge(format!(
-            "more than {MAX_SAMPLES} samples"
-        ))),
-    }
+    let headers = &mut metadata.headers.iter();
+    let total = headers.try_fold(0usize, |n, h| n.checked_add(samples(h)?));
+    let too_large = || Problem::TooLarge("more than 2^64 samples".into());
+    total.map(|n| n as u64).ok_or_else(too_large)
 }
 
 fn add_part(image: &mut ImageLayers, part: Flat) -> Result<(), Problem> {

@@ -14,6 +14,7 @@ use std::path::Path;
 use ::image::ImageFormat;
 
 use crate::error::{FileError, Problem};
+use crate::input::Limits;
 
 /// An image of several layers with named channels, as EXR files hold it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -123,12 +124,21 @@ impl RgbImage {
     ///
     /// A file that cannot be read or is no valid image, and NaN or infinite values.
     pub fn read(path: &Path) -> Result<Self, FileError> {
+        Self::read_within(path, Limits::default())
+    }
+
+    /// As [`RgbImage::read`], of a file that may take so much memory.
+    ///
+    /// # Errors
+    ///
+    /// As for [`RgbImage::read`].
+    pub fn read_within(path: &Path, limits: Limits) -> Result<Self, FileError> {
         let extension = path
             .extension()
             .and_then(|e| e.to_str())
             .map(str::to_ascii_lowercase);
         let image = match extension.as_deref() {
-            Some("exr") => exr::read(path)?.rgb().ok_or_else(|| {
+            Some("exr") => exr::read_within(path, limits)?.rgb().ok_or_else(|| {
                 let expected = "the channels R, G, B or Y".to_owned();
                 Problem::Mismatch {
                     expected,
@@ -136,8 +146,8 @@ impl RgbImage {
                 }
                 .at(path)
             })?,
-            Some("png") => png::read(path)?,
-            Some("jpg" | "jpeg") => encoded::read(path, ImageFormat::Jpeg, "JPEG")?,
+            Some("png") => png::read_within(path, limits)?,
+            Some("jpg" | "jpeg") => encoded::read(path, (ImageFormat::Jpeg, "JPEG"), limits)?,
             _ => {
                 let message = "colour images are read from .exr, .png and .jpg".to_owned();
                 return Err(Problem::Unsupported(message).at(path));

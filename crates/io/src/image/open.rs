@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{ImageLayers, Layer, exr, png};
 use crate::error::{FileError, Problem};
+use crate::input::Limits;
 use crate::npy::{self, NpyArray, NpyData};
 
 impl ImageLayers {
@@ -15,11 +16,20 @@ impl ImageLayers {
     ///
     /// A file that cannot be read, is not valid, or has another extension, and arrays of other shapes.
     pub fn read(path: &Path) -> Result<Self, FileError> {
+        Self::read_within(path, Limits::default())
+    }
+
+    /// As [`ImageLayers::read`], of a file that may take so much memory.
+    ///
+    /// # Errors
+    ///
+    /// As for [`ImageLayers::read`].
+    pub fn read_within(path: &Path, limits: Limits) -> Result<Self, FileError> {
         let extension = path.extension().and_then(|e| e.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {
-            Some("exr") => exr::read(path),
+            Some("exr") => exr::read_within(path, limits),
             Some("png") => {
-                let image = png::read(path)?;
+                let image = png::read_within(path, limits)?;
                 let plane = |c: usize| image.pixels.iter().map(|p| p[c]).collect();
                 let planes = (0..3).map(plane).collect();
                 Ok(planar(image.width, image.height, planes))

@@ -9,6 +9,7 @@ use super::RgbImage;
 use super::tone::Tone;
 use crate::atomic;
 use crate::error::{FileError, Problem};
+use crate::input::Limits;
 
 /// Bits per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,7 +104,16 @@ fn mismatch([width, height]: [usize; 2], found: usize) -> Problem {
 ///
 /// A file that cannot be read or is no valid PNG file.
 pub fn read(path: &Path) -> Result<RgbImage, FileError> {
-    super::encoded::read(path, ImageFormat::Png, "PNG")
+    read_within(path, Limits::default())
+}
+
+/// As [`read`], of a file that may take so much memory.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn read_within(path: &Path, limits: Limits) -> Result<RgbImage, FileError> {
+    super::encoded::read(path, (ImageFormat::Png, "PNG"), limits)
 }
 
 /// Reads an image from the bytes of a file.
@@ -112,5 +122,14 @@ pub fn read(path: &Path) -> Result<RgbImage, FileError> {
 ///
 /// As for [`read`].
 pub fn decode(bytes: &[u8]) -> Result<RgbImage, Problem> {
-    super::encoded::decode(bytes, ImageFormat::Png, "PNG")
+    decode_within(bytes, Limits::default())
+}
+
+/// As [`decode`], of a file that may take so much memory.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<RgbImage, Problem> {
+    super::encoded::decode(bytes, (ImageFormat::Png, "PNG"), limits)
 }

@@ -12,6 +12,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::error::{FileError, Problem};
+use crate::input::Limits;
 
 pub use tensors::Tensors;
 
@@ -35,14 +36,23 @@ impl MeshData {
     ///
     /// See [`obj::read`], [`ply::read`] and [`gltf::read`].
     pub fn read(path: &Path) -> Result<Self, FileError> {
+        Self::read_within(path, Limits::default())
+    }
+
+    /// As [`MeshData::read`], of a file that may take so much memory.
+    ///
+    /// # Errors
+    ///
+    /// As for [`MeshData::read`].
+    pub fn read_within(path: &Path, limits: Limits) -> Result<Self, FileError> {
         let extension = path
             .extension()
             .and_then(|e| e.to_str())
             .map(str::to_ascii_lowercase);
         match extension.as_deref() {
-            Some("obj") => obj::read(path),
-            Some("ply") => ply::read(path),
-            Some("gltf" | "glb") => gltf::read(path),
+            Some("obj") => obj::read(path, limits),
+            Some("ply") => ply::read(path, limits),
+            Some("gltf" | "glb") => gltf::read(path, limits),
             _ => {
                 let message = "meshes are read from .obj, .ply, .gltf and .glb";
                 Err(Problem::Unsupported(message.into()).at(path))

@@ -4,7 +4,6 @@
 //! the line, which off-the-shelf readers do not.
 
 use std::collections::HashMap;
-use std::fs;
 use std::path::Path;
 
 use glam::DVec3;
@@ -12,6 +11,13 @@ use glam::DVec3;
 use super::MeshData;
 use super::build::{check_mesh, check_position, fan};
 use crate::error::{FileError, Problem};
+use crate::input::{self, Limits};
+
+/// Bytes that each of these takes at most while a file is read.
+const POSITION: u64 = 80;
+const UV: u64 = 32;
+const VERTEX: u64 = 160;
+const TRIANGLE: u64 = 24;
 
 /// Reads a mesh; all objects of the file together.
 ///
@@ -19,9 +25,9 @@ use crate::error::{FileError, Problem};
 ///
 /// A file that cannot be read or has no faces, and, with their line, numbers that are none,
 /// positions that are not finite, and faces with too few vertices or with indices out of range.
-pub fn read(path: &Path) -> Result<MeshData, FileError> {
-    let bytes = fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
-    parse(&bytes).map_err(|(problem, line)| FileError {
+pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
+    let bytes = input::read(path)?;
+    parse(&bytes, limits).map_err(|(problem, line)| FileError {
         path: path.to_owned(),
         line,
         problem,
@@ -33,10 +39,13 @@ pub fn read(path: &Path) -> Result<MeshData, FileError> {
 /// # Errors
 ///
 /// As for [`read`].
-pub fn parse(bytes: &[u8]) -> Result<MeshData, (Problem, Option<usize>)> {
+pub fn parse(bytes: &[u8], limits: Limits) -> Result<MeshData, (Problem, Option<usize>)> {
     // Names of materials and objects may be in any encoding; what counts is ASCII.
     let text = String::from_utf8_lossy(bytes);
-    let mut reader = Reader::default();
+    let mut reader = Reader {
+        most: limits.most(bytes.len() as u64),
+        ..Reader::default()
+    };
     let mut joined = String::new();
     for (index, line) in text.lines().enumerate() {
         // A backslash at its end joins a line to the next.
@@ -56,6 +65,8 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, (Problem, Option<usize>)> {
 
 #[derive(Default)]
 struct Reader {
+    /// Bytes of memory that the file may take.
+    most: u64,
     positions: Vec<DVec3>,
     /// The colours that follow positions.
     colours: Vec<Option<[f32; 3]>>,
@@ -76,11 +87,13 @@ impl Reader {
                 let position = check_position(DVec3::new(x, y, z), self.positions.len() + 1)?;
                 self.positions.push(position);
                 self.colours.push(colour(words)?);
+                self.check(0)?;
             }
             Some("vt") => {
                 let [u] = numbers(&mut words)?;
                 let v = words.next().map_or(Ok(0.0), number)?;
                 self.uvs.push([u, v]);
+                self.check(0)?;
             }
             Some("f") => self.face(words)?,
             _ => {}
@@ -96,8 +109,23 @@ impl Reader {
             let message = format!("a face of {} vertices", polygon.len());
             return Err(Problem::Malformed(message));
         }
+        self.check(polygon.len())?;
         fan(&mut self.triangles, &polygon);
         Ok(())
+    }
+
+    /// Refuses what takes too much memory, with so many triangles more.
+    fn check(&self, more: usize) -> Result<(), Problem> {
+        let taken = self.positions.len() as u64 * POSITION
+            + self.uvs.len() as u64 * UV
+            + self.vertices.len() as u64 * VERTEX
+            + (self.triangles.len() + more) as u64 * TRIANGLE;
+        match taken <= self.most {
+            true => Ok(()),
+            false => Err(Problem::TooLarge(
+                "it takes more memory than the limit (--memory)".into(),
+            )),
+        }
     }
 
     /// The mesh's vertex for `position`, `position/uv`, `position//normal` or all three.

@@ -9,8 +9,8 @@ use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAcces
 
 use super::MeshData;
 use super::build::{check_mesh, check_position, fan};
-use crate::binary;
 use crate::error::{FileError, Problem};
+use crate::input::{self, Limits};
 use crate::scene::linear_from_srgb;
 
 /// Reads a mesh: the positions `x y z`, texture coordinates `u v` or `s t` and colours `r g b` or
@@ -20,9 +20,9 @@ use crate::scene::linear_from_srgb;
 ///
 /// A file that cannot be read, is no valid PLY file, has no faces, counts that it cannot hold,
 /// positions that are not finite, and faces with too few vertices or with indices out of range.
-pub fn read(path: &Path) -> Result<MeshData, FileError> {
-    let (reader, size) = binary::open(path)?;
-    read_from(reader, size).map_err(|(problem, line)| FileError {
+pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
+    let (reader, size) = input::open(path)?;
+    read_from(reader, size, limits).map_err(|(problem, line)| FileError {
         path: path.to_owned(),
         line,
         problem,
@@ -34,21 +34,22 @@ pub fn read(path: &Path) -> Result<MeshData, FileError> {
 /// # Errors
 ///
 /// As for [`read`].
-pub fn parse(bytes: &[u8]) -> Result<MeshData, (Problem, Option<usize>)> {
+pub fn parse(bytes: &[u8], limits: Limits) -> Result<MeshData, (Problem, Option<usize>)> {
     read_from(
         BufReader::new(std::io::Cursor::new(bytes)),
         bytes.len() as u64,
+        limits,
     )
 }
 
 type Located = (Problem, Option<usize>);
 
-fn read_from(reader: impl BufRead + Seek, size: u64) -> Result<MeshData, Located> {
+fn read_from(reader: impl BufRead + Seek, size: u64, limits: Limits) -> Result<MeshData, Located> {
     let mut reader = Reader::new(reader);
     let header = Parser::<Vertex>::new()
         .read_header(&mut reader)
         .map_err(describe)?;
-    check_header(&header, size).map_err(|problem| (problem, None))?;
+    check_header(&header, size, limits).map_err(|problem| (problem, None))?;
     let mut mesh = MeshData::default();
     let mut polygons = Vec::new();
     for (name, element) in &header.elements {
@@ -61,7 +62,10 @@ fn read_from(reader: impl BufRead + Seek, size: u64) -> Result<MeshData, Located
             _ => drop(elements::<Other>(&mut reader, element, &header)?),
         }
     }
-    add_faces(&mut mesh, &polygons)
+    let corners = polygons.iter().flat_map(|face| &face.polygon).map(Vec::len);
+    limits
+        .check(corners.sum::<usize>() as u64, CORNER, size)
+        .and_then(|()| add_faces(&mut mesh, &polygons))
         .and_then(|()| check_mesh(mesh))
         .map_err(|p| (p, None))
 }
@@ -77,7 +81,7 @@ fn elements<E: PropertyAccess>(
 }
 
 /// Every element takes at least a byte, so that a file bounds what its header may claim.
-fn check_header(header: &Header, size: u64) -> Result<(), Problem> {
+fn check_header(header: &Header, size: u64, limits: Limits) -> Result<(), Problem> {
     for (name, element) in &header.elements {
         if element.count as u64 > size {
             let message = format!("{} elements '{name}' in {size} bytes", element.count);
@@ -89,6 +93,8 @@ fn check_header(header: &Header, size: u64) -> Result<(), Problem> {
             )));
         }
     }
+    let elements = header.elements.values().map(|element| element.count as u64);
+    limits.check(elements.sum(), ELEMENT, size)?;
     let has = |element: &str, property: &str| {
         header
             .elements
@@ -154,6 +160,9 @@ fn add_vertices(
 
 fn add_faces(mesh: &mut MeshData, faces: &[Face]) -> Result<(), Problem> {
     let count = mesh.positions.len();
+    let triangles = |face: &Face| face.polygon.as_ref().map_or(0, Vec::len);
+    let triangles = faces.iter().map(|face| triangles(face).saturating_sub(2));
+    mesh.triangles.reserve_exact(triangles.sum());
     for (i, face) in faces.iter().enumerate() {
         let malformed = |message| Err(Problem::Malformed(format!("face {i} {message}")));
         let Some(polygon) = &face.polygon else {
@@ -169,6 +178,10 @@ fn add_faces(mesh: &mut MeshData, faces: &[Face]) -> Result<(), Problem> {
     }
     Ok(())
 }
+
+/// Bytes that a vertex or a face takes at most while it is read, without its corners, and each of these.
+const ELEMENT: u64 = 144;
+const CORNER: u64 = 20;
 
 /// The names that the list of a face's vertices goes by.
 const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];

@@ -1,7 +1,6 @@
 //! Mitsuba's serialized meshes, versions 3 and 4: several meshes, each compressed by zlib, with a table of where
 //! they begin at the end of the file.
 
-use std::fs;
 use std::io::Read;
 use std::path::Path;
 
@@ -10,12 +9,18 @@ use glam::DVec3;
 
 use super::MeshData;
 use super::build::{check_mesh, check_position};
+use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
+use crate::input::{self, Limits};
 
 /// The first two bytes of every mesh.
 const MAGIC: u16 = 0x041c;
 /// Longest name of a mesh.
 const LONGEST_NAME: usize = 1 << 16;
+
+/// Bytes that a vertex and a triangle take at most while they are read.
+const VERTEX: u64 = 128;
+const TRIANGLE: u64 = 64;
 
 /// What a mesh holds besides positions and triangles.
 const NORMALS: u32 = 0x0001;
@@ -29,9 +34,9 @@ const DOUBLE: u32 = 0x2000;
 ///
 /// A file that cannot be read, is no serialized mesh of these versions, has no mesh of this number, ends
 /// early, or has positions that are not finite or indices out of range.
-pub fn read(path: &Path, index: usize) -> Result<MeshData, FileError> {
-    let bytes = fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
-    parse(&bytes, index).map_err(|problem| problem.at(path))
+pub fn read(path: &Path, index: usize, limits: Limits) -> Result<MeshData, FileError> {
+    let bytes = input::read(path)?;
+    parse(&bytes, index, limits).map_err(|problem| problem.at(path))
 }
 
 /// Reads one of the meshes from the bytes of a file.
@@ -39,13 +44,15 @@ pub fn read(path: &Path, index: usize) -> Result<MeshData, FileError> {
 /// # Errors
 ///
 /// As for [`read`].
-pub fn parse(bytes: &[u8], index: usize) -> Result<MeshData, Problem> {
+pub fn parse(bytes: &[u8], index: usize, limits: Limits) -> Result<MeshData, Problem> {
     let version = version(bytes)?;
     let offset = offset(bytes, version, index)?;
     let mesh = bytes.get(offset..).unwrap_or(&[]);
     self::version(mesh)?;
     Reader {
         stream: ZlibDecoder::new(&mesh[4..]),
+        limits,
+        size: bytes.len() as u64,
     }
     .mesh(version)
 }
@@ -93,6 +100,9 @@ fn offset(bytes: &[u8], version: u16, index: usize) -> Result<usize, Problem> {
 
 struct Reader<'b> {
     stream: ZlibDecoder<&'b [u8]>,
+    limits: Limits,
+    /// Bytes of the file.
+    size: u64,
 }
 
 impl Reader<'_> {
@@ -106,42 +116,34 @@ impl Reader<'_> {
         if vertices > u64::from(u32::MAX) {
             return Err(Problem::TooLarge("more than 2^32 vertices".into()));
         }
-        let mut numbers = |per_vertex: u64| -> Result<Vec<f64>, Problem> {
-            match flags & DOUBLE {
-                0 => {
-                    let bytes = self.bytes(vertices, 4 * per_vertex)?;
-                    let (values, _) = bytes.as_chunks::<4>();
-                    Ok(values
-                        .iter()
-                        .map(|b| f32::from_le_bytes(*b).into())
-                        .collect())
-                }
-                _ => {
-                    let bytes = self.bytes(vertices, 8 * per_vertex)?;
-                    let (values, _) = bytes.as_chunks::<8>();
-                    Ok(values.iter().map(|b| f64::from_le_bytes(*b)).collect())
-                }
-            }
+        let needed = vertices
+            .saturating_mul(VERTEX)
+            .saturating_add(triangles.saturating_mul(TRIANGLE));
+        self.limits.check(needed, 1, self.size)?;
+        let element = match flags & DOUBLE {
+            0 => Element::F32,
+            _ => Element::F64,
         };
-        let positions = numbers(3)?;
+        let positions: Vec<[f64; 3]> = self.vectors(vertices, element)?;
         if flags & NORMALS != 0 {
-            numbers(3)?;
+            let bytes = vertices * 3 * element.size() as u64;
+            let passed = std::io::copy(&mut (&mut self.stream).take(bytes), &mut std::io::sink());
+            passed.map_err(damaged)?;
         }
-        let uvs = (flags & UVS != 0).then(|| numbers(2)).transpose()?;
-        let colours = (flags & COLOURS != 0).then(|| numbers(3)).transpose()?;
-        let indices = self.bytes(triangles, 12)?;
-        let (indices, _) = indices.as_chunks::<4>();
-        let triples = |values: &[f64]| -> Vec<[f64; 3]> { values.as_chunks::<3>().0.to_vec() };
+        let uvs = (flags & UVS != 0).then(|| self.vectors(vertices, element));
+        let uvs = uvs.transpose()?;
+        let colours = (flags & COLOURS != 0).then(|| self.vectors::<3>(vertices, element));
+        let triangles = self.vectors::<3>(triangles, Element::U32)?;
         let position = |(i, p): (usize, [f64; 3])| check_position(DVec3::from_array(p), i);
-        let positions = triples(&positions).into_iter().enumerate().map(position);
+        let positions = positions.into_iter().enumerate().map(position);
+        let single = |c: [f64; 3]| c.map(|v| v as f32);
         check_mesh(MeshData {
             positions: positions.collect::<Result<_, _>>()?,
-            triangles: corners(indices, vertices)?,
-            uvs: uvs.map(|values| values.as_chunks::<2>().0.to_vec()),
-            colours: colours.map(|values| {
-                let single = |c: [f64; 3]| c.map(|v| v as f32);
-                triples(&values).into_iter().map(single).collect()
-            }),
+            triangles: corners(triangles, vertices)?,
+            uvs,
+            colours: colours
+                .transpose()?
+                .map(|values| values.into_iter().map(single).collect()),
         })
     }
 
@@ -156,40 +158,45 @@ impl Reader<'_> {
 
     fn chunk<const N: usize>(&mut self) -> Result<[u8; N], Problem> {
         let mut chunk = [0; N];
-        let read = self.stream.read_exact(&mut chunk);
-        read.map_err(|e| wrong(format!("its compressed data: {e}")))?;
+        self.stream.read_exact(&mut chunk).map_err(damaged)?;
         Ok(chunk)
     }
 
-    /// The bytes of so many things; memory is taken as they arrive.
-    fn bytes(&mut self, count: u64, each: u64) -> Result<Vec<u8>, Problem> {
-        let expected = count
-            .checked_mul(each)
-            .ok_or_else(|| Problem::TooLarge(format!("{count} elements")))?;
-        let mut bytes = Vec::new();
-        let read = (&mut self.stream).take(expected).read_to_end(&mut bytes);
-        read.map_err(|e| wrong(format!("its compressed data: {e}")))?;
-        match bytes.len() as u64 {
-            found if found < expected => Err(Problem::Truncated { expected, found }),
-            _ => Ok(bytes),
-        }
+    /// So many vectors; memory is taken as they arrive.
+    fn vectors<const N: usize>(
+        &mut self,
+        count: u64,
+        element: Element,
+    ) -> Result<Vec<[f64; N]>, Problem> {
+        let count = usize::try_from(count).ok().and_then(|n| n.checked_mul(N));
+        let count = count.ok_or_else(|| Problem::TooLarge("more elements than memory".into()))?;
+        let mut vectors = Vec::new();
+        let (mut vector, mut filled) = ([0.0; N], 0);
+        let sink = |v| {
+            vector[filled] = v;
+            filled += 1;
+            if filled == N {
+                vectors.push(vector);
+                filled = 0;
+            }
+        };
+        let read = Encoding::little(element).read(&mut self.stream, count, sink);
+        read.map_err(damaged)?;
+        Ok(vectors)
     }
 }
 
+fn damaged(error: std::io::Error) -> Problem {
+    wrong(format!("its compressed data: {error}"))
+}
+
 /// Triangles from the numbers of their corners.
-fn corners(indices: &[[u8; 4]], vertices: u64) -> Result<Vec<[u32; 3]>, Problem> {
-    let (triangles, _) = indices.as_chunks::<3>();
-    let corner = |bytes: &[u8; 4]| u32::from_le_bytes(*bytes);
-    let triangles: Vec<[u32; 3]> = triangles
-        .iter()
-        .map(|t| [0, 1, 2].map(|k| corner(&t[k])))
-        .collect();
-    let outside = |v: &&u32| u64::from(**v) >= vertices;
-    match triangles.iter().flatten().find(outside) {
-        Some(v) => {
-            let message = format!("the vertex {v} does not exist (there are {vertices})");
-            Err(Problem::Malformed(message))
-        }
-        None => Ok(triangles),
+fn corners(triangles: Vec<[f64; 3]>, vertices: u64) -> Result<Vec<[u32; 3]>, Problem> {
+    let outside = |v: &&f64| **v >= vertices as f64;
+    if let Some(v) = triangles.iter().flatten().find(outside) {
+        let message = format!("the vertex {v} does not exist (there are {vertices})");
+        return Err(Problem::Malformed(message));
     }
+    let whole = |t: [f64; 3]| t.map(|v| v as u32);
+    Ok(triangles.into_iter().map(whole).collect())
 }

@@ -1,22 +1,36 @@
 //! Files that a scene refers to.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use crate::error::{FileError, Problem};
+use crate::input::{self, Limits};
 
 /// The data files that a scene refers to, collected while its paths are resolved.
 #[derive(Clone, Debug, Default)]
 pub struct FileRegistry {
     /// Resolved path to the way in which it was written.
     files: BTreeMap<PathBuf, String>,
+    limits: Limits,
 }
 
 impl FileRegistry {
     /// An empty registry.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// An empty registry of files that may take so much memory.
+    pub fn within(limits: Limits) -> Self {
+        FileRegistry {
+            limits,
+            ..Self::default()
+        }
+    }
+
+    /// How much memory each of the files may take.
+    pub fn limits(&self) -> Limits {
+        self.limits
     }
 
     /// Records a file by its resolved path and the way in which the scene writes it.
@@ -44,10 +58,9 @@ impl FileRegistry {
 }
 
 fn content_hash(path: &Path) -> Result<blake3::Hash, FileError> {
-    let read = || {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update_reader(File::open(path)?)?;
-        Ok(hasher.finalize())
-    };
-    read().map_err(|e| Problem::Read(e).at(path))
+    let (file, _) = input::open(path)?;
+    let mut hasher = blake3::Hasher::new();
+    let read = hasher.update_reader(file.into_inner());
+    read.map_err(|e| Problem::Read(e).at(path))?;
+    Ok(hasher.finalize())
 }

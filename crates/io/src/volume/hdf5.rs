@@ -9,9 +9,9 @@ use hdf5_writer::{DatasetBuilder, Hdf5Builder, Hdf5Writer, WriteOptions};
 
 use super::layout::Layout;
 use super::{Format, INFLATION, Options, Sample, Volume, npy};
-use crate::atomic;
 use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
+use crate::{atomic, input};
 
 /// Reads a volume from the dataset whose path in the file is given: an array of three axes, or four with
 /// channels. `dx`, `dy` and `dz` beside it, as k-Wave has them, become the volume's box.
@@ -22,11 +22,9 @@ use crate::error::{FileError, Problem};
 /// file does not have, or that has another number of axes or other elements than numbers; NaN or infinite
 /// values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
-    let size = std::fs::metadata(path)
-        .map_err(|e| Problem::Read(e).at(path))?
-        .len();
-    let file = Hdf5File::open_with_options(path, limits(size)).map_err(describe);
-    file.and_then(|file| volume(&file, options))
+    let (_, size) = input::open(path)?;
+    let file = Hdf5File::open_with_options(path, limits(size, options)).map_err(describe);
+    file.and_then(|file| volume(&file, options, size))
         .map_err(|problem| problem.at(path))
 }
 
@@ -36,20 +34,24 @@ pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileE
 ///
 /// As for [`read`].
 pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
-    let limits = limits(bytes.len() as u64);
-    let file = Hdf5File::from_bytes_with_options(bytes, limits).map_err(describe)?;
-    volume(&file, options)
+    let size = bytes.len() as u64;
+    let file = Hdf5File::from_bytes_with_options(bytes, limits(size, options)).map_err(describe)?;
+    volume(&file, options, size)
 }
 
-/// No more memory than compressed data in a file of `size` bytes can need.
-fn limits(size: u64) -> OpenOptions {
-    let most = usize::try_from(size.saturating_mul(INFLATION)).unwrap_or(usize::MAX);
+/// No more memory than a file of `size` bytes may take, or compressed data in it can need.
+fn limits(size: u64, options: Options) -> OpenOptions {
+    let most = size
+        .saturating_mul(INFLATION)
+        .min(options.limits.most(size));
+    let most = usize::try_from(most).unwrap_or(usize::MAX);
     OpenOptions::default()
         .with_max_chunk_bytes(most)
         .with_max_read_bytes(most)
 }
 
-fn volume<T: Sample>(file: &Hdf5File, options: Options) -> Result<Volume<T>, Problem> {
+/// The volume in a file of `size` bytes.
+fn volume<T: Sample>(file: &Hdf5File, options: Options, size: u64) -> Result<Volume<T>, Problem> {
     let Some(name) = options.dataset else {
         let names = file.root_group().and_then(|group| group.member_names());
         let names = names.map_or(String::new(), |(_, names)| names.join(", "));
@@ -63,6 +65,11 @@ fn volume<T: Sample>(file: &Hdf5File, options: Options) -> Result<Volume<T>, Pro
     let shape: Option<Vec<usize>> = data.shape().iter().map(|n| (*n).try_into().ok()).collect();
     let too_large = || Problem::TooLarge(format!("an array of {:?}", data.shape()));
     let layout = Layout::new(&shape.ok_or_else(too_large)?, false, options.axes()?)?;
+    // The values, and what they are made of.
+    let each = size_of::<T>() + encoding.element.size();
+    options
+        .limits
+        .check(layout.count() as u64, each as u64, size)?;
     let bytes = data.read_raw_bytes().map_err(describe)?;
     let values = layout.read(&mut &bytes[..], encoding)?;
     let volume = Volume::new(layout.size, layout.channels, values)?;

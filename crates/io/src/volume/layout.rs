@@ -4,7 +4,7 @@ use super::Sample;
 use crate::binary;
 use crate::element::Encoding;
 use crate::error::Problem;
-use eikonal::field::Bspline;
+use crate::input::Limits;
 use std::fmt;
 use std::io::Read;
 use std::str::FromStr;
@@ -124,12 +124,9 @@ impl Layout {
         self.axes.iter().map(|(length, _)| length).product()
     }
 
-    /// Room for the values, and for what a spline through them needs, so that they can stay where they are.
-    fn room(&self) -> usize {
-        match self.channels {
-            1 => Bspline::room(self.size).max(self.count()),
-            _ => self.count(),
-        }
+    /// Refuses values that a file of `size` bytes must not take memory for.
+    pub fn check<T: Sample>(&self, limits: Limits, size: u64) -> Result<(), Problem> {
+        limits.check(self.count() as u64, size_of::<T>() as u64, size)
     }
 
     /// Reads values. The caller has checked that they can be there.
@@ -138,20 +135,16 @@ impl Layout {
         reader: &mut impl Read,
         encoding: Encoding,
     ) -> Result<Vec<T>, Problem> {
-        let count = self.count();
-        let mut data = Vec::with_capacity(self.room());
-        let read = if self.is_in_order() {
-            encoding.read(reader, count, |v| data.push(T::nearest(v)))
-        } else {
-            data.resize(count, T::nearest(0.0));
-            let mut targets = self.targets();
-            encoding.read(reader, count, |v| {
-                if let Some(i) = targets.next() {
-                    data[i] = T::nearest(v);
-                }
-            })
+        let mut data = vec![T::nearest(0.0); self.count()];
+        let mut targets = self.targets();
+        let place = |v| {
+            if let Some(i) = targets.next() {
+                data[i] = T::nearest(v);
+            }
         };
-        read.map_err(Problem::Read)?;
+        encoding
+            .read(reader, self.count(), place)
+            .map_err(Problem::Read)?;
         Ok(data)
     }
 
@@ -178,16 +171,6 @@ impl Layout {
             expected: format!("{} values", self.count()),
             found: found.to_string(),
         }
-    }
-
-    /// Whether the values of the file have the order of those of the volume.
-    fn is_in_order(&self) -> bool {
-        let mut expected = 1;
-        self.axes.iter().rev().all(|&(length, distance)| {
-            let fits = length == 1 || distance == expected;
-            expected *= length;
-            fits
-        })
     }
 
     /// Where in the volume the values of the file belong, in the order of the file.

@@ -240,9 +240,9 @@ impl<T: Sample> Volume<T> {
             Some(Format::Hdf5) => hdf5::read(path, options),
             Some(Format::Mat) => mat::read(path, options),
             Some(Format::Nrrd) => nrrd::read(path, options),
-            Some(Format::Vti) => vti::read(path, options.dataset),
-            Some(Format::Vtk) => vtk::read(path, options.dataset),
-            Some(Format::Vdb) => vdb::read(path, options.dataset),
+            Some(Format::Vti) => vti::read(path, options),
+            Some(Format::Vtk) => vtk::read(path, options),
+            Some(Format::Vdb) => vdb::read(path, options),
             None => Err(Format::unknown().at(path)),
         }
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::layout::Layout;
 use super::{Options, Sample, Volume};
 use crate::error::{FileError, Problem};
-use crate::{atomic, binary, npy};
+use crate::{atomic, binary, input, npy};
 
 /// Reads a volume from an array of three axes, or four with channels, of numbers of any type.
 ///
@@ -15,8 +15,8 @@ use crate::{atomic, binary, npy};
 /// A file that cannot be read or is no `.npy` file, an axis order that is not given, another number of axes,
 /// other elements, a size of zero, and NaN or infinite values (also those beyond single precision).
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
-    let (mut reader, size) = binary::open(path)?;
-    read_from(&mut reader, size, options).map_err(|problem| problem.at(path))
+    let (mut reader, size) = input::open(path)?;
+    read_from(&mut reader, [size; 2], options).map_err(|problem| problem.at(path))
 }
 
 /// Reads a volume from the bytes of an `.npy` file.
@@ -25,19 +25,20 @@ pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileE
 ///
 /// As for [`read`].
 pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
-    read_from(&mut BufReader::new(bytes), bytes.len() as u64, options)
+    read_from(&mut BufReader::new(bytes), [bytes.len() as u64; 2], options)
 }
 
-/// Reads a volume from a file of `size` bytes.
+/// Reads a volume from an array of `size` bytes, in a file of `stored` bytes.
 pub(super) fn read_from<T: Sample>(
     reader: &mut impl Read,
-    size: u64,
+    [size, stored]: [u64; 2],
     options: Options,
 ) -> Result<Volume<T>, Problem> {
     let header = npy::Header::read(reader, size)?;
     let layout = Layout::new(&header.shape, header.fortran_order, options.axes()?)?;
     let element = header.encoding.element;
     binary::check_size(layout.count(), element.size(), header.size, size)?;
+    layout.check::<T>(options.limits, stored)?;
     let data = layout.read(reader, header.encoding)?;
     let volume = Volume::new(layout.size, layout.channels, data)?;
     Ok(volume.with_element(element))

@@ -1,15 +1,14 @@
 //! Volumes in archives of NumPy's arrays.
 //! <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>
 
-use std::fs::File;
-use std::io::{BufReader, Cursor, Read, Seek};
+use std::io::{Cursor, Read, Seek};
 use std::path::Path;
 
 use zip::{ZipArchive, ZipWriter};
 
 use super::{INFLATION, Options, Sample, Volume, choose, npy};
-use crate::atomic;
 use crate::error::{FileError, Problem};
+use crate::{atomic, input};
 
 /// Reads a volume from the array of the given name, stored or compressed; from the only one if none is given.
 ///
@@ -18,12 +17,8 @@ use crate::error::{FileError, Problem};
 /// A file that cannot be read or is no such archive, an array that it does not have, and everything that
 /// [`npy::read`] reports.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
-    let read = || {
-        let file = File::open(path).map_err(Problem::Read)?;
-        let size = file.metadata().map_err(Problem::Read)?.len();
-        read_from(BufReader::new(file), size, options)
-    };
-    read().map_err(|problem| problem.at(path))
+    let (reader, size) = input::open(path)?;
+    read_from(reader, size, options).map_err(|problem| problem.at(path))
 }
 
 /// Reads a volume from the bytes of a file.
@@ -56,7 +51,7 @@ fn read_from<T: Sample>(
             found: size,
         });
     }
-    npy::read_from(&mut file, length, options)
+    npy::read_from(&mut file, [length, size], options)
 }
 
 /// Writes a volume as the array `name` of an archive, not compressed, in the order of [`npy::write`].

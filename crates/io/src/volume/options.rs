@@ -2,6 +2,7 @@
 
 use super::AxisOrder;
 use crate::error::Problem;
+use crate::input::Limits;
 
 /// What a user has to say of a file whose format leaves it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,6 +11,8 @@ pub struct Options<'a> {
     pub axes: Option<AxisOrder>,
     /// Which of several arrays is meant: its path or name.
     pub dataset: Option<&'a str>,
+    /// How much memory the file may take.
+    pub limits: Limits,
 }
 
 impl<'a> Options<'a> {
@@ -17,7 +20,7 @@ impl<'a> Options<'a> {
     pub fn order(axes: AxisOrder) -> Self {
         Options {
             axes: Some(axes),
-            dataset: None,
+            ..Options::default()
         }
     }
 
@@ -28,6 +31,12 @@ impl<'a> Options<'a> {
             dataset: Some(dataset),
             ..self
         }
+    }
+
+    /// The same for files that may take so much memory.
+    #[must_use]
+    pub fn within(self, limits: Limits) -> Self {
+        Options { limits, ..self }
     }
 
     /// The order of axes, which must be given.

@@ -14,7 +14,7 @@ use super::layout::Layout;
 use super::{Format, Sample, Volume};
 use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
-use crate::{atomic, binary};
+use crate::{atomic, binary, input};
 
 /// Bytes before the values.
 const HEADER: usize = 48;
@@ -31,7 +31,7 @@ const DIRECTIONS: i32 = 4;
 /// A file that cannot be read, is no `.vol` file of version 3 with numbers, does not have the size that its
 /// header calls for, or holds NaN or infinite values.
 pub fn read<T: Sample>(path: &Path) -> Result<Volume<T>, FileError> {
-    let (mut reader, size) = binary::open(path)?;
+    let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size).map_err(|problem| problem.at(path))
 }
 

@@ -10,7 +10,7 @@ use super::dialect::Dialect;
 use super::element::{self, Element};
 use super::tags::{self, Tag};
 use super::{document, properties, transforms};
-use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile, suggest};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile, shown, suggest};
 use crate::draft::{self, Alias, Draft, DraftChild, Drafts, MAX_DEPTH, Parameters, Target};
 use crate::scene::{PluginKind, Property, SceneDescription, Value};
 
@@ -309,7 +309,7 @@ impl Loader<'_> {
     ) {
         let identity = identity(source);
         if self.open_files.contains(&identity) {
-            let name = source.path().display();
+            let name = shown(source.path());
             return self.error(format!("'{name}' includes itself"), from);
         }
         let document = match document::parse(source) {

@@ -6,6 +6,7 @@ mod text;
 use crate::args::InfoArgs;
 use crate::failure::Failure;
 use crate::load::load_as_it_is;
+use crate::output::safe;
 use glam::DVec3;
 use io::Loaded;
 use io::assemble::{Needs, Walls};
@@ -29,7 +30,8 @@ pub fn info(args: &InfoArgs) -> Result<ExitCode, Failure> {
         false => {
             let style = Style::detect(stdout.is_terminal());
             let text = text::describe(&args.scene.path, &loaded);
-            text.map_err(|e| Failure::Runtime(e.to_string()))? + &loaded.warnings.render(style)
+            safe(&text.map_err(|e| Failure::Runtime(e.to_string()))?)
+                + &loaded.warnings.render(style)
         }
     };
     stdout.write_all(text.as_bytes())?;

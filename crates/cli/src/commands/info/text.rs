@@ -7,6 +7,7 @@ use eikonal::Uniqueness;
 use glam::DVec3;
 use io::Loaded;
 use io::assemble::Walls;
+use io::diagnostic::escaped;
 use io::rendered::Naming;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -19,7 +20,7 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Result<String, std::fmt::Error>
     let scene = loaded.scene();
     let mut text = String::new();
     let out = &mut text;
-    writeln!(out, "{}", file_name(path))?;
+    writeln!(out, "{}", escaped(&file_name(path)))?;
     writeln!(out, "  hash         {}", loaded.hash)?;
     match loaded.instruments.is_empty() {
         true => picture(out, loaded)?,

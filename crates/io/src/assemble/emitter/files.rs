@@ -17,7 +17,8 @@ pub(super) fn envmap(object: &Object, context: &mut Context) -> Option<Emitter> 
     let path = q.path("filename", context.files);
     let scale = q.float_in("scale", 0.0.., 1.0);
     let pose = pose(&mut q, "an environment");
-    let image = RgbImage::read(&path).map_err(|e| q.file_error("filename", &e));
+    let image = RgbImage::read_within(&path, context.files.limits())
+        .map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
     let image = image.ok()?;
     let mut radiance = |rgb: &[f32; 3]| {

@@ -4,7 +4,6 @@ mod acoustic;
 mod air;
 mod dispersion;
 mod grid;
-mod rounding;
 
 pub(super) use dispersion::disperses;
 

@@ -1,6 +1,7 @@
 //! Shapes from files.
 
 use crate::error::FileError;
+use crate::input::Limits;
 use crate::mesh::{MeshData, Tensors, gltf, serialized};
 use crate::query::Query;
 use crate::scene::{FileRegistry, Object, ObjectId, Tensor};
@@ -42,7 +43,7 @@ pub(super) fn mesh(
     };
     let (mesh, colours) = match originals.meshes.get(&object.number) {
         Some(known) => known.clone(),
-        None => match original(source?.read(q)?, flip) {
+        None => match original(source?.read(q, files.limits())?, flip) {
             Ok(original) => original,
             Err(error) => return Some(Err(error)),
         },
@@ -83,7 +84,7 @@ impl Source {
         }
         let path = q.path("filename", files);
         if object.plugin == "gltf" {
-            for name in gltf::data_files(&path) {
+            for name in gltf::data_files(&path, files.limits()) {
                 files.add(path.with_file_name(&name), &name);
             }
         }
@@ -94,11 +95,11 @@ impl Source {
     }
 
     /// The mesh; `None` if something is wrong with it (reported then).
-    fn read(self, q: &mut Query) -> Option<MeshData> {
+    fn read(self, q: &mut Query, limits: Limits) -> Option<MeshData> {
         let in_file = |e| ("filename", FileError::to_string(&e));
         let mesh = match self {
-            Source::File(path) => MeshData::read(&path).map_err(in_file),
-            Source::OneOf(path, index) => serialized::read(&path, index).map_err(in_file),
+            Source::File(path) => MeshData::read_within(&path, limits).map_err(in_file),
+            Source::OneOf(path, index) => serialized::read(&path, index, limits).map_err(in_file),
             Source::Held([positions, faces], [texcoords, color]) => MeshData::of_tensors(Tensors {
                 vertex_positions: &positions,
                 faces: &faces,

@@ -7,7 +7,7 @@ use super::wrong;
 use crate::element::Element;
 use crate::error::Problem;
 
-impl Document {
+impl Document<'_> {
     /// Vectors with at least `N` components, of which the first `N` are returned. Normalised integers are in [0, 1]
     /// or [−1, 1].
     pub fn vectors<const N: usize>(&self, accessor: usize) -> Result<Vec<[f64; N]>, Problem> {
@@ -28,6 +28,13 @@ impl Document {
             .elements(accessor, components * size)?
             .map(vector)
             .collect())
+    }
+
+    /// How many elements an accessor says that it has.
+    pub fn count(&self, accessor: usize) -> Result<u64, Problem> {
+        let count = index(self.item("accessors", accessor)?, "count").unwrap_or(0);
+        // No buffer has more bytes.
+        Ok((count as u64).min(self.size))
     }
 
     /// Indices of vertices.
@@ -55,7 +62,8 @@ impl Document {
         )?;
         let buffer = self
             .buffers
-            .get(index(view, "buffer").unwrap_or(usize::MAX));
+            .get(index(view, "buffer").unwrap_or(usize::MAX))
+            .map(|data| &*self.data[*data]);
         let count = index(accessor, "count").unwrap_or(0);
         let stride = index(view, "byteStride").unwrap_or(size);
         let offset = |object| index(object, "byteOffset").unwrap_or(0);

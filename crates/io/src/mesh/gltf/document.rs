@@ -1,24 +1,38 @@
 //! The structure of glTF files.
 
+use std::borrow::Cow;
+use std::collections::HashMap;
+
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::Value;
 
 use super::wrong;
 use crate::error::Problem;
+use crate::input::Limits;
+
+/// Bytes that a value of JSON takes at most, with its name.
+const VALUE: u64 = 128;
 
 /// A file with its buffers.
-pub(super) struct Document {
+pub(super) struct Document<'a> {
     pub json: Value,
-    pub buffers: Vec<Vec<u8>>,
+    /// The bytes of all buffers: those of a file once, however many buffers it holds.
+    pub data: Vec<Cow<'a, [u8]>>,
+    /// Which of them are those of each buffer.
+    pub buffers: Vec<usize>,
+    /// Bytes of the file, and of those that hold its buffers.
+    pub size: u64,
 }
 
-impl Document {
+impl<'a> Document<'a> {
     pub fn new(
-        bytes: &[u8],
+        bytes: &'a [u8],
         load: impl Fn(&str) -> Result<Vec<u8>, Problem>,
+        limits: Limits,
     ) -> Result<Self, Problem> {
         let (text, binary) = parts(bytes)?;
+        limits.check(values(text), VALUE, bytes.len() as u64)?;
         let json: Value = serde_json::from_slice(text).map_err(|e| wrong(e.to_string()))?;
         let version = json["asset"]["version"]
             .as_str()
@@ -26,25 +40,36 @@ impl Document {
         if !version.starts_with("2.") {
             return Err(wrong(format!("the file is of version '{version}'")));
         }
-        let mut buffers = Vec::new();
+        let mut known: HashMap<Option<&str>, usize> = HashMap::new();
+        let (mut data, mut buffers) = (Vec::new(), Vec::new());
+        let mut size = bytes.len() as u64;
         for buffer in list(&json, "buffers") {
-            let data = match buffer["uri"].as_str() {
-                None => binary
-                    .ok_or_else(|| wrong("the binary part is missing"))?
-                    .to_vec(),
-                Some(uri) => match uri.strip_prefix("data:") {
-                    Some(data) => embedded(data)?,
-                    None => load(&name(uri).ok_or_else(|| wrong("a file name is not UTF-8"))?)?,
-                },
+            let uri = buffer["uri"].as_str();
+            let at = match known.get(&uri) {
+                Some(at) => *at,
+                None => {
+                    let bytes = contents(uri, binary, &load)?;
+                    if uri.is_some_and(|uri| !uri.starts_with("data:")) {
+                        size += bytes.len() as u64;
+                    }
+                    known.insert(uri, data.len());
+                    data.push(bytes);
+                    data.len() - 1
+                }
             };
             let expected = index(buffer, "byteLength").unwrap_or(0) as u64;
-            let found = data.len() as u64;
+            let found = data[at].len() as u64;
             if found < expected {
                 return Err(Problem::Truncated { expected, found });
             }
-            buffers.push(data);
+            buffers.push(at);
         }
-        Ok(Document { json, buffers })
+        Ok(Document {
+            json,
+            data,
+            buffers,
+            size,
+        })
     }
 
     /// One of the objects of a list.
@@ -54,9 +79,47 @@ impl Document {
     }
 }
 
+/// The bytes of a buffer: in the file itself, in a text or in another file.
+fn contents<'a>(
+    uri: Option<&str>,
+    binary: Option<&'a [u8]>,
+    load: impl Fn(&str) -> Result<Vec<u8>, Problem>,
+) -> Result<Cow<'a, [u8]>, Problem> {
+    let Some(uri) = uri else {
+        let missing = || wrong("the binary part is missing");
+        return binary.map(Cow::from).ok_or_else(missing);
+    };
+    let bytes = match uri.strip_prefix("data:") {
+        Some(data) => embedded(data)?,
+        None => load(&name(uri).ok_or_else(|| wrong("a file name is not UTF-8"))?)?,
+    };
+    Ok(bytes.into())
+}
+
+/// At most so many values does a text in JSON have: each but the first follows a comma or begins a list or an object.
+fn values(text: &[u8]) -> u64 {
+    let (mut count, mut inside, mut escaped) = (1, false, false);
+    for byte in text {
+        match byte {
+            _ if escaped => escaped = false,
+            b'\\' => escaped = inside,
+            b'"' => inside = !inside,
+            b',' | b'[' | b'{' if !inside => count += 1,
+            _ => {}
+        }
+    }
+    count
+}
+
 /// Names of the files that hold buffers.
-pub(super) fn data_files(bytes: &[u8]) -> Vec<String> {
+pub(super) fn data_files(bytes: &[u8], limits: Limits) -> Vec<String> {
     let text = parts(bytes).map_or(&[][..], |(text, _)| text);
+    if limits
+        .check(values(text), VALUE, bytes.len() as u64)
+        .is_err()
+    {
+        return Vec::new();
+    }
     let json: Value = serde_json::from_slice(text).unwrap_or_default();
     let uris = list(&json, "buffers")
         .iter()

@@ -6,7 +6,6 @@
 mod accessor;
 mod document;
 
-use std::fs;
 use std::path::Path;
 
 use glam::{DAffine3, DMat4, DQuat, DVec3};
@@ -15,10 +14,14 @@ use serde_json::Value;
 use super::MeshData;
 use super::build::{check_mesh, check_position};
 use crate::error::{FileError, Problem};
+use crate::input::{self, Limits};
 use document::{Document, index, list, numbers};
 
 /// Triangles of one file: nodes may show one mesh many times.
-const MOST_TRIANGLES: usize = 100_000_000;
+const MOST_TRIANGLES: u64 = 100_000_000;
+/// Bytes that a vertex and a triangle take at most while they are read.
+const VERTEX: u64 = 160;
+const TRIANGLE: u64 = 40;
 /// Modes of primitives; smaller ones are points and lines.
 const TRIANGLES: usize = 4;
 const STRIP: usize = 5;
@@ -30,11 +33,11 @@ const FAN: usize = 6;
 ///
 /// A file that cannot be read or is no glTF 2.0, without triangles, with sparse or compressed data, or whose numbers do
 /// not fit together.
-pub fn read(path: &Path) -> Result<MeshData, FileError> {
-    let bytes = fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
+pub fn read(path: &Path, limits: Limits) -> Result<MeshData, FileError> {
+    let bytes = input::read(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let load = |name: &str| fs::read(folder.join(name)).map_err(Problem::Read);
-    parse(&bytes, load).map_err(|problem| problem.at(path))
+    let load = |name: &str| input::read(&folder.join(name)).map_err(|e| e.problem);
+    parse(&bytes, load, limits).map_err(|problem| problem.at(path))
 }
 
 /// Reads a mesh from the bytes of a file; `load` reads the files that it names.
@@ -45,10 +48,12 @@ pub fn read(path: &Path) -> Result<MeshData, FileError> {
 pub fn parse(
     bytes: &[u8],
     load: impl Fn(&str) -> Result<Vec<u8>, Problem>,
+    limits: Limits,
 ) -> Result<MeshData, Problem> {
-    let document = Document::new(bytes, load)?;
+    let document = Document::new(bytes, load, limits)?;
     let mut builder = Builder {
         document: &document,
+        limits,
         mesh: MeshData {
             uvs: Some(Vec::new()),
             colours: Some(Vec::new()),
@@ -82,9 +87,9 @@ pub fn parse(
 }
 
 /// Names of the files that hold the buffers of a file; none if it cannot be read.
-pub fn data_files(path: &Path) -> Vec<String> {
-    let bytes = fs::read(path).unwrap_or_default();
-    document::data_files(&bytes)
+pub fn data_files(path: &Path, limits: Limits) -> Vec<String> {
+    let bytes = input::read(path).unwrap_or_default();
+    document::data_files(&bytes, limits)
 }
 
 fn wrong(reason: impl Into<String>) -> Problem {
@@ -115,7 +120,8 @@ fn placement(node: &Value) -> Result<DAffine3, Problem> {
 
 /// The mesh so far.
 struct Builder<'a> {
-    document: &'a Document,
+    document: &'a Document<'a>,
+    limits: Limits,
     mesh: MeshData,
 }
 
@@ -128,6 +134,7 @@ impl Builder<'_> {
         let (attributes, first) = (&primitive["attributes"], self.mesh.positions.len());
         let positions =
             index(attributes, "POSITION").ok_or_else(|| wrong("a part has no positions"))?;
+        self.check(positions, index(primitive, "indices"))?;
         let positions = self.document.vectors::<3>(positions)?;
         let count = positions.len();
         for (i, x) in positions.into_iter().enumerate() {
@@ -149,10 +156,21 @@ impl Builder<'_> {
             let corners = if mirrored { [a, c, b] } else { [a, b, c] };
             self.mesh.triangles.push(corners);
         }
-        match self.mesh.triangles.len().max(self.mesh.positions.len()) > MOST_TRIANGLES {
-            true => Err(wrong(format!("more than {MOST_TRIANGLES} triangles"))),
-            false => Ok(()),
+        Ok(())
+    }
+
+    /// Refuses a part that would make the mesh too large: nodes may show one mesh many times.
+    fn check(&self, positions: usize, indices: Option<usize>) -> Result<(), Problem> {
+        let more = |accessor| self.document.count(accessor);
+        let vertices = self.mesh.positions.len() as u64 + more(positions)?;
+        // A strip has as many triangles as indices.
+        let corners = indices.map_or(Ok(vertices), more)?;
+        let triangles = self.mesh.triangles.len() as u64 + corners;
+        if vertices.max(triangles) > MOST_TRIANGLES {
+            return Err(wrong(format!("more than {MOST_TRIANGLES} triangles")));
         }
+        let needed = vertices * VERTEX + triangles * TRIANGLE;
+        self.limits.permit(needed, 1, self.document.size)
     }
 
     /// Texture coordinates and colours, if all parts have them. Both are as in images: v grows downwards, and

@@ -11,9 +11,9 @@ use flate2::read::ZlibDecoder;
 
 use super::layout::Layout;
 use super::{INFLATION, Options, Sample, Volume, choose};
-use crate::binary;
 use crate::element::Encoding;
 use crate::error::{FileError, Problem};
+use crate::input;
 use element::{COMPRESSED, Head, MATRIX, Tag, number};
 
 pub use write::write;
@@ -29,7 +29,7 @@ const HEADER: usize = 128;
 /// A file that cannot be read or is not of version 5, an axis order that is not given, a variable that it does
 /// not have or that is complex, and NaN or infinite values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
-    let (mut reader, size) = binary::open(path)?;
+    let (mut reader, size) = input::open(path)?;
     read_from(&mut reader, size, options).map_err(|problem| problem.at(path))
 }
 
@@ -69,17 +69,17 @@ fn read_from<T: Sample>(
                 left: held.saturating_mul(INFLATION),
             };
             Tag::read(&mut limited, big)?;
-            array(&mut limited, big, options)
+            array(&mut limited, big, (options, size))
         }
-        _ => array(&mut file, big, options),
+        _ => array(&mut file, big, (options, size)),
     }
 }
 
-/// Reads an array of numbers, of which the tag has been read.
+/// Reads an array of numbers, of which the tag has been read, from a file of `size` bytes.
 fn array<T: Sample>(
     reader: &mut Limited<impl Read>,
     big: bool,
-    options: Options,
+    (options, size): (Options, u64),
 ) -> Result<Volume<T>, Problem> {
     let head = Head::read(reader, big)?;
     if head.complex {
@@ -94,6 +94,7 @@ fn array<T: Sample>(
         shape.push(1);
     }
     let layout = Layout::new(&shape, true, options.axes()?)?;
+    layout.check::<T>(options.limits, size)?;
     let tag = Tag::read(reader, big)?;
     let element = number(tag.kind)?;
     let expected = layout.count() as u64 * element.size() as u64;

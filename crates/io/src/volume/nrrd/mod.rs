@@ -12,8 +12,8 @@ use flate2::bufread::MultiGzDecoder;
 
 use super::layout::Layout;
 use super::{INFLATION, Options, Sample, Volume};
-use crate::binary;
 use crate::error::{FileError, Problem};
+use crate::{binary, input};
 use header::{Compression, Header};
 
 pub use write::write;
@@ -29,22 +29,22 @@ pub use write::write;
 /// values.
 pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
     let read = || {
-        let (mut reader, size) = binary::open(path).map_err(|e| e.problem)?;
+        let (mut reader, size) = input::open(path).map_err(|e| e.problem)?;
         let header = Header::read(&mut reader)?;
         let Some(name) = &header.data_file else {
-            let left = size - header.bytes;
-            return values(reader, left, &header, options);
+            let left = size.saturating_sub(header.bytes);
+            return values(reader.take(left), left, &header, options);
         };
         let data = path.with_file_name(name);
-        let (reader, size) = binary::open(&data).map_err(|e| in_file(name, e.problem))?;
-        values(reader, size, &header, options).map_err(|problem| in_file(name, problem))
+        let (reader, size) = input::open(&data).map_err(|e| in_file(name, e.problem))?;
+        values(reader.take(size), size, &header, options).map_err(|problem| in_file(name, problem))
     };
     read().map_err(|problem| problem.at(path))
 }
 
 /// The name of the file with the data, if the header at `path` stands alone and can be read.
 pub fn data_file(path: &Path) -> Option<String> {
-    let (mut reader, _) = binary::open(path).ok()?;
+    let (mut reader, _) = input::open(path).ok()?;
     Header::read(&mut reader).ok()?.data_file
 }
 
@@ -60,7 +60,7 @@ pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Pro
         let message = "NRRD data in a file of their own, which was not given";
         return Err(Problem::Unsupported(message.into()));
     }
-    let left = bytes.len() as u64 - header.bytes;
+    let left = (bytes.len() as u64).saturating_sub(header.bytes);
     values(reader, left, &header, options)
 }
 
@@ -80,38 +80,44 @@ fn values<T: Sample>(
     for _ in 0..header.line_skip {
         match reader.skip_until(b'\n').map_err(Problem::Read)? {
             0 => return Err(bad("it has fewer lines than it skips")),
-            skipped => left -= skipped as u64,
+            skipped => left = left.saturating_sub(skipped as u64),
         }
     }
     let data = match header.compression {
         Compression::None => {
-            left -= skip(&mut reader, header.skip_of(&layout, left)?)?;
+            let skipped = skip(&mut reader, header.skip_of(&layout, left)?)?;
+            left = left.saturating_sub(skipped);
             let size = header.encoding.element.size();
             binary::check_size(layout.count(), size, 0, left)?;
+            layout.check::<T>(options.limits, left)?;
             layout.read(&mut reader, header.encoding)?
         }
         Compression::Gzip => {
             let bytes = layout.count() as u64 * header.encoding.element.size() as u64;
-            let most = left.saturating_mul(INFLATION);
-            if bytes > most {
+            if bytes > left.saturating_mul(INFLATION) {
                 return Err(Problem::Truncated {
                     expected: bytes,
                     found: left,
                 });
             }
+            layout.check::<T>(options.limits, left)?;
             let mut inner = MultiGzDecoder::new(reader);
             let damaged = |e| {
                 bad(&format!(
                     "its compressed data are damaged or end early: {e}"
                 ))
             };
-            let skipped = skip(&mut inner, header.skip_of(&layout, most)?);
+            let skipped = skip(
+                &mut inner,
+                header.skip_of(&layout, options.limits.most(left))?,
+            );
             skipped
                 .and_then(|_| layout.read(&mut inner, header.encoding))
                 .map_err(damaged)?
         }
         Compression::Text => {
             skip(&mut reader, header.skip_of(&layout, left)?)?;
+            layout.check::<T>(options.limits, left)?;
             let mut text = String::new();
             reader.read_to_string(&mut text).map_err(Problem::Read)?;
             layout.parse(&text)?

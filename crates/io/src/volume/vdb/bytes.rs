@@ -3,6 +3,7 @@
 use crate::error::Problem;
 
 /// What is left of a file.
+#[derive(Clone)]
 pub(super) struct Bytes<'a> {
     left: &'a [u8],
 }
@@ -20,6 +21,11 @@ impl From<Cut> for Problem {
 impl<'a> Bytes<'a> {
     pub fn new(left: &'a [u8]) -> Self {
         Bytes { left }
+    }
+
+    /// How many bytes are left.
+    pub fn len(&self) -> usize {
+        self.left.len()
     }
 
     pub fn take(&mut self, size: usize) -> Result<&'a [u8], Cut> {

@@ -53,7 +53,11 @@ impl Descriptor {
                     at: usize::try_from(at).map_err(|_| Cut)?,
                 });
             }
-            // The next descriptor follows the data of this grid.
+            // The next descriptor follows the data of this grid. One that did not would be read again and again.
+            if end < file.len() - cursor.len() {
+                let message = "a grid that ends before it begins";
+                return Err(Problem::Malformed(message.into()));
+            }
             *cursor = Bytes::new(file.get(end..).ok_or(Cut)?);
         }
         Ok(grids)

@@ -14,8 +14,9 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{Frame, INFLATION, Sample, Volume, choose, layout};
+use super::{Frame, Options, Sample, Volume, choose, layout};
 use crate::error::{FileError, Problem};
+use crate::input;
 use bytes::Bytes;
 use grid::Descriptor;
 use tree::Tree;
@@ -27,16 +28,16 @@ const OLDEST: u32 = 222;
 /// Characters of the identifier of a file.
 const UUID: usize = 36;
 
-/// Reads the grid of the given name; the only one of floating-point numbers if none is given.
+/// Reads the grid of the dataset's name; the only one of floating-point numbers if none is given.
 ///
 /// # Errors
 ///
 /// A file that cannot be read, is no OpenVDB file or an old one, a grid that it does not have or that has no active
-/// voxels, other compressions than zlib and Blosc with LZ4 or zlib, a dense grid far beyond the size of the file,
+/// voxels, other compressions than zlib and Blosc with LZ4 or zlib, a dense grid beyond the limits of memory,
 /// and NaN and infinite values.
-pub fn read<T: Sample>(path: &Path, name: Option<&str>) -> Result<Volume<T>, FileError> {
-    let bytes = std::fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
-    parse(&bytes, name).map_err(|problem| problem.at(path))
+pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
+    let bytes = input::read(path)?;
+    parse(&bytes, options).map_err(|problem| problem.at(path))
 }
 
 /// Reads a grid from the bytes of a file.
@@ -44,7 +45,7 @@ pub fn read<T: Sample>(path: &Path, name: Option<&str>) -> Result<Volume<T>, Fil
 /// # Errors
 ///
 /// As for [`read`].
-pub fn parse<T: Sample>(bytes: &[u8], name: Option<&str>) -> Result<Volume<T>, Problem> {
+pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
     let mut cursor = Bytes::new(bytes);
     if cursor.array() != Ok(MAGIC) {
         return Err(Problem::WrongFormat {
@@ -68,7 +69,7 @@ pub fn parse<T: Sample>(bytes: &[u8], name: Option<&str>) -> Result<Volume<T>, P
     grid::skip_metadata(&mut cursor)?;
     let grids = Descriptor::all(&mut cursor, bytes)?;
     let names: Vec<&str> = grids.iter().map(|g| g.name.as_str()).collect();
-    let grid = &grids[choose(&names, name)?];
+    let grid = &grids[choose(&names, options.dataset)?];
     let mut cursor = Bytes::new(bytes.get(grid.at..).unwrap_or_default());
     let compression = cursor.u32()?;
     grid::skip_metadata(&mut cursor)?;
@@ -78,12 +79,13 @@ pub fn parse<T: Sample>(bytes: &[u8], name: Option<&str>) -> Result<Volume<T>, P
         .active_box()
         .ok_or_else(|| Problem::Empty("a grid without active voxels".into()))?;
     let count = layout::check(size, 1)?;
-    if count as u64 > (bytes.len() as u64).saturating_mul(INFLATION) {
+    let limits = options.limits;
+    let fits = limits.check(count as u64, size_of::<T>() as u64, bytes.len() as u64);
+    fits.map_err(|problem| {
         let [x, y, z] = size;
-        let message =
-            format!("the active voxels spread over {x} x {y} x {z}; crop the grid or resample it");
-        return Err(Problem::TooLarge(message));
-    }
+        let message = format!("the active voxels spread over {x} x {y} x {z} ({problem}); crop the grid or resample it");
+        Problem::Malformed(message)
+    })?;
     let data = tree.dense(&mut cursor, first, size)?;
     let frame = Frame {
         first: map.transform_point3(DVec3::from_array(first.map(|n| n as f64))),

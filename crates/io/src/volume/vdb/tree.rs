@@ -1,6 +1,7 @@
 //! The tree of a grid: a root, nodes of 32³ and 16³ children, leaves of 8³ voxels.
 
 use std::array::from_fn;
+use std::collections::HashSet;
 
 use super::bytes::Bytes;
 use super::values::Coding;
@@ -18,55 +19,110 @@ const NODES: [(u32, u32); 2] = [(4, LEAF), (5, 7)];
 /// The index of a voxel. In 64 bits, so that no sum of those of a file overflows.
 pub(super) type Index = [i64; 3];
 
-/// A cube of voxels of one value.
-struct Tile {
-    first: Index,
-    /// Its edge.
-    edge: i64,
-    value: f64,
-    active: bool,
-}
-
-/// A leaf, by its first voxel.
-struct Leaf {
-    first: Index,
-    /// The least and the greatest active voxel.
-    active: Option<[Index; 2]>,
+/// What a tree consists of below its root.
+enum Part<'a> {
+    /// A cube of voxels of one value, by its first voxel and its edge.
+    Tile {
+        first: Index,
+        edge: i64,
+        value: f64,
+        active: bool,
+    },
+    /// A leaf, by its first voxel, and which of its voxels are active.
+    Leaf { first: Index, active: &'a [u8] },
 }
 
 /// A tree without the values of its leaves.
 pub(super) struct Tree<'a> {
     coding: Coding<'a>,
     background: f64,
-    tiles: Vec<Tile>,
-    leaves: Vec<Leaf>,
+    /// The file from the root's tiles on.
+    root: Bytes<'a>,
+    /// The first voxels of all leaves.
+    leaves: Vec<Index>,
+    /// The least and the greatest active voxel.
+    active: Option<[Index; 2]>,
 }
 
 impl<'a> Tree<'a> {
     /// Reads the tree, after which come the values of its leaves.
-    pub fn read(cursor: &mut Bytes, coding: Coding<'a>) -> Result<Self, Problem> {
+    pub fn read(cursor: &mut Bytes<'a>, coding: Coding<'a>) -> Result<Self, Problem> {
         cursor.u32()?; // The number of buffers, which is always one.
+        let background = coding.number(cursor)?;
         let mut tree = Tree {
-            background: coding.number(cursor)?,
             coding,
-            tiles: Vec::new(),
+            background,
+            root: cursor.clone(),
             leaves: Vec::new(),
+            active: None,
         };
-        let (tiles, children) = (cursor.u32()?, cursor.u32()?);
-        for _ in 0..tiles {
-            let first = index(cursor)?;
-            let value = tree.coding.number(cursor)?;
-            let [active] = cursor.array()?;
-            tree.add_tile(first, ROOT, value, active != 0);
-        }
-        for _ in 0..children {
-            let first = index(cursor)?;
-            tree.node(cursor, first, 1)?;
-        }
+        let (mut leaves, mut active) = (Vec::new(), None);
+        let mut add = |range: [Index; 2]| {
+            active = Some(active.map_or(range, |all| around(all, range)));
+        };
+        tree.walk(cursor, &mut |part| match part {
+            Part::Tile {
+                first,
+                edge,
+                active: true,
+                ..
+            } => add([first, plus(first, [edge - 1; 3])]),
+            Part::Tile { .. } => {}
+            Part::Leaf { first, active } => {
+                leaves.push(first);
+                let on = (0..Coding::LEAF).filter(|i| is_on(active, *i));
+                let voxels = on.map(|i| plus(first, position(i, LEAF)));
+                if let Some(range) = voxels.map(|at| [at, at]).reduce(around) {
+                    add(range);
+                }
+            }
+        })?;
+        (tree.leaves, tree.active) = (leaves, active);
         Ok(tree)
     }
 
-    fn node(&mut self, cursor: &mut Bytes, first: Index, level: usize) -> Result<(), Problem> {
+    /// Hands over all that the tree consists of, in the order of the file. No two parts have a voxel in common, so that the
+    /// work of filling a box is in proportion to its size and that of the file.
+    fn walk(
+        &self,
+        cursor: &mut Bytes<'a>,
+        visit: &mut impl FnMut(Part<'a>),
+    ) -> Result<(), Problem> {
+        let (tiles, children) = (cursor.u32()?, cursor.u32()?);
+        let mut known = HashSet::new();
+        let mut key = |cursor: &mut Bytes| {
+            let first = index(cursor)?;
+            let is_aligned = first.iter().all(|n| n.trailing_zeros() >= ROOT);
+            match is_aligned && known.insert(first) {
+                true => Ok(first),
+                false => Err(Problem::Malformed("two nodes of its tree overlap".into())),
+            }
+        };
+        for _ in 0..tiles {
+            let first = key(cursor)?;
+            let value = self.coding.number(cursor)?;
+            let [active] = cursor.array()?;
+            visit(Part::Tile {
+                first,
+                edge: 1 << ROOT,
+                value,
+                active: active != 0,
+            });
+        }
+        for _ in 0..children {
+            let first = key(cursor)?;
+            self.node(cursor, first, 1, visit)?;
+        }
+        Ok(())
+    }
+
+    fn node(
+        &self,
+        cursor: &mut Bytes<'a>,
+        first: Index,
+        level: usize,
+        visit: &mut impl FnMut(Part<'a>),
+    ) -> Result<(), Problem> {
         let (branch, edge) = NODES[level];
         let count = 1usize << (3 * branch);
         let children = cursor.take(count / 8)?;
@@ -75,52 +131,36 @@ impl<'a> Tree<'a> {
         let place = |i: usize| plus(first, position(i, branch).map(|n| n << edge));
         for (i, value) in values.into_iter().enumerate() {
             if !is_on(children, i) {
-                self.add_tile(place(i), edge, value, is_on(active, i));
+                visit(Part::Tile {
+                    first: place(i),
+                    edge: 1 << edge,
+                    value,
+                    active: is_on(active, i),
+                });
             }
         }
         for i in (0..count).filter(|i| is_on(children, *i)) {
             match level {
-                0 => self.leaf(cursor, place(i))?,
-                _ => self.node(cursor, place(i), level - 1)?,
+                0 => visit(Part::Leaf {
+                    first: place(i),
+                    active: cursor.take(Coding::LEAF / 8)?,
+                }),
+                _ => self.node(cursor, place(i), level - 1, visit)?,
             }
         }
         Ok(())
     }
 
-    fn leaf(&mut self, cursor: &mut Bytes, first: Index) -> Result<(), Problem> {
-        let mask = cursor.take(Coding::LEAF / 8)?;
-        let on = (0..Coding::LEAF).filter(|i| is_on(mask, *i));
-        let voxels = on.map(|i| plus(first, position(i, LEAF)));
-        let active = voxels.map(|at| [at, at]).reduce(around);
-        self.leaves.push(Leaf { first, active });
-        Ok(())
-    }
-
-    /// Notes a tile that differs from what is everywhere.
-    fn add_tile(&mut self, first: Index, edge: u32, value: f64, active: bool) {
-        if active || value != self.background {
-            self.tiles.push(Tile {
-                first,
-                edge: 1 << edge,
-                value,
-                active,
-            });
-        }
-    }
-
     /// The first active voxel, and how many the box of all has along x, y, z.
     pub fn active_box(&self) -> Option<(Index, [usize; 3])> {
-        let tiles = self.tiles.iter().filter(|tile| tile.active);
-        let tiles = tiles.map(|tile| [tile.first, plus(tile.first, [tile.edge - 1; 3])]);
-        let leaves = self.leaves.iter().filter_map(|leaf| leaf.active);
-        let [low, high] = leaves.chain(tiles).reduce(around)?;
+        let [low, high] = self.active?;
         Some((low, from_fn(|i| (high[i] - low[i] + 1) as usize)))
     }
 
     /// All values of the box of `size` voxels from `low` on, x fastest. Those of the leaves are next in the file.
     pub fn dense<T: Sample>(
         &self,
-        cursor: &mut Bytes,
+        cursor: &mut Bytes<'a>,
         low: Index,
         size: [usize; 3],
     ) -> Result<Vec<T>, Problem> {
@@ -129,15 +169,22 @@ impl<'a> Tree<'a> {
             size,
             data: vec![T::nearest(self.background); size.iter().product()],
         };
-        for tile in &self.tiles {
-            dense.fill(tile.first, tile.edge, |_| tile.value);
-        }
-        for leaf in &self.leaves {
+        // Once more, as tiles may take far more memory than the file.
+        self.walk(&mut self.root.clone(), &mut |part| {
+            if let Part::Tile {
+                first, edge, value, ..
+            } = part
+                && value != self.background
+            {
+                dense.fill(first, edge, |_| value);
+            }
+        })?;
+        for first in &self.leaves {
             let active = cursor.take(Coding::LEAF / 8)?;
             let values = self
                 .coding
                 .values(cursor, Coding::LEAF, active, self.background)?;
-            dense.fill(leaf.first, 1 << LEAF, |[x, y, z]| {
+            dense.fill(*first, 1 << LEAF, |[x, y, z]| {
                 values[x << (2 * LEAF) | y << LEAF | z]
             });
         }

@@ -12,8 +12,9 @@ use std::path::Path;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::layout::Layout;
-use super::{Sample, Volume};
+use super::{Options, Sample, Volume};
 use crate::error::{FileError, Problem};
+use crate::input;
 use grid::Grid;
 use payload::{Appended, Payload};
 
@@ -22,15 +23,15 @@ pub use write::write;
 /// Elements, texts and comments in a header at most.
 const MAX_NODES: u32 = 100_000;
 
-/// Reads the volume whose values are the array of the given name: the only one if none is given.
+/// Reads the volume whose values are the array of the dataset's name: the only one if none is given.
 ///
 /// # Errors
 ///
 /// A file that cannot be read, is no valid `.vti` file or one of several pieces, an array that it does not
 /// have, and NaN or infinite values.
-pub fn read<T: Sample>(path: &Path, array: Option<&str>) -> Result<Volume<T>, FileError> {
-    let bytes = std::fs::read(path).map_err(|e| Problem::Read(e).at(path))?;
-    parse(&bytes, array).map_err(|problem| problem.at(path))
+pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
+    let bytes = input::read(path)?;
+    parse(&bytes, options).map_err(|problem| problem.at(path))
 }
 
 /// Reads a volume from the bytes of a file.
@@ -38,21 +39,21 @@ pub fn read<T: Sample>(path: &Path, array: Option<&str>) -> Result<Volume<T>, Fi
 /// # Errors
 ///
 /// As for [`read`].
-pub fn parse<T: Sample>(bytes: &[u8], array: Option<&str>) -> Result<Volume<T>, Problem> {
+pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
     let (header, appended) = split(bytes)?;
-    let options = ParsingOptions {
+    let parsing = ParsingOptions {
         nodes_limit: MAX_NODES,
         ..ParsingOptions::default()
     };
     let document =
-        Document::parse_with_options(&header, options).map_err(|e| bad(e.to_string()))?;
+        Document::parse_with_options(&header, parsing).map_err(|e| bad(e.to_string()))?;
     let root = document.root_element();
     if root.tag_name().name() != "VTKFile" || root.attribute("type") != Some("ImageData") {
         return Err(bad("it is not a VTKFile of type ImageData".into()));
     }
     let image = child(root, "ImageData")?;
     let piece = child(image, "Piece")?;
-    let (data, on_points) = choose(piece, array)?;
+    let (data, on_points) = choose(piece, options.dataset)?;
     let grid = Grid::read(image, piece, on_points)?;
     let channels = match data.attribute("NumberOfComponents") {
         Some(text) => integer(text)?,
@@ -60,6 +61,11 @@ pub fn parse<T: Sample>(bytes: &[u8], array: Option<&str>) -> Result<Volume<T>, 
     };
     let layout = Layout::plain(grid.size, channels)?;
     let payload = Payload::of(root, data)?;
+    // The values, and what they are made of.
+    let each = size_of::<T>() + payload.element().size();
+    options
+        .limits
+        .check(layout.count() as u64, each as u64, bytes.len() as u64)?;
     let values = payload.values(data, appended.as_ref(), &layout)?;
     let volume = Volume::new(grid.size, channels, values)?;
     Ok(volume

@@ -10,23 +10,23 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 
 use super::layout::Layout;
-use super::{Frame, Sample, Volume, choose};
-use crate::binary;
+use super::{Frame, Options, Sample, Volume, choose};
 use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
+use crate::input;
 use scan::{Array, File};
 
 pub use write::write;
 
-/// Reads the volume whose values are the array of the given name: the only one if none is given.
+/// Reads the volume whose values are the array of the dataset's name: the only one if none is given.
 ///
 /// # Errors
 ///
 /// A file that cannot be read or holds no structured points, an array that it does not have, numbers of a type
 /// whose size differs between systems (`long`), and NaN and infinite values.
-pub fn read<T: Sample>(path: &Path, array: Option<&str>) -> Result<Volume<T>, FileError> {
-    let (mut reader, size) = binary::open(path)?;
-    read_from(&mut reader, size, array).map_err(|problem| problem.at(path))
+pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileError> {
+    let (mut reader, size) = input::open(path)?;
+    read_from(&mut reader, size, options).map_err(|problem| problem.at(path))
 }
 
 /// Reads a volume from the bytes of a file.
@@ -34,19 +34,19 @@ pub fn read<T: Sample>(path: &Path, array: Option<&str>) -> Result<Volume<T>, Fi
 /// # Errors
 ///
 /// As for [`read`].
-pub fn parse<T: Sample>(bytes: &[u8], array: Option<&str>) -> Result<Volume<T>, Problem> {
+pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Problem> {
     let mut reader = BufReader::new(Cursor::new(bytes));
-    read_from(&mut reader, bytes.len() as u64, array)
+    read_from(&mut reader, bytes.len() as u64, options)
 }
 
 fn read_from<T: Sample>(
     reader: &mut (impl BufRead + Seek),
     size: u64,
-    name: Option<&str>,
+    options: Options,
 ) -> Result<Volume<T>, Problem> {
     let file = File::scan(reader, size)?;
     let names: Vec<&str> = file.arrays.iter().map(|a| a.name.as_str()).collect();
-    let array = &file.arrays[choose(&names, name)?];
+    let array = &file.arrays[choose(&names, options.dataset)?];
     let (sizes, frame) = grid(&file, array)?;
     let layout = Layout::plain(sizes, array.components)?;
     if layout.count() != array.count {

@@ -1,0 +1,16 @@
+//! The standard output.
+
+use crate::failure::Failure;
+use io::diagnostic::escaped;
+use std::io::Write;
+
+/// Prints lines of text, [`safe`].
+pub fn say(text: &str) -> Result<(), Failure> {
+    std::io::stdout().write_all(safe(text).as_bytes())?;
+    Ok(())
+}
+
+/// Lines of text in which no name that comes from a file can drive the terminal.
+pub fn safe(text: &str) -> String {
+    text.lines().map(|line| escaped(line) + "\n").collect()
+}

@@ -1,0 +1,243 @@
+//! Files and the file system: names, limits, locks, what is left behind, and memory.
+
+use crate::support::{Folder, Outcome, program};
+use io::part::Part;
+use std::ffi::OsStr;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Runs the program with arguments that may hold anything.
+fn run(folder: &Folder, arguments: &[&OsStr]) -> Outcome {
+    let output = Command::new(program())
+        .current_dir(folder.path("."))
+        .args(arguments)
+        .output()
+        .unwrap();
+    Outcome {
+        status: output.status.code(),
+        stdout: String::from_utf8(output.stdout).unwrap(),
+        stderr: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+#[test]
+fn the_longest_names_are_written_and_longer_ones_are_refused_before_the_render() {
+    let folder = Folder::with_fog();
+    let name = |length: usize| "a".repeat(length - 4) + ".npy";
+    folder.succeed(&format!("render scene.xml -o {} -q", name(254)));
+    folder.succeed(&format!("render scene.xml -o {} -q", name(255)));
+    for option in ["-o", "--stats", "--checkpoint"] {
+        let name = name(256);
+        let error = folder.refuse(&format!("render scene.xml --spp 100000000 {option} {name}"));
+        assert!(error.contains("File name too long"), "{error}");
+    }
+    assert_eq!(folder.files().len(), 3);
+}
+
+/// Names that would clear the screen, begin a line of their own, or turn the direction of writing.
+#[cfg(unix)]
+#[test]
+fn names_cannot_drive_the_terminal() {
+    let folder = Folder::with_fog();
+    let name = "a\u{1b}[2J\nerror: \u{202e}b.xml";
+    std::fs::copy(folder.path("scene.xml"), folder.path(name)).unwrap();
+    let quiet = |text: &str| {
+        let drives = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+        assert!(!text.contains(drives), "{text:?}");
+        assert!(!text.contains("\nerror: \\u{202e}b"), "{text:?}");
+    };
+    for arguments in [
+        vec!["check", name],
+        vec!["info", name],
+        vec!["render", name, "-o", "a\u{1b}.x"],
+    ] {
+        let arguments: Vec<&OsStr> = arguments.into_iter().map(OsStr::new).collect();
+        let outcome = run(&folder, &arguments);
+        quiet(&outcome.stdout);
+        quiet(&outcome.stderr);
+        let all = outcome.stdout + &outcome.stderr;
+        assert!(all.contains(r"a\u{1b}"), "{all}");
+    }
+    let outcome = run(&folder, &["check".as_ref(), "no\u{1b}\nsuch.xml".as_ref()]);
+    quiet(&outcome.stderr);
+    assert!(
+        outcome.stderr.contains(r"no\u{1b}\nsuch.xml"),
+        "{outcome:?}"
+    );
+}
+
+/// Text in a scene, too.
+#[test]
+fn names_in_scenes_cannot_drive_the_terminal() {
+    let folder = Folder::with_file("");
+    let scene = r#"{"type": "scene", "sensor": {"type": "perspective", "film": {"type": "hdrfilm", "width": 2, "height": 2}},
+        "light": {"type": "constant"}, "a\u001b[2J": {"type": "sphere", "bsdf": {"type": "null"},
+        "interior": {"type": "homogeneous", "id": "fog\u001b[31m", "sigma_t": 1.0}}}"#;
+    std::fs::write(folder.path("a.json"), scene).unwrap();
+    for command in ["check", "info"] {
+        let outcome = folder.run(&format!("{command} a.json"));
+        let all = outcome.stdout + &outcome.stderr;
+        assert!(!all.contains('\u{1b}'), "{all:?}");
+    }
+}
+
+#[test]
+fn check_and_render_agree_on_what_fits_into_memory() {
+    let folder = Folder::with_fog();
+    let text = String::from_utf8(folder.read("scene.xml")).unwrap();
+    let large = text.replace(
+        "name=\"width\" value=\"8\"",
+        "name=\"width\" value=\"30000\"",
+    );
+    let large = large.replace(
+        "name=\"height\" value=\"6\"",
+        "name=\"height\" value=\"30000\"",
+    );
+    std::fs::write(folder.path("large.xml"), large).unwrap();
+    for command in ["check", "render"] {
+        let error = folder.refuse(&format!("{command} large.xml"));
+        assert!(
+            error.contains("a film of 30000 × 30000 pixels needs"),
+            "{error}"
+        );
+        let error = folder.refuse(&format!("{command} scene.xml --memory 1K"));
+        assert!(
+            error.contains("more than the 1.0 KiB of --memory"),
+            "{error}"
+        );
+    }
+    folder.succeed("check scene.xml --memory 1M");
+}
+
+#[test]
+fn files_take_as_much_memory_as_the_user_says() {
+    let folder = Folder::with_fog();
+    let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4000 3000 1000\nencoding: gzip\n\n";
+    let mut file = header.as_bytes().to_vec();
+    file.resize(32 << 20, 0);
+    std::fs::write(folder.path("a.nrrd"), &file).unwrap();
+    let error = folder.refuse("convert a.nrrd b.npy --axes zyx");
+    assert!(
+        error.contains(
+            "it takes 96.0 GB of memory once it is read, more than the limit of 2.1 GB (--memory)"
+        ),
+        "{error}"
+    );
+    // What the user allows may still be more than there is.
+    let error = folder.refuse("convert a.nrrd b.npy --axes zyx --memory 100T");
+    assert!(
+        error.contains("damaged") || error.contains("which this system does not have"),
+        "{error}"
+    );
+}
+
+/// Neither what never ends nor what never begins.
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_refused_at_once() {
+    let folder = Folder::with_fog();
+    let made = Command::new("mkfifo").arg(folder.path("pipe.xml")).status();
+    assert!(made.unwrap().success());
+    for (scene, what) in [
+        ("pipe.xml", "a pipe"),
+        ("/dev/zero", "a device"),
+        (".", "a folder"),
+    ] {
+        let error = folder.refuse(&format!("check {scene}"));
+        assert!(
+            error.contains(&format!("{what}, not a regular file")),
+            "{error}"
+        );
+    }
+    let script = "exec \"$MORGANA\" check <(cat scene.xml)";
+    let output = Command::new("bash")
+        .args(["-c", script])
+        .env("MORGANA", program())
+        .current_dir(folder.path("."))
+        .output();
+    let error = String::from_utf8(output.unwrap().stderr).unwrap();
+    assert!(
+        error.contains("a pipe, not a regular file: save its data in a file first"),
+        "{error}"
+    );
+}
+
+/// A limit on the size of files, without anybody who has the signal ignored.
+#[cfg(unix)]
+#[test]
+fn a_limit_on_the_size_of_files_is_an_error_with_a_message() {
+    let folder = Folder::with_fog();
+    let script = "ulimit -f 0; exec \"$MORGANA\" render scene.xml -o a.npy -q";
+    let output = Command::new("bash")
+        .args(["-c", script])
+        .env("MORGANA", program())
+        .current_dir(folder.path("."))
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(
+        text.contains("a.npy: cannot write: File too large"),
+        "{text}"
+    );
+    assert_eq!(folder.files(), ["scene.xml"]);
+}
+
+fn start(folder: &Folder, arguments: &str) -> Child {
+    Command::new(program())
+        .current_dir(folder.path("."))
+        .args(arguments.split(' '))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+fn wait_for(mut ready: impl FnMut() -> bool) {
+    let started = Instant::now();
+    while !ready() {
+        assert!(started.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn one_process_works_on_a_checkpoint() {
+    let folder = Folder::with_fog();
+    let render = "render scene.xml --spp 100000000 --threads 1 --checkpoint c.part --checkpoint-every 0.01s --resume -q -o a.npy";
+    let mut first = start(&folder, render);
+    wait_for(|| folder.path("c.part").exists());
+    let error = folder.refuse(render);
+    let holder = format!("'c.part' is in use: process {}", first.id());
+    assert!(error.contains(&holder), "{error}");
+    // Killed, it holds nothing any more.
+    first.kill().unwrap();
+    first.wait().unwrap();
+    let mut second = start(&folder, render);
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(second.try_wait().unwrap().is_none());
+    second.kill().unwrap();
+    second.wait().unwrap();
+}
+
+#[test]
+fn parts_of_other_builds_are_refused() {
+    let folder = Folder::with_fog();
+    folder.succeed("render scene.xml --shard 0/2 -q");
+    folder.succeed("render scene.xml --shard 1/2 -q");
+    let path = folder.path("scene.1-of-2.part");
+    let mut part = Part::read(&path).unwrap();
+    assert_eq!(part.header.results, transport::render::RESULTS);
+    part.header.results = "0123456789abcdef".into();
+    part.write(&path).unwrap();
+    let error = folder.refuse("merge scene.0-of-2.part scene.1-of-2.part -o a.npy");
+    assert!(
+        error.contains("it comes from another build of version"),
+        "{error}"
+    );
+    let error = folder.refuse("render scene.xml --shard 1/2 --resume");
+    assert!(
+        error.contains("whose estimators give other results"),
+        "{error}"
+    );
+}
