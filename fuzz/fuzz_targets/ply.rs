@@ -1,7 +1,0 @@
-#![no_main]
-
-use io::mesh::ply;
-
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    let _ = ply::parse(bytes);
-});

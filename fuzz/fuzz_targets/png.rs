@@ -1,7 +1,0 @@
-#![no_main]
-
-use io::image::png;
-
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    let _ = png::decode(bytes);
-});

@@ -1,0 +1,37 @@
+//! The inputs that others are made of: small files of the tests, files of `fuzz/corpus`, and files that are written here.
+
+use crate::targets::Target;
+use std::path::{Path, PathBuf};
+
+/// Longest file that is taken, in bytes.
+const LONGEST: u64 = 20_000;
+
+/// The corpus of a target, always in the same order.
+pub fn of(target: &Target) -> Vec<Vec<u8>> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut paths = files(&root.join("fuzz/corpus").join(target.name));
+    for folder in ["volumes", "meshes", "images", "json", "hostile"] {
+        let all = files(&root.join("crates/io/tests/data").join(folder));
+        let is_its = |path: &PathBuf| {
+            let extension = path.extension().and_then(|e| e.to_str());
+            extension.is_some_and(|e| target.extensions.contains(&e))
+        };
+        paths.extend(all.into_iter().filter(is_its));
+    }
+    let mut corpus: Vec<Vec<u8>> = paths.iter().filter_map(|p| std::fs::read(p).ok()).collect();
+    corpus.extend((target.written)());
+    assert!(!corpus.is_empty(), "{} has no corpus", target.name);
+    corpus
+}
+
+/// Small files of a folder, by name.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let small = entries.filter(|e| {
+        e.metadata()
+            .is_ok_and(|m| m.is_file() && m.len() <= LONGEST)
+    });
+    let mut paths: Vec<PathBuf> = small.map(|e| e.path()).collect();
+    paths.sort();
+    paths
+}

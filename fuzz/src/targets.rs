@@ -1,0 +1,268 @@
+//! What inputs are tried on.
+
+use io::image::{ImageLayers, Layer, exr, png};
+use io::mesh::{gltf, obj, ply, serialized};
+use io::part::{Body, Header, Part};
+use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
+use io::{Diagnostics, Limits, LoadOptions, Loaded, ies, json, xml};
+use std::ops::ControlFlow;
+use transport::meter::Meter;
+use transport::render::{MeasureOptions, MeasureState, State, memory, render};
+
+/// Something that reads files.
+pub struct Target {
+    pub name: &'static str,
+    /// Which files of the tests are its own.
+    pub extensions: &'static [&'static str],
+    /// Reads an input.
+    pub read: fn(&[u8]),
+    /// Files that are written here.
+    pub written: fn() -> Vec<Vec<u8>>,
+    /// Whether inputs may take only the memory that their size justifies.
+    pub is_bounded: bool,
+}
+
+impl Target {
+    /// An input with the checksum that its format asks for, without which no reader looks further.
+    pub fn seal(&self, mut input: Vec<u8>) -> Vec<u8> {
+        if self.name == "part" {
+            input.truncate(input.len().saturating_sub(HASH));
+            let hash = io::part::checksum(&input);
+            input.extend(hash);
+        }
+        input
+    }
+}
+
+/// Bytes of a checksum.
+const HASH: usize = 32;
+const LIMITS: Limits = Limits { memory: Some(0) };
+/// Pixels of the largest film that is rendered, and its bytes.
+const PIXELS: usize = 64;
+const FILM: usize = 64 << 20;
+
+const fn target(
+    name: &'static str,
+    extensions: &'static [&'static str],
+    read: fn(&[u8]),
+) -> Target {
+    Target {
+        name,
+        extensions,
+        read,
+        written: Vec::new,
+        is_bounded: true,
+    }
+}
+
+pub const TARGETS: &[Target] = &[
+    target("vol", &["vol"], |b| drop(vol::parse::<f32>(b))).writing(vol_file),
+    target("npy", &["npy"], |b| {
+        drop(npy::parse::<f32>(b, zyx()));
+        drop(io::npy::parse(b));
+    }),
+    target("npz", &["npz"], |b| {
+        drop(npz::parse::<f32>(b, zyx()));
+        drop(npz::parse::<f64>(b, zyx().of("density")));
+    }),
+    target("mat", &["mat"], |b| {
+        drop(mat::parse::<f32>(b, zyx()));
+        drop(mat::parse::<f64>(b, zyx().of("density")));
+    }),
+    target("hdf5", &["h5"], |b| {
+        for name in ["p_final", "p_max", "results/rho", "p"] {
+            drop(hdf5::parse::<f32>(b, zyx().of(name)));
+        }
+        drop(hdf5::parse::<f32>(b, zyx()));
+    }),
+    target("nrrd", &["nrrd", "nhdr"], |b| {
+        drop(nrrd::parse::<f32>(b, any()));
+        drop(nrrd::parse::<f32>(b, zyx()));
+    }),
+    target("vti", &["vti"], |b| {
+        drop(vti::parse::<f32>(b, any()));
+        drop(vti::parse::<f64>(b, any().of("density")));
+    }),
+    target("vtk", &["vtk"], |b| {
+        drop(vtk::parse::<f32>(b, any()));
+        drop(vtk::parse::<f64>(b, any().of("density")));
+    }),
+    target("vdb", &["vdb"], |b| {
+        drop(vdb::parse::<f32>(b, any()));
+        drop(vdb::parse::<f64>(b, any().of("density")));
+    }),
+    target("ply", &["ply"], |b| drop(ply::parse(b, LIMITS))),
+    target("obj", &["obj"], |b| drop(obj::parse(b, LIMITS))),
+    target("serialized", &["serialized"], |b| {
+        drop(serialized::parse(b, 0, LIMITS));
+        drop(serialized::parse(b, 1, LIMITS));
+    }),
+    target("gltf", &["gltf", "glb"], |b| {
+        drop(gltf::parse(b, |_| Ok(vec![0; 1000]), LIMITS));
+    }),
+    target("ies", &["ies"], |b| drop(ies::parse(b))),
+    target("exr", &["exr"], |b| drop(exr::decode_within(b, LIMITS))).writing(|| {
+        let image = picture();
+        vec![exr::encode(&image).unwrap_or_default()]
+    }),
+    target("png", &["png"], |b| drop(png::decode_within(b, LIMITS))).writing(|| {
+        let shown = picture().on_screen().unwrap_or_default();
+        let depths = [png::Depth::Eight, png::Depth::Sixteen];
+        let file = |depth| png::encode(&shown, depth, io::image::tone::Tone::default());
+        depths.map(|d| file(d).unwrap_or_default()).into()
+    }),
+    target("part", &[], |b| drop(Part::from_bytes(b)))
+        .writing(parts)
+        .unbounded(),
+    target("xml", &["xml"], |b| {
+        let mut diagnostics = Diagnostics::new();
+        drop(xml::parse(&text(b), "scene.xml", &[], &mut diagnostics));
+        drop(diagnostics.to_string());
+    })
+    .writing(scenes)
+    .unbounded(),
+    target("json", &["json"], |b| {
+        let mut diagnostics = Diagnostics::new();
+        drop(json::parse(&text(b), "scene.json", &[], &mut diagnostics));
+        drop(diagnostics.to_string());
+    })
+    .unbounded(),
+    target("scene", &[], picture_of).unbounded(),
+];
+
+impl Target {
+    const fn writing(self, written: fn() -> Vec<Vec<u8>>) -> Self {
+        Target { written, ..self }
+    }
+
+    const fn unbounded(self) -> Self {
+        Target {
+            is_bounded: false,
+            ..self
+        }
+    }
+}
+
+fn any() -> Options<'static> {
+    Options::default().within(LIMITS)
+}
+
+fn zyx() -> Options<'static> {
+    Options::order(AxisOrder::ZYX).within(LIMITS)
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Reads a scene and renders two samples of a small film, or follows some particles.
+fn picture_of(bytes: &[u8]) {
+    if let Some(loaded) = load(&text(bytes)) {
+        match loaded.instruments.is_empty() {
+            true => drop(state(&loaded)),
+            false => drop(readings(&loaded)),
+        }
+    }
+}
+
+fn load(text: &str) -> Option<Loaded> {
+    let mut diagnostics = Diagnostics::new();
+    let scene = match text.trim_start().starts_with('{') {
+        true => json::parse(text, "scene.json", &[], &mut diagnostics),
+        false => xml::parse(text, "scene.xml", &[], &mut diagnostics),
+    };
+    let options = LoadOptions {
+        limits: LIMITS,
+        ..LoadOptions::default()
+    };
+    io::assemble(&scene?, &options, diagnostics).ok()
+}
+
+fn state(loaded: &Loaded) -> Option<()> {
+    let options = transport::render::Options {
+        adaptive: loaded.adaptive,
+        reweight: loaded.reweight,
+        decomposition: loaded.layering.decomposition,
+        ..transport::render::Options::new(loaded.integrator, 2, 1)
+    };
+    let film = loaded.scene().film();
+    let fits = film.width * film.height <= PIXELS && memory(film, &options) <= FILM;
+    if fits {
+        let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
+        assert!(rendering.film.mean().iter().all(|v| v.is_finite()));
+    }
+    fits.then_some(())
+}
+
+fn meters(loaded: &Loaded) -> Vec<Meter> {
+    loaded.instruments.iter().map(|i| i.meter.clone()).collect()
+}
+
+fn readings(loaded: &Loaded) -> Option<MeasureState> {
+    let meters = meters(loaded);
+    let cells: usize = meters.iter().map(Meter::cells).sum();
+    if cells > 1 << 16 {
+        return None;
+    }
+    let options = MeasureOptions {
+        first: 0,
+        particles: 20,
+        seed: 1,
+        max_depth: None,
+        rr_depth: 5,
+    };
+    let mut state = MeasureState::new(&loaded.groups, &meters).ok()?;
+    let counter = std::sync::atomic::AtomicU64::new(0);
+    let advanced = state.advance(&loaded.groups, &meters, &options, &counter, |_| {
+        ControlFlow::Continue(())
+    });
+    advanced.ok()?;
+    Some(state)
+}
+
+fn picture() -> ImageLayers {
+    let values = |scale: f32| (0..24).map(|i| scale * i as f32).collect();
+    let channels = [("R", 0.01), ("G", 0.02), ("B", 1.5)];
+    ImageLayers {
+        width: 6,
+        height: 4,
+        layers: vec![Layer {
+            name: String::new(),
+            channels: channels.map(|(n, s)| (n.to_owned(), values(s))).into(),
+        }],
+        attributes: vec![("scene".into(), "a.xml".into())],
+    }
+}
+
+fn vol_file() -> Vec<Vec<u8>> {
+    let mut bytes = b"VOL\x03\x01\0\0\0\x02\0\0\0\x02\0\0\0\x01\0\0\0\x01\0\0\0".to_vec();
+    bytes.resize(48 + 16, 0);
+    vec![bytes]
+}
+
+/// The scenes that are rendered.
+fn scenes() -> Vec<Vec<u8>> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/scene");
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut paths: Vec<_> = entries.map(|e| e.path()).collect();
+    paths.sort();
+    paths.retain(|path| path.extension().is_some_and(|e| e == "xml"));
+    paths.iter().filter_map(|p| std::fs::read(p).ok()).collect()
+}
+
+/// A part of each kind.
+fn parts() -> Vec<Vec<u8>> {
+    let loaded = scenes().into_iter().filter_map(|bytes| load(&text(&bytes)));
+    let part = |loaded: Loaded| {
+        let body = match loaded.instruments.is_empty() {
+            true => {
+                let options = transport::render::Options::new(loaded.integrator, 2, 1);
+                Body::Image(State::new(&loaded.groups, &options).into())
+            }
+            false => Body::Meters(readings(&loaded)?.into()),
+        };
+        let header = Header::new(&loaded, &loaded.integrator, 1, Some(2), None);
+        Some(Part { header, body }.to_bytes())
+    };
+    loaded.filter_map(part).collect()
+}
