@@ -102,6 +102,11 @@ impl Element {
         !matches!(self, Element::F16 | Element::F32 | Element::F64)
     }
 
+    /// Whether numbers of 32 bits hold all of its numbers.
+    pub fn is_single(self) -> bool {
+        self.float() != Element::F64
+    }
+
     /// The same type, or for integers the floating-point numbers that hold them.
     pub fn float(self) -> Self {
         match self {

@@ -70,7 +70,7 @@ fn complaints(text: &str) -> Vec<String> {
 /// A value of a parameter; `variant` chooses among words.
 fn value(parameter: &Parameter, variant: usize) -> String {
     match parameter.value {
-        Type::NumberOrWord(words) if variant > 0 => format!("\"{}\"", words[variant]),
+        Type::NumberOrWord(words) if variant > 0 => format!("\"{}\"", words[variant % words.len()]),
         Type::Float | Type::Integer | Type::Spectrum | Type::NumberOrWord(_) => "1".into(),
         Type::Boolean => "true".into(),
         Type::Text => "\"x\"".into(),

@@ -44,6 +44,10 @@ pub struct ConvertArgs {
     /// Then add this.
     #[arg(long, value_name = "O", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub offset: f64,
+    /// Store contrasts: subtract this index from all values, last of all. The scene adds it again, as the volume's
+    /// 'offset'. Contrasts are known far better than the index in numbers of 32 bits.
+    #[arg(long, value_name = "N_REF", allow_negative_numbers = true, value_parser = finite)]
+    pub contrast: Option<f64>,
     /// Type of the numbers that are written: float16, float32, float64, int8 to int64, uint8 to uint64.
     #[arg(long = "type", value_name = "TYPE", value_parser = element)]
     pub kind: Option<Element>,

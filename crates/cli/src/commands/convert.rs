@@ -40,6 +40,12 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
     if let Some(axes) = stored.axes {
         summary.push(format!("  axes      {axes} (axis_order, --axes)"));
     }
+    if let Some(reference) = args.contrast {
+        let reference = plain(reference);
+        summary.push(format!(
+            "  contrast  is the index less {reference} (offset)"
+        ));
+    }
     if stored.rounding > 0.0 {
         let most = plain(stored.rounding);
         summary.push(format!("  rounding  changes values by up to {most}"));
@@ -55,7 +61,7 @@ fn changed(mut volume: Volume<f64>, args: &ConvertArgs) -> Result<Volume<f64>, F
         volume = volume.with_frame(frame);
     }
     volume = volume
-        .scaled(args.scale, args.offset)
+        .scaled(args.scale, args.offset - args.contrast.unwrap_or(0.0))
         .map_err(|e| wrong(&args.input, &e))?;
     if let Some(size) = args.resample {
         let resampled = volume.resampled(size);

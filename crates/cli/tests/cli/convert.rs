@@ -12,6 +12,31 @@ fn folder() -> Folder {
     folder
 }
 
+/// Numbers of 64 bits stay what they are; contrasts are the index less the reference, to the last digit of a float.
+#[test]
+fn contrasts() {
+    let folder = Folder::with_scene("");
+    let index = |i: i32| 1.0 + 2.73e-4 * (-f64::from(i) / 32.0).exp();
+    let samples: Vec<f64> = (0..64).map(index).collect();
+    let volume = Volume::new([1, 1, 64], 1, samples.clone()).unwrap();
+    npy::write(&folder.path("in.npy"), &volume).unwrap();
+    let options = Options {
+        axes: Some(AxisOrder::ZYX),
+        dataset: None,
+    };
+    let read = |name: &str| Volume::<f64>::read(&folder.path(name), options).unwrap();
+    folder.succeed("convert in.npy same.nrrd --axes zyx");
+    assert_eq!(read("same.nrrd").into_data(), samples);
+    let said = folder.succeed("convert in.npy c.npy --axes zyx --contrast 1 --type float32");
+    assert!(
+        said.contains("contrast  is the index less 1 (offset)"),
+        "{said}"
+    );
+    for (found, n) in read("c.npy").into_data().into_iter().zip(samples) {
+        assert!((1.0 + found - n).abs() < 2e-11, "{found} {n}");
+    }
+}
+
 #[test]
 fn there_and_back_is_exact() {
     let folder = folder();

@@ -19,7 +19,7 @@ mod sum;
 
 pub use acoustic::{Acoustic, AcousticMode};
 pub use affine::Affine;
-pub use bspline::{Bspline, Placement};
+pub use bspline::{Bspline, NoiseShares, Placement};
 pub use constant::Constant;
 pub use error::FieldError;
 pub use fisheye::Fisheye;

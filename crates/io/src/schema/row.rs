@@ -74,6 +74,15 @@ pub(super) const fn choice(
     parameter(Type::Word(words), name, default, help)
 }
 
+/// A number, or one of some words, the first of which is the default.
+pub(super) const fn number_or_word(
+    name: &'static str,
+    words: &'static [&'static str],
+    help: &'static str,
+) -> Parameter {
+    parameter(Type::NumberOrWord(words), name, words[0], help)
+}
+
 /// An index of refraction: a number, or the name of a substance.
 pub(super) const fn index(
     name: &'static str,

@@ -1,8 +1,8 @@
 //! Volumes: refractive indices, and what else varies in space.
 
 use super::row::{
-    TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, spectrum, tensor, text,
-    vector, word,
+    TO_WORLD, boolean, choice, float, integer, many, number_or_word, one, plugin, point, spectrum,
+    tensor, text, vector, word,
 };
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::Volume;
@@ -40,6 +40,12 @@ const NUMBERS: &[Parameter] = &[
     float("scale", "1", "factor of the file's numbers"),
     float("offset", "0", "added to them"),
 ];
+
+const SMOOTHING: &[Parameter] = &[number_or_word(
+    "smoothing",
+    &["none", "auto"],
+    "standard deviation of the samples' noise, by which the spline may pass them, >= 0; or auto: that of their rounding",
+)];
 
 const GRID: &[Parameter] = &[
     word("filter_type", &["trilinear", "nearest"], "between samples"),
@@ -186,7 +192,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "bspline",
         "A tricubic B-spline through samples of the index.",
-        &[FILE, NUMBERS],
+        &[FILE, NUMBERS, SMOOTHING],
         &[],
     ),
     plugin(
@@ -200,13 +206,14 @@ pub(super) const PLUGINS: &[Plugin] = &[
                 float("constant", "", "K in m³/kg, instead of the wavelength"),
             ],
             LAW,
+            SMOOTHING,
         ],
         &[],
     ),
     plugin(
         "pressure",
         "The index of a liquid from samples of the pressure, Pa.",
-        &[FILE, &[N0, DN_DP], LAW],
+        &[FILE, &[N0, DN_DP], LAW, SMOOTHING],
         &[],
     ),
     plugin(

@@ -5,6 +5,7 @@ use crate::binary;
 use crate::element::Encoding;
 use crate::error::Problem;
 use crate::input::Limits;
+use eikonal::field::Bspline;
 use std::fmt;
 use std::io::Read;
 use std::str::FromStr;
@@ -129,22 +130,34 @@ impl Layout {
         limits.check(self.count() as u64, size_of::<T>() as u64, size)
     }
 
+    /// Room for the values, and for what a spline through them needs, so that they can stay where they are.
+    fn room(&self) -> usize {
+        match self.channels {
+            1 => Bspline::room(self.size).max(self.count()),
+            _ => self.count(),
+        }
+    }
+
     /// Reads values. The caller has checked that they can be there.
     pub fn read<T: Sample>(
         &self,
         reader: &mut impl Read,
         encoding: Encoding,
     ) -> Result<Vec<T>, Problem> {
-        let mut data = vec![T::nearest(0.0); self.count()];
-        let mut targets = self.targets();
-        let place = |v| {
-            if let Some(i) = targets.next() {
-                data[i] = T::nearest(v);
-            }
+        let count = self.count();
+        let mut data = Vec::with_capacity(self.room());
+        let read = if self.is_in_order() {
+            encoding.read(reader, count, |v| data.push(T::nearest(v)))
+        } else {
+            data.resize(count, T::nearest(0.0));
+            let mut targets = self.targets();
+            encoding.read(reader, count, |v| {
+                if let Some(i) = targets.next() {
+                    data[i] = T::nearest(v);
+                }
+            })
         };
-        encoding
-            .read(reader, self.count(), place)
-            .map_err(Problem::Read)?;
+        read.map_err(Problem::Read)?;
         Ok(data)
     }
 
@@ -171,6 +184,16 @@ impl Layout {
             expected: format!("{} values", self.count()),
             found: found.to_string(),
         }
+    }
+
+    /// Whether the values of the file have the order of those of the volume.
+    fn is_in_order(&self) -> bool {
+        let mut expected = 1;
+        self.axes.iter().rev().all(|&(length, distance)| {
+            let fits = length == 1 || distance == expected;
+            expected *= length;
+            fits
+        })
     }
 
     /// Where in the volume the values of the file belong, in the order of the file.

@@ -223,7 +223,7 @@ mod tests {
         let positions = lattice.clone();
         let index = |x: DVec3| 1.3 + 0.1 * (3.0 * x.x).sin() * (5.0 * x.y).cos() * x.z;
         let sample = |at| index(positions.position(at));
-        Bspline::build(lattice.laid_out(layout), sample).unwrap()
+        Bspline::build(lattice.laid_out(layout), 0.0, sample).unwrap()
     }
 
     #[test]

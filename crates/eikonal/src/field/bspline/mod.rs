@@ -5,11 +5,14 @@ mod bounds;
 mod calm;
 mod evaluate;
 mod lattice;
+mod noise;
 mod prefilter;
 mod scales;
+mod smooth;
 mod weights;
 
 pub use lattice::Placement;
+pub use noise::NoiseShares;
 
 use super::error::FieldError;
 use crate::bounds::Aabb;
@@ -41,8 +44,8 @@ pub struct Bspline {
     lattice: Lattice,
     n2_ref: f64,
     /// Coefficients of δ, with `PAD` extra ones at both ends of each axis, in the order of the lattice.
-    /// Shared by copies of the field.
-    coefficients: Arc<[f32]>,
+    /// Shared by copies of the field; a vector, as it may be that of the samples.
+    coefficients: Arc<Vec<f32>>,
     /// None if the field is constant. Shared by copies of the field.
     scales: Option<Arc<Scales>>,
     /// None if it changes everywhere. Shared by copies of the field.
@@ -64,24 +67,28 @@ impl Bspline {
     /// A field through `samples` of n (f32 or f64), x fastest, then y, then z, of a grid of `dims`
     /// samples in the box `bounds`.
     ///
-    /// With f32 samples of n the rounding of n, 6e-8, is amplified by 1/spacing² in the Hessian;
-    /// give small contrasts as f64.
+    /// With f32 samples of n the rounding of n, 6e-8, is amplified by 1/spacing² in the Hessian
+    /// ([`Bspline::noise_shares`]); give small contrasts as f64, or smooth them.
     pub fn from_samples<T: Copy + Into<f64>>(
         dims: [usize; 3],
         bounds: Aabb,
         placement: Placement,
         samples: &[T],
     ) -> Result<Self, FieldError> {
+        Self::smoothed(dims, bounds, placement, samples, 0.0)
+    }
+
+    /// As [`Bspline::from_samples`], past samples with noise of the standard deviation `noise`: see [`Bspline::from_vec`].
+    pub fn smoothed<T: Copy + Into<f64>>(
+        dims: [usize; 3],
+        bounds: Aabb,
+        placement: Placement,
+        samples: &[T],
+        noise: f64,
+    ) -> Result<Self, FieldError> {
         let lattice = Lattice::new(dims, bounds, placement)?;
-        let expected = dims[0] * dims[1] * dims[2];
-        if samples.len() != expected {
-            return Err(FieldError::SampleCount {
-                dims,
-                expected,
-                actual: samples.len(),
-            });
-        }
-        Self::build(lattice, |[i, j, k]| {
+        check_count(dims, samples.len())?;
+        Self::build(lattice, noise, |[i, j, k]| {
             samples[(k * dims[1] + j) * dims[0] + i].into()
         })
     }
@@ -95,44 +102,100 @@ impl Bspline {
     ) -> Result<Self, FieldError> {
         let lattice = Lattice::new(dims, bounds, placement)?;
         let positions = lattice.clone();
-        Self::build(lattice, |sample| index(positions.position(sample)))
+        Self::build(lattice, 0.0, |sample| index(positions.position(sample)))
+    }
+
+    /// Number of coefficients of a grid of `dims` samples: with this capacity a vector of samples stays where it is in
+    /// [`Bspline::from_vec`]. Zero for a grid that cannot be.
+    pub fn room(dims: [usize; 3]) -> usize {
+        let cube = Aabb::new(DVec3::ZERO, DVec3::ONE);
+        Lattice::new(dims, cube, Placement::Centers).map_or(0, |lattice| lattice.stored())
+    }
+
+    /// As [`Bspline::from_samples`], in the memory of the samples, of which n = `index`(sample). With `noise` > 0, the standard
+    /// deviation of noise in n, the spline passes the samples by so much (`smooth.rs`) instead of through them.
+    pub fn from_vec(
+        dims: [usize; 3],
+        bounds: Aabb,
+        placement: Placement,
+        samples: Vec<f32>,
+        index: impl Fn(f64) -> f64,
+        noise: f64,
+    ) -> Result<Self, FieldError> {
+        let lattice = Lattice::new(dims, bounds, placement)?;
+        check_count(dims, samples.len())?;
+        let [x, y, z] = dims;
+        let n2 = |sample: [usize; 3], v: f32| square(sample, index(f64::from(v)));
+        let middle = dims.map(|n| n / 2);
+        let n2_ref = n2(middle, samples[(middle[2] * y + middle[1]) * x + middle[0]])?;
+        let mut data = samples;
+        data.reserve_exact(lattice.stored().saturating_sub(data.len()));
+        data.resize(lattice.stored(), 0.0);
+        // From the back, so that nothing is overwritten before it has been moved.
+        let (mut constant, mut end) = (true, data.len());
+        for row in (0..y * z).rev() {
+            let (j, k) = (row % y, row / y);
+            let start = lattice.offset([PAD, j + PAD, k + PAD]);
+            data.copy_within(row * x..(row + 1) * x, start);
+            data[start + x..end].fill(0.0);
+            for (i, v) in data[start..start + x].iter_mut().enumerate() {
+                let delta = n2([i, j, k], *v)? - n2_ref;
+                constant &= delta == 0.0;
+                *v = delta as f32;
+            }
+            end = start;
+        }
+        data[..end].fill(0.0);
+        Ok(Self::of_contrasts(lattice, n2_ref, data, constant, noise))
     }
 
     fn build(
         lattice: Lattice,
+        noise: f64,
         mut index: impl FnMut([usize; 3]) -> f64,
     ) -> Result<Self, FieldError> {
         let dims = lattice.dims();
         let mut n2_at = |sample| square(sample, index(sample));
         // The corners of a grid often hold an outside medium of no interest: the middle does not.
         let n2_ref = n2_at(dims.map(|n| n / 2))?;
-        let mut coefficients = vec![0.0_f32; lattice.stored()];
+        let mut data = vec![0.0_f32; lattice.stored()];
         let mut constant = true;
         for k in 0..dims[2] {
             for j in 0..dims[1] {
                 let row = lattice.offset([PAD, j + PAD, k + PAD]);
-                for (i, slot) in coefficients[row..row + dims[0]].iter_mut().enumerate() {
+                for (i, slot) in data[row..row + dims[0]].iter_mut().enumerate() {
                     let delta = n2_at([i, j, k])? - n2_ref;
                     constant &= delta == 0.0;
                     *slot = delta as f32;
                 }
             }
         }
+        Ok(Self::of_contrasts(lattice, n2_ref, data, constant, noise))
+    }
+
+    /// Of samples of δ in rows, in their places among the coefficients, with noise in n.
+    fn of_contrasts(
+        lattice: Lattice,
+        n2_ref: f64,
+        mut data: Vec<f32>,
+        constant: bool,
+        noise: f64,
+    ) -> Self {
         if !constant {
-            prefilter::prefilter(&lattice, &mut coefficients);
+            prefilter::prefilter(&lattice, &mut data, 2.0 * n2_ref.sqrt() * noise);
         }
-        let scales = (!constant).then(|| Arc::new(Scales::new(&lattice, &coefficients, n2_ref)));
-        let calm = Calm::new(&lattice, &coefficients).filter(|_| !constant);
-        lattice.arrange(&mut coefficients);
-        Ok(Bspline {
+        let scales = (!constant).then(|| Arc::new(Scales::new(&lattice, &data, n2_ref)));
+        let calm = Calm::new(&lattice, &data).filter(|_| !constant);
+        lattice.arrange(&mut data);
+        Bspline {
             scales,
             calm: calm.map(Arc::new),
             lattice,
             n2_ref,
-            coefficients: coefficients.into(),
+            coefficients: Arc::new(data),
             level: crate::lanes::level(),
             blocks: OnceLock::new(),
-        })
+        }
     }
 
     /// See [`Scales`].
@@ -156,6 +219,18 @@ impl Bspline {
 
     pub(super) fn is_constant(&self) -> bool {
         self.scales.is_none()
+    }
+}
+
+fn check_count(dims: [usize; 3], actual: usize) -> Result<(), FieldError> {
+    let expected = dims.iter().product();
+    match actual == expected {
+        true => Ok(()),
+        false => Err(FieldError::SampleCount {
+            dims,
+            expected,
+            actual,
+        }),
     }
 }
 

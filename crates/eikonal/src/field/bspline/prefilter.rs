@@ -1,85 +1,129 @@
-//! From samples to the coefficients of the spline that interpolates them.
+//! From samples to the coefficients of the spline through them, or past them where they are noisy.
 
 use super::lattice::{Lattice, PAD};
+use super::smooth::Smoother;
 use fearless_simd::dispatch;
 
 /// Lines handled at once.
-const LANES: usize = 8;
-type Lanes = [f64; LANES];
+pub(super) const LANES: usize = 8;
+/// Numbers at one place of so many lines.
+pub(super) type Lanes = [f64; LANES];
 
-/// Turns samples into coefficients in place, axis by axis; line by line in f64.
-pub(super) fn prefilter(lattice: &Lattice, data: &mut [f32]) {
-    for axis in 0..3 {
-        dispatch!(crate::lanes::level(), _simd => along(lattice, data, axis));
+/// Turns samples into coefficients in place, axis by axis; line by line in f64. With `noise`, the standard deviation of
+/// that of the samples, the spline is the smoothest that noise lets tell from them; zero interpolates.
+pub(super) fn prefilter(lattice: &Lattice, data: &mut [f32], noise: f64) {
+    // Before any line is changed.
+    let solvers = [0, 1, 2].map(|axis| Solver::new(lattice, data, axis, noise));
+    for (axis, solver) in solvers.iter().enumerate() {
+        dispatch!(crate::lanes::level(), _simd => along(lattice, data, axis, solver));
     }
 }
 
-/// The same along one axis, for several lines side by side: x is contiguous in memory.
+/// The same along one axis, for several lines side by side.
 #[inline(always)]
-fn along(lattice: &Lattice, data: &mut [f32], axis: usize) {
+fn along(lattice: &Lattice, data: &mut [f32], axis: usize, solver: &Solver) {
     let (size, stride) = (lattice.stored_dims(), lattice.strides());
     let (across, other) = if axis == 0 { (1, 2) } else { (0, 3 - axis) };
-    let solver = Solver::new(size[axis] - 2 * PAD);
     let mut lines = vec![[0.0; LANES]; size[axis]];
     for i in 0..size[other] {
         for j in (0..size[across]).step_by(LANES) {
             let count = LANES.min(size[across] - j);
             let first = i * stride[other] + j * stride[across];
-            let place = |k: usize, l: usize| first + k * stride[axis] + l * stride[across];
-            for (k, line) in lines.iter_mut().enumerate() {
-                (0..count).for_each(|l| line[l] = f64::from(data[place(k, l)]));
-            }
+            let steps = [stride[axis], stride[across]];
+            gather(&data[first..], steps, count, &mut lines);
             solver.solve(&mut lines);
-            for (k, line) in lines.iter().enumerate() {
-                (0..count).for_each(|l| data[place(k, l)] = line[l] as f32);
+            scatter(&lines, steps, count, &mut data[first..]);
+        }
+    }
+}
+
+/// Reads `count` lines. `steps` are the distances of neighbours on a line, and of neighbouring lines.
+#[inline(always)]
+fn gather(data: &[f32], [along, across]: [usize; 2], count: usize, lines: &mut [Lanes]) {
+    for (k, line) in lines.iter_mut().enumerate() {
+        let data = &data[k * along..];
+        if across == 1 && count == LANES {
+            let neighbours = data.first_chunk().unwrap_or(&[0.0; LANES]);
+            *line = neighbours.map(f64::from);
+        } else {
+            for (l, slot) in line[..count].iter_mut().enumerate() {
+                *slot = f64::from(data[l * across]);
+            }
+        }
+    }
+}
+
+/// Writes them.
+#[inline(always)]
+fn scatter(lines: &[Lanes], [along, across]: [usize; 2], count: usize, data: &mut [f32]) {
+    for (k, line) in lines.iter().enumerate() {
+        let data = &mut data[k * along..];
+        if across == 1 && count == LANES {
+            data[..LANES].copy_from_slice(&line.map(|v| v as f32));
+        } else {
+            for (l, value) in line[..count].iter().enumerate() {
+                data[l * across] = *value as f32;
             }
         }
     }
 }
 
 /// Solves for lines of equal length.
-struct Solver {
-    samples: usize,
-    /// Of the elimination in each row.
-    factors: Vec<f64>,
+enum Solver {
+    Interpolating {
+        samples: usize,
+        /// Of the elimination in each row.
+        factors: Vec<f64>,
+    },
+    Smoothing(Smoother),
 }
 
 impl Solver {
-    fn new(samples: usize) -> Self {
+    fn new(lattice: &Lattice, data: &[f32], axis: usize, noise: f64) -> Self {
+        let samples = lattice.dims()[axis];
+        if let Some(smoother) = Smoother::of_noise(lattice, data, axis, noise) {
+            return Solver::Smoothing(smoother);
+        }
         let mut factors = vec![-1.0];
         for i in 1..samples.saturating_sub(1) {
             factors.push(1.0 / (4.0 - factors[i - 1]));
         }
-        Solver { samples, factors }
+        Solver::Interpolating { samples, factors }
     }
 
-    /// Samples f in `line[PAD..len − PAD]` become coefficients c with
-    /// c₍i₋₁₎ + 4cᵢ + c₍i₊₁₎ = 6fᵢ; those in the padding continue them quadratically.
+    /// Samples f in `line[PAD..len − PAD]` become coefficients c; those in the padding continue them quadratically.
     #[inline(always)]
     fn solve(&self, lines: &mut [Lanes]) {
-        let n = self.samples;
-        // One or two samples are their own coefficients.
-        if n > 2 {
-            self.solve_tridiagonal(&mut lines[PAD..PAD + n]);
+        match self {
+            Solver::Interpolating { samples, factors } => {
+                // One or two samples are their own coefficients.
+                if *samples > 2 {
+                    interpolate(&mut lines[PAD..PAD + samples], factors);
+                }
+            }
+            Solver::Smoothing(smoother) => smoother.solve(&mut lines[PAD - 1..]),
         }
-        extend(lines, n);
+        let samples = lines.len() - 2 * PAD;
+        extend(lines, samples);
     }
+}
 
-    /// The interpolation conditions with c₋₁ = 3c₀ − 3c₁ + c₂ put into the first, 7c₀ − 2c₁ + c₂ =
-    /// 6f₀; less the second (c₀ + 4c₁ + c₂ = 6f₁) it reads 6c₀ − 6c₁ = 6(f₀ − f₁). Likewise at the end.
-    #[inline(always)]
-    fn solve_tridiagonal(&self, c: &mut [Lanes]) {
-        let (last, factors) = (c.len() - 1, &self.factors);
-        // Rows: c₀ − c₁ = f₀ − f₁, then (1, 4, 1), then c₍last₎ − c₍last₋₁₎ = f₍last₎ − f₍last₋₁₎.
-        let end = lanes(|l| c[last][l] - c[last - 1][l]);
-        c[0] = lanes(|l| c[0][l] - c[1][l]);
-        for i in 1..last {
-            c[i] = lanes(|l| (6.0 * c[i][l] - c[i - 1][l]) * factors[i]);
-        }
-        c[last] = lanes(|l| (end[l] + c[last - 1][l]) / (1.0 + factors[last - 1]));
-        for i in (0..last).rev() {
-            c[i] = lanes(|l| c[i][l] - factors[i] * c[i + 1][l]);
-        }
+/// Coefficients with c₍i₋₁₎ + 4cᵢ + c₍i₊₁₎ = 6fᵢ.
+///
+/// The interpolation conditions with c₋₁ = 3c₀ − 3c₁ + c₂ put into the first, 7c₀ − 2c₁ + c₂ =
+/// 6f₀; less the second (c₀ + 4c₁ + c₂ = 6f₁) it reads 6c₀ − 6c₁ = 6(f₀ − f₁). Likewise at the end.
+#[inline(always)]
+fn interpolate(c: &mut [Lanes], factors: &[f64]) {
+    let last = c.len() - 1;
+    // Rows: c₀ − c₁ = f₀ − f₁, then (1, 4, 1), then c₍last₎ − c₍last₋₁₎ = f₍last₎ − f₍last₋₁₎.
+    let end = lanes(|l| c[last][l] - c[last - 1][l]);
+    c[0] = lanes(|l| c[0][l] - c[1][l]);
+    for i in 1..last {
+        c[i] = lanes(|l| (6.0 * c[i][l] - c[i - 1][l]) * factors[i]);
+    }
+    c[last] = lanes(|l| (end[l] + c[last - 1][l]) / (1.0 + factors[last - 1]));
+    for i in (0..last).rev() {
+        c[i] = lanes(|l| c[i][l] - factors[i] * c[i + 1][l]);
     }
 }
 
@@ -102,6 +146,6 @@ fn extend(line: &mut [Lanes], n: usize) {
 }
 
 #[inline(always)]
-fn lanes(f: impl Fn(usize) -> f64) -> Lanes {
+pub(super) fn lanes(f: impl Fn(usize) -> f64) -> Lanes {
     std::array::from_fn(f)
 }

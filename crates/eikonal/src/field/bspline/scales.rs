@@ -136,21 +136,56 @@ fn roughness(
         let s = strides[axis];
         [start - 2 * s, start - s, start + s, start + 2 * s].map(at)
     });
-    for (i, rough) in row.iter_mut().enumerate() {
-        let m = f64::from(middle[i]);
-        let (mut second, mut fourth) = (0.0, 0.0);
+    for i in (0..row.len()).step_by(LANES) {
+        let m = load(middle, i);
+        let (mut second, mut fourth) = ([0.0; LANES], [0.0; LANES]);
         for axis in 0..3 {
             let per = per_spacing[axis] * per_spacing[axis];
-            let [a, b, d, e] = around[axis].map(|c| f64::from(c[i]));
-            let rounding = |sum: f64| 0.5 * f64::from(f32::EPSILON) * sum;
-            let two = (b - 2.0 * m + d).abs() - rounding(b.abs() + 2.0 * m.abs() + d.abs());
-            let sum = a.abs() + 4.0 * b.abs() + 6.0 * m.abs() + 4.0 * d.abs() + e.abs();
-            let four = (a - 4.0 * b + 6.0 * m - 4.0 * d + e).abs() - rounding(sum);
-            second += per * two.max(0.0);
-            fourth += per * per * four.max(0.0);
+            let [a, b, d, e] = around[axis].map(|c| load(c, i));
+            let rounding = 0.5 * f64::from(f32::EPSILON);
+            let two = lanes(|l| {
+                let sum = b[l].abs() + 2.0 * m[l].abs() + d[l].abs();
+                positive((b[l] - 2.0 * m[l] + d[l]).abs() - rounding * sum)
+            });
+            let four = lanes(|l| {
+                let near = 4.0 * b[l].abs() + 6.0 * m[l].abs() + 4.0 * d[l].abs();
+                let sum = a[l].abs() + near + e[l].abs();
+                let four = a[l] - 4.0 * b[l] + 6.0 * m[l] - 4.0 * d[l] + e[l];
+                positive(four.abs() - rounding * sum)
+            });
+            second = lanes(|l| second[l] + per * two[l]);
+            fourth = lanes(|l| fourth[l] + per * per * four[l]);
         }
-        // n² of a sample is close to its coefficient; where both are hardly positive no ray goes.
-        let n2 = (n2_ref + m).max(0.01 * n2_ref);
-        *rough = f64::max(fourth * (2.0 * n2), second * second) / (4.0 * n2 * n2);
+        let found = lanes(|l| {
+            // n² of a sample is close to its coefficient; where both are hardly positive no ray goes.
+            let n2 = (n2_ref + m[l]).max(0.01 * n2_ref);
+            f64::max(fourth[l] * (2.0 * n2), second[l] * second[l]) / (4.0 * n2 * n2)
+        });
+        let rest = LANES.min(row.len() - i);
+        row[i..i + rest].copy_from_slice(&found[..rest]);
     }
+}
+
+/// Values handled at once.
+const LANES: usize = 8;
+type Lanes = [f64; LANES];
+
+#[inline(always)]
+fn lanes(f: impl Fn(usize) -> f64) -> Lanes {
+    std::array::from_fn(f)
+}
+
+/// Those from `i` on; zero beyond the end.
+#[inline(always)]
+fn load(from: &[f32], i: usize) -> Lanes {
+    match from[i..].first_chunk::<LANES>() {
+        Some(values) => values.map(f64::from),
+        None => std::array::from_fn(|l| from.get(i + l).map_or(0.0, |v| f64::from(*v))),
+    }
+}
+
+/// The number, or zero; without any thought of NaN, which vector instructions have not.
+#[inline(always)]
+fn positive(v: f64) -> f64 {
+    if v > 0.0 { v } else { 0.0 }
 }

@@ -1,11 +1,14 @@
 //! Indices sampled on a grid, or following from samples of a density or a pressure.
 
 use super::super::context::Context;
-use super::super::texture::{SOURCE, read};
+use super::super::texture::{SOURCE, Source, read};
+use super::rounding::Rounding;
 use super::{air, placed};
+use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query};
-use crate::scene::Object;
-use eikonal::field::{Bspline, Placement};
+use crate::scene::{Object, Value};
+use crate::volume::{Sample, Volume};
+use eikonal::field::{Bspline, NoiseShares, Placement};
 use eikonal::{Aabb, Field};
 use glam::{DMat3, DVec3};
 
@@ -21,38 +24,79 @@ struct Law {
     reference: f64,
 }
 
+/// The samples of a grid, in single precision if that holds what the file has: in no more memory than the file.
+enum Samples {
+    Single(Volume<f32>),
+    Double(Volume<f64>),
+}
+
+/// Calls the same on either.
+macro_rules! each {
+    ($samples:expr, $v:ident => $e:expr) => {
+        match $samples {
+            Samples::Single($v) => $e,
+            Samples::Double($v) => $e,
+        }
+    };
+}
+
+/// Reads the samples. Rounding of n to single would drown contrasts of 1e-6, so other numbers are read in double precision.
+fn samples(object: &Object, context: &mut Context) -> (Option<Samples>, Source) {
+    let (volume, source) = read::<f32>(object, context);
+    match volume {
+        Some(single) if !single.element().is_single() => {
+            drop(single);
+            let (volume, source) = read::<f64>(object, context);
+            (volume.map(Samples::Double), source)
+        }
+        volume => (volume.map(Samples::Single), source),
+    }
+}
+
+impl Samples {
+    /// What they were rounded to.
+    fn rounding(&self) -> Rounding {
+        each!(self, v => {
+            let data = v.data();
+            Rounding::of(v.element(), data.len(), |i| data[i].wide())
+        })
+    }
+}
+
 /// The field of a volume of type `bspline`, `gladstone_dale` or `pressure`: samples, interpolated by
 /// tricubic B-splines, in the box that `to_world` makes of the unit cube or of the file's own box.
 pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
-    // In double precision: rounding of n to single would drown contrasts of 1e-6.
-    let (volume, source) = read::<f64>(object, context);
+    let (samples, source) = samples(object, context);
     let nm = context.channels.wavelength(context.group);
     let mut query = Query::new(object, context.diagnostics);
     for known in SOURCE {
         query.has(known);
     }
     // A file that cannot be read may say it.
-    let says = volume.as_ref().is_none_or(|v| v.frame().is_some());
+    let says = samples
+        .as_ref()
+        .is_none_or(|s| each!(s, v => v.frame().is_some()));
     if !query.has("placement") && !says {
         let message = "a grid of the index needs 'placement': \"centers\" if samples \
                        sit at voxel centres, \"nodes\" if the outermost lie on the bounds";
         query.error("filename", message);
     }
     let law = law(object, nm, &mut query);
+    let smoothing = smoothing(&mut query);
     query.finish(&[]);
-    let volume = volume?;
-    if volume.channels() != 1 {
-        let message = format!(
-            "a refractive index has one channel, this has {}",
-            volume.channels()
-        );
+    let samples = samples?;
+    let (channels, size) = each!(&samples, v => (v.channels(), v.size()));
+    if channels != 1 {
+        let message = format!("a refractive index has one channel, this has {channels}");
         context.error_at(&object.location, message);
         return None;
     }
-    let size = volume.size();
-    let samples = match law {
-        None => volume.into_data(),
-        Some(law) => indices(law, volume.into_data(), object, context)?,
+    let rounding = samples.rounding();
+    let factor = law.as_ref().map_or(1.0, |law| law.slope.abs());
+    let noise = match smoothing {
+        Smoothing::None => 0.0,
+        Smoothing::Noise(deviation) => factor * deviation,
+        Smoothing::Auto => factor * rounding.deviation,
     };
     let placement = [Placement::Centers, Placement::Nodes][source.placement];
     let map = source.to_world;
@@ -67,9 +111,77 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     } else {
         (Aabb::new(DVec3::ZERO, DVec3::ONE), Some(map))
     };
-    let field = Bspline::from_samples(size, bounds, placement, &samples);
-    let field = context.accept(&object.location, field)?.into();
-    placed(field, rest, object, context)
+    if let Some(law) = &law {
+        each!(&samples, v => check(law, v.data(), object, context)?);
+    }
+    let index = |q| law.as_ref().map_or(q, |law| law.index(q));
+    let field = match samples {
+        Samples::Single(v) => {
+            Bspline::from_vec(size, bounds, placement, v.into_data(), index, noise)
+        }
+        Samples::Double(v) => {
+            let mut data = v.into_data();
+            data.iter_mut().for_each(|q| *q = index(*q));
+            Bspline::smoothed(size, bounds, placement, &data, noise)
+        }
+    };
+    let field = context.accept(&object.location, field)?;
+    if smoothing == Smoothing::None {
+        let shares = field.noise_shares(factor * rounding.deviation);
+        warn_of_noise(shares, rounding, object, context);
+    }
+    placed(field.into(), rest, object, context)
+}
+
+/// How far a spline may pass samples by.
+#[derive(Clone, Copy, PartialEq)]
+enum Smoothing {
+    None,
+    /// By the rounding that they show.
+    Auto,
+    /// By noise of this standard deviation, in the samples' unit.
+    Noise(f64),
+}
+
+fn smoothing(query: &mut Query) -> Smoothing {
+    let name = "smoothing";
+    if !query.has(name) {
+        return Smoothing::None;
+    }
+    let property = query.object().properties.iter().find(|p| p.name == name);
+    match property.is_some_and(|p| matches!(p.value, Value::String(_))) {
+        true => [Smoothing::None, Smoothing::Auto][query.one_of(name, &["none", "auto"])],
+        false => match query.float_in(name, 0.0.., 0.0) {
+            0.0 => Smoothing::None,
+            deviation => Smoothing::Noise(deviation),
+        },
+    }
+}
+
+/// Parts of first and of second derivatives that rounding may make up without a warning.
+const MOST_NOISE: [f64; 2] = [1e-3, 0.1];
+
+fn warn_of_noise(shares: NoiseShares, rounding: Rounding, object: &Object, context: &mut Context) {
+    if shares.first <= MOST_NOISE[0] && shares.second <= MOST_NOISE[1] {
+        return;
+    }
+    let percent = |share: f64| match 100.0 * share {
+        p if p < 10.0 => format!("{p:.2} %"),
+        p => format!("{p:.0} %"),
+    };
+    let message = format!(
+        "the samples are rounded to {}, which on a grid this fine makes up {} of the gradient of the index, by which \
+         rays bend, {} of its second derivatives, which make focusing and brightness, and {} of its fourth, by which \
+         steps are chosen",
+        rounding.to,
+        percent(shares.first),
+        percent(shares.second),
+        percent(shares.fourth)
+    );
+    let help = "give the samples in float64, or as contrasts (morgana convert --contrast), or set 'smoothing' to \
+                \"auto\"";
+    let warning = Diagnostic::warning(message).at(&object.location);
+    context.diagnostics.push(warning.help(help.to_owned()));
 }
 
 /// What the samples say, unless they are the index as it is, at the wavelength `nm` of the channel if it has one.
@@ -137,23 +249,30 @@ pub(super) fn dn_dp(q: &mut Query) -> f64 {
     q.float_in("dn_dp", -LARGEST_DN_DP..=LARGEST_DN_DP, None)
 }
 
-fn indices(
-    law: Law,
-    mut samples: Vec<f64>,
+impl Law {
+    fn index(&self, q: f64) -> f64 {
+        self.n0 + self.slope * (q - self.reference)
+    }
+}
+
+/// Reports a sample of which no index can come.
+fn check<T: Sample>(
+    law: &Law,
+    samples: &[T],
     object: &Object,
     context: &mut Context,
-) -> Option<Vec<f64>> {
-    for sample in &mut samples {
-        let q = *sample;
-        *sample = law.n0 + law.slope * (q - law.reference);
-        if !sample.is_finite() || *sample < LEAST_INDEX {
-            let message = format!(
-                "a sample of {q:e} makes an index of {:.6}: check the units of the file, and 'scale'",
-                *sample
-            );
-            context.error_at(&object.location, message);
-            return None;
-        }
-    }
-    Some(samples)
+) -> Option<()> {
+    let bad = samples.iter().map(|q| q.wide()).find(|q| {
+        let n = law.index(*q);
+        !n.is_finite() || n < LEAST_INDEX
+    });
+    let Some(q) = bad else {
+        return Some(());
+    };
+    let message = format!(
+        "a sample of {q:e} makes an index of {:.6}: check the units of the file, and 'scale'",
+        law.index(q)
+    );
+    context.error_at(&object.location, message);
+    None
 }

@@ -4,6 +4,7 @@ mod acoustic;
 mod air;
 mod dispersion;
 mod grid;
+mod rounding;
 
 pub(super) use dispersion::disperses;
 

@@ -1,0 +1,107 @@
+//! What noise of the samples makes of derivatives.
+
+use super::Bspline;
+use super::lattice::PAD;
+
+/// Responses of the interpolating spline to white noise at the samples, per standard deviation, in units of the spacing:
+/// of its first and second derivatives and of fourth differences.
+const RESPONSES: [f64; 3] = [1.18, 6.0, 21.9];
+/// Fourth differences of white noise have √70 times its standard deviation.
+const FOURTH: f64 = 8.366_600_265_340_756;
+/// Axes with fewer samples are left out.
+const FEWEST: usize = 8;
+/// Lines that are looked at along each of the two other axes.
+const LINES: usize = 24;
+
+/// Parts of the derivatives of n² (root mean squares over the grid) that are noise, at most 1: what it is to be told
+/// from them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NoiseShares {
+    /// Of first derivatives, by which rays bend.
+    pub first: f64,
+    /// Of second derivatives, which decide over focusing and brightness.
+    pub second: f64,
+    /// Of fourth derivatives, by which steps are chosen.
+    pub fourth: f64,
+}
+
+/// Sums over the places that are looked at along one axis.
+#[derive(Default)]
+struct Sums {
+    /// Squares of the derivatives, in units of the spacing.
+    squares: [f64; 3],
+    /// Squares of fourth differences of the samples.
+    rough: f64,
+    count: f64,
+}
+
+impl Bspline {
+    /// What noise of the samples of n, with the standard deviation `sigma`, is of the field's derivatives, if the samples are
+    /// interpolated. Noise is never more than what the samples show: along an axis where they are smoother than it would
+    /// be, they are taken as exact to what they are.
+    pub fn noise_shares(&self, sigma: f64) -> NoiseShares {
+        let (mut noise, mut total) = ([0.0; 3], [0.0; 3]);
+        for axis in 0..3 {
+            let sums = self.sums(axis);
+            if sums.count == 0.0 {
+                continue;
+            }
+            let shown = (sums.rough / sums.count).sqrt() / FOURTH;
+            let sigma = shown.min(2.0 * self.n2_ref.sqrt() * sigma);
+            let per = self.lattice.per_spacing()[axis];
+            for (k, order) in [1, 2, 4].into_iter().enumerate() {
+                let unit = per.powi(2 * order);
+                noise[k] += (sigma * RESPONSES[k]).powi(2) * unit;
+                total[k] += sums.squares[k] / sums.count * unit;
+            }
+        }
+        let share = |k: usize| match total[k] > 0.0 {
+            true => (noise[k] / total[k]).sqrt().min(1.0),
+            false => 0.0,
+        };
+        NoiseShares {
+            first: share(0),
+            second: share(1),
+            fourth: share(2),
+        }
+    }
+
+    fn sums(&self, axis: usize) -> Sums {
+        let dims = self.lattice.dims();
+        let mut sums = Sums::default();
+        if dims[axis] < FEWEST {
+            return sums;
+        }
+        let [across, other] = [(axis + 1) % 3, (axis + 2) % 3];
+        let some = |n: usize| (0..n.min(LINES)).map(move |i| i * n / n.min(LINES));
+        for j in some(dims[across]) {
+            for k in some(dims[other]) {
+                let line = self.lattice.place(across, PAD + j) + self.lattice.place(other, PAD + k);
+                let at = |i: usize| {
+                    f64::from(self.coefficients[line + self.lattice.place(axis, PAD + i)])
+                };
+                let line: Vec<f64> = (0..dims[axis]).map(at).collect();
+                line.windows(7).for_each(|c| sums.add(c));
+            }
+        }
+        sums
+    }
+}
+
+impl Sums {
+    /// Seven coefficients in a row.
+    fn add(&mut self, c: &[f64]) {
+        let fourth = |c: &[f64]| c[0] - 4.0 * c[1] + 6.0 * c[2] - 4.0 * c[3] + c[4];
+        let derivatives = [
+            0.5 * (c[4] - c[2]),
+            c[2] - 2.0 * c[3] + c[4],
+            fourth(&c[1..]),
+        ];
+        for (sum, d) in self.squares.iter_mut().zip(derivatives) {
+            *sum += d * d;
+        }
+        let rough = (fourth(c) + 4.0 * fourth(&c[1..]) + fourth(&c[2..])) / 6.0;
+        self.rough += rough * rough;
+        self.count += 1.0;
+    }
+}

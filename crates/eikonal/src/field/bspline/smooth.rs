@@ -1,0 +1,207 @@
+//! Smoothing splines: past samples that are noisy, as far as the noise lets them be.
+//!
+//! Along a line of samples f the coefficients c minimise |f − Bc|² + λ|D⁴c|², B the spline's values at the samples and D⁴
+//! fourth differences (Eilers and Marx 1996). Cubic profiles stay as they are; waves of ω per sample are multiplied by
+//! about 1/(1 + λω⁸), so that what is longer than 2πλ^⅛ samples passes. λ is the largest for which the samples
+//! differ from the spline by no more than their noise accounts for (Reinsch 1967).
+
+use super::lattice::{Lattice, PAD};
+use super::prefilter::{LANES, Lanes, lanes};
+use std::f64::consts::PI;
+
+/// Order of the differences that are kept small, and number of off-diagonals of the system.
+const ORDER: usize = 4;
+/// D⁴.
+const DIFFERENCE: [f64; ORDER + 1] = [1.0, -4.0, 6.0, -4.0, 1.0];
+/// The values of three neighbouring basis functions at a sample.
+const VALUES: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
+/// Shorter lines are interpolated.
+const FEWEST: usize = 16;
+/// Lines from which λ is found, in groups of [`LANES`].
+const GROUPS: usize = 64;
+/// λ^⅛ grows by this from one try to the next, up to this part of the line.
+const GROWTH: f64 = 1.189_207_115_002_721;
+const LONGEST: f64 = 1.0 / 16.0;
+/// The first try: it changes nothing but the very shortest waves.
+const FIRST: f64 = 0.5;
+/// Residuals may exceed what noise lets expect by so many of their standard deviations.
+const DEVIATIONS: f64 = 3.0;
+
+/// The solution for lines of one length.
+pub(super) struct Smoother {
+    /// Of LDLᵀ: 1/D, and the entries of L before the diagonal, the nearest first.
+    inverse: Vec<f64>,
+    lower: Vec<[f64; ORDER]>,
+}
+
+impl Smoother {
+    /// The one for samples along an axis with noise of the given standard deviation. `None` if they are to be
+    /// interpolated.
+    pub(super) fn of_noise(
+        lattice: &Lattice,
+        data: &[f32],
+        axis: usize,
+        noise: f64,
+    ) -> Option<Self> {
+        let samples = lattice.dims()[axis];
+        if noise <= 0.0 || samples < FEWEST {
+            return None;
+        }
+        let lines = Lines::new(lattice, data, axis);
+        let mut best = None;
+        let mut length = FIRST;
+        while length <= samples as f64 * LONGEST {
+            let lambda = length.powi(2 * ORDER as i32);
+            let smoother = Smoother::new(samples, lambda);
+            let expected = noise * noise * rejected(lambda);
+            let spread = 1.0 + DEVIATIONS * (2.0 / lines.values as f64).sqrt();
+            if lines.residual(&smoother) > expected * spread {
+                break;
+            }
+            best = Some(smoother);
+            length *= GROWTH;
+        }
+        best
+    }
+
+    fn new(samples: usize, lambda: f64) -> Self {
+        let count = samples + 2;
+        // The upper half of BᵀB + λD⁴ᵀD⁴, from the diagonal on.
+        let mut band = vec![[0.0; ORDER + 1]; count];
+        let mut add = |from: usize, row: &[f64], factor: f64| {
+            for i in 0..row.len() {
+                for j in i..row.len() {
+                    band[from + i][j - i] += factor * row[i] * row[j];
+                }
+            }
+        };
+        (0..samples).for_each(|i| add(i, &VALUES, 1.0));
+        (0..count - ORDER).for_each(|i| add(i, &DIFFERENCE, lambda));
+        let (mut diagonal, mut lower) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for i in 0..count {
+            let mut row = [0.0; ORDER];
+            for back in (1..=ORDER.min(i)).rev() {
+                let k = i - back;
+                let before: f64 = (back + 1..=ORDER.min(i))
+                    .filter(|p| p - back <= ORDER)
+                    .map(|p| row[p - 1] * entry(&lower, k, p - back) * diagonal[i - p])
+                    .sum();
+                row[back - 1] = (band[k][back] - before) / diagonal[k];
+            }
+            let sum = (1..=ORDER.min(i)).map(|p| row[p - 1] * row[p - 1] * diagonal[i - p]);
+            let d: f64 = band[i][0] - sum.sum::<f64>();
+            diagonal.push(d);
+            lower.push(row);
+        }
+        Smoother {
+            inverse: diagonal.into_iter().map(f64::recip).collect(),
+            lower,
+        }
+    }
+
+    /// Samples in `line[1..=n]` become coefficients in `line[..n + 2]`.
+    #[inline(always)]
+    pub(super) fn solve(&self, lines: &mut [Lanes]) {
+        let count = self.inverse.len();
+        // Bᵀf, and L from the left.
+        let mut before = [0.0; LANES];
+        lines[0] = before;
+        lines[count - 1] = before;
+        for i in 0..count {
+            let this = lines[i];
+            let after = if i + 1 < count {
+                lines[i + 1]
+            } else {
+                [0.0; LANES]
+            };
+            let [a, b, c] = VALUES;
+            let mut value = lanes(|l| a * before[l] + b * this[l] + c * after[l]);
+            before = this;
+            for back in 1..=ORDER.min(i) {
+                let factor = self.lower[i][back - 1];
+                value = lanes(|l| value[l] - factor * lines[i - back][l]);
+            }
+            lines[i] = value;
+        }
+        for i in (0..count).rev() {
+            let mut value = lanes(|l| lines[i][l] * self.inverse[i]);
+            for ahead in 1..=ORDER.min(count - 1 - i) {
+                let factor = self.lower[i + ahead][ahead - 1];
+                value = lanes(|l| value[l] - factor * lines[i + ahead][l]);
+            }
+            lines[i] = value;
+        }
+    }
+}
+
+/// The entry of L so far before the diagonal of row `i`.
+fn entry(lower: &[[f64; ORDER]], i: usize, back: usize) -> f64 {
+    lower[i][back - 1]
+}
+
+/// The part of white noise's variance that the spline does not follow: the mean of the square of λd/(b² + λd) over all
+/// ω, with b and d the squares of the responses of B and D⁴.
+fn rejected(lambda: f64) -> f64 {
+    const STEPS: i32 = 4000;
+    let part = |i: i32| {
+        let cos = (PI * (f64::from(i) + 0.5) / f64::from(STEPS)).cos();
+        let value = ((2.0 + cos) / 3.0).powi(2);
+        let penalty = lambda * (2.0 - 2.0 * cos).powi(ORDER as i32);
+        (penalty / (value + penalty)).powi(2)
+    };
+    (0..STEPS).map(part).sum::<f64>() / f64::from(STEPS)
+}
+
+/// Some lines along an axis, evenly over the grid.
+struct Lines {
+    groups: Vec<Vec<Lanes>>,
+    /// Number of samples on them.
+    values: usize,
+}
+
+impl Lines {
+    fn new(lattice: &Lattice, data: &[f32], axis: usize) -> Self {
+        let (dims, strides) = (lattice.dims(), lattice.strides());
+        let [across, other] = [(axis + 1) % 3, (axis + 2) % 3];
+        let count = dims[across] * dims[other];
+        let wanted = count.min(GROUPS * LANES);
+        let start = |line: usize| {
+            let at = line * count / wanted;
+            let mut index = [PAD; 3];
+            index[across] += at % dims[across];
+            index[other] += at / dims[across];
+            lattice.offset(index)
+        };
+        let value = |start: usize, k: usize| f64::from(data[start + k * strides[axis]]);
+        let group = |first: usize| {
+            // The last group repeats its last line.
+            let starts: [usize; LANES] =
+                std::array::from_fn(|l| start((first + l).min(wanted - 1)));
+            (0..dims[axis])
+                .map(|k| starts.map(|s| value(s, k)))
+                .collect()
+        };
+        let groups: Vec<Vec<Lanes>> = (0..wanted).step_by(LANES).map(group).collect();
+        Lines {
+            values: wanted * dims[axis],
+            groups,
+        }
+    }
+
+    /// The mean square of what a spline leaves.
+    fn residual(&self, smoother: &Smoother) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for samples in &self.groups {
+            let mut lines = vec![[0.0; LANES]; samples.len() + 2];
+            lines[1..=samples.len()].copy_from_slice(samples);
+            smoother.solve(&mut lines);
+            for (sample, c) in samples.iter().zip(lines.windows(3)) {
+                let [a, b, d] = VALUES;
+                let left = lanes(|l| sample[l] - a * c[0][l] - b * c[1][l] - d * c[2][l]);
+                sum += left.iter().map(|v| v * v).sum::<f64>();
+                count += LANES as f64;
+            }
+        }
+        sum / count
+    }
+}

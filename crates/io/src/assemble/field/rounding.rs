@@ -1,0 +1,130 @@
+//! How finely samples are known: what rounding did to them before they came here.
+
+use crate::element::Element;
+
+/// Samples that are looked at.
+const MOST: usize = 4096;
+/// Most decimal digits that a rounding to decimals is told by.
+const MOST_DIGITS: i32 = 9;
+
+/// With fewer different values samples are labels of materials, which are exact, rather than rounded.
+const FEWEST_LEVELS: usize = 16;
+
+/// The rounding of samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rounding {
+    /// Standard deviation of the error, as of a number that is rounded by at most half a unit: that over √12.
+    pub deviation: f64,
+    /// What they are rounded to.
+    pub to: To,
+}
+
+/// A kind of rounding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum To {
+    /// A type of floating-point numbers.
+    Floats(Element),
+    /// Multiples of a number.
+    Steps(f64),
+}
+
+impl Rounding {
+    /// Of `count` samples in a file of the given type; `at` gives them. The coarsest rounding is meant that all samples that are
+    /// looked at have: numbers of 64 bits may have been rounded to 32, or to five decimals, before.
+    pub fn of(element: Element, count: usize, at: impl Fn(usize) -> f64) -> Self {
+        let wanted = count.min(MOST);
+        let samples: Vec<f64> = (0..wanted).map(|i| at(i * (count / wanted))).collect();
+        let is_graded = levels(&samples) >= FEWEST_LEVELS;
+        let all = |rounded: &dyn Fn(f64) -> bool| samples.iter().all(|v| rounded(*v));
+        if element.is_integer() && is_graded {
+            return Self::steps(1.0);
+        }
+        // Decimals are themselves rounded to the type of the file, and can be told only where that has many numbers between
+        // them.
+        let is_multiple = |v: f64, per: f64| element.nearest((v * per).round() / per) == v;
+        let fine = 100.0 * Self::floats(element, &samples);
+        let mut scales = (0..=MOST_DIGITS).map(|digits| 10f64.powi(digits));
+        let told = scales.find(|per| fine * per < 1.0 && all(&|v| is_multiple(v, *per)));
+        if let Some(per) = told.filter(|_| is_graded) {
+            return Self::steps(1.0 / per);
+        }
+        let narrower = [Element::F16, Element::F32];
+        let narrow = narrower.into_iter().find(|e| all(&|v| e.nearest(v) == v));
+        let element = narrow.unwrap_or(element);
+        Rounding {
+            deviation: Self::floats(element, &samples),
+            to: To::Floats(element),
+        }
+    }
+
+    fn steps(step: f64) -> Self {
+        Rounding {
+            deviation: step / 12f64.sqrt(),
+            to: To::Steps(step),
+        }
+    }
+
+    /// The root mean square over samples, which differ in the worth of their last bit.
+    fn floats(element: Element, samples: &[f64]) -> f64 {
+        let bits = match element {
+            Element::F16 => 10,
+            Element::F32 => 23,
+            _ => 52,
+        };
+        let unit = |v: f64| match v {
+            0.0 => 0.0,
+            v => v.abs().log2().floor().exp2() * f64::from(-bits).exp2(),
+        };
+        let squares: f64 = samples.iter().map(|v| unit(*v).powi(2)).sum();
+        (squares / (12.0 * samples.len() as f64)).sqrt()
+    }
+}
+
+/// Number of different values.
+fn levels(samples: &[f64]) -> usize {
+    let mut sorted = samples.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted.dedup();
+    sorted.len()
+}
+
+impl std::fmt::Display for To {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            To::Floats(element) => write!(f, "{element}"),
+            To::Steps(step) => write!(f, "multiples of {step}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(element: Element, sample: impl Fn(f64) -> f64) -> Rounding {
+        Rounding::of(element, 10_000, |i| {
+            sample(1.5 + 0.2 * (1e-3 * i as f64).sin())
+        })
+    }
+
+    #[test]
+    fn roundings_are_told_from_the_samples() {
+        let unit = |r: Rounding| r.deviation * 12f64.sqrt();
+        let exact = of(Element::F64, |v| v);
+        assert_eq!(exact.to, To::Floats(Element::F64));
+        assert!(unit(exact) < 3e-16);
+        for element in [Element::F32, Element::F64] {
+            let single = of(element, |v| f64::from(v as f32));
+            assert_eq!(single.to, To::Floats(Element::F32));
+            assert!((unit(single) / 2f64.powi(-23) - 1.0).abs() < 1e-9);
+            let decimal = of(element, |v| element.nearest((v * 1e5).round() / 1e5));
+            assert_eq!(decimal, Rounding::steps(1e-5));
+        }
+        let half = of(Element::F64, |v| Element::F16.nearest(v));
+        assert_eq!(half.to, To::Floats(Element::F16));
+        assert_eq!(of(Element::U8, |v| (100.0 * v).round()).to, To::Steps(1.0));
+        // Two materials.
+        let labels = of(Element::F64, |v| if v < 1.5 { 1.0 } else { 1.3 });
+        assert!(labels.deviation < 1e-3, "{labels:?}");
+    }
+}
