@@ -28,9 +28,10 @@ pub fn load_with_warnings(args: &SceneArgs) -> Result<Loaded, Failure> {
     Ok(loaded)
 }
 
-/// Shows a scene's warnings on the standard error.
+/// Shows a scene's warnings, and where Mitsuba would render it otherwise, on the standard error.
 pub fn warn(loaded: &Loaded) {
     show(&loaded.warnings);
+    show(&loaded.notes_of_differences());
 }
 
 /// The name of a scene file without its folder: what is written into outputs, which should not

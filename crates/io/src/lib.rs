@@ -31,7 +31,7 @@ mod temporary;
 pub mod volume;
 pub mod xml;
 
-pub use assemble::{LoadOptions, Loaded, assemble, assemble_field, load_scene};
+pub use assemble::{Difference, LoadOptions, Loaded, assemble, assemble_field, load_scene};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use error::{FileError, Problem};
 pub use input::Limits;

@@ -465,14 +465,14 @@ fn messages_are_in_the_language_of_the_file() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("scene.json");
     let text = r#"{"type": "scene", "emitter": {"type": "point", "intensity": "1"},
-"ball": {"type": "sphere", "radius": true, "film": {"type": "hdrfilm"}, "light": {"type": "area"}}}"#;
+"ball": {"type": "sphere", "radius": true, "film": {"type": "hdrfilm"}, "interior": {"type": "homogeneous", "phase": {"type": "vmf"}}}}"#;
     std::fs::write(&path, text).unwrap();
     let error = io::load_scene(&path, &io::LoadOptions::default()).unwrap_err();
     let error = error.to_string();
     for part in [
         "'radius': expected float, found boolean",
         r#"{"type": "sphere"} takes no film here"#,
-        r#"{"type": "area"} needs "radiance" (spectrum)"#,
+        r#"{"type": "vmf"} needs "kappa" (float)"#,
     ] {
         assert!(error.contains(part), "expected {part:?} in:\n{error}");
     }

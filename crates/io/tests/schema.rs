@@ -399,10 +399,7 @@ mod json_schema {
             json!("50mm")
         );
         let lens = &schema["$defs"]["sensor.thinlens"];
-        assert_eq!(
-            lens["required"],
-            json!(["type", "aperture_radius", "focus_distance"])
-        );
+        assert_eq!(lens["required"], json!(["type", "aperture_radius"]));
         assert_eq!(sensor["properties"]["fov_axis"]["default"], json!("x"));
         let words = &sensor["properties"]["fov_axis"]["anyOf"][0]["enum"];
         assert_eq!(words, &json!(["x", "y", "smaller", "larger", "diagonal"]));

@@ -6,7 +6,7 @@ use super::surface_texture::Role;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{FileRegistry, ObjectId, SpectrumValue};
 use eikonal::field::Constant;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::Emitter;
@@ -36,6 +36,10 @@ pub(super) struct Context<'a> {
     pub textures: HashMap<(ObjectId, Role), Texture>,
     /// Meshes of groups of shapes.
     pub originals: Originals,
+    /// Grids, and where they lie.
+    pub grids: Vec<super::reach::Placed>,
+    /// Where Mitsuba would render the scene otherwise.
+    pub differences: BTreeSet<super::Difference>,
     /// Groups of shapes with something wrong in them.
     pub refused_groups: HashSet<ObjectId>,
     medium_ids: HashMap<ObjectId, MediumId>,
@@ -76,6 +80,8 @@ impl<'a> Context<'a> {
             },
             textures: HashMap::new(),
             originals: Originals::default(),
+            grids: Vec::new(),
+            differences: BTreeSet::new(),
             refused_groups: HashSet::new(),
             medium_ids: HashMap::new(),
         }

@@ -21,7 +21,11 @@ pub(super) fn medium(object: &Object, context: &mut Context) -> MediumId {
     if let Some(id) = context.known_medium(object.number) {
         return id;
     }
+    let before = context.grids.len();
     let (medium, open) = build(object, context);
+    let id = context.media.len();
+    let grids = context.grids.iter_mut().skip(before);
+    grids.for_each(|grid| grid.medium = Some(id));
     let id = context.add_medium(medium, open, Some(object.location.clone()));
     context.remember_medium(object.number, id);
     id

@@ -5,8 +5,10 @@
 mod bsdf;
 mod channels;
 mod context;
+mod differences;
 mod emitter;
 mod endless;
+mod entry;
 mod field;
 mod film;
 mod gaps;
@@ -15,6 +17,7 @@ mod integrator;
 mod ior;
 mod medium;
 mod meter;
+mod reach;
 mod sampler;
 mod sensor;
 mod shape;
@@ -22,7 +25,9 @@ mod sides;
 mod surface_texture;
 mod texture;
 mod transforms;
+mod units;
 
+pub use differences::Difference;
 pub use film::Layering;
 pub use gaps::{Needs, Walls};
 pub use instrument::{Gruneisen, Instrument, Normalization};
@@ -33,6 +38,7 @@ use crate::query::{Query, unknown_plugin};
 use crate::scene::{FileRegistry, Object, PluginKind, SceneDescription, SceneHash};
 use channels::Channels;
 use context::Context;
+use std::collections::BTreeSet;
 use std::path::Path;
 use transport::integrator::{Integrator, PathTracer};
 use transport::render::ADAPTIVE_FROM;
@@ -69,6 +75,8 @@ pub struct Loaded {
     pub instruments: Vec<Instrument>,
     /// What is doubtful about it.
     pub warnings: Diagnostics,
+    /// Where Mitsuba would render it otherwise.
+    pub differences: Vec<Difference>,
     /// Hash of the description and of all files it refers to.
     pub hash: SceneHash,
     /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths, or quantities.
@@ -98,6 +106,18 @@ impl Loaded {
             true => &self.groups[..1],
             false => &self.groups,
         }
+    }
+
+    /// Notes of where Mitsuba would render it otherwise.
+    pub fn notes_of_differences(&self) -> Diagnostics {
+        let mut notes = Diagnostics::new();
+        for (i, Difference { topic, text }) in self.differences.iter().enumerate() {
+            let last = i + 1 == self.differences.len();
+            let help = last.then(|| String::from("docs/mitsuba.md says how much it matters"));
+            let message = format!("not as in Mitsuba 3 ({topic}): {text}");
+            notes.push(Diagnostic::note(message).help(help));
+        }
+        notes
     }
 
     /// The scene of the first channel group: geometry and sensor are the same in all, and indices if no medium
@@ -169,6 +189,12 @@ pub fn assemble(
         return Err(diagnostics);
     };
     let emitter_names = std::mem::take(&mut first.emitter_names);
+    let known = differences::Known {
+        description,
+        scene: &first.scene,
+        counted: options.samples.is_some(),
+    };
+    let differences = differences::of(&known, &first.differences);
     let (integrator, estimators) = (first.method.integrator, first.method.parameters);
     let samples = whole_periods(options, first, &mut diagnostics);
     let (layering, reweight) = (first.layering, first.reweight);
@@ -180,6 +206,7 @@ pub fn assemble(
         integrator,
         samples,
         warnings: diagnostics,
+        differences,
         hash,
         channel_names: match &integrator {
             Integrator::Aov(tracer) => tracer.channels().map(str::to_owned).collect(),
@@ -253,6 +280,8 @@ struct GroupParts {
     reweight: bool,
     adaptive: bool,
     instruments: Vec<Instrument>,
+    /// Those that only show while it is assembled.
+    differences: BTreeSet<Difference>,
 }
 
 /// The scene of one channel group and how to render it; `None` after an error.
@@ -299,6 +328,7 @@ fn group_parts(
         }
     };
     sides::settle(&mut context);
+    reach::warnings(&mut context);
     let mut sensor = sensor?;
     sensor.samples.replace(options, context.diagnostics);
     if matches!(method.integrator, Integrator::Aov(_)) {
@@ -368,6 +398,7 @@ fn group_parts(
             endless::warnings(&scene, &method.integrator)
                 .iter()
                 .for_each(&mut report);
+            entry::warnings(&scene).iter().for_each(&mut report);
             if instruments.is_empty() {
                 let gaps = gaps::warnings(&scene, &method.integrator);
                 gaps.iter().for_each(&mut report);
@@ -398,6 +429,7 @@ fn group_parts(
                 reweight: sensor.film.reweight,
                 adaptive,
                 instruments,
+                differences: context.differences,
             })
         }
         Err(problems) => {

@@ -15,6 +15,9 @@ use transport::sensor::{Orthographic, Perspective, Sensor, Stop, Telecentric, Th
 const KNOWN: [&str; 4] = ["perspective", "thinlens", "orthographic", "telecentric"];
 /// Samples per pixel, unless a sampler says otherwise.
 const SAMPLES: i64 = 64;
+/// Mitsuba's clipping planes.
+pub(super) const NEAR_CLIP: f64 = 0.01;
+pub(super) const FAR_CLIP: f64 = 1e4;
 /// Cones of telecentric sensors are narrow: lenses gather no wider ones.
 const WIDEST_STOP: f64 = 45.0;
 
@@ -46,8 +49,8 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<SensorPart
     let optics = optics(object, &mut q);
     // Straight segments start at the sensor whatever the clipping planes: Mitsuba's scene files have
     // them for the sake of its own intersection tests.
-    q.float_or("near_clip", 0.0);
-    q.float_or("far_clip", 0.0);
+    q.float_or("near_clip", NEAR_CLIP);
+    q.float_or("far_clip", FAR_CLIP);
     q.finish(&[]);
     let film = film::build(film.as_deref(), context);
     let samples = sampler::build(sampler.as_deref(), SAMPLES, context);
@@ -89,7 +92,8 @@ fn optics(object: &Object, q: &mut Query) -> Option<Optics> {
         "thinlens" => {
             let fov = fov(q);
             let radius = q.float_in("aperture_radius", POSITIVE, None);
-            Optics::ThinLens(fov, radius, q.float_in("focus_distance", POSITIVE, None))
+            let far = q.float_or("far_clip", FAR_CLIP);
+            Optics::ThinLens(fov, radius, q.float_in("focus_distance", POSITIVE, far))
         }
         "orthographic" => Optics::Orthographic,
         "telecentric" => {

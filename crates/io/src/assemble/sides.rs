@@ -6,6 +6,7 @@
 
 use super::bsdf::Indices;
 use super::context::Context;
+use super::differences;
 use crate::diagnostic::Location;
 use eikonal::field::Constant;
 use glam::DVec3;
@@ -41,6 +42,15 @@ pub(super) fn settle(context: &mut Context) {
         let exterior = wish
             .exterior
             .unwrap_or_else(|| surrounding(i, &context.objects));
+        if wish.exterior.is_none() && exterior != AMBIENT {
+            let difference = match wish.interior {
+                Some(_) => Some(differences::EXTERIOR),
+                None => {
+                    (!context.media[exterior].is_transparent()).then_some(differences::CLEAR_GLASS)
+                }
+            };
+            context.differences.extend(difference);
+        }
         let interior = context.objects[i].interior().unwrap_or(exterior);
         context.objects[i].sides = Some(Sides { interior, exterior });
     }

@@ -1,6 +1,7 @@
 //! Quantities that may vary in space: constants and grids.
 
 use super::context::Context;
+use super::reach;
 use super::transforms::affine;
 use crate::diagnostic::Location;
 use crate::query::{Input, Query, unknown_plugin};
@@ -31,7 +32,7 @@ pub(super) fn texture(
             query.finish(&[]);
             uniform((&value, &object.location), name, allowed, context)
         }
-        Input::Object(object) => grid(object, allowed, context)
+        Input::Object(object) => grid(object, name, allowed, context)
             .map_or(Texture::Uniform(Spectrum::ZERO), |grid| {
                 Texture::Grid(Arc::new(grid))
             }),
@@ -53,7 +54,7 @@ fn uniform(
     Texture::Uniform(context.spectrum(value, location))
 }
 
-fn grid(object: &Object, allowed: (f64, f64), context: &mut Context) -> Option<Grid> {
+fn grid(object: &Object, name: &str, allowed: (f64, f64), context: &mut Context) -> Option<Grid> {
     if object.plugin != "gridvolume" {
         unknown_plugin(object, &["gridvolume", "constvolume"], context.diagnostics);
         return None;
@@ -81,6 +82,10 @@ fn grid(object: &Object, allowed: (f64, f64), context: &mut Context) -> Option<G
     let data = of_group(volume, context);
     let filter = [Filter::Trilinear, Filter::Nearest][filter];
     let placement = [Placement::Centers, Placement::Nodes][source.placement];
+    if name == "sigma_t" {
+        let quantity = reach::Quantity::Extinction;
+        reach::remember(quantity, source.to_world, &object.location, context);
+    }
     let grid = Grid::new(data, source.to_world, placement, filter, allowed);
     context.accept(&object.location, grid)
 }

@@ -64,10 +64,10 @@ const LOSSLESS: &[Parameter] = &[boolean(
 const METAL: &[Parameter] = &[
     spectrum(
         "eta",
-        "",
+        "0",
         "real part of the index, ≥ 0; a mirror without eta, k and material",
     ),
-    spectrum("k", "", "imaginary part of the index, ≥ 0"),
+    spectrum("k", "1", "imaginary part of the index, ≥ 0"),
     word(
         "material",
         &["none", "Ag", "Al", "Au", "Cr", "Cu", "Hg", "W"],

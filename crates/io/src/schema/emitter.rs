@@ -11,7 +11,7 @@ const PLACED: &[Parameter] = &[TO_WORLD];
 const INSIDE: &[Slot] = &[one(Medium, "Accepted: containment decides.")];
 
 const SPOT: &[Parameter] = &[
-    spectrum("intensity", "required", "on the axis, W/sr, ≥ 0"),
+    spectrum("intensity", "1", "on the axis, W/sr, ≥ 0"),
     float("cutoff_angle", "20", "degrees, > 0 and at most 180"),
     float(
         "beam_width",
@@ -38,11 +38,7 @@ const ENVMAP: &[Parameter] = &[
 ];
 
 const PROJECTOR: &[Parameter] = &[
-    spectrum(
-        "irradiance",
-        "",
-        "at unit distance, ≥ 0; this or a bitmap is required",
-    ),
+    spectrum("irradiance", "1", "at unit distance, ≥ 0"),
     float("scale", "1", "factor, ≥ 0"),
     TO_WORLD,
 ];
@@ -60,7 +56,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[
             &[
                 point("position", "[0, 0, 0]", "in place of to_world"),
-                spectrum("intensity", "required", "W/sr, ≥ 0"),
+                spectrum("intensity", "1", "W/sr, ≥ 0"),
             ],
             PLACED,
         ],
@@ -79,7 +75,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "Parallel light from outside.",
         &[
             &[
-                spectrum("irradiance", "required", "across the direction, W/m², ≥ 0"),
+                spectrum("irradiance", "1", "across the direction, W/m², ≥ 0"),
                 vector("direction", "[0, 0, 1]", "in place of to_world"),
             ],
             PLACED,
@@ -102,11 +98,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "area",
         "Light from the shape that it belongs to, the same in all directions.",
-        &[&[spectrum(
-            "radiance",
-            "",
-            "≥ 0; this or a texture is required",
-        )]],
+        &[&[spectrum("radiance", "1", "≥ 0")]],
         &[texture("radiance")],
     ),
 ];

@@ -6,8 +6,12 @@ use crate::scene::PluginKind::{Film, Medium, Sampler};
 
 const CAMERA: &[Parameter] = &[
     TO_WORLD,
-    float("near_clip", "", "accepted and ignored"),
-    float("far_clip", "", "accepted and ignored"),
+    float("near_clip", "0.01", "cuts nothing"),
+    float(
+        "far_clip",
+        "10000",
+        "cuts nothing; the focus distance without any",
+    ),
 ];
 
 pub(super) const VIEW: &[Parameter] = &[
@@ -30,7 +34,7 @@ pub(super) const VIEW: &[Parameter] = &[
 
 const LENS: &[Parameter] = &[
     float("aperture_radius", "required", "local units, > 0"),
-    float("focus_distance", "required", "local units, > 0"),
+    float("focus_distance", "(far_clip)", "local units, > 0"),
 ];
 
 const TELECENTRIC: &[Parameter] = &[

@@ -32,6 +32,7 @@ pub fn info(args: &InfoArgs) -> Result<ExitCode, Failure> {
             let text = text::describe(&args.scene.path, &loaded);
             safe(&text.map_err(|e| Failure::Runtime(e.to_string()))?)
                 + &loaded.warnings.render(style)
+                + &loaded.notes_of_differences().render(style)
         }
     };
     stdout.write_all(text.as_bytes())?;

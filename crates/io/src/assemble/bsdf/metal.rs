@@ -65,8 +65,8 @@ pub(super) fn optics(q: &mut Query) -> Optics {
     }
     match optical {
         true => Optics {
-            eta: q.spectrum("eta"),
-            k: q.spectrum("k"),
+            eta: q.spectrum_or("eta", SpectrumValue::Uniform(0.0)),
+            k: q.spectrum_or("k", SpectrumValue::Uniform(1.0)),
         },
         false => Optics {
             eta: SpectrumValue::Uniform(0.0),

@@ -39,7 +39,7 @@ pub(super) fn projector(object: &Object, context: &mut Context) -> Option<Emitte
     let pose = pose(&mut q, "a projector");
     let fov = fov(&mut q);
     let scale = q.float_in("scale", 0.0.., 1.0);
-    let image = q.texture_or_spectrum("irradiance", None);
+    let image = q.texture_or_spectrum("irradiance", SpectrumValue::Uniform(1.0));
     q.finish(&[]);
     let (size, pixels) = match image {
         Input::Spectrum(value) => {

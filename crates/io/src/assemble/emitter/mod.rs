@@ -50,7 +50,7 @@ pub(super) fn add_area(
         return None;
     }
     let mut query = Query::new(object, context.diagnostics);
-    let radiance = query.texture_or_spectrum("radiance", None);
+    let radiance = query.texture_or_spectrum("radiance", SpectrumValue::Uniform(1.0));
     query.finish(&[]);
     let emitter = match radiance {
         Input::Spectrum(value) => Emitter::Area {
@@ -112,7 +112,7 @@ fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
         "point" => {
             instead_of_transform("position", &mut q);
             let position = q.point_or("position", origin);
-            let intensity = q.spectrum("intensity");
+            let intensity = q.spectrum_or("intensity", SpectrumValue::Uniform(1.0));
             q.finish(&[]);
             Emitter::Point {
                 position,
@@ -120,7 +120,7 @@ fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
             }
         }
         "spot" => {
-            let intensity = q.spectrum("intensity");
+            let intensity = q.spectrum_or("intensity", SpectrumValue::Uniform(1.0));
             let cutoff = q.float_in(
                 "cutoff_angle",
                 (POSITIVE.0, std::ops::Bound::Included(180.0)),
@@ -133,7 +133,7 @@ fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
             Emitter::Spot(Spot::new(origin, axis, intensity, angles))
         }
         "directional" => {
-            let irradiance = q.spectrum("irradiance");
+            let irradiance = q.spectrum_or("irradiance", SpectrumValue::Uniform(1.0));
             instead_of_transform("direction", &mut q);
             let direction = q.vector_or("direction", axis).try_normalize();
             if direction.is_none() {

@@ -2,6 +2,7 @@
 
 use super::super::context::Context;
 use super::super::texture::{SOURCE, Source, read};
+use super::super::{reach, units};
 use super::rounding::Rounding;
 use super::{air, placed};
 use crate::diagnostic::Diagnostic;
@@ -18,6 +19,7 @@ const LARGEST_DN_DP: f64 = 1e-6;
 const LEAST_INDEX: f64 = 0.9;
 
 /// What a sample q says of the index: n = `n0` + `slope` (q − `reference`).
+#[derive(Clone, Copy)]
 struct Law {
     n0: f64,
     slope: f64,
@@ -54,6 +56,11 @@ fn samples(object: &Object, context: &mut Context) -> (Option<Samples>, Source) 
 }
 
 impl Samples {
+    /// Least and largest, if there are any.
+    fn range(&self) -> Option<[f64; 2]> {
+        each!(self, v => units::range(v.data().iter().map(|q| q.wide())))
+    }
+
     /// What they were rounded to.
     fn rounding(&self) -> Rounding {
         each!(self, v => {
@@ -98,6 +105,13 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
         Smoothing::Noise(deviation) => factor * deviation,
         Smoothing::Auto => factor * rounding.deviation,
     };
+    doubt_units(samples.range(), law.as_ref(), object, context);
+    reach::remember(
+        reach::Quantity::Index,
+        source.to_world,
+        &object.location,
+        context,
+    );
     let placement = [Placement::Centers, Placement::Nodes][source.placement];
     let map = source.to_world;
     // An axis-aligned box needs no transform at run time.
@@ -275,4 +289,35 @@ fn check<T: Sample>(
     );
     context.error_at(&object.location, message);
     None
+}
+
+/// Warns of samples that are probably not what they are taken for.
+fn doubt_units(range: Option<[f64; 2]>, law: Option<&Law>, object: &Object, context: &mut Context) {
+    let Some(samples) = range else {
+        return;
+    };
+    let [a, b] = samples.map(|q| law.map_or(q, |law| law.index(q)));
+    let range = [a.min(b), a.max(b)];
+    let [least, most] = range;
+    let found = match (object.plugin.as_str(), law) {
+        ("gladstone_dale", Some(law)) => units::of_gas(range, law.n0).map(|doubt| {
+            let message = format!("the densities make indices from {least:.9} to {most:.9}: {doubt}");
+            (message, "check the units of the file, and 'scale'")
+        }),
+        ("pressure", Some(law)) => units::of_pressure(range, law.n0).map(|doubt| {
+            let message = format!("the pressures make indices from {least:.6} to {most:.6}: {doubt}");
+            (message, "check the units of the file, 'dn_dp' and 'scale'")
+        }),
+        _ => units::taken_for_index(range).map(|(what, advice)| {
+            let message = format!(
+                "the samples are taken for an index of refraction, but range from {least:.6e} to {most:.6e}: they look \
+                 like {what}"
+            );
+            (message, advice)
+        }),
+    };
+    if let Some((message, advice)) = found {
+        let warning = Diagnostic::warning(message).help(String::from(advice));
+        context.diagnostics.push(warning.at(&object.location));
+    }
 }

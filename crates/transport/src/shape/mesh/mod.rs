@@ -25,6 +25,8 @@ pub struct Mesh {
     closed: bool,
     convex: bool,
     flipped: bool,
+    /// Whether the triangles as given were wound inside out.
+    inside_out: bool,
     /// Bound of the rounding error of coordinates near the mesh.
     noise: f64,
 }
@@ -46,7 +48,8 @@ impl Mesh {
         if triangles.is_empty() {
             return Err(ShapeError::EmptyMesh { dropped });
         }
-        if closed && topology::signed_volume(&positions, &triangles) < 0.0 {
+        let inside_out = closed && topology::signed_volume(&positions, &triangles) < 0.0;
+        if inside_out {
             triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
         let boxes: Vec<Aabb> = triangles
@@ -67,6 +70,7 @@ impl Mesh {
             closed,
             convex: closed && topology::is_convex(&positions, &triangles, &bounds),
             flipped: false,
+            inside_out,
             noise: 8.0 * f64::EPSILON * far,
             positions,
             triangles,
@@ -92,7 +96,13 @@ impl Mesh {
         }
         let mut mesh = Mesh::new(positions, triangles, self.uvs.clone())?;
         mesh.flipped = self.flipped;
+        mesh.inside_out |= self.inside_out;
         Ok(mesh)
+    }
+
+    /// Whether its triangles were wound inside out, and have been turned.
+    pub fn was_inside_out(&self) -> bool {
+        self.inside_out
     }
 
     /// The vertices.

@@ -1,0 +1,255 @@
+//! Where Mitsuba 3.9.1 would render a scene otherwise, on purpose: the rows of `docs/mitsuba.md`.
+
+use super::sensor::{FAR_CLIP, NEAR_CLIP};
+use crate::scene::{Object, ObjectId, PluginKind, SceneDescription, Value};
+use glam::{DMat3, DVec3};
+use std::collections::{BTreeSet, HashSet};
+use transport::scene::{AMBIENT, Scene};
+use transport::shape::Shape;
+
+/// A deliberate difference from Mitsuba.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Difference {
+    /// Its name: the first column of `docs/mitsuba.md`.
+    pub topic: &'static str,
+    /// What is done here, and what there.
+    pub text: &'static str,
+}
+
+macro_rules! differences {
+    ($($name:ident: $topic:literal, $text:literal;)*) => {
+        $(pub(super) const $name: Difference = Difference { topic: $topic, text: $text };)*
+
+        impl Difference {
+            /// All there are.
+            pub const ALL: &'static [Difference] = &[$($name),*];
+        }
+    };
+}
+
+differences! {
+    BECKMANN: "beckmann", "masking is Smith's in closed form; Mitsuba's fit is up to 0.35 % off";
+    BORDER: "border", "light from beyond the image's edge counts in the pixels there, as with sample_border in Mitsuba";
+    CHECKERBOARD: "checkerboard", "as a number it has color0 where it has it as a colour; Mitsuba swaps the two";
+    CLEAR_GLASS: "clear glass", "a dielectric without an interior encloses clear matter; in Mitsuba the medium around it goes on inside";
+    CLIPPING: "clipping", "near_clip and far_clip cut nothing; Mitsuba's camera would not see all (0.01 and 10000 by default)";
+    CONSTANT_EXTINCTION: "constant extinction", "a heterogeneous medium with the same sigma_t everywhere fills its shape; in Mitsuba it ends at the cube [0, 1]³";
+    DEPTH: "depth", "passing null, mask or thindielectric is no bounce for max_depth; Mitsuba counts some of them";
+    ENVMAP: "envmap", "constant within pixels; Mitsuba interpolates";
+    EXTERIOR: "exterior", "without an exterior the medium around a shape lies outside it; in Mitsuba nothing does";
+    EXT_IOR: "ext_ior", "without an ext_ior the index outside is that of the medium there, 1 if that is empty; Mitsuba takes air, 1.000277";
+    FORMAT: "format", "files are written as the command line says, in 32 bits; file_format and component_format are passed over";
+    MESH_NORMALS: "mesh normals", "meshes have the normals of their triangles; Mitsuba interpolates those of the vertices unless face_normals is true";
+    MESH_SIDES: "mesh sides", "closed meshes that are wound inside out are turned; Mitsuba leaves them";
+    PATH_MEDIA: "path in media", "path and ptracer see media; in Mitsuba they do not, and volpath does";
+    PLASTIC: "plastic", "the base is up to 2 % brighter under a rough coat, 0.1 % under a smooth one: Mitsuba's mean reflectance from below is a coarse sum or a fit";
+    PROJECTOR: "projector", "constant within pixels; Mitsuba interpolates unless filter_type is nearest";
+    ROTATED_GRID: "rotated grid", "a grid that is turned ends at its own cube; Mitsuba's goes on to the box around it that is parallel to the axes";
+    SAMPLE_COUNT: "sample_count", "64 samples per pixel unless the scene says otherwise; Mitsuba takes 4";
+    SENSOR_MEDIUM: "sensor medium", "the sensor is in the medium around it; in Mitsuba it is in none unless it names one";
+    VERTEX_COLOURS: "vertex colours", "whole numbers are decoded from sRGB; Mitsuba takes them as they are, 0 to 255";
+}
+
+/// What is known when a scene is assembled.
+pub(super) struct Known<'a> {
+    pub description: &'a SceneDescription,
+    pub scene: &'a Scene,
+    /// Whether the caller says how many samples there are.
+    pub counted: bool,
+}
+
+/// The differences that a scene meets, besides those `met` while it was assembled.
+pub(super) fn of(known: &Known, met: &BTreeSet<Difference>) -> Vec<Difference> {
+    let mut all = met.clone();
+    let mut seen = HashSet::new();
+    visit(&known.description.root, &mut seen, &mut |object| {
+        all.extend(of_object(object))
+    });
+    all.extend(of_methods(known));
+    all.extend(of_camera(known));
+    let meshes = known.scene.objects().iter().map(|o| &o.shape);
+    let turned = |shape: &Shape| matches!(shape, Shape::Mesh(mesh) if mesh.was_inside_out());
+    if meshes.into_iter().any(turned) {
+        all.insert(MESH_SIDES);
+    }
+    all.into_iter().collect()
+}
+
+/// Calls `f` with each object once.
+fn visit(object: &Object, seen: &mut HashSet<ObjectId>, f: &mut impl FnMut(&Object)) {
+    if seen.insert(object.number) {
+        f(object);
+        for child in &object.children {
+            visit(&child.object, seen, f);
+        }
+    }
+}
+
+fn value<'a>(object: &'a Object, name: &str) -> Option<&'a Value> {
+    let property = object.properties.iter().find(|p| p.name == name);
+    property.map(|p| &p.value)
+}
+
+fn is(object: &Object, name: &str, text: &str) -> bool {
+    matches!(value(object, name), Some(Value::String(s)) if s.eq_ignore_ascii_case(text))
+}
+
+fn is_true(object: &Object, name: &str) -> bool {
+    value(object, name) == Some(&Value::Boolean(true))
+}
+
+fn number(object: &Object, name: &str) -> Option<f64> {
+    match value(object, name)? {
+        Value::Float(v) => Some(*v),
+        Value::Integer(v) => Some(*v as f64),
+        _ => None,
+    }
+}
+
+fn child<'a>(object: &'a Object, name: &str) -> Option<&'a Object> {
+    let named = |c: &&crate::scene::Child| c.name.as_deref() == Some(name);
+    object.children.iter().find(named).map(|c| &*c.object)
+}
+
+fn has(object: &Object, kind: PluginKind, plugins: &[&str]) -> bool {
+    let mut children = object.children.iter().map(|c| &c.object);
+    children.any(|c| c.kind == kind && plugins.contains(&c.plugin.as_str()))
+}
+
+/// What one object alone tells.
+fn of_object(object: &Object) -> Vec<Difference> {
+    match (object.kind, object.plugin.as_str()) {
+        (PluginKind::Bsdf, plugin) => of_bsdf(object, plugin),
+        (PluginKind::Film, _) => of_film(object),
+        (PluginKind::Medium, "heterogeneous") => of_medium(object),
+        (PluginKind::Emitter, "envmap") => vec![ENVMAP],
+        (PluginKind::Emitter, "projector") => {
+            let image = child(object, "irradiance");
+            let interpolated = image.is_some_and(|image| !is(image, "filter_type", "nearest"));
+            interpolated.then_some(PROJECTOR).into_iter().collect()
+        }
+        (PluginKind::Shape, "obj" | "ply" | "serialized" | "mesh") => {
+            let interpolated = !is_true(object, "face_normals");
+            interpolated.then_some(MESH_NORMALS).into_iter().collect()
+        }
+        (PluginKind::Texture, "mesh_attribute") => vec![VERTEX_COLOURS],
+        _ => Vec::new(),
+    }
+}
+
+/// Parameters of bsdfs that are numbers.
+const NUMBERS: [&str; 5] = ["opacity", "weight", "alpha", "roughness", "metallic"];
+
+fn of_bsdf(object: &Object, plugin: &str) -> Vec<Difference> {
+    let board = |name| child(object, name).is_some_and(|c| c.plugin == "checkerboard");
+    let rough = ["roughdielectric", "roughconductor", "roughplastic"].contains(&plugin);
+    let dielectric = ["dielectric", "roughdielectric"].contains(&plugin);
+    let plastic = ["plastic", "roughplastic"].contains(&plugin);
+    let met = [
+        (BECKMANN, rough && !is(object, "distribution", "ggx")),
+        (CHECKERBOARD, NUMBERS.into_iter().any(board)),
+        (EXT_IOR, dielectric && value(object, "ext_ior").is_none()),
+        (PLASTIC, plastic && !is_true(object, "lossless")),
+    ];
+    chosen(met)
+}
+
+fn of_film(object: &Object) -> Vec<Difference> {
+    let other = |name, word| value(object, name).is_some() && !is(object, name, word);
+    let sharp = has(object, PluginKind::Rfilter, &["box"]);
+    let met = [
+        (BORDER, !sharp && !is_true(object, "sample_border")),
+        (
+            FORMAT,
+            other("file_format", "openexr") || other("component_format", "float32"),
+        ),
+    ];
+    chosen(met)
+}
+
+fn of_medium(object: &Object) -> Vec<Difference> {
+    let grid = child(object, "sigma_t").filter(|c| c.plugin == "gridvolume");
+    let turned = grid.is_some_and(|grid| match value(grid, "to_world") {
+        Some(Value::Transform(m)) => {
+            let linear = DMat3::from_mat4(*m);
+            let off = linear - DMat3::from_diagonal(linear.diagonal());
+            let size = linear
+                .to_cols_array()
+                .into_iter()
+                .fold(0.0, |a: f64, b| a.max(b.abs()));
+            off.to_cols_array()
+                .into_iter()
+                .any(|v| v.abs() > 1e-6 * size)
+        }
+        _ => false,
+    });
+    chosen([
+        (CONSTANT_EXTINCTION, grid.is_none()),
+        (ROTATED_GRID, turned),
+    ])
+}
+
+fn chosen<const N: usize>(met: [(Difference, bool); N]) -> Vec<Difference> {
+    met.into_iter().filter(|m| m.1).map(|m| m.0).collect()
+}
+
+/// What the integrator and what it meets tell.
+fn of_methods(known: &Known) -> Vec<Difference> {
+    let root = &known.description.root;
+    let mut integrators = root.children.iter().map(|c| &c.object);
+    let integrator = integrators.find(|o| o.kind == PluginKind::Integrator);
+    let name = integrator.map_or("path", |i| i.plugin.as_str());
+    let limited = integrator.and_then(|i| number(i, "max_depth")) >= Some(0.0);
+    let media = known.scene.media().iter().any(|m| !m.is_transparent());
+    let bsdfs = || known.scene.objects().iter().map(|o| &o.bsdf);
+    let blind = ["path", "ptracer"].contains(&name);
+    let passed = bsdfs().any(|b| b.is_veil()) || (name == "path" && bsdfs().any(|b| b.is_null()));
+    chosen([(PATH_MEDIA, blind && media), (DEPTH, limited && passed)])
+}
+
+/// What the camera tells.
+fn of_camera(known: &Known) -> Vec<Difference> {
+    let root = &known.description.root;
+    let mut sensors = root.children.iter().map(|c| &c.object);
+    let camera =
+        |o: &&std::sync::Arc<Object>| o.kind == PluginKind::Sensor && !o.plugin.ends_with("meter");
+    let Some(sensor) = sensors.find(camera) else {
+        return Vec::new();
+    };
+    let of_kind = |kind| {
+        sensor
+            .children
+            .iter()
+            .map(|c| &c.object)
+            .find(|o| o.kind == kind)
+    };
+    let counted = |sampler: &std::sync::Arc<Object>| value(sampler, "sample_count").is_some();
+    let counted = known.counted || of_kind(PluginKind::Sampler).is_some_and(counted);
+    let inside = known.scene.sensor_medium();
+    let clear = known.scene.medium(inside).is_transparent();
+    chosen([
+        (SAMPLE_COUNT, !counted),
+        (BORDER, of_kind(PluginKind::Film).is_none()),
+        (
+            SENSOR_MEDIUM,
+            inside != AMBIENT && !clear && of_kind(PluginKind::Medium).is_none(),
+        ),
+        (CLIPPING, is_clipped(sensor, known.scene)),
+    ])
+}
+
+/// Whether Mitsuba's clipping planes would cut something of the scene: boxes that do not hold the camera are told.
+fn is_clipped(sensor: &Object, scene: &Scene) -> bool {
+    let eye = match value(sensor, "to_world") {
+        Some(Value::Transform(m)) => m.w_axis.truncate(),
+        _ => DVec3::ZERO,
+    };
+    let near = number(sensor, "near_clip").unwrap_or(NEAR_CLIP);
+    let far = number(sensor, "far_clip").unwrap_or(FAR_CLIP);
+    scene.objects().iter().any(|object| {
+        let aabb = object.shape.aabb();
+        let nearest = eye.distance(eye.clamp(aabb.min, aabb.max));
+        let farthest = (aabb.max - eye).abs().max((aabb.min - eye).abs()).length();
+        farthest > far || (nearest > 0.0 && nearest < near)
+    })
+}

@@ -1,0 +1,79 @@
+//! Media that no light can enter: the opaque hull is most often a forgotten `null`.
+
+use transport::emitter::Emitter;
+use transport::scene::{AMBIENT, MediumId, Problem, Scene, Severity, Subject};
+
+/// A warning for each closed, opaque shape that shuts a medium off from all light.
+pub(super) fn warnings(scene: &Scene) -> Vec<Problem> {
+    let lit = lit(scene);
+    let mut warned = vec![false; scene.media().len()];
+    let mut problems = Vec::new();
+    for (i, object) in scene.objects().iter().enumerate() {
+        let Some(medium) = object.interior() else {
+            continue;
+        };
+        let shut = object.bsdf.is_opaque() && object.shape.is_closed() && !lit[medium];
+        if shut && !std::mem::replace(&mut warned[medium], true) {
+            problems.push(warning(i, &object.name, &scene.medium(medium).name));
+        }
+    }
+    problems
+}
+
+/// Which media light can reach: from those that hold emitters (or the sensor, which is not asked what it looks at), and
+/// the ambient one, through every surface that lets some of it pass.
+fn lit(scene: &Scene) -> Vec<bool> {
+    let mut lit = vec![false; scene.media().len()];
+    lit[AMBIENT] = true;
+    lit[scene.sensor_medium()] = true;
+    for emitter in scene.emitters() {
+        let place = match emitter {
+            Emitter::Collimated(beam) => Some(beam.origin()),
+            other => other.singularity(),
+        };
+        if let Some(x) = place {
+            lit[scene.medium_at(x)] = true;
+        }
+    }
+    let pairs = || {
+        let objects = scene.objects().iter();
+        objects.filter_map(|o| Some((o, o.sides?)))
+    };
+    for (object, sides) in pairs().filter(|(o, _)| o.emitter.is_some()) {
+        let inwards = object.shape.has_flipped_normals();
+        lit[if inwards {
+            sides.interior
+        } else {
+            sides.exterior
+        }] = true;
+    }
+    // Emitters within one medium, whichever that is.
+    for object in scene
+        .objects()
+        .iter()
+        .filter(|o| o.sides.is_none() && o.emitter.is_some())
+    {
+        lit[scene.medium_at(object.shape.sample_area([0.31, 0.64]).position)] = true;
+    }
+    let open: Vec<[MediumId; 2]> = pairs()
+        .filter(|(o, _)| !o.bsdf.is_opaque())
+        .map(|(_, s)| [s.interior, s.exterior])
+        .collect();
+    while let Some([a, b]) = open.iter().find(|[a, b]| lit[*a] != lit[*b]) {
+        (lit[*a], lit[*b]) = (true, true);
+    }
+    lit
+}
+
+fn warning(object: usize, name: &str, medium: &str) -> Problem {
+    Problem {
+        severity: Severity::Warning,
+        subject: Subject::Object(object),
+        message: format!(
+            "no light can enter medium '{medium}': the surface of '{name}' around it is opaque"
+        ),
+        help: "give the shape <bsdf type=\"null\"/> if only the medium is meant, or a dielectric; a shape without a \
+               bsdf is diffuse"
+            .into(),
+    }
+}

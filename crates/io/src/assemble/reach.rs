@@ -1,0 +1,87 @@
+//! Grids that end before the shape does whose medium they describe.
+
+use super::context::Context;
+use crate::diagnostic::{Diagnostic, Location};
+use eikonal::Aabb;
+use glam::{DAffine3, DVec3};
+use transport::scene::MediumId;
+
+/// By what share of the larger side a shape may reach beyond a grid without a word: roundings of files.
+const BEYOND: f64 = 1e-3;
+
+/// What a grid says.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Quantity {
+    Index,
+    Extinction,
+}
+
+/// A grid, and where it lies.
+pub(super) struct Placed {
+    pub quantity: Quantity,
+    /// The medium, once it is known.
+    pub medium: Option<MediumId>,
+    /// From the unit cube.
+    pub to_world: DAffine3,
+    pub location: Location,
+}
+
+/// Takes note of a grid.
+pub(super) fn remember(
+    quantity: Quantity,
+    to_world: DAffine3,
+    location: &Location,
+    context: &mut Context,
+) {
+    context.grids.push(Placed {
+        quantity,
+        medium: None,
+        to_world,
+        location: location.clone(),
+    });
+}
+
+/// Warns of grids that a shape with their medium reaches beyond, each once.
+pub(super) fn warnings(context: &mut Context) {
+    let mut found = Vec::new();
+    for grid in &context.grids {
+        let inside =
+            |o: &&transport::scene::Object| o.interior() == grid.medium && o.shape.is_closed();
+        let beyond = |o: &&transport::scene::Object| is_beyond(&o.shape.aabb(), &grid.to_world);
+        let mut shapes = context.objects.iter().filter(inside);
+        if let (Some(_), Some(object)) = (grid.medium, shapes.find(beyond)) {
+            found.push(warning(grid, &object.name));
+        }
+    }
+    found.into_iter().for_each(|w| context.diagnostics.push(w));
+}
+
+/// Whether a box reaches beyond the one around the image of the unit cube.
+fn is_beyond(shape: &Aabb, to_world: &DAffine3) -> bool {
+    let cube = Aabb::new(DVec3::ZERO, DVec3::ONE).corners();
+    let grid = Aabb::around(cube.map(|p| to_world.transform_point3(p)));
+    let slack = BEYOND * (grid.max - grid.min).max_element();
+    let low = (grid.min - shape.min).max_element();
+    let high = (shape.max - grid.max).max_element();
+    low.max(high) > slack
+}
+
+fn warning(grid: &Placed, shape: &str) -> Diagnostic {
+    let (message, help) = match grid.quantity {
+        Quantity::Extinction => (
+            format!(
+                "the grid of the extinction ends inside of '{shape}': there is no matter beyond it"
+            ),
+            "make shape and grid the same size, unless that is meant",
+        ),
+        Quantity::Index => (
+            format!(
+                "the grid of the index ends inside of '{shape}': it is continued for one spacing there, and constant \
+                 beyond"
+            ),
+            "make the shape no larger than the grid: what is beyond is no measurement",
+        ),
+    };
+    let warning = Diagnostic::warning(message).help(String::from(help));
+    warning.at(&grid.location)
+}

@@ -1,0 +1,125 @@
+//! Numbers that are taken for an index of refraction and are probably something else.
+
+use std::ops::RangeInclusive;
+
+/// Indices of matter that light passes: 1 (gases, vacuum) to 4 (germanium); some less for warm plasmas and x-rays.
+const INDICES: RangeInclusive<f64> = 0.9..=4.2;
+/// Between gases and liquids hardly any matter has its index; the density of air at the ground lies there.
+const NO_MATTER: RangeInclusive<f64> = 1.02..=1.28;
+/// n − 1 of gases, and contrasts of other matter, are smaller.
+const LARGEST_CONTRAST: f64 = 0.1;
+/// Pascal: a tenth of the atmosphere's pressure.
+const LEAST_PRESSURE: f64 = 1e4;
+/// kg/m³: of light liquids.
+const LEAST_LIQUID: f64 = 300.0;
+/// Hounsfield units: of air, and of dense bone.
+const HOUNSFIELD: RangeInclusive<f64> = -1100.0..=3100.0;
+/// A gas is not that dense, n − 1 of it not that large.
+const DENSEST_GAS: f64 = 0.05;
+/// A gas that is there at all has a larger n − 1.
+const THINNEST_GAS: f64 = 1e-7;
+/// A liquid does not stand the pressure that would change its index by more.
+const LARGEST_PIEZO: f64 = 0.05;
+
+/// Least and largest of some numbers, if there are any.
+pub(super) fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    let wider = |[least, most]: [f64; 2], v: f64| [least.min(v), most.max(v)];
+    let all = values.fold([f64::INFINITY, f64::NEG_INFINITY], wider);
+    (all[0] <= all[1]).then_some(all)
+}
+
+/// What samples that a scene gives as an index are instead, if they look like it, and what to do.
+pub(super) fn taken_for_index([least, most]: [f64; 2]) -> Option<(&'static str, &'static str)> {
+    let of_gas = "the density of a gas in kg/m³";
+    let gladstone_dale =
+        "give a volume of type 'gladstone_dale', with the 'wavelength' for air, or 'constant'";
+    if INDICES.contains(&least) && INDICES.contains(&most) {
+        let between = NO_MATTER.contains(&least) && NO_MATTER.contains(&most);
+        return (between && most > least).then_some((of_gas, gladstone_dale));
+    }
+    let size = most.abs().max(least.abs());
+    Some(if size <= LARGEST_CONTRAST {
+        (
+            "n − 1, or a contrast of the index",
+            "add the index that it counts from by 'offset'",
+        )
+    } else if least < -100.0 && HOUNSFIELD.contains(&least) && HOUNSFIELD.contains(&most) {
+        (
+            "Hounsfield units",
+            "turn them into an index before, or by 'scale' and 'offset'",
+        )
+    } else if least >= 0.0 && most >= LEAST_PRESSURE {
+        (
+            "a pressure in Pa",
+            "give a volume of type 'pressure', with 'n0' and 'dn_dp'",
+        )
+    } else if least >= 0.0 && most >= LEAST_LIQUID {
+        ("a density in kg/m³, or a temperature in K", gladstone_dale)
+    } else if least >= 0.0 && *INDICES.end() < most {
+        (
+            "per cent, or a density",
+            "turn them into an index before, or by 'scale' and 'offset'",
+        )
+    } else if least >= 0.0 {
+        (of_gas, gladstone_dale)
+    } else {
+        (
+            "differences from a reference",
+            "add the index that they count from by 'offset'",
+        )
+    })
+}
+
+/// What is wrong with the densities of a gas, if that follows from the index that they make.
+pub(super) fn of_gas([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
+    let size = (most - n0).abs().max((least - n0).abs());
+    if size > DENSEST_GAS {
+        Some("no gas is that dense: are these g/m³, or is it the density of a liquid?")
+    } else if size > 0.0 && size < THINNEST_GAS {
+        Some("that is next to nothing: are these g/cm³, which 'scale' 1000 would turn into kg/m³?")
+    } else {
+        None
+    }
+}
+
+/// What is wrong with pressures of a liquid.
+pub(super) fn of_pressure([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
+    let size = (most - n0).abs().max((least - n0).abs());
+    (size > LARGEST_PIEZO).then_some("no liquid is compressed that much: are these pascals?")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::taken_for_index;
+
+    #[test]
+    fn units_are_told_by_their_ranges() {
+        let cases = [
+            ([1.0, 1.0003], None),
+            ([1.0, 1.5], None),
+            ([1.2, 1.2], None),
+            ([1.33, 1.4], None),
+            ([0.95, 1.2], None),
+            ([1.1, 1.25], Some("the density of a gas in kg/m³")),
+            ([0.2, 1.25], Some("the density of a gas in kg/m³")),
+            ([0.0, 1.0], Some("the density of a gas in kg/m³")),
+            ([0.0, 3e-4], Some("n − 1, or a contrast of the index")),
+            ([-1e-5, 1e-5], Some("n − 1, or a contrast of the index")),
+            ([-1000.0, 1500.0], Some("Hounsfield units")),
+            ([9e4, 1.1e5], Some("a pressure in Pa")),
+            (
+                [990.0, 1005.0],
+                Some("a density in kg/m³, or a temperature in K"),
+            ),
+            ([0.0, 100.0], Some("per cent, or a density")),
+            ([-0.5, 2.0], Some("differences from a reference")),
+        ];
+        for (range, expected) in cases {
+            assert_eq!(
+                taken_for_index(range).map(|(what, _)| what),
+                expected,
+                "{range:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! Scenes that can be rendered and are probably not what was meant: media that no light can enter, numbers taken for
+//! an index, grids that end inside of their shapes.
+
+use io::{Diagnostics, LoadOptions, json};
+
+/// The warnings of a scene of parts, and the errors if it cannot be used.
+fn warnings(parts: &str) -> String {
+    let text = format!(
+        r#"{{"type": "scene", {parts}, "sensor": {{"type": "perspective", "fov": 40, "to_world": [{{"translate": [0, 0, -5]}}]}}}}"#
+    );
+    let mut diagnostics = Diagnostics::new();
+    let description = json::parse(&text, "scene.json", &[], &mut diagnostics);
+    let description = description.unwrap_or_else(|| panic!("{diagnostics}\n{text}"));
+    match io::assemble(&description, &LoadOptions::default(), diagnostics) {
+        Ok(loaded) => loaded.warnings.to_string(),
+        Err(diagnostics) => diagnostics.to_string(),
+    }
+}
+
+const SKY: &str = r#""sky": {"type": "constant"}"#;
+const FOG: &str = r#""interior": {"type": "homogeneous", "id": "fog"}"#;
+
+#[track_caller]
+fn entered(parts: &str, expected: bool) {
+    let text = warnings(parts);
+    assert_eq!(
+        text.contains("no light can enter"),
+        !expected,
+        "{parts}:\n{text}"
+    );
+}
+
+#[test]
+fn media_behind_opaque_hulls() {
+    let ball = |bsdf: &str, more: &str| {
+        format!(r#"{SKY}, "ball": {{"type": "sphere", "id": "ball", {bsdf} {FOG}}}{more}"#)
+    };
+    let text = warnings(&ball("", ""));
+    for part in [
+        "no light can enter medium 'fog'",
+        "'ball'",
+        "<bsdf type=\"null\"/>",
+        "scene.json",
+    ] {
+        assert!(text.contains(part), "{part} in:\n{text}");
+    }
+    // Whatever lets some of the light pass is a way in.
+    entered(&ball(r#""bsdf": {"type": "conductor"},"#, ""), false);
+    entered(&ball(r#""bsdf": {"type": "null"},"#, ""), true);
+    entered(&ball(r#""bsdf": {"type": "dielectric"},"#, ""), true);
+    entered(&ball(r#""bsdf": {"type": "roughdielectric"},"#, ""), true);
+    // Emitters inside, of any kind.
+    entered(
+        &ball("", r#", "p": {"type": "point", "position": [0, 0, 0.5]}"#),
+        true,
+    );
+    entered(
+        &ball("", r#", "p": {"type": "point", "position": [0, 0, 1.5]}"#),
+        false,
+    );
+    let beam = r#", "p": {"type": "collimated", "radius": 0.1, "power": 1}"#;
+    entered(&ball("", beam), true);
+    let lamp = |z: f64| {
+        format!(
+            r#", "l": {{"type": "sphere", "center": [0, 0, {z}], "radius": 0.1, "bsdf": {{"type": "diffuse"}}, "emitter": {{"type": "area"}}}}"#
+        )
+    };
+    entered(&ball("", &lamp(0.0)), true);
+    entered(&ball("", &lamp(2.0)), false);
+    // Hulls that shine inwards.
+    let hull = |flip: bool| {
+        format!(
+            r#"{SKY}, "ball": {{"type": "sphere", "flip_normals": {flip}, {FOG}, "emitter": {{"type": "area"}}}}"#
+        )
+    };
+    entered(&hull(true), true);
+    entered(&hull(false), false);
+    // A sensor inside is there to see something.
+    entered(
+        &format!(
+            r#"{SKY}, "ball": {{"type": "sphere", "radius": 6, "flip_normals": true, {FOG}}}"#
+        ),
+        true,
+    );
+}
+
+#[test]
+fn media_within_media() {
+    let shells = |outer: &str, inner: &str| {
+        format!(
+            r#"{SKY}, "a": {{"type": "sphere", "radius": 2, "bsdf": {{"type": "{outer}"}}, "interior": {{"type": "homogeneous"}}}},
+           "b": {{"type": "sphere", "bsdf": {{"type": "{inner}"}}, {FOG}}}"#
+        )
+    };
+    entered(&shells("null", "null"), true);
+    entered(&shells("null", "diffuse"), false);
+    entered(&shells("diffuse", "null"), false);
+}
+
+/// A ball of a medium with an index from samples on a grid in a box around it.
+fn graded(kind: &str, samples: &str, more: &str, half: f64) -> String {
+    let grid = format!(
+        r#"{{"type": "{kind}", "placement": "nodes", "data": {samples}{more}, "to_world": [{{"translate": [-0.5, -0.5, -0.5]}}, {{"scale": {}}}]}}"#,
+        2.0 * half
+    );
+    let medium = format!(r#"{{"type": "transparent", "ior": {grid}}}"#);
+    warnings(&format!(
+        r#"{SKY}, "ball": {{"type": "sphere", "bsdf": {{"type": "null"}}, "interior": {medium}}}"#
+    ))
+}
+
+/// Two values in turn, on 4 × 4 × 4 nodes.
+fn samples(a: f64, b: f64) -> String {
+    let row = format!("[{a}, {b}, {a}, {b}]");
+    let plane = format!("[{row}, {row}, {row}, {row}]");
+    format!("[{plane}, {plane}, {plane}, {plane}]")
+}
+
+#[test]
+fn densities_taken_for_an_index() {
+    let looks = |a: f64, b: f64, more: &str| graded("bspline", &samples(a, b), more, 1.0);
+    for (a, b, unit, advice) in [
+        (1.15, 1.2, "the density of a gas in kg/m³", "gladstone_dale"),
+        (0.3, 1.2, "the density of a gas in kg/m³", "gladstone_dale"),
+        (2e-4, 3e-4, "n − 1", "'offset'"),
+        (
+            998.0,
+            1002.0,
+            "a density in kg/m³, or a temperature in K",
+            "gladstone_dale",
+        ),
+        (1e5, 1.1e5, "a pressure in Pa", "'dn_dp'"),
+        (5.0, 90.0, "per cent", "'offset'"),
+    ] {
+        let text = looks(a, b, "");
+        assert!(
+            text.contains(unit) && text.contains(advice),
+            "{a} {b}:\n{text}"
+        );
+    }
+    assert!(!looks(1.0, 1.0003, "").contains("look like"));
+    assert!(!looks(1.33, 1.5, "").contains("look like"));
+    // Turned into an index, contrasts are what they should be.
+    let turned = looks(2e-4, 3e-4, r#", "offset": 1"#);
+    assert!(!turned.contains("look like"), "{turned}");
+}
+
+#[test]
+fn densities_and_pressures_of_other_units() {
+    let gas = |a: f64, b: f64| {
+        graded(
+            "gladstone_dale",
+            &samples(a, b),
+            r#", "wavelength": 532"#,
+            1.0,
+        )
+    };
+    assert!(!gas(0.3, 1.2).contains("check the units"));
+    assert!(gas(300.0, 1200.0).contains("no gas is that dense"));
+    let thin = gas(3e-5, 1.2e-4);
+    assert!(thin.contains("next to nothing"), "{thin}");
+    let liquid = |a: f64, b: f64| {
+        graded(
+            "pressure",
+            &samples(a, b),
+            r#", "n0": 1.333, "dn_dp": 1.4e-10"#,
+            1.0,
+        )
+    };
+    assert!(!liquid(-1e6, 1e6).contains("check the units"));
+    assert!(liquid(-1e9, 1e9).contains("are these pascals?"));
+}
+
+#[test]
+fn grids_that_end_inside_of_their_shapes() {
+    let index = |half: f64| graded("bspline", &samples(1.0, 1.01), "", half);
+    let text = index(0.8);
+    assert!(
+        text.contains("the grid of the index ends inside of 'ball'"),
+        "{text}"
+    );
+    // Roundings of a file do not matter.
+    assert!(!index(1.0).contains("ends inside") && !index(1.0 - 1e-6).contains("ends inside"));
+    let extinction = |half: f64| {
+        warnings(&format!(
+            r#"{SKY}, "b": {{"type": "sphere", "bsdf": {{"type": "null"}}, "interior": {{"type": "heterogeneous", "sigma_t":
+           {{"type": "gridvolume", "data": [[[1, 1]]], "to_world": [{{"translate": [-0.5, -0.5, -0.5]}}, {{"scale": {}}}]}}}}}}"#,
+            2.0 * half
+        ))
+    };
+    let text = extinction(0.5);
+    assert!(
+        text.contains(
+            "the grid of the extinction ends inside of 'b': there is no matter beyond it"
+        ),
+        "{text}"
+    );
+    assert!(!extinction(1.0).contains("ends inside"));
+}

@@ -1,0 +1,369 @@
+//! Scenes of Mitsuba: its defaults, means of its renders, and every row of `docs/mitsuba.md` met by a scene.
+//!
+//! False alarms: 1e-3 for the means. Seeds are fixed.
+
+use io::schema::{self, Parameter};
+use io::{Diagnostics, Difference, LoadOptions, Loaded, PluginKind, json};
+use std::collections::BTreeSet;
+use std::ops::ControlFlow;
+use transport::render::{Options, render};
+
+fn load_in(directory: &std::path::Path, text: &str) -> Loaded {
+    let path = directory.join("scene.json");
+    std::fs::write(&path, text).unwrap();
+    io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|d| panic!("{d}\n{text}"))
+}
+
+fn load(text: &str) -> Loaded {
+    let mut diagnostics = Diagnostics::new();
+    let description = json::parse(text, "scene.json", &[], &mut diagnostics);
+    let description = description.unwrap_or_else(|| panic!("{diagnostics}\n{text}"));
+    io::assemble(&description, &LoadOptions::default(), diagnostics)
+        .unwrap_or_else(|d| panic!("{d}\n{text}"))
+}
+
+/// As `print` and `mi.traverse` show plugins that Mitsuba 3.9.1 (`scalar_rgb`) has loaded with nothing but their
+/// type, and, where they show nothing, as its sources have it.
+#[test]
+fn defaults_are_those_of_mitsuba() {
+    use PluginKind::{
+        Bsdf, Emitter, Film, Integrator, Medium, Phase, Rfilter, Sensor, Shape, Texture, Volume,
+    };
+    let table = [
+        (Bsdf, "diffuse", "reflectance", "0.5"),
+        (Bsdf, "dielectric", "specular_reflectance", "1"),
+        (Bsdf, "dielectric", "specular_transmittance", "1"),
+        (Bsdf, "roughdielectric", "distribution", "beckmann"),
+        (Bsdf, "roughdielectric", "alpha", "0.1"),
+        (Bsdf, "roughdielectric", "sample_visible", "true"),
+        (Bsdf, "thindielectric", "int_ior", "1.5046"),
+        (Bsdf, "thindielectric", "ext_ior", "\"air\""),
+        (Bsdf, "conductor", "eta", "0"),
+        (Bsdf, "conductor", "k", "1"),
+        (Bsdf, "conductor", "material", "none"),
+        (Bsdf, "roughconductor", "distribution", "beckmann"),
+        (Bsdf, "roughconductor", "alpha", "0.1"),
+        (Bsdf, "roughconductor", "eta", "0"),
+        (Bsdf, "plastic", "diffuse_reflectance", "0.5"),
+        (Bsdf, "plastic", "int_ior", "1.49"),
+        (Bsdf, "plastic", "nonlinear", "false"),
+        (Bsdf, "roughplastic", "distribution", "beckmann"),
+        (Bsdf, "roughplastic", "alpha", "0.1"),
+        (Bsdf, "roughplastic", "int_ior", "1.49"),
+        (Bsdf, "roughplastic", "nonlinear", "false"),
+        (Bsdf, "principled", "base_color", "0.5"),
+        (Bsdf, "principled", "roughness", "0.5"),
+        (Bsdf, "principled", "metallic", "0"),
+        (Bsdf, "principled", "specular", "0.5"),
+        (Bsdf, "mask", "opacity", "0.5"),
+        (Emitter, "point", "intensity", "1"),
+        (Emitter, "spot", "intensity", "1"),
+        (Emitter, "spot", "cutoff_angle", "20"),
+        (Emitter, "spot", "beam_width", "(¾ of the cut-off)"),
+        (Emitter, "projector", "irradiance", "1"),
+        (Emitter, "projector", "scale", "1"),
+        (Emitter, "directional", "irradiance", "1"),
+        (Emitter, "constant", "radiance", "1"),
+        (Emitter, "envmap", "scale", "1"),
+        (Emitter, "area", "radiance", "1"),
+        (Film, "hdrfilm", "width", "768"),
+        (Film, "hdrfilm", "height", "576"),
+        (Film, "hdrfilm", "pixel_format", "rgb"),
+        (Rfilter, "tent", "radius", "1"),
+        (Rfilter, "gaussian", "stddev", "0.5"),
+        (Integrator, "path", "max_depth", "-1"),
+        (Integrator, "path", "rr_depth", "5"),
+        (Integrator, "path", "hide_emitters", "false"),
+        (Integrator, "volpath", "rr_depth", "5"),
+        (Integrator, "ptracer", "rr_depth", "5"),
+        (Sensor, "perspective", "focal_length", "\"50mm\""),
+        (Sensor, "perspective", "fov_axis", "x"),
+        (Sensor, "thinlens", "focus_distance", "(far_clip)"),
+        (Shape, "sphere", "radius", "1"),
+        (Shape, "cylinder", "radius", "1"),
+        (Shape, "sphere", "flip_normals", "false"),
+        (Shape, "serialized", "shape_index", "0"),
+        (Medium, "homogeneous", "sigma_t", "1"),
+        (Medium, "homogeneous", "albedo", "0.75"),
+        (Medium, "homogeneous", "scale", "1"),
+        (Medium, "heterogeneous", "sigma_t", "1"),
+        (Medium, "heterogeneous", "albedo", "0.75"),
+        (Phase, "hg", "g", "0.8"),
+        (Texture, "bitmap", "filter_type", "bilinear"),
+        (Texture, "bitmap", "wrap_mode", "repeat"),
+        (Texture, "bitmap", "raw", "false"),
+        (Texture, "checkerboard", "color0", "0.4"),
+        (Texture, "checkerboard", "color1", "0.2"),
+        (Volume, "gridvolume", "filter_type", "trilinear"),
+        (Volume, "gridvolume", "wrap_mode", "clamp"),
+        (Volume, "gridvolume", "use_grid_bbox", "false"),
+    ];
+    for (kind, plugin, name, expected) in table {
+        let plugin = schema::find(kind, plugin).unwrap();
+        let found = plugin.parameter(name).map(|p: &Parameter| p.default);
+        assert_eq!(found, Some(expected), "{kind} {} {name}", plugin.name);
+    }
+}
+
+/// Plugins with nothing but their type (and a film of their own): what Mitsuba needs no more of, is enough.
+#[test]
+fn what_mitsuba_accepts_bare_is_accepted() {
+    for emitter in ["point", "spot", "projector", "directional", "constant"] {
+        load(&format!(
+            r#"{{"type": "scene", "s": {{"type": "perspective"}}, "e": {{"type": "{emitter}"}}}}"#
+        ));
+    }
+    let lens = r#"{"type": "scene", "e": {"type": "constant"}, "s": {"type": "thinlens", "aperture_radius": 0.1}}"#;
+    load(lens);
+    let area = r#"{"type": "scene", "s": {"type": "perspective"}, "b": {"type": "sphere", "center": [0, 0, 5], "e": {"type": "area"}}}"#;
+    load(area);
+}
+
+/// A ball of some surface, a lamp and a sky.
+fn ball(bsdf: &str) -> String {
+    format!(
+        r#"{{"type": "scene",
+  "sensor": {{"type": "perspective", "fov": 30,
+    "to_world": [{{"lookat": {{"origin": [0, 1, 5], "target": [0, 0, 0], "up": [0, 1, 0]}}}}],
+    "film": {{"type": "hdrfilm", "width": 16, "height": 16, "rfilter": {{"type": "box"}}}}}},
+  "ball": {{"type": "sphere", "bsdf": {{{bsdf}}}}},
+  "lamp": {{"type": "sphere", "center": [2, 3, 2], "radius": 0.5, "bsdf": {{"type": "diffuse", "reflectance": 0}},
+    "emitter": {{"type": "area", "radiance": 20}}}},
+  "sky": {{"type": "constant", "radiance": 0.3}}}}"#
+    )
+}
+
+/// Mean of the first channel and its standard error.
+fn mean(text: &str, samples: u64) -> [f64; 2] {
+    let loaded = load(text);
+    let options = Options::new(loaded.integrator, samples, 1);
+    let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
+    let (mean, variance) = (rendering.film.mean(), rendering.film.variance());
+    let n = (mean.len() / 3) as f64;
+    let of = |values: &[f32]| values.iter().step_by(3).map(|v| f64::from(*v)).sum::<f64>() / n;
+    [of(&mean), (of(&variance) / n).sqrt()]
+}
+
+/// Means over the image (first channel) of 16 renders of 1024 samples by Mitsuba 3.9.1, `scalar_rgb`, integrator
+/// `path`, with their standard errors; and by what share ours may differ, as docs/mitsuba.md says: Beckmann's masking
+/// by a fit there, the base below rough coats, the index of air around glass.
+#[test]
+fn means_are_those_of_mitsuba() {
+    let metal = r#""eta": {"type": "rgb", "value": [0.2, 0.92, 1.1]}, "k": {"type": "rgb", "value": [3.9, 2.45, 2.14]}"#;
+    let conductor =
+        |more: &str| format!(r#""type": "roughconductor", "alpha": 0.3, {metal}{more}"#);
+    let table = [
+        (r#""type": "roughdielectric", "alpha": 0.3"#.to_owned(), 0.296295, 1.5e-4, 1e-3),
+        (r#""type": "roughdielectric", "alpha": 0.3, "distribution": "ggx""#.into(), 0.270390, 8e-5, 2e-4),
+        (conductor(""), 0.332419, 1.0e-4, 1e-3),
+        (conductor(r#", "distribution": "ggx""#), 0.317048, 9e-5, 0.0),
+        (r#""type": "roughplastic", "alpha": 0.3"#.into(), 0.259489, 3e-5, 5e-3),
+        (r#""type": "roughplastic", "alpha": 0.1, "nonlinear": true, "diffuse_reflectance": 0.9"#.into(), 0.321811, 4e-5, 8e-3),
+        (r#""type": "plastic""#.into(), 0.273777, 5e-5, 5e-4),
+        (r#""type": "thindielectric""#.into(), 0.305628, 1.2e-4, 0.0),
+        (r#""type": "dielectric""#.into(), 0.301845, 8e-5, 2e-4),
+        (r#""type": "principled", "base_color": {"type": "rgb", "value": [0.8, 0.5, 0.2]}"#.into(), 0.339961, 6e-5, 0.0),
+    ];
+    let mut zs = Vec::new();
+    for (bsdf, theirs, error, share) in table {
+        let [ours, own] = mean(&ball(&bsdf), 256);
+        println!("{bsdf}: {ours:.5} ± {own:.5}, Mitsuba {theirs:.5} ± {error:.5}");
+        let z = (ours - theirs) / own.hypot(error);
+        // What may differ is taken off.
+        let excess = ((ours - theirs).abs() - share * theirs).max(0.0);
+        zs.push(z.signum() * excess / own.hypot(error));
+        assert!(own < 4e-3 * theirs, "{bsdf}: no power");
+    }
+    testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
+}
+
+/// Optical depth of ones on a grid in the unit cube around the origin, seen along an axis through a larger shape:
+/// straight, turned by 45° (where a window of 0.02 sees √2 − 2|x|), and along bent rays, of which the length in the cube
+/// is that of the straight ones but for the square of their slope (1e-4).
+#[test]
+fn extinctions_end_with_their_grids() {
+    let ones = "[[[1, 1], [1, 1]], [[1, 1], [1, 1]]]";
+    let scene = |place: &str, index: &str| {
+        format!(
+            r#"{{"type": "scene", "integrator": {{"type": "aov", "aovs": ["optical_depth"]}},
+  "sensor": {{"type": "orthographic",
+    "to_world": [{{"scale": [0.01, 0.01, 1]}}, {{"lookat": {{"origin": [0, 0, -5], "target": [0, 0, 0], "up": [0, 1, 0]}}}}],
+    "film": {{"type": "hdrfilm", "width": 2, "height": 2, "rfilter": {{"type": "box"}}}}}},
+  "box": {{"type": "cube", "bsdf": {{"type": "null"}}, "interior": {{"type": "heterogeneous", "albedo": 0 {index},
+    "sigma_t": {{"type": "gridvolume", "data": {ones}, "to_world": [{{"translate": [-0.5, -0.5, -0.5]}} {place}]}}}}}},
+  "sky": {{"type": "constant"}}}}"#
+        )
+    };
+    let turned = r#", {"rotate": {"axis": [0, 1, 0], "angle": 45}}"#;
+    let bent = r#", "ior": {"type": "linear", "n0": 1, "slope": [0.01, 0, 0]}"#;
+    let cases = [
+        ("", "", 1.0),
+        (turned, "", 2f64.sqrt() - 0.01),
+        ("", bent, 1.0),
+    ];
+    for (place, index, length) in cases {
+        let loaded = load(&scene(place, index));
+        let channel = loaded
+            .channel_names
+            .iter()
+            .position(|n| n == "optical_depth");
+        let options = Options::new(loaded.integrator, 256, 1);
+        let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
+        let mean = rendering.film.mean();
+        let depths = mean
+            .chunks(loaded.channel_names.len())
+            .map(|p| f64::from(p[channel.unwrap()]));
+        let depth = depths.sum::<f64>() / 4.0;
+        assert!(
+            (depth - length).abs() < 1e-3,
+            "{place}{index}: {depth} for {length}"
+        );
+    }
+}
+
+/// A scene of parts, with a camera that meets no row of the table.
+fn scene(parts: &str) -> String {
+    format!(
+        r#"{{"type": "scene", {parts}"sensor": {{"type": "perspective", "fov": 40, "to_world": [{{"translate": [0, 0, -5]}}],
+  "sampler": {{"type": "independent", "sample_count": 4}},
+  "film": {{"type": "hdrfilm", "width": 2, "height": 2, "rfilter": {{"type": "box"}}}}}},
+  "sky": {{"type": "constant"}}}}"#
+    )
+}
+
+fn surface(bsdf: &str) -> String {
+    scene(&format!(r#""b": {{"type": "sphere", "bsdf": {bsdf}}}, "#))
+}
+
+fn camera(camera: &str) -> String {
+    format!(
+        r#"{{"type": "scene", "sky": {{"type": "constant"}}, "b": {{"type": "sphere"}},
+  "sensor": {{"type": "perspective", "fov": 40, "to_world": [{{"translate": [0, 0, -5]}}], {camera}}}}}"#
+    )
+}
+
+const SAMPLER: &str = r#""sampler": {"type": "independent", "sample_count": 4}"#;
+
+/// A closed mesh, wound inside out or not.
+fn tetrahedron(faces: &str) -> String {
+    scene(&format!(
+        r#""b": {{"type": "mesh", "face_normals": true, "faces": {faces},
+  "vertex_positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+  "vertex_color": [[1, 0, 0], [1, 0, 0], [1, 0, 0], [1, 0, 0]] COLOURS}}, "#
+    ))
+}
+
+/// For each row a scene that meets it, and one that is nearly the same and does not.
+fn examples() -> Vec<(&'static str, String, String)> {
+    let fog = r#"{"type": "homogeneous", "sigma_t": 0.1}"#;
+    let hull = |medium: &str| {
+        format!(
+            r#""hull": {{"type": "sphere", "radius": 3, "bsdf": {{"type": "null"}}, "interior": {medium}}}, "#
+        )
+    };
+    let volpath = r#""i": {"type": "volpath"}, "#;
+    let in_fog = |inner: &str| scene(&format!("{volpath}{}{inner}", hull(fog)));
+    let nested = |more: &str| {
+        in_fog(&format!(
+            r#""n": {{"type": "sphere", "bsdf": {{"type": "null"}}, "interior": {{"type": "homogeneous"}}{more}}}, "#
+        ))
+    };
+    let glass = |more: &str| {
+        format!(
+            r#""g": {{"type": "sphere", "bsdf": {{"type": "dielectric", "ext_ior": 1}}{more}}}, "#
+        )
+    };
+    let board = r#"{"type": "checkerboard"}"#;
+    let diffuse = r#""d": {"type": "diffuse"}"#;
+    let film = |more: &str| {
+        camera(&format!(
+            r#"{SAMPLER}, "film": {{"type": "hdrfilm", "width": 2, "height": 2, "rfilter": {{"type": "box"}}{more}}}"#
+        ))
+    };
+    let grid = |to_world: &str| {
+        scene(&format!(
+            "{volpath}{}",
+            hull(&format!(
+                r#"{{"type": "heterogeneous", "sigma_t": {{"type": "gridvolume", "data": [[[1, 1]]], "to_world": {to_world}}}}}"#
+            ))
+        ))
+    };
+    let within = |medium: &str| {
+        format!(
+            r#"{{"type": "scene", {volpath}{}"sky": {{"type": "constant"}}, "sensor": {{"type": "perspective", "fov": 40, {SAMPLER}{medium},
+  "film": {{"type": "hdrfilm", "width": 2, "height": 2, "rfilter": {{"type": "box"}}}}}}}}"#,
+            r#""fog": {"type": "homogeneous", "sigma_t": 0.1, "id": "fog"}, "hull": {"type": "sphere", "radius": 3, "bsdf": {"type": "null"}, "interior": {"type": "ref", "id": "fog"}}, "#
+        )
+    };
+    let depth = |integrator: &str, bsdf: &str| {
+        scene(&format!(
+            r#""i": {{"type": "{integrator}", "max_depth": 4}}, "b": {{"type": "rectangle", "bsdf": {bsdf}}}, "#
+        ))
+    };
+    let projector = |filter: &str| {
+        scene(&format!(
+            r#""p": {{"type": "projector", "fov": 30, "irradiance": {{"type": "bitmap", "filename": "image.png"{filter}}}}}, "#
+        ))
+    };
+    let outside = "[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]";
+    let inside = "[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]";
+    vec![
+        ("beckmann", surface(r#"{"type": "roughconductor"}"#), surface(r#"{"type": "roughconductor", "distribution": "ggx"}"#)),
+        ("border", film("").replace("box", "tent"), film(r#", "sample_border": true"#).replace("box", "tent")),
+        ("checkerboard", surface(&format!(r#"{{"type": "mask", "opacity": {board}, {diffuse}}}"#)),
+            surface(&format!(r#"{{"type": "diffuse", "reflectance": {board}}}"#))),
+        ("clear glass", in_fog(&glass("")), scene(&glass(""))),
+        ("clipping", camera(&format!(r#"{SAMPLER}, "far_clip": 5.5"#)), camera(SAMPLER)),
+        ("constant extinction", scene(&format!("{volpath}{}", hull(r#"{"type": "heterogeneous"}"#))), grid("[]")),
+        ("depth", depth("path", r#"{"type": "null"}"#), depth("volpath", r#"{"type": "null"}"#)),
+        ("envmap", scene("").replace(r#""type": "constant""#, r#""type": "envmap", "filename": "image.png""#), scene("")),
+        ("exterior", nested(""), nested(r#", "exterior": {"type": "ref", "id": "hull"}"#).replace(
+            r#""interior": {"type": "homogeneous", "sigma_t": 0.1}"#,
+            r#""interior": {"type": "homogeneous", "sigma_t": 0.1, "id": "outer"}"#).replace(r#""id": "hull""#, r#""id": "outer""#)),
+        ("ext_ior", surface(r#"{"type": "dielectric"}"#), surface(r#"{"type": "dielectric", "ext_ior": "air"}"#)),
+        ("format", film(r#", "component_format": "float16""#), film(r#", "component_format": "float32", "file_format": "openexr""#)),
+        ("mesh normals", tetrahedron(outside).replace("true", "false").replace("COLOURS", ""), tetrahedron(outside).replace("COLOURS", "")),
+        ("mesh sides", tetrahedron(inside).replace("COLOURS", ""), tetrahedron(outside).replace("COLOURS", "")),
+        ("path in media", in_fog("").replace("volpath", "path"), in_fog("")),
+        ("plastic", surface(r#"{"type": "plastic"}"#), surface(r#"{"type": "roughplastic", "lossless": true}"#)),
+        ("projector", projector(""), projector(r#", "filter_type": "nearest""#)),
+        ("rotated grid", grid(r#"[{"rotate": {"axis": [0, 0, 1], "angle": 30}}]"#), grid(r#"[{"scale": 2}]"#)),
+        ("sample_count", camera(r#""sampler": {"type": "independent"}"#), camera(SAMPLER)),
+        ("sensor medium", within(""), within(r#", "medium": {"type": "ref", "id": "fog"}"#)),
+        ("vertex colours",
+            tetrahedron(outside).replace("COLOURS", r#", "bsdf": {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}"#),
+            tetrahedron(outside).replace("COLOURS", "")),
+    ]
+}
+
+#[test]
+fn every_difference_is_listed_and_met() {
+    let manual = include_str!("../../../docs/mitsuba.md");
+    let rows = manual
+        .lines()
+        .filter_map(|line| line.strip_prefix("| `")?.split('`').next());
+    let listed: BTreeSet<&str> = rows.collect();
+    let known: BTreeSet<&str> = Difference::ALL.iter().map(|d| d.topic).collect();
+    assert_eq!(listed, known);
+    let directory = tempfile::tempdir().unwrap();
+    let pixels = io::image::RgbImage {
+        width: 2,
+        height: 1,
+        pixels: vec![[0.5; 3]; 2],
+    };
+    let path = directory.path().join("image.png");
+    let (depth, tone) = (
+        io::image::png::Depth::Sixteen,
+        io::image::tone::Tone::default(),
+    );
+    io::image::png::write(&path, &pixels, depth, tone).unwrap();
+    let examples = examples();
+    assert_eq!(examples.iter().map(|e| e.0).collect::<BTreeSet<_>>(), known);
+    for (topic, with, without) in examples {
+        for (text, expected) in [(with, true), (without, false)] {
+            let loaded = load_in(directory.path(), &text);
+            let found = loaded.differences.iter().any(|d| d.topic == topic);
+            assert_eq!(found, expected, "{topic}: {:?}\n{text}", loaded.differences);
+        }
+    }
+}
