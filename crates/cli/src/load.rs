@@ -24,7 +24,7 @@ pub fn load_as_it_is(args: &SceneArgs) -> Result<Loaded, Failure> {
 /// As [`load_as_it_is`], with warnings shown on the standard error.
 pub fn load_with_warnings(args: &SceneArgs) -> Result<Loaded, Failure> {
     let loaded = load_as_it_is(args)?;
-    warn(&loaded);
+    show(&loaded.warnings);
     Ok(loaded)
 }
 

@@ -2,7 +2,7 @@
 
 use crate::args::CheckArgs;
 use crate::failure::Failure;
-use crate::load::load_with_warnings;
+use crate::load::{load_as_it_is, warn};
 use crate::memory;
 use crate::output::say;
 use io::diagnostic::shown;
@@ -11,7 +11,8 @@ use transport::render::Options;
 
 /// Loads a scene as a render would, and says what there is to say about it.
 pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
-    let loaded = load_with_warnings(&args.scene)?;
+    let loaded = load_as_it_is(&args.scene)?;
+    warn(&loaded);
     match loaded.instruments.is_empty() {
         true => {
             let options = Options {

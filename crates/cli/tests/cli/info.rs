@@ -34,6 +34,23 @@ fn shows_warnings_with_their_place() {
 }
 
 #[test]
+fn says_where_mitsuba_renders_otherwise() {
+    let folder = Folder::with_scene(r#"<shape type="sphere"><bsdf type="dielectric"/></shape>"#);
+    for command in ["check scene.xml", "render scene.xml --spp 1"] {
+        let told = folder.run(command).stderr;
+        assert!(
+            told.contains("note: not as in Mitsuba 3 (ext_ior): "),
+            "{told}"
+        );
+        assert!(told.contains("docs/mitsuba.md"), "{told}");
+    }
+    let told = folder.succeed("info scene.xml");
+    assert!(told.contains("(ext_ior)"), "{told}");
+    let quiet = folder.run("render scene.xml --spp 1 --quiet").stderr;
+    assert_eq!(quiet, "");
+}
+
+#[test]
 fn shows_extinction_and_albedo() {
     let text = Folder::with_fog().succeed("info scene.xml");
     assert!(text.contains("extinction 0.5 per unit length"), "{text}");
