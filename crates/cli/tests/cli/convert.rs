@@ -23,6 +23,7 @@ fn contrasts() {
     let options = Options {
         axes: Some(AxisOrder::ZYX),
         dataset: None,
+        limits: io::Limits::default(),
     };
     let read = |name: &str| Volume::<f64>::read(&folder.path(name), options).unwrap();
     folder.succeed("convert in.npy same.nrrd --axes zyx");
