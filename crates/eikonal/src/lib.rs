@@ -11,9 +11,11 @@ pub mod field;
 pub mod interface;
 mod lanes;
 pub mod ray;
+mod shown;
 
 pub use bounds::{Aabb, FieldBounds};
 pub use certificate::Uniqueness;
 pub use connect::{Connection, Failure, Solver, World};
 pub use field::{Field, Jet};
 pub use ray::{Tolerance, Work};
+pub use shown::Shown;

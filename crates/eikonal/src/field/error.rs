@@ -1,5 +1,6 @@
 //! What can be wrong with the parameters of a field.
 
+use crate::Shown;
 use glam::DVec3;
 use thiserror::Error;
 
@@ -7,7 +8,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FieldError {
     /// A number is NaN or infinite.
-    #[error("{what} must be a finite number, but is {value}")]
+    #[error("{what} must be a finite number, but is {}", Shown(*value))]
     NotFinite {
         /// Name of the parameter.
         what: &'static str,
@@ -15,7 +16,7 @@ pub enum FieldError {
         value: f64,
     },
     /// A number that must be positive is not.
-    #[error("{what} must be positive and finite, but is {value}")]
+    #[error("{what} must be positive and finite, but is {}", Shown(*value))]
     NotPositive {
         /// Name of the parameter.
         what: &'static str,
@@ -23,7 +24,7 @@ pub enum FieldError {
         value: f64,
     },
     /// A vector has a component that is NaN or infinite.
-    #[error("{what} must have finite components, but is {value}")]
+    #[error("{what} must have finite components, but is {}", Shown(*value))]
     VectorNotFinite {
         /// Name of the parameter.
         what: &'static str,
@@ -31,7 +32,7 @@ pub enum FieldError {
         value: DVec3,
     },
     /// A direction has no length.
-    #[error("{what} must be a non-zero vector, but is {value}")]
+    #[error("{what} must be a non-zero vector, but is {}", Shown(*value))]
     ZeroVector {
         /// Name of the parameter.
         what: &'static str,
@@ -39,7 +40,7 @@ pub enum FieldError {
         value: DVec3,
     },
     /// The direction of φ = 0 lies along the axis.
-    #[error("reference direction {reference} must not be parallel to the axis {axis}")]
+    #[error("reference direction {} must not be parallel to the axis {}", Shown(*reference), Shown(*axis))]
     ParallelReference {
         /// Direction given for φ = 0.
         reference: DVec3,
@@ -60,7 +61,9 @@ pub enum FieldError {
     },
     /// A box without volume, or an unbounded one.
     #[error(
-        "the box of a grid must be finite with a positive size along each axis, but is {min} to {max}"
+        "the box of a grid must be finite with a positive size along each axis, but is {} to {}",
+        Shown(*min),
+        Shown(*max)
     )]
     BadBox {
         /// Smallest corner.
@@ -79,7 +82,7 @@ pub enum FieldError {
         actual: usize,
     },
     /// A sample is not an index.
-    #[error("sample {index:?} must be a positive finite refractive index, but is {value}")]
+    #[error("sample {index:?} must be a positive finite refractive index, but is {}", Shown(*value))]
     BadSample {
         /// Position of the sample along x, y, z, from zero.
         index: [usize; 3],
@@ -88,7 +91,9 @@ pub enum FieldError {
     },
     /// A transform that cannot be inverted.
     #[error(
-        "the transform must be finite and invertible, but its singular values reach from {smallest} to {largest}"
+        "the transform must be finite and invertible, but its singular values reach from {} to {}",
+        Shown(*smallest),
+        Shown(*largest)
     )]
     SingularTransform {
         /// Smallest singular value of the linear part.

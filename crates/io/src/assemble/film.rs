@@ -4,6 +4,7 @@ use super::context::Context;
 use crate::diagnostic::suggest;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
+use eikonal::Shown;
 use transport::Bins;
 use transport::film::{Decomposition, Filter};
 use transport::scene::FilmSpec;
@@ -171,22 +172,32 @@ pub(super) fn bins(q: &mut Query, unit: f64) -> Option<Bins> {
         return None;
     }
     if min >= max {
-        let message = format!("'max_bound' is {max} but must be greater than 'min_bound', {min}");
+        let message = format!(
+            "'max_bound' is {} but must be greater than 'min_bound', {}",
+            Shown(max),
+            Shown(min)
+        );
         q.error("max_bound", message);
         return None;
     }
     let ratio = (max - min) / width;
     if ratio > MOST_BINS {
-        let message = format!("these are {ratio:.0} bins; at most {MOST_BINS} are possible");
+        let message = format!(
+            "these are {} bins; at most {MOST_BINS} are possible",
+            Shown::rounded(ratio)
+        );
         q.error("bin_width", message);
         return None;
     }
     let count = ratio.round().max(1.0);
     if (ratio - count).abs() > DIVISION {
         let message = format!(
-            "bins of {width} do not fill the range from {min} to {max}: there would be {ratio:.3}; \
-             {count} of {} would",
-            (max - min) / count
+            "bins of {} do not fill the range from {} to {}: there would be {}; {count} of {} would",
+            Shown(width),
+            Shown(min),
+            Shown(max),
+            Shown::rounded(ratio),
+            Shown((max - min) / count)
         );
         q.error("bin_width", message);
         return None;

@@ -8,6 +8,7 @@ use super::bsdf::Indices;
 use super::context::Context;
 use super::differences;
 use crate::diagnostic::Location;
+use eikonal::Shown;
 use eikonal::field::Constant;
 use glam::DVec3;
 use transport::medium::Medium;
@@ -105,8 +106,9 @@ fn set_index(id: MediumId, n: f64, (name, location): (&str, &Location), context:
     let same = medium.index.is_constant() && (medium.index.n(DVec3::ZERO) - n).abs() < 1e-12;
     if !same {
         let message = format!(
-            "{name} is {n}, but medium '{}' on that side has an index of its own; leave {name} out, \
+            "{name} is {}, but medium '{}' on that side has an index of its own; leave {name} out, \
              or make them agree",
+            Shown(n),
             medium.name
         );
         context.error_at(location, message);

@@ -7,6 +7,7 @@ use crate::diagnostic::Location;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{FileRegistry, Object, SpectrumValue};
 use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
+use eikonal::Shown;
 use glam::DAffine3;
 use std::sync::Arc;
 use transport::Spectrum;
@@ -47,8 +48,11 @@ fn uniform(
 ) -> Texture {
     let outside = |v: &f64| !(*v >= allowed.0 && *v <= allowed.1);
     if let Some(bad) = value.values().into_iter().find(outside) {
-        let (low, high) = allowed;
-        let message = format!("'{name}' is {bad}; it must lie between {low} and {high}");
+        let allowed = match allowed {
+            (low, f64::MAX) => format!("be at least {low}"),
+            (low, high) => format!("lie between {low} and {high}"),
+        };
+        let message = format!("'{name}' is {}; it must {allowed}", Shown(bad));
         context.error_at(location, message);
     }
     Texture::Uniform(context.spectrum(value, location))

@@ -7,6 +7,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::draft::shorten;
 use crate::scene::{Numbers, SpectrumValue, Tensor, Value, rgb_from_hex};
 use crate::schema::Type;
+use eikonal::Shown;
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -190,7 +191,11 @@ fn sampled(pairs: &[Node], diagnostics: &mut Diagnostics) -> Option<SpectrumValu
         };
         let previous = samples.last().map_or(0.0, |(w, _)| *w);
         if wavelength <= previous {
-            let message = format!("wavelengths must increase: {wavelength} after {previous}");
+            let message = format!(
+                "wavelengths must increase: {} after {}",
+                Shown(wavelength),
+                Shown(previous)
+            );
             report(pair, message, diagnostics);
             return None;
         }

@@ -1,5 +1,6 @@
 //! Numbers, flags and texts.
 
+use eikonal::Shown;
 use std::ops::{Bound, RangeBounds};
 
 use super::{Lookup, Query};
@@ -51,7 +52,7 @@ impl<'a> Query<'a, '_> {
         default: impl Into<Option<f64>>,
     ) -> f64 {
         let lookup = self.convert(name, "float", as_float);
-        let lookup = self.in_range(name, lookup, range);
+        let lookup = self.in_range(name, lookup, range, |v| Shown(*v).to_string());
         self.settle(name, "float", lookup, default.into(), 1.0)
     }
 
@@ -74,7 +75,7 @@ impl<'a> Query<'a, '_> {
         default: impl Into<Option<i64>>,
     ) -> i64 {
         let lookup = self.convert(name, "integer", as_integer);
-        let lookup = self.in_range(name, lookup, range);
+        let lookup = self.in_range(name, lookup, range, i64::to_string);
         self.settle(name, "integer", lookup, default.into(), 1)
     }
 
@@ -136,15 +137,17 @@ impl<'a> Query<'a, '_> {
         })
     }
 
-    fn in_range<T: PartialOrd + std::fmt::Display>(
+    fn in_range<T: PartialOrd>(
         &mut self,
         name: &str,
         lookup: Lookup<'a, T>,
         range: impl RangeBounds<T>,
+        show: impl Fn(&T) -> String,
     ) -> Lookup<'a, T> {
         match lookup {
             Lookup::Found(value, location) if !range.contains(&value) => {
-                let message = format!("'{name}' is {value} but must be {}", describe(&range));
+                let (value, allowed) = (show(&value), describe(&range, &show));
+                let message = format!("'{name}' is {value} but must be {allowed}");
                 self.diagnostics
                     .push(Diagnostic::error(message).at(location));
                 Lookup::Wrong
@@ -155,15 +158,15 @@ impl<'a> Query<'a, '_> {
 }
 
 /// A range in words, for example `at least 0 and less than 1`.
-fn describe<T: std::fmt::Display>(range: &impl RangeBounds<T>) -> String {
+fn describe<T>(range: &impl RangeBounds<T>, show: impl Fn(&T) -> String) -> String {
     let low = match range.start_bound() {
-        Bound::Included(v) => format!("at least {v}"),
-        Bound::Excluded(v) => format!("greater than {v}"),
+        Bound::Included(v) => format!("at least {}", show(v)),
+        Bound::Excluded(v) => format!("greater than {}", show(v)),
         Bound::Unbounded => String::new(),
     };
     let high = match range.end_bound() {
-        Bound::Included(v) => format!("at most {v}"),
-        Bound::Excluded(v) => format!("less than {v}"),
+        Bound::Included(v) => format!("at most {}", show(v)),
+        Bound::Excluded(v) => format!("less than {}", show(v)),
         Bound::Unbounded => String::new(),
     };
     let separator = if low.is_empty() || high.is_empty() {

@@ -5,6 +5,7 @@ use super::numbers::{self, report};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::draft::shorten;
 use crate::scene::{SpectrumValue, rgb_from_hex};
+use eikonal::Shown;
 
 /// `<rgb>`: three numbers, one number for all channels, or `#rrggbb` (sRGB, made linear).
 pub(super) fn rgb(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<SpectrumValue> {
@@ -49,7 +50,11 @@ pub(super) fn spectrum(
         let value = numbers::token(attribute, colon + 1..range.end, diagnostics)?;
         let previous = pairs.last().map_or(0.0, |(w, _)| *w);
         if wavelength <= previous {
-            let message = format!("wavelengths must increase: {wavelength} after {previous}");
+            let message = format!(
+                "wavelengths must increase: {} after {}",
+                Shown(wavelength),
+                Shown(previous)
+            );
             diagnostics.push(Diagnostic::error(message).at(&attribute.part(range)));
             return None;
         }

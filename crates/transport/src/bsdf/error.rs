@@ -3,12 +3,13 @@
 use super::microfacet;
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
+use eikonal::Shown;
 
 /// Why a BSDF cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BsdfError {
     /// A reflectance or transmittance outside [0, 1].
-    #[error("{name} must lie in [0, 1] in every channel, got {value}")]
+    #[error("{name} must lie in [0, 1] in every channel, got {}", Shown(*value))]
     Factor {
         /// Which parameter.
         name: &'static str,
@@ -16,13 +17,13 @@ pub enum BsdfError {
         value: f64,
     },
     /// A roughness that the microfacet model cannot take.
-    #[error("alpha must be finite and at least {min}, got {value}", min = microfacet::MIN_ALPHA)]
+    #[error("alpha must be finite and at least {min}, got {}", Shown(*value), min = microfacet::MIN_ALPHA)]
     Alpha {
         /// The roughness given.
         value: f64,
     },
     /// A complex index with a part that is negative or not finite.
-    #[error("{name} must be finite and ≥ 0 in every channel, got {value}")]
+    #[error("{name} must be finite and ≥ 0 in every channel, got {}", Shown(*value))]
     Index {
         /// Which part, `eta` or `k`.
         name: &'static str,
@@ -30,7 +31,7 @@ pub enum BsdfError {
         value: f64,
     },
     /// A relative index that is none.
-    #[error("the relative index must be finite and greater than 0, got {value}")]
+    #[error("the relative index must be finite and greater than 0, got {}", Shown(*value))]
     Eta {
         /// The index given.
         value: f64,

@@ -4,13 +4,14 @@ use crate::Spectrum;
 use crate::sampling::{DistributionError, Grid2};
 use crate::shape::{AreaSample, Shape, Site};
 use crate::texture::Texture;
+use eikonal::Shown;
 use std::f64::consts::PI;
 
 /// Why a texture cannot shine from a shape.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TexturedError {
     /// A radiance that is negative or not finite.
-    #[error("a radiance of the texture is {value}; light must be finite and not negative")]
+    #[error("a radiance of the texture is {}; light must be finite and not negative", Shown(*value))]
     Radiance {
         /// The radiance.
         value: f64,

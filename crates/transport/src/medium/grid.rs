@@ -1,6 +1,7 @@
 //! Samples on a regular grid.
 
 use crate::Spectrum;
+use eikonal::Shown;
 use eikonal::ray::Arc;
 use eikonal::ray::bernstein::first_root;
 use glam::{DAffine3, DMat3, DVec3};
@@ -46,7 +47,8 @@ pub enum GridError {
     Singular,
     /// A sample lies outside the range that makes sense.
     #[error(
-        "the sample at voxel ({x}, {y}, {z}) is {value}; expected a finite number {}",
+        "the sample at voxel ({x}, {y}, {z}) is {}; expected a finite number {}",
+        Shown(f64::from(*value)),
         range(*low, *high)
     )]
     Value {

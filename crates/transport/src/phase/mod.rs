@@ -15,19 +15,20 @@ pub use tabulated::Tabulated;
 pub use von_mises_fisher::VonMisesFisher;
 
 use crate::sampling::DistributionError;
+use eikonal::Shown;
 use glam::DVec3;
 
 /// Why a phase function cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PhaseError {
     /// Asymmetry out of range.
-    #[error("the asymmetry g must lie in (-1, 1), got {0}")]
+    #[error("the asymmetry g must lie in (-1, 1), got {}", Shown(*.0))]
     Asymmetry(f64),
     /// Concentration out of range.
-    #[error("the concentration kappa must be finite and ≥ 0, got {0}")]
+    #[error("the concentration kappa must be finite and ≥ 0, got {}", Shown(*.0))]
     Concentration(f64),
     /// A table that does not span all angles.
-    #[error("the cosines must run from -1 to 1, got {first} to {last}")]
+    #[error("the cosines must run from -1 to 1, got {} to {}", Shown(*first), Shown(*last))]
     Span {
         /// First cosine given.
         first: f64,

@@ -24,6 +24,8 @@ pub use piecewise_linear::PiecewiseLinear;
 pub use points::{Purpose, Sets};
 pub use sampler::Sampler;
 
+use eikonal::Shown;
+
 /// Why a tabulated distribution cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DistributionError {
@@ -39,7 +41,7 @@ pub enum DistributionError {
     #[error("expected at least one bin")]
     Empty,
     /// A value is negative or not finite.
-    #[error("expected finite values ≥ 0, got {value} at index {index}")]
+    #[error("expected finite values ≥ 0, got {} at index {index}", Shown(*value))]
     Value {
         /// Position of the value.
         index: usize,
@@ -53,7 +55,7 @@ pub enum DistributionError {
         index: usize,
     },
     /// All values are zero, or their sum overflows.
-    #[error("expected a total in (0, ∞), got {total}")]
+    #[error("expected a total in (0, ∞), got {}", Shown(*total))]
     Total {
         /// Sum (or integral) of the values.
         total: f64,

@@ -6,6 +6,7 @@ use crate::emitter::Emitter;
 use crate::sampling::Sampler;
 use crate::sensor::Sensor;
 use eikonal::Aabb;
+use eikonal::Shown;
 use glam::DVec3;
 
 /// How bad it is.
@@ -114,9 +115,11 @@ fn check_index(scene: &Scene, id: usize) -> Option<Problem> {
         error(
             subject,
             format!(
-                "the squared refractive index of medium '{}' is {n2:.4} at ({:.4}, {:.4}, {:.4}); \
+                "the squared refractive index of medium '{}' is {} at {}; \
                  it must be positive throughout the medium",
-                medium.name, x.x, x.y, x.z
+                medium.name,
+                Shown::rounded(n2),
+                Shown(x)
             ),
             "shrink the shape that holds the medium, or change the field's parameters",
         )
@@ -226,8 +229,9 @@ fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
             Subject::Object(i),
             format!(
                 "the boundary of '{}' is declared index-matched (bsdf null), but the index jumps by \
-                 up to {jump:.4} across it",
-                object.name
+                 up to {} across it",
+                object.name,
+                Shown::rounded(jump)
             ),
             "rays pass it without refraction or reflection; use a dielectric bsdf for a real surface",
         )
@@ -336,7 +340,7 @@ fn check_direction(i: usize, direction: DVec3) -> Option<Problem> {
             Subject::Emitter(i),
             format!(
                 "the direction of parallel light has length {}",
-                direction.length()
+                Shown(direction.length())
             ),
             "make it a unit vector",
         )

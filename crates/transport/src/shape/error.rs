@@ -1,5 +1,6 @@
 //! What can be wrong with a shape.
 
+use eikonal::Shown;
 use thiserror::Error;
 
 /// Why a shape cannot be built.
@@ -16,7 +17,7 @@ pub enum ShapeError {
         det: f64,
     },
     /// A radius is zero, negative or not finite.
-    #[error("the radius must be positive and finite, but it is {radius}")]
+    #[error("the radius must be positive and finite, but it is {}", Shown(*radius))]
     Radius {
         /// The radius given.
         radius: f64,

@@ -8,6 +8,7 @@ use super::surface_texture::{Role, Vertices, texture};
 use super::transforms::axis;
 use crate::query::{Input, POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind, SpectrumValue};
+use eikonal::Shown;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use transport::Spectrum;
@@ -206,7 +207,7 @@ fn light(value: &SpectrumValue, name: &str, object: &Object, context: &mut Conte
     if let Some(bad) = value.values().into_iter().find(|v| *v < 0.0) {
         context.error_at(
             location,
-            format!("'{name}' is {bad}; light must not be negative"),
+            format!("'{name}' is {}; light must not be negative", Shown(bad)),
         );
     }
     context.spectrum(value, location)

@@ -4,6 +4,7 @@ use super::super::context::Context;
 use crate::query::{POSITIVE, Query};
 use crate::scene::{Object, PluginKind};
 use eikonal::Field;
+use eikonal::Shown;
 use eikonal::field::{Constant, Scaled};
 use std::ops::RangeInclusive;
 
@@ -83,8 +84,9 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
         let n = law.index(nm);
         if !INDICES.contains(&n) {
             let message = format!(
-                "the index at {nm} nm is {n:.4}: check the coefficients, which are for wavelengths in µm (c1 \
-                 to c3 of 'sellmeier' in µm²)"
+                "the index at {nm} nm is {}: check the coefficients, which are for wavelengths in µm (c1 \
+                 to c3 of 'sellmeier' in µm²)",
+                Shown::rounded(n)
             );
             q.error("type", message);
         }

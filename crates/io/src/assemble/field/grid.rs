@@ -10,7 +10,7 @@ use crate::query::{POSITIVE, Query};
 use crate::scene::{Object, Value};
 use crate::volume::{Sample, Volume};
 use eikonal::field::{Bspline, NoiseShares, Placement};
-use eikonal::{Aabb, Field};
+use eikonal::{Aabb, Field, Shown};
 use glam::{DMat3, DVec3};
 
 /// More than any liquid or gas has, in 1/Pa; water has 1.4e-10.
@@ -284,8 +284,8 @@ fn check<T: Sample>(
         return Some(());
     };
     let message = format!(
-        "a sample of {q:e} makes an index of {:.6}: check the units of the file, and 'scale'",
-        law.index(q)
+        "a sample of {q:e} makes an index of {}: check the units of the file, and 'scale'",
+        Shown::rounded(law.index(q))
     );
     context.error_at(&object.location, message);
     None

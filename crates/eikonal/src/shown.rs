@@ -1,0 +1,61 @@
+//! Numbers in messages.
+
+use glam::DVec3;
+use std::fmt;
+
+/// Magnitudes that are short when written in full.
+const SHORT: std::ops::Range<f64> = 1e-5..1e16;
+
+/// Shows a number, or the components of a vector, as people write it: all digits that it has, with an exponent where
+/// hundreds of zeros would be needed otherwise.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown<T>(pub T);
+
+impl Shown<f64> {
+    /// The number to six significant digits.
+    pub fn rounded(number: f64) -> Self {
+        Shown(format!("{number:.5e}").parse().unwrap_or(number))
+    }
+}
+
+impl fmt::Display for Shown<f64> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let v = self.0;
+        match v == 0.0 || !v.is_finite() || SHORT.contains(&v.abs()) {
+            true => write!(f, "{v}"),
+            false => write!(f, "{v:e}"),
+        }
+    }
+}
+
+impl fmt::Display for Shown<DVec3> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.0.to_array().map(Shown);
+        write!(f, "[{x}, {y}, {z}]")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_exact() {
+        let cases = [
+            (-1.0, "-1"),
+            (0.1, "0.1"),
+            (-0.0, "-0"),
+            (f64::MAX, "1.7976931348623157e308"),
+            (-1e-300, "-1e-300"),
+            (f64::NAN, "NaN"),
+        ];
+        assert_eq!(Shown::rounded(2.0 / 3e-7).to_string(), "6666670");
+        for (number, text) in cases {
+            assert_eq!(Shown(number).to_string(), text);
+        }
+        assert_eq!(
+            Shown(DVec3::new(0.0, 1e20, -0.5)).to_string(),
+            "[0, 1e20, -0.5]"
+        );
+    }
+}
