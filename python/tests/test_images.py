@@ -50,6 +50,10 @@ def test_files_of_readings_are_those_of_the_program(program, tmp_path):
         morgana.write(tmp_path / name, result)
     ours, theirs = (np.load(tmp_path / f"{name}.npz") for name in ("python", "program"))
     assert ours.files == theirs.files
+    about = [json.loads(str(file["metadata"])) for file in (ours, theirs)]
+    for metadata in about:
+        assert metadata["balance"] == result.stats["balance"]
+        assert (metadata["seed"], metadata["particles"]) == (0, result.stats["particles"])
     for name in set(theirs.files) - {"metadata"}:
         np.testing.assert_array_equal(ours[name], theirs[name])
     with pytest.raises(morgana.FileError, match=".npz"):

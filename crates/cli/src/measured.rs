@@ -107,21 +107,18 @@ impl Measured<'_> {
     }
 
     /// Attributes for files. They depend on what was computed, not on when, where or how fast.
-    pub fn attributes(&self) -> Vec<(String, String)> {
+    pub fn attributes(&self) -> Vec<(String, Value)> {
         let stats = &self.measurement.stats;
         let pairs = [
-            ("scene", file_name(&self.job.scene)),
-            ("scene_hash", self.loaded.hash.to_string()),
+            ("scene", file_name(&self.job.scene).into()),
+            ("scene_hash", self.loaded.hash.to_string().into()),
             ("morgana_version", env!("CARGO_PKG_VERSION").into()),
-            ("seed", self.job.seed.to_string()),
-            ("particles", self.measurement.particles.to_string()),
-            ("options", self.job.command_line()),
-            (
-                "balance",
-                report::balance(&self.measurement.balance).to_string(),
-            ),
-            ("lost", stats.lost.to_string()),
-            ("not_finite", stats.not_finite.to_string()),
+            ("seed", self.job.seed.into()),
+            ("particles", self.measurement.particles.into()),
+            ("options", self.job.command_line().into()),
+            ("balance", report::balance(&self.measurement.balance)),
+            ("lost", stats.lost.into()),
+            ("not_finite", stats.not_finite.into()),
         ];
         pairs.map(|(name, value)| (name.to_owned(), value)).into()
     }

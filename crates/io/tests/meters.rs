@@ -79,7 +79,11 @@ fn readings(loaded: &Loaded, measurement: &Measurement) -> Arrays {
         measurement,
         channels: &loaded.channel_names,
     };
-    arrays(&context, vec![("seed".into(), "1".into())])
+    let account = serde_json::json!({"escaped": {"mean": 0.5}});
+    arrays(
+        &context,
+        vec![("seed".into(), 1.into()), ("balance".into(), account)],
+    )
 }
 
 fn array<'a>(arrays: &'a Arrays, name: &str) -> &'a Array {
@@ -213,7 +217,7 @@ fn readings_have_units_axes_and_normalizations() {
     }
     let attribute = |name: &str| {
         let found = b.attributes.iter().find(|(n, _)| n == name);
-        found.map(|(_, value)| value.as_str())
+        found.and_then(|(_, value)| value.as_str())
     };
     assert_eq!(attribute("normalization"), Some("per_watt"));
     assert_eq!(attribute("meter"), Some("tank"));
@@ -292,7 +296,8 @@ fn files_give_back_what_was_written() {
     let start = metadata.iter().position(|b| *b == b'\n').unwrap() + 1;
     let letters = metadata[start..].chunks(4).map(|c| char::from(c[0]));
     let metadata: serde_json::Value = serde_json::from_str(&letters.collect::<String>()).unwrap();
-    assert_eq!(metadata["seed"], "1");
+    assert_eq!(metadata["seed"], 1);
+    assert_eq!(metadata["balance"]["escaped"]["mean"], 0.5);
     assert_eq!(metadata["arrays"]["fluence"]["unit"], "W/unit^2");
     assert!(metadata["few"].as_str().unwrap().contains(", absorbed "));
 

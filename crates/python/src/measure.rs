@@ -135,12 +135,12 @@ impl Measured {
     /// Writes all arrays, or the main one, in the format that the name of the file tells.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let stats: Value = serde_json::from_str(&self.stats).unwrap_or_default();
-        let text = |name: &str| match &stats[name] {
-            Value::String(text) => text.clone(),
-            other => other.to_string(),
-        };
-        let names = ["scene", "scene_hash", "seed", "particles", "balance"];
-        let mut attributes: Vec<_> = names.map(|name| (name.to_owned(), text(name))).into();
+        let names = ["scene", "scene_hash", "seed", "particles"];
+        let mut attributes: Vec<_> = names
+            .map(|name| (name.to_owned(), stats[name].clone()))
+            .into();
+        // Numbers that have been text lose their last bit.
+        attributes.push(("balance".into(), report::balance(&self.measurement.balance)));
         attributes.push(("morgana_version".into(), env!("CARGO_PKG_VERSION").into()));
         let readings = self.readings(attributes);
         let written = py.detach(|| readings.write(&path, ArrayFormat::of(&path)?));
@@ -149,7 +149,7 @@ impl Measured {
 }
 
 impl Measured {
-    fn readings(&self, attributes: Vec<(String, String)>) -> Arrays {
+    fn readings(&self, attributes: Vec<(String, Value)>) -> Arrays {
         let loaded = &self.scene.get().loaded;
         let context = Context {
             instruments: &loaded.instruments,

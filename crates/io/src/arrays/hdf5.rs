@@ -1,16 +1,18 @@
 //! HDF5: a dataset for each array, with attributes `unit` and `axes`; all others belong to the root group.
 
-use super::{Array, Arrays};
+use super::{Array, Arrays, plain};
 use crate::atomic;
 use crate::error::FileError;
 use hdf5_writer::{AttributeBuilder, DatasetBuilder, Error, Hdf5Builder, Hdf5Writer, WriteOptions};
+use serde_json::Value;
 use std::io;
 use std::path::Path;
 
 /// Writes all arrays.
 pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
     atomic::write(path, |file| {
-        let text = |(name, value): &(String, String)| AttributeBuilder::fixed_string(name, value);
+        let text =
+            |(name, value): &(String, Value)| AttributeBuilder::fixed_string(name, plain(value));
         let attributes = arrays.attributes.iter().map(text);
         let root = attributes.fold(Hdf5Builder::new(), Hdf5Builder::attribute);
         let datasets = arrays.list.iter().map(dataset);

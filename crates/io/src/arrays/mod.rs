@@ -14,6 +14,7 @@ pub use readings::{Context, arrays};
 
 use crate::error::{FileError, Problem};
 use crate::{atomic, npy};
+use serde_json::Value;
 use std::path::Path;
 
 /// An array with a name.
@@ -49,8 +50,15 @@ pub struct Arrays {
     pub main: Option<usize>,
     /// Where it lies, if it does so in space.
     pub placement: Option<Placement>,
-    /// What else there is to know.
-    pub attributes: Vec<(String, String)>,
+    /// What else there is to know: texts, numbers, and the account of the light as an object.
+    pub attributes: Vec<(String, Value)>,
+}
+
+/// An attribute where only texts have a place: texts as they are, all else in JSON.
+fn plain(value: &Value) -> String {
+    value
+        .as_str()
+        .map_or_else(|| value.to_string(), str::to_owned)
 }
 
 /// A format of arrays.

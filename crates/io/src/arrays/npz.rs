@@ -42,8 +42,7 @@ fn metadata(arrays: &Arrays) -> String {
         let value = json!({"unit": array.unit, "axes": array.axes});
         (array.name.clone(), value)
     });
-    let text = |(name, value): &(String, String)| (name.clone(), Value::from(value.clone()));
-    let mut all: Map<String, Value> = arrays.attributes.iter().map(text).collect();
+    let mut all: Map<String, Value> = arrays.attributes.iter().cloned().collect();
     all.insert("arrays".into(), about.collect::<Map<_, _>>().into());
     Value::from(all).to_string()
 }
@@ -66,14 +65,13 @@ pub(super) fn read(path: &Path) -> Result<Arrays, FileError> {
             array(name, about, stored)
         });
         let list = list.collect::<Result<_, Problem>>()?;
-        let text =
-            |(name, value): (&String, &Value)| Some((name.clone(), value.as_str()?.to_owned()));
         let attributes = metadata.as_object().into_iter().flatten();
+        let attributes = attributes.filter(|(name, _)| *name != "arrays");
         Ok(Arrays {
             list,
             main: None,
             placement: None,
-            attributes: attributes.filter_map(text).collect(),
+            attributes: attributes.map(|(n, v)| (n.clone(), v.clone())).collect(),
         })
     };
     open().map_err(|problem| problem.at(path))

@@ -1,7 +1,7 @@
 //! NRRD, nearly raw raster data, version 5: a text header, then the elements.
 //! <https://teem.sourceforge.net/nrrd/format.html>
 
-use super::{Array, Arrays, Placement};
+use super::{Array, Arrays, Placement, plain};
 use crate::atomic;
 use crate::error::FileError;
 use std::fmt::Write as _;
@@ -13,7 +13,7 @@ pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
     let array = arrays.single().map_err(|problem| problem.at(path))?;
     let mut header = header(array, arrays.placement.as_ref());
     for (name, value) in &arrays.attributes {
-        let value = value.replace('\\', "\\\\").replace('\n', "\\n");
+        let value = plain(value).replace('\\', "\\\\").replace('\n', "\\n");
         let _ = writeln!(header, "{name}:={value}");
     }
     atomic::write(path, |file| {

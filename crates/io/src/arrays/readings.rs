@@ -2,6 +2,7 @@
 
 use super::{Array, Arrays, Placement, Quality};
 use crate::assemble::{Gruneisen, Instrument, Normalization};
+use serde_json::Value;
 use transport::meter::{Coordinates, Meter, Reading};
 use transport::render::Measurement;
 
@@ -18,11 +19,11 @@ pub struct Context<'a> {
 
 /// Everything that the meters have read: means and standard errors, effective numbers of particles and where these are too few, the edges of all bins, and where
 /// grids lie. `attributes` are added to.
-pub fn arrays(context: &Context, mut attributes: Vec<(String, String)>) -> Arrays {
+pub fn arrays(context: &Context, mut attributes: Vec<(String, Value)>) -> Arrays {
     let several = context.instruments.len() > 1;
     let mut list = vec![emitted(context)];
     let (mut main, mut placement) = (None, None);
-    attributes.push(("channels".into(), context.channels.join(" ")));
+    attributes.push(("channels".into(), context.channels.join(" ").into()));
     for (instrument, readings) in context
         .instruments
         .iter()
@@ -56,8 +57,8 @@ pub fn arrays(context: &Context, mut attributes: Vec<(String, String)>) -> Array
             list.extend(scribe.pressure(&readings[1], gruneisen));
         }
         list.extend(scribe.axes(readings));
-        attributes.push((format!("{prefix}few"), few(readings)));
-        attributes.push((format!("{prefix}meter"), instrument.name.clone()));
+        attributes.push((format!("{prefix}few"), few(readings).into()));
+        attributes.push((format!("{prefix}meter"), instrument.name.clone().into()));
         attributes.push((
             format!("{prefix}normalization"),
             scribe.normalization().into(),
