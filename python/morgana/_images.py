@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _morgana
 from ._errors import RenderError
+from ._numbers import numbers
 from ._result import Floats, Result, thumbnail
 
 Path = Union[str, "os.PathLike[str]"]
@@ -125,16 +126,16 @@ def compare(image: Comparable, reference: Comparable, *, block: int = 1) -> Diff
     if block < 1:
         raise RenderError(f"block is {block} but must be at least 1")
     text, flip_map = _morgana.compare_images(_layers(image), _layers(reference), block)
-    numbers = json.loads(text)
+    found = json.loads(text)
     return Difference(
-        means=tuple(numbers["means"]),
-        rmse=numbers["rmse"],
-        relative_mse=math.nan if numbers["relative_mse"] is None else numbers["relative_mse"],
-        psnr=math.inf if numbers["psnr"] is None else numbers["psnr"],
-        largest=numbers["largest"],
+        means=tuple(found["means"]),
+        rmse=found["rmse"],
+        relative_mse=math.nan if found["relative_mse"] is None else found["relative_mse"],
+        psnr=math.inf if found["psnr"] is None else found["psnr"],
+        largest=found["largest"],
         flip=float(flip_map.mean(dtype=float)),
         flip_map=flip_map,
-        z=numbers["z"],
+        z=found["z"],
     )
 
 
@@ -144,8 +145,8 @@ def _layers(image: Comparable) -> Layers:
     if isinstance(image, Result):
         return [("", image.channels, image.image), ("variance", image.channels, image.variance)]
     if isinstance(image, Image):
-        return [(name, image.channels[name], values) for name, values in image.layers.items()]
-    values = np.asarray(image, np.float32)
+        return [(name, image.channels[name], numbers(values, "the image", np.float32)) for name, values in image.layers.items()]
+    values = numbers(image, "the image", np.float32)
     if values.ndim == 2:
         values = values[:, :, None]
     if values.ndim != 3 or values.size == 0:

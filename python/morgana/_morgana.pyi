@@ -18,6 +18,7 @@ __all__ = [
     "write_image",
     "Measured",
     "measure",
+    "refuse_masked",
     "Parts",
     "render_part",
     "Rendered",
@@ -149,6 +150,7 @@ def render(
 ) -> Rendered: ...
 def render_part(scene: Scene, limits: Limits, integrator: Optional[str], shard: Sequence[int]) -> bytes: ...
 def measure(scene: Scene, limits: Limits, tick: Optional[Callable[[int], None]]) -> Measured: ...
+def refuse_masked(values: Any, what: str) -> None: ...
 def trace(
     scene: Scene,
     origins: ArrayLike,

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _morgana
 from ._morgana import Field, Ray, Scene
+from ._numbers import numbers
 
 Doubles = NDArray[np.float64]
 
@@ -179,7 +180,7 @@ def trace(
         ValueError: Shapes that do not fit, starts that are not finite, directions of no length, a length or an index that is
             not positive.
     """
-    x, d = np.broadcast_arrays(np.asarray(origins, float), np.asarray(directions, float))
+    x, d = np.broadcast_arrays(numbers(origins, "origins"), numbers(directions, "directions"))
     for name, value in (("max_length", max_length), ("reference_index", reference_index)):
         if value is not None and not (value > 0 and np.isfinite(value)):
             raise ValueError(f"{name} is {value} but must be a positive number")
@@ -211,4 +212,4 @@ def connect(
     Raises:
         RenderError: Something else than two points.
     """
-    return Connections(*_morgana.connect(scene, np.asarray(a, float), np.asarray(b, float), reflections if all else None))
+    return Connections(*_morgana.connect(scene, numbers(a, "a"), numbers(b, "b"), reflections if all else None))

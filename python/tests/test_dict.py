@@ -163,6 +163,55 @@ def test_mistakes_have_places():
     assert "did you mean 'sphere'" in refused(solid(type="shpere")).help
 
 
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda hidden: load(graded(data=hidden)),
+        lambda hidden: load(graded(data=list(hidden))),
+        lambda hidden: morgana.load_field({"type": "bspline", "placement": "nodes", "data": hidden}),
+        lambda hidden: load(small()).fields["ambient"].n(hidden[0, 0, :3]),
+        lambda hidden: morgana.trace(load(small()), hidden[0, 0, :3], [0, 0, 1]),
+        lambda hidden: morgana.trace(load(small()), [0, 0, 1], [list(hidden[0, 0, :3])]),
+        lambda hidden: morgana.connect(load(small()), [0, 0, 0], hidden[0, 0, :3]),
+        lambda hidden: morgana.compare(hidden[0], INDEX[0]),
+        lambda hidden: morgana.write("image.exr", hidden[0]),
+    ],
+)
+def test_hidden_elements_of_arrays_are_refused(use):
+    hidden = np.ma.masked_array(INDEX, mask=False)
+    hidden[0, 0, 0] = np.ma.masked
+    with pytest.raises(ValueError, match=r"masked array.*numpy\.ma\.filled"):
+        use(hidden)
+
+
+def test_masks_that_hide_nothing_do_not_matter():
+    nothing = np.ma.masked_array(INDEX, mask=False)
+    np.testing.assert_array_equal(picture(graded(data=nothing)), picture(graded(data=INDEX)))
+
+
+def test_dictionaries_that_hold_one_another_twice_have_an_end():
+    surface, index, numbers = {"type": "diffuse"}, {"type": "constant", "value": 1}, [0.0, 1.0]
+    for _ in range(60):
+        surface = {"type": "blendbsdf", "a": surface, "b": surface}
+        index = {"type": "sum", "a": index, "b": index}
+        numbers = [numbers, numbers]
+    for scene in [
+        {"ball": {"type": "sphere", "bsdf": surface}},
+        {"ball": {"type": "sphere", "interior": {"type": "transparent", "ior": index}}},
+        {"ball": {"type": "mesh", "faces": numbers}},
+    ]:
+        with pytest.raises(ValueError, match="more than 65536 copies"):
+            morgana.load_dict({"type": "scene", **scene})
+    with pytest.raises(ValueError, match="more than 65536 copies"):
+        morgana.load_field(index)
+
+
+def test_what_many_shapes_share_is_no_repetition():
+    surface = {"type": "twosided", "nested": {"type": "diffuse"}}
+    balls = {f"ball_{i}": {"type": "sphere", "bsdf": surface} for i in range(300)}
+    load({**small(), **balls})
+
+
 def test_what_no_scene_has_is_refused():
     with pytest.raises(TypeError, match=r'scene\["ball"\]\["radius"\] is a '):
         load({**small(), "ball": {"type": "sphere", "radius": object()}})

@@ -1,32 +1,85 @@
 //! Dictionaries of Python as descriptions of scenes.
 
+use crate::numbers::refuse_masked;
 use io::json::Item;
 use io::scene::{Numbers, Tensor};
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyRecursionError, PyTypeError};
+use pyo3::exceptions::{PyRecursionError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// Deepest nesting: scenes have a few levels, and cycles have no end.
 const DEEPEST: usize = 200;
 
-/// What a Python object says. `place` is how one gets it from the scene, for messages.
-pub fn item(object: &Bound<'_, PyAny>, place: &str, depth: usize) -> PyResult<Item> {
-    if depth > DEEPEST {
-        let message = format!("{place} is nested too deeply: does a dictionary contain itself?");
-        return Err(PyRecursionError::new_err(message));
+/// Dictionaries and lists that one entry of a scene may hold more than once: each becomes a copy, and those that hold
+/// one another twice at each level would have no end.
+const MOST_REPEATED: usize = 1 << 16;
+
+/// What a scene says.
+pub fn scene(scene: &Bound<'_, PyDict>) -> PyResult<Item> {
+    let apart = |value: &Bound<'_, PyAny>, place: &str| Reader::default().item(value, place, 1);
+    entries(scene, "scene", apart)
+}
+
+/// What an object within a scene says. `place` is how one gets it from the scene, for messages.
+pub fn item(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
+    Reader::default().item(object, place, 1)
+}
+
+/// Turns what Python objects say into items.
+#[derive(Default)]
+struct Reader {
+    /// Addresses of the dictionaries and lists so far.
+    seen: HashSet<usize>,
+    repeated: usize,
+}
+
+impl Reader {
+    fn item(&mut self, object: &Bound<'_, PyAny>, place: &str, depth: usize) -> PyResult<Item> {
+        if let Ok(dict) = object.cast::<PyDict>() {
+            self.enter(object, place, depth)?;
+            entries(dict, place, |value, place| {
+                self.item(value, place, depth + 1)
+            })
+        } else if object.is_instance_of::<PyList>() || object.is_instance_of::<PyTuple>() {
+            self.enter(object, place, depth)?;
+            let mut items = Vec::new();
+            for (i, value) in object.try_iter()?.enumerate() {
+                items.push(self.item(&value?, &format!("{place}[{i}]"), depth + 1)?);
+            }
+            Ok(Item::Array(items))
+        } else {
+            plain(object, place)
+        }
     }
+
+    /// Takes note of a dictionary or a list.
+    fn enter(&mut self, object: &Bound<'_, PyAny>, place: &str, depth: usize) -> PyResult<()> {
+        if depth > DEEPEST {
+            let message =
+                format!("{place} is nested too deeply: does a dictionary contain itself?");
+            return Err(PyRecursionError::new_err(message));
+        }
+        if !self.seen.insert(object.as_ptr() as usize) {
+            self.repeated += 1;
+        }
+        if self.repeated > MOST_REPEATED {
+            let message = format!(
+                "{place} is one of more than {MOST_REPEATED} copies: dictionaries or lists hold one another more than \
+                 once at many levels"
+            );
+            return Err(PyValueError::new_err(message));
+        }
+        Ok(())
+    }
+}
+
+/// What holds nothing else.
+fn plain(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
     if object.is_none() {
         Ok(Item::Null)
-    } else if let Ok(dict) = object.cast::<PyDict>() {
-        entries(dict, place, depth)
-    } else if object.is_instance_of::<PyList>() || object.is_instance_of::<PyTuple>() {
-        let mut items = Vec::new();
-        for (i, value) in object.try_iter()?.enumerate() {
-            items.push(item(&value?, &format!("{place}[{i}]"), depth + 1)?);
-        }
-        Ok(Item::Array(items))
     } else if object.is_instance_of::<PyBool>() {
         Ok(Item::Boolean(object.extract()?))
     } else if object.is_instance_of::<PyInt>() {
@@ -44,7 +97,11 @@ pub fn item(object: &Bound<'_, PyAny>, place: &str, depth: usize) -> PyResult<It
     }
 }
 
-fn entries(dict: &Bound<'_, PyDict>, place: &str, depth: usize) -> PyResult<Item> {
+fn entries<'py>(
+    dict: &Bound<'py, PyDict>,
+    place: &str,
+    mut item: impl FnMut(&Bound<'py, PyAny>, &str) -> PyResult<Item>,
+) -> PyResult<Item> {
     let mut entries = Vec::with_capacity(dict.len());
     for (key, value) in dict {
         let key: String = key.extract().map_err(|_| {
@@ -53,7 +110,7 @@ fn entries(dict: &Bound<'_, PyDict>, place: &str, depth: usize) -> PyResult<Item
             ))
         })?;
         let place = format!("{place}[{key:?}]");
-        let value = item(&value, &place, depth + 1)?;
+        let value = item(&value, &place)?;
         entries.push((key, value));
     }
     Ok(Item::Object(entries))
@@ -67,6 +124,7 @@ fn array(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
         true => object.getattr("matrix")?,
         false => object.clone(),
     };
+    refuse_masked(&source, place)?;
     let numpy = py.import("numpy")?;
     let array = numpy.call_method1("asarray", (source,))?;
     let array = array.cast_into::<PyUntypedArray>()?;

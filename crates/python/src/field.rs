@@ -32,7 +32,7 @@ enum Source {
 /// Makes a field of a dictionary that describes a volume.
 #[pyfunction]
 pub fn load_field(py: Python<'_>, volume: &Bound<'_, PyDict>) -> PyResult<Field> {
-    let volume = dict::item(volume, "scene[\"volume\"]", 1)?;
+    let volume = dict::item(volume, "scene[\"volume\"]")?;
     let texts = [("type", Item::String("scene".into())), ("volume", volume)];
     let scene = Item::Object(texts.map(|(key, item)| (key.to_owned(), item)).into());
     let index = py.detach(|| {

@@ -26,6 +26,8 @@ mod _morgana {
     #[pymodule_export]
     use crate::measure::{Measured, measure};
     #[pymodule_export]
+    use crate::numbers::refuse_masked;
+    #[pymodule_export]
     use crate::part::{Parts, render_part};
     #[pymodule_export]
     use crate::render::{Rendered, render};

@@ -4,6 +4,7 @@ use glam::DVec3;
 use numpy::{AllowTypeChange, Element, PyArray1, PyArrayDyn, PyArrayLikeDyn, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
 
 /// A NumPy array that takes over the memory of `values`.
 ///
@@ -15,6 +16,33 @@ pub fn array<'py, T: Element>(
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
     PyArray1::from_vec(py, values).reshape(shape)
+}
+
+/// Refuses masked arrays that hide elements, also in lists: their data would count as if nothing hid them. `what`
+/// names the numbers in the message.
+///
+/// # Errors
+/// Hidden elements.
+#[pyfunction]
+pub fn refuse_masked(values: &Bound<'_, PyAny>, what: &str) -> PyResult<()> {
+    if values.is_instance_of::<PyFloat>() || values.is_instance_of::<PyInt>() {
+        return Ok(());
+    }
+    if values.is_instance_of::<PyList>() || values.is_instance_of::<PyTuple>() {
+        for value in values.try_iter()? {
+            refuse_masked(&value?, what)?;
+        }
+        return Ok(());
+    }
+    let masked = values.py().import("numpy.ma")?;
+    if masked.call_method1("is_masked", (values,))?.is_truthy()? {
+        let message = format!(
+            "{what} is a masked array, of which the hidden elements would count: fill them first, as in \
+             numpy.ma.filled(array, 0.0)"
+        );
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(())
 }
 
 /// Positions or directions in an array of shape (..., 3).
@@ -30,6 +58,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Rows {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        refuse_masked(&object, "points")?;
         let numbers: PyArrayLikeDyn<'py, f64, AllowTypeChange> = object.extract()?;
         let view = numbers.as_array();
         let [outer @ .., 3] = view.shape() else {

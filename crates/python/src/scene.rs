@@ -71,7 +71,7 @@ pub fn load_dict(
     defines: Vec<(String, String)>,
     instead: Instead,
 ) -> PyResult<Scene> {
-    let item = dict::item(scene, "scene", 0)?;
+    let item = dict::scene(scene)?;
     let options = instead.options();
     let loaded = py.detach(|| {
         let mut diagnostics = Diagnostics::new();

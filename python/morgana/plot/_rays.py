@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PathCollection
 from numpy.typing import ArrayLike
 
+from .._numbers import numbers
 from .._rays import Polyline, Rays
 from ._labels import along, axes
 from ._table import Doubles, PlotError
@@ -91,7 +92,7 @@ def spots(
 
 
 def _points(line: Union[Polyline, ArrayLike]) -> Doubles:
-    points = np.asarray(line.points if isinstance(line, Polyline) else line, float)
+    points = numbers(line.points if isinstance(line, Polyline) else line, "points")
     if points.ndim != 2 or points.shape[1] != 3:
         raise PlotError(f"expected rays as points of shape (points, 3), found {points.shape}")
     return points

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._errors import Error
 from .._images import Image, _names
+from .._numbers import numbers
 from .._result import Reading, Result
 
 Doubles = NDArray[np.float64]
@@ -148,7 +149,7 @@ def _layer(picture: Any, layer: str) -> Tuple[Doubles, Optional[Doubles], Option
         variance, flags = (picture.layers.get(f"{name}.{layer}" if layer else name) for name in ("variance", "few"))
         known = None if variance is None else variance.astype(float)
         return picture.layers[layer].astype(float), known, None if flags is None else flags != 0, picture.channels[layer]
-    values = np.asarray(picture, float)
+    values = numbers(picture, "the picture")
     values = values[:, :, None] if values.ndim == 2 else values
     if layer or values.ndim != 3:
         raise PlotError(f"expected an image of shape (height, width, channels) without layers, found {np.shape(picture)}")
