@@ -81,12 +81,12 @@ class Rays:
         return self.offsets[1:] - 1
 
     @property
-    def exit_points(self) -> Doubles:
+    def end_points(self) -> Doubles:
         """Positions where the rays ended, (rays, 3)."""
         return self.points[self._last]
 
     @property
-    def exit_tangents(self) -> Doubles:
+    def end_tangents(self) -> Doubles:
         """Unit directions in which they ended, (rays, 3)."""
         return self.tangents[self._last]
 

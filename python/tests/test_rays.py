@@ -63,7 +63,7 @@ def test_rays_meet_at_the_far_pole():
         assert nearest < 1e-3
         np.testing.assert_allclose(np.linalg.norm(ray.tangents, axis=1), 1, rtol=1e-12)
         assert (np.diff(ray.arc_length) >= 0).all() and (np.diff(ray.optical_length) >= 0).all()
-    assert rays.exit_points.shape == (9, 3)
+    assert rays.end_points.shape == (9, 3)
 
 
 def test_rays_are_those_of_the_program(program, tmp_path):

@@ -107,8 +107,8 @@ def _arrivals(arrivals: Union[Rays, ArrayLike], plane: str, at: Dict[str, float]
             raise PlotError(f"points cannot be moved to {third}: give rays")
         return _points(arrivals)
     arrived = np.array([end != "lost" for end in arrivals.end], bool)
-    points: Doubles = arrivals.exit_points[arrived]
-    tangents: Doubles = arrivals.exit_tangents[arrived]
+    points: Doubles = arrivals.end_points[arrived]
+    tangents: Doubles = arrivals.end_tangents[arrived]
     if not at:
         return points
     axis = "xyz".index(third)
