@@ -25,15 +25,15 @@ fn contrasts() {
         dataset: None,
         limits: io::Limits::default(),
     };
-    let read = |name: &str| Volume::<f64>::read(&folder.path(name), options).unwrap();
+    let read = |name: &str, options| Volume::<f64>::read(&folder.path(name), options).unwrap();
     folder.succeed("convert in.npy same.nrrd --axes zyx");
-    assert_eq!(read("same.nrrd").into_data(), samples);
+    assert_eq!(read("same.nrrd", Options::default()).into_data(), samples);
     let said = folder.succeed("convert in.npy c.npy --axes zyx --contrast 1 --type float32");
     assert!(
         said.contains("contrast  is the index less 1 (offset)"),
         "{said}"
     );
-    for (found, n) in read("c.npy").into_data().into_iter().zip(samples) {
+    for (found, n) in read("c.npy", options).into_data().into_iter().zip(samples) {
         assert!((1.0 + found - n).abs() < 2e-11, "{found} {n}");
     }
 }
