@@ -271,3 +271,34 @@ fn grids_are_no_larger_than_their_samples() {
         .into();
     assert!(field.memory() as f64 <= 4.5 * 128f64.powi(3));
 }
+
+/// Bounds over large boxes of long grids, whose blocks are coarser, hold what they bound and little more.
+#[test]
+fn bounds_of_long_grids() {
+    let index = |x: DVec3| 1.3 + 0.05 * (9.0 * x.x).sin() * (2.0 * x.y).cos();
+    let cube = Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
+    let grid = Bspline::from_fn([600, 9, 7], cube, Placement::Nodes, index).unwrap();
+    let field: Field = grid.into();
+    for [low, high] in [[-1.0, 1.0], [-0.9, -0.2], [0.1, 0.35]] {
+        let region = Aabb::new(DVec3::new(low, -1.0, -1.0), DVec3::new(high, 1.0, 1.0));
+        let bounds = field.bounds(&region);
+        let at = |i: i32, j: i32| {
+            let t = f64::from(i) / 400.0;
+            field.n2(DVec3::new(
+                low + t * (high - low),
+                f64::from(j) / 5.0 - 1.0,
+                0.3,
+            ))
+        };
+        let values: Vec<f64> = (0..=400)
+            .flat_map(|i| (0..=10).map(move |j| at(i, j)))
+            .collect();
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = values.iter().copied().fold(0.0, f64::max);
+        assert!(bounds.n2_min <= least && most <= bounds.n2_max);
+        assert!(
+            bounds.n2_max - bounds.n2_min < 1.5 * (most - least),
+            "{low}"
+        );
+    }
+}

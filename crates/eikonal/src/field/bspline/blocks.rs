@@ -4,8 +4,10 @@ use super::Bspline;
 use super::lattice::PAD;
 use crate::bounds::FieldBounds;
 
-/// Cells of the smallest blocks along each axis.
+/// Cells of the smallest blocks along each axis; of larger grids so many more that [`FINEST`] blocks hold an axis.
 const EDGE: usize = 8;
+/// Most of the smallest blocks along an axis, but for those outside.
+const FINEST: usize = 32;
 /// Blocks of cells outside the samples, at either end of each axis.
 const OUTSIDE: usize = 2;
 /// Boxes of fewer cells are bounded exactly.
@@ -42,7 +44,9 @@ impl Blocks {
 
     /// Of a grid.
     pub(super) fn new(grid: &Bspline, samples: [usize; 3]) -> Self {
-        let dims = samples.map(|n| (n - 1).div_ceil(EDGE) + 2 * OUTSIDE);
+        let longest = samples.into_iter().max().unwrap_or(1);
+        let edge = EDGE.max(longest.div_ceil(FINEST).next_power_of_two());
+        let dims = samples.map(|n| (n - 1).div_ceil(edge) + 2 * OUTSIDE);
         let block = |place: [usize; 3]| {
             grid.bounds_in(&std::array::from_fn(|axis| {
                 let (end, beyond) = (samples[axis] as isize - 1, 2 + PAD as isize);
@@ -52,13 +56,13 @@ impl Blocks {
                     (_, 1) => [end + 1, end + beyond],
                     (_, 2) => [end, end],
                     (i, _) => {
-                        let start = ((i - OUTSIDE) * EDGE) as isize;
-                        [start, (start + EDGE as isize).min(end) - 1]
+                        let start = ((i - OUTSIDE) * edge) as isize;
+                        [start, (start + edge as isize).min(end) - 1]
                     }
                 }
             }))
         };
-        let mut levels = vec![Level::from_fn(EDGE, dims, block)];
+        let mut levels = vec![Level::from_fn(edge, dims, block)];
         while let Some(level) = levels.last().filter(|l| l.dims.iter().any(|n| *n > MOST)) {
             levels.push(level.coarser());
         }

@@ -1,7 +1,7 @@
 //! How far a ray may go in one step: a length scale that varies over the grid.
 
 use super::lattice::{Lattice, PAD, rounded_down};
-use fearless_simd::dispatch;
+use fearless_simd::{Simd, SimdBase, SimdCombine, dispatch, f32x4, f64x4};
 use glam::DVec3;
 
 /// Cells between nodes along each axis.
@@ -29,8 +29,8 @@ impl Scales {
         let mut row = vec![0.0; x];
         for k in 0..z {
             for j in 0..y {
-                dispatch!(crate::lanes::level(), _simd => {
-                    roughness(lattice, coefficients, n2_ref, [j, k], &mut row);
+                dispatch!(crate::lanes::level(), simd => {
+                    roughness(simd, lattice, coefficients, n2_ref, [j, k], &mut row);
                 });
                 for block in 0..nodes[0] {
                     let start = block * EDGE;
@@ -120,7 +120,8 @@ fn corners(nodes: [usize; 3], [block, j, k]: [usize; 3]) -> impl Iterator<Item =
 
 /// L⁻⁴ at the samples of row (j, k), less what rounding of the coefficients may have to do with it.
 #[inline(always)]
-fn roughness(
+fn roughness<S: Simd>(
+    simd: S,
     lattice: &Lattice,
     coefficients: &[f32],
     n2_ref: f64,
@@ -136,56 +137,52 @@ fn roughness(
         let s = strides[axis];
         [start - 2 * s, start - s, start + s, start + 2 * s].map(at)
     });
+    let constant = |v: f64| f64x4::splat(simd, v);
+    let (zero, rounding) = (constant(0.0), constant(0.5 * f64::from(f32::EPSILON)));
+    let (n2_ref, least) = (constant(n2_ref), constant(0.01 * n2_ref));
     for i in (0..row.len()).step_by(LANES) {
-        let m = load(middle, i);
-        let (mut second, mut fourth) = ([0.0; LANES], [0.0; LANES]);
+        let m = load(simd, middle, i);
+        let (mut second, mut fourth) = ([zero; 2], [zero; 2]);
         for axis in 0..3 {
             let per = per_spacing[axis] * per_spacing[axis];
-            let [a, b, d, e] = around[axis].map(|c| load(c, i));
-            let rounding = 0.5 * f64::from(f32::EPSILON);
-            let two = lanes(|l| {
-                let sum = b[l].abs() + 2.0 * m[l].abs() + d[l].abs();
-                positive((b[l] - 2.0 * m[l] + d[l]).abs() - rounding * sum)
-            });
-            let four = lanes(|l| {
-                let near = 4.0 * b[l].abs() + 6.0 * m[l].abs() + 4.0 * d[l].abs();
-                let sum = a[l].abs() + near + e[l].abs();
-                let four = a[l] - 4.0 * b[l] + 6.0 * m[l] - 4.0 * d[l] + e[l];
-                positive(four.abs() - rounding * sum)
-            });
-            second = lanes(|l| second[l] + per * two[l]);
-            fourth = lanes(|l| fourth[l] + per * per * four[l]);
+            let [a, b, d, e] = around[axis];
+            let (a, b) = (load(simd, a, i), load(simd, b, i));
+            let (d, e) = (load(simd, d, i), load(simd, e, i));
+            for h in 0..2 {
+                let (a, b, m, d, e) = (a[h], b[h], m[h], d[h], e[h]);
+                let (ends, near) = (b.abs() + d.abs(), m.abs());
+                let two = (b - m * 2.0 + d).abs() - rounding * (ends + near * 2.0);
+                let sum = a.abs() + ends * 4.0 + near * 6.0 + e.abs();
+                let four = (a - b * 4.0 + m * 6.0 - d * 4.0 + e).abs() - rounding * sum;
+                second[h] += two.max(zero) * per;
+                fourth[h] += four.max(zero) * (per * per);
+            }
         }
-        let found = lanes(|l| {
+        for h in 0..2 {
             // n² of a sample is close to its coefficient; where both are hardly positive no ray goes.
-            let n2 = (n2_ref + m[l]).max(0.01 * n2_ref);
-            f64::max(fourth[l] * (2.0 * n2), second[l] * second[l]) / (4.0 * n2 * n2)
-        });
-        let rest = LANES.min(row.len() - i);
-        row[i..i + rest].copy_from_slice(&found[..rest]);
+            let n2 = (n2_ref + m[h]).max(least);
+            let found = (fourth[h] * (n2 * 2.0)).max(second[h] * second[h]) / (n2 * n2 * 4.0);
+            let found: [f64; 4] = *found;
+            let start = row.len().min(i + 4 * h);
+            let row = &mut row[start..];
+            let count = row.len().min(4);
+            row[..count].copy_from_slice(&found[..count]);
+        }
     }
 }
 
-/// Values handled at once.
+/// Values loaded at once.
 const LANES: usize = 8;
-type Lanes = [f64; LANES];
-
-#[inline(always)]
-fn lanes(f: impl Fn(usize) -> f64) -> Lanes {
-    std::array::from_fn(f)
-}
 
 /// Those from `i` on; zero beyond the end.
 #[inline(always)]
-fn load(from: &[f32], i: usize) -> Lanes {
-    match from[i..].first_chunk::<LANES>() {
-        Some(values) => values.map(f64::from),
-        None => std::array::from_fn(|l| from.get(i + l).map_or(0.0, |v| f64::from(*v))),
-    }
-}
-
-/// The number, or zero; without any thought of NaN, which vector instructions have not.
-#[inline(always)]
-fn positive(v: f64) -> f64 {
-    if v > 0.0 { v } else { 0.0 }
+fn load<S: Simd>(simd: S, from: &[f32], i: usize) -> [f64x4<S>; 2] {
+    let mut last = [0.0; LANES];
+    let values = from[i..].first_chunk().unwrap_or_else(|| {
+        last[..from.len() - i].copy_from_slice(&from[i..]);
+        &last
+    });
+    let half = |at: usize| f32x4::from_slice(simd, &values[at..at + 4]);
+    let (a, b) = simd.widen_f32x8(half(0).combine(half(4)));
+    [a, b]
 }
