@@ -108,12 +108,13 @@ fn a_data_file_that_is_gone_is_an_error() {
 
 #[test]
 fn shared_objects_are_hashed_once() {
-    // Written out, this would be 2^60 objects.
-    let mut text = "<bsdf type='x' id='b0'/>".to_owned();
+    // Written out, this would be 2^60 media, which are made once each and therefore allowed.
+    let mut text = "<medium type='x' id='b0'/>".to_owned();
     for i in 1..60 {
         let below = i - 1;
-        text +=
-            &format!("<bsdf type='x' id='b{i}'><ref id='b{below}'/><ref id='b{below}'/></bsdf>");
+        text += &format!(
+            "<medium type='x' id='b{i}'><ref id='b{below}'/><ref id='b{below}'/></medium>"
+        );
     }
     hash(&read(&text));
 }
