@@ -29,10 +29,11 @@ fn many_take_turns() {
     std::thread::scope(|scope| {
         for _ in 0..8 {
             scope.spawn(|| {
-                for _ in 0..200 {
+                for _ in 0..4000 {
                     if let Ok(_lock) = Lock::take(&path) {
                         use std::sync::atomic::Ordering::SeqCst;
                         assert_eq!(inside.fetch_add(1, SeqCst), 0, "two hold the lock");
+                        std::thread::sleep(std::time::Duration::from_micros(50));
                         inside.fetch_sub(1, SeqCst);
                     }
                 }

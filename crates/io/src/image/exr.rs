@@ -24,8 +24,9 @@ use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 
-/// Bytes that a sample takes at most while it is read: in the file's own format, and in ours.
-const SAMPLE: u64 = 8;
+/// Bytes that a sample takes at most while it is read: in the file's own format and in ours, and in a block that may be the whole
+/// image, before and after it is unpacked.
+const SAMPLE: u64 = 16;
 /// Longest name of a channel or an attribute that the format allows, in bytes.
 const MAX_NAME: usize = 255;
 
