@@ -42,6 +42,20 @@ PLANTED = [
         ("transport", "strategies", "two_strategies_see_the_same_lamp"),
     ),
     (
+        "the index along a ray taken from its speed in optical path differences",
+        EIKONAL + "ray/difference.rs",
+        "let contrast = field.n2(arc.position(theta)) - n2_ref;",
+        "let contrast = arc.velocity(theta).length_squared() - n2_ref;",
+        ("eikonal", "path_difference", "weak_columns_have_the_integral_of_their_contrast"),
+    ),
+    (
+        "third differences for fourth in smoothing splines",
+        EIKONAL + "field/bspline/smooth.rs",
+        "[1.0, -4.0, 6.0, -4.0, 1.0]",
+        "[0.0, -1.0, 3.0, -3.0, 1.0]",
+        ("eikonal", "field_noise", "smoothing_keeps_what_is_no_noise"),
+    ),
+    (
         "samples shared out by what the image itself has seen",
         TRANSPORT + "render/allocation.rs",
         "const FIRST: u64 = 1 << 62;",
