@@ -7,7 +7,7 @@ use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, v
 use io::{Diagnostics, Limits, LoadOptions, Loaded, ies, json, xml};
 use std::ops::ControlFlow;
 use transport::meter::Meter;
-use transport::render::{MeasureOptions, MeasureState, State, memory, render};
+use transport::render::{Handle, MeasureOptions, MeasureState, State, memory, render};
 
 /// Something that reads files.
 pub struct Target {
@@ -212,8 +212,8 @@ fn readings(loaded: &Loaded) -> Option<MeasureState> {
         rr_depth: 5,
     };
     let mut state = MeasureState::new(&loaded.groups, &meters).ok()?;
-    let counter = std::sync::atomic::AtomicU64::new(0);
-    let advanced = state.advance(&loaded.groups, &meters, &options, &counter, |_| {
+    let handle = Handle::default();
+    let advanced = state.advance(&loaded.groups, &meters, &options, &handle, |_| {
         ControlFlow::Continue(())
     });
     advanced.ok()?;

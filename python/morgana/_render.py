@@ -31,8 +31,8 @@ def render(
 ) -> Result:
     """Render a scene, or measure if it has meters in place of a camera.
 
-    Other Python threads run meanwhile. Ctrl-C ends the render at the end of its pass, which takes about a second at
-    most for pictures of usual size; what there is then is returned, with ``stopped == "interrupted"``. No
+    Other Python threads run meanwhile. Ctrl-C ends the render at the end of its pass, or gives the pass up if it
+    takes longer than 0.6 seconds more; what there is then is returned, with ``stopped == "interrupted"``. No
     ``KeyboardInterrupt`` is raised. (Python tells of Ctrl-C on its main thread only.)
 
     Args:

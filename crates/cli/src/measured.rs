@@ -103,6 +103,7 @@ impl Measured<'_> {
                 lines.push(format!("{} {what}", numbers::count(count as f64)));
             }
         }
+        lines.extend(report::possible_bias(stats));
         lines.join("\n")
     }
 
@@ -118,6 +119,7 @@ impl Measured<'_> {
             ("options", self.job.command_line().into()),
             ("balance", report::balance(&self.measurement.balance)),
             ("lost", stats.lost.into()),
+            ("over_budget", report::over_budget(stats)),
             ("not_finite", stats.not_finite.into()),
         ];
         pairs.map(|(name, value)| (name.to_owned(), value)).into()

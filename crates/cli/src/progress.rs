@@ -1,15 +1,15 @@
-//! The progress bar.
+//! What goes on beside a render: the progress bar, and the look at the clock and at Ctrl-C.
 
 use crate::interrupt::Interrupt;
 use crate::numbers;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::Scope;
 use std::time::{Duration, Instant};
+use transport::render::Handle;
 
-/// Time between two drawings.
+/// Time between two looks.
 const INTERVAL: Duration = Duration::from_millis(100);
 /// Steps of the bar.
 const STEPS: u64 = 1000;
@@ -29,36 +29,43 @@ pub struct Goal {
     pub time: Option<Duration>,
 }
 
-/// Draws until it is dropped.
+/// Watches until it is dropped.
 #[derive(Debug)]
-pub struct Drawing {
+pub struct Watch {
     // Dropping the sender ends the thread, also when the render panics.
     _running: Mutex<Sender<()>>,
 }
 
-/// Starts a thread that draws how far a render has got on the standard error; nothing is drawn if that is
-/// no terminal. `counter` counts samples, `stopping` says that the user has asked to stop.
-pub fn draw<'scope>(
+/// Starts a thread that ends the render of a handle when its time is over or the user has asked for it, and that `draws` how
+/// far it has got on the standard error; nothing is drawn if that is no terminal.
+pub fn watch<'scope>(
     scope: &'scope Scope<'scope, '_>,
-    goal: Goal,
-    counter: &'scope AtomicU64,
+    (goal, draws): (Goal, bool),
+    handle: &'scope Handle,
     stopping: &'scope Interrupt,
-) -> Drawing {
+) -> Watch {
     let (running, stopped) = channel();
-    scope.spawn(move || run(goal, counter, stopping, &stopped));
-    Drawing {
+    scope.spawn(move || run((goal, draws), handle, stopping, &stopped));
+    Watch {
         _running: Mutex::new(running),
     }
 }
 
-fn run(goal: Goal, counter: &AtomicU64, stopping: &Interrupt, stopped: &Receiver<()>) {
-    let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
+fn run((goal, draws): (Goal, bool), handle: &Handle, stopping: &Interrupt, stopped: &Receiver<()>) {
+    let target = match draws {
+        true => ProgressDrawTarget::stderr(),
+        false => ProgressDrawTarget::hidden(),
+    };
+    let bar = ProgressBar::with_draw_target(Some(STEPS), target);
     if let Ok(style) = ProgressStyle::with_template("{bar:30.cyan/238} {msg}") {
         bar.set_style(style.progress_chars("━╸─"));
     }
     let started = Instant::now();
     while stopped.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
-        let samples = counter.load(Ordering::Relaxed);
+        if stopping.asked() || goal.time.is_some_and(|t| started.elapsed() >= t) {
+            handle.ask_to_end();
+        }
+        let samples = handle.samples();
         let fraction = goal.fraction(samples, started.elapsed());
         bar.set_position((fraction * STEPS as f64) as u64);
         let message = goal.message(samples, started.elapsed());

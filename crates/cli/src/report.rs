@@ -97,6 +97,7 @@ impl Report<'_> {
         if stats.connections.capped > 0 {
             parts.push(bias(stats.connections.capped));
         }
+        parts.extend(report::possible_bias(stats));
         let naming = Naming::of(self.loaded);
         let outside = naming.map_or(0.0, |n| n.outside(&self.rendering.film));
         if outside > 0.0 {
@@ -117,6 +118,9 @@ impl Report<'_> {
 
     /// What the image shows on the whole.
     fn outcome(&self) -> String {
+        if self.rendering.samples == 0 {
+            return "not one sample of the whole image was completed: it is empty".into();
+        }
         if let Integrator::Aov(_) = self.loaded.integrator {
             let stats = &self.rendering.stats;
             let valid = stats.paths.saturating_sub(stats.lost);
@@ -174,6 +178,7 @@ impl Report<'_> {
                 report::connections(stats, self.rendering.search).to_string(),
             ),
             ("lost", stats.lost.to_string()),
+            ("over_budget", report::over_budget(stats).to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];
         let naming = Naming::of(self.loaded);

@@ -5,6 +5,7 @@
 //! connections; it knows no light, reads no file and starts no thread.
 
 pub mod bounds;
+pub mod budget;
 pub mod certificate;
 pub mod connect;
 pub mod field;

@@ -46,6 +46,7 @@ pub fn counters(stats: &Stats) -> Value {
         "paths": stats.paths,
         "edges": stats.edges,
         "lost": stats.lost,
+        "over_budget": over_budget(stats),
         "not_finite": stats.not_finite,
         "steps": stats.work.steps,
         "steps_rejected": stats.work.rejected,
@@ -64,6 +65,7 @@ pub fn connections(stats: &Stats, search: f64) -> Value {
         "occluded": c.occluded,
         "not_converged": c.not_converged,
         "ray_lost": c.ray_lost,
+        "over_budget": stats.over_budget.connections,
         "degenerate": c.degenerate,
         "failure_rate": c.failure_rate(),
         "success_rate": share(c.found as f64, c.attempts as f64),
@@ -77,6 +79,28 @@ pub fn connections(stats: &Stats, search: f64) -> Value {
         "capped": c.capped,
         "possible_bias": (c.capped > 0).then_some("capped"),
     })
+}
+
+/// What was given up because it took too many steps.
+pub fn over_budget(stats: &Stats) -> Value {
+    let over = &stats.over_budget;
+    json!({"rays": over.rays, "connections": over.connections, "gathers": over.gathers})
+}
+
+/// The same in a few words, if there is anything: its light is missing.
+pub fn possible_bias(stats: &Stats) -> Option<String> {
+    let over = &stats.over_budget;
+    let counts = [
+        (over.rays, "ray", "rays"),
+        (over.connections, "connection", "connections"),
+        (over.gathers, "search for photons", "searches for photons"),
+    ];
+    let counts = counts.iter().filter(|(count, ..)| *count > 0);
+    let counts: Vec<_> = counts
+        .map(|(count, one, many)| format!("{count} {}", if *count == 1 { one } else { many }))
+        .collect();
+    let what = counts.join(", ");
+    (!counts.is_empty()).then(|| format!("possible bias: {what} given up after too many steps"))
 }
 
 /// Which branches connections look for.

@@ -6,9 +6,8 @@ use std::fs;
 use std::io::Read;
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::atomic::AtomicU64;
 use transport::meter::{Coordinates, Estimator, Meter};
-use transport::render::{MeasureOptions, Measurement, measure};
+use transport::render::{Handle, MeasureOptions, Measurement, measure};
 
 /// An absorbing ball of radius 1 in a beam of power 2, with what is given in the ball and in the scene.
 fn scene(inside: &str, body: &str) -> String {
@@ -70,7 +69,7 @@ fn run(loaded: &Loaded, particles: u64) -> Measurement {
         rr_depth: 5,
     };
     let go_on = |_| ControlFlow::Continue(());
-    measure(&loaded.groups, &meters, &options, &AtomicU64::new(0), go_on).unwrap()
+    measure(&loaded.groups, &meters, &options, &Handle::default(), go_on).unwrap()
 }
 
 fn readings(loaded: &Loaded, measurement: &Measurement) -> Arrays {

@@ -10,10 +10,9 @@ use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
-use std::sync::atomic::AtomicU64;
 use transport::integrator;
 use transport::meter::Meter;
-use transport::render::{MeasureOptions, Options, measure, memory, render};
+use transport::render::{Handle, MeasureOptions, Options, measure, memory, render};
 
 /// Pictures that take more memory are not rendered.
 const MOST_MEMORY: usize = 1 << 20;
@@ -279,7 +278,7 @@ fn read_meters(loaded: &Loaded) {
         rr_depth,
     };
     let go_on = |_| ControlFlow::Continue(());
-    let measured = measure(&loaded.groups, &meters, &options, &AtomicU64::new(0), go_on);
+    let measured = measure(&loaded.groups, &meters, &options, &Handle::default(), go_on);
     let readings = measured.iter().flat_map(|m| m.readings.iter().flatten());
     for reading in readings {
         assert!(

@@ -7,9 +7,8 @@ use io::{LoadOptions, Loaded, Problem};
 use proptest::prelude::*;
 use std::ops::{ControlFlow, Range};
 use std::path::Path;
-use std::sync::atomic::AtomicU64;
 use transport::meter::Meter;
-use transport::render::{MeasureOptions, MeasureState, Options, State};
+use transport::render::{Handle, MeasureOptions, MeasureState, Options, State};
 use transport::sampling::Sets;
 
 const IMAGE: &str = r#"<scene version="3.0.0">
@@ -59,8 +58,8 @@ fn image(range: Range<u64>) -> Part {
         ..Options::new(loaded.integrator, range.end - range.start, 1)
     };
     let mut state = State::new(&loaded.groups, &options);
-    let counter = AtomicU64::new(0);
-    state.advance(&loaded.groups, &options, &counter, |_| {
+    let handle = Handle::default();
+    state.advance(&loaded.groups, &options, &handle, |_| {
         ControlFlow::Continue(())
     });
     Part {
@@ -80,10 +79,10 @@ fn readings(range: Range<u64>) -> Part {
         max_depth: None,
         rr_depth: 5,
     };
-    let counter = AtomicU64::new(0);
+    let handle = Handle::default();
     let go_on = |_: &_| ControlFlow::Continue(());
     state
-        .advance(&loaded.groups, &meters, &options, &counter, go_on)
+        .advance(&loaded.groups, &meters, &options, &handle, go_on)
         .unwrap();
     Part {
         header: header(),

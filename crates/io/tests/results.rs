@@ -6,7 +6,7 @@
 use io::{Diagnostics, LoadOptions, Loaded, xml};
 use std::ops::ControlFlow;
 use transport::meter::Meter;
-use transport::render::{MeasureOptions, MeasureState, Options, RESULTS, render};
+use transport::render::{Handle, MeasureOptions, MeasureState, Options, RESULTS, render};
 
 /// A lens of fog, a ball of glass and a wall, before a light of each kind.
 const SCENE: &str = r#"<scene version="3.0.0">
@@ -80,9 +80,9 @@ fn readings(hash: &mut blake3::Hasher) {
         rr_depth: 5,
     };
     let mut state = MeasureState::new(&loaded.groups, &meters).unwrap();
-    let counter = std::sync::atomic::AtomicU64::new(0);
+    let handle = Handle::default();
     state
-        .advance(&loaded.groups, &meters, &options, &counter, |_| {
+        .advance(&loaded.groups, &meters, &options, &handle, |_| {
             ControlFlow::Continue(())
         })
         .unwrap();

@@ -32,12 +32,16 @@ impl Limits {
             .map_err(|e| errors::render(format!("cannot start threads: {e}")))
     }
 
+    /// How long a run may take.
+    pub fn time(&self) -> Option<Duration> {
+        self.time.and_then(|t| Duration::try_from_secs_f64(t).ok())
+    }
+
     /// Looks whether a run is to end before it is done.
     pub fn clock<'a>(&self, shared: &'a Shared) -> Clock<'a> {
-        let time = self.time.and_then(|t| Duration::try_from_secs_f64(t).ok());
         Clock {
             shared,
-            time,
+            time: self.time(),
             started: Instant::now(),
             is_over: false,
         }
@@ -55,6 +59,13 @@ pub struct Clock<'a> {
 }
 
 impl Clock<'_> {
+    /// To be asked when a run has ended: within a pass, if it was given up.
+    pub fn ended(&mut self) {
+        if self.shared.handle.is_given_up() {
+            let _ = self.look(false);
+        }
+    }
+
     /// To be asked between passes.
     pub fn look(&mut self, is_done: bool) -> ControlFlow<()> {
         self.is_over = !is_done && self.time.is_some_and(|t| self.started.elapsed() >= t);

@@ -45,14 +45,16 @@ pub fn measure(
     let options = options(scene.get(), limits);
     let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
     let (pool, started) = (limits.pool()?, Instant::now());
-    let ((measurement, is_over), interrupted) = watched(py, tick.as_ref(), |shared| {
-        let mut clock = limits.clock(shared);
-        let on_pass = |done| clock.look(done == options.particles);
-        let counter = &shared.counter;
-        let measurement =
-            pool.install(|| render::measure(&loaded.groups, &meters, &options, counter, on_pass));
-        (measurement, clock.is_over)
-    })?;
+    let ((measurement, is_over), interrupted) =
+        watched(py, (tick.as_ref(), limits.time()), |shared| {
+            let mut clock = limits.clock(shared);
+            let on_pass = |done| clock.look(done == options.particles);
+            let handle = &shared.handle;
+            let measurement = pool
+                .install(|| render::measure(&loaded.groups, &meters, &options, handle, on_pass));
+            clock.ended();
+            (measurement, clock.is_over)
+        })?;
     let measurement = measurement.map_err(|e| failure(&e))?;
     let interrupted = interrupted && measurement.particles < options.particles;
     let run = Run {

@@ -37,7 +37,7 @@ pub fn render_part<'py>(
         Some(shard),
     );
     let (pool, started) = (limits.pool()?, Instant::now());
-    let (body, interrupted) = watched(py, None, |shared| {
+    let (body, interrupted) = watched(py, (None, None), |shared| {
         pool.install(|| match scene.loaded.instruments.is_empty() {
             true => Ok(image(scene, (limits, integrator), &header, shared)),
             false => readings(scene, limits, &header, shared),
@@ -85,7 +85,7 @@ fn image(
         ..render::options(scene, limits, integrator)
     };
     let mut state = State::new(scenes, &options);
-    state.advance(scenes, &options, &shared.counter, |_| going_on(shared));
+    state.advance(scenes, &options, &shared.handle, |_| going_on(shared));
     Body::Image(state.into())
 }
 
@@ -98,7 +98,7 @@ fn readings(scene: &Scene, limits: Limits, header: &Header, shared: &Shared) -> 
     };
     let meters = meters(scene);
     let state = MeasureState::new(scenes, &meters).and_then(|mut state| {
-        state.advance(scenes, &meters, &options, &shared.counter, |_| {
+        state.advance(scenes, &meters, &options, &shared.handle, |_| {
             going_on(shared)
         })?;
         Ok(state)

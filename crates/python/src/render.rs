@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
 use transport::integrator::Integrator;
-use transport::render::{Measure, Options, Rendering, Target, memory, render_counted};
+use transport::render::{Measure, Options, Rendering, Target, memory, render_watched};
 
 /// A picture that has been rendered.
 #[pyclass(frozen, module = "morgana._morgana")]
@@ -53,15 +53,17 @@ pub fn render(
     let options = options(scene.get(), limits, integrator);
     check_memory(scene.get(), &options)?;
     let (pool, started) = (limits.pool()?, Instant::now());
-    let ((rendering, is_over), interrupted) = watched(py, tick.as_ref(), |shared| {
-        let mut clock = limits.clock(shared);
-        let rendering = pool.install(|| {
-            render_counted(&loaded.groups, &options, &shared.counter, |progress| {
-                clock.look(progress.done == progress.total)
-            })
-        });
-        (rendering, clock.is_over)
-    })?;
+    let ((rendering, is_over), interrupted) =
+        watched(py, (tick.as_ref(), limits.time()), |shared| {
+            let mut clock = limits.clock(shared);
+            let rendering = pool.install(|| {
+                render_watched(&loaded.groups, &options, &shared.handle, |progress| {
+                    clock.look(progress.done == progress.total)
+                })
+            });
+            clock.ended();
+            (rendering, clock.is_over)
+        })?;
     let interrupted = interrupted && rendering.samples < options.samples;
     let run = Run {
         integrator,
@@ -244,6 +246,8 @@ impl Rendered {
         let mut attributes: Vec<_> = known.map(|name| (name.to_owned(), text(name))).into();
         let counts = &self.rendering.stats;
         attributes.push(("lost".into(), counts.lost.to_string()));
+        let over = report::over_budget(counts).to_string();
+        attributes.push(("over_budget".into(), over));
         attributes.push(("not_finite".into(), counts.not_finite.to_string()));
         attributes.push(("morgana_version".into(), env!("CARGO_PKG_VERSION").into()));
         if let Some(naming) = Naming::of(loaded) {

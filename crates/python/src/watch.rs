@@ -2,10 +2,11 @@
 
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
+use transport::render::Handle;
 
 /// Time between two looks at signals and progress.
 const INTERVAL: Duration = Duration::from_millis(50);
@@ -13,20 +14,20 @@ const INTERVAL: Duration = Duration::from_millis(50);
 /// What work and its watcher share.
 #[derive(Debug, Default)]
 pub struct Shared {
-    /// Samples taken so far.
-    pub counter: AtomicU64,
+    /// The work.
+    pub handle: Handle,
     /// Whether the work is to end soon.
     pub stop: AtomicBool,
 }
 
 /// Does `work` on a thread of its own while this one runs Python's signal handlers and calls `tick`, if given, with
-/// the samples so far. Returns what the work gives, and whether Ctrl-C has stopped it.
+/// the samples so far, and ends it when its `time` is over. Returns what the work gives, and whether Ctrl-C has stopped it.
 ///
 /// # Errors
 /// What a handler or `tick` raises, once the work has stopped: all but `KeyboardInterrupt`.
 pub fn watched<T: Send>(
     py: Python<'_>,
-    tick: Option<&Py<PyAny>>,
+    (tick, time): (Option<&Py<PyAny>>, Option<Duration>),
     work: impl FnOnce(&Shared) -> T + Send,
 ) -> PyResult<(T, bool)> {
     let shared = Shared::default();
@@ -39,11 +40,14 @@ pub fn watched<T: Send>(
                 let _running = running;
                 work(shared)
             });
-            let mut raised = None;
+            let (mut raised, started) = (None, Instant::now());
             while ended.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
                 if raised.is_none() {
                     raised = Python::attach(|py| look(py, tick, shared)).err();
                     shared.stop.store(raised.is_some(), Ordering::Relaxed);
+                }
+                if raised.is_some() || time.is_some_and(|t| started.elapsed() >= t) {
+                    shared.handle.ask_to_end();
                 }
             }
             (worker.join(), raised)
@@ -60,7 +64,7 @@ pub fn watched<T: Send>(
 fn look(py: Python<'_>, tick: Option<&Py<PyAny>>, shared: &Shared) -> PyResult<()> {
     py.check_signals()?;
     if let Some(tick) = tick {
-        tick.call1(py, (shared.counter.load(Ordering::Relaxed),))?;
+        tick.call1(py, (shared.handle.samples(),))?;
     }
     Ok(())
 }

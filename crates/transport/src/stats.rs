@@ -19,8 +19,21 @@ pub struct Stats {
     pub photons: Photons,
     /// Edges that left their medium's field or circled for too long: counted, and scored zero.
     pub lost: u64,
+    /// What was given up because it took too much work.
+    pub over_budget: OverBudget,
     /// Samples that were not finite, or too bright for the single precision of images: counted, and scored zero.
     pub not_finite: u64,
+}
+
+/// Counts of what was given up because it took more work than it [may](crate::budget): the light is missing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OverBudget {
+    /// Edges, and particles; counted in [`Stats::lost`].
+    pub rays: u64,
+    /// Connections.
+    pub connections: u64,
+    /// Edges along which there were too many photons.
+    pub gathers: u64,
 }
 
 /// Counts of photons.
@@ -46,7 +59,7 @@ pub struct Connections {
     pub discarded: u64,
     /// The iteration did not converge.
     pub not_converged: u64,
-    /// A shot left the field or went on for too long.
+    /// A shot left the field.
     pub ray_lost: u64,
     /// The target lay on a caustic, or coincided with the start.
     pub degenerate: u64,
@@ -79,20 +92,22 @@ impl Stats {
             .map(|(cost, count)| cost * *count as f64)
             .sum()
     }
+
+    /// Counts the outcome of a connection.
+    pub fn count<T>(&mut self, outcome: &Result<T, Failure>) {
+        let connections = &mut self.connections;
+        connections.attempts += 1;
+        match outcome {
+            Ok(_) => connections.found += 1,
+            Err(Failure::NotConverged) => connections.not_converged += 1,
+            Err(Failure::RayLost) => connections.ray_lost += 1,
+            Err(Failure::OverBudget) => self.over_budget.connections += 1,
+            Err(Failure::Caustic | Failure::Coincident) => connections.degenerate += 1,
+        }
+    }
 }
 
 impl Connections {
-    /// Counts one outcome.
-    pub fn count<T>(&mut self, outcome: &Result<T, Failure>) {
-        self.attempts += 1;
-        match outcome {
-            Ok(_) => self.found += 1,
-            Err(Failure::NotConverged) => self.not_converged += 1,
-            Err(Failure::RayLost) => self.ray_lost += 1,
-            Err(Failure::Caustic | Failure::Coincident) => self.degenerate += 1,
-        }
-    }
-
     /// Share of the attempts for which no ray was found; 0 if there were none.
     pub fn failure_rate(&self) -> f64 {
         match self.attempts {
@@ -119,6 +134,14 @@ impl AddAssign for Connections {
     }
 }
 
+impl AddAssign for OverBudget {
+    fn add_assign(&mut self, o: Self) {
+        self.rays += o.rays;
+        self.connections += o.connections;
+        self.gathers += o.gathers;
+    }
+}
+
 impl AddAssign for Stats {
     fn add_assign(&mut self, o: Self) {
         self.paths += o.paths;
@@ -128,6 +151,7 @@ impl AddAssign for Stats {
         self.photons.in_media += o.photons.in_media;
         self.photons.on_surfaces += o.photons.on_surfaces;
         self.lost += o.lost;
+        self.over_budget += o.over_budget;
         self.not_finite += o.not_finite;
     }
 }

@@ -12,13 +12,12 @@ use glam::{DAffine3, DQuat, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::ops::{ControlFlow, Range};
-use std::sync::atomic::AtomicU64;
 use testkit::{Moments, z_test::max_abs_z};
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::Emitter;
 use transport::film::{Decomposition, Film};
 use transport::integrator::{Bdpt, Integrator};
-use transport::render::{MergeError, Options, State, memory, render};
+use transport::render::{Handle, MergeError, Options, State, memory, render};
 use transport::sampling::Sets;
 use transport::scene::{Object, Parts};
 use transport::sensor::{Orthographic, Sensor};
@@ -221,8 +220,8 @@ fn state(scene: &Scene, range: Range<u64>) -> State {
         ..options(range, 5, true)
     };
     let mut state = State::new(scenes, &options);
-    let counter = AtomicU64::new(0);
-    state.advance(scenes, &options, &counter, |_| ControlFlow::Continue(()));
+    let handle = Handle::default();
+    state.advance(scenes, &options, &handle, |_| ControlFlow::Continue(()));
     assert!(state.fits(scenes, &options));
     state
 }
@@ -255,7 +254,7 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
     let options = options(0..SAMPLES, 5, true);
     let whole = film(&scenes[0], &options);
     let mut state = State::new(&scenes, &options);
-    let counter = AtomicU64::new(0);
+    let handle = Handle::default();
     for (run, threads) in [1, 2, 7].into_iter().cycle().enumerate() {
         if state.done().count() == SAMPLES {
             break;
@@ -265,7 +264,7 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
         let mut left = run % 5;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
-            state.advance(&scenes, &options, &counter, |_| match left {
+            state.advance(&scenes, &options, &handle, |_| match left {
                 0 => ControlFlow::Break(()),
                 _ => {
                     left -= 1;
@@ -284,8 +283,8 @@ fn parts_of_other_renders_are_refused() {
     let part = |range: Range<u64>, seed, adaptive| {
         let options = options(range, seed, adaptive);
         let mut state = State::new(&scenes, &options);
-        let counter = AtomicU64::new(0);
-        state.advance(&scenes, &options, &counter, |_| ControlFlow::Continue(()));
+        let handle = Handle::default();
+        state.advance(&scenes, &options, &handle, |_| ControlFlow::Continue(()));
         state
     };
     let late = part(30..40, 1, true);

@@ -9,13 +9,12 @@ use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
 use testkit::z_test::max_abs_z;
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::{Emitter, TexturedArea};
 use transport::integrator::{Bdpt, Integrator};
 use transport::meter::{IrradianceMeter, Meter, Positions};
-use transport::render::{MeasureOptions, measure};
+use transport::render::{Handle, MeasureOptions, measure};
 use transport::scene::{Object, Parts};
 use transport::sensor::{Perspective, Sensor};
 use transport::shape::{Rectangle, Shape};
@@ -115,7 +114,7 @@ fn meters_below_the_panel() {
     };
     let meters = [Meter::Irradiance(meter)];
     let go_on = |_| ControlFlow::Continue(());
-    let found = measure(&[scene], &meters, &options, &AtomicU64::new(0), go_on).unwrap();
+    let found = measure(&[scene], &meters, &options, &Handle::default(), go_on).unwrap();
     // π times the lit area.
     assert!((found.emitted[0] / (2.0 * PI) - 1.0).abs() < 1e-14);
     let reading = found.readings[0].iter().find(|r| r.name == "irradiance");

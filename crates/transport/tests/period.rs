@@ -9,13 +9,12 @@ use eikonal::field::{Acoustic, AcousticMode};
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
-use std::sync::atomic::AtomicU64;
 use testkit::z_test::max_abs_z;
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::{Collimated, Emitter, Profile};
 use transport::integrator::{Integrator, ParticleTracer};
 use transport::meter::{Coordinates, Estimator, FluenceMeter, Grid, Meter};
-use transport::render::{MeasureOptions, Measurement, Options, Rendering, measure, render};
+use transport::render::{Handle, MeasureOptions, Measurement, Options, Rendering, measure, render};
 use transport::scene::{Object, Parts};
 use transport::sensor::Sensor;
 use transport::shape::{Disk, Sphere};
@@ -185,7 +184,7 @@ fn fluence(scene: Scene, particles: u64, seed: u64) -> Vec<(f64, f64)> {
         rr_depth: 5,
     };
     let go_on = |_| ControlFlow::Continue(());
-    let found = measure(&[scene], &[meter], &options, &AtomicU64::new(0), go_on);
+    let found = measure(&[scene], &[meter], &options, &Handle::default(), go_on);
     let Measurement { readings, .. } = found.unwrap();
     let reading = &readings[0][0];
     let errors = reading.error.iter().map(|e| e * e);

@@ -9,12 +9,11 @@ use common::{camera, container, fog, parts, path_tracer, sky, vacuum};
 use eikonal::field::Constant;
 use glam::DVec3;
 use std::ops::{ControlFlow, Range};
-use std::sync::atomic::AtomicU64;
 use testkit::{Moments, z_test::max_abs_z};
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::film::{Decomposition, Film};
 use transport::integrator::{Bdpt, Integrator, ParticleTracer};
-use transport::render::{Measure, Options, Rendering, State, Target, render};
+use transport::render::{Handle, Measure, Options, Rendering, State, Target, render};
 use transport::sampling::Sets;
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
@@ -140,8 +139,8 @@ fn parts_in_any_order_are_the_whole() {
                 let scenes = std::slice::from_ref(&scene);
                 let options = options(integrator, cut[0]..cut[1], 5);
                 let mut state = State::new(scenes, &options);
-                let counter = AtomicU64::new(0);
-                state.advance(scenes, &options, &counter, |_| ControlFlow::Continue(()));
+                let handle = Handle::default();
+                state.advance(scenes, &options, &handle, |_| ControlFlow::Continue(()));
                 state
             });
             let mut parts: Vec<State> = parts.collect();
@@ -170,10 +169,10 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
         let mut state = State::new(&scenes, &options);
         for threads in [1, 2, 7].into_iter().cycle() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            let counter = AtomicU64::new(0);
+            let handle = Handle::default();
             let before = state.done().count();
             pool.build().unwrap().install(|| {
-                state.advance(&scenes, &options, &counter, |_| ControlFlow::Break(()));
+                state.advance(&scenes, &options, &handle, |_| ControlFlow::Break(()));
             });
             if state.done().count() == before {
                 break;

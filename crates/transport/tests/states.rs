@@ -6,13 +6,14 @@ use common::{camera, container, fog, parts, path_tracer, sky, vacuum};
 use eikonal::field::Gaussian;
 use glam::{DAffine3, DVec3};
 use std::ops::{ControlFlow, Range};
-use std::sync::atomic::AtomicU64;
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::Emitter;
 use transport::film::Decomposition;
 use transport::integrator::{AovTracer, Bdpt, Integrator, ParticleTracer, PhotonMapping};
 use transport::meter::{Coordinates, Estimator, FluenceMeter, Grid, Meter};
-use transport::render::{Measure, MeasureOptions, MeasureState, MergeError, Options, Rendering};
+use transport::render::{
+    Handle, Measure, MeasureOptions, MeasureState, MergeError, Options, Progress, Rendering,
+};
 use transport::render::{State, Target, measure, render};
 use transport::scene::Parts;
 use transport::sensor::Sensor;
@@ -79,8 +80,8 @@ fn state(scene: &Scene, options: &Options, range: Range<u64>) -> State {
         ..*options
     };
     let mut state = State::new(scenes, &options);
-    let counter = AtomicU64::new(0);
-    state.advance(scenes, &options, &counter, |_| ControlFlow::Continue(()));
+    let handle = Handle::default();
+    state.advance(scenes, &options, &handle, |_| ControlFlow::Continue(()));
     assert!(state.fits(scenes, &options));
     state
 }
@@ -131,15 +132,45 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
         let mut state = State::new(&scenes, &options);
         for threads in [1, 2, 7].into_iter().cycle() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            let counter = AtomicU64::new(0);
+            let handle = Handle::default();
             let before = state.done().count();
             pool.build().unwrap().install(|| {
-                state.advance(&scenes, &options, &counter, |_| ControlFlow::Break(()));
+                state.advance(&scenes, &options, &handle, |_| ControlFlow::Break(()));
             });
             if state.done().count() == before {
                 break;
             }
         }
+        same(&state.into_rendering(&scenes), &whole, name);
+    }
+}
+
+/// Whether before the first sample, in the pilot, or after some.
+#[test]
+fn a_pass_that_is_given_up_leaves_no_trace() {
+    let scenes = [Scene::new(scene()).unwrap()];
+    let given_up = Handle::default();
+    given_up.end_now();
+    let never = |_: &Progress| -> ControlFlow<()> { panic!("a pass was completed") };
+    for options in estimators() {
+        let name = options.integrator.name();
+        let whole = render(&scenes, &options, |_| ControlFlow::Continue(()));
+        let mut state = State::new(&scenes, &options);
+        state.advance(&scenes, &options, &given_up, never);
+        assert!(state.fits(&scenes, &options), "{name}");
+        let nothing = state.clone().into_rendering(&scenes);
+        assert_eq!((nothing.samples, nothing.film.samples()), (0, 0), "{name}");
+        let some = Options {
+            samples: 3,
+            ..options
+        };
+        let go_on = |_: &Progress| ControlFlow::Continue(());
+        state.advance(&scenes, &some, &Handle::default(), go_on);
+        let before = state.clone();
+        state.advance(&scenes, &options, &given_up, never);
+        let [before, after] = [before, state.clone()].map(|s| s.into_rendering(&scenes));
+        same(&after, &before, name);
+        state.advance(&scenes, &options, &Handle::default(), go_on);
         same(&state.into_rendering(&scenes), &whole, name);
     }
 }
@@ -158,9 +189,9 @@ fn a_render_that_goes_on_ends_at_its_target() {
     let whole = render(&scenes, &options, |_| ControlFlow::Continue(()));
     assert!(whole.reached && whole.samples > 32, "{}", whole.samples);
     let mut state = State::new(&scenes, &options);
-    let counter = AtomicU64::new(0);
+    let handle = Handle::default();
     while !state.reached() {
-        state.advance(&scenes, &options, &counter, |_| ControlFlow::Break(()));
+        state.advance(&scenes, &options, &handle, |_| ControlFlow::Break(()));
     }
     same(&state.into_rendering(&scenes), &whole, "target");
 }
@@ -175,8 +206,8 @@ fn samples_never_count_twice() {
     assert_eq!(first.done().count(), 6);
     // What is there already is not taken again.
     let scenes = [scene];
-    let counter = AtomicU64::new(0);
-    first.advance(&scenes, &options, &counter, |_| ControlFlow::Continue(()));
+    let handle = Handle::default();
+    first.advance(&scenes, &options, &handle, |_| ControlFlow::Continue(()));
     let whole = render(&scenes, &options, |_| ControlFlow::Continue(()));
     same(&first.into_rendering(&scenes), &whole, "gaps");
 }
@@ -230,9 +261,9 @@ fn measurements_in_parts_are_the_whole() {
         max_depth: None,
         rr_depth: 5,
     };
-    let counter = AtomicU64::new(0);
+    let handle = Handle::default();
     let all = options(0, 1000);
-    let whole = measure(&scenes, &meters, &all, &counter, |_| {
+    let whole = measure(&scenes, &meters, &all, &handle, |_| {
         ControlFlow::Continue(())
     })
     .unwrap();
@@ -243,7 +274,7 @@ fn measurements_in_parts_are_the_whole() {
         let options = options(first, particles);
         let go_on = |_: &_| ControlFlow::Continue(());
         state
-            .advance(&scenes, &meters, &options, &counter, go_on)
+            .advance(&scenes, &meters, &options, &handle, go_on)
             .unwrap();
         assert!(state.fits(&scenes, &meters));
         state
@@ -257,7 +288,7 @@ fn measurements_in_parts_are_the_whole() {
     let stop = |_: &_| ControlFlow::Break(());
     while state.done().count() < 1024 {
         state
-            .advance(&scenes, &meters, &all, &counter, stop)
+            .advance(&scenes, &meters, &all, &handle, stop)
             .unwrap();
     }
     let found = state.into_measurement(&scenes, &meters).unwrap();

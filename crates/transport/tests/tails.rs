@@ -108,8 +108,8 @@ fn parts_know_the_largest_sample_of_all() {
             ..transport::render::Options::new(path(2), samples, 7)
         };
         let mut state = transport::render::State::new(&[scene()], &options);
-        let counter = std::sync::atomic::AtomicU64::new(0);
-        state.advance(&[scene()], &options, &counter, |_| {
+        let handle = transport::render::Handle::default();
+        state.advance(&[scene()], &options, &handle, |_| {
             std::ops::ControlFlow::Continue(())
         });
         state

@@ -17,10 +17,9 @@ use io::part::{Body, BodyRef};
 use rayon::ThreadPool;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
-use std::sync::atomic::AtomicU64;
 use std::time::Instant;
 use transport::meter::Meter;
-use transport::render::{MeasureError, MeasureOptions, MeasureState};
+use transport::render::{Handle, MeasureError, MeasureOptions, MeasureState};
 
 /// Measures and writes what the meters have read, or the part of it.
 pub fn measure(
@@ -136,7 +135,7 @@ fn run(
         unit: "particles",
         time: args.time,
     };
-    let (counter, started) = (AtomicU64::new(0), Instant::now());
+    let (handle, started) = (Handle::default(), Instant::now());
     let mut stopped = None;
     let on_pass = |state: &MeasureState| {
         if let Some(keeper) = &mut keeper {
@@ -149,9 +148,12 @@ fn run(
         }
     };
     std::thread::scope(|scope| {
-        let draw = !args.outputs.quiet;
-        let _drawing = draw.then(|| progress::draw(scope, goal, &counter, interrupt));
-        pool.install(|| state.advance(&loaded.groups, meters, options, &counter, on_pass))
+        let draws = !args.outputs.quiet;
+        let _watch = progress::watch(scope, (goal, draws), &handle, interrupt);
+        pool.install(|| state.advance(&loaded.groups, meters, options, &handle, on_pass))
     })?;
+    if handle.is_given_up() {
+        stopped = Stopped::when(interrupt.asked(), args.time, started);
+    }
     Ok(stopped)
 }

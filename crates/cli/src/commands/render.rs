@@ -19,10 +19,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::AtomicU64;
 use std::time::Instant;
 use transport::integrator::Integrator;
-use transport::render::{Options, State};
+use transport::render::{Handle, Options, State};
 
 /// Renders a scene and writes its images, or its part.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
@@ -59,7 +58,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     let mut preview = preview(args, &loaded)?;
     let interrupt = Interrupt::watch()?;
     let started = Instant::now();
-    let mut state = state.unwrap_or_else(|| pool.install(|| State::new(&loaded.groups, &options)));
+    let mut state = state.unwrap_or_else(|| State::new(&loaded.groups, &options));
     let shown = preview.as_mut();
     let stopped = run(
         (args, &loaded),
@@ -243,13 +242,13 @@ fn run(
         unit: "spp",
         time: args.time,
     };
-    let (counter, started) = (AtomicU64::new(0), Instant::now());
+    let (handle, started) = (Handle::default(), Instant::now());
     let mut stopped = None;
     std::thread::scope(|scope| {
-        let draw = !args.outputs.quiet;
-        let _drawing = draw.then(|| progress::draw(scope, goal, &counter, interrupt));
+        let draws = !args.outputs.quiet;
+        let _watch = progress::watch(scope, (goal, draws), &handle, interrupt);
         pool.install(|| {
-            state.advance(&loaded.groups, options, &counter, |progress| {
+            state.advance(&loaded.groups, options, &handle, |progress| {
                 if let Some(preview) = &mut preview {
                     preview.update(progress.film);
                 }
@@ -264,5 +263,8 @@ fn run(
             });
         });
     });
+    if handle.is_given_up() {
+        stopped = Stopped::when(interrupt.asked(), args.time, started);
+    }
     stopped.or(state.reached().then_some(Stopped::Target))
 }

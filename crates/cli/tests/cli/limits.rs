@@ -2,6 +2,7 @@
 
 use crate::support::Folder;
 use io::image::exr;
+use std::time::{Duration, Instant};
 
 #[test]
 fn time_ends_a_render() {
@@ -76,12 +77,92 @@ fn a_target_ends_a_render() {
     assert!(message.contains("--target-error"), "{message}");
 }
 
+/// A ball of fog with ripples so fine that a sample takes minutes, before a camera and a point light, or with a meter.
+fn endless(instead: &str) -> Folder {
+    let camera = r#"<sensor type="perspective">
+        <transform name="to_world"><lookat origin="0, 0, -4" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="6"/></film>
+      </sensor>"#;
+    let camera = if instead.is_empty() { camera } else { instead };
+    Folder::with_file(&format!(
+        r#"<scene version="3.0.0">{camera}
+          <emitter type="point">
+            <point name="position" x="0.3" y="0.4" z="0.2"/><float name="intensity" value="10"/>
+          </emitter>
+          <shape type="sphere"><bsdf type="null"/>
+            <medium type="homogeneous" name="interior" id="fog">
+              <float name="sigma_t" value="2"/><float name="albedo" value="0.99"/>
+              <volume name="ior" type="acoustic">
+                <float name="n0" value="1"/><float name="amplitude" value="1e-3"/>
+                <integer name="order" value="0"/><float name="wave_number" value="1e5"/>
+              </volume>
+            </medium>
+          </shape>
+        </scene>"#
+    ))
+}
+
+/// Time limits act within passes and pilots, whichever the estimator; what is not complete is not shown.
+#[test]
+fn time_ends_samples_that_take_minutes() {
+    let folder = endless("");
+    for integrator in ["path", "particle", "bdpt", "photon"] {
+        let started = Instant::now();
+        let line = folder.succeed(&format!(
+            "render scene.xml --time 0.5s --integrator {integrator} --stats s.json -o a.exr"
+        ));
+        assert!(started.elapsed() < PATIENCE, "{:?}", started.elapsed());
+        let empty = "not one sample of the whole image was completed: it is empty";
+        let stats = folder.json("s.json");
+        assert_eq!(stats["stopped"], "time");
+        assert_eq!(line.contains(empty), stats["spp"] == 0, "{line}");
+        let image = exr::read(&folder.path("a.exr")).unwrap();
+        assert_eq!(
+            image.attribute("spp"),
+            Some(stats["spp"].to_string().as_str())
+        );
+    }
+    let meter = r#"<integrator type="particle"/><sensor type="fluencemeter">
+        <string name="coordinates" value="spherical"/><integer name="nr" value="4"/>
+      </sensor>"#;
+    let folder = endless(meter);
+    let started = Instant::now();
+    folder.succeed("render scene.xml --time 0.5s --stats s.json -o a.npz");
+    assert!(started.elapsed() < PATIENCE, "{:?}", started.elapsed());
+    assert_eq!(folder.json("s.json")["stopped"], "time");
+}
+
+/// Before the render, with the figure and the parameter.
+#[test]
+fn dear_parameters_are_warned_of() {
+    let folder = endless("");
+    for command in ["check", "info"] {
+        let outcome = folder.run(&format!("{command} scene.xml"));
+        let said = outcome.stdout + &outcome.stderr;
+        assert!(
+            said.contains("a ray across medium 'fog' takes some 1e5 steps"),
+            "{said}"
+        );
+        assert!(said.contains("given up after 20000"), "{said}");
+        assert!(said.contains("'wave_number'"), "{said}");
+    }
+    let usual = Folder::with_lens().run("info scene.xml");
+    assert!(
+        usual.stdout.contains("steps      about "),
+        "{}",
+        usual.stdout
+    );
+    assert!(!usual.stderr.contains("a ray across"), "{}", usual.stderr);
+}
+
+/// Longer than the time limits of these tests and the time within which they must act, on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(8);
+
 #[cfg(unix)]
 mod interruption {
     use super::*;
     use crate::support::program;
     use std::process::{Child, Command, Stdio};
-    use std::time::Duration;
 
     fn start(folder: &Folder) -> Child {
         let child = Command::new(program())
@@ -100,6 +181,23 @@ mod interruption {
             .args(["-INT", &child.id().to_string()])
             .status();
         assert!(status.unwrap().success());
+    }
+
+    /// The first signal, within the first pass.
+    #[test]
+    fn ends_samples_that_take_minutes() {
+        let folder = endless("");
+        let (child, started) = (start(&folder), Instant::now());
+        interrupt(&child);
+        let output = child.wait_with_output().unwrap();
+        assert!(started.elapsed() < PATIENCE, "{:?}", started.elapsed());
+        assert_eq!(output.status.code(), Some(130));
+        let line = String::from_utf8(output.stdout).unwrap();
+        assert!(
+            line.starts_with("interrupted: ") && line.contains("it is empty"),
+            "{line}"
+        );
+        assert_eq!(folder.json("s.json")["spp"], 0);
     }
 
     #[test]

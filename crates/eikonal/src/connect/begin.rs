@@ -1,8 +1,9 @@
 //! Primary branches: along the straight way, bent by the one field on it that bends rays.
 
-use super::bend::{Way, bent};
+use super::bend::{Guess, Way, bent};
 use super::collocate::{Found, collocated};
 use super::connection::{Connection, Failure};
+use super::fermat::shortest;
 use super::launch::Launch;
 use super::pattern::Pattern;
 use super::solver::Solver;
@@ -41,8 +42,15 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         {
             return Ok(found);
         }
-        let start = self.bent(world, start, within);
-        self.solve(world, &start, y)
+        let bent = self.bent(world, start, within.as_ref());
+        let found = self.solve(world, &bent, y);
+        if let (Err(Failure::NotConverged), Some((region, way))) = (found, &within)
+            && let Some(guess) = shortest(world.field(*region), way, is_plane(start))
+        {
+            let start = self.guessed(start, &guess);
+            return self.solve(world, &start, y).or(found);
+        }
+        found
     }
 
     /// The branch from `x` to `y` by collocation, with its pieces, if it stays within the region.
@@ -93,16 +101,20 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         &mut self,
         world: &W,
         start: &Start<R>,
-        within: Option<(R, Way)>,
+        within: Option<&(R, Way)>,
     ) -> Start<R> {
         let Some((region, way)) = within else {
             return *start;
         };
         let accuracy = ENOUGH * self.tolerance().get();
-        let is_plane = matches!(start.launch, Launch::Plane { .. });
-        let Some(guess) = bent(world.field(region), &way, is_plane, accuracy) else {
-            return *start;
-        };
+        match bent(world.field(*region), way, is_plane(start), accuracy) {
+            Some(guess) => self.guessed(start, &guess),
+            None => *start,
+        }
+    }
+
+    /// A start with what a guess says of its ray.
+    fn guessed(&mut self, start: &Start<R>, guess: &Guess) -> Start<R> {
         self.work.evaluations += guess.evaluations;
         let launch = match start.launch {
             Launch::Point { x, .. } => Launch::Point {
@@ -120,6 +132,10 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             ..*start
         }
     }
+}
+
+fn is_plane<R>(start: &Start<R>) -> bool {
+    matches!(start.launch, Launch::Plane { .. })
 }
 
 /// The only region on the straight way from a point to `y` whose field bends rays, and the way as it sees
@@ -228,7 +244,7 @@ mod tests {
         y: DVec3,
     ) -> Start<usize> {
         let within = survey(world, (start.launch.x(), start.region), y);
-        solver.bent(world, start, within)
+        solver.bent(world, start, within.as_ref())
     }
 
     /// The start's direction or place is closer to the ray's than a straight one by so much.

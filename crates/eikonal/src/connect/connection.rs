@@ -51,9 +51,12 @@ pub enum Failure {
     /// Newton's method did not converge within its budget of shots.
     #[error("the iteration did not converge")]
     NotConverged,
-    /// A shot left every region's field, or went on for too long.
-    #[error("a ray left the field or went on for too long")]
+    /// A shot left every region's field.
+    #[error("a ray left the field")]
     RayLost,
+    /// A shot, or all together, took more steps than they [may](crate::budget).
+    #[error("rays took more steps than their budget allows")]
+    OverBudget,
     /// The target lies on a caustic: the ray tube has no cross section there.
     #[error("the target lies on a caustic")]
     Caustic,

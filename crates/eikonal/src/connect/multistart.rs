@@ -1,7 +1,7 @@
 //! Every branch between two points, by a dense search.
 
 use super::closest::{Nearest, follow, minima};
-use super::connection::Connection;
+use super::connection::{Connection, Failure};
 use super::launch::Launch;
 use super::pattern::Pattern;
 use super::solver::Solver;
@@ -30,9 +30,17 @@ const SEARCH: f64 = 1e-6;
 /// closer than this multiple of the tolerance.
 const SAME: (f64, f64) = (1e-4, 100.0);
 
+/// What a dense search finds.
+#[derive(Clone, Debug)]
+pub struct All<R> {
+    /// The branches, the shortest optical path first, each with the start from which it is found at once.
+    pub branches: Vec<(Start<R>, Connection)>,
+    /// Why one that was found at a coarser tolerance is not among them: the last one, if there are several.
+    pub lost: Option<Failure>,
+}
+
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// Every branch from point `x` in `region` to `y` that a dense search finds, the shortest optical
-    /// path first, each with the start from which it is found at once.
+    /// Every branch from point `x` in `region` to `y` that a dense search finds.
     ///
     /// Newton's method starts from the chord, and from every local closest approach to `y` of about
     /// 1500 rays from `x` in all directions, and of more where rays only just meet an interface, each
@@ -45,9 +53,12 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         (x, region): (DVec3, R),
         y: DVec3,
         reach: &Reach,
-    ) -> Vec<(Start<R>, Connection)> {
+    ) -> All<R> {
         let Some(chord) = (y - x).try_normalize() else {
-            return Vec::new();
+            return All {
+                branches: Vec::new(),
+                lost: Some(Failure::Coincident),
+            };
         };
         let mut search = Solver::new(Tolerance::new(self.tolerance().get().max(SEARCH)));
         let mut rough = Vec::new();
@@ -63,15 +74,19 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             }
         }
         self.work += search.work;
-        let mut found = Vec::new();
+        let (mut found, mut lost) = (Vec::new(), None);
         for branch in &rough {
-            let branch = self.solve(world, &branch.again(region), y);
-            if let Some(branch) = branch.ok().filter(|b| self.within(b, reach)) {
-                self.keep(&mut found, branch);
+            match self.solve(world, &branch.again(region), y) {
+                Ok(branch) if self.within(&branch, reach) => self.keep(&mut found, branch),
+                Ok(_) => {}
+                Err(failure) => lost = Some(failure),
             }
         }
         found.sort_by(|a, b| a.optical_length.total_cmp(&b.optical_length));
-        found.into_iter().map(|b| (b.again(region), b)).collect()
+        All {
+            branches: found.into_iter().map(|b| (b.again(region), b)).collect(),
+            lost,
+        }
     }
 
     /// All directions that the search follows.

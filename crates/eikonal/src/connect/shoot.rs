@@ -3,6 +3,7 @@
 use super::connection::Failure;
 use super::pattern::Pattern;
 use super::world::{Crossing, Event, Piece, World};
+use crate::budget::{CROSSINGS_PER_RAY, STEPS_PER_RAY};
 use crate::field::Field;
 use crate::interface::{Interface, Mapped, Rule};
 use crate::ray::{Arc, Flow, Node, Step, Tolerance, Variation, Work};
@@ -12,11 +13,9 @@ use glam::DVec3;
 /// reaches it; where the ray ends is then found on the arc.
 const OVERSHOOT: f64 = 1.05;
 
-/// More pieces than any sensible ray has: the end of rays that circle forever.
-const MOST_PIECES: usize = 20_000;
-
-/// More interfaces than any sensible ray meets: the end of those that creep along inside a curved one.
-const MOST_CROSSINGS: u32 = 1000;
+/// What is left of an optical path length is nothing if it is less than this share of what has been travelled: a step over it would have
+/// no direction but that of round-off.
+const ROUND_OFF: f64 = 1e-14;
 
 /// How far a ray has come.
 #[derive(Clone, Copy, Debug, Default)]
@@ -101,14 +100,17 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
         reflect: &mut dyn FnMut(u32) -> bool,
         work: &mut Work,
     ) -> Result<Option<Piece<W::Region>>, Failure> {
-        if self.left <= 0.0 {
+        if self.left <= ROUND_OFF * self.travelled.optical_length {
             return Ok(None);
         }
         self.pieces += 1;
         let n2 = self.flow.as_ref().map_or(&self.end, Flow::node).n2;
         let sound = n2 > 0.0 && self.left.is_finite();
-        if self.pieces > MOST_PIECES || self.crossings > MOST_CROSSINGS || !sound {
+        if !sound {
             return Err(Failure::RayLost);
+        }
+        if self.pieces > STEPS_PER_RAY || self.crossings > CROSSINGS_PER_RAY {
+            return Err(Failure::OverBudget);
         }
         let piece = match self.flow {
             Some(_) => self.curve(reflect, work),

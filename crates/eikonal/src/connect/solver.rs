@@ -7,11 +7,10 @@ use super::pattern::Pattern;
 use super::shoot::{Shot, Travelled};
 use super::start::{Followed, Start};
 use super::world::{Piece, World};
+use crate::budget::{SHOTS_PER_CONNECTION, STEPS_PER_CONNECTION};
 use crate::ray::{Arc, Tolerance, Work};
 use glam::{DVec2, DVec3};
 
-/// Budget of shots for one connection.
-const MOST_SHOTS: u32 = 20;
 /// A ray that misses by this many tolerances is corrected to first order instead of being shot again,
 /// unless its tube is narrow: the square of such a miss is below the tolerance, and the Jacobian changes
 /// by no more than that many tolerances. Where steps are rejected, rays jump by a tolerance or so, and no
@@ -192,7 +191,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             (trial, tried) = trial.stepped(landing, y, (radius, longest))?;
         }
         let mut failure = Failure::NotConverged;
-        for shots in 1..=MOST_SHOTS {
+        let before = self.work.steps;
+        for shots in 1..=SHOTS_PER_CONNECTION {
             let shot = self.shoot(world, &trial, start);
             let miss = shot.map_or(f64::INFINITY, |hit| hit.landing.x.distance(y));
             // Where the ray has ended counts, not where it should have.
@@ -228,6 +228,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             let Some((iterate, landing, _)) = &best else {
                 return Err(failure);
             };
+            if self.work.steps - before > STEPS_PER_CONNECTION {
+                return Err(Failure::OverBudget);
+            }
             (trial, tried) = iterate.stepped(landing, y, (radius, longest))?;
         }
         Err(failure)

@@ -83,7 +83,7 @@ impl<'a, V: Variation> Flow<'a, V> {
             field,
             node,
             tolerance: tolerance.get(),
-            expected: fourth_root(ERROR * tolerance.get()),
+            expected: expected_step(tolerance),
             h: f64::INFINITY,
             scale: None,
         };
@@ -115,9 +115,7 @@ impl<'a, V: Variation> Flow<'a, V> {
             let step = Step::new(self.field, &self.node, h);
             work.evaluations += EVALUATIONS_PER_STEP;
             let scale = self.resize(&step);
-            // A step that cannot shrink further is taken: round-off, not truncation, limits it.
-            let tiny = h * self.node.v.length() <= 1e-12 * self.node.x.length();
-            if scale >= 1.0 || tiny || !step.end.x.is_finite() {
+            if scale >= 1.0 || !step.end.x.is_finite() {
                 self.settle(h, scale);
                 self.node = step.end;
                 self.scale = None;
@@ -144,9 +142,11 @@ impl<'a, V: Variation> Flow<'a, V> {
         self.h = if h < self.h { self.h.max(next) } else { next };
     }
 
-    /// The factor by which this step could be longer: its error per length grows as h⁴.
+    /// The factor by which this step could be longer: its error per length grows as h⁴. Round-off of positions is no error of
+    /// the step: shorter ones would have the same.
     fn resize(&self, step: &Step<V>) -> f64 {
-        let allowed = self.tolerance * step.arc.h() * step.start.v.length();
+        let round_off = f64::EPSILON * (step.start.x.length() + step.end.x.length());
+        let allowed = (self.tolerance * step.arc.h() * step.start.v.length()).max(round_off);
         fourth_root(allowed / step.error().max(1e-300))
     }
 
@@ -168,6 +168,11 @@ impl<'a, V: Variation> Flow<'a, V> {
         let (field, x) = (self.field, self.node.x);
         *self.scale.get_or_insert_with(|| field.length_scale(x))
     }
+}
+
+/// The step that is expected to keep the tolerance, in units of the length scale.
+pub(super) fn expected_step(tolerance: Tolerance) -> f64 {
+    fourth_root(ERROR * tolerance.get())
 }
 
 /// x^¼ by roots that every processor rounds alike.

@@ -2,6 +2,7 @@
 
 pub mod arc;
 pub mod bernstein;
+pub mod cost;
 pub mod depth;
 pub mod difference;
 pub mod flow;
@@ -10,6 +11,7 @@ pub mod step;
 pub mod tangent;
 
 pub use arc::Arc;
+pub use cost::steps_between;
 pub use depth::Profile;
 pub use difference::PathDifference;
 pub use flow::{Flow, Tolerance, Work};

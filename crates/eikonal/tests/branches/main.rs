@@ -6,6 +6,7 @@
 mod tables;
 
 mod ball;
+mod finest;
 mod inside;
 mod listed;
 mod refused;

@@ -50,7 +50,7 @@ fn ask<W: World>(world: &W, from: (DVec3, W::Region), y: DVec3) -> Answers {
             }
         }
     }
-    let all = solver.all(world, from, y, &REACH);
+    let all = solver.all(world, from, y, &REACH).branches;
     all.iter().for_each(|(_, branch)| sound(branch));
     Answers {
         primary,
@@ -107,7 +107,7 @@ fn what_is_not_finite_is_refused() {
         };
         let start = solver.approach(&world, (start.launch, ()), DVec3::Z, &reach, &mut || 0.0);
         assert_eq!(start, None);
-        assert!(solver.all(&world, (x, ()), DVec3::Z, &reach).len() <= 1);
+        assert!(solver.all(&world, (x, ()), DVec3::Z, &reach).branches.len() <= 1);
     }
 }
 

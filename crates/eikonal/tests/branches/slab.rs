@@ -28,7 +28,9 @@ fn branches(
         reflections,
         bounces: u32::MAX,
     };
-    let found = Solver::new(Tolerance::new(1e-10)).all(&world, from, y, &reach);
+    let found = Solver::new(Tolerance::new(1e-10))
+        .all(&world, from, y, &reach)
+        .branches;
     found.into_iter().map(|(_, branch)| branch).collect()
 }
 

@@ -1,6 +1,6 @@
 //! Indices of common substances, by the names that Mitsuba gives them.
 
-use crate::query::{POSITIVE, Query};
+use crate::query::{INDEX, Query};
 use crate::scene::Value;
 use crate::schema::substance::{INDICES, NAMES};
 
@@ -11,7 +11,7 @@ pub(super) fn index(query: &mut Query, name: &str) -> Option<f64> {
     }
     let property = query.object().properties.iter().find(|p| p.name == name)?;
     if !matches!(property.value, Value::String(_)) {
-        return Some(query.float_in(name, POSITIVE, 1.0));
+        return Some(query.float_in(name, INDEX, 1.0));
     }
     Some(INDICES[query.one_of(name, &NAMES)].1)
 }

@@ -66,7 +66,7 @@ fn index(object: &Object, context: &mut Context) -> Option<Field> {
         let volume = query.role(PluginKind::Volume, "ior")?;
         return field::build(volume, context);
     }
-    Some(Constant::new(query.float_in("ior", crate::query::POSITIVE, 1.0)).into())
+    Some(Constant::new(query.float_in("ior", crate::query::INDEX, 1.0)).into())
 }
 
 fn scattering(object: &Object, name: String, index: Field, context: &mut Context) -> Medium {

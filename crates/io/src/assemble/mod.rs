@@ -5,6 +5,7 @@
 mod bsdf;
 mod channels;
 mod context;
+mod costly;
 mod differences;
 mod emitter;
 mod endless;
@@ -27,6 +28,7 @@ mod texture;
 mod transforms;
 mod units;
 
+pub use costly::steps_across;
 pub use differences::Difference;
 pub use film::Layering;
 pub use gaps::{Needs, Walls};
@@ -395,6 +397,7 @@ fn group_parts(
                 .iter()
                 .filter(matters)
                 .for_each(&mut report);
+            costly::problems(&scene).iter().for_each(&mut report);
             endless::warnings(&scene, &method.integrator)
                 .iter()
                 .for_each(&mut report);

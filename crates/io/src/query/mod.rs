@@ -25,7 +25,7 @@ mod unused;
 mod values;
 
 pub use children::Input;
-pub use numbers::POSITIVE;
+pub use numbers::{INDEX, POSITIVE};
 
 use std::collections::BTreeSet;
 

@@ -1,7 +1,7 @@
 //! Numbers, flags and texts.
 
 use eikonal::Shown;
-use std::ops::{Bound, RangeBounds};
+use std::ops::{Bound, RangeBounds, RangeInclusive};
 
 use super::{Lookup, Query};
 use crate::diagnostic::{Diagnostic, suggest};
@@ -9,6 +9,10 @@ use crate::scene::Value;
 
 /// The range of positive numbers, for [`Query::float_in`].
 pub const POSITIVE: (Bound<f64>, Bound<f64>) = (Bound::Excluded(0.0), Bound::Unbounded);
+
+/// The range of refractive indices, for [`Query::float_in`]: those of all substances, of metals and at all wavelengths, lie well
+/// within.
+pub const INDEX: RangeInclusive<f64> = 1e-3..=1e3;
 
 fn as_float(value: &Value) -> Option<f64> {
     match value {

@@ -15,10 +15,9 @@ use map::{IDENTITY, Map, maps};
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::atomic::AtomicU64;
 use testkit::z_test::{max_abs_z, two_sample_z};
 use transport::meter::Meter;
-use transport::render::{MeasureOptions, Options, measure, render};
+use transport::render::{Handle, MeasureOptions, Options, measure, render};
 
 const FAMILY: f64 = 1e-4;
 /// Samples per pixel; images have 16 pixels.
@@ -162,7 +161,7 @@ fn meters_read_the_same_under_rounded_transforms() {
             rr_depth: 5,
         };
         let go_on = |_| ControlFlow::Continue(());
-        let read = measure(&loaded.groups, &meters, &options, &AtomicU64::new(0), go_on).unwrap();
+        let read = measure(&loaded.groups, &meters, &options, &Handle::default(), go_on).unwrap();
         read.readings[0][0].mean.iter().sum::<f64>()
     };
     for (name, map) in maps() {

@@ -26,6 +26,7 @@ pub use window::Window;
 use crate::path::{Account, Workspace};
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
+use crate::stop::Stop;
 use crate::{Bins, Spectrum};
 use flight::{Collision, Flight, Passing};
 use fluence::{Cuts, Slots};
@@ -127,9 +128,10 @@ impl<'a> Setup<'a> {
         Setup { window, ..self }
     }
 
-    /// The window that makes late gates as sure as early ones; `None` if no meter has gates.
-    pub fn window(&self) -> Option<Window> {
-        Window::learn(self)
+    /// The window that makes late gates as sure as early ones; `None` if no meter has gates. It is worthless once a `stop` is
+    /// raised.
+    pub fn window(&self, stop: &Stop) -> Option<Window> {
+        Window::learn(self, stop)
     }
 
     /// Power of all emitters, per channel.

@@ -3,6 +3,7 @@
 use super::flight::{Collision, Flight, Passing};
 use super::{Recorder, Setup};
 use crate::Spectrum;
+use crate::budget::EDGES_PER_PARTICLE;
 use crate::path::{
     Carry, Edge, End, Ledger, Point, Ray, Sampling, Span, Vertex, Workspace, collided, emit, share,
     trace,
@@ -11,9 +12,6 @@ use crate::sampling::Sampler;
 use crate::scene::Scene;
 use glam::DVec3;
 
-/// Particles that have gone over so many edges are lost: between walls that absorb nothing they would go
-/// on for ever.
-const MOST_EDGES: usize = 1_000_000;
 /// Russian roulette is played when a particle has less than this share of the power that it should have.
 const SMALL: f64 = 0.1;
 /// A particle that has more than so many times that power is divided, if meters have gates,
@@ -74,7 +72,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             forced: false,
             forks: false,
         };
-        for _ in 0..MOST_EDGES {
+        for _ in 0..EDGES_PER_PARTICLE {
             let Some((ray, depth)) = waiting.pop() else {
                 return;
             };
@@ -87,6 +85,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         }
         for (ray, _) in waiting {
             ws.stats.lost += 1;
+            ws.stats.over_budget.rays += 1;
             self.ledger.lost += ray.throughput.sum();
         }
     }

@@ -8,6 +8,7 @@
 use super::{Setup, Tally};
 use crate::Bins;
 use crate::path::Workspace;
+use crate::stop::Stop;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +45,7 @@ impl Window {
     }
 
     /// That of a setup's particles; `None` if no meter has gates.
-    pub(super) fn learn(setup: &Setup) -> Option<Self> {
+    pub(super) fn learn(setup: &Setup, stop: &Stop) -> Option<Self> {
         let ends = setup.meters.iter().filter_map(|meter| meter.last_gate());
         let levels = Bins {
             min: 0.0,
@@ -62,8 +63,9 @@ impl Window {
                 window: Some(window.clone()),
                 ..setup.clone()
             };
-            let tally = pilot.survey(round)?;
-            if window.refine(&tally, setup.emitted().sum()) {
+            let tally = pilot.survey(round, stop)?;
+            let done = window.refine(&tally, setup.emitted().sum());
+            if done || stop.is_raised() {
                 break;
             }
         }
@@ -86,10 +88,11 @@ impl Window {
 
 impl Setup<'_> {
     /// The power of a few particles that is still on its way at each level.
-    fn survey(&self, round: u64) -> Option<Tally> {
+    fn survey(&self, round: u64, stop: &Stop) -> Option<Tally> {
         let tasks = (0..PARTICLES / TASK).into_par_iter().map(|task| {
             let first = task * TASK;
             let mut ws = Workspace::new(self.scene.tolerance());
+            ws.stop = stop.clone();
             self.task(SEED + round, first..first + TASK, &mut ws).0
         });
         let mut tally = Tally::new(LEVELS)?;

@@ -4,6 +4,7 @@ use super::Workspace;
 use super::walk::leave;
 use crate::Spectrum;
 use crate::bsdf::Bsdf;
+use crate::budget::STEPS_PER_RAY;
 use crate::medium::Attenuation;
 use crate::scene::{MediumId, Scene};
 use crate::shape::Hit;
@@ -11,9 +12,6 @@ use eikonal::connect::World;
 use eikonal::interface::{Interface, Rule};
 use eikonal::ray::{Arc, Flow, Node, PathDifference, Work};
 use glam::{DMat3, DVec3};
-
-/// More arcs than any sensible ray has.
-const MOST_STEPS: u64 = 20_000;
 
 /// How a ray that was followed ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,7 +106,9 @@ impl Follower<'_> {
             let reach = scene.reach(flow.node().x);
             let step = flow.advance(reach / flow.node().v.length(), &mut ws.stats.work);
             self.way.steps += 1;
-            if !step.end.x.is_finite() || self.way.steps > MOST_STEPS {
+            let is_over = self.way.steps > STEPS_PER_RAY as u64;
+            ws.stats.over_budget.rays += u64::from(is_over);
+            if !step.end.x.is_finite() || is_over {
                 return Some(Ending::Lost);
             }
             match scene.first_hit(&step.arc) {
@@ -119,7 +119,7 @@ impl Follower<'_> {
                 None if field.is_constant() => return Some(Ending::Left),
                 None => self.lengthen(&step.arc, 1.0, &mut ws.stats.work),
             }
-            if scene.is_outside(step.end.x) {
+            if scene.is_outside(step.end.x) || ws.stop.is_raised() {
                 return Some(Ending::Lost);
             }
         }

@@ -54,6 +54,7 @@ pub use walk::{Sampling, trace};
 
 use crate::scene::MediumId;
 use crate::stats::Stats;
+use crate::stop::Stop;
 use eikonal::{Solver, Tolerance};
 use serde::{Deserialize, Serialize};
 
@@ -87,6 +88,8 @@ pub struct Workspace {
     pub beginning: Beginning,
     /// What a pilot finds out about prospects.
     pub departures: Option<Box<Departures>>,
+    /// Whether all work is to be given up, so that nothing is found any more.
+    pub stop: Stop,
     /// Parts of the straight connection last made.
     line: Vec<straight::Part>,
 }
@@ -114,6 +117,7 @@ impl Workspace {
             prospects: Prospects::default(),
             beginning: Beginning::default(),
             departures: None,
+            stop: Stop::default(),
             line: Vec::new(),
         }
     }

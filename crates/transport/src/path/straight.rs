@@ -63,7 +63,7 @@ pub(super) fn connect(
     let line = Line::between(scene, vertex, goal)?;
     let way = line.cut(scene, &mut ws.line);
     ws.stats.work.steps += ws.line.len() as u64;
-    ws.stats.connections.count(&way);
+    ws.stats.count(&way);
     let way = way.ok()?;
     if !line.complies(scene, goal, &ws.line) {
         ws.stats.connections.discarded += 1;
@@ -129,7 +129,7 @@ impl Line {
     /// Cuts the line at the boundaries that it crosses.
     ///
     /// # Errors
-    /// [`Failure::RayLost`] if there are too many.
+    /// [`Failure::OverBudget`] if there are too many.
     fn cut(&self, scene: &Scene, parts: &mut Vec<Part>) -> Result<Way, Failure> {
         parts.clear();
         let (mut x, mut medium, mut left) = (self.from, self.medium, self.left);
@@ -164,7 +164,7 @@ impl Line {
             way.jump *= n_after / n;
             n = n_after;
         }
-        Err(Failure::RayLost)
+        Err(Failure::OverBudget)
     }
 
     /// The link, as if nothing stood in its way.

@@ -8,6 +8,7 @@ use super::spread::Spread;
 use crate::Spectrum;
 use crate::aim::OnSurface;
 use crate::bsdf::{Bsdf, BsdfSample, Surface, Through};
+use crate::budget::{EVENTS_PER_EDGE, STEPS_PER_RAY};
 use crate::medium::Attenuation;
 use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Scene};
@@ -16,11 +17,6 @@ use eikonal::connect::{Pattern, World};
 use eikonal::interface::{Interface, Rule};
 use eikonal::ray::{Arc, Flow, Node, Variation};
 use glam::DVec3;
-
-/// More arcs than any sensible edge has.
-const MOST_SPANS: usize = 20_000;
-/// More specular events than any edge needs: light between perfect mirrors never ends.
-const MOST_EVENTS: u32 = 1_000;
 
 /// How an edge is sampled.
 #[derive(Clone, Copy, Debug)]
@@ -59,6 +55,7 @@ pub fn trace<'a>(
         walk.force();
     }
     let (length, reflections) = (walk.reach, walk.reflections);
+    ws.stats.over_budget.rays += u64::from(walk.over_budget);
     let within = scene.branch_reach();
     edge.connectable &=
         within.includes(length, reflections, edge.tube.reflections) && edge.tube.geometry > 0.0;
@@ -92,6 +89,8 @@ struct Walk<'a, 'b> {
     veiled: bool,
     /// Whether it, or its extension, left the scene.
     escaped: bool,
+    /// Whether it was given up because it took too many steps or events.
+    over_budget: bool,
     /// Reflections where refraction was possible.
     reflections: u32,
     /// Optical path length that counts for the reach of connections: how far away a plane is does not.
@@ -134,6 +133,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             jump: 1.0,
             veiled: false,
             escaped: false,
+            over_budget: false,
             reflections: 0,
             reach: 0.0,
             edge,
@@ -142,6 +142,9 @@ impl<'a, 'b> Walk<'a, 'b> {
 
     /// Follows the ray through one region. Returns whether it goes on into another.
     fn region(&mut self, ws: &mut Workspace) -> bool {
+        if ws.stop.is_raised() {
+            return self.die(true);
+        }
         let field = self.scene.field(self.medium);
         if field.is_constant() {
             return self.line(ws);
@@ -169,7 +172,8 @@ impl<'a, 'b> Walk<'a, 'b> {
                 return self.surface(met, v);
             }
             let outside = self.scene.is_outside(step.end.x);
-            if outside || self.spans > MOST_SPANS {
+            self.over_budget |= self.spans > STEPS_PER_RAY;
+            if outside || self.over_budget || ws.stop.is_raised() {
                 return self.die(true);
             }
         }
@@ -295,10 +299,11 @@ impl<'a, 'b> Walk<'a, 'b> {
                 self.edge.tube.choice *= 1.0 - through.probability;
             }
         }
-        if bsdf.is_delta() && self.edge.tube.events < MOST_EVENTS {
+        if bsdf.is_delta() && self.edge.tube.events < EVENTS_PER_EDGE {
             return self.specular(object, hit, (v, direction));
         }
         if bsdf.is_delta() {
+            self.over_budget = true;
             return self.die(true);
         }
         self.edge.tube.geometry = self.spread.at_point(v, self.jump);

@@ -6,6 +6,7 @@ use crate::path::{Account, Bounds, LightPath, Station, Vertex, Workspace};
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
 use crate::stats::{Photons, Stats};
+use crate::stop::Stop;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -58,7 +59,7 @@ impl PhotonMap {
     /// Follows light subpaths, each with a sampler of its own, on the current thread pool. The map does not
     /// depend on the number of threads.
     pub fn trace(
-        scene: &Scene,
+        (scene, stop): (&Scene, &Stop),
         bounds: &Bounds,
         paths: usize,
         sampler: impl Fn(u64) -> Sampler + Sync,
@@ -69,6 +70,7 @@ impl PhotonMap {
             .with_max_len(1)
             .map(|task| {
                 let mut ws = Workspace::new(scene.tolerance());
+                ws.stop = stop.clone();
                 let (mut photons, mut account) = (Vec::new(), Account::default());
                 for path in task * PER_TASK..paths.min((task + 1) * PER_TASK) {
                     let mut sampler = sampler(path as u64);

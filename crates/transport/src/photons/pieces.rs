@@ -7,6 +7,9 @@ use glam::DVec3;
 
 /// A piece is no farther from its chord than this share of the radius.
 const SAG: f64 = 0.25;
+/// But there are no more of them: pieces that are farther from their chords than the radius are followed just as exactly, only
+/// more photons are looked at in vain.
+const MOST: f64 = 256.0;
 
 /// A piece of an arc, and how far around it photons count.
 pub struct Piece<'a> {
@@ -33,7 +36,7 @@ pub fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = Piece<'a>
             .fold(0.0, f64::max),
     };
     let sag = move |width: f64| 2.5 * width * width * bend;
-    let count = (sag(end) / (SAG * radius)).sqrt().ceil().max(1.0) as usize;
+    let count = (sag(end) / (SAG * radius)).sqrt().ceil().clamp(1.0, MOST) as usize;
     let width = end / count as f64;
     (0..count).map(move |i| {
         let range = [i, i + 1].map(|k| k as f64 * width);

@@ -159,6 +159,9 @@ impl Allocation {
             );
             at = end;
             next = longer_or_shorter(next, started.elapsed());
+            if sources[0].is_stopped() {
+                return ControlFlow::Break(());
+            }
         }
         self.shares = Shares::Known(shares(&outlooks, film.width));
         ControlFlow::Continue(())

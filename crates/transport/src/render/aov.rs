@@ -8,7 +8,6 @@ use crate::path::Workspace;
 use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Pixels per unit of work.
 const PIXELS_PER_TASK: usize = 64;
@@ -19,7 +18,6 @@ pub(super) fn pass(
     tracer: &AovTracer,
     samples: Range<u64>,
     film: &mut Film,
-    counter: &AtomicU64,
 ) -> Stats {
     let tasks = (film.width() * film.height()).div_ceil(PIXELS_PER_TASK);
     let mut parts: Vec<Vec<&mut [Pixel]>> = (0..tasks).map(|_| Vec::new()).collect();
@@ -40,7 +38,7 @@ pub(super) fn pass(
             }
         }
         let taken = pixels as u64 * (samples.end - samples.start);
-        counter.fetch_add(taken, Ordering::Relaxed);
+        source.handle.count(taken);
         ws.stats()
     };
     let tasks = parts.into_par_iter().enumerate().with_max_len(1).map(task);

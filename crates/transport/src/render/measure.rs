@@ -1,7 +1,7 @@
 //! Measuring: particles spread over threads, with results that depend on the seed alone.
 
 use super::state::MergeError;
-use super::{Ranges, longer_or_shorter};
+use super::{Handle, Ranges, longer_or_shorter};
 use crate::meter::{Meter, Part, Reading, Setup, Tally, Window};
 use crate::path::{Account, Balance, Books, Workspace};
 use crate::scene::Scene;
@@ -10,7 +10,6 @@ use crate::sum::Sum;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 /// Particles per task. The sums of a task are rounded on their own, so tasks are always the same particles.
@@ -76,7 +75,8 @@ pub enum MeasureError {
 }
 
 /// Measures on the current thread pool: one scene for each group of channels, alike but for their spectra and
-/// indices, whose film gives the number of channels. `counter` grows by one for each particle.
+/// indices, whose film gives the number of channels. `handle` counts
+/// particles, and can end the measurement within a pass.
 ///
 /// `on_pass` is called between passes with the number of particles done; when it breaks, the measurement
 /// stops with what it has.
@@ -87,11 +87,11 @@ pub fn measure(
     scenes: &[Scene],
     meters: &[Meter],
     options: &MeasureOptions,
-    counter: &AtomicU64,
+    handle: &Handle,
     mut on_pass: impl FnMut(u64) -> ControlFlow<()>,
 ) -> Result<Measurement, MeasureError> {
     let mut state = MeasureState::new(scenes, meters)?;
-    state.advance(scenes, meters, options, counter, |state| {
+    state.advance(scenes, meters, options, handle, |state| {
         on_pass(state.done.count())
     })?;
     state.into_measurement(scenes, meters)
@@ -106,6 +106,7 @@ pub struct MeasureState {
     /// For each group of channels.
     tallies: Vec<Tally>,
     books: Vec<Books>,
+    /// The same; empty until they are learnt.
     windows: Vec<Option<Window>>,
 }
 
@@ -126,7 +127,7 @@ impl MeasureState {
             done: Ranges::default(),
             stats: Stats::default(),
             books: vec![Books::default(); groups.len()],
-            windows: groups.iter().map(|group| group.setup.window()).collect(),
+            windows: Vec::new(),
             tallies: groups.into_iter().map(tally).collect::<Result<_, _>>()?,
         })
     }
@@ -140,8 +141,8 @@ impl MeasureState {
     pub fn fits(&self, scenes: &[Scene], meters: &[Meter]) -> bool {
         let groups = groups(scenes, meters, (u32::MAX, 0)).unwrap_or_default();
         let slots = groups.iter().map(|g| g.setup.slots());
-        let sound =
-            self.done.are_sound() && [self.books.len(), self.windows.len()] == [scenes.len(); 2];
+        let learnt = self.windows.is_empty() || self.windows.len() == scenes.len();
+        let sound = self.done.are_sound() && self.books.len() == scenes.len() && learnt;
         sound && slots.eq(self.tallies.iter().map(Tally::slots))
     }
 
@@ -153,11 +154,15 @@ impl MeasureState {
     pub fn merge(&mut self, other: &MeasureState) -> Result<(), MergeError> {
         let slots = |state: &MeasureState| state.tallies.iter().map(Tally::slots).collect();
         let [mine, others]: [Vec<usize>; 2] = [slots(self), slots(other)];
-        if mine != others || self.windows != other.windows {
+        let learnt = !self.windows.is_empty() && !other.windows.is_empty();
+        if mine != others || learnt && self.windows != other.windows {
             return Err(MergeError::Different);
         }
         if let Some(range) = self.done.overlap(&other.done) {
             return Err(MergeError::Overlap(range));
+        }
+        if self.windows.is_empty() {
+            self.windows = other.windows.clone();
         }
         other.done.iter().for_each(|range| self.done.insert(range));
         self.stats += other.stats;
@@ -180,11 +185,21 @@ impl MeasureState {
         scenes: &[Scene],
         meters: &[Meter],
         options: &MeasureOptions,
-        counter: &AtomicU64,
+        handle: &Handle,
         mut on_pass: impl FnMut(&MeasureState) -> ControlFlow<()>,
     ) -> Result<(), MeasureError> {
         let depths = (options.max_depth.unwrap_or(u32::MAX), options.rr_depth);
         let groups = groups(scenes, meters, depths)?;
+        if self.windows.is_empty() {
+            // Whatever the options: states of other ranges and depths have the same.
+            let whole = self::groups(scenes, meters, (u32::MAX, 0))?;
+            let windows = whole.iter().map(|g| g.setup.window(handle.stop()));
+            let windows = windows.collect();
+            if handle.stop().is_raised() {
+                return Ok(());
+            }
+            self.windows = windows;
+        }
         let windows = self.windows.iter().cloned();
         let groups: Vec<Group> = groups
             .into_iter()
@@ -197,9 +212,16 @@ impl MeasureState {
             while at < gap.end {
                 let started = Instant::now();
                 let end = gap.end.min(at + tasks * TASK);
-                let into = self.tallies.iter_mut().zip(&mut self.books);
-                for (group, into) in groups.iter().zip(into) {
-                    self.stats += group.pass((options.seed, at..end), into, counter);
+                let pass = |group: &Group| group.pass((options.seed, at..end), handle);
+                let passes: Vec<Pass> = groups.iter().map(pass).collect();
+                if handle.stop().is_raised() {
+                    return Ok(());
+                }
+                for (group, pass) in passes.into_iter().enumerate() {
+                    self.tallies[group].add(&pass.parts, end - at);
+                    let accounts = pass.accounts.iter();
+                    accounts.for_each(|account| self.books[group].enter(account));
+                    self.stats += pass.stats;
                 }
                 self.done.insert(at..end);
                 at = end;
@@ -236,6 +258,13 @@ impl MeasureState {
             particles: self.done.count(),
         })
     }
+}
+
+/// What a range of particles has left behind in a group of channels, task by task.
+struct Pass {
+    parts: Vec<Part>,
+    accounts: Vec<Account>,
+    stats: Stats,
 }
 
 /// One group of channels.
@@ -275,31 +304,30 @@ impl Group<'_> {
     }
 
     /// Follows a range of particles.
-    fn pass(
-        &self,
-        (seed, particles): (u64, Range<u64>),
-        (tally, books): (&mut Tally, &mut Books),
-        counter: &AtomicU64,
-    ) -> Stats {
+    fn pass(&self, (seed, particles): (u64, Range<u64>), handle: &Handle) -> Pass {
         // Each group's paths have an address space of their own.
         let seed = seed.wrapping_add(self.index.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         let count = particles.end - particles.start;
         let task = |i: usize| {
             let first = particles.start + i as u64 * TASK;
             let mut ws = Workspace::new(self.scene.tolerance());
+            ws.stop = handle.stop().clone();
             let part = self.setup.task(seed, first..first + TASK, &mut ws);
-            counter.fetch_add(TASK, Ordering::Relaxed);
+            handle.count(TASK);
             (part, ws.stats())
         };
         let tasks = (0..(count / TASK) as usize).into_par_iter();
         let ((parts, accounts), stats): ((Vec<Part>, Vec<Account>), Vec<Stats>) =
             tasks.with_max_len(1).map(task).unzip();
-        tally.add(&parts, count);
-        accounts.iter().for_each(|account| books.enter(account));
-        stats.into_iter().fold(Stats::default(), |mut sum, s| {
+        let stats = stats.into_iter().fold(Stats::default(), |mut sum, s| {
             sum += s;
             sum
-        })
+        });
+        Pass {
+            parts,
+            accounts,
+            stats,
+        }
     }
 
     fn emitted(&self) -> Vec<f64> {

@@ -3,6 +3,7 @@
 mod allocation;
 mod aov;
 mod bias;
+mod handle;
 mod measure;
 mod memory;
 mod photons;
@@ -18,6 +19,7 @@ mod target;
 
 pub use allocation::ADAPTIVE_FROM;
 pub use bias::Debiased;
+pub use handle::{GRACE, Handle};
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;
 pub use ranges::Ranges;
@@ -35,7 +37,6 @@ use crate::sum::Sum;
 use serde::{Deserialize, Serialize};
 use source::Source;
 use std::ops::{ControlFlow, Range};
-use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
 /// Passes grow until they take about this long: progress is seen and cancelling is quick, and
@@ -153,19 +154,19 @@ pub fn render(
     options: &Options,
     on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
-    render_counted(scenes, options, &AtomicU64::new(0), on_pass)
+    render_watched(scenes, options, &Handle::default(), on_pass)
 }
 
-/// As [`render`]. `counter` grows by one for each sample of each pixel (and each group of channels), as if all had equally
-/// many, while the render runs, for other threads to see.
-pub fn render_counted(
+/// As [`render`]. Other threads see by the `handle` how many samples have been taken, and can end the render within a pass,
+/// the pilot included.
+pub fn render_watched(
     scenes: &[Scene],
     options: &Options,
-    counter: &AtomicU64,
+    handle: &Handle,
     on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
     let mut state = State::new(scenes, options);
-    state.advance(scenes, options, counter, on_pass);
+    state.advance(scenes, options, handle, on_pass);
     state.into_rendering(scenes)
 }
 
@@ -184,8 +185,8 @@ struct Prepared {
     radius: f64,
 }
 
-/// Finds it out, for every group.
-fn prepare(scenes: &[Scene], options: &Options) -> Vec<Prepared> {
+/// Finds it out, for every group; worthless if the handle has stopped it.
+fn prepare(scenes: &[Scene], options: &Options, handle: &Handle) -> Vec<Prepared> {
     let groups = scenes.iter().enumerate().map(|(group, scene)| {
         let mut prepared = Prepared {
             search: 1.0,
@@ -194,7 +195,7 @@ fn prepare(scenes: &[Scene], options: &Options) -> Vec<Prepared> {
             beginning: Beginning::default(),
             radius: 0.0,
         };
-        let source = Source::new(scene, options, group, prepared.clone());
+        let source = Source::new((scene, group), options, prepared.clone(), handle);
         match options.integrator {
             Integrator::Photon(mapping) => {
                 prepared.radius = photons::first_radius(&source, &mapping);

@@ -15,7 +15,6 @@ use crate::scene::FilmSpec;
 use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Pixels per unit of work.
 const PIXELS_PER_TASK: usize = 16;
@@ -50,7 +49,12 @@ fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Sta
     let pixels = (spec.width * spec.height) as u64;
     let bounds = mapping.bounds(lanes(source.lanes()));
     let sampler = |path| source.sampler(pixels + path, sample);
-    PhotonMap::trace(scene, &bounds, mapping.paths(scene), sampler)
+    PhotonMap::trace(
+        (scene, &source.stop),
+        &bounds,
+        mapping.paths(scene),
+        sampler,
+    )
 }
 
 /// Adds a range of samples to every pixel of the source's channel group.
@@ -58,13 +62,15 @@ pub(super) fn pass(
     source: &Source,
     samples: Range<u64>,
     (film, debiased, books): (&mut Film, &mut Debiased, &mut Books),
-    counter: &AtomicU64,
 ) -> Stats {
     let Integrator::Photon(mapping) = &source.integrator else {
         return Stats::default();
     };
     let mut stats = Stats::default();
     for sample in samples {
+        if source.is_stopped() {
+            break;
+        }
         let (map, counts, followed) = map(source, mapping, sample);
         stats += counts;
         books.enter(&followed);
@@ -82,7 +88,7 @@ pub(super) fn pass(
             .with_max_len(1)
             .map(|task| {
                 let range = task * PIXELS_PER_TASK..pixels.min((task + 1) * PIXELS_PER_TASK);
-                part(source, (&gathering, decomposition), sample, range, counter)
+                part(source, (&gathering, decomposition), sample, range)
             })
             .collect();
         let mut taken = Vec::with_capacity(pixels);
@@ -100,7 +106,6 @@ fn part(
     (gathering, decomposition): (&Gathering, Option<Decomposition>),
     sample: u64,
     pixels: Range<usize>,
-    counter: &AtomicU64,
 ) -> (Vec<Taken>, Stats) {
     let mut ws = source.workspace();
     let mut pending = decomposition.map(|d| (d, Pending::new(d.layers())));
@@ -127,7 +132,7 @@ fn part(
         }
     });
     let taken = taken.collect();
-    counter.fetch_add(count, Ordering::Relaxed);
+    source.handle.count(count);
     (taken, ws.stats())
 }
 

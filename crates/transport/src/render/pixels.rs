@@ -8,7 +8,6 @@ use crate::integrator::Contribution;
 use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Pixels per unit of work: few enough to share out, enough not to matter. Units are shared out one by one, so that no
 /// thread is left alone with many of them at the end of a pass.
@@ -28,7 +27,6 @@ pub(super) fn pass(
     source: &Source,
     (samples, allocation): (Range<u64>, &Allocation),
     film: &mut Film,
-    counter: &AtomicU64,
 ) -> Stats {
     tasks(film, source.group)
         .into_par_iter()
@@ -36,7 +34,7 @@ pub(super) fn pass(
         .map(|task| {
             let taken = task.pixels.len() as u64 * (samples.end - samples.start);
             let stats = run(source, (samples.clone(), allocation), task);
-            counter.fetch_add(taken, Ordering::Relaxed);
+            source.handle.count(taken);
             stats
         })
         .reduce(Stats::default, |mut a, b| {
@@ -80,6 +78,9 @@ fn run(source: &Source, (samples, allocation): (Range<u64>, &Allocation), mut ta
         let number = task.first + i;
         let sets = samples.clone().step_by(size as usize);
         for first in sets.flat_map(|set| allocation.samples(number, set)) {
+            if source.is_stopped() {
+                return ws.stats();
+            }
             let mut mean = Spectrum::ZERO;
             for sample in first..first + size {
                 source.sample(number, sample, &mut ws, &mut found);

@@ -1,6 +1,6 @@
 //! Where the samples of a pixel come from.
 
-use super::{Options, Prepared};
+use super::{Handle, Options, Prepared};
 use crate::Spectrum;
 use crate::film::Pixel;
 use crate::integrator::{Contribution, Integrator};
@@ -8,6 +8,7 @@ use crate::path::Workspace;
 use crate::sampling::{Purpose, Sampler, Sets};
 use crate::scene::Scene;
 use crate::sensor::Ray;
+use crate::stop::Stop;
 
 /// The samples of one channel group.
 pub(super) struct Source<'a> {
@@ -15,16 +16,26 @@ pub(super) struct Source<'a> {
     pub integrator: Integrator,
     pub group: usize,
     pub prepared: Prepared,
+    pub handle: &'a Handle,
+    /// Whether what is under way is to be given up.
+    pub stop: Stop,
     seed: u64,
 }
 
 impl<'a> Source<'a> {
-    pub fn new(scene: &'a Scene, options: &Options, group: usize, prepared: Prepared) -> Self {
+    pub fn new(
+        (scene, group): (&'a Scene, usize),
+        options: &Options,
+        prepared: Prepared,
+        handle: &'a Handle,
+    ) -> Self {
         Source {
             scene,
             integrator: options.integrator,
             group,
             prepared,
+            handle,
+            stop: handle.stop().clone(),
             // Each group's paths have an address space of their own.
             seed: options
                 .seed
@@ -53,7 +64,13 @@ impl<'a> Source<'a> {
         ws.rates = prepared.rates;
         ws.prospects = prepared.prospects.clone();
         ws.beginning = prepared.beginning;
+        ws.stop = self.stop.clone();
         ws
+    }
+
+    /// Whether the pass under way is to be given up: what is found is worthless.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.is_raised()
     }
 
     /// Adds the contributions of one sample of a pixel to `out`.

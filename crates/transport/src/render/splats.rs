@@ -15,7 +15,6 @@ use crate::path::{Account, Books};
 use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Pixels per unit of work.
 const PIXELS_PER_TASK: usize = 16;
@@ -31,7 +30,6 @@ pub(super) fn pass(
     source: &Source,
     samples: Range<u64>,
     (film, mut strategies, books): (&mut Film, Option<&mut Strategies>, &mut Books),
-    counter: &AtomicU64,
 ) -> Stats {
     let pixels = film.width() * film.height();
     let tasks = pixels.div_ceil(PIXELS_PER_TASK) as u64;
@@ -45,6 +43,9 @@ pub(super) fn pass(
     let mut account = Account::default();
     let mut layered = Layered::new(film.parts_mut(source.group).layers, pixels);
     for start in (first..end).step_by(BLOCK as usize) {
+        if source.is_stopped() {
+            break;
+        }
         let count = BLOCK.min(end - start) as usize;
         let parts: Vec<(Part, Stats, Account)> = (0..count)
             .into_par_iter()
@@ -53,7 +54,7 @@ pub(super) fn pass(
                 let number = start + i as u64;
                 let from = (number % tasks) as usize * PIXELS_PER_TASK;
                 let range = from..pixels.min(from + PIXELS_PER_TASK);
-                part(source, number / tasks, range, counter)
+                part(source, number / tasks, range)
             })
             .collect();
         for (number, (part, counts, particles)) in (start..).zip(parts) {
@@ -103,12 +104,7 @@ pub(super) fn pass(
     stats
 }
 
-fn part(
-    source: &Source,
-    sample: u64,
-    pixels: Range<usize>,
-    counter: &AtomicU64,
-) -> (Part, Stats, Account) {
+fn part(source: &Source, sample: u64, pixels: Range<usize>) -> (Part, Stats, Account) {
     let mut ws = source.workspace();
     let mut account = Account::default();
     let (mut found, mut part) = (Vec::new(), Part::new());
@@ -124,7 +120,7 @@ fn part(
             }
         }
     }
-    counter.fetch_add(taken, Ordering::Relaxed);
+    source.handle.count(taken);
     (part, ws.stats(), account)
 }
 

@@ -9,29 +9,35 @@ use super::ranges::Ranges;
 use super::source::Source;
 use super::strategies::Strategies;
 use super::target::Watch;
-use super::{Debiased, Options, Prepared, Progress, Rendering, aov, photons, pixels, splats};
-use super::{longer_or_shorter, prepare};
+use super::{
+    Debiased, Handle, Options, Prepared, Progress, Rendering, aov, photons, pixels, splats,
+};
+use super::{PASS, longer_or_shorter, memory, prepare};
 use crate::film::Film;
 use crate::integrator::Integrator;
 use crate::path::{Balance, Beginning, Books};
 use crate::scene::Scene;
 use crate::stats::Stats;
+use crate::stop::Stop;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
-use std::sync::atomic::AtomicU64;
 use std::time::Instant;
+
+/// Films of up to so many bytes are copied before each pass, so that it can be given up: it takes some milliseconds. Larger ones
+/// are only if the last pass was not short.
+const SMALL_FILM: usize = 1 << 26;
 
 /// What a render has gathered so far.
 ///
 /// ```no_run
 /// # fn example(scenes: &[transport::Scene], options: transport::render::Options) {
-/// use std::{ops::ControlFlow, sync::atomic::AtomicU64};
-/// use transport::render::{Options, State};
-/// let counter = AtomicU64::new(0);
+/// use std::ops::ControlFlow;
+/// use transport::render::{Handle, Options, State};
+/// let handle = Handle::default();
 /// let part = |first| {
 ///     let options = Options { first, samples: 8, ..options };
 ///     let mut state = State::new(scenes, &options);
-///     state.advance(scenes, &options, &counter, |_| ControlFlow::Continue(()));
+///     state.advance(scenes, &options, &handle, |_| ControlFlow::Continue(()));
 ///     state
 /// };
 /// let mut whole = part(8);
@@ -65,14 +71,8 @@ pub enum MergeError {
 }
 
 impl State {
-    /// Nothing yet; what has to be found out before the first sample is.
+    /// Nothing yet.
     pub fn new(scenes: &[Scene], options: &Options) -> Self {
-        let mut state = State::blank(scenes, options);
-        state.prepared = prepare(scenes, options);
-        state
-    }
-
-    fn blank(scenes: &[Scene], options: &Options) -> Self {
         let spec = scenes[0].film();
         let channels = options.integrator.channels(spec.channels);
         let lanes = options.integrator.lanes(spec.lanes);
@@ -105,8 +105,12 @@ impl State {
 
     /// Whether this is a state of a render of these scenes with these options, whichever samples it has.
     pub fn fits(&self, scenes: &[Scene], options: &Options) -> bool {
-        let blank = State::blank(scenes, options);
-        let sound = self.done.are_sound() && self.prepared.len() == scenes.len();
+        let blank = State::new(scenes, options);
+        let prepared = match self.done.count() {
+            0 => [0, scenes.len()].contains(&self.prepared.len()),
+            _ => self.prepared.len() == scenes.len(),
+        };
+        let sound = self.done.are_sound() && prepared;
         let watched = self.watch.as_ref().map(Watch::target) == options.target;
         let pixels = self.film.width() * self.film.height();
         let allotted = self.allocation.fits(&blank.allocation, pixels);
@@ -134,7 +138,11 @@ impl State {
     /// # Errors
     /// Samples that both have, or states of obviously different renders; nothing is added then.
     pub fn merge(&mut self, other: &State) -> Result<(), MergeError> {
-        let agree = self.prepared == other.prepared && self.allocation.agrees(&other.allocation);
+        let new = [&self.prepared, &other.prepared]
+            .iter()
+            .any(|p| p.is_empty());
+        let prepared = new || self.prepared == other.prepared;
+        let agree = prepared && self.allocation.agrees(&other.allocation);
         if !(agree && self.is_like(other)) {
             return Err(MergeError::Different);
         }
@@ -142,6 +150,9 @@ impl State {
             return Err(MergeError::Overlap(range));
         }
         other.done.iter().for_each(|range| self.done.insert(range));
+        if self.prepared.is_empty() {
+            self.prepared.clone_from(&other.prepared);
+        }
         self.film.merge(&other.film);
         self.allocation.learn(&other.allocation);
         self.stats += other.stats;
@@ -157,23 +168,32 @@ impl State {
         Ok(())
     }
 
-    /// Takes the samples of the options' range that are missing, on the current thread pool. See
-    /// [`render`](super::render()) for `scenes` and `on_pass`, [`render_counted`](super::render_counted) for
-    /// `counter`. The state must [fit](State::fits).
+    /// Takes the samples of the options' range that are missing, on the current thread pool; before the first, it finds out
+    /// what the estimator has to know. See [`render`](super::render()) for `scenes` and `on_pass`,
+    /// [`render_watched`](super::render_watched) for `handle`. The state must [fit](State::fits).
     pub fn advance(
         &mut self,
         scenes: &[Scene],
         options: &Options,
-        counter: &AtomicU64,
+        handle: &Handle,
         mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
     ) {
-        let sources = self.sources(scenes, options);
+        if self.prepared.is_empty() {
+            let prepared = prepare(scenes, options, handle);
+            if handle.stop().is_raised() {
+                return;
+            }
+            self.prepared = prepared;
+        }
+        let mut sources = self.sources(scenes, options, handle);
+        let is_small = memory(scenes[0].film(), options) <= SMALL_FILM;
         // Whoever has a set's first sample takes all of it, so that parts have whole sets, too.
         let sets = options.integrator.sets(&scenes[0]);
         let range = options.range();
         let range = sets.whole(range.start)..sets.whole(range.end);
         let total = range.end - range.start;
         let mut next = 1;
+        let mut is_short = false;
         for gap in self.done.gaps(range) {
             let mut at = gap.start;
             while at < gap.end {
@@ -193,13 +213,43 @@ impl State {
                 next = next.min(look.saturating_sub(self.done.count()).max(1));
                 let most = self.allocation.ready(at).min(gap.end - at);
                 next = scenes[0].whole_periods(next).min(most);
-                self.pass(&sources, at..at + next, counter);
+                let undoable = is_small || !is_short;
+                let pass = at..at + next;
+                if self
+                    .undoable_pass(&mut sources, pass, undoable.then_some(handle))
+                    .is_break()
+                {
+                    return;
+                }
                 at += next;
                 if on_pass(&self.progress(total)).is_break() {
                     return;
                 }
+                is_short = started.elapsed() <= PASS;
                 next = longer_or_shorter(next, started.elapsed());
             }
+        }
+    }
+
+    /// Takes a range of samples. If the handle that may end it does, the state is as it was.
+    fn undoable_pass(
+        &mut self,
+        sources: &mut [Source],
+        samples: Range<u64>,
+        handle: Option<&Handle>,
+    ) -> ControlFlow<()> {
+        let stop = handle.map_or(Stop::default(), |handle| handle.stop().clone());
+        let before = handle.map(|_| self.clone());
+        for source in sources.iter_mut() {
+            source.stop = stop.clone();
+        }
+        self.pass(sources, samples);
+        match before {
+            Some(before) if stop.is_raised() => {
+                *self = before;
+                ControlFlow::Break(())
+            }
+            _ => ControlFlow::Continue(()),
         }
     }
 
@@ -213,28 +263,32 @@ impl State {
         }
     }
 
-    fn sources<'a>(&self, scenes: &'a [Scene], options: &Options) -> Vec<Source<'a>> {
+    fn sources<'a>(
+        &self,
+        scenes: &'a [Scene],
+        options: &Options,
+        handle: &'a Handle,
+    ) -> Vec<Source<'a>> {
         let groups = scenes.iter().zip(&self.prepared).enumerate();
-        groups
-            .map(|(group, (scene, prepared))| Source::new(scene, options, group, prepared.clone()))
-            .collect()
+        let source = |(group, (scene, prepared)): (usize, (&'a Scene, &Prepared))| {
+            Source::new((scene, group), options, prepared.clone(), handle)
+        };
+        groups.map(source).collect()
     }
 
     /// Takes a range of samples in all groups of channels.
-    fn pass(&mut self, sources: &[Source], samples: Range<u64>, counter: &AtomicU64) {
+    fn pass(&mut self, sources: &[Source], samples: Range<u64>) {
         for (source, books) in sources.iter().zip(&mut self.books) {
             let samples = samples.clone();
             let film = &mut self.film;
             self.stats += match (&source.integrator, &mut self.debiased) {
-                (Integrator::Aov(tracer), _) => aov::pass(source, tracer, samples, film, counter),
-                (_, Some(debiased)) => {
-                    photons::pass(source, samples, (film, debiased, books), counter)
-                }
+                (Integrator::Aov(tracer), _) => aov::pass(source, tracer, samples, film),
+                (_, Some(debiased)) => photons::pass(source, samples, (film, debiased, books)),
                 (integrator, None) if integrator.splats() => {
                     let into = (film, self.strategies.as_mut(), books);
-                    splats::pass(source, samples, into, counter)
+                    splats::pass(source, samples, into)
                 }
-                _ => pixels::pass(source, (samples, &self.allocation), film, counter),
+                _ => pixels::pass(source, (samples, &self.allocation), film),
             };
         }
         self.done.insert(samples);

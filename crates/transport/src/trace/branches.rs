@@ -11,7 +11,7 @@ use glam::DVec3;
 pub struct Branches {
     /// The primary ray, or all that were found.
     pub list: Vec<Branch>,
-    /// Why there is no primary ray.
+    /// Why there is no primary ray, or, if all were looked for, why one that a coarser search found is not listed.
     pub failure: Option<Failure>,
     /// Whether it is certain that there is at most one.
     pub is_unique: bool,
@@ -40,7 +40,7 @@ pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> B
     let ends = [from, to].map(|x| (x, scene.medium_at(x)));
     let start = ends[0];
     let primary = solver.connect(scene, start, to);
-    let (mut list, mut is_occluded) = (vec![], false);
+    let (mut list, mut is_occluded, mut lost) = (vec![], false, None);
     if let Ok(found) = &primary {
         let branch = branch(scenes, found, solver.pieces(), true);
         is_occluded = branch.is_occluded;
@@ -49,20 +49,24 @@ pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> B
     if let Some(reflections) = all {
         list.clear();
         let reach = reach(scene, reflections, primary.as_ref().ok());
-        for (guess, found) in solver.all(scene, start, to, &reach) {
+        let all = solver.all(scene, start, to, &reach);
+        lost = all.lost;
+        for (guess, found) in all.branches {
             let first = primary.is_ok_and(|p| solver.is_same_branch(&p, &found));
             // Again, for the pieces of its ray.
             let found = match first {
                 true => solver.connect(scene, start, to),
                 false => solver.solve(scene, &guess, to),
             };
-            let found = found.map(|f| branch(scenes, &f, solver.pieces(), first));
-            list.extend(found);
+            match found {
+                Ok(found) => list.push(branch(scenes, &found, solver.pieces(), first)),
+                Err(failure) => lost = Some(failure),
+            }
         }
     }
     Branches {
         list,
-        failure: primary.err(),
+        failure: primary.err().or(lost),
         is_unique: scene.is_unique(ends[0], ends[1]),
         is_occluded,
     }

@@ -17,6 +17,7 @@ mod common;
 mod compare;
 mod matrix;
 mod pooled;
+mod steep;
 mod surfaces;
 
 use case::{Index, Light, Matter, View, Wall};

@@ -4,12 +4,11 @@ use crate::support::*;
 use eikonal::field::Luneburg;
 use glam::DVec3;
 use std::ops::ControlFlow;
-use std::sync::atomic::AtomicU64;
 use transport::Bins;
 use transport::Scene;
 use transport::bsdf::Bsdf;
 use transport::meter::{Coordinates, Cosines, Meter};
-use transport::render::{Measurement, measure};
+use transport::render::{Handle, Measurement, measure};
 use transport::scene::Parts;
 use transport::shape::Sphere;
 
@@ -60,8 +59,8 @@ fn a_measurement_that_is_stopped_is_a_shorter_one() {
     let scene = Scene::new(ball()).unwrap();
     let meters = meters(&ball(), None);
     let stop = |_| ControlFlow::Break(());
-    let counter = AtomicU64::new(0);
-    let found = measure(&[scene], &meters, &options(5_000, 12), &counter, stop).unwrap();
+    let handle = Handle::default();
+    let found = measure(&[scene], &meters, &options(5_000, 12), &handle, stop).unwrap();
     assert!(found.particles < 5_000);
     let shorter = run(ball(), &meters, &options(found.particles, 12));
     assert_eq!(bits(&found), bits(&shorter));

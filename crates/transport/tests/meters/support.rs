@@ -3,12 +3,11 @@
 pub use crate::common::{container, fog, glass, parts, sky, vacuum};
 use glam::{DAffine3, DMat3, DVec3};
 use std::ops::ControlFlow;
-use std::sync::atomic::AtomicU64;
 use transport::emitter::{Collimated, Emitter, Profile};
 use transport::meter::{
     Coordinates, Estimator, FluenceMeter, Grid, IrradianceMeter, Meter, Positions, Reading,
 };
-use transport::render::{MeasureOptions, Measurement, measure};
+use transport::render::{Handle, MeasureOptions, Measurement, measure};
 use transport::scene::{Object, Parts};
 use transport::sensor::Sensor;
 use transport::{Scene, Spectrum};
@@ -40,12 +39,12 @@ pub fn options(particles: u64, seed: u64) -> MeasureOptions {
 
 pub fn run(parts: Parts, meters: &[Meter], options: &MeasureOptions) -> Measurement {
     let scene = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
-    let counter = AtomicU64::new(0);
+    let handle = Handle::default();
     let go_on = |_| ControlFlow::Continue(());
-    let measurement = measure(&[scene], meters, options, &counter, go_on).unwrap();
+    let measurement = measure(&[scene], meters, options, &handle, go_on).unwrap();
     assert_eq!(measurement.stats.not_finite, 0);
     let range = options.range();
-    assert_eq!(counter.into_inner(), range.end - range.start);
+    assert_eq!(handle.samples(), range.end - range.start);
     measurement
 }
 

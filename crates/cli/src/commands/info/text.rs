@@ -2,11 +2,11 @@
 
 use super::{constant_index, extinction_and_albedo, film_memory, found, sensor_kind};
 use crate::load::file_name;
-use crate::numbers::{bytes, percent, plain};
+use crate::numbers::{bytes, count, percent, plain};
 use eikonal::Uniqueness;
 use glam::DVec3;
 use io::Loaded;
-use io::assemble::Walls;
+use io::assemble::{Walls, steps_across};
 use io::diagnostic::escaped;
 use io::rendered::Naming;
 use std::fmt::Write as _;
@@ -160,6 +160,11 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
             out,
             "    max |∇ln n|  {} per unit length",
             plain(bounds.kappa())
+        )?;
+        writeln!(
+            out,
+            "    steps      about {} for a ray across",
+            count(steps_across(scene, id))
         )?;
         writeln!(
             out,

@@ -7,6 +7,9 @@ use glam::DVec3;
 /// Cells between nodes along each axis.
 const EDGE: usize = 8;
 
+/// A coefficient below this share of its sample does not stand for it.
+const STEEP: f64 = 0.8;
+
 /// The length scale at nodes every few cells, interpolated linearly between them.
 ///
 /// At a sample it is L = (2n²/|∂⁴n²|)^¼, which makes the fifth derivative of a ray by σ n⁵L⁻⁴, but no more than
@@ -142,7 +145,7 @@ fn roughness<S: Simd>(
     let (n2_ref, least) = (constant(n2_ref), constant(0.01 * n2_ref));
     for i in (0..row.len()).step_by(LANES) {
         let m = load(simd, middle, i);
-        let (mut second, mut fourth) = ([zero; 2], [zero; 2]);
+        let (mut second, mut fourth, mut above) = ([zero; 2], [zero; 2], [zero; 2]);
         for axis in 0..3 {
             let per = per_spacing[axis] * per_spacing[axis];
             let [a, b, d, e] = around[axis];
@@ -151,16 +154,21 @@ fn roughness<S: Simd>(
             for h in 0..2 {
                 let (a, b, m, d, e) = (a[h], b[h], m[h], d[h], e[h]);
                 let (ends, near) = (b.abs() + d.abs(), m.abs());
-                let two = (b - m * 2.0 + d).abs() - rounding * (ends + near * 2.0);
+                let bend = b - m * 2.0 + d;
+                let two = bend.abs() - rounding * (ends + near * 2.0);
                 let sum = a.abs() + ends * 4.0 + near * 6.0 + e.abs();
                 let four = (a - b * 4.0 + m * 6.0 - d * 4.0 + e).abs() - rounding * sum;
+                above[h] += bend;
                 second[h] += two.max(zero) * per;
                 fourth[h] += four.max(zero) * (per * per);
             }
         }
         for h in 0..2 {
-            // n² of a sample is close to its coefficient; where both are hardly positive no ray goes.
-            let n2 = (n2_ref + m[h]).max(least);
+            // n² of a sample is close to its coefficient, but at a steep step, where coefficients swing more widely than samples;
+            // where both are hardly positive no ray goes.
+            let coefficient = n2_ref + m[h];
+            let sample = coefficient + above[h] * (1.0 / 6.0);
+            let n2 = coefficient.max(sample * STEEP).max(least);
             let found = (fourth[h] * (n2 * 2.0)).max(second[h] * second[h]) / (n2 * n2 * 4.0);
             let found: [f64; 4] = *found;
             let start = row.len().min(i + 4 * h);

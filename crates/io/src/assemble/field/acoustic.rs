@@ -1,6 +1,6 @@
 //! Standing ultrasound, by its amplitude in index or in pressure.
 
-use crate::query::{POSITIVE, Query};
+use crate::query::{INDEX, POSITIVE, Query};
 use crate::scene::PluginKind;
 use eikonal::Field;
 use eikonal::field::{Acoustic, AcousticMode, FieldError};
@@ -8,7 +8,7 @@ use glam::DVec3;
 
 /// The field that a volume describes.
 pub(super) fn build(q: &mut Query) -> Result<Field, FieldError> {
-    let n0 = q.float_in("n0", POSITIVE, None);
+    let n0 = q.float_in("n0", INDEX, None);
     let origin = q.point_or("origin", DVec3::ZERO);
     let direction = q.vector_or("direction", DVec3::Z);
     let perpendicular = direction.any_orthogonal_vector();

@@ -6,7 +6,7 @@ use super::super::{reach, units};
 use super::rounding::Rounding;
 use super::{air, placed};
 use crate::diagnostic::Diagnostic;
-use crate::query::{POSITIVE, Query};
+use crate::query::{INDEX, Query};
 use crate::scene::{Object, Value};
 use crate::volume::{Sample, Volume};
 use eikonal::field::{Bspline, NoiseShares, Placement};
@@ -202,12 +202,12 @@ fn warn_of_noise(shares: NoiseShares, rounding: Rounding, object: &Object, conte
 fn law(object: &Object, nm: Option<f64>, q: &mut Query) -> Option<Law> {
     let law = match object.plugin.as_str() {
         "gladstone_dale" => Law {
-            n0: q.float_in("n0", POSITIVE, 1.0),
+            n0: q.float_in("n0", INDEX, 1.0),
             slope: gladstone_dale(nm, q),
             reference: q.float_or("reference", 0.0),
         },
         "pressure" => Law {
-            n0: q.float_in("n0", POSITIVE, None),
+            n0: q.float_in("n0", INDEX, None),
             slope: dn_dp(q),
             reference: q.float_or("reference", 0.0),
         },

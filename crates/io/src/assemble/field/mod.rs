@@ -10,7 +10,7 @@ pub(super) use dispersion::disperses;
 
 use super::context::Context;
 use super::transforms::affine;
-use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::query::{INDEX, POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use eikonal::Field;
 use eikonal::field::{
@@ -78,22 +78,22 @@ fn placed(
 fn analytic(object: &Object, q: &mut Query) -> Option<Result<Field, FieldError>> {
     let origin = DVec3::ZERO;
     Some(match object.plugin.as_str() {
-        "constant" => Ok(Constant::new(q.float_in("value", POSITIVE, None)).into()),
+        "constant" => Ok(Constant::new(q.float_in("value", INDEX, None)).into()),
         "linear" => {
-            let (n0, slope) = (q.float_in("n0", POSITIVE, None), q.vector("slope"));
+            let (n0, slope) = (q.float_in("n0", INDEX, None), q.vector("slope"));
             LinearIndex::new(n0, slope, q.point_or("origin", origin)).map(Field::from)
         }
         "linear_square" => {
-            let (n0, slope) = (q.float_in("n0", POSITIVE, None), q.vector("slope"));
+            let (n0, slope) = (q.float_in("n0", INDEX, None), q.vector("slope"));
             LinearSquare::new(n0, slope, q.point_or("origin", origin)).map(Field::from)
         }
         "luneburg" => {
-            let n = q.float_in("n_exterior", POSITIVE, 1.0);
+            let n = q.float_in("n_exterior", INDEX, 1.0);
             let center = q.point_or("center", origin);
             Luneburg::new(n, center, q.float_in("radius", POSITIVE, 1.0)).map(Field::from)
         }
         "selfoc" => {
-            let n0 = q.float_in("n0", POSITIVE, None);
+            let n0 = q.float_in("n0", INDEX, None);
             let alpha = q.float_in("alpha", 0.0.., None);
             let (o, d) = (
                 q.point_or("origin", origin),
@@ -102,12 +102,12 @@ fn analytic(object: &Object, q: &mut Query) -> Option<Result<Field, FieldError>>
             Selfoc::new(n0, alpha, o, d).map(Field::from)
         }
         "fisheye" => {
-            let n0 = q.float_in("n0", POSITIVE, 2.0);
+            let n0 = q.float_in("n0", INDEX, 2.0);
             let center = q.point_or("center", origin);
             Fisheye::new(n0, center, q.float_in("radius", POSITIVE, 1.0)).map(Field::from)
         }
         "gaussian" => {
-            let n0 = q.float_in("n0", POSITIVE, None);
+            let n0 = q.float_in("n0", INDEX, None);
             let delta = q.float("delta");
             let center = q.point_or("center", origin);
             Gaussian::new(n0, delta, center, q.float_in("width", POSITIVE, None)).map(Field::from)
@@ -119,7 +119,7 @@ fn analytic(object: &Object, q: &mut Query) -> Option<Result<Field, FieldError>>
 
 fn sum(object: &Object, context: &mut Context) -> Option<Field> {
     let mut query = Query::new(object, context.diagnostics);
-    let reference = query.float_in("reference", POSITIVE, 1.0);
+    let reference = query.float_in("reference", INDEX, 1.0);
     let terms = query.children(PluginKind::Volume);
     let has_transform = query.has("to_world");
     let matrix = query.transform("to_world");

@@ -3,6 +3,7 @@
 
 use super::{PhotonMapping, Query, Radii};
 use crate::Spectrum;
+use crate::budget::PHOTONS_PER_GATHER;
 use crate::film::PathFacts;
 use crate::path::Point;
 use crate::path::{Carry, Edge, End, Sampling, Start, Vertex, Workspace, trace};
@@ -81,7 +82,7 @@ impl Gathering<'_> {
             let mut edge = trace(scene, sight.start, sampling, sampler, ws);
             edge.tabulate();
             match (self.mapping.query, &edge.end) {
-                (Query::Beam, _) => self.beside(&sight, &edge, &mut found),
+                (Query::Beam, _) => self.beside(&sight, &edge, ws, &mut found),
                 (Query::Point, End::Collision(point)) => {
                     self.around(&sight, &edge, point, &mut found)
                 }
@@ -92,12 +93,24 @@ impl Gathering<'_> {
     }
 
     /// The photons beside an edge: each counts where the edge is closest.
-    fn beside(&self, sight: &Sight, edge: &Edge, found: &mut impl FnMut(Gathered)) {
+    fn beside(
+        &self,
+        sight: &Sight,
+        edge: &Edge,
+        ws: &mut Workspace,
+        found: &mut impl FnMut(Gathered),
+    ) {
         let kernel = Kernel::disc(self.radii.volume);
+        let mut looked_at = 0;
         let mut optical_length = sight.optical_length;
         for span in &edge.spans {
             for piece in pieces(span, kernel.radius()) {
+                if looked_at > PHOTONS_PER_GATHER || ws.stop.is_raised() {
+                    ws.stats.over_budget.gathers += 1;
+                    return;
+                }
                 let photon = |photon: &Photon| {
+                    looked_at += 1;
                     let Some((theta, squared)) = piece.foot(photon.x) else {
                         return;
                     };

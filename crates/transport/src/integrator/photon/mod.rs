@@ -124,8 +124,12 @@ impl PhotonMapping {
     ) {
         let seed = sampler.next_1d().to_bits();
         let sampler_of = |path| Sampler::new(seed, path, 0);
-        let (map, stats, _) =
-            PhotonMap::trace(scene, &self.bounds(lanes), self.paths(scene), sampler_of);
+        let (map, stats, _) = PhotonMap::trace(
+            (scene, &ws.stop),
+            &self.bounds(lanes),
+            self.paths(scene),
+            sampler_of,
+        );
         ws.stats += stats;
         let gathering = Gathering {
             scene,

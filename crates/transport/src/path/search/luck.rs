@@ -2,15 +2,12 @@
 
 use super::{Known, Search, Shot};
 use crate::aim::Aim;
+use crate::budget::{STEPS_PER_SEARCH, TRIALS_PER_SEARCH};
 use crate::path::Workspace;
 use crate::path::link::Link;
 use crate::sampling::Sampler;
 use eikonal::connect::{Launch, Piece, random_direction, random_foot};
 use glam::DVec3;
-
-/// Random starts after which the search for a branch that was found once is given up. Its weight is
-/// then too small: such events are counted.
-const MOST_TRIALS: u32 = 1000;
 
 impl Search<'_> {
     /// A start drawn at random: a ray, and how far along it one of its close approaches to the target is.
@@ -82,18 +79,24 @@ impl Search<'_> {
         let ends = (self.vertex, self.goal);
         let clear = link.unless_blocked(self.scene, ends, pieces, &mut ws.stats)?;
         let value = evaluate(&clear)?;
-        for trial in 1..=MOST_TRIALS {
+        let (before, mut trials) = (ws.solver.work.steps, 0);
+        // Beyond the budget the weight is too small: that is counted.
+        while trials < TRIALS_PER_SEARCH && ws.solver.work.steps - before < STEPS_PER_SEARCH {
+            trials += 1;
             ws.stats.connections.trials += 1;
             let again = self.try_luck(sampler, ws);
             if again.is_some_and(|l| l.is_branch_of(self.scene, &link)) {
-                return Some((value, f64::from(trial)));
+                return Some((value, f64::from(trials)));
             }
         }
         ws.stats.connections.capped += 1;
-        Some((value, f64::from(MOST_TRIALS)))
+        Some((value, f64::from(trials)))
     }
 
     fn try_luck(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Link> {
+        if ws.stop.is_raised() {
+            return None;
+        }
         let shot = self.random(sampler, ws)?;
         self.solve(&shot, ws)
     }

@@ -184,8 +184,11 @@ impl<'a> Search<'a> {
 
     /// One attempt, counted.
     pub fn attempt(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
+        if ws.stop.is_raised() {
+            return None;
+        }
         let outcome = shot.connect(self.scene, ws);
-        ws.stats.connections.count(&outcome);
+        ws.stats.count(&outcome);
         let link = self.comply(shot, &outcome.ok()?, ws);
         ws.stats.connections.discarded += u64::from(link.is_none());
         link
@@ -193,6 +196,9 @@ impl<'a> Search<'a> {
 
     /// The same, not counted.
     pub fn solve(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
+        if ws.stop.is_raised() {
+            return None;
+        }
         let ray = shot.connect(self.scene, ws).ok()?;
         self.comply(shot, &ray, ws)
     }

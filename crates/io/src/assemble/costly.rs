@@ -1,0 +1,88 @@
+//! Media through which rays take very many steps, and indices that no medium has: known before the render.
+
+use crate::query::INDEX;
+use eikonal::Field;
+use eikonal::budget::STEPS_PER_RAY;
+use eikonal::ray::steps_between;
+use glam::DVec3;
+use transport::scene::{Problem, Scene, Severity, Subject};
+
+/// Steps across a medium from which on a render is likely to be a mistake: lenses take some ten.
+const MANY: f64 = 2000.0;
+/// Places on each way through a medium at which its index is looked at.
+const PLACES: usize = 64;
+
+/// About how many steps a ray takes across a medium: the most along the three axes of its box.
+pub fn steps_across(scene: &Scene, medium: usize) -> f64 {
+    let field = &scene.medium(medium).index;
+    let steps = ways(scene, medium).map(|way| steps_between(field, way, scene.tolerance()));
+    steps.fold(1.0, f64::max)
+}
+
+/// The straight ways through the middle of a medium along the axes.
+fn ways(scene: &Scene, medium: usize) -> impl Iterator<Item = [DVec3; 2]> {
+    let bounds = scene.regions()[medium].aabb;
+    let (center, half) = (bounds.center(), 0.5 * (bounds.max - bounds.min));
+    let axes = DVec3::AXES.into_iter().filter(move |_| !bounds.is_empty());
+    axes.map(move |axis| [center - half * axis, center + half * axis])
+}
+
+/// A warning for each medium that takes very many steps, an error for each whose index is out of any physical range.
+pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
+    let bent = |i: &usize| !scene.medium(*i).index.is_constant();
+    let media = (0..scene.media().len()).filter(bent);
+    media
+        .filter_map(|i| out_of_range(scene, i).or_else(|| costly(scene, i)))
+        .collect()
+}
+
+fn costly(scene: &Scene, medium: usize) -> Option<Problem> {
+    let steps = steps_across(scene, medium);
+    let name = &scene.medium(medium).name;
+    let what = parameter(&scene.medium(medium).index);
+    let fate = match steps > STEPS_PER_RAY as f64 {
+        true => format!("rays are given up after {STEPS_PER_RAY}, and their light is missing"),
+        false => "the render takes very long".into(),
+    };
+    (steps > MANY).then(|| Problem {
+        severity: Severity::Warning,
+        subject: Subject::Medium(medium),
+        message: format!(
+            "a ray across medium '{name}' takes some {steps:.0e} steps, where lenses take ten: {fate}"
+        ),
+        help: format!("check {what} against the size of the medium; a larger 'tolerance' of the integrator takes fewer steps"),
+    })
+}
+
+/// The parameter that says how fine a field is.
+fn parameter(field: &Field) -> &'static str {
+    match field {
+        Field::Bspline(_) => "the spacing of its samples, and their noise,",
+        Field::Gaussian(_) => "its 'width'",
+        Field::Acoustic(_) => "its 'wave_number', or 'frequency' and 'sound_speed',",
+        Field::Fisheye(_) | Field::Luneburg(_) => "its 'radius'",
+        Field::Selfoc(_) => "its 'alpha'",
+        Field::LinearIndex(_) | Field::LinearSquare(_) => "its 'slope'",
+        _ => "the fields of its index",
+    }
+}
+
+fn out_of_range(scene: &Scene, medium: usize) -> Option<Problem> {
+    let field = &scene.medium(medium).index;
+    let places = ways(scene, medium)
+        .flat_map(|[from, to]| (0..=PLACES).map(move |i| from.lerp(to, i as f64 / PLACES as f64)));
+    // An index that is not positive is spoken of elsewhere.
+    let n = places
+        .map(|x| field.n(x))
+        .find(|n| *n > 0.0 && !INDEX.contains(n))?;
+    let name = &scene.medium(medium).name;
+    let [low, high] = [INDEX.start(), INDEX.end()];
+    Some(Problem {
+        severity: Severity::Error,
+        subject: Subject::Medium(medium),
+        message: format!(
+            "the index of medium '{name}' is {n:.1e} in places: no medium has one outside of {low} to {high}"
+        ),
+        help: format!("check {} against the size of the medium", parameter(field)),
+    })
+}

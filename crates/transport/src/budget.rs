@@ -1,0 +1,20 @@
+//! How much work one part of a path may take: the budgets of [rays and connections](eikonal::budget), and those of what is
+//! made of them. Whatever is given up because a budget is spent is counted ([`OverBudget`](crate::stats::OverBudget), and
+//! [`Connections::capped`](crate::stats::Connections::capped)) and reported as possible bias: its light is missing.
+
+pub use eikonal::budget::*;
+
+/// Specular events of one edge: light between perfect mirrors never ends.
+pub const EVENTS_PER_EDGE: u32 = 1_000;
+
+/// Edges of a particle that meters follow: between walls that absorb nothing it would go on for ever.
+pub const EDGES_PER_PARTICLE: usize = 1_000_000;
+
+/// Random starts spent on finding a branch again that was found by one, to weigh it.
+pub const TRIALS_PER_SEARCH: u32 = 1_000;
+
+/// Steps of all these trials together.
+pub const STEPS_PER_SEARCH: u64 = 4_000_000;
+
+/// Photons that are looked at along one edge from the sensor.
+pub const PHOTONS_PER_GATHER: u64 = 20_000_000;
