@@ -6,6 +6,7 @@
 use std::io::Read;
 use std::path::Path;
 
+use eikonal::field::Bspline;
 use flate2::Compression;
 use flate2::read::{ZlibDecoder, ZlibEncoder};
 use io::Limits;
@@ -53,6 +54,8 @@ fn valid_files() {
     let data = (0..SIDE * SIDE * SIDE).map(|i| i as f32).collect();
     let volume = Volume::<f32>::new([SIDE; 3], 1, data).unwrap();
     let samples = size_of::<f32>() * SIDE * SIDE * SIDE;
+    // Samples stay where they are when they become a spline, which needs some room around them.
+    let most = size_of::<f32>() * Bspline::room([SIDE; 3]);
     let folder = tempfile::tempdir().unwrap();
     for extension in ["vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk"] {
         let path = folder.path().join("a").with_extension(extension);
@@ -69,7 +72,7 @@ fn valid_files() {
             "h5" | "vti" => samples,
             _ => 0,
         };
-        assert!(peak <= samples + whole + SMALL, "{extension}: {peak} bytes");
+        assert!(peak <= most + whole + SMALL, "{extension}: {peak} bytes");
         assert!(peak >= samples, "{extension}: {peak} bytes cannot be");
     }
 }
