@@ -56,12 +56,17 @@ class Technique:
             seed = 2 * level + (self.name == "collision")
             result = morgana.render(self.scene, particles=MEASURES[self.name] * effort, seed=seed)
             reading = result.meters["absorbed"]
-            cells = zip(reading.mean.ravel(), reading.error.ravel())
+            cells = zip(reading.mean.ravel(), np.where(reading.few, math.inf, reading.error).ravel())
             return {f"absorbed {i}": pair for i, pair in enumerate(cells)}
         result = morgana.render(self.scene, spp=ESTIMATORS[self.name] * effort, seed=level)
-        found = {"image": (result.mean, result.mean_error)}
+        found = {"image": (result.mean, known(result.mean_error, result.mean_few))}
         layers = (result.stats["decomposition"] or {}).get("layers", [])
-        return found | {layer["name"]: (layer["mean"], layer["standard_error"] or math.inf) for layer in layers}
+        return found | {one["name"]: (one["mean"], known(one["standard_error"] or math.inf, one["few"])) for one in layers}
+
+
+def known(error: float, few: bool) -> float:
+    """An error, infinite if it is not to be trusted."""
+    return math.inf if few else error
 
 
 def differences(techniques: list, level: int) -> list:
