@@ -179,7 +179,9 @@ fn textures_and_masks() {
 
 #[test]
 fn shining_pictures() {
-    check("pictures", &pictures(), 7003, true);
+    // Not by particles: few of them bring much of the light. Of a million samples the largest holds a fifth of the scatter, so that
+    // stated errors are too small; the mean is 0.0977 ± 0.0002 then, by `bdpt` 0.0979 ± 0.0002.
+    check("pictures", &pictures(), 7003, false);
 }
 
 /// Particles are connected to the sensor, and mirrors show it nothing of them.
