@@ -324,8 +324,8 @@ PLANTED = [
     (
         "reciprocal probability of a branch replaced by one",
         TRANSPORT + "path/search/luck.rs",
-        "return Some((value, f64::from(trial)));",
-        "return Some((value, f64::from(trial.min(1))));",
+        "return Some((value, f64::from(trials)));",
+        "return Some((value, f64::from(trials.min(1))));",
         ("transport", "branches", "branches_are_summed"),
     ),
     (

@@ -310,8 +310,9 @@ fn doubt_units(range: Option<[f64; 2]>, law: Option<&Law>, object: &Object, cont
         }),
         _ => units::taken_for_index(range).map(|(what, advice)| {
             let message = format!(
-                "the samples are taken for an index of refraction, but range from {least:.6e} to {most:.6e}: they look \
-                 like {what}"
+                "the samples are taken for an index of refraction, but range from {} to {}: they look like {what}",
+                Shown::rounded(least),
+                Shown::rounded(most)
             );
             (message, advice)
         }),
