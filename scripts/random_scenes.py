@@ -6,7 +6,8 @@ and those of the layers of optical path length where the film has them. Those wi
 collisions; what is absorbed in each cell is compared (fluence is not: collisions do not see it in clear matter). Where two differ by more than four standard errors, eight times as many samples are taken
 with another seed, up to twice; if they still differ, the scene is written to a file and reported. Estimators are left out that warn of
 light they do not find: in half of the scenes only one is left then, and nothing is compared. So are means whose errors cannot be trusted
-(`few`), and those of less than a hundredth of the whole: they rest on too few paths to be normal.
+(`few`), and those of less than a hundredth of the whole, or a
+millionth: they rest on too few paths to be normal.
 
 Normal deviates differ so far three times in a row in less than one of a million comparisons; but means of few samples are not
 normal where light is rare and bright, as that of a distant particle through a rough pane: look at what is reported with more samples
@@ -34,6 +35,8 @@ MEASURES = {"track_length": 10000, "collision": 10000}
 LEVELS, FACTOR, LIMIT = 3, 8, 4.0
 # Shares of the whole below which means are not compared.
 SMALL = 0.01
+# Light of which some technique may find no path at all: by way of the tail of a Gaussian lobe, say. Emitters are of the order of one.
+DARK = 1e-6
 # Messages about light that an estimator does not find.
 GAPS = ("missing", "mirror", "reflections", "do not find")
 
@@ -78,7 +81,7 @@ def differences(techniques: list, level: int) -> list:
         for name, (x, x_error) in these.items():
             y, y_error = those[name]
             error = math.hypot(x_error, y_error)
-            if max(x, y) >= SMALL * whole and abs(x - y) > LIMIT * error:
+            if max(x, y) >= max(SMALL * whole, DARK) and abs(x - y) > LIMIT * error:
                 z = (x - y) / error if error > 0 else math.inf
                 found.append(f"{name}: {a} {x:.4g} ± {x_error:.2g}, {b} {y:.4g} ± {y_error:.2g}: z = {z:.1f}")
     return found
