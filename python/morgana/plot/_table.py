@@ -146,8 +146,8 @@ def _layer(picture: Any, layer: str) -> Tuple[Doubles, Optional[Doubles], Option
     if isinstance(picture, Image):
         if layer not in picture.layers:
             raise _unknown(layer, picture.layers)
-        variance, flags = (picture.layers.get(f"{name}.{layer}" if layer else name) for name in ("variance", "few"))
-        known = None if variance is None else variance.astype(float)
+        squares, flags = (picture.layers.get(f"{name}.{layer}" if layer else name) for name in ("variance", "few"))
+        known = None if squares is None else squares.astype(float)
         return picture.layers[layer].astype(float), known, None if flags is None else flags != 0, picture.channels[layer]
     values = numbers(picture, "the picture")
     values = values[:, :, None] if values.ndim == 2 else values
@@ -169,7 +169,8 @@ def _flat(full: Table, names: Optional[List[str]], channel: Channel) -> Table:
         return full
     if channel is None:
         error = None if full.error is None else full.error.mean(-1)
-        return full._replace(mean=full.mean.mean(-1), error=error, few=None if full.few is None else full.few.any(-1))
+        few = None if full.few is None else np.asarray(np.any(full.few, axis=-1))
+        return full._replace(mean=full.mean.mean(-1), error=error, few=few)
     if str(channel) not in names:
         raise PlotError(f"no channel {str(channel)!r}; there are {', '.join(names)}")
     i = names.index(str(channel))
