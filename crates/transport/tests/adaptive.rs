@@ -316,7 +316,8 @@ fn other_renders_are_even() {
     }
 }
 
-/// Shares take memory only where they are found out: the pilot's variance, work and worth, and the share.
+/// Shares take memory only where they are found out: the pilot's variance, work and worth, and the share; and once more in the
+/// copy that is kept during a pass.
 #[test]
 fn shares_are_part_of_the_memory() {
     let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);
@@ -332,7 +333,7 @@ fn shares_are_part_of_the_memory() {
     let bdpt = Integrator::Bdpt(Bdpt::default());
     assert_eq!(
         of(true, path_tracer()) - of(false, path_tracer()),
-        (3 * 4 + 2) * pixels
+        2 * (3 * 4 + 2) * pixels
     );
     assert_eq!(of(true, bdpt), of(false, bdpt));
 }

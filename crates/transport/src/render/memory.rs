@@ -8,36 +8,67 @@ use crate::integrator::Integrator;
 use crate::moments::Moments;
 use crate::scene::FilmSpec;
 
-/// Bytes that the films of a render take at most, with all that is kept until it is added to them, and samples that are
-/// shared out among pixels. Writing films to files takes more, but not at the same time.
+/// Bytes that a render takes at most: its films and what it knows of pixels, the copy of these that is kept so that a pass can be given
+/// up, and what is kept of samples until it is added. Writing films to files takes more, but not at the same time.
 pub fn memory(spec: &FilmSpec, options: &Options) -> usize {
+    let pixels = spec.width.saturating_mul(spec.height);
+    let per_pixel = kept(spec, options)
+        .saturating_mul(2)
+        .saturating_add(pending(options));
+    pixels.saturating_mul(per_pixel)
+}
+
+/// Bytes that a copy of a render takes, for each pass.
+pub(super) fn copied(spec: &FilmSpec, options: &Options) -> usize {
+    let pixels = spec.width.saturating_mul(spec.height);
+    pixels.saturating_mul(kept(spec, options))
+}
+
+/// Bytes for each pixel that last for the whole render.
+fn kept(spec: &FilmSpec, options: &Options) -> usize {
     let channels = options.integrator.channels(spec.channels);
     let groups = channels.div_ceil(options.integrator.lanes(spec.lanes));
-    let pixels = spec.width.saturating_mul(spec.height);
     let film = groups * size_of::<Pixel>();
-    let splats = options.integrator.splats();
-    let buffer = size_of::<Spectrum>();
-    let layers = match options.decomposition.is_some() {
-        true => options.decomposition.layers(),
-        false => 0,
+    let layer = channels * size_of::<Moments>();
+    let cascade = if options.reweight {
+        channels * Cascade::BYTES
+    } else {
+        0
     };
-    let layer = channels * size_of::<Moments>() + if splats { buffer } else { 0 };
-    let strategies = match options.strategies {
-        true => 2 * strategies(&options.integrator),
-        false => 0,
+    let shares = if options.shares_out() {
+        allocation::BYTES
+    } else {
+        0
     };
-    let image = film + if splats { buffer } else { 0 };
-    let cascade = match options.reweight {
-        true => channels * Cascade::BYTES,
-        false => 0,
-    };
-    let shares = match options.shares_out() {
-        true => allocation::BYTES,
-        false => 0,
-    };
-    let per_pixel = (image.saturating_mul(1 + strategies) + cascade + shares)
-        .saturating_add(layer.saturating_mul(layers));
-    pixels.saturating_mul(per_pixel)
+    film.saturating_mul(1 + films_of_strategies(options))
+        .saturating_add(layer.saturating_mul(layers(options)))
+        .saturating_add(cascade + shares)
+}
+
+/// Bytes for each pixel that hold samples that splat until they are added to the films.
+fn pending(options: &Options) -> usize {
+    if options.integrator.splats() {
+        size_of::<Spectrum>() * (1 + films_of_strategies(options) + layers(options))
+    } else {
+        0
+    }
+}
+
+fn layers(options: &Options) -> usize {
+    if options.decomposition.is_some() {
+        options.decomposition.layers()
+    } else {
+        0
+    }
+}
+
+/// Films of what strategies find, weighted and not.
+fn films_of_strategies(options: &Options) -> usize {
+    if options.strategies {
+        2 * strategies(&options.integrator)
+    } else {
+        0
+    }
 }
 
 /// Number of strategies that an estimator may come up with.

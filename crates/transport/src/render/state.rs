@@ -5,6 +5,7 @@
 //! as one in one piece, bit for bit.
 
 use super::allocation::Allocation;
+use super::memory::copied;
 use super::ranges::Ranges;
 use super::source::Source;
 use super::strategies::Strategies;
@@ -12,7 +13,7 @@ use super::target::Watch;
 use super::{
     Debiased, Handle, Options, Prepared, Progress, Rendering, aov, photons, pixels, splats,
 };
-use super::{PASS, longer_or_shorter, memory, prepare};
+use super::{PASS, longer_or_shorter, prepare};
 use crate::film::Film;
 use crate::integrator::Integrator;
 use crate::path::{Balance, Beginning, Books};
@@ -186,7 +187,7 @@ impl State {
             self.prepared = prepared;
         }
         let mut sources = self.sources(scenes, options, handle);
-        let is_small = memory(scenes[0].film(), options) <= SMALL_FILM;
+        let is_small = copied(scenes[0].film(), options) <= SMALL_FILM;
         // Whoever has a set's first sample takes all of it, so that parts have whole sets, too.
         let sets = options.integrator.sets(&scenes[0]);
         let range = options.range();
