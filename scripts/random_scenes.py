@@ -3,11 +3,13 @@
 
 scene_generator.py makes the scenes. Those with a camera are rendered by path, bdpt and particle; the means of the images are compared,
 and those of the layers of optical path length where the film has them. Those with fluence meters are measured by track lengths and by
-collisions; what is absorbed in each cell is compared (fluence is not: collisions do not see it in clear matter). Where two differ by more than four standard errors, eight times as many samples are taken
-with another seed, up to twice; if they still differ, the scene is written to a file and reported. Estimators are left out that warn of
-light they do not find: in half of the scenes only one is left then, and nothing is compared. So are means whose errors cannot be trusted
-(`few`), and those of less than a hundredth of the whole, or a
-millionth: they rest on too few paths to be normal.
+collisions; what is absorbed in each cell is compared (fluence is not: collisions do not see it in clear matter).
+
+Where two differ by more than four standard errors, eight times as many samples are taken with another seed, up to twice; if they still
+differ, the scene is written to a file and reported.
+
+What is not compared: estimators that warn of light they do not find, which leaves only one in two fifths of the scenes; means whose errors
+cannot be trusted (`few`); means of less than a hundredth of the whole or below a millionth, which rest on too few paths to be normal.
 
 Normal deviates differ so far three times in a row in less than one of a million comparisons; but means of few samples are not
 normal where light is rare and bright, as that of a distant particle through a rough pane: look at what is reported with more samples
