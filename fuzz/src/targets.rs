@@ -158,18 +158,20 @@ fn text(bytes: &[u8]) -> String {
 /// Reads a scene and renders two samples of a small film, or follows some particles.
 fn picture_of(bytes: &[u8]) {
     if let Some(loaded) = load(&text(bytes)) {
-        match loaded.instruments.is_empty() {
-            true => drop(state(&loaded)),
-            false => drop(readings(&loaded)),
+        if loaded.instruments.is_empty() {
+            state(&loaded);
+        } else {
+            readings(&loaded);
         }
     }
 }
 
 fn load(text: &str) -> Option<Loaded> {
     let mut diagnostics = Diagnostics::new();
-    let scene = match text.trim_start().starts_with('{') {
-        true => json::parse(text, "scene.json", &[], &mut diagnostics),
-        false => xml::parse(text, "scene.xml", &[], &mut diagnostics),
+    let scene = if text.trim_start().starts_with('{') {
+        json::parse(text, "scene.json", &[], &mut diagnostics)
+    } else {
+        xml::parse(text, "scene.xml", &[], &mut diagnostics)
     };
     let options = LoadOptions {
         limits: LIMITS,
@@ -254,12 +256,11 @@ fn scenes() -> Vec<Vec<u8>> {
 fn parts() -> Vec<Vec<u8>> {
     let loaded = scenes().into_iter().filter_map(|bytes| load(&text(&bytes)));
     let part = |loaded: Loaded| {
-        let body = match loaded.instruments.is_empty() {
-            true => {
-                let options = transport::render::Options::new(loaded.integrator, 2, 1);
-                Body::Image(State::new(&loaded.groups, &options).into())
-            }
-            false => Body::Meters(readings(&loaded)?.into()),
+        let body = if loaded.instruments.is_empty() {
+            let options = transport::render::Options::new(loaded.integrator, 2, 1);
+            Body::Image(State::new(&loaded.groups, &options).into())
+        } else {
+            Body::Meters(readings(&loaded)?.into())
         };
         let header = Header::new(&loaded, &loaded.integrator, 1, Some(2), None);
         Some(Part { header, body }.to_bytes())

@@ -52,9 +52,10 @@ pub fn watch<'scope>(
 }
 
 fn run((goal, draws): (Goal, bool), handle: &Handle, stopping: &Interrupt, stopped: &Receiver<()>) {
-    let target = match draws {
-        true => ProgressDrawTarget::stderr(),
-        false => ProgressDrawTarget::hidden(),
+    let target = if draws {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
     };
     let bar = ProgressBar::with_draw_target(Some(STEPS), target);
     if let Ok(style) = ProgressStyle::with_template("{bar:30.cyan/238} {msg}") {

@@ -21,9 +21,10 @@ impl Shown<f64> {
 impl fmt::Display for Shown<f64> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let v = self.0;
-        match v == 0.0 || !v.is_finite() || SHORT.contains(&v.abs()) {
-            true => write!(f, "{v}"),
-            false => write!(f, "{v:e}"),
+        if v == 0.0 || !v.is_finite() || SHORT.contains(&v.abs()) {
+            write!(f, "{v}")
+        } else {
+            write!(f, "{v:e}")
         }
     }
 }

@@ -145,9 +145,10 @@ impl Chain {
 fn messages(chain: &Chain, levels: usize) -> [Option<String>; 2] {
     [true, false].map(|is_xml| {
         let mut diagnostics = Diagnostics::new();
-        let scene = match is_xml {
-            true => xml::parse(&chain.xml(levels), "scene.xml", &[], &mut diagnostics),
-            false => json::parse(&chain.json(levels), "scene.json", &[], &mut diagnostics),
+        let scene = if is_xml {
+            xml::parse(&chain.xml(levels), "scene.xml", &[], &mut diagnostics)
+        } else {
+            json::parse(&chain.json(levels), "scene.json", &[], &mut diagnostics)
         };
         let Some(scene) = scene else {
             return Some(diagnostics.to_string());

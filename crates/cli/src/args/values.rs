@@ -148,9 +148,10 @@ pub fn size(text: &str) -> Result<u64, String> {
     });
     let (number, shift) = unit.unwrap_or((plain, 0));
     let bytes = positive(number).map_err(|_| message())? * 2f64.powi(shift);
-    match bytes < 2f64.powi(63) && bytes >= 1.0 {
-        true => Ok(bytes as u64),
-        false => Err(message()),
+    if bytes < 2f64.powi(63) && bytes >= 1.0 {
+        Ok(bytes as u64)
+    } else {
+        Err(message())
     }
 }
 

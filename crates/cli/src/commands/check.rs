@@ -13,17 +13,16 @@ use transport::render::Options;
 pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let loaded = load_as_it_is(&args.scene)?;
     warn(&loaded);
-    match loaded.instruments.is_empty() {
-        true => {
-            let options = Options {
-                decomposition: loaded.layering.decomposition,
-                reweight: loaded.reweight,
-                adaptive: loaded.adaptive,
-                ..Options::new(loaded.integrator, loaded.samples, 0)
-            };
-            memory::check_film(&loaded, &options, args.scene.memory.limits())?;
-        }
-        false => memory::check_meters(&loaded)?,
+    if loaded.instruments.is_empty() {
+        let options = Options {
+            decomposition: loaded.layering.decomposition,
+            reweight: loaded.reweight,
+            adaptive: loaded.adaptive,
+            ..Options::new(loaded.integrator, loaded.samples, 0)
+        };
+        memory::check_film(&loaded, &options, args.scene.memory.limits())?;
+    } else {
+        memory::check_meters(&loaded)?
     }
     let film = loaded.scene().film();
     let what = match loaded.instruments.len() {

@@ -40,9 +40,10 @@ fn costly(scene: &Scene, medium: usize) -> Option<Problem> {
     let steps = steps_across(scene, medium);
     let name = &scene.medium(medium).name;
     let what = parameter(&scene.medium(medium).index);
-    let fate = match steps > STEPS_PER_RAY as f64 {
-        true => format!("rays are given up after {STEPS_PER_RAY}, and their light is missing"),
-        false => "the render takes very long".into(),
+    let fate = if steps > STEPS_PER_RAY as f64 {
+        format!("rays are given up after {STEPS_PER_RAY}, and their light is missing")
+    } else {
+        "the render takes very long".into()
     };
     (steps > MANY).then(|| Problem {
         severity: Severity::Warning,

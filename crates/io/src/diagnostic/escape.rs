@@ -11,9 +11,10 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     }
     let mut out = String::with_capacity(text.len() + 8);
     for c in text.chars() {
-        match drives(c) {
-            true => out.extend(c.escape_default()),
-            false => out.push(c),
+        if drives(c) {
+            out.extend(c.escape_default())
+        } else {
+            out.push(c)
         }
     }
     out.into()

@@ -120,11 +120,12 @@ impl Reader {
             + self.uvs.len() as u64 * UV
             + self.vertices.len() as u64 * VERTEX
             + (self.triangles.len() + more) as u64 * TRIANGLE;
-        match taken <= self.most {
-            true => Ok(()),
-            false => Err(Problem::TooLarge(
+        if taken <= self.most {
+            Ok(())
+        } else {
+            Err(Problem::TooLarge(
                 "it takes more memory than the limit (--memory)".into(),
-            )),
+            ))
         }
     }
 

@@ -50,9 +50,10 @@ impl Coats {
         };
         let coat = |k: usize| {
             let means = Means(roughness.facets(alpha(k)));
-            match lossless {
-                true => Coat::lossless(&means, eta),
-                false => Coat::lossy(&means, eta),
+            if lossless {
+                Coat::lossless(&means, eta)
+            } else {
+                Coat::lossy(&means, eta)
             }
         };
         Coats {

@@ -224,13 +224,14 @@ impl Bspline {
 
 fn check_count(dims: [usize; 3], actual: usize) -> Result<(), FieldError> {
     let expected = dims.iter().product();
-    match actual == expected {
-        true => Ok(()),
-        false => Err(FieldError::SampleCount {
+    if actual == expected {
+        Ok(())
+    } else {
+        Err(FieldError::SampleCount {
             dims,
             expected,
             actual,
-        }),
+        })
     }
 }
 

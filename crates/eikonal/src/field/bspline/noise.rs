@@ -55,9 +55,12 @@ impl Bspline {
                 total[k] += sums.squares[k] / sums.count * unit;
             }
         }
-        let share = |k: usize| match total[k] > 0.0 {
-            true => (noise[k] / total[k]).sqrt().min(1.0),
-            false => 0.0,
+        let share = |k: usize| {
+            if total[k] > 0.0 {
+                (noise[k] / total[k]).sqrt().min(1.0)
+            } else {
+                0.0
+            }
         };
         NoiseShares {
             first: share(0),

@@ -163,12 +163,13 @@ fn smoothing(query: &mut Query) -> Smoothing {
         return Smoothing::None;
     }
     let property = query.object().properties.iter().find(|p| p.name == name);
-    match property.is_some_and(|p| matches!(p.value, Value::String(_))) {
-        true => [Smoothing::None, Smoothing::Auto][query.one_of(name, &["none", "auto"])],
-        false => match query.float_in(name, 0.0.., 0.0) {
+    if property.is_some_and(|p| matches!(p.value, Value::String(_))) {
+        [Smoothing::None, Smoothing::Auto][query.one_of(name, &["none", "auto"])]
+    } else {
+        match query.float_in(name, 0.0.., 0.0) {
             0.0 => Smoothing::None,
             deviation => Smoothing::Noise(deviation),
-        },
+        }
     }
 }
 

@@ -93,9 +93,10 @@ impl<'a> Tree<'a> {
         let mut key = |cursor: &mut Bytes| {
             let first = index(cursor)?;
             let is_aligned = first.iter().all(|n| n.trailing_zeros() >= ROOT);
-            match is_aligned && known.insert(first) {
-                true => Ok(first),
-                false => Err(Problem::Malformed("two nodes of its tree overlap".into())),
+            if is_aligned && known.insert(first) {
+                Ok(first)
+            } else {
+                Err(Problem::Malformed("two nodes of its tree overlap".into()))
             }
         };
         for _ in 0..tiles {
