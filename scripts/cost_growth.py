@@ -60,13 +60,14 @@ def program():
     return [m["executable"] for m in messages if m.get("executable")][-1]
 
 
-def write_grid(folder, n, delta):
+def write_grid(folder, n, delta, precision="f8"):
     """1 + delta · exp(−2 r²) − its value at r = 1, so that the surface matches the index of air."""
     path = folder / f"{n}-{delta}.npy"
     if not path.exists():
         axis = np.linspace(-1.1, 1.1, n) ** 2
-        r2 = axis[:, None, None] + axis[:, None] + axis
-        np.save(path, 1 + delta * (np.exp(-2 * r2) - np.exp(-2)))
+        grid = np.lib.format.open_memmap(path, mode="w+", dtype=precision, shape=(n, n, n))
+        for plane, z in zip(grid, axis):
+            plane[:] = 1 + delta * (np.exp(-2 * (z + axis[:, None] + axis)) - np.exp(-2))
 
 
 def cost(binary, folder, values, spp):

@@ -23,7 +23,12 @@ const LARGEST_PIEZO: f64 = 0.05;
 
 /// Least and largest of some numbers, if there are any.
 pub(super) fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    let wider = |[least, most]: [f64; 2], v: f64| [least.min(v), most.max(v)];
+    let wider = |[least, most]: [f64; 2], v: f64| {
+        [
+            if v < least { v } else { least },
+            if v > most { v } else { most },
+        ]
+    };
     let all = values.fold([f64::INFINITY, f64::NEG_INFINITY], wider);
     (all[0] <= all[1]).then_some(all)
 }

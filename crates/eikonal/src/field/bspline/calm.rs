@@ -1,7 +1,9 @@
 //! Where a grid does not change, so that rays are straight lines.
 
 use super::lattice::{Lattice, first_coefficient};
+use fearless_simd::dispatch;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Cells of a block along each axis.
 const EDGE: usize = 8;
@@ -26,11 +28,12 @@ impl Calm {
     pub(super) fn new(lattice: &Lattice, coefficients: &[f32]) -> Option<Self> {
         let cells = lattice.dims().map(|n| (n - 1).max(1));
         let dims = cells.map(|n| n.div_ceil(EDGE));
-        let largest = coefficients.iter().fold(0.0, |m: f32, c| m.max(c.abs()));
-        let limit = EQUAL * f64::from(largest);
-        let calm = ranges(lattice, coefficients, dims);
-        let calm = calm.map(|[low, high]| f64::from(high) - f64::from(low) <= limit);
-        let mut layers: Vec<u8> = calm.map(|calm| if calm { u8::MAX } else { 0 }).collect();
+        let ranges = dispatch!(crate::lanes::level(), _simd => ranges(lattice, coefficients, dims));
+        let largest = |m: f32, [low, high]: &[f32; 2]| m.max(low.abs()).max(high.abs());
+        let limit = EQUAL * f64::from(ranges.iter().fold(0.0, largest));
+        let is_calm = |[low, high]: &[f32; 2]| f64::from(*high) - f64::from(*low) <= limit;
+        let layer = |range| if is_calm(range) { u8::MAX } else { 0 };
+        let mut layers: Vec<u8> = ranges.iter().map(layer).collect();
         if !layers.contains(&u8::MAX) {
             return None;
         }
@@ -76,49 +79,45 @@ impl Calm {
     }
 }
 
-/// The least and the greatest coefficient that act in each block.
-fn ranges(
-    lattice: &Lattice,
-    coefficients: &[f32],
-    dims: [usize; 3],
-) -> impl Iterator<Item = [f32; 2]> {
-    let [x, y, _] = dims;
+/// The least and the greatest coefficient that act in each block, x fastest.
+#[inline(always)]
+fn ranges(lattice: &Lattice, coefficients: &[f32], [x, y, z]: [usize; 3]) -> Vec<[f32; 2]> {
     let size = lattice.stored_dims();
-    let mut ranges = vec![[f32::INFINITY, f32::NEG_INFINITY]; dims.iter().product()];
-    for k in 0..size[2] {
-        for j in 0..size[1] {
-            let start = lattice.offset([0, j, k]);
-            let row = &coefficients[start..start + size[0]];
-            for block in 0..x {
-                let [from, to] = acting(block);
-                let row = &row[from.min(size[0])..to.min(size[0])];
-                let low = row.iter().fold(f32::INFINITY, |m, c| m.min(*c));
-                let high = row.iter().fold(f32::NEG_INFINITY, |m, c| m.max(*c));
-                for c in blocks_of(k, dims[2]) {
-                    for b in blocks_of(j, y) {
-                        let range = &mut ranges[(c * y + b) * x + block];
-                        *range = [range[0].min(low), range[1].max(high)];
+    let mut ranges = Vec::with_capacity(x * y * z);
+    // Of the rows that act in blocks (b, c), coefficient by coefficient.
+    let (mut low, mut high) = (vec![0.0_f32; size[0]], vec![0.0_f32; size[0]]);
+    for c in 0..z {
+        for b in 0..y {
+            low.fill(f32::INFINITY);
+            high.fill(f32::NEG_INFINITY);
+            for k in acting(c, size[2]) {
+                for j in acting(b, size[1]) {
+                    let start = lattice.offset([0, j, k]);
+                    let row = &coefficients[start..start + size[0]];
+                    for ((low, high), v) in low.iter_mut().zip(&mut high).zip(row) {
+                        *low = if *v < *low { *v } else { *low };
+                        *high = if *v > *high { *v } else { *high };
                     }
                 }
             }
+            ranges.extend((0..x).map(|a| {
+                let acting = acting(a, size[0]);
+                let least = low[acting.clone()].iter().copied();
+                let greatest = high[acting].iter().copied();
+                [
+                    least.fold(f32::INFINITY, f32::min),
+                    greatest.fold(f32::NEG_INFINITY, f32::max),
+                ]
+            }));
         }
     }
-    ranges.into_iter()
+    ranges
 }
 
-/// The stored coefficients that act in a block: the first, and the one after the last.
-fn acting(block: usize) -> [usize; 2] {
+/// The stored coefficients, of so many, that act in a block.
+fn acting(block: usize, stored: usize) -> Range<usize> {
     let first = first_coefficient((block * EDGE) as isize) as usize;
-    [first, first + EDGE + 3]
-}
-
-/// The blocks, of so many, in which a stored coefficient acts.
-fn blocks_of(stored: usize, blocks: usize) -> impl Iterator<Item = usize> {
-    let near = (stored / EDGE).saturating_sub(2)..(stored / EDGE + 1).min(blocks);
-    near.filter(move |&b| {
-        let [from, to] = acting(b);
-        (from..to).contains(&stored)
-    })
+    first.min(stored)..(first + EDGE + 3).min(stored)
 }
 
 /// Distances, by the largest of the three coordinates, to the nearest block where they are zero, of which those along

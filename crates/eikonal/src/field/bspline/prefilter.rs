@@ -5,7 +5,7 @@ use super::smooth::Smoother;
 use fearless_simd::dispatch;
 
 /// Lines handled at once.
-pub(super) const LANES: usize = 8;
+pub(super) const LANES: usize = 16;
 /// Numbers at one place of so many lines.
 pub(super) type Lanes = [f64; LANES];
 

@@ -29,19 +29,16 @@ impl Scales {
         let [x, y, z] = lattice.dims();
         let nodes = [x, y, z].map(|n| (n - 1).div_ceil(EDGE).max(1) + 1);
         let mut rough: Vec<f64> = vec![0.0; nodes.iter().product()];
-        let mut row = vec![0.0; x];
+        let (mut row, mut near) = (vec![0.0; x], vec![0.0; nodes[0]]);
         for k in 0..z {
             for j in 0..y {
                 dispatch!(crate::lanes::level(), simd => {
                     roughness(simd, lattice, coefficients, n2_ref, [j, k], &mut row);
+                    largest_near(&row, &mut near);
                 });
-                for block in 0..nodes[0] {
-                    let start = block * EDGE;
-                    let end = (start + EDGE + 1).min(x);
-                    let at = &row[start.min(end)..end];
-                    let most = at.iter().copied().fold(0.0, f64::max);
-                    for node in corners(nodes, [block, j, k]) {
-                        rough[node] = rough[node].max(most);
+                for start in rows_of_nodes(nodes, [j, k]) {
+                    for (rough, v) in rough[start..start + nodes[0]].iter_mut().zip(&near) {
+                        *rough = rough.max(*v);
                     }
                 }
             }
@@ -113,12 +110,20 @@ fn between(t: f64, nodes: usize) -> (usize, f64) {
     (before, t - before as f64)
 }
 
-/// The nodes around a part of row (j, k) of samples: that between node `block` and the next.
-fn corners(nodes: [usize; 3], [block, j, k]: [usize; 3]) -> impl Iterator<Item = usize> {
-    let [x, y, _] = nodes;
+/// The largest of a row within a block to either side of each node.
+#[inline(always)]
+fn largest_near(row: &[f64], near: &mut [f64]) {
+    for (node, largest) in near.iter_mut().enumerate() {
+        let (from, to) = (node.saturating_sub(1) * EDGE, (node + 1) * EDGE + 1);
+        let around = &row[from.min(row.len())..to.min(row.len())];
+        *largest = around.iter().fold(0.0, |m, v| if *v > m { *v } else { m });
+    }
+}
+
+/// Where the rows of nodes begin that lie around row (j, k) of samples.
+fn rows_of_nodes([x, y, _]: [usize; 3], [j, k]: [usize; 2]) -> impl Iterator<Item = usize> {
     let around = |i: usize| i / EDGE..=i.div_ceil(EDGE);
-    let rows = around(k).flat_map(move |k| around(j).map(move |j| (k * y + j) * x));
-    rows.flat_map(move |row| row + block..=row + (block + 1).min(x - 1))
+    around(k).flat_map(move |k| around(j).map(move |j| (k * y + j) * x))
 }
 
 /// L⁻⁴ at the samples of row (j, k), less what rounding of the coefficients may have to do with it.
