@@ -21,6 +21,20 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "edges extended farther if they collide late",
+        TRANSPORT + "path/walk.rs",
+        "!self.veiled && !self.is_long {",
+        "!self.veiled {",
+        ("transport", "edges", "extensions_of_rays_that_circle_end"),
+    ),
+    (
+        "rays given up without being counted",
+        TRANSPORT + "path/follow.rs",
+        "ws.stats.over_budget.rays += u64::from(is_over);",
+        "",
+        ("transport", "budgets", "rays_that_take_too_many_steps_are_given_up_and_counted"),
+    ),
+    (
         "directions of turned skies a little too long",
         TRANSPORT + "orientation.rs",
         "(self.0 * local).normalize()",
@@ -517,7 +531,7 @@ PLANTED = [
     (
         "collisions forced before surfaces",
         "crates/transport/src/path/walk.rs",
-        "if !self.escaped || self.edge.tube.events > 0 || self.veiled {",
+        "if !self.escaped || self.is_long || self.edge.tube.events > 0 || self.veiled {",
         "if self.edge.tube.events > 0 || self.veiled {",
         ("transport", "beginnings", "only_what_would_leave_is_forced"),
     ),

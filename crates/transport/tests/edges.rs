@@ -4,13 +4,13 @@ mod common;
 
 use common::{camera, container, fog, glass, parts, sky, vacuum};
 use eikonal::connect::{Launch, Pattern, Start as Launched};
-use eikonal::field::{Constant, LinearIndex, LinearSquare, Luneburg};
+use eikonal::field::{Constant, Fisheye, LinearIndex, LinearSquare, Luneburg};
 use eikonal::{Field, Solver, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
 use transport::aim::Aim;
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::Emitter;
-use transport::path::{Carry, End, Goal, Link, Sampling, Start, Vertex, Workspace, trace};
+use transport::path::{Carry, Edge, End, Goal, Link, Sampling, Start, Vertex, Workspace, trace};
 use transport::sampling::Sampler;
 use transport::scene::{Object, Parts};
 use transport::shape::{Cube, Disk, Sphere};
@@ -24,17 +24,22 @@ fn finish(parts: Parts) -> Scene {
     Scene::new(tight).unwrap()
 }
 
-fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> transport::path::Edge<'_> {
+const SAMPLING: Sampling = Sampling {
+    carry: Carry::Radiance,
+    lanes: Spectrum([1.0, 0.0, 0.0, 0.0]),
+    extend: false,
+    collides: true,
+    spans: true,
+    forced: false,
+    forks: false,
+};
+
+fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> Edge<'_> {
+    sampled(scene, x, direction, SAMPLING, seed)
+}
+
+fn sampled(scene: &Scene, x: DVec3, direction: DVec3, sampling: Sampling, seed: u64) -> Edge<'_> {
     let start = Start::point(x, direction.normalize(), scene.medium_at(x));
-    let sampling = Sampling {
-        carry: Carry::Radiance,
-        lanes: Spectrum([1.0, 0.0, 0.0, 0.0]),
-        extend: false,
-        collides: true,
-        spans: true,
-        forced: false,
-        forks: false,
-    };
     let mut ws = Workspace::new(scene.tolerance());
     trace(
         scene,
@@ -326,4 +331,38 @@ fn straight_links_are_those_of_the_solver() {
     let found = links(&scene, DVec3::X * 3.0, DVec3::X * (1.0 - 1e-11));
     assert!(found[0].transmittance()[0].is_finite());
     assert!((found[0].tube.geometry * 4.0 * 1.3 - 1.0).abs() < 1e-8);
+}
+
+/// A ray that circles in a fisheye would be followed for ever beyond a collision: it is followed for 32 radii of the scene, and exactly as
+/// far wherever it collides, for densities of distances are taken over that part.
+#[test]
+fn extensions_of_rays_that_circle_end() {
+    let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();
+    let index = Fisheye::new(1.5, DVec3::ZERO, 0.2).unwrap();
+    let scene = Scene::new(parts(
+        vec![container(ball, Bsdf::Null)],
+        vec![vacuum(), fog(index, 0.01, 0.5, 0.0)],
+        vec![sky()],
+        camera(DVec3::Z * 4.0, DVec3::ZERO),
+    ))
+    .unwrap();
+    let sampling = Sampling {
+        extend: true,
+        forced: true,
+        ..SAMPLING
+    };
+    let limit = 32.0 * scene.around().radius;
+    let (mut early, mut late) = (0, 0);
+    let mut ends = Vec::new();
+    for seed in 0..40 {
+        let edge = sampled(&scene, DVec3::X * 0.2, DVec3::Y, sampling, seed);
+        assert!(matches!(edge.end, End::Collision(_)) && edge.forcing == Spectrum::ONE);
+        let end = edge.lead().last().unwrap().length_after();
+        assert!((limit..limit + 1.0).contains(&end), "{end}");
+        early += u32::from(edge.length < end);
+        late += u32::from(edge.length > end);
+        ends.push(end);
+    }
+    assert!(early > 5 && late > 5, "{early} {late}");
+    assert!(ends.iter().all(|end| *end == ends[0]));
 }

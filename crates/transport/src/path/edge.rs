@@ -275,7 +275,7 @@ impl<'a> Edge<'a> {
         }
     }
 
-    /// The spans before the first specular event.
+    /// The spans before the first specular event, as far as an edge can be extended.
     pub fn lead(&self) -> &[Span<'a>] {
         &self.spans[..self.lead]
     }

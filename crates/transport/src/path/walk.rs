@@ -26,7 +26,8 @@ pub struct Sampling {
     /// Probabilities with which each channel's extinction is used to sample the distance; they sum to
     /// one.
     pub lanes: Spectrum,
-    /// Whether spans are recorded beyond a collision up to the next surface that is not index-matched.
+    /// Whether spans are recorded beyond a collision up to the next surface that is not index-matched, or until they are
+    /// 32 radii of the scene long.
     pub extend: bool,
     /// Whether the edge may end at a collision; if not it goes on to a surface, through all media.
     pub collides: bool,
@@ -89,6 +90,8 @@ struct Walk<'a, 'b> {
     veiled: bool,
     /// Whether it, or its extension, left the scene.
     escaped: bool,
+    /// Whether it, or its extension, went so far that no extension goes farther.
+    is_long: bool,
     /// Whether it was given up because it took too many steps or events.
     over_budget: bool,
     /// Reflections where refraction was possible.
@@ -133,6 +136,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             jump: 1.0,
             veiled: false,
             escaped: false,
+            is_long: false,
             over_budget: false,
             reflections: 0,
             reach: 0.0,
@@ -170,6 +174,10 @@ impl<'a, 'b> Walk<'a, 'b> {
                 let (_, v, tangents) = step.at(theta_end);
                 self.spread = Spread::Bent(tangents);
                 return self.surface(met, v);
+            }
+            self.is_long |= self.scene.is_long(self.length);
+            if self.collided && self.is_long {
+                return false;
             }
             let outside = self.scene.is_outside(step.end.x);
             self.over_budget |= self.spans > STEPS_PER_RAY;
@@ -246,7 +254,8 @@ impl<'a, 'b> Walk<'a, 'b> {
             events_before: self.edge.tube.events,
             surface: met,
         });
-        if self.edge.tube.events == 0 && !self.veiled {
+        // Where it ends must not depend on where the edge collides.
+        if self.edge.tube.events == 0 && !self.veiled && !self.is_long {
             self.edge.lead = self.edge.spans.len();
         }
     }
@@ -457,7 +466,7 @@ impl<'a, 'b> Walk<'a, 'b> {
     /// is an exponential deviate, too: its rank 1 − e^(D − X) among deviates is given to one below D. Collisions of
     /// each channel become 1/(1 − e⁻ᴰ) times as dense; even numbers stay even.
     fn force(&mut self) {
-        if !self.escaped || self.edge.tube.events > 0 || self.veiled {
+        if !self.escaped || self.is_long || self.edge.tube.events > 0 || self.veiled {
             return;
         }
         let whole = self.depth;

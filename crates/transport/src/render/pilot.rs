@@ -11,6 +11,8 @@ use std::ops::Add;
 
 /// Pixels of the pilot, spread over the image, of which each has two samples.
 const PIXELS: usize = 256;
+/// Work after which a pilot takes no more samples, some three seconds, in the unit of [`Stats::cost`](crate::stats::Stats::cost).
+const MOST_WORK: f64 = 5e7;
 /// Numbers of the pilot's samples start here, where no render gets to.
 const FIRST: u64 = 1 << 63;
 /// The search is never given up altogether where branches cannot be ruled out: that would be biased.
@@ -83,8 +85,8 @@ impl Surveyed {
         }
         Surveyed {
             prepared,
+            cost: cost / (2 * pilot.pairs.len()) as f64,
             pairs: pilot.pairs,
-            cost: cost / (2 * PIXELS) as f64,
         }
     }
 
@@ -135,7 +137,7 @@ struct Tried {
 impl Tried {
     fn new(pilot: Pilot, weights: &[f64]) -> Self {
         Tried {
-            scatter: [weights, &[1.0; PIXELS]].map(|weights| pilot.scatter(weights)),
+            scatter: [weights, &vec![1.0; weights.len()]].map(|weights| pilot.scatter(weights)),
             work: pilot.cost(),
         }
     }
@@ -161,9 +163,10 @@ impl Add for Tried {
 /// else look unimportant.
 fn weights(pilots: &[&Pairs]) -> Vec<f64> {
     let brightness = |i: usize| pilots.iter().flat_map(move |pairs| pairs[i]).sum::<f64>();
-    let mean = (0..PIXELS).map(brightness).sum::<f64>() / PIXELS as f64;
+    let pixels = pilots.iter().map(|pairs| pairs.len()).min().unwrap_or(0);
+    let mean = (0..pixels).map(brightness).sum::<f64>() / pixels as f64;
     let weight = |i| (brightness(i) / mean).max(1.0).powi(-2);
-    (0..PIXELS).map(weight).collect()
+    (0..pixels).map(weight).collect()
 }
 
 /// The samples of each pixel of a pilot, summed over channels.
@@ -199,11 +202,13 @@ fn sample(source: &Source, ws: &mut Workspace, round: u64) -> Pairs {
     let spec = source.scene.film();
     let pixels = spec.width * spec.height;
     let mut found = Vec::new();
-    let pairs = (0..PIXELS).map(|i| {
+    let mut pairs = Vec::with_capacity(PIXELS);
+    while pairs.len() < PIXELS && (pairs.is_empty() || ws.stats().cost() < MOST_WORK) {
+        let i = pairs.len();
         // Multiples of the golden ratio spread evenly.
         let place = (0.618_033_988_749_894_9 * i as f64).fract();
         let pixel = ((place * pixels as f64) as usize).min(pixels - 1);
-        [0, 1].map(|k| {
+        pairs.push([0, 1].map(|k| {
             found.clear();
             if let Some(survey) = &mut ws.survey {
                 survey.begin();
@@ -214,7 +219,7 @@ fn sample(source: &Source, ws: &mut Workspace, round: u64) -> Pairs {
             source.sample(pixel, sample, ws, &mut found);
             let values = found.iter().map(|c| c.weighted().sum());
             values.sum::<f64>()
-        })
-    });
-    pairs.collect()
+        }));
+    }
+    pairs
 }

@@ -10,6 +10,9 @@ use eikonal::interface::Rule;
 use eikonal::ray::Arc;
 use glam::DVec3;
 
+/// Radii of the ball around a scene that an extended edge goes at most: those that do not circle go fewer than three in most scenes.
+const LONG: f64 = 32.0;
+
 impl World for Scene {
     type Region = MediumId;
 
@@ -151,6 +154,11 @@ impl Scene {
     /// Length beyond which a straight ray that starts inside the scene meets nothing more.
     pub(crate) fn reach(&self, x: DVec3) -> f64 {
         1.01 * (x.distance(self.around.center) + self.around.radius)
+    }
+
+    /// Whether an edge has become so long that its extension ends: rays that circle in a medium would be followed for ever.
+    pub(crate) fn is_long(&self, length: f64) -> bool {
+        length > LONG * self.around.radius
     }
 
     /// Whether a point lies beyond everything in the scene.
