@@ -225,6 +225,20 @@ def test_what_no_scene_has_is_refused():
         load(cycle)
 
 
+def test_differences_from_mitsuba_are_known():
+    messages = [note.message for note in load(small()).differences]
+    assert any(message.startswith("not as in Mitsuba 3 (path in media)") for message in messages)
+
+
+def test_memory_limits_what_a_file_may_become(tmp_path):
+    np.savez_compressed(tmp_path / "zeros.npz", n=np.ones((256, 256, 300), dtype=np.float32))
+    volume = {"type": "bspline", "filename": str(tmp_path / "zeros.npz"), "axis_order": "zyx", "placement": "nodes",
+              "to_world": [{"scale": 2}, {"translate": [-1, -1, -1]}]}
+    with pytest.raises(morgana.SceneError, match="--memory"):
+        morgana.load_dict(small(ior=volume), memory=10**7)
+    morgana.load_dict(small(ior=volume), memory=10**8)
+
+
 def test_doubts_are_warnings():
     with pytest.warns(morgana.SceneWarning):
         scene = morgana.load_dict({**small(), "lamp": {"type": "point", "position": [0, 0, 0], "intensity": 0.0}})

@@ -1,6 +1,7 @@
 """Renders and measurements, against the program: equal seeds give equal bits."""
 
 import json
+import time
 
 import morgana
 import numpy as np
@@ -82,6 +83,16 @@ def test_meters_are_those_of_the_program(program, tmp_path):
 def test_wrong_options_are_refused(wrong):
     with pytest.raises(morgana.RenderError, match=next(iter(wrong))):
         morgana.render(load(small()), **wrong)
+
+
+def test_a_time_limit_acts_within_a_pass():
+    scene = small()
+    scene["sensor"]["film"].update(width=1500, height=1000)
+    scene = load(scene)
+    started = time.monotonic()
+    result = morgana.render(scene, spp=1, time=0.5)
+    assert result.stopped == "time" and result.stats["spp"] == 0
+    assert time.monotonic() - started < 10
 
 
 def test_limits_end_a_render():

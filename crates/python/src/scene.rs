@@ -150,6 +150,12 @@ impl Scene {
         errors::diagnostics(py, &self.loaded.warnings)
     }
 
+    /// Where Mitsuba would render it otherwise (docs/mitsuba.md): a list of ``Diagnostic``.
+    #[getter]
+    fn differences<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        errors::diagnostics(py, &self.loaded.notes_of_differences())
+    }
+
     /// The refractive indices of the media by their names, to which a number is added if there are several of a name,
     /// such as ``fog_2``. ``ambient`` is around everything.
     #[getter]

@@ -207,7 +207,8 @@ fn one_process_works_on_a_checkpoint() {
     let render = "render scene.xml --spp 100000000 --threads 1 --checkpoint c.part --checkpoint-every 0.01s --resume -q -o a.npy";
     let mut first = start(&folder, render);
     wait_for(|| folder.path("c.part").exists());
-    let error = folder.refuse(render);
+    // Were it not refused, it would end all the same.
+    let error = folder.refuse(&format!("{render} --time 20s"));
     let holder = format!("'c.part' is in use: process {}", first.id());
     assert!(error.contains(&holder), "{error}");
     // Killed, it holds nothing any more.

@@ -122,7 +122,11 @@ fn json_says_what_the_text_says() {
         (&glass["constant"], &glass["unique_branches"]),
         (&false.into(), &false.into())
     );
+    let steps = glass["steps_across"].as_f64().unwrap();
+    assert!((1.0..100.0).contains(&steps), "{steps}");
     assert!(glass["extinction"].is_null());
+    let topics = info["differences"].as_array().unwrap();
+    assert!(topics.iter().any(|d| d["topic"] == "border"), "{topics:?}");
     let fog = Folder::with_fog().succeed("info scene.xml --json");
     let fog: serde_json::Value = serde_json::from_str(&fog).unwrap();
     let medium = fog["media"]

@@ -3,6 +3,7 @@
 use super::{constant_index, extinction_and_albedo, film_memory, found, meters, sensor_kind};
 use crate::load::file_name;
 use io::Loaded;
+use io::assemble::steps_across;
 use io::rendered::Naming;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -31,6 +32,7 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Value {
         "emitters": emitters.map(|(e, name)| emitter(loaded, e, name)).collect::<Vec<_>>(),
         "media": (0..scene.media().len()).map(|id| medium(loaded, id)).collect::<Vec<_>>(),
         "warnings": loaded.warnings.iter().map(|w| w.message.as_str()).collect::<Vec<_>>(),
+        "differences": loaded.differences.iter().map(|d| json!({ "topic": d.topic, "text": d.text })).collect::<Vec<_>>(),
     })
 }
 
@@ -88,6 +90,7 @@ fn medium(loaded: &Loaded, id: MediumId) -> Value {
         "constant": constant,
         "index": range((low, high)),
         "max_gradient_of_log_index": bounds.kappa(),
+        "steps_across": (!constant).then(|| steps_across(scene, id)),
         "unique_branches": constant || uniqueness.is_some_and(|u| u.whole_medium()),
         "longest_ray": uniqueness.map(|u| u.longest_ray()).filter(|l| l.is_finite()),
         "extinction": extinction,
