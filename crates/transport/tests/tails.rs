@@ -9,13 +9,14 @@ mod common;
 use common::*;
 use eikonal::field::{Constant, Gaussian};
 use glam::DVec3;
+use std::ops::ControlFlow;
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::Emitter;
 use transport::integrator::{Bdpt, Integrator, PathTracer};
-use transport::render::Rendering;
+use transport::render::{Measure, Options, Rendering, Target, render};
 use transport::scene::Parts;
 use transport::shape::Sphere;
-use transport::{Film, Spectrum};
+use transport::{Film, Scene, Spectrum};
 
 /// A point behind a lens that focuses its light in fog, which scatters it once.
 fn focus() -> Parts {
@@ -71,6 +72,33 @@ fn a_focus_in_fog_is_flagged_whatever_the_seed() {
         let (few, share, _) = describe(&shoot_by(path(2), focus(), 128, seed));
         assert!(few, "{seed}: {share}");
     }
+}
+
+/// A target is not reached by an error that cannot be trusted, however small it seems; by one that can, it is.
+#[test]
+fn targets_wait_for_errors_that_can_be_trusted() {
+    let done = |integrator, seed| {
+        let target = Target {
+            error: 0.05,
+            measure: Measure::Image,
+        };
+        let options = Options {
+            target: Some(target),
+            ..Options::new(integrator, 200, seed)
+        };
+        let scene = Scene::new(focus()).unwrap();
+        let rendering = render(&[scene], &options, |_| ControlFlow::Continue(()));
+        let error = Measure::Image.error(&rendering.film, None);
+        println!(
+            "{} {error} {:?}",
+            rendering.samples,
+            rendering.film.summary()
+        );
+        assert!(error < 0.05);
+        rendering.samples
+    };
+    assert_eq!(done(path(2), 1), 200);
+    assert!(done(bdpt(2), 1) < 100);
 }
 
 /// Who finds the focus is not flagged; nor is fog without one.

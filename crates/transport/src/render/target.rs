@@ -2,7 +2,7 @@
 //!
 //! The error is looked at after fixed numbers of samples, whatever the passes and threads, so that a render
 //! that stops is a render of just that many samples. Errors are measured, and may be too small by chance: the
-//! first look is not early, and two in a row must agree. What is left is a small bias of the mean, for
+//! first look is not early, two in a row must agree, and an error that [cannot be trusted](Film::few_in_all) is none. What is left is a small bias of the mean, for
 //! renders stop a little too soon when bright samples happen to be missing (theory §10).
 
 use super::Debiased;
@@ -96,10 +96,9 @@ impl Watch {
             return;
         }
         self.next = (done as f64 * GROWTH).ceil() as u64;
-        self.met = match self.target.measure.error(film, debiased) <= self.target.error {
-            true => self.met + 1,
-            false => 0,
-        };
+        let error = self.target.measure.error(film, debiased);
+        let is_met = error <= self.target.error && !film.few_in_all(None);
+        self.met = if is_met { self.met + 1 } else { 0 };
     }
 
     /// Whether to stop.
