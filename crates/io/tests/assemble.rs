@@ -370,6 +370,29 @@ fn out_of_range_values_are_errors() {
 }
 
 #[test]
+fn phase_functions_are_blended_by_weight() {
+    let medium = |parameters: &str| {
+        ball(&format!(
+            "<medium name=\"interior\" type=\"homogeneous\"><phase type=\"blendphase\">{parameters}</phase></medium>"
+        ))
+    };
+    let two =
+        "<phase type=\"rayleigh\"/><phase type=\"hg\"><float name=\"g\" value=\"0.6\"/></phase>";
+    let weight = |w: f64| format!("<float name=\"weight\" value=\"{w}\"/>");
+    for (parameters, mean) in [(weight(0.25), 0.15), (String::new(), 0.3)] {
+        let loaded = load(&medium(&(parameters + two))).unwrap_or_else(|e| panic!("{e}"));
+        let inside = loaded.scene().medium_at(glam::DVec3::ZERO);
+        let phase = &loaded.scene().medium(inside).phase;
+        assert!((phase.mean_cosine() - mean).abs() < 1e-15);
+    }
+    refused(&medium(&(weight(1.5) + two)), &["'weight' is 1.5"]);
+    refused(
+        &medium("<phase type=\"rayleigh\"/>"),
+        &["blendphase takes two phase functions, this has 1"],
+    );
+}
+
+#[test]
 fn substances_scatter_and_absorb_as_measured() {
     let medium = |parameters: &str| {
         ball(&format!(

@@ -20,7 +20,7 @@ struct Chain {
     user: [&'static str; 2],
 }
 
-const CHAINS: [Chain; 7] = [
+const CHAINS: [Chain; 8] = [
     Chain {
         tag: "bsdf",
         leaf: ["'diffuse'>", r#""diffuse""#],
@@ -59,6 +59,17 @@ const CHAINS: [Chain; 7] = [
         user: [
             "<shape type='sphere'><emitter type='area'><ref id='$' name='radiance'/></emitter></shape>",
             r#"{"type": "sphere", "light": {"type": "area", "radiance": {"type": "ref", "id": "$"}}}"#,
+        ],
+    },
+    Chain {
+        tag: "phase",
+        leaf: ["'rayleigh'>", r#""rayleigh""#],
+        node: "blendphase",
+        roles: ["a", "b"],
+        user: [
+            "<shape type='sphere'><bsdf type='null'/><medium type='homogeneous' name='interior'><ref id='$'/></medium></shape>",
+            r#"{"type": "sphere", "bsdf": {"type": "null"},
+                "interior": {"type": "homogeneous", "phase": {"type": "ref", "id": "$"}}}"#,
         ],
     },
     Chain {

@@ -32,6 +32,12 @@ fn cases() -> Vec<(String, Phase, f64)> {
     let cosines = vec![-1.0, -0.7, 0.0, 0.1, 0.9, 1.0];
     let table = Phase::tabulated(cosines, &[0.5, 0.0, 0.0, 1.0, 2.0, 30.0]).unwrap();
     cases.push(("tabulated".into(), table, 0.5));
+    cases.push(("Rayleigh".into(), Phase::rayleigh(), 3.0));
+    let haze = [Phase::rayleigh(), Phase::henyey_greenstein(0.95).unwrap()];
+    for weight in [0.0, 0.3, 1.0] {
+        let blend = Phase::blend(haze.clone(), weight).unwrap();
+        cases.push((format!("blend {weight}"), blend, 0.05));
+    }
     cases
 }
 
@@ -122,6 +128,12 @@ fn closed_forms() {
         let k: f64 = k;
         assert!((vmf(k).mean_cosine() - (1.0 / k.tanh() - 1.0 / k)).abs() < 1e-13);
     }
+    let blend = Phase::blend([Phase::rayleigh(), vmf(20.0)], 0.25).unwrap();
+    for c in [-1.0f64, -0.3, 0.0, 0.8, 1.0] {
+        let rayleigh = 3.0 / (16.0 * PI) * (1.0 + c * c);
+        assert!((Phase::rayleigh().pdf(c) / rayleigh - 1.0).abs() < 1e-15);
+        assert!((blend.pdf(c) / (0.75 * rayleigh + 0.25 * vmf(20.0).pdf(c)) - 1.0).abs() < 1e-15);
+    }
     // A table of two nodes: p ∝ 1 + c, mean cosine 1/3.
     let ramp = Phase::tabulated(vec![-1.0, 1.0], &[0.0, 7.0]).unwrap();
     assert!((ramp.mean_cosine() - 1.0 / 3.0).abs() < 1e-15);
@@ -140,6 +152,10 @@ fn bad_parameters_are_refused() {
         PhaseError::Concentration(-1.0)
     );
     assert!(Phase::von_mises_fisher(f64::INFINITY).is_err());
+    for weight in [-1e-9, 1.0 + 1e-9, f64::NAN] {
+        let blend = Phase::blend([Phase::isotropic(), Phase::rayleigh()], weight);
+        assert!(matches!(blend, Err(PhaseError::Weight(_))));
+    }
     let span = Phase::tabulated(vec![-1.0, 0.5], &[1.0, 1.0]).unwrap_err();
     assert_eq!(
         span,

@@ -1,8 +1,8 @@
-//! Media and phase functions.
+//! Media.
 
 use super::channels::Channels;
 use super::context::Context;
-use super::{field, texture};
+use super::{field, phase, texture};
 use crate::query::{Query, unknown_plugin};
 use crate::scene::{Object, PluginKind, SpectrumValue};
 use crate::schema::substance::{TURBID, TURBID_NAMES, Turbid};
@@ -14,7 +14,6 @@ use transport::phase::Phase;
 use transport::scene::MediumId;
 
 const KNOWN: [&str; 3] = ["homogeneous", "heterogeneous", "transparent"];
-const PHASES: [&str; 4] = ["isotropic", "hg", "vmf", "tabphase"];
 
 /// The medium that an object describes; the same one for every reference to it.
 pub(super) fn medium(object: &Object, context: &mut Context) -> MediumId {
@@ -124,7 +123,7 @@ fn scattering(object: &Object, name: String, index: Field, context: &mut Context
         sigma_t,
         scale,
         albedo,
-        phase: phase.map_or_else(Phase::isotropic, |p| self::phase(&p, context)),
+        phase: phase.map_or_else(Phase::isotropic, |p| phase::build(&p, context)),
     }
 }
 
@@ -160,42 +159,4 @@ fn from_parts(
         if total[c] > 0.0 { s[c] / total[c] } else { 0.0 }
     }));
     (Texture::Uniform(total), Texture::Uniform(albedo))
-}
-
-fn phase(object: &Object, context: &mut Context) -> Phase {
-    let mut query = Query::new(object, context.diagnostics);
-    let phase = match object.plugin.as_str() {
-        "isotropic" => Ok(Phase::isotropic()),
-        "hg" => Phase::henyey_greenstein(query.float_or("g", 0.8)),
-        "vmf" => Phase::von_mises_fisher(query.float_in("kappa", 0.0.., None)),
-        "tabphase" => {
-            let values = query.string("values");
-            match numbers(&values) {
-                Some(values) if values.len() >= 2 => {
-                    let last = (values.len() - 1) as f64;
-                    let cosines = (0..values.len()).map(|i| -1.0 + 2.0 * i as f64 / last);
-                    Phase::tabulated(cosines.collect(), &values)
-                }
-                _ => {
-                    let message = "'values': expected at least two numbers, at equally spaced \
-                                   cosines from -1 to 1";
-                    query.error("values", message);
-                    Ok(Phase::isotropic())
-                }
-            }
-        }
-        _ => {
-            unknown_plugin(object, &PHASES, context.diagnostics);
-            return Phase::isotropic();
-        }
-    };
-    query.finish(&[]);
-    context
-        .accept(&object.location, phase)
-        .unwrap_or_else(Phase::isotropic)
-}
-
-fn numbers(text: &str) -> Option<Vec<f64>> {
-    let words = text.split([',', ' ']).filter(|w| !w.is_empty());
-    words.map(|w| w.parse().ok()).collect()
 }

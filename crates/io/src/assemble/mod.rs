@@ -18,6 +18,7 @@ mod integrator;
 mod ior;
 mod medium;
 mod meter;
+mod phase;
 mod reach;
 mod sampler;
 mod sensor;

@@ -1,6 +1,6 @@
 //! Media and phase functions.
 
-use super::row::{float, list, one, plugin, role, spectrum, word};
+use super::row::{float, list, many, one, plugin, role, spectrum, word};
 use super::{Parameter, Plugin, Slot, substance};
 use crate::scene::PluginKind::{Phase, Volume};
 
@@ -61,6 +61,18 @@ pub(super) const PHASES: &[Plugin] = &[
         "von Mises–Fisher.",
         &[&[float("kappa", "required", "concentration, ≥ 0")]],
         &[],
+    ),
+    plugin(
+        "rayleigh",
+        "Particles much smaller than the wavelength.",
+        &[],
+        &[],
+    ),
+    plugin(
+        "blendphase",
+        "A mixture of two phase functions.",
+        &[&[float("weight", "0.5", "of the second, 0 to 1")]],
+        &[many(Phase, "The two.")],
     ),
     plugin(
         "tabphase",

@@ -3,20 +3,25 @@
 //! Densities are per steradian and normalised over the sphere, so value and pdf are the same. The
 //! cosine is the one between the propagation directions before and after: forward is +1.
 
+mod blend;
 mod henyey_greenstein;
 mod isotropic;
 mod polar;
+mod rayleigh;
 mod tabulated;
 mod von_mises_fisher;
 
+pub use blend::Blend;
 pub use henyey_greenstein::HenyeyGreenstein;
 pub use isotropic::Isotropic;
+pub use rayleigh::Rayleigh;
 pub use tabulated::Tabulated;
 pub use von_mises_fisher::VonMisesFisher;
 
 use crate::sampling::DistributionError;
 use eikonal::Shown;
 use glam::DVec3;
+use polar::Polar;
 
 /// Why a phase function cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -27,6 +32,9 @@ pub enum PhaseError {
     /// Concentration out of range.
     #[error("the concentration kappa must be finite and ≥ 0, got {}", Shown(*.0))]
     Concentration(f64),
+    /// Weight out of range.
+    #[error("the weight of the second phase function must lie in [0, 1], got {}", Shown(*.0))]
+    Weight(f64),
     /// A table that does not span all angles.
     #[error("the cosines must run from -1 to 1, got {} to {}", Shown(*first), Shown(*last))]
     Span {
@@ -49,8 +57,12 @@ pub enum Phase {
     HenyeyGreenstein(HenyeyGreenstein),
     /// Von Mises–Fisher.
     VonMisesFisher(VonMisesFisher),
+    /// Rayleigh.
+    Rayleigh(Rayleigh),
     /// Values over the cosine.
     Tabulated(Tabulated),
+    /// A mixture of two.
+    Blend(Box<Blend>),
 }
 
 impl Phase {
@@ -69,6 +81,16 @@ impl Phase {
         VonMisesFisher::new(kappa).map(Phase::VonMisesFisher)
     }
 
+    /// Rayleigh scattering of unpolarised light.
+    pub fn rayleigh() -> Self {
+        Phase::Rayleigh(Rayleigh)
+    }
+
+    /// (1 − `weight`) of the first phase function plus `weight`, in [0, 1], of the second.
+    pub fn blend(phases: [Phase; 2], weight: f64) -> Result<Self, PhaseError> {
+        Blend::new(phases, weight).map(|blend| Phase::Blend(Box::new(blend)))
+    }
+
     /// Linear interpolation of `values` at increasing `cosines` from −1 to 1, normalised here.
     pub fn tabulated(cosines: Vec<f64>, values: &[f64]) -> Result<Self, PhaseError> {
         Tabulated::new(cosines, values).map(Phase::Tabulated)
@@ -81,28 +103,38 @@ impl Phase {
             Phase::Isotropic(p) => p.pdf(),
             Phase::HenyeyGreenstein(p) => p.pdf(cos),
             Phase::VonMisesFisher(p) => p.pdf(cos),
+            Phase::Rayleigh(p) => p.pdf(cos),
             Phase::Tabulated(p) => p.pdf(cos),
+            Phase::Blend(p) => p.pdf(cos),
         }
     }
 
     /// Direction after scattering of the unit propagation direction `dir`, and its density.
     pub fn sample(&self, dir: DVec3, u: [f64; 2]) -> (DVec3, f64) {
-        let (angle, pdf) = match self {
-            Phase::Isotropic(p) => p.sample(u[0]),
-            Phase::HenyeyGreenstein(p) => p.sample(u[0]),
-            Phase::VonMisesFisher(p) => p.sample(u[0]),
-            Phase::Tabulated(p) => p.sample(u[0]),
-        };
+        let (angle, pdf) = self.angle(u[0]);
         (angle.around(dir, u[1]), pdf)
+    }
+
+    /// Angle of scattering, and the density of directions there.
+    fn angle(&self, u: f64) -> (Polar, f64) {
+        match self {
+            Phase::Isotropic(p) => p.sample(u),
+            Phase::HenyeyGreenstein(p) => p.sample(u),
+            Phase::VonMisesFisher(p) => p.sample(u),
+            Phase::Rayleigh(p) => p.sample(u),
+            Phase::Tabulated(p) => p.sample(u),
+            Phase::Blend(p) => p.sample(u),
+        }
     }
 
     /// Mean of the cosine.
     pub fn mean_cosine(&self) -> f64 {
         match self {
-            Phase::Isotropic(_) => 0.0,
+            Phase::Isotropic(_) | Phase::Rayleigh(_) => 0.0,
             Phase::HenyeyGreenstein(p) => p.mean_cosine(),
             Phase::VonMisesFisher(p) => p.mean_cosine(),
             Phase::Tabulated(p) => p.mean_cosine(),
+            Phase::Blend(p) => p.mean_cosine(),
         }
     }
 }

@@ -32,18 +32,22 @@ impl Polar {
         }
     }
 
-    /// The unit vector at this angle from `axis`, turned around it by `u` of a full turn.
-    pub(super) fn around(self, axis: DVec3, u: f64) -> DVec3 {
-        let sin = (self.below * self.above).max(0.0).sqrt();
-        let cos = if self.below < self.above {
+    /// cosθ.
+    pub(super) fn cos(self) -> f64 {
+        if self.below < self.above {
             1.0 - self.below
         } else {
             self.above - 1.0
-        };
+        }
+    }
+
+    /// The unit vector at this angle from `axis`, turned around it by `u` of a full turn.
+    pub(super) fn around(self, axis: DVec3, u: f64) -> DVec3 {
+        let sin = (self.below * self.above).max(0.0).sqrt();
         let across = sin * DVec2::from_angle(TAU * u);
         // Normalised, so that the length does not drift over thousands of scattering events.
         Frame::from_normal(axis)
-            .to_world(across.extend(cos))
+            .to_world(across.extend(self.cos()))
             .normalize()
     }
 }
