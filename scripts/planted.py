@@ -224,7 +224,7 @@ PLANTED = [
     (
         "solver tolerance looser than the distance to the wall",
         EIKONAL + "connect/solver.rs",
-        "miss <= self.goal(&trial.launch, hit, floor)",
+        "miss <= self.goal(&trial.family, hit, floor)",
         "miss <= self.tolerance.get() * distance",
         ("transport", "slabs", "mcml_mismatched_half_space"),
     ),

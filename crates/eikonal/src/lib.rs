@@ -16,7 +16,7 @@ mod shown;
 
 pub use bounds::{Aabb, FieldBounds};
 pub use certificate::Uniqueness;
-pub use connect::{Connection, Failure, Solver, World};
+pub use connect::{ConnectingRay, Failure, Solver, World};
 pub use field::{Field, Jet};
 pub use ray::{Tolerance, Work};
 pub use shown::Shown;

@@ -4,7 +4,7 @@
 //! tolerances count as having arrived. In grids the Hessian has kinks at every plane of samples, between which quadrature sees a
 //! few points only: there the Jacobian is good to 2e-4, as is that of shots.
 
-use eikonal::connect::{Connection, Unbounded};
+use eikonal::connect::{ConnectingRay, Unbounded};
 use eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg, Placement, Sum};
 use eikonal::{Aabb, Field, Solver, Tolerance};
 use glam::DVec3;
@@ -59,7 +59,7 @@ fn apart(ray: &Solver<()>, exact: &Solver<()>) -> f64 {
 }
 
 /// Errors over the tolerance: of directions, lengths and places, and of the Jacobian.
-fn errors(found: &Connection, exact: &Connection, apart: f64) -> [f64; 2] {
+fn errors(found: &ConnectingRay, exact: &ConnectingRay, apart: f64) -> [f64; 2] {
     let all = [
         found.direction_out.distance(exact.direction_out),
         found.direction_in.distance(exact.direction_in),

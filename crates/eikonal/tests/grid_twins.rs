@@ -7,7 +7,7 @@
 //! root mean square. Below all that lies the rounding of the coefficients, kept as f32: 6e-8 of
 //! the contrast of n² in n², times up to 4/h² in the Hessian.
 
-use eikonal::connect::{Connection, Unbounded};
+use eikonal::connect::{ConnectingRay, Unbounded};
 use eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg, Placement};
 use eikonal::{Aabb, Field, Solver, Tolerance};
 use glam::DVec3;
@@ -39,7 +39,7 @@ fn pairs() -> Vec<[DVec3; 2]> {
         .collect()
 }
 
-fn connect(field: &Field) -> Vec<Connection> {
+fn connect(field: &Field) -> Vec<ConnectingRay> {
     let mut solver = Solver::new(Tolerance::new(TOLERANCE));
     let mut ray = |[x, y]: [DVec3; 2]| solver.connect(&Unbounded(field), (x, ()), y).unwrap();
     pairs().into_iter().map(&mut ray).collect()
@@ -47,7 +47,7 @@ fn connect(field: &Field) -> Vec<Connection> {
 
 /// Root mean squares over the pairs of the errors of direction (both ends), arc length, optical length and J,
 /// all but the first relative.
-fn errors(grid: &[Connection], twin: &[Connection]) -> [f64; 4] {
+fn errors(grid: &[ConnectingRay], twin: &[ConnectingRay]) -> [f64; 4] {
     let mut sums = [0.0; 4];
     for (a, b) in grid.iter().zip(twin) {
         let turned = a.direction_out.distance_squared(b.direction_out)

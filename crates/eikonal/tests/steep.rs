@@ -1,10 +1,10 @@
 //! Grids whose index steps from 1.3 to 1 within one cell: a flat step, and a ball of voxels. The oracles are conservation laws: across a flat
 //! step the velocity along it is kept (Snell), and every ray that is found ends where it should.
 
-use eikonal::connect::{Launch, Unbounded};
+use eikonal::connect::{RayFamily, Unbounded};
 use eikonal::field::{Bspline, Placement};
 use eikonal::ray::{Flow, Node, Stop, march, steps_between};
-use eikonal::{Aabb, Connection, Failure, Field, Solver, Tolerance, Work};
+use eikonal::{Aabb, ConnectingRay, Failure, Field, Solver, Tolerance, Work};
 use glam::DVec3;
 
 /// Samples along each axis of [−1, 1]³.
@@ -69,7 +69,7 @@ fn rays_cross_a_step_in_some_hundred_steps() {
 }
 
 /// The share of pairs that are not connected; `check` sees the rays of the others.
-fn failures(field: &Field, check: impl Fn([DVec3; 2], &Connection)) -> f64 {
+fn failures(field: &Field, check: impl Fn([DVec3; 2], &ConnectingRay)) -> f64 {
     let tolerance = Tolerance::new(1e-5);
     let mut solver = Solver::new(tolerance);
     let mut failed = 0;
@@ -122,11 +122,11 @@ fn points_behind_a_flat_step_are_connected_to_planes() {
     for i in 0..50 {
         let direction = DVec3::new(0.5, 0.2, -1.0).normalize();
         let y = point(5, i);
-        let launch = Launch::Plane {
+        let family = RayFamily::Plane {
             x: y - 1.5 * direction,
             direction,
         };
-        let ray = solver.connect_plane(&Unbounded(&field), (launch.x(), direction, ()), y);
+        let ray = solver.connect_plane(&Unbounded(&field), (family.x(), direction, ()), y);
         assert!(ray.is_ok(), "{y}: {ray:?}");
     }
 }

@@ -13,7 +13,7 @@ mod common;
 
 use common::{camera, container, fog, parts, sky, vacuum};
 use eikonal::Solver;
-use eikonal::connect::{Launch, Pattern, Start};
+use eikonal::connect::{Pattern, RayFamily, Start};
 use eikonal::field::Constant;
 use glam::{DAffine3, DVec3};
 use std::hint::black_box;
@@ -104,7 +104,7 @@ fn connect(scene: &Scene, ws: &mut Workspace, x: DVec3, y: DVec3) {
 
 fn shoot(scene: &Scene, solver: &mut Solver<MediumId>, x: DVec3, y: DVec3) {
     let start = Start {
-        launch: Launch::Point {
+        family: RayFamily::Point {
             x,
             direction: (y - x).normalize(),
         },

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{camera, container, fog, glass, parts, sky, vacuum};
-use eikonal::connect::{Launch, Pattern, Start as Launched};
+use eikonal::connect::{Pattern, RayFamily, Start as Launched};
 use eikonal::field::{Constant, Fisheye, LinearIndex, LinearSquare, Luneburg};
 use eikonal::{Field, Solver, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
@@ -300,7 +300,7 @@ fn straight_links_are_those_of_the_solver() {
         let found = links(&scene, x, y);
         assert_eq!(found.len(), 1);
         let start = Launched {
-            launch: Launch::Point {
+            family: RayFamily::Point {
                 x,
                 direction: (y - x).normalize(),
             },

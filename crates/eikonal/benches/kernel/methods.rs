@@ -6,7 +6,7 @@ use crate::published::{Effort, Method};
 use crate::setup::{BALL, acoustic, ball_grid, in_ball, lumps, luneburg};
 use crate::timing::{Task, race};
 use eikonal::certificate::Uniqueness;
-use eikonal::connect::{Launch, Reach, Unbounded, random_direction};
+use eikonal::connect::{RayFamily, Reach, Unbounded, random_direction};
 use eikonal::{Aabb, Field, Solver, Tolerance};
 use glam::DVec3;
 use std::hint::black_box;
@@ -208,8 +208,8 @@ fn from(
         reflections: 0,
         bounces: 0,
     };
-    let (world, launch) = (Unbounded(field), Launch::Point { x, direction });
-    let (start, _) = solver.approach(&world, (launch, ()), y, &reach, &mut || 0.0)?;
+    let (world, family) = (Unbounded(field), RayFamily::Point { x, direction });
+    let (start, _) = solver.approach(&world, (family, ()), y, &reach, &mut || 0.0)?;
     Some(solver.solve(&world, &start, y).ok()?.direction_out)
 }
 

@@ -1,7 +1,7 @@
-//! From the ray of a launch to a start of Newton's method.
+//! From the ray of a family to a start of Newton's method.
 
 use super::closest::{Nearest, follow, minima};
-use super::launch::Launch;
+use super::family::RayFamily;
 use super::solver::Solver;
 use super::start::{Reach, Start};
 use super::world::World;
@@ -12,7 +12,7 @@ use glam::DVec3;
 const SCOUT: f64 = 1e-4;
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// A start at a closest approach to `y` of the ray of a launch, and the unit direction in which
+    /// A start at a closest approach to `y` of the ray of a family, and the unit direction in which
     /// the ray arrives there.
     ///
     /// The ray is followed over `reach.optical_length`, or until `reach.bounces` reflections of any kind are
@@ -25,7 +25,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     pub fn approach<W: World<Region = R>>(
         &mut self,
         world: &W,
-        (launch, region): (Launch, R),
+        (family, region): (RayFamily, R),
         y: DVec3,
         reach: &Reach,
         uniform: &mut dyn FnMut() -> f64,
@@ -39,7 +39,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let mut all: Vec<Nearest> = Vec::new();
         follow(
             world,
-            (launch, region),
+            (family, region),
             (reach, self.scouting()),
             &mut reflect,
             &mut self.work,
@@ -50,7 +50,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         minima.retain(|n| n.optical_length > 0.0 && n.distance.is_finite());
         minima.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         let nearest = choose(&minima, uniform)?;
-        Some((nearest.start(launch, region), nearest.direction))
+        Some((nearest.start(family, region), nearest.direction))
     }
 
     /// The tolerance of rays along which starts are looked for.

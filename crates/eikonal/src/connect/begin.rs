@@ -1,10 +1,10 @@
 //! Primary branches: along the straight way, bent by the one field on it that bends rays.
 
-use super::bend::{Guess, Way, bent};
-use super::collocate::{Found, collocated};
-use super::connection::{Connection, Failure};
+use super::bend::{BentWay, Guess, bent};
+use super::collocate::{Collocation, collocated};
+use super::connection::{ConnectingRay, Failure};
+use super::family::RayFamily;
 use super::fermat::shortest;
-use super::launch::Launch;
 use super::pattern::Pattern;
 use super::solver::Solver;
 use super::start::Start;
@@ -32,10 +32,10 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         world: &W,
         start: &Start<R>,
         y: DVec3,
-    ) -> Result<Connection, Failure> {
-        let (x, region) = (start.launch.x(), start.region);
+    ) -> Result<ConnectingRay, Failure> {
+        let (x, region) = (start.family.x(), start.region);
         let within = survey(world, (x, region), y);
-        if let (Some((only, way)), Launch::Point { .. }) = (&within, start.launch)
+        if let (Some((only, way)), RayFamily::Point { .. }) = (&within, start.family)
             && *only == region
             && way.part == [0.0, 1.0]
             && let Some(found) = self.collocated(world, (x, region), y)
@@ -59,9 +59,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         world: &W,
         (x, region): (DVec3, R),
         y: DVec3,
-    ) -> Option<Connection> {
+    ) -> Option<ConnectingRay> {
         let tolerance = self.tolerance().get();
-        let mut found = Found {
+        let mut found = Collocation {
             arcs: &mut self.arcs,
             evaluations: &mut self.work.evaluations,
         };
@@ -81,7 +81,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             event: None,
         }));
         let [direction_out, direction_in] = ray.v.map(DVec3::normalize);
-        Some(Connection {
+        Some(ConnectingRay {
             start: x,
             direction_out,
             direction_in,
@@ -101,7 +101,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         &mut self,
         world: &W,
         start: &Start<R>,
-        within: Option<&(R, Way)>,
+        within: Option<&(R, BentWay)>,
     ) -> Start<R> {
         let Some((region, way)) = within else {
             return *start;
@@ -116,18 +116,18 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// A start with what a guess says of its ray.
     fn guessed(&mut self, start: &Start<R>, guess: &Guess) -> Start<R> {
         self.work.evaluations += guess.evaluations;
-        let launch = match start.launch {
-            Launch::Point { x, .. } => Launch::Point {
+        let family = match start.family {
+            RayFamily::Point { x, .. } => RayFamily::Point {
                 x,
                 direction: guess.direction,
             },
-            Launch::Plane { x, direction } => Launch::Plane {
+            RayFamily::Plane { x, direction } => RayFamily::Plane {
                 x: x + guess.offset,
                 direction,
             },
         };
         Start {
-            launch,
+            family,
             optical_length: guess.optical_length,
             ..*start
         }
@@ -135,7 +135,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 }
 
 fn is_plane<R>(start: &Start<R>) -> bool {
-    matches!(start.launch, Launch::Plane { .. })
+    matches!(start.family, RayFamily::Plane { .. })
 }
 
 /// The only region on the straight way from a point to `y` whose field bends rays, and the way as it sees
@@ -144,11 +144,11 @@ fn survey<W: World>(
     world: &W,
     (start, mut region): (DVec3, W::Region),
     y: DVec3,
-) -> Option<(W::Region, Way)> {
+) -> Option<(W::Region, BentWay)> {
     let chord = y - start;
     let d = chord.length();
     let mut bends = None;
-    let mut way = Way {
+    let mut way = BentWay {
         x: start,
         chord,
         part: [0.0, 1.0],
@@ -228,9 +228,9 @@ mod tests {
         Layer([Constant::new(1.0).into(), graded.unwrap().into()], rule)
     }
 
-    fn straight(launch: Launch, optical_length: f64) -> Start<usize> {
+    fn straight(family: RayFamily, optical_length: f64) -> Start<usize> {
         Start {
-            launch,
+            family,
             region: 0,
             optical_length,
             pattern: Pattern::REFRACT,
@@ -243,7 +243,7 @@ mod tests {
         start: &Start<usize>,
         y: DVec3,
     ) -> Start<usize> {
-        let within = survey(world, (start.launch.x(), start.region), y);
+        let within = survey(world, (start.family.x(), start.region), y);
         solver.bent(world, start, within.as_ref())
     }
 
@@ -256,21 +256,21 @@ mod tests {
         let mut solver = Solver::new(Tolerance::new(1e-8));
         let (x, y) = (DVec3::new(0.1, 0.0, -1.0), DVec3::new(0.2, 0.1, 1.7));
         let direction = (y - x).normalize();
-        let first = straight(Launch::Point { x, direction }, x.distance(y));
+        let first = straight(RayFamily::Point { x, direction }, x.distance(y));
         let guess = bent(&mut solver, &world, &first, y);
         let ray = solver.solve(&world, &first, y).unwrap();
         let off = |d: DVec3| d.distance(ray.direction_out);
         assert!(off(direction) > 0.02, "{ray:?}");
-        assert!(off(guess.launch.direction()) < CLOSER * off(direction));
+        assert!(off(guess.family.direction()) < CLOSER * off(direction));
         assert!((guess.optical_length / ray.optical_length - 1.0).abs() < 1e-3);
         let (direction, foot) = (DVec3::Z, DVec3::new(0.2, 0.1, -1.0));
-        let launch = Launch::Plane { x: foot, direction };
-        let first = straight(launch, foot.distance(y));
+        let family = RayFamily::Plane { x: foot, direction };
+        let first = straight(family, foot.distance(y));
         let guess = bent(&mut solver, &world, &first, y);
         let ray = solver.solve(&world, &first, y).unwrap();
         let off = |p: DVec3| p.distance(ray.start);
         assert!(off(foot) > 0.02, "{ray:?}");
-        assert!(off(guess.launch.x()) < CLOSER * off(foot));
+        assert!(off(guess.family.x()) < CLOSER * off(foot));
         assert!((guess.optical_length / ray.optical_length - 1.0).abs() < 1e-3);
     }
 
@@ -279,7 +279,7 @@ mod tests {
         let mut solver = Solver::new(Tolerance::default());
         let (x, y) = (DVec3::new(0.1, 0.0, -1.0), DVec3::new(0.2, 0.1, 1.7));
         let direction = (y - x).normalize();
-        let first = straight(Launch::Point { x, direction }, x.distance(y));
+        let first = straight(RayFamily::Point { x, direction }, x.distance(y));
         let guess = bent(&mut solver, &layer(Rule::Refract), &first, y);
         assert_eq!(guess, first);
     }

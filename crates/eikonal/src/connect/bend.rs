@@ -7,7 +7,7 @@
 //! Where only a part of the chord bends rays, nodes lie in that part, and the ray is straight outside; from a
 //! plane, it starts with u′ = 0 instead.
 
-use super::collocate::{Rule, sum};
+use super::collocate::{QuadratureRule, sum};
 use crate::field::Field;
 use glam::DVec3;
 
@@ -19,11 +19,11 @@ const SETTLED: f64 = 0.03;
 /// The accuracy, in radians, up to which four nodes are enough.
 const ROUGH: f64 = 1e-4;
 
-const COARSE: Rule<4> = Rule::new();
-const FINE: Rule<5> = Rule::new();
+const COARSE: QuadratureRule<4> = QuadratureRule::new();
+const FINE: QuadratureRule<5> = QuadratureRule::new();
 
 /// A straight way on which one part bends rays.
-pub(super) struct Way {
+pub(super) struct BentWay {
     /// Its start.
     pub x: DVec3,
     /// From its start to its end.
@@ -50,7 +50,7 @@ pub(super) struct Guess {
 /// plane across it: with a direction (in radians; for planes that of arrival) that would hardly change by more
 /// than `accuracy` in a further round, or after the last one. `None` where the iteration does not converge,
 /// or the ray turns away from the chord by more than 45°.
-pub(super) fn bent(field: &Field, way: &Way, is_plane: bool, accuracy: f64) -> Option<Guess> {
+pub(super) fn bent(field: &Field, way: &BentWay, is_plane: bool, accuracy: f64) -> Option<Guess> {
     match accuracy < ROUGH {
         true => FINE.solve(field, way, is_plane, accuracy),
         false => COARSE.solve(field, way, is_plane, accuracy),
@@ -69,7 +69,7 @@ struct Ends {
 
 impl Ends {
     /// For slopes `first` and `last` of the solution at both ends of the part.
-    fn new(way: &Way, is_plane: bool, [first, last]: [DVec3; 2]) -> Self {
+    fn new(way: &BentWay, is_plane: bool, [first, last]: [DVec3; 2]) -> Self {
         let ([a, b], d) = (way.part, way.chord.length());
         let slope = match is_plane {
             true => -first,
@@ -85,10 +85,10 @@ impl Ends {
     }
 }
 
-impl<const N: usize> Rule<N> {
+impl<const N: usize> QuadratureRule<N> {
     /// See [`bent`].
-    fn solve(&self, field: &Field, way: &Way, is_plane: bool, accuracy: f64) -> Option<Guess> {
-        let Way { x, chord, part, .. } = *way;
+    fn solve(&self, field: &Field, way: &BentWay, is_plane: bool, accuracy: f64) -> Option<Guess> {
+        let BentWay { x, chord, part, .. } = *way;
         let e = chord.normalize();
         let (begin, along) = (x + chord * part[0], chord * (part[1] - part[0]));
         let d = along.length();
@@ -142,8 +142,8 @@ mod tests {
     use super::*;
     use crate::field::{LinearIndex, LinearSquare};
 
-    fn whole(x: DVec3, chord: DVec3) -> Way {
-        Way {
+    fn whole(x: DVec3, chord: DVec3) -> BentWay {
+        BentWay {
             x,
             chord,
             part: [0.0, 1.0],

@@ -1,9 +1,9 @@
 //! Where along a ray it comes close to a point: starts for connections.
 
 use super::connection::Failure;
-use super::launch::Launch;
+use super::family::RayFamily;
 use super::pattern::Pattern;
-use super::shoot::Shot;
+use super::shoot::Trajectory;
 use super::start::{Reach, Start};
 use super::world::{Piece, World};
 use crate::interface::Mapped;
@@ -20,18 +20,18 @@ pub(super) struct Leg<R> {
     pub pattern: Pattern,
 }
 
-/// Follows the ray of a launch, without tangents, as far as the reach goes; `visit` sees every
+/// Follows the ray of a family, without tangents, as far as the reach goes; `visit` sees every
 /// piece. Where refraction is possible `reflect`, given the number of the encounter, says whether to
 /// reflect all the same.
 pub(super) fn follow<W: World>(
     world: &W,
-    (launch, region): (Launch, W::Region),
+    (family, region): (RayFamily, W::Region),
     bounds: (&Reach, Tolerance),
     reflect: &mut dyn FnMut(u32) -> bool,
     work: &mut Work,
     mut visit: impl FnMut(&Leg<W::Region>),
 ) -> Result<(), Failure> {
-    let node = Node::launch(world.field(region), launch.x(), launch.direction(), ());
+    let node = Node::launch(world.field(region), family.x(), family.direction(), ());
     let visit = |leg: &Leg<W::Region>, _: &Node<()>| visit(leg);
     follow_from(world, (node, region), bounds, reflect, work, visit)
 }
@@ -46,7 +46,7 @@ pub(super) fn follow_from<W: World, V: Mapped>(
     mut visit: impl FnMut(&Leg<W::Region>, &Node<V>),
 ) -> Result<(), Failure> {
     let length = reach.optical_length;
-    let mut shot = Shot::new(world, (node, region), length, tolerance, work);
+    let mut shot = Trajectory::new(world, (node, region), length, tolerance, work);
     let (mut before, mut pattern, mut bounces) = (0.0, shot.pattern(), 0);
     let mut first = *shot.end();
     while bounces <= reach.bounces
@@ -99,10 +99,10 @@ impl<R> Leg<R> {
 }
 
 impl Nearest {
-    /// The start of a connection here, on the ray of a launch.
-    pub fn start<R>(&self, launch: Launch, region: R) -> Start<R> {
+    /// The start of a connection here, on the ray of a family.
+    pub fn start<R>(&self, family: RayFamily, region: R) -> Start<R> {
         Start {
-            launch,
+            family,
             region,
             optical_length: self.optical_length,
             pattern: self.pattern,

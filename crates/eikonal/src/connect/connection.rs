@@ -5,7 +5,7 @@ use glam::DVec3;
 
 /// A ray between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Connection {
+pub struct ConnectingRay {
     /// Start of the ray; the point asked for, or the point of the plane that was found.
     pub start: DVec3,
     /// Unit direction in which the ray leaves its start.
@@ -18,7 +18,7 @@ pub struct Connection {
     pub optical_length: f64,
     /// Span of σ = ∫ds/n.
     pub sigma: f64,
-    /// Ray-tube cross section at the target: J = dA⊥/dΩ for a point launch, A = dA⊥/dA for a plane.
+    /// Ray-tube cross section at the target: J = dA⊥/dΩ for a point family, A = dA⊥/dA for a plane.
     pub jacobian: f64,
     /// How far from the target the ray passes for which the lengths and the Jacobian hold.
     pub miss: f64,
@@ -28,13 +28,13 @@ pub struct Connection {
     pub shots: u32,
 }
 
-impl Connection {
+impl ConnectingRay {
     /// Whether two connections between the same ends are the same ray.
     ///
     /// Their directions (radians) at the start and their starts, seen from the distance of the arc
     /// length, must agree to `angle`, and their optical path lengths to the relative `length`. Rays
     /// from one point differ in the first, rays from a plane in the second.
-    pub fn same_branch(&self, other: &Connection, angle: f64, length: f64) -> bool {
+    pub fn same_branch(&self, other: &ConnectingRay, angle: f64, length: f64) -> bool {
         self.direction_out.distance(other.direction_out) <= angle
             && self.start.distance(other.start) <= angle * self.arc_length
             && (self.optical_length - other.optical_length).abs()

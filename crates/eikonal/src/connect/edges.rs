@@ -1,7 +1,7 @@
 //! Directions close to those in which rays just touch an interface, or just are reflected totally.
 
 use super::closest::follow;
-use super::launch::Launch;
+use super::family::RayFamily;
 use super::solver::Solver;
 use super::start::Reach;
 use super::world::World;
@@ -79,11 +79,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         reach: &Reach,
     ) -> History {
         let mut history = History::new();
-        let launch = Launch::Point { x, direction };
+        let family = RayFamily::Point { x, direction };
         // A ray that is lost counts as far as it went.
         let _ = follow(
             world,
-            (launch, region),
+            (family, region),
             (reach, self.scouting()),
             &mut |_| false,
             &mut self.work,

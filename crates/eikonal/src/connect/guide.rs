@@ -2,7 +2,7 @@
 
 use super::closest::{Leg, Nearest, follow_from, minima};
 use super::connection::Failure;
-use super::newton::Landing;
+use super::newton::EndState;
 use super::start::{Followed, Reach, Start};
 use super::world::{Piece, World};
 use crate::ray::{EVALUATIONS_PER_STEP, Tolerance, Work};
@@ -20,7 +20,7 @@ const MOST_STARTS: usize = 8;
 pub struct Guide<R> {
     start: Start<R>,
     /// With the nodes from which they begin.
-    legs: Vec<(Leg<R>, Landing)>,
+    legs: Vec<(Leg<R>, EndState)>,
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
@@ -40,7 +40,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
             reflections: u32::MAX,
             bounces: u32::MAX,
         };
-        let node = start.launch.node(world.field(start.region));
+        let node = start.family.node(world.field(start.region));
         follow_from(
             world,
             (node, start.region),
@@ -69,12 +69,12 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         let mut minima = minima(&nearest);
         minima.sort_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance));
         minima.truncate(MOST_STARTS);
-        let Start { launch, region, .. } = self.start;
+        let Start { family, region, .. } = self.start;
         let followed = |(i, nearest): &(usize, Nearest)| {
             let (leg, node) = &self.legs[*i];
             let field = world.field(leg.piece.region);
             Followed {
-                start: nearest.start(launch, region),
+                start: nearest.start(family, region),
                 end: node.advanced(field, leg.piece.arc.h() * nearest.theta),
                 evaluations: if field.is_constant() {
                     0

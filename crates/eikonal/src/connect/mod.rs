@@ -1,6 +1,6 @@
 //! Connections: the rays between two given points (theory §5).
 //!
-//! A connection is a *branch*: a launch and an optical path length whose ray ends at the target, going
+//! A connection is a *branch*: a family and an optical path length whose ray ends at the target, going
 //! through or off the interfaces that it meets in a [`Pattern`]. [`Solver`] finds the primary one, that
 //! to which damped Newton iteration converges from a deterministic start, and those to which it converges
 //! from other starts: random ones, or those along a [`Guide`]. Through the surface of a [`Ball`] all are known.
@@ -13,9 +13,9 @@ mod closest;
 mod collocate;
 mod connection;
 mod edges;
+mod family;
 mod fermat;
 mod guide;
-mod launch;
 mod multistart;
 mod newton;
 mod pattern;
@@ -26,9 +26,9 @@ mod start;
 mod world;
 
 pub use ball::{Ball, Outside};
-pub use connection::{Connection, Failure};
+pub use connection::{ConnectingRay, Failure};
+pub use family::RayFamily;
 pub use guide::Guide;
-pub use launch::Launch;
 pub use multistart::All;
 pub use pattern::Pattern;
 pub use random::{random_direction, random_foot};

@@ -1,8 +1,8 @@
 //! Every branch between two points, by a dense search.
 
 use super::closest::{Nearest, follow, minima};
-use super::connection::{Connection, Failure};
-use super::launch::Launch;
+use super::connection::{ConnectingRay, Failure};
+use super::family::RayFamily;
 use super::pattern::Pattern;
 use super::solver::Solver;
 use super::start::{Reach, Start};
@@ -34,7 +34,7 @@ const SAME: (f64, f64) = (1e-4, 100.0);
 #[derive(Clone, Debug)]
 pub struct All<R> {
     /// The branches, the shortest optical path first, each with the start from which it is found at once.
-    pub branches: Vec<(Start<R>, Connection)>,
+    pub branches: Vec<(Start<R>, ConnectingRay)>,
     /// Why one that was found at a coarser tolerance is not among them: the last one, if there are several.
     pub lost: Option<Failure>,
 }
@@ -66,8 +66,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             rough.push(primary);
         }
         for direction in search.directions(world, (x, region), chord, reach) {
-            let launch = Launch::Point { x, direction };
-            for start in search.starts(world, (launch, region), y, reach) {
+            let family = RayFamily::Point { x, direction };
+            for start in search.starts(world, (family, region), y, reach) {
                 if let Ok(branch) = search.solve(world, &start, y) {
                     search.keep(&mut rough, branch);
                 }
@@ -106,12 +106,12 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         directions
     }
 
-    /// Starts at all local closest approaches to `y` of the ray of a launch, through every pattern that
+    /// Starts at all local closest approaches to `y` of the ray of a family, through every pattern that
     /// it can take.
     fn starts<W: World<Region = R>>(
         &mut self,
         world: &W,
-        (launch, region): (Launch, R),
+        (family, region): (RayFamily, R),
         y: DVec3,
         reach: &Reach,
     ) -> Vec<Start<R>> {
@@ -127,7 +127,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             // A ray that is lost counts as far as it went.
             let _ = follow(
                 world,
-                (launch, region),
+                (family, region),
                 (reach, self.scouting()),
                 &mut reflect,
                 &mut self.work,
@@ -138,7 +138,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             nearest.retain(|n| n.pattern == pattern);
             nearest.sort_by(|a, b| a.distance.total_cmp(&b.distance));
             let new = nearest.iter().take(MOST_STARTS);
-            starts.extend(new.map(|n| n.start(launch, region)));
+            starts.extend(new.map(|n| n.start(family, region)));
             if pattern.reflections() < reach.reflections {
                 let later = choices.into_iter().filter(|&i| pattern.last() < Some(i));
                 patterns.extend(later.filter_map(|i| pattern.with(i)));
@@ -148,7 +148,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     }
 
     /// Whether the branch that was last solved for is looked for.
-    fn within(&self, branch: &Connection, reach: &Reach) -> bool {
+    fn within(&self, branch: &ConnectingRay, reach: &Reach) -> bool {
         let bounces = self.pieces().iter().filter(|p| p.is_reflected()).count();
         let reflections = branch.pattern.reflections();
         reach.includes(branch.optical_length, reflections, bounces as u32)
@@ -157,23 +157,23 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// Whether two connections between the same ends are one branch, as far as rays of this tolerance
     /// can tell: to 1e-4 in direction (radians) and in relative optical path length, or to 100 times the
     /// tolerance if that is more.
-    pub fn is_same_branch(&self, a: &Connection, b: &Connection) -> bool {
+    pub fn is_same_branch(&self, a: &ConnectingRay, b: &ConnectingRay) -> bool {
         let same = SAME.0.max(SAME.1 * self.tolerance().get());
         a.same_branch(b, same, same)
     }
 
-    fn keep(&self, found: &mut Vec<Connection>, branch: Connection) {
+    fn keep(&self, found: &mut Vec<ConnectingRay>, branch: ConnectingRay) {
         if !found.iter().any(|f| self.is_same_branch(f, &branch)) {
             found.push(branch);
         }
     }
 }
 
-impl Connection {
+impl ConnectingRay {
     /// A start that leads to this branch in one shot.
     fn again<R>(&self, region: R) -> Start<R> {
         Start {
-            launch: Launch::Point {
+            family: RayFamily::Point {
                 x: self.start,
                 direction: self.direction_out,
             },

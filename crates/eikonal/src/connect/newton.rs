@@ -1,17 +1,17 @@
 //! One step of Newton's method.
 
 use super::connection::Failure;
-use super::launch::Launch;
+use super::family::RayFamily;
 use crate::ray::{Node, Tangents};
 use glam::{DMat3, DVec2, DVec3};
 
 /// Where a shot ended, with its tangents.
-pub(super) type Landing = Node<Tangents>;
+pub(super) type EndState = Node<Tangents>;
 
-/// The three unknowns: two of the launch, and the optical path length.
+/// The three unknowns: two of the family, and the optical path length.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Iterate {
-    pub launch: Launch,
+    pub family: RayFamily,
     pub length: f64,
 }
 
@@ -20,15 +20,15 @@ const DAMPINGS: (f64, f64, usize) = (1e-4, 4.0, 20);
 
 impl Iterate {
     /// The next iterate, and the [size](Self::size) of the step: Newton's, damped in the manner of Levenberg and Marquardt until the
-    /// launch changes by no more than `radius` allows. The length's change is cut off there.
+    /// family changes by no more than `radius` allows. The length's change is cut off there.
     pub fn stepped(
         &self,
-        landing: &Landing,
+        end_state: &EndState,
         y: DVec3,
         (radius, longest): (DVec2, f64),
     ) -> Result<(Iterate, DVec2), Failure> {
-        let matrix = system(landing);
-        let miss = y - landing.x;
+        let matrix = system(end_state);
+        let miss = y - end_state.x;
         let normal = matrix.transpose() * matrix;
         let scale = normal.diagonal();
         let regular = matrix.determinant().abs() > 1e-12 * scale.element_product().sqrt();
@@ -54,13 +54,13 @@ impl Iterate {
         let [back, forth] = [0.5, 1.0].map(|most| self.length * radius.y.min(most));
         step.z = step.z.clamp(-back, forth);
         let next = Iterate {
-            launch: self.launch.moved(step.truncate()),
+            family: self.family.moved(step.truncate()),
             length: self.length + step.z,
         };
         Ok((next, self.size(step, longest)))
     }
 
-    /// Change of the launch over the `longest`, and that of the length over itself.
+    /// Change of the family over the `longest`, and that of the length over itself.
     fn size(&self, step: DVec3, longest: f64) -> DVec2 {
         DVec2::new(
             step.truncate().length() / longest,
@@ -73,11 +73,11 @@ fn damped(normal: &DMat3, damping: f64) -> DMat3 {
     (*normal + DMat3::from_diagonal(normal.diagonal() * damping)).inverse()
 }
 
-/// Derivative of the end of the ray with respect to the launch's parameters and the optical path
+/// Derivative of the end of the ray with respect to the family's parameters and the optical path
 /// length: at equal optical length the tangents are perpendicular to the ray (Malus and Dupin).
-pub(super) fn system(landing: &Landing) -> DMat3 {
-    let n2 = landing.v.length_squared();
-    let across = |dx: DVec3| dx - landing.v * (landing.v.dot(dx) / n2);
-    let [a, b] = landing.variation.dx.map(across);
-    DMat3::from_cols(a, b, landing.v / n2)
+pub(super) fn system(end_state: &EndState) -> DMat3 {
+    let n2 = end_state.v.length_squared();
+    let across = |dx: DVec3| dx - end_state.v * (end_state.v.dot(dx) / n2);
+    let [a, b] = end_state.variation.dx.map(across);
+    DMat3::from_cols(a, b, end_state.v / n2)
 }

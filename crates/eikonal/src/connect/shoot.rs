@@ -29,7 +29,7 @@ pub(super) struct Travelled {
 }
 
 /// A ray on its way: with tangents, or alone.
-pub(super) struct Shot<'w, W: World, V: Mapped> {
+pub(super) struct Trajectory<'w, W: World, V: Mapped> {
     world: &'w W,
     region: W::Region,
     /// Steps through the field; `None` where the index is constant.
@@ -47,7 +47,7 @@ pub(super) struct Shot<'w, W: World, V: Mapped> {
     pattern: Pattern,
 }
 
-impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
+impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
     /// Starts a ray that is to be followed over an optical path length.
     pub fn new(
         world: &'w W,
@@ -57,7 +57,7 @@ impl<'w, W: World, V: Mapped> Shot<'w, W, V> {
         work: &mut Work,
     ) -> Self {
         work.shots += 1;
-        Shot {
+        Trajectory {
             world,
             region,
             flow: flow(world.field(region), &node, tolerance),

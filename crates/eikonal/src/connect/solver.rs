@@ -1,10 +1,10 @@
 //! Newton's method on the shot.
 
-use super::connection::{Connection, Failure};
-use super::launch::Launch;
-use super::newton::{Iterate, Landing, system};
+use super::connection::{ConnectingRay, Failure};
+use super::family::RayFamily;
+use super::newton::{EndState, Iterate, system};
 use super::pattern::Pattern;
-use super::shoot::{Shot, Travelled};
+use super::shoot::{Trajectory, Travelled};
 use super::start::{Followed, Start};
 use super::world::{Piece, World};
 use crate::budget::{SHOTS_PER_CONNECTION, STEPS_PER_CONNECTION};
@@ -33,7 +33,7 @@ const STUCK: f64 = 1e-3;
 /// The end of a shot.
 #[derive(Clone, Copy)]
 struct Hit {
-    landing: Landing,
+    end_state: EndState,
     travelled: Travelled,
     /// Reflections by choice.
     pattern: Pattern,
@@ -42,7 +42,7 @@ struct Hit {
 impl Hit {
     /// |J| or |A| there.
     fn jacobian(&self) -> f64 {
-        let Landing { v, variation, .. } = &self.landing;
+        let EndState { v, variation, .. } = &self.end_state;
         variation.cross_section(*v).abs()
     }
 }
@@ -92,11 +92,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         world: &W,
         (x, region): (DVec3, R),
         y: DVec3,
-    ) -> Result<Connection, Failure> {
+    ) -> Result<ConnectingRay, Failure> {
         let chord = y - x;
         let direction = chord.try_normalize().ok_or(Failure::Coincident)?;
         let straight = Start {
-            launch: Launch::Point { x, direction },
+            family: RayFamily::Point { x, direction },
             region,
             optical_length: chord.length() * world.field(region).n(x),
             pattern: Pattern::REFRACT,
@@ -115,14 +115,14 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         world: &W,
         (x, direction, region): (DVec3, DVec3, R),
         y: DVec3,
-    ) -> Result<Connection, Failure> {
+    ) -> Result<ConnectingRay, Failure> {
         let depth = (y - x).dot(direction);
         let foot = y - direction * depth;
         if depth.is_nan() || depth <= 0.0 {
             return Err(Failure::Coincident);
         }
         let straight = Start {
-            launch: Launch::Plane { x: foot, direction },
+            family: RayFamily::Plane { x: foot, direction },
             region,
             optical_length: depth * world.field(region).n(foot),
             pattern: Pattern::REFRACT,
@@ -132,7 +132,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 
     /// The branch to which Newton's method converges from a start.
     ///
-    /// The unknowns are the launch's two parameters and the optical path length ℓ, the residual is
+    /// The unknowns are the family's two parameters and the optical path length ℓ, the residual is
     /// x(ℓ) − y; steps are those of Levenberg and Marquardt within a trust region, which shrinks where they do not reduce it.
     /// With ℓ rather than σ the family's points at equal parameter form a wavefront, which near a focus
     /// closes in on it from one side.
@@ -145,7 +145,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         world: &W,
         start: &Start<R>,
         y: DVec3,
-    ) -> Result<Connection, Failure> {
+    ) -> Result<ConnectingRay, Failure> {
         self.refine(world, start, None, y)
     }
 
@@ -159,7 +159,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         world: &W,
         known: &Followed<R>,
         y: DVec3,
-    ) -> Result<Connection, Failure> {
+    ) -> Result<ConnectingRay, Failure> {
         self.work.evaluations += known.evaluations;
         self.refine(world, &known.start, Some(&known.end), y)
     }
@@ -168,10 +168,10 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         &mut self,
         world: &W,
         start: &Start<R>,
-        known: Option<&Landing>,
+        known: Option<&EndState>,
         y: DVec3,
-    ) -> Result<Connection, Failure> {
-        let distance = start.launch.x().distance(y);
+    ) -> Result<ConnectingRay, Failure> {
+        let distance = start.family.x().distance(y);
         let sound = distance.is_finite() && start.optical_length.is_finite();
         if !sound || start.optical_length <= 0.0 {
             return Err(Failure::NotConverged);
@@ -180,28 +180,28 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         // interfaces.
         let floor = 1e-13 * (distance + y.length()) + 10.0 * world.nudge();
         let mut trial = Iterate {
-            launch: start.launch,
+            family: start.family,
             length: start.optical_length,
         };
-        let longest = start.launch.longest_step(distance);
+        let longest = start.family.longest_step(distance);
         let (mut radius, mut tried) = (DVec2::ONE, DVec2::ZERO);
-        let mut best: Option<(Iterate, Landing, f64)> = None;
-        if let Some(landing) = known {
-            best = Some((trial, *landing, landing.x.distance(y)));
-            (trial, tried) = trial.stepped(landing, y, (radius, longest))?;
+        let mut best: Option<(Iterate, EndState, f64)> = None;
+        if let Some(end_state) = known {
+            best = Some((trial, *end_state, end_state.x.distance(y)));
+            (trial, tried) = trial.stepped(end_state, y, (radius, longest))?;
         }
         let mut failure = Failure::NotConverged;
         let before = self.work.steps;
         for shots in 1..=SHOTS_PER_CONNECTION {
             let shot = self.shoot(world, &trial, start);
-            let miss = shot.map_or(f64::INFINITY, |hit| hit.landing.x.distance(y));
+            let miss = shot.map_or(f64::INFINITY, |hit| hit.end_state.x.distance(y));
             // Where the ray has ended counts, not where it should have.
             if let Ok(hit) = &shot
                 && hit.travelled.optical_length > 0.0
             {
                 trial.length = hit.travelled.optical_length;
             }
-            let arrived = |hit: &Hit| miss <= self.goal(&trial.launch, hit, floor);
+            let arrived = |hit: &Hit| miss <= self.goal(&trial.family, hit, floor);
             if let Some(hit) = shot.ok().filter(arrived) {
                 match self.finish(&trial, &hit, y, shots) {
                     Ok(found) => return Ok(found),
@@ -221,17 +221,17 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                     if least.is_some_and(|least| miss < GOOD * least) {
                         radius = radius.max(LONGER * tried).min(DVec2::ONE);
                     }
-                    best = Some((trial, hit.landing, miss));
+                    best = Some((trial, hit.end_state, miss));
                 }
                 (_, Err(failure)) => return Err(failure),
             }
-            let Some((iterate, landing, _)) = &best else {
+            let Some((iterate, end_state, _)) = &best else {
                 return Err(failure);
             };
             if self.work.steps - before > STEPS_PER_CONNECTION {
                 return Err(Failure::OverBudget);
             }
-            (trial, tried) = iterate.stepped(landing, y, (radius, longest))?;
+            (trial, tried) = iterate.stepped(end_state, y, (radius, longest))?;
         }
         Err(failure)
     }
@@ -240,8 +240,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// since a target just behind a wall that is lit from far away must be met on the scale of its
     /// distance to the wall. Where the ray tube is narrow, directions and the Jacobian depend on the
     /// target the more.
-    fn goal(&self, launch: &Launch, hit: &Hit, floor: f64) -> f64 {
-        let straight = launch.spread(hit.travelled.arc_length).powi(2);
+    fn goal(&self, family: &RayFamily, hit: &Hit, floor: f64) -> f64 {
+        let straight = family.spread(hit.travelled.arc_length).powi(2);
         let correctable = (LAST_CORRECTION * hit.jacobian() / straight).clamp(1.0, LAST_CORRECTION);
         f64::max(
             correctable * self.tolerance.get() * hit.travelled.leg,
@@ -257,15 +257,15 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         start: &Start<R>,
     ) -> Result<Hit, Failure> {
         let region = start.region;
-        let node = iterate.launch.node(world.field(region));
+        let node = iterate.family.node(world.field(region));
         let (tolerance, work) = (self.tolerance, &mut self.work);
-        let mut shot = Shot::new(world, (node, region), iterate.length, tolerance, work);
+        let mut shot = Trajectory::new(world, (node, region), iterate.length, tolerance, work);
         self.pieces.clear();
         while let Some(piece) = shot.advance(&mut |i| start.pattern.reflects(i), work)? {
             self.pieces.push(piece);
         }
         Ok(Hit {
-            landing: *shot.end(),
+            end_state: *shot.end(),
             travelled: shot.travelled(),
             pattern: shot.pattern(),
         })
@@ -279,35 +279,37 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         hit: &Hit,
         y: DVec3,
         shots: u32,
-    ) -> Result<Connection, Failure> {
-        let (landing, jacobian) = (&hit.landing, hit.jacobian());
-        let miss = y - landing.x;
-        let step = system(landing).inverse() * miss;
+    ) -> Result<ConnectingRay, Failure> {
+        let (end_state, jacobian) = (&hit.end_state, hit.jacobian());
+        let miss = y - end_state.x;
+        let step = system(end_state).inverse() * miss;
         let Travelled {
             arc_length,
             optical_length,
             sigma,
             ..
         } = hit.travelled;
-        let start = iterate.launch;
+        let start = iterate.family;
         let small = SMALL * start.longest_step(start.x().distance(y));
         let narrow = (NARROW * self.tolerance.get() * start.spread(arc_length)).powi(2);
         let sound = step.truncate().length() <= small && jacobian.is_finite();
         if !sound || jacobian <= narrow {
             return Err(Failure::Caustic);
         }
-        let launch = iterate.launch.moved(step.truncate());
+        let family = iterate.family.moved(step.truncate());
         // The end moves sideways by the tangents at equal σ and along the ray by what is left of the miss.
-        let at_equal_sigma = landing.variation.dx[0] * step.x + landing.variation.dx[1] * step.y;
-        let shift = landing.v.dot(miss - at_equal_sigma) / landing.v.length_squared();
-        let dv =
-            landing.variation.dv[0] * step.x + landing.variation.dv[1] * step.y + landing.a * shift;
-        let along = landing.v.dot(miss);
-        let n = landing.v.length();
-        Ok(Connection {
-            start: launch.x(),
-            direction_out: launch.direction(),
-            direction_in: (landing.v + dv).normalize(),
+        let at_equal_sigma =
+            end_state.variation.dx[0] * step.x + end_state.variation.dx[1] * step.y;
+        let shift = end_state.v.dot(miss - at_equal_sigma) / end_state.v.length_squared();
+        let dv = end_state.variation.dv[0] * step.x
+            + end_state.variation.dv[1] * step.y
+            + end_state.a * shift;
+        let along = end_state.v.dot(miss);
+        let n = end_state.v.length();
+        Ok(ConnectingRay {
+            start: family.x(),
+            direction_out: family.direction(),
+            direction_in: (end_state.v + dv).normalize(),
             arc_length: arc_length + along / n,
             optical_length: optical_length + along,
             sigma: sigma + along / (n * n),
@@ -320,7 +322,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 }
 
 /// The trust region after a step that did not reduce the miss: a shorter step is one in the same direction, but along the
-/// ray where the launch hardly changed. `None` after the shortest.
+/// ray where the family hardly changed. `None` after the shortest.
 fn shortened(radius: DVec2, tried: DVec2) -> Option<DVec2> {
     let tried = SHORTER * tried;
     match (tried.x < STUCK, tried.y < STUCK) {

@@ -1,6 +1,6 @@
 //! Where Newton's method starts, and how far branches are looked for.
 
-use super::launch::Launch;
+use super::family::RayFamily;
 use super::pattern::Pattern;
 use crate::ray::{Node, Tangents};
 
@@ -8,7 +8,7 @@ use crate::ray::{Node, Tangents};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start<R> {
     /// First point and direction of the ray.
-    pub launch: Launch,
+    pub family: RayFamily,
     /// The region in which it starts.
     pub region: R,
     /// Optical path length ∫n ds, positive.

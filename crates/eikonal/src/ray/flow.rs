@@ -62,7 +62,7 @@ const ERROR: f64 = 11520.0;
 /// A ray on its way through one field.
 ///
 /// The step size follows from the tolerance and the measured local error; it depends on the
-/// launch alone, so equal launches give equal rays. Where the index is constant steps are straight, and as
+/// family alone, so equal starts give equal rays. Where the index is constant steps are straight, and as
 /// long as that is known.
 #[derive(Clone, Debug)]
 pub struct Flow<'a, V: Variation> {

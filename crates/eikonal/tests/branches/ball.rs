@@ -2,8 +2,8 @@
 //! parameter determines the ray.
 
 use crate::world::Glass;
-use eikonal::connect::{Launch, Reach, Start};
-use eikonal::{Connection, Solver, Tolerance};
+use eikonal::connect::{RayFamily, Reach, Start};
+use eikonal::{ConnectingRay, Solver, Tolerance};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use testkit::Rng;
@@ -78,7 +78,7 @@ fn ends(x: f64, y: f64, gamma: f64) -> ([DVec3; 2], DVec3) {
 }
 
 /// Whether the direction, length and number of reflections of a ray are those of a branch.
-fn is(ray: &Planar, branch: &Connection, up: DVec3) -> bool {
+fn is(ray: &Planar, branch: &ConnectingRay, up: DVec3) -> bool {
     let direction = up * ray.angle.sin() - DVec3::Z * ray.angle.cos();
     branch.direction_out.distance(direction) < CLOSE
         && (branch.optical_length - ray.optical).abs() < CLOSE
@@ -111,7 +111,7 @@ fn branches_of_a_ball_are_those_of_the_planar_scan() {
         }
         // Any other is the straight way past the ball, if there is one.
         let sight = (1.0 / x).acos() + (1.0 / y).acos() > gamma;
-        let other = |b: &Connection| !expected.iter().any(|ray| is(ray, b, up));
+        let other = |b: &ConnectingRay| !expected.iter().any(|ray| is(ray, b, up));
         let others: Vec<_> = found.iter().filter(|(_, b)| other(b)).collect();
         assert_eq!(others.len(), usize::from(sight), "{others:?}");
         for (start, branch) in &found {
@@ -122,7 +122,7 @@ fn branches_of_a_ball_are_those_of_the_planar_scan() {
 }
 
 /// J is the same both ways: both ends are in air. The way back makes the same choices in reverse.
-fn reciprocal(world: &Glass, start: &Start<usize>, branch: &Connection, to: DVec3) {
+fn reciprocal(world: &Glass, start: &Start<usize>, branch: &ConnectingRay, to: DVec3) {
     let mut solver = Solver::new(Tolerance::new(1e-12));
     let there = solver.solve(world, start, to).unwrap();
     let encounters = solver.pieces().len() as u32 - 1;
@@ -131,14 +131,14 @@ fn reciprocal(world: &Glass, start: &Start<usize>, branch: &Connection, to: DVec
         p.with(encounters - 1 - i).unwrap()
     });
     let back = Start {
-        launch: Launch::Point {
+        family: RayFamily::Point {
             x: to,
             direction: -there.direction_in,
         },
         pattern,
         ..*start
     };
-    let back = solver.solve(world, &back, start.launch.x()).unwrap();
+    let back = solver.solve(world, &back, start.family.x()).unwrap();
     assert!(back.direction_in.distance(-branch.direction_out) < CLOSE);
     assert!(
         (there.jacobian / back.jacobian - 1.0).abs() < 1e-9,

@@ -3,7 +3,7 @@
 //! tried from several starts.
 
 use crate::tables::tables;
-use eikonal::connect::{Launch, Pattern, Start, Unbounded};
+use eikonal::connect::{Pattern, RayFamily, Start, Unbounded};
 use eikonal::{Solver, Tolerance};
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ const COARSER: [f64; 3] = [1e-6, 1e-5, 1e-7];
 
 fn start(x: DVec3, direction: DVec3, optical_length: f64) -> Start<()> {
     Start {
-        launch: Launch::Point { x, direction },
+        family: RayFamily::Point { x, direction },
         region: (),
         optical_length,
         pattern: Pattern::REFRACT,

@@ -1,8 +1,8 @@
 //! All branches against tables that were computed independently.
 
 use crate::tables::{Table, tables};
-use eikonal::connect::{Launch, Piece, Reach, Start, Unbounded};
-use eikonal::{Connection, Solver, Tolerance};
+use eikonal::connect::{Piece, RayFamily, Reach, Start, Unbounded};
+use eikonal::{ConnectingRay, Solver, Tolerance};
 use glam::DVec3;
 
 /// The tables were searched up to σ = 40. Beyond this multiple of the longest ray that they list there is
@@ -35,7 +35,7 @@ fn search(table: &Table, report: &mut String) -> Count {
         let [x, y] = pair.ends;
         let found = solver.all(&world, (x, ()), y, &reach).branches;
         for branch in &pair.branches {
-            let agrees = |f: &&(Start<()>, Connection)| branch.agrees(&f.1, table.field.n2(x));
+            let agrees = |f: &&(Start<()>, ConnectingRay)| branch.agrees(&f.1, table.field.n2(x));
             match found.iter().filter(agrees).count() {
                 1 => count.listed += 1,
                 n => *report += &format!("{}: found {n} times: {branch:?}\n", pair.id),
@@ -98,13 +98,13 @@ fn asymmetry(world: &Unbounded, start: &Start<()>, y: DVec3) -> f64 {
     let mut solver = Solver::new(Tolerance::new(1e-12));
     let there = solver.solve(world, start, y).unwrap();
     let back = Start {
-        launch: Launch::Point {
+        family: RayFamily::Point {
             x: y,
             direction: -there.direction_in,
         },
         ..*start
     };
-    let x = start.launch.x();
+    let x = start.family.x();
     let back = solver.solve(world, &back, x).unwrap();
     assert!(back.direction_in.distance(-there.direction_out) < 1e-9);
     let [forth, back] = [(there, x), (back, y)].map(|(c, from)| c.jacobian / world.0.n2(from));

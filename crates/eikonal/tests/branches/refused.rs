@@ -1,9 +1,9 @@
 //! Questions without a sound answer: a typed failure or a finite one, never a panic or a NaN.
 
 use crate::world::Glass;
-use eikonal::connect::{Launch, Pattern, Reach, Start, Unbounded};
+use eikonal::connect::{Pattern, RayFamily, Reach, Start, Unbounded};
 use eikonal::field::{Constant, Fisheye, Luneburg};
-use eikonal::{Connection, Failure, Field, Solver, Tolerance, World};
+use eikonal::{ConnectingRay, Failure, Field, Solver, Tolerance, World};
 use glam::DVec3;
 
 const REACH: Reach = Reach {
@@ -12,7 +12,7 @@ const REACH: Reach = Reach {
     bounces: u32::MAX,
 };
 
-fn sound(c: &Connection) {
+fn sound(c: &ConnectingRay) {
     let unit = |d: DVec3| (d.length() - 1.0).abs() < 1e-12;
     let lengths = [c.arc_length, c.optical_length, c.sigma, c.jacobian];
     let ok = c.start.is_finite()
@@ -24,7 +24,7 @@ fn sound(c: &Connection) {
 }
 
 struct Answers {
-    primary: Result<Connection, Failure>,
+    primary: Result<ConnectingRay, Failure>,
     /// Number of branches.
     all: usize,
 }
@@ -38,11 +38,11 @@ fn ask<W: World>(world: &W, from: (DVec3, W::Region), y: DVec3) -> Answers {
     for direction in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), -DVec3::Y] {
         let plane = solver.connect_plane(world, (x, direction, region), y);
         plane.iter().for_each(sound);
-        for launch in [
-            Launch::Point { x, direction },
-            Launch::Plane { x, direction },
+        for family in [
+            RayFamily::Point { x, direction },
+            RayFamily::Plane { x, direction },
         ] {
-            let start = solver.approach(world, (launch, region), y, &REACH, &mut || 0.0);
+            let start = solver.approach(world, (family, region), y, &REACH, &mut || 0.0);
             if let Some((start, arrival)) = start {
                 assert!(start.optical_length > 0.0 && start.optical_length.is_finite());
                 assert!((arrival.length() - 1.0).abs() < 1e-12);
@@ -92,7 +92,7 @@ fn what_is_not_finite_is_refused() {
     let mut solver = Solver::new(Tolerance::default());
     for optical_length in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
         let start = Start {
-            launch: Launch::Point {
+            family: RayFamily::Point {
                 x,
                 direction: DVec3::Z,
             },
@@ -105,7 +105,7 @@ fn what_is_not_finite_is_refused() {
             optical_length,
             ..REACH
         };
-        let start = solver.approach(&world, (start.launch, ()), DVec3::Z, &reach, &mut || 0.0);
+        let start = solver.approach(&world, (start.family, ()), DVec3::Z, &reach, &mut || 0.0);
         assert_eq!(start, None);
         assert!(solver.all(&world, (x, ()), DVec3::Z, &reach).branches.len() <= 1);
     }
@@ -184,8 +184,8 @@ fn foci_are_answered_soundly() {
             let direction = DVec3::Z;
             let found = solver.connect_plane(&world, (x, direction, ()), pole);
             assert_eq!(found, Err(Failure::Caustic));
-            let launch = Launch::Plane { x, direction };
-            let start = solver.approach(&world, (launch, ()), pole, &REACH, &mut || 0.0);
+            let family = RayFamily::Plane { x, direction };
+            let start = solver.approach(&world, (family, ()), pole, &REACH, &mut || 0.0);
             let (start, _) = start.unwrap();
             solver.solve(&world, &start, pole).iter().for_each(sound);
         }

@@ -2,7 +2,7 @@
 
 use crate::world::Glass;
 use eikonal::connect::{Pattern, Reach};
-use eikonal::{Connection, Solver, Tolerance};
+use eikonal::{ConnectingRay, Solver, Tolerance};
 use glam::DVec3;
 
 const N: f64 = 1.5;
@@ -21,7 +21,7 @@ fn branches(
     y: DVec3,
     optical_length: f64,
     reflections: u32,
-) -> Vec<Connection> {
+) -> Vec<ConnectingRay> {
     let world = Glass::slab(N, THICKNESS);
     let reach = Reach {
         optical_length,

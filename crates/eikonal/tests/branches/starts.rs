@@ -3,7 +3,7 @@
 use crate::tables::tables;
 use crate::world::Glass;
 use eikonal::connect::{
-    Guide, Launch, Pattern, Reach, Start, Unbounded, random_direction, random_foot,
+    Guide, Pattern, RayFamily, Reach, Start, Unbounded, random_direction, random_foot,
 };
 use eikonal::{Solver, Tolerance};
 use glam::DVec3;
@@ -96,8 +96,8 @@ fn random_starts_lead_to_every_branch_behind_a_lens() {
         for _ in 0..200 {
             let u = std::array::from_fn(|_| rng.next_1d());
             let direction = random_direction(y - x, u);
-            let launch = Launch::Point { x, direction };
-            let start = solver.approach(&world, (launch, ()), y, &reach, &mut || rng.next_1d());
+            let family = RayFamily::Point { x, direction };
+            let start = solver.approach(&world, (family, ()), y, &reach, &mut || rng.next_1d());
             let Some((start, arrival)) = start else {
                 continue;
             };
@@ -118,7 +118,7 @@ fn approaches_decide_at_every_choice_until_the_reflections_are_used_up() {
     let world = Glass::slab(1.5, 1.0);
     let mut solver = Solver::new(Tolerance::default());
     let (x, y) = (DVec3::new(0.0, 0.0, -1.0), DVec3::new(0.1, 0.0, 4.0));
-    let launch = Launch::Point {
+    let family = RayFamily::Point {
         x,
         direction: DVec3::Z,
     };
@@ -138,7 +138,7 @@ fn approaches_decide_at_every_choice_until_the_reflections_are_used_up() {
             }
         };
         let (start, arrival) = solver
-            .approach(&world, (launch, 0), y, &reach, &mut uniform)
+            .approach(&world, (family, 0), y, &reach, &mut uniform)
             .unwrap();
         let asked = asked.min(answers.len());
         (start, arrival.z, asked)
@@ -168,7 +168,7 @@ fn a_guide_starts_where_its_ray_comes_close() {
     let direction = DVec3::new(0.6, 0.0, 0.8);
     let guided = |pattern| {
         let start = Start {
-            launch: Launch::Plane {
+            family: RayFamily::Plane {
                 x: -direction,
                 direction,
             },
@@ -216,7 +216,7 @@ fn a_step_too_far_along_the_ray_is_shortened() {
     let world = Glass::slab(4.0, 1.0);
     let x = DVec3::new(0.0, 0.0, -5.0);
     let start = Start {
-        launch: Launch::Point {
+        family: RayFamily::Point {
             x,
             direction: DVec3::Z,
         },

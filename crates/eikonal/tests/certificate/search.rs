@@ -1,7 +1,7 @@
 //! A light search for all rays between two points.
 
 use eikonal::certificate::Uniqueness;
-use eikonal::connect::{Launch, Pattern, Start, Unbounded};
+use eikonal::connect::{Pattern, RayFamily, Start, Unbounded};
 use eikonal::ray::perpendicular_basis;
 use eikonal::{Field, Solver, Tolerance};
 use glam::DVec3;
@@ -25,7 +25,7 @@ pub fn all_rays(
         let direction = chord * z + (t1 * phi.cos() + t2 * phi.sin()) * r;
         // Rays between distant points come in lengths of their own.
         let start = Start {
-            launch: Launch::Point { x, direction },
+            family: RayFamily::Point { x, direction },
             region: (),
             optical_length: x.distance(y) * field.n(x) * [1.0, 1.15, 1.4][i % 3],
             pattern: Pattern::REFRACT,

@@ -147,12 +147,12 @@ fn vector(v: &Value) -> DVec3 {
 
 impl Branch {
     /// Whether a ray found leaves in this direction.
-    pub fn is(&self, found: &eikonal::Connection) -> bool {
+    pub fn is(&self, found: &eikonal::ConnectingRay) -> bool {
         self.direction_out.distance(found.direction_out) < DIRECTION
     }
 
     /// Whether everything about a ray found is as listed.
-    pub fn agrees(&self, found: &eikonal::Connection, n2_x: f64) -> bool {
+    pub fn agrees(&self, found: &eikonal::ConnectingRay, n2_x: f64) -> bool {
         let close = |a: f64, b: f64, tolerance: f64| (a - b).abs() <= tolerance * b.abs();
         self.is(found)
             && self.direction_in.distance(found.direction_in) < DIRECTION

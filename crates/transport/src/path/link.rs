@@ -13,7 +13,7 @@ use crate::emitter::Emitter;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
 use crate::stats::Stats;
-use eikonal::connect::{Connection, Guide, Piece, World};
+use eikonal::connect::{ConnectingRay, Guide, Piece, World};
 use eikonal::ray::Arc;
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -205,7 +205,7 @@ impl Link {
     pub(super) fn new(
         scene: &Scene,
         goal: &Goal,
-        (shot, ray): (&Shot, &Connection),
+        (shot, ray): (&Shot, &ConnectingRay),
         ws: &Workspace,
     ) -> Option<Link> {
         let pieces = ws.solver.pieces();

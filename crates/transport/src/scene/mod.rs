@@ -21,7 +21,7 @@ use crate::medium::Medium;
 use crate::sampling::Sets;
 use crate::sensor::Sensor;
 use crate::shape::{Accel, Shape};
-use eikonal::connect::{Guide, Launch, Pattern, Reach, Start, World};
+use eikonal::connect::{Guide, Pattern, RayFamily, Reach, Start, World};
 use eikonal::{Aabb, Tolerance};
 use glam::DVec3;
 use lights::Lights;
@@ -529,7 +529,7 @@ fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
     let guide = |emitter: &Emitter| match emitter {
         Emitter::Collimated(beam) => {
             let start = Start {
-                launch: Launch::Plane {
+                family: RayFamily::Plane {
                     x: beam.origin(),
                     direction: beam.direction(),
                 },

@@ -3,7 +3,7 @@
 use crate::path::transmittance;
 use crate::scene::{MediumId, Scene};
 use eikonal::Solver;
-use eikonal::connect::{Connection, Failure, Piece, Reach};
+use eikonal::connect::{ConnectingRay, Failure, Piece, Reach};
 use glam::DVec3;
 
 /// The rays between two points.
@@ -23,7 +23,7 @@ pub struct Branches {
 #[derive(Clone, Debug)]
 pub struct Branch {
     /// Its geometry.
-    pub connection: Connection,
+    pub connection: ConnectingRay,
     /// Transmittance of each channel.
     pub transmittance: Vec<f64>,
     /// Whether something stands in its way.
@@ -73,7 +73,7 @@ pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> B
 }
 
 /// As far as connections of a render look for branches, but at least farther than the primary one.
-fn reach(scene: &Scene, reflections: u32, primary: Option<&Connection>) -> Reach {
+fn reach(scene: &Scene, reflections: u32, primary: Option<&ConnectingRay>) -> Reach {
     let render = scene.branch_reach();
     let primary = primary.map_or(0.0, |p| p.optical_length);
     Reach {
@@ -85,7 +85,7 @@ fn reach(scene: &Scene, reflections: u32, primary: Option<&Connection>) -> Reach
 
 fn branch(
     scenes: &[Scene],
-    found: &Connection,
+    found: &ConnectingRay,
     pieces: &[Piece<MediumId>],
     is_primary: bool,
 ) -> Branch {

@@ -1,8 +1,8 @@
 //! From the forces at a few nodes to the ray, or to the forces at more nodes.
 
 use super::linear::{Solution, dot, point, vector};
-use super::rule::{Row, Rule, sum};
-use super::{COARSE, Found, Problem, Ray};
+use super::rule::{QuadratureRule, Row, sum};
+use super::{BoundaryProblem, COARSE, CollocatedRay, Collocation};
 use crate::ray::Arc;
 use fearless_simd::{Simd, f64x4};
 use glam::DVec3;
@@ -24,7 +24,7 @@ const PER_CHANGE: f64 = 30.0;
 
 /// A rule for the ray itself: of N nodes, cut into M arcs, after one of K nodes.
 pub(super) struct Level<const K: usize, const N: usize, const M: usize> {
-    rule: Rule<N>,
+    rule: QuadratureRule<N>,
     /// Forces at the nodes by those at the nodes before,
     same: [[f64; K]; N],
     /// and displacements.
@@ -39,7 +39,7 @@ pub(super) struct Level<const K: usize, const N: usize, const M: usize> {
 impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
     /// Computes the tables.
     pub const fn new() -> Self {
-        let (before, rule) = (Rule::<K>::new(), Rule::new());
+        let (before, rule) = (QuadratureRule::<K>::new(), QuadratureRule::new());
         let mut same = [[0.0; K]; N];
         let mut refine = same;
         let mut i = 0;
@@ -82,10 +82,10 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
     pub fn solve<S: Simd>(
         &self,
         simd: S,
-        problem: &Problem,
+        problem: &BoundaryProblem,
         (forces, here): (&[DVec3; K], bool),
-        found: &mut Found,
-    ) -> ControlFlow<Option<Ray>, [DVec3; N]> {
+        found: &mut Collocation,
+    ) -> ControlFlow<Option<CollocatedRay>, [DVec3; N]> {
         let forces = forces.map(|u| vector(simd, u));
         let mut u = self.refine.map(|row| sum(&row, &forces));
         for _ in 0..MOST_ROUNDS {
@@ -110,7 +110,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
     #[inline(always)]
     fn settles<S: Simd>(
         &self,
-        problem: &Problem,
+        problem: &BoundaryProblem,
         solution: &Solution<S, N>,
         from: &[f64x4<S>; N],
     ) -> bool {
@@ -132,7 +132,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
 
     /// Whether the nodes are enough for the forces.
     #[inline(always)]
-    fn resolves<S: Simd>(&self, problem: &Problem, solution: &Solution<S, N>) -> bool {
+    fn resolves<S: Simd>(&self, problem: &BoundaryProblem, solution: &Solution<S, N>) -> bool {
         let tail = self.rule.tail.map(|row| sum(&row, &solution.a));
         let tail2 = dot(tail[0], tail[0]).max(dot(tail[1], tail[1]));
         let lengths = solution.a.map(|a| dot(a, a).sqrt());
@@ -144,10 +144,10 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
     #[inline(always)]
     fn ray<S: Simd>(
         &self,
-        problem: &Problem,
+        problem: &BoundaryProblem,
         solution: &Solution<S, N>,
         arcs: &mut Vec<Arc>,
-    ) -> Option<Ray> {
+    ) -> Option<CollocatedRay> {
         let (rule, span) = (&self.rule, solution.span2.sqrt());
         let first = node(problem, solution, span, (0.0, &self.start));
         let mut last = first;
@@ -161,7 +161,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         let jacobian = solution.jacobian(rule, v, problem.tolerance)?;
         let arc_length = sum(&rule.weights, &solution.n2.map(f64::sqrt)) * span;
         let sound = jacobian.is_finite() && arc_length.is_finite();
-        sound.then_some(Ray {
+        sound.then_some(CollocatedRay {
             v,
             arc_length,
             optical_length: sum(&rule.weights, &solution.n2) * span,
@@ -174,7 +174,7 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
 /// Place, velocity and force at t, given the row of it, of a ray with a span of σ.
 #[inline(always)]
 fn node<S: Simd, const N: usize>(
-    problem: &Problem,
+    problem: &BoundaryProblem,
     solution: &Solution<S, N>,
     span: f64,
     (t, row): (f64, &Row<N>),

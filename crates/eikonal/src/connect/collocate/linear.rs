@@ -3,8 +3,8 @@
 //! Vectors have the lanes of the processor's vectors, of which the fourth is zero; every operation is rounded on its own, so that
 //! bits do not depend on the instructions that the processor has.
 
-use super::Problem;
-use super::rule::{Rule, sum};
+use super::BoundaryProblem;
+use super::rule::{QuadratureRule, sum};
 use crate::field::Jet;
 use crate::ray::perpendicular_basis;
 use fearless_simd::{Simd, SimdFrom, f64x4};
@@ -40,7 +40,12 @@ pub(super) struct Solution<S: Simd, const N: usize> {
 impl<S: Simd, const N: usize> Solution<S, N> {
     /// The solution for forces at the displacements `from`; `None` if it does not settle.
     #[inline(always)]
-    pub fn new(simd: S, rule: &Rule<N>, problem: &Problem, from: &[f64x4<S>; N]) -> Option<Self> {
+    pub fn new(
+        simd: S,
+        rule: &QuadratureRule<N>,
+        problem: &BoundaryProblem,
+        from: &[f64x4<S>; N],
+    ) -> Option<Self> {
         let (x, chord) = (problem.x, problem.chord);
         let at: [Jet; N] = std::array::from_fn(|i| {
             let place = x + chord * rule.nodes[i] + point(from[i]);
@@ -88,7 +93,12 @@ impl<S: Simd, const N: usize> Solution<S, N> {
     /// Forces and span for the displacements, and displacements for these, given what is known at some; returns the mean square
     /// of their change.
     #[inline(always)]
-    fn sweep(&mut self, rule: &Rule<N>, d2: f64, (n2, from): (f64, &[f64x4<S>; N])) -> f64 {
+    fn sweep(
+        &mut self,
+        rule: &QuadratureRule<N>,
+        d2: f64,
+        (n2, from): (f64, &[f64x4<S>; N]),
+    ) -> f64 {
         let mut integrand = [vector(self.simd, DVec3::ZERO); N];
         for i in 0..N {
             let shift = self.u[i] - from[i];
@@ -112,7 +122,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
     /// J at the far end, given the velocities at both ends, to a relative `tolerance`: δx″ = σ₁²·½Hess(n²)·δx, started by δx′ =
     /// σ₁n across the ray. `None` if that does not settle.
     #[inline(always)]
-    pub fn jacobian(&self, rule: &Rule<N>, v: [DVec3; 2], tolerance: f64) -> Option<f64> {
+    pub fn jacobian(&self, rule: &QuadratureRule<N>, v: [DVec3; 2], tolerance: f64) -> Option<f64> {
         let sigma_n = self.span2.sqrt() * v[0].length();
         let slopes = perpendicular_basis(v[0].normalize()).map(|e| vector(self.simd, e * sigma_n));
         let mut dx = slopes.map(|slope| rule.nodes.map(|t| slope * t));
@@ -136,7 +146,12 @@ impl<S: Simd, const N: usize> Solution<S, N> {
 
     /// The tangent that starts with δx′ = `slope`, in forces for what it was: where it ends, and the mean square of its change.
     #[inline(always)]
-    fn tangent(&self, rule: &Rule<N>, slope: f64x4<S>, dx: &mut [f64x4<S>; N]) -> (f64x4<S>, f64) {
+    fn tangent(
+        &self,
+        rule: &QuadratureRule<N>,
+        slope: f64x4<S>,
+        dx: &mut [f64x4<S>; N],
+    ) -> (f64x4<S>, f64) {
         let f: [_; N] = std::array::from_fn(|i| turned(&self.half_hess[i], dx[i]) * self.span2);
         // What is zero at both ends starts with another slope than δx.
         let far = slope - sum(&rule.at_start, &f);
@@ -180,7 +195,7 @@ fn turned<S: Simd>(columns: &[f64x4<S>; 3], v: f64x4<S>) -> f64x4<S> {
 /// Mean along the ray of the squared distance between points of the same number.
 #[inline(always)]
 fn mean_square<S: Simd, const N: usize>(
-    rule: &Rule<N>,
+    rule: &QuadratureRule<N>,
     a: &[f64x4<S>; N],
     b: &[f64x4<S>; N],
 ) -> f64 {

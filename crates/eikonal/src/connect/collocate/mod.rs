@@ -10,7 +10,7 @@ mod level;
 mod linear;
 mod rule;
 
-pub(super) use rule::{Rule, sum};
+pub(super) use rule::{QuadratureRule, sum};
 
 use crate::field::Field;
 use crate::lanes;
@@ -21,7 +21,7 @@ use level::Level;
 use std::ops::ControlFlow;
 
 /// On the chord: no place is further from a node than a fifth of it.
-const COARSE: Rule<3> = Rule::new();
+const COARSE: QuadratureRule<3> = QuadratureRule::new();
 static SHORT: Level<3, 6, 2> = Level::new();
 static MIDDLE: Level<6, 8, 3> = Level::new();
 static LONG: Level<8, 12, 4> = Level::new();
@@ -30,7 +30,7 @@ static LONG: Level<8, 12, 4> = Level::new();
 const SPANNED: [f64; 3] = [2.5, 4.5, 7.0];
 
 /// A ray that was found.
-pub(super) struct Ray {
+pub(super) struct CollocatedRay {
     /// Velocities dx/dσ at the ends.
     pub v: [DVec3; 2],
     pub arc_length: f64,
@@ -41,7 +41,7 @@ pub(super) struct Ray {
 }
 
 /// What is kept of a search.
-pub(super) struct Found<'a> {
+pub(super) struct Collocation<'a> {
     /// The ray, piece by piece, if there is one.
     pub arcs: &'a mut Vec<Arc>,
     /// Grows with every evaluation of the field.
@@ -49,7 +49,7 @@ pub(super) struct Found<'a> {
 }
 
 /// What is asked for.
-struct Problem<'a> {
+struct BoundaryProblem<'a> {
     field: &'a Field,
     x: DVec3,
     chord: DVec3,
@@ -67,8 +67,8 @@ pub(super) fn collocated(
     field: &Field,
     (x, chord): (DVec3, DVec3),
     tolerance: f64,
-    found: &mut Found,
-) -> Option<Ray> {
+    found: &mut Collocation,
+) -> Option<CollocatedRay> {
     collocated_by(lanes::level(), field, (x, chord), tolerance, found)
 }
 
@@ -78,11 +78,11 @@ fn collocated_by(
     field: &Field,
     (x, chord): (DVec3, DVec3),
     tolerance: f64,
-    found: &mut Found,
-) -> Option<Ray> {
+    found: &mut Collocation,
+) -> Option<CollocatedRay> {
     let at = COARSE.nodes.map(|t| x + chord * t);
     let scales = at.map(|x| field.length_scale(x));
-    let mut problem = Problem {
+    let mut problem = BoundaryProblem {
         field,
         x,
         chord,
@@ -119,7 +119,7 @@ fn collocated_by(
         .flatten()
 }
 
-impl Problem<'_> {
+impl BoundaryProblem<'_> {
     /// u″ at the coarse nodes, given n² there on the chord.
     fn first_order(&self, mut n2: [f64; 3]) -> [DVec3; 3] {
         let a = self.on_chord;
@@ -146,7 +146,7 @@ mod tests {
             let x = DVec3::new(-0.5 * length, 0.1, 0.2);
             let chord = DVec3::new(length, 0.05, -0.1);
             let (mut arcs, mut evaluations) = (Vec::new(), 0);
-            let mut found = Found {
+            let mut found = Collocation {
                 arcs: &mut arcs,
                 evaluations: &mut evaluations,
             };

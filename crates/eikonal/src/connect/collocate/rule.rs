@@ -12,7 +12,7 @@ const DEGREES: usize = 16;
 const ROUNDS: usize = 100;
 
 /// The rule of N nodes on [0, 1].
-pub struct Rule<const N: usize> {
+pub struct QuadratureRule<const N: usize> {
     /// From 0 to 1.
     pub nodes: [f64; N],
     /// Of the quadrature.
@@ -38,10 +38,10 @@ pub struct Row<const N: usize> {
     pub displacement: [f64; N],
 }
 
-impl<const N: usize> Rule<N> {
+impl<const N: usize> QuadratureRule<N> {
     /// Computes the rule.
     pub const fn new() -> Self {
-        let mut rule = Rule {
+        let mut rule = QuadratureRule {
             nodes: roots(),
             weights: [0.0; N],
             at_start: [0.0; N],
@@ -209,7 +209,7 @@ mod tests {
 
     /// Forces tᵏ are integrated exactly: u = (tᵏ⁺² − t)/((k + 1)(k + 2)).
     fn solves_powers_exactly<const N: usize>() {
-        let rule = Rule::<N>::new();
+        let rule = QuadratureRule::<N>::new();
         for k in 0..N as i32 {
             let per = 1.0 / f64::from((k + 1) * (k + 2));
             let f = rule.nodes.map(|t| t.powi(k));
@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn halves_say_what_rows_say() {
-        let rule = Rule::<6>::new();
+        let rule = QuadratureRule::<6>::new();
         let f = rule.nodes.map(|t| (3.0 * t).exp());
         let u = rule.displacements(&f);
         for (row, u) in rule.rows.iter().zip(u) {
@@ -246,7 +246,7 @@ mod tests {
     /// Beyond N powers the quadrature is exact up to 2N − 1, and the tail sees the last two.
     #[test]
     fn quadrature_is_gausss_and_the_tail_is_the_end_of_legendres_series() {
-        let rule = Rule::<6>::new();
+        let rule = QuadratureRule::<6>::new();
         let f = rule.nodes.map(|t| t.powi(11));
         assert!((sum(&rule.weights, &f) - 1.0 / 12.0).abs() < 1e-13);
         let series = rule.nodes.map(|t| {

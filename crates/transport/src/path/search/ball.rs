@@ -3,7 +3,7 @@
 use super::{Known, Search, Shot};
 use crate::aim::Aim;
 use crate::scene::GlassBall;
-use eikonal::connect::{Launch, Outside, Pattern, Start};
+use eikonal::connect::{Outside, Pattern, RayFamily, Start};
 use glam::DVec3;
 
 /// Rays that come to a surface from behind at so large a cosine are not shot at all: far above the
@@ -69,7 +69,7 @@ impl<'a> Search<'a> {
                     return None;
                 }
                 let start = Start {
-                    launch: Launch::Point {
+                    family: RayFamily::Point {
                         x: place.x,
                         direction,
                     },
@@ -91,7 +91,7 @@ impl<'a> Search<'a> {
             } => {
                 let foot = p - direction * (p - through).dot(direction);
                 let start = Start {
-                    launch: Launch::Plane { x: foot, direction },
+                    family: RayFamily::Plane { x: foot, direction },
                     region: self.scene.medium_at(foot),
                     optical_length: glass.optical_length(p, foot) + glass.optical_length(p, x),
                     pattern: Pattern::REFRACT,

@@ -6,7 +6,7 @@ use crate::budget::{STEPS_PER_SEARCH, TRIALS_PER_SEARCH};
 use crate::path::Workspace;
 use crate::path::link::Link;
 use crate::sampling::Sampler;
-use eikonal::connect::{Launch, Piece, random_direction, random_foot};
+use eikonal::connect::{Piece, RayFamily, random_direction, random_foot};
 use glam::DVec3;
 
 impl Search<'_> {
@@ -21,13 +21,13 @@ impl Search<'_> {
             Aim::Point { position, .. } => {
                 let direction = random_direction(position - x, u);
                 let place = self.vertex.start(scene, direction);
-                let launch = Launch::Point {
+                let family = RayFamily::Point {
                     x: place.x,
                     direction,
                 };
                 let (start, arrival) = ws.solver.approach(
                     scene,
-                    (launch, place.medium),
+                    (family, place.medium),
                     position,
                     reach,
                     &mut uniform,
@@ -47,8 +47,8 @@ impl Search<'_> {
                 let on_plane = |p: DVec3| p - direction * (p - through).dot(direction);
                 let (center, radius) = self.goal.disc;
                 let foot = random_foot(on_plane(x), direction, center, radius, u);
-                let launch = Launch::Plane { x: foot, direction };
-                let family = (launch, scene.medium_at(foot));
+                let family = RayFamily::Plane { x: foot, direction };
+                let family = (family, scene.medium_at(foot));
                 let (start, arrival) = ws.solver.approach(scene, family, x, reach, &mut uniform)?;
                 Some(self.arriving(start, arrival))
             }

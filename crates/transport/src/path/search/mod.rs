@@ -10,7 +10,7 @@ use super::vertex::Vertex;
 use super::walk::leave;
 use crate::aim::Aim;
 use crate::scene::{MediumId, Scene};
-use eikonal::connect::{self, Connection, Failure, Launch, Piece, World};
+use eikonal::connect::{self, ConnectingRay, Failure, Piece, RayFamily, World};
 use glam::DVec3;
 
 /// A start for the solver, and what the ray that it finds must comply with.
@@ -38,7 +38,7 @@ enum Known {
 }
 
 impl Shot {
-    fn connect(&self, scene: &Scene, ws: &mut Workspace) -> Result<Connection, Failure> {
+    fn connect(&self, scene: &Scene, ws: &mut Workspace) -> Result<ConnectingRay, Failure> {
         let solver = &mut ws.solver;
         match &self.known {
             Known::Straight => solver.primary(scene, &self.start, self.target),
@@ -117,13 +117,13 @@ impl<'a> Search<'a> {
                 let direction = (position - x).try_normalize()?;
                 let place = self.vertex.start(self.scene, direction);
                 let (target, facing) = self.target(position, direction);
-                let launch = Launch::Point {
+                let family = RayFamily::Point {
                     x: place.x,
                     direction: (target - place.x).try_normalize()?,
                 };
                 let n = self.scene.n(place.medium, place.x);
                 let start = connect::Start {
-                    launch,
+                    family,
                     region: place.medium,
                     optical_length: target.distance(place.x) * n,
                     pattern: connect::Pattern::REFRACT,
@@ -143,7 +143,7 @@ impl<'a> Search<'a> {
                 let foot = x - direction * depth;
                 let region = self.scene.medium_at(foot);
                 let start = connect::Start {
-                    launch: Launch::Plane { x: foot, direction },
+                    family: RayFamily::Plane { x: foot, direction },
                     region,
                     optical_length: depth * self.scene.n(region, foot),
                     pattern: connect::Pattern::REFRACT,
@@ -167,7 +167,7 @@ impl<'a> Search<'a> {
 
     /// A shot from a plane that is taken to arrive as it left.
     fn straight(&self, start: connect::Start<MediumId>) -> Shot {
-        self.arriving(start, start.launch.direction())
+        self.arriving(start, start.family.direction())
     }
 
     /// A shot from a plane that arrives at the vertex in a direction.
@@ -204,7 +204,7 @@ impl<'a> Search<'a> {
     }
 
     /// The link of a ray that was found, unless it arrives or leaves on the wrong side of a surface.
-    fn comply(&self, shot: &Shot, ray: &Connection, ws: &Workspace) -> Option<Link> {
+    fn comply(&self, shot: &Shot, ray: &ConnectingRay, ws: &Workspace) -> Option<Link> {
         let link = Link::new(self.scene, self.goal, (shot, ray), ws)?;
         let leaves = self.vertex.same_side(link.direction, shot.place.direction);
         let arrives = shot.facing.is_none_or(|f| f.dot(link.emission) > 0.0);
@@ -224,7 +224,7 @@ impl<'a> Search<'a> {
     }
 
     /// Whether branches like this ray are looked for: see [`super`].
-    fn within_reach(&self, ray: &Connection, pieces: &[Piece<MediumId>]) -> bool {
+    fn within_reach(&self, ray: &ConnectingRay, pieces: &[Piece<MediumId>]) -> bool {
         let bounces = pieces.iter().filter(|p| p.is_reflected()).count() as u32;
         // How far away a plane is does not count.
         let approach = match (self.goal.aim, pieces.first()) {

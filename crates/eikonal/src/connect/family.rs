@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 /// A family of rays with two parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Launch {
+pub enum RayFamily {
     /// All directions from the point `x`; Newton varies the direction.
     Point {
         /// Start.
@@ -23,18 +23,18 @@ pub enum Launch {
     },
 }
 
-impl Launch {
+impl RayFamily {
     /// Start of the ray.
     pub fn x(&self) -> DVec3 {
         match *self {
-            Launch::Point { x, .. } | Launch::Plane { x, .. } => x,
+            RayFamily::Point { x, .. } | RayFamily::Plane { x, .. } => x,
         }
     }
 
     /// Unit direction of the ray at its start.
     pub fn direction(&self) -> DVec3 {
         match *self {
-            Launch::Point { direction, .. } | Launch::Plane { direction, .. } => direction,
+            RayFamily::Point { direction, .. } | RayFamily::Plane { direction, .. } => direction,
         }
     }
 
@@ -45,22 +45,24 @@ impl Launch {
         let mut node = Node::launch(field, self.x(), self.direction(), unset);
         let n = node.n2.sqrt();
         node.variation = match *self {
-            Launch::Point { .. } => Tangents::angular(n, basis),
-            Launch::Plane { direction, .. } => Tangents::lateral(n, 2.0 * node.a, direction, basis),
+            RayFamily::Point { .. } => Tangents::angular(n, basis),
+            RayFamily::Plane { direction, .. } => {
+                Tangents::lateral(n, 2.0 * node.a, direction, basis)
+            }
         };
         node
     }
 
-    /// The launch with its parameters changed by `step`, radians or lengths.
+    /// The family with its parameters changed by `step`, radians or lengths.
     pub(super) fn moved(&self, step: DVec2) -> Self {
         let [t1, t2] = perpendicular_basis(self.direction());
         let offset = t1 * step.x + t2 * step.y;
         match *self {
-            Launch::Point { x, direction } => Launch::Point {
+            RayFamily::Point { x, direction } => RayFamily::Point {
                 x,
                 direction: (direction + offset).normalize(),
             },
-            Launch::Plane { x, direction } => Launch::Plane {
+            RayFamily::Plane { x, direction } => RayFamily::Plane {
                 x: x + offset,
                 direction,
             },
@@ -70,8 +72,8 @@ impl Launch {
     /// How far apart the ends of straight rays of this length are per unit of the parameters.
     pub(super) fn spread(&self, arc_length: f64) -> f64 {
         match self {
-            Launch::Point { .. } => arc_length,
-            Launch::Plane { .. } => 1.0,
+            RayFamily::Point { .. } => arc_length,
+            RayFamily::Plane { .. } => 1.0,
         }
     }
 
@@ -79,8 +81,8 @@ impl Launch {
     /// distance `d`.
     pub(super) fn longest_step(&self, d: f64) -> f64 {
         match self {
-            Launch::Point { .. } => 0.5,
-            Launch::Plane { .. } => 0.5 * d,
+            RayFamily::Point { .. } => 0.5,
+            RayFamily::Plane { .. } => 0.5 * d,
         }
     }
 }
