@@ -19,9 +19,9 @@ use glam::{DAffine3, DVec3};
 use std::hint::black_box;
 use std::time::Instant;
 use transport::Scene;
-use transport::aim::Aim;
 use transport::bsdf::Bsdf;
-use transport::path::{Goal, Link, Vertex, Workspace};
+use transport::connection_end::ConnectionEnd;
+use transport::path::{Connection, ConnectionTarget, Vertex, Workspace};
 use transport::sampling::Sampler;
 use transport::scene::MediumId;
 use transport::shape::Cube;
@@ -90,14 +90,14 @@ fn connect(scene: &Scene, ws: &mut Workspace, x: DVec3, y: DVec3) {
         direction: DVec3::Z,
         medium: 1,
     };
-    let aim = Aim::Point {
+    let aim = ConnectionEnd::Point {
         position: y,
         surface: None,
     };
-    let goal = Goal::emitter(scene, 0, aim);
+    let goal = ConnectionTarget::emitter(scene, 0, aim);
     let mut sampler = Sampler::new(0, 0, 0);
-    let found = Link::each(scene, (&vertex, &goal), &mut sampler, ws, |link| {
-        Some(link.tube.geometry)
+    let found = Connection::each(scene, (&vertex, &goal), &mut sampler, ws, |connection| {
+        Some(connection.geometry.geometry_term)
     });
     black_box(found);
 }

@@ -2,10 +2,10 @@
 //!
 //! Estimators carry basic radiance L/n² throughout (theory §2). This crate reads no file.
 
-pub mod aim;
 mod bins;
 pub mod bsdf;
 pub mod budget;
+pub mod connection_end;
 pub mod emitter;
 pub mod film;
 pub mod integrator;

@@ -9,7 +9,7 @@ use eikonal::{Solver, Tolerance};
 use glam::DVec3;
 use testkit::Rng;
 use transport::emitter::Emitter;
-use transport::path::{Goal, Link, Start, Vertex, Workspace};
+use transport::path::{Connection, ConnectionTarget, Start, Vertex, Workspace};
 use transport::sampling::Sampler;
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
@@ -35,25 +35,35 @@ fn scene(lamp: DVec3) -> Scene {
     .unwrap()
 }
 
-/// All links from `x` to the lamp, with the counts of the workspace.
-fn links(scene: &Scene, x: DVec3) -> (Vec<Link>, Workspace) {
+/// All connections from `x` to the lamp, with the counts of the workspace.
+fn connections(scene: &Scene, x: DVec3) -> (Vec<Connection>, Workspace) {
     let mut ws = Workspace::new(scene.tolerance());
     ws.search = 1.0;
     let vertex = Vertex::end(&Start::point(x, DVec3::Z, scene.medium_at(x)));
     let aimed = scene.emitters()[0].aim(scene.around(), |_| unreachable!(), [0.5; 2]);
-    let goal = Goal::emitter(scene, 0, aimed.aim);
+    let target = ConnectionTarget::emitter(scene, 0, aimed.aim);
     let mut sampler = Sampler::new(1, 0, 0);
-    let found = Link::each(scene, (&vertex, &goal), &mut sampler, &mut ws, |link| {
-        Some(*link)
-    });
+    let found = Connection::each(
+        scene,
+        (&vertex, &target),
+        &mut sampler,
+        &mut ws,
+        |connection| Some(*connection),
+    );
     assert!(found.iter().all(|(_, weight)| *weight == 1.0));
-    (found.into_iter().map(|(link, _)| link).collect(), ws)
+    (
+        found
+            .into_iter()
+            .map(|(connection, _)| connection)
+            .collect(),
+        ws,
+    )
 }
 
 /// Compares with the dense search; the number of rays.
 fn check(x: DVec3, y: DVec3) -> usize {
     let scene = scene(y);
-    let (found, ws) = links(&scene, x);
+    let (found, ws) = connections(&scene, x);
     assert_eq!(ws.stats.connections.searches, 0);
     // A few more where rays crowd at a caustic.
     let shots = ws.stats().work.shots;
@@ -64,11 +74,11 @@ fn check(x: DVec3, y: DVec3) -> usize {
     assert_eq!(found.len(), all.len(), "{x} {y}: {found:?} {all:?}");
     let n = scene.n(scene.medium_at(y), y);
     for (_, ray) in &all {
-        let same = |l: &&Link| l.direction.distance(ray.direction_out) < 1e-4;
-        let link = found.iter().find(same).expect("one of the links");
+        let same = |l: &&Connection| l.direction.distance(ray.direction_out) < 1e-4;
+        let connection = found.iter().find(same).expect("one of the connections");
         let expected = 1.0 / (ray.jacobian * n * n);
-        let off = (link.tube.geometry / expected - 1.0).abs();
-        assert!(off < CLOSE, "{x} {y}: {link:?} {ray:?}");
+        let off = (connection.geometry.geometry_term / expected - 1.0).abs();
+        assert!(off < CLOSE, "{x} {y}: {connection:?} {ray:?}");
     }
     found.len()
 }

@@ -7,7 +7,7 @@ use eikonal::field::LinearIndex;
 use glam::{DAffine3, DMat3, DVec3};
 use transport::bsdf::fresnel;
 use transport::emitter::{Collimated, Emitter, Profile};
-use transport::path::{Goal, Link, Vertex, Workspace};
+use transport::path::{Connection, ConnectionTarget, Vertex, Workspace};
 use transport::sampling::Sampler;
 use transport::shape::Cube;
 use transport::{Scene, Spectrum};
@@ -38,7 +38,7 @@ fn power(scene: &Scene, x: f64, ws: &mut Workspace) -> f64 {
     let emitter = &scene.emitters()[0];
     let shape = |object: usize| &scene.objects()[object].shape;
     let aim = emitter.aim(scene.around(), shape, [0.5, 0.5]).aim;
-    let goal = Goal::emitter(scene, 0, aim);
+    let target = ConnectionTarget::emitter(scene, 0, aim);
     let (rows, columns) = (240, 20);
     let (height, width) = (8.0, 3.0);
     let mut sum = 0.0;
@@ -59,11 +59,11 @@ fn power(scene: &Scene, x: f64, ws: &mut Workspace) -> f64 {
             direction: DVec3::Z,
             medium,
         };
-        let found = Link::each(scene, (&vertex, &goal), &mut sampler, ws, |link| {
-            let irradiance = emitter.emitted(&aim, link.origin, link.emission)
-                * link.transmittance()
-                * (link.tube.geometry * n * n);
-            (!irradiance.is_zero()).then_some(irradiance[0] * -link.direction.x)
+        let found = Connection::each(scene, (&vertex, &target), &mut sampler, ws, |connection| {
+            let irradiance = emitter.emitted(&aim, connection.origin, connection.emission)
+                * connection.transmittance()
+                * (connection.geometry.geometry_term * n * n);
+            (!irradiance.is_zero()).then_some(irradiance[0] * -connection.direction.x)
         });
         sum += found
             .iter()

@@ -16,7 +16,7 @@ use transport::bsdf::{Bsdf, Dielectric, Diffuse};
 use transport::emitter::Emitter;
 use transport::integrator::{Contribution, Integrator, ParticleTracer, PathTracer};
 use transport::medium::{Filter as GridFilter, Grid, Medium, Placement as Samples, Texture};
-use transport::path::{Beginning, Carry, Edge, End, Sampling, Start, Workspace, trace};
+use transport::path::{Beginning, Edge, End, Sampling, Start, TransportMode, Workspace, trace};
 use transport::render::{Options, render};
 use transport::sampling::Sampler;
 use transport::scene::{Object, Parts, Sides};
@@ -246,8 +246,8 @@ fn tracer() -> PathTracer {
 
 fn forced_edge(scene: &Scene, direction: DVec3, seed: u64) -> Edge<'_> {
     let sampling = Sampling {
-        carry: Carry::Radiance,
-        lanes: Spectrum([0.5, 0.5, 0.0, 0.0]),
+        mode: TransportMode::Radiance,
+        channel_pdf: Spectrum([0.5, 0.5, 0.0, 0.0]),
         extend: true,
         collides: true,
         spans: true,
@@ -284,7 +284,7 @@ fn depths_have_their_distribution() {
             0.2 * deep.min(0.5) + 1.5 * (deep - 0.5).clamp(0.0, 1.0) + 0.2 * (deep - 1.5).max(0.0);
         assert!((point.depth[0] - depth).abs() < 1e-8 && (point.length - 2.0 - deep).abs() < 1e-8);
         assert!(
-            (edge.optical_length - point.length).abs() < 1e-8 && edge.tube.depth == point.depth
+            (edge.optical_length - point.length).abs() < 1e-8 && edge.geometry.depth == point.depth
         );
         for (cut, below) in cuts.iter().zip(&mut below) {
             below.push(f64::from(u8::from(point.depth[0] < *cut)));

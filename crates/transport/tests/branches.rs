@@ -14,7 +14,7 @@ use testkit::moments::Moments;
 use testkit::z_test::{max_abs_z, threshold};
 use transport::bsdf::Bsdf;
 use transport::emitter::Emitter;
-use transport::path::{Goal, Link, Start, Vertex, Workspace};
+use transport::path::{Connection, ConnectionTarget, Start, Vertex, Workspace};
 use transport::sampling::Sampler;
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
@@ -40,8 +40,8 @@ fn lens([_, y]: [DVec3; 2]) -> Scene {
     Scene::new(parts(objects, media, vec![lamp], sensor)).unwrap()
 }
 
-/// Connects a pair once per call, and hands every link with its weight to `each`.
-fn connect(pair: [DVec3; 2], search: f64, seed: u64, mut each: impl FnMut(u64, &Link, f64)) {
+/// Connects a pair once per call, and hands every connection with its weight to `each`.
+fn connect(pair: [DVec3; 2], search: f64, seed: u64, mut each: impl FnMut(u64, &Connection, f64)) {
     let scene = lens(pair);
     let mut ws = Workspace::new(scene.tolerance());
     ws.search = search;
@@ -49,12 +49,16 @@ fn connect(pair: [DVec3; 2], search: f64, seed: u64, mut each: impl FnMut(u64, &
     for call in 0..CALLS {
         let mut sampler = Sampler::new(seed, 0, call);
         let aimed = scene.emitters()[0].aim(scene.around(), |_| unreachable!(), [0.5; 2]);
-        let goal = Goal::emitter(&scene, 0, aimed.aim);
-        let found = Link::each(&scene, (&vertex, &goal), &mut sampler, &mut ws, |link| {
-            Some(*link)
-        });
-        for (link, weight) in found {
-            each(call, &link, weight);
+        let target = ConnectionTarget::emitter(&scene, 0, aimed.aim);
+        let found = Connection::each(
+            &scene,
+            (&vertex, &target),
+            &mut sampler,
+            &mut ws,
+            |connection| Some(*connection),
+        );
+        for (connection, weight) in found {
+            each(call, &connection, weight);
         }
     }
     assert_eq!(ws.stats.connections.capped, 0);
@@ -64,23 +68,23 @@ fn connect(pair: [DVec3; 2], search: f64, seed: u64, mut each: impl FnMut(u64, &
 fn branches_are_summed() {
     let mut zs = Vec::new();
     for (k, pair) in PAIRS.into_iter().enumerate() {
-        let mut rays: Vec<Link> = Vec::new();
-        connect(pair, 1.0, 1 + k as u64, |_, link, _| {
+        let mut rays: Vec<Connection> = Vec::new();
+        connect(pair, 1.0, 1 + k as u64, |_, connection, _| {
             if rays
                 .iter()
-                .all(|r| r.direction.distance(link.direction) > 1e-3)
+                .all(|r| r.direction.distance(connection.direction) > 1e-3)
             {
-                rays.push(*link);
+                rays.push(*connection);
             }
         });
         assert!(rays.len() >= 3, "{} rays", rays.len());
-        let exact: f64 = rays.iter().map(|r| r.tube.geometry).sum();
-        let found_for_certain = rays.iter().filter(|r| r.ease == 1.0);
-        let certain: f64 = found_for_certain.map(|r| r.tube.geometry).sum();
+        let exact: f64 = rays.iter().map(|r| r.geometry.geometry_term).sum();
+        let found_for_certain = rays.iter().filter(|r| r.discovery == 1.0);
+        let certain: f64 = found_for_certain.map(|r| r.geometry.geometry_term).sum();
         for search in [1.0, 0.25] {
             let mut sums = vec![0.0; CALLS as usize];
-            connect(pair, search, 100 + k as u64, |call, link, weight| {
-                sums[call as usize] += link.tube.geometry * weight;
+            connect(pair, search, 100 + k as u64, |call, connection, weight| {
+                sums[call as usize] += connection.geometry.geometry_term * weight;
             });
             let mut moments = Moments::default();
             sums.iter().for_each(|s| moments.push(*s));

@@ -14,7 +14,7 @@ use testkit::batches::{moments, one_sample, welch};
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::{Class, Emitter};
 use transport::integrator::{Bdpt, Integrator, PathTracer};
-use transport::path::{Rates, Workspace};
+use transport::path::{NeeRates, Workspace};
 use transport::sampling::Sampler;
 use transport::scene::{Object, Parts};
 use transport::shape::Sphere;
@@ -108,8 +108,8 @@ fn values(scene: &Scene, ws: &mut Workspace, seed: u64, n: u64) -> Vec<f64> {
         let mut sampler = Sampler::new(seed, 0, i);
         let ray = scene.sensor().ray(sampler.next_2d(), sampler.next_2d());
         found.clear();
-        if let Some(survey) = &mut ws.survey {
-            survey.begin();
+        if let Some(nee_training) = &mut ws.nee_training {
+            nee_training.begin();
         }
         integrator.sample(scene, ray, 1, (&mut sampler, ws), &mut found);
         found.iter().map(|c| c.weighted()[0]).sum()
@@ -126,7 +126,7 @@ fn any_rate_is_unbiased() {
         let scene = Scene::new(parts).unwrap();
         for (area, far) in [(1.0, 1.0), (0.5, 0.03), (0.02, 0.4), (0.01, 0.01)] {
             let mut ws = Workspace::new(scene.tolerance());
-            ws.rates = Rates::default()
+            ws.rates = NeeRates::default()
                 .with(Class::Area, [area; 2])
                 .with(Class::Sky, [far; 2]);
             let m = moments(&values(&scene, &mut ws, seed as u64, 4000));
@@ -154,10 +154,15 @@ fn a_survey_foretells_variances() {
         let [mut foretold, mut found] = [Vec::new(), Vec::new()];
         for seed in 0..100 {
             let mut ws = Workspace::new(scene.tolerance());
-            ws.survey = Some(Box::default());
+            ws.nee_training = Some(Box::default());
             values(&scene, &mut ws, 100 + seed, 1000);
-            foretold.push(ws.survey.take().unwrap().variance(&levels, &[1.0; 500]));
-            ws.rates = Rates::at(&levels);
+            foretold.push(
+                ws.nee_training
+                    .take()
+                    .unwrap()
+                    .variance(&levels, &[1.0; 500]),
+            );
+            ws.rates = NeeRates::at(&levels);
             found.push(moments(&values(&scene, &mut ws, 500 + seed, 1000)).variance());
         }
         let ratio = moments(&foretold).mean() / moments(&found).mean();

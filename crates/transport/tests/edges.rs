@@ -7,10 +7,13 @@ use eikonal::connect::{Pattern, RayFamily, Start as Launched};
 use eikonal::field::{Constant, Fisheye, LinearIndex, LinearSquare, Luneburg};
 use eikonal::{Field, Solver, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
-use transport::aim::Aim;
 use transport::bsdf::{Bsdf, Diffuse};
+use transport::connection_end::ConnectionEnd;
 use transport::emitter::Emitter;
-use transport::path::{Carry, Edge, End, Goal, Link, Sampling, Start, Vertex, Workspace, trace};
+use transport::path::{
+    Connection, ConnectionTarget, Edge, End, Sampling, Start, TransportMode, Vertex, Workspace,
+    trace,
+};
 use transport::sampling::Sampler;
 use transport::scene::{Object, Parts};
 use transport::shape::{Cube, Disk, Sphere};
@@ -25,8 +28,8 @@ fn finish(parts: Parts) -> Scene {
 }
 
 const SAMPLING: Sampling = Sampling {
-    carry: Carry::Radiance,
-    lanes: Spectrum([1.0, 0.0, 0.0, 0.0]),
+    mode: TransportMode::Radiance,
+    channel_pdf: Spectrum([1.0, 0.0, 0.0, 0.0]),
     extend: false,
     collides: true,
     spans: true,
@@ -50,23 +53,30 @@ fn sampled(scene: &Scene, x: DVec3, direction: DVec3, sampling: Sampling, seed: 
     )
 }
 
-fn links(scene: &Scene, x: DVec3, y: DVec3) -> Vec<Link> {
+fn connections(scene: &Scene, x: DVec3, y: DVec3) -> Vec<Connection> {
     let vertex = Vertex::Volume {
         x,
         direction: DVec3::Z,
         medium: scene.medium_at(x),
     };
-    let aim = Aim::Point {
+    let aim = ConnectionEnd::Point {
         position: y,
         surface: None,
     };
-    let goal = Goal::emitter(scene, 0, aim);
+    let target = ConnectionTarget::emitter(scene, 0, aim);
     let (mut sampler, mut ws) = (Sampler::new(0, 0, 0), Workspace::new(scene.tolerance()));
     ws.search = 1e-300;
-    let found = Link::each(scene, (&vertex, &goal), &mut sampler, &mut ws, |link| {
-        Some(*link)
-    });
-    found.into_iter().map(|(link, _)| link).collect()
+    let found = Connection::each(
+        scene,
+        (&vertex, &target),
+        &mut sampler,
+        &mut ws,
+        |connection| Some(*connection),
+    );
+    found
+        .into_iter()
+        .map(|(connection, _)| connection)
+        .collect()
 }
 
 fn luneburg_ball(sigma_t: f64) -> Scene {
@@ -82,15 +92,15 @@ fn luneburg_ball(sigma_t: f64) -> Scene {
     ))
 }
 
-/// A link inside a Luneburg ball has the directions, the Jacobian and the depth of the harmonic orbit
+/// A connection inside a Luneburg ball has the directions, the Jacobian and the depth of the harmonic orbit
 /// x(σ) = x₀ cos σ + v₀ sin σ: chord directions and 1/d² (theory §9) are far off.
 #[test]
 fn links_follow_the_harmonic_orbit() {
     let scene = luneburg_ball(0.7);
     let (x, y) = (DVec3::new(-0.5, 0.3, 0.1), DVec3::new(0.4, 0.5, -0.2));
-    let found = links(&scene, x, y);
+    let found = connections(&scene, x, y);
     assert_eq!(found.len(), 1);
-    let link = &found[0];
+    let connection = &found[0];
     let (n_x2, n_y2) = (2.0 - x.length_squared(), 2.0 - y.length_squared());
     // |v₀|² = n_x² with v₀ = (y − x cos σ)/sin σ is quadratic in cos σ.
     let (xy, both) = (x.dot(y), x.length_squared() + y.length_squared());
@@ -99,19 +109,19 @@ fn links_follow_the_harmonic_orbit() {
     let v = (y - x * cos) / sin;
     assert!((v.length_squared() - n_x2).abs() < 1e-7, "not an orbit");
     let arrival = v * cos - x * sin;
-    assert!(link.direction.distance(v.normalize()) < 1e-8);
-    assert!(link.emission.distance(-arrival.normalize()) < 1e-8);
+    assert!(connection.direction.distance(v.normalize()) < 1e-8);
+    assert!(connection.emission.distance(-arrival.normalize()) < 1e-8);
     let j = n_x2 * sin * sin * v.normalize().dot(arrival.normalize());
-    assert!((link.tube.geometry * j * n_y2 - 1.0).abs() < 1e-7);
-    assert!((link.tube.density(1.0, link.n_aim) * j - 1.0).abs() < 1e-7);
+    assert!((connection.geometry.geometry_term * j * n_y2 - 1.0).abs() < 1e-7);
+    assert!((connection.geometry.density(1.0, connection.n_aim) * j - 1.0).abs() < 1e-7);
     let steps = 20_000;
     let speed = |s: f64| (v * s.cos() - x * s.sin()).length();
     let h = sigma / steps as f64;
     let length: f64 = (0..steps).map(|i| speed((i as f64 + 0.5) * h) * h).sum();
-    assert!((link.tube.depth[0] - 0.7 * length).abs() < 1e-7);
+    assert!((connection.geometry.depth[0] - 0.7 * length).abs() < 1e-7);
     // The naive geometry term and direction are wrong by far more than any tolerance here.
     assert!((j / x.distance_squared(y) - 1.0).abs() > 0.05);
-    assert!(link.direction.angle_between(y - x) > 0.05);
+    assert!(connection.direction.angle_between(y - x) > 0.05);
 }
 
 /// The last arc before a boundary counts up to the boundary, not to the last whole step.
@@ -124,9 +134,9 @@ fn an_edge_is_as_long_as_its_way() {
         matches!(edge.end, End::Escaped { direction, .. } if direction.distance(DVec3::Z) < 1e-9)
     );
     assert!(
-        (edge.tube.depth[0] / 1e-9 - 2.0).abs() < 1e-8,
+        (edge.geometry.depth[0] / 1e-9 - 2.0).abs() < 1e-8,
         "{}",
-        edge.tube.depth[0]
+        edge.geometry.depth[0]
     );
     // Off axis all rays cross at the far pole.
     let b: f64 = 0.6;
@@ -164,7 +174,7 @@ fn refraction_uses_the_tangent_of_the_ray() {
         };
         let same_side = DVec3::new(out.x, out.y, out.z.abs());
         assert!(same_side.distance(direction) < 1e-8, "{out}");
-        straight_through += u32::from(edge.tube.events == 2 && out.z > 0.0);
+        straight_through += u32::from(edge.geometry.events == 2 && out.z > 0.0);
     }
     assert!(straight_through > 20);
 }
@@ -205,19 +215,19 @@ fn occlusion_follows_the_arc() {
             camera(DVec3::Z * 4.0, DVec3::ZERO),
         ))
     };
-    let open = links(&with_disc(None), x, y);
+    let open = connections(&with_disc(None), x, y);
     assert_eq!(open.len(), 1);
     // dx/dσ is constant: half way in σ the ray is at x = 0, below the chord by a σ²/8 with a = ½.
     let sigma = (y.x - x.x) / (1.5 * open[0].direction.x);
     let sag = 0.5 * sigma.powi(2) / 8.0;
     assert!(sag > 0.1);
     assert_eq!(
-        links(&with_disc(Some(DVec3::ZERO)), x, y).len(),
+        connections(&with_disc(Some(DVec3::ZERO)), x, y).len(),
         1,
         "blocked by the chord"
     );
     assert_eq!(
-        links(&with_disc(Some(-DVec3::Y * sag)), x, y).len(),
+        connections(&with_disc(Some(-DVec3::Y * sag)), x, y).len(),
         0,
         "not blocked by the arc"
     );
@@ -231,7 +241,7 @@ fn a_beam_is_connected_up_to_its_focus() {
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
     let profile = Profile::Disc { radius: 0.8 };
     let beam = Collimated::new(-DVec3::Z * 2.0, DVec3::Z, profile, Spectrum::ONE);
-    let aim = Aim::Plane {
+    let aim = ConnectionEnd::Plane {
         through: beam.origin(),
         direction: DVec3::Z,
         beam: true,
@@ -264,9 +274,10 @@ fn a_beam_is_connected_up_to_its_focus() {
                 direction: DVec3::X,
                 medium: 1,
             };
-            let goal = Goal::emitter(&scene, 0, aim);
-            let near = |link: &Link| (link.direction.distance(-v) < 1e-3).then_some(());
-            let found = Link::each(&scene, (&vertex, &goal), &mut sampler, &mut ws, near);
+            let target = ConnectionTarget::emitter(&scene, 0, aim);
+            let near =
+                |connection: &Connection| (connection.direction.distance(-v) < 1e-3).then_some(());
+            let found = Connection::each(&scene, (&vertex, &target), &mut sampler, &mut ws, near);
             if found.is_empty() {
                 missing.push((before_focus, impact));
             }
@@ -279,7 +290,7 @@ fn a_beam_is_connected_up_to_its_focus() {
     );
 }
 
-/// Where nothing bends rays, links are closed forms: the same as what the solver finds by shooting, also
+/// Where nothing bends rays, connections are closed forms: the same as what the solver finds by shooting, also
 /// through boundaries that are index-matched by declaration only.
 #[test]
 fn straight_links_are_those_of_the_solver() {
@@ -297,7 +308,7 @@ fn straight_links_are_those_of_the_solver() {
         (DVec3::new(-3.0, 0.3, 0.2), DVec3::new(1.7, -0.6, 0.9), 2),
     ];
     for (x, y, crossings) in ends {
-        let found = links(&scene, x, y);
+        let found = connections(&scene, x, y);
         assert_eq!(found.len(), 1);
         let start = Launched {
             family: RayFamily::Point {
@@ -317,20 +328,20 @@ fn straight_links_are_those_of_the_solver() {
             .product();
         let n = scene.n(scene.medium_at(y), y);
         let geometry = jump / (ray.jacobian * n * n);
-        let link = &found[0];
-        assert!(link.direction.distance(ray.direction_out) < 1e-9);
-        assert!((link.optical_length - ray.optical_length).abs() < 1e-8);
+        let connection = &found[0];
+        assert!(connection.direction.distance(ray.direction_out) < 1e-9);
+        assert!((connection.optical_length - ray.optical_length).abs() < 1e-8);
         assert!(
-            (link.tube.geometry / geometry - 1.0).abs() < 1e-8,
+            (connection.geometry.geometry_term / geometry - 1.0).abs() < 1e-8,
             "{crossings}"
         );
         let depth = transport::path::transmittance(&scene, solver.pieces());
-        assert!((link.tube.depth.exp_neg()[0] - depth[0]).abs() < 1e-8);
+        assert!((connection.geometry.depth.exp_neg()[0] - depth[0]).abs() < 1e-8);
     }
     // A target nearer to a boundary than rays are kept off it.
-    let found = links(&scene, DVec3::X * 3.0, DVec3::X * (1.0 - 1e-11));
+    let found = connections(&scene, DVec3::X * 3.0, DVec3::X * (1.0 - 1e-11));
     assert!(found[0].transmittance()[0].is_finite());
-    assert!((found[0].tube.geometry * 4.0 * 1.3 - 1.0).abs() < 1e-8);
+    assert!((found[0].geometry.geometry_term * 4.0 * 1.3 - 1.0).abs() < 1e-8);
 }
 
 /// A ray that circles in a fisheye would be followed for ever beyond a collision: it is followed for 32 radii of the scene, and exactly as

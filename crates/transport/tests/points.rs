@@ -50,7 +50,7 @@ fn every_number_of_a_set_is_spread_evenly() {
     let purposes = [
         Direction,
         Distance,
-        Aim,
+        ConnectionEnd,
         Emitter,
         AroundAim,
         AroundEmitter,
@@ -98,7 +98,7 @@ fn directions_and_distances_are_spread_evenly_together() {
 fn groups_are_paired_at_random() {
     let sign = |x: f64| (x - 0.5).signum();
     let others = [
-        (1, Purpose::Aim),
+        (1, Purpose::ConnectionEnd),
         (1, Purpose::Channel),
         (2, Purpose::Direction),
     ];
@@ -119,7 +119,7 @@ fn groups_are_paired_at_random() {
 
 #[test]
 fn places_on_emitters_are_spread_evenly_over_the_square() {
-    for purpose in [Purpose::Aim, Purpose::AroundAim, Purpose::Channel] {
+    for purpose in [Purpose::ConnectionEnd, Purpose::AroundAim, Purpose::Channel] {
         for (pixel, (sets, size)) in (0..200).flat_map(|pixel| KINDS.map(|kind| (pixel, kind))) {
             let points = set(sets, pixel, 1, purpose);
             assert!(shapes(size).all(|shape| is_even(&points, shape)));
@@ -148,7 +148,7 @@ fn single_samples_are_those_of_the_plain_sampler() {
     let mut single = Sampler::in_sets(Sets::Single, [1, 2, 3]);
     for _ in 0..6 {
         assert_eq!(plain.next_1d(), single.next_1d_for(Purpose::Distance));
-        assert_eq!(plain.next_2d(), single.next_2d_for(Purpose::Aim));
+        assert_eq!(plain.next_2d(), single.next_2d_for(Purpose::ConnectionEnd));
         single.next_edge();
     }
 }

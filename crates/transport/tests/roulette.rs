@@ -13,7 +13,7 @@ use testkit::batches::{moments, one_sample};
 use transport::bsdf::Bsdf;
 use transport::emitter::Emitter;
 use transport::integrator::{Integrator, PathTracer};
-use transport::path::{Departures, Prospects, Start, Tally, Workspace};
+use transport::path::{AdjointEstimate, AdjointTraining, PathTally, Start, Workspace};
 use transport::render::{Options, render};
 use transport::sampling::Sampler;
 use transport::scene::Parts;
@@ -21,17 +21,17 @@ use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
 
 /// What paths are told that go on at `x` and bring `light` with unit throughput, each for unit work.
-fn learn(brought: impl Fn(DVec3) -> f64) -> Prospects {
-    let mut departures = Departures::default();
-    let tally = |light, work| Tally { light, work };
+fn learn(brought: impl Fn(DVec3) -> f64) -> AdjointEstimate {
+    let mut adjoint_training = AdjointTraining::default();
+    let tally = |light, work| PathTally { light, work };
     for i in 0..4096 {
         // Points of a lattice in [-1, 1]³.
         let x = DVec3::new(0.819_172_5, 0.671_043_6, 0.549_700_5) * f64::from(i);
         let x = x.fract() * 2.0 - 1.0;
-        departures.depart(&start(x), 1.0, tally(0.0, 0.0));
-        departures.end(tally(brought(x), 1.0));
+        adjoint_training.depart(&start(x), 1.0, tally(0.0, 0.0));
+        adjoint_training.end(tally(brought(x), 1.0));
     }
-    departures.prospects(1.0)
+    adjoint_training.estimate(1.0)
 }
 
 fn start(x: DVec3) -> Start {
@@ -40,17 +40,17 @@ fn start(x: DVec3) -> Start {
 
 /// With one unit of variance for each of work, paths should survive in proportion to the root of the squares that they bring.
 #[test]
-fn prospects_are_worth_what_paths_brought() {
-    let prospects = learn(|x| if x.z < 0.0 { 0.2 } else { 3.0 });
+fn adjoint_estimates_are_worth_what_paths_brought() {
+    let adjoint = learn(|x| if x.z < 0.0 { 0.2 } else { 3.0 });
     for (z, exact) in [(-0.6, 0.2), (0.6, 3.0)] {
         for x in [-0.7, 0.7] {
-            let found = prospects.of(&start(DVec3::new(x, 0.3, z))).unwrap();
+            let found = adjoint.of(&start(DVec3::new(x, 0.3, z))).unwrap();
             println!("{z}: {found}, exact {exact}");
             // Part of the departures is taken to be like those of the larger cells around.
             assert!((found / exact - 1.0).abs() < 0.01);
         }
     }
-    assert_eq!(Prospects::default().of(&start(DVec3::ZERO)), None);
+    assert_eq!(AdjointEstimate::default().of(&start(DVec3::ZERO)), None);
 }
 
 /// A ball of fog without absorption, which bends light, under a sky of radiance 1: any ray sees n² of the sensor.
@@ -64,7 +64,7 @@ fn furnace() -> Scene {
 
 /// Whatever paths are thought to bring, the mean stays.
 #[test]
-fn absurd_prospects_keep_the_mean() {
+fn absurd_adjoint_estimates_keep_the_mean() {
     let scene = furnace();
     let integrator = Integrator::Path(PathTracer::default());
     let absurd = [
@@ -73,9 +73,9 @@ fn absurd_prospects_keep_the_mean() {
         learn(|x| if x.z > 0.2 { 0.4 } else { 1.0 }),
     ];
     let mut family = Family::new(1e-4);
-    for (seed, prospects) in absurd.into_iter().enumerate() {
+    for (seed, adjoint) in absurd.into_iter().enumerate() {
         let mut ws = Workspace::new(scene.tolerance());
-        ws.prospects = prospects;
+        ws.adjoint = adjoint;
         let mut batch = |number: u64| {
             let mut found = Vec::new();
             for sample in 0..2000 {

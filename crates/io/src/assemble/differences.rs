@@ -203,7 +203,8 @@ fn of_methods(known: &Known) -> Vec<Difference> {
     let media = known.scene.media().iter().any(|m| !m.is_transparent());
     let bsdfs = || known.scene.objects().iter().map(|o| &o.bsdf);
     let blind = ["path", "ptracer"].contains(&name);
-    let passed = bsdfs().any(|b| b.is_veil()) || (name == "path" && bsdfs().any(|b| b.is_null()));
+    let passed =
+        bsdfs().any(|b| b.is_partial()) || (name == "path" && bsdfs().any(|b| b.is_null()));
     chosen([(PATH_MEDIA, blind && media), (DEPTH, limited && passed)])
 }
 

@@ -69,7 +69,7 @@ impl Dielectric {
     /// What a connection that goes through the interface, or is reflected, is multiplied by, besides
     /// the probability that [`Bsdf::sample`](super::Bsdf::sample) would choose the same way, and
     /// that probability. `cos` is that of the angle of incidence.
-    pub(crate) fn passage(
+    pub(crate) fn crossing(
         &self,
         cos: f64,
         (n_near, n_far): (f64, f64),

@@ -1,6 +1,6 @@
 //! A surface with holes: part of the light passes straight through, the rest meets another surface.
 
-use super::{Bsdf, BsdfError, Through, factor};
+use super::{Bsdf, BsdfError, PartialTransmission, factor};
 use crate::shape::Site;
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
@@ -29,8 +29,8 @@ impl Mask {
         &self.nested
     }
 
-    pub(super) fn through(&self, site: &Site) -> Through {
-        Through {
+    pub(super) fn through(&self, site: &Site) -> PartialTransmission {
+        PartialTransmission {
             probability: 1.0 - self.opacity.number_at(site),
             factor: Spectrum::ONE,
         }

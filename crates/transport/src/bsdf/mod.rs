@@ -70,7 +70,7 @@ pub struct BsdfSample {
 
 /// The light that passes a surface straight on, where the rest meets something else.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Through {
+pub struct PartialTransmission {
     /// Share of the light: the probability of passing.
     pub probability: f64,
     /// What of this share is left, per channel.
@@ -165,7 +165,7 @@ impl Bsdf {
     /// The light that passes the surface at `site` straight on, for an angle of the given cosine to the normal;
     /// `None` if that is not how the surface works. It is decided first whether light passes:
     /// [`Bsdf::sample`], [`Bsdf::eval`] and [`Bsdf::pdf`] are then about light that does not.
-    pub fn through(&self, site: &Site, cos: f64) -> Option<Through> {
+    pub fn through(&self, site: &Site, cos: f64) -> Option<PartialTransmission> {
         match self {
             Bsdf::Mask(b) => Some(b.through(site)),
             Bsdf::ThinDielectric(b) => Some(b.through(site, cos.abs())),
@@ -174,7 +174,7 @@ impl Bsdf {
     }
 
     /// Whether [`Bsdf::through`] says that some light passes.
-    pub fn is_veil(&self) -> bool {
+    pub fn is_partial(&self) -> bool {
         matches!(self, Bsdf::Mask(_) | Bsdf::ThinDielectric(_))
     }
 

@@ -2,7 +2,7 @@
 //! forth inside.
 
 use super::surface::reflect;
-use super::{BsdfError, BsdfSample, Surface, Through, check_eta, factor, fresnel};
+use super::{BsdfError, BsdfSample, PartialTransmission, Surface, check_eta, factor, fresnel};
 use crate::shape::Site;
 use crate::texture::Texture;
 use glam::DVec3;
@@ -35,9 +35,9 @@ impl ThinDielectric {
 
     /// One face reflects F. Summed over all reflections inside, the pane reflects
     /// R = F + (1 − F)² F/(1 − F²) = 2F/(1 + F).
-    pub(super) fn through(&self, site: &Site, cos: f64) -> Through {
+    pub(super) fn through(&self, site: &Site, cos: f64) -> PartialTransmission {
         let f = fresnel::dielectric(cos.min(1.0), 1.0, self.eta).reflectance;
-        Through {
+        PartialTransmission {
             probability: (1.0 - f) / (1.0 + f),
             factor: self.specular_transmittance.at(site),
         }

@@ -2,7 +2,7 @@
 
 use super::{Emitter, Surroundings};
 use crate::Spectrum;
-use crate::aim::{Aim, OnSurface};
+use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::sampling::Frame;
 use crate::sampling::sphere::{
     cosine_hemisphere_pdf, cosine_hemisphere_sample, uniform_sphere_pdf, uniform_sphere_sample,
@@ -18,7 +18,7 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emission {
     /// The end of the path, as a connection to it would aim.
-    pub aim: Aim,
+    pub aim: ConnectionEnd,
     /// Density of the aim: per unit area on a surface, per steradian for an environment, 1 if there
     /// is no choice.
     pub aim_pdf: f64,
@@ -45,8 +45,10 @@ impl Emitter {
     ) -> Option<Emission> {
         let aimed = self.aim(around, shape, [u0, u1]);
         let (x, direction) = match aimed.aim {
-            Aim::Point { position, surface } => (position, self.direction_from(surface, [u2, u3])),
-            Aim::Plane { direction, .. } => (
+            ConnectionEnd::Point { position, surface } => {
+                (position, self.direction_from(surface, [u2, u3]))
+            }
+            ConnectionEnd::Plane { direction, .. } => (
                 self.start_of_parallel(around, direction, [u2, u3]),
                 direction,
             ),
@@ -66,7 +68,13 @@ impl Emitter {
     /// The density with which [`Emitter::emit`], given the aim, chooses the ray that leaves `x` in the
     /// unit `direction`: per steradian from a point, per unit area across the direction for parallel
     /// light. Zero for rays that it never chooses.
-    pub fn pdf_emit(&self, around: &Surroundings, aim: &Aim, x: DVec3, direction: DVec3) -> f64 {
+    pub fn pdf_emit(
+        &self,
+        around: &Surroundings,
+        aim: &ConnectionEnd,
+        x: DVec3,
+        direction: DVec3,
+    ) -> f64 {
         match (self, aim) {
             (Emitter::Point { .. }, _) => uniform_sphere_pdf(),
             (Emitter::Spot(spot), _) => spot.pdf(direction),
@@ -74,7 +82,7 @@ impl Emitter {
             (Emitter::Luminaire(lamp), _) => lamp.pdf(direction),
             (
                 Emitter::Area { .. } | Emitter::Textured(_),
-                Aim::Point {
+                ConnectionEnd::Point {
                     surface: Some(on), ..
                 },
             ) => cosine_hemisphere_pdf(DVec3::Z * on.normal.dot(direction)),

@@ -15,7 +15,7 @@ mod spot;
 mod surroundings;
 mod textured;
 
-pub use crate::aim::{Aim, Aimed, OnSurface};
+pub use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 pub use collimated::{Collimated, Profile};
 pub use emission::Emission;
 pub use environment::{Environment, ImageError};
@@ -92,24 +92,27 @@ impl Emitter {
         around: &Surroundings,
         shape: impl Fn(usize) -> &'a Shape,
         u: [f64; 2],
-    ) -> Aimed {
+    ) -> EndSample {
         match self {
-            Emitter::Point { position, .. } => Aimed::only(Aim::at(*position)),
-            Emitter::Spot(spot) => Aimed::only(Aim::at(spot.position())),
-            Emitter::Projector(projector) => Aimed::only(Aim::at(projector.position())),
-            Emitter::Luminaire(lamp) => Aimed::only(Aim::at(lamp.position())),
-            Emitter::Directional { direction, .. } => {
-                Aimed::only(Aim::parallel(around.before(*direction), *direction))
+            Emitter::Point { position, .. } => EndSample::only(ConnectionEnd::at(*position)),
+            Emitter::Spot(spot) => EndSample::only(ConnectionEnd::at(spot.position())),
+            Emitter::Projector(projector) => {
+                EndSample::only(ConnectionEnd::at(projector.position()))
             }
-            Emitter::Collimated(beam) => Aimed::only(Aim::Plane {
+            Emitter::Luminaire(lamp) => EndSample::only(ConnectionEnd::at(lamp.position())),
+            Emitter::Directional { direction, .. } => EndSample::only(ConnectionEnd::parallel(
+                around.before(*direction),
+                *direction,
+            )),
+            Emitter::Collimated(beam) => EndSample::only(ConnectionEnd::Plane {
                 through: beam.origin(),
                 direction: beam.direction(),
                 beam: true,
             }),
             Emitter::Environment(environment) => {
                 let (toward, pdf) = environment.sample(u);
-                Aimed {
-                    aim: Aim::parallel(around.before(-toward), -toward),
+                EndSample {
+                    aim: ConnectionEnd::parallel(around.before(-toward), -toward),
                     pdf,
                     delta: false,
                 }
@@ -139,7 +142,7 @@ impl Emitter {
 
     /// What leaves `start` in the unit `direction`: intensity (points of any kind), radiance times cosine
     /// (area), radiance (environment) or irradiance across the direction (directional, beam).
-    pub fn emitted(&self, aim: &Aim, start: DVec3, direction: DVec3) -> Spectrum {
+    pub fn emitted(&self, aim: &ConnectionEnd, start: DVec3, direction: DVec3) -> Spectrum {
         match self {
             Emitter::Point { intensity, .. } => *intensity,
             Emitter::Spot(spot) => spot.intensity(direction),
@@ -150,7 +153,7 @@ impl Emitter {
             Emitter::Environment(environment) => environment.radiance(-direction),
             Emitter::Area { radiance, .. } => *radiance * cosine(aim, direction),
             Emitter::Textured(area) => match aim {
-                Aim::Point {
+                ConnectionEnd::Point {
                     surface: Some(on), ..
                 } => area.radiance(&on.site) * cosine(aim, direction),
                 _ => Spectrum::ZERO,
@@ -200,9 +203,9 @@ impl Emitter {
 }
 
 /// An aim at a point drawn from the surface of an object.
-fn aim_at(object: usize, shape: &Shape, sample: &AreaSample) -> Aimed {
-    Aimed {
-        aim: Aim::Point {
+fn aim_at(object: usize, shape: &Shape, sample: &AreaSample) -> EndSample {
+    EndSample {
+        aim: ConnectionEnd::Point {
             position: sample.position,
             surface: Some(OnSurface {
                 object,
@@ -216,9 +219,9 @@ fn aim_at(object: usize, shape: &Shape, sample: &AreaSample) -> Aimed {
 }
 
 /// Cosine to the normal of the surface that is aimed at; 0 behind it, and where there is none.
-fn cosine(aim: &Aim, direction: DVec3) -> f64 {
+fn cosine(aim: &ConnectionEnd, direction: DVec3) -> f64 {
     match aim {
-        Aim::Point {
+        ConnectionEnd::Point {
             surface: Some(on), ..
         } => on.normal.dot(direction).max(0.0),
         _ => 0.0,

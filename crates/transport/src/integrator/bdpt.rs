@@ -55,16 +55,16 @@ impl Bdpt {
         &self,
         scene: &Scene,
         ray: Ray,
-        lanes: Spectrum,
+        channel_pdf: Spectrum,
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,
     ) {
         let max_depth = self.max_depth.unwrap_or(u32::MAX);
         let bounds = Bounds {
-            lanes,
+            channel_pdf,
             max_depth,
             rr_depth: self.rr_depth,
-            vertices: usize::MAX,
+            max_vertices: usize::MAX,
             weighs: true,
         };
         let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws);
@@ -72,7 +72,7 @@ impl Bdpt {
         let mut joining = Joining {
             setting: Setting {
                 scene,
-                lanes,
+                channel_pdf,
                 heuristic: self.heuristic,
                 max_depth,
             },
@@ -81,19 +81,19 @@ impl Bdpt {
             out,
         };
         joining.hits(&from_sensor);
-        for i in 0..from_sensor.stations.len() {
-            joining.direct(&from_sensor.stations[..=i]);
+        for i in 0..from_sensor.vertices.len() {
+            joining.direct(&from_sensor.vertices[..=i]);
         }
         let Some(light) = from_emitter else { return };
         joining.seen(&light);
-        for j in 0..light.subpath.stations.len() {
+        for j in 0..light.subpath.vertices.len() {
             joining.sensed(&light, j);
         }
-        for i in 0..from_sensor.stations.len() {
-            let stations = &from_sensor.stations[..=i];
+        for i in 0..from_sensor.vertices.len() {
+            let vertices = &from_sensor.vertices[..=i];
             match self.connections {
-                Connections::All => joining.joined_to_all(stations, &light),
-                Connections::Resampled => joining.joined_to_one(stations, &light),
+                Connections::All => joining.joined_to_all(vertices, &light),
+                Connections::Resampled => joining.joined_to_one(vertices, &light),
             }
         }
     }

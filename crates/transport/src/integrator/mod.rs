@@ -52,14 +52,16 @@ impl Integrator {
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,
     ) {
-        let lanes = lanes(channels);
+        let channel_pdf = even_channel_pdf(channels);
         match self {
             Integrator::Path(path) => path.sample(scene, ray, channels, (sampler, ws), out),
             Integrator::Particle(particle) => {
-                particle.sample(scene, ray, lanes, (sampler, ws), out);
+                particle.sample(scene, ray, channel_pdf, (sampler, ws), out);
             }
-            Integrator::Bdpt(bdpt) => bdpt.sample(scene, ray, lanes, (sampler, ws), out),
-            Integrator::Photon(photon) => photon.sample(scene, ray, lanes, (sampler, ws), out),
+            Integrator::Bdpt(bdpt) => bdpt.sample(scene, ray, channel_pdf, (sampler, ws), out),
+            Integrator::Photon(photon) => {
+                photon.sample(scene, ray, channel_pdf, (sampler, ws), out)
+            }
             // Its values are no light, and more than a contribution has room for: see `AovTracer::sample`.
             Integrator::Aov(_) => {}
         }
@@ -127,7 +129,7 @@ impl Integrator {
 }
 
 /// Probabilities of the channels, alike for those in use.
-pub fn lanes(channels: usize) -> Spectrum {
+pub fn even_channel_pdf(channels: usize) -> Spectrum {
     let lane = |c| match c < channels {
         true => 1.0 / channels as f64,
         false => 0.0,

@@ -36,16 +36,16 @@ impl ParticleTracer {
         &self,
         scene: &Scene,
         ray: Ray,
-        lanes: Spectrum,
+        channel_pdf: Spectrum,
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,
     ) {
         let max_depth = self.max_depth.unwrap_or(u32::MAX);
         let bounds = Bounds {
-            lanes,
+            channel_pdf,
             max_depth,
             rr_depth: self.rr_depth,
-            vertices: 1,
+            max_vertices: 1,
             weighs: false,
         };
         let seen = sensor_path(scene, ray, &bounds, sampler, ws);
@@ -54,7 +54,7 @@ impl ParticleTracer {
         let mut joining = Joining {
             setting: Setting {
                 scene,
-                lanes,
+                channel_pdf,
                 heuristic: Heuristic::default(),
                 max_depth,
             },
@@ -64,7 +64,7 @@ impl ParticleTracer {
         };
         joining.hits(&seen);
         if let Some(light) = &light {
-            for j in 0..light.subpath.stations.len() {
+            for j in 0..light.subpath.vertices.len() {
                 joining.sensed(light, j);
             }
         }

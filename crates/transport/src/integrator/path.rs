@@ -6,11 +6,11 @@ mod roulette;
 
 use super::Contribution;
 use crate::Spectrum;
-use crate::aim::{Aim, OnSurface};
+use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::film::PathFacts;
 use crate::path::{
-    Carry, Edge, End, Fork, Found, Goal, Link, Sampling, Slot, Start, Vertex, Workspace,
-    environment_aim, scatter, trace,
+    Connection, ConnectionTarget, Edge, End, Fork, NeeSlot, Sampling, Start, TransportMode, Vertex,
+    Weighted, Workspace, environment_aim, scatter, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -47,7 +47,7 @@ struct Next {
     /// competes (from the sensor, or along a specular lobe).
     from: Option<(Vertex, f64)>,
     /// How far the path has come.
-    way: Way,
+    way: PathLength,
 }
 
 impl Next {
@@ -66,17 +66,17 @@ impl Next {
 
 /// How long a part of a path is.
 #[derive(Clone, Copy, Default)]
-struct Way {
+struct PathLength {
     edges: u32,
     /// Edges and specular events.
     depth: u32,
     optical_length: f64,
 }
 
-impl Way {
+impl PathLength {
     /// With another edge, which passes some specular events.
     fn and(self, events: u32, optical_length: f64) -> Self {
-        Way {
+        PathLength {
             edges: self.edges.saturating_add(1),
             depth: self.depth.saturating_add(1 + events),
             optical_length: self.optical_length + optical_length,
@@ -123,14 +123,14 @@ impl PathTracer {
             start,
             throughput: Spectrum(std::array::from_fn(white)),
             from: None,
-            way: Way::default(),
+            way: PathLength::default(),
         };
         let mut tracing = Tracing {
             scene,
             sampler,
             ws,
             out,
-            equiangular: !scene.attractors().is_empty(),
+            equiangular: !scene.point_like_emitters().is_empty(),
             fork: None,
         };
         self.follow(&mut tracing, next);
@@ -150,13 +150,13 @@ impl PathTracer {
     /// Follows one edge, hands over what it finds, and scatters at its end. Whether the path goes on, as `next` says then: in
     /// place, for it is large.
     fn edge(&self, t: &mut Tracing, next: &mut Next) -> bool {
-        let lanes = next.throughput / next.throughput.sum();
+        let channel_pdf = next.throughput / next.throughput.sum();
         let budget = self.budget(next.way.depth + 1);
         let beginning = t.ws.beginning;
         let forced = next.way.edges < beginning.forced && budget > 0;
         let sampling = Sampling {
-            carry: Carry::Radiance,
-            lanes,
+            mode: TransportMode::Radiance,
+            channel_pdf,
             extend: t.equiangular || forced,
             collides: true,
             spans: t.equiangular || forced,
@@ -165,16 +165,16 @@ impl PathTracer {
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
         if t.equiangular && budget > 0 {
-            t.around_emitter(&edge, next, lanes, budget);
+            t.around_emitter(&edge, next, channel_pdf, budget);
         }
         if let Some(fork) = &edge.fork {
             t.fork = next.forked(fork);
         }
-        let way = next.way.and(edge.tube.events, edge.optical_length);
+        let way = next.way.and(edge.geometry.events, edge.optical_length);
         if self.max_depth.is_some_and(|limit| way.depth > limit) {
             return false;
         }
-        t.emission(&edge, next, way, lanes);
+        t.emission(&edge, next, way, channel_pdf);
         let budget = self.budget(way.depth);
         if budget == 0 {
             return false;
@@ -182,8 +182,8 @@ impl PathTracer {
         let Some(vertex) = Vertex::of(t.scene, &edge) else {
             return false;
         };
-        let throughput = next.throughput * edge.throughput(t.scene, lanes);
-        t.direct(&vertex, (&edge, way), (throughput, lanes), budget);
+        let throughput = next.throughput * edge.throughput(t.scene, channel_pdf);
+        t.direct(&vertex, (&edge, way), (throughput, channel_pdf), budget);
         t.scatter(vertex, (throughput, way), next) && self.roulette(t, next)
     }
 
@@ -196,7 +196,7 @@ impl PathTracer {
 
 impl Tracing<'_> {
     /// Light emitted where the edge ends, weighted against the connection that competes for it.
-    fn emission(&mut self, edge: &Edge, next: &Next, way: Way, lanes: Spectrum) {
+    fn emission(&mut self, edge: &Edge, next: &Next, way: PathLength, channel_pdf: Spectrum) {
         match edge.end {
             End::Surface {
                 object,
@@ -213,14 +213,14 @@ impl Tracing<'_> {
                     return;
                 };
                 let n = self.scene.n(medium, hit.position);
-                let aim = Aim::Point {
+                let aim = ConnectionEnd::Point {
                     position: hit.position,
                     surface: Some(on),
                 };
                 let cos = hit.normal.dot(-direction);
-                let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, cos));
+                let weight = self.mis(edge, next, channel_pdf, (emitter, pdf, &aim), (n, cos));
                 let light = radiance / (n * n) * weight;
-                self.emitted((light, weight), (edge, next), lanes, (way, emitter));
+                self.emitted((light, weight), (edge, next), channel_pdf, (way, emitter));
             }
             End::Escaped { direction, medium } => {
                 let n = self.scene.n(medium, edge.start.x);
@@ -228,9 +228,9 @@ impl Tracing<'_> {
                 for (emitter, environment) in scene.environments() {
                     let pdf = environment.pdf(direction);
                     let aim = environment_aim(scene, direction);
-                    let weight = self.mis(edge, next, lanes, (emitter, pdf, &aim), (n, 1.0));
+                    let weight = self.mis(edge, next, channel_pdf, (emitter, pdf, &aim), (n, 1.0));
                     let light = environment.radiance(direction) / (n * n) * weight;
-                    self.emitted((light, weight), (edge, next), lanes, (way, emitter));
+                    self.emitted((light, weight), (edge, next), channel_pdf, (way, emitter));
                 }
             }
             End::Collision(_) | End::Dead => {}
@@ -242,26 +242,26 @@ impl Tracing<'_> {
         &mut self,
         (light, weight): (Spectrum, f64),
         (edge, next): (&Edge, &Next),
-        lanes: Spectrum,
-        (way, emitter): (Way, usize),
+        channel_pdf: Spectrum,
+        (way, emitter): (PathLength, usize),
     ) {
         if light.is_zero() {
             return;
         }
-        let value = light * next.throughput * edge.throughput(self.scene, lanes);
-        if let Some(survey) = &mut self.ws.survey {
+        let value = light * next.throughput * edge.throughput(self.scene, channel_pdf);
+        if let Some(nee_training) = &mut self.ws.nee_training {
             match &next.from {
                 Some((vertex, _)) => {
-                    let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
-                    survey.chance(slot, value.sum(), 1.0 - weight);
+                    let slot = NeeSlot::new(self.scene.emitters()[emitter].class(), vertex);
+                    nee_training.chance(slot, value.sum(), 1.0 - weight);
                 }
-                None => survey.apart(value.sum()),
+                None => nee_training.apart(value.sum()),
             }
         }
         self.hand_over(value, way, emitter);
     }
 
-    fn hand_over(&mut self, value: Spectrum, way: Way, emitter: usize) {
+    fn hand_over(&mut self, value: Spectrum, way: PathLength, emitter: usize) {
         self.out.push(Contribution {
             image: None,
             strategy: (0, 0),
@@ -278,15 +278,15 @@ impl Tracing<'_> {
     /// Hands over a share of what connections of a vertex to an emitter bring.
     fn connected(
         &mut self,
-        light: Found<Light>,
+        light: Weighted<Light>,
         (vertex, share): (&Vertex, f64),
-        (way, emitter): (Way, usize),
+        (way, emitter): (PathLength, usize),
     ) {
-        let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
-        if let Some(survey) = &mut self.ws.survey {
+        let slot = NeeSlot::new(self.scene.emitters()[emitter].class(), vertex);
+        if let Some(nee_training) = &mut self.ws.nee_training {
             let branch =
                 |(light, weight): &(Light, f64)| (light.value.sum() * weight * share, light.share);
-            survey.connection(slot, light.iter().map(branch));
+            nee_training.connection(slot, light.iter().map(branch));
         }
         for (light, weight) in light {
             let way = way.and(light.events, light.optical_length);
@@ -300,8 +300,8 @@ impl Tracing<'_> {
         &mut self,
         edge: &Edge,
         next: &Next,
-        lanes: Spectrum,
-        (emitter, pdf, aim): (usize, f64, &Aim),
+        channel_pdf: Spectrum,
+        (emitter, pdf, aim): (usize, f64, &ConnectionEnd),
         (n, cos): (f64, f64),
     ) -> f64 {
         let Some((vertex, direction_pdf)) = &next.from else {
@@ -310,15 +310,16 @@ impl Tracing<'_> {
         if !edge.connectable {
             return 1.0;
         }
-        let slot = Slot::new(self.scene.emitters()[emitter].class(), vertex);
+        let slot = NeeSlot::new(self.scene.emitters()[emitter].class(), vertex);
         let chosen = self
             .scene
             .emitter_probability(emitter, &vertex.receiver(self.scene));
         let by_connection = self.ws.rates.of(slot) * chosen * pdf;
-        let by_chance = edge.tube.density(*direction_pdf, n) * cos * edge.tube.survival(lanes);
+        let by_chance =
+            edge.geometry.density(*direction_pdf, n) * cos * edge.geometry.survival(channel_pdf);
         let most = by_connection / (by_connection + by_chance);
         // Where little is the connections' anyway, whether they find the edge is asked but now and then.
-        let asked = match self.scene.is_straight() || self.ws.survey.is_some() {
+        let asked = match self.scene.is_straight() || self.ws.nee_training.is_some() {
             true => 1.0,
             false => (ASK * most).min(1.0),
         };
@@ -326,24 +327,29 @@ impl Tracing<'_> {
             return 1.0;
         }
         let before = self.work();
-        let goal = Goal::emitter(self.scene, emitter, *aim);
-        let way = (&edge.tube, edge.start.direction, None);
-        let ease = Link::ease(self.scene, (vertex, &goal), way, self.ws);
+        let target = ConnectionTarget::emitter(self.scene, emitter, *aim);
+        let way = (&edge.geometry, edge.start.direction, None);
+        let discovery = Connection::discovery(self.scene, (vertex, &target), way, self.ws);
         self.spent(slot, before);
-        let share = by_connection * ease / (by_connection * ease + by_chance);
+        let share = by_connection * discovery / (by_connection * discovery + by_chance);
         1.0 - share / asked
     }
 
     /// The work so far, if a pilot asks for it.
     fn work(&self) -> Option<f64> {
-        self.ws.survey.as_ref().map(|_| self.ws.stats().cost())
+        self.ws
+            .nee_training
+            .as_ref()
+            .map(|_| self.ws.stats().cost())
     }
 
     /// Tells a pilot of the work for connections of a kind, given that before.
-    fn spent(&mut self, slot: Slot, before: Option<f64>) {
+    fn spent(&mut self, slot: NeeSlot, before: Option<f64>) {
         let after = self.work();
-        if let (Some(survey), Some(before), Some(after)) = (&mut self.ws.survey, before, after) {
-            survey.work(slot, after - before);
+        if let (Some(nee_training), Some(before), Some(after)) =
+            (&mut self.ws.nee_training, before, after)
+        {
+            nee_training.work(slot, after - before);
         }
     }
 
@@ -351,7 +357,7 @@ impl Tracing<'_> {
     fn scatter(
         &mut self,
         vertex: Vertex,
-        (throughput, way): (Spectrum, Way),
+        (throughput, way): (Spectrum, PathLength),
         next: &mut Next,
     ) -> bool {
         self.sampler.next_edge();

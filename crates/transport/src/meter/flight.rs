@@ -12,7 +12,7 @@ pub struct Flight<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// Channel probabilities with which distances are sampled.
-    pub lanes: Spectrum,
+    pub channel_pdf: Spectrum,
     /// The arc.
     pub span: &'a Span<'a>,
     /// The particle flies from θ = 0 to here.
@@ -56,7 +56,7 @@ impl Flight<'_> {
     /// is the same all along the arc.
     pub fn power_at(&self, theta: f64) -> Spectrum {
         let depth = self.span.depth_before + self.span.attenuation.depth(&self.span.arc, theta);
-        self.power * self.span.weight_before * share(self.lanes, depth)
+        self.power * self.span.weight_before * share(self.channel_pdf, depth)
     }
 
     /// The levels, starts of steps of optical path length, that the particle passes.
@@ -68,7 +68,7 @@ impl Flight<'_> {
 
     /// Whether its power varies along the arc.
     pub fn power_varies(&self) -> bool {
-        let several = self.lanes.0.iter().filter(|p| **p > 0.0).count() > 1;
+        let several = self.channel_pdf.0.iter().filter(|p| **p > 0.0).count() > 1;
         several && !self.scene.medium(self.span.medium).is_transparent()
     }
 

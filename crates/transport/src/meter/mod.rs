@@ -86,7 +86,7 @@ pub struct Setup<'a> {
     /// Power of all emitters.
     emitted: Spectrum,
     /// Channel probabilities.
-    lanes: Spectrum,
+    channel_pdf: Spectrum,
     channels: usize,
     max_depth: u32,
     rr_depth: u32,
@@ -113,7 +113,7 @@ impl<'a> Setup<'a> {
             meters,
             choice: Discrete::new(&weights).ok()?,
             emitted: powers.into_iter().fold(Spectrum::ZERO, |sum, p| sum + p),
-            lanes: white / channels as f64,
+            channel_pdf: white / channels as f64,
             channels,
             max_depth,
             rr_depth,

@@ -5,8 +5,8 @@ use super::{Recorder, Setup};
 use crate::Spectrum;
 use crate::budget::EDGES_PER_PARTICLE;
 use crate::path::{
-    Carry, Edge, End, Ledger, Point, Ray, Sampling, Span, Vertex, Workspace, collided, emit, share,
-    trace,
+    Edge, End, Ledger, Point, Ray, Sampling, Span, TransportMode, Vertex, Workspace, collided,
+    emit, share, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -58,14 +58,14 @@ impl<'a, 'r> Particle<'a, 'r> {
         let setup = self.setup;
         let pick = setup.choice.sample(sampler.next_1d());
         let u = (sampler.next_2d(), sampler.next_2d());
-        let white = setup.lanes.map(|p| f64::from(u8::from(p > 0.0)));
+        let white = setup.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));
         let Some((_, ray)) = emit(self.scene, (pick.index, pick.probability), white, u) else {
             return;
         };
         let (initial, mut waiting) = (ray.throughput.sum(), vec![(ray, 0)]);
         let sampling = Sampling {
-            carry: Carry::Power,
-            lanes: setup.lanes,
+            mode: TransportMode::Importance,
+            channel_pdf: setup.channel_pdf,
             extend: false,
             collides: true,
             spans: true,
@@ -98,7 +98,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             left = power * self.share_before(span);
             if depth > self.setup.max_depth {
                 self.ledger
-                    .passed(self.setup.lanes, &edge.spans[..=i], power);
+                    .passed(self.setup.channel_pdf, &edge.spans[..=i], power);
                 self.ledger.cut += left.sum();
                 return None;
             }
@@ -109,7 +109,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             let theta_end = collision.map_or(span.theta_end, |point| point.theta);
             let flight = Flight {
                 scene: self.scene,
-                lanes: self.setup.lanes,
+                channel_pdf: self.setup.channel_pdf,
                 span,
                 theta_end,
                 power,
@@ -122,17 +122,17 @@ impl<'a, 'r> Particle<'a, 'r> {
                 self.go_on((span, next), left, power * self.share_before(next));
             }
         }
-        self.depth = self.depth.saturating_add(1 + edge.tube.events);
+        self.depth = self.depth.saturating_add(1 + edge.geometry.events);
         let onward = self.end(edge, (power, left), sampler);
         let after = onward.map_or(Spectrum::ZERO, |ray| ray.throughput);
-        let how = (self.scene, self.setup.lanes);
+        let how = (self.scene, self.setup.channel_pdf);
         self.ledger.enter(how, edge, (power, after));
         onward
     }
 
     /// Share of an edge's power that is left at the start of a span, over the probability of getting there.
     fn share_before(&self, span: &Span) -> Spectrum {
-        span.weight_before * share(self.setup.lanes, span.depth_before)
+        span.weight_before * share(self.setup.channel_pdf, span.depth_before)
     }
 
     /// From one span to the next, perhaps by way of a smooth surface or a boundary.
@@ -222,7 +222,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         Collision {
             scene: self.scene,
             point: *point,
-            path: power * collided(self.setup.lanes, point),
+            path: power * collided(self.setup.channel_pdf, point),
             optical_length: self.optical_length,
         }
     }

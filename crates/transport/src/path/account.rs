@@ -27,21 +27,21 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Enters an edge that started with `power`, and of which `onward` goes on from its end. `lanes` are
+    /// Enters an edge that started with `power`, and of which `onward` goes on from its end. `channel_pdf` are
     /// the channel probabilities with which it was sampled.
     pub fn enter(
         &mut self,
-        (scene, lanes): (&Scene, Spectrum),
+        (scene, channel_pdf): (&Scene, Spectrum),
         edge: &Edge,
         (power, onward): (Spectrum, Spectrum),
     ) {
-        self.passed(lanes, &edge.spans, power);
-        let left = || (power * edge.weight * share(lanes, edge.tube.depth)).sum();
+        self.passed(channel_pdf, &edge.spans, power);
+        let left = || (power * edge.weight * share(channel_pdf, edge.geometry.depth)).sum();
         match &edge.end {
             End::Collision(point) => {
                 let albedo = scene.medium(point.medium).albedo.at(point.x);
                 let absorption = point.rate * albedo.map(|a| 1.0 - a);
-                self.media += (power * collided(lanes, point) * absorption).sum();
+                self.media += (power * collided(channel_pdf, point) * absorption).sum();
             }
             End::Surface { .. } => self.surfaces += left() - onward.sum(),
             End::Escaped { .. } => self.escaped += left(),
@@ -51,10 +51,10 @@ impl Ledger {
     }
 
     /// Enters what smooth surfaces between the first spans of an edge have absorbed.
-    pub fn passed(&mut self, lanes: Spectrum, spans: &[Span], power: Spectrum) {
+    pub fn passed(&mut self, channel_pdf: Spectrum, spans: &[Span], power: Spectrum) {
         for pair in spans.windows(2) {
             let weight = pair[0].weight_before - pair[1].weight_before;
-            self.surfaces += (power * weight * share(lanes, pair[1].depth_before)).sum();
+            self.surfaces += (power * weight * share(channel_pdf, pair[1].depth_before)).sum();
         }
     }
 

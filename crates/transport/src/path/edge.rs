@@ -1,6 +1,6 @@
 //! An edge that was sampled from one end.
 
-use super::tube::Tube;
+use super::edge_geometry::EdgeGeometry;
 use crate::Spectrum;
 use crate::medium::Attenuation;
 use crate::scene::{MediumId, Scene};
@@ -47,11 +47,11 @@ impl Start {
 
 /// What a subpath carries along its edges. They differ at declared index matches only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Carry {
+pub enum TransportMode {
     /// Basic radiance, towards its sources.
     Radiance,
-    /// Power, away from its source.
-    Power,
+    /// Importance, away from its source.
+    Importance,
 }
 
 /// One arc of an edge, within one medium.
@@ -192,7 +192,7 @@ pub struct Edge<'a> {
     /// Factor of the specular events: reflectances, and n² across declared index matches.
     pub weight: Spectrum,
     /// What connections must know of it.
-    pub tube: Tube,
+    pub geometry: EdgeGeometry,
     /// Optical path length up to the end; of an edge that escapes, up to where light that comes this way
     /// is taken to start (see [`super::lead_in`]).
     pub optical_length: f64,
@@ -217,7 +217,7 @@ impl<'a> Edge<'a> {
             end: End::Dead,
             length: 0.0,
             weight: Spectrum::ONE,
-            tube: Tube::new(),
+            geometry: EdgeGeometry::new(),
             optical_length: 0.0,
             connectable: true,
             forcing: Spectrum::ONE,
@@ -241,9 +241,9 @@ impl<'a> Edge<'a> {
         };
         self.length = point.length;
         self.optical_length = self.optical_length_at(point.length);
-        self.tube = Tube {
+        self.geometry = EdgeGeometry {
             depth: point.depth,
-            ..Tube::new()
+            ..EdgeGeometry::new()
         };
         self.end = End::Collision(point);
     }
@@ -256,22 +256,23 @@ impl<'a> Edge<'a> {
     }
 
     /// Probability density per unit length of a collision at optical depth and extinction as in
-    /// `point`, for channel probabilities `lanes` (balance heuristic over channels, theory §6).
-    pub fn collision_density(&self, lanes: Spectrum, point: &Point) -> f64 {
-        (lanes * point.rate * point.depth.exp_neg() * self.forcing).sum()
+    /// `point`, for channel probabilities `channel_pdf` (balance heuristic over channels, theory §6).
+    pub fn collision_density(&self, channel_pdf: Spectrum, point: &Point) -> f64 {
+        (channel_pdf * point.rate * point.depth.exp_neg() * self.forcing).sum()
     }
 
-    /// What an edge that was sampled with channel probabilities `lanes` carries to its end, over the
+    /// What an edge that was sampled with channel probabilities `channel_pdf` carries to its end, over the
     /// density of its sampling: T σ_s/p at a collision, T/P on a surface.
-    pub fn throughput(&self, scene: &Scene, lanes: Spectrum) -> Spectrum {
-        let transmittance = self.tube.depth.exp_neg();
+    pub fn throughput(&self, scene: &Scene, channel_pdf: Spectrum) -> Spectrum {
+        let transmittance = self.geometry.depth.exp_neg();
         match &self.end {
             End::Collision(point) => {
                 let medium = scene.medium(point.medium);
                 let scattering = point.rate * medium.albedo.at(point.x);
-                transmittance * point.weight * scattering / self.collision_density(lanes, point)
+                transmittance * point.weight * scattering
+                    / self.collision_density(channel_pdf, point)
             }
-            _ => transmittance * self.weight / self.tube.survival(lanes),
+            _ => transmittance * self.weight / self.geometry.survival(channel_pdf),
         }
     }
 

@@ -1,13 +1,13 @@
 //! Where subpaths start: at the sensor, and at an emitter chosen at random.
 
 use super::Workspace;
-use super::edge::{Carry, Front, Start};
+use super::connection::ConnectionTarget;
+use super::edge::{Front, Start, TransportMode};
 use super::length::lead_in;
-use super::link::Goal;
 use super::subpath::{Ray, Subpath, Walker};
 use super::walk::leave;
 use crate::Spectrum;
-use crate::aim::{Aim, OnSurface};
+use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::Emission;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
@@ -17,27 +17,27 @@ use glam::DVec3;
 /// How a bidirectional estimator samples its subpaths.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    /// Channel probabilities: see [`Walker::lanes`].
-    pub lanes: Spectrum,
+    /// Channel probabilities: see [`Walker::channel_pdf`].
+    pub channel_pdf: Spectrum,
     /// Most edges and specular events of a subpath.
     pub max_depth: u32,
     /// See [`Walker::rr_depth`].
     pub rr_depth: u32,
     /// Most vertices of the sensor's subpath.
-    pub vertices: usize,
+    pub max_vertices: usize,
     /// See [`Walker::weighs`].
     pub weighs: bool,
 }
 
 impl Bounds {
-    fn walker(&self, carry: Carry) -> Walker {
+    fn walker(&self, mode: TransportMode) -> Walker {
         Walker {
-            carry,
-            vertices: match carry {
-                Carry::Radiance => self.vertices,
-                Carry::Power => usize::MAX,
+            mode,
+            max_vertices: match mode {
+                TransportMode::Radiance => self.max_vertices,
+                TransportMode::Importance => usize::MAX,
             },
-            lanes: self.lanes,
+            channel_pdf: self.channel_pdf,
             max_depth: self.max_depth,
             rr_depth: self.rr_depth,
             weighs: self.weighs,
@@ -46,7 +46,7 @@ impl Bounds {
 
     /// One in every channel in use.
     fn white(&self) -> Spectrum {
-        self.lanes.map(|p| f64::from(u8::from(p > 0.0)))
+        self.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)))
     }
 }
 
@@ -76,10 +76,10 @@ impl LightPath {
         let (index, probability) = choice?;
         let (emission, ray) = emit(scene, (index, probability), bounds.white(), u)?;
         let density = probability * emission.aim_pdf;
-        let goal = Goal::emitter(scene, index, emission.aim);
+        let target = ConnectionTarget::emitter(scene, index, emission.aim);
         let subpath = bounds
-            .walker(Carry::Power)
-            .walk(scene, ray, &goal, sampler, ws);
+            .walker(TransportMode::Importance)
+            .walk(scene, ray, &target, sampler, ws);
         Some(LightPath {
             emitter: index,
             emission,
@@ -139,23 +139,23 @@ pub fn sensor_path(
         throughput: bounds.white() * (n * n),
         optical_length: 0.0,
     };
-    let goal = Goal::sensor(scene, aim);
+    let target = ConnectionTarget::sensor(scene, aim);
     bounds
-        .walker(Carry::Radiance)
-        .walk(scene, ray, &goal, sampler, ws)
+        .walker(TransportMode::Radiance)
+        .walk(scene, ray, &target, sampler, ws)
 }
 
-fn front(aim: &Aim) -> Front {
+fn front(aim: &ConnectionEnd) -> Front {
     match aim {
-        Aim::Point { .. } => Front::Point,
-        Aim::Plane { .. } => Front::Plane,
+        ConnectionEnd::Point { .. } => Front::Point,
+        ConnectionEnd::Plane { .. } => Front::Plane,
     }
 }
 
 /// Where the ray of an emission starts: off the surface on which its aim lies.
-fn start(scene: &Scene, aim: &Aim, (x, direction): (DVec3, DVec3)) -> Start {
+fn start(scene: &Scene, aim: &ConnectionEnd, (x, direction): (DVec3, DVec3)) -> Start {
     let x = match aim {
-        Aim::Point {
+        ConnectionEnd::Point {
             surface: Some(OnSurface { normal, .. }),
             ..
         } => leave(scene, x, *normal, direction),

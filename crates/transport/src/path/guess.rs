@@ -1,16 +1,16 @@
 //! A cheap guess of what a connection would bring, to decide which ones are worth making.
 
-use super::subpath::Station;
+use super::subpath::PathVertex;
 use crate::scene::Scene;
 
 /// Points closer than this, relative to the size of the scene, count as this far apart.
 const CLOSEST: f64 = 1e-3;
 
-/// What a connection between a station of a sensor subpath and one of an emitter's subpath would bring if
+/// What a connection between a vertex of a sensor subpath and one of an emitter's subpath would bring if
 /// the ray between them were a straight line through a medium like that around the first. Only good
 /// for choosing connections by chance (Popov et al., "Probabilistic Connections for Bidirectional Path
 /// Tracing", 2015).
-pub fn guess(scene: &Scene, z: &Station, y: &Station) -> f64 {
+pub fn guess(scene: &Scene, z: &PathVertex, y: &PathVertex) -> f64 {
     let chord = y.vertex.position() - z.vertex.position();
     let distance = chord.length();
     if distance == 0.0 {

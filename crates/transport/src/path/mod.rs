@@ -12,43 +12,43 @@
 //! other edge keeps all of it.
 
 mod account;
-mod attract;
-mod departures;
+mod adjoint;
+mod adjoint_training;
+mod connection;
+mod differentials;
 mod edge;
+mod edge_geometry;
 mod ends;
 mod equiangular;
 mod follow;
 mod guess;
 mod length;
-mod link;
-mod passage;
-mod prospects;
-mod rates;
+mod nee_rates;
 mod search;
 mod share;
-mod spread;
 mod straight;
 mod subpath;
-mod tube;
+mod throughput;
+mod toward_emitters;
 mod vertex;
 mod walk;
 
 pub use account::{Account, Balance, Books, Ledger, Share};
-pub use attract::{scatter, scatter_pdf};
-pub use departures::{Departures, Tally};
-pub use edge::{Carry, Edge, End, Fork, Front, Point, Span, Start};
+pub use adjoint::AdjointEstimate;
+pub use adjoint_training::{AdjointTraining, PathTally};
+pub use connection::{Connection, ConnectionTarget, Weighted, environment_aim};
+pub use edge::{Edge, End, Fork, Front, Point, Span, Start, TransportMode};
+pub use edge_geometry::EdgeGeometry;
 pub use ends::{Bounds, LightPath, emit, sensor_path};
 pub use equiangular::Equiangular;
 pub use follow::{Ending, Way, follow};
 pub use guess::guess;
 pub use length::lead_in;
-pub use link::{Found, Goal, Link, environment_aim};
-pub use passage::transmittance;
-pub use prospects::Prospects;
-pub use rates::{Levels, Rates, Slot, Survey};
+pub use nee_rates::{Levels, NeeRates, NeeSlot, NeeTraining};
 pub use share::{collided, share};
-pub use subpath::{Escape, Ray, Station, Step, Subpath, Walker};
-pub use tube::Tube;
+pub use subpath::{Escape, PathEdge, PathVertex, Ray, Subpath, Walker};
+pub use throughput::transmittance;
+pub use toward_emitters::{scatter, scatter_pdf};
 pub use vertex::{Scatter, Vertex};
 pub use walk::{Sampling, trace};
 
@@ -63,8 +63,8 @@ use serde::{Deserialize, Serialize};
 const SEARCH: f64 = 0.25;
 /// How often a random start leads to a branch, at a guess for multiple importance sampling, and by
 /// what factor each reflection makes that rarer.
-const LUCK: f64 = 0.05;
-const LUCK_REFLECTED: f64 = 0.02;
+const DISCOVERY: f64 = 0.05;
+const DISCOVERY_REFLECTED: f64 = 0.02;
 
 /// Storage and counts of one thread.
 #[derive(Debug)]
@@ -79,19 +79,19 @@ pub struct Workspace {
     /// branches. Any value is unbiased.
     pub search: f64,
     /// Probabilities with which vertices are connected to emitters. Any values are unbiased.
-    pub rates: Rates,
+    pub rates: NeeRates,
     /// What a pilot finds out about them.
-    pub survey: Option<Box<Survey>>,
+    pub nee_training: Option<Box<NeeTraining>>,
     /// What paths may still bring. Any values are unbiased.
-    pub prospects: Prospects,
+    pub adjoint: AdjointEstimate,
     /// How paths begin.
     pub beginning: Beginning,
     /// What a pilot finds out about prospects.
-    pub departures: Option<Box<Departures>>,
+    pub adjoint_training: Option<Box<AdjointTraining>>,
     /// Whether all work is to be given up, so that nothing is found any more.
     pub stop: Stop,
     /// Parts of the straight connection last made.
-    line: Vec<straight::Part>,
+    line: Vec<straight::LinePart>,
 }
 
 /// What is done on the first edges of paths from the sensor to have less left to chance.
@@ -112,11 +112,11 @@ impl Workspace {
             stats: Stats::default(),
             ledger: Ledger::default(),
             search: SEARCH,
-            rates: Rates::default(),
-            survey: None,
-            prospects: Prospects::default(),
+            rates: NeeRates::default(),
+            nee_training: None,
+            adjoint: AdjointEstimate::default(),
             beginning: Beginning::default(),
-            departures: None,
+            adjoint_training: None,
             stop: Stop::default(),
             line: Vec::new(),
         }
@@ -133,7 +133,7 @@ impl Workspace {
     /// one that is found for certain counts 1. A find with probability P is worth N/q with a variance
     /// of about 2/(qP), as if qP/2 samples had been taken; P itself is not known, and any guess of it
     /// is unbiased that depends on the branch alone.
-    fn luck(&self, tube: &Tube) -> f64 {
-        self.search * LUCK * LUCK_REFLECTED.powi(tube.reflections.min(64) as i32)
+    fn random_discovery(&self, geometry: &EdgeGeometry) -> f64 {
+        self.search * DISCOVERY * DISCOVERY_REFLECTED.powi(geometry.reflections.min(64) as i32)
     }
 }

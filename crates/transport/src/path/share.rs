@@ -4,9 +4,9 @@ use super::edge::Point;
 use crate::Spectrum;
 
 /// Transmittance of each channel over the probability of getting that far, for channel probabilities
-/// `lanes`. Nothing underflows: only differences of depths enter.
-pub fn share(lanes: Spectrum, depth: Spectrum) -> Spectrum {
-    let used = |i: usize| lanes[i] > 0.0;
+/// `channel_pdf`. Nothing underflows: only differences of depths enter.
+pub fn share(channel_pdf: Spectrum, depth: Spectrum) -> Spectrum {
+    let used = |i: usize| channel_pdf[i] > 0.0;
     let least = (0..Spectrum::LANES).filter(|&i| used(i)).map(|i| depth[i]);
     let least = least.fold(f64::INFINITY, f64::min);
     let relative = |i: usize| {
@@ -17,14 +17,14 @@ pub fn share(lanes: Spectrum, depth: Spectrum) -> Spectrum {
         }
     };
     let transmittance = Spectrum(std::array::from_fn(relative));
-    transmittance / (lanes * transmittance).sum()
+    transmittance / (channel_pdf * transmittance).sum()
 }
 
 /// What a particle of power 1 that collides is worth there, over the density per unit length of the collision,
 /// Σ p σ_t T.
-pub fn collided(lanes: Spectrum, point: &Point) -> Spectrum {
-    let share = share(lanes, point.depth);
-    point.weight * share / (lanes * point.rate * share).sum()
+pub fn collided(channel_pdf: Spectrum, point: &Point) -> Spectrum {
+    let share = share(channel_pdf, point.depth);
+    point.weight * share / (channel_pdf * point.rate * share).sum()
 }
 
 #[cfg(test)]

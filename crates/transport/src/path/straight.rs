@@ -1,13 +1,13 @@
 //! Connections where no ray is bent: along the straight line, in closed form.
 
 use super::Workspace;
-use super::edge::Carry;
-use super::link::{Goal, Link};
-use super::tube::Tube;
+use super::connection::{Connection, ConnectionTarget};
+use super::edge::TransportMode;
+use super::edge_geometry::EdgeGeometry;
 use super::vertex::Vertex;
 use super::walk::leave;
 use crate::Spectrum;
-use crate::aim::Aim;
+use crate::connection_end::ConnectionEnd;
 use crate::medium::Attenuation;
 use crate::scene::{MediumId, Scene};
 use eikonal::Failure;
@@ -20,14 +20,14 @@ const MOST_CROSSINGS: usize = 20_000;
 
 /// A part of a line within one medium.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
+pub(super) struct LinePart {
     /// Of which only θ ≤ `theta_end` belongs to the line.
     pub arc: Arc,
     pub theta_end: f64,
     pub medium: MediumId,
 }
 
-/// The line that connects a vertex with a goal: from the vertex to a point, but from a plane to the vertex. Its
+/// The line that connects a vertex with a target: from the vertex to a point, but from a plane to the vertex. Its
 /// ends are kept off the surfaces on which they lie.
 struct Line {
     from: DVec3,
@@ -45,7 +45,7 @@ struct Line {
 }
 
 /// How light passes through media along a line.
-struct Way {
+struct StraightWay {
     optical_length: f64,
     /// Index at its start and at its end.
     n: [f64; 2],
@@ -53,40 +53,41 @@ struct Way {
     jump: f64,
 }
 
-/// The link along the straight line, counted: J is the squared distance from a point, A is 1 from a plane (theory
+/// The connection along the straight line, counted: J is the squared distance from a point, A is 1 from a plane (theory
 /// §5). `None` if it is blocked, or leaves or arrives on the wrong side of a surface.
 pub(super) fn connect(
     scene: &Scene,
-    (vertex, goal): (&Vertex, &Goal),
+    (vertex, target): (&Vertex, &ConnectionTarget),
     ws: &mut Workspace,
-) -> Option<Link> {
-    let line = Line::between(scene, vertex, goal)?;
+) -> Option<Connection> {
+    let line = Line::between(scene, vertex, target)?;
     let way = line.cut(scene, &mut ws.line);
     ws.stats.work.steps += ws.line.len() as u64;
     ws.stats.count(&way);
     let way = way.ok()?;
-    if !line.complies(scene, goal, &ws.line) {
+    if !line.complies(scene, target, &ws.line) {
         ws.stats.connections.discarded += 1;
         return None;
     }
     let parts = ws.line.iter().map(|part| (&part.arc, part.theta_end));
-    let link = line.link(goal, &way);
-    let mut link = link.unless_blocked(scene, (vertex, goal), parts, &mut ws.stats)?;
+    let connection = line.connection(target, &way);
+    let mut connection =
+        connection.unless_blocked(scene, (vertex, target), parts, &mut ws.stats)?;
     for part in &ws.line {
         let attenuation = Attenuation::new(scene.medium(part.medium), &part.arc, part.theta_end);
-        link.tube.depth += attenuation.depth(&part.arc, part.theta_end);
+        connection.geometry.depth += attenuation.depth(&part.arc, part.theta_end);
     }
-    Some(link)
+    Some(connection)
 }
 
 impl Line {
     /// `None` if there is no line, or the vertex lies behind the plane.
-    fn between(scene: &Scene, vertex: &Vertex, goal: &Goal) -> Option<Self> {
+    fn between(scene: &Scene, vertex: &Vertex, target: &ConnectionTarget) -> Option<Self> {
         let x = vertex.position();
-        let line = match goal.aim {
-            Aim::Point { position, surface } => {
+        let line = match target.aim {
+            ConnectionEnd::Point { position, surface } => {
                 let place = vertex.start(scene, (position - x).try_normalize()?);
-                let facing = surface.map(|on| goal.facing(&on, place.direction));
+                let facing = surface.map(|on| target.facing(&on, place.direction));
                 let to = facing.map_or(position, |facing| leave(scene, position, facing, facing));
                 let length = to.distance(place.x);
                 let direction = (to - place.x) / length;
@@ -102,14 +103,14 @@ impl Line {
                     proper: arrives && vertex.same_side(direction, place.direction),
                 }
             }
-            Aim::Plane {
+            ConnectionEnd::Plane {
                 through, direction, ..
             } => {
                 let place = vertex.start(scene, -direction);
                 let length = (place.x - through).dot(direction);
                 let from = place.x - direction * length;
                 let medium = scene.medium_at(from);
-                let region = goal.guide.map_or(medium, |guide| guide.start().region);
+                let region = target.guide.map_or(medium, |guide| guide.start().region);
                 Line {
                     from,
                     to: place.x,
@@ -130,11 +131,11 @@ impl Line {
     ///
     /// # Errors
     /// [`Failure::OverBudget`] if there are too many.
-    fn cut(&self, scene: &Scene, parts: &mut Vec<Part>) -> Result<Way, Failure> {
+    fn cut(&self, scene: &Scene, parts: &mut Vec<LinePart>) -> Result<StraightWay, Failure> {
         parts.clear();
         let (mut x, mut medium, mut left) = (self.from, self.medium, self.left);
         let mut n = scene.n(medium, x);
-        let mut way = Way {
+        let mut way = StraightWay {
             optical_length: 0.0,
             n: [n; 2],
             jump: 1.0,
@@ -147,7 +148,7 @@ impl Line {
             let theta_end = boundary.map_or(1.0, |(_, meeting)| meeting.theta);
             way.optical_length += rest * theta_end * n;
             way.n[1] = n;
-            parts.push(Part {
+            parts.push(LinePart {
                 arc,
                 theta_end,
                 medium,
@@ -167,44 +168,44 @@ impl Line {
         Err(Failure::OverBudget)
     }
 
-    /// The link, as if nothing stood in its way.
-    fn link(&self, goal: &Goal, way: &Way) -> Link {
+    /// The connection, as if nothing stood in its way.
+    fn connection(&self, target: &ConnectionTarget, way: &StraightWay) -> Connection {
         let (ahead, back, [n_first, n_last]) = (self.direction, -self.direction, way.n);
-        let point = matches!(goal.aim, Aim::Point { .. });
+        let point = matches!(target.aim, ConnectionEnd::Point { .. });
         let (direction, emission, n_vertex, n_aim) = match point {
             true => (ahead, back, n_first, n_last),
             false => (back, ahead, n_last, n_first),
         };
-        let (origin, jacobian) = match goal.aim {
-            Aim::Point { position, .. } => (position, self.length * self.length),
-            Aim::Plane { .. } => (self.from, 1.0),
+        let (origin, jacobian) = match target.aim {
+            ConnectionEnd::Point { position, .. } => (position, self.length * self.length),
+            ConnectionEnd::Plane { .. } => (self.from, 1.0),
         };
-        let against_light = point == (goal.carry == Carry::Radiance);
+        let against_light = point == (target.mode == TransportMode::Radiance);
         let jump = if against_light {
             way.jump
         } else {
             way.jump.recip()
         };
-        Link {
+        Connection {
             direction,
             origin,
             emission,
-            tube: Tube {
-                geometry: way.jump / (jacobian * n_last * n_last),
-                ..Tube::new()
+            geometry: EdgeGeometry {
+                geometry_term: way.jump / (jacobian * n_last * n_last),
+                ..EdgeGeometry::new()
             },
             factor: Spectrum::splat(jump),
             n_vertex,
             n_aim,
             optical_length: way.optical_length,
             miss: 0.0,
-            ease: 1.0,
+            discovery: 1.0,
         }
     }
 
     /// Whether it leaves and arrives as it should, and such branches are looked for: see [`super`].
-    fn complies(&self, scene: &Scene, goal: &Goal, parts: &[Part]) -> bool {
-        let parallel = matches!(goal.aim, Aim::Plane { .. });
+    fn complies(&self, scene: &Scene, target: &ConnectionTarget, parts: &[LinePart]) -> bool {
+        let parallel = matches!(target.aim, ConnectionEnd::Plane { .. });
         // How far away a plane is does not count.
         let counted = &parts[usize::from(parallel)..];
         let length = counted.iter().map(|p| p.arc.optical_length(p.theta_end));

@@ -6,9 +6,9 @@
 //! after its last one.
 
 use super::Workspace;
-use super::edge::{Carry, Edge, End, Start};
-use super::link::{Goal, Link};
-use super::tube::Tube;
+use super::connection::{Connection, ConnectionTarget};
+use super::edge::{Edge, End, Start, TransportMode};
+use super::edge_geometry::EdgeGeometry;
 use super::vertex::{Scatter, Vertex};
 use super::walk::{Sampling, trace};
 use crate::Spectrum;
@@ -18,9 +18,9 @@ use glam::DVec3;
 
 /// An edge of a subpath, from the previous vertex to this one.
 #[derive(Clone, Copy, Debug)]
-pub struct Step {
+pub struct PathEdge {
     /// Geometry and depth.
-    pub tube: Tube,
+    pub geometry: EdgeGeometry,
     /// Unit direction at the previous vertex, towards this one.
     pub leaving: DVec3,
     /// Unit direction at this vertex, towards the previous one.
@@ -29,17 +29,17 @@ pub struct Step {
     pub n_before: f64,
     /// Index at this vertex, on the side where the edge arrives.
     pub n_after: f64,
-    /// How easily connections find the edge: see [`Link::ease`]; 0 if they do not look for it.
-    pub ease: f64,
+    /// Discovery probability of the edge: see [`Connection::discovery`]; 0 if connections do not look for it.
+    pub discovery: f64,
 }
 
 /// A vertex of a subpath.
 #[derive(Clone, Copy, Debug)]
-pub struct Station {
+pub struct PathVertex {
     /// The vertex.
     pub vertex: Vertex,
     /// The edge that led to it.
-    pub step: Step,
+    pub edge: PathEdge,
     /// Throughput up to the vertex, its scattering coefficient included.
     pub throughput: Spectrum,
     /// Edges and specular events so far.
@@ -58,8 +58,8 @@ pub struct Station {
 /// Where a subpath left the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Escape {
-    /// The edge that left; its ease is 1 if connections look for such edges.
-    pub step: Step,
+    /// The edge that left; its discovery probability is 1 if connections look for such edges.
+    pub edge: PathEdge,
     /// Throughput up to there.
     pub throughput: Spectrum,
     /// Edges and specular events so far.
@@ -77,7 +77,7 @@ pub struct Subpath {
     /// Where it started.
     pub start: Start,
     /// The vertices.
-    pub stations: Vec<Station>,
+    pub vertices: Vec<PathVertex>,
     /// Where it left the scene, if it did.
     pub escape: Option<Escape>,
     /// Density with which the opposite subpath would sample the end from the first vertex, but for the
@@ -89,16 +89,16 @@ pub struct Subpath {
 #[derive(Clone, Copy, Debug)]
 pub struct Walker {
     /// What they carry.
-    pub carry: Carry,
+    pub mode: TransportMode,
     /// Channel probabilities.
-    pub lanes: Spectrum,
+    pub channel_pdf: Spectrum,
     /// Most edges and specular events.
     pub max_depth: u32,
     /// Most vertices.
-    pub vertices: usize,
+    pub max_vertices: usize,
     /// Depth at which Russian roulette begins.
     pub rr_depth: u32,
-    /// Whether [`Step::ease`] is wanted: it takes connections to find out.
+    /// Whether [`PathEdge::discovery`] is wanted: it takes connections to find out.
     pub weighs: bool,
 }
 
@@ -124,36 +124,36 @@ impl Walker {
         &self,
         scene: &Scene,
         ray: Ray,
-        end: &Goal,
+        end: &ConnectionTarget,
         sampler: &mut Sampler,
         ws: &mut Workspace,
     ) -> Subpath {
         let mut subpath = Subpath {
             start: ray.start,
-            stations: Vec::new(),
+            vertices: Vec::new(),
             escape: None,
             end_backward: 0.0,
         };
         let sampling = Sampling {
-            carry: self.carry,
-            lanes: self.lanes,
+            mode: self.mode,
+            channel_pdf: self.channel_pdf,
             extend: false,
             collides: true,
-            spans: self.carry == Carry::Power,
+            spans: self.mode == TransportMode::Importance,
             forced: false,
             forks: false,
         };
         let (mut next, mut depth, mut passed) = (Some(ray), 0, false);
         while let Some(current) = next.take() {
             let mut edge = trace(scene, current.start, sampling, sampler, ws);
-            depth += 1 + edge.tube.events;
+            depth += 1 + edge.geometry.events;
             if depth > self.max_depth {
-                if self.carry == Carry::Power {
+                if self.mode == TransportMode::Importance {
                     ws.ledger.cut += current.throughput.sum();
                 }
                 break;
             }
-            let throughput = current.throughput * edge.throughput(scene, self.lanes);
+            let throughput = current.throughput * edge.throughput(scene, self.channel_pdf);
             let optical_length = current.optical_length + edge.optical_length;
             let Some(vertex) = Vertex::of(scene, &edge) else {
                 self.enter(scene, &edge, (current.throughput, Spectrum::ZERO), ws);
@@ -167,24 +167,25 @@ impl Walker {
             self.enter(scene, &edge, (current.throughput, onward), ws);
             edge.connectable &= !passed;
             passed = scatter.is_some_and(|s| s.delta);
-            let mut step = step(scene, &edge, &vertex);
+            let mut path_edge = step(scene, &edge, &vertex);
             if self.weighs && edge.connectable {
-                step.ease = self.ease(scene, &subpath, (&vertex, &step, &edge), end, ws);
+                path_edge.discovery =
+                    self.discovery(scene, &subpath, (&vertex, &path_edge, &edge), end, ws);
             }
-            let event = vertex.event(scene, self.lanes, step.back, &step.tube);
-            subpath.stations.push(Station {
+            let event = vertex.event(scene, self.channel_pdf, path_edge.back, &path_edge.geometry);
+            subpath.vertices.push(PathVertex {
                 vertex,
-                step,
+                edge: path_edge,
                 throughput,
                 depth,
                 optical_length,
-                forward: step.tube.density(current.pdf, step.n_after) * event,
+                forward: path_edge.geometry.density(current.pdf, path_edge.n_after) * event,
                 backward: 0.0,
                 specular: passed,
             });
             let Some(scatter) = scatter else { break };
-            subpath.look_back(scene, self.lanes, &scatter);
-            if subpath.stations.len() < self.vertices {
+            subpath.look_back(scene, self.channel_pdf, &scatter);
+            if subpath.vertices.len() < self.max_vertices {
                 let onward = Ray {
                     start: scatter.start,
                     pdf: if passed { 1.0 } else { scatter.pdf },
@@ -199,34 +200,43 @@ impl Walker {
 
     /// Keeps account of power: see [`Ledger::enter`].
     fn enter(&self, scene: &Scene, edge: &Edge, powers: (Spectrum, Spectrum), ws: &mut Workspace) {
-        if self.carry == Carry::Power {
-            ws.ledger.enter((scene, self.lanes), edge, powers);
+        if self.mode == TransportMode::Importance {
+            ws.ledger.enter((scene, self.channel_pdf), edge, powers);
         }
     }
 
     /// How easily connections find the edge that led to a new vertex. They are made from the vertex
     /// nearer to the sensor, but to the sensor itself from its neighbour.
-    fn ease(
+    fn discovery(
         &self,
         scene: &Scene,
         subpath: &Subpath,
-        (vertex, step, edge): (&Vertex, &Step, &Edge),
-        end: &Goal,
+        (vertex, path_edge, edge): (&Vertex, &PathEdge, &Edge),
+        end: &ConnectionTarget,
         ws: &mut Workspace,
     ) -> f64 {
-        match (subpath.stations.last(), self.carry) {
+        match (subpath.vertices.last(), self.mode) {
             (None, _) => {
-                let way = (&step.tube, step.back, Some(edge.optical_length));
-                Link::ease(scene, (vertex, end), way, ws)
+                let way = (
+                    &path_edge.geometry,
+                    path_edge.back,
+                    Some(edge.optical_length),
+                );
+                Connection::discovery(scene, (vertex, end), way, ws)
             }
-            (Some(before), Carry::Power) => {
-                let goal = Goal::vertex(&before.vertex);
-                Link::ease(scene, (vertex, &goal), (&step.tube, step.back, None), ws)
+            (Some(before), TransportMode::Importance) => {
+                let target = ConnectionTarget::vertex(&before.vertex);
+                Connection::discovery(
+                    scene,
+                    (vertex, &target),
+                    (&path_edge.geometry, path_edge.back, None),
+                    ws,
+                )
             }
-            (Some(before), Carry::Radiance) => {
-                let goal = Goal::vertex(vertex);
-                let way = (&step.tube, step.leaving, None);
-                Link::ease(scene, (&before.vertex, &goal), way, ws)
+            (Some(before), TransportMode::Radiance) => {
+                let target = ConnectionTarget::vertex(vertex);
+                let way = (&path_edge.geometry, path_edge.leaving, None);
+                Connection::discovery(scene, (&before.vertex, &target), way, ws)
             }
         }
     }
@@ -242,21 +252,21 @@ impl Walker {
         let End::Escaped { direction, medium } = edge.end else {
             return None;
         };
-        let step = Step {
-            tube: edge.tube,
+        let path_edge = PathEdge {
+            geometry: edge.geometry,
             leaving: edge.start.direction,
             back: -direction,
             n_before: scene.n(edge.start.medium, edge.start.x),
             n_after: scene.n(medium, edge.start.x),
-            ease: f64::from(u8::from(edge.connectable)),
+            discovery: f64::from(u8::from(edge.connectable)),
         };
-        let survival = step.tube.survival(self.lanes);
+        let survival = path_edge.geometry.survival(self.channel_pdf);
         Some(Escape {
-            step,
+            edge: path_edge,
             throughput,
             depth,
             optical_length: ray.optical_length + edge.optical_length,
-            forward: step.tube.density(ray.pdf, step.n_after) * survival,
+            forward: path_edge.geometry.density(ray.pdf, path_edge.n_after) * survival,
         })
     }
 
@@ -285,8 +295,8 @@ impl Walker {
 impl Subpath {
     /// Now that it is known where the path goes on from its last vertex, so is the density with which
     /// the opposite subpath would have sampled the vertex before that.
-    fn look_back(&mut self, scene: &Scene, lanes: Spectrum, scatter: &Scatter) {
-        let Some((last, before)) = self.stations.split_last_mut() else {
+    fn look_back(&mut self, scene: &Scene, channel_pdf: Spectrum, scatter: &Scatter) {
+        let Some((last, before)) = self.vertices.split_last_mut() else {
             return;
         };
         let pdf = match scatter.delta {
@@ -294,56 +304,59 @@ impl Subpath {
             false => last.reverse_pdf(scene, scatter.start.direction),
         };
         match before.last_mut() {
-            Some(before) => before.backward = last.density_before(scene, lanes, before, pdf),
-            None => self.end_backward = last.density_end(lanes, pdf),
+            Some(before) => before.backward = last.density_before(scene, channel_pdf, before, pdf),
+            None => self.end_backward = last.density_end(channel_pdf, pdf),
         }
     }
 }
 
-impl Station {
+impl PathVertex {
     /// How easily connections find the edge that led here, for a path that goes on as the subpath does: no
     /// connection starts or ends where light is reflected as by a mirror.
-    pub fn ease_going_on(&self) -> f64 {
+    pub fn discovery_going_on(&self) -> f64 {
         match self.specular {
             true => 0.0,
-            false => self.step.ease,
+            false => self.edge.discovery,
         }
     }
 
     /// Density per steradian with which a path that comes from the direction `from` would go on along
-    /// the step that led here, backwards.
+    /// the path_edge that led here, backwards.
     pub fn reverse_pdf(&self, scene: &Scene, from: DVec3) -> f64 {
-        self.vertex.seen_from(from).pdf(scene, self.step.back)
+        self.vertex.seen_from(from).pdf(scene, self.edge.back)
     }
 
     /// Density with which the vertex before this one is sampled by a ray from here of density `pdf`.
     pub fn density_before(
         &self,
         scene: &Scene,
-        lanes: Spectrum,
-        before: &Station,
+        channel_pdf: Spectrum,
+        before: &PathVertex,
         pdf: f64,
     ) -> f64 {
-        let step = &self.step;
-        let event = before.vertex.event(scene, lanes, step.leaving, &step.tube);
-        step.tube.density(pdf, step.n_before) * event
+        let path_edge = &self.edge;
+        let event = before
+            .vertex
+            .event(scene, channel_pdf, path_edge.leaving, &path_edge.geometry);
+        path_edge.geometry.density(pdf, path_edge.n_before) * event
     }
 
-    /// As [`Station::density_before`] for the end of the subpath, but for the cosine there.
-    pub fn density_end(&self, lanes: Spectrum, pdf: f64) -> f64 {
-        let step = &self.step;
-        step.tube.density(pdf, step.n_before) * step.tube.survival(lanes)
+    /// As [`PathVertex::density_before`] for the end of the subpath, but for the cosine there.
+    pub fn density_end(&self, channel_pdf: Spectrum, pdf: f64) -> f64 {
+        let path_edge = &self.edge;
+        path_edge.geometry.density(pdf, path_edge.n_before)
+            * path_edge.geometry.survival(channel_pdf)
     }
 }
 
-/// The step by which a subpath came to a vertex.
-fn step(scene: &Scene, edge: &Edge, vertex: &Vertex) -> Step {
-    Step {
-        tube: edge.tube,
+/// The path_edge by which a subpath came to a vertex.
+fn step(scene: &Scene, edge: &Edge, vertex: &Vertex) -> PathEdge {
+    PathEdge {
+        geometry: edge.geometry,
         leaving: edge.start.direction,
         back: -vertex.arrival(),
         n_before: scene.n(edge.start.medium, edge.start.x),
         n_after: scene.n(vertex.medium(), vertex.position()),
-        ease: 0.0,
+        discovery: 0.0,
     }
 }

@@ -1,11 +1,11 @@
 //! Vertices: where light is scattered.
 
 use super::edge::{Edge, End, Front, Point, Start};
-use super::tube::Tube;
+use super::edge_geometry::EdgeGeometry;
 use super::walk::{leave, surface_at, surface_of};
 use crate::Spectrum;
-use crate::aim::{Aim, OnSurface};
 use crate::bsdf::{Bsdf, Surface};
+use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Receiver, Scene};
 use glam::DVec3;
@@ -62,9 +62,9 @@ impl Vertex {
 
     /// The vertex that stands for the start of an emitter's subpath, where `aim` says that it lies; it is not to be asked how
     /// it scatters.
-    pub fn source(scene: &Scene, start: &Start, aim: &Aim) -> Vertex {
+    pub fn source(scene: &Scene, start: &Start, aim: &ConnectionEnd) -> Vertex {
         match *aim {
-            Aim::Point {
+            ConnectionEnd::Point {
                 position,
                 surface: Some(on),
             } => Vertex::Surface {
@@ -174,12 +174,12 @@ impl Vertex {
     }
 
     /// Itself as the end of a connection.
-    pub fn aim(&self) -> Aim {
+    pub fn aim(&self) -> ConnectionEnd {
         match *self {
-            Vertex::Volume { x, .. } => Aim::at(x),
+            Vertex::Volume { x, .. } => ConnectionEnd::at(x),
             Vertex::Surface {
                 x, object, surface, ..
-            } => Aim::Point {
+            } => ConnectionEnd::Point {
                 position: x,
                 surface: Some(on(object, &surface)),
             },
@@ -256,16 +256,22 @@ impl Vertex {
 
     /// What sampling must have happen for a path to end here, given a tube that arrives from
     /// `direction`: a collision, per unit length, or a survival, with the cosine on a surface and the
-    /// probability of stopping there. For channel probabilities `lanes`.
-    pub fn event(&self, scene: &Scene, lanes: Spectrum, direction: DVec3, tube: &Tube) -> f64 {
+    /// probability of stopping there. For channel probabilities `channel_pdf`.
+    pub fn event(
+        &self,
+        scene: &Scene,
+        channel_pdf: Spectrum,
+        direction: DVec3,
+        geometry: &EdgeGeometry,
+    ) -> f64 {
         match self {
             Vertex::Volume { x, medium, .. } => {
                 let extinction = scene.medium(*medium).extinction(*x);
-                (lanes * extinction * tube.depth.exp_neg()).sum()
+                (channel_pdf * extinction * geometry.depth.exp_neg()).sum()
             }
             Vertex::Surface { surface, .. } => {
                 let cos = surface.normal.dot(direction).abs();
-                cos * tube.survival(lanes) * self.stopping(scene)
+                cos * geometry.survival(channel_pdf) * self.stopping(scene)
             }
         }
     }

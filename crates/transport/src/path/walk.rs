@@ -1,14 +1,14 @@
 //! Sampling an edge from its start: flow, collisions, and choices at specular surfaces.
 
 use super::Workspace;
-use super::edge::{Carry, Edge, End, Fork, Front, Point, Span, Start};
+use super::differentials::RayDifferentials;
+use super::edge::{Edge, End, Fork, Front, Point, Span, Start, TransportMode};
 use super::length::to_entrance;
 use super::share::share;
-use super::spread::Spread;
 use crate::Spectrum;
-use crate::aim::OnSurface;
-use crate::bsdf::{Bsdf, BsdfSample, Surface, Through};
+use crate::bsdf::{Bsdf, BsdfSample, PartialTransmission, Surface};
 use crate::budget::{EVENTS_PER_EDGE, STEPS_PER_RAY};
+use crate::connection_end::OnSurface;
 use crate::medium::Attenuation;
 use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Scene};
@@ -22,10 +22,10 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug)]
 pub struct Sampling {
     /// What it carries.
-    pub carry: Carry,
+    pub mode: TransportMode,
     /// Probabilities with which each channel's extinction is used to sample the distance; they sum to
     /// one.
-    pub lanes: Spectrum,
+    pub channel_pdf: Spectrum,
     /// Whether spans are recorded beyond a collision up to the next surface that is not index-matched, or until they are
     /// 32 radii of the scene long.
     pub extend: bool,
@@ -58,8 +58,8 @@ pub fn trace<'a>(
     let (length, reflections) = (walk.reach, walk.reflections);
     ws.stats.over_budget.rays += u64::from(walk.over_budget);
     let within = scene.branch_reach();
-    edge.connectable &=
-        within.includes(length, reflections, edge.tube.reflections) && edge.tube.geometry > 0.0;
+    edge.connectable &= within.includes(length, reflections, edge.geometry.reflections)
+        && edge.geometry.geometry_term > 0.0;
     ws.stats.lost += u64::from(edge.lost);
     edge
 }
@@ -74,7 +74,7 @@ struct Walk<'a, 'b> {
     collided: bool,
     x: DVec3,
     v: DVec3,
-    spread: Spread,
+    differentials: RayDifferentials,
     medium: MediumId,
     /// An object that the ray does not meet as long as it is straight.
     left: Option<usize>,
@@ -87,7 +87,7 @@ struct Walk<'a, 'b> {
     /// ∏ n_after/n_before over declared index matches.
     jump: f64,
     /// Whether it passed a surface straight on by chance.
-    veiled: bool,
+    passed_by_chance: bool,
     /// Whether it, or its extension, left the scene.
     escaped: bool,
     /// Whether it, or its extension, went so far that no extension goes farther.
@@ -109,7 +109,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         sampler: &'b mut Sampler,
     ) -> Self {
         let start = edge.start;
-        let channel = choose_lane(sampling.lanes, sampler.next_1d_for(Purpose::Channel));
+        let channel = choose_channel(sampling.channel_pdf, sampler.next_1d_for(Purpose::Channel));
         let drawn = |u: f64| match scene.is_clear() {
             true => f64::INFINITY,
             false => -(1.0 - u).ln(),
@@ -127,14 +127,14 @@ impl<'a, 'b> Walk<'a, 'b> {
             collided: false,
             x: start.x,
             v: start.direction * n,
-            spread: Spread::new(scene, &start),
+            differentials: RayDifferentials::new(scene, &start),
             medium: start.medium,
             left: start.left,
             spans: 0,
             depth: Spectrum::ZERO,
             length: 0.0,
             jump: 1.0,
-            veiled: false,
+            passed_by_chance: false,
             escaped: false,
             is_long: false,
             over_budget: false,
@@ -153,7 +153,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         if field.is_constant() {
             return self.line(ws);
         }
-        let node = Node::new(field, self.x, self.v, self.spread.tangents());
+        let node = Node::new(field, self.x, self.v, self.differentials.tangents());
         let mut flow = Flow::new(field, node, self.scene.tolerance());
         loop {
             let reach = self.scene.reach(flow.node().x);
@@ -165,14 +165,14 @@ impl<'a, 'b> Walk<'a, 'b> {
             let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
             self.record(step.arc, met, |theta| {
                 let (_, v, tangents) = step.at(theta);
-                (v, Spread::Bent(tangents))
+                (v, RayDifferentials::Bent(tangents))
             });
             if self.collided && !self.sampling.extend {
                 return false;
             }
             if let Some(met) = met {
                 let (_, v, tangents) = step.at(theta_end);
-                self.spread = Spread::Bent(tangents);
+                self.differentials = RayDifferentials::Bent(tangents);
                 return self.surface(met, v);
             }
             self.is_long |= self.scene.is_long(self.length);
@@ -191,7 +191,7 @@ impl<'a, 'b> Walk<'a, 'b> {
     /// curves take. Returns whether it goes on into another.
     fn line(&mut self, ws: &mut Workspace) -> bool {
         let h = self.scene.reach(self.x) / self.v.length();
-        let (v, start) = (self.v, self.spread);
+        let (v, start) = (self.v, self.differentials);
         let arc = Arc::line(self.x, v, h);
         ws.stats.work.steps += 1;
         if !arc.end().is_finite() {
@@ -203,7 +203,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         if self.collided && !self.sampling.extend {
             return false;
         }
-        self.spread = at(met.map_or(1.0, |(_, meeting)| meeting.theta)).1;
+        self.differentials = at(met.map_or(1.0, |(_, meeting)| meeting.theta)).1;
         match met {
             Some(met) => self.surface(met, v),
             None => self.escape(&arc, v),
@@ -215,7 +215,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         &mut self,
         arc: Arc,
         met: Option<(usize, Meeting)>,
-        at: impl Fn(f64) -> (DVec3, Spread),
+        at: impl Fn(f64) -> (DVec3, RayDifferentials),
     ) {
         let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
         let attenuation = Attenuation::new(self.scene.medium(self.medium), &arc, theta_end);
@@ -227,7 +227,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             let target = (channel, target - depth_before[channel]);
             let (theta, depth) = attenuation.reach(&arc, theta_end, target);
             self.depth += depth;
-            self.edge.tube.depth = self.depth;
+            self.edge.geometry.depth = self.depth;
             self.edge.length = self.length;
             self.lengthen(arc.optical_length(theta.unwrap_or(theta_end)));
             if let Some(theta) = theta {
@@ -251,28 +251,33 @@ impl<'a, 'b> Walk<'a, 'b> {
             length_before,
             depth_before,
             weight_before: self.edge.weight,
-            events_before: self.edge.tube.events,
+            events_before: self.edge.geometry.events,
             surface: met,
         });
         // Where it ends must not depend on where the edge collides.
-        if self.edge.tube.events == 0 && !self.veiled && !self.is_long {
+        if self.edge.geometry.events == 0 && !self.passed_by_chance && !self.is_long {
             self.edge.lead = self.edge.spans.len();
         }
     }
 
     /// Ends the edge at a collision, up to which length and depth are known.
-    fn collide(&mut self, (arc, theta): (&Arc, f64), (v, spread): (DVec3, Spread), rate: Spectrum) {
+    fn collide(
+        &mut self,
+        (arc, theta): (&Arc, f64),
+        (v, spread): (DVec3, RayDifferentials),
+        rate: Spectrum,
+    ) {
         self.edge.end = End::Collision(Point {
             theta,
             x: arc.position(theta),
             direction: v.normalize(),
             medium: self.medium,
             length: self.edge.length,
-            depth: self.edge.tube.depth,
+            depth: self.edge.geometry.depth,
             rate,
             weight: self.edge.weight,
         });
-        self.edge.tube.geometry = spread.at_point(v, self.jump);
+        self.edge.geometry.geometry_term = spread.at_point(v, self.jump);
         self.collided = true;
     }
 
@@ -300,22 +305,22 @@ impl<'a, 'b> Walk<'a, 'b> {
         let shape = &scene.objects()[object].shape;
         let direction = v.normalize();
         let through = || bsdf.through(&shape.site(hit), hit.normal.dot(direction));
-        if let Some(through) = bsdf.is_veil().then(through).flatten() {
+        if let Some(through) = bsdf.is_partial().then(through).flatten() {
             if self.sampler.next_1d() < through.probability {
-                return self.slip((object, hit), v, through);
+                return self.pass_by_chance((object, hit), v, through);
             }
             if bsdf.is_delta() {
-                self.edge.tube.choice *= 1.0 - through.probability;
+                self.edge.geometry.choice *= 1.0 - through.probability;
             }
         }
-        if bsdf.is_delta() && self.edge.tube.events < EVENTS_PER_EDGE {
+        if bsdf.is_delta() && self.edge.geometry.events < EVENTS_PER_EDGE {
             return self.specular(object, hit, (v, direction));
         }
         if bsdf.is_delta() {
             self.over_budget = true;
             return self.die(true);
         }
-        self.edge.tube.geometry = self.spread.at_point(v, self.jump);
+        self.edge.geometry.geometry_term = self.differentials.at_point(v, self.jump);
         self.edge.end = End::Surface {
             object,
             hit: *hit,
@@ -331,7 +336,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         let direction = v.normalize();
         let beyond = self.beyond(object, hit, direction);
         let ratio = self.scene.n(beyond, hit.position) / self.scene.n(self.medium, hit.position);
-        if self.sampling.carry == Carry::Radiance {
+        if self.sampling.mode == TransportMode::Radiance {
             self.edge.weight *= ratio * ratio;
         }
         self.jump *= ratio;
@@ -339,10 +344,15 @@ impl<'a, 'b> Walk<'a, 'b> {
     }
 
     /// Straight through a surface that lets part of the light pass.
-    fn slip(&mut self, at: (usize, &Hit), v: DVec3, through: Through) -> bool {
-        self.veiled = true;
+    fn pass_by_chance(
+        &mut self,
+        at: (usize, &Hit),
+        v: DVec3,
+        through: PartialTransmission,
+    ) -> bool {
+        self.passed_by_chance = true;
         self.edge.weight *= through.factor;
-        self.edge.tube.choice *= through.probability;
+        self.edge.geometry.choice *= through.probability;
         self.go_on(at, (v, v.normalize()), self.medium, Rule::Pass)
     }
 
@@ -356,11 +366,11 @@ impl<'a, 'b> Walk<'a, 'b> {
         if !sample.transmitted && sample.pdf < 1.0 {
             self.reflections += 1;
             // Connections know patterns of so many encounters.
-            self.edge.connectable &= self.edge.tube.events < Pattern::ENCOUNTERS;
+            self.edge.connectable &= self.edge.geometry.events < Pattern::ENCOUNTERS;
         }
-        self.edge.tube.reflections += u32::from(!sample.transmitted);
-        self.edge.tube.events += 1;
-        self.edge.tube.choice *= sample.pdf;
+        self.edge.geometry.reflections += u32::from(!sample.transmitted);
+        self.edge.geometry.events += 1;
+        self.edge.geometry.choice *= sample.pdf;
         self.edge.weight *= sample.weight;
         let beyond = self.beyond(object, hit, sample.direction);
         let rule = match sample.transmitted {
@@ -375,7 +385,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         let bsdf = &self.scene.objects()[object].bsdf;
         let surface = surface_at(self.scene, object, hit, self.medium);
         let sample = |u| bsdf.sample(&surface, toward, [u, 0.5, 0.5]);
-        let is_first = self.edge.tube.events == 0 && matches!(bsdf, Bsdf::Dielectric(_));
+        let is_first = self.edge.geometry.events == 0 && matches!(bsdf, Bsdf::Dielectric(_));
         if self.sampling.forks && is_first {
             let (one, other) = (sample(0.0)?, sample(1.0f64.next_down())?);
             if !one.transmitted && other.transmitted {
@@ -389,7 +399,7 @@ impl<'a, 'b> Walk<'a, 'b> {
     /// The way that is not gone on here.
     fn fork(&self, (object, hit): (usize, &Hit), way: &BsdfSample) -> Fork {
         let (scene, direction) = (self.scene, way.direction);
-        let so_far = share(self.sampling.lanes, self.edge.tube.depth) * self.edge.weight;
+        let so_far = share(self.sampling.channel_pdf, self.edge.geometry.depth) * self.edge.weight;
         Fork {
             start: Start {
                 left: scene.left(object, hit.normal, direction),
@@ -437,8 +447,8 @@ impl<'a, 'b> Walk<'a, 'b> {
             near: local(near),
             far: local(far),
         };
-        match interface.tangents(rule, v, &self.spread.tangents()) {
-            Some(tangents) => self.spread = Spread::Bent(tangents),
+        match interface.tangents(rule, v, &self.differentials.tangents()) {
+            Some(tangents) => self.differentials = RayDifferentials::Bent(tangents),
             None => self.edge.connectable = false,
         }
         self.v = direction * interface.far.0.sqrt();
@@ -453,7 +463,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             let (n, toward) = (v.length(), v.normalize());
             self.edge.optical_length += to_entrance(self.scene, n, arc.end(), toward);
             self.reach -= arc.optical_length(1.0);
-            self.edge.tube.geometry = self.spread.at_plane(v, self.jump);
+            self.edge.geometry.geometry_term = self.differentials.at_plane(v, self.jump);
             self.edge.end = End::Escaped {
                 direction: toward,
                 medium: self.medium,
@@ -466,7 +476,7 @@ impl<'a, 'b> Walk<'a, 'b> {
     /// is an exponential deviate, too: its rank 1 − e^(D − X) among deviates is given to one below D. Collisions of
     /// each channel become 1/(1 − e⁻ᴰ) times as dense; even numbers stay even.
     fn force(&mut self) {
-        if !self.escaped || self.is_long || self.edge.tube.events > 0 || self.veiled {
+        if !self.escaped || self.is_long || self.edge.geometry.events > 0 || self.passed_by_chance {
             return;
         }
         let whole = self.depth;
@@ -533,9 +543,9 @@ pub(super) fn surface_of(scene: &Scene, x: DVec3, on: &OnSurface, medium: Medium
     }
 }
 
-fn choose_lane(lanes: Spectrum, mut u: f64) -> usize {
-    let last = lanes.0.iter().rposition(|&p| p > 0.0).unwrap_or(0);
-    for (i, p) in lanes.0.into_iter().enumerate() {
+fn choose_channel(channel_pdf: Spectrum, mut u: f64) -> usize {
+    let last = channel_pdf.0.iter().rposition(|&p| p > 0.0).unwrap_or(0);
+    for (i, p) in channel_pdf.0.into_iter().enumerate() {
         if u < p {
             return i;
         }

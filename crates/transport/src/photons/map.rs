@@ -2,7 +2,7 @@
 
 use super::tree::Tree;
 use crate::Spectrum;
-use crate::path::{Account, Bounds, LightPath, Station, Vertex, Workspace};
+use crate::path::{Account, Bounds, LightPath, PathVertex, Vertex, Workspace};
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
 use crate::stats::{Photons, Stats};
@@ -130,8 +130,8 @@ impl PhotonMap {
 /// The photons of a light subpath, one of so many.
 fn landed(scene: &Scene, light: &LightPath, paths: usize) -> impl Iterator<Item = Photon> {
     let emitter = light.emitter;
-    let photon = move |station: &Station| {
-        let vertex = &station.vertex;
+    let photon = move |path_vertex: &PathVertex| {
+        let vertex = &path_vertex.vertex;
         let n = scene.n(vertex.medium(), vertex.position());
         Photon {
             x: vertex.position(),
@@ -143,14 +143,14 @@ fn landed(scene: &Scene, light: &LightPath, paths: usize) -> impl Iterator<Item 
                 } => Place::Surface(*object, surface.normal),
             },
             // What passes straight through a surface falls on it, too.
-            power: station.throughput / (n * n * paths as f64 * vertex.stopping(scene)),
-            depth: station.depth,
-            optical_length: station.optical_length,
+            power: path_vertex.throughput / (n * n * paths as f64 * vertex.stopping(scene)),
+            depth: path_vertex.depth,
+            optical_length: path_vertex.optical_length,
             emitter,
         }
     };
-    let stations = light.subpath.stations.iter().map(photon);
-    stations.filter(|p| !p.power.is_zero() && p.power.is_finite())
+    let vertices = light.subpath.vertices.iter().map(photon);
+    vertices.filter(|p| !p.power.is_zero() && p.power.is_finite())
 }
 
 #[cfg(test)]

@@ -37,7 +37,7 @@ const ONE: u16 = 256;
 const LEAST: u16 = ONE / 2;
 const LARGEST: u16 = 8 * ONE;
 /// Bytes per pixel that there are at most while shares are found out: outlooks, worths and shares.
-pub(super) const BYTES: usize = size_of::<Outlook>() + size_of::<f32>() + size_of::<u16>();
+pub(super) const BYTES: usize = size_of::<PixelForecast>() + size_of::<f32>() + size_of::<u16>();
 /// Steps of the search for the scale of shares: more than enough for shares in whole numbers.
 const HALVINGS: u32 = 40;
 
@@ -170,16 +170,16 @@ impl Allocation {
 
 /// What is to be expected of a pixel's samples: in single precision, for there is one for every pixel of the film.
 #[derive(Clone, Copy, Debug, Default)]
-struct Outlook {
+struct PixelForecast {
     /// Summed over channels.
     variance: f32,
     work: f32,
 }
 
-impl Outlook {
+impl PixelForecast {
     /// Sums, each times a factor.
-    fn plus(self, other: Outlook, factor: f32) -> Self {
-        Outlook {
+    fn plus(self, other: PixelForecast, factor: f32) -> Self {
+        PixelForecast {
             variance: self.variance + factor * other.variance,
             work: self.work + factor * other.work,
         }
@@ -187,10 +187,14 @@ impl Outlook {
 }
 
 /// Takes the pilot's samples of some pixels.
-fn task_of_pilot(sources: &[Source], (film, unit): (&FilmSpec, u64), task: usize) -> Vec<Outlook> {
+fn task_of_pilot(
+    sources: &[Source],
+    (film, unit): (&FilmSpec, u64),
+    task: usize,
+) -> Vec<PixelForecast> {
     let first = task * PIXELS_PER_TASK;
     let pixels = first..(film.width * film.height).min(first + PIXELS_PER_TASK);
-    let mut outlooks = vec![Outlook::default(); pixels.len()];
+    let mut outlooks = vec![PixelForecast::default(); pixels.len()];
     for source in sources {
         let mut ws = source.workspace();
         for (pixel, outlook) in pixels.clone().zip(&mut outlooks) {
@@ -201,7 +205,7 @@ fn task_of_pilot(sources: &[Source], (film, unit): (&FilmSpec, u64), task: usize
 }
 
 /// Takes the pilot's samples of a pixel.
-fn pilot(source: &Source, (pixel, unit): (usize, u64), ws: &mut Workspace) -> Outlook {
+fn pilot(source: &Source, (pixel, unit): (usize, u64), ws: &mut Workspace) -> PixelForecast {
     let (first, instants) = (FIRST.next_multiple_of(unit), source.scene.instants() as u64);
     let before = ws.stats().cost();
     let mut found = Vec::new();
@@ -216,20 +220,20 @@ fn pilot(source: &Source, (pixel, unit): (usize, u64), ws: &mut Workspace) -> Ou
         squares += (value * value).sum();
     }
     let n = PILOT as f64;
-    Outlook {
+    PixelForecast {
         variance: ((squares - (sum * sum).sum() / n).max(0.0) / (n - 1.0)) as f32,
         work: ((ws.stats().cost() - before) / n) as f32,
     }
 }
 
 /// The shares of pixels, row by row in so many columns: in proportion to √(v/c) within limits, one on average.
-fn shares(outlooks: &[Outlook], width: usize) -> Vec<u16> {
+fn shares(outlooks: &[PixelForecast], width: usize) -> Vec<u16> {
     let variances = outlooks.iter().map(|o| f64::from(o.variance));
     let mean = (variances.sum::<f64>() / outlooks.len() as f64) as f32;
     if !(mean > 0.0 && mean.is_finite()) {
         return vec![ONE; outlooks.len()];
     }
-    let worth = |o: Outlook| ((o.variance / mean + DOUBT) / o.work.max(1.0)).sqrt();
+    let worth = |o: PixelForecast| ((o.variance / mean + DOUBT) / o.work.max(1.0)).sqrt();
     let worths: Vec<f32> = smoothed(outlooks, width).map(worth).collect();
     let scale = scale(&worths);
     let share = |worth: &f32| limited(scale * f64::from(*worth)).round() as u16;
@@ -264,14 +268,14 @@ fn scale(worths: &[f32]) -> f64 {
 }
 
 /// Means over the pixels around each, which at the image's edges are fewer.
-fn smoothed(outlooks: &[Outlook], width: usize) -> impl Iterator<Item = Outlook> {
+fn smoothed(outlooks: &[PixelForecast], width: usize) -> impl Iterator<Item = PixelForecast> {
     let height = outlooks.len() / width;
     let near = move |at: usize, end: usize| at.saturating_sub(AROUND)..end.min(at + AROUND + 1);
     let mean = move |i: usize| {
         let (rows, columns) = (near(i / width, height), near(i % width, width));
         let share = 1.0 / (rows.len() * columns.len()) as f32;
         let around = rows.flat_map(|row| &outlooks[row * width..][columns.clone()]);
-        around.fold(Outlook::default(), |sum, o| sum.plus(*o, share))
+        around.fold(PixelForecast::default(), |sum, o| sum.plus(*o, share))
     };
     (0..outlooks.len()).map(mean)
 }
@@ -326,7 +330,7 @@ mod tests {
     #[test]
     fn shares_weigh_noise_against_work() {
         let (width, height) = (40, 30);
-        let outlook = |i: usize| Outlook {
+        let outlook = |i: usize| PixelForecast {
             variance: if i / width < 10 { 16.0 } else { 1.0 },
             work: if i % width < 20 { 9.0 } else { 1.0 },
         };
@@ -347,7 +351,7 @@ mod tests {
     #[test]
     fn equals_get_equal_shares() {
         for variance in [0.0, 1.0, f32::INFINITY, f32::NAN] {
-            let outlook = Outlook {
+            let outlook = PixelForecast {
                 variance,
                 work: 10.0,
             };

@@ -30,7 +30,7 @@ pub use target::{Measure, Target};
 
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
-use crate::path::{Balance, Beginning, Prospects, Rates};
+use crate::path::{AdjointEstimate, Balance, Beginning, NeeRates};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::sum::Sum;
@@ -176,9 +176,9 @@ struct Prepared {
     /// Probability with which connections are searched for further branches.
     search: f64,
     /// Probabilities with which vertices are connected to emitters.
-    rates: Rates,
+    rates: NeeRates,
     /// What paths may still bring.
-    prospects: Prospects,
+    adjoint: AdjointEstimate,
     /// How paths begin.
     beginning: Beginning,
     /// Radius of the first photon map; zero if there are none.
@@ -190,8 +190,8 @@ fn prepare(scenes: &[Scene], options: &Options, handle: &Handle) -> Vec<Prepared
     let groups = scenes.iter().enumerate().map(|(group, scene)| {
         let mut prepared = Prepared {
             search: 1.0,
-            rates: Rates::default(),
-            prospects: Prospects::default(),
+            rates: NeeRates::default(),
+            adjoint: AdjointEstimate::default(),
             beginning: Beginning::default(),
             radius: 0.0,
         };

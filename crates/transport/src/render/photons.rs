@@ -8,7 +8,7 @@ use super::source::{Source, add};
 use super::splats::Layered;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, Pending};
-use crate::integrator::{Gathering, Integrator, PhotonMapping, lanes};
+use crate::integrator::{Gathering, Integrator, PhotonMapping, even_channel_pdf};
 use crate::path::{Account, Books};
 use crate::photons::PhotonMap;
 use crate::scene::FilmSpec;
@@ -47,7 +47,7 @@ fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Sta
     let (scene, spec) = (source.scene.at(sample), source.scene.film());
     // Light subpaths are numbered after the pixels.
     let pixels = (spec.width * spec.height) as u64;
-    let bounds = mapping.bounds(lanes(source.lanes()));
+    let bounds = mapping.bounds(even_channel_pdf(source.lanes()));
     let sampler = |path| source.sampler(pixels + path, sample);
     PhotonMap::trace(
         (scene, &source.stop),
@@ -79,7 +79,7 @@ pub(super) fn pass(
             mapping,
             map: &map,
             radii: mapping.radii(source.prepared.radius, sample),
-            lanes: lanes(source.lanes()),
+            channel_pdf: even_channel_pdf(source.lanes()),
         };
         let decomposition = film.layers().map(|layers| *layers.decomposition());
         let pixels = film.width() * film.height();

@@ -61,14 +61,14 @@ struct Surveyed {
 
 impl Surveyed {
     /// Of paths that begin in a way. Whether more is found out is for paths from the sensor.
-    fn new(source: &Source, surveys: bool, beginning: Beginning) -> Self {
+    fn new(source: &Source, trains: bool, beginning: Beginning) -> Self {
         let mut prepared = Prepared {
             beginning,
             ..source.prepared.clone()
         };
         let mut ws = source.workspace_of(&prepared);
-        ws.survey = surveys.then(Box::default);
-        ws.departures = surveys.then(Box::default);
+        ws.nee_training = trains.then(Box::default);
+        ws.adjoint_training = trains.then(Box::default);
         let pilot = Pilot::take(ws, source, 0);
         let weights = weights(&[&pilot.pairs]);
         let (worth, cost) = (pilot.scatter(&weights) / pilot.cost(), pilot.cost());
@@ -77,11 +77,11 @@ impl Surveyed {
             let yields = counts.secondary as f64 / counts.searches.max(1) as f64;
             prepared.search = yields.clamp(LEAST, 1.0);
         }
-        if let Some(survey) = pilot.ws.survey {
-            prepared.rates = survey.best(cost, &weights);
+        if let Some(nee_training) = pilot.ws.nee_training {
+            prepared.rates = nee_training.best(cost, &weights);
         }
-        if let Some(departures) = pilot.ws.departures {
-            prepared.prospects = departures.prospects(worth);
+        if let Some(adjoint_training) = pilot.ws.adjoint_training {
+            prepared.adjoint = adjoint_training.estimate(worth);
         }
         Surveyed {
             prepared,
@@ -210,8 +210,8 @@ fn sample(source: &Source, ws: &mut Workspace, round: u64) -> Pairs {
         let pixel = ((place * pixels as f64) as usize).min(pixels - 1);
         pairs.push([0, 1].map(|k| {
             found.clear();
-            if let Some(survey) = &mut ws.survey {
-                survey.begin();
+            if let Some(nee_training) = &mut ws.nee_training {
+                nee_training.begin();
             }
             // Each in a set of its own: samples of one set are not independent.
             let number = 2 * (PIXELS as u64 * round + i as u64) + k;

@@ -62,7 +62,7 @@ impl<'a> Source<'a> {
         let mut ws = Workspace::new(self.scene.tolerance());
         ws.search = prepared.search;
         ws.rates = prepared.rates;
-        ws.prospects = prepared.prospects.clone();
+        ws.adjoint = prepared.adjoint.clone();
         ws.beginning = prepared.beginning;
         ws.stop = self.stop.clone();
         ws

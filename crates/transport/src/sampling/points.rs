@@ -56,7 +56,7 @@ pub enum Purpose {
     /// The distance of a point around an emitter along it.
     Around = 3,
     /// Two: the place on the emitter to which its end is connected.
-    Aim = 4,
+    ConnectionEnd = 4,
     /// That emitter.
     Emitter = 6,
     /// The lobe of the surface at which an edge starts.

@@ -76,7 +76,7 @@ impl Sampler {
         match connection {
             0 => {
                 let choice = self.next_1d_for(Purpose::Emitter);
-                (choice, self.next_2d_for(Purpose::Aim))
+                (choice, self.next_2d_for(Purpose::ConnectionEnd))
             }
             _ => (self.next_1d(), self.next_2d()),
         }

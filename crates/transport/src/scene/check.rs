@@ -69,7 +69,7 @@ pub(super) fn check(scene: &Scene) -> Vec<Problem> {
     for (i, object) in scene.objects().iter().enumerate() {
         problems.extend(check_sensor_outside(scene, object));
         problems.extend(check_emitter_surface(i, object));
-        problems.extend(check_veil(i, object));
+        problems.extend(check_partial(i, object));
         problems.extend(check_match(scene, i, object));
         problems.extend(check_facets(scene, i, object));
         problems.extend(check_closed(scene, i, object));
@@ -183,7 +183,7 @@ fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<Problem> {
 }
 
 fn check_emitter_surface(i: usize, object: &Object) -> Option<Problem> {
-    let specular = object.bsdf.is_delta() || object.bsdf.is_veil();
+    let specular = object.bsdf.is_delta() || object.bsdf.is_partial();
     (object.emitter.is_some() && specular).then(|| {
         error(
             Subject::Object(i),
@@ -197,8 +197,8 @@ fn check_emitter_surface(i: usize, object: &Object) -> Option<Problem> {
 }
 
 /// Light that passes a mask or a thin pane stays in its medium.
-fn check_veil(i: usize, object: &Object) -> Option<Problem> {
-    let parts = object.sides.is_some() && object.bsdf.is_veil();
+fn check_partial(i: usize, object: &Object) -> Option<Problem> {
+    let parts = object.sides.is_some() && object.bsdf.is_partial();
     parts.then(|| {
         error(
             Subject::Object(i),

@@ -1,7 +1,7 @@
 //! Guesses of what an emitter brings to a place where light is received.
 
 use super::Object;
-use crate::aim::Aim;
+use crate::connection_end::ConnectionEnd;
 use crate::emitter::{Emitter, Surroundings};
 use crate::phase::Phase;
 use crate::shape::Shape;
@@ -156,7 +156,9 @@ impl Lamp {
                 let chord = (receiver.position() - center).normalize_or_zero();
                 let strength = match receiver {
                     Receiver::Segment { .. } => self.strength,
-                    _ => emitter.emitted(&Aim::at(center), center, chord).sum(),
+                    _ => emitter
+                        .emitted(&ConnectionEnd::at(center), center, chord)
+                        .sum(),
                 };
                 strength * near()
             }

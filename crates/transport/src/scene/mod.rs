@@ -13,8 +13,8 @@ pub(crate) use lamp::Receiver;
 pub use regions::{GlassBall, Region};
 
 use crate::Spectrum;
-use crate::aim::{Aim, OnSurface};
 use crate::bsdf::Bsdf;
+use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::{Class, Emitter, Surroundings};
 use crate::film::Filter;
 use crate::medium::Medium;
@@ -122,7 +122,7 @@ pub struct Scene {
     parts: Parts,
     all: Index,
     interfaces: Index,
-    veils: Index,
+    partial: Index,
     blockers: Index,
     regions: Vec<Region>,
     sensor_medium: MediumId,
@@ -135,7 +135,7 @@ pub struct Scene {
     reach: Reach,
     bending: Bending,
     glass_ball: Option<GlassBall>,
-    attractors: Vec<DVec3>,
+    point_like_emitters: Vec<DVec3>,
     /// Objects that touch, overlap or hold others: what lies beside their surfaces varies.
     crowded: Vec<bool>,
     /// For each emitter that is a beam, where it goes.
@@ -201,11 +201,13 @@ impl Scene {
             sets: Sets::default(),
             all: Index::new(&parts.objects, |_| true),
             interfaces: Index::new(&parts.objects, Object::is_interface),
-            veils: Index::new(&parts.objects, |o| o.bsdf.is_veil()),
-            blockers: Index::new(&parts.objects, |o| !o.is_interface() && !o.bsdf.is_veil()),
+            partial: Index::new(&parts.objects, |o| o.bsdf.is_partial()),
+            blockers: Index::new(&parts.objects, |o| {
+                !o.is_interface() && !o.bsdf.is_partial()
+            }),
             lights: Lights::new(&parts, &around),
             regions,
-            attractors: attractors(&parts),
+            point_like_emitters: point_like_emitters(&parts),
             glass_ball: regions::glass_ball(&parts, &crowded),
             crowded,
             reach: Reach {
@@ -332,17 +334,19 @@ impl Scene {
     }
 
     /// The medium at an aim that is a point, if [`Scene::is_unique`] could make use of it.
-    pub(crate) fn medium_of_aim(&self, aim: &Aim) -> Option<MediumId> {
+    pub(crate) fn medium_of_aim(&self, aim: &ConnectionEnd) -> Option<MediumId> {
         match (self.bending, aim) {
-            (Bending::One(_), Aim::Point { position, .. }) => Some(self.medium_at(*position)),
+            (Bending::One(_), ConnectionEnd::Point { position, .. }) => {
+                Some(self.medium_at(*position))
+            }
             _ => None,
         }
     }
 
     /// Positions of point-like emitters, if anything scatters their light: near them its 1/r² fall-off
     /// needs care.
-    pub(crate) fn attractors(&self) -> &[DVec3] {
-        &self.attractors
+    pub(crate) fn point_like_emitters(&self) -> &[DVec3] {
+        &self.point_like_emitters
     }
 
     /// The ray from the centre of a beam, if the emitter is one.
@@ -544,7 +548,7 @@ fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
     scene.emitters().iter().map(guide).collect()
 }
 
-fn attractors(parts: &Parts) -> Vec<DVec3> {
+fn point_like_emitters(parts: &Parts) -> Vec<DVec3> {
     if !parts.media.iter().any(Medium::scatters) {
         return Vec::new();
     }

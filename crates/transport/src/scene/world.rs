@@ -2,7 +2,7 @@
 
 use super::{Index, MediumId, Scene};
 use crate::Spectrum;
-use crate::bsdf::{Bsdf, Through};
+use crate::bsdf::{Bsdf, PartialTransmission};
 use crate::shape::{Except, Hit, Meeting};
 use eikonal::Field;
 use eikonal::connect::{Crossing, World};
@@ -92,8 +92,8 @@ impl Scene {
         arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
         [left, target]: [Option<usize>; 2],
         slack: f64,
-    ) -> Option<Through> {
-        let mut all = Through {
+    ) -> Option<PartialTransmission> {
+        let mut all = PartialTransmission {
             probability: 1.0,
             factor: Spectrum::ONE,
         };
@@ -104,7 +104,7 @@ impl Scene {
             if self.blocked(arc, [left, target], slack) {
                 return None;
             }
-            self.unveil(arc, target, slack, &mut all);
+            self.pass_partial(arc, target, slack, &mut all);
         }
         (all.probability > 0.0).then_some(all)
     }
@@ -128,15 +128,15 @@ impl Scene {
     }
 
     /// Multiplies by what the surfaces in the way along an arc let pass.
-    fn unveil(
+    fn pass_partial(
         &self,
         (arc, end): (&Arc, f64),
         target: Option<usize>,
         slack: f64,
-        all: &mut Through,
+        all: &mut PartialTransmission,
     ) {
         let mut from = 0.0;
-        while let Some((object, meeting)) = first_of(&self.veils, arc, [from, end], [None; 2]) {
+        while let Some((object, meeting)) = first_of(&self.partial, arc, [from, end], [None; 2]) {
             from = meeting.theta;
             if is_end((arc, end), (object, meeting.theta), target, slack) {
                 continue;

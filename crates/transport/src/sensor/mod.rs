@@ -28,7 +28,7 @@ pub use perspective::Perspective;
 pub use telecentric::{Stop, Telecentric};
 pub use thinlens::ThinLens;
 
-use crate::aim::{Aim, Aimed};
+use crate::connection_end::{ConnectionEnd, EndSample};
 use glam::{DAffine3, DVec3};
 
 /// A position and a unit direction.
@@ -83,9 +83,11 @@ impl Sensor {
 
     /// Chooses where a connection to the sensor should aim, uniformly over the lens; `u` is uniform
     /// in [0, 1)². Importance travels along the aim's direction, so light against it.
-    pub fn aim(&self, u: [f64; 2]) -> Aimed {
+    pub fn aim(&self, u: [f64; 2]) -> EndSample {
         match self {
-            Sensor::Perspective(_) | Sensor::Absent(_) => Aimed::only(Aim::at(self.position())),
+            Sensor::Perspective(_) | Sensor::Absent(_) => {
+                EndSample::only(ConnectionEnd::at(self.position()))
+            }
             Sensor::ThinLens(s) => s.aim(u),
             Sensor::Orthographic(s) => s.aim(),
             Sensor::Telecentric(s) => s.aim(u),
@@ -94,9 +96,11 @@ impl Sensor {
 
     /// The aim at the point from which one of the sensor's rays starts, in a unit direction, or at all
     /// rays of that direction.
-    pub fn aim_from(&self, origin: DVec3, direction: DVec3) -> Aim {
+    pub fn aim_from(&self, origin: DVec3, direction: DVec3) -> ConnectionEnd {
         match self {
-            Sensor::Perspective(_) | Sensor::ThinLens(_) | Sensor::Absent(_) => Aim::at(origin),
+            Sensor::Perspective(_) | Sensor::ThinLens(_) | Sensor::Absent(_) => {
+                ConnectionEnd::at(origin)
+            }
             Sensor::Orthographic(s) => s.aim().aim,
             Sensor::Telecentric(s) => s.aim_along(direction),
         }

@@ -1,7 +1,7 @@
 //! Orthographic camera.
 
 use super::{Ray, Sensed, to_world};
-use crate::aim::{Aim, Aimed};
+use crate::connection_end::{ConnectionEnd, EndSample};
 use glam::{DAffine3, DVec3};
 
 /// Parallel rays along local +z, through the square [−1, 1]² of the local plane z = 0; its height is
@@ -42,8 +42,11 @@ impl Orthographic {
         self.to_world.matrix3.z_axis.normalize()
     }
 
-    pub(super) fn aim(&self) -> Aimed {
-        Aimed::only(Aim::parallel(self.to_world.translation, self.direction()))
+    pub(super) fn aim(&self) -> EndSample {
+        EndSample::only(ConnectionEnd::parallel(
+            self.to_world.translation,
+            self.direction(),
+        ))
     }
 
     /// The ray belongs where its line meets the local plane z = 0, since it runs along local z. An

@@ -1,7 +1,7 @@
 //! Telecentric camera: a stop in the focal plane of a lens, and a knife edge in the stop.
 
 use super::{Ray, Sensed};
-use crate::aim::{Aim, Aimed};
+use crate::connection_end::{ConnectionEnd, EndSample};
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -59,8 +59,8 @@ impl Telecentric {
         }
     }
 
-    pub(super) fn aim(&self, u: [f64; 2]) -> Aimed {
-        Aimed {
+    pub(super) fn aim(&self, u: [f64; 2]) -> EndSample {
+        EndSample {
             aim: self.aim_along(self.direction(u)),
             pdf: 1.0 / self.stop.area(),
             delta: true,
@@ -68,8 +68,8 @@ impl Telecentric {
     }
 
     /// The aim at all rays of one direction.
-    pub(super) fn aim_along(&self, direction: DVec3) -> Aim {
-        Aim::parallel(self.to_world.translation, direction)
+    pub(super) fn aim_along(&self, direction: DVec3) -> ConnectionEnd {
+        ConnectionEnd::parallel(self.to_world.translation, direction)
     }
 
     /// The ray belongs where it meets the plane of focus. An area dx dy there has the cross section

@@ -1,7 +1,7 @@
 //! Thin-lens camera.
 
 use super::{Perspective, Ray, Sensed, to_world};
-use crate::aim::{Aim, Aimed};
+use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::sampling::disc::uniform_disc_sample;
 use glam::{DAffine3, DVec3};
 use std::f64::consts::PI;
@@ -46,9 +46,9 @@ impl ThinLens {
         to_world(self.to_world(), origin, focus - origin)
     }
 
-    pub(super) fn aim(&self, u: [f64; 2]) -> Aimed {
-        Aimed {
-            aim: Aim::at(self.to_world().transform_point3(self.on_lens(u))),
+    pub(super) fn aim(&self, u: [f64; 2]) -> EndSample {
+        EndSample {
+            aim: ConnectionEnd::at(self.to_world().transform_point3(self.on_lens(u))),
             pdf: 1.0 / self.area(),
             delta: true,
         }

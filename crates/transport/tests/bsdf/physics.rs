@@ -49,7 +49,7 @@ fn kappa_is_symmetric() {
         }
         assert!(compared[0] > 100, "{name}: {compared:?}");
         assert!(
-            bsdf.is_opaque() || bsdf.is_veil() || compared[1] > 100,
+            bsdf.is_opaque() || bsdf.is_partial() || compared[1] > 100,
             "{name}: {compared:?}"
         );
     }
@@ -413,7 +413,7 @@ fn mean_reflectances_of_the_two_sides() {
 }
 
 #[test]
-fn veils_share_light() {
+fn partial_transmission_shares_light() {
     let site = surface(1.0, 1.0).site;
     let covered = mask(0.3, diffuse());
     let through = covered.through(&site, 0.4).unwrap();
@@ -433,7 +433,7 @@ fn veils_share_light() {
 fn kinds_of_nested_surfaces() {
     let mirror = || smooth().remove(2).1;
     assert!(mask(0.5, mirror()).is_delta() && mask(0.5, mirror()).is_mirror());
-    assert!(mask(0.5, diffuse()).is_veil() && !mask(0.5, diffuse()).is_opaque());
+    assert!(mask(0.5, diffuse()).is_partial() && !mask(0.5, diffuse()).is_opaque());
     assert!(two_sided(mirror(), mirror()).is_delta() && two_sided(mirror(), diffuse()).is_mirror());
     assert!(!two_sided(mirror(), diffuse()).is_delta());
     assert!(

@@ -31,7 +31,7 @@ fn table(outer: f64, inner: f64, toward: DVec3) -> DirectionTable {
 
 /// A mask's own surface is what it does not let pass.
 fn reflects_in_front_only(bsdf: &Bsdf) -> bool {
-    is_one_sided(bsdf) || bsdf.is_veil()
+    is_one_sided(bsdf) || bsdf.is_partial()
 }
 
 #[test]

@@ -3,14 +3,14 @@
 use crate::support::*;
 use glam::DVec3;
 use testkit::{DirectionTable, Family, Mass, Rng, uniform_edges};
-use transport::aim::{Aim, OnSurface};
+use transport::connection_end::{ConnectionEnd, OnSurface};
 use transport::emitter::{Emitter, Luminaire, LuminaireError, Projector};
 use transport::shape::Site;
 use transport::{Orientation, Spectrum};
 
 /// A point of a surface with the normal `axis()`, or a point in space.
-fn aim_at(surface: bool) -> Aim {
-    Aim::Point {
+fn aim_at(surface: bool) -> ConnectionEnd {
+    ConnectionEnd::Point {
         position: DVec3::ZERO,
         surface: surface.then(|| OnSurface {
             object: 0,
@@ -24,7 +24,7 @@ fn aim_at(surface: bool) -> Aim {
 fn directions(emitter: &Emitter, shapes: &[transport::shape::Shape], rim: f64) -> f64 {
     let aim = emit(emitter, shapes, [0.5; 4]).unwrap().aim;
     let axis = match aim {
-        Aim::Point {
+        ConnectionEnd::Point {
             surface: Some(OnSurface { normal, .. }),
             ..
         } => normal,
@@ -104,8 +104,8 @@ fn an_emission_agrees_with_aim_and_emitted() {
             );
             assert!((e.direction.length() - 1.0).abs() < 1e-12, "{name}");
             match e.aim {
-                Aim::Point { position, .. } => assert_eq!(position, e.x, "{name}"),
-                Aim::Plane {
+                ConnectionEnd::Point { position, .. } => assert_eq!(position, e.x, "{name}"),
+                ConnectionEnd::Plane {
                     through, direction, ..
                 } => {
                     assert_eq!(direction, e.direction, "{name}");
@@ -127,7 +127,8 @@ fn black_emitters_send_nothing_out() {
 
 #[test]
 fn rays_that_are_never_drawn_have_density_zero() {
-    let at = |emitter: &Emitter, aim: &Aim, x, direction| pdf_emit(emitter, aim, x, direction);
+    let at =
+        |emitter: &Emitter, aim: &ConnectionEnd, x, direction| pdf_emit(emitter, aim, x, direction);
     let turned = |angle: f64| {
         let across = axis().any_orthonormal_vector();
         axis() * angle.cos() + across * angle.sin()
@@ -149,7 +150,7 @@ fn rays_that_are_never_drawn_have_density_zero() {
         let x = AROUND.center + offset * r - axis() * 7.0;
         at(
             &directional,
-            &Aim::Point {
+            &ConnectionEnd::Point {
                 position: x,
                 surface: None,
             },

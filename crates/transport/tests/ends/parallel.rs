@@ -4,7 +4,7 @@ use crate::support::*;
 use glam::DVec3;
 use std::f64::consts::PI;
 use testkit::{Family, Mass, Rng, Table, uniform_edges};
-use transport::aim::Aim;
+use transport::connection_end::ConnectionEnd;
 use transport::emitter::Emitter;
 
 /// p-value of the starts of parallel rays, within `reach` of the axis through `center`. The density of
@@ -15,7 +15,7 @@ fn starts(emitter: &Emitter, center: DVec3, reach: f64) -> f64 {
         let e = emit(emitter, &[], rng.uniform())?;
         Some(polar(e.x, center, e.direction))
     };
-    let aim = Aim::Plane {
+    let aim = ConnectionEnd::Plane {
         through: center,
         direction: axis(),
         beam: false,

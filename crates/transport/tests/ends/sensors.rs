@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::PI;
 use testkit::quadrature::Effort;
 use testkit::{DirectionTable, Family, Mass, Rng, Table, uniform_edges};
-use transport::aim::Aim;
+use transport::connection_end::ConnectionEnd;
 use transport::sampling::Frame;
 use transport::sensor::{Orthographic, Perspective, Ray, Sensor, Stop, Telecentric, ThinLens};
 
@@ -170,11 +170,11 @@ fn aims_are_where_rays_start() {
         let aimed = sensor.aim(lens);
         assert!(aimed.delta, "{name}");
         match aimed.aim {
-            Aim::Point { position, surface } => {
+            ConnectionEnd::Point { position, surface } => {
                 assert_eq!(surface, None, "{name}");
                 assert_eq!(position, ray.origin, "{name}");
             }
-            Aim::Plane {
+            ConnectionEnd::Plane {
                 through,
                 direction,
                 beam,

@@ -3,7 +3,7 @@
 use glam::{DAffine2, DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 use testkit::Rng;
-use transport::aim::Aim;
+use transport::connection_end::ConnectionEnd;
 use transport::emitter::{
     Collimated, Emission, Emitter, Environment, Luminaire, Profile, Projector, Spot, Surroundings,
     TexturedArea,
@@ -170,7 +170,7 @@ pub fn emit(emitter: &Emitter, shapes: &[Shape], u: [f64; 4]) -> Option<Emission
 }
 
 /// The density of a ray, asked for afterwards.
-pub fn pdf_emit(emitter: &Emitter, aim: &Aim, x: DVec3, direction: DVec3) -> f64 {
+pub fn pdf_emit(emitter: &Emitter, aim: &ConnectionEnd, x: DVec3, direction: DVec3) -> f64 {
     emitter.pdf_emit(&AROUND, aim, x, direction)
 }
 

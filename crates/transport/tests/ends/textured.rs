@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use testkit::{Family, Mass, Rng, Table, uniform_edges};
 use transport::Spectrum;
-use transport::aim::Aim;
+use transport::connection_end::ConnectionEnd;
 use transport::emitter::{Emitter, TexturedArea, TexturedError};
 use transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, Site, Sphere, Uv};
 use transport::texture::{Bitmap, Checkerboard, Filter, Texture, VertexColours, Wrap};
@@ -219,7 +219,7 @@ fn points_have_the_density_that_is_stated() {
         for _ in 0..1000 {
             let u: [f64; 2] = rng.uniform();
             let aimed = emitter.aim(&AROUND, |_| &shape, u);
-            let Aim::Point {
+            let ConnectionEnd::Point {
                 position,
                 surface: Some(on),
             } = aimed.aim
@@ -284,8 +284,8 @@ fn points_follow_their_density() {
         let draw = |rng: &mut Rng| {
             let aim = emitter.aim(&AROUND, |_: usize| -> &Shape { &shape }, rng.uniform());
             match aim.aim {
-                Aim::Point { surface, .. } => Some(surface?.site.uv.get()),
-                Aim::Plane { .. } => None,
+                ConnectionEnd::Point { surface, .. } => Some(surface?.site.uv.get()),
+                ConnectionEnd::Plane { .. } => None,
             }
         };
         let pdf = |uv| {

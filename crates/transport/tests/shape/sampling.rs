@@ -56,7 +56,7 @@ fn areas_match_closed_forms() {
         (Kind::Cube, 64.0),
         (Kind::Rectangle, 16.0),
         (Kind::Disk, 4.0 * PI),
-        (Kind::Tube, 4.0 * PI),
+        (Kind::EdgeGeometry, 4.0 * PI),
         (Kind::Can, 12.0 * PI),
     ] {
         let found = kind.shape(m).area();
@@ -85,7 +85,7 @@ fn cell(kind: Kind, p: DVec3, primitive: u32) -> usize {
         Kind::Sphere => 8 * bin(unit(p.z), 8) + bin(phi, 8),
         Kind::Rectangle => 8 * bin(unit(p.x), 8) + bin(unit(p.y), 8),
         Kind::Disk => 8 * bin(p.truncate().length_squared(), 8) + bin(phi, 8),
-        Kind::Tube => 8 * bin(p.z, 8) + bin(phi, 8),
+        Kind::EdgeGeometry => 8 * bin(p.z, 8) + bin(phi, 8),
         // Side : cap : cap = 2 : 1 : 1 for unit radius and height.
         Kind::Can => match primitive {
             0 => 8 * bin(p.z, 4) + bin(phi, 8),

@@ -76,7 +76,7 @@ pub enum Kind {
     Cube,
     Rectangle,
     Disk,
-    Tube,
+    EdgeGeometry,
     Can,
 }
 
@@ -85,7 +85,7 @@ pub const KINDS: [Kind; 6] = [
     Kind::Cube,
     Kind::Rectangle,
     Kind::Disk,
-    Kind::Tube,
+    Kind::EdgeGeometry,
     Kind::Can,
 ];
 
@@ -96,7 +96,7 @@ impl Kind {
             Kind::Cube => Cube::new(m).unwrap().into(),
             Kind::Rectangle => Rectangle::new(m).unwrap().into(),
             Kind::Disk => Disk::new(m).unwrap().into(),
-            Kind::Tube => Cylinder::new(m, false).unwrap().into(),
+            Kind::EdgeGeometry => Cylinder::new(m, false).unwrap().into(),
             Kind::Can => Cylinder::new(m, true).unwrap().into(),
         }
     }
@@ -108,7 +108,7 @@ impl Kind {
             Kind::Sphere => p.length() - 1.0,
             Kind::Cube => p.abs().max_element() - 1.0,
             Kind::Rectangle | Kind::Disk => p.z,
-            Kind::Tube => r - 1.0,
+            Kind::EdgeGeometry => r - 1.0,
             Kind::Can => (r - 1.0).max(p.z - 1.0).max(-p.z),
         }
     }
@@ -119,7 +119,7 @@ impl Kind {
             Kind::Sphere | Kind::Cube | Kind::Can => f64::INFINITY,
             Kind::Rectangle => 1.0 - p.truncate().abs().max_element(),
             Kind::Disk => 1.0 - p.truncate().length(),
-            Kind::Tube => p.z.min(1.0 - p.z),
+            Kind::EdgeGeometry => p.z.min(1.0 - p.z),
         }
     }
 

@@ -54,7 +54,13 @@ fn normals_are_gradients() {
 #[test]
 fn the_shape_operator_is_the_derivative_of_the_normal() {
     let mut rng = Rng(13);
-    for kind in [Kind::Sphere, Kind::Tube, Kind::Can, Kind::Cube, Kind::Disk] {
+    for kind in [
+        Kind::Sphere,
+        Kind::EdgeGeometry,
+        Kind::Can,
+        Kind::Cube,
+        Kind::Disk,
+    ] {
         for i in 0..500 {
             let shape = kind.shape(rng.affine()).with_flipped_normals(i % 2 == 0);
             let s = shape.sample_area(rng.pair());

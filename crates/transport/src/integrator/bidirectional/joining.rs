@@ -1,10 +1,11 @@
 //! The strategies: which vertices are joined.
 
 use super::paths::{Setting, View};
-use crate::aim::{Aim, Aimed};
+use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::integrator::Contribution;
 use crate::path::{
-    Goal, LightPath, Link, Start, Station, Step, Subpath, Vertex, Workspace, environment_aim, guess,
+    Connection, ConnectionTarget, LightPath, PathEdge, PathVertex, Start, Subpath, Vertex,
+    Workspace, environment_aim, guess,
 };
 use crate::sampling::{Discrete, Sampler};
 use glam::DVec3;
@@ -21,68 +22,68 @@ impl Joining<'_> {
     /// s = 0: emitters that the sensor subpath came upon.
     pub fn hits(&mut self, sensor: &Subpath) {
         let (setting, scene) = (self.setting, self.setting.scene);
-        for i in 0..sensor.stations.len() {
-            let z = &sensor.stations[i];
+        for i in 0..sensor.vertices.len() {
+            let z = &sensor.vertices[i];
             if let Some((index, radiance, pdf)) = z.vertex.emitted(scene) {
-                let aim = Aimed {
+                let aim = EndSample {
                     aim: z.vertex.aim(),
                     pdf: scene.source_probability(index) * pdf,
                     delta: false,
                 };
-                let ease = self.ease(sensor, (i, &z.step), (index, &aim.aim));
-                let stations = &sensor.stations[..=i];
-                let found = setting.hit(stations, (index, &aim), (radiance, ease));
+                let discovery = self.discovery(sensor, (i, &z.edge), (index, &aim.aim));
+                let vertices = &sensor.vertices[..=i];
+                let found = setting.hit(vertices, (index, &aim), (radiance, discovery));
                 self.out.extend(found);
             }
         }
         let Some(escape) = &sensor.escape else { return };
         for (index, environment) in scene.environments() {
-            let toward = -escape.step.back;
-            let aim = Aimed {
+            let toward = -escape.edge.back;
+            let aim = EndSample {
                 aim: environment_aim(scene, toward),
                 pdf: scene.source_probability(index) * environment.pdf(toward),
                 delta: false,
             };
-            let place = (sensor.stations.len(), &escape.step);
-            let ease = self.ease(sensor, place, (index, &aim.aim));
+            let place = (sensor.vertices.len(), &escape.edge);
+            let discovery = self.discovery(sensor, place, (index, &aim.aim));
             let radiance = environment.radiance(toward);
-            let found = setting.escaped(sensor, escape, (index, &aim), (radiance, ease));
+            let found = setting.escaped(sensor, escape, (index, &aim), (radiance, discovery));
             self.out.extend(found);
         }
     }
 
-    /// How easily the connections of s = 1 find the step after `i` stations, at whose end is an emitter.
-    fn ease(
+    /// How easily the connections of s = 1 find the path_edge after `i` vertices, at whose end is an emitter.
+    fn discovery(
         &mut self,
         sensor: &Subpath,
-        (i, step): (usize, &Step),
-        (index, aim): (usize, &Aim),
+        (i, path_edge): (usize, &PathEdge),
+        (index, aim): (usize, &ConnectionEnd),
     ) -> f64 {
         let scene = self.setting.scene;
-        if step.ease == 0.0 {
+        if path_edge.discovery == 0.0 {
             return 0.0;
         }
         if i == 0 && scene.sensor().is_parallel() {
             // From a point of the emitter to the sensor's plane; from plane to plane there is nothing.
-            return sensor.stations.first().map_or(0.0, |z| {
+            return sensor.vertices.first().map_or(0.0, |z| {
                 let (x, direction) = (sensor.start.x, sensor.start.direction);
-                let goal = Goal::sensor(scene, scene.sensor().aim_from(x, direction));
-                let way = (&step.tube, step.back, None);
-                Link::ease(scene, (&z.vertex, &goal), way, self.ws)
+                let target = ConnectionTarget::sensor(scene, scene.sensor().aim_from(x, direction));
+                let way = (&path_edge.geometry, path_edge.back, None);
+                Connection::discovery(scene, (&z.vertex, &target), way, self.ws)
             });
         }
         let vertex = match i {
             0 => Vertex::end(&sensor.start),
-            _ => sensor.stations[i - 1].vertex,
+            _ => sensor.vertices[i - 1].vertex,
         };
-        let goal = Goal::emitter(scene, index, *aim);
-        let way = (&step.tube, step.leaving, None);
-        Link::ease(scene, (&vertex, &goal), way, self.ws)
+        let target = ConnectionTarget::emitter(scene, index, *aim);
+        let way = (&path_edge.geometry, path_edge.leaving, None);
+        Connection::discovery(scene, (&vertex, &target), way, self.ws)
     }
 
-    /// s = 1: the last of the sensor's stations and an emitter of each class.
-    pub fn direct(&mut self, stations: &[Station]) {
-        let Some((z, before)) = stations.split_last() else {
+    /// s = 1: the last of the sensor's vertices and an emitter of each class.
+    pub fn direct(&mut self, vertices: &[PathVertex]) {
+        let Some((z, before)) = vertices.split_last() else {
             return;
         };
         self.sampler.at_edge(before.len());
@@ -97,57 +98,59 @@ impl Joining<'_> {
             let emitter = &scene.emitters()[index];
             let shape = |object: usize| &scene.objects()[object].shape;
             let aim = emitter.aim(scene.around(), shape, u);
-            let goal = Goal::emitter(scene, index, aim.aim);
-            self.link(&z.vertex, &goal, |link| {
-                setting.direct(stations, link, (index, &aim, chosen))
+            let target = ConnectionTarget::emitter(scene, index, aim.aim);
+            self.connection(&z.vertex, &target, |connection| {
+                setting.direct(vertices, connection, (index, &aim, chosen))
             });
         }
     }
 
-    /// t = 1: station `j` of an emitter's subpath and the sensor.
+    /// t = 1: vertex `j` of an emitter's subpath and the sensor.
     pub fn sensed(&mut self, light: &LightPath, j: usize) {
         let setting = self.setting;
         let aimed = setting.scene.sensor().aim(self.sampler.next_2d());
-        let goal = Goal::sensor(setting.scene, aimed.aim);
-        let y = &light.subpath.stations[j].vertex;
-        self.link(y, &goal, |link| setting.sensed((light, j), link));
+        let target = ConnectionTarget::sensor(setting.scene, aimed.aim);
+        let y = &light.subpath.vertices[j].vertex;
+        self.connection(y, &target, |connection| {
+            setting.sensed((light, j), connection)
+        });
     }
 
-    /// The last of the sensor's stations and every station of an emitter's subpath.
-    pub fn joined_to_all(&mut self, stations: &[Station], light: &LightPath) {
-        for j in 0..light.subpath.stations.len() {
-            self.joined(stations, (light, j), 1.0);
+    /// The last of the sensor's vertices and every vertex of an emitter's subpath.
+    pub fn joined_to_all(&mut self, vertices: &[PathVertex], light: &LightPath) {
+        for j in 0..light.subpath.vertices.len() {
+            self.joined(vertices, (light, j), 1.0);
         }
     }
 
-    /// The last of the sensor's stations and one station of an emitter's subpath, chosen in proportion to
+    /// The last of the sensor's vertices and one vertex of an emitter's subpath, chosen in proportion to
     /// a guess of what it brings. A connection takes several rays, a guess takes none.
-    pub fn joined_to_one(&mut self, stations: &[Station], light: &LightPath) {
-        let (Some(z), u) = (stations.last(), self.sampler.next_1d()) else {
+    pub fn joined_to_one(&mut self, vertices: &[PathVertex], light: &LightPath) {
+        let (Some(z), u) = (vertices.last(), self.sampler.next_1d()) else {
             return;
         };
         let scene = self.setting.scene;
-        let guesses = light.subpath.stations.iter().map(|y| guess(scene, z, y));
+        let guesses = light.subpath.vertices.iter().map(|y| guess(scene, z, y));
         let guesses: Vec<f64> = guesses.collect();
         let Ok(choice) = Discrete::new(&with_floor(guesses)) else {
             return;
         };
         let pick = choice.sample(u);
-        self.joined(stations, (light, pick.index), pick.probability);
+        self.joined(vertices, (light, pick.index), pick.probability);
     }
 
-    /// The last of the sensor's stations and station `j` of an emitter's subpath, if this pair was chosen
+    /// The last of the sensor's vertices and vertex `j` of an emitter's subpath, if this pair was chosen
     /// with a probability.
-    fn joined(&mut self, stations: &[Station], (light, j): (&LightPath, usize), chosen: f64) {
-        let Some(z) = stations.last() else { return };
+    fn joined(&mut self, vertices: &[PathVertex], (light, j): (&LightPath, usize), chosen: f64) {
+        let Some(z) = vertices.last() else { return };
         let setting = self.setting;
-        let y = &light.subpath.stations[j];
+        let y = &light.subpath.vertices[j];
         if z.depth.saturating_add(y.depth) >= setting.max_depth {
             return;
         }
-        let goal = Goal::vertex(&y.vertex);
-        self.link(&z.vertex, &goal, |link| {
-            let found = setting.joined(stations, (light, j), link)?;
+        let target = ConnectionTarget::vertex(&y.vertex);
+        self.connection(&z.vertex, &target, |connection| {
+            let found = setting.joined(vertices, (light, j), connection)?;
             Some(Contribution {
                 value: found.value * (1.0 / chosen),
                 ..found
@@ -163,47 +166,47 @@ impl Joining<'_> {
             return;
         }
         match (aim, light.emission.aim) {
-            (Aim::Point { position, .. }, emission) => {
+            (ConnectionEnd::Point { position, .. }, emission) => {
                 let medium = scene.medium_of_sensor_ray(position);
                 let vertex = Vertex::end(&Start::point(position, DVec3::Z, medium));
-                let goal = Goal::emitter(scene, light.emitter, emission);
-                self.link(&vertex, &goal, |link| {
+                let target = ConnectionTarget::emitter(scene, light.emitter, emission);
+                self.connection(&vertex, &target, |connection| {
                     let view = View {
-                        link: *link,
-                        sensor: (position, link.direction),
-                        emitter: (link.origin, link.emission),
-                        n: [link.n_vertex, link.n_aim],
+                        connection: *connection,
+                        sensor: (position, connection.direction),
+                        emitter: (connection.origin, connection.emission),
+                        n: [connection.n_vertex, connection.n_aim],
                     };
                     setting.seen(light, &view)
                 });
             }
-            (Aim::Plane { .. }, Aim::Point { .. }) => {
+            (ConnectionEnd::Plane { .. }, ConnectionEnd::Point { .. }) => {
                 let start = light.subpath.start;
                 let vertex = Vertex::source(scene, &start, &light.emission.aim);
-                let goal = Goal::sensor(scene, aim);
-                self.link(&vertex, &goal, |link| {
+                let target = ConnectionTarget::sensor(scene, aim);
+                self.connection(&vertex, &target, |connection| {
                     let view = View {
-                        link: *link,
-                        sensor: (link.origin, link.emission),
-                        emitter: (start.x, link.direction),
-                        n: [link.n_aim, link.n_vertex],
+                        connection: *connection,
+                        sensor: (connection.origin, connection.emission),
+                        emitter: (start.x, connection.direction),
+                        n: [connection.n_aim, connection.n_vertex],
                     };
                     setting.seen(light, &view)
                 });
             }
             // No parallel light goes exactly along parallel views.
-            (Aim::Plane { .. }, Aim::Plane { .. }) => {}
+            (ConnectionEnd::Plane { .. }, ConnectionEnd::Plane { .. }) => {}
         }
     }
 
-    fn link(
+    fn connection(
         &mut self,
         vertex: &Vertex,
-        goal: &Goal,
-        evaluate: impl Fn(&Link) -> Option<Contribution>,
+        target: &ConnectionTarget,
+        evaluate: impl Fn(&Connection) -> Option<Contribution>,
     ) {
         let scene = self.setting.scene;
-        let found = Link::each(scene, (vertex, goal), self.sampler, self.ws, evaluate);
+        let found = Connection::each(scene, (vertex, target), self.sampler, self.ws, evaluate);
         let weighted = found.into_iter().map(|(c, weight)| Contribution {
             value: c.value * weight,
             ..c

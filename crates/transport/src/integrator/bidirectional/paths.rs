@@ -2,10 +2,10 @@
 
 use super::weight::{Density, Heuristic, weight};
 use crate::Spectrum;
-use crate::aim::{Aim, Aimed, OnSurface};
+use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::film::PathFacts;
 use crate::integrator::Contribution;
-use crate::path::{Escape, LightPath, Link, Station, Step, Subpath, Vertex, lead_in};
+use crate::path::{Connection, Escape, LightPath, PathEdge, PathVertex, Subpath, Vertex, lead_in};
 use crate::scene::Scene;
 use glam::DVec3;
 
@@ -13,14 +13,14 @@ use glam::DVec3;
 #[derive(Clone, Copy)]
 pub struct Setting<'a> {
     pub scene: &'a Scene,
-    pub lanes: Spectrum,
+    pub channel_pdf: Spectrum,
     pub heuristic: Heuristic,
     pub max_depth: u32,
 }
 
 /// A ray between the sensor and an emitter.
 pub struct View {
-    pub link: Link,
+    pub connection: Connection,
     /// Point on the sensor, and unit direction in which importance leaves it.
     pub sensor: (DVec3, DVec3),
     /// Point on the emitter, and unit direction in which light leaves it.
@@ -31,7 +31,7 @@ pub struct View {
 
 /// An emitter that the sensor subpath found.
 struct Found<'a> {
-    step: &'a Step,
+    edge: &'a PathEdge,
     forward: f64,
     depth: u32,
     optical_length: f64,
@@ -52,25 +52,25 @@ struct Sampled {
 }
 
 impl Setting<'_> {
-    /// The sensor subpath came upon an emitter at the last of its stations. It is what `aim` stands for,
-    /// with the probability of the emitter in its density, and connections find the last step with some
-    /// ease.
+    /// The sensor subpath came upon an emitter at the last of its vertices. It is what `aim` stands for,
+    /// with the probability of the emitter in its density, and connections find the last path_edge with some
+    /// discovery probability.
     pub fn hit(
         &self,
-        stations: &[Station],
-        (index, aim): (usize, &Aimed),
-        (radiance, ease): (Spectrum, f64),
+        vertices: &[PathVertex],
+        (index, aim): (usize, &EndSample),
+        (radiance, discovery): (Spectrum, f64),
     ) -> Option<Contribution> {
-        let (z, before) = stations.split_last()?;
-        let value = z.throughput * radiance / (z.step.n_after * z.step.n_after);
+        let (z, before) = vertices.split_last()?;
+        let value = z.throughput * radiance / (z.edge.n_after * z.edge.n_after);
         let last = Found {
-            step: &z.step,
+            edge: &z.edge,
             forward: z.forward,
             depth: z.depth,
             optical_length: z.optical_length,
             x: z.vertex.position(),
         };
-        self.found((before, &last), (index, aim), (value, ease))
+        self.found((before, &last), (index, aim), (value, discovery))
     }
 
     /// The sensor subpath left towards an environment.
@@ -78,49 +78,52 @@ impl Setting<'_> {
         &self,
         sensor: &Subpath,
         escape: &Escape,
-        (index, aim): (usize, &Aimed),
-        (radiance, ease): (Spectrum, f64),
+        (index, aim): (usize, &EndSample),
+        (radiance, discovery): (Spectrum, f64),
     ) -> Option<Contribution> {
-        let step = &escape.step;
-        let value = escape.throughput * radiance / (step.n_after * step.n_after);
+        let path_edge = &escape.edge;
+        let value = escape.throughput * radiance / (path_edge.n_after * path_edge.n_after);
         let last = Found {
-            step,
+            edge: path_edge,
             forward: escape.forward,
             depth: escape.depth,
             optical_length: escape.optical_length,
             x: sensor
-                .stations
+                .vertices
                 .last()
                 .map_or(sensor.start.x, |z| z.vertex.position()),
         };
-        self.found((&sensor.stations, &last), (index, aim), (value, ease))
+        self.found((&sensor.vertices, &last), (index, aim), (value, discovery))
     }
 
     fn found(
         &self,
-        (stations, last): (&[Station], &Found),
-        (index, aim): (usize, &Aimed),
-        (value, ease): (Spectrum, f64),
+        (vertices, last): (&[PathVertex], &Found),
+        (index, aim): (usize, &EndSample),
+        (value, discovery): (Spectrum, f64),
     ) -> Option<Contribution> {
-        let step = last.step;
-        let before = stations.last().map(|b| {
+        let path_edge = last.edge;
+        let before = vertices.last().map(|b| {
             let emitter = &self.scene.emitters()[index];
-            let pdf = emitter.pdf_emit(self.scene.around(), &aim.aim, last.x, step.back);
-            let event = b
-                .vertex
-                .event(self.scene, self.lanes, step.leaving, &step.tube);
-            step.tube.density(pdf, step.n_before) * event
+            let pdf = emitter.pdf_emit(self.scene.around(), &aim.aim, last.x, path_edge.back);
+            let event = b.vertex.event(
+                self.scene,
+                self.channel_pdf,
+                path_edge.leaving,
+                &path_edge.geometry,
+            );
+            path_edge.geometry.density(pdf, path_edge.n_before) * event
         });
-        let favour = |b: &Station| self.favour(&b.vertex, index);
-        let mut path = sensor_side(stations, before);
+        let favour = |b: &PathVertex| self.favour(&b.vertex, index);
+        let mut path = sensor_side(vertices, before);
         path.push(Density {
             from_sensor: last.forward,
             from_emitter: aim.pdf,
-            ease: ease * stations.last().map_or(1.0, favour),
+            discovery: discovery * vertices.last().map_or(1.0, favour),
         });
         let sampled = Sampled {
             image: None,
-            strategy: (0, stations.len() as u32 + 2),
+            strategy: (0, vertices.len() as u32 + 2),
             depth: last.depth,
             optical_length: last.optical_length,
             emitter: index,
@@ -128,39 +131,41 @@ impl Setting<'_> {
         self.contribution(sampled, value, &path)
     }
 
-    /// A link from the last of the sensor's stations to an emitter that was chosen with some probability, and then
+    /// A connection from the last of the sensor's vertices to an emitter that was chosen with some probability, and then
     /// aimed at.
     pub fn direct(
         &self,
-        stations: &[Station],
-        link: &Link,
-        (index, aim, chosen): (usize, &Aimed, f64),
+        vertices: &[PathVertex],
+        connection: &Connection,
+        (index, aim, chosen): (usize, &EndSample, f64),
     ) -> Option<Contribution> {
-        let z = stations.last()?;
+        let z = vertices.last()?;
         let emitter = &self.scene.emitters()[index];
-        let emitted = emitter.emitted(&aim.aim, link.origin, link.emission);
-        let eval = z.vertex.eval(self.scene, link.direction);
-        let value = z.throughput * eval * emitted * link.transmittance();
+        let emitted = emitter.emitted(&aim.aim, connection.origin, connection.emission);
+        let eval = z.vertex.eval(self.scene, connection.direction);
+        let value = z.throughput * eval * emitted * connection.transmittance();
         let around = self.scene.around();
-        let emission = emitter.pdf_emit(around, &aim.aim, link.origin, link.emission);
-        let mut path = self.joint(stations, link, emission);
-        let event = cosine(&aim.aim, link.emission) * link.tube.survival(self.lanes);
-        let pdf = z.vertex.pdf(self.scene, link.direction);
-        let by_chance = link.tube.density(pdf, link.n_aim) * event;
+        let emission = emitter.pdf_emit(around, &aim.aim, connection.origin, connection.emission);
+        let mut path = self.joint(vertices, connection, emission);
+        let event =
+            cosine(&aim.aim, connection.emission) * connection.geometry.survival(self.channel_pdf);
+        let pdf = z.vertex.pdf(self.scene, connection.direction);
+        let by_chance = connection.geometry.density(pdf, connection.n_aim) * event;
         let source = self.scene.source_probability(index);
         path.push(Density {
             from_sensor: if aim.delta { 0.0 } else { by_chance },
             from_emitter: source * aim.pdf,
-            ease: link.ease * (chosen / source),
+            discovery: connection.discovery * (chosen / source),
         });
         let sampled = Sampled {
             image: None,
-            strategy: (1, stations.len() as u32 + 1),
-            depth: z.depth.saturating_add(1 + link.tube.events),
-            optical_length: z.optical_length + link.optical_length - lead_in(self.scene, index),
+            strategy: (1, vertices.len() as u32 + 1),
+            depth: z.depth.saturating_add(1 + connection.geometry.events),
+            optical_length: z.optical_length + connection.optical_length
+                - lead_in(self.scene, index),
             emitter: index,
         };
-        let factor = link.tube.geometry / (chosen * aim.pdf);
+        let factor = connection.geometry.geometry_term / (chosen * aim.pdf);
         self.contribution(sampled, value * factor, &path)
     }
 
@@ -171,80 +176,110 @@ impl Setting<'_> {
         self.scene.emitter_probability(emitter, &receiver) / self.scene.source_probability(emitter)
     }
 
-    /// A link from the last of the sensor's stations to station `j` of an emitter's subpath.
+    /// A connection from the last of the sensor's vertices to vertex `j` of an emitter's subpath.
     pub fn joined(
         &self,
-        stations: &[Station],
+        vertices: &[PathVertex],
         (light, j): (&LightPath, usize),
-        link: &Link,
+        connection: &Connection,
     ) -> Option<Contribution> {
-        let (z, y) = (stations.last()?, &light.subpath.stations[j]);
-        let scattered =
-            z.vertex.eval(self.scene, link.direction) * y.vertex.eval(self.scene, link.emission);
-        let value = z.throughput * scattered * y.throughput * link.transmittance();
-        let from_y = y.vertex.pdf(self.scene, link.emission);
-        let mut path = self.joint(stations, link, from_y);
-        let from_z = z.vertex.pdf(self.scene, link.direction);
-        let event = y
-            .vertex
-            .event(self.scene, self.lanes, link.emission, &link.tube);
-        let arrival = link.tube.density(from_z, link.n_aim) * event;
-        path.extend(self.emitter_side((light, j), (link.emission, link.ease), arrival));
+        let (z, y) = (vertices.last()?, &light.subpath.vertices[j]);
+        let scattered = z.vertex.eval(self.scene, connection.direction)
+            * y.vertex.eval(self.scene, connection.emission);
+        let value = z.throughput * scattered * y.throughput * connection.transmittance();
+        let from_y = y.vertex.pdf(self.scene, connection.emission);
+        let mut path = self.joint(vertices, connection, from_y);
+        let from_z = z.vertex.pdf(self.scene, connection.direction);
+        let event = y.vertex.event(
+            self.scene,
+            self.channel_pdf,
+            connection.emission,
+            &connection.geometry,
+        );
+        let arrival = connection.geometry.density(from_z, connection.n_aim) * event;
+        path.extend(self.emitter_side(
+            (light, j),
+            (connection.emission, connection.discovery),
+            arrival,
+        ));
         let depth = z.depth.saturating_add(y.depth);
         let sampled = Sampled {
             image: None,
-            strategy: (j as u32 + 2, stations.len() as u32 + 1),
-            depth: depth.saturating_add(1 + link.tube.events),
-            optical_length: z.optical_length + link.optical_length + y.optical_length,
+            strategy: (j as u32 + 2, vertices.len() as u32 + 1),
+            depth: depth.saturating_add(1 + connection.geometry.events),
+            optical_length: z.optical_length + connection.optical_length + y.optical_length,
             emitter: light.emitter,
         };
-        self.contribution(sampled, value * link.tube.geometry, &path)
+        self.contribution(sampled, value * connection.geometry.geometry_term, &path)
     }
 
-    /// A link from station `j` of an emitter's subpath to the sensor.
-    pub fn sensed(&self, (light, j): (&LightPath, usize), link: &Link) -> Option<Contribution> {
-        let y = &light.subpath.stations[j];
-        let sensed = self.scene.sensor().sense(link.origin, link.emission)?;
-        let importance = link.n_aim * link.n_aim * sensed.density;
-        let value = y.throughput * y.vertex.eval(self.scene, link.direction) * link.transmittance();
-        let event = y
-            .vertex
-            .event(self.scene, self.lanes, link.direction, &link.tube);
-        let arrival = link.tube.density(sensed.density, link.n_vertex) * event;
-        let path = self.emitter_side((light, j), (link.direction, link.ease), arrival);
+    /// A connection from vertex `j` of an emitter's subpath to the sensor.
+    pub fn sensed(
+        &self,
+        (light, j): (&LightPath, usize),
+        connection: &Connection,
+    ) -> Option<Contribution> {
+        let y = &light.subpath.vertices[j];
+        let sensed = self
+            .scene
+            .sensor()
+            .sense(connection.origin, connection.emission)?;
+        let importance = connection.n_aim * connection.n_aim * sensed.density;
+        let value = y.throughput
+            * y.vertex.eval(self.scene, connection.direction)
+            * connection.transmittance();
+        let event = y.vertex.event(
+            self.scene,
+            self.channel_pdf,
+            connection.direction,
+            &connection.geometry,
+        );
+        let arrival = connection
+            .geometry
+            .density(sensed.density, connection.n_vertex)
+            * event;
+        let path = self.emitter_side(
+            (light, j),
+            (connection.direction, connection.discovery),
+            arrival,
+        );
         let sampled = Sampled {
             image: Some(sensed.image),
             strategy: (j as u32 + 2, 1),
-            depth: y.depth.saturating_add(1 + link.tube.events),
-            optical_length: y.optical_length + link.optical_length,
+            depth: y.depth.saturating_add(1 + connection.geometry.events),
+            optical_length: y.optical_length + connection.optical_length,
             emitter: light.emitter,
         };
-        self.contribution(sampled, value * (link.tube.geometry * importance), &path)
+        self.contribution(
+            sampled,
+            value * (connection.geometry.geometry_term * importance),
+            &path,
+        )
     }
 
     /// The emitter is seen directly.
     pub fn seen(&self, light: &LightPath, view: &View) -> Option<Contribution> {
-        let View { link, .. } = view;
+        let View { connection, .. } = view;
         let emitter = &self.scene.emitters()[light.emitter];
         let aim = &light.emission.aim;
         let sensed = self.scene.sensor().sense(view.sensor.0, view.sensor.1)?;
         let emitted = emitter.emitted(aim, view.emitter.0, view.emitter.1);
         let importance = view.n[0] * view.n[0] * sensed.density;
-        let value = emitted * self.white() * link.transmittance();
-        let event = cosine(aim, view.emitter.1) * link.tube.survival(self.lanes);
+        let value = emitted * self.white() * connection.transmittance();
+        let event = cosine(aim, view.emitter.1) * connection.geometry.survival(self.channel_pdf);
         let path = [Density {
-            from_sensor: link.tube.density(sensed.density, view.n[1]) * event,
+            from_sensor: connection.geometry.density(sensed.density, view.n[1]) * event,
             from_emitter: light.density,
-            ease: link.ease,
+            discovery: connection.discovery,
         }];
         let sampled = Sampled {
             image: Some(sensed.image),
             strategy: (1, 1),
-            depth: 1 + link.tube.events,
-            optical_length: link.optical_length - lead_in(self.scene, light.emitter),
+            depth: 1 + connection.geometry.events,
+            optical_length: connection.optical_length - lead_in(self.scene, light.emitter),
             emitter: light.emitter,
         };
-        let factor = link.tube.geometry * importance / light.density;
+        let factor = connection.geometry.geometry_term * importance / light.density;
         self.contribution(sampled, value * factor, &path)
     }
 
@@ -270,89 +305,92 @@ impl Setting<'_> {
         })
     }
 
-    /// The vertices from the sensor up to one that is linked to something else, which chooses the link's
+    /// The vertices from the sensor up to one that is connected to something else, which chooses the connection's
     /// direction with density `pdf`.
-    fn joint(&self, stations: &[Station], link: &Link, pdf: f64) -> Vec<Density> {
-        let Some((z, before)) = stations.split_last() else {
+    fn joint(&self, vertices: &[PathVertex], connection: &Connection, pdf: f64) -> Vec<Density> {
+        let Some((z, before)) = vertices.split_last() else {
             return Vec::new();
         };
-        let event = z
-            .vertex
-            .event(self.scene, self.lanes, link.direction, &link.tube);
-        let arrival = link.tube.density(pdf, link.n_vertex) * event;
-        let mut path = sensor_side(stations, Some(arrival));
+        let event = z.vertex.event(
+            self.scene,
+            self.channel_pdf,
+            connection.direction,
+            &connection.geometry,
+        );
+        let arrival = connection.geometry.density(pdf, connection.n_vertex) * event;
+        let mut path = sensor_side(vertices, Some(arrival));
         if let Some(d) = path.last_mut() {
-            d.ease = z.step.ease;
+            d.discovery = z.edge.discovery;
         }
         if let (Some(b), [.., d, _]) = (before.last(), &mut path[..]) {
-            let pdf = z.reverse_pdf(self.scene, link.direction);
-            d.from_emitter = z.density_before(self.scene, self.lanes, b, pdf);
+            let pdf = z.reverse_pdf(self.scene, connection.direction);
+            d.from_emitter = z.density_before(self.scene, self.channel_pdf, b, pdf);
         }
         path
     }
 
-    /// The vertices from station `j` of an emitter's subpath up to the emitter, if a link of some ease
-    /// that is seen from the station in a direction samples it with density `arrival`.
+    /// The vertices from vertex `j` of an emitter's subpath up to the emitter, if a connection of some discovery probability
+    /// that is seen from the vertex in a direction samples it with density `arrival`.
     fn emitter_side(
         &self,
         (light, j): (&LightPath, usize),
-        (direction, ease): (DVec3, f64),
+        (direction, discovery): (DVec3, f64),
         arrival: f64,
     ) -> Vec<Density> {
-        let stations = &light.subpath.stations[..=j];
-        let y = &stations[j];
+        let vertices = &light.subpath.vertices[..=j];
+        let y = &vertices[j];
         let reverse = y.reverse_pdf(self.scene, direction);
-        let (mut ease, mut path) = (ease, Vec::with_capacity(j + 2));
-        for (i, station) in stations.iter().enumerate().rev() {
+        let (mut discovery, mut path) = (discovery, Vec::with_capacity(j + 2));
+        for (i, path_vertex) in vertices.iter().enumerate().rev() {
             let from_sensor = match j - i {
                 0 => arrival,
-                1 => y.density_before(self.scene, self.lanes, station, reverse),
-                _ => station.backward,
+                1 => y.density_before(self.scene, self.channel_pdf, path_vertex, reverse),
+                _ => path_vertex.backward,
             };
             path.push(Density {
                 from_sensor,
-                from_emitter: station.forward,
-                ease,
+                from_emitter: path_vertex.forward,
+                discovery,
             });
-            ease = match j - i {
-                0 => station.step.ease,
-                _ => station.ease_going_on(),
+            discovery = match j - i {
+                0 => path_vertex.edge.discovery,
+                _ => path_vertex.discovery_going_on(),
             };
         }
         let by_chance = match j {
-            0 => y.density_end(self.lanes, reverse),
+            0 => y.density_end(self.channel_pdf, reverse),
             _ => light.subpath.end_backward,
         };
         let delta = self.scene.emitters()[light.emitter].is_delta();
-        let cosine = cosine(&light.emission.aim, stations[0].step.leaving);
+        let cosine = cosine(&light.emission.aim, vertices[0].edge.leaving);
         // The first vertex as the sensor's subpath would come upon it.
-        let from = match stations.get(1) {
-            Some(next) => next.step.leaving,
+        let from = match vertices.get(1) {
+            Some(next) => next.edge.leaving,
             None => direction,
         };
-        ease *= self.favour(&stations[0].vertex.seen_from(from), light.emitter);
+        discovery *= self.favour(&vertices[0].vertex.seen_from(from), light.emitter);
         path.push(Density {
             from_sensor: if delta { 0.0 } else { by_chance * cosine },
             from_emitter: light.density,
-            ease,
+            discovery,
         });
         path
     }
 
     /// One in every channel in use.
     fn white(&self) -> Spectrum {
-        self.lanes.map(|p| f64::from(u8::from(p > 0.0)))
+        self.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)))
     }
 }
 
 /// The vertices of a sensor subpath that goes on from all of them; `last` is the density of the last one from the other side.
-fn sensor_side(stations: &[Station], last: Option<f64>) -> Vec<Density> {
-    let density = |s: &Station| Density {
+fn sensor_side(vertices: &[PathVertex], last: Option<f64>) -> Vec<Density> {
+    let density = |s: &PathVertex| Density {
         from_sensor: s.forward,
         from_emitter: s.backward,
-        ease: s.ease_going_on(),
+        discovery: s.discovery_going_on(),
     };
-    let mut path: Vec<Density> = stations.iter().map(density).collect();
+    let mut path: Vec<Density> = vertices.iter().map(density).collect();
     if let (Some(d), Some(last)) = (path.last_mut(), last) {
         d.from_emitter = last;
     }
@@ -360,9 +398,9 @@ fn sensor_side(stations: &[Station], last: Option<f64>) -> Vec<Density> {
 }
 
 /// Cosine at the end of a path, where that lies on a surface.
-fn cosine(aim: &Aim, direction: DVec3) -> f64 {
+fn cosine(aim: &ConnectionEnd, direction: DVec3) -> f64 {
     match aim {
-        Aim::Point {
+        ConnectionEnd::Point {
             surface: Some(OnSurface { normal, .. }),
             ..
         } => normal.dot(direction).max(0.0),

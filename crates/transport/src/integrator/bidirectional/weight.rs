@@ -18,17 +18,17 @@ pub(super) struct Density {
     /// Density with which it is sampled from the side of the emitter.
     pub from_emitter: f64,
     /// How easily connections find the edge from xᵢ₋₁ to xᵢ; 0 if they do not look for it.
-    pub ease: f64,
+    pub discovery: f64,
 }
 
 /// The weight of the strategy that samples the first `t` vertices, x₀ included, from the sensor and
 /// connects them to the others. `path` lists x₁ … x_k.
 ///
 /// With p_t the density of strategy t, p_{t+1}/p_t is the ratio of the two densities of x_t times that of
-/// the eases of the edges that they connect. A strategy that connects nothing, t = k + 1, has ease 1;
+/// the discovery probabilities of the edges that they connect. A strategy that connects nothing, t = k + 1, has discovery probability 1;
 /// one whose edge connections do not look for has none (theory §7).
 pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
-    let ease = |t: usize| path.get(t - 1).map_or(1.0, |d| d.ease);
+    let discovery = |t: usize| path.get(t - 1).map_or(1.0, |d| d.discovery);
     let power = |p: f64| match heuristic {
         Heuristic::Balance => p,
         Heuristic::Power => p * p,
@@ -40,8 +40,12 @@ pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
         if ratio == 0.0 || ratio.is_nan() {
             break;
         }
-        let ease = ease(j + 2);
-        others += if ease > 0.0 { power(ratio * ease) } else { 0.0 };
+        let discovery = discovery(j + 2);
+        others += if discovery > 0.0 {
+            power(ratio * discovery)
+        } else {
+            0.0
+        };
     }
     ratio = 1.0;
     for (j, d) in path.iter().enumerate().take(t - 1).rev() {
@@ -49,10 +53,14 @@ pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
         if ratio == 0.0 || ratio.is_nan() {
             break;
         }
-        let ease = ease(j + 1);
-        others += if ease > 0.0 { power(ratio * ease) } else { 0.0 };
+        let discovery = discovery(j + 1);
+        others += if discovery > 0.0 {
+            power(ratio * discovery)
+        } else {
+            0.0
+        };
     }
-    let own = power(ease(t));
+    let own = power(discovery(t));
     own / (own + others)
 }
 
@@ -63,10 +71,10 @@ mod tests {
     /// Over all strategies of one path the weights sum to one.
     #[test]
     fn weights_sum_to_one() {
-        let density = |a, b, ease| Density {
+        let density = |a, b, discovery| Density {
             from_sensor: a,
             from_emitter: b,
-            ease,
+            discovery,
         };
         let delta = [density(2.0, 3.0, 1.0), density(0.0, 1.0, 0.125)];
         let broad = [
@@ -78,7 +86,7 @@ mod tests {
         for path in [&delta[..], &broad[..]] {
             for heuristic in [Heuristic::Balance, Heuristic::Power] {
                 let strategies = (1..=path.len() + 1).filter(|&t| {
-                    path.get(t - 1).is_none_or(|d| d.ease > 0.0)
+                    path.get(t - 1).is_none_or(|d| d.discovery > 0.0)
                         && path[..t - 1].iter().all(|d| d.from_sensor > 0.0)
                 });
                 let sum: f64 = strategies.map(|t| weight(heuristic, path, t)).sum();
@@ -94,12 +102,12 @@ mod tests {
             Density {
                 from_sensor: 1.0,
                 from_emitter: 1.0,
-                ease: 0.0,
+                discovery: 0.0,
             },
             Density {
                 from_sensor: 3.0,
                 from_emitter: 1.0,
-                ease: 0.5,
+                discovery: 0.5,
             },
         ];
         // By connection: 1 · 0.5. By chance: 3.

@@ -1,10 +1,13 @@
 //! Next-event estimation: which emitters a vertex is connected to, and what that brings.
 
-use super::{Light, Next, Tracing, Way};
+use super::{Light, Next, PathLength, Tracing};
 use crate::Spectrum;
-use crate::aim::{Aim, OnSurface};
+use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::Class;
-use crate::path::{Edge, End, Equiangular, Found, Goal, Link, Slot, Vertex, lead_in, scatter_pdf};
+use crate::path::{
+    Connection, ConnectionTarget, Edge, End, Equiangular, NeeSlot, Vertex, Weighted, lead_in,
+    scatter_pdf,
+};
 use crate::sampling::Purpose;
 use crate::scene::{Receiver, Scene};
 
@@ -14,8 +17,8 @@ impl Tracing<'_> {
     pub(super) fn direct(
         &mut self,
         vertex: &Vertex,
-        (edge, way): (&Edge, Way),
-        (throughput, lanes): (Spectrum, Spectrum),
+        (edge, way): (&Edge, PathLength),
+        (throughput, channel_pdf): (Spectrum, Spectrum),
         budget: u32,
     ) {
         let scene = self.scene;
@@ -24,7 +27,7 @@ impl Tracing<'_> {
         }
         let receiver = vertex.receiver(scene);
         for (i, class) in scene.classes().enumerate() {
-            let rate = self.ws.rates.of(Slot::new(class, vertex));
+            let rate = self.ws.rates.of(NeeSlot::new(class, vertex));
             if rate < 1.0 && self.sampler.next_1d() >= rate {
                 continue;
             }
@@ -32,7 +35,7 @@ impl Tracing<'_> {
             let (index, chosen) = scene.choose_emitter(class, &receiver, u);
             let light = self.connect(vertex, throughput, (index, rate * chosen, place), budget);
             if !light.is_empty() {
-                let share = self.collided(edge, (index, chosen), lanes);
+                let share = self.collided(edge, (index, chosen), channel_pdf);
                 self.connected(light, (vertex, share), (way, index));
             }
         }
@@ -40,7 +43,7 @@ impl Tracing<'_> {
 
     /// The share of a collision at the end of an edge that is connected to an emitter, chosen there with some probability, in
     /// both ways to place the vertex: it could also have been by its distance to the emitter.
-    fn collided(&self, edge: &Edge, (index, chosen): (usize, f64), lanes: Spectrum) -> f64 {
+    fn collided(&self, edge: &Edge, (index, chosen): (usize, f64), channel_pdf: Spectrum) -> f64 {
         let End::Collision(point) = &edge.end else {
             return 1.0;
         };
@@ -49,7 +52,7 @@ impl Tracing<'_> {
         };
         let by_distance = self.scene.emitter_probability(index, &along(edge));
         let by_distance = by_distance * around.pdf(point.length);
-        let by_collision = edge.collision_density(lanes, point) * chosen;
+        let by_collision = edge.collision_density(channel_pdf, point) * chosen;
         by_collision / (by_collision + by_distance)
     }
 
@@ -60,11 +63,11 @@ impl Tracing<'_> {
         &mut self,
         edge: &Edge,
         next: &Next,
-        lanes: Spectrum,
+        channel_pdf: Spectrum,
         budget: u32,
     ) {
         let scene = self.scene;
-        let rate = self.ws.rates.of(Slot::IN_MEDIA_TO_DELTA);
+        let rate = self.ws.rates.of(NeeSlot::IN_MEDIA_TO_DELTA);
         if rate < 1.0 && self.sampler.next_1d() >= rate {
             return;
         }
@@ -84,7 +87,7 @@ impl Tracing<'_> {
         }
         let vertex = Vertex::volume(&point);
         let chosen = scene.emitter_probability(index, &vertex.receiver(scene));
-        let by_collision = edge.collision_density(lanes, &point) * chosen;
+        let by_collision = edge.collision_density(channel_pdf, &point) * chosen;
         let density = probability * around.pdf(point.length) + by_collision;
         let throughput = next.throughput * scattering / density;
         let place = self.sampler.next_2d_for(Purpose::AroundAim);
@@ -112,27 +115,34 @@ impl Tracing<'_> {
         throughput: Spectrum,
         (index, probability, u): (usize, f64, [f64; 2]),
         budget: u32,
-    ) -> Found<Light> {
+    ) -> Weighted<Light> {
         let scene = self.scene;
         let emitter = &scene.emitters()[index];
         let shape = |object: usize| &scene.objects()[object].shape;
         let aimed = emitter.aim(scene.around(), shape, u);
         let density = probability * aimed.pdf;
-        let goal = Goal::emitter(scene, index, aimed.aim);
+        let target = ConnectionTarget::emitter(scene, index, aimed.aim);
         let behind = lead_in(scene, index);
         let before = self.work();
-        let light = Link::each(scene, (vertex, &goal), self.sampler, self.ws, |link| {
-            let emitted = emitter.emitted(&aimed.aim, link.origin, link.emission);
-            let aimed = (&aimed.aim, density, aimed.delta);
-            let (value, share) = received(scene, vertex, throughput, link, emitted, aimed);
-            (link.tube.events < budget && !value.is_zero()).then_some(Light {
-                value,
-                share,
-                events: link.tube.events,
-                optical_length: link.optical_length - behind,
-            })
-        });
-        self.spent(Slot::new(emitter.class(), vertex), before);
+        let light = Connection::each(
+            scene,
+            (vertex, &target),
+            self.sampler,
+            self.ws,
+            |connection| {
+                let emitted = emitter.emitted(&aimed.aim, connection.origin, connection.emission);
+                let aimed = (&aimed.aim, density, aimed.delta);
+                let (value, share) =
+                    received(scene, vertex, throughput, connection, emitted, aimed);
+                (connection.geometry.events < budget && !value.is_zero()).then_some(Light {
+                    value,
+                    share,
+                    events: connection.geometry.events,
+                    optical_length: connection.optical_length - behind,
+                })
+            },
+        );
+        self.spent(NeeSlot::new(emitter.class(), vertex), before);
         light
     }
 }
@@ -147,18 +157,18 @@ fn along(edge: &Edge) -> Receiver<'static> {
     }
 }
 
-/// What a link brings to the sensor, for an aim of given density, and its share of what all ways to find it bring;
+/// What a connection brings to the sensor, for an aim of given density, and its share of what all ways to find it bring;
 /// `delta` if nothing else can find the emitter.
 fn received(
     scene: &Scene,
     vertex: &Vertex,
     throughput: Spectrum,
-    link: &Link,
+    connection: &Connection,
     emitted: Spectrum,
-    (aim, density, delta): (&Aim, f64, bool),
+    (aim, density, delta): (&ConnectionEnd, f64, bool),
 ) -> (Spectrum, f64) {
-    let scattered = throughput * vertex.eval(scene, link.direction);
-    let received = scattered * link.transmittance() * emitted;
+    let scattered = throughput * vertex.eval(scene, connection.direction);
+    let received = scattered * connection.transmittance() * emitted;
     if received.is_zero() {
         return (Spectrum::ZERO, 1.0);
     }
@@ -166,18 +176,23 @@ fn received(
         1.0
     } else {
         // As the edge would be sampled if scattering chose this direction.
-        let lanes = scattered / scattered.sum();
+        let channel_pdf = scattered / scattered.sum();
         let cos = match aim {
-            Aim::Point {
+            ConnectionEnd::Point {
                 surface: Some(OnSurface { normal, .. }),
                 ..
-            } => normal.dot(link.emission),
+            } => normal.dot(connection.emission),
             _ => 1.0,
         };
-        let pdf = scatter_pdf(scene, vertex, link.direction);
-        let by_chance = link.tube.density(pdf, link.n_aim) * cos * link.tube.survival(lanes);
-        let by_connection = density * link.ease;
+        let pdf = scatter_pdf(scene, vertex, connection.direction);
+        let by_chance = connection.geometry.density(pdf, connection.n_aim)
+            * cos
+            * connection.geometry.survival(channel_pdf);
+        let by_connection = density * connection.discovery;
         by_connection / (by_connection + by_chance)
     };
-    (received * (link.tube.geometry * weight / density), weight)
+    (
+        received * (connection.geometry.geometry_term * weight / density),
+        weight,
+    )
 }

@@ -1,7 +1,7 @@
 //! Russian roulette: which paths go on.
 
 use super::{Next, PathTracer, Tracing};
-use crate::path::Tally;
+use crate::path::PathTally;
 use crate::sampling::Purpose;
 
 /// Russian roulette never lets a path go on with a larger probability than this from the depth on at which all paths
@@ -31,7 +31,7 @@ impl PathTracer {
     /// scale is then the throughput of radiance, so that n² of the medium does not count.
     fn survival(&self, t: &Tracing, next: &Next) -> f64 {
         let late = next.way.depth >= self.rr_depth;
-        let wanted = match t.ws.prospects.of(&next.start) {
+        let wanted = match t.ws.adjoint.of(&next.start) {
             Some(prospect) => (prospect * next.throughput.sum()).max(SHORTEST_ROULETTE),
             None if late => {
                 let sensor = t.scene.sensor().position();
@@ -48,22 +48,22 @@ impl Tracing<'_> {
     /// Tells a pilot of a path that goes on.
     fn depart(&mut self, next: &Next) {
         let tally = self.tally();
-        if let (Some(departures), Some(tally)) = (&mut self.ws.departures, tally) {
-            departures.depart(&next.start, next.throughput.sum(), tally);
+        if let (Some(adjoint_training), Some(tally)) = (&mut self.ws.adjoint_training, tally) {
+            adjoint_training.depart(&next.start, next.throughput.sum(), tally);
         }
     }
 
     /// Tells a pilot of the end of a path.
     pub(super) fn end(&mut self) {
         let tally = self.tally();
-        if let (Some(departures), Some(tally)) = (&mut self.ws.departures, tally) {
-            departures.end(tally);
+        if let (Some(adjoint_training), Some(tally)) = (&mut self.ws.adjoint_training, tally) {
+            adjoint_training.end(tally);
         }
     }
 
     /// What the path has brought and taken so far, if a pilot asks for it.
-    fn tally(&self) -> Option<Tally> {
-        self.ws.departures.as_ref().map(|_| Tally {
+    fn tally(&self) -> Option<PathTally> {
+        self.ws.adjoint_training.as_ref().map(|_| PathTally {
             light: self.out.iter().map(|c| c.weighted().sum()).sum(),
             work: self.ws.stats().cost(),
         })

@@ -6,7 +6,7 @@ use crate::Spectrum;
 use crate::budget::PHOTONS_PER_GATHER;
 use crate::film::PathFacts;
 use crate::path::Point;
-use crate::path::{Carry, Edge, End, Sampling, Start, Vertex, Workspace, trace};
+use crate::path::{Edge, End, Sampling, Start, TransportMode, Vertex, Workspace, trace};
 use crate::photons::{Kernel, Photon, PhotonMap, Place, pieces};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -45,7 +45,7 @@ pub struct Gathering<'a> {
     /// How far around a ray, or a place, they count.
     pub radii: Radii,
     /// Probabilities of the channels; none of those that are not in use.
-    pub lanes: Spectrum,
+    pub channel_pdf: Spectrum,
 }
 
 impl Gathering<'_> {
@@ -65,14 +65,14 @@ impl Gathering<'_> {
         let n = scene.n(start.medium, start.x);
         let mut next = Some(Sight {
             start,
-            throughput: self.lanes.map(|p| if p > 0.0 { n * n } else { 0.0 }),
+            throughput: self.channel_pdf.map(|p| if p > 0.0 { n * n } else { 0.0 }),
             depth: 0,
             optical_length: 0.0,
         });
         while let Some(sight) = next {
             let sampling = Sampling {
-                carry: Carry::Radiance,
-                lanes: self.lanes,
+                mode: TransportMode::Radiance,
+                channel_pdf: self.channel_pdf,
                 extend: false,
                 collides: self.mapping.query == Query::Point,
                 spans: self.mapping.query == Query::Beam,
@@ -134,10 +134,10 @@ impl Gathering<'_> {
     /// The photons around a collision.
     fn around(&self, sight: &Sight, edge: &Edge, point: &Point, found: &mut impl FnMut(Gathered)) {
         let kernel = Kernel::ball(self.radii.volume);
-        let density = edge.collision_density(self.lanes, point);
+        let density = edge.collision_density(self.channel_pdf, point);
         let seen = Seen {
             throughput: sight.throughput * point.weight * point.depth.exp_neg() / density,
-            depth: sight.depth + 1 + edge.tube.events,
+            depth: sight.depth + 1 + edge.geometry.events,
             optical_length: sight.optical_length + edge.optical_length,
         };
         self.map.volume.visit(
@@ -161,11 +161,11 @@ impl Gathering<'_> {
     ) -> Option<Sight> {
         let chance = match self.mapping.query {
             Query::Beam => 1.0,
-            Query::Point => edge.tube.survival(self.lanes),
+            Query::Point => edge.geometry.survival(self.channel_pdf),
         };
         let seen = Seen {
-            throughput: sight.throughput * edge.weight * edge.tube.depth.exp_neg() / chance,
-            depth: sight.depth + 1 + edge.tube.events,
+            throughput: sight.throughput * edge.weight * edge.geometry.depth.exp_neg() / chance,
+            depth: sight.depth + 1 + edge.geometry.events,
             optical_length: sight.optical_length + edge.optical_length,
         };
         if self

@@ -87,15 +87,15 @@ impl PhotonMapping {
     }
 
     /// How light subpaths are sampled in the channels with a probability.
-    pub fn bounds(&self, lanes: Spectrum) -> Bounds {
+    pub fn bounds(&self, channel_pdf: Spectrum) -> Bounds {
         Bounds {
-            lanes,
+            channel_pdf,
             // One edge at least joins a photon to the sensor.
             max_depth: self
                 .max_depth
                 .map_or(u32::MAX, |depth| depth.saturating_sub(1)),
             rr_depth: self.rr_depth,
-            vertices: usize::MAX,
+            max_vertices: usize::MAX,
             weighs: false,
         }
     }
@@ -118,7 +118,7 @@ impl PhotonMapping {
         &self,
         scene: &Scene,
         ray: Ray,
-        lanes: Spectrum,
+        channel_pdf: Spectrum,
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,
     ) {
@@ -126,7 +126,7 @@ impl PhotonMapping {
         let sampler_of = |path| Sampler::new(seed, path, 0);
         let (map, stats, _) = PhotonMap::trace(
             (scene, &ws.stop),
-            &self.bounds(lanes),
+            &self.bounds(channel_pdf),
             self.paths(scene),
             sampler_of,
         );
@@ -136,7 +136,7 @@ impl PhotonMapping {
             mapping: self,
             radii: self.radii(self.first_radius(scene, &map), 0),
             map: &map,
-            lanes,
+            channel_pdf,
         };
         gathering.along(ray, (sampler, ws), |light| {
             out.push(Contribution {

@@ -1,7 +1,7 @@
 //! Connections through the surface of a ball, of which all are known.
 
-use super::{Known, Search, Shot};
-use crate::aim::Aim;
+use super::{Candidate, Known, Search};
+use crate::connection_end::ConnectionEnd;
 use crate::scene::GlassBall;
 use eikonal::connect::{Outside, Pattern, RayFamily, Start};
 use glam::DVec3;
@@ -18,19 +18,19 @@ impl<'a> Search<'a> {
             return false;
         };
         let x = self.vertex.position();
-        let within = match self.goal.aim {
-            Aim::Point { position: y, .. } => {
+        let within = match self.target.aim {
+            ConnectionEnd::Point { position: y, .. } => {
                 let inside = glass.ball.contains(x) && glass.ball.contains(y);
                 inside && (glass.ball.lets_out(x) || glass.ball.lets_out(y))
             }
-            Aim::Plane { .. } => false,
+            ConnectionEnd::Plane { .. } => false,
         };
         self.scene.branch_reach().reflections == 0 && (within || self.ends(glass).is_some())
     }
 
     /// A start for every ray through the surface of the ball that is all that bends rays, if one end lies
     /// inside and the other outside.
-    pub(super) fn through_ball(self) -> Option<impl Iterator<Item = Shot> + use<'a>> {
+    pub(super) fn through_ball(self) -> Option<impl Iterator<Item = Candidate> + use<'a>> {
         let glass = self.scene.glass_ball()?;
         let (inner, outer) = self.ends(glass)?;
         let crossings = glass.ball.crossings(inner, outer);
@@ -40,13 +40,15 @@ impl<'a> Search<'a> {
     /// The end that lies inside, and the one that lies outside.
     fn ends(&self, glass: &GlassBall) -> Option<(DVec3, Outside)> {
         let (x, ball) = (self.vertex.position(), &glass.ball);
-        match self.goal.aim {
-            Aim::Point { position: y, .. } => match (ball.contains(x), ball.contains(y)) {
-                (true, false) => Some((x, Outside::Point(y))),
-                (false, true) => Some((y, Outside::Point(x))),
-                _ => None,
-            },
-            Aim::Plane {
+        match self.target.aim {
+            ConnectionEnd::Point { position: y, .. } => {
+                match (ball.contains(x), ball.contains(y)) {
+                    (true, false) => Some((x, Outside::Point(y))),
+                    (false, true) => Some((y, Outside::Point(x))),
+                    _ => None,
+                }
+            }
+            ConnectionEnd::Plane {
                 through, direction, ..
             } => {
                 let before = (ball.center - through).dot(direction) > ball.radius;
@@ -57,14 +59,14 @@ impl<'a> Search<'a> {
     }
 
     /// The start of the ray that crosses the surface of the ball at `p`.
-    fn by_way_of(&self, p: DVec3, glass: &GlassBall) -> Option<Shot> {
+    fn by_way_of(&self, p: DVec3, glass: &GlassBall) -> Option<Candidate> {
         let x = self.vertex.position();
-        match self.goal.aim {
-            Aim::Point { position, .. } => {
+        match self.target.aim {
+            ConnectionEnd::Point { position, .. } => {
                 let direction = (p - x).try_normalize()?;
                 let place = self.vertex.start(self.scene, direction);
                 let arrival = (position - p).try_normalize()?;
-                let (target, facing) = self.target(position, arrival);
+                let (end_point, facing) = self.end_point(position, arrival);
                 if facing.is_some_and(|normal| normal.dot(arrival) > BEHIND) {
                     return None;
                 }
@@ -75,18 +77,18 @@ impl<'a> Search<'a> {
                     },
                     region: place.medium,
                     optical_length: glass.optical_length(p, place.x)
-                        + glass.optical_length(p, target),
+                        + glass.optical_length(p, end_point),
                     pattern: Pattern::REFRACT,
                 };
-                Some(Shot {
+                Some(Candidate {
                     start,
-                    target,
+                    end_point,
                     place,
                     facing,
                     known: Known::Nothing,
                 })
             }
-            Aim::Plane {
+            ConnectionEnd::Plane {
                 through, direction, ..
             } => {
                 let foot = p - direction * (p - through).dot(direction);

@@ -1,24 +1,24 @@
 //! Where connections are looked for (theory §5): from deterministic starts, and from random ones.
 
 mod ball;
-mod luck;
+mod random;
 
 use super::Workspace;
+use super::connection::{Connection, ConnectionTarget};
 use super::edge::Start;
-use super::link::{Goal, Link};
 use super::vertex::Vertex;
 use super::walk::leave;
-use crate::aim::Aim;
+use crate::connection_end::ConnectionEnd;
 use crate::scene::{MediumId, Scene};
 use eikonal::connect::{self, ConnectingRay, Failure, Piece, RayFamily, World};
 use glam::DVec3;
 
 /// A start for the solver, and what the ray that it finds must comply with.
 #[derive(Clone, Debug)]
-pub(super) struct Shot {
+pub(super) struct Candidate {
     pub start: connect::Start<MediumId>,
     /// The point to be met.
-    pub target: DVec3,
+    pub end_point: DVec3,
     /// The vertex's end of the ray: the ray must leave on the side of its direction.
     place: Start,
     /// Normal of the aim's surface on the side on which the ray must arrive.
@@ -37,13 +37,13 @@ enum Known {
     Nothing,
 }
 
-impl Shot {
+impl Candidate {
     fn connect(&self, scene: &Scene, ws: &mut Workspace) -> Result<ConnectingRay, Failure> {
         let solver = &mut ws.solver;
         match &self.known {
-            Known::Straight => solver.primary(scene, &self.start, self.target),
-            Known::Followed(known) => solver.solve_on(scene, known, self.target),
-            Known::Nothing => solver.solve(scene, &self.start, self.target),
+            Known::Straight => solver.primary(scene, &self.start, self.end_point),
+            Known::Followed(known) => solver.solve_on(scene, known, self.end_point),
+            Known::Nothing => solver.solve(scene, &self.start, self.end_point),
         }
     }
 }
@@ -53,15 +53,15 @@ impl Shot {
 pub(super) struct Search<'a> {
     scene: &'a Scene,
     vertex: &'a Vertex,
-    goal: &'a Goal<'a>,
+    target: &'a ConnectionTarget<'a>,
 }
 
 impl<'a> Search<'a> {
-    pub fn new(scene: &'a Scene, vertex: &'a Vertex, goal: &'a Goal<'a>) -> Self {
+    pub fn new(scene: &'a Scene, vertex: &'a Vertex, target: &'a ConnectionTarget<'a>) -> Self {
         Search {
             scene,
             vertex,
-            goal,
+            target,
         }
     }
 
@@ -73,7 +73,9 @@ impl<'a> Search<'a> {
 
     /// Whether it is known that there is one ray at most.
     fn is_unique(&self) -> bool {
-        let (Aim::Point { position, .. }, Some(medium)) = (self.goal.aim, self.goal.medium) else {
+        let (ConnectionEnd::Point { position, .. }, Some(medium)) =
+            (self.target.aim, self.target.medium)
+        else {
             return false;
         };
         let x = self.vertex.position();
@@ -84,59 +86,59 @@ impl<'a> Search<'a> {
 
     /// The deterministic starts: at every ray through the surface of a ball, along the chord, at the foot of
     /// the vertex, or where a beam passes by.
-    pub fn certain(self) -> impl Iterator<Item = Shot> + use<'a> {
+    pub fn certain(self) -> impl Iterator<Item = Candidate> + use<'a> {
         let ball = self.through_ball();
         let others = ball.is_none().then(|| self.around_chord());
         let ball = ball.into_iter().flatten();
         ball.chain(others.into_iter().flatten())
     }
 
-    fn around_chord(self) -> impl Iterator<Item = Shot> + use<'a> {
-        let guided = self.goal.guide.map(|guide| {
+    fn around_chord(self) -> impl Iterator<Item = Candidate> + use<'a> {
+        let guided = self.target.guide.map(|guide| {
             let starts = guide.starts(self.scene, self.vertex.position());
-            starts.into_iter().map(move |known| Shot {
+            starts.into_iter().map(move |known| Candidate {
                 known: Known::Followed(Box::new(known)),
                 ..self.straight(known.start)
             })
         });
         let single = match guided {
             Some(_) => None,
-            None => self.chord().map(|shot| Shot {
+            None => self.chord().map(|candidate| Candidate {
                 known: Known::Straight,
-                ..shot
+                ..candidate
             }),
         };
         single.into_iter().chain(guided.into_iter().flatten())
     }
 
     /// Straight ahead.
-    fn chord(&self) -> Option<Shot> {
+    fn chord(&self) -> Option<Candidate> {
         let x = self.vertex.position();
-        match self.goal.aim {
-            Aim::Point { position, .. } => {
+        match self.target.aim {
+            ConnectionEnd::Point { position, .. } => {
                 let direction = (position - x).try_normalize()?;
                 let place = self.vertex.start(self.scene, direction);
-                let (target, facing) = self.target(position, direction);
+                let (end_point, facing) = self.end_point(position, direction);
                 let family = RayFamily::Point {
                     x: place.x,
-                    direction: (target - place.x).try_normalize()?,
+                    direction: (end_point - place.x).try_normalize()?,
                 };
                 let n = self.scene.n(place.medium, place.x);
                 let start = connect::Start {
                     family,
                     region: place.medium,
-                    optical_length: target.distance(place.x) * n,
+                    optical_length: end_point.distance(place.x) * n,
                     pattern: connect::Pattern::REFRACT,
                 };
-                Some(Shot {
+                Some(Candidate {
                     start,
-                    target,
+                    end_point,
                     place,
                     facing,
                     known: Known::Nothing,
                 })
             }
-            Aim::Plane {
+            ConnectionEnd::Plane {
                 through, direction, ..
             } => {
                 let depth = (x - through).dot(direction);
@@ -154,28 +156,28 @@ impl<'a> Search<'a> {
     }
 
     /// The point to be met by a ray that arrives in `direction`, and the side of its surface.
-    fn target(&self, position: DVec3, direction: DVec3) -> (DVec3, Option<DVec3>) {
-        let Aim::Point {
+    fn end_point(&self, position: DVec3, direction: DVec3) -> (DVec3, Option<DVec3>) {
+        let ConnectionEnd::Point {
             surface: Some(on), ..
-        } = self.goal.aim
+        } = self.target.aim
         else {
             return (position, None);
         };
-        let facing = self.goal.facing(&on, direction);
+        let facing = self.target.facing(&on, direction);
         (leave(self.scene, position, facing, facing), Some(facing))
     }
 
-    /// A shot from a plane that is taken to arrive as it left.
-    fn straight(&self, start: connect::Start<MediumId>) -> Shot {
+    /// A candidate from a plane that is taken to arrive as it left.
+    fn straight(&self, start: connect::Start<MediumId>) -> Candidate {
         self.arriving(start, start.family.direction())
     }
 
-    /// A shot from a plane that arrives at the vertex in a direction.
-    fn arriving(&self, start: connect::Start<MediumId>, direction: DVec3) -> Shot {
+    /// A candidate from a plane that arrives at the vertex in a direction.
+    fn arriving(&self, start: connect::Start<MediumId>, direction: DVec3) -> Candidate {
         let place = self.vertex.start(self.scene, -direction);
-        Shot {
+        Candidate {
             start,
-            target: place.x,
+            end_point: place.x,
             place,
             facing: None,
             known: Known::Nothing,
@@ -183,52 +185,63 @@ impl<'a> Search<'a> {
     }
 
     /// One attempt, counted.
-    pub fn attempt(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
+    pub fn attempt(&self, candidate: &Candidate, ws: &mut Workspace) -> Option<Connection> {
         if ws.stop.is_raised() {
             return None;
         }
-        let outcome = shot.connect(self.scene, ws);
+        let outcome = candidate.connect(self.scene, ws);
         ws.stats.count(&outcome);
-        let link = self.comply(shot, &outcome.ok()?, ws);
-        ws.stats.connections.discarded += u64::from(link.is_none());
-        link
+        let connection = self.comply(candidate, &outcome.ok()?, ws);
+        ws.stats.connections.discarded += u64::from(connection.is_none());
+        connection
     }
 
     /// The same, not counted.
-    pub fn solve(&self, shot: &Shot, ws: &mut Workspace) -> Option<Link> {
+    pub fn solve(&self, candidate: &Candidate, ws: &mut Workspace) -> Option<Connection> {
         if ws.stop.is_raised() {
             return None;
         }
-        let ray = shot.connect(self.scene, ws).ok()?;
-        self.comply(shot, &ray, ws)
+        let ray = candidate.connect(self.scene, ws).ok()?;
+        self.comply(candidate, &ray, ws)
     }
 
-    /// The link of a ray that was found, unless it arrives or leaves on the wrong side of a surface.
-    fn comply(&self, shot: &Shot, ray: &ConnectingRay, ws: &Workspace) -> Option<Link> {
-        let link = Link::new(self.scene, self.goal, (shot, ray), ws)?;
-        let leaves = self.vertex.same_side(link.direction, shot.place.direction);
-        let arrives = shot.facing.is_none_or(|f| f.dot(link.emission) > 0.0);
-        let through = match self.goal.aim {
-            Aim::Point { .. } => true,
+    /// The connection of a ray that was found, unless it arrives or leaves on the wrong side of a surface.
+    fn comply(
+        &self,
+        candidate: &Candidate,
+        ray: &ConnectingRay,
+        ws: &Workspace,
+    ) -> Option<Connection> {
+        let connection = Connection::new(self.scene, self.target, (candidate, ray), ws)?;
+        let leaves = self
+            .vertex
+            .same_side(connection.direction, candidate.place.direction);
+        let arrives = candidate
+            .facing
+            .is_none_or(|f| f.dot(connection.emission) > 0.0);
+        let through = match self.target.aim {
+            ConnectionEnd::Point { .. } => true,
             // A ray against its own direction, through the medium behind the vertex's surface, or from
             // a part of the plane in another medium than it was started in.
-            Aim::Plane { .. } => {
+            ConnectionEnd::Plane { .. } => {
                 let last = ws.solver.pieces().last()?;
                 ray.optical_length > 0.0
-                    && last.region == shot.place.medium
-                    && self.scene.medium_at(ray.start) == shot.start.region
+                    && last.region == candidate.place.medium
+                    && self.scene.medium_at(ray.start) == candidate.start.region
             }
         };
         let within = self.within_reach(ray, ws.solver.pieces());
-        (leaves && arrives && through && within).then_some(link)
+        (leaves && arrives && through && within).then_some(connection)
     }
 
     /// Whether branches like this ray are looked for: see [`super`].
     fn within_reach(&self, ray: &ConnectingRay, pieces: &[Piece<MediumId>]) -> bool {
         let bounces = pieces.iter().filter(|p| p.is_reflected()).count() as u32;
         // How far away a plane is does not count.
-        let approach = match (self.goal.aim, pieces.first()) {
-            (Aim::Plane { .. }, Some(first)) if self.scene.field(first.region).is_constant() => {
+        let approach = match (self.target.aim, pieces.first()) {
+            (ConnectionEnd::Plane { .. }, Some(first))
+                if self.scene.field(first.region).is_constant() =>
+            {
                 first.arc.optical_length(first.theta_end)
             }
             _ => 0.0,

@@ -5,10 +5,10 @@ use glam::DVec3;
 
 /// A ray tube between two points, or between a point and a plane: the same from either end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tube {
+pub struct EdgeGeometry {
     /// Geometry term G: 1/(J n²) between two points, with J and n at the end that the ray was followed
     /// to (theory §3: 1/(B n_a² n_b²)); 1/(A n²) between a plane and a point of index n (theory §5).
-    pub geometry: f64,
+    pub geometry_term: f64,
     /// Optical depth.
     pub depth: Spectrum,
     /// Probability that an edge sampled by chance makes the same choices at the interfaces on the way.
@@ -19,11 +19,11 @@ pub struct Tube {
     pub reflections: u32,
 }
 
-impl Tube {
+impl EdgeGeometry {
     /// No way at all yet.
     pub(super) fn new() -> Self {
-        Tube {
-            geometry: 0.0,
+        EdgeGeometry {
+            geometry_term: 0.0,
             depth: Spectrum::ZERO,
             choice: 1.0,
             events: 0,
@@ -32,9 +32,9 @@ impl Tube {
     }
 
     /// The probability that light or importance gets through without a collision, for channel
-    /// probabilities `lanes`.
-    pub fn survival(&self, lanes: Spectrum) -> f64 {
-        (lanes * self.depth.exp_neg()).sum()
+    /// probabilities `channel_pdf`.
+    pub fn survival(&self, channel_pdf: Spectrum) -> f64 {
+        (channel_pdf * self.depth.exp_neg()).sum()
     }
 
     /// Density with which sampling from one end finds the other, without the probability of what
@@ -45,7 +45,7 @@ impl Tube {
     /// the index is `n`: p/J = p·G·n² from point to point, p/A = p·G·n² from plane to point, and
     /// p·dΩ/dΩ' = p·G·n² from point to plane.
     pub fn density(&self, pdf: f64, n: f64) -> f64 {
-        pdf * self.choice * self.geometry * n * n
+        pdf * self.choice * self.geometry_term * n * n
     }
 }
 
@@ -64,8 +64,8 @@ pub(super) fn to_plane(spread: f64, jump: f64) -> f64 {
 }
 
 /// A geometry term on a caustic, or after a grazing refraction, is none.
-fn proper(geometry: f64) -> f64 {
-    if geometry.is_finite() { geometry } else { 0.0 }
+fn proper(term: f64) -> f64 {
+    if term.is_finite() { term } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -76,15 +76,15 @@ mod tests {
     fn straight_tubes() {
         let (n, r) = (1.5, 2.0);
         let v = DVec3::Z * n;
-        let tube = Tube {
-            geometry: to_point(r * r, v, 1.0),
-            ..Tube::new()
+        let geometry = EdgeGeometry {
+            geometry_term: to_point(r * r, v, 1.0),
+            ..EdgeGeometry::new()
         };
-        assert!((tube.density(1.0, n) * r * r - 1.0).abs() < 1e-12);
-        let tube = Tube {
-            geometry: to_plane(n * n, 1.0),
-            ..tube
+        assert!((geometry.density(1.0, n) * r * r - 1.0).abs() < 1e-12);
+        let geometry = EdgeGeometry {
+            geometry_term: to_plane(n * n, 1.0),
+            ..geometry
         };
-        assert!((tube.density(1.0, n) - 1.0).abs() < 1e-12);
+        assert!((geometry.density(1.0, n) - 1.0).abs() < 1e-12);
     }
 }

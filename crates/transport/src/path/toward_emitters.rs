@@ -29,8 +29,8 @@ fn sample(axis: DVec3, [u, v]: [f64; 2]) -> DVec3 {
 /// whose bsdf decides alone.
 fn axes<'a>(scene: &'a Scene, vertex: &Vertex) -> Option<(DVec3, &'a [DVec3])> {
     match vertex {
-        Vertex::Volume { x, .. } if !scene.attractors().is_empty() => {
-            Some((*x, scene.attractors()))
+        Vertex::Volume { x, .. } if !scene.point_like_emitters().is_empty() => {
+            Some((*x, scene.point_like_emitters()))
         }
         _ => None,
     }

@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 use std::hint::select_unpredictable;
 
 /// Where and in which direction a path goes on: three coordinates each.
-pub(super) type Place = [f64; AXES];
+pub(super) type PhaseSpacePoint = [f64; AXES];
 pub(super) const AXES: usize = 6;
 
 /// With which probability paths should survive, per unit of throughput, by the place where they go on: a binary tree over
 /// positions and directions. Any values are unbiased, since no probability is zero.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Prospects(pub(super) Vec<Node>);
+pub struct AdjointEstimate(pub(super) Vec<Node>);
 
 /// A node of the tree; the root is the first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,12 +22,12 @@ pub(super) enum Node {
     Cell(f64),
 }
 
-pub(super) fn place(start: &Start) -> Place {
+pub(super) fn place(start: &Start) -> PhaseSpacePoint {
     let (x, direction) = (start.x, start.direction);
     [x.x, x.y, x.z, direction.x, direction.y, direction.z]
 }
 
-impl Prospects {
+impl AdjointEstimate {
     /// The probability, per unit of throughput (summed over channels), with which a path should go on at the start of an
     /// edge: more than 1 if it is worth more than its work. `None` if nothing is known.
     pub fn of(&self, start: &Start) -> Option<f64> {

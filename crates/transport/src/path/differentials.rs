@@ -1,7 +1,7 @@
 //! How the rays of a family spread around the one that is followed.
 
 use super::edge::{Front, Start};
-use super::tube;
+use super::edge_geometry;
 use crate::scene::Scene;
 use eikonal::connect::World;
 use eikonal::ray::{Tangents, Variation, perpendicular_basis};
@@ -9,7 +9,7 @@ use glam::DVec3;
 
 /// The neighbours of a ray: in closed form until something bends them, then by tangents.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Spread {
+pub(super) enum RayDifferentials {
     /// Straight rays of a family since their start, over a span of σ where the index is `n`.
     Straight {
         front: Front,
@@ -21,7 +21,7 @@ pub(super) enum Spread {
     Bent(Tangents),
 }
 
-impl Spread {
+impl RayDifferentials {
     /// At the start of an edge.
     pub fn new(scene: &Scene, start: &Start) -> Self {
         let field = scene.field(start.medium);
@@ -29,7 +29,7 @@ impl Spread {
             front, direction, ..
         } = *start;
         if field.is_constant() {
-            return Spread::Straight {
+            return RayDifferentials::Straight {
                 front,
                 direction,
                 n: field.n(start.x),
@@ -37,15 +37,15 @@ impl Spread {
             };
         }
         let (n2, gradient) = field.gradient(start.x);
-        Spread::Bent(launched(front, direction, n2.sqrt(), gradient))
+        RayDifferentials::Bent(launched(front, direction, n2.sqrt(), gradient))
     }
 
     /// Further along the ray by a span of σ where the index is constant.
     #[inline]
     pub fn drifted(mut self, h: f64) -> Self {
         match &mut self {
-            Spread::Straight { sigma, .. } => *sigma += h,
-            Spread::Bent(tangents) => tangents.drift(h),
+            RayDifferentials::Straight { sigma, .. } => *sigma += h,
+            RayDifferentials::Bent(tangents) => tangents.drift(h),
         }
         self
     }
@@ -53,7 +53,7 @@ impl Spread {
     /// The tangents, columns of unit changes of the direction, or of the place, at the start.
     pub fn tangents(&self) -> Tangents {
         match *self {
-            Spread::Straight {
+            RayDifferentials::Straight {
                 front,
                 direction,
                 n,
@@ -63,37 +63,39 @@ impl Spread {
                 tangents.drift(sigma);
                 tangents
             }
-            Spread::Bent(tangents) => tangents,
+            RayDifferentials::Bent(tangents) => tangents,
         }
     }
 
-    /// G where the ray arrives at a point with velocity `v`: see [`tube::to_point`].
+    /// G where the ray arrives at a point with velocity `v`: see [`edge_geometry::to_point`].
     pub fn at_point(&self, v: DVec3, jump: f64) -> f64 {
         let section = match self {
-            Spread::Straight {
+            RayDifferentials::Straight {
                 front: Front::Point,
                 n,
                 sigma,
                 ..
             } => (n * sigma) * (n * sigma),
-            Spread::Straight { .. } => 1.0,
-            Spread::Bent(tangents) => tangents.cross_section(v),
+            RayDifferentials::Straight { .. } => 1.0,
+            RayDifferentials::Bent(tangents) => tangents.cross_section(v),
         };
-        tube::to_point(section, v, jump)
+        edge_geometry::to_point(section, v, jump)
     }
 
-    /// G where the ray arrives at a plane across it with velocity `v`: see [`tube::to_plane`].
+    /// G where the ray arrives at a plane across it with velocity `v`: see [`edge_geometry::to_plane`].
     pub fn at_plane(&self, v: DVec3, jump: f64) -> f64 {
         let spread = match self {
-            Spread::Straight {
+            RayDifferentials::Straight {
                 front: Front::Point,
                 n,
                 ..
             } => n * n,
-            Spread::Straight { .. } => 0.0,
-            Spread::Bent(tangents) => tangents.dv[0].cross(tangents.dv[1]).dot(v.normalize()),
+            RayDifferentials::Straight { .. } => 0.0,
+            RayDifferentials::Bent(tangents) => {
+                tangents.dv[0].cross(tangents.dv[1]).dot(v.normalize())
+            }
         };
-        tube::to_plane(spread, jump)
+        edge_geometry::to_plane(spread, jump)
     }
 }
 

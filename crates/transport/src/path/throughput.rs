@@ -9,7 +9,7 @@ use eikonal::interface::Rule;
 
 /// Everything that the pieces of a ray do to light.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Passage {
+pub(super) struct ConnectionThroughput {
     /// Optical depth.
     pub depth: Spectrum,
     /// Factor of the smooth interfaces, Fresnel's included.
@@ -24,10 +24,10 @@ pub(super) struct Passage {
     pub jump: f64,
 }
 
-impl Passage {
+impl ConnectionThroughput {
     /// Along the pieces of a ray.
     pub fn new(scene: &Scene, pieces: &[Piece<MediumId>]) -> Self {
-        let mut passage = Passage {
+        let mut throughput = ConnectionThroughput {
             depth: Spectrum::ZERO,
             factor: Spectrum::ONE,
             choice: 1.0,
@@ -38,12 +38,12 @@ impl Passage {
         for piece in pieces {
             let medium = scene.medium(piece.region);
             let attenuation = Attenuation::new(medium, &piece.arc, piece.theta_end);
-            passage.depth += attenuation.depth(&piece.arc, piece.theta_end);
+            throughput.depth += attenuation.depth(&piece.arc, piece.theta_end);
             if let Some(event) = &piece.event {
-                passage.cross(scene, event);
+                throughput.cross(scene, event);
             }
         }
-        passage
+        throughput
     }
 
     fn cross(&mut self, scene: &Scene, event: &Event) {
@@ -53,7 +53,7 @@ impl Passage {
                 let cos = event.normal.dot(event.before).abs() / n_near;
                 let transmitted = event.rule == Rule::Refract;
                 let (factor, probability) =
-                    dielectric.passage(cos, (n_near, event.far_n), transmitted);
+                    dielectric.crossing(cos, (n_near, event.far_n), transmitted);
                 self.factor *= factor * probability;
                 self.choice *= probability;
                 self.events += 1;
@@ -66,6 +66,6 @@ impl Passage {
 
 /// Share of the power in a ray tube that gets through the media and interfaces along it.
 pub fn transmittance(scene: &Scene, pieces: &[Piece<MediumId>]) -> Spectrum {
-    let passage = Passage::new(scene, pieces);
-    passage.depth.exp_neg() * passage.factor
+    let throughput = ConnectionThroughput::new(scene, pieces);
+    throughput.depth.exp_neg() * throughput.factor
 }

@@ -1,14 +1,14 @@
 //! Edges made by connection: from a vertex to an emitter, to the sensor, or to another vertex.
 
 use super::Workspace;
-use super::edge::Carry;
-use super::passage::Passage;
-use super::search::{Search, Shot};
+use super::edge::TransportMode;
+use super::edge_geometry::EdgeGeometry;
+use super::search::{Candidate, Search};
 use super::straight;
-use super::tube::Tube;
+use super::throughput::ConnectionThroughput;
 use super::vertex::Vertex;
 use crate::Spectrum;
-use crate::aim::{Aim, OnSurface};
+use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::Emitter;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
@@ -29,13 +29,13 @@ const SLACK_PER_MISS: f64 = 1e3;
 const SLACK_PER_NUDGE: f64 = 1e3;
 
 /// What connections are worth, each with a weight: hardly ever more than one.
-pub type Found<T> = SmallVec<[(T, f64); 1]>;
+pub type Weighted<T> = SmallVec<[(T, f64); 1]>;
 
 /// What a vertex is to be connected to.
 #[derive(Clone, Copy, Debug)]
-pub struct Goal<'a> {
+pub struct ConnectionTarget<'a> {
     /// Where the connection should end.
-    pub aim: Aim,
+    pub aim: ConnectionEnd,
     /// Whether the connection may arrive on either side of the aim's surface, rather than on that of
     /// the aim's normal only.
     pub two_sided: bool,
@@ -46,38 +46,38 @@ pub struct Goal<'a> {
     /// Where a beam goes.
     pub guide: Option<&'a Guide<MediumId>>,
     /// What the vertex's own subpath carries: the aim is then at the other end of the path.
-    pub carry: Carry,
+    pub mode: TransportMode,
 }
 
-impl<'a> Goal<'a> {
+impl<'a> ConnectionTarget<'a> {
     /// An aim at an emitter.
-    pub fn emitter(scene: &'a Scene, emitter: usize, aim: Aim) -> Self {
+    pub fn emitter(scene: &'a Scene, emitter: usize, aim: ConnectionEnd) -> Self {
         let around = scene.around();
         let disc = match &scene.emitters()[emitter] {
             // Where nothing to speak of is left of a beam.
             Emitter::Collimated(beam) => (beam.origin(), 3.0 * beam.radius()),
             _ => (around.center, around.radius),
         };
-        Goal {
+        ConnectionTarget {
             aim,
             two_sided: false,
             medium: scene.medium_of_aim(&aim),
             disc,
             guide: scene.guide(emitter),
-            carry: Carry::Radiance,
+            mode: TransportMode::Radiance,
         }
     }
 
     /// An aim at the sensor.
-    pub fn sensor(scene: &'a Scene, aim: Aim) -> Self {
+    pub fn sensor(scene: &'a Scene, aim: ConnectionEnd) -> Self {
         let around = scene.around();
-        Goal {
+        ConnectionTarget {
             aim,
             two_sided: false,
             medium: scene.medium_of_aim(&aim),
             disc: (around.center, around.radius),
             guide: None,
-            carry: Carry::Power,
+            mode: TransportMode::Importance,
         }
     }
 
@@ -91,20 +91,20 @@ impl<'a> Goal<'a> {
 
     /// A vertex of an emitter's subpath.
     pub fn vertex(vertex: &Vertex) -> Self {
-        Goal {
+        ConnectionTarget {
             aim: vertex.aim(),
             two_sided: true,
             medium: Some(vertex.medium()),
             disc: (DVec3::ZERO, 0.0),
             guide: None,
-            carry: Carry::Radiance,
+            mode: TransportMode::Radiance,
         }
     }
 }
 
 /// A ray between a vertex and an aim, seen from the vertex.
 #[derive(Clone, Copy, Debug)]
-pub struct Link {
+pub struct Connection {
     /// Unit direction at the vertex, towards the aim.
     pub direction: DVec3,
     /// Where the ray meets the aim.
@@ -112,7 +112,7 @@ pub struct Link {
     /// Unit direction at the aim, towards the vertex.
     pub emission: DVec3,
     /// Geometry and depth.
-    pub tube: Tube,
+    pub geometry: EdgeGeometry,
     /// Factor of the interfaces on the way, Fresnel's included.
     pub factor: Spectrum,
     /// Index at the vertex, on the side where the ray leaves it.
@@ -123,164 +123,167 @@ pub struct Link {
     pub optical_length: f64,
     /// How far the ray passes from the point that it was aimed at.
     pub miss: f64,
-    /// How easily connections find it, as multiple importance sampling weighs them: 1 for a branch that
-    /// is found for certain, less for one that takes luck.
-    pub ease: f64,
+    /// Probability that connections discover it, as multiple importance sampling takes it: 1 for a branch that
+    /// is found for certain, less for one that only random starts find.
+    pub discovery: f64,
 }
 
-impl Link {
-    /// Connects a vertex to a goal along all branches (theory §5) and asks `evaluate` what each is worth;
+impl Connection {
+    /// Connects a vertex to a target along all branches (theory §5) and asks `evaluate` what each is worth;
     /// returns what it answers, each with a weight. Sums of value times weight are unbiased: rays
     /// found from deterministic starts have weight 1, others the reciprocal of the probability that they
     /// are found. Rays that are blocked or worth nothing (`None`) are left out. Every
     /// attempt and its outcome is counted.
     pub fn each<T>(
         scene: &Scene,
-        (vertex, goal): (&Vertex, &Goal),
+        (vertex, target): (&Vertex, &ConnectionTarget),
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        evaluate: impl Fn(&Link) -> Option<T>,
-    ) -> Found<T> {
+        evaluate: impl Fn(&Connection) -> Option<T>,
+    ) -> Weighted<T> {
         if scene.is_straight() {
             ws.stats.connections.certified += 1;
-            let link = straight::connect(scene, (vertex, goal), ws);
-            let value = link.and_then(|link| evaluate(&link));
+            let connection = straight::connect(scene, (vertex, target), ws);
+            let value = connection.and_then(|connection| evaluate(&connection));
             return value.map(|value| (value, 1.0)).into_iter().collect();
         }
-        let search = Search::new(scene, vertex, goal);
+        let search = Search::new(scene, vertex, target);
         let mut values = SmallVec::new();
-        let mut known: Vec<Link> = Vec::new();
-        for shot in search.certain() {
-            let Some(link) = search.attempt(&shot, ws) else {
+        let mut known: Vec<Connection> = Vec::new();
+        for candidate in search.certain() {
+            let Some(connection) = search.attempt(&candidate, ws) else {
                 continue;
             };
             // Several starts may lead to one branch.
-            if known.iter().any(|k| k.is_branch_of(scene, &link)) {
+            if known.iter().any(|k| k.is_branch_of(scene, &connection)) {
                 continue;
             }
-            known.push(link);
+            known.push(connection);
             let pieces = ws.solver.pieces().iter().map(Piece::ends);
-            if let Some(link) = link.unless_blocked(scene, (vertex, goal), pieces, &mut ws.stats) {
-                values.extend(evaluate(&link).map(|value| (value, 1.0)));
+            if let Some(connection) =
+                connection.unless_blocked(scene, (vertex, target), pieces, &mut ws.stats)
+            {
+                values.extend(evaluate(&connection).map(|value| (value, 1.0)));
             }
         }
         if search.has_all(!known.is_empty()) {
             ws.stats.connections.certified += 1;
         } else if sampler.next_1d() < ws.search {
-            let other = |link: &Link| !known.iter().any(|k| k.is_branch_of(scene, link));
-            let found = search.lucky(sampler, ws, other, evaluate);
+            let other =
+                |connection: &Connection| !known.iter().any(|k| k.is_branch_of(scene, connection));
+            let found = search.at_random(sampler, ws, other, evaluate);
             values.extend(found.map(|(value, weight)| (value, weight / ws.search)));
         }
         values
     }
 
-    /// How easily connections from a vertex to a goal find the branch that leaves the vertex in
+    /// How easily connections from a vertex to a target find the branch that leaves the vertex in
     /// `direction`, which was found by other means. `optical_length` tells branches from a plane
     /// apart that leave in one direction.
-    pub fn ease(
+    pub fn discovery(
         scene: &Scene,
-        (vertex, goal): (&Vertex, &Goal),
-        (tube, direction, optical_length): (&Tube, DVec3, Option<f64>),
+        (vertex, target): (&Vertex, &ConnectionTarget),
+        (geometry, direction, optical_length): (&EdgeGeometry, DVec3, Option<f64>),
         ws: &mut Workspace,
     ) -> f64 {
         if scene.is_straight() {
             return 1.0;
         }
-        let search = Search::new(scene, vertex, goal);
+        let search = Search::new(scene, vertex, target);
         if search.has_all(true) {
             return 1.0;
         }
-        let same = |link: Link| {
-            same_way(scene, link.direction, direction)
-                && optical_length.is_none_or(|s| same_length(scene, s, link.optical_length))
+        let same = |connection: Connection| {
+            same_way(scene, connection.direction, direction)
+                && optical_length.is_none_or(|s| same_length(scene, s, connection.optical_length))
         };
         let mut certain = search.certain();
-        match certain.any(|shot| search.solve(&shot, ws).is_some_and(same)) {
+        match certain.any(|candidate| search.solve(&candidate, ws).is_some_and(same)) {
             true => 1.0,
-            false => ws.luck(tube),
+            false => ws.random_discovery(geometry),
         }
     }
 
-    /// The connection that a shot found, whose pieces the solver still holds.
+    /// The connection that a candidate found, whose pieces the solver still holds.
     pub(super) fn new(
         scene: &Scene,
-        goal: &Goal,
-        (shot, ray): (&Shot, &ConnectingRay),
+        target: &ConnectionTarget,
+        (candidate, ray): (&Candidate, &ConnectingRay),
         ws: &Workspace,
-    ) -> Option<Link> {
+    ) -> Option<Connection> {
         let pieces = ws.solver.pieces();
-        let passage = Passage::new(scene, pieces);
+        let throughput = ConnectionThroughput::new(scene, pieces);
         let last = pieces.last()?;
         // The ray is followed from the vertex to a point, but from a plane to the vertex.
         let (near, far) = (ray.direction_out, -ray.direction_in);
-        let from_vertex = matches!(goal.aim, Aim::Point { .. });
-        let n_last = scene.n(last.region, shot.target);
-        let against_light = from_vertex == (goal.carry == Carry::Radiance);
+        let from_vertex = matches!(target.aim, ConnectionEnd::Point { .. });
+        let n_last = scene.n(last.region, candidate.end_point);
+        let against_light = from_vertex == (target.mode == TransportMode::Radiance);
         let jump = match against_light {
-            true => passage.jump,
-            false => 1.0 / passage.jump,
+            true => throughput.jump,
+            false => 1.0 / throughput.jump,
         };
-        let n_first = scene.n(shot.start.region, ray.start);
-        let (direction, origin, emission, n_vertex, n_aim) = match goal.aim {
-            Aim::Point { position, .. } => (near, position, far, n_first, n_last),
-            Aim::Plane { .. } => (far, ray.start, near, n_last, n_first),
+        let n_first = scene.n(candidate.start.region, ray.start);
+        let (direction, origin, emission, n_vertex, n_aim) = match target.aim {
+            ConnectionEnd::Point { position, .. } => (near, position, far, n_first, n_last),
+            ConnectionEnd::Plane { .. } => (far, ray.start, near, n_last, n_first),
         };
-        Some(Link {
+        Some(Connection {
             direction,
             origin,
             emission,
-            tube: Tube {
-                geometry: passage.jump / (ray.jacobian * n_last * n_last),
-                depth: passage.depth,
-                choice: passage.choice,
-                events: passage.events,
-                reflections: passage.reflections,
+            geometry: EdgeGeometry {
+                geometry_term: throughput.jump / (ray.jacobian * n_last * n_last),
+                depth: throughput.depth,
+                choice: throughput.choice,
+                events: throughput.events,
+                reflections: throughput.reflections,
             },
-            factor: passage.factor * jump,
+            factor: throughput.factor * jump,
             n_vertex,
             n_aim,
             optical_length: ray.optical_length,
             miss: ray.miss,
-            ease: 1.0,
+            discovery: 1.0,
         })
     }
 
-    /// The link less what surfaces on the way take of the light that passes them straight on; `None` if an
+    /// The connection less what surfaces on the way take of the light that passes them straight on; `None` if an
     /// opaque or rough one blocks the ray, whose arcs are given with the θ where they end.
     pub(super) fn unless_blocked<'a>(
         mut self,
         scene: &Scene,
-        (vertex, goal): (&Vertex, &Goal),
+        (vertex, target): (&Vertex, &ConnectionTarget),
         arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
         stats: &mut Stats,
-    ) -> Option<Link> {
+    ) -> Option<Connection> {
         let slack = SLACK_PER_MISS * self.miss + SLACK_PER_NUDGE * scene.nudge();
-        let end = match goal.aim {
-            Aim::Point { surface, .. } => surface.map(|s| s.object),
-            Aim::Plane { .. } => vertex.object(),
+        let end = match target.aim {
+            ConnectionEnd::Point { surface, .. } => surface.map(|s| s.object),
+            ConnectionEnd::Plane { .. } => vertex.object(),
         };
-        let left = match goal.aim {
-            Aim::Point { .. } => vertex.left(scene, self.direction),
-            Aim::Plane { .. } => None,
+        let left = match target.aim {
+            ConnectionEnd::Point { .. } => vertex.left(scene, self.direction),
+            ConnectionEnd::Plane { .. } => None,
         };
         let Some(through) = scene.visibility(arcs, [left, end], slack) else {
             stats.connections.occluded += 1;
             return None;
         };
         self.factor *= through.factor * through.probability;
-        self.tube.choice *= through.probability;
+        self.geometry.choice *= through.probability;
         Some(self)
     }
 
-    /// Whether two connections of one vertex to one goal are the same ray.
-    pub(super) fn is_branch_of(&self, scene: &Scene, other: &Link) -> bool {
+    /// Whether two connections of one vertex to one target are the same ray.
+    pub(super) fn is_branch_of(&self, scene: &Scene, other: &Connection) -> bool {
         same_way(scene, self.direction, other.direction)
             && same_length(scene, self.optical_length, other.optical_length)
     }
 
     /// Transmittance, the factor of the interfaces included.
     pub fn transmittance(&self) -> Spectrum {
-        self.tube.depth.exp_neg() * self.factor
+        self.geometry.depth.exp_neg() * self.factor
     }
 }
 
@@ -297,9 +300,9 @@ fn same_length(scene: &Scene, a: f64, b: f64) -> bool {
 }
 
 /// The aim with which a connection to an environment would look in the direction `toward`.
-pub fn environment_aim(scene: &Scene, toward: DVec3) -> Aim {
+pub fn environment_aim(scene: &Scene, toward: DVec3) -> ConnectionEnd {
     let around = scene.around();
-    Aim::Plane {
+    ConnectionEnd::Plane {
         through: around.center + toward * (2.0 * around.radius),
         direction: -toward,
         beam: false,

@@ -19,15 +19,15 @@ pub type Levels = [usize; SLOTS];
 
 /// A kind of connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Slot(usize);
+pub struct NeeSlot(usize);
 
-impl Slot {
+impl NeeSlot {
     /// That of connections from a medium to an emitter that cannot be hit.
-    pub const IN_MEDIA_TO_DELTA: Slot = Slot(2 * Class::Delta as usize);
+    pub const IN_MEDIA_TO_DELTA: NeeSlot = NeeSlot(2 * Class::Delta as usize);
 
     /// That of connections from a vertex to an emitter of a class.
     pub fn new(class: Class, vertex: &Vertex) -> Self {
-        Slot(2 * class as usize + usize::from(vertex.object().is_some()))
+        NeeSlot(2 * class as usize + usize::from(vertex.object().is_some()))
     }
 }
 
@@ -35,22 +35,22 @@ impl Slot {
 /// chance is weighed as befits a fractional number of connections (Veach 1997, §9.2.2), so that any values in
 /// (0, 1] are unbiased.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Rates([f64; SLOTS]);
+pub struct NeeRates([f64; SLOTS]);
 
-impl Default for Rates {
+impl Default for NeeRates {
     fn default() -> Self {
-        Rates([1.0; SLOTS])
+        NeeRates([1.0; SLOTS])
     }
 }
 
-impl Rates {
+impl NeeRates {
     /// Those of levels.
     pub fn at(levels: &Levels) -> Self {
-        Rates(levels.map(probability))
+        NeeRates(levels.map(probability))
     }
 
     /// The probability of connections of a kind.
-    pub fn of(&self, slot: Slot) -> f64 {
+    pub fn of(&self, slot: NeeSlot) -> f64 {
         self.0[slot.0]
     }
 
@@ -69,15 +69,15 @@ impl Rates {
 /// D/(D + c) the connection's share. The paths themselves do not depend on q, so that the pilot knows what each of its samples
 /// would have brought, up to the choice of the connections that are made, whose mean and variance it knows.
 #[derive(Clone, Debug, Default)]
-pub struct Survey {
-    samples: Vec<Outlook>,
+pub struct NeeTraining {
+    samples: Vec<ExpectedSample>,
     /// Work for all connections of a kind.
     work: [f64; SLOTS],
 }
 
 /// What a sample of the pilot would bring at each level of q, by the kinds of connections.
 #[derive(Clone, Copy, Debug, Default)]
-struct Outlook {
+struct ExpectedSample {
     mean: [[f64; LEVELS]; SLOTS],
     /// Of the choice which connections are made.
     variance: [[f64; LEVELS]; SLOTS],
@@ -85,7 +85,7 @@ struct Outlook {
     apart: f64,
 }
 
-impl Outlook {
+impl ExpectedSample {
     fn mean(&self, levels: &Levels) -> f64 {
         let kinds = self.mean.iter().zip(levels);
         self.apart + kinds.map(|(kind, &level)| kind[level]).sum::<f64>()
@@ -97,10 +97,10 @@ impl Outlook {
     }
 }
 
-impl Survey {
+impl NeeTraining {
     /// A sample begins: what follows belongs to it. Two in turn are of one pixel.
     pub fn begin(&mut self) {
-        self.samples.push(Outlook::default());
+        self.samples.push(ExpectedSample::default());
     }
 
     /// Takes note of light with which no connections compete.
@@ -111,7 +111,7 @@ impl Survey {
     }
 
     /// Takes note of light found by chance, and the share of it that was the connections' in the pilot.
-    pub fn chance(&mut self, slot: Slot, value: f64, share: f64) {
+    pub fn chance(&mut self, slot: NeeSlot, value: f64, share: f64) {
         if let Some(sample) = self.samples.last_mut() {
             for (level, mean) in sample.mean[slot.0].iter_mut().enumerate() {
                 *mean += value / (1.0 - share + probability(level) * share);
@@ -121,7 +121,11 @@ impl Survey {
 
     /// Takes note of what a connection found along its branches, each with the share of it that was the connection's in
     /// the pilot.
-    pub fn connection(&mut self, slot: Slot, branches: impl Iterator<Item = (f64, f64)> + Clone) {
+    pub fn connection(
+        &mut self,
+        slot: NeeSlot,
+        branches: impl Iterator<Item = (f64, f64)> + Clone,
+    ) {
         let Some(sample) = self.samples.last_mut() else {
             return;
         };
@@ -135,16 +139,16 @@ impl Survey {
     }
 
     /// Takes note of work.
-    pub fn work(&mut self, slot: Slot, work: f64) {
+    pub fn work(&mut self, slot: NeeSlot, work: f64) {
         self.work[slot.0] += work;
     }
 
     /// The rates with the least variance × work, if the pilot had all this work and pixels have these weights.
-    pub fn best(&self, work: f64, weights: &[f64]) -> Rates {
+    pub fn best(&self, work: f64, weights: &[f64]) -> NeeRates {
         let mut levels: Levels = [0; SLOTS];
         let doubt = DOUBT * self.variance(&levels, weights);
         if !(doubt > 0.0 && work > 0.0) {
-            return Rates::default();
+            return NeeRates::default();
         }
         // Two rounds suffice: kinds hardly influence one another.
         for slot in (0..2).flat_map(|_| 0..SLOTS) {
@@ -158,12 +162,12 @@ impl Survey {
             let best = (0..levels_of(slot)).min_by(|a, b| cost(*a).total_cmp(&cost(*b)));
             levels[slot] = best.unwrap_or(0);
         }
-        Rates::at(&levels)
+        NeeRates::at(&levels)
     }
 
     /// The variance of a sample that is to be expected at such levels, the weighted mean over the pixels.
     pub fn variance(&self, levels: &Levels, weights: &[f64]) -> f64 {
-        let pair = |(pair, weight): (&[Outlook], &f64)| {
+        let pair = |(pair, weight): (&[ExpectedSample], &f64)| {
             let [a, b] = [&pair[0], &pair[1]];
             let apart = a.mean(levels) - b.mean(levels);
             weight * (apart * apart + a.variance(levels) + b.variance(levels))
@@ -196,40 +200,40 @@ fn probability(level: usize) -> f64 {
 mod tests {
     use super::*;
 
-    const SKY: Slot = Slot(2 * Class::Sky as usize);
+    const SKY: NeeSlot = NeeSlot(2 * Class::Sky as usize);
 
     /// Of a hundred pairs of samples, one brings 2 or 0 apart from connections, the other light in so many equal parts, each by a
     /// connection of the given share.
-    fn survey(parts: usize, share: f64, work: f64) -> Rates {
-        let mut survey = Survey::default();
+    fn nee_training(parts: usize, share: f64, work: f64) -> NeeRates {
+        let mut nee_training = NeeTraining::default();
         for i in 0..200 {
-            survey.begin();
-            survey.apart(if i % 4 < 2 { 1.0 } else { 0.0 });
+            nee_training.begin();
+            nee_training.apart(if i % 4 < 2 { 1.0 } else { 0.0 });
             let value = (i % 2) as f64 / parts as f64;
             for _ in 0..parts {
-                survey.connection(SKY, [(value * share, share)].into_iter());
-                survey.chance(SKY, value * (1.0 - share), share);
+                nee_training.connection(SKY, [(value * share, share)].into_iter());
+                nee_training.chance(SKY, value * (1.0 - share), share);
             }
         }
-        survey.work(SKY, work);
-        survey.best(1.0, &[1.0; 100])
+        nee_training.work(SKY, work);
+        nee_training.best(1.0, &[1.0; 100])
     }
 
     /// Connections are made seldom where they take much and bring little, and always where they bring all or
     /// take nothing.
     #[test]
     fn rates_weigh_work_against_variance() {
-        assert_eq!(survey(1, 1.0, 0.4).of(SKY), 1.0);
-        assert_eq!(survey(1, 0.1, 0.0).of(SKY), 1.0);
-        assert!(survey(1, 0.1, 0.95).of(SKY) <= 1.0 / 8.0);
-        let others = survey(1, 0.1, 0.95);
-        assert_eq!(others.of(Slot(0)), 1.0);
+        assert_eq!(nee_training(1, 1.0, 0.4).of(SKY), 1.0);
+        assert_eq!(nee_training(1, 0.1, 0.0).of(SKY), 1.0);
+        assert!(nee_training(1, 0.1, 0.95).of(SKY) <= 1.0 / 8.0);
+        let others = nee_training(1, 0.1, 0.95);
+        assert_eq!(others.of(NeeSlot(0)), 1.0);
     }
 
     /// Where a sample's light comes in many small parts, it matters little which of them are found.
     #[test]
     fn parts_of_one_sample_make_up_for_one_another() {
-        assert_eq!(survey(1, 1.0, 0.6).of(SKY), 1.0);
-        assert!(survey(50, 1.0, 0.6).of(SKY) <= 1.0 / 4.0);
+        assert_eq!(nee_training(1, 1.0, 0.6).of(SKY), 1.0);
+        assert!(nee_training(50, 1.0, 0.6).of(SKY) <= 1.0 / 4.0);
     }
 }

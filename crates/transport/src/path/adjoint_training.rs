@@ -4,10 +4,10 @@
 //! survive with probability vT, their variance grows by Σ T X²/v and their work is Σ vTC. If one unit of work in the
 //! whole image takes away the variance w, variance × work is least for v² = Σ T X² / (w Σ T C) (theory §9).
 
+use super::adjoint::{AXES, AdjointEstimate, Node, PhaseSpacePoint, place};
 use super::edge::Start;
-use super::prospects::{AXES, Node, Place, Prospects, place};
 
-/// Departures that are remembered: enough, and no burden where paths are long.
+/// Samples that are remembered: enough, and no burden where paths are long.
 const MOST: usize = 1 << 16;
 /// A cell is divided if each half has at least so many departures,
 const FEWEST: usize = 64;
@@ -19,7 +19,7 @@ const DOUBT: f64 = 64.0;
 
 /// What a path has brought and taken up to some moment.
 #[derive(Clone, Copy, Debug)]
-pub struct Tally {
+pub struct PathTally {
     /// Light, summed over channels.
     pub light: f64,
     /// Work, in units of [`Stats::cost`](crate::stats::Stats::cost).
@@ -28,25 +28,25 @@ pub struct Tally {
 
 /// A path that went on. What it has brought and taken is counted from its start, and from here when it has ended.
 #[derive(Clone, Copy, Debug)]
-struct Departure {
-    place: Place,
+struct TrainingSample {
+    place: PhaseSpacePoint,
     throughput: f64,
-    tally: Tally,
+    tally: PathTally,
 }
 
 /// All that went on.
 #[derive(Clone, Debug, Default)]
-pub struct Departures {
-    all: Vec<Departure>,
+pub struct AdjointTraining {
+    all: Vec<TrainingSample>,
     /// Number of those whose paths have ended.
     ended: usize,
 }
 
-impl Departures {
+impl AdjointTraining {
     /// Takes note of a path that goes on at the start of an edge with a throughput, summed over channels.
-    pub fn depart(&mut self, start: &Start, throughput: f64, tally: Tally) {
+    pub fn depart(&mut self, start: &Start, throughput: f64, tally: PathTally) {
         if self.all.len() < MOST {
-            self.all.push(Departure {
+            self.all.push(TrainingSample {
                 place: place(start),
                 throughput,
                 tally,
@@ -55,7 +55,7 @@ impl Departures {
     }
 
     /// Takes note of the end of the path. One that is not finite is forgotten.
-    pub fn end(&mut self, end: Tally) {
+    pub fn end(&mut self, end: PathTally) {
         if !end.light.is_finite() {
             self.all.truncate(self.ended);
         }
@@ -67,7 +67,7 @@ impl Departures {
     }
 
     /// What is to be expected of other paths, if a unit of work takes away the variance `worth`: that of a sample over its work.
-    pub fn prospects(mut self, worth: f64) -> Prospects {
+    pub fn estimate(mut self, worth: f64) -> AdjointEstimate {
         let mut nodes = Vec::new();
         if worth > 0.0 && worth.is_finite() && !self.all.is_empty() {
             let own = Mean::of(&self.all);
@@ -75,7 +75,7 @@ impl Departures {
             let mean = own.near(Mean { square, ..own }, self.all.len());
             divide(&mut nodes, &mut self.all, (mean, worth), DIVISIONS);
         }
-        Prospects(nodes)
+        AdjointEstimate(nodes)
     }
 }
 
@@ -89,8 +89,8 @@ struct Mean {
 }
 
 impl Mean {
-    fn of(departures: &[Departure]) -> Self {
-        let (weight, square, work) = sums(departures);
+    fn of(samples: &[TrainingSample]) -> Self {
+        let (weight, square, work) = sums(samples);
         Mean {
             square: square / weight,
             work: work / weight,
@@ -108,8 +108,8 @@ impl Mean {
 }
 
 /// Σ T, Σ T X² and Σ T C.
-fn sums(departures: &[Departure]) -> (f64, f64, f64) {
-    let add = |(weight, square, work): (f64, f64, f64), d: &Departure| {
+fn sums(samples: &[TrainingSample]) -> (f64, f64, f64) {
+    let add = |(weight, square, work): (f64, f64, f64), d: &TrainingSample| {
         let t = d.throughput;
         let light = d.tally.light;
         (
@@ -118,30 +118,30 @@ fn sums(departures: &[Departure]) -> (f64, f64, f64) {
             work + t * d.tally.work,
         )
     };
-    departures.iter().fold((0.0, 0.0, 0.0), add)
+    samples.iter().fold((0.0, 0.0, 0.0), add)
 }
 
 /// Adds the nodes of a cell with some mean: it is halved where that is best.
 fn divide(
     nodes: &mut Vec<Node>,
-    departures: &mut [Departure],
+    samples: &mut [TrainingSample],
     (mean, worth): (Mean, f64),
     divisions: u32,
 ) {
-    let half = departures.len() / 2;
+    let half = samples.len() / 2;
     let index = nodes.len();
     nodes.push(Node::Cell((mean.square / (worth * mean.work)).sqrt()));
     if divisions == 0 || half < FEWEST {
         return;
     }
-    let costs: [f64; AXES] = std::array::from_fn(|axis| halved(departures, axis));
+    let costs: [f64; AXES] = std::array::from_fn(|axis| halved(samples, axis));
     let best = (0..AXES).min_by(|&a, &b| costs[a].total_cmp(&costs[b]));
     let Some(axis) = best.filter(|&axis| costs[axis] < f64::INFINITY) else {
         return;
     };
-    halved(departures, axis);
-    let cut = departures[half].place[axis];
-    let (below, above) = departures.split_at_mut(half);
+    halved(samples, axis);
+    let cut = samples[half].place[axis];
+    let (below, above) = samples.split_at_mut(half);
     let means = [&*below, &*above].map(|part| Mean::of(part).near(mean, part.len()));
     divide(nodes, below, (means[0], worth), divisions - 1);
     nodes[index] = Node::Cut {
@@ -154,10 +154,10 @@ fn divide(
 
 /// Sorts departures into halves along an axis. Returns what the least variance × work would be in proportion to, as a
 /// square root: the sum of √(Σ T X² Σ T C) over the halves; infinity if they are at the same place.
-fn halved(departures: &mut [Departure], axis: usize) -> f64 {
-    let half = departures.len() / 2;
-    departures.select_nth_unstable_by(half, |a, b| a.place[axis].total_cmp(&b.place[axis]));
-    let (below, above) = departures.split_at(half);
+fn halved(samples: &mut [TrainingSample], axis: usize) -> f64 {
+    let half = samples.len() / 2;
+    samples.select_nth_unstable_by(half, |a, b| a.place[axis].total_cmp(&b.place[axis]));
+    let (below, above) = samples.split_at(half);
     let cut = above[0].place[axis];
     if below.iter().all(|d| d.place[axis] == cut) {
         return f64::INFINITY;

@@ -1,7 +1,7 @@
 //! Where a connection should end.
 //!
 //! Both ends of a path can be aimed at: a vertex of a sensor subpath is joined to an emitter, and a
-//! vertex of a light subpath to the sensor. An [`Aim`] says where such a connection should end; how
+//! vertex of a light subpath to the sensor. A [`ConnectionEnd`] says where such a connection should end; how
 //! it gets there, and with what geometry term, is the business of `path`.
 
 use crate::shape::Site;
@@ -12,7 +12,7 @@ const UNIT: f64 = 1e-12;
 
 /// Where a connection from a vertex to one end of a path, an emitter or the sensor, should end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Aim {
+pub enum ConnectionEnd {
     /// A point; the edge's geometry term is 1/J.
     Point {
         /// The point.
@@ -46,19 +46,19 @@ pub struct OnSurface {
 /// An aim and its density: per unit area on a surface or a lens, per steradian for an environment, 1
 /// if there is no choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Aimed {
+pub struct EndSample {
     /// Where to.
-    pub aim: Aim,
+    pub aim: ConnectionEnd,
     /// With what density.
     pub pdf: f64,
     /// Whether scattered paths cannot find this end by chance.
     pub delta: bool,
 }
 
-impl Aim {
+impl ConnectionEnd {
     /// A point in space, on no surface.
     pub(crate) fn at(position: DVec3) -> Self {
-        Aim::Point {
+        ConnectionEnd::Point {
             position,
             surface: None,
         }
@@ -68,7 +68,7 @@ impl Aim {
     /// beside its vertex.
     pub(crate) fn parallel(through: DVec3, direction: DVec3) -> Self {
         debug_assert!((direction.length_squared() - 1.0).abs() < UNIT);
-        Aim::Plane {
+        ConnectionEnd::Plane {
             through,
             direction,
             beam: false,
@@ -76,10 +76,10 @@ impl Aim {
     }
 }
 
-impl Aimed {
+impl EndSample {
     /// The only aim that there is.
-    pub(crate) fn only(aim: Aim) -> Self {
-        Aimed {
+    pub(crate) fn only(aim: ConnectionEnd) -> Self {
+        EndSample {
             aim,
             pdf: 1.0,
             delta: true,

@@ -1,24 +1,24 @@
 //! Connections from random starts, and what a find is worth.
 
-use super::{Known, Search, Shot};
-use crate::aim::Aim;
+use super::{Candidate, Known, Search};
 use crate::budget::{STEPS_PER_SEARCH, TRIALS_PER_SEARCH};
+use crate::connection_end::ConnectionEnd;
 use crate::path::Workspace;
-use crate::path::link::Link;
+use crate::path::connection::Connection;
 use crate::sampling::Sampler;
 use eikonal::connect::{Piece, RayFamily, random_direction, random_foot};
 use glam::DVec3;
 
 impl Search<'_> {
-    /// A start drawn at random: a ray, and how far along it one of its close approaches to the target is.
-    fn random(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Shot> {
+    /// A start drawn at random: a ray, and how far along it one of its close approaches to the end_point is.
+    fn random(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Candidate> {
         let u = [sampler.next_1d(), sampler.next_1d(), sampler.next_1d()];
         let scene = self.scene;
         let reach = scene.branch_reach();
         let mut uniform = || sampler.next_1d();
         let x = self.vertex.position();
-        match self.goal.aim {
-            Aim::Point { position, .. } => {
+        match self.target.aim {
+            ConnectionEnd::Point { position, .. } => {
                 let direction = random_direction(position - x, u);
                 let place = self.vertex.start(scene, direction);
                 let family = RayFamily::Point {
@@ -32,20 +32,20 @@ impl Search<'_> {
                     reach,
                     &mut uniform,
                 )?;
-                let (target, facing) = self.target(position, arrival);
-                Some(Shot {
+                let (end_point, facing) = self.end_point(position, arrival);
+                Some(Candidate {
                     start,
-                    target,
+                    end_point,
                     place,
                     facing,
                     known: Known::Nothing,
                 })
             }
-            Aim::Plane {
+            ConnectionEnd::Plane {
                 through, direction, ..
             } => {
                 let on_plane = |p: DVec3| p - direction * (p - through).dot(direction);
-                let (center, radius) = self.goal.disc;
+                let (center, radius) = self.target.disc;
                 let foot = random_foot(on_plane(x), direction, center, radius, u);
                 let family = RayFamily::Plane { x: foot, direction };
                 let family = (family, scene.medium_at(foot));
@@ -58,26 +58,26 @@ impl Search<'_> {
     /// A branch found from a random start that is none of the known ones, what it is worth, and an
     /// unbiased estimate of the reciprocal of the probability of finding it: the number of further
     /// random starts until it is found again (Booth 2007; Zeltner et al. 2020).
-    pub fn lucky<T>(
+    pub fn at_random<T>(
         &self,
         sampler: &mut Sampler,
         ws: &mut Workspace,
-        other: impl Fn(&Link) -> bool,
-        evaluate: impl Fn(&Link) -> Option<T>,
+        other: impl Fn(&Connection) -> bool,
+        evaluate: impl Fn(&Connection) -> Option<T>,
     ) -> Option<(T, f64)> {
         ws.stats.connections.searches += 1;
-        let link = self.try_luck(sampler, ws).filter(other)?;
-        let link = Link {
-            ease: match self.has_all(true) {
+        let connection = self.try_luck(sampler, ws).filter(other)?;
+        let connection = Connection {
+            discovery: match self.has_all(true) {
                 true => 1.0,
-                false => ws.luck(&link.tube),
+                false => ws.random_discovery(&connection.geometry),
             },
-            ..link
+            ..connection
         };
         ws.stats.connections.secondary += 1;
         let pieces = ws.solver.pieces().iter().map(Piece::ends);
-        let ends = (self.vertex, self.goal);
-        let clear = link.unless_blocked(self.scene, ends, pieces, &mut ws.stats)?;
+        let ends = (self.vertex, self.target);
+        let clear = connection.unless_blocked(self.scene, ends, pieces, &mut ws.stats)?;
         let value = evaluate(&clear)?;
         let (before, mut trials) = (ws.solver.work.steps, 0);
         // Beyond the budget the weight is too small: that is counted.
@@ -85,7 +85,7 @@ impl Search<'_> {
             trials += 1;
             ws.stats.connections.trials += 1;
             let again = self.try_luck(sampler, ws);
-            if again.is_some_and(|l| l.is_branch_of(self.scene, &link)) {
+            if again.is_some_and(|l| l.is_branch_of(self.scene, &connection)) {
                 return Some((value, f64::from(trials)));
             }
         }
@@ -93,11 +93,11 @@ impl Search<'_> {
         Some((value, f64::from(trials)))
     }
 
-    fn try_luck(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Link> {
+    fn try_luck(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Connection> {
         if ws.stop.is_raised() {
             return None;
         }
-        let shot = self.random(sampler, ws)?;
-        self.solve(&shot, ws)
+        let candidate = self.random(sampler, ws)?;
+        self.solve(&candidate, ws)
     }
 }
