@@ -131,7 +131,7 @@ impl Aabb {
 /// Conservative bounds of a field over a box: every value in the box lies within them.
 ///
 /// They are kept on n², which is what fields supply and what adds up; the quantities that the
-/// uniqueness certificate uses (theory §5) follow by [`FieldBounds::kappa`] and
+/// uniqueness certificate uses (docs/theory.md#bounds) follow by [`FieldBounds::kappa`] and
 /// [`FieldBounds::neg_hess_ln_n`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldBounds {

@@ -1,4 +1,4 @@
-//! When no two points of a medium can be connected by more than one ray (theory §5).
+//! When no two points of a medium can be connected by more than one ray (docs/theory.md#certificate).
 
 use crate::bounds::{Aabb, FieldBounds};
 use crate::field::Field;

@@ -1,4 +1,4 @@
-//! What a surface does to a ray and its tangents (theory §4).
+//! What a surface does to a ray and its tangents (docs/theory.md#interfaces).
 
 use crate::ray::{Tangents, Variation};
 use glam::{DMat3, DVec3};

@@ -1,7 +1,7 @@
 //! Curved rays in media whose refractive index varies continuously.
 //!
 //! With the Hamiltonian parameter σ (dσ = ds/n) and |v| = n a ray obeys Newton's equation
-//! dx/dσ = v, dv/dσ = ½∇(n²) (theory §1). This crate knows fields, rays, interfaces and
+//! dx/dσ = v, dv/dσ = ½∇(n²) (docs/theory.md#rays). This crate knows fields, rays, interfaces and
 //! connections; it knows no light, reads no file and starts no thread.
 
 pub mod bounds;

@@ -1,4 +1,4 @@
-//! The error of each quantity of a ray at a tolerance: the table in docs/theory.md, §1.
+//! The error of each quantity of a ray at a tolerance: the table in docs/theory.md#error-control.
 //!
 //! Rays of 1.8 scene units through fields of all strengths, against the same at a tolerance of 1e-12.
 

@@ -1,4 +1,4 @@
-//! Rays against closed forms, and the structure that every ray must keep (theory §8, oracles 2–6).
+//! Rays against closed forms, and the structure that every ray must keep (docs/theory.md#rays).
 
 use eikonal::field::{Acoustic, AcousticMode, Fisheye, Gaussian, LinearSquare, Luneburg, Selfoc};
 use eikonal::ray::{Flow, Node, Step, Stop, Tangents, march, perpendicular_basis};
@@ -255,7 +255,7 @@ fn the_index_is_kept_as_the_length_of_the_velocity() {
 
 #[test]
 fn the_ray_tube_is_reciprocal() {
-    // J(x→y)/n(x)² = J(y→x)/n(y)², theory eq. 5.
+    // J(x→y)/n(x)² = J(y→x)/n(y)², docs/theory.md#tangents.
     for field in [gaussian(), acoustic()] {
         let start = launch(
             &field,

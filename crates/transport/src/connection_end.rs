@@ -3,6 +3,8 @@
 //! Both ends of a path can be aimed at: a vertex of a sensor subpath is joined to an emitter, and a
 //! vertex of a light subpath to the sensor. A [`ConnectionEnd`] says where such a connection should end; how
 //! it gets there, and with what geometry term, is the business of `path`.
+//!
+//! Theory: docs/theory.md#subpaths-from-either-end.
 
 use crate::shape::Site;
 use glam::DVec3;

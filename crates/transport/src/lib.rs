@@ -1,6 +1,6 @@
 //! Light transport along curved rays: scene, paths, estimators and rendering.
 //!
-//! Estimators carry basic radiance L/n² throughout (theory §2). This crate reads no file.
+//! Estimators carry basic radiance L/n² throughout (docs/theory.md#radiance). This crate reads no file.
 
 mod bins;
 pub mod bsdf;

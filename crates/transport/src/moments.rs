@@ -1,4 +1,4 @@
-//! Sums of the scores of a mean, and how far the error that they give can be trusted (theory: "Effective samples").
+//! Sums of the scores of a mean, and how far the error that they give can be trusted (docs/theory.md#effective-samples).
 //!
 //! A score is what one independent sample brings: a sample of a pixel, the mean of a set of samples, a sample of the whole
 //! image, or all that one particle leaves in one bin. Pixels, layers, images and meters all use these sums. No sum and no

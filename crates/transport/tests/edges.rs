@@ -34,7 +34,7 @@ const SAMPLING: Sampling = Sampling {
     collides: true,
     spans: true,
     forced: false,
-    splitting: false,
+    forks: false,
 };
 
 fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> Edge<'_> {
@@ -93,7 +93,7 @@ fn luneburg_ball(sigma_t: f64) -> Scene {
 }
 
 /// A connection inside a Luneburg ball has the directions, the Jacobian and the depth of the harmonic orbit
-/// x(σ) = x₀ cos σ + v₀ sin σ: chord directions and 1/d² (theory §9) are far off.
+/// x(σ) = x₀ cos σ + v₀ sin σ: chord directions and 1/d² are far off.
 #[test]
 fn links_follow_the_harmonic_orbit() {
     let scene = luneburg_ball(0.7);
@@ -147,7 +147,7 @@ fn an_edge_is_as_long_as_its_way() {
 }
 
 /// n sin θ is constant through layers: a ray leaves a graded slab in the direction in which it came,
-/// whichever way it bent inside. Refraction computed from the chord inside (theory §9) breaks this.
+/// whichever way it bent inside. Refraction computed from the chord inside breaks this.
 #[test]
 fn refraction_uses_the_tangent_of_the_ray() {
     let slab = Cube::new(DAffine3 {

@@ -1,4 +1,4 @@
-//! The n² furnace (theory §8, oracle 1): where basic radiance is 1 all around, L = n² everywhere,
+//! The n² furnace (docs/theory.md#radiance): where basic radiance is 1 all around, L = n² everywhere,
 //! whatever scatters, for every estimator.
 //!
 //! Every test of the path tracer compares a mean to its exact value at |z| < 4.4: with 15 comparisons in
@@ -98,7 +98,7 @@ fn transparent_lens_behind_a_matched_boundary() {
 }
 
 /// Extinction that differs between channels by 16 times: distances are sampled for one channel at a time
-/// and weighted by the balance heuristic over all (theory §6, §9).
+/// and weighted by the balance heuristic over all (docs/theory.md#free-flight).
 #[test]
 fn chromatic_extinction() {
     use transport::Spectrum;

@@ -27,7 +27,7 @@ fn render(index: impl Into<Field>) -> Rendering {
     shoot(scene, 32, 1)
 }
 
-/// Theory §8, oracle 8: a constant index is the straight-line renderer, however it is described.
+/// A constant index is the straight-line renderer, however it is described.
 #[test]
 fn a_constant_index_gives_the_same_bits_however_it_is_described() {
     let straight = render(Constant::new(1.0));

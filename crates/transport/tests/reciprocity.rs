@@ -1,6 +1,6 @@
 //! A point light at y and a pinhole at x change places.
 //!
-//! By theory §3 the fluence at x of a point light of intensity I at y is φ = ∫ L dω = K(x, y) I/n(y)²,
+//! By docs/theory.md#densities-of-edges the fluence at x of a point light of intensity I at y is φ = ∫ L dω = K(x, y) I/n(y)²,
 //! where K sums products of T/B over edges and of κ over vertices: all are symmetric, and n(x)² of the
 //! sensor cancels that of the first edge, dω = dA/(B n(x)²). Hence φ(x ← y) n(y)² = φ(y ← x) n(x)². The
 //! fluence is summed over pixels with their solid angles; all that scatters is in view.

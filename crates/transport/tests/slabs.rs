@@ -111,7 +111,7 @@ fn plate(z: f64, up: bool, emitter: usize) -> Object {
     }
 }
 
-/// A graded, transparent slab between black plates (theory §8, oracle 7): of the flux that leaves the
+/// A graded, transparent slab between black plates (docs/theory.md#radiance): of the flux that leaves the
 /// optically denser plate, only n_min² of n² can reach the other one.
 #[test]
 fn graded_slab_between_black_plates() {

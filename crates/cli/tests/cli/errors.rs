@@ -16,36 +16,36 @@ fn refused(folder: &Folder, arguments: &str, parts: &[&str]) {
 #[test]
 fn outputs_are_checked_before_rendering() {
     let folder = Folder::with_fog();
-    let unlimited = "render scene.xml --spp 100000000";
+    let endless = "render scene.xml --spp 100000000";
     refused(
         &folder,
-        &format!("{unlimited} -o a.bmp"),
+        &format!("{endless} -o a.bmp"),
         &["'.bmp'", ".exr, .png, .npy"],
     );
     refused(
         &folder,
-        &format!("{unlimited} -o picture"),
+        &format!("{endless} -o picture"),
         &["no extension", ".exr"],
     );
     refused(
         &folder,
-        &format!("{unlimited} -o gone/a.exr"),
+        &format!("{endless} -o gone/a.exr"),
         &["cannot write 'gone/a.exr'", "'gone'"],
     );
     refused(
         &folder,
-        &format!("{unlimited} -o scene.xml/a.exr"),
+        &format!("{endless} -o scene.xml/a.exr"),
         &["not a folder"],
     );
     refused(
         &folder,
-        &format!("{unlimited} --stats gone/s.json"),
+        &format!("{endless} --stats gone/s.json"),
         &["gone"],
     );
     std::fs::create_dir(folder.path("folder.exr")).unwrap();
     refused(
         &folder,
-        &format!("{unlimited} -o folder.exr"),
+        &format!("{endless} -o folder.exr"),
         &["not a regular file"],
     );
 }

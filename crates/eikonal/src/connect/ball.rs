@@ -16,6 +16,8 @@
 //!   asin(sin τ/(ms)) − asin(sin τ/m) − asin(k sin τ) grows with τ: there is one ray, or none. Back, π − η =
 //!   asin(sin τ/(ms)) + asin(sin τ/m) + asin(k sin τ) − τ is concave: it takes a value twice at most,
 //!   and one below 0, on the other side of the axis, once.
+//!
+//! Theory: docs/theory.md#through-a-ball.
 
 use crate::ray::perpendicular_basis;
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! Primary branches: along the straight way, bent by the one field on it that bends rays.
+//! Primary branches: along the straight way, bent by the one field on it that bends rays (docs/theory.md#without-a-shot).
 
 use super::bend::{BentWay, Guess, bent};
 use super::collocate::{Collocation, collocated};
@@ -176,7 +176,7 @@ fn survey<W: World>(
             return None;
         }
         let side = crossing.normal.dot(chord);
-        x = crossing.position + crossing.normal * world.ray_epsilon().copysign(side);
+        x = crossing.position + crossing.normal * world.nudge().copysign(side);
         (region, done) = (crossing.beyond, end);
     }
     None
@@ -218,7 +218,7 @@ mod tests {
             })
         }
 
-        fn ray_epsilon(&self) -> f64 {
+        fn nudge(&self) -> f64 {
             1e-12
         }
     }

@@ -6,6 +6,8 @@
 //! perturbation of first order. Only gradients are needed, at positions that do not wait for one another.
 //! Where only a part of the chord bends rays, nodes lie in that part, and the ray is straight outside; from a
 //! plane, it starts with u′ = 0 instead.
+//!
+//! Theory: docs/theory.md#the-bent-chord.
 
 use super::collocate::{QuadratureRule, sum};
 use crate::field::Field;

@@ -1,4 +1,4 @@
-//! Where a shot starts, and the two numbers that Newton's method varies.
+//! Where a shot starts, and the two numbers that Newton's method varies (docs/theory.md#connections).
 
 use crate::field::Field;
 use crate::ray::{Node, Tangents, perpendicular_basis};

@@ -1,4 +1,4 @@
-//! Connections: the rays between two given points (theory §5).
+//! Connections: the rays between two given points (docs/theory.md#connections).
 //!
 //! A connection is a *branch*: a family and an optical path length whose ray ends at the target, going
 //! through or off the interfaces that it meets in a [`Pattern`]. [`Solver`] finds the primary one, that

@@ -1,4 +1,4 @@
-//! One step of Newton's method.
+//! One step of Newton's method (docs/theory.md#damping-and-trust-region).
 
 use super::connection::Failure;
 use super::family::RayFamily;

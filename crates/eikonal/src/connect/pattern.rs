@@ -1,4 +1,4 @@
-//! Which way a ray goes where it could go either way.
+//! Which way a ray goes where it could go either way (docs/theory.md#connections).
 
 /// Encounters with refracting interfaces at which a ray is reflected although refraction is possible.
 ///

@@ -1,4 +1,4 @@
-//! Shots: rays through several regions and the interfaces between them.
+//! Shots: rays through several regions and the interfaces between them (docs/theory.md#connections).
 
 use super::connection::Failure;
 use super::pattern::Pattern;
@@ -248,11 +248,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         if rule != Rule::Reflect {
             self.region = crossing.beyond;
         }
-        let off = crossing.normal
-            * self
-                .world
-                .ray_epsilon()
-                .copysign(crossing.normal.dot(after));
+        let off = crossing.normal * self.world.nudge().copysign(crossing.normal.dot(after));
         let field = self.world.field(self.region);
         self.end = Node::new(field, node.x + off, after, variation.ok_or(lost)?);
         self.flow = flow(field, &self.end, self.tolerance);

@@ -1,4 +1,4 @@
-//! Newton's method on the shot.
+//! Newton's method on the shot (docs/theory.md#damping-and-trust-region).
 
 use super::connection::{ConnectingRay, Failure};
 use super::family::RayFamily;
@@ -178,7 +178,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         }
         // Positions are no better than round-off, nor than the distance by which rays are kept off
         // interfaces.
-        let floor = 1e-13 * (distance + y.length()) + 10.0 * world.ray_epsilon();
+        let floor = 1e-13 * (distance + y.length()) + 10.0 * world.nudge();
         let mut trial = Iterate {
             family: start.family,
             length: start.optical_length,
@@ -272,7 +272,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     }
 
     /// The ray of an iterate, corrected to first order for its remaining miss: unless that is no small
-    /// correction, or the ray tube at the target is narrower than the tolerance.
+    /// correction, or the ray tube at the target is narrower than the tolerance (docs/theory.md#acceptance).
     fn finish(
         &self,
         iterate: &Iterate,

@@ -1,4 +1,4 @@
-//! Index modulated by cylindrical standing waves of sound.
+//! Index modulated by cylindrical standing waves of sound (docs/theory.md#sound).
 
 use super::axis::Axis;
 use super::error::{FieldError, finite, positive};

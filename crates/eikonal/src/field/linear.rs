@@ -73,7 +73,7 @@ impl LinearIndex {
     }
 }
 
-/// n²(x) = n₀² + g·(x − x₀). Rays are parabolas in σ, exact for leapfrog (theory §8, oracle 3).
+/// n²(x) = n₀² + g·(x − x₀). Rays are parabolas in σ (docs/theory.md#rays).
 ///
 /// n² is negative, hence the field invalid, on the far side of the plane where it vanishes.
 #[derive(Clone, Copy, Debug, PartialEq)]

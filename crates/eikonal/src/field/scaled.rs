@@ -1,4 +1,4 @@
-//! A field times a constant.
+//! A field times a constant (docs/theory.md#dispersion).
 
 use super::error::{FieldError, positive};
 use super::{Field, Jet};

@@ -1,4 +1,4 @@
-//! What sound does to a field: its period, and the index at another instant of it.
+//! What sound does to a field: its period, and the index at another instant of it (docs/theory.md#sound).
 
 use super::Field;
 

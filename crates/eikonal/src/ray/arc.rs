@@ -1,4 +1,4 @@
-//! A piece of a ray as a curve: the dense output of one step.
+//! A piece of a ray as a curve: the dense output of one step (docs/theory.md#dense-output).
 
 use crate::bounds::Aabb;
 use glam::DVec3;

@@ -5,6 +5,8 @@
 //! the coefficients change sign (G. Farin, *Curves and Surfaces for CAGD*, §5). Both facts survive
 //! subdivision by de Casteljau's algorithm, which only takes convex combinations and is therefore
 //! stable, so roots are found without ever leaving this basis.
+//!
+//! Theory: docs/theory.md#dense-output.
 
 use glam::DVec3;
 use std::ops::{Add, Mul, Sub};

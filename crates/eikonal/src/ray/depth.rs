@@ -1,4 +1,4 @@
-//! Optical depth along an arc (theory §6).
+//! Optical depth along an arc (docs/theory.md#free-flight).
 
 use super::arc::Arc;
 

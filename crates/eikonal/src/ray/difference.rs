@@ -11,6 +11,8 @@
 //! of the reference ray, hence stationary in the path between the ends: an error of the path counts in second
 //! order only. Steps are chosen for positions, and in weak fields are far longer than what the contrast varies
 //! over, so the integral has an error control of its own.
+//!
+//! Theory: docs/theory.md#optical-path-difference.
 
 use super::arc::Arc;
 use super::flow::Work;

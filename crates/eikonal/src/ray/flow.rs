@@ -1,4 +1,4 @@
-//! A ray through one field, step by step, with steps that keep a tolerance.
+//! A ray through one field, step by step, with steps that keep a tolerance (docs/theory.md#error-control).
 
 use super::step::{EVALUATIONS_PER_STEP, Node, Step};
 use super::tangent::Variation;
@@ -103,9 +103,9 @@ impl<'a, V: Variation> Flow<'a, V> {
         if self.field.is_constant() {
             return self.straight(limit, work);
         }
-        let homogeneous = self.field.homogeneous_span(self.node.x, self.node.v);
-        if homogeneous > self.longest() {
-            return self.straight(homogeneous.min(limit), work);
+        let calm = self.field.calm_span(self.node.x, self.node.v);
+        if calm > self.longest() {
+            return self.straight(calm.min(limit), work);
         }
         loop {
             let longest = self.longest();

@@ -6,6 +6,8 @@
 //! two orders of magnitude below that of Yoshida's composition, and its last force evaluation is
 //! the first of the next step. With forces at both ends at hand, quintic Hermite dense output and
 //! an error estimate cost no evaluation at all.
+//!
+//! Theory: docs/theory.md#steps.
 
 use super::arc::Arc;
 use super::tangent::Variation;
@@ -133,7 +135,7 @@ impl<V: Variation> Step<V> {
     /// Estimated local position error.
     ///
     /// The defect x₁ − x₀ − h(v₀+v₁)/2 + h²(a₁−a₀)/12 is −h⁵x⁽⁵⁾/720 + O(h⁷): of the order of the
-    /// scheme's own error and free of cost.
+    /// scheme's own error and free of cost (docs/theory.md#error-control).
     pub fn error(&self) -> f64 {
         let (s, e, h) = (&self.start, &self.end, self.arc.h());
         let defect = e.x - s.x - (s.v + e.v) * (0.5 * h) + (e.a - s.a) * (h * h / 12.0);

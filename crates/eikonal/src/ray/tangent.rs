@@ -1,4 +1,4 @@
-//! Tangents of a ray: how it moves when its start is perturbed (theory eq. 2).
+//! Tangents of a ray: how it moves when its start is perturbed (docs/theory.md#tangents).
 
 use crate::field::Field;
 use glam::{DMat3, DVec3};
@@ -51,7 +51,7 @@ pub struct Tangents {
 
 impl Tangents {
     /// Unit angular offsets of the direction at a fixed point of index `n`: δx = 0, δv = n·t
-    /// (theory eq. 4). `basis` are unit vectors perpendicular to the direction.
+    ///. `basis` are unit vectors perpendicular to the direction.
     pub fn angular(n: f64, basis: [DVec3; 2]) -> Self {
         Tangents {
             dx: [DVec3::ZERO; 2],
@@ -59,7 +59,7 @@ impl Tangents {
         }
     }
 
-    /// Unit offsets of the position at a fixed `direction` (theory §5, plane waves): δx = a,
+    /// Unit offsets of the position at a fixed `direction`, as of plane waves: δx = a,
     /// δv = (∇n·a)·direction. `grad_n2` is ∇n² at the start, `n` the index there.
     pub fn lateral(n: f64, grad_n2: DVec3, direction: DVec3, basis: [DVec3; 2]) -> Self {
         Tangents {

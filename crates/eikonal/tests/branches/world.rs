@@ -103,7 +103,7 @@ impl World for Glass {
         })
     }
 
-    fn ray_epsilon(&self) -> f64 {
+    fn nudge(&self) -> f64 {
         1e-12
     }
 }

@@ -1,5 +1,5 @@
 //! The uniqueness certificate: what it certifies has no second ray, what has one it never certifies,
-//! and it is not vacuous (theory §5).
+//! and it is not vacuous (docs/theory.md#certificate).
 
 #[path = "../common/tables.rs"]
 mod tables;

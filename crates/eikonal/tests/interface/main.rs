@@ -1,5 +1,5 @@
 //! What interfaces do to rays, against Snell's law, finite differences of traced rays, and the
-//! reciprocity of ray tubes (theory §4).
+//! reciprocity of ray tubes (docs/theory.md#interfaces).
 
 mod world;
 
@@ -182,7 +182,7 @@ fn the_sign_of_the_normal_is_immaterial() {
 
 #[test]
 fn connections_through_a_refracting_ball_are_reciprocal() {
-    // J(x→y)/n(x)² = J(y→x)/n(y)² across walls, theory eq. 5; both ends inside, one, or none.
+    // J(x→y)/n(x)² = J(y→x)/n(y)² across walls, docs/theory.md#densities-of-edges; both ends inside, one, or none.
     let mut rng = Rng::new(14);
     let mut solver = Solver::new(Tolerance::new(1e-11));
     for world in worlds(Rule::Refract).iter().skip(2) {

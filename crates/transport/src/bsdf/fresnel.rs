@@ -19,7 +19,7 @@ pub fn dielectric(cos: f64, n_near: f64, n_far: f64) -> Interface {
             cos_far: cos,
         };
     }
-    // Normal components p = n cosθ and q = n' cosθ' of the optical momentum (theory §4): their
+    // Normal components p = n cosθ and q = n' cosθ' of the optical momentum (docs/theory.md#interfaces): their
     // difference of squares is n'² − n², factored because the indices can be very close.
     let p = n_near * cos;
     let q2 = (n_far - n_near) * (n_far + n_near) + p * p;

@@ -3,6 +3,8 @@
 //! Vectors are local: z along the macroscopic normal on the side of the viewer. Masking and
 //! shadowing are Smith's, as the separable product G₁(o)·G₁(i): single scattering, so energy that would
 //! bounce between facets is lost.
+//!
+//! Theory: docs/theory.md#interfaces.
 
 use super::error::factor;
 use super::{BsdfError, Surface, beckmann, ggx};

@@ -4,7 +4,7 @@
 //! where the path came from (radiance leaves along it), `direction` to where the light comes from.
 //! Subscripts in the comments: o is the side of `toward`, i the side of `direction`.
 //!
-//! **Basic radiance.** Estimators transport L̃ = L/n² (theory §2), so values are
+//! **Basic radiance.** Estimators transport L̃ = L/n² (docs/theory.md#radiance), so values are
 //! f̃ = f·nᵢ²/nₒ²: a smooth transmission has weight 1, without η². κ = f̃/nᵢ² is symmetric in the two
 //! directions, so radiance and importance use the same code. The one exception is a null boundary
 //! whose indices differ, see [`null`].
@@ -164,7 +164,7 @@ impl Bsdf {
 
     /// The light that passes the surface at `site` straight on, for an angle of the given cosine to the normal;
     /// `None` if that is not how the surface works. It is decided first whether light passes:
-    /// [`Bsdf::sample`], [`Bsdf::eval`] and [`Bsdf::pdf`] are then about light that does not.
+    /// [`Bsdf::sample`], [`Bsdf::eval`] and [`Bsdf::pdf`] are then about light that does not (docs/theory.md#masks-and-panes).
     pub fn through(&self, site: &Site, cos: f64) -> Option<PartialTransmission> {
         match self {
             Bsdf::Mask(b) => Some(b.through(site)),

@@ -1,4 +1,4 @@
-//! Rays that start at an emitter.
+//! Rays that start at an emitter (docs/theory.md#subpaths-from-either-end).
 
 use super::{Emitter, Surroundings};
 use crate::Spectrum;

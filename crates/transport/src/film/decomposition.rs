@@ -1,4 +1,4 @@
-//! How a film's light is told apart: by the length of its paths, their bounces, their emitters.
+//! How a film's light is told apart: by the length of its paths, their bounces, their emitters (docs/theory.md#layers).
 
 use crate::Bins;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Reconstruction filters, sampled in proportion to their value.
+//! Reconstruction filters, sampled in proportion to their value (docs/theory.md#film).
 
 use std::f64::consts::{SQRT_2, TAU};
 

@@ -1,4 +1,4 @@
-//! What a film keeps of each layer of a decomposition.
+//! What a film keeps of each layer of a decomposition (docs/theory.md#layers).
 
 use super::{Decomposition, Pixel};
 use crate::Spectrum;

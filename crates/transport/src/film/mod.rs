@@ -1,17 +1,17 @@
-//! Films: what is accumulated per pixel.
+//! Films: what is accumulated per pixel (docs/theory.md#film).
 
+mod cascade;
 mod decomposition;
 mod filter;
 mod footprint;
 mod layers;
-mod outliers;
 mod summary;
 
+pub use cascade::{Cascade, LevelsMut};
 pub use decomposition::{Axis, Decomposition, PathFacts};
 pub use filter::Filter;
 pub use footprint::footprint;
 pub use layers::{CellsMut, LayerGroup, Layers, Pending};
-pub use outliers::{LevelsMut, OutlierRejection};
 
 use crate::Spectrum;
 use crate::moments::{Moments, Tail};
@@ -92,7 +92,7 @@ pub struct Film {
     whole: Vec<Pixel>,
     layers: Option<Layers>,
     /// For each group, if rare bright samples are to be given less weight.
-    outliers: Option<Vec<OutlierRejection>>,
+    cascades: Option<Vec<Cascade>>,
 }
 
 /// All that a film keeps of a group of channels.
@@ -103,7 +103,7 @@ pub struct PartsMut<'a> {
     /// If light is told apart.
     pub layers: Option<&'a mut LayerGroup>,
     /// If samples are sorted by brightness.
-    pub outliers: Option<&'a mut OutlierRejection>,
+    pub cascade: Option<&'a mut Cascade>,
 }
 
 impl Film {
@@ -124,7 +124,7 @@ impl Film {
             pixels: vec![Pixel::default(); width * height * groups],
             whole: vec![Pixel::default(); groups],
             layers: None,
-            outliers: None,
+            cascades: None,
         }
     }
 
@@ -147,11 +147,11 @@ impl Film {
     /// Whether another film keeps the same quantities of as many pixels.
     pub fn is_like(&self, other: &Film) -> bool {
         let shape = |f: &Film| {
-            let outliers = f
-                .outliers
+            let cascades = f
+                .cascades
                 .as_deref()
-                .map(|c| c.iter().map(OutlierRejection::shape).collect());
-            let outliers: Option<Vec<_>> = outliers;
+                .map(|c| c.iter().map(Cascade::shape).collect());
+            let cascades: Option<Vec<_>> = cascades;
             let sizes = [
                 f.width,
                 f.height,
@@ -164,7 +164,7 @@ impl Film {
                 sizes,
                 f.sets,
                 f.layers.as_ref().map(Layers::shape),
-                outliers,
+                cascades,
             )
         };
         shape(self) == shape(other)
@@ -184,9 +184,9 @@ impl Film {
         if let (Some(layers), Some(other)) = (&mut self.layers, &other.layers) {
             layers.merge(other);
         }
-        if let (Some(outliers), Some(other)) = (&mut self.outliers, &other.outliers) {
-            let pairs = outliers.iter_mut().zip(other);
-            pairs.for_each(|(outliers, other)| outliers.merge(other));
+        if let (Some(cascades), Some(other)) = (&mut self.cascades, &other.cascades) {
+            let pairs = cascades.iter_mut().zip(other);
+            pairs.for_each(|(cascade, other)| cascade.merge(other));
         }
     }
 
@@ -225,19 +225,19 @@ impl Film {
     /// The film with samples sorted by brightness, if they are to be.
     pub fn sorted(self, sorted: bool) -> Self {
         let pixels = self.width * self.height;
-        let outliers = |group| OutlierRejection::new(pixels, self.lanes(group));
+        let cascade = |group| Cascade::new(pixels, self.lanes(group));
         Film {
-            outliers: sorted.then(|| (0..self.groups()).map(outliers).collect()),
+            cascades: sorted.then(|| (0..self.groups()).map(cascade).collect()),
             ..self
         }
     }
 
     /// Means with less weight for rare bright samples, in the layout of [`Film::mean`]; if samples are sorted.
-    /// These are biased: see [`OutlierRejection`].
+    /// These are biased: see [`Cascade`].
     pub fn reweighted(&self) -> Option<Vec<f32>> {
-        let outliers = self.outliers.as_ref()?.iter();
+        let cascades = self.cascades.as_ref()?.iter();
         let samples = self.count(0);
-        let groups: Vec<_> = outliers
+        let groups: Vec<_> = cascades
             .map(|c| c.reweighted(self.width, samples))
             .collect();
         let pixel = |i: usize| {
@@ -259,7 +259,7 @@ impl Film {
         PartsMut {
             pixels: &mut self.pixels[group * n..(group + 1) * n],
             layers: self.layers.as_mut().map(|l| l.group_mut(group)),
-            outliers: self.outliers.as_mut().map(|c| &mut c[group]),
+            cascade: self.cascades.as_mut().map(|c| &mut c[group]),
         }
     }
 

@@ -1,4 +1,4 @@
-//! Means of whole images, and their errors.
+//! Means of whole images, and their errors (docs/theory.md#effective-samples).
 
 use super::{Film, Pixel};
 use crate::moments::{LEAST_EFFECTIVE, Tail};

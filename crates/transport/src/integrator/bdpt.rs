@@ -5,6 +5,8 @@
 //! A strategy (s, t) takes s vertices from the emitter and t from the sensor. With s = 0 the sensor
 //! subpath finds the emitter by chance; with s = 1 or t = 1 the end is aimed at anew. Delta
 //! emitters are not seen directly: their image is a point.
+//!
+//! Theory: docs/theory.md#bidirectional.
 
 use super::Contribution;
 use super::bidirectional::{Heuristic, Joining, Setting};

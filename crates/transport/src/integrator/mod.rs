@@ -1,4 +1,4 @@
-//! Estimators of what a sensor measures. They never import one another.
+//! Estimators of what a sensor measures. They never import one another (docs/theory.md#estimators).
 
 mod aov;
 mod bdpt;

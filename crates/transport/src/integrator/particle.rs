@@ -3,6 +3,8 @@
 //!
 //! Light that reaches the sensor over an edge that connections do not look for, such as a
 //! view in a metal mirror, is missing; a warning of the scene says so.
+//!
+//! Theory: docs/theory.md#particle.
 
 use super::Contribution;
 use super::bidirectional::{Heuristic, Joining, Setting};

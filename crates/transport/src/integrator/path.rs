@@ -1,5 +1,7 @@
 //! Path tracing: sensor subpaths, next-event estimation over curved connections, and multiple
 //! importance sampling against emitters that are hit by chance.
+//!
+//! Theory: docs/theory.md#path.
 
 mod connecting;
 mod roulette;
@@ -9,8 +11,8 @@ use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::film::PathFacts;
 use crate::path::{
-    Connection, ConnectionTarget, Edge, End, NeeSlot, Sampling, Split, Start, TransportMode,
-    Vertex, Weighted, Workspace, environment_aim, scatter, trace,
+    Connection, ConnectionTarget, Edge, End, Fork, NeeSlot, Sampling, Start, TransportMode, Vertex,
+    Weighted, Workspace, environment_aim, scatter, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -52,14 +54,14 @@ struct Next {
 
 impl Next {
     /// The other way of an edge that forked, unless it brings nothing.
-    fn split_off(&self, split: &Split) -> Option<Self> {
-        let throughput = self.throughput * split.throughput;
+    fn forked(&self, fork: &Fork) -> Option<Self> {
+        let throughput = self.throughput * fork.throughput;
         (!throughput.is_zero()).then(|| Next {
-            start: split.start,
+            start: fork.start,
             throughput,
             from: None,
             // The reflection counts as an edge does.
-            way: self.way.and(0, split.optical_length),
+            way: self.way.and(0, fork.optical_length),
         })
     }
 }
@@ -101,7 +103,7 @@ struct Tracing<'a> {
     /// Point-like emitters make it worthwhile to sample distances around them.
     equiangular: bool,
     /// A path that is to be followed, too.
-    split: Option<Next>,
+    fork: Option<Next>,
 }
 
 impl PathTracer {
@@ -131,13 +133,13 @@ impl PathTracer {
             ws,
             out,
             equiangular: !scene.point_like_emitters().is_empty(),
-            split: None,
+            fork: None,
         };
         self.follow(&mut tracing, next);
-        if let Some(split) = tracing.split.take() {
+        if let Some(fork) = tracing.fork.take() {
             // Two paths of a sample are not to share the points of its set.
             tracing.sampler.leave_set();
-            self.follow(&mut tracing, split);
+            self.follow(&mut tracing, fork);
         }
     }
 
@@ -152,8 +154,8 @@ impl PathTracer {
     fn edge(&self, t: &mut Tracing, next: &mut Next) -> bool {
         let channel_pdf = next.throughput / next.throughput.sum();
         let budget = self.budget(next.way.depth + 1);
-        let first_vertex = t.ws.first_vertex;
-        let forced = next.way.edges < first_vertex.forced_collisions && budget > 0;
+        let beginning = t.ws.beginning;
+        let forced = next.way.edges < beginning.forced && budget > 0;
         let sampling = Sampling {
             mode: TransportMode::Radiance,
             channel_pdf,
@@ -161,14 +163,14 @@ impl PathTracer {
             collides: true,
             spans: t.equiangular || forced,
             forced,
-            splitting: first_vertex.splitting && next.way.edges == 0,
+            forks: beginning.forks && next.way.edges == 0,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
         if t.equiangular && budget > 0 {
             t.around_emitter(&edge, next, channel_pdf, budget);
         }
-        if let Some(split) = &edge.split {
-            t.split = next.split_off(split);
+        if let Some(fork) = &edge.fork {
+            t.fork = next.forked(fork);
         }
         let way = next.way.and(edge.geometry.events, edge.optical_length);
         if self.max_depth.is_some_and(|limit| way.depth > limit) {
@@ -195,7 +197,7 @@ impl PathTracer {
 }
 
 impl Tracing<'_> {
-    /// Light emitted where the edge ends, weighted against the connection that competes for it.
+    /// Light emitted where the edge ends, weighted against the connection that competes for it (docs/theory.md#radiance).
     fn emission(&mut self, edge: &Edge, next: &Next, way: PathLength, channel_pdf: Spectrum) {
         match edge.end {
             End::Surface {
@@ -296,6 +298,7 @@ impl Tracing<'_> {
 
     /// Balance heuristic for an edge that was sampled from its start and found an emitter, where the
     /// index is `n` and the cosine `cos`, against the connections that look for such edges.
+    /// See docs/theory.md#connection-and-chance.
     fn mis(
         &mut self,
         edge: &Edge,

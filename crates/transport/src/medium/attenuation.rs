@@ -1,4 +1,4 @@
-//! Extinction along one arc.
+//! Extinction along one arc (docs/theory.md#free-flight).
 
 use super::section::Section;
 use super::{Medium, Texture};

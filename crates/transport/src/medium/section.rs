@@ -2,6 +2,8 @@
 //!
 //! Inside a cell of a grid a line meets a cubic polynomial at most (trilinear interpolation), which Gauss's rule of
 //! two nodes integrates exactly.
+//!
+//! Theory: docs/theory.md#free-flight.
 
 use super::cells::Cells;
 use super::grid::Grid;

@@ -3,7 +3,7 @@
 //! A particle carries power, and what it adds to ∫ Φ dV over a cell is its power times the arc length
 //! that it flies there (track-length estimator), or its power over the extinction for each collision
 //! there (collision estimator). No index enters: Φ = ∫ L dω is the power that crosses a small ball over
-//! the area of its cross-section, whatever the index (theory §3). Arcs are cut where they pass from cell
+//! the area of its cross-section, whatever the index (docs/theory.md#meters). Arcs are cut where they pass from cell
 //! to cell, so the parts have the length of the whole.
 
 use super::flight::{Collision, Flight};

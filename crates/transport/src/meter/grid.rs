@@ -1,4 +1,4 @@
-//! Cells of space, and where an arc passes from one to the next.
+//! Cells of space, and where an arc passes from one to the next (docs/theory.md#cutting-arcs).
 
 use eikonal::Aabb;
 use eikonal::ray::Arc;

@@ -2,7 +2,7 @@
 //!
 //! A particle starts with the power of the emitters over the density of its ray, flies along curved
 //! edges, and is absorbed and scattered on the way (`particle`). Meters take note of its flights,
-//! collisions and passages (`flight`); every meter has slots in one tally (`tally`). No index enters anywhere (theory §3): power is
+//! collisions and passages (`flight`); every meter has slots in one tally (`tally`). No index enters anywhere (docs/theory.md#meters): power is
 //! conserved along rays, whatever the index does to radiance.
 
 mod flight;
@@ -23,7 +23,7 @@ pub use reading::{Axis, Reading};
 pub use tally::{Part, Tally};
 pub use window::Window;
 
-use crate::path::{BalanceSums, Workspace};
+use crate::path::{Account, Workspace};
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
 use crate::stop::Stop;
@@ -150,9 +150,9 @@ impl<'a> Setup<'a> {
         seed: u64,
         particles: std::ops::Range<u64>,
         ws: &mut Workspace,
-    ) -> (Part, BalanceSums) {
+    ) -> (Part, Account) {
         let (mut part, mut scores, mut cuts) = (Part::default(), Scores::default(), Cuts::new());
-        let mut account = BalanceSums::default();
+        let mut account = Account::default();
         for number in particles {
             ws.stats.paths += 1;
             let mut sampler = Sampler::new(seed, 0, number);
@@ -164,7 +164,7 @@ impl<'a> Setup<'a> {
             };
             let mut particle = Particle::new(self, number, recorder);
             particle.run(&mut sampler, ws);
-            account.add(&particle.particle_balance, &mut ws.stats.not_finite);
+            account.add(&particle.ledger, &mut ws.stats.not_finite);
             part.take(&mut scores);
         }
         ws.stats.not_finite += scores.not_finite;

@@ -1,12 +1,12 @@
-//! The way of one particle from its emitter to its end.
+//! The way of one particle from its emitter to its end (docs/theory.md#meters).
 
 use super::flight::{Collision, Flight, Passing};
 use super::{Recorder, Setup};
 use crate::Spectrum;
 use crate::budget::EDGES_PER_PARTICLE;
 use crate::path::{
-    Edge, End, ParticleBalance, Point, Ray, Sampling, Span, TransportMode, Vertex, Workspace,
-    collided, emit, share, trace,
+    Edge, End, Ledger, Point, Ray, Sampling, Span, TransportMode, Vertex, Workspace, collided,
+    emit, share, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -27,7 +27,7 @@ pub(super) struct Particle<'a, 'r> {
     /// The scene at the particle's instant.
     scene: &'a Scene,
     pub recorder: Recorder<'r>,
-    pub particle_balance: ParticleBalance,
+    pub ledger: Ledger,
     /// Edges and specular events so far.
     depth: u32,
     /// Optical path length so far.
@@ -46,7 +46,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             setup,
             scene: setup.scene.at(number),
             recorder,
-            particle_balance: ParticleBalance::default(),
+            ledger: Ledger::default(),
             depth: 0,
             optical_length: 0.0,
             copies: 1,
@@ -70,7 +70,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             collides: true,
             spans: true,
             forced: false,
-            splitting: false,
+            forks: false,
         };
         for _ in 0..EDGES_PER_PARTICLE {
             let Some((ray, depth)) = waiting.pop() else {
@@ -86,7 +86,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         for (ray, _) in waiting {
             ws.stats.lost += 1;
             ws.stats.over_budget.rays += 1;
-            self.particle_balance.lost += ray.throughput.sum();
+            self.ledger.lost += ray.throughput.sum();
         }
     }
 
@@ -97,9 +97,9 @@ impl<'a, 'r> Particle<'a, 'r> {
             let depth = self.depth.saturating_add(1 + span.events_before);
             left = power * self.share_before(span);
             if depth > self.setup.max_depth {
-                self.particle_balance
+                self.ledger
                     .passed(self.setup.channel_pdf, &edge.spans[..=i], power);
-                self.particle_balance.cut += left.sum();
+                self.ledger.cut += left.sum();
                 return None;
             }
             let collision = match edge.end {
@@ -126,7 +126,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         let onward = self.end(edge, (power, left), sampler);
         let after = onward.map_or(Spectrum::ZERO, |ray| ray.throughput);
         let how = (self.scene, self.setup.channel_pdf);
-        self.particle_balance.enter(how, edge, (power, after));
+        self.ledger.enter(how, edge, (power, after));
         onward
     }
 

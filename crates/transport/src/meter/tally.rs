@@ -4,6 +4,8 @@
 //! same place are anything but independent, and a standard error must not take them for that. So the
 //! scores of a particle are added up per slot before they are squared. Particles are followed in small
 //! tasks of fixed size, in parallel; the sums of tasks are then added slot by slot, in any order.
+//!
+//! Theory: docs/theory.md#errors-of-meters.
 
 use crate::moments::Moments;
 use rayon::prelude::*;

@@ -1,4 +1,4 @@
-//! Which power particles should have on their way, so that late gates are as sure as early ones (theory: "Weight windows").
+//! Which power particles should have on their way, so that late gates are as sure as early ones (docs/theory.md#weight-windows).
 //!
 //! Of the light that starts, ever less is still on its way at an optical path length L: it is absorbed, or leaves the scene.
 //! Particles that die in proportion leave late gates to a few of them. Where meters have gates, a particle at L therefore

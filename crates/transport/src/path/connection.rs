@@ -26,7 +26,7 @@ const SAME_WAY: (f64, f64) = (1e-4, 100.0);
 /// A grazing ray touches the surface on which it ends this many times its miss before the end.
 const SLACK_PER_MISS: f64 = 1e3;
 /// Likewise for the distance by which ends are kept off surfaces.
-const SLACK_PER_RAY_EPSILON: f64 = 1e3;
+const SLACK_PER_NUDGE: f64 = 1e3;
 
 /// What connections are worth, each with a weight: hardly ever more than one.
 pub type Weighted<T> = SmallVec<[(T, f64); 1]>;
@@ -129,7 +129,7 @@ pub struct Connection {
 }
 
 impl Connection {
-    /// Connects a vertex to a target along all branches (theory §5) and asks `evaluate` what each is worth;
+    /// Connects a vertex to a target along all branches (docs/theory.md#branches) and asks `evaluate` what each is worth;
     /// returns what it answers, each with a weight. Sums of value times weight are unbiased: rays
     /// found from deterministic starts have weight 1, others the reciprocal of the probability that they
     /// are found. Rays that are blocked or worth nothing (`None`) are left out. Every
@@ -179,7 +179,7 @@ impl Connection {
 
     /// How easily connections from a vertex to a target find the branch that leaves the vertex in
     /// `direction`, which was found by other means. `optical_length` tells branches from a plane
-    /// apart that leave in one direction.
+    /// apart that leave in one direction (docs/theory.md#connection-and-chance).
     pub fn discovery(
         scene: &Scene,
         (vertex, target): (&Vertex, &ConnectionTarget),
@@ -257,7 +257,7 @@ impl Connection {
         arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
         stats: &mut Stats,
     ) -> Option<Connection> {
-        let slack = SLACK_PER_MISS * self.miss + SLACK_PER_RAY_EPSILON * scene.ray_epsilon();
+        let slack = SLACK_PER_MISS * self.miss + SLACK_PER_NUDGE * scene.nudge();
         let end = match target.aim {
             ConnectionEnd::Point { surface, .. } => surface.map(|s| s.object),
             ConnectionEnd::Plane { .. } => vertex.object(),

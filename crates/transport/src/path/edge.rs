@@ -1,4 +1,4 @@
-//! An edge that was sampled from one end.
+//! An edge that was sampled from one end (docs/theory.md#edges-and-geometry-terms).
 
 use super::edge_geometry::EdgeGeometry;
 use crate::Spectrum;
@@ -165,7 +165,7 @@ pub enum End {
 
 /// A way that an edge left aside: by reflection, where it was refracted.
 #[derive(Clone, Copy, Debug)]
-pub struct Split {
+pub struct Fork {
     /// Where it starts.
     pub start: Start,
     /// What it carries from there, per what the edge carried at its start.
@@ -202,7 +202,7 @@ pub struct Edge<'a> {
     /// forced.
     pub forcing: Spectrum,
     /// The way that it left aside at its first specular event, if both were to be taken.
-    pub split: Option<Box<Split>>,
+    pub fork: Option<Box<Fork>>,
     /// Whether it is [`End::Dead`] because it was lost, not absorbed.
     pub lost: bool,
 }
@@ -221,7 +221,7 @@ impl<'a> Edge<'a> {
             optical_length: 0.0,
             connectable: true,
             forcing: Spectrum::ONE,
-            split: None,
+            fork: None,
             lost: false,
         }
     }
@@ -256,7 +256,7 @@ impl<'a> Edge<'a> {
     }
 
     /// Probability density per unit length of a collision at optical depth and extinction as in
-    /// `point`, for channel probabilities `channel_pdf` (balance heuristic over channels, theory §6).
+    /// `point`, for channel probabilities `channel_pdf` (balance heuristic over channels, docs/theory.md#free-flight).
     pub fn collision_density(&self, channel_pdf: Spectrum, point: &Point) -> f64 {
         (channel_pdf * point.rate * point.depth.exp_neg() * self.forcing).sum()
     }

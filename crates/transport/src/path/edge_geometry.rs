@@ -7,7 +7,7 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeGeometry {
     /// Geometry term G: 1/(J n²) between two points, with J and n at the end that the ray was followed
-    /// to (theory §3: 1/(B n_a² n_b²)); 1/(A n²) between a plane and a point of index n (theory §5).
+    /// to (1/(B n_a² n_b²) in docs/theory.md#densities-of-edges); 1/(A n²) between a plane and a point of index n.
     pub geometry_term: f64,
     /// Optical depth.
     pub depth: Spectrum,

@@ -1,4 +1,4 @@
-//! Where subpaths start: at the sensor, and at an emitter chosen at random.
+//! Where subpaths start: at the sensor, and at an emitter chosen at random (docs/theory.md#subpaths-from-either-end).
 
 use super::Workspace;
 use super::connection::ConnectionTarget;

@@ -1,4 +1,4 @@
-//! Distances sampled around a point-like emitter.
+//! Distances sampled around a point-like emitter (docs/theory.md#point-emitters-in-media).
 
 use super::edge::{Edge, Span};
 use crate::scene::Scene;

@@ -4,6 +4,8 @@
 //! from outside has no such place: it counts from the plane across its direction that touches the ball
 //! around the scene ([`Surroundings`](crate::emitter::Surroundings)) where the light enters it. At the other
 //! end: from the pinhole, the point of the lens, or the plane on which the rays of a parallel view start.
+//!
+//! Theory: docs/theory.md#layers.
 
 use crate::emitter::Emitter;
 use crate::scene::{AMBIENT, Scene};

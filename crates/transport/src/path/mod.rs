@@ -3,14 +3,17 @@
 //! An edge is curved flow plus the specular events that it passes. This is the only place that says
 //! which way light goes at each end of an edge, how long it is, and what its geometry term is.
 //!
-//! Which edges connections own is one rule (theory §7): an edge is *connectable* if connections look
+//! Which edges connections own is one rule (docs/theory.md#connectable-edges): an edge is *connectable* if connections look
 //! for its like, i.e. it passes where indices are declared matched, is refracted or totally reflected at
 //! smooth dielectrics, or is reflected there no more often than the scene allows, and is no longer than
 //! the scene's reach. Connections find all such edges: the one that a deterministic start leads to for
 //! certain, others by luck with a weight that makes up for it. So an edge that is connectable and was
 //! found by chance shares its contribution with the connections that compete for it, and any
 //! other edge keeps all of it.
+//!
+//! Theory: docs/theory.md#edges-and-geometry-terms.
 
+mod account;
 mod adjoint;
 mod adjoint_training;
 mod connection;
@@ -18,7 +21,6 @@ mod differentials;
 mod edge;
 mod edge_geometry;
 mod ends;
-mod energy_balance;
 mod equiangular;
 mod follow;
 mod guess;
@@ -33,13 +35,13 @@ mod toward_emitters;
 mod vertex;
 mod walk;
 
+pub use account::{Account, Balance, Books, Ledger, Share};
 pub use adjoint::AdjointEstimate;
 pub use adjoint_training::{AdjointTraining, PathTally};
 pub use connection::{Connection, ConnectionTarget, Weighted, environment_aim};
-pub use edge::{Edge, End, Front, Point, Span, Split, Start, TransportMode};
+pub use edge::{Edge, End, Fork, Front, Point, Span, Start, TransportMode};
 pub use edge_geometry::EdgeGeometry;
 pub use ends::{Bounds, LightPath, emit, sensor_path};
-pub use energy_balance::{BalanceSums, BalanceTotals, EnergyBalance, ParticleBalance, Share};
 pub use equiangular::Equiangular;
 pub use follow::{Ending, Way, follow};
 pub use guess::guess;
@@ -74,7 +76,7 @@ pub struct Workspace {
     /// What has happened so far.
     pub stats: Stats,
     /// What has become of the particles followed since it was last taken.
-    pub particle_balance: ParticleBalance,
+    pub ledger: Ledger,
     /// Probability in (0, 1] with which a connection that may not be unique is searched for further
     /// branches. Any value is unbiased.
     pub search: f64,
@@ -85,7 +87,7 @@ pub struct Workspace {
     /// What paths may still bring. Any values are unbiased.
     pub adjoint: AdjointEstimate,
     /// How paths begin.
-    pub first_vertex: FirstVertexTechniques,
+    pub beginning: Beginning,
     /// What a pilot finds out about prospects.
     pub adjoint_training: Option<Box<AdjointTraining>>,
     /// Whether all work is to be given up, so that nothing is found any more.
@@ -95,13 +97,14 @@ pub struct Workspace {
 }
 
 /// What is done on the first edges of paths from the sensor to have less left to chance.
+/// See docs/theory.md#first-vertex-techniques.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct FirstVertexTechniques {
+pub struct Beginning {
     /// Number of first edges that collide for certain where they would leave the scene. Any number is unbiased in a
     /// scene that is [dark](crate::Scene::is_dark) around.
-    pub forced_collisions: u32,
+    pub forced: u32,
     /// Whether paths fork where their first edge meets a smooth dielectric: one is refracted, one reflected. Unbiased either way.
-    pub splitting: bool,
+    pub forks: bool,
 }
 
 impl Workspace {
@@ -110,12 +113,12 @@ impl Workspace {
         Workspace {
             solver: Solver::new(tolerance),
             stats: Stats::default(),
-            particle_balance: ParticleBalance::default(),
+            ledger: Ledger::default(),
             search: SEARCH,
             rates: NeeRates::default(),
             nee_training: None,
             adjoint: AdjointEstimate::default(),
-            first_vertex: FirstVertexTechniques::default(),
+            beginning: Beginning::default(),
             adjoint_training: None,
             stop: Stop::default(),
             line: Vec::new(),

@@ -1,4 +1,6 @@
 //! How often vertices are connected to emitters, and what speaks for more or fewer connections.
+//!
+//! Theory: docs/theory.md#next-event-rates.
 
 use super::vertex::Vertex;
 use crate::emitter::Class;

@@ -53,8 +53,7 @@ struct StraightWay {
     jump: f64,
 }
 
-/// The connection along the straight line, counted: J is the squared distance from a point, A is 1 from a plane (theory
-/// §5). `None` if it is blocked, or leaves or arrives on the wrong side of a surface.
+/// The connection along the straight line, counted: J is the squared distance from a point, A is 1 from a plane (docs/theory.md#edges-and-geometry-terms). `None` if it is blocked, or leaves or arrives on the wrong side of a surface.
 pub(super) fn connect(
     scene: &Scene,
     (vertex, target): (&Vertex, &ConnectionTarget),
@@ -142,7 +141,7 @@ impl Line {
         };
         while parts.len() < MOST_CROSSINGS {
             // The end may lie nearer to the last boundary than the nudge: the arc must still have a direction.
-            let rest = (self.to - x).dot(self.direction).max(scene.ray_epsilon());
+            let rest = (self.to - x).dot(self.direction).max(scene.nudge());
             let arc = Arc::line(x, self.direction * n, rest / n);
             let boundary = scene.first_boundary(&arc, left);
             let theta_end = boundary.map_or(1.0, |(_, meeting)| meeting.theta);

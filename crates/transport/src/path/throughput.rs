@@ -1,4 +1,4 @@
-//! What happens to light on the way of a connection.
+//! What happens to light on the way of a connection (docs/theory.md#declared-index-matches).
 
 use crate::Spectrum;
 use crate::bsdf::Bsdf;

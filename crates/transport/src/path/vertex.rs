@@ -278,7 +278,7 @@ impl Vertex {
 
     /// Probability that light which arrives here stops to be scattered: less than 1 on a surface that lets
     /// part of it pass straight on. The same share is that of such light in the surface's scattering, so that the two
-    /// cancel in what a path brings.
+    /// cancel in what a path brings (docs/theory.md#masks-and-panes).
     pub fn stopping(&self, scene: &Scene) -> f64 {
         match self {
             Vertex::Volume { .. } => 1.0,

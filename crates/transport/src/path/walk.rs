@@ -1,8 +1,10 @@
 //! Sampling an edge from its start: flow, collisions, and choices at specular surfaces.
+//!
+//! Theory: docs/theory.md#connectable-edges, docs/theory.md#free-flight.
 
 use super::Workspace;
 use super::differentials::RayDifferentials;
-use super::edge::{Edge, End, Front, Point, Span, Split, Start, TransportMode};
+use super::edge::{Edge, End, Fork, Front, Point, Span, Start, TransportMode};
 use super::length::to_entrance;
 use super::share::share;
 use crate::Spectrum;
@@ -36,8 +38,8 @@ pub struct Sampling {
     /// Whether it collides for certain where it would leave the scene, if there is anything to collide with: see
     /// [`Edge::forcing`]. Only if it is extended.
     pub forced: bool,
-    /// Whether both ways are taken at the first specular event, if it is one of refraction or reflection: see [`Edge::split`].
-    pub splitting: bool,
+    /// Whether both ways are taken at the first specular event, if it is one of refraction or reflection: see [`Edge::fork`].
+    pub forks: bool,
 }
 
 /// Samples an edge.
@@ -332,6 +334,7 @@ impl<'a, 'b> Walk<'a, 'b> {
 
     /// Straight through a boundary that is declared index-matched. If the indices differ all the
     /// same, power and L, rather than L/n², are conserved: the declared jump takes no energy away.
+    /// See docs/theory.md#declared-index-matches.
     fn pass(&mut self, object: usize, hit: &Hit, v: DVec3) -> bool {
         let direction = v.normalize();
         let beyond = self.beyond(object, hit, direction);
@@ -386,21 +389,21 @@ impl<'a, 'b> Walk<'a, 'b> {
         let surface = surface_at(self.scene, object, hit, self.medium);
         let sample = |u| bsdf.sample(&surface, toward, [u, 0.5, 0.5]);
         let is_first = self.edge.geometry.events == 0 && matches!(bsdf, Bsdf::Dielectric(_));
-        if self.sampling.splitting && is_first {
+        if self.sampling.forks && is_first {
             let (one, other) = (sample(0.0)?, sample(1.0f64.next_down())?);
             if !one.transmitted && other.transmitted {
-                self.edge.split = Some(Box::new(self.split((object, hit), &one)));
+                self.edge.fork = Some(Box::new(self.fork((object, hit), &one)));
                 return Some(certain(other));
             }
         }
         sample(self.sampler.next_1d())
     }
 
-    /// The way that is not gone on here.
-    fn split(&self, (object, hit): (usize, &Hit), way: &BsdfSample) -> Split {
+    /// The way that is not gone on here (docs/theory.md#first-vertex-techniques).
+    fn fork(&self, (object, hit): (usize, &Hit), way: &BsdfSample) -> Fork {
         let (scene, direction) = (self.scene, way.direction);
         let so_far = share(self.sampling.channel_pdf, self.edge.geometry.depth) * self.edge.weight;
-        Split {
+        Fork {
             start: Start {
                 left: scene.left(object, hit.normal, direction),
                 ..Start::point(
@@ -474,7 +477,7 @@ impl<'a, 'b> Walk<'a, 'b> {
 
     /// Has an edge that left the scene collide. What is left of the depth X that was drawn beyond the depth D of the whole way
     /// is an exponential deviate, too: its rank 1 − e^(D − X) among deviates is given to one below D. Collisions of
-    /// each channel become 1/(1 − e⁻ᴰ) times as dense; even numbers stay even.
+    /// each channel become 1/(1 − e⁻ᴰ) times as dense; even numbers stay even (docs/theory.md#first-vertex-techniques).
     fn force(&mut self) {
         if !self.escaped || self.is_long || self.edge.geometry.events > 0 || self.passed_by_chance {
             return;
@@ -514,7 +517,7 @@ fn certain(way: BsdfSample) -> BsdfSample {
 /// The point from which a ray leaves a surface: off it by less than any tolerance, on the side to
 /// which it goes.
 pub(super) fn leave(scene: &Scene, x: DVec3, normal: DVec3, direction: DVec3) -> DVec3 {
-    x + normal * scene.ray_epsilon().copysign(normal.dot(direction))
+    x + normal * scene.nudge().copysign(normal.dot(direction))
 }
 
 /// The surface as BSDFs see it, with the local index of the media on either side. `medium` is that

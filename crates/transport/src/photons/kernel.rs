@@ -41,7 +41,7 @@ impl Kernel {
     }
 
     /// At a squared distance: K, and the part of it that is bias to second order, B = ½m∇²K with m the
-    /// second moment of K along an axis (theory §9). Without it the kernel, K − B, has no second moments.
+    /// second moment of K along an axis (docs/theory.md#bias-of-photon-maps). Without it the kernel, K − B, has no second moments.
     pub fn weigh(&self, squared_distance: f64) -> Option<(f64, f64)> {
         let t = squared_distance / (self.radius * self.radius);
         let d = self.dimensions;

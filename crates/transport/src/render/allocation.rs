@@ -3,7 +3,7 @@
 //! The mean over the image has the least variance for its work, and so have all pixels on average, if a pixel of variance v
 //! whose samples take work c gets a share of them in proportion to √(v/c) (Neyman 1934). Both are told from a
 //! pilot whose samples are not part of the image: shares do not depend on the samples that they weigh, so that every
-//! pixel's mean and its variance stay unbiased (theory §10).
+//! pixel's mean and its variance stay unbiased (docs/theory.md#adaptive-sampling).
 //!
 //! Shares do not depend on how many samples there will be either. So parts of a render agree about which
 //! samples belong to whom.

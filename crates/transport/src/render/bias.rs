@@ -2,7 +2,7 @@
 //!
 //! A sample V of a pixel comes with an estimate B of its bias, from the same photons. Then V − B is free of
 //! bias but for higher orders, and with means over samples V̄ and B̄ the image is off by no more than
-//! |B̄| + z·(standard error of V − B), with the probability that goes with z (theory §9).
+//! |B̄| + z·(standard error of V − B), with the probability that goes with z (docs/theory.md#bias-of-photon-maps).
 
 use crate::Spectrum;
 use crate::film::{Film, Pixel};

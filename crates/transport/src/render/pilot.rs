@@ -2,11 +2,13 @@
 //! connect vertices to emitters, and to let paths go on; and how paths begin.
 //!
 //! The samples of the pilot are not part of the image, so that the choices do not bias it.
+//!
+//! Theory: docs/theory.md#next-event-rates, docs/theory.md#first-vertex-techniques.
 
 use super::Prepared;
 use super::source::Source;
 use crate::integrator::Integrator;
-use crate::path::{FirstVertexTechniques, Workspace};
+use crate::path::{Beginning, Workspace};
 use std::ops::Add;
 
 /// Pixels of the pilot, spread over the image, of which each has two samples.
@@ -38,15 +40,15 @@ pub(super) fn prepared(source: &Source) -> Prepared {
     if source.scene.is_straight() && !is_path {
         return source.prepared.clone();
     }
-    let mut best = Surveyed::new(source, is_path, FirstVertexTechniques::default());
+    let mut best = Surveyed::new(source, is_path, Beginning::default());
     if !is_path || best.cost > DEAR {
         return best.prepared;
     }
     if source.scene.is_dark() {
-        best = best.or(|way| way.forced_collisions = FORCED, source, FORCED_PAYS);
+        best = best.or(|way| way.forced = FORCED, source, FORCED_PAYS);
     }
     if source.scene.has_dielectrics() {
-        best = best.or(|way| way.splitting = true, source, FORKS_PAY);
+        best = best.or(|way| way.forks = true, source, FORKS_PAY);
     }
     best.prepared
 }
@@ -61,9 +63,9 @@ struct Surveyed {
 
 impl Surveyed {
     /// Of paths that begin in a way. Whether more is found out is for paths from the sensor.
-    fn new(source: &Source, trains: bool, first_vertex: FirstVertexTechniques) -> Self {
+    fn new(source: &Source, trains: bool, beginning: Beginning) -> Self {
         let mut prepared = Prepared {
-            first_vertex,
+            beginning,
             ..source.prepared.clone()
         };
         let mut ws = source.workspace_of(&prepared);
@@ -92,10 +94,10 @@ impl Surveyed {
 
     /// What a pilot says of paths that begin otherwise, if their variance × work is less by a factor: with bright pixels
     /// counted less, and with all alike.
-    fn or(self, change: fn(&mut FirstVertexTechniques), source: &Source, factor: f64) -> Self {
-        let mut first_vertex = self.prepared.first_vertex;
-        change(&mut first_vertex);
-        let other = Surveyed::new(source, true, first_vertex);
+    fn or(self, change: fn(&mut Beginning), source: &Source, factor: f64) -> Self {
+        let mut beginning = self.prepared.beginning;
+        change(&mut beginning);
+        let other = Surveyed::new(source, true, beginning);
         if self.pairs == other.pairs {
             // Not one path began in the other way.
             return self;

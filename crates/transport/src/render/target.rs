@@ -3,7 +3,7 @@
 //! The error is looked at after fixed numbers of samples, whatever the passes and threads, so that a render
 //! that stops is a render of just that many samples. Errors are measured, and may be too small by chance: the
 //! first look is not early, two in a row must agree, and an error that [cannot be trusted](Film::few_in_all) is none. What is left is a small bias of the mean, for
-//! renders stop a little too soon when bright samples happen to be missing (theory §10).
+//! renders stop a little too soon when bright samples happen to be missing (docs/theory.md#stopping).
 
 use super::Debiased;
 use crate::film::Film;

@@ -4,6 +4,8 @@
 //! unbiased; together they are spread evenly, so the variance of a set's mean is less than that of as many
 //! independent samples. Sets are scrambled independently: a set's mean is one independent sample, and the
 //! only thing of which a variance can be told.
+//!
+//! Theory: docs/theory.md#randomised-qmc-replicates.
 
 use super::sampler::mix;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Random numbers addressed by (seed, pixel, sample, dimension).
+//! Random numbers addressed by (seed, pixel, sample, dimension) (docs/theory.md#randomness).
 
 use super::points::{BITS, Points, Purpose, Sets};
 use rand_pcg::Pcg64Mcg;

@@ -6,6 +6,8 @@
 //! "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018), so that the cost grows as the
 //! logarithm of their number. A guess knows nothing of what is in the way, nor of bent rays: a share of the
 //! choices is left to chance.
+//!
+//! Theory: docs/theory.md#choice-of-emitter.
 
 use super::lamp::{Lamp, Receiver};
 use crate::emitter::Emitter;

@@ -1,4 +1,4 @@
-//! Guesses of what an emitter brings to a place where light is received.
+//! Guesses of what an emitter brings to a place where light is received (docs/theory.md#choice-of-emitter).
 
 use super::Object;
 use crate::connection_end::ConnectionEnd;

@@ -2,6 +2,8 @@
 //!
 //! Light crosses a scene in far less time than sound takes for a period, so that each path sees an index
 //! that stands still; an exposure of many periods sees the mean over all of them.
+//!
+//! Theory: docs/theory.md#sound.
 
 use super::{Parts, Problem, Scene, Severity, Subject};
 use std::f64::consts::TAU;

@@ -11,7 +11,7 @@
 //! u is in units of the image.
 //!
 //! * A sensor subpath draws u from h_j and a point of the lens uniformly ([`Sensor::ray`]), so it
-//!   starts with weight n² (theory §3) and nothing else.
+//!   starts with weight n² (docs/theory.md#radiance) and nothing else.
 //! * A light subpath that is connected to the sensor aims at a point of it ([`Sensor::aim`]). Changing
 //!   variables from u to the rays of that point (steradians), or to the parallel rays (area across
 //!   them), turns the integral into n² h_j(u) `density` L̃, with u and du/dΩ or du/dA⊥ = `density`
@@ -108,7 +108,7 @@ impl Sensor {
 
     /// Where on the image the ray belongs that leaves the sensor at `start`, a point that was aimed
     /// at, in the unit `direction`; the light travels against it. `None` if the sensor does not look
-    /// that way.
+    /// that way (docs/theory.md#subpaths-from-either-end).
     pub fn sense(&self, start: DVec3, direction: DVec3) -> Option<Sensed> {
         let sensed = match self {
             Sensor::Perspective(s) => s.sense(direction),

@@ -1,4 +1,4 @@
-//! An arc in the local coordinates of a shape.
+//! An arc in the local coordinates of a shape (docs/theory.md#dense-output).
 
 use super::placement::Placement;
 use super::sweep::Sweep;

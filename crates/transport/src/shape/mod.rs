@@ -294,7 +294,7 @@ impl Shape {
         }
     }
 
-    /// The shape operator S at a point of part `primitive` of the surface (theory §4): the normal
+    /// The shape operator S at a point of part `primitive` of the surface (docs/theory.md#interfaces): the normal
     /// N turns by δN = S·δx for a tangential δx. Symmetric, S·N = 0.
     pub fn shape_operator(&self, position: DVec3, primitive: u32) -> DMat3 {
         match self {

@@ -1,4 +1,4 @@
-//! Estimators against one another (theory §8, oracle 9): they share a scene, and little else.
+//! Estimators against one another (docs/theory.md#estimators): they share a scene, and little else.
 //!
 //! The path tracer finds light from the sensor, the particle tracer finds the sensor from the light, and
 //! bidirectional path tracing weighs both with all that lies between. A geometry term, a density, a

@@ -206,7 +206,7 @@ fn certificate(uniqueness: Option<&Uniqueness>) -> String {
             plain(bounds.kappa())
         );
     }
-    // Klingenberg's criterion, theory §5.
+    // Klingenberg's criterion, docs/theory.md#certificate.
     let curvature = 2.0 * bounds.neg_hess_ln_n() / bounds.n2_min;
     let used = bounds.n_max() * longest * curvature.sqrt() / std::f64::consts::PI;
     let ray = format!("longest ray {}", plain(longest));

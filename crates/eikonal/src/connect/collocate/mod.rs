@@ -5,6 +5,8 @@
 //! first guess. There, at more nodes, the Hessians of n² give forces that are linear in the displacement, with which
 //! the equation is solved by iteration, without evaluations: Newton's method. The same Hessians move the tangents, of
 //! which only the end is needed.
+//!
+//! Theory: docs/theory.md#without-a-shot.
 
 mod level;
 mod linear;

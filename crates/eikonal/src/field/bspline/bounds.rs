@@ -2,6 +2,8 @@
 //!
 //! A spline lies within the range of the coefficients that reach a point. Its derivatives are splines
 //! of lower degree whose coefficients are differences, double differences for mixed ones.
+//!
+//! Theory: docs/theory.md#sampled-fields.
 
 use super::Bspline;
 use super::blocks::{Blocks, Cells};

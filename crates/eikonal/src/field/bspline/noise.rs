@@ -1,4 +1,4 @@
-//! What noise of the samples makes of derivatives.
+//! What noise of the samples makes of derivatives (docs/theory.md#sampled-fields).
 
 use super::Bspline;
 use super::lattice::PAD;

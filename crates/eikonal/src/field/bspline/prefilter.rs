@@ -1,4 +1,6 @@
 //! From samples to the coefficients of the spline through them, or past them where they are noisy.
+//!
+//! Theory: docs/theory.md#sampled-fields.
 
 use super::lattice::{Lattice, PAD};
 use super::smooth::Smoother;

@@ -1,4 +1,4 @@
-//! How far a ray may go in one step: a length scale that varies over the grid.
+//! How far a ray may go in one step: a length scale that varies over the grid (docs/theory.md#sampled-fields).
 
 use super::lattice::{Lattice, PAD, rounded_down};
 use fearless_simd::{Simd, SimdBase, SimdCombine, dispatch, f32x4, f64x4};

@@ -4,6 +4,8 @@
 //! fourth differences (Eilers and Marx 1996). Cubic profiles stay as they are; waves of ω per sample are multiplied by
 //! about 1/(1 + λω⁸), so that what is longer than 2πλ^⅛ samples passes. λ is the largest for which the samples
 //! differ from the spline by no more than their noise accounts for (Reinsch 1967).
+//!
+//! Theory: docs/theory.md#sampled-fields.
 
 use super::lattice::{Lattice, PAD};
 use super::prefilter::{LANES, Lanes, lanes};

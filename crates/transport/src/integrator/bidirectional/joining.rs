@@ -1,4 +1,4 @@
-//! The strategies: which vertices are joined.
+//! The strategies: which vertices are joined (docs/theory.md#bidirectional).
 
 use super::paths::{Setting, View};
 use crate::connection_end::{ConnectionEnd, EndSample};

@@ -1,4 +1,4 @@
-//! Whole paths: what they contribute, and the densities of all their vertices.
+//! Whole paths: what they contribute, and the densities of all their vertices (docs/theory.md#bidirectional).
 
 use super::weight::{Density, Heuristic, weight};
 use crate::Spectrum;

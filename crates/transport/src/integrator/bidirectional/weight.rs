@@ -1,4 +1,4 @@
-//! Multiple importance sampling over all strategies (Veach 1997, §10).
+//! Multiple importance sampling over all strategies (Veach 1997, chapter 10): docs/theory.md#bidirectional.
 
 /// How the strategies that can sample a path share it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub(super) struct Density {
 ///
 /// With p_t the density of strategy t, p_{t+1}/p_t is the ratio of the two densities of x_t times that of
 /// the discovery probabilities of the edges that they connect. A strategy that connects nothing, t = k + 1, has discovery probability 1;
-/// one whose edge connections do not look for has none (theory §7).
+/// one whose edge connections do not look for has none (docs/theory.md#connectable-edges).
 pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
     let discovery = |t: usize| path.get(t - 1).map_or(1.0, |d| d.discovery);
     let power = |p: f64| match heuristic {

@@ -58,7 +58,7 @@ impl Tracing<'_> {
 
     /// Single scattering at a point of the edge that is chosen by its distance to a point-like
     /// emitter: its light falls off as 1/r², and collisions alone would sample it with infinite
-    /// variance (theory §9).
+    /// variance (docs/theory.md#point-emitters-in-media).
     pub(super) fn around_emitter(
         &mut self,
         edge: &Edge,
@@ -158,7 +158,7 @@ fn along(edge: &Edge) -> Receiver<'static> {
 }
 
 /// What a connection brings to the sensor, for an aim of given density, and its share of what all ways to find it bring;
-/// `delta` if nothing else can find the emitter.
+/// `delta` if nothing else can find the emitter (docs/theory.md#connection-and-chance).
 fn received(
     scene: &Scene,
     vertex: &Vertex,

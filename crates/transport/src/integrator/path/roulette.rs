@@ -1,4 +1,4 @@
-//! Russian roulette: which paths go on.
+//! Russian roulette: which paths go on (docs/theory.md#russian-roulette).
 
 use super::{Next, PathTracer, Tracing};
 use crate::path::PathTally;

@@ -1,5 +1,7 @@
 //! What a sensor ray sees in a photon map: the photons around it, or around a place that it samples, and
 //! those on the first surface that is not specular.
+//!
+//! Theory: docs/theory.md#photon-maps.
 
 use super::{PhotonMapping, Query, Radii};
 use crate::Spectrum;
@@ -77,7 +79,7 @@ impl Gathering<'_> {
                 collides: self.mapping.query == Query::Point,
                 spans: self.mapping.query == Query::Beam,
                 forced: false,
-                splitting: false,
+                forks: false,
             };
             let mut edge = trace(scene, sight.start, sampling, sampler, ws);
             edge.tabulate();

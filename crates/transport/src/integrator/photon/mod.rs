@@ -4,7 +4,7 @@
 //! Every sample of the image has a photon map of its own, so that samples are independent and the noise of
 //! their mean is known. Every sensor ray sees the map directly: nothing is gathered over a second bounce.
 //! Light is blurred over the radius, which is a bias. To second order in the radius it is known from the
-//! same photons (theory §9).
+//! same photons (docs/theory.md#photon-maps, docs/theory.md#bias-of-photon-maps).
 
 mod gather;
 

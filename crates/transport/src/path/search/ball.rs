@@ -1,4 +1,4 @@
-//! Connections through the surface of a ball, of which all are known.
+//! Connections through the surface of a ball, of which all are known (docs/theory.md#through-a-ball).
 
 use super::{Candidate, Known, Search};
 use crate::connection_end::ConnectionEnd;

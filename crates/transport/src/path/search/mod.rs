@@ -1,4 +1,4 @@
-//! Where connections are looked for (theory §5): from deterministic starts, and from random ones.
+//! Where connections are looked for (docs/theory.md#branches): from deterministic starts, and from random ones.
 
 mod ball;
 mod random;

@@ -1,4 +1,4 @@
-//! Where the light of a run of particles went.
+//! Where the light of a run of particles went (docs/theory.md#energy-balance).
 
 use super::edge::{Edge, End, Span};
 use super::share::{collided, share};
@@ -13,7 +13,7 @@ const ENTRIES: usize = 5;
 
 /// What became of the power of one particle, summed over channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ParticleBalance {
+pub struct Ledger {
     /// Absorbed by media.
     pub media: f64,
     /// Absorbed by surfaces.
@@ -26,7 +26,7 @@ pub struct ParticleBalance {
     pub lost: f64,
 }
 
-impl ParticleBalance {
+impl Ledger {
     /// Enters an edge that started with `power`, and of which `onward` goes on from its end. `channel_pdf` are
     /// the channel probabilities with which it was sampled.
     pub fn enter(
@@ -65,17 +65,17 @@ impl ParticleBalance {
 
 /// Sums over particles, in the order in which they are added.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BalanceSums {
+pub struct Account {
     particles: u64,
     /// Of each entry, and of their total: the sum, and the sum of squares.
     sums: [[f64; 2]; ENTRIES + 1],
 }
 
-impl BalanceSums {
+impl Account {
     /// Adds a particle. One whose entries are not finite is entered as nothing, so that it is left over, and counted in
     /// `not_finite`.
-    pub fn add(&mut self, particle_balance: &ParticleBalance, not_finite: &mut u64) {
-        let mut entries = particle_balance.entries();
+    pub fn add(&mut self, ledger: &Ledger, not_finite: &mut u64) {
+        let mut entries = ledger.entries();
         if !entries.iter().sum::<f64>().is_finite() {
             entries = [0.0; ENTRIES];
             *not_finite += 1;
@@ -91,16 +91,16 @@ impl BalanceSums {
 
 /// Sums over accounts, whose bits do not depend on their order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct BalanceTotals {
+pub struct Books {
     particles: u64,
     sums: [[Sum; 2]; ENTRIES + 1],
 }
 
-impl BalanceTotals {
+impl Books {
     /// Adds an account.
-    pub fn enter(&mut self, balance: &BalanceSums) {
-        self.particles += balance.particles;
-        for (kept, sums) in self.sums.iter_mut().zip(balance.sums) {
+    pub fn enter(&mut self, account: &Account) {
+        self.particles += account.particles;
+        for (kept, sums) in self.sums.iter_mut().zip(account.sums) {
             kept[0].add(sums[0]);
             kept[1].add(sums[1].min(f64::MAX));
         }
@@ -112,10 +112,10 @@ impl BalanceTotals {
     }
 
     /// What became of the power of emitters that emit `emitted`, summed over channels.
-    pub fn balance(&self, emitted: f64) -> EnergyBalance {
+    pub fn balance(&self, emitted: f64) -> Balance {
         let share = |i: usize| self.share(i);
         let total = share(ENTRIES);
-        EnergyBalance {
+        Balance {
             emitted,
             media: share(0),
             surfaces: share(1),
@@ -144,9 +144,9 @@ impl BalanceTotals {
     }
 }
 
-impl AddAssign for BalanceTotals {
+impl AddAssign for Books {
     /// More accounts.
-    fn add_assign(&mut self, other: BalanceTotals) {
+    fn add_assign(&mut self, other: Books) {
         self.particles += other.particles;
         for (sums, other) in self.sums.iter_mut().zip(other.sums) {
             sums[0] += other[0];
@@ -155,7 +155,7 @@ impl AddAssign for BalanceTotals {
     }
 }
 
-impl AddAssign for BalanceSums {
+impl AddAssign for Account {
     /// More particles. Sums are rounded: add parts in an order that does not depend on threads.
     fn add_assign(&mut self, o: Self) {
         self.particles += o.particles;
@@ -175,10 +175,10 @@ pub struct Share {
     pub error: f64,
 }
 
-/// The energy balance of a whole run. What the entries leave of the emitted power is what the choice of emitters and
+/// The account of a whole run. What the entries leave of the emitted power is what the choice of emitters and
 /// rays, Russian roulette and spectral sampling, which are fair but by chance, have added or taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct EnergyBalance {
+pub struct Balance {
     /// Power of all emitters, exactly.
     pub emitted: f64,
     /// Absorbed by media.
@@ -203,7 +203,7 @@ impl AddAssign for Share {
     }
 }
 
-impl AddAssign for EnergyBalance {
+impl AddAssign for Balance {
     /// Other channels, with particles of their own.
     fn add_assign(&mut self, o: Self) {
         self.emitted += o.emitted;
@@ -222,22 +222,22 @@ mod tests {
 
     #[test]
     fn what_is_not_finite_is_left_over_and_counted() {
-        let (mut balance, mut not_finite) = (BalanceSums::default(), 0);
-        let one = ParticleBalance {
+        let (mut account, mut not_finite) = (Account::default(), 0);
+        let one = Ledger {
             media: 1.0,
-            ..ParticleBalance::default()
+            ..Ledger::default()
         };
-        let bad = ParticleBalance {
+        let bad = Ledger {
             escaped: f64::NAN,
             ..one
         };
-        for particle_balance in [one, bad] {
-            balance.add(&particle_balance, &mut not_finite);
+        for ledger in [one, bad] {
+            account.add(&ledger, &mut not_finite);
         }
-        let mut balances = BalanceTotals::default();
-        balances.enter(&balance);
-        let balance = balances.balance(1.0);
-        assert_eq!((not_finite, balances.particles()), (1, 2));
+        let mut books = Books::default();
+        books.enter(&account);
+        let balance = books.balance(1.0);
+        assert_eq!((not_finite, books.particles()), (1, 2));
         assert_eq!((balance.media.mean, balance.residual.mean), (0.5, 0.5));
     }
 }
