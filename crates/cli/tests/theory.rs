@@ -177,6 +177,28 @@ fn cited_anchors_exist() {
     assert!(count > 50, "only {count} citations found");
 }
 
+/// The labels of equations, such as (1.2), which end their lines.
+fn equations(theory: &str) -> BTreeSet<&str> {
+    let lines = theory.lines().filter(|line| line.starts_with("    "));
+    lines
+        .filter_map(|line| Some(&line[line.rfind('(')?..]))
+        .collect()
+}
+
+#[test]
+fn cited_equations_exist() {
+    let theory = theory();
+    let known = equations(&theory);
+    for path in citing() {
+        let text = fs::read_to_string(&path).unwrap();
+        for rest in text.split("eq.").filter_map(|rest| rest.strip_prefix(" (")) {
+            let label = format!("({})", rest.split(')').next().unwrap());
+            let place = path.display();
+            assert!(known.contains(&*label), "{place}: no equation {label}");
+        }
+    }
+}
+
 #[test]
 fn nothing_is_cited_by_number() {
     for path in citing() {

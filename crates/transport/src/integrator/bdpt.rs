@@ -69,6 +69,7 @@ impl Bdpt {
             max_vertices: usize::MAX,
             weighs: true,
         };
+        // Sample a subpath from the sensor and one from an emitter.
         let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws);
         let from_emitter = sampler.apart(|s| LightPath::sample(scene, &bounds, s, ws));
         let mut joining = Joining {
@@ -82,15 +83,20 @@ impl Bdpt {
             ws,
             out,
         };
+        // s = 0: the emitters that the sensor's subpath hits.
         joining.hits(&from_sensor);
+        // s = 1: each of the sensor's vertices and an emitter that is aimed at anew.
         for i in 0..from_sensor.vertices.len() {
             joining.direct(&from_sensor.vertices[..=i]);
         }
         let Some(light) = from_emitter else { return };
+        // s = t = 1: the emitter in view.
         joining.seen(&light);
+        // t = 1: each of the emitter's vertices and the sensor.
         for j in 0..light.subpath.vertices.len() {
             joining.sensed(&light, j);
         }
+        // s, t ≥ 2: the vertices of both subpaths.
         for i in 0..from_sensor.vertices.len() {
             let vertices = &from_sensor.vertices[..=i];
             match self.connections {

@@ -50,6 +50,7 @@ impl ParticleTracer {
             max_vertices: 1,
             weighs: false,
         };
+        // Sample an edge from the sensor, for emitters in view, and a light subpath.
         let seen = sensor_path(scene, ray, &bounds, sampler, ws);
         let light = LightPath::sample(scene, &bounds, sampler, ws);
         let first = out.len();
@@ -64,7 +65,9 @@ impl ParticleTracer {
             ws,
             out,
         };
+        // Add the emitter that the sensor's edge hits.
         joining.hits(&seen);
+        // Connect each vertex of the light subpath to the sensor.
         if let Some(light) = &light {
             for j in 0..light.subpath.vertices.len() {
                 joining.sensed(light, j);

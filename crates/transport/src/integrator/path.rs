@@ -118,6 +118,7 @@ impl PathTracer {
         out: &mut Vec<Contribution>,
     ) {
         let medium = scene.medium_of_sensor_ray(ray.origin);
+        // Start at the sensor, with throughput T = n_s².
         let start = Start::point(ray.origin, ray.direction, medium);
         let n = scene.n(start.medium, start.x);
         let white = |c| if c < channels { n * n } else { 0.0 };
@@ -135,6 +136,7 @@ impl PathTracer {
             equiangular: !scene.point_like_emitters().is_empty(),
             fork: None,
         };
+        // Follow the path to its end, and then the other branch if its first edge was split.
         self.follow(&mut tracing, next);
         if let Some(fork) = tracing.fork.take() {
             // Two paths of a sample are not to share the points of its set.
@@ -152,6 +154,7 @@ impl PathTracer {
     /// Follows one edge, hands over what it finds, and scatters at its end. Whether the path goes on, as `next` says then: in
     /// place, for it is large.
     fn edge(&self, t: &mut Tracing, next: &mut Next) -> bool {
+        // Sample the next edge: its length by p(s) of eq. (8.2), with channel probabilities w_c in proportion to T.
         let channel_pdf = next.throughput / next.throughput.sum();
         let budget = self.budget(next.way.depth + 1);
         let beginning = t.ws.beginning;
@@ -166,9 +169,11 @@ impl PathTracer {
             forks: beginning.forks && next.way.edges == 0,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
+        // Place a vertex on it by p_e of eq. (9.2), and connect that to a point emitter.
         if t.equiangular && budget > 0 {
             t.around_emitter(&edge, next, channel_pdf, budget);
         }
+        // Keep the other branch of a split edge for later.
         if let Some(fork) = &edge.fork {
             t.fork = next.forked(fork);
         }
@@ -176,16 +181,20 @@ impl PathTracer {
         if self.max_depth.is_some_and(|limit| way.depth > limit) {
             return false;
         }
+        // Add the light emitted at the end of the edge, with the weight of chance in eq. (9.1).
         t.emission(&edge, next, way, channel_pdf);
         let budget = self.budget(way.depth);
         if budget == 0 {
             return false;
         }
+        // Find the vertex at the end of the edge, and T up to it.
         let Some(vertex) = Vertex::of(t.scene, &edge) else {
             return false;
         };
         let throughput = next.throughput * edge.throughput(t.scene, channel_pdf);
+        // Connect the vertex to one emitter of each class.
         t.direct(&vertex, (&edge, way), (throughput, channel_pdf), budget);
+        // Draw a direction by p_ω, and play Russian roulette.
         t.scatter(vertex, (throughput, way), next) && self.roulette(t, next)
     }
 
@@ -214,6 +223,7 @@ impl Tracing<'_> {
                 let Some((emitter, radiance, pdf)) = self.scene.emitted(&on, -direction) else {
                     return;
                 };
+                // A surface that emits: L_e/n².
                 let n = self.scene.n(medium, hit.position);
                 let aim = ConnectionEnd::Point {
                     position: hit.position,
@@ -225,6 +235,7 @@ impl Tracing<'_> {
                 self.emitted((light, weight), (edge, next), channel_pdf, (way, emitter));
             }
             End::Escaped { direction, medium } => {
+                // The environments: L_e/n² in the direction of escape.
                 let n = self.scene.n(medium, edge.start.x);
                 let scene = self.scene;
                 for (emitter, environment) in scene.environments() {
@@ -314,10 +325,12 @@ impl Tracing<'_> {
             return 1.0;
         }
         let slot = NeeSlot::new(self.scene.emitters()[emitter].class(), vertex);
+        // p_connection = P_E p_a, up to the factor e.
         let chosen = self
             .scene
             .emitter_probability(emitter, &vertex.receiver(self.scene));
         let by_connection = self.ws.rates.of(slot) * chosen * pdf;
+        // p_chance: eq. (5.1) with the density p_ω of the direction.
         let by_chance =
             edge.geometry.density(*direction_pdf, n) * cos * edge.geometry.survival(channel_pdf);
         let most = by_connection / (by_connection + by_chance);
@@ -329,6 +342,7 @@ impl Tracing<'_> {
         if asked < 1.0 && self.sampler.next_1d() >= asked {
             return 1.0;
         }
+        // e: the probability that connections discover the edge.
         let before = self.work();
         let target = ConnectionTarget::emitter(self.scene, emitter, *aim);
         let way = (&edge.geometry, edge.start.direction, None);

@@ -90,6 +90,7 @@ impl FluenceMeter {
         if self.estimator == Estimator::Collision {
             return;
         }
+        // Cut the arc where it passes from cell to cell, and from gate to gate.
         let arc = &flight.span.arc;
         cuts.clear();
         self.grid.cut(arc, flight.theta_end, cuts);
@@ -104,6 +105,7 @@ impl FluenceMeter {
         self.cut_by_length(flight, cuts);
         cuts.push(flight.theta_end);
         cuts.sort_by(f64::total_cmp);
+        // Score w ∫ ds of each piece, eq. (9.4), in the cell of its middle.
         let (mut from, mut before) = (0.0, 0.0);
         for &to in cuts.iter() {
             let length = arc.arc_length(to);
@@ -137,6 +139,7 @@ impl FluenceMeter {
         if self.estimator == Estimator::TrackLength {
             return;
         }
+        // Score w/σ_t, eq. (9.4).
         if let Some(cell) = self.locate(collision.point.x, collision.optical_length) {
             self.score(cell, [collision.path, collision.absorbed()], scores);
         }

@@ -100,6 +100,7 @@ impl IrradianceMeter {
 
     /// Takes note of light that passes.
     pub(super) fn pass(&self, passing: &Passing, slots: &mut Slots) {
+        // Score the power on its side, in total and in the bin of its direction, place and length.
         let side = usize::from(passing.hit.normal.dot(passing.direction) <= 0.0);
         slots.add(side, passing.power);
         slots.add(2 + side, passing.power * passing.optical_length);

@@ -56,12 +56,14 @@ impl<'a, 'r> Particle<'a, 'r> {
     /// Emits it and follows it, and all that it is divided into, to its end.
     pub fn run(&mut self, sampler: &mut Sampler, ws: &mut Workspace) {
         let setup = self.setup;
+        // Emit the particle: choose the emitter by P_E, and draw an aim and a ray; the power is Φ_E.
         let pick = setup.choice.sample(sampler.next_1d());
         let u = (sampler.next_2d(), sampler.next_2d());
         let white = setup.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));
         let Some((_, ray)) = emit(self.scene, (pick.index, pick.probability), white, u) else {
             return;
         };
+        // Follow it, and all that it is divided into, edge by edge.
         let (initial, mut waiting) = (ray.throughput.sum(), vec![(ray, 0)]);
         let sampling = Sampling {
             mode: TransportMode::Importance,
@@ -77,8 +79,10 @@ impl<'a, 'r> Particle<'a, 'r> {
                 return;
             };
             (self.optical_length, self.depth) = (ray.optical_length, depth);
+            // Sample the next edge by p(s) of eq. (8.2).
             let mut edge = trace(self.scene, ray.start, sampling, sampler, ws);
             edge.tabulate();
+            // Score the edge and its end, and play Russian roulette or divide.
             if let Some(onward) = self.edge(&edge, ray.throughput, sampler) {
                 self.go_on_as(onward, initial, sampler, &mut waiting);
             }
@@ -107,6 +111,7 @@ impl<'a, 'r> Particle<'a, 'r> {
                 _ => None,
             };
             let theta_end = collision.map_or(span.theta_end, |point| point.theta);
+            // Score the flight along the span, up to the collision if there is one.
             let flight = Flight {
                 scene: self.scene,
                 channel_pdf: self.setup.channel_pdf,
@@ -118,11 +123,13 @@ impl<'a, 'r> Particle<'a, 'r> {
             self.recorder.fly(&flight);
             self.optical_length += span.arc.optical_length(theta_end);
             left = flight.power_at(theta_end);
+            // Score the passage through a smooth surface to the next span.
             if let (None, Some(next)) = (collision, edge.spans.get(i + 1)) {
                 self.go_on((span, next), left, power * self.share_before(next));
             }
         }
         self.depth = self.depth.saturating_add(1 + edge.geometry.events);
+        // Score the end, scatter there, and enter what power is lost in the ledger.
         let onward = self.end(edge, (power, left), sampler);
         let after = onward.map_or(Spectrum::ZERO, |ray| ray.throughput);
         let how = (self.scene, self.setup.channel_pdf);
@@ -182,6 +189,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         let scene = self.scene;
         match &edge.end {
             End::Collision(point) => {
+                // Score the collision; w is multiplied by σ_s T/p(s).
                 let collision = self.collision(point, power);
                 self.recorder.collide(&collision);
                 let scatter = Vertex::volume(point).scatter(scene, sampler)?;
@@ -193,6 +201,7 @@ impl<'a, 'r> Particle<'a, 'r> {
                 })
             }
             End::Surface { direction, .. } => {
+                // Scatter at the surface, and score what passes through it.
                 let scatter = Vertex::of(scene, edge)?.scatter(scene, sampler);
                 let onward = scatter.map(|s| (s.start, s.pdf, left * s.weight));
                 if let Some(span) = edge.spans.last() {
@@ -238,10 +247,12 @@ impl<'a, 'r> Particle<'a, 'r> {
         if ray.throughput.is_zero() {
             return;
         }
+        // The power w over what the window W(L) wants.
         let left = ray.throughput.sum() / initial;
         let window = self.setup.window.as_ref();
         let worth = left / window.map_or(1.0, |w| w.share(self.optical_length));
         let mut copies = 1;
+        // Survive with probability w/W if there is little, or divide into round(w/W) if there is much.
         if self.depth >= self.setup.rr_depth && worth < SMALL {
             if sampler.next_1d() >= worth {
                 return;

@@ -46,6 +46,7 @@ impl Window {
 
     /// That of a setup's particles; `None` if no meter has gates.
     pub(super) fn learn(setup: &Setup, stop: &Stop) -> Option<Self> {
+        // Divide the optical length up to the end of the last gate into equal steps.
         let ends = setup.meters.iter().filter_map(|meter| meter.last_gate());
         let levels = Bins {
             min: 0.0,
@@ -56,6 +57,7 @@ impl Window {
             levels,
             shares: vec![1.0; LEVELS],
         };
+        // Measure the power that is still on its way, with the window that is known so far.
         for round in 0..ROUNDS {
             let pilot = Setup {
                 meters: &[],

@@ -142,7 +142,7 @@ fn landed(scene: &Scene, light: &LightPath, paths: usize) -> impl Iterator<Item 
                     object, surface, ..
                 } => Place::Surface(*object, surface.normal),
             },
-            // What passes straight through a surface falls on it, too.
+            // Φ/n_p², with Φ the throughput over M. What passes straight through a surface falls on it, too.
             power: path_vertex.throughput / (n * n * paths as f64 * vertex.stopping(scene)),
             depth: path_vertex.depth,
             optical_length: path_vertex.optical_length,

@@ -22,6 +22,7 @@ impl Joining<'_> {
     /// s = 0: emitters that the sensor subpath came upon.
     pub fn hits(&mut self, sensor: &Subpath) {
         let (setting, scene) = (self.setting, self.setting.scene);
+        // Emitters on surfaces, which end the path at a vertex.
         for i in 0..sensor.vertices.len() {
             let z = &sensor.vertices[i];
             if let Some((index, radiance, pdf)) = z.vertex.emitted(scene) {
@@ -36,6 +37,7 @@ impl Joining<'_> {
                 self.out.extend(found);
             }
         }
+        // Environments, if the subpath left the scene.
         let Some(escape) = &sensor.escape else { return };
         for (index, environment) in scene.environments() {
             let toward = -escape.edge.back;
@@ -91,6 +93,7 @@ impl Joining<'_> {
         if z.vertex.is_black(scene) {
             return;
         }
+        // Choose an emitter of each class by a guess of what it brings, and aim at it.
         let receiver = z.vertex.receiver(scene);
         for (i, class) in scene.classes().enumerate() {
             let (choice, u) = self.sampler.next_aim(i);
@@ -130,11 +133,13 @@ impl Joining<'_> {
             return;
         };
         let scene = self.setting.scene;
+        // Choose y among the emitter's vertices by guesses.
         let guesses = light.subpath.vertices.iter().map(|y| guess(scene, z, y));
         let guesses: Vec<f64> = guesses.collect();
         let Ok(choice) = Discrete::new(&with_floor(guesses)) else {
             return;
         };
+        // Connect to it, and divide by the probability of the choice.
         let pick = choice.sample(u);
         self.joined(vertices, (light, pick.index), pick.probability);
     }

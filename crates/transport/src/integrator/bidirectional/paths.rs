@@ -62,6 +62,7 @@ impl Setting<'_> {
         (radiance, discovery): (Spectrum, f64),
     ) -> Option<Contribution> {
         let (z, before) = vertices.split_last()?;
+        // T L_e/n², T being the throughput up to the emitter.
         let value = z.throughput * radiance / (z.edge.n_after * z.edge.n_after);
         let last = Found {
             edge: &z.edge,
@@ -102,6 +103,7 @@ impl Setting<'_> {
         (index, aim): (usize, &EndSample),
         (value, discovery): (Spectrum, f64),
     ) -> Option<Contribution> {
+        // List the densities of x₁ … x_k from both sides: the emitter's end is x_k.
         let path_edge = last.edge;
         let before = vertices.last().map(|b| {
             let emitter = &self.scene.emitters()[index];
@@ -142,8 +144,10 @@ impl Setting<'_> {
         let z = vertices.last()?;
         let emitter = &self.scene.emitters()[index];
         let emitted = emitter.emitted(&aim.aim, connection.origin, connection.emission);
+        // T f̃ e^{−τ} F̄ × (what is emitted).
         let eval = z.vertex.eval(self.scene, connection.direction);
         let value = z.throughput * eval * emitted * connection.transmittance();
+        // List the densities of x₁ … x_k: those of the emitter's end follow from its aim and its ray.
         let around = self.scene.around();
         let emission = emitter.pdf_emit(around, &aim.aim, connection.origin, connection.emission);
         let mut path = self.joint(vertices, connection, emission);
@@ -165,6 +169,7 @@ impl Setting<'_> {
                 - lead_in(self.scene, index),
             emitter: index,
         };
+        // G over the density of the aim.
         let factor = connection.geometry.geometry_term / (chosen * aim.pdf);
         self.contribution(sampled, value * factor, &path)
     }
@@ -184,9 +189,11 @@ impl Setting<'_> {
         connection: &Connection,
     ) -> Option<Contribution> {
         let (z, y) = (vertices.last()?, &light.subpath.vertices[j]);
+        // T_z f̃_z e^{−τ} F̄ f̃_y T_y; the factor G follows below.
         let scattered = z.vertex.eval(self.scene, connection.direction)
             * y.vertex.eval(self.scene, connection.emission);
         let value = z.throughput * scattered * y.throughput * connection.transmittance();
+        // List the densities: the sensor's vertices up to z, then the emitter's from y.
         let from_y = y.vertex.pdf(self.scene, connection.emission);
         let mut path = self.joint(vertices, connection, from_y);
         let from_z = z.vertex.pdf(self.scene, connection.direction);
@@ -224,10 +231,12 @@ impl Setting<'_> {
             .scene
             .sensor()
             .sense(connection.origin, connection.emission)?;
+        // n_s² W, and with it T_y f̃_y e^{−τ} F̄; the factor G follows below.
         let importance = connection.n_aim * connection.n_aim * sensed.density;
         let value = y.throughput
             * y.vertex.eval(self.scene, connection.direction)
             * connection.transmittance();
+        // List the densities of the emitter's vertices, y being x₁.
         let event = y.vertex.event(
             self.scene,
             self.channel_pdf,
@@ -264,8 +273,10 @@ impl Setting<'_> {
         let aim = &light.emission.aim;
         let sensed = self.scene.sensor().sense(view.sensor.0, view.sensor.1)?;
         let emitted = emitter.emitted(aim, view.emitter.0, view.emitter.1);
+        // n_s² W × (what is emitted) e^{−τ} F̄.
         let importance = view.n[0] * view.n[0] * sensed.density;
         let value = emitted * self.white() * connection.transmittance();
+        // The emitter's end is x₁, the only vertex.
         let event = cosine(aim, view.emitter.1) * connection.geometry.survival(self.channel_pdf);
         let path = [Density {
             from_sensor: connection.geometry.density(sensed.density, view.n[1]) * event,

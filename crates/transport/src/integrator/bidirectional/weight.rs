@@ -33,6 +33,7 @@ pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
         Heuristic::Balance => p,
         Heuristic::Power => p * p,
     };
+    // Densities over p_t/e_t by eq. (9.3), for strategies with more of the sensor's vertices …
     let mut others = 0.0;
     let mut ratio = 1.0;
     for (j, d) in path.iter().enumerate().skip(t - 1) {
@@ -47,6 +48,7 @@ pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
             0.0
         };
     }
+    // … and for those with fewer.
     ratio = 1.0;
     for (j, d) in path.iter().enumerate().take(t - 1).rev() {
         ratio *= d.from_emitter / d.from_sensor;
@@ -60,6 +62,7 @@ pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
             0.0
         };
     }
+    // The weight p_t^β/Σ p^β.
     let own = power(discovery(t));
     own / (own + others)
 }

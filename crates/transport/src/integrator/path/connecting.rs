@@ -27,14 +27,18 @@ impl Tracing<'_> {
         }
         let receiver = vertex.receiver(scene);
         for (i, class) in scene.classes().enumerate() {
+            // Connect to this class with probability q, a factor of P_E.
             let rate = self.ws.rates.of(NeeSlot::new(class, vertex));
             if rate < 1.0 && self.sampler.next_1d() >= rate {
                 continue;
             }
+            // Choose an emitter of the class, and the place on it to aim at.
             let (u, place) = self.sampler.next_aim(i);
             let (index, chosen) = scene.choose_emitter(class, &receiver, u);
+            // Find all branches to that place.
             let light = self.connect(vertex, throughput, (index, rate * chosen, place), budget);
             if !light.is_empty() {
+                // Share them with the equiangular vertex, which could lie at the same place.
                 let share = self.collided(edge, (index, chosen), channel_pdf);
                 self.connected(light, (vertex, share), (way, index));
             }
@@ -67,19 +71,23 @@ impl Tracing<'_> {
         budget: u32,
     ) {
         let scene = self.scene;
+        // Connect with probability q.
         let rate = self.ws.rates.of(NeeSlot::IN_MEDIA_TO_DELTA);
         if rate < 1.0 && self.sampler.next_1d() >= rate {
             return;
         }
         let choice = self.sampler.next_1d_for(Purpose::AroundEmitter);
         let u = self.sampler.next_1d_for(Purpose::Around);
+        // Choose a point emitter by a guess of ∫ ds/r² along the edge.
         let (index, probability) = scene.choose_emitter(Class::Delta, &along(edge), choice);
         let Some(around) = self.around(edge, index) else {
             return;
         };
+        // Draw the arc length s by p_e of eq. (9.2).
         let Some(point) = edge.at_length(around.sample(u)) else {
             return;
         };
+        // Scatter there: e^{−τ} σ_s, with the factors of interfaces.
         let albedo = scene.medium(point.medium).albedo.at(point.x);
         let scattering = point.rate * albedo * point.depth.exp_neg() * point.weight;
         if scattering.is_zero() {
@@ -87,9 +95,11 @@ impl Tracing<'_> {
         }
         let vertex = Vertex::volume(&point);
         let chosen = scene.emitter_probability(index, &vertex.receiver(scene));
+        // Combine p_e with p(s) of eq. (8.2), each times the probability of the emitter.
         let by_collision = edge.collision_density(channel_pdf, &point) * chosen;
         let density = probability * around.pdf(point.length) + by_collision;
         let throughput = next.throughput * scattering / density;
+        // Connect the vertex to the emitter.
         let place = self.sampler.next_2d_for(Purpose::AroundAim);
         let light = self.connect(&vertex, throughput, (index, rate, place), budget);
         if !light.is_empty() {
@@ -119,9 +129,11 @@ impl Tracing<'_> {
         let scene = self.scene;
         let emitter = &scene.emitters()[index];
         let shape = |object: usize| &scene.objects()[object].shape;
+        // Draw an aim with density p_a.
         let aimed = emitter.aim(scene.around(), shape, u);
         let density = probability * aimed.pdf;
         let target = ConnectionTarget::emitter(scene, index, aimed.aim);
+        // Sum over the branches: T f̃ e^{−τ} F̄ G × (what is emitted) × weight/(P_E p_a).
         let behind = lead_in(scene, index);
         let before = self.work();
         let light = Connection::each(
@@ -167,6 +179,7 @@ fn received(
     emitted: Spectrum,
     (aim, density, delta): (&ConnectionEnd, f64, bool),
 ) -> (Spectrum, f64) {
+    // T f̃ e^{−τ} F̄ × (what is emitted).
     let scattered = throughput * vertex.eval(scene, connection.direction);
     let received = scattered * connection.transmittance() * emitted;
     if received.is_zero() {
@@ -184,6 +197,7 @@ fn received(
             } => normal.dot(connection.emission),
             _ => 1.0,
         };
+        // Balance heuristic of eq. (9.1): p_connection = P_E p_a e, p_chance by eq. (5.1).
         let pdf = scatter_pdf(scene, vertex, connection.direction);
         let by_chance = connection.geometry.density(pdf, connection.n_aim)
             * cos

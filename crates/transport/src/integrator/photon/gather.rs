@@ -59,6 +59,7 @@ impl Gathering<'_> {
         mut found: impl FnMut(Gathered),
     ) {
         let scene = self.scene;
+        // Start at the sensor, with throughput n_s².
         let start = Start::point(
             ray.origin,
             ray.direction,
@@ -72,6 +73,7 @@ impl Gathering<'_> {
             optical_length: 0.0,
         });
         while let Some(sight) = next {
+            // Follow γ to its next vertex: through media for beams, to a collision for points.
             let sampling = Sampling {
                 mode: TransportMode::Radiance,
                 channel_pdf: self.channel_pdf,
@@ -83,6 +85,7 @@ impl Gathering<'_> {
             };
             let mut edge = trace(scene, sight.start, sampling, sampler, ws);
             edge.tabulate();
+            // Sum over the photons in media.
             match (self.mapping.query, &edge.end) {
                 (Query::Beam, _) => self.beside(&sight, &edge, ws, &mut found),
                 (Query::Point, End::Collision(point)) => {
@@ -90,6 +93,7 @@ impl Gathering<'_> {
                 }
                 (Query::Point, _) => {}
             }
+            // Sum over those on the surface, and go on where it is smooth.
             next = self.arrive(sight, &edge, sampler, &mut found);
         }
     }
@@ -113,15 +117,18 @@ impl Gathering<'_> {
                 }
                 let photon = |photon: &Photon| {
                     looked_at += 1;
+                    // The foot γ(s_p) of the perpendicular from x_p.
                     let Some((theta, squared)) = piece.foot(photon.x) else {
                         return;
                     };
                     let point = span.at(theta);
+                    // T e^{−τ(s_p)} F̄.
                     let seen = Seen {
                         throughput: sight.throughput * point.weight * point.depth.exp_neg(),
                         depth: sight.depth + 1 + span.events_before,
                         optical_length: optical_length + span.arc.optical_length(theta),
                     };
+                    // p(ω_p, −γ′) K₂.
                     let scattered = self.phase(photon, point.direction);
                     self.count(photon, &seen, scattered, kernel.weigh(squared), found);
                 };
@@ -136,6 +143,7 @@ impl Gathering<'_> {
     /// The photons around a collision.
     fn around(&self, sight: &Sight, edge: &Edge, point: &Point, found: &mut impl FnMut(Gathered)) {
         let kernel = Kernel::ball(self.radii.volume);
+        // T e^{−τ(s)} F̄/p(s).
         let density = edge.collision_density(self.channel_pdf, point);
         let seen = Seen {
             throughput: sight.throughput * point.weight * point.depth.exp_neg() / density,
@@ -145,6 +153,7 @@ impl Gathering<'_> {
         self.map.volume.visit(
             |bounds| bounds.nearest_distance(point.x) < kernel.radius(),
             |photon| {
+                // p(ω_p, −γ′) K₃.
                 let weighed = kernel.between(photon.x, point.x);
                 let scattered = self.phase(photon, point.direction);
                 self.count(photon, &seen, scattered, weighed, found);
@@ -161,6 +170,7 @@ impl Gathering<'_> {
         sampler: &mut Sampler,
         found: &mut impl FnMut(Gathered),
     ) -> Option<Sight> {
+        // T e^{−τ} F̄/P; P = 1 for beams.
         let chance = match self.mapping.query {
             Query::Beam => 1.0,
             Query::Point => edge.geometry.survival(self.channel_pdf),
@@ -177,6 +187,7 @@ impl Gathering<'_> {
         {
             return None;
         }
+        // Light that is emitted: by environments, or by the surface.
         if let End::Escaped { direction, medium } = edge.end {
             let n = self.scene.n(medium, edge.start.x);
             for (emitter, environment) in self.scene.environments() {
@@ -196,7 +207,9 @@ impl Gathering<'_> {
                 found,
             );
         }
+        // Light that falls on the surface, by its photons.
         self.on_surface(&seen, &vertex, found);
+        // Go on along a specular lobe only.
         let scatter = vertex.scatter(self.scene, sampler)?;
         scatter.delta.then(|| Sight {
             start: scatter.start,
@@ -225,6 +238,7 @@ impl Gathering<'_> {
             |photon| {
                 let cosine = surface.normal.dot(photon.direction).abs();
                 if alike(photon.place) && cosine > 0.0 {
+                    // f̃(ω_p, −γ′) K₂, without the cosine that `eval` contains.
                     let weighed = kernel.between(photon.x, x);
                     let scattered = vertex.eval(self.scene, -photon.direction) / cosine;
                     self.count(photon, seen, scattered, weighed, found);

@@ -122,6 +122,7 @@ impl PhotonMapping {
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,
     ) {
+        // Trace light subpaths and store their vertices.
         let seed = sampler.next_1d().to_bits();
         let sampler_of = |path| Sampler::new(seed, path, 0);
         let (map, stats, _) = PhotonMap::trace(
@@ -131,6 +132,7 @@ impl PhotonMapping {
             sampler_of,
         );
         ws.stats += stats;
+        // Sum over the photons that the sensor ray γ sees: eq. (9.5).
         let gathering = Gathering {
             scene,
             mapping: self,
