@@ -1,13 +1,13 @@
 //! Code and theory cite each other: sources cite sections of docs/theory.md by anchor, and the sections name their code by path and
-//! item. Nothing is cited by number, so that a section can move without a citation becoming false.
+//! item, as docs/symbols.md does. Nothing is cited by number, so that a section can move without a citation becoming false.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Words that declare the name after them.
-const DECLARES: [&str; 8] = [
-    "fn", "struct", "enum", "trait", "type", "const", "static", "mod",
+const DECLARES: [&str; 9] = [
+    "fn", "let", "struct", "enum", "trait", "type", "const", "static", "mod",
 ];
 
 fn root() -> &'static Path {
@@ -219,34 +219,40 @@ fn nothing_is_cited_by_number() {
     }
 }
 
+/// The sources that a text names as `path` or `path::item`, each of which must exist.
+fn sources_named(place: &str, text: &str) -> Vec<String> {
+    let mut sources = Vec::new();
+    for span in spans(text).filter(|span| span.starts_with("crates/")) {
+        let (path, item) = span.split_once("::").unwrap_or((span, ""));
+        let file = root().join(path);
+        assert!(file.is_file(), "{place}: no file {path}");
+        let source = fs::read_to_string(file).unwrap();
+        let found = item.is_empty() || declares(&source, item);
+        assert!(found, "{place}: no {item} in {path}");
+        sources.push(source);
+    }
+    sources
+}
+
 #[test]
 fn code_that_the_theory_names_exists() {
     let theory = theory();
     for section in sections(&theory) {
-        let mut sources = Vec::new();
-        for span in spans(section.text).filter(|span| span.starts_with("crates/")) {
-            let (path, item) = span.split_once("::").unwrap_or((span, ""));
-            let file = root().join(path);
-            assert!(file.is_file(), "{}: no file {path}", section.anchor);
-            let source = fs::read_to_string(file).unwrap();
-            let found = item.is_empty() || declares(&source, item);
-            assert!(found, "{}: no {item} in {path}", section.anchor);
-            sources.push(source);
-        }
+        let place = &section.anchor;
+        let sources = sources_named(place, section.text);
         for span in spans(section.text).filter(|span| !span.starts_with("crates/")) {
-            assert!(
-                !span.contains(".rs"),
-                "{}: {span} is no full path",
-                section.anchor
-            );
+            assert!(!span.contains(".rs"), "{place}: {span} is no full path");
             let found = !span.contains("::") || sources.iter().any(|s| declares(s, span));
-            assert!(
-                found,
-                "{}: no file that it names has {span}",
-                section.anchor
-            );
+            assert!(found, "{place}: no file that it names has {span}");
         }
     }
+}
+
+#[test]
+fn code_that_the_glossary_names_exists() {
+    let symbols = fs::read_to_string(root().join("docs/symbols.md")).unwrap();
+    let count = sources_named("docs/symbols.md", &symbols).len();
+    assert!(count > 50, "only {count} names found");
 }
 
 /// The files in the line "Code:" of a section cite that section.
