@@ -1,4 +1,4 @@
-//! Primary branches: along the straight way, bent by the one field on it that bends rays (docs/theory.md#without-a-shot).
+//! Primary branches: along the straight way, bent by the one field on it that bends rays (docs/theory.md#collocation).
 
 use super::bend::{BentWay, Guess, bent};
 use super::collocate::{Collocation, collocated};

@@ -6,7 +6,7 @@
 //! the equation is solved by iteration, without evaluations: Newton's method. The same Hessians move the tangents, of
 //! which only the end is needed.
 //!
-//! Theory: docs/theory.md#without-a-shot.
+//! Theory: docs/theory.md#collocation.
 
 mod level;
 mod linear;
