@@ -1,10 +1,10 @@
 //! Where the light went, as text.
 
 use crate::numbers;
-use transport::path::{Balance, Share};
+use transport::path::{EnergyBalance, Share};
 
 /// Emitted = absorbed + escaped + ..., with what is left over. What is zero for certain is left out.
-pub fn text(b: &Balance) -> String {
+pub fn text(b: &EnergyBalance) -> String {
     let entries = [
         ("absorbed by media", b.media),
         ("by surfaces", b.surfaces),

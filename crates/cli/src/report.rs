@@ -78,7 +78,7 @@ impl Report<'_> {
         }
     }
 
-    /// The line at the end of a render, and that of the account if there is one.
+    /// The line at the end of a render, and that of the energy balance if there is one.
     pub fn line(&self) -> String {
         let stopped = match self.stopped {
             Some(Stopped::Interrupted) => "interrupted: ",

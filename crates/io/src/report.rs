@@ -4,7 +4,7 @@ use crate::Loaded;
 use crate::rendered::Naming;
 use serde_json::{Value, json};
 use transport::integrator::Integrator;
-use transport::path::{Balance, Share};
+use transport::path::{EnergyBalance, Share};
 use transport::render::Rendering;
 use transport::stats::{Connections, Stats};
 use transport::{Film, Scene};
@@ -17,8 +17,11 @@ pub fn render(loaded: &Loaded, rendering: &Rendering, mut run: Value) -> Value {
         ("spp", json!(rendering.samples)),
         ("spp_of_pixels", json!(film.least_and_most())),
         ("adaptive", json!(loaded.adaptive)),
-        ("forced_edges", json!(rendering.beginning.forced)),
-        ("forks", json!(rendering.beginning.forks)),
+        (
+            "forced_collisions",
+            json!(rendering.first_vertex.forced_collisions),
+        ),
+        ("splitting", json!(rendering.first_vertex.splitting)),
         ("samples", json!(film.samples())),
         ("counters", counters(&rendering.stats)),
         ("branches", branches(loaded.scene())),
@@ -143,7 +146,7 @@ pub fn photons(rendering: &Rendering) -> Option<Value> {
 }
 
 /// Where the light went: every share of what was emitted.
-pub fn balance(b: &Balance) -> Value {
+pub fn balance(b: &EnergyBalance) -> Value {
     let share = |share: Share| json!({"mean": share.mean, "standard_error": share.error});
     json!({
         "emitted": b.emitted,

@@ -171,7 +171,7 @@ fn refraction_up_to_a_screen() {
     let inside = (1.0 - (sin / n).powi(2)).sqrt();
     let x = (4.0 - thick) * sin / cos + thick * sin / n / inside;
     // A ray starts a nudge off each of the surfaces that it leaves.
-    let tolerance = 10.0 * scene.nudge();
+    let tolerance = 10.0 * scene.ray_epsilon();
     assert!((value("exit.position.X") - x).abs() < tolerance);
     assert!(value("deflection.X").abs() < 1e-12);
     let length = (4.0 - thick) / cos + n * thick / inside;
@@ -340,7 +340,7 @@ fn surfaces_in_a_path_difference() {
         vec![],
         along_z(DVec3::NEG_Z * 2.0, 1.0),
     ));
-    let (start, tolerance) = (DVec3::NEG_Z * 2.0, 10.0 * scene.nudge());
+    let (start, tolerance) = (DVec3::NEG_Z * 2.0, 10.0 * scene.ray_epsilon());
     let value = of_ray(&scene, start, DVec3::Z);
     // Twice through the glass, up to its front; from where it leaves the scene.
     let expected = 2.0 * (n - 1.0) * thick;

@@ -34,7 +34,7 @@ const SAMPLING: Sampling = Sampling {
     collides: true,
     spans: true,
     forced: false,
-    forks: false,
+    splitting: false,
 };
 
 fn edge(scene: &Scene, x: DVec3, direction: DVec3, seed: u64) -> Edge<'_> {

@@ -54,9 +54,9 @@ fn the_plain_image_stays_as_it_is_and_levels_add_up_to_it() {
         assert_eq!(with.group(0), without.group(0));
         assert_eq!(without.reweighted(), None);
         let parts = with.parts_mut(0);
-        let cascade = parts.cascade.unwrap();
+        let outliers = parts.outliers.unwrap();
         for (i, pixel) in parts.pixels.iter().enumerate() {
-            let (sum, total) = (12.0 * pixel.mean()[0], cascade.total(i)[0]);
+            let (sum, total) = (12.0 * pixel.mean()[0], outliers.total(i)[0]);
             // Twelve samples, each shared between two levels, and the accuracy of sums.
             let bound = 36.0 * 2f64.powi(-33);
             assert!((sum - total).abs() <= bound * sum, "{sum} {total}");

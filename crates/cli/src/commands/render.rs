@@ -197,8 +197,8 @@ pub fn check_colours(
 
 /// A bias that does not shrink may keep a render from ever reaching its target.
 fn check_target(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
-    let endless = args.target_error.is_some() && args.spp.is_none() && args.time.is_none();
-    if !endless || loaded.integrator.converges() {
+    let unlimited = args.target_error.is_some() && args.spp.is_none() && args.time.is_none();
+    if !unlimited || loaded.integrator.converges() {
         return Ok(());
     }
     Err(Failure::Usage(

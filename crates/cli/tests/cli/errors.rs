@@ -16,36 +16,36 @@ fn refused(folder: &Folder, arguments: &str, parts: &[&str]) {
 #[test]
 fn outputs_are_checked_before_rendering() {
     let folder = Folder::with_fog();
-    let endless = "render scene.xml --spp 100000000";
+    let unlimited = "render scene.xml --spp 100000000";
     refused(
         &folder,
-        &format!("{endless} -o a.bmp"),
+        &format!("{unlimited} -o a.bmp"),
         &["'.bmp'", ".exr, .png, .npy"],
     );
     refused(
         &folder,
-        &format!("{endless} -o picture"),
+        &format!("{unlimited} -o picture"),
         &["no extension", ".exr"],
     );
     refused(
         &folder,
-        &format!("{endless} -o gone/a.exr"),
+        &format!("{unlimited} -o gone/a.exr"),
         &["cannot write 'gone/a.exr'", "'gone'"],
     );
     refused(
         &folder,
-        &format!("{endless} -o scene.xml/a.exr"),
+        &format!("{unlimited} -o scene.xml/a.exr"),
         &["not a folder"],
     );
     refused(
         &folder,
-        &format!("{endless} --stats gone/s.json"),
+        &format!("{unlimited} --stats gone/s.json"),
         &["gone"],
     );
     std::fs::create_dir(folder.path("folder.exr")).unwrap();
     refused(
         &folder,
-        &format!("{endless} -o folder.exr"),
+        &format!("{unlimited} -o folder.exr"),
         &["not a regular file"],
     );
 }

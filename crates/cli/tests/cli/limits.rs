@@ -78,7 +78,7 @@ fn a_target_ends_a_render() {
 }
 
 /// A ball of fog with ripples so fine that a sample takes minutes, before a camera and a point light, or with a meter.
-fn endless(instead: &str) -> Folder {
+fn unlimited(instead: &str) -> Folder {
     let camera = r#"<sensor type="perspective">
         <transform name="to_world"><lookat origin="0, 0, -4" target="0, 0, 0" up="0, 1, 0"/></transform>
         <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="6"/></film>
@@ -105,7 +105,7 @@ fn endless(instead: &str) -> Folder {
 /// Time limits act within passes and pilots, whichever the estimator; what is not complete is not shown.
 #[test]
 fn time_ends_samples_that_take_minutes() {
-    let folder = endless("");
+    let folder = unlimited("");
     for integrator in ["path", "particle", "bdpt", "photon"] {
         let started = Instant::now();
         let line = folder.succeed(&format!(
@@ -125,7 +125,7 @@ fn time_ends_samples_that_take_minutes() {
     let meter = r#"<integrator type="particle"/><sensor type="fluencemeter">
         <string name="coordinates" value="spherical"/><integer name="nr" value="4"/>
       </sensor>"#;
-    let folder = endless(meter);
+    let folder = unlimited(meter);
     let started = Instant::now();
     folder.succeed("render scene.xml --time 0.5s --stats s.json -o a.npz");
     assert!(started.elapsed() < PATIENCE, "{:?}", started.elapsed());
@@ -135,7 +135,7 @@ fn time_ends_samples_that_take_minutes() {
 /// Before the render, with the figure and the parameter.
 #[test]
 fn dear_parameters_are_warned_of() {
-    let folder = endless("");
+    let folder = unlimited("");
     for command in ["check", "info"] {
         let outcome = folder.run(&format!("{command} scene.xml"));
         let said = outcome.stdout + &outcome.stderr;
@@ -186,7 +186,7 @@ mod interruption {
     /// The first signal, within the first pass.
     #[test]
     fn ends_samples_that_take_minutes() {
-        let folder = endless("");
+        let folder = unlimited("");
         let (child, started) = (start(&folder), Instant::now());
         interrupt(&child);
         let output = child.wait_with_output().unwrap();

@@ -176,7 +176,7 @@ fn survey<W: World>(
             return None;
         }
         let side = crossing.normal.dot(chord);
-        x = crossing.position + crossing.normal * world.nudge().copysign(side);
+        x = crossing.position + crossing.normal * world.ray_epsilon().copysign(side);
         (region, done) = (crossing.beyond, end);
     }
     None
@@ -218,7 +218,7 @@ mod tests {
             })
         }
 
-        fn nudge(&self) -> f64 {
+        fn ray_epsilon(&self) -> f64 {
             1e-12
         }
     }

@@ -248,7 +248,11 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         if rule != Rule::Reflect {
             self.region = crossing.beyond;
         }
-        let off = crossing.normal * self.world.nudge().copysign(crossing.normal.dot(after));
+        let off = crossing.normal
+            * self
+                .world
+                .ray_epsilon()
+                .copysign(crossing.normal.dot(after));
         let field = self.world.field(self.region);
         self.end = Node::new(field, node.x + off, after, variation.ok_or(lost)?);
         self.flow = flow(field, &self.end, self.tolerance);

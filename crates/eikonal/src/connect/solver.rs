@@ -178,7 +178,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         }
         // Positions are no better than round-off, nor than the distance by which rays are kept off
         // interfaces.
-        let floor = 1e-13 * (distance + y.length()) + 10.0 * world.nudge();
+        let floor = 1e-13 * (distance + y.length()) + 10.0 * world.ray_epsilon();
         let mut trial = Iterate {
             family: start.family,
             length: start.optical_length,

@@ -19,7 +19,7 @@ pub trait World {
 
     /// How far a ray that leaves an interface starts off it, so that it does not meet it again: far
     /// below any tolerance, far above round-off.
-    fn nudge(&self) -> f64;
+    fn ray_epsilon(&self) -> f64;
 }
 
 /// Where an arc meets an interface.
@@ -100,7 +100,7 @@ impl World for Unbounded<'_> {
         None
     }
 
-    fn nudge(&self) -> f64 {
+    fn ray_epsilon(&self) -> f64 {
         0.0
     }
 }

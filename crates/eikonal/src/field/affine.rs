@@ -117,9 +117,9 @@ impl Affine {
         self.field.length_scale(self.local(x)) / self.stretch[1]
     }
 
-    pub(super) fn calm_span(&self, x: DVec3, v: DVec3) -> f64 {
+    pub(super) fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
         self.field
-            .calm_span(self.local(x), self.to_local.matrix3 * v)
+            .homogeneous_span(self.local(x), self.to_local.matrix3 * v)
     }
 
     pub(super) fn resolved_span(&self, x: DVec3, v: DVec3) -> f64 {

@@ -193,13 +193,13 @@ impl Field {
 
     /// How far a ray that leaves `x` with velocity `v` = dx/dσ is a straight line because nothing changes around
     /// it, as a span of σ: at least so far. Zero where the field changes, or is not known not to.
-    pub fn calm_span(&self, x: DVec3, v: DVec3) -> f64 {
+    pub fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
         match self {
             Field::Constant(_) => f64::INFINITY,
-            Field::Bspline(f) => f.calm_span(x, v),
-            Field::Sum(f) => f.calm_span(x, v),
-            Field::Affine(f) => f.calm_span(x, v),
-            Field::Scaled(f) => f.inner().calm_span(x, v),
+            Field::Bspline(f) => f.homogeneous_span(x, v),
+            Field::Sum(f) => f.homogeneous_span(x, v),
+            Field::Affine(f) => f.homogeneous_span(x, v),
+            Field::Scaled(f) => f.inner().homogeneous_span(x, v),
             _ => 0.0,
         }
     }

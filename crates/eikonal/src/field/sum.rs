@@ -88,9 +88,9 @@ impl Sum {
     }
 
     /// As far as for all.
-    pub(super) fn calm_span(&self, x: DVec3, v: DVec3) -> f64 {
+    pub(super) fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
         let terms = self.terms.iter();
-        terms.fold(f64::INFINITY, |span, t| span.min(t.calm_span(x, v)))
+        terms.fold(f64::INFINITY, |span, t| span.min(t.homogeneous_span(x, v)))
     }
 
     /// The shortest of all.

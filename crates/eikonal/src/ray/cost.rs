@@ -20,8 +20,8 @@ pub fn steps_between(field: &Field, [from, to]: [DVec3; 2], tolerance: Tolerance
     let steps = |i: usize| {
         let x = from + way * ((i as f64 + 0.5) / PLACES as f64);
         let n = field.n(x);
-        let calm = field.calm_span(x, direction * n) * n;
-        piece / (expected_step(tolerance) * field.length_scale(x)).max(calm)
+        let homogeneous = field.homogeneous_span(x, direction * n) * n;
+        piece / (expected_step(tolerance) * field.length_scale(x)).max(homogeneous)
     };
     (0..PLACES).map(steps).sum::<f64>().max(1.0)
 }

@@ -103,9 +103,9 @@ impl<'a, V: Variation> Flow<'a, V> {
         if self.field.is_constant() {
             return self.straight(limit, work);
         }
-        let calm = self.field.calm_span(self.node.x, self.node.v);
-        if calm > self.longest() {
-            return self.straight(calm.min(limit), work);
+        let homogeneous = self.field.homogeneous_span(self.node.x, self.node.v);
+        if homogeneous > self.longest() {
+            return self.straight(homogeneous.min(limit), work);
         }
         loop {
             let longest = self.longest();

@@ -103,7 +103,7 @@ impl World for Glass {
         })
     }
 
-    fn nudge(&self) -> f64 {
+    fn ray_epsilon(&self) -> f64 {
         1e-12
     }
 }

@@ -78,7 +78,7 @@ impl World for TwoRegions {
         })
     }
 
-    fn nudge(&self) -> f64 {
+    fn ray_epsilon(&self) -> f64 {
         1e-11
     }
 }
@@ -125,7 +125,7 @@ pub fn trace(world: &TwoRegions, x: DVec3, direction: DVec3, sigma: f64) -> (Nod
         if world.rule != Rule::Reflect {
             region = 1 - region;
         }
-        let off = crossing.normal * world.nudge().copysign(crossing.normal.dot(after));
+        let off = crossing.normal * world.ray_epsilon().copysign(crossing.normal.dot(after));
         node = Node::new(&world.fields[region], node.x + off, after, variation);
         events += 1;
     }

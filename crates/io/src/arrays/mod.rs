@@ -50,7 +50,7 @@ pub struct Arrays {
     pub main: Option<usize>,
     /// Where it lies, if it does so in space.
     pub placement: Option<Placement>,
-    /// What else there is to know: texts, numbers, and the account of the light as an object.
+    /// What else there is to know: texts, numbers, and the energy balance as an object.
     pub attributes: Vec<(String, Value)>,
 }
 

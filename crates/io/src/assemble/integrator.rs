@@ -106,7 +106,7 @@ impl Loaded {
         if diagnostics.has_errors() {
             return Err(diagnostics);
         }
-        for problem in gaps::warnings(self.scene(), &integrator) {
+        for problem in coverage::warnings(self.scene(), &integrator) {
             diagnostics.push(Diagnostic::warning(problem.message).help(problem.help));
         }
         Ok((integrator, diagnostics))

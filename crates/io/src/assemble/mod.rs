@@ -6,18 +6,18 @@ mod bsdf;
 mod channels;
 mod context;
 mod costly;
+mod coverage;
 mod differences;
 mod emitter;
-mod endless;
 mod entry;
 mod field;
 mod film;
-mod gaps;
 mod instrument;
 mod integrator;
 mod ior;
 mod medium;
 mod meter;
+mod non_terminating;
 mod phase;
 mod reach;
 mod sampler;
@@ -30,9 +30,9 @@ mod transforms;
 mod units;
 
 pub use costly::steps_across;
+pub use coverage::{Needs, Walls};
 pub use differences::Difference;
 pub use film::Layering;
-pub use gaps::{Needs, Walls};
 pub use instrument::{Gruneisen, Instrument, Normalization};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -385,11 +385,11 @@ fn group_parts(
         Ok(scene) => {
             let sets = sensor.samples.sets;
             let scene = sampler::in_sets(scene, sets, &method.integrator, &mut report);
-            let hindrance = match instruments.is_empty() {
-                true => sampler::hindrance(&method.integrator, sensor.film.reweight),
+            let incompatibility = match instruments.is_empty() {
+                true => sampler::incompatibility(&method.integrator, sensor.film.reweight),
                 false => Some("with meters".into()),
             };
-            let adaptive = sampler::is_adaptive(&sensor.samples, hindrance, &mut report);
+            let adaptive = sampler::is_adaptive(&sensor.samples, incompatibility, &mut report);
             // Without light a picture is black, but other quantities are not.
             let dark = matches!(method.integrator, Integrator::Aov(_));
             let matters = |p: &&Problem| !(dark && p.subject == Subject::Scene);
@@ -399,13 +399,13 @@ fn group_parts(
                 .filter(matters)
                 .for_each(&mut report);
             costly::problems(&scene).iter().for_each(&mut report);
-            endless::warnings(&scene, &method.integrator)
+            non_terminating::warnings(&scene, &method.integrator)
                 .iter()
                 .for_each(&mut report);
             entry::warnings(&scene).iter().for_each(&mut report);
             if instruments.is_empty() {
-                let gaps = gaps::warnings(&scene, &method.integrator);
-                gaps.iter().for_each(&mut report);
+                let missed = coverage::warnings(&scene, &method.integrator);
+                missed.iter().for_each(&mut report);
             }
             for problem in instruments.iter().filter_map(|i| i.doubt(&scene)) {
                 report(&problem);

@@ -150,7 +150,7 @@ pub(super) fn in_sets(
 }
 
 /// Why samples of pictures cannot be shared out among pixels by noise, if they cannot.
-pub(super) fn hindrance(integrator: &Integrator, reweight: bool) -> Option<String> {
+pub(super) fn incompatibility(integrator: &Integrator, reweight: bool) -> Option<String> {
     match integrator {
         Integrator::Path(_) => reweight.then(|| "with the film's 'reweight'".into()),
         other => Some(format!(
@@ -163,16 +163,16 @@ pub(super) fn hindrance(integrator: &Integrator, reweight: bool) -> Option<Strin
 /// Whether samples are shared out among pixels by noise: if the sampler asks for it and nothing hinders it.
 pub(super) fn is_adaptive(
     samples: &Samples,
-    hindrance: Option<String>,
+    incompatibility: Option<String>,
     mut report: impl FnMut(&Problem),
 ) -> bool {
-    if let (true, Some(hindrance)) = (samples.adaptive, &hindrance) {
+    if let (true, Some(incompatibility)) = (samples.adaptive, &incompatibility) {
         report(&warning(
-            format!("adaptive sampling has no effect {hindrance}"),
+            format!("adaptive sampling has no effect {incompatibility}"),
             "leave out what asks for it: the sampler's 'adaptive', or the option",
         ));
     }
-    samples.adaptive && hindrance.is_none()
+    samples.adaptive && incompatibility.is_none()
 }
 
 fn warning(message: String, help: &str) -> Problem {

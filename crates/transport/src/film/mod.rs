@@ -1,17 +1,17 @@
 //! Films: what is accumulated per pixel (docs/theory.md#film).
 
-mod cascade;
 mod decomposition;
 mod filter;
 mod footprint;
 mod layers;
+mod outliers;
 mod summary;
 
-pub use cascade::{Cascade, LevelsMut};
 pub use decomposition::{Axis, Decomposition, PathFacts};
 pub use filter::Filter;
 pub use footprint::footprint;
 pub use layers::{CellsMut, LayerGroup, Layers, Pending};
+pub use outliers::{LevelsMut, OutlierRejection};
 
 use crate::Spectrum;
 use crate::moments::{Moments, Tail};
@@ -92,7 +92,7 @@ pub struct Film {
     whole: Vec<Pixel>,
     layers: Option<Layers>,
     /// For each group, if rare bright samples are to be given less weight.
-    cascades: Option<Vec<Cascade>>,
+    outliers: Option<Vec<OutlierRejection>>,
 }
 
 /// All that a film keeps of a group of channels.
@@ -103,7 +103,7 @@ pub struct PartsMut<'a> {
     /// If light is told apart.
     pub layers: Option<&'a mut LayerGroup>,
     /// If samples are sorted by brightness.
-    pub cascade: Option<&'a mut Cascade>,
+    pub outliers: Option<&'a mut OutlierRejection>,
 }
 
 impl Film {
@@ -124,7 +124,7 @@ impl Film {
             pixels: vec![Pixel::default(); width * height * groups],
             whole: vec![Pixel::default(); groups],
             layers: None,
-            cascades: None,
+            outliers: None,
         }
     }
 
@@ -147,11 +147,11 @@ impl Film {
     /// Whether another film keeps the same quantities of as many pixels.
     pub fn is_like(&self, other: &Film) -> bool {
         let shape = |f: &Film| {
-            let cascades = f
-                .cascades
+            let outliers = f
+                .outliers
                 .as_deref()
-                .map(|c| c.iter().map(Cascade::shape).collect());
-            let cascades: Option<Vec<_>> = cascades;
+                .map(|c| c.iter().map(OutlierRejection::shape).collect());
+            let outliers: Option<Vec<_>> = outliers;
             let sizes = [
                 f.width,
                 f.height,
@@ -164,7 +164,7 @@ impl Film {
                 sizes,
                 f.sets,
                 f.layers.as_ref().map(Layers::shape),
-                cascades,
+                outliers,
             )
         };
         shape(self) == shape(other)
@@ -184,9 +184,9 @@ impl Film {
         if let (Some(layers), Some(other)) = (&mut self.layers, &other.layers) {
             layers.merge(other);
         }
-        if let (Some(cascades), Some(other)) = (&mut self.cascades, &other.cascades) {
-            let pairs = cascades.iter_mut().zip(other);
-            pairs.for_each(|(cascade, other)| cascade.merge(other));
+        if let (Some(outliers), Some(other)) = (&mut self.outliers, &other.outliers) {
+            let pairs = outliers.iter_mut().zip(other);
+            pairs.for_each(|(outliers, other)| outliers.merge(other));
         }
     }
 
@@ -225,19 +225,19 @@ impl Film {
     /// The film with samples sorted by brightness, if they are to be.
     pub fn sorted(self, sorted: bool) -> Self {
         let pixels = self.width * self.height;
-        let cascade = |group| Cascade::new(pixels, self.lanes(group));
+        let outliers = |group| OutlierRejection::new(pixels, self.lanes(group));
         Film {
-            cascades: sorted.then(|| (0..self.groups()).map(cascade).collect()),
+            outliers: sorted.then(|| (0..self.groups()).map(outliers).collect()),
             ..self
         }
     }
 
     /// Means with less weight for rare bright samples, in the layout of [`Film::mean`]; if samples are sorted.
-    /// These are biased: see [`Cascade`].
+    /// These are biased: see [`OutlierRejection`].
     pub fn reweighted(&self) -> Option<Vec<f32>> {
-        let cascades = self.cascades.as_ref()?.iter();
+        let outliers = self.outliers.as_ref()?.iter();
         let samples = self.count(0);
-        let groups: Vec<_> = cascades
+        let groups: Vec<_> = outliers
             .map(|c| c.reweighted(self.width, samples))
             .collect();
         let pixel = |i: usize| {
@@ -259,7 +259,7 @@ impl Film {
         PartsMut {
             pixels: &mut self.pixels[group * n..(group + 1) * n],
             layers: self.layers.as_mut().map(|l| l.group_mut(group)),
-            cascade: self.cascades.as_mut().map(|c| &mut c[group]),
+            outliers: self.outliers.as_mut().map(|c| &mut c[group]),
         }
     }
 

@@ -11,8 +11,8 @@ use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::film::PathFacts;
 use crate::path::{
-    Connection, ConnectionTarget, Edge, End, Fork, NeeSlot, Sampling, Start, TransportMode, Vertex,
-    Weighted, Workspace, environment_aim, scatter, trace,
+    Connection, ConnectionTarget, Edge, End, NeeSlot, Sampling, Split, Start, TransportMode,
+    Vertex, Weighted, Workspace, environment_aim, scatter, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -54,14 +54,14 @@ struct Next {
 
 impl Next {
     /// The other way of an edge that forked, unless it brings nothing.
-    fn forked(&self, fork: &Fork) -> Option<Self> {
-        let throughput = self.throughput * fork.throughput;
+    fn split_off(&self, split: &Split) -> Option<Self> {
+        let throughput = self.throughput * split.throughput;
         (!throughput.is_zero()).then(|| Next {
-            start: fork.start,
+            start: split.start,
             throughput,
             from: None,
             // The reflection counts as an edge does.
-            way: self.way.and(0, fork.optical_length),
+            way: self.way.and(0, split.optical_length),
         })
     }
 }
@@ -103,7 +103,7 @@ struct Tracing<'a> {
     /// Point-like emitters make it worthwhile to sample distances around them.
     equiangular: bool,
     /// A path that is to be followed, too.
-    fork: Option<Next>,
+    split: Option<Next>,
 }
 
 impl PathTracer {
@@ -134,14 +134,14 @@ impl PathTracer {
             ws,
             out,
             equiangular: !scene.point_like_emitters().is_empty(),
-            fork: None,
+            split: None,
         };
         // Follow the path to its end, and then the other branch if its first edge was split.
         self.follow(&mut tracing, next);
-        if let Some(fork) = tracing.fork.take() {
+        if let Some(split) = tracing.split.take() {
             // Two paths of a sample are not to share the points of its set.
             tracing.sampler.leave_set();
-            self.follow(&mut tracing, fork);
+            self.follow(&mut tracing, split);
         }
     }
 
@@ -157,8 +157,8 @@ impl PathTracer {
         // Sample the next edge: its length by p(s) of eq. (8.2), with channel probabilities w_c in proportion to T.
         let channel_pdf = next.throughput / next.throughput.sum();
         let budget = self.budget(next.way.depth + 1);
-        let beginning = t.ws.beginning;
-        let forced = next.way.edges < beginning.forced && budget > 0;
+        let first_vertex = t.ws.first_vertex;
+        let forced = next.way.edges < first_vertex.forced_collisions && budget > 0;
         let sampling = Sampling {
             mode: TransportMode::Radiance,
             channel_pdf,
@@ -166,7 +166,7 @@ impl PathTracer {
             collides: true,
             spans: t.equiangular || forced,
             forced,
-            forks: beginning.forks && next.way.edges == 0,
+            splitting: first_vertex.splitting && next.way.edges == 0,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
         // Place a vertex on it by p_e of eq. (9.2), and connect that to a point emitter.
@@ -174,8 +174,8 @@ impl PathTracer {
             t.around_emitter(&edge, next, channel_pdf, budget);
         }
         // Keep the other branch of a split edge for later.
-        if let Some(fork) = &edge.fork {
-            t.fork = next.forked(fork);
+        if let Some(split) = &edge.split {
+            t.split = next.split_off(split);
         }
         let way = next.way.and(edge.geometry.events, edge.optical_length);
         if self.max_depth.is_some_and(|limit| way.depth > limit) {

@@ -23,7 +23,7 @@ pub use reading::{Axis, Reading};
 pub use tally::{Part, Tally};
 pub use window::Window;
 
-use crate::path::{Account, Workspace};
+use crate::path::{BalanceSums, Workspace};
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
 use crate::stop::Stop;
@@ -150,9 +150,9 @@ impl<'a> Setup<'a> {
         seed: u64,
         particles: std::ops::Range<u64>,
         ws: &mut Workspace,
-    ) -> (Part, Account) {
+    ) -> (Part, BalanceSums) {
         let (mut part, mut scores, mut cuts) = (Part::default(), Scores::default(), Cuts::new());
-        let mut account = Account::default();
+        let mut account = BalanceSums::default();
         for number in particles {
             ws.stats.paths += 1;
             let mut sampler = Sampler::new(seed, 0, number);
@@ -164,7 +164,7 @@ impl<'a> Setup<'a> {
             };
             let mut particle = Particle::new(self, number, recorder);
             particle.run(&mut sampler, ws);
-            account.add(&particle.ledger, &mut ws.stats.not_finite);
+            account.add(&particle.particle_balance, &mut ws.stats.not_finite);
             part.take(&mut scores);
         }
         ws.stats.not_finite += scores.not_finite;

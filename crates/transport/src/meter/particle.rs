@@ -5,8 +5,8 @@ use super::{Recorder, Setup};
 use crate::Spectrum;
 use crate::budget::EDGES_PER_PARTICLE;
 use crate::path::{
-    Edge, End, Ledger, Point, Ray, Sampling, Span, TransportMode, Vertex, Workspace, collided,
-    emit, share, trace,
+    Edge, End, ParticleBalance, Point, Ray, Sampling, Span, TransportMode, Vertex, Workspace,
+    collided, emit, share, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -27,7 +27,7 @@ pub(super) struct Particle<'a, 'r> {
     /// The scene at the particle's instant.
     scene: &'a Scene,
     pub recorder: Recorder<'r>,
-    pub ledger: Ledger,
+    pub particle_balance: ParticleBalance,
     /// Edges and specular events so far.
     depth: u32,
     /// Optical path length so far.
@@ -46,7 +46,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             setup,
             scene: setup.scene.at(number),
             recorder,
-            ledger: Ledger::default(),
+            particle_balance: ParticleBalance::default(),
             depth: 0,
             optical_length: 0.0,
             copies: 1,
@@ -72,7 +72,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             collides: true,
             spans: true,
             forced: false,
-            forks: false,
+            splitting: false,
         };
         for _ in 0..EDGES_PER_PARTICLE {
             let Some((ray, depth)) = waiting.pop() else {
@@ -90,7 +90,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         for (ray, _) in waiting {
             ws.stats.lost += 1;
             ws.stats.over_budget.rays += 1;
-            self.ledger.lost += ray.throughput.sum();
+            self.particle_balance.lost += ray.throughput.sum();
         }
     }
 
@@ -101,9 +101,9 @@ impl<'a, 'r> Particle<'a, 'r> {
             let depth = self.depth.saturating_add(1 + span.events_before);
             left = power * self.share_before(span);
             if depth > self.setup.max_depth {
-                self.ledger
+                self.particle_balance
                     .passed(self.setup.channel_pdf, &edge.spans[..=i], power);
-                self.ledger.cut += left.sum();
+                self.particle_balance.cut += left.sum();
                 return None;
             }
             let collision = match edge.end {
@@ -133,7 +133,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         let onward = self.end(edge, (power, left), sampler);
         let after = onward.map_or(Spectrum::ZERO, |ray| ray.throughput);
         let how = (self.scene, self.setup.channel_pdf);
-        self.ledger.enter(how, edge, (power, after));
+        self.particle_balance.enter(how, edge, (power, after));
         onward
     }
 

@@ -26,7 +26,7 @@ const SAME_WAY: (f64, f64) = (1e-4, 100.0);
 /// A grazing ray touches the surface on which it ends this many times its miss before the end.
 const SLACK_PER_MISS: f64 = 1e3;
 /// Likewise for the distance by which ends are kept off surfaces.
-const SLACK_PER_NUDGE: f64 = 1e3;
+const SLACK_PER_RAY_EPSILON: f64 = 1e3;
 
 /// What connections are worth, each with a weight: hardly ever more than one.
 pub type Weighted<T> = SmallVec<[(T, f64); 1]>;
@@ -257,7 +257,7 @@ impl Connection {
         arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
         stats: &mut Stats,
     ) -> Option<Connection> {
-        let slack = SLACK_PER_MISS * self.miss + SLACK_PER_NUDGE * scene.nudge();
+        let slack = SLACK_PER_MISS * self.miss + SLACK_PER_RAY_EPSILON * scene.ray_epsilon();
         let end = match target.aim {
             ConnectionEnd::Point { surface, .. } => surface.map(|s| s.object),
             ConnectionEnd::Plane { .. } => vertex.object(),

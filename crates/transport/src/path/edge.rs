@@ -165,7 +165,7 @@ pub enum End {
 
 /// A way that an edge left aside: by reflection, where it was refracted.
 #[derive(Clone, Copy, Debug)]
-pub struct Fork {
+pub struct Split {
     /// Where it starts.
     pub start: Start,
     /// What it carries from there, per what the edge carried at its start.
@@ -202,7 +202,7 @@ pub struct Edge<'a> {
     /// forced.
     pub forcing: Spectrum,
     /// The way that it left aside at its first specular event, if both were to be taken.
-    pub fork: Option<Box<Fork>>,
+    pub split: Option<Box<Split>>,
     /// Whether it is [`End::Dead`] because it was lost, not absorbed.
     pub lost: bool,
 }
@@ -221,7 +221,7 @@ impl<'a> Edge<'a> {
             optical_length: 0.0,
             connectable: true,
             forcing: Spectrum::ONE,
-            fork: None,
+            split: None,
             lost: false,
         }
     }

@@ -13,7 +13,6 @@
 //!
 //! Theory: docs/theory.md#edges-and-geometry-terms.
 
-mod account;
 mod adjoint;
 mod adjoint_training;
 mod connection;
@@ -21,6 +20,7 @@ mod differentials;
 mod edge;
 mod edge_geometry;
 mod ends;
+mod energy_balance;
 mod equiangular;
 mod follow;
 mod guess;
@@ -35,13 +35,13 @@ mod toward_emitters;
 mod vertex;
 mod walk;
 
-pub use account::{Account, Balance, Books, Ledger, Share};
 pub use adjoint::AdjointEstimate;
 pub use adjoint_training::{AdjointTraining, PathTally};
 pub use connection::{Connection, ConnectionTarget, Weighted, environment_aim};
-pub use edge::{Edge, End, Fork, Front, Point, Span, Start, TransportMode};
+pub use edge::{Edge, End, Front, Point, Span, Split, Start, TransportMode};
 pub use edge_geometry::EdgeGeometry;
 pub use ends::{Bounds, LightPath, emit, sensor_path};
+pub use energy_balance::{BalanceSums, BalanceTotals, EnergyBalance, ParticleBalance, Share};
 pub use equiangular::Equiangular;
 pub use follow::{Ending, Way, follow};
 pub use guess::guess;
@@ -76,7 +76,7 @@ pub struct Workspace {
     /// What has happened so far.
     pub stats: Stats,
     /// What has become of the particles followed since it was last taken.
-    pub ledger: Ledger,
+    pub particle_balance: ParticleBalance,
     /// Probability in (0, 1] with which a connection that may not be unique is searched for further
     /// branches. Any value is unbiased.
     pub search: f64,
@@ -87,7 +87,7 @@ pub struct Workspace {
     /// What paths may still bring. Any values are unbiased.
     pub adjoint: AdjointEstimate,
     /// How paths begin.
-    pub beginning: Beginning,
+    pub first_vertex: FirstVertexTechniques,
     /// What a pilot finds out about prospects.
     pub adjoint_training: Option<Box<AdjointTraining>>,
     /// Whether all work is to be given up, so that nothing is found any more.
@@ -99,12 +99,12 @@ pub struct Workspace {
 /// What is done on the first edges of paths from the sensor to have less left to chance.
 /// See docs/theory.md#first-vertex-techniques.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Beginning {
+pub struct FirstVertexTechniques {
     /// Number of first edges that collide for certain where they would leave the scene. Any number is unbiased in a
     /// scene that is [dark](crate::Scene::is_dark) around.
-    pub forced: u32,
+    pub forced_collisions: u32,
     /// Whether paths fork where their first edge meets a smooth dielectric: one is refracted, one reflected. Unbiased either way.
-    pub forks: bool,
+    pub splitting: bool,
 }
 
 impl Workspace {
@@ -113,12 +113,12 @@ impl Workspace {
         Workspace {
             solver: Solver::new(tolerance),
             stats: Stats::default(),
-            ledger: Ledger::default(),
+            particle_balance: ParticleBalance::default(),
             search: SEARCH,
             rates: NeeRates::default(),
             nee_training: None,
             adjoint: AdjointEstimate::default(),
-            beginning: Beginning::default(),
+            first_vertex: FirstVertexTechniques::default(),
             adjoint_training: None,
             stop: Stop::default(),
             line: Vec::new(),

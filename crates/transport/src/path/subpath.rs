@@ -141,7 +141,7 @@ impl Walker {
             collides: true,
             spans: self.mode == TransportMode::Importance,
             forced: false,
-            forks: false,
+            splitting: false,
         };
         let (mut next, mut depth, mut passed) = (Some(ray), 0, false);
         while let Some(current) = next.take() {
@@ -149,7 +149,7 @@ impl Walker {
             depth += 1 + edge.geometry.events;
             if depth > self.max_depth {
                 if self.mode == TransportMode::Importance {
-                    ws.ledger.cut += current.throughput.sum();
+                    ws.particle_balance.cut += current.throughput.sum();
                 }
                 break;
             }
@@ -198,10 +198,11 @@ impl Walker {
         subpath
     }
 
-    /// Keeps account of power: see [`Ledger::enter`].
+    /// Keeps the energy balance: see [`ParticleBalance::enter`].
     fn enter(&self, scene: &Scene, edge: &Edge, powers: (Spectrum, Spectrum), ws: &mut Workspace) {
         if self.mode == TransportMode::Importance {
-            ws.ledger.enter((scene, self.channel_pdf), edge, powers);
+            ws.particle_balance
+                .enter((scene, self.channel_pdf), edge, powers);
         }
     }
 

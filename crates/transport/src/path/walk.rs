@@ -4,7 +4,7 @@
 
 use super::Workspace;
 use super::differentials::RayDifferentials;
-use super::edge::{Edge, End, Fork, Front, Point, Span, Start, TransportMode};
+use super::edge::{Edge, End, Front, Point, Span, Split, Start, TransportMode};
 use super::length::to_entrance;
 use super::share::share;
 use crate::Spectrum;
@@ -38,8 +38,8 @@ pub struct Sampling {
     /// Whether it collides for certain where it would leave the scene, if there is anything to collide with: see
     /// [`Edge::forcing`]. Only if it is extended.
     pub forced: bool,
-    /// Whether both ways are taken at the first specular event, if it is one of refraction or reflection: see [`Edge::fork`].
-    pub forks: bool,
+    /// Whether both ways are taken at the first specular event, if it is one of refraction or reflection: see [`Edge::split`].
+    pub splitting: bool,
 }
 
 /// Samples an edge.
@@ -389,10 +389,10 @@ impl<'a, 'b> Walk<'a, 'b> {
         let surface = surface_at(self.scene, object, hit, self.medium);
         let sample = |u| bsdf.sample(&surface, toward, [u, 0.5, 0.5]);
         let is_first = self.edge.geometry.events == 0 && matches!(bsdf, Bsdf::Dielectric(_));
-        if self.sampling.forks && is_first {
+        if self.sampling.splitting && is_first {
             let (one, other) = (sample(0.0)?, sample(1.0f64.next_down())?);
             if !one.transmitted && other.transmitted {
-                self.edge.fork = Some(Box::new(self.fork((object, hit), &one)));
+                self.edge.split = Some(Box::new(self.split((object, hit), &one)));
                 return Some(certain(other));
             }
         }
@@ -400,10 +400,10 @@ impl<'a, 'b> Walk<'a, 'b> {
     }
 
     /// The way that is not gone on here (docs/theory.md#first-vertex-techniques).
-    fn fork(&self, (object, hit): (usize, &Hit), way: &BsdfSample) -> Fork {
+    fn split(&self, (object, hit): (usize, &Hit), way: &BsdfSample) -> Split {
         let (scene, direction) = (self.scene, way.direction);
         let so_far = share(self.sampling.channel_pdf, self.edge.geometry.depth) * self.edge.weight;
-        Fork {
+        Split {
             start: Start {
                 left: scene.left(object, hit.normal, direction),
                 ..Start::point(
@@ -517,7 +517,7 @@ fn certain(way: BsdfSample) -> BsdfSample {
 /// The point from which a ray leaves a surface: off it by less than any tolerance, on the side to
 /// which it goes.
 pub(super) fn leave(scene: &Scene, x: DVec3, normal: DVec3, direction: DVec3) -> DVec3 {
-    x + normal * scene.nudge().copysign(normal.dot(direction))
+    x + normal * scene.ray_epsilon().copysign(normal.dot(direction))
 }
 
 /// The surface as BSDFs see it, with the local index of the media on either side. `medium` is that

@@ -2,7 +2,7 @@
 
 use super::tree::Tree;
 use crate::Spectrum;
-use crate::path::{Account, Bounds, LightPath, PathVertex, Vertex, Workspace};
+use crate::path::{BalanceSums, Bounds, LightPath, PathVertex, Vertex, Workspace};
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
 use crate::stats::{Photons, Stats};
@@ -63,26 +63,29 @@ impl PhotonMap {
         bounds: &Bounds,
         paths: usize,
         sampler: impl Fn(u64) -> Sampler + Sync,
-    ) -> (Self, Stats, Account) {
+    ) -> (Self, Stats, BalanceSums) {
         let tasks = paths.div_ceil(PER_TASK);
-        let parts: Vec<(Vec<Photon>, Stats, Account)> = (0..tasks)
+        let parts: Vec<(Vec<Photon>, Stats, BalanceSums)> = (0..tasks)
             .into_par_iter()
             .with_max_len(1)
             .map(|task| {
                 let mut ws = Workspace::new(scene.tolerance());
                 ws.stop = stop.clone();
-                let (mut photons, mut account) = (Vec::new(), Account::default());
+                let (mut photons, mut account) = (Vec::new(), BalanceSums::default());
                 for path in task * PER_TASK..paths.min((task + 1) * PER_TASK) {
                     let mut sampler = sampler(path as u64);
                     if let Some(light) = LightPath::sample(scene, bounds, &mut sampler, &mut ws) {
                         photons.extend(landed(scene, &light, paths));
                     }
-                    account.add(&std::mem::take(&mut ws.ledger), &mut ws.stats.not_finite);
+                    account.add(
+                        &std::mem::take(&mut ws.particle_balance),
+                        &mut ws.stats.not_finite,
+                    );
                 }
                 (photons, ws.stats(), account)
             })
             .collect();
-        let (mut stats, mut account) = (Stats::default(), Account::default());
+        let (mut stats, mut account) = (Stats::default(), BalanceSums::default());
         let (mut volume, mut surface) = (Vec::new(), Vec::new());
         for (photons, counts, part) in parts {
             stats += counts;

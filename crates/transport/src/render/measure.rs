@@ -3,7 +3,7 @@
 use super::state::MergeError;
 use super::{Handle, Ranges, longer_or_shorter};
 use crate::meter::{Meter, Part, Reading, Setup, Tally, Window};
-use crate::path::{Account, Balance, Books, Workspace};
+use crate::path::{BalanceSums, BalanceTotals, EnergyBalance, Workspace};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::sum::Sum;
@@ -56,7 +56,7 @@ pub struct Measurement {
     /// Power of all emitters, per channel.
     pub emitted: Vec<f64>,
     /// Where the light went, summed over channels.
-    pub balance: Balance,
+    pub balance: EnergyBalance,
     /// What happened.
     pub stats: Stats,
     /// Particles followed, per channel group: fewer than asked for if the measurement was stopped.
@@ -105,7 +105,7 @@ pub struct MeasureState {
     stats: Stats,
     /// For each group of channels.
     tallies: Vec<Tally>,
-    books: Vec<Books>,
+    balances: Vec<BalanceTotals>,
     /// The same; empty until they are learnt.
     windows: Vec<Option<Window>>,
 }
@@ -126,7 +126,7 @@ impl MeasureState {
         Ok(MeasureState {
             done: Ranges::default(),
             stats: Stats::default(),
-            books: vec![Books::default(); groups.len()],
+            balances: vec![BalanceTotals::default(); groups.len()],
             windows: Vec::new(),
             tallies: groups.into_iter().map(tally).collect::<Result<_, _>>()?,
         })
@@ -142,7 +142,7 @@ impl MeasureState {
         let groups = groups(scenes, meters, (u32::MAX, 0)).unwrap_or_default();
         let slots = groups.iter().map(|g| g.setup.slots());
         let learnt = self.windows.is_empty() || self.windows.len() == scenes.len();
-        let sound = self.done.are_sound() && self.books.len() == scenes.len() && learnt;
+        let sound = self.done.are_sound() && self.balances.len() == scenes.len() && learnt;
         sound && slots.eq(self.tallies.iter().map(Tally::slots))
     }
 
@@ -169,8 +169,8 @@ impl MeasureState {
         for (tally, other) in self.tallies.iter_mut().zip(&other.tallies) {
             tally.merge(other);
         }
-        for (books, other) in self.books.iter_mut().zip(&other.books) {
-            *books += *other;
+        for (balances, other) in self.balances.iter_mut().zip(&other.balances) {
+            *balances += *other;
         }
         Ok(())
     }
@@ -219,8 +219,8 @@ impl MeasureState {
                 }
                 for (group, pass) in passes.into_iter().enumerate() {
                     self.tallies[group].add(&pass.parts, end - at);
-                    let accounts = pass.accounts.iter();
-                    accounts.for_each(|account| self.books[group].enter(account));
+                    let balance_sums = pass.balance_sums.iter();
+                    balance_sums.for_each(|balance| self.balances[group].enter(balance));
                     self.stats += pass.stats;
                 }
                 self.done.insert(at..end);
@@ -246,9 +246,9 @@ impl MeasureState {
         let groups = groups(scenes, meters, (u32::MAX, 0))?;
         let readings = groups.iter().zip(&self.tallies);
         let readings = readings.map(|(g, tally)| (g.setup.readings(tally), g.channels));
-        let mut balance = Balance::default();
-        for (group, books) in groups.iter().zip(&self.books) {
-            balance += books.balance(group.setup.emitted().sum());
+        let mut balance = EnergyBalance::default();
+        for (group, balances) in groups.iter().zip(&self.balances) {
+            balance += balances.balance(group.setup.emitted().sum());
         }
         Ok(Measurement {
             readings: join(readings.collect()),
@@ -263,7 +263,7 @@ impl MeasureState {
 /// What a range of particles has left behind in a group of channels, task by task.
 struct Pass {
     parts: Vec<Part>,
-    accounts: Vec<Account>,
+    balance_sums: Vec<BalanceSums>,
     stats: Stats,
 }
 
@@ -317,7 +317,7 @@ impl Group<'_> {
             (part, ws.stats())
         };
         let tasks = (0..(count / TASK) as usize).into_par_iter();
-        let ((parts, accounts), stats): ((Vec<Part>, Vec<Account>), Vec<Stats>) =
+        let ((parts, balance_sums), stats): ((Vec<Part>, Vec<BalanceSums>), Vec<Stats>) =
             tasks.with_max_len(1).map(task).unzip();
         let stats = stats.into_iter().fold(Stats::default(), |mut sum, s| {
             sum += s;
@@ -325,7 +325,7 @@ impl Group<'_> {
         });
         Pass {
             parts,
-            accounts,
+            balance_sums,
             stats,
         }
     }

@@ -3,7 +3,7 @@
 use super::strategies::MOST_VERTICES;
 use super::{Options, allocation};
 use crate::Spectrum;
-use crate::film::{Cascade, Pixel};
+use crate::film::{OutlierRejection, Pixel};
 use crate::integrator::Integrator;
 use crate::moments::Moments;
 use crate::scene::FilmSpec;
@@ -30,8 +30,8 @@ fn kept(spec: &FilmSpec, options: &Options) -> usize {
     let groups = channels.div_ceil(options.integrator.lanes(spec.lanes));
     let film = groups * size_of::<Pixel>();
     let layer = channels * size_of::<Moments>();
-    let cascade = if options.reweight {
-        channels * Cascade::BYTES
+    let outliers = if options.reweight {
+        channels * OutlierRejection::BYTES
     } else {
         0
     };
@@ -42,7 +42,7 @@ fn kept(spec: &FilmSpec, options: &Options) -> usize {
     };
     film.saturating_mul(1 + films_of_strategies(options))
         .saturating_add(layer.saturating_mul(layers(options)))
-        .saturating_add(cascade + shares)
+        .saturating_add(outliers + shares)
 }
 
 /// Bytes for each pixel that hold samples that splat until they are added to the films.

@@ -30,7 +30,7 @@ pub use target::{Measure, Target};
 
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
-use crate::path::{AdjointEstimate, Balance, Beginning, NeeRates};
+use crate::path::{AdjointEstimate, EnergyBalance, FirstVertexTechniques, NeeRates};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::sum::Sum;
@@ -123,7 +123,7 @@ pub struct Rendering {
     /// the largest over the channel groups.
     pub search: f64,
     /// How paths began, in any of the channel groups.
-    pub beginning: Beginning,
+    pub first_vertex: FirstVertexTechniques,
     /// Whether the render ended because its error was small enough.
     pub reached: bool,
     /// One image for each strategy, if they were wanted.
@@ -131,7 +131,7 @@ pub struct Rendering {
     /// The image without the bias that is known of, if the estimator has any.
     pub debiased: Option<Debiased>,
     /// Where the light of all emitters went, if the estimator follows it from there.
-    pub balance: Option<Balance>,
+    pub balance: Option<EnergyBalance>,
     /// Radius of the first photon map, the largest over the channel groups; zero for other estimators.
     pub first_radius: f64,
 }
@@ -180,7 +180,7 @@ struct Prepared {
     /// What paths may still bring.
     adjoint: AdjointEstimate,
     /// How paths begin.
-    beginning: Beginning,
+    first_vertex: FirstVertexTechniques,
     /// Radius of the first photon map; zero if there are none.
     radius: f64,
 }
@@ -192,7 +192,7 @@ fn prepare(scenes: &[Scene], options: &Options, handle: &Handle) -> Vec<Prepared
             search: 1.0,
             rates: NeeRates::default(),
             adjoint: AdjointEstimate::default(),
-            beginning: Beginning::default(),
+            first_vertex: FirstVertexTechniques::default(),
             radius: 0.0,
         };
         let source = Source::new((scene, group), options, prepared.clone(), handle);

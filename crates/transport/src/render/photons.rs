@@ -11,7 +11,7 @@ use super::splats::Layered;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, Pending};
 use crate::integrator::{Gathering, Integrator, PhotonMapping, even_channel_pdf};
-use crate::path::{Account, Books};
+use crate::path::{BalanceSums, BalanceTotals};
 use crate::photons::PhotonMap;
 use crate::scene::FilmSpec;
 use crate::stats::Stats;
@@ -45,7 +45,7 @@ pub(super) fn first_radius(source: &Source, mapping: &PhotonMapping) -> f64 {
     mapping.radius.unwrap_or_else(automatic)
 }
 
-fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Stats, Account) {
+fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Stats, BalanceSums) {
     let (scene, spec) = (source.scene.at(sample), source.scene.film());
     // Light subpaths are numbered after the pixels.
     let pixels = (spec.width * spec.height) as u64;
@@ -63,7 +63,7 @@ fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Sta
 pub(super) fn pass(
     source: &Source,
     samples: Range<u64>,
-    (film, debiased, books): (&mut Film, &mut Debiased, &mut Books),
+    (film, debiased, balances): (&mut Film, &mut Debiased, &mut BalanceTotals),
 ) -> Stats {
     let Integrator::Photon(mapping) = &source.integrator else {
         return Stats::default();
@@ -75,7 +75,7 @@ pub(super) fn pass(
         }
         let (map, counts, followed) = map(source, mapping, sample);
         stats += counts;
-        books.enter(&followed);
+        balances.enter(&followed);
         let gathering = Gathering {
             scene: source.scene.at(sample),
             mapping,
@@ -147,7 +147,7 @@ fn add_sample(
 ) {
     let mut layered = Layered::new(film.parts_mut(group).layers, taken.len());
     let mut parts = film.parts_mut(group);
-    let mut levels = parts.cascade.as_mut().map(|c| c.levels_mut());
+    let mut levels = parts.outliers.as_mut().map(|c| c.levels_mut());
     let (mut sum, mut sum_debiased) = (Spectrum::ZERO, Spectrum::ZERO);
     let pixels = parts.pixels.iter_mut().zip(debiased.film.group_mut(group));
     for (i, ((pixel, other), taken)) in pixels.zip(taken).enumerate() {

@@ -8,7 +8,7 @@
 use super::Prepared;
 use super::source::Source;
 use crate::integrator::Integrator;
-use crate::path::{Beginning, Workspace};
+use crate::path::{FirstVertexTechniques, Workspace};
 use std::ops::Add;
 
 /// Pixels of the pilot, spread over the image, of which each has two samples.
@@ -40,15 +40,15 @@ pub(super) fn prepared(source: &Source) -> Prepared {
     if source.scene.is_straight() && !is_path {
         return source.prepared.clone();
     }
-    let mut best = Surveyed::new(source, is_path, Beginning::default());
+    let mut best = Surveyed::new(source, is_path, FirstVertexTechniques::default());
     if !is_path || best.cost > DEAR {
         return best.prepared;
     }
     if source.scene.is_dark() {
-        best = best.or(|way| way.forced = FORCED, source, FORCED_PAYS);
+        best = best.or(|way| way.forced_collisions = FORCED, source, FORCED_PAYS);
     }
     if source.scene.has_dielectrics() {
-        best = best.or(|way| way.forks = true, source, FORKS_PAY);
+        best = best.or(|way| way.splitting = true, source, FORKS_PAY);
     }
     best.prepared
 }
@@ -63,9 +63,9 @@ struct Surveyed {
 
 impl Surveyed {
     /// Of paths that begin in a way. Whether more is found out is for paths from the sensor.
-    fn new(source: &Source, trains: bool, beginning: Beginning) -> Self {
+    fn new(source: &Source, trains: bool, first_vertex: FirstVertexTechniques) -> Self {
         let mut prepared = Prepared {
-            beginning,
+            first_vertex,
             ..source.prepared.clone()
         };
         let mut ws = source.workspace_of(&prepared);
@@ -94,10 +94,10 @@ impl Surveyed {
 
     /// What a pilot says of paths that begin otherwise, if their variance × work is less by a factor: with bright pixels
     /// counted less, and with all alike.
-    fn or(self, change: fn(&mut Beginning), source: &Source, factor: f64) -> Self {
-        let mut beginning = self.prepared.beginning;
-        change(&mut beginning);
-        let other = Surveyed::new(source, true, beginning);
+    fn or(self, change: fn(&mut FirstVertexTechniques), source: &Source, factor: f64) -> Self {
+        let mut first_vertex = self.prepared.first_vertex;
+        change(&mut first_vertex);
+        let other = Surveyed::new(source, true, first_vertex);
         if self.pairs == other.pairs {
             // Not one path began in the other way.
             return self;

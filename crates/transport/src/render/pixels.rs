@@ -47,9 +47,9 @@ fn tasks(film: &mut Film, group: usize) -> Vec<Task<'_>> {
     let PartsMut {
         pixels,
         layers,
-        cascade,
+        outliers,
     } = film.parts_mut(group);
-    let mut levels = cascade.map(|cascade| cascade.chunks_mut(PIXELS_PER_TASK));
+    let mut levels = outliers.map(|outliers| outliers.chunks_mut(PIXELS_PER_TASK));
     let mut layers = layers.map(|layers| {
         let decomposition = layers.decomposition();
         let chunks = layers.chunks_mut(PIXELS_PER_TASK);

@@ -63,7 +63,7 @@ impl<'a> Source<'a> {
         ws.search = prepared.search;
         ws.rates = prepared.rates;
         ws.adjoint = prepared.adjoint.clone();
-        ws.beginning = prepared.beginning;
+        ws.first_vertex = prepared.first_vertex;
         ws.stop = self.stop.clone();
         ws
     }

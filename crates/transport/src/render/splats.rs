@@ -13,7 +13,7 @@ use super::strategies::Strategies;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, LayerGroup, Pending, footprint};
 use crate::integrator::Contribution;
-use crate::path::{Account, Books};
+use crate::path::{BalanceSums, BalanceTotals};
 use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -31,7 +31,7 @@ type Part = Vec<(usize, Contribution)>;
 pub(super) fn pass(
     source: &Source,
     samples: Range<u64>,
-    (film, mut strategies, books): (&mut Film, Option<&mut Strategies>, &mut Books),
+    (film, mut strategies, balances): (&mut Film, Option<&mut Strategies>, &mut BalanceTotals),
 ) -> Stats {
     let pixels = film.width() * film.height();
     let tasks = pixels.div_ceil(PIXELS_PER_TASK) as u64;
@@ -42,14 +42,14 @@ pub(super) fn pass(
     let size = source.sets().size();
     // A power of two, so that nothing is rounded.
     let share = 1.0 / size as f64;
-    let mut account = Account::default();
+    let mut balance = BalanceSums::default();
     let mut layered = Layered::new(film.parts_mut(source.group).layers, pixels);
     for start in (first..end).step_by(BLOCK as usize) {
         if source.is_stopped() {
             break;
         }
         let count = BLOCK.min(end - start) as usize;
-        let parts: Vec<(Part, Stats, Account)> = (0..count)
+        let parts: Vec<(Part, Stats, BalanceSums)> = (0..count)
             .into_par_iter()
             .with_max_len(1)
             .map(|i| {
@@ -61,7 +61,7 @@ pub(super) fn pass(
             .collect();
         for (number, (part, counts, particles)) in (start..).zip(parts) {
             stats += counts;
-            account += particles;
+            balance += particles;
             for (own, contribution) in &part {
                 let value = contribution.weighted();
                 splat(source, *own, contribution, |pixel, filter| {
@@ -77,9 +77,9 @@ pub(super) fn pass(
             if number % tasks + 1 < tasks {
                 continue;
             }
-            books.enter(&std::mem::take(&mut account));
+            balances.enter(&std::mem::take(&mut balance));
             let mut parts = film.parts_mut(source.group);
-            let mut levels = parts.cascade.as_mut().map(|c| c.levels_mut());
+            let mut levels = parts.outliers.as_mut().map(|c| c.levels_mut());
             for (i, (mean, value)) in set.iter_mut().zip(&mut image).enumerate() {
                 let value = finite(std::mem::take(value), &mut stats.not_finite);
                 *mean += value * share;
@@ -106,14 +106,17 @@ pub(super) fn pass(
     stats
 }
 
-fn part(source: &Source, sample: u64, pixels: Range<usize>) -> (Part, Stats, Account) {
+fn part(source: &Source, sample: u64, pixels: Range<usize>) -> (Part, Stats, BalanceSums) {
     let mut ws = source.workspace();
-    let mut account = Account::default();
+    let mut balance = BalanceSums::default();
     let (mut found, mut part) = (Vec::new(), Part::new());
     let taken = pixels.len() as u64;
     for pixel in pixels {
         source.sample(pixel, sample, &mut ws, &mut found);
-        account.add(&std::mem::take(&mut ws.ledger), &mut ws.stats.not_finite);
+        balance.add(
+            &std::mem::take(&mut ws.particle_balance),
+            &mut ws.stats.not_finite,
+        );
         for contribution in found.drain(..) {
             if contribution.weighted().is_finite() {
                 part.push((pixel, contribution));
@@ -123,7 +126,7 @@ fn part(source: &Source, sample: u64, pixels: Range<usize>) -> (Part, Stats, Acc
         }
     }
     source.handle.count(taken);
-    (part, ws.stats(), account)
+    (part, ws.stats(), balance)
 }
 
 /// Tells `count` the pixels in which a contribution counts, its own or those around its place, and by

@@ -16,7 +16,7 @@ use super::{
 use super::{PASS, longer_or_shorter, prepare};
 use crate::film::Film;
 use crate::integrator::Integrator;
-use crate::path::{Balance, Beginning, Books};
+use crate::path::{BalanceTotals, EnergyBalance, FirstVertexTechniques};
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::stop::Stop;
@@ -55,7 +55,7 @@ pub struct State {
     debiased: Option<Debiased>,
     watch: Option<Watch>,
     /// For each group of channels.
-    books: Vec<Books>,
+    balances: Vec<BalanceTotals>,
     prepared: Vec<Prepared>,
     allocation: Allocation,
 }
@@ -88,7 +88,7 @@ impl State {
             strategies: options.strategies.then(Strategies::default),
             debiased: photons::debiased(spec, &options.integrator),
             watch: options.target.map(Watch::new),
-            books: vec![Books::default(); scenes.len()],
+            balances: vec![BalanceTotals::default(); scenes.len()],
             prepared: Vec::new(),
             allocation: Allocation::new(&scenes[0], options.shares_out()),
         }
@@ -122,7 +122,7 @@ impl State {
         let strategies = self.strategies.iter().chain(&other.strategies);
         let debiased = [self, other].map(|s| s.debiased.as_ref().map(|d| &d.film));
         self.film.is_like(&other.film)
-            && self.books.len() == other.books.len()
+            && self.balances.len() == other.balances.len()
             && self.strategies.is_some() == other.strategies.is_some()
             && strategies
                 .flat_map(Strategies::films)
@@ -163,8 +163,8 @@ impl State {
         if let (Some(debiased), Some(other)) = (&mut self.debiased, &other.debiased) {
             debiased.film.merge(&other.film);
         }
-        for (books, other) in self.books.iter_mut().zip(&other.books) {
-            *books += *other;
+        for (balances, other) in self.balances.iter_mut().zip(&other.balances) {
+            *balances += *other;
         }
         Ok(())
     }
@@ -279,14 +279,14 @@ impl State {
 
     /// Takes a range of samples in all groups of channels.
     fn pass(&mut self, sources: &[Source], samples: Range<u64>) {
-        for (source, books) in sources.iter().zip(&mut self.books) {
+        for (source, balances) in sources.iter().zip(&mut self.balances) {
             let samples = samples.clone();
             let film = &mut self.film;
             self.stats += match (&source.integrator, &mut self.debiased) {
                 (Integrator::Aov(tracer), _) => aov::pass(source, tracer, samples, film),
-                (_, Some(debiased)) => photons::pass(source, samples, (film, debiased, books)),
+                (_, Some(debiased)) => photons::pass(source, samples, (film, debiased, balances)),
                 (integrator, None) if integrator.splats() => {
-                    let into = (film, self.strategies.as_mut(), books);
+                    let into = (film, self.strategies.as_mut(), balances);
                     splats::pass(source, samples, into)
                 }
                 _ => pixels::pass(source, (samples, &self.allocation), film),
@@ -305,11 +305,11 @@ impl State {
     }
 
     /// How paths begin in any of the groups.
-    fn beginning(&self) -> Beginning {
-        let all = || self.prepared.iter().map(|p| p.beginning);
-        Beginning {
-            forced: all().map(|b| b.forced).max().unwrap_or(0),
-            forks: all().any(|b| b.forks),
+    fn first_vertex(&self) -> FirstVertexTechniques {
+        let all = || self.prepared.iter().map(|p| p.first_vertex);
+        FirstVertexTechniques {
+            forced_collisions: all().map(|b| b.forced_collisions).max().unwrap_or(0),
+            splitting: all().any(|b| b.splitting),
         }
     }
 
@@ -319,9 +319,9 @@ impl State {
         let largest = |f: fn(&Prepared) -> f64| self.prepared.iter().map(f).fold(0.0, f64::max);
         Rendering {
             search: largest(|p| p.search),
-            beginning: self.beginning(),
+            first_vertex: self.first_vertex(),
             first_radius: largest(|p| p.radius),
-            balance: balance(scenes, &self.books),
+            balance: balance(scenes, &self.balances),
             reached: self.reached(),
             samples,
             stats: self.stats,
@@ -334,13 +334,13 @@ impl State {
     }
 }
 
-/// The account over all channels, if there is one.
-fn balance(scenes: &[Scene], books: &[Books]) -> Option<Balance> {
-    let kept = scenes.iter().zip(books).enumerate();
-    let kept = kept.filter(|(_, (_, books))| books.particles() > 0);
-    let of = |(group, (scene, books)): (usize, (&Scene, &Books))| {
+/// The energy balance over all channels, if there is one.
+fn balance(scenes: &[Scene], balances: &[BalanceTotals]) -> Option<EnergyBalance> {
+    let kept = scenes.iter().zip(balances).enumerate();
+    let kept = kept.filter(|(_, (_, balances))| balances.particles() > 0);
+    let of = |(group, (scene, balances)): (usize, (&Scene, &BalanceTotals))| {
         let lanes = scene.film().lanes_of(group);
-        books.balance(scene.powers(lanes).map(|p| p.sum()).sum())
+        balances.balance(scene.powers(lanes).map(|p| p.sum()).sum())
     };
     kept.map(of).reduce(|mut sum, balance| {
         sum += balance;

@@ -128,8 +128,8 @@ pub struct Scene {
     sensor_medium: MediumId,
     lights: Lights,
     around: Surroundings,
-    /// See [`World::nudge`].
-    nudge: f64,
+    /// See [`World::ray_epsilon`].
+    ray_epsilon: f64,
     /// Whether nothing takes any light between surfaces.
     clear: bool,
     reach: Reach,
@@ -137,7 +137,7 @@ pub struct Scene {
     glass_ball: Option<GlassBall>,
     point_like_emitters: Vec<DVec3>,
     /// Objects that touch, overlap or hold others: what lies beside their surfaces varies.
-    crowded: Vec<bool>,
+    overlapping: Vec<bool>,
     /// For each emitter that is a beam, where it goes.
     guides: Vec<Option<Guide<MediumId>>>,
     warnings: Vec<Problem>,
@@ -193,7 +193,7 @@ impl Scene {
         let around = surroundings(&parts);
         let regions = regions::survey(&parts, &around);
         let sensor_medium = medium_at(&parts.objects, parts.sensor.position());
-        let crowded = crowded(&parts.objects, around.radius * 1e-9);
+        let overlapping = overlapping(&parts.objects, around.radius * 1e-9);
         let mut scene = Scene {
             guides: Vec::new(),
             warnings: Vec::new(),
@@ -208,8 +208,8 @@ impl Scene {
             lights: Lights::new(&parts, &around),
             regions,
             point_like_emitters: point_like_emitters(&parts),
-            glass_ball: regions::glass_ball(&parts, &crowded),
-            crowded,
+            glass_ball: regions::glass_ball(&parts, &overlapping),
+            overlapping,
             reach: Reach {
                 optical_length: REACH * around.radius,
                 reflections: parts.reflections,
@@ -217,7 +217,7 @@ impl Scene {
             },
             bending: Bending::of(&parts),
             sensor_medium,
-            nudge: 1e-10 * (around.radius + around.center.length()),
+            ray_epsilon: 1e-10 * (around.radius + around.center.length()),
             clear: parts.media.iter().all(Medium::is_transparent),
             around,
             parts,
@@ -374,8 +374,8 @@ impl Scene {
         let side = normal.dot(direction);
         match self.objects()[object].sides {
             None => current,
-            Some(_) if self.crowded[object] => {
-                self.medium_at(x + normal * (2.0 * self.nudge()).copysign(side))
+            Some(_) if self.overlapping[object] => {
+                self.medium_at(x + normal * (2.0 * self.ray_epsilon()).copysign(side))
             }
             Some(sides) if (side > 0.0) != self.is_inverted(object) => sides.exterior,
             Some(sides) => sides.interior,
@@ -437,7 +437,7 @@ impl Scene {
     }
 
     /// Whether paths that leave the scene find no light, and may be scattered before: see
-    /// [`Beginning::forced`](crate::path::Beginning::forced).
+    /// [`FirstVertexTechniques`](crate::path::FirstVertexTechniques).
     pub fn is_dark(&self) -> bool {
         self.environments().next().is_none() && self.media().iter().any(Medium::scatters)
     }
@@ -486,7 +486,7 @@ pub fn medium_at<'a>(objects: impl IntoIterator<Item = &'a Object>, x: DVec3) ->
 }
 
 /// Whether each object is closed, separates media, and comes near another one that does.
-fn crowded(objects: &[Object], margin: f64) -> Vec<bool> {
+fn overlapping(objects: &[Object], margin: f64) -> Vec<bool> {
     let matters = |o: &Object| o.sides.is_some() && o.shape.is_closed();
     let near = |a: &Object, b: &Object| a.shape.aabb().grown(margin).overlaps(&b.shape.aabb());
     let others = |i: usize| objects.iter().enumerate().filter(move |(k, _)| *k != i);

@@ -49,8 +49,8 @@ impl GlassBall {
 }
 
 /// The ball that is all that bends rays, if that is so: media are constant, there is one smooth
-/// interface, and on either side of it one medium. `crowded` tells of each object whether others are near.
-pub(super) fn glass_ball(parts: &Parts, crowded: &[bool]) -> Option<GlassBall> {
+/// interface, and on either side of it one medium. `overlapping` tells of each object whether others are near.
+pub(super) fn glass_ball(parts: &Parts, overlapping: &[bool]) -> Option<GlassBall> {
     let is_glass = |o: &Object| matches!(o.bsdf, Bsdf::Dielectric(_));
     let place = parts.objects.iter().position(is_glass)?;
     let object = &parts.objects[place];
@@ -61,7 +61,7 @@ pub(super) fn glass_ball(parts: &Parts, crowded: &[bool]) -> Option<GlassBall> {
     let simple = parts.media.iter().all(|m| m.index.is_constant())
         && parts.objects.iter().filter(|o| is_glass(o)).count() == 1
         && parts.objects.iter().all(bounded)
-        && !crowded[place]
+        && !overlapping[place]
         && matches!(object.shape, Shape::Sphere(_));
     // Each extent of an ellipsoid is a mean over its axes: all are the longest if it is round.
     let (aabb, diameter) = (object.shape.aabb(), object.shape.diameter());

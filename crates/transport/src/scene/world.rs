@@ -44,8 +44,8 @@ impl World for Scene {
     }
 
     /// Far above the round-off of positions, far below any tolerance.
-    fn nudge(&self) -> f64 {
-        self.nudge
+    fn ray_epsilon(&self) -> f64 {
+        self.ray_epsilon
     }
 }
 

@@ -219,7 +219,7 @@ impl Ray<'_> {
             self.medium = beyond;
         }
         self.v = after;
-        self.x = hit.position + hit.normal * scene.nudge().copysign(hit.normal.dot(after));
+        self.x = hit.position + hit.normal * scene.ray_epsilon().copysign(hit.normal.dot(after));
         // The point on the surface belongs to what follows: its direction and medium.
         self.line.replace(hit.position, after, self.medium);
         None

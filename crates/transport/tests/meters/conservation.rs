@@ -10,7 +10,7 @@ use transport::bsdf::{Bsdf, Conductor, Diffuse};
 use transport::emitter::Emitter;
 use transport::medium::Texture;
 use transport::meter::{Coordinates, Estimator, Meter};
-use transport::path::Balance;
+use transport::path::EnergyBalance;
 use transport::scene::{Object, Parts};
 use transport::shape::{Cube, Rectangle, Sphere};
 
@@ -80,7 +80,7 @@ pub fn room(channels: usize) -> Parts {
     parts
 }
 
-fn total(balance: &Balance) -> f64 {
+fn total(balance: &EnergyBalance) -> f64 {
     let b = balance;
     b.media.mean + b.surfaces.mean + b.escaped.mean + b.cut.mean + b.lost.mean + b.residual.mean
 }

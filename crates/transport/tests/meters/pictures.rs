@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use testkit::z_test::max_abs_z;
 use transport::Scene;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
-use transport::path::{Balance, Share};
+use transport::path::{EnergyBalance, Share};
 use transport::render::{Options, render};
 use transport::scene::Parts;
 
@@ -19,7 +19,7 @@ fn seen(channels: usize) -> Parts {
     parts
 }
 
-fn entries(b: &Balance) -> [Share; 3] {
+fn entries(b: &EnergyBalance) -> [Share; 3] {
     [b.media, b.surfaces, b.escaped]
 }
 
@@ -58,7 +58,7 @@ fn pictures_and_meters_agree_on_where_the_light_goes() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// Nor does the account depend on threads, or on how samples are divided into passes.
+/// Nor does the energy balance depend on threads, or on how samples are divided into passes.
 #[test]
 fn accounts_of_pictures_have_the_same_bits() {
     let scene = [Scene::new(seen(3)).unwrap()];

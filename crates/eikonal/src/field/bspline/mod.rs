@@ -2,8 +2,8 @@
 
 mod blocks;
 mod bounds;
-mod calm;
 mod evaluate;
+mod homogeneous;
 mod lattice;
 mod noise;
 mod prefilter;
@@ -17,9 +17,9 @@ pub use noise::NoiseShares;
 use super::error::FieldError;
 use crate::bounds::Aabb;
 use blocks::Blocks;
-use calm::Calm;
 use fearless_simd::Level;
 use glam::DVec3;
+use homogeneous::HomogeneousBlocks;
 use lattice::{Lattice, PAD};
 use scales::Scales;
 use std::sync::{Arc, OnceLock};
@@ -49,7 +49,7 @@ pub struct Bspline {
     /// None if the field is constant. Shared by copies of the field.
     scales: Option<Arc<Scales>>,
     /// None if it changes everywhere. Shared by copies of the field.
-    calm: Option<Arc<Calm>>,
+    homogeneous: Option<Arc<HomogeneousBlocks>>,
     /// The vector instructions that the processor has.
     level: Level,
     /// Made when bounds over a large box are first asked for.
@@ -60,8 +60,8 @@ impl Bspline {
     pub(super) fn memory(&self) -> usize {
         let blocks = self.blocks.get().map_or(0, Blocks::memory);
         let scales = self.scales.as_ref().map_or(0, |s| s.memory());
-        let calm = self.calm.as_ref().map_or(0, |c| c.memory());
-        self.coefficients.len() * size_of::<f32>() + blocks + scales + calm
+        let homogeneous = self.homogeneous.as_ref().map_or(0, |c| c.memory());
+        self.coefficients.len() * size_of::<f32>() + blocks + scales + homogeneous
     }
 
     /// A field through `samples` of n (f32 or f64), x fastest, then y, then z, of a grid of `dims`
@@ -185,11 +185,11 @@ impl Bspline {
             prefilter::prefilter(&lattice, &mut data, 2.0 * n2_ref.sqrt() * noise);
         }
         let scales = (!constant).then(|| Arc::new(Scales::new(&lattice, &data, n2_ref)));
-        let calm = Calm::new(&lattice, &data).filter(|_| !constant);
+        let homogeneous = HomogeneousBlocks::new(&lattice, &data).filter(|_| !constant);
         lattice.arrange(&mut data);
         Bspline {
             scales,
-            calm: calm.map(Arc::new),
+            homogeneous: homogeneous.map(Arc::new),
             lattice,
             n2_ref,
             coefficients: Arc::new(data),
@@ -204,10 +204,10 @@ impl Bspline {
         scales.map_or(f64::INFINITY, |s| s.at(self.lattice.coordinates(x)))
     }
 
-    /// See [`Calm::span`].
-    pub(super) fn calm_span(&self, x: DVec3, v: DVec3) -> f64 {
-        let (lattice, calm) = (&self.lattice, self.calm.as_ref());
-        calm.map_or(0.0, |c| {
+    /// See [`HomogeneousBlocks::span`].
+    pub(super) fn homogeneous_span(&self, x: DVec3, v: DVec3) -> f64 {
+        let (lattice, homogeneous) = (&self.lattice, self.homogeneous.as_ref());
+        homogeneous.map_or(0.0, |c| {
             c.span(lattice.coordinates(x), v * lattice.per_spacing())
         })
     }

@@ -81,7 +81,7 @@ impl Gathering<'_> {
                 collides: self.mapping.query == Query::Point,
                 spans: self.mapping.query == Query::Beam,
                 forced: false,
-                forks: false,
+                splitting: false,
             };
             let mut edge = trace(scene, sight.start, sampling, sampler, ws);
             edge.tabulate();

@@ -16,7 +16,9 @@ use transport::bsdf::{Bsdf, Dielectric, Diffuse};
 use transport::emitter::Emitter;
 use transport::integrator::{Contribution, Integrator, ParticleTracer, PathTracer};
 use transport::medium::{Filter as GridFilter, Grid, Medium, Placement as Samples, Texture};
-use transport::path::{Beginning, Edge, End, Sampling, Start, TransportMode, Workspace, trace};
+use transport::path::{
+    Edge, End, FirstVertexTechniques, Sampling, Start, TransportMode, Workspace, trace,
+};
 use transport::render::{Options, render};
 use transport::sampling::Sampler;
 use transport::scene::{Object, Parts, Sides};
@@ -107,35 +109,39 @@ fn bending() -> Scene {
 }
 
 /// How paths begin where nothing is to be gained.
-const NATURAL: Beginning = Beginning {
-    forced: 0,
-    forks: false,
+const NATURAL: FirstVertexTechniques = FirstVertexTechniques {
+    forced_collisions: 0,
+    splitting: false,
 };
 
 /// Forced collisions on so many edges.
-fn forced(edges: u32) -> Beginning {
-    Beginning {
-        forced: edges,
+fn forced(edges: u32) -> FirstVertexTechniques {
+    FirstVertexTechniques {
+        forced_collisions: edges,
         ..NATURAL
     }
 }
 
-fn forks(forks: bool) -> Beginning {
-    Beginning { forks, ..NATURAL }
+fn splitting(splitting: bool) -> FirstVertexTechniques {
+    FirstVertexTechniques {
+        splitting,
+        ..NATURAL
+    }
 }
 
 /// What each of so many paths brings along a ray, and how.
 fn paths(
     scene: &Scene,
     tracer: PathTracer,
-    beginning: Beginning,
+    first_vertex: FirstVertexTechniques,
     (ray, channels): (Ray, usize),
     samples: u64,
 ) -> Vec<Vec<Contribution>> {
     let mut ws = Workspace::new(scene.tolerance());
-    ws.beginning = beginning;
+    ws.first_vertex = first_vertex;
     let integrator = Integrator::Path(tracer);
-    let seed = 7 + u64::from(beginning.forced) + 1000 * u64::from(beginning.forks);
+    let seed =
+        7 + u64::from(first_vertex.forced_collisions) + 1000 * u64::from(first_vertex.splitting);
     let take = |sample| {
         let (mut sampler, mut found) = (Sampler::new(seed, 0, sample), Vec::new());
         integrator.sample(scene, ray, channels, (&mut sampler, &mut ws), &mut found);
@@ -148,11 +154,11 @@ fn paths(
 fn light(
     scene: &Scene,
     tracer: PathTracer,
-    beginning: Beginning,
+    first_vertex: FirstVertexTechniques,
     ray: (Ray, usize),
     samples: u64,
 ) -> Vec<f64> {
-    let paths = paths(scene, tracer, beginning, ray, samples);
+    let paths = paths(scene, tracer, first_vertex, ray, samples);
     let value = |found: &Vec<Contribution>| found.iter().map(|c| c.weighted().sum()).sum();
     paths.iter().map(value).collect()
 }
@@ -252,7 +258,7 @@ fn forced_edge(scene: &Scene, direction: DVec3, seed: u64) -> Edge<'_> {
         collides: true,
         spans: true,
         forced: true,
-        forks: false,
+        splitting: false,
     };
     let mut ws = Workspace::new(scene.tolerance());
     let start = Start::point(DVec3::new(0.1, 0.2, 3.0), direction, 0);
@@ -369,10 +375,10 @@ fn reflections_have_no_variance() {
     let black = fog(Constant::new(n), 1e3, 0.0, 0.0);
     let scene = ball(glass(), black, vec![sky()]);
     let exact = reflectance(n);
-    let taken = |beginning| paths(&scene, tracer(), beginning, (slanting(), 1), 400);
-    let reflected = taken(forks(true)).concat();
+    let taken = |first_vertex| paths(&scene, tracer(), first_vertex, (slanting(), 1), 400);
+    let reflected = taken(splitting(true)).concat();
     assert_eq!(reflected.len(), 400);
-    let chance = taken(forks(false)).concat();
+    let chance = taken(splitting(false)).concat();
     assert!((10..60).contains(&chance.len()), "{}", chance.len());
     let by_chance = chance[0].path;
     for found in reflected {
@@ -390,7 +396,7 @@ fn a_fork_that_brings_nothing_is_left() {
     let clear = fog(Constant::new(n), 0.0, 0.0, 0.0);
     let scene = ball(Bsdf::Dielectric(tinted), clear, vec![sky()]);
     let transmitted = 1.0 - reflectance(n);
-    let found = light(&scene, tracer(), forks(true), (slanting(), 1), 2000);
+    let found = light(&scene, tracer(), splitting(true), (slanting(), 1), 2000);
     // Inside, a part is lost at the wall by chance.
     assert!(found.iter().all(|value| value.is_finite()));
     let lit: Vec<_> = found.iter().filter(|value| **value > 0.0).collect();
@@ -406,11 +412,11 @@ fn a_fork_that_brings_nothing_is_left() {
 fn parts_add_up() {
     let clear = fog(Constant::new(1.5), 0.0, 0.0, 0.0);
     let scene = ball(glass(), clear, vec![sky()]);
-    let endless = PathTracer {
+    let unlimited = PathTracer {
         rr_depth: 1000,
         ..PathTracer::default()
     };
-    for value in light(&scene, endless, forks(true), (slanting(), 1), 200) {
+    for value in light(&scene, unlimited, splitting(true), (slanting(), 1), 200) {
         assert!((value - 1.0).abs() < 1e-9, "{value}");
     }
 }
@@ -459,9 +465,10 @@ fn forks_keep_means() {
             max_depth,
             ..tracer()
         };
-        let means = |beginning| batches(&light(&scene, tracer, beginning, (grazing, 2), 50_000));
-        let [by_chance, forked] = [false, true].map(|on| means(forks(on)));
-        let [a, b] = [&by_chance, &forked].map(|batches| moments(batches));
+        let means =
+            |first_vertex| batches(&light(&scene, tracer, first_vertex, (grazing, 2), 50_000));
+        let [by_chance, split_off] = [false, true].map(|on| means(splitting(on)));
+        let [a, b] = [&by_chance, &split_off].map(|batches| moments(batches));
         println!(
             "{max_depth:?}: {:.5} {:.5}, variances {:.2e} {:.2e}",
             a.mean(),
@@ -469,16 +476,19 @@ fn forks_keep_means() {
             a.variance(),
             b.variance()
         );
-        family.push(format!("{max_depth:?}"), welch(&by_chance, &forked, 1e-12));
+        family.push(
+            format!("{max_depth:?}"),
+            welch(&by_chance, &split_off, 1e-12),
+        );
     }
     family.check().unwrap();
 }
 
 /// How the pilot of a render has paths begin.
-fn chosen(scene: Scene, integrator: Integrator) -> Beginning {
+fn chosen(scene: Scene, integrator: Integrator) -> FirstVertexTechniques {
     let options = Options::new(integrator, 1, 1);
     let rendering = render(&[scene], &options, |_| ControlFlow::Continue(()));
-    rendering.beginning
+    rendering.first_vertex
 }
 
 /// A milky glass ball under a sky, with a lamp that is mirrored in few pixels.
@@ -520,7 +530,7 @@ fn pilots_choose_what_pays() {
     assert_eq!(chosen(smoky(), particle), NATURAL);
     let smoke = fog(Constant::new(1.0), 0.1, 0.8, 0.0);
     assert_eq!(chosen(foggy(smoke, sky()), path), NATURAL);
-    assert_eq!(chosen(milky(), path), forks(true));
+    assert_eq!(chosen(milky(), path), splitting(true));
     assert_eq!(chosen(milky(), particle), NATURAL);
     let bead = Object {
         sides: Some(Sides {

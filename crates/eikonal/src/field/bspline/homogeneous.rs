@@ -13,7 +13,7 @@ const EQUAL: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Blocks of cells with equal coefficients.
 #[derive(Clone, Debug)]
-pub(super) struct Calm {
+pub(super) struct HomogeneousBlocks {
     /// Blocks along each axis.
     dims: [usize; 3],
     /// Cells along each axis.
@@ -23,7 +23,7 @@ pub(super) struct Calm {
     layers: Vec<u8>,
 }
 
-impl Calm {
+impl HomogeneousBlocks {
     /// Of coefficients in rows; `None` if there is no such block.
     pub(super) fn new(lattice: &Lattice, coefficients: &[f32]) -> Option<Self> {
         let cells = lattice.dims().map(|n| (n - 1).max(1));
@@ -41,7 +41,7 @@ impl Calm {
             spread(&mut layers, dims, axis);
         }
         let cells = DVec3::from_array(cells.map(|n| n as f64));
-        Some(Calm {
+        Some(HomogeneousBlocks {
             dims,
             cells,
             layers,

@@ -13,7 +13,7 @@ const ENTRIES: usize = 5;
 
 /// What became of the power of one particle, summed over channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ledger {
+pub struct ParticleBalance {
     /// Absorbed by media.
     pub media: f64,
     /// Absorbed by surfaces.
@@ -26,7 +26,7 @@ pub struct Ledger {
     pub lost: f64,
 }
 
-impl Ledger {
+impl ParticleBalance {
     /// Enters an edge that started with `power`, and of which `onward` goes on from its end. `channel_pdf` are
     /// the channel probabilities with which it was sampled.
     pub fn enter(
@@ -65,17 +65,17 @@ impl Ledger {
 
 /// Sums over particles, in the order in which they are added.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Account {
+pub struct BalanceSums {
     particles: u64,
     /// Of each entry, and of their total: the sum, and the sum of squares.
     sums: [[f64; 2]; ENTRIES + 1],
 }
 
-impl Account {
+impl BalanceSums {
     /// Adds a particle. One whose entries are not finite is entered as nothing, so that it is left over, and counted in
     /// `not_finite`.
-    pub fn add(&mut self, ledger: &Ledger, not_finite: &mut u64) {
-        let mut entries = ledger.entries();
+    pub fn add(&mut self, particle_balance: &ParticleBalance, not_finite: &mut u64) {
+        let mut entries = particle_balance.entries();
         if !entries.iter().sum::<f64>().is_finite() {
             entries = [0.0; ENTRIES];
             *not_finite += 1;
@@ -91,16 +91,16 @@ impl Account {
 
 /// Sums over accounts, whose bits do not depend on their order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Books {
+pub struct BalanceTotals {
     particles: u64,
     sums: [[Sum; 2]; ENTRIES + 1],
 }
 
-impl Books {
+impl BalanceTotals {
     /// Adds an account.
-    pub fn enter(&mut self, account: &Account) {
-        self.particles += account.particles;
-        for (kept, sums) in self.sums.iter_mut().zip(account.sums) {
+    pub fn enter(&mut self, balance: &BalanceSums) {
+        self.particles += balance.particles;
+        for (kept, sums) in self.sums.iter_mut().zip(balance.sums) {
             kept[0].add(sums[0]);
             kept[1].add(sums[1].min(f64::MAX));
         }
@@ -112,10 +112,10 @@ impl Books {
     }
 
     /// What became of the power of emitters that emit `emitted`, summed over channels.
-    pub fn balance(&self, emitted: f64) -> Balance {
+    pub fn balance(&self, emitted: f64) -> EnergyBalance {
         let share = |i: usize| self.share(i);
         let total = share(ENTRIES);
-        Balance {
+        EnergyBalance {
             emitted,
             media: share(0),
             surfaces: share(1),
@@ -144,9 +144,9 @@ impl Books {
     }
 }
 
-impl AddAssign for Books {
+impl AddAssign for BalanceTotals {
     /// More accounts.
-    fn add_assign(&mut self, other: Books) {
+    fn add_assign(&mut self, other: BalanceTotals) {
         self.particles += other.particles;
         for (sums, other) in self.sums.iter_mut().zip(other.sums) {
             sums[0] += other[0];
@@ -155,7 +155,7 @@ impl AddAssign for Books {
     }
 }
 
-impl AddAssign for Account {
+impl AddAssign for BalanceSums {
     /// More particles. Sums are rounded: add parts in an order that does not depend on threads.
     fn add_assign(&mut self, o: Self) {
         self.particles += o.particles;
@@ -175,10 +175,10 @@ pub struct Share {
     pub error: f64,
 }
 
-/// The account of a whole run. What the entries leave of the emitted power is what the choice of emitters and
+/// The energy balance of a whole run. What the entries leave of the emitted power is what the choice of emitters and
 /// rays, Russian roulette and spectral sampling, which are fair but by chance, have added or taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Balance {
+pub struct EnergyBalance {
     /// Power of all emitters, exactly.
     pub emitted: f64,
     /// Absorbed by media.
@@ -203,7 +203,7 @@ impl AddAssign for Share {
     }
 }
 
-impl AddAssign for Balance {
+impl AddAssign for EnergyBalance {
     /// Other channels, with particles of their own.
     fn add_assign(&mut self, o: Self) {
         self.emitted += o.emitted;
@@ -222,22 +222,22 @@ mod tests {
 
     #[test]
     fn what_is_not_finite_is_left_over_and_counted() {
-        let (mut account, mut not_finite) = (Account::default(), 0);
-        let one = Ledger {
+        let (mut balance, mut not_finite) = (BalanceSums::default(), 0);
+        let one = ParticleBalance {
             media: 1.0,
-            ..Ledger::default()
+            ..ParticleBalance::default()
         };
-        let bad = Ledger {
+        let bad = ParticleBalance {
             escaped: f64::NAN,
             ..one
         };
-        for ledger in [one, bad] {
-            account.add(&ledger, &mut not_finite);
+        for particle_balance in [one, bad] {
+            balance.add(&particle_balance, &mut not_finite);
         }
-        let mut books = Books::default();
-        books.enter(&account);
-        let balance = books.balance(1.0);
-        assert_eq!((not_finite, books.particles()), (1, 2));
+        let mut balances = BalanceTotals::default();
+        balances.enter(&balance);
+        let balance = balances.balance(1.0);
+        assert_eq!((not_finite, balances.particles()), (1, 2));
         assert_eq!((balance.media.mean, balance.residual.mean), (0.5, 0.5));
     }
 }

@@ -22,7 +22,7 @@ const TRUSTED: f64 = 0.05;
 
 /// Sums of one group of channels, by pixel, level, channel; the last fastest.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Cascade {
+pub struct OutlierRejection {
     lanes: usize,
     sums: Vec<Sum>,
 }
@@ -34,12 +34,12 @@ pub struct LevelsMut<'a> {
     sums: &'a mut [Sum],
 }
 
-impl Cascade {
+impl OutlierRejection {
     /// Bytes that a pixel takes for each channel.
     pub const BYTES: usize = LEVELS * size_of::<Sum>();
 
     pub(super) fn new(pixels: usize, lanes: usize) -> Self {
-        Cascade {
+        OutlierRejection {
             lanes,
             sums: vec![Sum::default(); pixels * LEVELS * lanes],
         }
@@ -60,13 +60,13 @@ impl Cascade {
         }
     }
 
-    /// What cascades of like films have in common.
+    /// What those of like films have in common.
     pub(super) fn shape(&self) -> [usize; 2] {
         [self.lanes, self.sums.len()]
     }
 
-    /// Adds the samples of another cascade of the same shape.
-    pub(super) fn merge(&mut self, other: &Cascade) {
+    /// Adds the samples of another of the same shape.
+    pub(super) fn merge(&mut self, other: &OutlierRejection) {
         let sums = self.sums.iter_mut().zip(&other.sums);
         sums.for_each(|(sum, other)| *sum += *other);
     }
@@ -174,9 +174,9 @@ mod tests {
     const WIDTH: usize = 7;
 
     /// A 7 × 7 image of `samples` samples of brightness about `mean`, and one that is 10⁵ times as bright.
-    fn outlier(samples: u64, mean: f64) -> (Cascade, f64) {
-        let mut cascade = Cascade::new(WIDTH * WIDTH, 1);
-        let mut levels = cascade.levels_mut();
+    fn outlier(samples: u64, mean: f64) -> (OutlierRejection, f64) {
+        let mut outliers = OutlierRejection::new(WIDTH * WIDTH, 1);
+        let mut levels = outliers.levels_mut();
         for pixel in 0..WIDTH * WIDTH {
             for sample in 0..samples {
                 let wave = 1.0 + 0.5 * ((pixel as u64 + sample) as f64).sin();
@@ -185,18 +185,18 @@ mod tests {
         }
         let firefly = 1e5 * mean;
         levels.add(WIDTH * 3 + 3, Spectrum::splat(firefly));
-        (cascade, firefly / samples as f64)
+        (outliers, firefly / samples as f64)
     }
 
     #[test]
     fn levels_share_all_of_a_sample() {
         let values = [0.0, 1e-290, 1e-9, 0.3, 1.0, 7.999, 8.0, 123.0, 1e9, 1e30];
         for value in values {
-            let mut cascade = Cascade::new(1, 2);
-            cascade
+            let mut outliers = OutlierRejection::new(1, 2);
+            outliers
                 .levels_mut()
                 .add(0, Spectrum([value, 2.0 * value, 9.0, 9.0]));
-            let total = cascade.total(0);
+            let total = outliers.total(0);
             // The accuracy of sums.
             let bound = 2f64.powi(-32) * value;
             assert!((total[0] - value).abs() <= bound, "{value}");
@@ -208,11 +208,11 @@ mod tests {
     #[test]
     fn a_sample_counts_as_about_one() {
         for exponent in -80..80 {
-            let mut cascade = Cascade::new(1, 1);
+            let mut outliers = OutlierRejection::new(1, 1);
             let value = 10f64.powf(f64::from(exponent) / 10.0);
-            cascade.levels_mut().add(0, Spectrum::splat(value));
+            outliers.levels_mut().add(0, Spectrum::splat(value));
             let (level, _) = place(value);
-            let count = cascade.count(0, level);
+            let count = outliers.count(0, level);
             assert!((0.99..1.01).contains(&count), "{value}: {count}");
         }
     }
@@ -220,10 +220,10 @@ mod tests {
     #[test]
     fn an_outlier_is_removed_and_nothing_else() {
         for mean in [1.0, 1e-4, 300.0] {
-            let (cascade, firefly) = outlier(64, mean);
-            let image = cascade.reweighted(WIDTH, 64);
+            let (outliers, firefly) = outlier(64, mean);
+            let image = outliers.reweighted(WIDTH, 64);
             for (i, value) in image.iter().enumerate() {
-                let plain = cascade.total(i)[0] / 64.0;
+                let plain = outliers.total(i)[0] / 64.0;
                 let wanted = if i == WIDTH * 3 + 3 {
                     plain - firefly
                 } else {
@@ -240,18 +240,18 @@ mod tests {
     #[test]
     fn it_converges_to_the_plain_mean() {
         let error = |samples: u64| {
-            let mut cascade = Cascade::new(WIDTH * WIDTH, 1);
-            let mut levels = cascade.levels_mut();
+            let mut outliers = OutlierRejection::new(WIDTH * WIDTH, 1);
+            let mut levels = outliers.levels_mut();
             for pixel in 0..WIDTH * WIDTH {
                 for sample in 0..samples {
                     let rare = (sample * 97 + pixel as u64 * 31).is_multiple_of(100);
                     levels.add(pixel, Spectrum::splat(if rare { 1000.0 } else { 1.0 }));
                 }
             }
-            let image = cascade.reweighted(WIDTH, samples);
+            let image = outliers.reweighted(WIDTH, samples);
             let errors = image.iter().enumerate();
             let error =
-                |(i, v): (usize, &Spectrum)| 1.0 - v[0] * samples as f64 / cascade.total(i)[0];
+                |(i, v): (usize, &Spectrum)| 1.0 - v[0] * samples as f64 / outliers.total(i)[0];
             errors.map(error).fold(0.0, f64::max)
         };
         assert!(error(50) > 0.5);

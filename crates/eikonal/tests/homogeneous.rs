@@ -79,13 +79,13 @@ fn rays_are_those_of_a_field_of_which_nothing_is_known() {
 #[test]
 fn nothing_changes_where_nothing_is_said_to_change() {
     let mut rng = Rng::new(2);
-    let mut calm = 0;
+    let mut homogeneous = 0;
     for center in [DVec3::splat(0.6), DVec3::ZERO, DVec3::new(-0.3, 0.5, 0.1)] {
         let field = bump(center, [129, 107, 131]);
         for _ in 0..3000 {
             let (from, way) = ray(&mut rng);
-            let span = field.calm_span(from, way);
-            calm += usize::from(span > 0.0);
+            let span = field.homogeneous_span(from, way);
+            homogeneous += usize::from(span > 0.0);
             for i in 0..=40 {
                 let x = from + way * (span * f64::from(i) / 40.0);
                 let slope = field.gradient(x).1.length();
@@ -93,7 +93,7 @@ fn nothing_changes_where_nothing_is_said_to_change() {
             }
         }
     }
-    assert!(calm > 4000, "{calm}");
+    assert!(homogeneous > 4000, "{homogeneous}");
 }
 
 /// From corner to corner of the part that does not change, which is a step for each cube of blocks on the way.
