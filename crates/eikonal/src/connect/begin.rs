@@ -34,6 +34,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         y: DVec3,
     ) -> Result<ConnectingRay, Failure> {
         let (x, region) = (start.family.x(), start.region);
+        // Collocation, if the whole chord lies in one field.
         let within = survey(world, (x, region), y);
         if let (Some((only, way)), RayFamily::Point { .. }) = (&within, start.family)
             && *only == region
@@ -42,8 +43,10 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         {
             return Ok(found);
         }
+        // Else Newton's method from the bent chord …
         let bent = self.bent(world, start, within.as_ref());
         let found = self.solve(world, &bent, y);
+        // … and, if that fails, from the shortest way.
         if let (Err(Failure::NotConverged), Some((region, way))) = (found, &within)
             && let Some(guess) = shortest(world.field(*region), way, is_plane(start))
         {

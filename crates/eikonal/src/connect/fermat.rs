@@ -5,6 +5,8 @@
 //! shortest way always exists (Fermat). Its nodes are evenly spaced along the chord; their displacements across it are found by Newton's
 //! method for the sum of the pieces' lengths, each times the index at its middle, with damping that makes every step
 //! one downhill. The matrix is block tridiagonal.
+//!
+//! Theory: docs/theory.md#the-shortest-way.
 
 use super::bend::{BentWay, Guess};
 use crate::field::Field;

@@ -193,6 +193,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let mut failure = Failure::NotConverged;
         let before = self.work.steps;
         for shots in 1..=SHOTS_PER_CONNECTION {
+            // Shoot the ray, with its tangents: the miss is r of eq. (6.1).
             let shot = self.shoot(world, &trial, start);
             let miss = shot.map_or(f64::INFINITY, |hit| hit.end_state.x.distance(y));
             // Where the ray has ended counts, not where it should have.
@@ -201,6 +202,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             {
                 trial.length = hit.travelled.optical_length;
             }
+            // Accept it if r is small, and correct it by one more step.
             let arrived = |hit: &Hit| miss <= self.goal(&trial.family, hit, floor);
             if let Some(hit) = shot.ok().filter(arrived) {
                 match self.finish(&trial, &hit, y, shots) {
@@ -208,6 +210,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                     Err(caustic) => failure = caustic,
                 }
             }
+            // Adapt the trust region to whether r became smaller.
             let least = best.as_ref().map(|(_, _, least)| *least);
             match (least, shot) {
                 (None, Err(failure)) => return Err(failure),
@@ -225,6 +228,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 }
                 (_, Err(failure)) => return Err(failure),
             }
+            // Step from the best iterate: M⁻¹r, damped.
             let Some((iterate, end_state, _)) = &best else {
                 return Err(failure);
             };

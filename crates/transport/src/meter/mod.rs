@@ -2,8 +2,8 @@
 //!
 //! A particle starts with the power of the emitters over the density of its ray, flies along curved
 //! edges, and is absorbed and scattered on the way (`particle`). Meters take note of its flights,
-//! collisions and passages (`flight`); every meter has slots in one tally (`tally`). No index enters anywhere (docs/theory.md#meters): power is
-//! conserved along rays, whatever the index does to radiance.
+//! collisions and passages (`flight`); every meter has slots in one tally (`tally`). No index enters anywhere
+//! (docs/theory.md#meters): power is conserved along rays, whatever the index does to radiance.
 
 mod flight;
 mod fluence;

@@ -1,4 +1,5 @@
-//! What paths may still bring where they go on, and how worthwhile it is to find out: for Russian roulette (docs/theory.md#russian-roulette).
+//! What paths may still bring where they go on, and how worthwhile it is to find out: for Russian roulette
+//! (docs/theory.md#russian-roulette).
 
 use super::edge::Start;
 use serde::{Deserialize, Serialize};

@@ -2,7 +2,8 @@
 //!
 //! Let paths go on in a cell with throughputs T, bring X per unit of throughput from there and take work C. If they
 //! survive with probability vT, their variance grows by Σ T X²/v and their work is Σ vTC. If one unit of work in the
-//! whole image takes away the variance w, variance × work is least for v² = Σ T X² / (w Σ T C) (docs/theory.md#russian-roulette).
+//! whole image takes away the variance w, variance × work is least for v² = Σ T X² / (w Σ T C)
+//! (docs/theory.md#russian-roulette).
 
 use super::adjoint::{AXES, AdjointEstimate, Node, PhaseSpacePoint, place};
 use super::edge::Start;

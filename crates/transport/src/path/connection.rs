@@ -141,12 +141,14 @@ impl Connection {
         ws: &mut Workspace,
         evaluate: impl Fn(&Connection) -> Option<T>,
     ) -> Weighted<T> {
+        // Where nothing bends rays there is one branch at most, in closed form.
         if scene.is_straight() {
             ws.stats.connections.certified += 1;
             let connection = straight::connect(scene, (vertex, target), ws);
             let value = connection.and_then(|connection| evaluate(&connection));
             return value.map(|value| (value, 1.0)).into_iter().collect();
         }
+        // The branches from deterministic starts count with weight 1.
         let search = Search::new(scene, vertex, target);
         let mut values = SmallVec::new();
         let mut known: Vec<Connection> = Vec::new();
@@ -166,6 +168,7 @@ impl Connection {
                 values.extend(evaluate(&connection).map(|value| (value, 1.0)));
             }
         }
+        // Further branches: with probability q, one random start, with weight N/q, eq. (6.3).
         if search.has_all(!known.is_empty()) {
             ws.stats.connections.certified += 1;
         } else if sampler.next_1d() < ws.search {

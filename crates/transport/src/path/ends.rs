@@ -99,6 +99,7 @@ pub fn emit(
     ([a, b], [c, d]): ([f64; 2], [f64; 2]),
 ) -> Option<(Emission, Ray)> {
     let shape = |object: usize| &scene.objects()[object].shape;
+    // Draw the connection end with density p_a and the ray with p_r; the power is emitted/(P_E p_a p_r).
     let emission = scene.emitters()[emitter].emit(scene.around(), shape, [a, b, c, d])?;
     let density = probability * emission.aim_pdf * emission.pdf;
     let ray = Ray {

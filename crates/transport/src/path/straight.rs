@@ -53,7 +53,8 @@ struct StraightWay {
     jump: f64,
 }
 
-/// The connection along the straight line, counted: J is the squared distance from a point, A is 1 from a plane (docs/theory.md#edges-and-geometry-terms). `None` if it is blocked, or leaves or arrives on the wrong side of a surface.
+/// The connection along the straight line, counted: J is the squared distance from a point, A is 1 from a plane
+/// (docs/theory.md#edges-and-geometry-terms). `None` if it is blocked, or leaves or arrives on the wrong side of a surface.
 pub(super) fn connect(
     scene: &Scene,
     (vertex, target): (&Vertex, &ConnectionTarget),

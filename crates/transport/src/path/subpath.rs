@@ -145,6 +145,7 @@ impl Walker {
         };
         let (mut next, mut depth, mut passed) = (Some(ray), 0, false);
         while let Some(current) = next.take() {
+            // Sample the next edge.
             let mut edge = trace(scene, current.start, sampling, sampler, ws);
             depth += 1 + edge.geometry.events;
             if depth > self.max_depth {
@@ -153,6 +154,7 @@ impl Walker {
                 }
                 break;
             }
+            // Find the vertex at its end, unless it left the scene, and the throughput T up to it.
             let throughput = current.throughput * edge.throughput(scene, self.channel_pdf);
             let optical_length = current.optical_length + edge.optical_length;
             let Some(vertex) = Vertex::of(scene, &edge) else {
@@ -162,11 +164,13 @@ impl Walker {
                 break;
             };
             sampler.next_edge();
+            // Draw a direction there.
             let scatter = vertex.scatter(scene, sampler);
             let onward = scatter.map_or(Spectrum::ZERO, |s| throughput * s.weight);
             self.enter(scene, &edge, (current.throughput, onward), ws);
             edge.connectable &= !passed;
             passed = scatter.is_some_and(|s| s.delta);
+            // Record the edge and the vertex: e, and p→ by eq. (5.1).
             let mut path_edge = step(scene, &edge, &vertex);
             if self.weighs && edge.connectable {
                 path_edge.discovery =
@@ -184,6 +188,7 @@ impl Walker {
                 specular: passed,
             });
             let Some(scatter) = scatter else { break };
+            // Now that the direction is known, so is p← of the vertex before.
             subpath.look_back(scene, self.channel_pdf, &scatter);
             if subpath.vertices.len() < self.max_vertices {
                 let onward = Ray {
@@ -192,6 +197,7 @@ impl Walker {
                     throughput: onward,
                     optical_length,
                 };
+                // Play Russian roulette.
                 next = self.roulette(onward, depth, ray.throughput, sampler);
             }
         }

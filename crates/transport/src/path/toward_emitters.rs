@@ -13,8 +13,8 @@ const SHARE: f64 = 0.25;
 /// Density per steradian of directions with uniform polar angle about the direction `axis`.
 ///
 /// An edge that passes an emitter at distance D picks up light as 1/D, and D grows as sin θ: with
-/// directions drawn by the phase function alone its variance diverges, if only as a logarithm (docs/theory.md#point-emitters-in-media).
-/// This density cancels it. About the chord of a curved ray it is merely a good guess.
+/// directions drawn by the phase function alone its variance diverges, if only as a logarithm
+/// (docs/theory.md#point-emitters-in-media). This density cancels it. About the chord of a curved ray it is merely a good guess.
 fn pdf(axis: DVec3, direction: DVec3) -> f64 {
     let sin = axis.cross(direction).length();
     1.0 / (2.0 * PI * PI * sin.max(1e-300))

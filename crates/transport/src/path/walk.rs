@@ -111,6 +111,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         sampler: &'b mut Sampler,
     ) -> Self {
         let start = edge.start;
+        // Draw a channel with probability w_c, and the depth −ln(1 − u) of the collision in it.
         let channel = choose_channel(sampling.channel_pdf, sampler.next_1d_for(Purpose::Channel));
         let drawn = |u: f64| match scene.is_clear() {
             true => f64::INFINITY,
@@ -220,6 +221,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         at: impl Fn(f64) -> (DVec3, RayDifferentials),
     ) {
         let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
+        // Add the arc: its length, and its depth up to the collision if that is on it.
         let attenuation = Attenuation::new(self.scene.medium(self.medium), &arc, theta_end);
         let (length_before, depth_before) = (self.length, self.depth);
         let length = arc.arc_length(theta_end);

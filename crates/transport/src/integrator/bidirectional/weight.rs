@@ -25,8 +25,8 @@ pub(super) struct Density {
 /// connects them to the others. `path` lists x₁ … x_k.
 ///
 /// With p_t the density of strategy t, p_{t+1}/p_t is the ratio of the two densities of x_t times that of
-/// the discovery probabilities of the edges that they connect. A strategy that connects nothing, t = k + 1, has discovery probability 1;
-/// one whose edge connections do not look for has none (docs/theory.md#connectable-edges).
+/// the discovery probabilities of the edges that they connect. A strategy that connects nothing, t = k + 1, has discovery
+/// probability 1; one whose edge connections do not look for has none (docs/theory.md#connectable-edges).
 pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
     let discovery = |t: usize| path.get(t - 1).map_or(1.0, |d| d.discovery);
     let power = |p: f64| match heuristic {
