@@ -547,14 +547,14 @@ PLANTED = [
         "crates/transport/src/path/walk.rs",
         "let so_far = share(self.sampling.channel_pdf, self.edge.geometry.depth) * self.edge.weight;",
         "let so_far = self.edge.weight;",
-        ("transport", "first_vertex", "forks_keep_means"),
+        ("transport", "first_vertex", "splitting_keeps_means"),
     ),
     (
         "splitting that are followed where they bring nothing",
         "crates/transport/src/integrator/path.rs",
         "(!throughput.is_zero()).then(|| Next {",
         "true.then(|| Next {",
-        ("transport", "first_vertex", "a_fork_that_brings_nothing_is_left"),
+        ("transport", "first_vertex", "a_split_that_brings_nothing_is_left"),
     ),
     (
         "pilots that try nothing where samples of the milky ball's kind are taken",

@@ -267,13 +267,13 @@ fn metals_have_names() {
     let loaded = loaded.unwrap();
     let s = Surface::plain(DVec3::Z, 1.0, 1.0);
     let weight = bsdf(&loaded).sample(&s, DVec3::Z, [0.5; 3]).unwrap().weight;
-    for (lane, (eta, k)) in [(0.201005, 3.91326), (0.92375, 2.45305), (1.10222, 2.14209)]
+    for (channel, (eta, k)) in [(0.201005, 3.91326), (0.92375, 2.45305), (1.10222, 2.14209)]
         .into_iter()
         .enumerate()
     {
         let (eta, k): (f64, f64) = (eta, k);
         let expected = ((eta - 1.0).powi(2) + k * k) / ((eta + 1.0).powi(2) + k * k);
-        assert!((weight[lane] - expected).abs() < 1e-12);
+        assert!((weight[channel] - expected).abs() < 1e-12);
     }
 }
 

@@ -80,7 +80,7 @@ fn scene(index: Field, emitter: Emitter) -> Scene {
         width: SIDE,
         height: SIDE,
         channels: 1,
-        lanes: Spectrum::LANES,
+        group_size: Spectrum::CHANNELS,
         filter: Filter::Box,
     };
     parts.tolerance = Tolerance::new(1e-5);

@@ -2,62 +2,62 @@
 
 use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, MulAssign, Sub};
 
-/// Up to four spectral channels that travel together; unused lanes are zero.
+/// Up to four spectral channels that travel together; unused channels are zero.
 ///
-/// A film with more channels is rendered in groups of [`Spectrum::LANES`], each with paths of its
+/// A film with more channels is rendered in groups of [`Spectrum::CHANNELS`], each with paths of its
 /// own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spectrum(pub [f64; 4]);
 
 impl Spectrum {
     /// Number of channels that travel together.
-    pub const LANES: usize = 4;
+    pub const CHANNELS: usize = 4;
     /// All zero.
     pub const ZERO: Spectrum = Spectrum([0.0; 4]);
     /// All one.
     pub const ONE: Spectrum = Spectrum([1.0; 4]);
 
-    /// The same value in every lane.
+    /// The same value in every channel.
     pub fn splat(v: f64) -> Self {
         Spectrum([v; 4])
     }
 
-    /// Applies `f` to every lane.
+    /// Applies `f` to every channel.
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Spectrum(self.0.map(f))
     }
 
-    /// Combines two spectra lane by lane.
+    /// Combines two spectra channel by channel.
     pub fn zip(self, o: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Spectrum(std::array::from_fn(|i| f(self.0[i], o.0[i])))
     }
 
-    /// Largest lane.
+    /// Largest channel.
     pub fn max(self) -> f64 {
         self.0.into_iter().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Sum of the lanes.
+    /// Sum of the channels.
     pub fn sum(self) -> f64 {
         self.0.into_iter().sum()
     }
 
-    /// Whether every lane is zero.
+    /// Whether every channel is zero.
     pub fn is_zero(self) -> bool {
         self.0.iter().all(|&v| v == 0.0)
     }
 
-    /// Whether every lane is finite.
+    /// Whether every channel is finite.
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|v| v.is_finite())
     }
 
-    /// exp(−x) lane by lane.
+    /// exp(−x) channel by channel.
     pub fn exp_neg(self) -> Self {
         if self.is_zero() {
             return Spectrum::ONE;
         }
-        // Most media are grey, and lanes that are not used zero: each value that occurs is computed once.
+        // Most media are grey, and channels that are not used zero: each value that occurs is computed once.
         let mut out = [(-self.0[0]).exp(); 4];
         for i in 1..4 {
             if self.0[i] != self.0[i - 1] {

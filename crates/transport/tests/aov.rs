@@ -170,7 +170,7 @@ fn refraction_up_to_a_screen() {
     let value = of_ray(&scene, DVec3::NEG_Z * 2.0, DVec3::new(sin, 0.0, cos));
     let inside = (1.0 - (sin / n).powi(2)).sqrt();
     let x = (4.0 - thick) * sin / cos + thick * sin / n / inside;
-    // A ray starts a nudge off each of the surfaces that it leaves.
+    // A ray starts one ray epsilon off each of the surfaces that it leaves.
     let tolerance = 10.0 * scene.ray_epsilon();
     assert!((value("exit.position.X") - x).abs() < tolerance);
     assert!(value("deflection.X").abs() < 1e-12);

@@ -1,7 +1,7 @@
 //! How paths begin: collisions that are forced on first edges, where these would leave the scene without having met
-//! anything; and forks, where first edges are refracted and reflected.
+//! anything; and splitting, where first edges are refracted and reflected.
 //!
-//! False alarms: means with forced collisions, depths of these, and means with forks at a family-wise rate of 1e-4 each.
+//! False alarms: means with forced collisions, depths of these, and means with splitting at a family-wise rate of 1e-4 each.
 
 mod common;
 
@@ -367,7 +367,7 @@ fn reflectance(n: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Nothing is refracted out of a black ball: a fork brings the reflected part of the sky, by Fresnel's equations, each
+/// Nothing is refracted out of a black ball: a split brings the reflected part of the sky, by Fresnel's equations, each
 /// time, and on the same way as a path that is reflected by chance.
 #[test]
 fn reflections_have_no_variance() {
@@ -390,7 +390,7 @@ fn reflections_have_no_variance() {
 
 /// Where nothing is reflected, the other way is all there is.
 #[test]
-fn a_fork_that_brings_nothing_is_left() {
+fn a_split_that_brings_nothing_is_left() {
     let n = 1.5;
     let tinted = Dielectric::new(Spectrum::ZERO, Spectrum::ONE).unwrap();
     let clear = fog(Constant::new(n), 0.0, 0.0, 0.0);
@@ -421,10 +421,10 @@ fn parts_add_up() {
     }
 }
 
-/// The means are those without forks: with fog of two colours before and inside the ball, where light comes from a lamp,
+/// The means are those without splitting: with fog of two colours before and inside the ball, where light comes from a lamp,
 /// the sun and the sky, for paths of limited length, too.
 #[test]
-fn forks_keep_means() {
+fn splitting_keeps_means() {
     let coloured = |sigma_t, n| Medium {
         sigma_t: Texture::Uniform(Spectrum(sigma_t)),
         ..fog(Constant::new(n), 1.0, 0.8, 0.4)

@@ -181,7 +181,7 @@ fn colours_of_vertices_are_linear_over_triangles() {
 #[test]
 fn images_that_are_refused() {
     let (filter, to_uv) = ((Filter::Nearest, Wrap::Clamp), DAffine2::IDENTITY);
-    let make = |size, lanes, data: Vec<f32>| Bitmap::new(size, (lanes, data), filter, to_uv);
+    let make = |size, channels, data: Vec<f32>| Bitmap::new(size, (channels, data), filter, to_uv);
     let error = make([2, 1], 1, vec![0.0; 3]).unwrap_err();
     assert_eq!(
         error,

@@ -8,7 +8,7 @@ use glam::DVec3;
 const N: f64 = 1.5;
 const THICKNESS: f64 = 1.0;
 
-/// Closed forms; the nudge off interfaces of 1e-11 is what remains.
+/// Closed forms; the ray epsilon off interfaces of 1e-11 is what remains.
 const CLOSE: f64 = 1e-8;
 
 fn close(a: f64, b: f64) -> bool {

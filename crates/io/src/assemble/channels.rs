@@ -98,26 +98,26 @@ impl Channels {
 
     /// Number of groups that are rendered separately.
     pub fn groups(&self) -> usize {
-        self.count().div_ceil(self.most_lanes())
+        self.count().div_ceil(self.group_size())
     }
 
     /// Number of channels that share their paths.
-    pub fn most_lanes(&self) -> usize {
+    pub fn group_size(&self) -> usize {
         match self {
             Channels::Wavelengths { apart: true, .. } => 1,
-            _ => Spectrum::LANES,
+            _ => Spectrum::CHANNELS,
         }
     }
 
     /// The first channel of a group.
     pub fn first(&self, group: usize) -> usize {
-        group * self.most_lanes()
+        group * self.group_size()
     }
 
     /// The wavelength of a group in nm, if it has just one.
     pub fn wavelength(&self, group: usize) -> Option<f64> {
         match self {
-            Channels::Wavelengths { nm, .. } if self.lanes(group) == 1 => {
+            Channels::Wavelengths { nm, .. } if self.channels_of(group) == 1 => {
                 Some(nm[self.first(group)])
             }
             _ => None,
@@ -125,8 +125,8 @@ impl Channels {
     }
 
     /// Number of channels in a group.
-    pub fn lanes(&self, group: usize) -> usize {
-        (self.count() - self.first(group)).min(self.most_lanes())
+    pub fn channels_of(&self, group: usize) -> usize {
+        (self.count() - self.first(group)).min(self.group_size())
     }
 
     /// Names, as in image files.
@@ -140,9 +140,11 @@ impl Channels {
 
     /// A spectrum in the channels of a group.
     pub fn spectrum(&self, value: &SpectrumValue, group: usize) -> Result<Spectrum, String> {
-        let lanes = self.lanes(group);
+        let channels = self.channels_of(group);
         let all = |f: &dyn Fn(usize) -> f64| {
-            Spectrum(std::array::from_fn(|c| if c < lanes { f(c) } else { 0.0 }))
+            Spectrum(std::array::from_fn(
+                |c| if c < channels { f(c) } else { 0.0 },
+            ))
         };
         match (self, value) {
             (_, SpectrumValue::Uniform(v)) => Ok(all(&|_| *v)),

@@ -54,7 +54,7 @@ pub(super) fn build(object: Option<&Object>, context: &mut Context) -> FilmParts
             width: 768,
             height: 576,
             channels: context.channels.count(),
-            lanes: context.channels.most_lanes(),
+            group_size: context.channels.group_size(),
             filter: Filter::Gaussian { stddev: 0.5 },
         },
         layering: Layering::default(),

@@ -84,7 +84,7 @@ fn nobody(samples: Samples, context: &Context) -> SensorParts {
                 width: 1,
                 height: 1,
                 channels: context.channels.count(),
-                lanes: context.channels.most_lanes(),
+                group_size: context.channels.group_size(),
                 filter: Filter::Box,
             },
             layering: Layering::default(),

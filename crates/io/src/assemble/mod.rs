@@ -100,7 +100,7 @@ pub struct Loaded {
 impl Loaded {
     /// Whether groups differ in their indices: some medium disperses, and each wavelength has rays of its own.
     pub fn is_dispersive(&self) -> bool {
-        self.scene().film().lanes == 1 && self.groups.len() > 1
+        self.scene().film().group_size == 1 && self.groups.len() > 1
     }
 
     /// The scenes whose rays are those of the first: all, unless some medium disperses.

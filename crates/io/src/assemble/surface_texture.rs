@@ -150,15 +150,15 @@ pub(super) fn screen(
     q.finish(&[]);
     let image = image.ok()?;
     let pixels = pixels(&image, raw && is_encoded(&path), Role::Colour, context);
-    let (lanes, data) = context.accept(&object.location, pixels)?;
-    let used = context.channels.lanes(context.group);
+    let (channels, data) = context.accept(&object.location, pixels)?;
+    let used = context.channels.channels_of(context.group);
     let spectrum = |values: &[f32]| {
-        let lane = |c: usize| f64::from(values[c.min(lanes - 1)]);
+        let channel = |c: usize| f64::from(values[c.min(channels - 1)]);
         Spectrum(std::array::from_fn(
-            |c| if c < used { lane(c) } else { 0.0 },
+            |c| if c < used { channel(c) } else { 0.0 },
         ))
     };
-    let pixels = data.chunks_exact(lanes).map(spectrum).collect();
+    let pixels = data.chunks_exact(channels).map(spectrum).collect();
     Some(([image.width, image.height], pixels))
 }
 
@@ -168,7 +168,7 @@ fn is_encoded(path: &Path) -> bool {
     !extension.is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
-/// Lanes and values of an image; `encode` undoes the decoding.
+/// Channels and values of an image; `encode` undoes the decoding.
 fn pixels(
     image: &RgbImage,
     encode: bool,
@@ -181,11 +181,11 @@ fn pixels(
     };
     // A grey image is the same at all wavelengths.
     let grey = image.pixels.iter().all(|[r, g, b]| r == g && g == b);
-    let lanes = match grey || role == Role::Number {
+    let channels = match grey || role == Role::Number {
         true => 1,
-        false => context.channels.lanes(context.group),
+        false => context.channels.channels_of(context.group),
     };
-    let mut data = Vec::with_capacity(lanes * image.pixels.len());
+    let mut data = Vec::with_capacity(channels * image.pixels.len());
     for rgb in &image.pixels {
         let value = match grey {
             true => SpectrumValue::Uniform(as_stored(rgb[0])),
@@ -195,9 +195,9 @@ fn pixels(
         let value = value.map_err(|_| {
             "a coloured bitmap has no meaning on a spectral film; use a grey one, or a spectrum"
         })?;
-        data.extend(value.0[..lanes].iter().map(|v| *v as f32));
+        data.extend(value.0[..channels].iter().map(|v| *v as f32));
     }
-    Ok((lanes, data))
+    Ok((channels, data))
 }
 
 /// A value, or its luminance if a number is asked for.

@@ -97,14 +97,14 @@ fn grid(object: &Object, name: &str, allowed: (f64, f64), context: &mut Context)
 /// Size, number of channels and samples of the channels that belong to the context's group.
 fn of_group(volume: Volume, context: &Context) -> ([usize; 3], usize, Vec<f32>) {
     let (size, channels) = (volume.size(), volume.channels());
-    let lanes = context.channels.lanes(context.group);
-    if channels == 1 || channels == lanes {
+    let used = context.channels.channels_of(context.group);
+    if channels == 1 || channels == used {
         return (size, channels, volume.into_data());
     }
     let first = context.channels.first(context.group);
     let voxels = volume.data().chunks_exact(channels);
-    let data = voxels.flat_map(|v| &v[first..first + lanes]).copied();
-    (size, lanes, data.collect())
+    let data = voxels.flat_map(|v| &v[first..first + used]).copied();
+    (size, used, data.collect())
 }
 
 /// What [`read`] asks for.

@@ -16,7 +16,7 @@ pub struct Layers {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LayerGroup {
     decomposition: Decomposition,
-    lanes: usize,
+    channels: usize,
     /// By pixel, layer, channel; the last fastest.
     cells: Vec<Moments>,
     /// For each layer, samples of its mean over the image, if pixels are not independent.
@@ -28,9 +28,9 @@ impl Layers {
     pub(super) fn new(
         decomposition: Decomposition,
         pixels: usize,
-        lanes: impl Iterator<Item = usize>,
+        channels: impl Iterator<Item = usize>,
     ) -> Self {
-        let groups = lanes.map(|lanes| LayerGroup::new(decomposition, pixels, lanes));
+        let groups = channels.map(|channels| LayerGroup::new(decomposition, pixels, channels));
         Layers {
             decomposition,
             groups: groups.collect(),
@@ -49,20 +49,23 @@ impl Layers {
     /// The samples of a pixel in a layer, of which there were `count`.
     pub(super) fn pixel(&self, (group, pixel): (usize, usize), layer: usize, count: u64) -> Pixel {
         let group = &self.groups[group];
-        let first = (pixel * self.decomposition.layers() + layer) * group.lanes;
+        let first = (pixel * self.decomposition.layers() + layer) * group.channels;
         let mut result = Pixel {
             count,
             ..Pixel::default()
         };
-        for (lane, cell) in group.cells[first..first + group.lanes].iter().enumerate() {
-            result.moments[lane] = *cell;
+        for (channel, cell) in group.cells[first..first + group.channels]
+            .iter()
+            .enumerate()
+        {
+            result.moments[channel] = *cell;
         }
         result
     }
 
     /// What layers of like films have in common.
     pub(super) fn shape(&self) -> (Decomposition, Vec<[usize; 3]>) {
-        let sizes = |g: &LayerGroup| [g.lanes, g.cells.len(), g.whole.len()];
+        let sizes = |g: &LayerGroup| [g.channels, g.cells.len(), g.whole.len()];
         (self.decomposition, self.groups.iter().map(sizes).collect())
     }
 
@@ -82,12 +85,12 @@ impl Layers {
 }
 
 impl LayerGroup {
-    fn new(decomposition: Decomposition, pixels: usize, lanes: usize) -> Self {
+    fn new(decomposition: Decomposition, pixels: usize, channels: usize) -> Self {
         let layers = decomposition.layers();
         LayerGroup {
             decomposition,
-            lanes,
-            cells: vec![Moments::default(); pixels * layers * lanes],
+            channels,
+            cells: vec![Moments::default(); pixels * layers * channels],
             whole: vec![Pixel::default(); layers],
         }
     }
@@ -99,11 +102,11 @@ impl LayerGroup {
 
     /// The cells of runs of `pixels` pixels.
     pub fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = CellsMut<'_>> {
-        let (layers, lanes) = (self.decomposition.layers(), self.lanes);
-        let chunks = self.cells.chunks_mut(pixels * layers * lanes);
+        let (layers, channels) = (self.decomposition.layers(), self.channels);
+        let chunks = self.cells.chunks_mut(pixels * layers * channels);
         chunks.map(move |cells| CellsMut {
             layers,
-            lanes,
+            channels,
             cells,
         })
     }
@@ -112,7 +115,7 @@ impl LayerGroup {
     pub fn cells_mut(&mut self) -> CellsMut<'_> {
         CellsMut {
             layers: self.decomposition.layers(),
-            lanes: self.lanes,
+            channels: self.channels,
             cells: &mut self.cells,
         }
     }
@@ -130,15 +133,15 @@ impl LayerGroup {
 #[derive(Debug)]
 pub struct CellsMut<'a> {
     layers: usize,
-    lanes: usize,
+    channels: usize,
     cells: &'a mut [Moments],
 }
 
 impl CellsMut<'_> {
     /// Adds a pixel's sample of a layer, unless it is zero.
     pub fn add(&mut self, pixel: usize, layer: usize, value: Spectrum) {
-        let first = (pixel * self.layers + layer) * self.lanes;
-        let cells = &mut self.cells[first..first + self.lanes];
+        let first = (pixel * self.layers + layer) * self.channels;
+        let cells = &mut self.cells[first..first + self.channels];
         for (cell, v) in cells.iter_mut().zip(value.0) {
             cell.add(v);
         }

@@ -23,7 +23,7 @@ use std::ops::AddAssign;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pixel {
     /// Per channel.
-    moments: [Moments; Spectrum::LANES],
+    moments: [Moments; Spectrum::CHANNELS],
     /// Number of samples, or of sets.
     pub count: u64,
 }
@@ -39,27 +39,27 @@ impl Pixel {
 
     /// Mean of the samples; zero if there are none.
     pub fn mean(&self) -> Spectrum {
-        Spectrum(std::array::from_fn(|lane| self.mean_of(lane)))
+        Spectrum(std::array::from_fn(|channel| self.mean_of(channel)))
     }
 
     /// That of one channel.
-    fn mean_of(&self, lane: usize) -> f64 {
-        self.moments[lane].mean(self.count)
+    fn mean_of(&self, channel: usize) -> f64 {
+        self.moments[channel].mean(self.count)
     }
 
     /// Unbiased estimate of the variance of the mean; infinite for fewer than two samples.
     pub fn variance_of_mean(&self) -> Spectrum {
-        Spectrum(std::array::from_fn(|lane| self.variance_of(lane)))
+        Spectrum(std::array::from_fn(|channel| self.variance_of(channel)))
     }
 
     /// That of one channel.
-    fn variance_of(&self, lane: usize) -> f64 {
-        self.moments[lane].variance_of_mean(self.count)
+    fn variance_of(&self, channel: usize) -> f64 {
+        self.moments[channel].variance_of_mean(self.count)
     }
 
     /// How much of it comes from the largest sample.
-    fn tail_of(&self, lane: usize) -> Tail {
-        self.moments[lane].tail(self.count)
+    fn tail_of(&self, channel: usize) -> Tail {
+        self.moments[channel].tail(self.count)
     }
 }
 
@@ -74,7 +74,7 @@ impl AddAssign for Pixel {
 }
 
 /// Accumulated image: `width × height` pixels from the top left, with any number of channels, which
-/// are kept in groups of at most [`Spectrum::LANES`].
+/// are kept in groups of at most [`Spectrum::CHANNELS`].
 ///
 /// Filters other than the box are sampled in proportion to their value, so every pixel is a plain
 /// mean of independent samples, or sets of samples, and its variance is known without bias.
@@ -84,7 +84,7 @@ pub struct Film {
     height: usize,
     channels: usize,
     /// Channels per group.
-    lanes: usize,
+    group_size: usize,
     /// How samples belong together.
     sets: Sets,
     pixels: Vec<Pixel>,
@@ -109,17 +109,17 @@ pub struct PartsMut<'a> {
 impl Film {
     /// An empty film with channels in as few groups as possible; no argument may be zero.
     pub fn new(width: usize, height: usize, channels: usize) -> Self {
-        Self::in_groups(width, height, channels, Spectrum::LANES)
+        Self::in_groups(width, height, channels, Spectrum::CHANNELS)
     }
 
-    /// An empty film with groups of `lanes` channels, at most [`Spectrum::LANES`]; no argument may be zero.
-    pub fn in_groups(width: usize, height: usize, channels: usize, lanes: usize) -> Self {
-        let groups = channels.div_ceil(lanes);
+    /// An empty film with groups of `group_size` channels, at most [`Spectrum::CHANNELS`]; no argument may be zero.
+    pub fn in_groups(width: usize, height: usize, channels: usize, group_size: usize) -> Self {
+        let groups = channels.div_ceil(group_size);
         Film {
             width,
             height,
             channels,
-            lanes,
+            group_size,
             sets: Sets::default(),
             pixels: vec![Pixel::default(); width * height * groups],
             whole: vec![Pixel::default(); groups],
@@ -136,7 +136,7 @@ impl Film {
     /// The film with layers of light told apart, if it is to be.
     pub fn decomposed(self, decomposition: Decomposition) -> Self {
         let pixels = self.width * self.height;
-        let groups = (0..self.groups()).map(|group| self.lanes(group));
+        let groups = (0..self.groups()).map(|group| self.channels_of(group));
         let layers = || Layers::new(decomposition, pixels, groups);
         Film {
             layers: decomposition.is_some().then(layers),
@@ -156,7 +156,7 @@ impl Film {
                 f.width,
                 f.height,
                 f.channels,
-                f.lanes,
+                f.group_size,
                 f.pixels.len(),
                 f.whole.len(),
             ];
@@ -172,7 +172,7 @@ impl Film {
 
     /// Whether another film has as many pixels and channels.
     pub fn has_size_of(&self, other: &Film) -> bool {
-        let size = |f: &Film| [f.width, f.height, f.channels, f.lanes, f.pixels.len()];
+        let size = |f: &Film| [f.width, f.height, f.channels, f.group_size, f.pixels.len()];
         size(self) == size(other)
     }
 
@@ -207,7 +207,7 @@ impl Film {
 
     /// Number of channel groups.
     pub fn groups(&self) -> usize {
-        self.channels.div_ceil(self.lanes)
+        self.channels.div_ceil(self.group_size)
     }
 
     /// Pixels of a group, row by row.
@@ -225,7 +225,7 @@ impl Film {
     /// The film with samples sorted by brightness, if they are to be.
     pub fn sorted(self, sorted: bool) -> Self {
         let pixels = self.width * self.height;
-        let outliers = |group| OutlierRejection::new(pixels, self.lanes(group));
+        let outliers = |group| OutlierRejection::new(pixels, self.channels_of(group));
         Film {
             outliers: sorted.then(|| (0..self.groups()).map(outliers).collect()),
             ..self
@@ -242,7 +242,7 @@ impl Film {
             .collect();
         let pixel = |i: usize| {
             let values = groups.iter().enumerate();
-            let values = values.flat_map(move |(g, group)| &group[i].0[..self.lanes(g)]);
+            let values = values.flat_map(move |(g, group)| &group[i].0[..self.channels_of(g)]);
             values.map(|v| *v as f32)
         };
         Some((0..self.width * self.height).flat_map(pixel).collect())
@@ -291,27 +291,27 @@ impl Film {
 
     /// Mean of a channel of a pixel, in a layer or in all of them: see [`Film::mean`] and [`Film::layer_mean`].
     pub fn mean_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
-        let (group, lane) = (channel / self.lanes, channel % self.lanes);
-        self.pixel(group, pixel, layer).mean_of(lane) as f32
+        let (group, offset) = (channel / self.group_size, channel % self.group_size);
+        self.pixel(group, pixel, layer).mean_of(offset) as f32
     }
 
     /// Variance of that mean.
     pub fn variance_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
-        let (group, lane) = (channel / self.lanes, channel % self.lanes);
-        self.pixel(group, pixel, layer).variance_of(lane) as f32
+        let (group, offset) = (channel / self.group_size, channel % self.group_size);
+        self.pixel(group, pixel, layer).variance_of(offset) as f32
     }
 
     /// How many equal samples would make a pixel that is known as well: see [`Moments::effective`]. Of [sets](Sets) of samples
     /// each counts as one.
     pub fn effective_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
-        let (group, lane) = (channel / self.lanes, channel % self.lanes);
-        self.pixel(group, pixel, layer).moments[lane].effective() as f32
+        let (group, offset) = (channel / self.group_size, channel % self.group_size);
+        self.pixel(group, pixel, layer).moments[offset].effective() as f32
     }
 
     /// Whether that variance is not to be trusted: see [`Moments::few`].
     pub fn few_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> bool {
-        let (group, lane) = (channel / self.lanes, channel % self.lanes);
-        self.pixel(group, pixel, layer).moments[lane].few()
+        let (group, offset) = (channel / self.group_size, channel % self.group_size);
+        self.pixel(group, pixel, layer).moments[offset].few()
     }
 
     /// A quantity of every pixel and channel, row by row with channels interleaved.
@@ -378,7 +378,7 @@ impl Film {
     }
 
     /// Number of channels of a group.
-    fn lanes(&self, group: usize) -> usize {
-        (self.channels - group * self.lanes).min(self.lanes)
+    fn channels_of(&self, group: usize) -> usize {
+        (self.channels - group * self.group_size).min(self.group_size)
     }
 }

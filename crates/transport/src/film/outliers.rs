@@ -23,14 +23,14 @@ const TRUSTED: f64 = 0.05;
 /// Sums of one group of channels, by pixel, level, channel; the last fastest.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OutlierRejection {
-    lanes: usize,
+    channels: usize,
     sums: Vec<Sum>,
 }
 
 /// The levels of some pixels.
 #[derive(Debug)]
 pub struct LevelsMut<'a> {
-    lanes: usize,
+    channels: usize,
     sums: &'a mut [Sum],
 }
 
@@ -38,31 +38,31 @@ impl OutlierRejection {
     /// Bytes that a pixel takes for each channel.
     pub const BYTES: usize = LEVELS * size_of::<Sum>();
 
-    pub(super) fn new(pixels: usize, lanes: usize) -> Self {
+    pub(super) fn new(pixels: usize, channels: usize) -> Self {
         OutlierRejection {
-            lanes,
-            sums: vec![Sum::default(); pixels * LEVELS * lanes],
+            channels,
+            sums: vec![Sum::default(); pixels * LEVELS * channels],
         }
     }
 
     /// The levels of runs of `pixels` pixels.
     pub fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = LevelsMut<'_>> {
-        let lanes = self.lanes;
-        let chunks = self.sums.chunks_mut(pixels * LEVELS * lanes);
-        chunks.map(move |sums| LevelsMut { lanes, sums })
+        let channels = self.channels;
+        let chunks = self.sums.chunks_mut(pixels * LEVELS * channels);
+        chunks.map(move |sums| LevelsMut { channels, sums })
     }
 
     /// The levels of all pixels.
     pub fn levels_mut(&mut self) -> LevelsMut<'_> {
         LevelsMut {
-            lanes: self.lanes,
+            channels: self.channels,
             sums: &mut self.sums,
         }
     }
 
     /// What those of like films have in common.
     pub(super) fn shape(&self) -> [usize; 2] {
-        [self.lanes, self.sums.len()]
+        [self.channels, self.sums.len()]
     }
 
     /// Adds the samples of another of the same shape.
@@ -73,10 +73,10 @@ impl OutlierRejection {
 
     /// The sum of a level of a pixel; channels that are not in use are zero.
     fn sum(&self, pixel: usize, level: usize) -> Spectrum {
-        let first = (pixel * LEVELS + level) * self.lanes;
+        let first = (pixel * LEVELS + level) * self.channels;
         let mut values = Spectrum::ZERO;
-        for (lane, sum) in self.sums[first..first + self.lanes].iter().enumerate() {
-            values[lane] = sum.value();
+        for (channel, sum) in self.sums[first..first + self.channels].iter().enumerate() {
+            values[channel] = sum.value();
         }
         values
     }
@@ -89,10 +89,10 @@ impl OutlierRejection {
 
     /// The image of given width, from `samples` samples per pixel, without what cannot be trusted.
     pub fn reweighted(&self, width: usize, samples: u64) -> Vec<Spectrum> {
-        let pixels = self.sums.len() / (LEVELS * self.lanes);
+        let pixels = self.sums.len() / (LEVELS * self.channels);
         let n = samples as f64;
         let brightness =
-            self.sums.iter().map(|s| s.value()).sum::<f64>() / (self.lanes * pixels) as f64 / n;
+            self.sums.iter().map(|s| s.value()).sum::<f64>() / (self.channels * pixels) as f64 / n;
         let trusted = TRUSTED * brightness;
         let pixel = |i: usize| {
             let mut value = Spectrum::ZERO;
@@ -101,7 +101,7 @@ impl OutlierRejection {
                 if sum.is_zero() {
                     continue;
                 }
-                let so_far = value.sum() / self.lanes as f64;
+                let so_far = value.sum() / self.channels as f64;
                 let by_colour = so_far.max(trusted) * n / BASE.powi(exponent);
                 let reliability = 0.5 * (self.by_count(i, width, level) + by_colour);
                 value += sum * (reliability.clamp(0.0, 1.0) / n);
@@ -114,7 +114,7 @@ impl OutlierRejection {
     /// By how much the number of samples of a brightness in a pixel exceeds one; if there is less than one
     /// per pixel in the block around it, what is short of that.
     fn by_count(&self, pixel: usize, width: usize, level: usize) -> f64 {
-        let height = self.sums.len() / (LEVELS * self.lanes * width);
+        let height = self.sums.len() / (LEVELS * self.channels * width);
         let (x, y) = (pixel % width, pixel / width);
         let (columns, rows) = (x.saturating_sub(1)..=x + 1, y.saturating_sub(1)..=y + 1);
         let (mut sum, mut number) = (0.0, 0.0);
@@ -135,7 +135,7 @@ impl OutlierRejection {
         let levels = level.saturating_sub(1)..=(level + 1).min(LEVELS - 1);
         let count = |level: usize| {
             let exponent = EXPONENTS.start() + level as i32;
-            self.sum(pixel, level).sum() / self.lanes as f64 / BASE.powi(exponent)
+            self.sum(pixel, level).sum() / self.channels as f64 / BASE.powi(exponent)
         };
         levels.map(count).sum()
     }
@@ -144,11 +144,11 @@ impl OutlierRejection {
 impl LevelsMut<'_> {
     /// Adds a sample of a pixel.
     pub fn add(&mut self, pixel: usize, value: Spectrum) {
-        let brightness = value.0[..self.lanes].iter().sum::<f64>() / self.lanes as f64;
+        let brightness = value.0[..self.channels].iter().sum::<f64>() / self.channels as f64;
         let (lower, share) = place(brightness);
         for (level, share) in [(lower, share), (lower + 1, 1.0 - share)] {
-            let first = (pixel * LEVELS + level) * self.lanes;
-            let sums = &mut self.sums[first..first + self.lanes];
+            let first = (pixel * LEVELS + level) * self.channels;
+            let sums = &mut self.sums[first..first + self.channels];
             for (sum, v) in sums.iter_mut().zip(value.0) {
                 sum.add(v * share);
             }

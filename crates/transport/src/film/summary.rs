@@ -20,10 +20,10 @@ impl Film {
         let n = self.width * self.height;
         let (mut mean, mut variance) = (0.0, 0.0);
         for group in 0..self.groups() {
-            let lanes = self.lanes(group);
+            let channels = self.channels_of(group);
             let square = |pixel: &Pixel| {
                 let deviation = pixel.variance_of_mean().map(f64::sqrt);
-                deviation.0[..lanes].iter().sum::<f64>().powi(2)
+                deviation.0[..channels].iter().sum::<f64>().powi(2)
             };
             let pixels = || (0..n).map(|i| self.pixel(group, i, layer));
             mean += pixels().flat_map(|p| p.mean().0).sum::<f64>();
@@ -60,11 +60,12 @@ impl Film {
     /// How much of the error of [`Film::summary`], or that of [`Film::layer_summary`], comes from the largest sample of all: of the
     /// channel where it is most.
     pub fn tail(&self, layer: Option<usize>) -> Tail {
-        let channels = (0..self.groups()).flat_map(|g| (0..self.lanes(g)).map(move |c| (g, c)));
-        let tails = channels.map(|(group, lane)| match self.whole(group, layer) {
-            whole if whole.count > 0 => whole.tail_of(lane),
+        let channels =
+            (0..self.groups()).flat_map(|g| (0..self.channels_of(g)).map(move |c| (g, c)));
+        let tails = channels.map(|(group, channel)| match self.whole(group, layer) {
+            whole if whole.count > 0 => whole.tail_of(channel),
             _ => (0..self.width * self.height)
-                .map(|i| self.pixel(group, i, layer).tail_of(lane))
+                .map(|i| self.pixel(group, i, layer).tail_of(channel))
                 .fold(Tail::default(), Tail::beside),
         });
         let larger = |a: Tail, b: Tail| if b.share() > a.share() { b } else { a };
@@ -83,8 +84,8 @@ impl Film {
         let n = self.width * self.height;
         let mut sum = 0.0;
         for group in 0..self.groups() {
-            let lanes = self.lanes(group);
-            let variance = |p: &Pixel| p.variance_of_mean().0[..lanes].iter().sum::<f64>();
+            let channels = self.channels_of(group);
+            let variance = |p: &Pixel| p.variance_of_mean().0[..channels].iter().sum::<f64>();
             sum += self.group(group).iter().map(variance).sum::<f64>();
         }
         (sum / (n * self.channels) as f64).sqrt()

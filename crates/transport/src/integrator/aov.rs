@@ -4,7 +4,7 @@
 //! scene: then its *exit* is on the last boundary that it passed, or at its start if it met none.
 //! Lengths, optical path difference and optical depth are those up to the exit.
 
-use crate::path::{Ending, Way, Workspace, follow};
+use crate::path::{Ending, FollowedRay, Workspace, follow};
 use crate::scene::{AMBIENT, Scene};
 use crate::sensor::Ray;
 use glam::{DAffine3, DVec3};
@@ -145,7 +145,7 @@ impl AovTracer {
     }
 
     /// The values of a quantity for a ray that was followed; of these as many count as it has channels.
-    fn values(&self, aov: Aov, way: &Way, to_world: &DAffine3, entry: DVec3) -> [f64; 3] {
+    fn values(&self, aov: Aov, way: &FollowedRay, to_world: &DAffine3, entry: DVec3) -> [f64; 3] {
         let one = |value| [value, 0.0, 0.0];
         match aov {
             Aov::Valid => one(1.0),

@@ -76,9 +76,9 @@ impl Integrator {
     }
 
     /// Number of channels in each group of such an image, if those of the film are in groups of `spectral`.
-    pub fn lanes(&self, spectral: usize) -> usize {
+    pub fn group_size(&self, spectral: usize) -> usize {
         match self {
-            Integrator::Aov(_) => Spectrum::LANES,
+            Integrator::Aov(_) => Spectrum::CHANNELS,
             _ => spectral,
         }
     }
@@ -130,9 +130,9 @@ impl Integrator {
 
 /// Probabilities of the channels, alike for those in use.
 pub fn even_channel_pdf(channels: usize) -> Spectrum {
-    let lane = |c| match c < channels {
+    let value = |c| match c < channels {
         true => 1.0 / channels as f64,
         false => 0.0,
     };
-    Spectrum(std::array::from_fn(lane))
+    Spectrum(std::array::from_fn(value))
 }

@@ -53,7 +53,7 @@ struct Next {
 }
 
 impl Next {
-    /// The other way of an edge that forked, unless it brings nothing.
+    /// The other way of an edge that was split, unless it brings nothing.
     fn split_off(&self, split: &Split) -> Option<Self> {
         let throughput = self.throughput * split.throughput;
         (!throughput.is_zero()).then(|| Next {

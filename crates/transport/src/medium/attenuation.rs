@@ -18,7 +18,7 @@ pub enum Attenuation<'a> {
     /// That of a grid along a straight arc, integrated when it is asked for.
     Sampled(Section<'a>),
     /// Integrated along the parts of a bent arc that lie in the grid.
-    Varying(SmallVec<[Profile<{ Spectrum::LANES }>; 1]>),
+    Varying(SmallVec<[Profile<{ Spectrum::CHANNELS }>; 1]>),
 }
 
 impl<'a> Attenuation<'a> {
@@ -112,8 +112,8 @@ impl<'a> Attenuation<'a> {
 
 /// The sum over the parts of an arc.
 fn sum(
-    profiles: &[Profile<{ Spectrum::LANES }>],
-    of: impl Fn(&Profile<{ Spectrum::LANES }>) -> [f64; Spectrum::LANES],
+    profiles: &[Profile<{ Spectrum::CHANNELS }>],
+    of: impl Fn(&Profile<{ Spectrum::CHANNELS }>) -> [f64; Spectrum::CHANNELS],
 ) -> Spectrum {
     let each = profiles.iter().map(|profile| Spectrum(of(profile)));
     each.fold(Spectrum::ZERO, |a, b| a + b)

@@ -40,7 +40,7 @@ pub enum GridError {
         found: usize,
     },
     /// Neither one channel nor one per spectral channel.
-    #[error("a grid has one channel, or one per spectral channel (at most {max}); found {0}", max = Spectrum::LANES)]
+    #[error("a grid has one channel, or one per spectral channel (at most {max}); found {0}", max = Spectrum::CHANNELS)]
     Channels(usize),
     /// The transform cannot be inverted.
     #[error("the grid's transform is singular: a scale of zero?")]
@@ -106,7 +106,7 @@ impl Grid {
         if size.contains(&0) {
             return Err(GridError::Empty(size[0], size[1], size[2]));
         }
-        if channels == 0 || channels > Spectrum::LANES {
+        if channels == 0 || channels > Spectrum::CHANNELS {
             return Err(GridError::Channels(channels));
         }
         let expected = size.iter().product::<usize>() * channels;

@@ -129,7 +129,7 @@ impl<'a, 'r> Particle<'a, 'r> {
             }
         }
         self.depth = self.depth.saturating_add(1 + edge.geometry.events);
-        // Score the end, scatter there, and enter what power is lost in the ledger.
+        // Score the end, scatter there, and enter what power is lost into the energy balance.
         let onward = self.end(edge, (power, left), sampler);
         let after = onward.map_or(Spectrum::ZERO, |ray| ray.throughput);
         let how = (self.scene, self.setup.channel_pdf);

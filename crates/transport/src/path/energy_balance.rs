@@ -8,7 +8,7 @@ use crate::sum::Sum;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// Number of entries of a ledger.
+/// Number of entries of a balance.
 const ENTRIES: usize = 5;
 
 /// What became of the power of one particle, summed over channels.

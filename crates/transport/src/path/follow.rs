@@ -27,7 +27,7 @@ pub enum Ending {
 /// A ray up to an opaque surface, or up to the last boundary if it left the scene; up to its start if it
 /// met nothing at all.
 #[derive(Clone, Copy, Debug)]
-pub struct Way {
+pub struct FollowedRay {
     /// Position of its end.
     pub x: DVec3,
     /// Unit direction there, beyond a boundary.
@@ -55,14 +55,14 @@ pub fn follow(
     medium: MediumId,
     reference: Option<f64>,
     ws: &mut Workspace,
-) -> Way {
+) -> FollowedRay {
     let mut follower = Follower {
         scene,
         x,
         v: direction * scene.n(medium, x),
         medium,
         difference: reference.map(|n| PathDifference::new(n, direction)),
-        way: Way {
+        way: FollowedRay {
             x,
             direction,
             length: 0.0,
@@ -79,7 +79,7 @@ pub fn follow(
         }
     };
     ws.stats.lost += u64::from(ending == Ending::Lost);
-    Way {
+    FollowedRay {
         ending,
         path_difference: follower.difference.map_or(0.0, |d| d.value()),
         ..follower.way
@@ -92,7 +92,7 @@ struct Follower<'a> {
     v: DVec3,
     medium: MediumId,
     difference: Option<PathDifference>,
-    way: Way,
+    way: FollowedRay,
 }
 
 impl Follower<'_> {

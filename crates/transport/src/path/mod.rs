@@ -43,7 +43,7 @@ pub use edge_geometry::EdgeGeometry;
 pub use ends::{Bounds, LightPath, emit, sensor_path};
 pub use energy_balance::{BalanceSums, BalanceTotals, EnergyBalance, ParticleBalance, Share};
 pub use equiangular::Equiangular;
-pub use follow::{Ending, Way, follow};
+pub use follow::{Ending, FollowedRay, follow};
 pub use guess::guess;
 pub use length::lead_in;
 pub use nee_rates::{Levels, NeeRates, NeeSlot, NeeTraining};
@@ -103,7 +103,7 @@ pub struct FirstVertexTechniques {
     /// Number of first edges that collide for certain where they would leave the scene. Any number is unbiased in a
     /// scene that is [dark](crate::Scene::is_dark) around.
     pub forced_collisions: u32,
-    /// Whether paths fork where their first edge meets a smooth dielectric: one is refracted, one reflected. Unbiased either way.
+    /// Whether paths are split where their first edge meets a smooth dielectric: one is refracted, one reflected. Unbiased either way.
     pub splitting: bool,
 }
 

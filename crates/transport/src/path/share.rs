@@ -7,7 +7,9 @@ use crate::Spectrum;
 /// `channel_pdf`. Nothing underflows: only differences of depths enter.
 pub fn share(channel_pdf: Spectrum, depth: Spectrum) -> Spectrum {
     let used = |i: usize| channel_pdf[i] > 0.0;
-    let least = (0..Spectrum::LANES).filter(|&i| used(i)).map(|i| depth[i]);
+    let least = (0..Spectrum::CHANNELS)
+        .filter(|&i| used(i))
+        .map(|i| depth[i]);
     let least = least.fold(f64::INFINITY, f64::min);
     let relative = |i: usize| {
         if used(i) {

@@ -141,7 +141,7 @@ impl Line {
             jump: 1.0,
         };
         while parts.len() < MOST_CROSSINGS {
-            // The end may lie nearer to the last boundary than the nudge: the arc must still have a direction.
+            // The end may lie nearer to the last boundary than the ray epsilon: the arc must still have a direction.
             let rest = (self.to - x).dot(self.direction).max(scene.ray_epsilon());
             let arc = Arc::line(x, self.direction * n, rest / n);
             let boundary = scene.first_boundary(&arc, left);

@@ -385,7 +385,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         self.go_on((object, hit), (v, sample.direction), beyond, rule)
     }
 
-    /// The way to go on from a smooth surface: one by chance, or, where the edge forks, the refracted one.
+    /// The way to go on from a smooth surface: one by chance, or, where the edge is split, the refracted one.
     fn turn(&mut self, (object, hit): (usize, &Hit), toward: DVec3) -> Option<BsdfSample> {
         let bsdf = &self.scene.objects()[object].bsdf;
         let surface = surface_at(self.scene, object, hit, self.medium);

@@ -32,8 +32,8 @@ pub(super) fn pass(
             for sample in samples.clone() {
                 let pixel = task * PIXELS_PER_TASK + i;
                 let values = values(source, tracer, (pixel, sample), &mut ws);
-                for (group, values) in groups.iter_mut().zip(values.chunks(Spectrum::LANES)) {
-                    add(&mut group[i], lanes(values), &mut ws.stats.not_finite);
+                for (group, values) in groups.iter_mut().zip(values.chunks(Spectrum::CHANNELS)) {
+                    add(&mut group[i], spectrum(values), &mut ws.stats.not_finite);
                 }
             }
         }
@@ -61,7 +61,7 @@ fn values(
     values
 }
 
-fn lanes(values: &[f64]) -> Spectrum {
+fn spectrum(values: &[f64]) -> Spectrum {
     Spectrum(std::array::from_fn(|c| {
         values.get(c).copied().unwrap_or(0.0)
     }))

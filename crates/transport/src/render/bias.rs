@@ -63,20 +63,21 @@ impl Debiased {
         for i in 0..image.width() * image.height() {
             for group in 0..image.groups() {
                 let (biased, debiased) = (&image.group(group)[i], &self.film.group(group)[i]);
-                let lanes = (image.channels() - group * Spectrum::LANES).min(Spectrum::LANES);
-                out.extend(lane_values(biased, debiased, &f).take(lanes));
+                let channels =
+                    (image.channels() - group * Spectrum::CHANNELS).min(Spectrum::CHANNELS);
+                out.extend(channel_values(biased, debiased, &f).take(channels));
             }
         }
         out
     }
 }
 
-fn lane_values(
+fn channel_values(
     biased: &Pixel,
     debiased: &Pixel,
     f: impl Fn(f64, f64) -> f64,
 ) -> impl Iterator<Item = f64> {
     let bias = biased.mean() - debiased.mean();
     let error = debiased.variance_of_mean().map(f64::sqrt);
-    (0..Spectrum::LANES).map(move |lane| f(bias[lane], error[lane]))
+    (0..Spectrum::CHANNELS).map(move |channel| f(bias[channel], error[channel]))
 }

@@ -282,7 +282,7 @@ fn groups<'a>(
     depths: (u32, u32),
 ) -> Result<Vec<Group<'a>>, MeasureError> {
     let group = |(index, scene): (usize, &'a Scene)| {
-        let channels = scene.film().lanes_of(index);
+        let channels = scene.film().channels_of(index);
         let setup = Setup::new(scene, meters, channels, depths).ok_or(MeasureError::Dark)?;
         Ok(Group {
             index: index as u64,

@@ -27,7 +27,7 @@ pub(super) fn copied(spec: &FilmSpec, options: &Options) -> usize {
 /// Bytes for each pixel that last for the whole render.
 fn kept(spec: &FilmSpec, options: &Options) -> usize {
     let channels = options.integrator.channels(spec.channels);
-    let groups = channels.div_ceil(options.integrator.lanes(spec.lanes));
+    let groups = channels.div_ceil(options.integrator.group_size(spec.group_size));
     let film = groups * size_of::<Pixel>();
     let layer = channels * size_of::<Moments>();
     let outliers = if options.reweight {

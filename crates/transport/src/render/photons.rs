@@ -49,7 +49,7 @@ fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Sta
     let (scene, spec) = (source.scene.at(sample), source.scene.film());
     // Light subpaths are numbered after the pixels.
     let pixels = (spec.width * spec.height) as u64;
-    let bounds = mapping.bounds(even_channel_pdf(source.lanes()));
+    let bounds = mapping.bounds(even_channel_pdf(source.channels()));
     let sampler = |path| source.sampler(pixels + path, sample);
     PhotonMap::trace(
         (scene, &source.stop),
@@ -81,7 +81,7 @@ pub(super) fn pass(
             mapping,
             map: &map,
             radii: mapping.radii(source.prepared.radius, sample),
-            channel_pdf: even_channel_pdf(source.lanes()),
+            channel_pdf: even_channel_pdf(source.channels()),
         };
         let decomposition = film.layers().map(|layers| *layers.decomposition());
         let pixels = film.width() * film.height();

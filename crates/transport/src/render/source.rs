@@ -44,8 +44,8 @@ impl<'a> Source<'a> {
     }
 
     /// Number of channels in use.
-    pub fn lanes(&self) -> usize {
-        self.scene.film().lanes_of(self.group)
+    pub fn channels(&self) -> usize {
+        self.scene.film().channels_of(self.group)
     }
 
     /// How its samples belong together.
@@ -85,7 +85,8 @@ impl<'a> Source<'a> {
         ws.stats.paths += 1;
         let state = (&mut sampler, ws);
         let scene = self.scene.at(sample);
-        self.integrator.sample(scene, ray, self.lanes(), state, out);
+        self.integrator
+            .sample(scene, ray, self.channels(), state, out);
     }
 
     /// The sensor ray of a sample of a pixel, and the random numbers after it.

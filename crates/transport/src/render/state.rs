@@ -76,8 +76,8 @@ impl State {
     pub fn new(scenes: &[Scene], options: &Options) -> Self {
         let spec = scenes[0].film();
         let channels = options.integrator.channels(spec.channels);
-        let lanes = options.integrator.lanes(spec.lanes);
-        let film = Film::in_groups(spec.width, spec.height, channels, lanes);
+        let group_size = options.integrator.group_size(spec.group_size);
+        let film = Film::in_groups(spec.width, spec.height, channels, group_size);
         State {
             done: Ranges::default(),
             film: film
@@ -339,8 +339,8 @@ fn balance(scenes: &[Scene], balances: &[BalanceTotals]) -> Option<EnergyBalance
     let kept = scenes.iter().zip(balances).enumerate();
     let kept = kept.filter(|(_, (_, balances))| balances.particles() > 0);
     let of = |(group, (scene, balances)): (usize, (&Scene, &BalanceTotals))| {
-        let lanes = scene.film().lanes_of(group);
-        balances.balance(scene.powers(lanes).map(|p| p.sum()).sum())
+        let channels = scene.film().channels_of(group);
+        balances.balance(scene.powers(channels).map(|p| p.sum()).sum())
     };
     kept.map(of).reduce(|mut sum, balance| {
         sum += balance;

@@ -45,7 +45,7 @@ struct Layer {
 
 impl Layer {
     fn new(spec: &FilmSpec, sets: Sets) -> Self {
-        let film = Film::in_groups(spec.width, spec.height, spec.channels, spec.lanes);
+        let film = Film::in_groups(spec.width, spec.height, spec.channels, spec.group_size);
         Layer {
             film: film.in_sets(sets),
             image: Vec::new(),

@@ -77,9 +77,9 @@ pub struct FilmSpec {
     pub height: usize,
     /// Number of spectral channels.
     pub channels: usize,
-    /// Number of channels that share their paths, 1 to [`Spectrum::LANES`]: one where the index depends on
+    /// Number of channels that share their paths, 1 to [`Spectrum::CHANNELS`]: one where the index depends on
     /// the wavelength.
-    pub lanes: usize,
+    pub group_size: usize,
     /// Reconstruction filter.
     pub filter: Filter,
 }
@@ -87,12 +87,12 @@ pub struct FilmSpec {
 impl FilmSpec {
     /// Number of groups of channels, each with a scene and paths of its own.
     pub fn groups(&self) -> usize {
-        self.channels.div_ceil(self.lanes)
+        self.channels.div_ceil(self.group_size)
     }
 
     /// Number of channels in a group.
-    pub fn lanes_of(&self, group: usize) -> usize {
-        (self.channels - group * self.lanes).min(self.lanes)
+    pub fn channels_of(&self, group: usize) -> usize {
+        (self.channels - group * self.group_size).min(self.group_size)
     }
 }
 

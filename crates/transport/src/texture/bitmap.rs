@@ -34,7 +34,7 @@ const FARTHEST: f64 = 1e15;
 pub struct Bitmap {
     size: [usize; 2],
     /// Channels of a pixel: one, which stands for all, or those that travel together.
-    lanes: usize,
+    channels: usize,
     data: Vec<f32>,
     filter: Filter,
     wrap: Wrap,
@@ -42,18 +42,18 @@ pub struct Bitmap {
 }
 
 impl Bitmap {
-    /// An image of `size` (width, height), pixels row by row, each of `lanes` channels; one channel stands
+    /// An image of `size` (width, height), pixels row by row, each of `channels` channels; one channel stands
     /// for all. `to_uv` is applied to texture coordinates before the image is looked up.
     pub fn new(
         size: [usize; 2],
-        (lanes, data): (usize, Vec<f32>),
+        (channels, data): (usize, Vec<f32>),
         (filter, wrap): (Filter, Wrap),
         to_uv: DAffine2,
     ) -> Result<Self, TextureError> {
-        if !(1..=Spectrum::LANES).contains(&lanes) || size.contains(&0) {
+        if !(1..=Spectrum::CHANNELS).contains(&channels) || size.contains(&0) {
             return Err(TextureError::Empty);
         }
-        let expected = size[0].saturating_mul(size[1]).saturating_mul(lanes);
+        let expected = size[0].saturating_mul(size[1]).saturating_mul(channels);
         if data.len() != expected {
             let found = data.len();
             return Err(TextureError::Count { expected, found });
@@ -63,7 +63,7 @@ impl Bitmap {
         }
         Ok(Bitmap {
             size,
-            lanes,
+            channels,
             data,
             filter,
             wrap,
@@ -101,8 +101,8 @@ impl Bitmap {
 
     fn pixel(&self, corner: DVec2) -> Spectrum {
         let [x, y] = [0, 1].map(|k| self.wrapped(corner[k] as i64, self.size[k] as i64));
-        let first = (y * self.size[0] + x) * self.lanes;
-        let values = &self.data[first..first + self.lanes];
+        let first = (y * self.size[0] + x) * self.channels;
+        let values = &self.data[first..first + self.channels];
         match values {
             [all] => Spectrum::splat(f64::from(*all)),
             _ => Spectrum(std::array::from_fn(|c| {

@@ -31,7 +31,7 @@ pub enum TextureError {
         index: usize,
     },
     /// An image without pixels, or of more channels than travel together.
-    #[error("an image needs pixels of 1 to {lanes} channels", lanes = Spectrum::LANES)]
+    #[error("an image needs pixels of 1 to {channels} channels", channels = Spectrum::CHANNELS)]
     Empty,
 }
 
@@ -59,7 +59,7 @@ impl Texture {
         }
     }
 
-    /// The first lane of the value at a point: that of a texture that stands for one number.
+    /// The first channel of the value at a point: that of a texture that stands for one number.
     pub fn number_at(&self, site: &Site) -> f64 {
         self.at(site)[0]
     }

@@ -90,13 +90,13 @@ fn branch(
     is_primary: bool,
 ) -> Branch {
     let groups = scenes.iter().enumerate();
-    let lanes = groups.flat_map(|(group, scene)| {
-        let lanes = scene.film().lanes_of(group);
-        transmittance(scene, pieces).0.into_iter().take(lanes)
+    let channels = groups.flat_map(|(group, scene)| {
+        let channels = scene.film().channels_of(group);
+        transmittance(scene, pieces).0.into_iter().take(channels)
     });
     Branch {
         connection: *found,
-        transmittance: lanes.collect(),
+        transmittance: channels.collect(),
         is_occluded: scenes[0]
             .visibility(pieces.iter().map(Piece::ends), [None; 2], 0.0)
             .is_none(),

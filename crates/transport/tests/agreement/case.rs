@@ -107,7 +107,7 @@ impl Case {
                 width: 4,
                 height: 4,
                 channels: 1,
-                lanes: Spectrum::LANES,
+                group_size: Spectrum::CHANNELS,
                 filter: Filter::Tent { radius: 1.0 },
             },
             tolerance: Tolerance::new(1e-6),

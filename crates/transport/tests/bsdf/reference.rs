@@ -77,8 +77,8 @@ fn beckmann_values() {
     for (o, i, phi, value) in metals {
         let (toward, direction) = (direction(o, 0.0), direction(i, phi));
         let ours = rough_conductor(beckmann(0.3)).eval(&GLASS, toward, direction);
-        for lane in 0..3 {
-            let ratio = ours[lane] / (value[lane] * tint[lane]);
+        for channel in 0..3 {
+            let ratio = ours[channel] / (value[channel] * tint[channel]);
             assert!((ratio - 1.0).abs() < 7e-3, "{o} {i}: {ratio}");
         }
     }
@@ -110,10 +110,10 @@ fn rough_conductor_values() {
     for (o, i, phi, value, pdf) in table {
         let (toward, direction) = (direction(o, 0.0), direction(i, phi));
         let ours = rough_conductor(ggx(0.3)).eval(&GLASS, toward, direction);
-        for lane in 0..3 {
-            let expected = value[lane] * tint[lane];
+        for channel in 0..3 {
+            let expected = value[channel] * tint[channel];
             assert!(
-                (ours[lane] / expected - 1.0).abs() < 2e-4,
+                (ours[channel] / expected - 1.0).abs() < 2e-4,
                 "{o} {i}: {ours:?} against {value:?}"
             );
         }
@@ -139,8 +139,8 @@ fn compare(bsdf: &Bsdf, expected: [[f64; 3]; 5], tolerance: f64) {
     let air = Surface::plain(DVec3::Z, 1.0, 1.0);
     for ((o, i, phi), expected) in PAIRS.into_iter().zip(expected) {
         let ours = bsdf.eval(&air, direction(o, 0.0), direction(i, phi));
-        for (lane, value) in expected.into_iter().enumerate() {
-            let error = (ours[lane] / value - 1.0).abs();
+        for (channel, value) in expected.into_iter().enumerate() {
+            let error = (ours[channel] / value - 1.0).abs();
             assert!(
                 error < tolerance,
                 "{o} {i} {phi}: {ours:?} against {expected:?}"

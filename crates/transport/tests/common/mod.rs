@@ -91,7 +91,7 @@ pub fn parts(
             width: 4,
             height: 4,
             channels: 1,
-            lanes: Spectrum::LANES,
+            group_size: Spectrum::CHANNELS,
             filter: Filter::Box,
         },
         tolerance: Tolerance::default(),

@@ -91,10 +91,10 @@ fn constant_index(loaded: &Loaded, id: MediumId) -> (f64, f64) {
 fn extinction_and_albedo(loaded: &Loaded, id: MediumId) -> [(f64, f64); 2] {
     let groups = || {
         let groups = loaded.groups.iter().enumerate();
-        groups.map(|(group, s)| (s.medium(id), s.film().lanes_of(group)))
+        groups.map(|(group, s)| (s.medium(id), s.film().channels_of(group)))
     };
     let all = |texture: fn(&Medium) -> &Texture| {
-        range(groups().map(|(medium, lanes)| (texture(medium), lanes)))
+        range(groups().map(|(medium, channels)| (texture(medium), channels)))
     };
     let scale = loaded.scene().medium(id).scale;
     let (low, high) = all(|m| &m.sigma_t);
@@ -141,10 +141,10 @@ fn partially(reflections: u32) -> String {
 fn range<'a>(textures: impl Iterator<Item = (&'a Texture, usize)>) -> (f64, f64) {
     textures.fold(
         (f64::INFINITY, f64::NEG_INFINITY),
-        |(low, high), (texture, lanes)| {
+        |(low, high), (texture, channels)| {
             let (a, b) = match texture {
                 Texture::Uniform(v) => {
-                    let used = &v.0[..lanes];
+                    let used = &v.0[..channels];
                     let low = used.iter().copied().fold(f64::INFINITY, f64::min);
                     (low, used.iter().copied().fold(f64::NEG_INFINITY, f64::max))
                 }

@@ -31,8 +31,8 @@ impl HomogeneousBlocks {
         let ranges = dispatch!(crate::lanes::level(), _simd => ranges(lattice, coefficients, dims));
         let largest = |m: f32, [low, high]: &[f32; 2]| m.max(low.abs()).max(high.abs());
         let limit = EQUAL * f64::from(ranges.iter().fold(0.0, largest));
-        let is_calm = |[low, high]: &[f32; 2]| f64::from(*high) - f64::from(*low) <= limit;
-        let layer = |range| if is_calm(range) { u8::MAX } else { 0 };
+        let is_homogeneous = |[low, high]: &[f32; 2]| f64::from(*high) - f64::from(*low) <= limit;
+        let layer = |range| if is_homogeneous(range) { u8::MAX } else { 0 };
         let mut layers: Vec<u8> = ranges.iter().map(layer).collect();
         if !layers.contains(&u8::MAX) {
             return None;
