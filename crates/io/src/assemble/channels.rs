@@ -1,6 +1,6 @@
 //! Spectral channels: luminance, RGB, or any list of wavelengths.
 
-use super::{field, meter};
+use super::described::{disperses, is_meter};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::{Object, PluginKind, SpectrumValue, Value, descendants};
 use transport::Spectrum;
@@ -40,11 +40,11 @@ impl Channels {
         let film = first.and_then(|s| children(s, PluginKind::Film).first().cloned());
         let Some(film) = film else {
             return match first {
-                Some(sensor) if meter::is_meter(sensor) => Channels::Luminance,
+                Some(sensor) if is_meter(sensor) => Channels::Luminance,
                 _ => Channels::Rgb,
             };
         };
-        let apart = descendants(seen(root)).any(field::disperses);
+        let apart = descendants(seen(root)).any(disperses);
         let text = |name: &str| {
             let property = film.properties.iter().find(|p| p.name == name)?;
             match &property.value {

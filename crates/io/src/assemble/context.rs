@@ -1,8 +1,11 @@
 //! What is gathered while a scene is assembled.
 
 use super::channels::Channels;
-use super::shape::Originals;
-use super::surface_texture::Role;
+use super::difference::Difference;
+use super::originals::Originals;
+use super::reach;
+use super::texture_role::Role;
+use super::wish::Wish;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{FileRegistry, ObjectId, SpectrumValue};
 use eikonal::field::Constant;
@@ -30,16 +33,16 @@ pub(super) struct Context<'a> {
     /// Meters of shapes, with the numbers of their objects.
     pub meters: Vec<(Arc<crate::scene::Object>, usize)>,
     /// What each object's description says of its two sides.
-    pub wishes: Vec<super::sides::Wish>,
+    pub wishes: Vec<Wish>,
     pub places: Places,
     /// Textures that were read from files.
     pub textures: HashMap<(ObjectId, Role), Texture>,
     /// Meshes of groups of shapes.
     pub originals: Originals,
     /// Grids, and where they lie.
-    pub grids: Vec<super::reach::Placed>,
+    pub grids: Vec<reach::Placed>,
     /// Where Mitsuba would render the scene otherwise.
-    pub differences: BTreeSet<super::Difference>,
+    pub differences: BTreeSet<Difference>,
     /// Groups of shapes with something wrong in them.
     pub refused_groups: HashSet<ObjectId>,
     medium_ids: HashMap<ObjectId, MediumId>,

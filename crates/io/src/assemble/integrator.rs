@@ -1,13 +1,14 @@
 //! Integrators.
 
 use super::context::Context;
-use super::*;
-use crate::diagnostic::suggest;
-use crate::query::POSITIVE;
+use super::options::LoadOptions;
+use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
+use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::scene::{Object, PluginKind};
 use eikonal::Tolerance;
 use transport::integrator::{
-    Aov, AovTracer, Bdpt, Connections, Heuristic, ParticleTracer, PhotonMapping,
-    Query as PhotonQuery,
+    Aov, AovTracer, Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer,
+    PhotonMapping, Query as PhotonQuery,
 };
 
 /// Names under which scene files and command lines may ask for an estimator. The first three are one
@@ -29,7 +30,7 @@ const MOST_REFLECTIONS: i64 = 28;
 const MOST_PHOTONS: i64 = 1_000_000_000;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     Path,
     Particle,
     Bdpt,
@@ -44,6 +45,13 @@ pub(super) struct Method {
     pub parameters: Parameters,
 }
 
+impl Method {
+    /// Whether quantities other than light are asked for.
+    pub fn is_aov(&self) -> bool {
+        matches!(self.integrator, Integrator::Aov(_))
+    }
+}
+
 /// What a file says of its estimator. The parameters of the bidirectional one include those that all
 /// have in common.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,7 +64,7 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
-    fn integrator(&self, kind: Kind) -> Integrator {
+    pub fn integrator(&self, kind: Kind) -> Integrator {
         let Bdpt {
             max_depth,
             rr_depth,
@@ -80,36 +88,6 @@ impl Parameters {
                 ..self.photon
             }),
         }
-    }
-}
-
-impl Loaded {
-    /// The estimator of the given name, with what the scene says of its own, as [`LoadOptions::integrator`] would
-    /// choose it; and what is doubtful about it.
-    ///
-    /// # Errors
-    /// An unknown name, and one that needs the scene to be assembled anew: `aov` in place of light, or light in
-    /// place of `aov`.
-    pub fn estimator(&self, name: &str) -> Result<(Integrator, Diagnostics), Diagnostics> {
-        let mut diagnostics = Diagnostics::new();
-        let kind = named(name, &mut diagnostics);
-        let sees_light = |integrator: &Integrator| !matches!(integrator, Integrator::Aov(_));
-        let integrator = self.estimators.integrator(kind);
-        if sees_light(&integrator) != sees_light(&self.integrator) {
-            let message = format!(
-                "the scene was loaded for the integrator {}",
-                self.integrator.name()
-            );
-            let help = format!("load it for the integrator {name}");
-            diagnostics.push(Diagnostic::error(message).help(help));
-        }
-        if diagnostics.has_errors() {
-            return Err(diagnostics);
-        }
-        for problem in coverage::warnings(self.scene(), &integrator) {
-            diagnostics.push(Diagnostic::warning(problem.message).help(problem.help));
-        }
-        Ok((integrator, diagnostics))
     }
 }
 
@@ -161,7 +139,7 @@ fn plugin(object: &Object, context: &mut Context) -> Kind {
 }
 
 /// The kind that the caller asks for.
-fn named(name: &str, diagnostics: &mut Diagnostics) -> Kind {
+pub(super) fn named(name: &str, diagnostics: &mut Diagnostics) -> Kind {
     find(name).unwrap_or_else(|| {
         let names = KNOWN.map(|(name, _)| name);
         let help = suggest(name, names)

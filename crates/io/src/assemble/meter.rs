@@ -1,6 +1,7 @@
 //! Meters: instruments in place of a camera.
 
 use super::context::Context;
+use super::described::is_meter;
 use super::film::{self, FilmParts, Layering};
 use super::instrument::{Gruneisen, Instrument, Normalization};
 use super::sampler::{self, Samples};
@@ -19,16 +20,10 @@ use transport::meter::{
 use transport::scene::FilmSpec;
 use transport::sensor::Sensor;
 
-const KNOWN: [&str; 2] = ["fluencemeter", "irradiancemeter"];
 /// Particles, unless a sampler says otherwise.
 const PARTICLES: i64 = 1_000_000;
 /// Most bins along an axis.
 const MOST_BINS: i64 = 1 << 20;
-/// Whether a sensor is a meter.
-pub(super) fn is_meter(object: &Object) -> bool {
-    KNOWN.contains(&object.plugin.as_str())
-}
-
 /// The meters of the scene and of its shapes, and what stands for the camera; `None` after an error.
 pub(super) fn build(
     (meters, cameras): (&[&Object], &[&Object]),

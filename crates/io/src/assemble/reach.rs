@@ -1,10 +1,9 @@
 //! Grids that end before the shape does whose medium they describe.
 
-use super::context::Context;
-use crate::diagnostic::{Diagnostic, Location};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
-use transport::scene::MediumId;
+use transport::scene::{MediumId, Object};
 
 /// By what share of the larger side a shape may reach beyond a grid without a word: roundings of files.
 const BEYOND: f64 = 1e-3;
@@ -26,34 +25,28 @@ pub(super) struct Placed {
     pub location: Location,
 }
 
-/// Takes note of a grid.
-pub(super) fn remember(
-    quantity: Quantity,
-    to_world: DAffine3,
-    location: &Location,
-    context: &mut Context,
-) {
-    context.grids.push(Placed {
-        quantity,
-        medium: None,
-        to_world,
-        location: location.clone(),
-    });
+impl Placed {
+    /// A grid of a medium that is not known yet.
+    pub fn new(quantity: Quantity, to_world: DAffine3, location: &Location) -> Self {
+        Placed {
+            quantity,
+            medium: None,
+            to_world,
+            location: location.clone(),
+        }
+    }
 }
 
 /// Warns of grids that a shape with their medium reaches beyond, each once.
-pub(super) fn warnings(context: &mut Context) {
-    let mut found = Vec::new();
-    for grid in &context.grids {
-        let inside =
-            |o: &&transport::scene::Object| o.interior() == grid.medium && o.shape.is_closed();
-        let beyond = |o: &&transport::scene::Object| is_beyond(&o.shape.aabb(), &grid.to_world);
-        let mut shapes = context.objects.iter().filter(inside);
+pub(super) fn warnings(grids: &[Placed], objects: &[Object], diagnostics: &mut Diagnostics) {
+    for grid in grids {
+        let inside = |o: &&Object| o.interior() == grid.medium && o.shape.is_closed();
+        let beyond = |o: &&Object| is_beyond(&o.shape.aabb(), &grid.to_world);
+        let mut shapes = objects.iter().filter(inside);
         if let (Some(_), Some(object)) = (grid.medium, shapes.find(beyond)) {
-            found.push(warning(grid, &object.name));
+            diagnostics.push(warning(grid, &object.name));
         }
     }
-    found.into_iter().for_each(|w| context.diagnostics.push(w));
 }
 
 /// Whether a box reaches beyond the one around the image of the unit cube.

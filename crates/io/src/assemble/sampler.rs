@@ -1,7 +1,7 @@
 //! Samplers: how many samples there are, how they belong together, and over how many instants of a period of sound.
 
-use super::LoadOptions;
 use super::context::Context;
+use super::options::LoadOptions;
 use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::query::Query;
 use crate::scene::Object;

@@ -4,22 +4,15 @@
 //! medium does; where both speak, they must not contradict each other. A side that is not described
 //! is the medium that surrounds the shape.
 
-use super::bsdf::Indices;
 use super::context::Context;
-use super::differences;
+use super::difference;
+use super::wish::Wish;
 use crate::diagnostic::Location;
 use eikonal::Shown;
 use eikonal::field::Constant;
 use glam::DVec3;
 use transport::medium::Medium;
 use transport::scene::{AMBIENT, MediumId, Object, Sides, medium_at};
-
-/// What a shape's description says of its two sides.
-pub(super) struct Wish {
-    pub interior: Option<MediumId>,
-    pub exterior: Option<MediumId>,
-    pub indices: Option<Indices>,
-}
 
 /// Index inside a dielectric that says nothing: Mitsuba's default, BK7 glass.
 const DEFAULT_INNER: f64 = 1.5046;
@@ -45,9 +38,9 @@ pub(super) fn settle(context: &mut Context) {
             .unwrap_or_else(|| surrounding(i, &context.objects));
         if wish.exterior.is_none() && exterior != AMBIENT {
             let difference = match wish.interior {
-                Some(_) => Some(differences::EXTERIOR),
+                Some(_) => Some(difference::EXTERIOR),
                 None => {
-                    (!context.media[exterior].is_transparent()).then_some(differences::CLEAR_GLASS)
+                    (!context.media[exterior].is_transparent()).then_some(difference::CLEAR_GLASS)
                 }
             };
             context.differences.extend(difference);

@@ -1,6 +1,7 @@
 //! Textures of surfaces: images, checkerboards, colours of vertices.
 
 use super::context::Context;
+pub(super) use super::texture_role::Role;
 use crate::image::RgbImage;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{Object, SpectrumValue, srgb_from_linear};
@@ -12,15 +13,6 @@ use transport::shape::Mesh;
 use transport::texture::{Bitmap, Checkerboard, Filter, Texture, VertexColours, Wrap};
 
 const KNOWN: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
-
-/// What a texture is asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Role {
-    /// A spectrum.
-    Colour,
-    /// One number: the luminance of a colour.
-    Number,
-}
 
 /// The colours of the vertices of the mesh that is to be covered.
 pub(super) type Vertices = Option<(Arc<Mesh>, Arc<Vec<[f32; 3]>>)>;

@@ -88,7 +88,11 @@ fn grid(object: &Object, name: &str, allowed: (f64, f64), context: &mut Context)
     let placement = [Placement::Centers, Placement::Nodes][source.placement];
     if name == "sigma_t" {
         let quantity = reach::Quantity::Extinction;
-        reach::remember(quantity, source.to_world, &object.location, context);
+        context.grids.push(reach::Placed::new(
+            quantity,
+            source.to_world,
+            &object.location,
+        ));
     }
     let grid = Grid::new(data, source.to_world, placement, filter, allowed);
     context.accept(&object.location, grid)

@@ -6,7 +6,7 @@ mod parameters;
 use super::context::Context;
 use super::ior::index;
 use super::surface_texture::{Vertices, texture};
-use crate::diagnostic::Location;
+use super::wish::Indices;
 use crate::query::{Query, unknown_plugin};
 use crate::scene::{Object, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
@@ -42,14 +42,6 @@ pub(super) struct Surface {
     pub bsdf: Bsdf,
     /// `int_ior` and `ext_ior`, for dielectrics.
     pub indices: Option<Indices>,
-}
-
-/// What a dielectric says of the indices on its sides.
-#[derive(Clone, Debug)]
-pub(super) struct Indices {
-    pub inner: Option<f64>,
-    pub outer: Option<f64>,
-    pub location: Location,
 }
 
 /// Index of the glass that Mitsuba's panes are made of by default.

@@ -8,8 +8,6 @@ use eikonal::Shown;
 use eikonal::field::{Constant, Scaled};
 use std::ops::RangeInclusive;
 
-/// Laws of n over the wavelength, as types of volumes.
-pub(super) const LAWS: [&str; 2] = ["cauchy", "sellmeier"];
 /// Other indices are mistakes of units: coefficients are for wavelengths in µm.
 const INDICES: RangeInclusive<f64> = 0.5..=10.0;
 
@@ -103,14 +101,6 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
         }
         _ => Some(Constant::new(n).into()),
     }
-}
-
-/// Whether an object is an index that follows the wavelength of the channel.
-pub(in super::super) fn disperses(object: &Object) -> bool {
-    let gives = |name: &str| object.properties.iter().any(|p| p.name == name);
-    let of_air = object.plugin == "gladstone_dale" && !gives("wavelength") && !gives("constant");
-    let volume = object.kind == PluginKind::Volume;
-    volume && (of_air || LAWS.contains(&object.plugin.as_str()))
 }
 
 #[cfg(test)]

@@ -106,12 +106,11 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
         Smoothing::Auto => factor * rounding.deviation,
     };
     doubt_units(samples.range(), law.as_ref(), object, context);
-    reach::remember(
+    context.grids.push(reach::Placed::new(
         reach::Quantity::Index,
         source.to_world,
         &object.location,
-        context,
-    );
+    ));
     let placement = [Placement::Centers, Placement::Nodes][source.placement];
     let map = source.to_world;
     // An axis-aligned box needs no transform at run time.

@@ -6,9 +6,8 @@ mod dispersion;
 mod grid;
 mod rounding;
 
-pub(super) use dispersion::disperses;
-
 use super::context::Context;
+use super::described::DISPERSION_LAWS;
 use super::transforms::affine;
 use crate::query::{INDEX, POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
@@ -41,7 +40,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     match object.plugin.as_str() {
         "bspline" | "gladstone_dale" | "pressure" => return grid::build(object, context),
         "sum" => return sum(object, context),
-        plugin if dispersion::LAWS.contains(&plugin) => return dispersion::build(object, context),
+        plugin if DISPERSION_LAWS.contains(&plugin) => return dispersion::build(object, context),
         _ => {}
     }
     let mut query = Query::new(object, context.diagnostics);

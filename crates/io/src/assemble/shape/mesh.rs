@@ -1,29 +1,18 @@
 //! Shapes from files.
 
+use super::super::originals::{Colours, Originals};
 use crate::error::FileError;
 use crate::input::Limits;
 use crate::mesh::{MeshData, Tensors, gltf, serialized};
 use crate::query::Query;
-use crate::scene::{FileRegistry, Object, ObjectId, Tensor};
+use crate::scene::{FileRegistry, Object, Tensor};
 use glam::DAffine3;
-use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use transport::shape::{Mesh, Shape, ShapeError};
 
-/// Linear colours of the vertices of a mesh.
-pub(super) type Colours = Option<Arc<Vec<[f32; 3]>>>;
-
 /// Triangles of all copies together: some ten gigabytes of memory.
 const MOST_COPIED: usize = 100_000_000;
-
-/// Meshes of groups, before they are placed.
-#[derive(Default)]
-pub(in super::super) struct Originals {
-    meshes: HashMap<ObjectId, (Arc<Mesh>, Colours)>,
-    /// Number of triangles of all copies.
-    copied: usize,
-}
 
 /// The mesh that a shape names, in place; `None` if its file cannot be read (reported then). The originals of copies
 /// are kept.

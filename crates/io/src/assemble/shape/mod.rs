@@ -3,17 +3,16 @@
 mod instance;
 mod mesh;
 
-pub(super) use instance::fit;
-pub(super) use mesh::Originals;
-
 use super::context::Context;
-use super::sides::Wish;
+use super::originals::{Colours, Originals};
 use super::transforms::affine;
+use super::wish::Wish;
 use super::{bsdf, emitter, medium};
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{FileRegistry, Object, PluginKind};
 use glam::{DAffine3, DVec3};
-use mesh::{Colours, mesh};
+pub(super) use instance::fit;
+use mesh::mesh;
 use transport::bsdf::Bsdf;
 use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 

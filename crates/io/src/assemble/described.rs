@@ -1,0 +1,21 @@
+//! What a description says without being assembled.
+
+use crate::scene::{Object, PluginKind};
+
+/// Sensors that are meters.
+pub(super) const METERS: [&str; 2] = ["fluencemeter", "irradiancemeter"];
+/// Volumes whose index depends on the wavelength.
+pub(super) const DISPERSION_LAWS: [&str; 2] = ["cauchy", "sellmeier"];
+
+/// Whether a sensor is a meter.
+pub(super) fn is_meter(object: &Object) -> bool {
+    METERS.contains(&object.plugin.as_str())
+}
+
+/// Whether an object is an index that follows the wavelength of the channel.
+pub(super) fn disperses(object: &Object) -> bool {
+    let gives = |name: &str| object.properties.iter().any(|p| p.name == name);
+    let of_air = object.plugin == "gladstone_dale" && !gives("wavelength") && !gives("constant");
+    let volume = object.kind == PluginKind::Volume;
+    volume && (of_air || DISPERSION_LAWS.contains(&object.plugin.as_str()))
+}

@@ -1,0 +1,44 @@
+//! Where Mitsuba 3.9.1 would render a scene otherwise, on purpose: the rows of `docs/mitsuba.md`.
+
+/// A deliberate difference from Mitsuba.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Difference {
+    /// Its name: the first column of `docs/mitsuba.md`.
+    pub topic: &'static str,
+    /// What is done here, and what there.
+    pub text: &'static str,
+}
+
+macro_rules! differences {
+    ($($name:ident: $topic:literal, $text:literal;)*) => {
+        $(pub(super) const $name: Difference = Difference { topic: $topic, text: $text };)*
+
+        impl Difference {
+            /// All there are.
+            pub const ALL: &'static [Difference] = &[$($name),*];
+        }
+    };
+}
+
+differences! {
+    BECKMANN: "beckmann", "masking is Smith's in closed form; Mitsuba's fit is up to 0.35 % off";
+    BORDER: "border", "light from beyond the image's edge counts in the pixels there, as with sample_border in Mitsuba";
+    CHECKERBOARD: "checkerboard", "as a number it has color0 where it has it as a colour; Mitsuba swaps the two";
+    CLEAR_GLASS: "clear glass", "a dielectric without an interior encloses clear matter; in Mitsuba the medium around it goes on inside";
+    CLIPPING: "clipping", "near_clip and far_clip cut nothing; Mitsuba's camera would not see all (0.01 and 10000 by default)";
+    CONSTANT_EXTINCTION: "constant extinction", "a heterogeneous medium with the same sigma_t everywhere fills its shape; in Mitsuba it ends at the cube [0, 1]³";
+    DEPTH: "depth", "passing null, mask or thindielectric is no bounce for max_depth; Mitsuba counts some of them";
+    ENVMAP: "envmap", "constant within pixels; Mitsuba interpolates";
+    EXTERIOR: "exterior", "without an exterior the medium around a shape lies outside it; in Mitsuba nothing does";
+    EXT_IOR: "ext_ior", "without an ext_ior the index outside is that of the medium there, 1 if that is empty; Mitsuba takes air, 1.000277";
+    FORMAT: "format", "files are written as the command line says, in 32 bits; file_format and component_format are passed over";
+    MESH_NORMALS: "mesh normals", "meshes have the normals of their triangles; Mitsuba interpolates those of the vertices unless face_normals is true";
+    MESH_SIDES: "mesh sides", "closed meshes that are wound inside out are turned; Mitsuba leaves them";
+    PATH_MEDIA: "path in media", "path and ptracer see media; in Mitsuba they do not, and volpath does";
+    PLASTIC: "plastic", "the base is up to 2 % brighter under a rough coat, 0.1 % under a smooth one: Mitsuba's mean reflectance from below is a coarse sum or a fit";
+    PROJECTOR: "projector", "constant within pixels; Mitsuba interpolates unless filter_type is nearest";
+    ROTATED_GRID: "rotated grid", "a grid that is turned ends at its own cube; Mitsuba's goes on to the box around it that is parallel to the axes";
+    SAMPLE_COUNT: "sample_count", "64 samples per pixel unless the scene says otherwise; Mitsuba takes 4";
+    SENSOR_MEDIUM: "sensor medium", "the sensor is in the medium around it; in Mitsuba it is in none unless it names one";
+    VERTEX_COLOURS: "vertex colours", "whole numbers are decoded from sRGB; Mitsuba takes them as they are, 0 to 255";
+}

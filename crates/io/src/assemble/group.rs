@@ -1,0 +1,316 @@
+//! The scene of one group of channels, and how to render it.
+
+use super::context::{Context, Places};
+use super::described::is_meter;
+use super::difference::Difference;
+use super::film::Layering;
+use super::instrument::Instrument;
+use super::integrator::{self, Method};
+use super::options::LoadOptions;
+use super::sensor::{self, SensorParts};
+use super::{
+    costly, coverage, emitter, entry, meter, non_terminating, reach, sampler, shape, sides,
+};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use crate::query::Query;
+use crate::scene::{Object, PluginKind, SceneDescription};
+use std::collections::BTreeSet;
+use transport::render::ADAPTIVE_FROM;
+use transport::scene::{Parts, Problem, Scene, Severity, Subject};
+
+/// What the description makes for one channel group.
+pub(super) struct Group {
+    pub scene: Scene,
+    pub method: Method,
+    pub samples: u64,
+    pub emitter_names: Vec<String>,
+    pub layering: Layering,
+    pub reweight: bool,
+    pub adaptive: bool,
+    pub instruments: Vec<Instrument>,
+    /// Those that only show while it is assembled.
+    pub differences: BTreeSet<Difference>,
+}
+
+/// What looks at the scene: a camera, or what stands for one and meters.
+struct View {
+    sensor: SensorParts,
+    instruments: Vec<Instrument>,
+}
+
+impl Group {
+    /// Assembles the scene; `None` after an error.
+    pub fn new(
+        description: &SceneDescription,
+        options: &LoadOptions,
+        mut context: Context,
+    ) -> Option<Self> {
+        let children = Children::of(&description.root, &mut context);
+        let method = children.method(options, &mut context);
+        children.add_parts(&mut context)?;
+        let view = children.view(&mut context);
+        sides::settle(&mut context);
+        reach::warnings(&context.grids, &context.objects, context.diagnostics);
+        let mut view = view?;
+        view.sensor.samples.replace(options, context.diagnostics);
+        if method.is_aov() {
+            view.refuse_layers(&children.root.location, &mut context);
+        }
+        if context.diagnostics.has_errors() {
+            return None;
+        }
+        children.finish(method, view, context)
+    }
+
+    /// The number of samples: the same at each instant of a period of sound, in whole sets.
+    pub fn whole_periods(&self, options: &LoadOptions, diagnostics: &mut Diagnostics) -> u64 {
+        let wanted = options.samples.unwrap_or(self.samples);
+        let samples = self.scene.whole_periods(wanted);
+        if samples != wanted {
+            let reasons = [
+                (self.scene.instants() as u64, "phases"),
+                (self.scene.sets().size(), "samples in a set"),
+            ];
+            let reasons = reasons.iter().filter(|(number, _)| *number > 1);
+            let reasons: Vec<_> = reasons.map(|(n, what)| format!("{n} {what}")).collect();
+            let message = format!(
+                "{samples} samples are taken instead of {wanted}: a multiple of the sampler's {}",
+                reasons.join(" and of its ")
+            );
+            diagnostics.push(Diagnostic::warning(message));
+        }
+        let even = ADAPTIVE_FROM.next_multiple_of(self.scene.whole_periods(1));
+        if self.adaptive && samples <= even {
+            let message = format!(
+                "{samples} samples are too few for adaptive sampling, which begins after the first {even}"
+            );
+            diagnostics.push(Diagnostic::warning(message).help(String::from("take more samples")));
+        }
+        samples
+    }
+}
+
+impl View {
+    /// Reports what an integrator that sees no light cannot make.
+    fn refuse_layers(&self, root: &Location, context: &mut Context) {
+        let film = &self.sensor.film;
+        let apart = film.layering.decomposition.is_some() || film.reweight;
+        let what = if self.instruments.is_empty() {
+            "the film's 'decomposition' and 'reweight'"
+        } else {
+            "meters"
+        };
+        if apart || !self.instruments.is_empty() {
+            let message = format!("the integrator aov sees no light: leave it, or {what}, out");
+            context.error_at(root, message);
+        }
+    }
+}
+
+/// The scene's children by kind.
+struct Children<'a> {
+    root: &'a Object,
+    integrators: Vec<&'a Object>,
+    cameras: Vec<&'a Object>,
+    meters: Vec<&'a Object>,
+    shapes: Vec<&'a Object>,
+    emitters: Vec<&'a Object>,
+}
+
+impl<'a> Children<'a> {
+    /// Definitions that others refer to (media, bsdfs, ...) are taken note of, so that they do not count as unused.
+    fn of(root: &'a Object, context: &mut Context) -> Self {
+        let mut query = Query::new(root, context.diagnostics);
+        let mut of =
+            |kind| -> Vec<&'a Object> { query.children(kind).into_iter().map(|o| &**o).collect() };
+        let integrators = of(PluginKind::Integrator);
+        let sensors = of(PluginKind::Sensor);
+        let (meters, cameras) = sensors.into_iter().partition(|s| is_meter(s));
+        let children = Children {
+            root,
+            integrators,
+            cameras,
+            meters,
+            shapes: of(PluginKind::Shape),
+            emitters: of(PluginKind::Emitter),
+        };
+        for kind in [
+            PluginKind::Medium,
+            PluginKind::Bsdf,
+            PluginKind::Phase,
+            PluginKind::Volume,
+            PluginKind::Texture,
+        ] {
+            of(kind);
+        }
+        query.finish(&[]);
+        children
+    }
+
+    /// How the scene is to be rendered.
+    fn method(&self, options: &LoadOptions, context: &mut Context) -> Method {
+        if let [_, second, ..] = self.integrators[..] {
+            context.error_at(&second.location, "the scene has more than one integrator");
+        }
+        integrator::build(self.integrators.first().copied(), options, context)
+    }
+
+    /// Adds shapes and emitters; `None` if there are too many.
+    fn add_parts(&self, context: &mut Context) -> Option<()> {
+        if !shape::fit(&self.shapes, context) {
+            return None;
+        }
+        for &shape in &self.shapes {
+            shape::add(shape, context);
+        }
+        for &emitter in &self.emitters {
+            emitter::add(emitter, context);
+        }
+        Some(())
+    }
+
+    /// The camera or the meters; `None` after an error.
+    fn view(&self, context: &mut Context) -> Option<View> {
+        if !self.meters.is_empty() || !context.meters.is_empty() {
+            let integrator = self.integrators.first().copied();
+            let (sensor, instruments) =
+                meter::build((&self.meters, &self.cameras), integrator, context)?;
+            return Some(View {
+                sensor,
+                instruments,
+            });
+        }
+        let sensor = match self.cameras[..] {
+            [sensor] => sensor::build(sensor, context)?,
+            [] => {
+                context.error_at(&self.root.location, "the scene has no sensor");
+                return None;
+            }
+            [_, second, ..] => {
+                context.error_at(&second.location, "the scene has more than one sensor");
+                return None;
+            }
+        };
+        Some(View {
+            sensor,
+            instruments: Vec::new(),
+        })
+    }
+
+    /// Builds the scene of all that was gathered, and says what is doubtful about it.
+    fn finish(&self, method: Method, view: View, context: Context) -> Option<Group> {
+        let View {
+            sensor,
+            instruments,
+        } = view;
+        let parts = Parts {
+            objects: context.objects,
+            media: context.media,
+            emitters: context.emitters,
+            sensor: sensor.sensor,
+            film: sensor.film.spec,
+            tolerance: method.parameters.tolerance,
+            reflections: method.parameters.reflections,
+        };
+        let mut layering = sensor.film.layering;
+        if let Some(emitters) = &mut layering.decomposition.emitters {
+            *emitters = parts.emitters.len();
+        }
+        let emitter_names = emitter::names(&context.emitter_ids, &parts.emitters);
+        let mut report = Report {
+            root: &self.root.location,
+            sensor: self
+                .cameras
+                .first()
+                .or(self.meters.first())
+                .map(|s| &s.location),
+            places: context.places,
+            diagnostics: context.diagnostics,
+        };
+        let scene = Scene::over_period(parts, sensor.samples.instants);
+        let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
+        let sets = sensor.samples.sets;
+        let scene = sampler::in_sets(scene, sets, &method.integrator, |p: &Problem| report.add(p));
+        let incompatibility = if instruments.is_empty() {
+            sampler::incompatibility(&method.integrator, sensor.film.reweight)
+        } else {
+            Some("with meters".into())
+        };
+        let adaptive = sampler::is_adaptive(&sensor.samples, incompatibility, |p: &Problem| {
+            report.add(p)
+        });
+        report.doubts(&scene, &method, &instruments);
+        if let (Some(medium), [camera]) = (sensor.medium, &self.cameras[..])
+            && medium != scene.sensor_medium()
+        {
+            let message =
+                "the sensor names a medium, but no closed shape around it holds that medium";
+            let error = Diagnostic::error(message).at(&camera.location);
+            report.diagnostics.push(error);
+            return None;
+        }
+        // A sampler whose like is not taken either has been spoken of.
+        if let (true, Some(unlike)) = (scene.sets() == sets, sensor.samples.unlike) {
+            report.diagnostics.push(unlike);
+        }
+        Some(Group {
+            scene,
+            method,
+            samples: sensor.samples.count,
+            emitter_names,
+            layering,
+            reweight: sensor.film.reweight,
+            adaptive,
+            instruments,
+            differences: context.differences,
+        })
+    }
+}
+
+/// Says of problems where their subjects were written.
+struct Report<'a> {
+    root: &'a Location,
+    sensor: Option<&'a Location>,
+    places: Places,
+    diagnostics: &'a mut Diagnostics,
+}
+
+impl Report<'_> {
+    fn add(&mut self, problem: &Problem) {
+        let location = match problem.subject {
+            Subject::Scene => Some(self.root),
+            Subject::Sensor => self.sensor,
+            Subject::Medium(i) => self.places.media[i].as_ref(),
+            Subject::Object(i) => self.places.objects.get(i),
+            Subject::Emitter(i) => self.places.emitters.get(i),
+        };
+        let diagnostic = match problem.severity {
+            Severity::Error => Diagnostic::error(problem.message.clone()),
+            Severity::Warning => Diagnostic::warning(problem.message.clone()),
+        };
+        let diagnostic = diagnostic.help(problem.help.clone());
+        self.diagnostics.push(match location {
+            Some(location) => diagnostic.at(location),
+            None => diagnostic,
+        });
+    }
+
+    fn all<'p>(&mut self, problems: impl IntoIterator<Item = &'p Problem>) {
+        problems.into_iter().for_each(|problem| self.add(problem));
+    }
+
+    /// What is doubtful about a scene that can be rendered.
+    fn doubts(&mut self, scene: &Scene, method: &Method, instruments: &[Instrument]) {
+        // Without light a picture is black, but other quantities are not.
+        let matters = |p: &&Problem| !(method.is_aov() && p.subject == Subject::Scene);
+        self.all(scene.warnings().iter().filter(matters));
+        self.all(&costly::problems(scene));
+        self.all(&non_terminating::warnings(scene, &method.integrator));
+        self.all(&entry::warnings(scene));
+        if instruments.is_empty() {
+            self.all(&coverage::warnings(scene, &method.integrator));
+        }
+        let doubts = instruments.iter().filter_map(|i| i.doubt(scene));
+        doubts.for_each(|problem| self.add(&problem));
+    }
+}

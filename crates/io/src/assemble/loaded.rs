@@ -1,0 +1,104 @@
+//! A scene that is ready to render, and how.
+
+use super::difference::Difference;
+use super::film::Layering;
+use super::instrument::Instrument;
+use super::{coverage, integrator};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::scene::SceneHash;
+use transport::integrator::Integrator;
+use transport::scene::Scene;
+
+/// A scene that is ready to render.
+#[derive(Debug)]
+pub struct Loaded {
+    /// One scene for each group of up to four spectral channels; they differ in spectra only. If an index depends
+    /// on the wavelength, one for each channel.
+    pub groups: Vec<Scene>,
+    /// Estimator.
+    pub integrator: Integrator,
+    /// Samples per pixel; particles if there are instruments.
+    pub samples: u64,
+    /// Meters, if the scene has these in place of a camera.
+    pub instruments: Vec<Instrument>,
+    /// What is doubtful about it.
+    pub warnings: Diagnostics,
+    /// Where Mitsuba would render it otherwise.
+    pub differences: Vec<Difference>,
+    /// Hash of the description and of all files it refers to.
+    pub hash: SceneHash,
+    /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths, or quantities.
+    pub channel_names: Vec<String>,
+    /// Names of the emitters, all different: their ids, those of their shapes, or their kinds. Without dots,
+    /// which separate the names of layers.
+    pub emitter_names: Vec<String>,
+    /// How the film tells light apart.
+    pub layering: Layering,
+    /// Whether an image with less weight for rare bright samples is wanted beside the plain one.
+    pub reweight: bool,
+    /// Whether noisy pixels get more samples: see [`transport::render::Options::adaptive`].
+    pub adaptive: bool,
+    /// What the scene says of its estimator.
+    pub(super) estimators: integrator::Parameters,
+}
+
+impl Loaded {
+    /// Whether groups differ in their indices: some medium disperses, and each wavelength has rays of its own.
+    pub fn is_dispersive(&self) -> bool {
+        self.scene().film().group_size == 1 && self.groups.len() > 1
+    }
+
+    /// The scenes whose rays are those of the first: all, unless some medium disperses.
+    pub fn same_rays(&self) -> &[Scene] {
+        match self.is_dispersive() {
+            true => &self.groups[..1],
+            false => &self.groups,
+        }
+    }
+
+    /// Notes of where Mitsuba would render it otherwise.
+    pub fn notes_of_differences(&self) -> Diagnostics {
+        let mut notes = Diagnostics::new();
+        for (i, Difference { topic, text }) in self.differences.iter().enumerate() {
+            let last = i + 1 == self.differences.len();
+            let help = last.then(|| String::from("docs/mitsuba.md says how much it matters"));
+            let message = format!("not as in Mitsuba 3 ({topic}): {text}");
+            notes.push(Diagnostic::note(message).help(help));
+        }
+        notes
+    }
+
+    /// The scene of the first channel group: geometry and sensor are the same in all, and indices if no medium
+    /// disperses.
+    pub fn scene(&self) -> &Scene {
+        &self.groups[0]
+    }
+
+    /// The estimator of the given name, with what the scene says of its own, as [`LoadOptions`](crate::LoadOptions) would
+    /// choose it; and what is doubtful about it.
+    ///
+    /// # Errors
+    /// An unknown name, and one that needs the scene to be assembled anew: `aov` in place of light, or light in
+    /// place of `aov`.
+    pub fn estimator(&self, name: &str) -> Result<(Integrator, Diagnostics), Diagnostics> {
+        let mut diagnostics = Diagnostics::new();
+        let kind = integrator::named(name, &mut diagnostics);
+        let sees_light = |integrator: &Integrator| !matches!(integrator, Integrator::Aov(_));
+        let integrator = self.estimators.integrator(kind);
+        if sees_light(&integrator) != sees_light(&self.integrator) {
+            let message = format!(
+                "the scene was loaded for the integrator {}",
+                self.integrator.name()
+            );
+            let help = format!("load it for the integrator {name}");
+            diagnostics.push(Diagnostic::error(message).help(help));
+        }
+        if diagnostics.has_errors() {
+            return Err(diagnostics);
+        }
+        for problem in coverage::warnings(self.scene(), &integrator) {
+            diagnostics.push(Diagnostic::warning(problem.message).help(problem.help));
+        }
+        Ok((integrator, diagnostics))
+    }
+}

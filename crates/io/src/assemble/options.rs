@@ -1,0 +1,20 @@
+//! What a caller may ask for.
+
+use crate::input::Limits;
+
+/// What a caller may change about a scene file.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// Parameters that replace those of `<default>`, by name.
+    pub defines: Vec<(String, String)>,
+    /// Estimator to use instead of the scene's.
+    pub integrator: Option<String>,
+    /// Samples per pixel to use instead of the scene's.
+    pub samples: Option<u64>,
+    /// Sampler to use instead of the scene's: `independent`, `ldsampler`, or `ldsampler:64` with larger sets.
+    pub sampler: Option<String>,
+    /// Whether noisy pixels get more samples, even if the scene's sampler does not ask for it.
+    pub adaptive: bool,
+    /// How much memory each data file may take.
+    pub limits: Limits,
+}

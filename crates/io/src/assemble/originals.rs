@@ -1,0 +1,17 @@
+//! Meshes of groups of shapes, kept for their copies.
+
+use crate::scene::ObjectId;
+use std::collections::HashMap;
+use std::sync::Arc;
+use transport::shape::Mesh;
+
+/// Linear colours of the vertices of a mesh.
+pub(super) type Colours = Option<Arc<Vec<[f32; 3]>>>;
+
+/// Meshes of groups, before they are placed.
+#[derive(Default)]
+pub(super) struct Originals {
+    pub meshes: HashMap<ObjectId, (Arc<Mesh>, Colours)>,
+    /// Number of triangles of all copies.
+    pub copied: usize,
+}
