@@ -1,4 +1,4 @@
-//! Sums over all rays between two points: what connections find by luck must, on average, count once.
+//! Sums over all rays between two points: what connections find at random must, on average, count once.
 //!
 //! The rays between two points on either side of a strong lens are listed by searching until nothing new
 //! turns up; their geometry terms add up to the exact answer. Connections, which find one of the rays for
@@ -93,7 +93,7 @@ fn branches_are_summed() {
                 "{} rays: {mean} ± {error}, exact {exact}, certain {certain}, q = {search}",
                 rays.len()
             );
-            // Without the rays that take luck the sum would be found wrong.
+            // Without the rays that are found at random the sum would be found wrong.
             assert!(error * threshold(RATE, 6) < exact - certain);
             zs.push(moments.z(exact));
         }

@@ -46,7 +46,7 @@ fn adjoint_estimates_are_worth_what_paths_brought() {
         for x in [-0.7, 0.7] {
             let found = adjoint.of(&start(DVec3::new(x, 0.3, z))).unwrap();
             println!("{z}: {found}, exact {exact}");
-            // Part of the departures is taken to be like those of the larger cells around.
+            // Part of the training samples is taken to be like those of the larger cells around.
             assert!((found / exact - 1.0).abs() < 0.01);
         }
     }

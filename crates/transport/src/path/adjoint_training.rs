@@ -10,11 +10,11 @@ use super::edge::Start;
 
 /// Samples that are remembered: enough, and no burden where paths are long.
 const MOST: usize = 1 << 16;
-/// A cell is divided if each half has at least so many departures,
+/// A cell is divided if each half has at least so many training samples,
 const FEWEST: usize = 64;
 /// and no more often than this.
 const DIVISIONS: u32 = 8;
-/// As many departures as these are taken to be as in the cell of which a cell is half; for all of them together, to be
+/// As many training samples as these are taken to be as in the cell of which a cell is half; for all of them together, to be
 /// worth their work: few samples may have missed what matters.
 const DOUBT: f64 = 64.0;
 
@@ -80,7 +80,7 @@ impl AdjointTraining {
     }
 }
 
-/// Means over departures, weighted by throughput.
+/// Means over training samples, weighted by throughput.
 #[derive(Clone, Copy, Debug)]
 struct Mean {
     /// Of X².
@@ -98,7 +98,7 @@ impl Mean {
         }
     }
 
-    /// That of `count` departures, drawn towards another.
+    /// That of `count` training samples, drawn towards another.
     fn near(self, other: Mean, count: usize) -> Self {
         let doubt = DOUBT / (DOUBT + count as f64);
         Mean {
@@ -153,7 +153,7 @@ fn divide(
     divide(nodes, above, (means[1], worth), divisions - 1);
 }
 
-/// Sorts departures into halves along an axis. Returns what the least variance × work would be in proportion to, as a
+/// Sorts training samples into halves along an axis. Returns what the least variance × work would be in proportion to, as a
 /// square root: the sum of √(Σ T X² Σ T C) over the halves; infinity if they are at the same place.
 fn halved(samples: &mut [TrainingSample], axis: usize) -> f64 {
     let half = samples.len() / 2;

@@ -7,7 +7,7 @@
 //! for its like, i.e. it passes where indices are declared matched, is refracted or totally reflected at
 //! smooth dielectrics, or is reflected there no more often than the scene allows, and is no longer than
 //! the scene's reach. Connections find all such edges: the one that a deterministic start leads to for
-//! certain, others by luck with a weight that makes up for it. So an edge that is connectable and was
+//! certain, others at random with a weight that makes up for it. So an edge that is connectable and was
 //! found by chance shares its contribution with the connections that compete for it, and any
 //! other edge keeps all of it.
 //!
@@ -88,7 +88,7 @@ pub struct Workspace {
     pub adjoint: AdjointEstimate,
     /// How paths begin.
     pub first_vertex: FirstVertexTechniques,
-    /// What a pilot finds out about prospects.
+    /// What a pilot finds out about adjoint estimates.
     pub adjoint_training: Option<Box<AdjointTraining>>,
     /// Whether all work is to be given up, so that nothing is found any more.
     pub stop: Stop,
@@ -132,7 +132,7 @@ impl Workspace {
         stats
     }
 
-    /// What a branch that takes luck to be found counts for in the combination of estimators, where
+    /// What a branch that must be found at random counts for in the combination of estimators, where
     /// one that is found for certain counts 1. A find with probability P is worth N/q with a variance
     /// of about 2/(qP), as if qP/2 samples had been taken; P itself is not known, and any guess of it
     /// is unbiased that depends on the branch alone.

@@ -36,7 +36,7 @@ const ONE: u16 = 256;
 /// The least and the largest share.
 const LEAST: u16 = ONE / 2;
 const LARGEST: u16 = 8 * ONE;
-/// Bytes per pixel that there are at most while shares are found out: outlooks, worths and shares.
+/// Bytes per pixel that there are at most while shares are found out: forecasts, worths and shares.
 pub(super) const BYTES: usize = size_of::<PixelForecast>() + size_of::<f32>() + size_of::<u16>();
 /// Steps of the search for the scale of shares: more than enough for shares in whole numbers.
 const HALVINGS: u32 = 40;
@@ -145,7 +145,7 @@ impl Allocation {
     ) -> ControlFlow<()> {
         let film = sources[0].scene.film();
         let tasks = (film.width * film.height).div_ceil(PIXELS_PER_TASK);
-        let mut outlooks = Vec::with_capacity(film.width * film.height);
+        let mut forecasts = Vec::with_capacity(film.width * film.height);
         let (mut at, mut next) = (0, 1);
         while at < tasks {
             if at > 0 {
@@ -154,7 +154,7 @@ impl Allocation {
             let started = Instant::now();
             let end = tasks.min(at + next as usize);
             let taken = (at..end).into_par_iter().with_max_len(1);
-            outlooks.par_extend(
+            forecasts.par_extend(
                 taken.flat_map_iter(|task| task_of_pilot(sources, (film, self.unit), task)),
             );
             at = end;
@@ -163,7 +163,7 @@ impl Allocation {
                 return ControlFlow::Break(());
             }
         }
-        self.shares = Shares::Known(shares(&outlooks, film.width));
+        self.shares = Shares::Known(shares(&forecasts, film.width));
         ControlFlow::Continue(())
     }
 }
@@ -194,14 +194,14 @@ fn task_of_pilot(
 ) -> Vec<PixelForecast> {
     let first = task * PIXELS_PER_TASK;
     let pixels = first..(film.width * film.height).min(first + PIXELS_PER_TASK);
-    let mut outlooks = vec![PixelForecast::default(); pixels.len()];
+    let mut forecasts = vec![PixelForecast::default(); pixels.len()];
     for source in sources {
         let mut ws = source.workspace();
-        for (pixel, outlook) in pixels.clone().zip(&mut outlooks) {
-            *outlook = outlook.plus(pilot(source, (pixel, unit), &mut ws), 1.0);
+        for (pixel, forecast) in pixels.clone().zip(&mut forecasts) {
+            *forecast = forecast.plus(pilot(source, (pixel, unit), &mut ws), 1.0);
         }
     }
-    outlooks
+    forecasts
 }
 
 /// Takes the pilot's samples of a pixel.
@@ -227,14 +227,14 @@ fn pilot(source: &Source, (pixel, unit): (usize, u64), ws: &mut Workspace) -> Pi
 }
 
 /// The shares of pixels, row by row in so many columns: in proportion to √(v/c) within limits, one on average.
-fn shares(outlooks: &[PixelForecast], width: usize) -> Vec<u16> {
-    let variances = outlooks.iter().map(|o| f64::from(o.variance));
-    let mean = (variances.sum::<f64>() / outlooks.len() as f64) as f32;
+fn shares(forecasts: &[PixelForecast], width: usize) -> Vec<u16> {
+    let variances = forecasts.iter().map(|o| f64::from(o.variance));
+    let mean = (variances.sum::<f64>() / forecasts.len() as f64) as f32;
     if !(mean > 0.0 && mean.is_finite()) {
-        return vec![ONE; outlooks.len()];
+        return vec![ONE; forecasts.len()];
     }
     let worth = |o: PixelForecast| ((o.variance / mean + DOUBT) / o.work.max(1.0)).sqrt();
-    let worths: Vec<f32> = smoothed(outlooks, width).map(worth).collect();
+    let worths: Vec<f32> = smoothed(forecasts, width).map(worth).collect();
     let scale = scale(&worths);
     let share = |worth: &f32| limited(scale * f64::from(*worth)).round() as u16;
     worths.iter().map(share).collect()
@@ -268,16 +268,16 @@ fn scale(worths: &[f32]) -> f64 {
 }
 
 /// Means over the pixels around each, which at the image's edges are fewer.
-fn smoothed(outlooks: &[PixelForecast], width: usize) -> impl Iterator<Item = PixelForecast> {
-    let height = outlooks.len() / width;
+fn smoothed(forecasts: &[PixelForecast], width: usize) -> impl Iterator<Item = PixelForecast> {
+    let height = forecasts.len() / width;
     let near = move |at: usize, end: usize| at.saturating_sub(AROUND)..end.min(at + AROUND + 1);
     let mean = move |i: usize| {
         let (rows, columns) = (near(i / width, height), near(i % width, width));
         let share = 1.0 / (rows.len() * columns.len()) as f32;
-        let around = rows.flat_map(|row| &outlooks[row * width..][columns.clone()]);
+        let around = rows.flat_map(|row| &forecasts[row * width..][columns.clone()]);
         around.fold(PixelForecast::default(), |sum, o| sum.plus(*o, share))
     };
-    (0..outlooks.len()).map(mean)
+    (0..forecasts.len()).map(mean)
 }
 
 #[cfg(test)]
@@ -330,12 +330,12 @@ mod tests {
     #[test]
     fn shares_weigh_noise_against_work() {
         let (width, height) = (40, 30);
-        let outlook = |i: usize| PixelForecast {
+        let forecast = |i: usize| PixelForecast {
             variance: if i / width < 10 { 16.0 } else { 1.0 },
             work: if i % width < 20 { 9.0 } else { 1.0 },
         };
-        let outlooks: Vec<_> = (0..width * height).map(outlook).collect();
-        let shares = shares(&outlooks, width);
+        let forecasts: Vec<_> = (0..width * height).map(forecast).collect();
+        let shares = shares(&forecasts, width);
         let mean = shares.iter().map(|s| f64::from(*s)).sum::<f64>() / shares.len() as f64;
         // Shares are rounded to 1/256.
         assert!((mean / f64::from(ONE) - 1.0).abs() < 0.5 / 256.0, "{mean}");
@@ -351,11 +351,11 @@ mod tests {
     #[test]
     fn equals_get_equal_shares() {
         for variance in [0.0, 1.0, f32::INFINITY, f32::NAN] {
-            let outlook = PixelForecast {
+            let forecast = PixelForecast {
                 variance,
                 work: 10.0,
             };
-            assert_eq!(shares(&[outlook; 12], 4), [ONE; 12], "{variance}");
+            assert_eq!(shares(&[forecast; 12], 4), [ONE; 12], "{variance}");
         }
     }
 }

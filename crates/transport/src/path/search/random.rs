@@ -66,7 +66,7 @@ impl Search<'_> {
         evaluate: impl Fn(&Connection) -> Option<T>,
     ) -> Option<(T, f64)> {
         ws.stats.connections.searches += 1;
-        let connection = self.try_luck(sampler, ws).filter(other)?;
+        let connection = self.try_random(sampler, ws).filter(other)?;
         let connection = Connection {
             discovery: match self.has_all(true) {
                 true => 1.0,
@@ -84,7 +84,7 @@ impl Search<'_> {
         while trials < TRIALS_PER_SEARCH && ws.solver.work.steps - before < STEPS_PER_SEARCH {
             trials += 1;
             ws.stats.connections.trials += 1;
-            let again = self.try_luck(sampler, ws);
+            let again = self.try_random(sampler, ws);
             if again.is_some_and(|l| l.is_branch_of(self.scene, &connection)) {
                 return Some((value, f64::from(trials)));
             }
@@ -93,7 +93,7 @@ impl Search<'_> {
         Some((value, f64::from(trials)))
     }
 
-    fn try_luck(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Connection> {
+    fn try_random(&self, sampler: &mut Sampler, ws: &mut Workspace) -> Option<Connection> {
         if ws.stop.is_raised() {
             return None;
         }

@@ -1,0 +1,123 @@
+//! Things that have a name in every textbook are called by it: words that once stood for them do not come back.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Words that are not used anywhere, whatever their case, and what is written instead.
+const WORDS: [(&str, &str); 11] = [
+    ("attractor", "point-like emitter"),
+    ("attractors", "point-like emitters"),
+    ("cascade", "outlier rejection"),
+    ("crowded", "overlapping"),
+    ("endless", "non-terminating"),
+    ("hindrance", "incompatibility"),
+    ("luck", "discovery probability, random search"),
+    ("nudge", "ray epsilon"),
+    ("outlook", "adjoint estimate, forecast"),
+    ("prospects", "adjoint estimates"),
+    ("veil", "partial transmission"),
+];
+
+/// Parts of names of types in Rust. In prose, and in small letters, these are words like others.
+const TYPES: [(&str, &str); 16] = [
+    ("Account", "BalanceSums"),
+    ("Beginning", "FirstVertexTechniques"),
+    ("Books", "BalanceTotals"),
+    ("Calm", "homogeneous"),
+    ("Carry", "TransportMode"),
+    ("Departures", "AdjointTraining"),
+    ("Fork", "Split"),
+    ("Landing", "end state"),
+    ("Launch", "RayFamily"),
+    ("Ledger", "ParticleBalance"),
+    ("Link", "Connection"),
+    ("Passage", "throughput"),
+    ("Shot", "Trajectory"),
+    ("Station", "PathVertex"),
+    ("Survey", "NeeTraining"),
+    ("Tube", "EdgeGeometry"),
+];
+
+fn collect(directory: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(directory).unwrap() {
+        let path = entry.unwrap().path();
+        let is_text = path
+            .extension()
+            .and_then(|e| e.to_str())
+            .is_some_and(|e| ["rs", "md", "py", "pyi", "ipynb", "xml"].contains(&e));
+        if path.is_dir() {
+            collect(&path, found);
+        } else if is_text && !path.ends_with("tests/vocabulary.rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// The words of a line: identifiers fall into parts at underscores and where a capital follows a small letter.
+fn words(line: &str) -> Vec<&str> {
+    let is_border = |line: &str, at: usize| {
+        let (before, after) = line.split_at(at);
+        before.ends_with(|c: char| c.is_lowercase())
+            && after.starts_with(|c: char| c.is_uppercase())
+    };
+    let mut found = Vec::new();
+    for part in line.split(|c: char| !c.is_alphabetic()) {
+        let mut start = 0;
+        for (at, _) in part.char_indices() {
+            if is_border(part, at) {
+                found.push(&part[start..at]);
+                start = at;
+            }
+        }
+        found.push(&part[start..]);
+    }
+    found
+}
+
+/// What is written instead of an old word in a line, if it has one; `code` is the part that is Rust.
+fn old_word(line: &str, code: &str) -> Option<(&'static str, &'static str)> {
+    let is_old = |word: &str| WORDS.iter().find(|(old, _)| word.eq_ignore_ascii_case(old));
+    let anywhere = words(line).into_iter().find_map(is_old);
+    let of_type = |word: &str| TYPES.iter().find(|(old, _)| word == *old);
+    let named = || words(code).into_iter().find_map(of_type);
+    anywhere.or_else(named).copied()
+}
+
+#[test]
+fn words_are_split_at_borders() {
+    let link = Some(("Link", "Connection"));
+    for code in ["LinkKind", "Link", "RayLink", "my_Link"] {
+        assert_eq!(old_word(code, code), link, "{code}");
+    }
+    assert_eq!(
+        old_word("SLACK_PER_NUDGE", ""),
+        Some(("nudge", "ray epsilon"))
+    );
+    for code in ["blink", "a link", "unveiled", "Linked"] {
+        assert_eq!(old_word(code, code), None, "{code}");
+    }
+}
+
+#[test]
+fn old_words_stay_away() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let root = crates.parent().unwrap();
+    let mut files = vec![root.join("README.md"), root.join("ARCHITECTURE.md")];
+    for room in ["crates", "docs", "fuzz", "python", "scenes", "scripts"] {
+        collect(&root.join(room), &mut files);
+    }
+    let mut found = Vec::new();
+    for path in files {
+        let text = fs::read_to_string(&path).unwrap();
+        let is_rust = path.extension().is_some_and(|e| e == "rs");
+        for (number, line) in text.lines().enumerate() {
+            let before_comment = line.split("//").next().unwrap_or_default();
+            let code = if is_rust { before_comment } else { "" };
+            if let Some((old, new)) = old_word(line, code) {
+                let place = path.strip_prefix(root).unwrap().display();
+                found.push(format!("{place}:{}: '{old}': write {new}", number + 1));
+            }
+        }
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
