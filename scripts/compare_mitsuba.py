@@ -9,10 +9,10 @@ library, version 16 or newer where the processor has AVX-512: Debian's package l
 A variant that cannot be loaded is left out, with a note.
 
 With --sampler both use that one in place of the scenes' own, with --own Morgana alone does; --adaptive lets it share samples
-out among pixels. --guided adds what scripts/build_guided.py has built.
+out among pixels. --pgo adds what scripts/build_pgo.py has built.
 
 Usage: scripts/compare_mitsuba.py [--spp N] [--seeds N] [--threads N] [--variants NAMES] [--sampler NAME] [--own NAME] [--adaptive]
-                                  [--guided] SCENE ...
+                                  [--pgo] SCENE ...
 """
 
 import argparse
@@ -28,7 +28,7 @@ import venv
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
-GUIDED = TARGET / "guided" / "release" / "morgana"
+PGO = TARGET / "pgo" / "release" / "morgana"
 ENVIRONMENT = ROOT / "target" / "mitsuba-venv"
 PACKAGES = ("mitsuba==3.9.1", "numpy")
 
@@ -103,8 +103,8 @@ class Mitsuba:
 
 def renderers(scene, args):
     found = [Morgana(scene, args)]
-    if args.guided:
-        found.append(Morgana(scene, args, "morgana, guided", GUIDED))
+    if args.pgo:
+        found.append(Morgana(scene, args, "morgana, PGO", PGO))
     for variant in args.variants.split(","):
         try:
             found.append(Mitsuba(variant, scene, args))
@@ -164,13 +164,13 @@ def main():
     parser.add_argument("--sampler", help="a type of sampler that both know")
     parser.add_argument("--own", metavar="NAME", help="a type of sampler for Morgana alone")
     parser.add_argument("--adaptive", action="store_true", help="Morgana shares samples out among pixels")
-    parser.add_argument("--guided", action="store_true", help="also what scripts/build_guided.py has built")
+    parser.add_argument("--pgo", action="store_true", help="also what scripts/build_pgo.py has built")
     parser.add_argument("scenes", nargs="+", type=pathlib.Path, metavar="SCENE")
     args = parser.parse_args()
     if args.seeds < 2:
         parser.error("variances are told from differences: at least two seeds are needed")
-    if args.guided and not GUIDED.exists():
-        parser.error(f"there is no {GUIDED}: run scripts/build_guided.py first")
+    if args.pgo and not PGO.exists():
+        parser.error(f"there is no {PGO}: run scripts/build_pgo.py first")
     enter_environment()
     Morgana.build()
     print("| scene | renderer | mean | ns per sample | variance of a sample | morgana's efficiency by its |")

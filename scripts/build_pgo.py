@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Builds the program guided by profiles of its own runs: the same images bit for bit, in less time.
+"""Builds the program by profile-guided optimisation (PGO): the same images bit for bit, in less time.
 
 Builds it with counters, renders small scenes, and builds it again so that what runs often is laid out to run fast. Checks
-that it gives the same bits as the plain release build, and measures the gain. The result is target/guided/release/morgana.
-The Python package is built likewise with RUSTFLAGS="-Cprofile-use=…/target/guided/morgana.profdata" pip install .
+that it gives the same bits as the plain release build, and measures the gain. The result is target/pgo/release/morgana.
+The Python package is built likewise with RUSTFLAGS="-Cprofile-use=…/target/pgo/morgana.profdata" pip install .
 
 Needs llvm-profdata: `rustup component add llvm-tools`, or that of LLVM 19 or newer, whose
 path is given by --profdata. Takes some ten minutes on two cores.
 
-Usage: scripts/build_guided.py [--profdata PATH]
+Usage: scripts/build_pgo.py [--profdata PATH]
 """
 
 import argparse
@@ -23,8 +23,8 @@ import tempfile
 
 from same_bits import PICTURE, ROOT, TARGET, variants
 
-GUIDED = TARGET / "guided"
-PROFILE = GUIDED / "morgana.profdata"
+PGO = TARGET / "pgo"
+PROFILE = PGO / "morgana.profdata"
 # Scenes without bent rays.
 STRAIGHT = sorted((ROOT / "crates" / "io" / "tests" / "data").glob("p[1-5]*.xml"))
 TIMED = [*STRAIGHT, *(ROOT / "scenes" / f"{name}.xml" for name in ("luneburg_fog", "grid_lens", "acoustic_waveguide"))]
@@ -73,27 +73,27 @@ def train(program, merge):
         folder = pathlib.Path(folder)
         for scene, (options, extension) in scenes(folder):
             render(program, scene, options, folder / f"output.{extension}")
-    raw = sorted((GUIDED / "raw").glob("*.profraw"))
+    raw = sorted((PGO / "raw").glob("*.profraw"))
     if not raw:
-        sys.exit(f"no profiles in {GUIDED / 'raw'}: the program was not built with counters")
+        sys.exit(f"no profiles in {PGO / 'raw'}: the program was not built with counters")
     if subprocess.run([merge, "merge", "-o", PROFILE, *raw]).returncode != 0:
         sys.exit(f"{merge} cannot merge the profiles: if their version is unsupported, a newer LLVM is needed")
 
 
-def compare(plain, guided):
+def compare(plain, pgo):
     """Bits of all scenes, and times of some."""
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         for scene, (options, extension) in scenes(folder):
             output = folder / f"output.{extension}"
-            one, other = (render(program, scene, options, output)[0] for program in (plain, guided))
+            one, other = (render(program, scene, options, output)[0] for program in (plain, pgo))
             if one != other:
-                sys.exit(f"{scene.stem}: the guided build gives other bits")
+                sys.exit(f"{scene.stem}: the PGO build gives other bits")
         for scene in TIMED:
             size = () if scene in STRAIGHT else PICTURE[0][:4]
             options = (*size, "--spp", "32", "--threads", "1")
             time = lambda program: render(program, scene, options, folder / "output.npy")[1]
-            ratio = statistics.median(time(plain) / time(guided) for _ in range(PAIRS))
+            ratio = statistics.median(time(plain) / time(pgo) for _ in range(PAIRS))
             print(f"{scene.stem}: {ratio:.2f} times as fast", flush=True)
 
 
@@ -101,12 +101,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--profdata", help="path of llvm-profdata")
     merge = profdata(parser.parse_args().profdata)
-    shutil.rmtree(GUIDED / "raw", ignore_errors=True)
-    counting = build(GUIDED / "counting", f"-Cprofile-generate={GUIDED / 'raw'}")
+    shutil.rmtree(PGO / "raw", ignore_errors=True)
+    counting = build(PGO / "counting", f"-Cprofile-generate={PGO / 'raw'}")
     train(counting, merge)
-    guided = build(GUIDED, f"-Cprofile-use={PROFILE}")
-    compare(build(TARGET), guided)
-    print(f"the same bits as the plain build: {guided}")
+    pgo = build(PGO, f"-Cprofile-use={PROFILE}")
+    compare(build(TARGET), pgo)
+    print(f"the same bits as the plain build: {pgo}")
 
 
 if __name__ == "__main__":
