@@ -16,7 +16,7 @@ const STEPS: u64 = 1000;
 
 /// What a render is heading for.
 #[derive(Clone, Copy, Debug)]
-pub struct Goal {
+pub struct ProgressGoal {
     /// Samples of one sample per pixel: pixels times channel groups.
     pub samples_per_spp: u64,
     /// Samples per pixel asked for, if there is a limit.
@@ -40,7 +40,7 @@ pub struct Watch {
 /// far it has got on the standard error; nothing is drawn if that is no terminal.
 pub fn watch<'scope>(
     scope: &'scope Scope<'scope, '_>,
-    (goal, draws): (Goal, bool),
+    (goal, draws): (ProgressGoal, bool),
     handle: &'scope Handle,
     stopping: &'scope Interrupt,
 ) -> Watch {
@@ -51,7 +51,12 @@ pub fn watch<'scope>(
     }
 }
 
-fn run((goal, draws): (Goal, bool), handle: &Handle, stopping: &Interrupt, stopped: &Receiver<()>) {
+fn run(
+    (goal, draws): (ProgressGoal, bool),
+    handle: &Handle,
+    stopping: &Interrupt,
+    stopped: &Receiver<()>,
+) {
     let target = if draws {
         ProgressDrawTarget::stderr()
     } else {
@@ -78,7 +83,7 @@ fn run((goal, draws): (Goal, bool), handle: &Handle, stopping: &Interrupt, stopp
     bar.finish_and_clear();
 }
 
-impl Goal {
+impl ProgressGoal {
     /// Share of the work, or of the time, that is done.
     fn fraction(&self, samples: u64, elapsed: Duration) -> f64 {
         let work = self.spp.map_or(0.0, |spp| self.done(samples) / spp as f64);
@@ -127,7 +132,7 @@ fn clock(seconds: f64) -> String {
 mod tests {
     use super::*;
 
-    const GOAL: Goal = Goal {
+    const GOAL: ProgressGoal = ProgressGoal {
         samples_per_spp: 100,
         spp: Some(10),
         before: 0,
@@ -144,14 +149,14 @@ mod tests {
 
     #[test]
     fn what_was_there_before_took_no_time() {
-        let goal = Goal { before: 5, ..GOAL };
+        let goal = ProgressGoal { before: 5, ..GOAL };
         let text = goal.message(250, Duration::from_secs(30));
         assert_eq!(text, " 75% · 8/10 spp · 8 samples/s · 0:30 left");
     }
 
     #[test]
     fn whichever_limit_is_nearer_counts() {
-        let goal = Goal {
+        let goal = ProgressGoal {
             time: Some(Duration::from_secs(40)),
             ..GOAL
         };

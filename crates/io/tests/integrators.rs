@@ -3,7 +3,8 @@
 use io::{LoadOptions, Loaded};
 use std::fs;
 use transport::integrator::{
-    Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer, PhotonMapping, Query,
+    Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer, PhotonMapping,
+    PhotonQuery,
 };
 
 const CAMERA: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
@@ -164,7 +165,7 @@ fn photon_maps_have_parameters() {
             photons: Some(1000),
             radius: Some(0.1),
             progressive: true,
-            query: Query::Point,
+            query: PhotonQuery::Point,
             max_depth: Some(4),
             rr_depth: 5,
         }

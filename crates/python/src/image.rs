@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// Layers of an image: name, names of channels, values (height, width, channels).
 type Given<'py> = Vec<(String, Vec<String>, PyArrayLike3<'py, f32, AllowTypeChange>)>;
 /// The same as they are returned.
-type Found<'py> = Vec<(String, Vec<String>, Bound<'py, PyArrayDyn<f32>>)>;
+type LayerArrays<'py> = Vec<(String, Vec<String>, Bound<'py, PyArrayDyn<f32>>)>;
 /// Texts by name.
 type Attributes = Vec<(String, String)>;
 
@@ -27,7 +27,7 @@ pub fn read_image(
     py: Python<'_>,
     path: PathBuf,
     memory: Option<u64>,
-) -> PyResult<(Found<'_>, Attributes)> {
+) -> PyResult<(LayerArrays<'_>, Attributes)> {
     let image = py.detach(|| ImageLayers::read_within(&path, Limits { memory }));
     let image = image.map_err(|e| errors::file(&e))?;
     let size = (image.height, image.width);
@@ -38,7 +38,7 @@ pub fn read_image(
         let shape = [size.0, size.1, names.len()];
         Ok((layer.name, names, array(py, values.collect(), &shape)?))
     };
-    let layers: PyResult<Found> = image.layers.into_iter().map(found).collect();
+    let layers: PyResult<LayerArrays> = image.layers.into_iter().map(found).collect();
     Ok((layers?, image.attributes))
 }
 

@@ -29,7 +29,7 @@ pub struct Report {
 
 /// Why a test fails before any statistics: none of these has a false alarm.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Failure {
+pub enum ChiSquareFailure {
     /// ∫pdf is not what was declared.
     #[error("the density integrates to {integral}, expected {expected} within {tolerance:.1e}")]
     Mass {
@@ -117,7 +117,7 @@ impl Table {
         mass: Mass,
         sample: impl FnMut(&mut Rng) -> Option<[f64; 2]>,
         pdf: impl Fn([f64; 2]) -> f64,
-    ) -> Result<Report, Failure> {
+    ) -> Result<Report, ChiSquareFailure> {
         let expected: Vec<f64> = self.integrate(&pdf);
         let integral: f64 = expected.iter().sum();
         let remainder = self.check_mass(integral, mass)?;
@@ -132,7 +132,7 @@ impl Table {
         if !slack {
             cells.push((n * remainder, none as f64));
         }
-        let (statistic, dof) = pooled_statistic(cells).ok_or(Failure::TooCoarse)?;
+        let (statistic, dof) = pooled_statistic(cells).ok_or(ChiSquareFailure::TooCoarse)?;
         Ok(Report {
             statistic,
             dof,
@@ -157,7 +157,7 @@ impl Table {
     }
 
     /// Returns 1 − mass, the probability of `None`.
-    fn check_mass(&self, integral: f64, mass: Mass) -> Result<f64, Failure> {
+    fn check_mass(&self, integral: f64, mass: Mass) -> Result<f64, ChiSquareFailure> {
         let tolerance = self.mass_tolerance;
         let (expected, right) = match mass {
             Mass::Exactly(m) => (m, (integral - m).abs() <= tolerance),
@@ -166,7 +166,7 @@ impl Table {
         if right {
             Ok((1.0 - expected).max(0.0))
         } else {
-            Err(Failure::Mass {
+            Err(ChiSquareFailure::Mass {
                 integral,
                 expected,
                 tolerance,
@@ -180,7 +180,7 @@ impl Table {
         samples: u64,
         mut sample: impl FnMut(&mut Rng) -> Option<[f64; 2]>,
         pdf: &impl Fn([f64; 2]) -> f64,
-    ) -> Result<(Vec<u64>, u64), Failure> {
+    ) -> Result<(Vec<u64>, u64), ChiSquareFailure> {
         let mut rng = Rng::new(seed);
         let mut counts = vec![0; (self.u.len() - 1) * self.columns()];
         let mut none = 0;
@@ -190,10 +190,10 @@ impl Table {
                 continue;
             };
             let bin = bin_of(&self.u, point[0]).zip(bin_of(&self.v, point[1]));
-            let (i, j) = bin.ok_or(Failure::Outside { point })?;
+            let (i, j) = bin.ok_or(ChiSquareFailure::Outside { point })?;
             // Checked at the sample, as the quadrature of a bin can miss a sliver of support.
             if pdf(point) <= 0.0 {
-                return Err(Failure::ZeroDensity { point });
+                return Err(ChiSquareFailure::ZeroDensity { point });
             }
             counts[i * self.columns() + j] += 1;
         }
@@ -301,13 +301,13 @@ mod tests {
     fn finds_a_wrong_normalisation() {
         let wrong = |[x, _]: [f64; 2]| 1.94 * x;
         let exact = table().test(4, 100_000, Mass::Exactly(1.0), |r| ramp(r, 0.0), wrong);
-        assert!(matches!(exact, Err(Failure::Mass { .. })));
+        assert!(matches!(exact, Err(ChiSquareFailure::Mass { .. })));
         let free = table()
             .test(4, 100_000, Mass::AtMostOne, |r| ramp(r, 0.0), wrong)
             .unwrap();
         assert!(free.p_value < 1e-6, "{free:?}");
         let twice = table().test(4, 10, Mass::AtMostOne, |r| ramp(r, 0.0), |[x, _]| 4.0 * x);
-        assert!(matches!(twice, Err(Failure::Mass { .. })));
+        assert!(matches!(twice, Err(ChiSquareFailure::Mass { .. })));
     }
 
     #[test]
@@ -316,7 +316,7 @@ mod tests {
         let result = table().test(5, 10_000, Mass::Exactly(1.0), |r| ramp(r, 0.0), half);
         assert!(matches!(
             result,
-            Err(Failure::ZeroDensity { .. } | Failure::Mass { .. })
+            Err(ChiSquareFailure::ZeroDensity { .. } | ChiSquareFailure::Mass { .. })
         ));
         let outside = table().test(
             6,
@@ -325,6 +325,6 @@ mod tests {
             |_| Some([f64::NAN, 0.0]),
             |_| 1.0,
         );
-        assert!(matches!(outside, Err(Failure::Outside { .. })));
+        assert!(matches!(outside, Err(ChiSquareFailure::Outside { .. })));
     }
 }

@@ -1,6 +1,6 @@
 //! χ² tests of distributions of directions.
 
-use crate::chi_square::{Failure, Mass, Report, Table, uniform_edges};
+use crate::chi_square::{ChiSquareFailure, Mass, Report, Table, uniform_edges};
 use crate::quadrature::Effort;
 use crate::rng::Rng;
 use std::f64::consts::PI;
@@ -69,7 +69,7 @@ impl DirectionTable {
         mass: Mass,
         mut sample: impl FnMut(&mut Rng) -> Option<[f64; 3]>,
         pdf: impl Fn([f64; 3]) -> f64,
-    ) -> Result<Report, Failure> {
+    ) -> Result<Report, ChiSquareFailure> {
         let to_table = |rng: &mut Rng| sample(rng).map(|d| self.coordinates(d));
         self.table
             .test(seed, samples, mass, to_table, |c| pdf(self.direction(c)))

@@ -15,7 +15,7 @@ pub mod quadrature;
 pub mod rng;
 pub mod z_test;
 
-pub use chi_square::{Failure, Mass, Report, Table, uniform_edges};
+pub use chi_square::{ChiSquareFailure, Mass, Report, Table, uniform_edges};
 pub use convergence::{OrderFit, fit_order};
 pub use direction::DirectionTable;
 pub use family::{Family, sidak};

@@ -9,7 +9,7 @@ use crate::keeper::Keeper;
 use crate::measured::Measured;
 use crate::memory::refused;
 use crate::output::say;
-use crate::progress::{self, Goal};
+use crate::progress::{self, ProgressGoal};
 use crate::report::Stopped;
 use crate::{config, load, results};
 use io::Loaded;
@@ -128,7 +128,7 @@ fn run(
     mut keeper: Option<&mut Keeper>,
     (pool, interrupt): (&ThreadPool, &Interrupt),
 ) -> Result<Option<Stopped>, MeasureError> {
-    let goal = Goal {
+    let goal = ProgressGoal {
         samples_per_spp: loaded.groups.len() as u64,
         spp: (options.particles < u64::MAX).then_some(options.particles),
         before: state.done().count(),

@@ -9,7 +9,7 @@ use crate::job::Job;
 use crate::keeper::{self, Keeper};
 use crate::output::say;
 use crate::preview::{Canvas, Preview};
-use crate::progress::{self, Goal};
+use crate::progress::{self, ProgressGoal};
 use crate::report::{Report, Stopped};
 use crate::shard::Shard;
 use crate::{config, load, memory, results};
@@ -235,7 +235,7 @@ fn run(
     (pool, interrupt): (&ThreadPool, &Interrupt),
 ) -> Option<Stopped> {
     let film = loaded.scene().film();
-    let goal = Goal {
+    let goal = ProgressGoal {
         samples_per_spp: (film.width * film.height * loaded.groups.len()) as u64,
         spp: (options.samples < u64::MAX).then_some(options.samples),
         before: state.done().count(),

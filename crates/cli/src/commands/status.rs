@@ -15,7 +15,7 @@ use std::time::Duration;
 use transport::render::Ranges;
 
 /// A part that was found.
-struct Found {
+struct PartFile {
     path: PathBuf,
     header: Header,
     done: Ranges,
@@ -23,10 +23,10 @@ struct Found {
 
 /// Says what is there and what is missing; 1 if something is.
 pub fn status(args: &StatusArgs) -> Result<ExitCode, Failure> {
-    let (mut found, mut unreadable) = (Vec::<Found>::new(), Vec::new());
+    let (mut found, mut unreadable) = (Vec::<PartFile>::new(), Vec::new());
     for path in &args.parts {
         match Part::read(path) {
-            Ok(Part { header, body }) => found.push(Found {
+            Ok(Part { header, body }) => found.push(PartFile {
                 path: path.clone(),
                 header,
                 done: body.done().clone(),
@@ -62,7 +62,7 @@ pub fn status(args: &StatusArgs) -> Result<ExitCode, Failure> {
 }
 
 /// All parts must be of one render.
-fn check(path: &Path, header: &Header, others: &[Found]) -> Result<(), Failure> {
+fn check(path: &Path, header: &Header, others: &[PartFile]) -> Result<(), Failure> {
     for other in others {
         let agrees = other.header.agrees(header);
         agrees.map_err(|e| {
@@ -90,7 +90,7 @@ struct Overview {
 }
 
 impl Overview {
-    fn of(found: &[Found]) -> Self {
+    fn of(found: &[PartFile]) -> Self {
         let header = &found[0].header;
         let (mut all, mut twice) = (Ranges::default(), None);
         for part in found {
@@ -151,7 +151,7 @@ impl Overview {
         lines.join("\n")
     }
 
-    fn json(&self, found: &[Found], unreadable: &[String]) -> Value {
+    fn json(&self, found: &[PartFile], unreadable: &[String]) -> Value {
         let pairs = |ranges: Vec<Range<u64>>| -> Value {
             ranges
                 .into_iter()
@@ -159,7 +159,7 @@ impl Overview {
                 .map(Value::from)
                 .collect()
         };
-        let part = |part: &Found| {
+        let part = |part: &PartFile| {
             json!({
                 "path": part.path.display().to_string(),
                 "shard": part.header.shard,
@@ -189,12 +189,12 @@ fn part_end(done: &Ranges) -> u64 {
 }
 
 /// Whether a part has all that it is to have; none if it has no limit.
-fn complete(part: &Found) -> Option<bool> {
+fn complete(part: &PartFile) -> Option<bool> {
     let limited = part.header.total.is_some();
     limited.then(|| part.done.gaps(part.header.range()).is_empty())
 }
 
-fn line(part: &Found) -> String {
+fn line(part: &PartFile) -> String {
     let name = part
         .header
         .shard

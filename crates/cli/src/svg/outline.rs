@@ -14,7 +14,7 @@ const CELL: f64 = 5.0;
 const HALVINGS: u32 = 10;
 
 /// A place of the page.
-type Place = [f64; 2];
+type PagePoint = [f64; 2];
 /// A side of a cell: its first corner, and whether it goes down rather than right.
 type Side = (usize, usize, bool);
 
@@ -59,7 +59,7 @@ fn section(shape: &Shape, view: &View) -> String {
     // One more cell on every side: what touches the frame is still closed, outside of it.
     let [columns, rows] = size.map(|s| (s / CELL).ceil() as usize + 3);
     let corner = |i: usize, j: usize| [(i as f64 - 1.0) * CELL, (j as f64 - 1.0) * CELL];
-    let contains = |p: Place| shape.contains(view.point(p));
+    let contains = |p: PagePoint| shape.contains(view.point(p));
     let inside: Vec<bool> = (0..columns * rows)
         .map(|k| contains(corner(k % columns, k / columns)))
         .collect();
@@ -104,7 +104,7 @@ fn section(shape: &Shape, view: &View) -> String {
 }
 
 /// The boundary between two corners of which one is inside.
-fn bisect(contains: &impl Fn(Place) -> bool, mut a: Place, mut b: Place) -> Place {
+fn bisect(contains: &impl Fn(PagePoint) -> bool, mut a: PagePoint, mut b: PagePoint) -> PagePoint {
     let side = contains(a);
     for _ in 0..HALVINGS {
         let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
@@ -121,7 +121,7 @@ fn bisect(contains: &impl Fn(Place) -> bool, mut a: Place, mut b: Place) -> Plac
 fn chain(
     start: Side,
     next: &mut HashMap<Side, Vec<Side>>,
-    place: &impl Fn(Side) -> Place,
+    place: &impl Fn(Side) -> PagePoint,
 ) -> String {
     let mut path = String::new();
     let mut side = start;

@@ -5,7 +5,7 @@ use eikonal::Field;
 use eikonal::budget::STEPS_PER_RAY;
 use eikonal::ray::steps_between;
 use glam::DVec3;
-use transport::scene::{Problem, Scene, Severity, Subject};
+use transport::scene::{Scene, SceneProblem, Severity, Subject};
 
 /// Steps across a medium from which on a render is likely to be a mistake: lenses take some ten.
 const MANY: f64 = 2000.0;
@@ -28,7 +28,7 @@ fn ways(scene: &Scene, medium: usize) -> impl Iterator<Item = [DVec3; 2]> {
 }
 
 /// A warning for each medium that takes very many steps, an error for each whose index is out of any physical range.
-pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
+pub(super) fn problems(scene: &Scene) -> Vec<SceneProblem> {
     let bent = |i: &usize| !scene.medium(*i).index.is_constant();
     let media = (0..scene.media().len()).filter(bent);
     media
@@ -36,7 +36,7 @@ pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
         .collect()
 }
 
-fn costly(scene: &Scene, medium: usize) -> Option<Problem> {
+fn costly(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     let steps = steps_across(scene, medium);
     let name = &scene.medium(medium).name;
     let what = parameter(&scene.medium(medium).index);
@@ -45,7 +45,7 @@ fn costly(scene: &Scene, medium: usize) -> Option<Problem> {
     } else {
         "the render takes very long".into()
     };
-    (steps > MANY).then(|| Problem {
+    (steps > MANY).then(|| SceneProblem {
         severity: Severity::Warning,
         subject: Subject::Medium(medium),
         message: format!(
@@ -68,7 +68,7 @@ fn parameter(field: &Field) -> &'static str {
     }
 }
 
-fn out_of_range(scene: &Scene, medium: usize) -> Option<Problem> {
+fn out_of_range(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     let field = &scene.medium(medium).index;
     let places = ways(scene, medium)
         .flat_map(|[from, to]| (0..=PLACES).map(move |i| from.lerp(to, i as f64 / PLACES as f64)));
@@ -78,7 +78,7 @@ fn out_of_range(scene: &Scene, medium: usize) -> Option<Problem> {
         .find(|n| *n > 0.0 && !INDEX.contains(n))?;
     let name = &scene.medium(medium).name;
     let [low, high] = [INDEX.start(), INDEX.end()];
-    Some(Problem {
+    Some(SceneProblem {
         severity: Severity::Error,
         subject: Subject::Medium(medium),
         message: format!(

@@ -3,7 +3,7 @@
 
 use transport::bsdf::Bsdf;
 use transport::integrator::Integrator;
-use transport::scene::{Object, Problem, Scene, Severity, Subject, TOTAL_REFLECTIONS};
+use transport::scene::{Object, Scene, SceneProblem, Severity, Subject, TOTAL_REFLECTIONS};
 
 /// Edges of a path that connections must find, because nothing else can.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +66,7 @@ impl<'a> Walls<'a> {
 
 /// A warning for each kind of light that is missing. A limit of reflections that the scene sets is
 /// taken as meant.
-pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<Problem> {
+pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProblem> {
     let walls = Walls::of(scene);
     let mut problems = Vec::new();
     for (i, emitter) in scene.emitters().iter().enumerate() {
@@ -87,8 +87,8 @@ pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<Problem> {
     problems
 }
 
-fn warning(subject: Subject, message: String, help: String) -> Problem {
-    Problem {
+fn warning(subject: Subject, message: String, help: String) -> SceneProblem {
+    SceneProblem {
         severity: Severity::Warning,
         subject,
         message,
@@ -96,7 +96,7 @@ fn warning(subject: Subject, message: String, help: String) -> Problem {
     }
 }
 
-fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<Problem> {
+fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<SceneProblem> {
     let mirror = walls.mirror.map(|object| {
         let message = format!(
             "light of this {kind} emitter that a mirror ('{}') reflects before it is scattered is \
@@ -117,7 +117,7 @@ fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<Problem> {
     mirror.into_iter().chain(dielectric).collect()
 }
 
-fn to_sensor(walls: &Walls) -> Vec<Problem> {
+fn to_sensor(walls: &Walls) -> Vec<SceneProblem> {
     let mirror = walls.mirror.map(|object| {
         let message = format!(
             "a mirror ('{}') shows emitters only: the particle tracer connects scattered light to the \
@@ -138,7 +138,7 @@ fn to_sensor(walls: &Walls) -> Vec<Problem> {
     mirror.into_iter().chain(dielectric).collect()
 }
 
-fn nowhere(walls: &Walls) -> Option<Problem> {
+fn nowhere(walls: &Walls) -> Option<SceneProblem> {
     let object = walls.mirror.or(walls.never_reflecting())?;
     let message = format!(
         "light of emitters that no ray can hit is missing where smooth surfaces ('{}') reflect it on every \

@@ -1,10 +1,10 @@
 //! Media that no light can enter: the opaque hull is most often a forgotten `null`.
 
 use transport::emitter::Emitter;
-use transport::scene::{AMBIENT, MediumId, Problem, Scene, Severity, Subject};
+use transport::scene::{AMBIENT, MediumId, Scene, SceneProblem, Severity, Subject};
 
 /// A warning for each closed, opaque shape that shuts a medium off from all light.
-pub(super) fn warnings(scene: &Scene) -> Vec<Problem> {
+pub(super) fn warnings(scene: &Scene) -> Vec<SceneProblem> {
     let lit = lit(scene);
     let mut warned = vec![false; scene.media().len()];
     let mut problems = Vec::new();
@@ -65,8 +65,8 @@ fn lit(scene: &Scene) -> Vec<bool> {
     lit
 }
 
-fn warning(object: usize, name: &str, medium: &str) -> Problem {
-    Problem {
+fn warning(object: usize, name: &str, medium: &str) -> SceneProblem {
+    SceneProblem {
         severity: Severity::Warning,
         subject: Subject::Object(object),
         message: format!(

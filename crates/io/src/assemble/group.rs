@@ -16,7 +16,7 @@ use crate::query::Query;
 use crate::scene::{Object, PluginKind, SceneDescription};
 use std::collections::BTreeSet;
 use transport::render::ADAPTIVE_FROM;
-use transport::scene::{Parts, Problem, Scene, Severity, Subject};
+use transport::scene::{Parts, Scene, SceneProblem, Severity, Subject};
 
 /// What the description makes for one channel group.
 pub(super) struct Group {
@@ -230,15 +230,18 @@ impl<'a> Children<'a> {
         let scene = Scene::over_period(parts, sensor.samples.instants);
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
         let sets = sensor.samples.sets;
-        let scene = sampler::in_sets(scene, sets, &method.integrator, |p: &Problem| report.add(p));
+        let scene = sampler::in_sets(scene, sets, &method.integrator, |p: &SceneProblem| {
+            report.add(p)
+        });
         let incompatibility = if instruments.is_empty() {
             sampler::incompatibility(&method.integrator, sensor.film.reweight)
         } else {
             Some("with meters".into())
         };
-        let adaptive = sampler::is_adaptive(&sensor.samples, incompatibility, |p: &Problem| {
-            report.add(p)
-        });
+        let adaptive =
+            sampler::is_adaptive(&sensor.samples, incompatibility, |p: &SceneProblem| {
+                report.add(p)
+            });
         report.doubts(&scene, &method, &instruments);
         if let (Some(medium), [camera]) = (sensor.medium, &self.cameras[..])
             && medium != scene.sensor_medium()
@@ -276,7 +279,7 @@ struct Report<'a> {
 }
 
 impl Report<'_> {
-    fn add(&mut self, problem: &Problem) {
+    fn add(&mut self, problem: &SceneProblem) {
         let location = match problem.subject {
             Subject::Scene => Some(self.root),
             Subject::Sensor => self.sensor,
@@ -295,14 +298,14 @@ impl Report<'_> {
         });
     }
 
-    fn all<'p>(&mut self, problems: impl IntoIterator<Item = &'p Problem>) {
+    fn all<'p>(&mut self, problems: impl IntoIterator<Item = &'p SceneProblem>) {
         problems.into_iter().for_each(|problem| self.add(problem));
     }
 
     /// What is doubtful about a scene that can be rendered.
     fn doubts(&mut self, scene: &Scene, method: &Method, instruments: &[Instrument]) {
         // Without light a picture is black, but other quantities are not.
-        let matters = |p: &&Problem| !(method.is_aov() && p.subject == Subject::Scene);
+        let matters = |p: &&SceneProblem| !(method.is_aov() && p.subject == Subject::Scene);
         self.all(scene.warnings().iter().filter(matters));
         self.all(&costly::problems(scene));
         self.all(&non_terminating::warnings(scene, &method.integrator));

@@ -2,7 +2,7 @@
 
 use transport::Scene;
 use transport::meter::{Estimator, Meter};
-use transport::scene::{Problem, Severity, Subject};
+use transport::scene::{SceneProblem, Severity, Subject};
 
 /// Most cells at whose middles a meter's surroundings are probed.
 const PROBES: usize = 1 << 12;
@@ -42,7 +42,7 @@ pub struct Instrument {
 
 impl Instrument {
     /// What is doubtful about it in a scene: cells where it can find nothing.
-    pub(super) fn doubt(&self, scene: &Scene) -> Option<Problem> {
+    pub(super) fn doubt(&self, scene: &Scene) -> Option<SceneProblem> {
         let Meter::Fluence(meter) = &self.meter else {
             return None;
         };
@@ -69,7 +69,7 @@ impl Instrument {
             ),
             _ => return None,
         };
-        Some(Problem {
+        Some(SceneProblem {
             severity: Severity::Warning,
             subject: Subject::Sensor,
             message: format!("the meter '{}' {message}", self.name),

@@ -8,7 +8,7 @@ use crate::scene::{Object, PluginKind};
 use eikonal::Tolerance;
 use transport::integrator::{
     Aov, AovTracer, Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer,
-    PhotonMapping, Query as PhotonQuery,
+    PhotonMapping, PhotonQuery,
 };
 
 /// Names under which scene files and command lines may ask for an estimator. The first three are one

@@ -2,13 +2,13 @@
 
 use transport::integrator::Integrator;
 use transport::medium::Medium;
-use transport::scene::{Problem, Region, Scene, Severity, Subject};
+use transport::scene::{Region, Scene, SceneProblem, Severity, Subject};
 
 /// Collisions of a path at which a render is likely to be a mistake: it takes a tenth of a second.
 const MANY: f64 = 1e6;
 
 /// A warning for each uniform medium in which paths collide very often, if nothing else ends them.
-pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<Problem> {
+pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProblem> {
     let end = match integrator {
         Integrator::Aov(_) => 1.0,
         _ => integrator.depths().0.map_or(f64::INFINITY, f64::from),
@@ -40,8 +40,8 @@ fn collisions(medium: &Medium, region: &Region) -> f64 {
         .max()
 }
 
-fn warning(medium: usize, name: &str, number: f64) -> Problem {
-    Problem {
+fn warning(medium: usize, name: &str, number: f64) -> SceneProblem {
+    SceneProblem {
         severity: Severity::Warning,
         subject: Subject::Medium(medium),
         message: format!(

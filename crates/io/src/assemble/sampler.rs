@@ -7,7 +7,7 @@ use crate::query::Query;
 use crate::scene::Object;
 use transport::integrator::Integrator;
 use transport::sampling::Sets;
-use transport::scene::{Problem, Scene, Severity, Subject};
+use transport::scene::{Scene, SceneProblem, Severity, Subject};
 
 /// Each instant has a scene of its own in memory; a period needs few of them.
 const MOST_INSTANTS: i64 = 256;
@@ -133,7 +133,7 @@ pub(super) fn in_sets(
     scene: Scene,
     sets: Sets,
     integrator: &Integrator,
-    mut report: impl FnMut(&Problem),
+    mut report: impl FnMut(&SceneProblem),
 ) -> Scene {
     let scene = scene.in_sets(sets);
     if integrator.sets(&scene) == sets {
@@ -164,7 +164,7 @@ pub(super) fn incompatibility(integrator: &Integrator, reweight: bool) -> Option
 pub(super) fn is_adaptive(
     samples: &Samples,
     incompatibility: Option<String>,
-    mut report: impl FnMut(&Problem),
+    mut report: impl FnMut(&SceneProblem),
 ) -> bool {
     if let (true, Some(incompatibility)) = (samples.adaptive, &incompatibility) {
         report(&warning(
@@ -175,8 +175,8 @@ pub(super) fn is_adaptive(
     samples.adaptive && incompatibility.is_none()
 }
 
-fn warning(message: String, help: &str) -> Problem {
-    Problem {
+fn warning(message: String, help: &str) -> SceneProblem {
+    SceneProblem {
         severity: Severity::Warning,
         subject: Subject::Sensor,
         message,

@@ -25,7 +25,7 @@ pub(crate) struct Parameters {
 }
 
 /// A substitution that failed, with the place within the text.
-pub(crate) struct Failure {
+pub(crate) struct SubstitutionError {
     pub(crate) message: String,
     pub(crate) help: Option<String>,
     pub(crate) range: Range<usize>,
@@ -76,7 +76,7 @@ impl Parameters {
         &mut self,
         text: &'t str,
         diagnostics: &Diagnostics,
-    ) -> Result<Cow<'t, str>, Failure> {
+    ) -> Result<Cow<'t, str>, SubstitutionError> {
         if !text.contains('$') {
             return Ok(Cow::Borrowed(text));
         }
@@ -102,7 +102,7 @@ impl Parameters {
         name: &str,
         range: Range<usize>,
         diagnostics: &Diagnostics,
-    ) -> Result<&str, Failure> {
+    ) -> Result<&str, SubstitutionError> {
         if !self.values.contains_key(name) {
             let message = format!("parameter '${name}' is not defined");
             let known = self.values.keys().map(String::as_str);
@@ -110,7 +110,7 @@ impl Parameters {
                 let declaration = (self.declaration)(name);
                 format!("add {declaration} or pass -D {name}=...")
             });
-            return Err(Failure {
+            return Err(SubstitutionError {
                 message,
                 help: Some(help),
                 range,
@@ -123,12 +123,12 @@ impl Parameters {
         }))
     }
 
-    fn spend(&self, length: usize, range: Range<usize>) -> Result<(), Failure> {
+    fn spend(&self, length: usize, range: Range<usize>) -> Result<(), SubstitutionError> {
         if length <= self.budget {
             return Ok(());
         }
         let message = "the values of parameters become too long".to_owned();
-        Err(Failure {
+        Err(SubstitutionError {
             message,
             help: None,
             range,
@@ -155,12 +155,12 @@ impl Parameters {
 }
 
 /// The name after the `$` at `dollar` and where the rest begins; no name if the `$` stands alone.
-fn name_at(text: &str, dollar: usize) -> Result<(Option<&str>, usize), Failure> {
+fn name_at(text: &str, dollar: usize) -> Result<(Option<&str>, usize), SubstitutionError> {
     let start = dollar + 1;
     if let Some(braced) = text[start..].strip_prefix('{') {
         let message = "'${' without '}'".to_owned();
         let range = dollar..text.len();
-        let end = braced.find('}').ok_or(Failure {
+        let end = braced.find('}').ok_or(SubstitutionError {
             message,
             help: None,
             range,

@@ -14,7 +14,7 @@ pub use bidirectional::Heuristic;
 pub use contribution::Contribution;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
-pub use photon::{Gathered, Gathering, PhotonMapping, Query, Radii};
+pub use photon::{Gathered, Gathering, PhotonMapping, PhotonQuery, Radii};
 
 use crate::Spectrum;
 use crate::path::Workspace;

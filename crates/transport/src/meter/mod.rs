@@ -20,7 +20,7 @@ pub use grid::{Coordinates, Grid};
 pub use irradiance::{Cosines, IrradianceMeter};
 pub use positions::Positions;
 pub use reading::{Axis, Reading};
-pub use tally::{Part, Tally};
+pub use tally::{Tally, TaskSums};
 pub use window::Window;
 
 use crate::path::{BalanceSums, Workspace};
@@ -150,8 +150,9 @@ impl<'a> Setup<'a> {
         seed: u64,
         particles: std::ops::Range<u64>,
         ws: &mut Workspace,
-    ) -> (Part, BalanceSums) {
-        let (mut part, mut scores, mut cuts) = (Part::default(), Scores::default(), Cuts::new());
+    ) -> (TaskSums, BalanceSums) {
+        let (mut part, mut scores, mut cuts) =
+            (TaskSums::default(), Scores::default(), Cuts::new());
         let mut account = BalanceSums::default();
         for number in particles {
             ws.stats.paths += 1;

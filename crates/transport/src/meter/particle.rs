@@ -5,8 +5,8 @@ use super::{Recorder, Setup};
 use crate::Spectrum;
 use crate::budget::EDGES_PER_PARTICLE;
 use crate::path::{
-    Edge, End, ParticleBalance, Point, Ray, Sampling, Span, TransportMode, Vertex, Workspace,
-    collided, emit, share, trace,
+    Edge, End, ParticleBalance, Point, Sampling, Span, SubpathRay, TransportMode, Vertex,
+    Workspace, collided, emit, share, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -37,7 +37,7 @@ pub(super) struct Particle<'a, 'r> {
 }
 
 /// A particle that waits to go on, with its edges and specular events so far.
-type Waiting = (Ray, u32);
+type Waiting = (SubpathRay, u32);
 
 impl<'a, 'r> Particle<'a, 'r> {
     /// The particle of this number.
@@ -95,7 +95,7 @@ impl<'a, 'r> Particle<'a, 'r> {
     }
 
     /// Takes note of an edge, and of its end. Returns how the particle goes on.
-    fn edge(&mut self, edge: &Edge, power: Spectrum, sampler: &mut Sampler) -> Option<Ray> {
+    fn edge(&mut self, edge: &Edge, power: Spectrum, sampler: &mut Sampler) -> Option<SubpathRay> {
         let mut left = power;
         for (i, span) in edge.spans.iter().enumerate() {
             let depth = self.depth.saturating_add(1 + span.events_before);
@@ -185,7 +185,7 @@ impl<'a, 'r> Particle<'a, 'r> {
         edge: &Edge,
         (power, left): (Spectrum, Spectrum),
         sampler: &mut Sampler,
-    ) -> Option<Ray> {
+    ) -> Option<SubpathRay> {
         let scene = self.scene;
         match &edge.end {
             End::Collision(point) => {
@@ -193,7 +193,7 @@ impl<'a, 'r> Particle<'a, 'r> {
                 let collision = self.collision(point, power);
                 self.recorder.collide(&collision);
                 let scatter = Vertex::volume(point).scatter(scene, sampler)?;
-                Some(Ray {
+                Some(SubpathRay {
                     start: scatter.start,
                     pdf: scatter.pdf,
                     throughput: collision.scattered(),
@@ -208,7 +208,7 @@ impl<'a, 'r> Particle<'a, 'r> {
                     let beyond = onward.map(|(start, _, power)| (start.direction, power));
                     self.surface(span, (*direction, left), beyond);
                 }
-                onward.map(|(start, pdf, throughput)| Ray {
+                onward.map(|(start, pdf, throughput)| SubpathRay {
                     start,
                     pdf,
                     throughput,
@@ -239,7 +239,7 @@ impl<'a, 'r> Particle<'a, 'r> {
     /// Ends a particle that has lost most of its power by chance, or divides one that has more left than others, without bias.
     fn go_on_as(
         &mut self,
-        mut ray: Ray,
+        mut ray: SubpathRay,
         initial: f64,
         sampler: &mut Sampler,
         waiting: &mut Vec<Waiting>,

@@ -35,12 +35,12 @@ impl Scores {
 
 /// The sums of one task, in the order of slots.
 #[derive(Clone, Debug, Default)]
-pub struct Part {
+pub struct TaskSums {
     /// Slot; sum, sum of squares, and largest absolute value of particles' totals.
     entries: Vec<(u32, [f64; 3])>,
 }
 
-impl Part {
+impl TaskSums {
     /// Takes the scores of a particle that has come to its end.
     pub fn take(&mut self, scores: &mut Scores) {
         // Stable: equal slots keep their order, and sums their bits.
@@ -116,7 +116,7 @@ impl Tally {
     }
 
     /// Adds tasks, of `particles` particles in all.
-    pub fn add(&mut self, parts: &[Part], particles: u64) {
+    pub fn add(&mut self, parts: &[TaskSums], particles: u64) {
         self.particles += particles;
         let chunks = self.slots.par_chunks_mut(SLOTS_PER_CHUNK).enumerate();
         chunks.for_each(|(i, slots)| {
@@ -165,7 +165,7 @@ mod tests {
             .map(|i| [f64::from(i), 0.1 * f64::from(i)])
             .collect();
         let part = |particles: &[[f64; 2]]| {
-            let (mut part, mut scores) = (Part::default(), Scores::default());
+            let (mut part, mut scores) = (TaskSums::default(), Scores::default());
             for [a, b] in particles {
                 scores.add(40_000, *b);
                 scores.add(7, 0.5 * a);
@@ -174,7 +174,7 @@ mod tests {
             }
             part.finish()
         };
-        let parts: Vec<Part> = particles.chunks(3).map(part).collect();
+        let parts: Vec<TaskSums> = particles.chunks(3).map(part).collect();
         let mut tally = Tally::new(40_001).unwrap();
         let mut rest = &parts[..];
         for &n in groups {

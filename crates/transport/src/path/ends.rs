@@ -4,7 +4,7 @@ use super::Workspace;
 use super::connection::ConnectionTarget;
 use super::edge::{Front, Start, TransportMode};
 use super::length::lead_in;
-use super::subpath::{Ray, Subpath, Walker};
+use super::subpath::{Subpath, SubpathRay, Walker};
 use super::walk::leave;
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
@@ -97,12 +97,12 @@ pub fn emit(
     (emitter, probability): (usize, f64),
     white: Spectrum,
     ([a, b], [c, d]): ([f64; 2], [f64; 2]),
-) -> Option<(Emission, Ray)> {
+) -> Option<(Emission, SubpathRay)> {
     let shape = |object: usize| &scene.objects()[object].shape;
     // Draw the connection end with density p_a and the ray with p_r; the power is emitted/(P_E p_a p_r).
     let emission = scene.emitters()[emitter].emit(scene.around(), shape, [a, b, c, d])?;
     let density = probability * emission.aim_pdf * emission.pdf;
-    let ray = Ray {
+    let ray = SubpathRay {
         start: start(scene, &emission.aim, (emission.x, emission.direction)),
         pdf: emission.pdf,
         throughput: emission.emitted * white / density,
@@ -128,7 +128,7 @@ pub fn sensor_path(
         .sensor()
         .sense(x, direction)
         .map_or(0.0, |s| s.density);
-    let ray = Ray {
+    let ray = SubpathRay {
         start: Start {
             x,
             direction,

@@ -48,7 +48,7 @@ pub use guess::guess;
 pub use length::lead_in;
 pub use nee_rates::{Levels, NeeRates, NeeSlot, NeeTraining};
 pub use share::{collided, share};
-pub use subpath::{Escape, PathEdge, PathVertex, Ray, Subpath, Walker};
+pub use subpath::{Escape, PathEdge, PathVertex, Subpath, SubpathRay, Walker};
 pub use throughput::transmittance;
 pub use toward_emitters::{scatter, scatter_pdf};
 pub use vertex::{Scatter, Vertex};

@@ -104,7 +104,7 @@ pub struct Walker {
 
 /// A ray with which a subpath goes on.
 #[derive(Clone, Copy, Debug)]
-pub struct Ray {
+pub struct SubpathRay {
     /// Where it starts.
     pub start: Start,
     /// Density per steradian from a point, per unit area from a plane; 1 along a specular lobe.
@@ -123,7 +123,7 @@ impl Walker {
     pub fn walk(
         &self,
         scene: &Scene,
-        ray: Ray,
+        ray: SubpathRay,
         end: &ConnectionTarget,
         sampler: &mut Sampler,
         ws: &mut Workspace,
@@ -191,7 +191,7 @@ impl Walker {
             // Now that the direction is known, so is p← of the vertex before.
             subpath.look_back(scene, self.channel_pdf, &scatter);
             if subpath.vertices.len() < self.max_vertices {
-                let onward = Ray {
+                let onward = SubpathRay {
                     start: scatter.start,
                     pdf: if passed { 1.0 } else { scatter.pdf },
                     throughput: onward,
@@ -253,7 +253,7 @@ impl Walker {
         &self,
         scene: &Scene,
         edge: &Edge,
-        ray: &Ray,
+        ray: &SubpathRay,
         (throughput, depth): (Spectrum, u32),
     ) -> Option<Escape> {
         let End::Escaped { direction, medium } = edge.end else {
@@ -280,11 +280,11 @@ impl Walker {
     /// Ends subpaths that have lost most of what they carried by chance, without bias.
     fn roulette(
         &self,
-        mut ray: Ray,
+        mut ray: SubpathRay,
         depth: u32,
         initial: Spectrum,
         sampler: &mut Sampler,
-    ) -> Option<Ray> {
+    ) -> Option<SubpathRay> {
         if ray.throughput.is_zero() {
             return None;
         }

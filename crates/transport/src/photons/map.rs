@@ -19,7 +19,7 @@ const TYPICAL: usize = 64;
 
 /// What a photon fell on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
+pub enum PhotonSite {
     /// A medium scatters it.
     Volume(MediumId),
     /// A surface: the object, and its geometric normal there.
@@ -34,7 +34,7 @@ pub struct Photon {
     /// Unit direction in which it travels.
     pub direction: DVec3,
     /// What it fell on.
-    pub place: Place,
+    pub place: PhotonSite,
     /// Power over n², in a medium times the scattering coefficient: summed over photons, weighed by a kernel
     /// and scattered, it becomes basic radiance, in a medium per unit length.
     pub power: Spectrum,
@@ -92,8 +92,8 @@ impl PhotonMap {
             account += part;
             for photon in photons {
                 match photon.place {
-                    Place::Volume(_) => volume.push(photon),
-                    Place::Surface(..) => surface.push(photon),
+                    PhotonSite::Volume(_) => volume.push(photon),
+                    PhotonSite::Surface(..) => surface.push(photon),
                 }
             }
         }
@@ -140,10 +140,10 @@ fn landed(scene: &Scene, light: &LightPath, paths: usize) -> impl Iterator<Item 
             x: vertex.position(),
             direction: vertex.arrival(),
             place: match vertex {
-                Vertex::Volume { medium, .. } => Place::Volume(*medium),
+                Vertex::Volume { medium, .. } => PhotonSite::Volume(*medium),
                 Vertex::Surface {
                     object, surface, ..
-                } => Place::Surface(*object, surface.normal),
+                } => PhotonSite::Surface(*object, surface.normal),
             },
             // Φ/n_p², with Φ the throughput over M. What passes straight through a surface falls on it, too.
             power: path_vertex.throughput / (n * n * paths as f64 * vertex.stopping(scene)),
@@ -163,7 +163,7 @@ impl Photon {
         Photon {
             x,
             direction: DVec3::Z,
-            place: Place::Volume(crate::scene::AMBIENT),
+            place: PhotonSite::Volume(crate::scene::AMBIENT),
             power: Spectrum::ZERO,
             depth: 0,
             optical_length: 0.0,

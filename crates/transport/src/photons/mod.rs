@@ -6,6 +6,6 @@ mod pieces;
 mod tree;
 
 pub use kernel::Kernel;
-pub use map::{Photon, PhotonMap, Place};
+pub use map::{Photon, PhotonMap, PhotonSite};
 pub use pieces::{Piece, pieces};
 pub use tree::Tree;

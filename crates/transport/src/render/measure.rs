@@ -2,7 +2,7 @@
 
 use super::state::MergeError;
 use super::{Handle, Ranges, longer_or_shorter};
-use crate::meter::{Meter, Part, Reading, Setup, Tally, Window};
+use crate::meter::{Meter, Reading, Setup, Tally, TaskSums, Window};
 use crate::path::{BalanceSums, BalanceTotals, EnergyBalance, Workspace};
 use crate::scene::Scene;
 use crate::stats::Stats;
@@ -262,7 +262,7 @@ impl MeasureState {
 
 /// What a range of particles has left behind in a group of channels, task by task.
 struct Pass {
-    parts: Vec<Part>,
+    parts: Vec<TaskSums>,
     balance_sums: Vec<BalanceSums>,
     stats: Stats,
 }
@@ -317,7 +317,7 @@ impl Group<'_> {
             (part, ws.stats())
         };
         let tasks = (0..(count / TASK) as usize).into_par_iter();
-        let ((parts, balance_sums), stats): ((Vec<Part>, Vec<BalanceSums>), Vec<Stats>) =
+        let ((parts, balance_sums), stats): ((Vec<TaskSums>, Vec<BalanceSums>), Vec<Stats>) =
             tasks.with_max_len(1).map(task).unzip();
         let stats = stats.into_iter().fold(Stats::default(), |mut sum, s| {
             sum += s;

@@ -25,7 +25,7 @@ const PIXELS_PER_TASK: usize = 16;
 const BLOCK: u64 = 1 << 10;
 
 /// One sample of a few neighbouring pixels: contributions, and the pixel whose sample each is.
-type Part = Vec<(usize, Contribution)>;
+type SplatSamples = Vec<(usize, Contribution)>;
 
 /// Adds a range of samples, whole sets, to every pixel of the source's channel group.
 pub(super) fn pass(
@@ -49,7 +49,7 @@ pub(super) fn pass(
             break;
         }
         let count = BLOCK.min(end - start) as usize;
-        let parts: Vec<(Part, Stats, BalanceSums)> = (0..count)
+        let parts: Vec<(SplatSamples, Stats, BalanceSums)> = (0..count)
             .into_par_iter()
             .with_max_len(1)
             .map(|i| {
@@ -106,10 +106,10 @@ pub(super) fn pass(
     stats
 }
 
-fn part(source: &Source, sample: u64, pixels: Range<usize>) -> (Part, Stats, BalanceSums) {
+fn part(source: &Source, sample: u64, pixels: Range<usize>) -> (SplatSamples, Stats, BalanceSums) {
     let mut ws = source.workspace();
     let mut balance = BalanceSums::default();
-    let (mut found, mut part) = (Vec::new(), Part::new());
+    let (mut found, mut part) = (Vec::new(), SplatSamples::new());
     let taken = pixels.len() as u64;
     for pixel in pixels {
         source.sample(pixel, sample, &mut ws, &mut found);
@@ -165,7 +165,7 @@ impl Layered {
     }
 
     /// Adds a `share` of contributions.
-    fn splat(&mut self, source: &Source, part: &Part, share: f64) {
+    fn splat(&mut self, source: &Source, part: &SplatSamples, share: f64) {
         for (own, contribution) in part {
             let layer = self.decomposition.layer(&contribution.path);
             let value = contribution.weighted() * share;

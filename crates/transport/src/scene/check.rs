@@ -35,7 +35,7 @@ pub enum Subject {
 
 /// Something wrong with a scene.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Problem {
+pub struct SceneProblem {
     /// How bad it is.
     pub severity: Severity,
     /// What it is about.
@@ -60,7 +60,7 @@ const BEAM_PROBES: u64 = 256;
 const REGION_PROBES: usize = 33;
 
 /// Everything that is wrong, errors first.
-pub(super) fn check(scene: &Scene) -> Vec<Problem> {
+pub(super) fn check(scene: &Scene) -> Vec<SceneProblem> {
     let mut problems = Vec::new();
     for id in 0..scene.media().len() {
         problems.extend(check_index(scene, id));
@@ -80,8 +80,8 @@ pub(super) fn check(scene: &Scene) -> Vec<Problem> {
     problems
 }
 
-fn error(subject: Subject, message: String, help: &str) -> Problem {
-    Problem {
+fn error(subject: Subject, message: String, help: &str) -> SceneProblem {
+    SceneProblem {
         severity: Severity::Error,
         subject,
         message,
@@ -89,15 +89,15 @@ fn error(subject: Subject, message: String, help: &str) -> Problem {
     }
 }
 
-fn warning(subject: Subject, message: String, help: &str) -> Problem {
-    Problem {
+fn warning(subject: Subject, message: String, help: &str) -> SceneProblem {
+    SceneProblem {
         severity: Severity::Warning,
         ..error(subject, message, help)
     }
 }
 
 /// The index must be positive wherever light can be.
-fn check_index(scene: &Scene, id: usize) -> Option<Problem> {
+fn check_index(scene: &Scene, id: usize) -> Option<SceneProblem> {
     let (medium, region) = (scene.medium(id), &scene.regions()[id]);
     let subject = Subject::Medium(id);
     if id == AMBIENT && !medium.index.is_constant() {
@@ -127,7 +127,7 @@ fn check_index(scene: &Scene, id: usize) -> Option<Problem> {
 }
 
 /// A sound wave of which the medium holds a tiny part, or very many, is a mistake of units.
-fn check_sound(scene: &Scene, id: usize) -> Option<Problem> {
+fn check_sound(scene: &Scene, id: usize) -> Option<SceneProblem> {
     let [shortest, longest] = scene.medium(id).index.sound_wavelengths()?;
     let size = scene.regions()[id].aabb.diagonal();
     if !(size.is_finite() && size > 0.0) {
@@ -166,7 +166,7 @@ fn smallest_square(scene: &Scene, id: usize, aabb: &Aabb) -> Option<(DVec3, f64)
         .min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<Problem> {
+fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<SceneProblem> {
     let lined = matches!(object.bsdf, Bsdf::TwoSided(_));
     let inside = !matches!(scene.sensor(), Sensor::Absent(_))
         && object.bsdf.is_opaque()
@@ -182,7 +182,7 @@ fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<Problem> {
     })
 }
 
-fn check_emitter_surface(i: usize, object: &Object) -> Option<Problem> {
+fn check_emitter_surface(i: usize, object: &Object) -> Option<SceneProblem> {
     let specular = object.bsdf.is_delta() || object.bsdf.is_partial();
     (object.emitter.is_some() && specular).then(|| {
         error(
@@ -197,7 +197,7 @@ fn check_emitter_surface(i: usize, object: &Object) -> Option<Problem> {
 }
 
 /// Light that passes a mask or a thin pane stays in its medium.
-fn check_partial(i: usize, object: &Object) -> Option<Problem> {
+fn check_partial(i: usize, object: &Object) -> Option<SceneProblem> {
     let parts = object.sides.is_some() && object.bsdf.is_partial();
     parts.then(|| {
         error(
@@ -221,7 +221,7 @@ fn jump(scene: &Scene, object: &Object, sides: Sides) -> f64 {
 }
 
 /// A boundary that scatters nothing is declared index-matched: is it?
-fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
+fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
     let sides = object.sides.filter(|_| matches!(object.bsdf, Bsdf::Null))?;
     let jump = jump(scene, object, sides);
     (jump > MATCHED).then(|| {
@@ -240,7 +240,7 @@ fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
 
 /// Facets between equal indices pass all light straight on, which connections do not find; between indices that are
 /// nearly equal, into so small a cone that they hardly ever do.
-fn check_facets(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
+fn check_facets(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
     if !matches!(object.bsdf, Bsdf::RoughDielectric(_)) {
         return None;
     }
@@ -267,7 +267,7 @@ fn check_facets(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
 }
 
 /// A medium in an open shape has no inside, nor has a dielectric one.
-fn check_closed(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
+fn check_closed(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
     let sides = object.sides.filter(|s| s.interior != s.exterior)?;
     if object.shape.is_closed() || sides.interior == AMBIENT {
         return None;
@@ -285,7 +285,7 @@ fn check_closed(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
 
 /// The medium that is declared outside must be there: the ambient one, or that of a closed shape
 /// around or beside this one.
-fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
+fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
     let exterior = object.sides?.exterior;
     if !object.shape.is_closed() || exterior == AMBIENT {
         return None;
@@ -314,7 +314,7 @@ fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<Problem> {
     })
 }
 
-fn check_emitters(scene: &Scene) -> Vec<Problem> {
+fn check_emitters(scene: &Scene) -> Vec<SceneProblem> {
     if scene.emitters().is_empty() {
         return vec![warning(
             Subject::Scene,
@@ -333,7 +333,7 @@ fn check_emitters(scene: &Scene) -> Vec<Problem> {
 }
 
 /// Connections along a direction of another length end beside their vertices.
-fn check_direction(i: usize, direction: DVec3) -> Option<Problem> {
+fn check_direction(i: usize, direction: DVec3) -> Option<SceneProblem> {
     let off = (direction.length() - 1.0).abs();
     (off.is_nan() || off > 1e-12).then(|| {
         error(
@@ -348,7 +348,7 @@ fn check_direction(i: usize, direction: DVec3) -> Option<Problem> {
 }
 
 /// Connections to a beam take it to start in the medium of its centre, where its central ray must lead somewhere.
-fn check_beam(scene: &Scene, i: usize, beam: &Emitter) -> Option<Problem> {
+fn check_beam(scene: &Scene, i: usize, beam: &Emitter) -> Option<SceneProblem> {
     let Some(guide) = scene.guide(i) else {
         return Some(error(
             Subject::Emitter(i),

@@ -8,7 +8,7 @@ mod period;
 mod regions;
 mod world;
 
-pub use check::{Problem, Severity, Subject};
+pub use check::{SceneProblem, Severity, Subject};
 pub(crate) use lamp::Receiver;
 pub use regions::{GlassBall, Region};
 
@@ -140,7 +140,7 @@ pub struct Scene {
     overlapping: Vec<bool>,
     /// For each emitter that is a beam, where it goes.
     guides: Vec<Option<Guide<MediumId>>>,
-    warnings: Vec<Problem>,
+    warnings: Vec<SceneProblem>,
     /// How samples of a pixel belong together.
     sets: Sets,
     /// The scene at later instants of the sound's period.
@@ -189,7 +189,7 @@ impl Scene {
     ///
     /// # Errors
     /// Everything that is wrong with it, errors first.
-    pub fn new(parts: Parts) -> Result<Self, Vec<Problem>> {
+    pub fn new(parts: Parts) -> Result<Self, Vec<SceneProblem>> {
         let around = surroundings(&parts);
         let regions = regions::survey(&parts, &around);
         let sensor_medium = medium_at(&parts.objects, parts.sensor.position());
@@ -244,7 +244,7 @@ impl Scene {
     }
 
     /// What is doubtful about the scene.
-    pub fn warnings(&self) -> &[Problem] {
+    pub fn warnings(&self) -> &[SceneProblem] {
         &self.warnings
     }
 

@@ -5,7 +5,7 @@
 //!
 //! Theory: docs/theory.md#sound.
 
-use super::{Parts, Problem, Scene, Severity, Subject};
+use super::{Parts, Scene, SceneProblem, Severity, Subject};
 use std::f64::consts::TAU;
 
 /// Wavelengths that differ by less, relatively, have the same period.
@@ -18,7 +18,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::new`], for any instant; if there is no sound, or sound of several wavelengths in one
     /// medium.
-    pub fn over_period(parts: Parts, instants: usize) -> Result<Self, Vec<Problem>> {
+    pub fn over_period(parts: Parts, instants: usize) -> Result<Self, Vec<SceneProblem>> {
         if instants > 1 {
             let problems = no_period(&parts);
             if !problems.is_empty() {
@@ -65,8 +65,8 @@ impl Scene {
 }
 
 /// Why there is nothing to take a mean over.
-fn no_period(parts: &Parts) -> Vec<Problem> {
-    let error = |subject, message: String, help: &str| Problem {
+fn no_period(parts: &Parts) -> Vec<SceneProblem> {
+    let error = |subject, message: String, help: &str| SceneProblem {
         severity: Severity::Error,
         subject,
         message,

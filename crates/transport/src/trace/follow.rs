@@ -94,7 +94,7 @@ impl<'a> Tracer<'a> {
         let medium = self.scene.medium_at(x + direction * (AHEAD * ball.radius));
         let index = self.scene.n(medium, x);
         let reference = self.reference.unwrap_or_else(|| self.scene.n(AMBIENT, x));
-        let mut ray = Ray {
+        let mut ray = TracedRay {
             scene: self.scene,
             max_length: self.max_length.unwrap_or(20.0 * ball.radius),
             ball,
@@ -146,7 +146,7 @@ impl Ball {
     }
 }
 
-struct Ray<'a> {
+struct TracedRay<'a> {
     scene: &'a Scene,
     ball: Ball,
     max_length: f64,
@@ -157,7 +157,7 @@ struct Ray<'a> {
     steps: usize,
 }
 
-impl Ray<'_> {
+impl TracedRay<'_> {
     /// Follows the ray through one medium. Returns how it ended, unless it goes on into another.
     fn region(&mut self) -> Option<Ending> {
         let scene = self.scene;

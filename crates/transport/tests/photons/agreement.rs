@@ -5,7 +5,7 @@ use crate::support::{bdpt, in_glass, matched, photons, white_ball};
 use crate::{FAMILY, long};
 use testkit::z_test::{max_abs_z, two_sample_z};
 use transport::film::Decomposition;
-use transport::integrator::{Bdpt, Integrator, PhotonMapping, Query};
+use transport::integrator::{Bdpt, Integrator, PhotonMapping, PhotonQuery};
 use transport::render::{Options, render};
 use transport::scene::Parts;
 use transport::{Film, Scene};
@@ -22,10 +22,14 @@ fn debiased(mapping: PhotonMapping, parts: Parts, samples: u64, seed: u64) -> (f
 fn photons_show_what_bdpt_shows() {
     type Make = fn() -> Parts;
     let mut zs = Vec::new();
-    let scenes: [(&str, Make, &[Query]); 3] = [
-        ("matched", matched, &[Query::Beam, Query::Point]),
-        ("in glass", in_glass, &[Query::Beam, Query::Point]),
-        ("white ball", white_ball, &[Query::Beam]),
+    let scenes: [(&str, Make, &[PhotonQuery]); 3] = [
+        ("matched", matched, &[PhotonQuery::Beam, PhotonQuery::Point]),
+        (
+            "in glass",
+            in_glass,
+            &[PhotonQuery::Beam, PhotonQuery::Point],
+        ),
+        ("white ball", white_ball, &[PhotonQuery::Beam]),
     ];
     let more = if long() { 10 } else { 1 };
     for (name, make, queries) in scenes {
@@ -34,8 +38,8 @@ fn photons_show_what_bdpt_shows() {
         let (a, se_a) = mean(&shoot_by(bdpt(), scene, 400 * more, 1));
         for &query in queries {
             let (radius, samples) = match query {
-                Query::Beam => (0.1, 25),
-                Query::Point => (0.15, 80),
+                PhotonQuery::Beam => (0.1, 25),
+                PhotonQuery::Point => (0.15, 80),
             };
             let mapping = photons(2500, radius, query);
             let (b, se_b) = debiased(mapping, make(), samples * more, 2);
@@ -71,7 +75,7 @@ fn bounces_are_told_apart() {
     let b = film(
         Integrator::Photon(PhotonMapping {
             max_depth,
-            ..photons(2000, 0.05, Query::Beam)
+            ..photons(2000, 0.05, PhotonQuery::Beam)
         }),
         60,
         4,

@@ -4,13 +4,13 @@ use crate::FAMILY;
 use crate::common::shoot_by;
 use crate::support::{InBox, boxed, photons};
 use testkit::z_test::{max_abs_z, z_score};
-use transport::integrator::{Integrator, PhotonMapping, Query};
+use transport::integrator::{Integrator, PhotonMapping, PhotonQuery};
 use transport::photons::Kernel;
 
-fn kernel(query: Query, radius: f64) -> Kernel {
+fn kernel(query: PhotonQuery, radius: f64) -> Kernel {
     match query {
-        Query::Beam => Kernel::disc(radius),
-        Query::Point => Kernel::ball(radius),
+        PhotonQuery::Beam => Kernel::disc(radius),
+        PhotonQuery::Point => Kernel::ball(radius),
     }
 }
 
@@ -19,7 +19,7 @@ fn kernel(query: Query, radius: f64) -> Kernel {
 #[test]
 fn bias_is_of_second_order_and_what_is_left_of_fourth() {
     let truth = InBox::pixels().iter().sum::<f64>() / 16.0;
-    for query in [Query::Beam, Query::Point] {
+    for query in [PhotonQuery::Beam, PhotonQuery::Point] {
         let [few, more] = [0.1, 0.2].map(|r| InBox::blurred(kernel(query, r), query));
         let orders = [0, 1].map(|k| ((more[k] - truth) / (few[k] - truth)).log2());
         println!("{query:?}: {orders:?}");
@@ -34,7 +34,10 @@ fn renders_are_blurred_and_debiased_as_they_should_be() {
     let truth = InBox::pixels().iter().sum::<f64>() / 16.0;
     let mut zs = Vec::new();
     // A point of a ray sees less than the whole ray does.
-    for (query, paths, samples) in [(Query::Beam, 4000, 30), (Query::Point, 1000, 150)] {
+    for (query, paths, samples) in [
+        (PhotonQuery::Beam, 4000, 30),
+        (PhotonQuery::Point, 1000, 150),
+    ] {
         for radius in [0.1, 0.2, 0.4] {
             let mapping = Integrator::Photon(PhotonMapping {
                 max_depth: Some(2),

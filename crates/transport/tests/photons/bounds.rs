@@ -4,7 +4,7 @@ use crate::common::shoot_by;
 use crate::support::{InBox, boxed, photons};
 use crate::{FAMILY, long};
 use testkit::z_test::p_value;
-use transport::integrator::{Integrator, PhotonMapping, Query};
+use transport::integrator::{Integrator, PhotonMapping, PhotonQuery};
 use transport::render::{Measure, Options, Target, render};
 use transport::{Film, Scene};
 
@@ -14,7 +14,7 @@ fn progressive() -> Integrator {
     Integrator::Photon(PhotonMapping {
         progressive: true,
         max_depth: Some(2),
-        ..photons(1000, 0.3, Query::Beam)
+        ..photons(1000, 0.3, PhotonQuery::Beam)
     })
 }
 

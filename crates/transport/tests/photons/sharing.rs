@@ -3,11 +3,11 @@
 use crate::common::{parts, shoot_by, vacuum};
 use crate::support::{in_glass, photons, view};
 use rayon::ThreadPoolBuilder;
-use transport::integrator::{Integrator, PhotonMapping, Query};
+use transport::integrator::{Integrator, PhotonMapping, PhotonQuery};
 
 #[test]
 fn images_do_not_depend_on_threads() {
-    for query in [Query::Beam, Query::Point] {
+    for query in [PhotonQuery::Beam, PhotonQuery::Point] {
         let mapping = Integrator::Photon(PhotonMapping {
             radius: None,
             progressive: true,

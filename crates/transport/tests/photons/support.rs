@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use transport::Spectrum;
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::{Collimated, Emitter, Profile};
-use transport::integrator::{Bdpt, Integrator, PhotonMapping, Query};
+use transport::integrator::{Bdpt, Integrator, PhotonMapping, PhotonQuery};
 use transport::photons::Kernel;
 use transport::scene::{Object, Parts};
 use transport::sensor::{Orthographic, Sensor};
@@ -108,19 +108,19 @@ impl InBox {
     }
 
     /// Mean over the image of what photons show, and of what they show without known bias.
-    pub fn blurred(kernel: Kernel, query: Query) -> [f64; 2] {
+    pub fn blurred(kernel: Kernel, query: PhotonQuery) -> [f64; 2] {
         // The view is small: moving the light is moving the view, and the mean of the image factors out.
         let image = Self::pixels().iter().sum::<f64>() / 16.0 / Self::moved(0.0, 0.0, 0.0);
         let (rings, angles, planes) = match query {
-            Query::Beam => (200, 24, 1),
-            Query::Point => (100, 24, 240),
+            PhotonQuery::Beam => (200, 24, 1),
+            PhotonQuery::Point => (100, 24, 240),
         };
         let r = kernel.radius();
         let mut sums = [0.0; 2];
         for plane in 0..planes {
             let (dz, depth) = match query {
-                Query::Beam => (0.0, 1.0),
-                Query::Point => {
+                PhotonQuery::Beam => (0.0, 1.0),
+                PhotonQuery::Point => {
                     let width = 2.0 * r / f64::from(planes);
                     ((f64::from(plane) + 0.5) * width - r, width)
                 }
@@ -167,7 +167,7 @@ pub fn white_ball() -> Parts {
 }
 
 /// Maps of so many photons and a radius.
-pub fn photons(photons: usize, radius: f64, query: Query) -> PhotonMapping {
+pub fn photons(photons: usize, radius: f64, query: PhotonQuery) -> PhotonMapping {
     PhotonMapping {
         photons: Some(photons),
         radius: Some(radius),

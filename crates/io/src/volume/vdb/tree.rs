@@ -20,7 +20,7 @@ const NODES: [(u32, u32); 2] = [(4, LEAF), (5, 7)];
 pub(super) type Index = [i64; 3];
 
 /// What a tree consists of below its root.
-enum Part<'a> {
+enum NodePart<'a> {
     /// A cube of voxels of one value, by its first voxel and its edge.
     Tile {
         first: Index,
@@ -61,14 +61,14 @@ impl<'a> Tree<'a> {
             active = Some(active.map_or(range, |all| around(all, range)));
         };
         tree.walk(cursor, &mut |part| match part {
-            Part::Tile {
+            NodePart::Tile {
                 first,
                 edge,
                 active: true,
                 ..
             } => add([first, plus(first, [edge - 1; 3])]),
-            Part::Tile { .. } => {}
-            Part::Leaf { first, active } => {
+            NodePart::Tile { .. } => {}
+            NodePart::Leaf { first, active } => {
                 leaves.push(first);
                 let on = (0..Coding::LEAF).filter(|i| is_on(active, *i));
                 let voxels = on.map(|i| plus(first, position(i, LEAF)));
@@ -86,7 +86,7 @@ impl<'a> Tree<'a> {
     fn walk(
         &self,
         cursor: &mut Bytes<'a>,
-        visit: &mut impl FnMut(Part<'a>),
+        visit: &mut impl FnMut(NodePart<'a>),
     ) -> Result<(), Problem> {
         let (tiles, children) = (cursor.u32()?, cursor.u32()?);
         let mut known = HashSet::new();
@@ -103,7 +103,7 @@ impl<'a> Tree<'a> {
             let first = key(cursor)?;
             let value = self.coding.number(cursor)?;
             let [active] = cursor.array()?;
-            visit(Part::Tile {
+            visit(NodePart::Tile {
                 first,
                 edge: 1 << ROOT,
                 value,
@@ -122,7 +122,7 @@ impl<'a> Tree<'a> {
         cursor: &mut Bytes<'a>,
         first: Index,
         level: usize,
-        visit: &mut impl FnMut(Part<'a>),
+        visit: &mut impl FnMut(NodePart<'a>),
     ) -> Result<(), Problem> {
         let (branch, edge) = NODES[level];
         let count = 1usize << (3 * branch);
@@ -132,7 +132,7 @@ impl<'a> Tree<'a> {
         let place = |i: usize| plus(first, position(i, branch).map(|n| n << edge));
         for (i, value) in values.into_iter().enumerate() {
             if !is_on(children, i) {
-                visit(Part::Tile {
+                visit(NodePart::Tile {
                     first: place(i),
                     edge: 1 << edge,
                     value,
@@ -142,7 +142,7 @@ impl<'a> Tree<'a> {
         }
         for i in (0..count).filter(|i| is_on(children, *i)) {
             match level {
-                0 => visit(Part::Leaf {
+                0 => visit(NodePart::Leaf {
                     first: place(i),
                     active: cursor.take(Coding::LEAF / 8)?,
                 }),
@@ -172,7 +172,7 @@ impl<'a> Tree<'a> {
         };
         // Once more, as tiles may take far more memory than the file.
         self.walk(&mut self.root.clone(), &mut |part| {
-            if let Part::Tile {
+            if let NodePart::Tile {
                 first, edge, value, ..
             } = part
                 && value != self.background

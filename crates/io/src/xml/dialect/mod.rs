@@ -12,7 +12,7 @@ use crate::scene::{PluginKind, Property, Value};
 use rules::RULES;
 
 /// How a plugin of another dialect is said here.
-struct Rule {
+struct PluginTranslation {
     kind: PluginKind,
     from: &'static str,
     to: &'static str,
@@ -70,7 +70,7 @@ impl Dialect {
         if special::drops_alpha(draft) {
             self.ignore(draft, "alpha");
         }
-        let applies = |rule: &&Rule| {
+        let applies = |rule: &&PluginTranslation| {
             rule.kind == draft.kind && rule.from == draft.plugin && (self.old || !rule.old)
         };
         let Some(rule) = RULES.iter().find(applies) else {

@@ -1,14 +1,14 @@
 //! What plugins of other dialects are called here.
 
 use super::Implied::{Boolean, Float, Integer, String, Vector};
-use super::Rule;
+use super::PluginTranslation;
 use crate::scene::PluginKind::{
     self, Bsdf, Emitter, Film, Integrator, Medium, Sampler, Sensor, Shape, Volume,
 };
 
 /// Nothing but another name.
-const fn same(kind: PluginKind, from: &'static str, to: &'static str) -> Rule {
-    Rule {
+const fn same(kind: PluginKind, from: &'static str, to: &'static str) -> PluginTranslation {
+    PluginTranslation {
         kind,
         from,
         to,
@@ -20,8 +20,12 @@ const fn same(kind: PluginKind, from: &'static str, to: &'static str) -> Rule {
 }
 
 /// The same plugin in Mitsuba 0.6, with parameters that mean nothing here.
-const fn old(kind: PluginKind, name: &'static str, dropped: &'static [&'static str]) -> Rule {
-    Rule {
+const fn old(
+    kind: PluginKind,
+    name: &'static str,
+    dropped: &'static [&'static str],
+) -> PluginTranslation {
+    PluginTranslation {
         old: true,
         dropped,
         ..same(kind, name, name)
@@ -29,8 +33,8 @@ const fn old(kind: PluginKind, name: &'static str, dropped: &'static [&'static s
 }
 
 /// An emitter, less how often it is chosen.
-const fn weighted(name: &'static str) -> Rule {
-    Rule {
+const fn weighted(name: &'static str) -> PluginTranslation {
+    PluginTranslation {
         dropped: &["sampling_weight"],
         ..same(Emitter, name, name)
     }
@@ -72,14 +76,14 @@ const SOLVER: &[&str] = &[
     "sampling_density",
 ];
 
-pub(super) const RULES: &[Rule] = &[
+pub(super) const RULES: &[PluginTranslation] = &[
     // The refractive fork.
-    Rule {
+    PluginTranslation {
         renamed: &[("rif", "ior")],
         dropped: SOLVER,
         ..same(Medium, "heterogeneousrefractive", "homogeneous")
     },
-    Rule {
+    PluginTranslation {
         dropped: &["send_data", "sendData"],
         implied: &[
             ("placement", String("nodes")),
@@ -88,7 +92,7 @@ pub(super) const RULES: &[Rule] = &[
         ..same(Volume, "splinevolume", "bspline")
     },
     // n = n_o + n_max J_m(kr) cos(mφ) around x, with φ from z; its to_world and box are without effect.
-    Rule {
+    PluginTranslation {
         renamed: &[
             ("freq", "frequency"),
             ("speed", "sound_speed"),
@@ -112,17 +116,17 @@ pub(super) const RULES: &[Rule] = &[
     same(Bsdf, "hroughdielectric", "roughdielectric"),
     // Mitsuba 0.5 and 0.6.
     old(Film, "hdrfilm", FILES),
-    Rule {
+    PluginTranslation {
         old: true,
         dropped: FILES,
         implied: &[("width", Integer(1)), ("height", Integer(1))],
         ..same(Film, "mfilm", "hdrfilm")
     },
-    Rule {
+    PluginTranslation {
         dropped: FILES,
         ..same(Film, "ldrfilm", "hdrfilm")
     },
-    Rule {
+    PluginTranslation {
         dropped: FILES,
         ..same(Film, "tiledhdrfilm", "hdrfilm")
     },
@@ -131,11 +135,11 @@ pub(super) const RULES: &[Rule] = &[
     old(Sensor, "orthographic", SHUTTER),
     old(Integrator, "path", METHOD),
     old(Integrator, "volpath", METHOD),
-    Rule {
+    PluginTranslation {
         dropped: METHOD,
         ..same(Integrator, "volpath_simple", "volpath")
     },
-    Rule {
+    PluginTranslation {
         old: true,
         dropped: &["light_image", "sample_direct"],
         ..same(Integrator, "bdpt", "bdpt")
@@ -146,13 +150,13 @@ pub(super) const RULES: &[Rule] = &[
     old(Sampler, "halton", SEQUENCES),
     old(Sampler, "hammersley", SEQUENCES),
     old(Sampler, "sobol", SEQUENCES),
-    Rule {
+    PluginTranslation {
         old: true,
         renamed: &[("density", "sigma_t")],
         dropped: &["method"],
         ..same(Medium, "heterogeneous", "heterogeneous")
     },
-    Rule {
+    PluginTranslation {
         old: true,
         dropped: &["send_data"],
         implied: &[
@@ -161,7 +165,7 @@ pub(super) const RULES: &[Rule] = &[
         ],
         ..same(Volume, "gridvolume", "gridvolume")
     },
-    Rule {
+    PluginTranslation {
         old: true,
         dropped: &["cache", "gamma", "sampling_weight"],
         ..same(Emitter, "envmap", "envmap")

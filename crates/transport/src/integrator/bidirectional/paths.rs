@@ -30,7 +30,7 @@ pub struct View {
 }
 
 /// An emitter that the sensor subpath found.
-struct Found<'a> {
+struct EmitterHit<'a> {
     edge: &'a PathEdge,
     forward: f64,
     depth: u32,
@@ -64,7 +64,7 @@ impl Setting<'_> {
         let (z, before) = vertices.split_last()?;
         // T L_e/n², T being the throughput up to the emitter.
         let value = z.throughput * radiance / (z.edge.n_after * z.edge.n_after);
-        let last = Found {
+        let last = EmitterHit {
             edge: &z.edge,
             forward: z.forward,
             depth: z.depth,
@@ -84,7 +84,7 @@ impl Setting<'_> {
     ) -> Option<Contribution> {
         let path_edge = &escape.edge;
         let value = escape.throughput * radiance / (path_edge.n_after * path_edge.n_after);
-        let last = Found {
+        let last = EmitterHit {
             edge: path_edge,
             forward: escape.forward,
             depth: escape.depth,
@@ -99,7 +99,7 @@ impl Setting<'_> {
 
     fn found(
         &self,
-        (vertices, last): (&[PathVertex], &Found),
+        (vertices, last): (&[PathVertex], &EmitterHit),
         (index, aim): (usize, &EndSample),
         (value, discovery): (Spectrum, f64),
     ) -> Option<Contribution> {

@@ -3,13 +3,13 @@
 //!
 //! Theory: docs/theory.md#photon-maps.
 
-use super::{PhotonMapping, Query, Radii};
+use super::{PhotonMapping, PhotonQuery, Radii};
 use crate::Spectrum;
 use crate::budget::PHOTONS_PER_GATHER;
 use crate::film::PathFacts;
 use crate::path::Point;
 use crate::path::{Edge, End, Sampling, Start, TransportMode, Vertex, Workspace, trace};
-use crate::photons::{Kernel, Photon, PhotonMap, Place, pieces};
+use crate::photons::{Kernel, Photon, PhotonMap, PhotonSite, pieces};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::Ray;
@@ -78,8 +78,8 @@ impl Gathering<'_> {
                 mode: TransportMode::Radiance,
                 channel_pdf: self.channel_pdf,
                 extend: false,
-                collides: self.mapping.query == Query::Point,
-                spans: self.mapping.query == Query::Beam,
+                collides: self.mapping.query == PhotonQuery::Point,
+                spans: self.mapping.query == PhotonQuery::Beam,
                 forced: false,
                 splitting: false,
             };
@@ -87,11 +87,11 @@ impl Gathering<'_> {
             edge.tabulate();
             // Sum over the photons in media.
             match (self.mapping.query, &edge.end) {
-                (Query::Beam, _) => self.beside(&sight, &edge, ws, &mut found),
-                (Query::Point, End::Collision(point)) => {
+                (PhotonQuery::Beam, _) => self.beside(&sight, &edge, ws, &mut found),
+                (PhotonQuery::Point, End::Collision(point)) => {
                     self.around(&sight, &edge, point, &mut found)
                 }
-                (Query::Point, _) => {}
+                (PhotonQuery::Point, _) => {}
             }
             // Sum over those on the surface, and go on where it is smooth.
             next = self.arrive(sight, &edge, sampler, &mut found);
@@ -172,8 +172,8 @@ impl Gathering<'_> {
     ) -> Option<Sight> {
         // T e^{−τ} F̄/P; P = 1 for beams.
         let chance = match self.mapping.query {
-            Query::Beam => 1.0,
-            Query::Point => edge.geometry.survival(self.channel_pdf),
+            PhotonQuery::Beam => 1.0,
+            PhotonQuery::Point => edge.geometry.survival(self.channel_pdf),
         };
         let seen = Seen {
             throughput: sight.throughput * edge.weight * edge.geometry.depth.exp_neg() / chance,
@@ -229,9 +229,11 @@ impl Gathering<'_> {
             return;
         };
         let kernel = Kernel::disc(self.radii.surface);
-        let alike = |place: Place| match place {
-            Place::Surface(other, normal) => other == object && normal.dot(surface.normal) > 0.0,
-            Place::Volume(_) => false,
+        let alike = |place: PhotonSite| match place {
+            PhotonSite::Surface(other, normal) => {
+                other == object && normal.dot(surface.normal) > 0.0
+            }
+            PhotonSite::Volume(_) => false,
         };
         self.map.surface.visit(
             |bounds| bounds.nearest_distance(x) < kernel.radius(),
@@ -250,11 +252,11 @@ impl Gathering<'_> {
     /// The phase function for light of a photon that is scattered against the direction of a sensor ray.
     fn phase(&self, photon: &Photon, direction: DVec3) -> Spectrum {
         match photon.place {
-            Place::Volume(medium) => {
+            PhotonSite::Volume(medium) => {
                 let cosine = -photon.direction.dot(direction);
                 Spectrum::splat(self.scene.medium(medium).phase.pdf(cosine))
             }
-            Place::Surface(..) => Spectrum::ZERO,
+            PhotonSite::Surface(..) => Spectrum::ZERO,
         }
     }
 

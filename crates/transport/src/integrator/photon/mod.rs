@@ -28,7 +28,7 @@ pub struct PhotonMapping {
     /// Whether radii shrink from sample to sample, so that the mean converges to the image.
     pub progressive: bool,
     /// Which photons in media a sensor ray sees.
-    pub query: Query,
+    pub query: PhotonQuery,
     /// Longest path, in edges and specular events; `None` for no limit.
     pub max_depth: Option<u32>,
     /// Number of edges and events of a light subpath after which Russian roulette begins.
@@ -37,7 +37,7 @@ pub struct PhotonMapping {
 
 /// Which photons in media a sensor ray sees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Query {
+pub enum PhotonQuery {
     /// All within the radius of the ray, wherever they are along it (Jarosz et al. 2008).
     #[default]
     Beam,
@@ -63,7 +63,7 @@ impl Default for PhotonMapping {
             photons: None,
             radius: None,
             progressive: false,
-            query: Query::default(),
+            query: PhotonQuery::default(),
             max_depth: None,
             rr_depth: 5,
         }
@@ -79,8 +79,8 @@ impl PhotonMapping {
         };
         Radii {
             volume: shrunk(match self.query {
-                Query::Beam => 2.0,
-                Query::Point => 3.0,
+                PhotonQuery::Beam => 2.0,
+                PhotonQuery::Point => 3.0,
             }),
             surface: shrunk(2.0),
         }
