@@ -1,5 +1,8 @@
 //! Imports within a folder run one way: no circles among its modules, but for those that ARCHITECTURE.md gives a reason for.
 
+mod sources;
+
+use sources::{below, root};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,19 +34,6 @@ const ALLOWED: &[(&str, &[&str])] = &[
 type Module = Vec<String>;
 /// For each folder, which of its modules import which others.
 type Arrows = BTreeMap<String, BTreeMap<String, BTreeSet<String>>>;
-
-fn sources(directory: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(directory).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            found.extend(sources(&path));
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            found.push(path);
-        }
-    }
-    found
-}
 
 /// The module that a file is, in its crate.
 fn module(file: &Path) -> Module {
@@ -129,7 +119,7 @@ fn members(path: &Module, rest: &str, found: &mut Vec<Module>) {
 
 /// The arrows within the folders of a crate.
 fn arrows(root: &Path) -> Arrows {
-    let files: Vec<PathBuf> = sources(root);
+    let files: Vec<PathBuf> = below(root, &["rs"]);
     let local = |file: &PathBuf| module(file.strip_prefix(root).unwrap());
     let modules: BTreeSet<Module> = files.iter().map(local).collect();
     let mut arrows = Arrows::new();
@@ -185,10 +175,9 @@ fn circles(name: &str, root: &Path) -> BTreeSet<(String, Vec<String>)> {
 
 #[test]
 fn imports_within_folders_make_no_circles() {
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let mut found = BTreeSet::new();
     for name in ["eikonal", "transport", "io", "cli", "python", "testkit"] {
-        found.extend(circles(name, &crates.join(name).join("src")));
+        found.extend(circles(name, &root().join("crates").join(name).join("src")));
     }
     let allowed: BTreeSet<_> = ALLOWED
         .iter()

@@ -1,25 +1,13 @@
 //! Who may depend on whom (ARCHITECTURE.md), read off the `use` lines and paths of the sources.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+mod sources;
 
-fn sources(directory: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(directory).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            found.extend(sources(&path));
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            found.push(path);
-        }
-    }
-    found
-}
+use sources::{below, root};
+use std::fs;
 
 /// Asserts that no source below `room` mentions any of the `forbidden` paths, comments aside.
 fn refuses(room: &str, forbidden: &[&str]) {
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let files = sources(&crates.join(room));
+    let files = below(&root().join("crates").join(room), &["rs"]);
     assert!(!files.is_empty(), "{room} has no sources");
     for file in files {
         let text = fs::read_to_string(&file).unwrap();

@@ -1,19 +1,20 @@
 //! Code and theory cite each other: sources cite sections of docs/theory.md by anchor, and the sections name their code by path and
 //! item, as docs/symbols.md does. Nothing is cited by number, so that a section can move without a citation becoming false.
 
+mod sources;
+
+use sources::{below, root};
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+/// Files that may cite the theory.
+const CITING: [&str; 6] = ["rs", "md", "py", "pyi", "ipynb", "toml"];
 
 /// Words that declare the name after them.
 const DECLARES: [&str; 9] = [
     "fn", "let", "struct", "enum", "trait", "type", "const", "static", "mod",
 ];
-
-fn root() -> &'static Path {
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    crates.parent().unwrap()
-}
 
 fn theory() -> String {
     fs::read_to_string(root().join("docs/theory.md")).unwrap()
@@ -23,27 +24,12 @@ fn theory() -> String {
 fn citing() -> Vec<PathBuf> {
     let mut found = Vec::new();
     for room in ["crates", "docs", "fuzz", "python", "scripts"] {
-        collect(&root().join(room), &mut found);
+        found.extend(below(&root().join(room), &CITING));
     }
     for page in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"] {
         found.push(root().join(page));
     }
     found
-}
-
-fn collect(directory: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(directory).unwrap() {
-        let path = entry.unwrap().path();
-        let is_text = path
-            .extension()
-            .and_then(|e| e.to_str())
-            .is_some_and(|e| ["rs", "md", "py", "pyi", "ipynb", "toml"].contains(&e));
-        if path.is_dir() {
-            collect(&path, found);
-        } else if is_text {
-            found.push(path);
-        }
-    }
 }
 
 /// A section of the theory: the anchor that GitHub gives its heading, and its text up to the next heading.
@@ -177,7 +163,7 @@ fn cited_anchors_exist() {
     assert!(count > 50, "only {count} citations found");
 }
 
-/// The labels of equations, such as (1.2), which end their lines.
+/// The labels of equations, such as (transfer), which end their lines.
 fn equations(theory: &str) -> BTreeSet<&str> {
     let lines = theory.lines().filter(|line| line.starts_with("    "));
     lines
@@ -189,6 +175,8 @@ fn equations(theory: &str) -> BTreeSet<&str> {
 fn cited_equations_exist() {
     let theory = theory();
     let known = equations(&theory);
+    let is_number = |label: &&&str| label.trim_matches(['(', ')']).parse::<f64>().is_ok();
+    assert_eq!(known.iter().find(is_number), None, "labels are names");
     for path in citing() {
         let text = fs::read_to_string(&path).unwrap();
         for rest in text.split("eq.").filter_map(|rest| rest.strip_prefix(" (")) {

@@ -1,7 +1,12 @@
 //! Things that have a name in every textbook are called by it: words that once stood for them do not come back.
 
+mod sources;
+
+use sources::{below, root};
 use std::fs;
-use std::path::{Path, PathBuf};
+
+/// Files that are read.
+const READ: [&str; 6] = ["rs", "md", "py", "pyi", "ipynb", "xml"];
 
 /// Words that are not used anywhere, whatever their case, and what is written instead.
 const WORDS: [(&str, &str); 11] = [
@@ -37,21 +42,6 @@ const TYPES: [(&str, &str); 16] = [
     ("Survey", "NeeTraining"),
     ("Tube", "EdgeGeometry"),
 ];
-
-fn collect(directory: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(directory).unwrap() {
-        let path = entry.unwrap().path();
-        let is_text = path
-            .extension()
-            .and_then(|e| e.to_str())
-            .is_some_and(|e| ["rs", "md", "py", "pyi", "ipynb", "xml"].contains(&e));
-        if path.is_dir() {
-            collect(&path, found);
-        } else if is_text && !path.ends_with("tests/vocabulary.rs") {
-            found.push(path);
-        }
-    }
-}
 
 /// The words of a line: identifiers fall into parts at underscores and where a capital follows a small letter.
 fn words(line: &str) -> Vec<&str> {
@@ -100,12 +90,12 @@ fn words_are_split_at_borders() {
 
 #[test]
 fn old_words_stay_away() {
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let root = crates.parent().unwrap();
-    let mut files = vec![root.join("README.md"), root.join("ARCHITECTURE.md")];
+    let pages = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"];
+    let mut files: Vec<_> = pages.iter().map(|page| root().join(page)).collect();
     for room in ["crates", "docs", "fuzz", "python", "scenes", "scripts"] {
-        collect(&root.join(room), &mut files);
+        files.extend(below(&root().join(room), &READ));
     }
+    files.retain(|path| !path.ends_with("tests/vocabulary.rs"));
     let mut found = Vec::new();
     for path in files {
         let text = fs::read_to_string(&path).unwrap();
@@ -114,7 +104,7 @@ fn old_words_stay_away() {
             let before_comment = line.split("//").next().unwrap_or_default();
             let code = if is_rust { before_comment } else { "" };
             if let Some((old, new)) = old_word(line, code) {
-                let place = path.strip_prefix(root).unwrap().display();
+                let place = path.strip_prefix(root()).unwrap().display();
                 found.push(format!("{place}:{}: '{old}': write {new}", number + 1));
             }
         }

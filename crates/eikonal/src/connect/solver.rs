@@ -193,7 +193,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let mut failure = Failure::NotConverged;
         let before = self.work.steps;
         for shots in 1..=SHOTS_PER_CONNECTION {
-            // Shoot the ray, with its tangents: the miss is r of eq. (6.1).
+            // Shoot the ray, with its tangents: the miss is r of eq. (Newton step).
             let shot = self.shoot(world, &trial, start);
             let miss = shot.map_or(f64::INFINITY, |hit| hit.end_state.x.distance(y));
             // Where the ray has ended counts, not where it should have.

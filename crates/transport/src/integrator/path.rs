@@ -154,7 +154,7 @@ impl PathTracer {
     /// Follows one edge, hands over what it finds, and scatters at its end. Whether the path goes on, as `next` says then: in
     /// place, for it is large.
     fn edge(&self, t: &mut Tracing, next: &mut Next) -> bool {
-        // Sample the next edge: its length by p(s) of eq. (8.2), with channel probabilities w_c in proportion to T.
+        // Sample the next edge: its length by p(s) of eq. (distance density), with channel probabilities w_c in proportion to T.
         let channel_pdf = next.throughput / next.throughput.sum();
         let budget = self.budget(next.way.depth + 1);
         let first_vertex = t.ws.first_vertex;
@@ -169,7 +169,7 @@ impl PathTracer {
             splitting: first_vertex.splitting && next.way.edges == 0,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
-        // Place a vertex on it by p_e of eq. (9.2), and connect that to a point emitter.
+        // Place a vertex on it by p_e of eq. (equiangular density), and connect that to a point emitter.
         if t.equiangular && budget > 0 {
             t.around_emitter(&edge, next, channel_pdf, budget);
         }
@@ -181,7 +181,7 @@ impl PathTracer {
         if self.max_depth.is_some_and(|limit| way.depth > limit) {
             return false;
         }
-        // Add the light emitted at the end of the edge, with the weight of chance in eq. (9.1).
+        // Add the light emitted at the end of the edge, with the weight of chance in eq. (connection and chance).
         t.emission(&edge, next, way, channel_pdf);
         let budget = self.budget(way.depth);
         if budget == 0 {
@@ -330,7 +330,7 @@ impl Tracing<'_> {
             .scene
             .emitter_probability(emitter, &vertex.receiver(self.scene));
         let by_connection = self.ws.rates.of(slot) * chosen * pdf;
-        // p_chance: eq. (5.1) with the density p_ω of the direction.
+        // p_chance: eq. (density along an edge) with the density p_ω of the direction.
         let by_chance =
             edge.geometry.density(*direction_pdf, n) * cos * edge.geometry.survival(channel_pdf);
         let most = by_connection / (by_connection + by_chance);

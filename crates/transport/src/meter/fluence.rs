@@ -105,7 +105,7 @@ impl FluenceMeter {
         self.cut_by_length(flight, cuts);
         cuts.push(flight.theta_end);
         cuts.sort_by(f64::total_cmp);
-        // Score w ∫ ds of each piece, eq. (9.4), in the cell of its middle.
+        // Score w ∫ ds of each piece, eq. (track lengths and collisions), in the cell of its middle.
         let (mut from, mut before) = (0.0, 0.0);
         for &to in cuts.iter() {
             let length = arc.arc_length(to);
@@ -139,7 +139,7 @@ impl FluenceMeter {
         if self.estimator == Estimator::TrackLength {
             return;
         }
-        // Score w/σ_t, eq. (9.4).
+        // Score w/σ_t, eq. (track lengths and collisions).
         if let Some(cell) = self.locate(collision.point.x, collision.optical_length) {
             self.score(cell, [collision.path, collision.absorbed()], scores);
         }

@@ -79,7 +79,7 @@ impl<'a, 'r> Particle<'a, 'r> {
                 return;
             };
             (self.optical_length, self.depth) = (ray.optical_length, depth);
-            // Sample the next edge by p(s) of eq. (8.2).
+            // Sample the next edge by p(s) of eq. (distance density).
             let mut edge = trace(self.scene, ray.start, sampling, sampler, ws);
             edge.tabulate();
             // Score the edge and its end, and play Russian roulette or divide.

@@ -170,7 +170,7 @@ impl Walker {
             self.enter(scene, &edge, (current.throughput, onward), ws);
             edge.connectable &= !passed;
             passed = scatter.is_some_and(|s| s.delta);
-            // Record the edge and the vertex: e, and p→ by eq. (5.1).
+            // Record the edge and the vertex: e, and p→ by eq. (density along an edge).
             let mut path_edge = step(scene, &edge, &vertex);
             if self.weighs && edge.connectable {
                 path_edge.discovery =

@@ -33,7 +33,7 @@ pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
         Heuristic::Balance => p,
         Heuristic::Power => p * p,
     };
-    // Densities over p_t/e_t by eq. (9.3), for strategies with more of the sensor's vertices …
+    // Densities over p_t/e_t by eq. (strategy ratio), for strategies with more of the sensor's vertices …
     let mut others = 0.0;
     let mut ratio = 1.0;
     for (j, d) in path.iter().enumerate().skip(t - 1) {

@@ -83,7 +83,7 @@ impl Tracing<'_> {
         let Some(around) = self.around(edge, index) else {
             return;
         };
-        // Draw the arc length s by p_e of eq. (9.2).
+        // Draw the arc length s by p_e of eq. (equiangular density).
         let Some(point) = edge.at_length(around.sample(u)) else {
             return;
         };
@@ -95,7 +95,7 @@ impl Tracing<'_> {
         }
         let vertex = Vertex::volume(&point);
         let chosen = scene.emitter_probability(index, &vertex.receiver(scene));
-        // Combine p_e with p(s) of eq. (8.2), each times the probability of the emitter.
+        // Combine p_e with p(s) of eq. (distance density), each times the probability of the emitter.
         let by_collision = edge.collision_density(channel_pdf, &point) * chosen;
         let density = probability * around.pdf(point.length) + by_collision;
         let throughput = next.throughput * scattering / density;
@@ -197,7 +197,7 @@ fn received(
             } => normal.dot(connection.emission),
             _ => 1.0,
         };
-        // Balance heuristic of eq. (9.1): p_connection = P_E p_a e, p_chance by eq. (5.1).
+        // Balance heuristic of eq. (connection and chance): p_connection = P_E p_a e, p_chance by eq. (density along an edge).
         let pdf = scatter_pdf(scene, vertex, connection.direction);
         let by_chance = connection.geometry.density(pdf, connection.n_aim)
             * cos

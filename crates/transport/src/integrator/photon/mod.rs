@@ -132,7 +132,7 @@ impl PhotonMapping {
             sampler_of,
         );
         ws.stats += stats;
-        // Sum over the photons that the sensor ray γ sees: eq. (9.5).
+        // Sum over the photons that the sensor ray γ sees: eq. (photon sum).
         let gathering = Gathering {
             scene,
             mapping: self,
