@@ -379,15 +379,16 @@ fn phase_functions_are_blended_by_weight() {
     let two =
         "<phase type=\"rayleigh\"/><phase type=\"hg\"><float name=\"g\" value=\"0.6\"/></phase>";
     let weight = |w: f64| format!("<float name=\"weight\" value=\"{w}\"/>");
-    for (parameters, mean) in [(weight(0.25), 0.15), (String::new(), 0.3)] {
-        let loaded = load(&medium(&(parameters + two))).unwrap_or_else(|e| panic!("{e}"));
+    for (w, mean) in [(0.25, 0.15), (1.0, 0.6)] {
+        let loaded = load(&medium(&(weight(w) + two))).unwrap_or_else(|e| panic!("{e}"));
         let inside = loaded.scene().medium_at(glam::DVec3::ZERO);
         let phase = &loaded.scene().medium(inside).phase;
         assert!((phase.mean_cosine() - mean).abs() < 1e-15);
     }
     refused(&medium(&(weight(1.5) + two)), &["'weight' is 1.5"]);
+    refused(&medium(two), &["needs <float name=\"weight\">"]);
     refused(
-        &medium("<phase type=\"rayleigh\"/>"),
+        &medium(&(weight(0.5) + "<phase type=\"rayleigh\"/>")),
         &["blendphase takes two phase functions, this has 1"],
     );
 }

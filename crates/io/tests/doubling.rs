@@ -12,8 +12,9 @@ struct Chain {
     tag: &'static str,
     /// The first one, as type and parameters in XML and in JSON.
     leaf: [&'static str; 2],
-    /// The type of the others.
+    /// The type of the others, and what they need besides, in XML and in JSON.
     node: &'static str,
+    needs: [&'static str; 2],
     /// Roles of the two references.
     roles: [&'static str; 2],
     /// What uses the last one, in the place of `$`, in XML and in JSON.
@@ -25,6 +26,7 @@ const CHAINS: [Chain; 8] = [
         tag: "bsdf",
         leaf: ["'diffuse'>", r#""diffuse""#],
         node: "blendbsdf",
+        needs: ["", ""],
         roles: ["a", "b"],
         user: [
             "<shape type='sphere'><ref id='$'/></shape>",
@@ -35,6 +37,7 @@ const CHAINS: [Chain; 8] = [
         tag: "bsdf",
         leaf: ["'diffuse'>", r#""diffuse""#],
         node: "twosided",
+        needs: ["", ""],
         roles: ["a", "b"],
         user: [
             "<shape type='sphere'><ref id='$'/></shape>",
@@ -45,6 +48,7 @@ const CHAINS: [Chain; 8] = [
         tag: "texture",
         leaf: ["'checkerboard'>", r#""checkerboard""#],
         node: "checkerboard",
+        needs: ["", ""],
         roles: ["color0", "color1"],
         user: [
             "<shape type='sphere'><bsdf type='diffuse'><ref id='$' name='reflectance'/></bsdf></shape>",
@@ -55,6 +59,7 @@ const CHAINS: [Chain; 8] = [
         tag: "texture",
         leaf: ["'checkerboard'>", r#""checkerboard""#],
         node: "checkerboard",
+        needs: ["", ""],
         roles: ["color0", "color1"],
         user: [
             "<shape type='sphere'><emitter type='area'><ref id='$' name='radiance'/></emitter></shape>",
@@ -65,6 +70,7 @@ const CHAINS: [Chain; 8] = [
         tag: "phase",
         leaf: ["'rayleigh'>", r#""rayleigh""#],
         node: "blendphase",
+        needs: ["<float name='weight' value='0.5'/>", r#""weight": 0.5, "#],
         roles: ["a", "b"],
         user: [
             "<shape type='sphere'><bsdf type='null'/><medium type='homogeneous' name='interior'><ref id='$'/></medium></shape>",
@@ -79,6 +85,7 @@ const CHAINS: [Chain; 8] = [
             r#""linear", "n0": 1, "slope": [0, 0, 0]"#,
         ],
         node: "sum",
+        needs: ["", ""],
         roles: ["a", "b"],
         user: [
             "<shape type='sphere'><bsdf type='null'/><medium type='transparent' name='interior'>
@@ -91,6 +98,7 @@ const CHAINS: [Chain; 8] = [
         tag: "shape",
         leaf: ["'sphere'>", r#""sphere""#],
         node: "shapegroup",
+        needs: ["", ""],
         roles: ["a", "b"],
         user: [
             "<shape type='instance'><ref id='$'/></shape>",
@@ -101,6 +109,7 @@ const CHAINS: [Chain; 8] = [
         tag: "shape",
         leaf: ["'sphere'>", r#""sphere""#],
         node: "instance",
+        needs: ["", ""],
         roles: ["a", "b"],
         user: [
             "<shape type='instance'><ref id='$'/></shape>",
@@ -118,7 +127,7 @@ impl Chain {
             self.leaf[0]
         );
         for k in 1..levels {
-            write!(text, "<{tag} id='x{k}' type='{node}'>").unwrap();
+            write!(text, "<{tag} id='x{k}' type='{node}'>{}", self.needs[0]).unwrap();
             for role in self.roles {
                 write!(text, "<ref id='x{}' name='{role}'/>", k - 1).unwrap();
             }
@@ -141,7 +150,8 @@ impl Chain {
             let [a, b] = self.roles;
             write!(
                 text,
-                ",\n\"x{k}\": {{\"type\": \"{node}\", \"{a}\": {reference}, \"{b}\": {reference}}}"
+                ",\n\"x{k}\": {{\"type\": \"{node}\", {}\"{a}\": {reference}, \"{b}\": {reference}}}",
+                self.needs[1]
             )
             .unwrap();
         }

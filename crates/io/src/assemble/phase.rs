@@ -63,7 +63,7 @@ fn numbers(text: &str) -> Option<Vec<f64>> {
 
 fn blend(object: &Object, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
-    let weight = query.float_in("weight", 0.0..=1.0, 0.5);
+    let weight = query.float_in("weight", 0.0..=1.0, None);
     let nested = query.children(PluginKind::Phase);
     query.finish(&[]);
     let [first, second] = nested[..] else {

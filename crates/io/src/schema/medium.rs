@@ -71,7 +71,7 @@ pub(super) const PHASES: &[Plugin] = &[
     plugin(
         "blendphase",
         "A mixture of two phase functions.",
-        &[&[float("weight", "0.5", "of the second, 0 to 1")]],
+        &[&[float("weight", "required", "of the second, 0 to 1")]],
         &[many(Phase, "The two.")],
     ),
     plugin(
