@@ -184,7 +184,7 @@ struct Pilot {
 impl Pilot {
     /// Takes samples; those of each `round` are others.
     fn take(mut ws: Workspace, source: &Source, round: u64) -> Self {
-        let pairs = sample(source, &mut ws, round);
+        let pairs = sample(source, &mut ws, round, MOST_WORK);
         Pilot { pairs, ws }
     }
 
@@ -199,13 +199,13 @@ impl Pilot {
     }
 }
 
-/// Takes the samples of a round; returns them.
-fn sample(source: &Source, ws: &mut Workspace, round: u64) -> Pairs {
+/// Takes the samples of a round, until they have taken the `most` work; returns them.
+fn sample(source: &Source, ws: &mut Workspace, round: u64, most: f64) -> Pairs {
     let spec = source.scene.film();
     let pixels = spec.width * spec.height;
     let mut found = Vec::new();
     let mut pairs = Vec::with_capacity(PIXELS);
-    while pairs.len() < PIXELS && (pairs.is_empty() || ws.stats().cost() < MOST_WORK) {
+    while pairs.len() < PIXELS && (pairs.is_empty() || ws.stats().cost() < most) {
         let i = pairs.len();
         // Multiples of the golden ratio spread evenly.
         let place = (0.618_033_988_749_894_9 * i as f64).fract();
@@ -224,4 +224,52 @@ fn sample(source: &Source, ws: &mut Workspace, round: u64) -> Pairs {
         }));
     }
     pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Spectrum;
+    use crate::emitter::{Emitter, Environment};
+    use crate::film::Filter;
+    use crate::integrator::PathTracer;
+    use crate::medium::Medium;
+    use crate::render::{Handle, Options};
+    use crate::scene::{FilmSpec, Parts, Scene};
+    use crate::sensor::{Perspective, Sensor};
+    use eikonal::field::Constant;
+    use glam::DAffine3;
+
+    fn sky() -> Scene {
+        let sensor = Perspective::new(DAffine3::IDENTITY, 0.5, 1.0);
+        Scene::new(Parts {
+            objects: Vec::new(),
+            media: vec![Medium::transparent("ambient", Constant::new(1.0).into())],
+            emitters: vec![Emitter::Environment(Environment::Constant(Spectrum::ONE))],
+            sensor: Sensor::Perspective(sensor),
+            film: FilmSpec {
+                width: 4,
+                height: 4,
+                channels: 1,
+                group_size: Spectrum::CHANNELS,
+                filter: Filter::Box,
+            },
+            tolerance: Default::default(),
+            reflections: 0,
+        })
+        .unwrap()
+    }
+
+    /// Each sample of a sky is one edge of one step, sixteen units of work, and a pair has two of them.
+    #[test]
+    fn pilots_end_after_their_work() {
+        let (scene, handle) = (sky(), Handle::default());
+        let options = Options::new(Integrator::Path(PathTracer::default()), 1, 1);
+        let prepared = super::super::prepare(std::slice::from_ref(&scene), &options, &handle);
+        let source = Source::new((&scene, 0), &options, prepared[0].clone(), &handle);
+        let pairs = |most| sample(&source, &mut source.workspace(), 0, most);
+        assert_eq!(pairs(f64::INFINITY).len(), PIXELS);
+        assert_eq!((pairs(100.0).len(), pairs(0.0).len()), (4, 1));
+        assert_eq!(weights(&[&pairs(100.0), &pairs(200.0)]).len(), 4);
+    }
 }
