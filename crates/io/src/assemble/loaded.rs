@@ -50,9 +50,10 @@ impl Loaded {
 
     /// The scenes whose rays are those of the first: all, unless some medium disperses.
     pub fn same_rays(&self) -> &[Scene] {
-        match self.is_dispersive() {
-            true => &self.groups[..1],
-            false => &self.groups,
+        if self.is_dispersive() {
+            &self.groups[..1]
+        } else {
+            &self.groups
         }
     }
 

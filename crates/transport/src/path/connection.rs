@@ -168,7 +168,7 @@ impl Connection {
                 values.extend(evaluate(&connection).map(|value| (value, 1.0)));
             }
         }
-        // Further branches: with probability q, one random start, with weight N/q, eq. (6.3).
+        // Further branches: with probability q, one random start, with weight N/q, eq. (sum over branches).
         if search.has_all(!known.is_empty()) {
             ws.stats.connections.certified += 1;
         } else if sampler.next_1d() < ws.search {
@@ -222,9 +222,10 @@ impl Connection {
         let from_vertex = matches!(target.aim, ConnectionEnd::Point { .. });
         let n_last = scene.n(last.region, candidate.end_point);
         let against_light = from_vertex == (target.mode == TransportMode::Radiance);
-        let jump = match against_light {
-            true => throughput.jump,
-            false => 1.0 / throughput.jump,
+        let jump = if against_light {
+            throughput.jump
+        } else {
+            1.0 / throughput.jump
         };
         let n_first = scene.n(candidate.start.region, ray.start);
         let (direction, origin, emission, n_vertex, n_aim) = match target.aim {

@@ -1,6 +1,6 @@
 //! Connections through the surface of a ball, of which all are known (docs/theory.md#through-a-ball).
 
-use super::{Candidate, Known, Search};
+use super::{Candidate, Search};
 use crate::connection_end::ConnectionEnd;
 use crate::scene::GlassBall;
 use eikonal::connect::{Outside, Pattern, RayFamily, Start};
@@ -80,13 +80,7 @@ impl<'a> Search<'a> {
                         + glass.optical_length(p, end_point),
                     pattern: Pattern::REFRACT,
                 };
-                Some(Candidate {
-                    start,
-                    end_point,
-                    place,
-                    facing,
-                    known: Known::Nothing,
-                })
+                Some(Candidate::new(start, place, (end_point, facing)))
             }
             ConnectionEnd::Plane {
                 through, direction, ..

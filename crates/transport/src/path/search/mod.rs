@@ -38,6 +38,21 @@ enum Known {
 }
 
 impl Candidate {
+    /// A candidate of whose start nothing is known; it is to meet `(end_point, facing)`.
+    fn new(
+        start: connect::Start<MediumId>,
+        place: Start,
+        (end_point, facing): (DVec3, Option<DVec3>),
+    ) -> Self {
+        Candidate {
+            start,
+            end_point,
+            place,
+            facing,
+            known: Known::Nothing,
+        }
+    }
+
     fn connect(&self, scene: &Scene, ws: &mut Workspace) -> Result<ConnectingRay, Failure> {
         let solver = &mut ws.solver;
         match &self.known {
@@ -130,13 +145,7 @@ impl<'a> Search<'a> {
                     optical_length: end_point.distance(place.x) * n,
                     pattern: connect::Pattern::REFRACT,
                 };
-                Some(Candidate {
-                    start,
-                    end_point,
-                    place,
-                    facing,
-                    known: Known::Nothing,
-                })
+                Some(Candidate::new(start, place, (end_point, facing)))
             }
             ConnectionEnd::Plane {
                 through, direction, ..
@@ -175,13 +184,7 @@ impl<'a> Search<'a> {
     /// A candidate from a plane that arrives at the vertex in a direction.
     fn arriving(&self, start: connect::Start<MediumId>, direction: DVec3) -> Candidate {
         let place = self.vertex.start(self.scene, -direction);
-        Candidate {
-            start,
-            end_point: place.x,
-            place,
-            facing: None,
-            known: Known::Nothing,
-        }
+        Candidate::new(start, place, (place.x, None))
     }
 
     /// One attempt, counted.

@@ -1,6 +1,6 @@
 //! Connections from random starts, and what a find is worth.
 
-use super::{Candidate, Known, Search};
+use super::{Candidate, Search};
 use crate::budget::{STEPS_PER_SEARCH, TRIALS_PER_SEARCH};
 use crate::connection_end::ConnectionEnd;
 use crate::path::Workspace;
@@ -33,13 +33,7 @@ impl Search<'_> {
                     &mut uniform,
                 )?;
                 let (end_point, facing) = self.end_point(position, arrival);
-                Some(Candidate {
-                    start,
-                    end_point,
-                    place,
-                    facing,
-                    known: Known::Nothing,
-                })
+                Some(Candidate::new(start, place, (end_point, facing)))
             }
             ConnectionEnd::Plane {
                 through, direction, ..
