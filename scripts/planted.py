@@ -57,10 +57,17 @@ PLANTED = [
     ),
     (
         "the index along a ray taken from its speed in optical path differences",
-        EIKONAL + "ray/difference.rs",
-        "let contrast = field.n2(arc.position(theta)) - n2_ref;",
-        "let contrast = arc.velocity(theta).length_squared() - n2_ref;",
+        EIKONAL + "difference/straight.rs",
+        "contrast: field.n2(arc.position(theta)) - n2_ref,",
+        "contrast: arc.velocity(theta).length_squared() - n2_ref,",
         ("eikonal", "path_difference", "weak_columns_have_the_integral_of_their_contrast"),
+    ),
+    (
+        "reference rays of their own span in optical path differences",
+        EIKONAL + "difference/curved.rs",
+        "jet.n2 - rho * rho * jet",
+        "jet.n2 - jet",
+        ("eikonal", "path_difference_field", "rods_of_other_strength_have_a_closed_form"),
     ),
     (
         "third differences for fourth in smoothing splines",

@@ -158,14 +158,14 @@ def trace(
     origins: ArrayLike,
     directions: ArrayLike,
     max_length: Optional[float],
-    reference_index: Optional[float],
+    reference_index: Union[None, float, Field],
 ) -> Traced: ...
 def trace_field(
     field: Field,
     origins: ArrayLike,
     directions: ArrayLike,
     max_length: float,
-    reference_index: Optional[float],
+    reference_index: Union[None, float, Field],
 ) -> Traced: ...
 def connect(
     scene: Scene, a: ArrayLike, b: ArrayLike, all: Optional[int]

@@ -162,7 +162,7 @@ def trace(
     directions: ArrayLike,
     *,
     max_length: Optional[float] = None,
-    reference_index: Optional[float] = None,
+    reference_index: Union[None, float, Field] = None,
 ) -> Rays:
     """Follow rays without scattering: at surfaces of a scene they are refracted, reflected by mirrors, or end.
 
@@ -173,8 +173,10 @@ def trace(
             any number of the other.
         max_length: Length after which a ray ends, in scene units; by default long enough for anything that leaves the
             scene. Through a field it must be given.
-        reference_index: Index of the straight rays of which optical path differences are taken; by default that of the
-            scene's surroundings, of a field that where each ray starts.
+        reference_index: Index of which optical path differences are taken: a number, whose rays are straight, or a field,
+            against which they are known at the ends of rays only (NaN before, and where no ray of that field joins the
+            ends). By default the ``reference_index`` of a scene's ``aov``, or else the index of the scene's surroundings;
+            of a field that where each ray starts.
 
     Raises:
         ValueError: Shapes that do not fit, starts that are not finite, directions of no length, a length or an index that is
@@ -182,7 +184,7 @@ def trace(
     """
     x, d = np.broadcast_arrays(numbers(origins, "origins"), numbers(directions, "directions"))
     for name, value in (("max_length", max_length), ("reference_index", reference_index)):
-        if value is not None and not (value > 0 and np.isfinite(value)):
+        if value is not None and not isinstance(value, Field) and not (value > 0 and np.isfinite(value)):
             raise ValueError(f"{name} is {value} but must be a positive number")
     if isinstance(through, Scene):
         return Rays(_morgana.trace(through, x, d, max_length, reference_index))

@@ -143,5 +143,19 @@ def test_optical_path_differences_are_good_to_a_share_of_the_contrast():
     # Against the index at the start by default, which here is 1 but for the bump's tail.
     default = morgana.trace(field, starts, [0, 0, 1], max_length=4.0)
     np.testing.assert_allclose(default.total_optical_path_difference, expected, atol=1e-6 * peak)
+    # Against a field: what is weak in one that is strong, here the same bump at a contrast that bends rays by far more.
+    bump = {"type": "gaussian", "n0": 1.0, "delta": delta, "width": width}
+    rod = {"type": "selfoc", "n0": 1.5, "alpha": 0.3}
+    reference = morgana.load_field(rod)
+    both = morgana.load_field({"type": "sum", "reference": 1.0, "a": rod, "b": bump})
+    weak = morgana.trace(both, starts, [0, 0, 1], max_length=4.0, reference_index=reference)
+    # To first order the integral of the contrast, bump/n, over s, ds = n dσ, along rays x = b cos(n₀ α σ) of the rod.
+    sigma = np.linspace(0, 2.6, 20001)[:, None]
+    x, z = b * np.cos(0.45 * sigma), np.sqrt(1.5**2 - (0.45 * b) ** 2) * sigma - 2
+    expected = delta * np.exp(-(x**2 + z**2) / (2 * width**2)).sum(0) * (sigma[1] - sigma[0])
+    np.testing.assert_allclose(weak.total_optical_path_difference, expected, rtol=1e-4)
+    assert np.isnan(weak[2].optical_path_difference[:-1]).all()
+    same = morgana.trace(reference, starts, [0, 0, 1], max_length=4.0, reference_index=reference)
+    np.testing.assert_allclose(same.total_optical_path_difference, 0, atol=1e-11)
     with pytest.raises(ValueError, match="reference_index"):
         morgana.trace(field, starts, [0, 0, 1], max_length=4.0, reference_index=-1.0)

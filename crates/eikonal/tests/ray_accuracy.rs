@@ -3,8 +3,8 @@
 //! Rays of 1.8 scene units through fields of all strengths, against the same at a tolerance of 1e-12.
 
 use eikonal::field::{Bspline, Field, Fisheye, Gaussian, Luneburg, Placement, Sum};
-use eikonal::ray::{Flow, Node, PathDifference, Tangents, perpendicular_basis};
-use eikonal::{Aabb, Tolerance, Work};
+use eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
+use eikonal::{Aabb, PathDifference, Reference, Tolerance, Work};
 use glam::DVec3;
 
 const LENGTH: f64 = 1.8;
@@ -23,7 +23,7 @@ fn follow(field: &Field, (x, d): (DVec3, DVec3), tolerance: f64) -> End {
     let node = Node::launch(field, x, d, tangents);
     let mut flow = Flow::new(field, node, Tolerance::new(tolerance));
     let (mut work, mut length, mut optical_length) = (Work::default(), 0.0, 0.0);
-    let mut difference = PathDifference::new(N_REF, d);
+    let mut difference = PathDifference::new(Reference::Index(N_REF), d);
     loop {
         let step = flow.advance(1.0, &mut work);
         let theta = step.arc.theta_at_length(LENGTH - length);
@@ -37,7 +37,7 @@ fn follow(field: &Field, (x, d): (DVec3, DVec3), tolerance: f64) -> End {
                 x,
                 direction,
                 optical_length,
-                difference: difference.value(),
+                difference: difference.so_far().unwrap(),
                 jacobian: tangents.cross_section(v).abs(),
             };
         }

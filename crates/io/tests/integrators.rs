@@ -324,6 +324,30 @@ fn aovs_are_chosen_by_name() {
     let loaded = accepted(&integrator("aov", wave), None);
     assert_eq!(loaded.channel_names.last().unwrap(), "waves");
     refused(&aovs("waves"), None, &["waves need a 'wavelength'"]);
+    let reference = |parameter: &str| integrator("aov", parameter);
+    let of = |text: &str| {
+        let loaded = accepted(text, None);
+        let quiet = text.is_empty() || loaded.warnings.is_empty();
+        assert!(quiet, "{}", loaded.warnings);
+        format!("{:?}", loaded.reference())
+    };
+    let number = reference("<float name=\"reference_index\" value=\"1.25\"/>");
+    assert_eq!(of(&number), "Some(Index(1.25))");
+    let volume = reference(
+        "<volume name=\"reference_index\" type=\"gaussian\"><float name=\"n0\" value=\"1\"/><float name=\"width\" value=\"1\"/><float name=\"delta\" value=\"0.1\"/></volume>",
+    );
+    assert!(
+        of(&volume).starts_with("Some(Field(Gaussian"),
+        "{}",
+        of(&volume)
+    );
+    let same = reference(
+        "<volume name=\"reference_index\" type=\"constant\"><float name=\"value\" value=\"1.5\"/></volume>",
+    );
+    assert_eq!(of(&same), "Some(Index(1.5))");
+    assert_eq!(of(""), "None");
+    let negative = reference("<float name=\"reference_index\" value=\"-1\"/>");
+    refused(&negative, None, &["reference_index"]);
     refused(
         &aovs(""),
         None,

@@ -4,7 +4,7 @@ use crate::errors;
 use crate::field::Field;
 use crate::numbers::{Rows, array};
 use crate::scene::Scene;
-use eikonal::Tolerance;
+use eikonal::{Reference, Tolerance};
 use glam::DVec3;
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyValueError;
@@ -24,6 +24,24 @@ pub struct Traced {
     paths: Vec<Path>,
 }
 
+/// What optical path differences are taken against.
+#[derive(FromPyObject)]
+pub enum GivenIndex {
+    /// The same index everywhere.
+    Constant(f64),
+    /// A field.
+    Varying(Py<Field>),
+}
+
+impl GivenIndex {
+    fn get(&self) -> Reference<'_> {
+        match self {
+            GivenIndex::Constant(n) => Reference::Index(*n),
+            GivenIndex::Varying(field) => Reference::Field(field.get().index()),
+        }
+    }
+}
+
 /// Follows rays through a scene from points in directions, which need not have unit length.
 #[pyfunction]
 pub fn trace(
@@ -32,12 +50,16 @@ pub fn trace(
     origins: Rows,
     directions: Rows,
     max_length: Option<f64>,
-    reference_index: Option<f64>,
+    reference_index: Option<GivenIndex>,
 ) -> PyResult<Traced> {
     let starts = starts(&origins, &directions)?;
     let paths = py.detach(|| {
-        let tracer = Tracer::new(scene.get().loaded.scene(), max_length);
-        let tracer = tracer.with_reference(reference_index);
+        let loaded = &scene.get().loaded;
+        let reference = match &reference_index {
+            Some(given) => Some(given.get()),
+            None => loaded.reference(),
+        };
+        let tracer = Tracer::new(loaded.scene(), max_length).with_reference(reference);
         let follow = |(x, d): &(DVec3, DVec3)| tracer.follow(*x, *d);
         starts.par_iter().map(follow).collect()
     });
@@ -53,19 +75,14 @@ pub fn trace_field(
     origins: Rows,
     directions: Rows,
     max_length: f64,
-    reference_index: Option<f64>,
+    reference_index: Option<GivenIndex>,
 ) -> PyResult<Traced> {
     let starts = starts(&origins, &directions)?;
     let paths = py.detach(|| {
+        let reference = reference_index.as_ref().map(GivenIndex::get);
         let follow = |start: &(DVec3, DVec3)| {
             let tolerance = Tolerance::default();
-            follow_field(
-                field.index(),
-                tolerance,
-                *start,
-                max_length,
-                reference_index,
-            )
+            follow_field(field.index(), tolerance, *start, max_length, reference)
         };
         starts.par_iter().map(follow).collect()
     });

@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 use testkit::convergence::fit_order;
 use transport::bsdf::{Bsdf, Diffuse, Mask, ThinDielectric};
-use transport::integrator::{Aov, AovTracer, Integrator, deflection};
+use transport::integrator::{Aov, AovTracer, Integrator, ReferenceIndex, deflection};
 use transport::medium::Medium;
 use transport::render::Rendering;
 use transport::scene::{Object, Parts};
@@ -345,4 +345,58 @@ fn surfaces_in_a_path_difference() {
     // Twice through the glass, up to its front; from where it leaves the scene.
     let expected = 2.0 * (n - 1.0) * thick;
     assert!((value("optical_path_difference") - expected).abs() < tolerance);
+}
+
+/// Against a field that bends rays, as the surroundings do: a bump of 1e-7 in a lens counts to first order by its
+/// integral along the ray; the difference to the lens's own length is below that.
+#[test]
+fn references_may_vary() {
+    use eikonal::field::{Field, Gaussian, Sum};
+    let lens: Field = Gaussian::new(1.0, 0.3, DVec3::ZERO, 0.5).unwrap().into();
+    let (delta, middle) = (1e-7, DVec3::new(0.2, 0.0, 0.1));
+    let bump = Gaussian::new(1.0, delta, middle, 0.2).unwrap();
+    let both = Sum::new(1.0, vec![lens.clone(), bump.into()]).unwrap();
+    let cube: Shape = transport::shape::Cube::new(DAffine3::IDENTITY)
+        .unwrap()
+        .into();
+    let none = eikonal::field::LinearIndex::new(1.0, DVec3::Z * -0.9, DVec3::Z * -0.9).unwrap();
+    let media = vec![
+        vacuum(),
+        Medium::transparent("both", both.into()),
+        Medium::transparent("lens", lens.clone()),
+        Medium::transparent("steep", none.into()),
+    ];
+    let sensor = along_z(DVec3::NEG_Z * 0.9, 0.9);
+    let scene = scene(parts(
+        vec![container(cube, Bsdf::Null)],
+        media,
+        vec![],
+        sensor,
+    ));
+    let mut tracer = AovTracer::new(&[Aov::OpticalPathDifference]);
+    tracer.reference = Some(ReferenceIndex::Medium(2));
+    let mut values = Vec::new();
+    let mut ws = transport::path::Workspace::new(Tolerance::default());
+    let (origin, direction) = (DVec3::new(0.3, 0.1, -0.9), DVec3::Z);
+    let ray = transport::sensor::Ray { origin, direction };
+    tracer.sample(&scene, ray, &mut ws, &mut values);
+    // Up to z = 1 along the ray of the lens: δn = Δ bump/n and ds = n dσ.
+    let mut expected = 0.0;
+    let start = eikonal::ray::Node::new(&lens, origin, direction * lens.n(origin), ());
+    let mut flow = eikonal::ray::Flow::new(&lens, start, Tolerance::new(1e-10));
+    while flow.node().x.z < 1.0 {
+        let step = flow.advance(1e-3, &mut Default::default());
+        let x = step.arc.position(0.5);
+        expected += delta * (-x.distance_squared(middle) / 0.08).exp() * step.arc.h();
+    }
+    let error = values[1] / expected - 1.0;
+    assert!(
+        values[0] == 1.0 && error.abs() < 1e-3,
+        "{values:?} {expected}"
+    );
+    // Where no ray of the reference joins the ends, the ray is not valid, and counted.
+    tracer.reference = Some(ReferenceIndex::Medium(3));
+    values.clear();
+    tracer.sample(&scene, ray, &mut ws, &mut values);
+    assert_eq!((values, ws.stats.lost), (vec![0.0; 2], 1));
 }

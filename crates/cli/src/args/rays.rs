@@ -29,7 +29,8 @@ pub struct TraceArgs {
     /// Longest ray; ten times the size of the scene by default.
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub max_length: Option<f64>,
-    /// Index of the straight rays of which optical path differences are taken; that of the surroundings by default.
+    /// Index of the straight rays of which optical path differences are taken; by default the `reference_index` of the
+    /// scene's `aov`, which may vary, or else that of the surroundings.
     #[arg(long, value_name = "N", value_parser = positive)]
     pub reference_index: Option<f64>,
     /// Wavelength in vacuum, in scene units: optical path differences are given in waves, too.

@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::load::{file_name, load_with_warnings};
 use crate::trace::{csv, fan, json, obj, ply, vtk};
 use crate::{numbers, svg};
+use eikonal::Reference;
 use std::io::Write;
 use std::process::ExitCode;
 use transport::trace::{Ending, Path, Tracer};
@@ -17,7 +18,11 @@ pub fn trace(args: &TraceArgs) -> Result<ExitCode, Failure> {
     let scene = loaded.scene();
     let spread = args.spread.to_radians();
     let starts = fan(args.from, args.direction, args.rays, spread, args.width);
-    let tracer = Tracer::new(scene, args.max_length).with_reference(args.reference_index);
+    let reference = match args.reference_index {
+        Some(n) => Some(Reference::Index(n)),
+        None => loaded.reference(),
+    };
+    let tracer = Tracer::new(scene, args.max_length).with_reference(reference);
     let paths: Vec<Path> = starts.iter().map(|(x, d)| tracer.follow(*x, *d)).collect();
     let text = match format {
         RayFormat::Csv => csv(scene, &paths, args.wavelength),

@@ -352,3 +352,24 @@ fn optical_path_differences_and_waves() {
     let text = folder.succeed(&format!("{BEAM} {options}"));
     assert!(text.lines().next().unwrap().ends_with(",medium,opd,waves"));
 }
+
+/// Against the varying index that the scene's `aov` names: here that of the ball itself, within which rays start and end.
+#[test]
+fn optical_path_differences_from_a_field() {
+    let folder = Folder::with_lens();
+    let scene = String::from_utf8(folder.read("scene.xml")).unwrap();
+    let aov = r#"<integrator type="aov"><volume name="reference_index" type="luneburg"/></integrator></scene>"#;
+    std::fs::write(folder.path("scene.xml"), scene.replace("</scene>", aov)).unwrap();
+    let ray = "trace scene.xml --from=-0.5,0.3,0.1 --direction 1,0,0 --max-length 0.8";
+    for ray in rays(&folder, ray) {
+        let points = ray["points"].as_array().unwrap();
+        let (last, before) = points.split_last().unwrap();
+        assert!(!before.is_empty() && before.iter().all(|p| p["opd"].is_null()));
+        assert!(number(&last["opd"]).abs() < 1e-11, "{last}");
+    }
+    // A number on the command line goes first.
+    for ray in rays(&folder, &format!("{ray} --reference-index 1.0")) {
+        let last = ray["points"].as_array().unwrap().last().unwrap().clone();
+        assert!(number(&last["opd"]) > 0.1, "{last}");
+    }
+}

@@ -1,15 +1,18 @@
 //! Integrators.
 
 use super::context::Context;
+use super::field;
 use super::options::LoadOptions;
 use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use eikonal::Tolerance;
+use glam::DVec3;
 use transport::integrator::{
     Aov, AovTracer, Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer,
-    PhotonMapping, PhotonQuery,
+    PhotonMapping, PhotonQuery, ReferenceIndex,
 };
+use transport::medium::Medium;
 
 /// Names under which scene files and command lines may ask for an estimator. The first three are one
 /// and the same path tracer, the next two one particle tracer.
@@ -153,6 +156,10 @@ pub(super) fn named(name: &str, diagnostics: &mut Diagnostics) -> Kind {
 fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
     let default = Parameters::default();
     let mut bdpt = default.bdpt;
+    let reference = match kind {
+        Kind::Aov => reference(object, context),
+        _ => None,
+    };
     let mut query = Query::new(object, context.diagnostics);
     let max_depth = query.integer_in("max_depth", -1..=1_000_000, -1);
     let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(bdpt.rr_depth));
@@ -175,7 +182,7 @@ fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
         bdpt.connections = connections[query.one_of("connections", &["resampled", "all"])];
     }
     let aov = match kind {
-        Kind::Aov => aov(&mut query),
+        Kind::Aov => aov(&mut query, reference),
         _ => default.aov,
     };
     let photon = match kind {
@@ -192,14 +199,24 @@ fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
     }
 }
 
+/// The index of which optical path differences are taken.
+fn reference(object: &Object, context: &mut Context) -> Option<ReferenceIndex> {
+    let field = field::named(object, "reference_index", context)?;
+    Some(if field.is_constant() {
+        ReferenceIndex::Constant(field.n(DVec3::ZERO))
+    } else {
+        let medium = Medium::transparent("reference_index", field);
+        let place = Some(object.location.clone());
+        ReferenceIndex::Medium(context.add_medium(medium, false, place))
+    })
+}
+
 /// Which quantities, and what they are compared with.
-fn aov(query: &mut Query) -> AovTracer {
-    let mut positive = |name| {
-        query
-            .has(name)
-            .then(|| query.float_in(name, POSITIVE, None))
-    };
-    let (reference, wavelength) = (positive("reference_index"), positive("wavelength"));
+fn aov(query: &mut Query, reference: Option<ReferenceIndex>) -> AovTracer {
+    query.has("reference_index");
+    let wavelength = query
+        .has("wavelength")
+        .then(|| query.float_in("wavelength", POSITIVE, None));
     let mut tracer = quantities(query, wavelength.is_some());
     (tracer.reference, tracer.wavelength) = (reference, wavelength);
     tracer

@@ -6,6 +6,7 @@ use super::instrument::Instrument;
 use super::{coverage, integrator};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::SceneHash;
+use eikonal::Reference;
 use transport::integrator::Integrator;
 use transport::scene::Scene;
 
@@ -43,6 +44,14 @@ pub struct Loaded {
 }
 
 impl Loaded {
+    /// What the scene's `aov` takes optical path differences against, if it names an index.
+    pub fn reference(&self) -> Option<Reference<'_>> {
+        match &self.integrator {
+            Integrator::Aov(tracer) => tracer.reference.map(|index| index.of(self.scene())),
+            _ => None,
+        }
+    }
+
     /// Whether groups differ in their indices: some medium disperses, and each wavelength has rays of its own.
     pub fn is_dispersive(&self) -> bool {
         self.scene().film().group_size == 1 && self.groups.len() > 1

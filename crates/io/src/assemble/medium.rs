@@ -32,7 +32,7 @@ pub(super) fn medium(object: &Object, context: &mut Context) -> MediumId {
 
 fn build(object: &Object, context: &mut Context) -> (Medium, bool) {
     let name = object.id.clone().unwrap_or_else(|| object.plugin.clone());
-    let index = index(object, context);
+    let index = field::named(object, "ior", context);
     let open = index.is_none();
     let index = index.unwrap_or_else(|| Constant::new(1.0).into());
     let medium = match object.plugin.as_str() {
@@ -49,23 +49,6 @@ fn build(object: &Object, context: &mut Context) -> (Medium, bool) {
         }
     };
     (medium, open)
-}
-
-/// The index, if the medium has an `ior` of its own: a number or a nested volume.
-fn index(object: &Object, context: &mut Context) -> Option<Field> {
-    let mut query = Query::new(object, context.diagnostics);
-    if !query.has("ior") {
-        return None;
-    }
-    let is_volume = object
-        .children
-        .iter()
-        .any(|c| c.name.as_deref() == Some("ior"));
-    if is_volume {
-        let volume = query.role(PluginKind::Volume, "ior")?;
-        return field::build(volume, context);
-    }
-    Some(Constant::new(query.float_in("ior", crate::query::INDEX, 1.0)).into())
 }
 
 fn scattering(object: &Object, name: String, index: Field, context: &mut Context) -> Medium {

@@ -1,7 +1,8 @@
 //! Integrators.
 
-use super::row::{boolean, float, integer, list, plugin, word};
+use super::row::{boolean, float, integer, list, plugin, role, word};
 use super::{Parameter, Plugin};
+use crate::PluginKind::Volume;
 
 const COMMON: &[Parameter] = &[
     integer(
@@ -47,7 +48,7 @@ const AOV: &[Parameter] = &[
     float(
         "reference_index",
         "(that of the surroundings)",
-        "index of the straight rays of which optical path differences are taken, > 0",
+        "index of which optical path differences are taken, > 0",
     ),
     float(
         "wavelength",
@@ -90,7 +91,11 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "aov",
         "Quantities of unscattered rays instead of light.",
         &[COMMON, AOV],
-        &[],
+        &[role(
+            Volume,
+            "reference_index",
+            "The index of which optical path differences are taken, where it varies.",
+        )],
     ),
     plugin(
         "photon",

@@ -5,14 +5,17 @@
 //! Lengths, optical path difference and optical depth are those up to the exit.
 
 use crate::path::{Ending, FollowedRay, Workspace, follow};
-use crate::scene::{AMBIENT, Scene};
+use crate::scene::{AMBIENT, MediumId, Scene};
 use crate::sensor::Ray;
+use eikonal::Reference;
+use eikonal::connect::World;
 use glam::{DAffine3, DVec3};
 
 /// A quantity, or a vector of several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aov {
-    /// 1; 0 if the ray is trapped or left its medium's field. All other channels are 0 then.
+    /// 1; 0 if the ray is trapped or left its medium's field, or if no ray of the reference joins its ends. All other
+    /// channels are 0 then.
     Valid,
     /// Position of the exit in the world, scene units.
     ExitPosition,
@@ -30,7 +33,7 @@ pub enum Aov {
     /// Number of steps of the ray, straight ones included.
     Steps,
     /// ∫n ds up to the exit, less that of straight rays in the index of reference, scene units: see
-    /// [`PathDifference`](eikonal::ray::PathDifference).
+    /// [`PathDifference`](eikonal::PathDifference).
     OpticalPathDifference,
     /// The same in wavelengths.
     Waves,
@@ -84,12 +87,31 @@ impl Aov {
     }
 }
 
+/// The index of which a scene takes optical path differences.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ReferenceIndex {
+    /// The same everywhere, > 0.
+    Constant(f64),
+    /// That of a medium, which fills all of space for this.
+    Medium(MediumId),
+}
+
+impl ReferenceIndex {
+    /// What path differences are taken against.
+    pub fn of(self, scene: &Scene) -> Reference<'_> {
+        match self {
+            ReferenceIndex::Constant(n) => Reference::Index(n),
+            ReferenceIndex::Medium(medium) => Reference::Field(scene.field(medium)),
+        }
+    }
+}
+
 /// Follows sensor rays without scattering. Validity is always among its channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AovTracer {
     wanted: [bool; Aov::ALL.len()],
-    /// Index of the reference of optical path differences; that of the surroundings without one.
-    pub reference: Option<f64>,
+    /// The index of which optical path differences are taken; without one that of the surroundings where rays start.
+    pub reference: Option<ReferenceIndex>,
     /// Wavelength in vacuum, scene units, by which waves are counted.
     pub wavelength: Option<f64>,
 }
@@ -123,10 +145,11 @@ impl AovTracer {
         self.aovs().flat_map(|aov| aov.channels()).copied()
     }
 
-    /// The index of reference, if it is of use.
-    fn reference(&self, scene: &Scene, x: DVec3) -> Option<f64> {
+    /// The reference of optical path differences, if they are wanted.
+    fn reference<'a>(&self, scene: &'a Scene, x: DVec3) -> Option<Reference<'a>> {
         let compares = |aov| matches!(aov, Aov::OpticalPathDifference | Aov::Waves);
-        let reference = || self.reference.unwrap_or_else(|| scene.n(AMBIENT, x));
+        let surroundings = || ReferenceIndex::Constant(scene.n(AMBIENT, x));
+        let reference = || self.reference.unwrap_or_else(surroundings).of(scene);
         self.aovs().any(compares).then(reference)
     }
 

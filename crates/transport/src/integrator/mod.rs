@@ -8,7 +8,7 @@ mod particle;
 mod path;
 mod photon;
 
-pub use aov::{Aov, AovTracer, deflection};
+pub use aov::{Aov, AovTracer, ReferenceIndex, deflection};
 pub use bdpt::{Bdpt, Connections};
 pub use bidirectional::Heuristic;
 pub use contribution::Contribution;

@@ -10,7 +10,8 @@ use crate::scene::{MediumId, Scene};
 use crate::shape::Hit;
 use eikonal::connect::World;
 use eikonal::interface::{Interface, Rule};
-use eikonal::ray::{Arc, Flow, Node, PathDifference, Work};
+use eikonal::ray::{Arc, Flow, Node, Work};
+use eikonal::{PathDifference, Reference};
 use glam::{DMat3, DVec3};
 
 /// How a ray that was followed ended.
@@ -20,7 +21,8 @@ pub enum Ending {
     Surface(usize),
     /// It left the scene.
     Left,
-    /// It left its medium's field, or took too many steps: it may be trapped.
+    /// It left its medium's field, took too many steps, so that it may be trapped, or no ray of the reference joins its
+    /// ends.
     Lost,
 }
 
@@ -36,7 +38,7 @@ pub struct FollowedRay {
     pub length: f64,
     /// ∫n ds.
     pub optical_length: f64,
-    /// ∫n ds less that of straight rays in the index of reference: see [`PathDifference`]. Zero without one.
+    /// ∫n ds less that of rays of the reference: see [`PathDifference`]. Zero without one.
     pub path_difference: f64,
     /// Optical depth.
     pub depth: Spectrum,
@@ -48,12 +50,12 @@ pub struct FollowedRay {
 
 /// Follows the ray from `x` in a unit direction: on through index-matched boundaries, refracted by
 /// smooth dielectrics, or totally reflected, reflected by smooth metals, and straight through what lets at
-/// least half of the light pass. With an index of `reference` its optical path difference is found, too.
+/// least half of the light pass. With a `reference` its optical path difference is found, too.
 pub fn follow(
     scene: &Scene,
     (x, direction): (DVec3, DVec3),
     medium: MediumId,
-    reference: Option<f64>,
+    reference: Option<Reference<'_>>,
     ws: &mut Workspace,
 ) -> FollowedRay {
     let mut follower = Follower {
@@ -61,7 +63,7 @@ pub fn follow(
         x,
         v: direction * scene.n(medium, x),
         medium,
-        difference: reference.map(|n| PathDifference::new(n, direction)),
+        difference: reference.map(|reference| PathDifference::new(reference, direction)),
         way: FollowedRay {
             x,
             direction,
@@ -73,15 +75,20 @@ pub fn follow(
             ending: Ending::Lost,
         },
     };
-    let ending = loop {
+    let mut ending = loop {
         if let Some(ending) = follower.region(ws) {
             break ending;
         }
     };
+    let mut difference = follower.difference;
+    let difference = difference.as_mut().map(|d| d.value(&mut ws.stats.work));
+    if difference.is_some_and(f64::is_nan) {
+        ending = Ending::Lost;
+    }
     ws.stats.lost += u64::from(ending == Ending::Lost);
     FollowedRay {
         ending,
-        path_difference: follower.difference.map_or(0.0, |d| d.value()),
+        path_difference: difference.unwrap_or(0.0),
         ..follower.way
     }
 }
@@ -91,7 +98,7 @@ struct Follower<'a> {
     x: DVec3,
     v: DVec3,
     medium: MediumId,
-    difference: Option<PathDifference>,
+    difference: Option<PathDifference<'a>>,
     way: FollowedRay,
 }
 
@@ -114,7 +121,7 @@ impl Follower<'_> {
             match scene.first_hit(&step.arc) {
                 Some((object, hit)) => {
                     self.lengthen(&step.arc, hit.theta, &mut ws.stats.work);
-                    return self.surface(object, &hit, step.arc.velocity(hit.theta));
+                    return self.surface(object, &hit, step.arc.velocity(hit.theta), ws);
                 }
                 None if field.is_constant() => return Some(Ending::Left),
                 None => self.lengthen(&step.arc, 1.0, &mut ws.stats.work),
@@ -136,7 +143,13 @@ impl Follower<'_> {
     }
 
     /// Goes on from a surface if there is one way to go.
-    fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> Option<Ending> {
+    fn surface(
+        &mut self,
+        object: usize,
+        hit: &Hit,
+        v: DVec3,
+        ws: &mut Workspace,
+    ) -> Option<Ending> {
         // The arc's speed is the index up to the tolerance: here it becomes the index again.
         let v = v.normalize() * self.scene.n(self.medium, hit.position);
         self.way.x = hit.position;
@@ -149,12 +162,18 @@ impl Follower<'_> {
             _ => rule(&surface.bsdf, cos < 0.0),
         };
         match rule {
-            Some(rule) => self.go_on(rule, (object, hit), v),
+            Some(rule) => self.go_on(rule, (object, hit), v, ws),
             None => Some(Ending::Surface(object)),
         }
     }
 
-    fn go_on(&mut self, rule: Rule, (object, hit): (usize, &Hit), v: DVec3) -> Option<Ending> {
+    fn go_on(
+        &mut self,
+        rule: Rule,
+        (object, hit): (usize, &Hit),
+        v: DVec3,
+        ws: &mut Workspace,
+    ) -> Option<Ending> {
         let scene = self.scene;
         let at = (hit.position, hit.normal);
         let beyond = scene.medium_beside(object, self.medium, at, v);
@@ -173,7 +192,7 @@ impl Follower<'_> {
         if refracted.is_some() && rule != Rule::Reflect {
             self.medium = beyond;
         } else if let Some(difference) = &mut self.difference {
-            difference.reflect(self.way.direction);
+            difference.reflect(self.way.direction, &mut ws.stats.work);
         }
         self.x = leave(scene, hit.position, hit.normal, self.way.direction);
         None

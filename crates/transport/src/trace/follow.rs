@@ -5,6 +5,7 @@ use crate::bsdf::Bsdf;
 use crate::scene::{AMBIENT, MediumId, Object, Scene};
 use crate::shape::Hit;
 use eikonal::Aabb;
+use eikonal::Reference;
 use eikonal::connect::World;
 use eikonal::interface::{Interface, Rule};
 use eikonal::ray::{Flow, Node, Work};
@@ -28,8 +29,9 @@ pub struct Point {
     pub arc_length: f64,
     /// Optical path length from the start.
     pub optical_length: f64,
-    /// Optical path length from the start less that of straight rays in the index of reference, which join the start, the
-    /// points of reflection and this one: see [`PathDifference`](eikonal::ray::PathDifference).
+    /// Optical path length from the start less that of rays of the reference, which join the start, the points of
+    /// reflection and this one: see [`PathDifference`](eikonal::PathDifference). Against a field it is known at the ray's
+    /// last point only, and NaN elsewhere and where no ray of the reference joins the ends.
     pub path_difference: f64,
     /// Refractive index.
     pub index: f64,
@@ -66,7 +68,7 @@ pub struct Tracer<'a> {
     /// A box around all objects.
     bounds: Aabb,
     max_length: Option<f64>,
-    reference: Option<f64>,
+    reference: Option<Reference<'a>>,
 }
 
 impl<'a> Tracer<'a> {
@@ -81,9 +83,10 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// The same with the index of reference of optical path differences; without one it is that of the surroundings.
+    /// The same with the reference of optical path differences; without one it is the index of the surroundings where a
+    /// ray starts.
     #[must_use]
-    pub fn with_reference(self, reference: Option<f64>) -> Self {
+    pub fn with_reference(self, reference: Option<Reference<'a>>) -> Self {
         Tracer { reference, ..self }
     }
 
@@ -93,7 +96,8 @@ impl<'a> Tracer<'a> {
         // A start on a boundary belongs to the medium into which the ray goes.
         let medium = self.scene.medium_at(x + direction * (AHEAD * ball.radius));
         let index = self.scene.n(medium, x);
-        let reference = self.reference.unwrap_or_else(|| self.scene.n(AMBIENT, x));
+        let surroundings = || Reference::Index(self.scene.n(AMBIENT, x));
+        let reference = self.reference.unwrap_or_else(surroundings);
         let mut ray = TracedRay {
             scene: self.scene,
             max_length: self.max_length.unwrap_or(20.0 * ball.radius),
@@ -153,7 +157,7 @@ struct TracedRay<'a> {
     x: DVec3,
     v: DVec3,
     medium: MediumId,
-    line: Line,
+    line: Line<'a>,
     steps: usize,
 }
 

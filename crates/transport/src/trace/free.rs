@@ -4,25 +4,25 @@ use super::follow::MOST_STEPS;
 use super::line::Line;
 use super::{Ending, Path};
 use crate::scene::MediumId;
-use eikonal::Tolerance;
 use eikonal::field::Field;
 use eikonal::ray::{Flow, Node, Work};
+use eikonal::{Reference, Tolerance};
 use glam::DVec3;
 
 /// Follows a ray of the given length from `x` in a unit direction through a field without any surfaces. Its medium has
-/// the number 0. It is lost where the field has no real index. Without an index of `reference` optical path differences
-/// are those against the index at the start.
+/// the number 0. It is lost where the field has no real index. Without a `reference` optical path differences are those
+/// against the index at the start.
 pub fn follow_field(
     field: &Field,
     tolerance: Tolerance,
     (x, direction): (DVec3, DVec3),
     length: f64,
-    reference: Option<f64>,
+    reference: Option<Reference<'_>>,
 ) -> Path {
     let medium: MediumId = 0;
     let n = field.n(x);
     let v = direction * n;
-    let mut line = Line::new(reference.unwrap_or(n), direction);
+    let mut line = Line::new(reference.unwrap_or(Reference::Index(n)), direction);
     line.record(x, v, medium);
     if !v.is_finite() {
         return line.end(Ending::Lost);

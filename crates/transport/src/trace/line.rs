@@ -3,24 +3,25 @@
 use super::{Ending, Path, Point};
 use crate::scene::MediumId;
 use eikonal::field::Field;
-use eikonal::ray::{Arc, PathDifference, Work};
+use eikonal::ray::{Arc, Work};
+use eikonal::{PathDifference, Reference};
 use glam::DVec3;
 
 /// Points are recorded wherever a ray has turned by this much, in radians: polylines look smooth.
 const TURN: f64 = 0.03;
 
 /// A ray so far.
-pub(super) struct Line {
+pub(super) struct Line<'a> {
     /// Its length.
     pub length: f64,
     optical: f64,
-    difference: PathDifference,
+    difference: PathDifference<'a>,
     points: Vec<Point>,
 }
 
-impl Line {
-    /// A ray that starts in the unit direction `toward`, compared with rays in the index `reference`.
-    pub fn new(reference: f64, toward: DVec3) -> Self {
+impl<'a> Line<'a> {
+    /// A ray that starts in the unit direction `toward`, compared with rays of the `reference`.
+    pub fn new(reference: Reference<'a>, toward: DVec3) -> Self {
         Line {
             length: 0.0,
             optical: 0.0,
@@ -52,7 +53,7 @@ impl Line {
 
     /// The ray is reflected into the unit direction `toward`.
     pub fn reflect(&mut self, toward: DVec3) {
-        self.difference.reflect(toward);
+        self.difference.reflect(toward, &mut Work::default());
     }
 
     /// Records a point, where the velocity is `v`.
@@ -62,7 +63,7 @@ impl Line {
             direction: v.normalize(),
             arc_length: self.length,
             optical_length: self.optical,
-            path_difference: self.difference.value(),
+            path_difference: self.difference.so_far().unwrap_or(f64::NAN),
             index: v.length(),
             medium,
         });
@@ -74,7 +75,10 @@ impl Line {
         self.record(x, v, medium);
     }
 
-    pub fn end(self, ending: Ending) -> Path {
+    pub fn end(mut self, ending: Ending) -> Path {
+        if let Some(last) = self.points.last_mut() {
+            last.path_difference = self.difference.value(&mut Work::default());
+        }
         Path {
             points: self.points,
             ending,

@@ -35,6 +35,23 @@ const KNOWN: [&str; 14] = [
     "sellmeier",
 ];
 
+/// The index that an object has under a name, a number or a nested volume; `None` without one, or after an error.
+pub(super) fn named(object: &Object, name: &str, context: &mut Context) -> Option<Field> {
+    let mut query = Query::new(object, context.diagnostics);
+    if !query.has(name) {
+        return None;
+    }
+    let is_volume = object
+        .children
+        .iter()
+        .any(|c| c.name.as_deref() == Some(name));
+    if is_volume {
+        let volume = query.role(PluginKind::Volume, name)?;
+        return build(volume, context);
+    }
+    Some(Constant::new(query.float_in(name, INDEX, 1.0)).into())
+}
+
 /// The field that a volume describes; `None` after an error.
 pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
     match object.plugin.as_str() {

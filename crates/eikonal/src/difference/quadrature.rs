@@ -1,0 +1,110 @@
+//! Quadrature of what is as small as the contrast, whatever the steps of the ray.
+
+/// Nodes of the quadrature of Kronrod with 15 points on [−1, 1], from the end to the middle. Every second is one of Gauss's
+/// with 7 points.
+const NODES: [f64; 8] = [
+    0.991_455_371_120_812_6,
+    0.949_107_912_342_758_5,
+    0.864_864_423_359_769_1,
+    0.741_531_185_599_394_4,
+    0.586_087_235_467_691_1,
+    0.405_845_151_377_397_2,
+    0.207_784_955_007_898_47,
+    0.0,
+];
+/// Kronrod's weights.
+const KRONROD: [f64; 8] = [
+    0.022_935_322_010_529_224,
+    0.063_092_092_629_978_56,
+    0.104_790_010_322_250_18,
+    0.140_653_259_715_525_92,
+    0.169_004_726_639_267_9,
+    0.190_350_578_064_785_4,
+    0.204_432_940_075_298_9,
+    0.209_482_141_084_727_82,
+];
+/// Gauss's weights, of every second node.
+const GAUSS: [f64; 4] = [
+    0.129_484_966_168_869_7,
+    0.279_705_391_489_276_64,
+    0.381_830_050_505_118_9,
+    0.417_959_183_673_469_4,
+];
+/// Evaluations of a panel.
+const POINTS: u64 = 15;
+/// Difference of the two quadratures over a panel at which it is accepted, relative to the largest contrast so far: that of
+/// Kronrod is an order of magnitude better.
+const TOLERANCE: f64 = 1e-6;
+/// Panels are halved at most so often.
+const MOST_HALVINGS: u32 = 12;
+/// No panel is a smaller part of an arc, lest a field without any scale take for ever.
+const LEAST_PANEL: f64 = 1e-6;
+
+/// What is integrated, at a place: the difference of squared indices there, and all else.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Integrand {
+    /// n² − n_r².
+    pub contrast: f64,
+    /// What is added to it.
+    pub rest: f64,
+}
+
+/// Integrals to 1e-7 of the largest contrast met so far.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Quadrature {
+    /// Largest |n² − n_r²|.
+    contrast: f64,
+    /// Evaluations of the integrand.
+    pub evaluations: u64,
+}
+
+impl Quadrature {
+    /// Takes note of a contrast.
+    pub fn meet(&mut self, contrast: f64) {
+        self.contrast = self.contrast.max(contrast.abs());
+    }
+
+    /// ∫ f dθ from θ to θ, in panels whose widths are at most `width`(θ) at their starts.
+    pub fn integrate(
+        &mut self,
+        [from, to]: [f64; 2],
+        width: impl Fn(f64) -> f64,
+        f: impl Fn(f64) -> Integrand,
+    ) -> f64 {
+        let mut sum = 0.0;
+        let mut at = from;
+        while at < to {
+            let end = (at + width(at).max(LEAST_PANEL * (to - from))).min(to);
+            sum += self.panel([at, end], MOST_HALVINGS, &f);
+            at = end;
+        }
+        sum
+    }
+
+    fn panel(&mut self, [from, to]: [f64; 2], halvings: u32, f: &impl Fn(f64) -> Integrand) -> f64 {
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        let mut at = |theta: f64| {
+            let Integrand { contrast, rest } = f(theta);
+            self.meet(contrast);
+            contrast + rest
+        };
+        let (mut kronrod, mut gauss) = (0.0, 0.0);
+        for (i, node) in NODES.into_iter().enumerate() {
+            let value = match node {
+                0.0 => at(middle),
+                _ => at(middle - half * node) + at(middle + half * node),
+            };
+            kronrod += KRONROD[i] * value;
+            if i % 2 == 1 {
+                gauss += GAUSS[i / 2] * value;
+            }
+        }
+        self.evaluations += POINTS;
+        // What is not finite does not become so by halving.
+        let poor = (kronrod - gauss).abs() > TOLERANCE * self.contrast;
+        if !poor || halvings == 0 {
+            return kronrod * half;
+        }
+        self.panel([from, middle], halvings - 1, f) + self.panel([middle, to], halvings - 1, f)
+    }
+}
