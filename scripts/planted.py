@@ -49,11 +49,11 @@ PLANTED = [
         ("transport", "bsdf", "facets_cover_the_surface_once"),
     ),
     (
-        "lamps seen by parallel views taken for points on no surface",
+        "lights seen by parallel views taken for points on no surface",
         TRANSPORT + "integrator/bidirectional/joining.rs",
         "Vertex::source(scene, &start, &light.emission.aim)",
         "Vertex::end(&start)",
-        ("transport", "strategies", "two_strategies_see_the_same_lamp"),
+        ("transport", "strategies", "two_strategies_see_the_same_light"),
     ),
     (
         "the index along a ray taken from its speed in optical path differences",
@@ -112,7 +112,7 @@ PLANTED = [
         ("eikonal", "homogeneous", "nothing_changes_where_nothing_is_said_to_change"),
     ),
     (
-        "distances around a lamp of another density than they are sampled with",
+        "distances around a light of another density than they are sampled with",
         TRANSPORT + "path/equiangular.rs",
         "(a + (b - a) * u).tan()",
         "(a + (b - a) * u * u).tan()",
@@ -487,11 +487,11 @@ PLANTED = [
         ("transport", "connections", "any_rate_is_unbiased"),
     ),
     (
-        "choice among many lamps taken for an even one in the weights of chance",
+        "choice among many lights taken for an even one in the weights of chance",
         TRANSPORT + "integrator/path.rs",
         "let by_connection = self.ws.rates.of(slot) * chosen * pdf;",
         "let by_connection = self.ws.rates.of(slot) * (chosen * 0.0 + 1.0 / 30.0) * pdf;",
-        ("transport", "connections", "many_lamps"),
+        ("transport", "connections", "many_lights"),
     ),
     (
         "weights that were asked for seldom not made up for",
@@ -529,7 +529,7 @@ PLANTED = [
         ("transport", "first_vertex", "depths_have_their_distribution"),
     ),
     (
-        "distances around lamps weighed against collisions by chance where they are forced",
+        "distances around lights weighed against collisions by chance where they are forced",
         "crates/transport/src/integrator/path/connecting.rs",
         "let by_collision = edge.collision_density(channel_pdf, &point) * chosen;",
         "let by_collision = edge.collision_density(channel_pdf, &point) * chosen / edge.forcing[0];",

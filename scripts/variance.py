@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares the efficiency, 1/(variance × processor time), of two builds of the program.
 
-Renders the example scenes in small, and two scenes with many lamps that it makes itself, by both builds in turn with
+Renders the example scenes in small, and two scenes with many lights that it makes itself, by both builds in turn with
 several seeds, and prints a table in Markdown: variance and time of the first by those of the second, and their product,
 the gain in efficiency. The variance is that of the image's mean, which the report of a render states; all are
 medians over the seeds.
@@ -52,7 +52,7 @@ FOG = """  <shape type="sphere"><bsdf type="null"/><medium name="interior" type=
 
 
 def hall(rng):
-    """A hall with 400 small lamps at several heights, seen from above them, so that none is in direct view."""
+    """A hall with 400 small lights at several heights, seen from above them, so that none is in direct view."""
     turns = ['<rotate x="1" angle="-90"/><translate y="-2"/>', '<rotate x="1" angle="90"/><translate y="2"/>']
     turns += ['<translate z="-6"/>', '<rotate y="1" angle="90"/><translate x="-6"/>']
     text = HEAD.format(depth=4, fov=60, eye="0, 1.97, 5.9") + "".join(WALL.format(turn=t) for t in turns)

@@ -47,10 +47,10 @@ def small(integrator="path", **medium):
 
 
 def meters():
-    """The same ball, lit by a lamp, with a meter in place of the camera."""
+    """The same ball, lit by a light, with a meter in place of the camera."""
     scene = small("particle")
     del scene["sensor"], scene["sky"]
-    scene["lamp"] = {"type": "point", "position": [0, 0, -3], "intensity": 1.0}
+    scene["light"] = {"type": "point", "position": [0, 0, -3], "intensity": 1.0}
     scene["sensor"] = {
         "type": "fluencemeter",
         "to_world": [{"scale": 2}, {"translate": [-1, -1, -1]}],

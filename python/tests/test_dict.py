@@ -241,7 +241,7 @@ def test_memory_limits_what_a_file_may_become(tmp_path):
 
 def test_doubts_are_warnings():
     with pytest.warns(morgana.SceneWarning):
-        scene = morgana.load_dict({**small(), "lamp": {"type": "point", "position": [0, 0, 0], "intensity": 0.0}})
+        scene = morgana.load_dict({**small(), "light": {"type": "point", "position": [0, 0, 0], "intensity": 0.0}})
     assert scene.warnings and scene.warnings[0].severity == "warning"
 
 

@@ -9,13 +9,15 @@ use std::fs;
 const READ: [&str; 6] = ["rs", "md", "py", "pyi", "ipynb", "xml"];
 
 /// Words that are not used anywhere, whatever their case, and what is written instead.
-const WORDS: [(&str, &str); 11] = [
+const WORDS: [(&str, &str); 13] = [
     ("attractor", "point-like emitter"),
     ("attractors", "point-like emitters"),
     ("cascade", "outlier rejection"),
     ("crowded", "overlapping"),
     ("endless", "non-terminating"),
     ("hindrance", "incompatibility"),
+    ("lamp", "emitter, light"),
+    ("lamps", "emitters, lights"),
     ("luck", "discovery probability, random search"),
     ("nudge", "ray epsilon"),
     ("outlook", "adjoint estimate, forecast"),

@@ -1,6 +1,6 @@
 //! Photometric files of the Illuminating Engineering Society, LM-63 (editions from 1986 to 2002).
 //!
-//! Read are photometry of type C, with angles and intensities of one lamp; keywords are passed over.
+//! Read are photometry of type C, with angles and intensities of one luminaire; keywords are passed over.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::input;
 /// Longest file that is read, in bytes: a direction in each square degree takes a tenth of it.
 const LONGEST: usize = 4 << 20;
 
-/// Intensities over the directions around a lamp.
+/// Intensities over the directions around a luminaire.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Photometry {
     /// Vertical angles in degrees, from 0, which is downwards; they increase.
@@ -90,15 +90,15 @@ impl<'t, I: Iterator<Item = &'t str>> Numbers<I> {
             .ok_or_else(|| malformed(format!("{what}: {value}")))
     }
 
-    /// How the output depends on the tilt of the lamp, which is that of the measurement here.
+    /// How the output depends on the tilt, which is that of the measurement here.
     fn pass_tilt(&mut self) -> Result<(), Problem> {
-        self.next("the lamp's geometry")?;
+        self.next("the luminaire's geometry")?;
         let pairs = self.count(1000, "number of tilts")?;
         self.many(2 * pairs, "tilts").map(drop)
     }
 
     fn photometry(&mut self, size: usize) -> Result<Photometry, Problem> {
-        self.many(2, "number of lamps and lumens")?;
+        self.many(2, "number and lumens of its sources")?;
         let multiplier = self.next("multiplier")?;
         let vertical = self.count(size, "number of vertical angles")?;
         let horizontal = self.count(size, "number of horizontal angles")?;
@@ -106,7 +106,7 @@ impl<'t, I: Iterator<Item = &'t str>> Numbers<I> {
             let message = "photometry of type A or B; type C is read";
             return Err(Problem::Unsupported(message.into()));
         }
-        self.many(4, "unit and size of the lamp")?;
+        self.many(4, "unit and size of the luminaire")?;
         let factors = self.many(2, "ballast factors")?;
         self.next("watts")?;
         let vertical = self.many(vertical, "vertical angles")?;

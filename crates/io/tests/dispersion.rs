@@ -30,7 +30,7 @@ fn film(wavelengths: &str) -> String {
     )
 }
 
-/// A glass ball of radius 1 with this index under a sky and a lamp, seen by a film with these parameters.
+/// A glass ball of radius 1 with this index under a sky and an emitter, seen by a film with these parameters.
 fn load(film: &str, ior: &str) -> Result<Loaded, String> {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("scene.xml");

@@ -241,13 +241,13 @@ fn too_many_copies_are_refused_before_they_are_made() {
 
 /// Emitters of one name get numbers in time proportional to their number.
 #[test]
-fn thousands_of_lamps_have_names() {
+fn thousands_of_lights_have_names() {
     let start = Instant::now();
-    let lamp = "<emitter type='point'><float name='intensity' value='1'/></emitter>";
+    let light = "<emitter type='point'><float name='intensity' value='1'/></emitter>";
     let text = format!(
         "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='30'/></sensor>
          <emitter type='point' id='point_3'><float name='intensity' value='1'/></emitter>{}</scene>",
-        lamp.repeat(5000)
+        light.repeat(5000)
     );
     let mut diagnostics = Diagnostics::new();
     let scene = xml::parse(&text, "scene.xml", &[], &mut diagnostics).unwrap();

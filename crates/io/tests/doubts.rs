@@ -60,13 +60,13 @@ fn media_behind_opaque_hulls() {
     );
     let beam = r#", "p": {"type": "collimated", "radius": 0.1, "power": 1}"#;
     entered(&ball("", beam), true);
-    let lamp = |z: f64| {
+    let light = |z: f64| {
         format!(
             r#", "l": {{"type": "sphere", "center": [0, 0, {z}], "radius": 0.1, "bsdf": {{"type": "diffuse"}}, "emitter": {{"type": "area"}}}}"#
         )
     };
-    entered(&ball("", &lamp(0.0)), true);
-    entered(&ball("", &lamp(2.0)), false);
+    entered(&ball("", &light(0.0)), true);
+    entered(&ball("", &light(2.0)), false);
     // Hulls that shine inwards.
     let hull = |flip: bool| {
         format!(

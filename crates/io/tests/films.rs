@@ -14,7 +14,7 @@ fn load(film: &str) -> Result<Loaded, String> {
 <film type="hdrfilm">
 {film}
 </film></sensor>
-<emitter type="point" id="lamp"><float name="intensity" value="1"/><point name="position" y="2"/></emitter>
+<emitter type="point" id="light"><float name="intensity" value="1"/><point name="position" y="2"/></emitter>
 <emitter type="constant"/>
 <shape type="sphere" id="bulb"><point name="center" y="9"/><emitter type="area"><float name="radiance" value="1"/></emitter></shape>
 <shape type="sphere"><point name="center" y="7"/><emitter type="area" id="v1.2"><float name="radiance" value="1"/></emitter></shape>
@@ -86,7 +86,7 @@ fn decimal_widths_divide() {
 #[test]
 fn emitters_have_names_of_their_own() {
     let names = load("").unwrap().emitter_names;
-    let expected = ["bulb", "v1_2", "lamp", "constant", "point", "point_2"];
+    let expected = ["bulb", "v1_2", "light", "constant", "point", "point_2"];
     assert_eq!(names, expected);
 }
 

@@ -10,7 +10,7 @@ use transport::integrator::{
 const CAMERA: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
   <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
 </sensor>"#;
-const LAMP: &str = r#"<emitter type="point"><point name="position" value="0, 3, 0"/>
+const LIGHT: &str = r#"<emitter type="point"><point name="position" value="0, 3, 0"/>
   <float name="intensity" value="1"/></emitter>"#;
 const SKY: &str = r#"<emitter type="constant"/>"#;
 const GLASS: &str = r#"<shape type="sphere" id="glass"><bsdf type="dielectric"/></shape>"#;
@@ -253,12 +253,12 @@ fn light_that_nothing_finds_draws_a_warning() {
     for (kind, things, expected) in [
         (
             "path",
-            [LAMP, GLASS],
+            [LIGHT, GLASS],
             "this point emitter that smooth dielectrics ('glass') reflect",
         ),
         (
             "path",
-            [LAMP, METAL],
+            [LIGHT, METAL],
             "this point emitter that a mirror ('metal') reflects",
         ),
         (
@@ -271,8 +271,8 @@ fn light_that_nothing_finds_draws_a_warning() {
             [SKY, METAL],
             "a mirror ('metal') shows emitters only",
         ),
-        ("bdpt", [LAMP, GLASS], "on every part of its way"),
-        ("bdpt", [LAMP, METAL], "on every part of its way"),
+        ("bdpt", [LIGHT, GLASS], "on every part of its way"),
+        ("bdpt", [LIGHT, METAL], "on every part of its way"),
     ] {
         let text = warnings(kind, 0, &things.concat());
         assert!(text.contains(expected), "{kind}: {text}");
@@ -284,16 +284,16 @@ fn light_that_nothing_finds_draws_a_warning() {
 #[test]
 fn light_that_is_found_draws_none() {
     for (kind, reflections, things) in [
-        ("path", 0, [LAMP, ""]),
+        ("path", 0, [LIGHT, ""]),
         ("path", 0, [SKY, GLASS]),
         ("path", 0, [SKY, METAL]),
-        ("path", 1, [LAMP, GLASS]),
-        ("particle", 0, [LAMP, ""]),
+        ("path", 1, [LIGHT, GLASS]),
+        ("particle", 0, [LIGHT, ""]),
         ("particle", 1, [SKY, GLASS]),
         ("bdpt", 0, [SKY, GLASS]),
         ("bdpt", 0, [SKY, METAL]),
-        ("bdpt", 1, [LAMP, GLASS]),
-        ("photon", 0, [LAMP, METAL]),
+        ("bdpt", 1, [LIGHT, GLASS]),
+        ("photon", 0, [LIGHT, METAL]),
         ("sppm", 0, [SKY, GLASS]),
     ] {
         let text = warnings(kind, reflections, &things.concat());

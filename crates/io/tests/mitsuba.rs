@@ -119,7 +119,7 @@ fn what_mitsuba_accepts_bare_is_accepted() {
     load(area);
 }
 
-/// A ball of some surface, a lamp and a sky.
+/// A ball of some surface, an emitter and a sky.
 fn ball(bsdf: &str) -> String {
     format!(
         r#"{{"type": "scene",
@@ -127,7 +127,7 @@ fn ball(bsdf: &str) -> String {
     "to_world": [{{"lookat": {{"origin": [0, 1, 5], "target": [0, 0, 0], "up": [0, 1, 0]}}}}],
     "film": {{"type": "hdrfilm", "width": 16, "height": 16, "rfilter": {{"type": "box"}}}}}},
   "ball": {{"type": "sphere", "bsdf": {{{bsdf}}}}},
-  "lamp": {{"type": "sphere", "center": [2, 3, 2], "radius": 0.5, "bsdf": {{"type": "diffuse", "reflectance": 0}},
+  "light": {{"type": "sphere", "center": [2, 3, 2], "radius": 0.5, "bsdf": {{"type": "diffuse", "reflectance": 0}},
     "emitter": {{"type": "area", "radiance": 20}}}},
   "sky": {{"type": "constant", "radiance": 0.3}}}}"#
     )

@@ -151,7 +151,7 @@ fn check(scene: &str, reference: &str, channels: usize, samples: u64) {
 
 #[test]
 fn fog_around_a_point_light() {
-    // With a quarter of the samples, means are far from normal: what scatters near the lamp is rare and bright.
+    // With a quarter of the samples, means are far from normal: what scatters near the emitter is rare and bright.
     check("p1_fog_cube", "p1_fog_cube_lt", 1, 256);
 }
 

@@ -1,4 +1,4 @@
-//! Bsdfs, textures, lamps and shapes from files, and instances in scene files: what becomes of them, and what is
+//! Bsdfs, textures, emitters and shapes from files, and instances in scene files: what becomes of them, and what is
 //! refused.
 
 mod common;
@@ -344,25 +344,25 @@ const IES: &str = "IESNA:LM-63-2002\n[MANUFAC] nobody\nTILT=NONE\n1 1000 2 3 2 1
 
 #[test]
 fn photometric_files() {
-    let lamp = io::ies::parse(IES.as_bytes()).unwrap();
-    assert_eq!(lamp.vertical, [0.0, 45.0, 90.0]);
+    let light = io::ies::parse(IES.as_bytes()).unwrap();
+    assert_eq!(light.vertical, [0.0, 45.0, 90.0]);
     // A quarter of the turn, mirrored twice; all times the multiplier 2.
-    assert_eq!(lamp.horizontal, [0.0, 90.0, 180.0, 270.0, 360.0]);
+    assert_eq!(light.horizontal, [0.0, 90.0, 180.0, 270.0, 360.0]);
     let (a, b) = ([200.0, 100.0, 0.0], [400.0, 200.0, 0.0]);
-    assert_eq!(lamp.candela, [a, b, a, b, a].concat());
+    assert_eq!(light.candela, [a, b, a, b, a].concat());
     let half = IES
         .replace("3 2 1 1", "3 3 1 1")
         .replace("\n0 90\n100", "\n90 180 270\n7 8 9 100");
-    let lamp = io::ies::parse(half.as_bytes()).unwrap();
-    assert_eq!(lamp.horizontal, [0.0, 90.0, 180.0, 270.0, 360.0]);
-    assert_eq!(lamp.candela[..6], [200.0, 100.0, 0.0, 14.0, 16.0, 18.0]);
+    let light = io::ies::parse(half.as_bytes()).unwrap();
+    assert_eq!(light.horizontal, [0.0, 90.0, 180.0, 270.0, 360.0]);
+    assert_eq!(light.candela[..6], [200.0, 100.0, 0.0, 14.0, 16.0, 18.0]);
     let tilted = IES.replace("TILT=NONE", "TILT=INCLUDE\n1\n2\n0 90\n1 0.9");
     assert_eq!(io::ies::parse(tilted.as_bytes()).unwrap().vertical.len(), 3);
     for (from, to, expected) in [
         (
             "TILT=NONE",
-            "TILT=LAMP.TLT",
-            "not supported: TILT=LAMP.TLT: a tilt in another file",
+            "TILT=LIGHT.TLT",
+            "not supported: TILT=LIGHT.TLT: a tilt in another file",
         ),
         ("TILT=NONE", "", "there is no line TILT="),
         (
@@ -397,13 +397,13 @@ fn emitted(loaded: &Loaded, direction: DVec3) -> [f64; 3] {
 }
 
 #[test]
-fn lamps_from_files() {
+fn lights_from_files() {
     let directory = tempfile::tempdir().unwrap();
     write_image(directory.path(), &PIXELS);
-    fs::write(directory.path().join("lamp.ies"), IES).unwrap();
+    fs::write(directory.path().join("light.ies"), IES).unwrap();
     let pose = r#"<transform name="to_world"><lookat origin="0, 3, 0" target="0, 0, 0" up="0, 0, 1"/></transform>"#;
     let body = format!(
-        r#"<emitter type="ies">{pose}<string name="filename" value="lamp.ies"/>
+        r#"<emitter type="ies">{pose}<string name="filename" value="light.ies"/>
 <rgb name="scale" value="1, 0.5, 0.25"/></emitter>"#
     );
     let loaded = load_from(directory.path(), "", &body).unwrap();

@@ -30,14 +30,14 @@ const INSTANTS: usize = 3;
 const SAMPLES: u64 = 48;
 const SEEDS: u64 = 100;
 
-/// A lamp in view, whose edge is where most noise is, and fog of varying index before a corner of it.
+/// An emitter in view, whose edge is where most noise is, and fog of varying index before a corner of it.
 fn scene(index: impl Into<Field>) -> Parts {
     let fogs = container(
         Sphere::around(DVec3::new(0.5, 0.2, 0.8), 0.4).unwrap(),
         Bsdf::Null,
     );
-    let lamp = Object {
-        name: "lamp".into(),
+    let light = Object {
+        name: "light".into(),
         shape: Sphere::around(DVec3::ZERO, 0.55).unwrap().into(),
         bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
         sides: None,
@@ -49,7 +49,7 @@ fn scene(index: impl Into<Field>) -> Parts {
     };
     let media = vec![vacuum(), fog(index, 1.0, 0.9, 0.3)];
     let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);
-    let mut parts = parts(vec![fogs, lamp], media, vec![emitter], sensor);
+    let mut parts = parts(vec![fogs, light], media, vec![emitter], sensor);
     (parts.film.width, parts.film.height) = (23, 19);
     parts
 }
@@ -136,11 +136,11 @@ fn errors_are_smaller_and_true_and_means_agree() {
     }
 }
 
-/// Twelve small lamps in a row, one in each pixel: few samples hit one, so that a pilot knows little.
-fn lamps() -> Scene {
+/// Twelve small emitters in a row, one in each pixel: few samples hit one, so that a pilot knows little.
+fn lights() -> Scene {
     let place = |i: usize| DVec3::X * (i as f64 - 5.5) * 0.1;
-    let lamp = |i| Object {
-        name: "lamp".into(),
+    let light = |i| Object {
+        name: "light".into(),
         shape: Sphere::around(place(i), 0.015).unwrap().into(),
         bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
         sides: None,
@@ -156,7 +156,7 @@ fn lamps() -> Scene {
         DVec3::Z * 4.0,
     );
     let sensor = Sensor::Orthographic(Orthographic::new(film, 12.0));
-    let objects = (0..12).map(lamp).collect();
+    let objects = (0..12).map(light).collect();
     let emitters = (0..12).map(emitter).collect();
     let mut parts = parts(objects, vec![vacuum()], emitters, sensor);
     (parts.film.width, parts.film.height) = (12, 1);
@@ -166,7 +166,7 @@ fn lamps() -> Scene {
 /// If shares depended on samples of the image, bright ones would count for less.
 #[test]
 fn what_a_pilot_sees_by_chance_does_not_bias_the_image() {
-    let scene = lamps();
+    let scene = lights();
     let mean = |adaptive| {
         let film = |seed| {
             film(&scene, &options(0..SAMPLES, seed, adaptive))

@@ -18,10 +18,10 @@ const RADIUS: f64 = 1.2;
 /// Geometry terms agree to this; the tolerance of rays is 1e-6, and caustics amplify it.
 const CLOSE: f64 = 1e-3;
 
-fn scene(lamp: DVec3) -> Scene {
+fn scene(light: DVec3) -> Scene {
     let ball = Sphere::around(DVec3::new(0.3, -0.2, 0.1), RADIUS).unwrap();
-    let lamp = Emitter::Point {
-        position: lamp,
+    let light = Emitter::Point {
+        position: light,
         intensity: Spectrum::ONE,
     };
     let media = vec![vacuum(), fog(Constant::new(1.5), 0.0, 0.0, 0.0)];
@@ -29,13 +29,13 @@ fn scene(lamp: DVec3) -> Scene {
     Scene::new(parts(
         vec![container(ball, glass())],
         media,
-        vec![lamp],
+        vec![light],
         sensor,
     ))
     .unwrap()
 }
 
-/// All connections from `x` to the lamp, with the counts of the workspace.
+/// All connections from `x` to the emitter, with the counts of the workspace.
 fn connections(scene: &Scene, x: DVec3) -> (Vec<Connection>, Workspace) {
     let mut ws = Workspace::new(scene.tolerance());
     ws.search = 1.0;

@@ -30,14 +30,14 @@ const PAIRS: [[DVec3; 2]; 3] = [
 fn lens([_, y]: [DVec3; 2]) -> Scene {
     let index = Gaussian::new(1.0, 0.5, DVec3::ZERO, 0.3).unwrap();
     let ball = Sphere::around(DVec3::ZERO, 1.2).unwrap();
-    let lamp = Emitter::Point {
+    let light = Emitter::Point {
         position: y,
         intensity: Spectrum::ONE,
     };
     let media = vec![vacuum(), fog(index, 0.0, 0.0, 0.0)];
     let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);
     let objects = vec![container(ball, Bsdf::Null)];
-    Scene::new(parts(objects, media, vec![lamp], sensor)).unwrap()
+    Scene::new(parts(objects, media, vec![light], sensor)).unwrap()
 }
 
 /// Connects a pair once per call, and hands every connection with its weight to `each`.

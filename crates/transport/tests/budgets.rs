@@ -15,11 +15,11 @@ use transport::render::{Handle, Options, Rendering, render, render_watched};
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
 
-/// A ball of fog with ripples of so many radians per unit length, and a lamp in it.
+/// A ball of fog with ripples of so many radians per unit length, and an emitter in it.
 fn ripples(wave_number: f64) -> Scene {
     let mode = AcousticMode::new(1e-3, 0, wave_number, 0.0).unwrap();
     let field = Acoustic::new(1.3, DVec3::ZERO, DVec3::Z, DVec3::X, vec![mode]).unwrap();
-    let lamp = Emitter::Point {
+    let light = Emitter::Point {
         position: DVec3::new(0.3, 0.4, 0.2),
         intensity: Spectrum::splat(10.0),
     };
@@ -27,7 +27,7 @@ fn ripples(wave_number: f64) -> Scene {
     let mut parts = parts(
         vec![container(ball, Bsdf::Null)],
         vec![vacuum(), fog(field, 1.0, 0.9, 0.0)],
-        vec![lamp],
+        vec![light],
         camera(DVec3::Z * 4.0, DVec3::ZERO),
     );
     (parts.film.width, parts.film.height) = (1, 1);

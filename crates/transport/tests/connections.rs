@@ -1,5 +1,5 @@
 //! Choices of connections: with which probability, and to which of many emitters. A furnace knows the mean, since
-//! black lamps of radiance 1 under a sky of radiance 1 cannot be told from the sky.
+//! black emitters of radiance 1 under a sky of radiance 1 cannot be told from the sky.
 //!
 //! False alarms: means of the path tracer are compared to exact ones at |z| < 4.4, eleven of them, and
 //! batches of the bidirectional one, and variances, at rates of 1e-4: below 4e-4 for the file.
@@ -26,8 +26,8 @@ fn ball(center: DVec3, radius: f64) -> Sphere {
     Sphere::around(center, radius).unwrap()
 }
 
-/// Fog in a ball that bends light, in a shell of lamps of very different sizes.
-fn shell_of_lamps(wall: Bsdf) -> Parts {
+/// Fog in a ball that bends light, in a shell of emitters of very different sizes.
+fn shell_of_lights(wall: Bsdf) -> Parts {
     let index: eikonal::Field = match wall {
         Bsdf::Null => Gaussian::new(1.0, 0.1, DVec3::ZERO, 0.25).unwrap().into(),
         _ => LinearIndex::new(1.3, DVec3::Y * 0.15, DVec3::ZERO)
@@ -35,10 +35,10 @@ fn shell_of_lamps(wall: Bsdf) -> Parts {
             .into(),
     };
     let mut objects = vec![container(ball(DVec3::ZERO, 1.0), wall)];
-    let mut lamp = |center: DVec3, radius: f64| {
+    let mut light = |center: DVec3, radius: f64| {
         let emitter = objects.len() - 1;
         objects.push(Object {
-            name: "lamp".into(),
+            name: "light".into(),
             bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
             sides: None,
             emitter: Some(emitter),
@@ -50,7 +50,7 @@ fn shell_of_lamps(wall: Bsdf) -> Parts {
         let z = (i as f64 + 0.5) / 15.0 - 1.0;
         let around = (1.0 - z * z).sqrt();
         let direction = DVec3::new(around * turn.cos(), around * turn.sin(), z);
-        lamp(direction * 1.6, 0.05 * 1.06f64.powi(i));
+        light(direction * 1.6, 0.05 * 1.06f64.powi(i));
     }
     let area = |object| Emitter::Area {
         object,
@@ -72,9 +72,9 @@ fn exact(parts: &Parts) -> f64 {
 }
 
 #[test]
-fn many_lamps() {
+fn many_lights() {
     for (wall, seed) in [(Bsdf::Null, 1), (glass(), 2)] {
-        let parts = shell_of_lamps(wall);
+        let parts = shell_of_lights(wall);
         let exact = exact(&parts);
         let (mean, error) = mean(&shoot(parts, 512, seed));
         println!("{mean} ± {error}, exact {exact}");
@@ -83,10 +83,10 @@ fn many_lamps() {
 }
 
 #[test]
-fn many_lamps_from_both_ends() {
+fn many_lights_from_both_ends() {
     let mut family = Family::new(1e-4);
     for wall in [Bsdf::Null, glass()] {
-        let mut parts = shell_of_lamps(wall);
+        let mut parts = shell_of_lights(wall);
         parts.reflections = 1;
         let exact = exact(&parts);
         let bdpt = Integrator::Bdpt(Bdpt::default());
@@ -121,7 +121,7 @@ fn values(scene: &Scene, ws: &mut Workspace, seed: u64, n: u64) -> Vec<f64> {
 #[test]
 fn any_rate_is_unbiased() {
     for (seed, wall) in [Bsdf::Null, glass()].into_iter().enumerate() {
-        let parts = shell_of_lamps(wall);
+        let parts = shell_of_lights(wall);
         let exact = exact(&parts);
         let scene = Scene::new(parts).unwrap();
         for (area, far) in [(1.0, 1.0), (0.5, 0.03), (0.02, 0.4), (0.01, 0.01)] {
@@ -140,7 +140,7 @@ fn any_rate_is_unbiased() {
 /// A pilot with all connections foretells the variance with few of them.
 #[test]
 fn a_survey_foretells_variances() {
-    let mut parts = shell_of_lamps(Bsdf::Null);
+    let mut parts = shell_of_lights(Bsdf::Null);
     parts.media[1].index = Constant::new(1.0).into();
     // In a furnace what chance finds never varies.
     for emitter in &mut parts.emitters {

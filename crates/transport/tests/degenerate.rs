@@ -174,12 +174,12 @@ fn parallel_light_and_parallel_views() {
 fn light_too_bright_for_an_image() {
     let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);
     for (intensity, fits) in [(1e30, true), (1e60, false), (1e300, false)] {
-        let lamp = Emitter::Point {
+        let light = Emitter::Point {
             position: DVec3::ZERO,
             intensity: Spectrum::splat(intensity),
         };
         for integrator in integrators() {
-            let parts = ball(Constant::new(1.0), 1.0, lamp.clone(), sensor.clone());
+            let parts = ball(Constant::new(1.0), 1.0, light.clone(), sensor.clone());
             let rendering = shoot_by(integrator, parts, 24, 1);
             let by = integrator.name();
             assert!(rendering.film.mean().iter().all(|v| v.is_finite()), "{by}");

@@ -204,14 +204,14 @@ fn occlusion_follows_the_arc() {
             }
         }));
         let media = vec![vacuum(), fog(index.clone(), 0.0, 0.0, 0.0)];
-        let lamp = Emitter::Point {
+        let light = Emitter::Point {
             position: y,
             intensity: Spectrum::ONE,
         };
         finish(parts(
             objects,
             media,
-            vec![lamp],
+            vec![light],
             camera(DVec3::Z * 4.0, DVec3::ZERO),
         ))
     };

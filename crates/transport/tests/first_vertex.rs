@@ -40,7 +40,7 @@ fn sun() -> Emitter {
     }
 }
 
-fn lamp() -> Emitter {
+fn point_light() -> Emitter {
     Emitter::Point {
         position: DVec3::new(0.3, 0.4, -0.2),
         intensity: Spectrum::ONE,
@@ -105,7 +105,7 @@ fn smoky() -> Scene {
 /// A cube of fog that bends light.
 fn bending() -> Scene {
     let index = Gaussian::new(1.0, 0.15, DVec3::new(0.2, 0.1, 0.0), 0.4).unwrap();
-    foggy(fog(index, 0.5, 0.9, 0.5), lamp())
+    foggy(fog(index, 0.5, 0.9, 0.5), point_light())
 }
 
 /// How paths begin where nothing is to be gained.
@@ -421,7 +421,7 @@ fn parts_add_up() {
     }
 }
 
-/// The means are those without splitting: with fog of two colours before and inside the ball, where light comes from a lamp,
+/// The means are those without splitting: with fog of two colours before and inside the ball, where light comes from an emitter,
 /// the sun and the sky, for paths of limited length, too.
 #[test]
 fn splitting_keeps_means() {
@@ -445,7 +445,7 @@ fn splitting_keeps_means() {
     let mut parts = parts(
         objects,
         media,
-        vec![lamp(), sun(), sky()],
+        vec![point_light(), sun(), sky()],
         camera(DVec3::Z * 4.0, DVec3::ZERO),
     );
     let Emitter::Point { position, .. } = &mut parts.emitters[0] else {
@@ -491,11 +491,11 @@ fn chosen(scene: Scene, integrator: Integrator) -> FirstVertexTechniques {
     rendering.first_vertex
 }
 
-/// A milky glass ball under a sky, with a lamp that is mirrored in few pixels.
+/// A milky glass ball under a sky, with an emitter that is mirrored in few pixels.
 fn milky() -> Scene {
     let milk = fog(Constant::new(1.33), 3.0, 0.9, 0.7);
-    let lamp = Object {
-        name: "lamp".into(),
+    let light = Object {
+        name: "light".into(),
         shape: Sphere::around(DVec3::new(1.5, 1.8, 1.2), 0.25)
             .unwrap()
             .into(),
@@ -510,7 +510,7 @@ fn milky() -> Scene {
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), glass());
     let camera = camera(DVec3::Z * 4.0, DVec3::ZERO);
     let mut parts = parts(
-        vec![ball, lamp],
+        vec![ball, light],
         vec![vacuum(), milk],
         vec![emitter, sky()],
         camera,
@@ -520,7 +520,7 @@ fn milky() -> Scene {
     Scene::new(parts).unwrap()
 }
 
-/// Where it pays, and nowhere else: in thin smoke without an environment, and at a milky glass ball that mirrors a lamp; not
+/// Where it pays, and nowhere else: in thin smoke without an environment, and at a milky glass ball that mirrors an emitter; not
 /// where paths that leave the scene find light, nor by other estimators, nor where the glass is not seen.
 #[test]
 fn pilots_choose_what_pays() {

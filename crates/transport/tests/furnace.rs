@@ -130,21 +130,21 @@ fn chromatic_extinction() {
     }
 }
 
-/// Emission and scattering across declared index jumps, with an extended edge: a black lamp far away makes
+/// Emission and scattering across declared index jumps, with an extended edge: a black emitter far away makes
 /// distances be sampled around it, which must change nothing.
 #[test]
-fn a_lamp_without_light_changes_nothing() {
+fn a_light_without_light_changes_nothing() {
     use transport::Spectrum;
     use transport::emitter::Emitter;
     let objects = vec![container(ball(), Bsdf::Null)];
     let index = eikonal::field::Constant::new(1.33);
     let media = vec![vacuum(), fog(index, 2.0, 1.0, 0.0)];
-    let lamp = Emitter::Point {
+    let light = Emitter::Point {
         position: DVec3::new(5.0, 4.0, 3.0),
         intensity: Spectrum::ZERO,
     };
     let sensor = camera(DVec3::Z * 3.0, DVec3::ZERO);
-    let scene = parts(objects, media, vec![sky(), lamp], sensor);
+    let scene = parts(objects, media, vec![sky(), light], sensor);
     check("from outside", shoot(scene, 512, 8), 1.0);
 }
 

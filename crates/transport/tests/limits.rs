@@ -14,14 +14,14 @@ use transport::shape::Sphere;
 
 fn render(index: impl Into<Field>) -> Rendering {
     let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();
-    let lamp = Emitter::Point {
+    let light = Emitter::Point {
         position: DVec3::new(0.3, 0.4, 2.0),
         intensity: Spectrum::splat(10.0),
     };
     let scene = parts(
         vec![container(ball, Bsdf::Null)],
         vec![vacuum(), fog(index, 1.0, 0.9, 0.5)],
-        vec![lamp],
+        vec![light],
         camera(DVec3::Z * 4.0, DVec3::ZERO),
     );
     shoot(scene, 32, 1)

@@ -33,13 +33,13 @@ fn strong() -> Field {
     sound(vec![AcousticMode::new(0.15, 0, 5.0, 0.0).unwrap()])
 }
 
-/// A ball of thin fog, seen against a small lamp behind it.
+/// A ball of thin fog, seen against a small emitter behind it.
 fn picture() -> Parts {
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
     let to_world =
         DAffine3::from_mat3_translation(DMat3::from_diagonal(DVec3::splat(0.3)), DVec3::Z * -1.5);
-    let lamp = Object {
-        name: "lamp".into(),
+    let light = Object {
+        name: "light".into(),
         shape: Disk::new(to_world).unwrap().into(),
         bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
         sides: None,
@@ -51,7 +51,7 @@ fn picture() -> Parts {
     };
     let sensor = camera(DVec3::Z * 3.0, DVec3::ZERO);
     let media = vec![vacuum(), fog(strong(), 0.5, 0.9, 0.5)];
-    parts(vec![ball, lamp], media, vec![emitter], sensor)
+    parts(vec![ball, light], media, vec![emitter], sensor)
 }
 
 /// The same parts at an instant.

@@ -18,14 +18,14 @@ fn shoot(integrator: Integrator, samples: u64, reweight: bool) -> Film {
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
     let index = Gaussian::new(1.0, 0.3, DVec3::ZERO, 0.3).unwrap();
     // Light close behind fog: rare paths are bright.
-    let lamp = Emitter::Point {
+    let light = Emitter::Point {
         position: DVec3::new(0.1, 0.0, -1.5),
         intensity: Spectrum::splat(1.0),
     };
     let mut parts = parts(
         vec![ball],
         vec![vacuum(), fog(index, 3.0, 0.95, 0.8)],
-        vec![lamp, sky()],
+        vec![light, sky()],
         camera(DVec3::Z * 2.5, DVec3::ZERO),
     );
     parts.film.width = 5;

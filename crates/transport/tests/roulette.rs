@@ -94,16 +94,16 @@ fn absurd_adjoint_estimates_keep_the_mean() {
     family.check().unwrap();
 }
 
-/// A ball of dense, white fog beside a lamp: light bounces for long, and most of what is seen bounced a few times.
+/// A ball of dense, white fog beside an emitter: light bounces for long, and most of what is seen bounced a few times.
 fn dense() -> Parts {
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
     let media = vec![vacuum(), fog(Constant::new(1.0), 20.0, 0.99, 0.0)];
-    let lamp = Emitter::Point {
+    let light = Emitter::Point {
         position: DVec3::new(0.0, 1.5, 1.5),
         intensity: Spectrum::ONE,
     };
     let sensor = camera(DVec3::Z * 3.0, DVec3::ZERO);
-    parts(vec![ball], media, vec![lamp], sensor)
+    parts(vec![ball], media, vec![light], sensor)
 }
 
 /// A pilot finds that long paths are not worth their work.

@@ -103,12 +103,12 @@ fn estimators_agree() {
         let parts = parts(objects, media(albedo), vec![emitter], sensor(1.0, stop));
         shoot_by(integrator, parts, samples, 7).film.summary()
     };
-    let lamp = |integrator: Integrator, samples: u64| {
-        let lamp = Emitter::Point {
+    let light = |integrator: Integrator, samples: u64| {
+        let light = Emitter::Point {
             position: DVec3::new(0.0, 2.0, 1.0),
             intensity: Spectrum::splat(10.0),
         };
-        render(lamp, 0.9, integrator, samples)
+        render(light, 0.9, integrator, samples)
     };
     let (particle, bdpt) = (
         Integrator::Particle(ParticleTracer::default()),
@@ -119,8 +119,8 @@ fn estimators_agree() {
         assert!(a.1 < 0.02 * a.0 && b.1 < 0.02 * b.0, "{a:?} {b:?}");
         assert!(z.abs() < 4.0, "{a:?} {b:?}");
     };
-    compare(lamp(path_tracer(), 600), lamp(particle, 8000));
-    compare(lamp(path_tracer(), 600), lamp(bdpt, 600));
+    compare(light(path_tracer(), 600), light(particle, 8000));
+    compare(light(path_tracer(), 600), light(bdpt, 600));
     // A furnace: radiance 1 wherever the camera looks.
     let (mean, error) = render(sky(), 1.0, bdpt, 200);
     assert!(

@@ -32,13 +32,13 @@ fn scene() -> Parts {
         Bsdf::Diffuse(Diffuse::new(half).unwrap()),
     );
     ball.sides = None;
-    let lamp = Emitter::Point {
+    let light = Emitter::Point {
         position: DVec3::new(0.5, 1.5, 0.5),
         intensity: Spectrum([1.0, 2.0, 0.7, 0.0]),
     };
     let media = vec![vacuum(), fog(index, 1.0, 0.9, 0.3)];
     let sensor = camera(DVec3::new(0.0, -0.4, 3.0), DVec3::ZERO);
-    let mut parts = parts(vec![fogs, ball], media, vec![sky(), lamp], sensor);
+    let mut parts = parts(vec![fogs, ball], media, vec![sky(), light], sensor);
     (parts.film.width, parts.film.height, parts.film.channels) = (9, 7, 3);
     parts
 }

@@ -22,10 +22,10 @@ use transport::{Scene, Spectrum};
 const RATE: f64 = 1e-3;
 const BATCHES: u64 = 12;
 
-/// A black lamp, the second object of a scene and its first emitter.
-fn lamp(shape: impl Into<Shape>) -> (Object, Emitter) {
-    let lamp = Object {
-        name: "lamp".into(),
+/// A black emitter, the second object of a scene and its first emitter.
+fn light(shape: impl Into<Shape>) -> (Object, Emitter) {
+    let light = Object {
+        name: "light".into(),
         shape: shape.into(),
         bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
         sides: None,
@@ -35,21 +35,21 @@ fn lamp(shape: impl Into<Shape>) -> (Object, Emitter) {
         object: 1,
         radiance: Spectrum::ONE,
     };
-    (lamp, emitter)
+    (light, emitter)
 }
 
-/// A graded ball of fog beside a large lamp that shines along −y.
-fn lamp_beside_fog() -> Parts {
+/// A graded ball of fog beside a large emitter that shines along −y.
+fn light_beside_fog() -> Parts {
     let index = Gaussian::new(1.0, 0.1, DVec3::ZERO, 0.4).unwrap();
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
     let to_world = DAffine3 {
         matrix3: DMat3::from_cols(DVec3::X * 1.5, DVec3::Z * 1.5, -DVec3::Y),
         translation: DVec3::Y * 1.4,
     };
-    let (lamp, emitter) = lamp(Rectangle::new(to_world).unwrap());
+    let (light, emitter) = light(Rectangle::new(to_world).unwrap());
     let sensor = camera(DVec3::new(0.0, -0.4, 3.0), DVec3::ZERO);
     let media = vec![vacuum(), fog(index, 1.0, 0.9, 0.3)];
-    parts(vec![ball, lamp], media, vec![emitter], sensor)
+    parts(vec![ball, light], media, vec![emitter], sensor)
 }
 
 fn options(integrator: Integrator, samples: u64, seed: u64) -> Options {
@@ -79,7 +79,7 @@ fn bdpt(max_depth: Option<u32>) -> Integrator {
 /// Light that is scattered once comes about in three ways, each of which finds all of it on its own.
 #[test]
 fn three_strategies_find_the_same_single_scattering() {
-    let parts = lamp_beside_fog();
+    let parts = light_beside_fog();
     let wanted = [(0, 3), (1, 2), (2, 1)];
     let mut means = vec![Vec::new(); 3];
     for batch in 0..BATCHES {
@@ -102,19 +102,19 @@ fn three_strategies_find_the_same_single_scattering() {
     family.check().unwrap();
 }
 
-/// A round lamp within a graded ball.
-fn lamp_in_gas(sensor: Sensor) -> Parts {
+/// A round emitter within a graded ball.
+fn light_in_gas(sensor: Sensor) -> Parts {
     let index = Gaussian::new(1.0, 0.3, DVec3::ZERO, 0.6).unwrap();
     let ball = container(Sphere::around(DVec3::ZERO, 2.0).unwrap(), Bsdf::Null);
-    let (lamp, emitter) = lamp(Sphere::around(DVec3::new(0.5, -0.4, 0.5), 0.4).unwrap());
+    let (light, emitter) = light(Sphere::around(DVec3::new(0.5, -0.4, 0.5), 0.4).unwrap());
     let media = vec![vacuum(), fog(index, 0.3, 0.5, 0.0)];
-    parts(vec![ball, lamp], media, vec![emitter], sensor)
+    parts(vec![ball, light], media, vec![emitter], sensor)
 }
 
-/// A lamp is met by chance, or its points are connected to the sensor: either finds all of it, from a point and by parallel
+/// An emitter is met by chance, or its points are connected to the sensor: either finds all of it, from a point and by parallel
 /// views alike.
 #[test]
-fn two_strategies_see_the_same_lamp() {
+fn two_strategies_see_the_same_light() {
     let backwards = DAffine3 {
         matrix3: DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0)),
         translation: DVec3::Z * 4.0,
@@ -126,7 +126,7 @@ fn two_strategies_see_the_same_lamp() {
     ];
     let mut family = Family::new(RATE);
     for (view, sensor) in views.into_iter().enumerate() {
-        let parts = lamp_in_gas(sensor);
+        let parts = light_in_gas(sensor);
         let mut means = [Vec::new(), Vec::new()];
         for batch in 0..BATCHES {
             let rendering = shoot(&parts, &options(bdpt(Some(1)), 128, 300 + batch));
@@ -149,7 +149,7 @@ fn two_strategies_see_the_same_lamp() {
 /// than it finds.
 #[test]
 fn weighted_images_add_up() {
-    let rendering = shoot(&lamp_beside_fog(), &options(bdpt(None), 16, 3));
+    let rendering = shoot(&light_beside_fog(), &options(bdpt(None), 16, 3));
     let image = rendering.film.group(0);
     assert!(rendering.strategies.len() > 6);
     for (i, pixel) in image.iter().enumerate() {
@@ -173,7 +173,7 @@ fn both() -> [Integrator; 2] {
 
 /// A scene in which connections search for further branches.
 fn lens() -> Parts {
-    let mut parts = lamp_beside_fog();
+    let mut parts = light_beside_fog();
     let index = Gaussian::new(1.0, 0.5, DVec3::ZERO, 0.25).unwrap();
     parts.media[1] = fog(index, 1.0, 0.9, 0.3);
     parts.emitters.push(sky());

@@ -60,7 +60,7 @@ fn shows_extinction_and_albedo() {
 #[test]
 fn says_what_finds_an_emitter() {
     let glass = r#"<shape type="sphere"><bsdf type="dielectric"/></shape>"#;
-    let lamp = r#"<emitter type="point"><point name="position" value="0, 3, 0"/>
+    let light = r#"<emitter type="point"><point name="position" value="0, 3, 0"/>
         <float name="intensity" value="1"/></emitter>"#;
     let metal = r#"<shape type="cube"><transform name="to_world"><translate y="-5"/></transform>
         <bsdf type="conductor"/></shape>"#;
@@ -68,19 +68,19 @@ fn says_what_finds_an_emitter() {
     let of = |things: &[&str]| Folder::with_scene(&things.concat()).succeed("info scene.xml");
     for (things, expected) in [
         (
-            &[lamp][..],
+            &[light][..],
             "point        found by connections, along all branches: complete",
         ),
         (
-            &[lamp, glass],
+            &[light, glass],
             "complete but for light that is reflected partially on its way from the emitter",
         ),
         (
-            &[lamp, glass, bdpt],
+            &[light, glass, bdpt],
             "found from both ends: complete but for light that is reflected partially more than 2 times on every",
         ),
         (
-            &[lamp, glass, metal],
+            &[light, glass, metal],
             "reflected by mirrors or partially on its way",
         ),
         (

@@ -20,7 +20,7 @@ fn folder(film: &str) -> Folder {
       <float name="sigma_t" value="0.5"/><float name="albedo" value="0.9"/>
     </medium>
   </shape>
-  <emitter type="point" id="lamp.left"><point name="position" value="-1, 2, -1"/>
+  <emitter type="point" id="light.left"><point name="position" value="-1, 2, -1"/>
     <float name="intensity" value="9"/></emitter>
   <emitter type="constant"/>
 </scene>"#
@@ -109,7 +109,7 @@ fn combinations_have_their_order() {
     let image = exr::read(&folder.path("a.exr")).unwrap();
     let mut sum = 0.0;
     for bin in 0..10 {
-        let name = format!("length.000{bin}.bounce.1.light.lamp_left");
+        let name = format!("length.000{bin}.bounce.1.light.light_left");
         let values = image.layer(&name).unwrap().channel("R").unwrap();
         let at = |pixel: usize| data[(((pixel * 10 + bin) * 2 + 1) * 2) * 3];
         assert!(values.iter().enumerate().all(|(i, v)| *v == at(i)));

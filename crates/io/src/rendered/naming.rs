@@ -31,7 +31,7 @@ impl<'a> Naming<'a> {
         }
     }
 
-    /// The name of a layer, such as `length.0012.bounce.1.light.lamp`.
+    /// The name of a layer, such as `length.0012.bounce.1.light.bulb`.
     fn name(&self, layer: usize) -> String {
         let decomposition = &self.layering.decomposition;
         let [length, bounce, emitter] = decomposition.slots(layer);

@@ -69,7 +69,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[super::sensor::VIEW, PROJECTOR],
         &[role(Texture, "irradiance", "A bitmap in its place.")],
     ),
-    plugin("ies", "A lamp that was measured.", &[IES], &[]),
+    plugin("ies", "A luminaire that was measured.", &[IES], &[]),
     plugin(
         "directional",
         "Parallel light from outside.",

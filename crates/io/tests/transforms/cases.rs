@@ -25,7 +25,7 @@ pub fn all() -> Vec<Case> {
         "spot" => |m| lit(m, json!({"type": "spot", "to_world": m.view(ABOVE), "intensity": 30.0 * m.area(), "cutoff_angle": 12})),
         "projector" => |m| lit(m, json!({"type": "projector", "to_world": m.view(ABOVE), "fov": 25, "scale": 10.0 * m.area(),
             "irradiance": {"type": "bitmap", "filename": "picture.exr", "filter_type": "nearest", "raw": true}})),
-        "ies" => |m| lit(m, json!({"type": "ies", "filename": "lamp.ies", "to_world": m.view(ABOVE), "scale": m.area()})),
+        "ies" => |m| lit(m, json!({"type": "ies", "filename": "light.ies", "to_world": m.view(ABOVE), "scale": m.area()})),
         "directional" => |m| lit(m, json!({"type": "directional", "to_world": m.view(ABOVE), "irradiance": 2})),
         "constant" => |m| lit(m, json!({"type": "constant", "to_world": m.turned()})),
         "envmap" => |m| lit(m, sky(m)),
@@ -205,7 +205,7 @@ fn samples(plugin: &str, m: &Map) -> Value {
 pub fn write_files(folder: &Path) {
     write_picture(&folder.join("sky.exr"), 16, 8);
     write_picture(&folder.join("picture.exr"), 6, 4);
-    std::fs::write(folder.join("lamp.ies"), LAMP).unwrap();
+    std::fs::write(folder.join("light.ies"), LIGHT).unwrap();
     let vertices = |tag: &str| {
         WEDGE
             .map(|[x, y, z]| format!("{tag}{x} {y} {z}\n"))
@@ -254,5 +254,5 @@ fn write_picture(path: &Path, width: usize, height: usize) {
 }
 
 /// Brighter to one side.
-const LAMP: &str = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 5 1 2 0 0 0\n1 1 100\n0 45 90\n0 90 180 270 360\n\
+const LIGHT: &str = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 5 1 2 0 0 0\n1 1 100\n0 45 90\n0 90 180 270 360\n\
                     40 30 10\n20 15 5\n60 20 5\n10 5 2\n40 30 10\n";

@@ -79,7 +79,7 @@ impl Emitter {
             (Emitter::Point { .. }, _) => uniform_sphere_pdf(),
             (Emitter::Spot(spot), _) => spot.pdf(direction),
             (Emitter::Projector(projector), _) => projector.pdf(direction),
-            (Emitter::Luminaire(lamp), _) => lamp.pdf(direction),
+            (Emitter::Luminaire(luminaire), _) => luminaire.pdf(direction),
             (
                 Emitter::Area { .. } | Emitter::Textured(_),
                 ConnectionEnd::Point {
@@ -99,7 +99,7 @@ impl Emitter {
         match (self, surface) {
             (Emitter::Spot(spot), _) => spot.sample(u),
             (Emitter::Projector(projector), _) => projector.sample(u),
-            (Emitter::Luminaire(lamp), _) => lamp.sample(u),
+            (Emitter::Luminaire(luminaire), _) => luminaire.sample(u),
             (_, Some(on)) => Frame::from_normal(on.normal)
                 .to_world(cosine_hemisphere_sample(u))
                 .normalize(),

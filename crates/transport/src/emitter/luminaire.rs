@@ -1,4 +1,4 @@
-//! A point that radiates as measured on a lamp.
+//! A point that radiates as measured on a luminaire.
 
 use crate::sampling::Discrete;
 use crate::{Orientation, Spectrum};
@@ -44,7 +44,7 @@ pub struct Luminaire {
 }
 
 impl Luminaire {
-    /// A lamp at `position` with a table of intensities in units of `scale`: for each azimuth those at the polar
+    /// A luminaire at `position` with a table of intensities in units of `scale`: for each azimuth those at the polar
     /// angles, both in degrees. Polar angles are those to local +z, and azimuths turn
     /// from local +x to +y; azimuths go from 0 to 360, or there is just one.
     pub fn new(

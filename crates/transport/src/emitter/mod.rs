@@ -60,7 +60,7 @@ pub enum Emitter {
     Spot(Spot),
     /// A point that throws an image.
     Projector(Arc<Projector>),
-    /// A point that radiates as measured on a lamp.
+    /// A point that radiates as measured on a luminaire.
     Luminaire(Arc<Luminaire>),
     /// Radiates from the side of a shape to which its normals point, the same radiance in all
     /// directions.
@@ -99,7 +99,9 @@ impl Emitter {
             Emitter::Projector(projector) => {
                 EndSample::only(ConnectionEnd::at(projector.position()))
             }
-            Emitter::Luminaire(lamp) => EndSample::only(ConnectionEnd::at(lamp.position())),
+            Emitter::Luminaire(luminaire) => {
+                EndSample::only(ConnectionEnd::at(luminaire.position()))
+            }
             Emitter::Directional { direction, .. } => EndSample::only(ConnectionEnd::parallel(
                 around.before(*direction),
                 *direction,
@@ -147,7 +149,7 @@ impl Emitter {
             Emitter::Point { intensity, .. } => *intensity,
             Emitter::Spot(spot) => spot.intensity(direction),
             Emitter::Projector(projector) => projector.intensity(direction),
-            Emitter::Luminaire(lamp) => lamp.intensity(direction),
+            Emitter::Luminaire(luminaire) => luminaire.intensity(direction),
             Emitter::Directional { irradiance, .. } => *irradiance,
             Emitter::Collimated(beam) => beam.irradiance(start),
             Emitter::Environment(environment) => environment.radiance(-direction),
@@ -168,7 +170,7 @@ impl Emitter {
             Emitter::Point { position, .. } => Some(*position),
             Emitter::Spot(spot) => Some(spot.position()),
             Emitter::Projector(projector) => Some(projector.position()),
-            Emitter::Luminaire(lamp) => Some(lamp.position()),
+            Emitter::Luminaire(luminaire) => Some(luminaire.position()),
             _ => None,
         }
     }

@@ -14,7 +14,7 @@ impl Emitter {
             Emitter::Point { intensity, .. } => *intensity * (4.0 * PI),
             Emitter::Spot(spot) => spot.power(),
             Emitter::Projector(projector) => projector.power(),
-            Emitter::Luminaire(lamp) => lamp.power(),
+            Emitter::Luminaire(luminaire) => luminaire.power(),
             Emitter::Area { object, radiance } => *radiance * (PI * shape(*object).area()),
             Emitter::Textured(area) => area.power(),
             Emitter::Directional { irradiance, .. } => *irradiance * disc,

@@ -32,7 +32,7 @@ pub enum Aov {
     OpticalDepth,
     /// Number of steps of the ray, straight ones included.
     Steps,
-    /// ∫n ds up to the exit, less that of straight rays in the index of reference, scene units: see
+    /// ∫n ds up to the exit, less that of rays of the reference, scene units: see
     /// [`PathDifference`](eikonal::PathDifference).
     OpticalPathDifference,
     /// The same in wavelengths.

@@ -223,7 +223,7 @@ impl Vertex {
         }
     }
 
-    /// Whether it is known to scatter no light, as the surfaces of lamps often are.
+    /// Whether it is known to scatter no light, as the surfaces of emitters often are.
     pub fn is_black(&self, scene: &Scene) -> bool {
         match self {
             Vertex::Volume { .. } => false,

@@ -161,7 +161,7 @@ impl Add for Tried {
 }
 
 /// What the variances of pixels are to count, given their samples. Those brighter than the image's mean count relative to their
-/// brightness: the edges of lamps, say, and rare bright samples are noisy whatever paths do, and are not to make all
+/// brightness: the edges of emitters, say, and rare bright samples are noisy whatever paths do, and are not to make all
 /// else look unimportant.
 fn weights(pilots: &[&Pairs]) -> Vec<f64> {
     let brightness = |i: usize| pilots.iter().flat_map(move |pairs| pairs[i]).sum::<f64>();

@@ -191,7 +191,7 @@ fn check_emitter_surface(i: usize, object: &Object) -> Option<SceneProblem> {
                 "'{}' emits light from a specular, null, masked or thin surface",
                 object.name
             ),
-            "give the shape a diffuse bsdf (reflectance 0 for a black lamp)",
+            "give the shape a diffuse bsdf (reflectance 0 for a black light)",
         )
     })
 }

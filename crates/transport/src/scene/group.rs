@@ -2,14 +2,14 @@
 //!
 //! A connection takes an emitter in proportion to a guess of what it brings: its intensity over the square of
 //! its distance, with the cosine or the phase function along the chord. Where there are many, a tree of balls
-//! around them is descended, each branch being weighed as one lamp (after A. Conty Estevez and C. Kulla,
+//! around them is descended, each branch being weighed as one light (after A. Conty Estevez and C. Kulla,
 //! "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018), so that the cost grows as the
 //! logarithm of their number. A guess knows nothing of what is in the way, nor of bent rays: a share of the
 //! choices is left to chance.
 //!
 //! Theory: docs/theory.md#choice-of-emitter.
 
-use super::lamp::{Lamp, Receiver};
+use super::light_bounds::{LightBounds, Receiver};
 use crate::emitter::Emitter;
 use eikonal::Aabb;
 use glam::DVec3;
@@ -40,7 +40,7 @@ enum Content {
 #[derive(Clone, Debug)]
 pub(super) struct Member {
     pub emitter: usize,
-    lamp: Lamp,
+    bounds: LightBounds,
     /// The node that holds it.
     leaf: usize,
 }
@@ -54,8 +54,8 @@ pub(super) struct Group {
 }
 
 impl Group {
-    pub fn new(lamps: Vec<(usize, Lamp)>) -> Self {
-        let (near, far): (Vec<_>, Vec<_>) = lamps.into_iter().partition(|(_, l)| l.is_near());
+    pub fn new(lights: Vec<(usize, LightBounds)>) -> Self {
+        let (near, far): (Vec<_>, Vec<_>) = lights.into_iter().partition(|(_, l)| l.is_near());
         let mut group = Group::default();
         if near.is_empty() || far.is_empty() {
             if !near.is_empty() {
@@ -84,41 +84,41 @@ impl Group {
 
     fn leaf(
         &mut self,
-        lamps: Vec<(usize, Lamp)>,
+        lights: Vec<(usize, LightBounds)>,
         parent: usize,
         ball: Option<(DVec3, f64)>,
     ) -> usize {
-        let strength = lamps.iter().map(|(_, l)| l.strength).sum();
+        let strength = lights.iter().map(|(_, l)| l.strength).sum();
         let leaf = self.push(parent, ball, strength);
         let first = self.members.len();
-        let member = |(emitter, lamp)| Member {
+        let member = |(emitter, bounds)| Member {
             emitter,
-            lamp,
+            bounds,
             leaf,
         };
-        self.members.extend(lamps.into_iter().map(member));
+        self.members.extend(lights.into_iter().map(member));
         self.nodes[leaf].content = Content::Leaf(first..self.members.len());
         leaf
     }
 
-    /// A tree over lamps, halved along the longest side of the box around their centres.
-    fn branch(&mut self, mut lamps: Vec<(usize, Lamp)>, parent: usize) -> usize {
-        let centers = lamps.iter().map(|(_, l)| l.center);
+    /// A tree over lights, halved along the longest side of the box around their centres.
+    fn branch(&mut self, mut lights: Vec<(usize, LightBounds)>, parent: usize) -> usize {
+        let centers = lights.iter().map(|(_, l)| l.center);
         let all = centers.fold(Aabb::EMPTY, Aabb::include);
         let (center, size) = (all.center(), all.size());
-        let reach = lamps
+        let reach = lights
             .iter()
             .map(|(_, l)| l.center.distance(center) + l.radius);
         let ball = (center, reach.fold(0.0, f64::max));
-        if lamps.len() <= BUCKET {
-            return self.leaf(lamps, parent, Some(ball));
+        if lights.len() <= BUCKET {
+            return self.leaf(lights, parent, Some(ball));
         }
         let axis = size.max_position();
-        lamps.sort_by(|(_, a), (_, b)| a.center[axis].total_cmp(&b.center[axis]));
-        let strength = lamps.iter().map(|(_, l)| l.strength).sum();
-        let upper = lamps.split_off(lamps.len() / 2);
+        lights.sort_by(|(_, a), (_, b)| a.center[axis].total_cmp(&b.center[axis]));
+        let strength = lights.iter().map(|(_, l)| l.strength).sum();
+        let upper = lights.split_off(lights.len() / 2);
         let node = self.push(parent, Some(ball), strength);
-        let children = [self.branch(lamps, node), self.branch(upper, node)];
+        let children = [self.branch(lights, node), self.branch(upper, node)];
         self.nodes[node].content = Content::Inner(children);
         node
     }
@@ -157,7 +157,7 @@ impl Seen<'_> {
     fn guess(&self, member: usize) -> f64 {
         let member = &self.group.members[member];
         let emitter = &self.emitters[member.emitter];
-        member.lamp.guess(emitter, self.receiver)
+        member.bounds.guess(emitter, self.receiver)
     }
 
     fn total(&self, range: &Range<usize>) -> f64 {
@@ -254,8 +254,8 @@ mod tests {
             center: DVec3::ZERO,
             radius: 10.0,
         };
-        let lamp = |(i, e)| (i, Lamp::new(e, &around, &[]));
-        Group::new(emitters.iter().enumerate().map(lamp).collect())
+        let bounded = |(i, e)| (i, LightBounds::new(e, &around, &[]));
+        Group::new(emitters.iter().enumerate().map(bounded).collect())
     }
 
     /// Evenly spread numbers choose every emitter as often as its probability says, and probabilities add up to

@@ -2,7 +2,7 @@
 
 use super::Parts;
 use super::group::{FLOOR, Group, Seen};
-use super::lamp::{Lamp, Receiver};
+use super::light_bounds::{LightBounds, Receiver};
 use crate::emitter::{Class, Emitter, Surroundings};
 use crate::sampling::Discrete;
 
@@ -22,8 +22,8 @@ impl Lights {
         let emitters = parts.emitters.iter().enumerate();
         let group = |class: Class| {
             let own = emitters.clone().filter(|(_, e)| e.class() == class);
-            let lamp = |(i, e)| (i, Lamp::new(e, around, &parts.objects));
-            Group::new(own.map(lamp).collect())
+            let bounded = |(i, e)| (i, LightBounds::new(e, around, &parts.objects));
+            Group::new(own.map(bounded).collect())
         };
         let groups = Class::ALL.map(group);
         let mut places = vec![0; parts.emitters.len()];

@@ -2,14 +2,14 @@
 
 mod check;
 mod group;
-mod lamp;
+mod light_bounds;
 mod lights;
 mod period;
 mod regions;
 mod world;
 
 pub use check::{SceneProblem, Severity, Subject};
-pub(crate) use lamp::Receiver;
+pub(crate) use light_bounds::Receiver;
 pub use regions::{GlassBall, Region};
 
 use crate::Spectrum;

@@ -29,19 +29,19 @@ fn view(from: DVec3, toward: DVec3, fov: f64) -> Sensor {
     Sensor::Perspective(Perspective::new(to_world, fov.to_radians(), 1.0))
 }
 
-/// A lamp of some size that shines along −z: no caustic is sharp in its light.
+/// An emitter of some size that shines along −z: no caustic is sharp in its light.
 fn lit_from(parts: &mut Parts, position: DVec3, half: f64) {
     let to_world = facing(position, -DVec3::Z, half);
-    let mut lamp = diffuse(Rectangle::new(to_world).unwrap());
-    lamp.emitter = Some(parts.emitters.len());
-    parts.objects.push(lamp);
+    let mut light = diffuse(Rectangle::new(to_world).unwrap());
+    light.emitter = Some(parts.emitters.len());
+    parts.objects.push(light);
     parts.emitters.push(Emitter::Area {
         object: parts.objects.len() - 1,
         radiance: Spectrum::splat(1.0 / half.powi(2)),
     });
 }
 
-fn lamp(position: DVec3) -> Emitter {
+fn light(position: DVec3) -> Emitter {
     Emitter::Point {
         position,
         intensity: Spectrum::splat(4.0),
@@ -80,25 +80,25 @@ fn check(name: &str, parts: &Parts, seed: u64, effort: Effort, particles: bool) 
     row
 }
 
-/// A screen behind a strong lens: a point lamp lights it along up to three rays, and the camera looks at
+/// A screen behind a strong lens: a point emitter lights it along up to three rays, and the camera looks at
 /// it along as many.
 fn behind_a_lens() -> Parts {
     let lens = Gaussian::new(1.0, 0.5, DVec3::ZERO, 0.3).unwrap();
     let ball = Sphere::around(DVec3::ZERO, 1.2).unwrap();
     let mut parts = scene(ball, lens, 1.0);
     parts.objects.push(screen(-2.0, 0.6));
-    parts.emitters = vec![lamp(DVec3::new(0.1, 0.05, 2.0))];
+    parts.emitters = vec![light(DVec3::new(0.1, 0.05, 2.0))];
     parts.sensor = view(DVec3::new(0.9, 0.6, 2.5), DVec3::Z * -2.0, 12.0);
     parts
 }
 
-/// Thin fog in more than a pitch of a graded rod, lit by a lamp at its end.
+/// Thin fog in more than a pitch of a graded rod, lit by an emitter at its end.
 fn rod() -> Parts {
     let index = || Selfoc::new(1.5, 0.8, DVec3::ZERO, DVec3::Z).unwrap();
     let shape = Cylinder::between(DVec3::ZERO, DVec3::Z * 9.0, 0.6, true).unwrap();
     let mut parts = scene(shape, index(), 1.5);
     parts.media[1] = fog(index(), 0.1, 0.9, 0.0);
-    parts.emitters = vec![lamp(DVec3::new(0.1, 0.05, -0.5))];
+    parts.emitters = vec![light(DVec3::new(0.1, 0.05, -0.5))];
     parts.sensor = view(DVec3::new(3.0, 0.2, 7.5), DVec3::Z * 7.5, 22.0);
     parts
 }
@@ -133,10 +133,10 @@ fn glass_ball() -> Parts {
     parts
 }
 
-/// The lamp's image in the ball: the ray from the camera that finds it passes close by the lamp before it
+/// The emitter's image in the ball: the ray from the camera that finds it passes close by the emitter before it
 /// is reflected, and searches go for the closest of all approaches, so they rarely get to the second one.
 #[test]
-fn a_lamp_is_mirrored_in_a_glass_ball() {
+fn a_light_is_mirrored_in_a_glass_ball() {
     let mut parts = glass_ball();
     parts.reflections = 2;
     let row = check("image in a glass ball, area", &parts, 1005, EFFORT, false);

@@ -139,26 +139,26 @@ impl Case {
 
     fn emitter(&self, objects: &mut Vec<Object>) -> Emitter {
         // Fog that scatters forwards is lit from behind: few paths turn around in it.
-        let lamp = DVec3::new(1.2, 1.4, if self.scatters_forward() { -2.0 } else { 1.6 });
-        let down = -lamp.normalize();
+        let light = DVec3::new(1.2, 1.4, if self.scatters_forward() { -2.0 } else { 1.6 });
+        let down = -light.normalize();
         match self.light {
             Light::Point => Emitter::Point {
-                position: lamp,
+                position: light,
                 intensity: Spectrum::splat(4.0),
             },
-            Light::Spot => Emitter::Spot(Spot::new(lamp, down, Spectrum::splat(4.0), (0.5, 0.2))),
+            Light::Spot => Emitter::Spot(Spot::new(light, down, Spectrum::splat(4.0), (0.5, 0.2))),
             Light::Area => {
-                let mut lamp = diffuse(Rectangle::new(facing(lamp, down, 0.4)).unwrap());
-                lamp.emitter = Some(0);
-                objects.push(lamp);
+                let mut light = diffuse(Rectangle::new(facing(light, down, 0.4)).unwrap());
+                light.emitter = Some(0);
+                objects.push(light);
                 Emitter::Area {
                     object: objects.len() - 1,
                     radiance: Spectrum::splat(8.0),
                 }
             }
             Light::Beam => Emitter::Collimated(Collimated::new(
-                DVec3::new(-1.2, 0.3, lamp.z),
-                DVec3::new(1.2, -0.2, -lamp.z).normalize(),
+                DVec3::new(-1.2, 0.3, light.z),
+                DVec3::new(1.2, -0.2, -light.z).normalize(),
                 Profile::Disc { radius: 0.4 },
                 Spectrum::splat(2.0),
             )),

@@ -59,7 +59,7 @@ fn rows(cases: &[case::Case], effort: Effort) -> Vec<Row> {
         .collect()
 }
 
-/// One cheap scene, fit for finding planted errors: a lamp that only connections find, through a thin lens,
+/// One cheap scene, fit for finding planted errors: an emitter that only connections find, through a thin lens,
 /// with a reconstruction filter wider than a pixel.
 #[test]
 fn estimators_agree_quickly() {

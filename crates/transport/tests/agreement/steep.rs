@@ -1,4 +1,4 @@
-//! A block of index 1.3 whose faces are one cell of a grid, in fog, with a lamp outside: most of what connects points across the step is
+//! A block of index 1.3 whose faces are one cell of a grid, in fog, with an emitter outside: most of what connects points across the step is
 //! found from the shortest way, and the rest at random.
 
 use crate::case::diffuse;
@@ -18,13 +18,13 @@ use transport::shape::{Cube, Sphere};
 /// Samples along each axis.
 const SIZE: usize = 24;
 
-/// A lamp outside of the fog: a point, or a ball of a radius around it.
-enum Lamp {
+/// An emitter outside of the fog: a point, or a ball of a radius around it.
+enum Light {
     Point,
     Ball(f64),
 }
 
-fn scene(lamp: &Lamp) -> Parts {
+fn scene(light: &Light) -> Parts {
     let bounds = Aabb::new(-DVec3::ONE, DVec3::ONE);
     let at = |i: usize| -1.0 + 2.0 * i as f64 / (SIZE - 1) as f64;
     let place = |i: usize| DVec3::new(at(i % SIZE), at(i / SIZE % SIZE), at(i / SIZE / SIZE));
@@ -37,12 +37,12 @@ fn scene(lamp: &Lamp) -> Parts {
         Bsdf::Null,
     )];
     let position = DVec3::new(1.5, 2.0, 1.0);
-    let emitter = match lamp {
-        Lamp::Point => Emitter::Point {
+    let emitter = match light {
+        Light::Point => Emitter::Point {
             position,
             intensity: Spectrum::splat(10.0),
         },
-        Lamp::Ball(radius) => {
+        Light::Ball(radius) => {
             let mut ball = diffuse(Sphere::around(position, *radius).unwrap());
             ball.emitter = Some(0);
             objects.push(ball);
@@ -63,16 +63,16 @@ fn scene(lamp: &Lamp) -> Parts {
     parts
 }
 
-fn agree(name: &str, lamp: &Lamp, work: u64) {
+fn agree(name: &str, light: &Light, work: u64) {
     let effort = Effort { batches: 12, work };
-    let row = compare(name, &scene(lamp), effort, 6000, Some(effort));
+    let row = compare(name, &scene(light), effort, 6000, Some(effort));
     println!("{}", table(std::slice::from_ref(&row), RATE, effort));
     judge(&[row], &[], RATE).unwrap();
 }
 
 #[test]
 fn estimators_agree_in_a_steep_grid() {
-    agree("steep", &Lamp::Point, 3_000_000);
+    agree("steep", &Light::Point, 3_000_000);
 }
 
 /// Edges of shadows and caustics of a point make tails of 1/J so heavy that means of a hundred times the samples are not normal: the
@@ -80,5 +80,5 @@ fn estimators_agree_in_a_steep_grid() {
 #[test]
 fn estimators_agree_in_a_steep_grid_lit_by_a_ball() {
     let work = if long() { 300_000_000 } else { 1_000_000 };
-    agree("steep, ball", &Lamp::Ball(0.4), work);
+    agree("steep, ball", &Light::Ball(0.4), work);
 }

@@ -43,9 +43,9 @@ fn object(shape: impl Into<Shape>, bsdf: Bsdf) -> Object {
     }
 }
 
-/// With a lamp that shines on the middle, seen by a camera; fog of some index where there is a container.
-fn lit(mut objects: Vec<Object>, lamp: DVec3, half: f64, fog_index: Index) -> Parts {
-    let mut black = diffuse(Rectangle::new(facing(lamp, -lamp.normalize(), half)).unwrap());
+/// With an emitter that shines on the middle, seen by a camera; fog of some index where there is a container.
+fn lit(mut objects: Vec<Object>, light: DVec3, half: f64, fog_index: Index) -> Parts {
+    let mut black = diffuse(Rectangle::new(facing(light, -light.normalize(), half)).unwrap());
     black.emitter = Some(0);
     objects.push(black);
     let emitter = Emitter::Area {
@@ -135,7 +135,7 @@ fn mirrored() -> Parts {
         diffuse(Rectangle::new(wall).unwrap()),
         object(Rectangle::new(floor).unwrap(), Bsdf::Blend(blend)),
     ];
-    // The lamp shines from beside the camera towards the floor, hardly on the wall.
+    // The emitter shines from beside the camera towards the floor, hardly on the wall.
     let mut parts = lit(objects, DVec3::new(0.0, 1.2, 1.2), 0.6, Index::Constant);
     let down = facing(
         DVec3::new(0.0, 1.2, 1.2),
@@ -146,7 +146,7 @@ fn mirrored() -> Parts {
     parts
 }
 
-/// A ball with a picture and a checkered lamp shine through a ball of thin fog.
+/// A ball with a picture and a checkered emitter shine through a ball of thin fog.
 fn pictures(fog_index: Index) -> Parts {
     let floor = facing(DVec3::new(0.0, 0.0, -0.5), DVec3::Z, 1.4);
     let objects = vec![
@@ -157,9 +157,9 @@ fn pictures(fog_index: Index) -> Parts {
     let mut parts = lit(objects, DVec3::new(0.7, 1.5, 1.4), 0.3, fog_index);
     parts.objects[2].emitter = Some(1);
     let shape = |i: usize| &parts.objects[i].shape;
-    let lamp = TexturedArea::new(3, shape(3), checked(0.0, 22.0));
+    let light = TexturedArea::new(3, shape(3), checked(0.0, 22.0));
     let globe = TexturedArea::new(2, shape(2), image());
-    parts.emitters = [lamp, globe]
+    parts.emitters = [light, globe]
         .map(|light| Emitter::Textured(Arc::new(light.unwrap())))
         .into();
     parts

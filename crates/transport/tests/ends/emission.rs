@@ -71,7 +71,7 @@ fn directions_of_light_from_points_follow_their_density() {
             -1.0,
         ),
         ("projector", projector(color()), -1.0),
-        ("ies", lamp(color()), -1.0),
+        ("ies", light(color()), -1.0),
         ("parallelogram", area(0), 0.0),
         ("ellipsoid", area(1), 0.0),
     ] {
@@ -198,7 +198,7 @@ fn a_projector_throws_what_mitsubas_does() {
 }
 
 #[test]
-fn lamps_that_are_refused() {
+fn lights_that_are_refused() {
     let make = |polar: &[f64], azimuths: &[f64], values: &[f64]| {
         let angles = [polar.to_vec(), azimuths.to_vec()];
         Luminaire::new(

@@ -109,7 +109,7 @@ fn globe(color: Spectrum) -> Emitter {
 }
 
 /// Intensities that fall linearly with the polar angle, times a factor that is 1 on average over azimuths.
-pub fn lamp(color: Spectrum) -> Emitter {
+pub fn light(color: Spectrum) -> Emitter {
     let (polar, azimuths) = (vec![0.0, 60.0, 180.0], vec![0.0, 90.0, 180.0, 360.0]);
     let rows = [0.5, 1.0, 1.5, 0.5].map(|f| {
         polar
@@ -119,8 +119,8 @@ pub fn lamp(color: Spectrum) -> Emitter {
     });
     let values = rows.into_iter().flatten().collect();
     let pose = (DVec3::X, turned(0.4));
-    let lamp = Luminaire::new(pose, color, [polar, azimuths], values);
-    Emitter::Luminaire(Arc::new(lamp.unwrap()))
+    let light = Luminaire::new(pose, color, [polar, azimuths], values);
+    Emitter::Luminaire(Arc::new(light.unwrap()))
 }
 
 /// One emitter of each kind with the given intensity, radiance, irradiance or power. The index of the
@@ -155,7 +155,7 @@ pub fn emitters(color: Spectrum) -> Vec<(&'static str, Emitter)> {
         ("disc beam", beam(DISC, color)),
         ("Gaussian beam", beam(GAUSSIAN, color)),
     ];
-    all.push(("ies", lamp(color)));
+    all.push(("ies", light(color)));
     all.push(("globe", globe(color)));
     // A black image cannot be made.
     if !color.is_zero() {

@@ -21,7 +21,7 @@ const LEAST: f64 = 0.02;
 /// How well a layer must be known: deviations of five times this are found.
 const WORST: f64 = 0.06;
 
-/// A graded ball of fog in a beam from one side, and below a lamp.
+/// A graded ball of fog in a beam from one side, and below an emitter.
 fn fog_in_beam() -> Parts {
     let index = Gaussian::new(1.0, 0.1, DVec3::ZERO, 0.4).unwrap();
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
@@ -29,8 +29,8 @@ fn fog_in_beam() -> Parts {
         matrix3: DMat3::from_cols(DVec3::X * 1.5, DVec3::Z * 1.5, -DVec3::Y),
         translation: DVec3::Y * 1.4,
     };
-    let lamp = Object {
-        name: "lamp".into(),
+    let light = Object {
+        name: "light".into(),
         shape: Rectangle::new(to_world).unwrap().into(),
         bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.3)).unwrap()),
         sides: None,
@@ -48,7 +48,7 @@ fn fog_in_beam() -> Parts {
     ));
     let sensor = camera(DVec3::new(0.0, -0.4, 3.0), DVec3::ZERO);
     let media = vec![vacuum(), fog(index, 1.0, 0.9, 0.3)];
-    parts(vec![ball, lamp], media, vec![area, beam], sensor)
+    parts(vec![ball, light], media, vec![area, beam], sensor)
 }
 
 /// Means over the image of every layer, one per batch.

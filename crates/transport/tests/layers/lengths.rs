@@ -100,24 +100,24 @@ fn light_from_outside_counts_from_the_ball_around_the_scene() {
 
 #[test]
 fn an_area_light_counts_from_its_surface() {
-    let mut lamp = opaque(Disk::new(facing(DVec3::ZERO, 1.0, 1.0)).unwrap(), 0.0);
-    lamp.emitter = Some(0);
+    let mut light = opaque(Disk::new(facing(DVec3::ZERO, 1.0, 1.0)).unwrap(), 0.0);
+    light.emitter = Some(0);
     let emitter = Emitter::Area {
         object: 1,
         radiance: Spectrum::ONE,
     };
-    all_at(&tank(vec![lamp], emitter), 3.33);
+    all_at(&tank(vec![light], emitter), 3.33);
 }
 
 /// A point light 0.5 from the part of a wall that is looked at, which is 0.06 wide to either side.
 #[test]
 fn a_point_light_counts_from_its_place() {
     let wall = opaque(Disk::new(facing(DVec3::ZERO, 1.0, 1.0)).unwrap(), 0.5);
-    let lamp = Emitter::Point {
+    let light = Emitter::Point {
         position: DVec3::new(0.3, 0.0, 0.4),
         intensity: Spectrum::ONE,
     };
-    let mut parts = tank(vec![wall], lamp);
+    let mut parts = tank(vec![wall], light);
     let view = Orthographic::new(facing(DVec3::Z * 3.0, -1.0, 0.06), 1.0);
     parts.sensor = Sensor::Orthographic(view);
     all_within(&parts, 0.5 + 3.33 - 0.06, 0.5 + 3.33 + 0.06, 2);

@@ -20,14 +20,14 @@ use transport::{Scene, Spectrum};
 /// A ball of fog, under a point light and a sky.
 fn ball(index: impl Into<Field>, wall: Bsdf) -> Parts {
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), wall);
-    let lamp = Emitter::Point {
+    let light = Emitter::Point {
         position: DVec3::new(1.0, 1.5, 1.0),
         intensity: Spectrum::splat(60.0),
     };
     let mut parts = parts(
         vec![ball],
         vec![vacuum(), fog(index, 1.0, 0.9, 0.3)],
-        vec![lamp, sky()],
+        vec![light, sky()],
         camera(DVec3::Z * 3.5, DVec3::ZERO),
     );
     parts.film.filter = transport::film::Filter::Tent { radius: 1.0 };

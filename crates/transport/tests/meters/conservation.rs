@@ -14,7 +14,7 @@ use transport::path::EnergyBalance;
 use transport::scene::{Object, Parts};
 use transport::shape::{Cube, Rectangle, Sphere};
 
-/// A lamp over a graded ball of haze and a glass cube, with a grey floor and a golden wall.
+/// An emitter over a graded ball of haze and a glass cube, with a grey floor and a golden wall.
 pub fn room(channels: usize) -> Parts {
     let plain = |name: &str, to_world: DAffine3, bsdf: Bsdf| Object {
         name: name.into(),
@@ -28,15 +28,15 @@ pub fn room(channels: usize) -> Parts {
     let wall = DAffine3::from_translation(DVec3::new(-2.5, 0.0, 0.0))
         * DAffine3::from_rotation_y(PI / 2.0)
         * DAffine3::from_scale(DVec3::splat(3.0));
-    let lamp =
+    let light =
         DAffine3::from_translation(DVec3::new(0.0, 0.0, 3.0)) * DAffine3::from_rotation_x(PI);
     let gold = Spectrum([0.9, 0.7, 0.3, 0.0]);
-    let mut lamp = plain(
-        "lamp",
-        lamp,
+    let mut light = plain(
+        "light",
+        light,
         Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO).unwrap()),
     );
-    lamp.emitter = Some(0);
+    light.emitter = Some(0);
     let index = LinearIndex::new(1.3, DVec3::X * 0.1, DVec3::ZERO).unwrap();
     let mut haze = fog(index, 1.0, 0.8, 0.5);
     haze.sigma_t = Texture::Uniform(Spectrum([1.0, 1.5, 2.0, 0.0]));
@@ -53,7 +53,7 @@ pub fn room(channels: usize) -> Parts {
     let objects = vec![
         container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null),
         cube,
-        lamp,
+        light,
         plain(
             "floor",
             floor,

@@ -59,18 +59,18 @@ pub(super) fn projector(object: &Object, context: &mut Context) -> Option<Emitte
     Some(Emitter::Projector(Arc::new(projector)))
 }
 
-/// A lamp that was measured.
+/// A luminaire that was measured.
 pub(super) fn luminaire(object: &Object, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let pose = pose(&mut q, "a photometric emitter");
     let scale = q.spectrum_or("scale", SpectrumValue::Uniform(1.0));
     let path = q.path("filename", context.files);
-    let lamp = ies::read(&path).map_err(|e| q.file_error("filename", &e));
+    let luminaire = ies::read(&path).map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
     let scale = light(&scale, "scale", object, context);
-    let lamp = lamp.ok()?;
-    let angles = [lamp.vertical, lamp.horizontal];
-    let lamp = Luminaire::new(pose?, scale, angles, lamp.candela);
-    let lamp = context.accept(&object.location, lamp)?;
-    Some(Emitter::Luminaire(Arc::new(lamp)))
+    let luminaire = luminaire.ok()?;
+    let angles = [luminaire.vertical, luminaire.horizontal];
+    let luminaire = Luminaire::new(pose?, scale, angles, luminaire.candela);
+    let luminaire = context.accept(&object.location, luminaire)?;
+    Some(Emitter::Luminaire(Arc::new(luminaire)))
 }

@@ -31,7 +31,7 @@ pub(crate) enum Receiver<'a> {
 }
 
 impl Receiver<'_> {
-    /// What is received from a lamp of unit intensity, somewhere in a ball.
+    /// What is received from a light of unit intensity, somewhere in a ball.
     pub(super) fn near(&self, center: DVec3, radius: f64) -> f64 {
         let Receiver::Segment { from, to } = *self else {
             let chord = center - self.position();
@@ -75,9 +75,9 @@ impl Receiver<'_> {
     }
 }
 
-/// What a guess must know of an emitter.
+/// What a guess must know of an emitter: where it is, how large and how bright, and where it shines.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lamp {
+pub(super) struct LightBounds {
     pub center: DVec3,
     pub radius: f64,
     /// Mean intensity, or irradiance of light from afar.
@@ -100,12 +100,12 @@ enum Facing {
     Afar(Option<DVec3>),
 }
 
-impl Lamp {
+impl LightBounds {
     pub fn new(emitter: &Emitter, around: &Surroundings, objects: &[Object]) -> Self {
         let shape = |object: usize| &objects[object].shape;
         let power = emitter.power(around, shape).sum();
         let closest = CLOSEST * around.radius;
-        let lamp = |center, radius: f64, strength, facing| Lamp {
+        let bounds = |center, radius: f64, strength, facing| LightBounds {
             center,
             radius: radius.max(closest),
             strength,
@@ -113,15 +113,15 @@ impl Lamp {
         };
         let disc = PI * around.radius * around.radius;
         match emitter {
-            Emitter::Area { object, .. } => surface(shape(*object), power, lamp),
-            Emitter::Textured(area) => surface(shape(area.object()), power, lamp),
-            Emitter::Directional { direction, .. } => lamp(
+            Emitter::Area { object, .. } => surface(shape(*object), power, bounds),
+            Emitter::Textured(area) => surface(shape(area.object()), power, bounds),
+            Emitter::Directional { direction, .. } => bounds(
                 around.center,
                 around.radius,
                 power / disc,
                 Facing::Afar(Some(*direction)),
             ),
-            Emitter::Environment(_) => lamp(
+            Emitter::Environment(_) => bounds(
                 around.center,
                 around.radius,
                 power / disc,
@@ -129,14 +129,14 @@ impl Lamp {
             ),
             Emitter::Collimated(beam) => {
                 let facing = Facing::Beam(beam.direction());
-                lamp(beam.origin(), beam.radius(), power / PI, facing)
+                bounds(beam.origin(), beam.radius(), power / PI, facing)
             }
             Emitter::Point { position, .. } => {
-                lamp(*position, 0.0, power / (4.0 * PI), Facing::Everywhere)
+                bounds(*position, 0.0, power / (4.0 * PI), Facing::Everywhere)
             }
             Emitter::Spot(_) | Emitter::Projector(_) | Emitter::Luminaire(_) => {
                 let position = emitter.singularity().unwrap_or(around.center);
-                lamp(position, 0.0, power / (4.0 * PI), Facing::Point)
+                bounds(position, 0.0, power / (4.0 * PI), Facing::Point)
             }
         }
     }
@@ -178,14 +178,18 @@ impl Lamp {
     }
 }
 
-/// A lamp of some power on a shape.
-fn surface(shape: &Shape, power: f64, lamp: impl FnOnce(DVec3, f64, f64, Facing) -> Lamp) -> Lamp {
+/// The bounds of a light of some power on a shape.
+fn surface(
+    shape: &Shape,
+    power: f64,
+    bounds: impl FnOnce(DVec3, f64, f64, Facing) -> LightBounds,
+) -> LightBounds {
     let (center, radius) = (shape.aabb().center(), 0.5 * shape.diameter());
     match shape {
         Shape::Rectangle(_) | Shape::Disk(_) => {
             let normal = shape.sample_area([0.5; 2]).normal;
-            lamp(center, radius, power / PI, Facing::Side(normal))
+            bounds(center, radius, power / PI, Facing::Side(normal))
         }
-        _ => lamp(center, radius, power / (4.0 * PI), Facing::Everywhere),
+        _ => bounds(center, radius, power / (4.0 * PI), Facing::Everywhere),
     }
 }
