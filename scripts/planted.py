@@ -312,7 +312,7 @@ PLANTED = [
         TRANSPORT + "integrator/bdpt.rs",
         "sampler.apart(|s| LightPath::sample(scene, &bounds, s, ws))",
         "LightPath::sample(scene, &bounds, sampler, ws)",
-        ("transport", "sets", "so_they_are_with_subpaths_from_both_ends"),
+        ("transport", "replicates", "so_they_are_with_subpaths_from_both_ends"),
     ),
     (
         "one wrong digit in the step scheme",

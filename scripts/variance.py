@@ -38,7 +38,7 @@ HEAD = """<scene version="3.0.0">
 WALL = """  <shape type="rectangle"><transform name="to_world"><scale x="6" y="6" z="1"/>{turn}</transform>
     <bsdf type="diffuse"><rgb name="reflectance" value="0.6"/></bsdf></shape>
 """
-LAMP = """  <shape type="rectangle"><transform name="to_world"><scale value="0.05"/><rotate x="1" angle="90"/>
+LIGHT = """  <shape type="rectangle"><transform name="to_world"><scale value="0.05"/><rotate x="1" angle="90"/>
     <translate x="{}" y="{}" z="{}"/></transform><bsdf type="diffuse"><rgb name="reflectance" value="0"/></bsdf>
     <emitter type="area"><rgb name="radiance" value="{}"/></emitter></shape>
 """
@@ -57,7 +57,7 @@ def hall(rng):
     turns += ['<translate z="-6"/>', '<rotate y="1" angle="90"/><translate x="-6"/>']
     text = HEAD.format(depth=4, fov=60, eye="0, 1.97, 5.9") + "".join(WALL.format(turn=t) for t in turns)
     place = lambda: (rng.uniform(-5.8, 5.8), rng.uniform(-1.5, 1.9), rng.uniform(-5.8, 5.8))
-    return text + "".join(LAMP.format(*place(), 10 ** rng.uniform(1, 3)) for _ in range(400)) + "</scene>"
+    return text + "".join(LIGHT.format(*place(), 10 ** rng.uniform(1, 3)) for _ in range(400)) + "</scene>"
 
 
 def lanterns(rng):

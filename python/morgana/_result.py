@@ -135,7 +135,7 @@ class Result:
     @functools.cached_property
     def effective(self) -> Floats:
         """Effective numbers of samples of the pixels, of the shape of ``image``: how many equal ones would make means that
-        are known as well. With the sampler ``ldsampler`` each set of samples counts as one."""
+        are known as well. With the sampler ``ldsampler`` each replicate counts as one."""
         return self._rendered.effective()
 
     @functools.cached_property

@@ -30,7 +30,7 @@ def load_file(
         path: The file.
         integrator: Estimator in place of the scene's: ``path``, ``particle``, ``bdpt``, ``photon``, ``sppm`` or ``aov``.
             What all have in common stays as the scene has it.
-        sampler: Sampler in place of the scene's: ``independent``, ``ldsampler``, or ``ldsampler:64`` with larger sets.
+        sampler: Sampler in place of the scene's: ``independent``, ``ldsampler``, or ``ldsampler:64`` with larger replicates.
         adaptive: Give noisy pixels more of the samples, even if the scene's sampler does not ask for it.
         memory: Bytes that each data file may take once it is read, however small it is: 2 GiB by default, or ten times
             the file and 64 MiB if that is more (docs/security.md).

@@ -26,7 +26,7 @@ const WORDS: [(&str, &str); 13] = [
 ];
 
 /// Parts of names of types in Rust. In prose, and in small letters, these are words like others.
-const TYPES: [(&str, &str); 16] = [
+const TYPES: [(&str, &str); 17] = [
     ("Account", "BalanceSums"),
     ("Beginning", "FirstVertexTechniques"),
     ("Books", "BalanceTotals"),
@@ -39,6 +39,7 @@ const TYPES: [(&str, &str); 16] = [
     ("Ledger", "ParticleBalance"),
     ("Link", "Connection"),
     ("Passage", "throughput"),
+    ("Sets", "Replicates"),
     ("Shot", "Trajectory"),
     ("Station", "PathVertex"),
     ("Survey", "NeeTraining"),

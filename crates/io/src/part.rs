@@ -14,7 +14,7 @@ use std::ops::Range;
 use std::path::Path;
 use transport::integrator::Integrator;
 use transport::render::{MeasureState, MergeError, RESULTS, Ranges, State};
-use transport::sampling::Sets;
+use transport::sampling::Replicates;
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
 /// Grows with every change of what is stored.
@@ -45,8 +45,8 @@ pub struct Header {
     pub settings: Vec<(String, String)>,
     /// Number of samples (or particles) of the whole render; none if it has no limit.
     pub total: Option<u64>,
-    /// How samples belong together: parts have whole sets.
-    pub sets: Sets,
+    /// How samples belong together: parts have whole replicates.
+    pub replicates: Replicates,
     /// Which of how many parts of the whole this one is, counted from 0.
     pub shard: Option<[u64; 2]>,
     /// How to find the scene, and what it was rendered with, as the program knows it; empty if a part comes from elsewhere.
@@ -104,7 +104,10 @@ impl Header {
         let settings = [
             ("seed", seed.to_string()),
             ("integrator", integrator.name().into()),
-            ("sampler", integrator.sets(loaded.scene()).name().into()),
+            (
+                "sampler",
+                integrator.replicates(loaded.scene()).name().into(),
+            ),
             ("adaptive", loaded.adaptive.to_string()),
         ];
         Header {
@@ -115,7 +118,7 @@ impl Header {
                 .map(|(name, value)| (name.to_owned(), value))
                 .into(),
             total,
-            sets: integrator.sets(loaded.scene()),
+            replicates: integrator.replicates(loaded.scene()),
             shard,
             origin: String::new(),
             seconds: 0.0,
@@ -160,7 +163,7 @@ impl Header {
     /// Numbers of the samples that this part is to have.
     pub fn range(&self) -> Range<u64> {
         let total = self.total.unwrap_or(u64::MAX);
-        let end = |index, count| self.sets.whole(share(total, index, count));
+        let end = |index, count| self.replicates.whole(share(total, index, count));
         match self.shard {
             None => 0..total,
             Some([index, count]) => end(index, count)..end(index + 1, count),

@@ -9,7 +9,7 @@ use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use transport::meter::Meter;
 use transport::render::{Handle, MeasureOptions, MeasureState, Options, State};
-use transport::sampling::Sets;
+use transport::sampling::Replicates;
 
 const IMAGE: &str = r#"<scene version="3.0.0">
   <integrator type="path"/>
@@ -44,7 +44,7 @@ fn header() -> Header {
         scene_hash: "abcdef".into(),
         settings: vec![("seed".into(), "0".into())],
         total: Some(8),
-        sets: Sets::Single,
+        replicates: Replicates::Single,
         shard: None,
         origin: "scene.xml".into(),
         seconds: 0.5,
@@ -196,20 +196,20 @@ fn parts_of_other_renders_are_refused() {
 
 #[test]
 fn shards_are_the_whole() {
-    for (total, sets) in [
-        (1, Sets::Single),
-        (7, Sets::Single),
-        (64, Sets::Single),
-        (1_000_003, Sets::Single),
-        (u64::MAX, Sets::Single),
-        (64, Sets::OfEight),
-        (1_000_000, Sets::OfEight),
+    for (total, replicates) in [
+        (1, Replicates::Single),
+        (7, Replicates::Single),
+        (64, Replicates::Single),
+        (1_000_003, Replicates::Single),
+        (u64::MAX, Replicates::Single),
+        (64, Replicates::OfEight),
+        (1_000_000, Replicates::OfEight),
     ] {
         for count in [1, 2, 7, 100] {
             let ranges = (0..count).map(|i| {
                 let header = Header {
                     total: Some(total),
-                    sets,
+                    replicates,
                     shard: Some([i, count]),
                     ..header()
                 };
@@ -218,8 +218,8 @@ fn shards_are_the_whole() {
             let mut end = 0;
             for range in ranges {
                 assert_eq!(range.start, end);
-                assert!(range.start.is_multiple_of(sets.size()));
-                let most = (total / count).saturating_add(sets.size());
+                assert!(range.start.is_multiple_of(replicates.size()));
+                let most = (total / count).saturating_add(replicates.size());
                 assert!(range.end - range.start <= most);
                 end = range.end;
             }

@@ -1,7 +1,7 @@
 //! Samplers in scene files: which samples belong together, and how many there are.
 
 use io::{Diagnostics, LoadOptions, Loaded};
-use transport::sampling::Sets;
+use transport::sampling::Replicates;
 
 fn load(integrator: &str, sampler: &str, samples: Option<u64>) -> Loaded {
     load_with(integrator, sampler, ("", ""), samples)
@@ -36,16 +36,16 @@ fn load_by(
 }
 
 #[test]
-fn low_discrepancy_comes_in_whole_sets() {
+fn low_discrepancy_comes_in_whole_replicates() {
     let both_ends = load("bdpt", "ldsampler", None);
-    assert_eq!(both_ends.scene().sets(), Sets::OfEight);
+    assert_eq!(both_ends.scene().replicates(), Replicates::OfEight);
     let loaded = load("path", "ldsampler", None);
-    assert_eq!(loaded.scene().sets(), Sets::OfEight);
+    assert_eq!(loaded.scene().replicates(), Replicates::OfEight);
     assert_eq!(loaded.samples, 32);
     let message = loaded.warnings.to_string();
     assert!(
         message.contains(
-            "32 samples are taken instead of 30: a multiple of the sampler's 8 samples in a set"
+            "32 samples are taken instead of 30: a multiple of the sampler's 8 samples in a replicate"
         ),
         "{message}"
     );
@@ -54,25 +54,25 @@ fn low_discrepancy_comes_in_whole_sets() {
 }
 
 #[test]
-fn sets_may_be_larger() {
+fn replicates_may_be_larger() {
     let set = |n: u32| format!(r#"<integer name="set" value="{n}"/>"#);
     let load = |n| load_with("path", "ldsampler", (&set(n), ""), None);
-    assert_eq!(load(8).scene().sets(), Sets::OfEight);
+    assert_eq!(load(8).scene().replicates(), Replicates::OfEight);
     let large = load(64);
-    assert_eq!(large.scene().sets(), Sets::OfSixtyFour);
+    assert_eq!(large.scene().replicates(), Replicates::OfSixtyFour);
     assert_eq!(large.samples, 64);
     let options = LoadOptions {
         sampler: Some("ldsampler:64".into()),
         ..LoadOptions::default()
     };
     let loaded = load_by("path", "independent", ("", ""), &options).unwrap();
-    assert_eq!(loaded.scene().sets(), Sets::OfSixtyFour);
-    for (sampler, set, said) in [
+    assert_eq!(loaded.scene().replicates(), Replicates::OfSixtyFour);
+    for (sampler, points, said) in [
         ("ldsampler", 16, "16 is neither 8 nor 64"),
         ("ldsampler", 128, "must be at least 8 and at most 64"),
         ("independent", 64, "'set'"),
     ] {
-        let set = format!(r#"<integer name="set" value="{set}"/>"#);
+        let set = format!(r#"<integer name="set" value="{points}"/>"#);
         let refused = load_by("path", sampler, (&set, ""), &LoadOptions::default());
         let message = refused.unwrap_err().to_string();
         assert!(message.contains(said), "{message}");
@@ -82,7 +82,7 @@ fn sets_may_be_larger() {
 #[test]
 fn other_even_samplers_are_replaced_by_ours() {
     let loaded = load("path", "multijitter", Some(64));
-    assert_eq!(loaded.scene().sets(), Sets::OfEight);
+    assert_eq!(loaded.scene().replicates(), Replicates::OfEight);
     let message = loaded.warnings.to_string();
     assert!(
         message.contains("'multijitter' is not available; 'ldsampler' is used instead"),
@@ -93,7 +93,7 @@ fn other_even_samplers_are_replaced_by_ours() {
 #[test]
 fn others_take_independent_samples_and_say_so() {
     let independent = load("path", "independent", None);
-    assert_eq!(independent.scene().sets(), Sets::Single);
+    assert_eq!(independent.scene().replicates(), Replicates::Single);
     assert!(independent.warnings.is_empty());
     for (integrator, sampler, said) in [
         ("path", "strange", "'independent' is used instead"),
@@ -109,7 +109,10 @@ fn others_take_independent_samples_and_say_so() {
         ),
     ] {
         let loaded = load(integrator, sampler, None);
-        assert_eq!((loaded.scene().sets(), loaded.samples), (Sets::Single, 30));
+        assert_eq!(
+            (loaded.scene().replicates(), loaded.samples),
+            (Replicates::Single, 30)
+        );
         assert_eq!(loaded.warnings.iter().count(), 1, "{}", loaded.warnings);
         let message = loaded.warnings.to_string();
         assert!(message.contains(said), "{message}");
@@ -123,7 +126,7 @@ fn what_a_caller_replaces_is_not_spoken_of() {
         ..LoadOptions::default()
     };
     let loaded = load_by("path", "multijitter", ("", ""), &options).unwrap();
-    assert_eq!(loaded.scene().sets(), Sets::Single);
+    assert_eq!(loaded.scene().replicates(), Replicates::Single);
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
 }
 

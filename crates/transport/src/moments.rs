@@ -1,6 +1,6 @@
 //! Sums of the scores of a mean, and how far the error that they give can be trusted (docs/theory.md#effective-samples).
 //!
-//! A score is what one independent sample brings: a sample of a pixel, the mean of a set of samples, a sample of the whole
+//! A score is what one independent sample brings: a sample of a pixel, the mean of a replicate, a sample of the whole
 //! image, or all that one particle leaves in one bin. Pixels, layers, images and meters all use these sums. No sum and no
 //! maximum depends on the order in which scores come.
 

@@ -1,7 +1,7 @@
 //! Samples that are shared out among pixels by their noise: unbiased, with errors that are what they claim and smaller than
 //! otherwise, and the same in parts and on any number of threads.
 //!
-//! False alarms: 2.5e-4 for errors and for means of each kind of sets, and for what a pilot sees, so 1.25e-3 for the file.
+//! False alarms: 2.5e-4 for errors and for means of each kind of replicates, and for what a pilot sees, so 1.25e-3 for the file.
 
 mod common;
 
@@ -18,7 +18,7 @@ use transport::emitter::Emitter;
 use transport::film::{Decomposition, Film};
 use transport::integrator::{Bdpt, Integrator};
 use transport::render::{Handle, MergeError, Options, State, memory, render};
-use transport::sampling::Sets;
+use transport::sampling::Replicates;
 use transport::scene::{Object, Parts};
 use transport::sensor::{Orthographic, Sensor};
 use transport::shape::Sphere;
@@ -116,12 +116,12 @@ fn observe(scene: &Scene, adaptive: bool) -> Observed {
 /// The number of samples is the same on average, which `pixels_get_their_shares` checks.
 #[test]
 fn errors_are_smaller_and_true_and_means_agree() {
-    for sets in [Sets::Single, Sets::OfEight] {
-        let scene = lens().in_sets(sets);
+    for replicates in [Replicates::Single, Replicates::OfEight] {
+        let scene = lens().in_replicates(replicates);
         let [even, adaptive] = [false, true].map(|adaptive| observe(&scene, adaptive));
         let variance = |o: &Observed| o.pixels.iter().map(Moments::variance).sum::<f64>();
         let ratio = variance(&adaptive) / variance(&even);
-        assert!(ratio < 0.75, "{sets:?}: {ratio}");
+        assert!(ratio < 0.75, "{replicates:?}: {ratio}");
         let zs = [even.excess.z(0.0), adaptive.excess.z(0.0)];
         max_abs_z(&zs, FALSE_ALARM).unwrap();
         let pairs = even.pixels.iter().zip(&adaptive.pixels);
@@ -201,9 +201,9 @@ fn pixels_get_their_shares() {
 
 /// At all instants of a period the same number.
 #[test]
-fn pixels_get_whole_periods_and_sets() {
-    for (sets, unit) in [(Sets::Single, 3), (Sets::OfEight, 24)] {
-        let scene = sound().in_sets(sets);
+fn pixels_get_whole_periods_and_replicates() {
+    for (replicates, unit) in [(Replicates::Single, 3), (Replicates::OfEight, 24)] {
+        let scene = sound().in_replicates(replicates);
         let counts = film(&scene, &options(0..240, 1, true)).counts();
         assert!(counts.iter().all(|n| n.is_multiple_of(unit)), "{counts:?}");
         assert!(counts.iter().any(|n| *n != 240));
@@ -228,7 +228,7 @@ fn state(scene: &Scene, range: Range<u64>) -> State {
 
 #[test]
 fn parts_in_any_order_are_the_whole() {
-    for scene in [lens(), lens().in_sets(Sets::OfEight), sound()] {
+    for scene in [lens(), lens().in_replicates(Replicates::OfEight), sound()] {
         let whole = state(&scene, 0..SAMPLES);
         for cuts in [
             &[0, 7, 16, 17, 30, 48][..],

@@ -1,29 +1,29 @@
-//! Points of sets of samples: each uniform, together evenly spread, sets independent of one another.
+//! Points of replicates: each uniform, together evenly spread, replicates independent of one another.
 //!
 //! False alarms: 5e-4 for the family of χ² tests, and for pairings. The other tests are exact.
 
 use testkit::z_test::max_abs_z;
 use testkit::{Family, Mass, Moments, Table, uniform_edges};
-use transport::sampling::{Purpose, Sampler, Sets};
+use transport::sampling::{Purpose, Replicates, Sampler};
 
 const FALSE_ALARM: f64 = 5e-4;
-/// With the number of points in a set.
-const KINDS: [(Sets, u64); 2] = [(Sets::OfEight, 8), (Sets::OfSixtyFour, 64)];
+/// With the number of points in a replicate.
+const KINDS: [(Replicates, u64); 2] = [(Replicates::OfEight, 8), (Replicates::OfSixtyFour, 64)];
 /// Edges whose numbers are spread.
 const EDGES: u32 = 4;
 
 /// The two numbers for a purpose, or the one and that of its neighbour.
-fn draw(sets: Sets, address: [u64; 3], edge: u32, purpose: Purpose) -> [f64; 2] {
-    let mut sampler = Sampler::in_sets(sets, address);
+fn draw(replicates: Replicates, address: [u64; 3], edge: u32, purpose: Purpose) -> [f64; 2] {
+    let mut sampler = Sampler::in_replicates(replicates, address);
     (0..edge).for_each(|_| sampler.next_edge());
     sampler.next_2d_for(purpose)
 }
 
-/// The numbers of a set.
-fn set(sets: Sets, pixel: u64, edge: u32, purpose: Purpose) -> Vec<[f64; 2]> {
-    let samples = 3 * sets.size()..4 * sets.size();
+/// The numbers of a replicate.
+fn replicate(replicates: Replicates, pixel: u64, edge: u32, purpose: Purpose) -> Vec<[f64; 2]> {
+    let samples = 3 * replicates.size()..4 * replicates.size();
     samples
-        .map(|sample| draw(sets, [7, pixel, sample], edge, purpose))
+        .map(|sample| draw(replicates, [7, pixel, sample], edge, purpose))
         .collect()
 }
 
@@ -58,8 +58,9 @@ fn every_number_of_a_set_is_spread_evenly() {
         Lens,
     ];
     for (pixel, purpose) in (0..200).flat_map(|pixel| purposes.map(|purpose| (pixel, purpose))) {
-        for (edge, (sets, size)) in (0..EDGES).flat_map(|edge| KINDS.map(|kind| (edge, kind))) {
-            let points = set(sets, pixel, edge, purpose);
+        for (edge, (replicates, size)) in (0..EDGES).flat_map(|edge| KINDS.map(|kind| (edge, kind)))
+        {
+            let points = replicate(replicates, pixel, edge, purpose);
             assert!(is_even(&points, [size, 1]), "{purpose:?} {edge}");
             assert!(is_even(&points, [1, size]), "{purpose:?} {edge}");
         }
@@ -69,9 +70,9 @@ fn every_number_of_a_set_is_spread_evenly() {
 /// The first numbers of a group are a (0, 3, 3)- or a (0, 6, 3)-net in base 2.
 #[test]
 fn directions_and_distances_are_spread_evenly_together() {
-    for (pixel, (sets, size)) in (0..200).flat_map(|pixel| KINDS.map(|kind| (pixel, kind))) {
-        let directions = set(sets, pixel, 1, Purpose::Direction);
-        let distances = set(sets, pixel, 1, Purpose::Distance);
+    for (pixel, (replicates, size)) in (0..200).flat_map(|pixel| KINDS.map(|kind| (pixel, kind))) {
+        let directions = replicate(replicates, pixel, 1, Purpose::Direction);
+        let distances = replicate(replicates, pixel, 1, Purpose::Distance);
         let points = directions.iter().zip(&distances);
         let points: Vec<[f64; 3]> = points.map(|([a, b], [c, _])| [*a, *b, *c]).collect();
         for [rows, more] in shapes(2 * size) {
@@ -86,13 +87,17 @@ fn directions_and_distances_are_spread_evenly_together() {
                 };
                 let mut cells: Vec<u64> = points.iter().map(cell).collect();
                 cells.sort_unstable();
-                assert_eq!(cells, (0..size).collect::<Vec<_>>(), "{sets:?} {sizes:?}");
+                assert_eq!(
+                    cells,
+                    (0..size).collect::<Vec<_>>(),
+                    "{replicates:?} {sizes:?}"
+                );
             }
         }
     }
 }
 
-/// Numbers of different groups are paired at random: the product of two signs has a mean over a set whose variance
+/// Numbers of different groups are paired at random: the product of two signs has a mean over a replicate whose variance
 /// is 1/7 for eight points and 1/63 for sixty-four, as without replacement. Were the pairing always the same it would be 1.
 #[test]
 fn groups_are_paired_at_random() {
@@ -102,12 +107,12 @@ fn groups_are_paired_at_random() {
         (1, Purpose::Channel),
         (2, Purpose::Direction),
     ];
-    let z = |(edge, other): (u32, Purpose), (sets, size): (Sets, u64)| {
+    let z = |(edge, other): (u32, Purpose), (replicates, size): (Replicates, u64)| {
         let mut squares = Moments::default();
         for pixel in 0..20_000 {
-            let pairs = set(sets, pixel, 1, Purpose::Direction)
+            let pairs = replicate(replicates, pixel, 1, Purpose::Direction)
                 .into_iter()
-                .zip(set(sets, pixel, edge, other));
+                .zip(replicate(replicates, pixel, edge, other));
             let sum: f64 = pairs.map(|(a, b)| sign(a[0]) * sign(b[0])).sum();
             squares.push((sum / size as f64).powi(2));
         }
@@ -120,8 +125,10 @@ fn groups_are_paired_at_random() {
 #[test]
 fn places_on_emitters_are_spread_evenly_over_the_square() {
     for purpose in [Purpose::ConnectionEnd, Purpose::AroundAim, Purpose::Channel] {
-        for (pixel, (sets, size)) in (0..200).flat_map(|pixel| KINDS.map(|kind| (pixel, kind))) {
-            let points = set(sets, pixel, 1, purpose);
+        for (pixel, (replicates, size)) in
+            (0..200).flat_map(|pixel| KINDS.map(|kind| (pixel, kind)))
+        {
+            let points = replicate(replicates, pixel, 1, purpose);
             assert!(shapes(size).all(|shape| is_even(&points, shape)));
         }
     }
@@ -129,13 +136,14 @@ fn places_on_emitters_are_spread_evenly_over_the_square() {
 
 #[test]
 fn numbers_of_late_edges_and_without_a_purpose_are_not_spread() {
-    for (sets, size) in KINDS {
+    for (replicates, size) in KINDS {
         let even = |points: &[[f64; 2]]| is_even(points, [size, 1]);
         // By chance 8!/8⁸ = 0.24 % of them are, and far fewer of sixty-four.
-        let late = (0..200).filter(|&pixel| even(&set(sets, pixel, EDGES, Purpose::Direction)));
+        let late = (0..200)
+            .filter(|&pixel| even(&replicate(replicates, pixel, EDGES, Purpose::Direction)));
         assert!(late.count() < 5);
         let plain = |pixel| {
-            let samplers = (0..size).map(|i| Sampler::in_sets(sets, [7, pixel, i]));
+            let samplers = (0..size).map(|i| Sampler::in_replicates(replicates, [7, pixel, i]));
             samplers.map(|mut s| s.next_2d()).collect::<Vec<_>>()
         };
         assert!((0..200).filter(|&pixel| even(&plain(pixel))).count() < 5);
@@ -145,7 +153,7 @@ fn numbers_of_late_edges_and_without_a_purpose_are_not_spread() {
 #[test]
 fn single_samples_are_those_of_the_plain_sampler() {
     let mut plain = Sampler::new(1, 2, 3);
-    let mut single = Sampler::in_sets(Sets::Single, [1, 2, 3]);
+    let mut single = Sampler::in_replicates(Replicates::Single, [1, 2, 3]);
     for _ in 0..6 {
         assert_eq!(plain.next_1d(), single.next_1d_for(Purpose::Distance));
         assert_eq!(plain.next_2d(), single.next_2d_for(Purpose::ConnectionEnd));
@@ -155,44 +163,51 @@ fn single_samples_are_those_of_the_plain_sampler() {
 
 /// Pairs of numbers against the uniform density of the square.
 #[test]
-fn points_are_uniform_and_sets_independent() {
+fn points_are_uniform_and_replicates_independent() {
     let mut family = Family::new(FALSE_ALARM);
-    for (sets, size) in KINDS {
-        uniform_and_independent(&mut family, (sets, size));
+    for (replicates, size) in KINDS {
+        uniform_and_independent(&mut family, (replicates, size));
     }
     family.check().unwrap();
 }
 
-fn uniform_and_independent(family: &mut Family, (sets, size): (Sets, u64)) {
+fn uniform_and_independent(family: &mut Family, (replicates, size): (Replicates, u64)) {
     type Pair<'a> = &'a dyn Fn(u64) -> [f64; 2];
     let pairs: [(&str, Pair<'_>); 7] = [
         ("numbers of one purpose", &|i| {
-            draw(sets, [1, i, 3], 0, Purpose::Direction)
+            draw(replicates, [1, i, 3], 0, Purpose::Direction)
         }),
         ("numbers of two groups", &|i| {
-            let mut sampler = Sampler::in_sets(sets, [1, i, 5]);
+            let mut sampler = Sampler::in_replicates(replicates, [1, i, 5]);
             [Purpose::Distance, Purpose::Channel].map(|p| sampler.next_1d_for(p))
         }),
         ("numbers of two edges", &|i| {
-            let mut sampler = Sampler::in_sets(sets, [1, i, 6]);
+            let mut sampler = Sampler::in_replicates(replicates, [1, i, 6]);
             [0, 1].map(|_| {
                 sampler.next_edge();
                 sampler.next_1d_for(Purpose::Distance)
             })
         }),
-        ("sets of a pixel", &|i| {
-            [0, size].map(|more| draw(sets, [1, 9, 2 * size * i + more], 0, Purpose::Distance)[0])
+        ("replicates of a pixel", &|i| {
+            [0, size].map(|more| {
+                draw(
+                    replicates,
+                    [1, 9, 2 * size * i + more],
+                    0,
+                    Purpose::Distance,
+                )[0]
+            })
         }),
         ("pixels", &|i| {
-            [0, 1].map(|more| draw(sets, [1, 2 * i + more, 0], 0, Purpose::Distance)[0])
+            [0, 1].map(|more| draw(replicates, [1, 2 * i + more, 0], 0, Purpose::Distance)[0])
         }),
         ("seeds", &|i| {
-            [0, 1].map(|more| draw(sets, [2 * i + more, 0, 0], 0, Purpose::Distance)[0])
+            [0, 1].map(|more| draw(replicates, [2 * i + more, 0, 0], 0, Purpose::Distance)[0])
         }),
         // What is within the strata: later digits.
-        ("remainders in a set", &|i| {
+        ("remainders in a replicate", &|i| {
             [0, 1].map(|more| {
-                (size as f64 * draw(sets, [1, i, more], 0, Purpose::Distance)[0]).fract()
+                (size as f64 * draw(replicates, [1, i, more], 0, Purpose::Distance)[0]).fract()
             })
         }),
     ];
@@ -204,6 +219,6 @@ fn uniform_and_independent(family: &mut Family, (sets, size): (Sets, u64)) {
         };
         let table = Table::new(uniform_edges(0.0, 1.0, 16), uniform_edges(0.0, 1.0, 16));
         let report = table.test(0, 50_000, Mass::Exactly(1.0), next, |_| 1.0);
-        family.push(format!("{name}, {sets:?}"), report.unwrap().p_value);
+        family.push(format!("{name}, {replicates:?}"), report.unwrap().p_value);
     }
 }

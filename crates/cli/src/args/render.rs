@@ -40,7 +40,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = samples)]
     pub spp: Option<u64>,
     /// How the samples of a pixel are drawn, instead of the scene's way: independent, or ldsampler, spread evenly
-    /// in sets of eight, or ldsampler:64, in sets of sixty-four.
+    /// in replicates of eight, or ldsampler:64, in replicates of sixty-four.
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<String>,
     /// Give noisy pixels more of the samples, with the integrator path, as the sampler's parameter of this

@@ -62,14 +62,14 @@ impl Group {
         children.finish(method, view, context)
     }
 
-    /// The number of samples: the same at each instant of a period of sound, in whole sets.
+    /// The number of samples: the same at each instant of a period of sound, in whole replicates.
     pub fn whole_periods(&self, options: &LoadOptions, diagnostics: &mut Diagnostics) -> u64 {
         let wanted = options.samples.unwrap_or(self.samples);
         let samples = self.scene.whole_periods(wanted);
         if samples != wanted {
             let reasons = [
                 (self.scene.instants() as u64, "phases"),
-                (self.scene.sets().size(), "samples in a set"),
+                (self.scene.replicates().size(), "samples in a replicate"),
             ];
             let reasons = reasons.iter().filter(|(number, _)| *number > 1);
             let reasons: Vec<_> = reasons.map(|(n, what)| format!("{n} {what}")).collect();
@@ -229,10 +229,11 @@ impl<'a> Children<'a> {
         };
         let scene = Scene::over_period(parts, sensor.samples.instants);
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
-        let sets = sensor.samples.sets;
-        let scene = sampler::in_sets(scene, sets, &method.integrator, |p: &SceneProblem| {
-            report.add(p)
-        });
+        let replicates = sensor.samples.replicates;
+        let scene =
+            sampler::in_replicates(scene, replicates, &method.integrator, |p: &SceneProblem| {
+                report.add(p)
+            });
         let incompatibility = if instruments.is_empty() {
             sampler::incompatibility(&method.integrator, sensor.film.reweight)
         } else {
@@ -253,7 +254,7 @@ impl<'a> Children<'a> {
             return None;
         }
         // A sampler whose like is not taken either has been spoken of.
-        if let (true, Some(unlike)) = (scene.sets() == sets, sensor.samples.unlike) {
+        if let (true, Some(unlike)) = (scene.replicates() == replicates, sensor.samples.unlike) {
             report.diagnostics.push(unlike);
         }
         Some(Group {

@@ -11,7 +11,7 @@ pub struct LoadOptions {
     pub integrator: Option<String>,
     /// Samples per pixel to use instead of the scene's.
     pub samples: Option<u64>,
-    /// Sampler to use instead of the scene's: `independent`, `ldsampler`, or `ldsampler:64` with larger sets.
+    /// Sampler to use instead of the scene's: `independent`, `ldsampler`, or `ldsampler:64` with larger replicates.
     pub sampler: Option<String>,
     /// Whether noisy pixels get more samples, even if the scene's sampler does not ask for it.
     pub adaptive: bool,

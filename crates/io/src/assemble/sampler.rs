@@ -6,7 +6,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::query::Query;
 use crate::scene::Object;
 use transport::integrator::Integrator;
-use transport::sampling::Sets;
+use transport::sampling::Replicates;
 use transport::scene::{Scene, SceneProblem, Severity, Subject};
 
 /// Each instant has a scene of its own in memory; a period needs few of them.
@@ -30,7 +30,7 @@ pub(super) struct Samples {
     /// Instants of a period of sound that they are spread over.
     pub instants: usize,
     /// How the samples of a pixel belong together.
-    pub sets: Sets,
+    pub replicates: Replicates,
     /// A warning if that is not what the scene's sampler says, for it is not available.
     pub unlike: Option<Diagnostic>,
     /// Whether noisy pixels get more of them.
@@ -42,7 +42,7 @@ impl Default for Samples {
         Samples {
             count: 0,
             instants: 1,
-            sets: Sets::Single,
+            replicates: Replicates::Single,
             unlike: None,
             adaptive: false,
         }
@@ -56,8 +56,11 @@ impl Samples {
         let Some(name) = options.sampler.as_deref() else {
             return;
         };
-        match Sets::ALL.into_iter().find(|sets| sets.name() == name) {
-            Some(sets) => (self.sets, self.unlike) = (sets, None),
+        match Replicates::ALL
+            .into_iter()
+            .find(|replicates| replicates.name() == name)
+        {
+            Some(replicates) => (self.replicates, self.unlike) = (replicates, None),
             None => {
                 let message = format!("unknown sampler '{name}'");
                 diagnostics.push(Diagnostic::error(message).help(better(name)));
@@ -69,7 +72,7 @@ impl Samples {
     pub fn raise(&mut self, other: Self) {
         self.count = self.count.max(other.count);
         self.instants = self.instants.max(other.instants);
-        self.sets = self.sets.max(other.sets);
+        self.replicates = self.replicates.max(other.replicates);
         self.unlike = self.unlike.take().or(other.unlike);
         self.adaptive |= other.adaptive;
     }
@@ -84,23 +87,25 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
         };
     };
     let name = object.plugin.as_str();
-    let known = [Sets::Single, Sets::OfEight];
-    let named = known.into_iter().find(|sets| sets.name() == name);
-    let sets = named.unwrap_or(known[usize::from(EVEN.contains(&name))]);
+    let known = [Replicates::Single, Replicates::OfEight];
+    let named = known
+        .into_iter()
+        .find(|replicates| replicates.name() == name);
+    let replicates = named.unwrap_or(known[usize::from(EVEN.contains(&name))]);
     let unlike = named.is_none().then(|| {
-        let used = sets.name();
+        let used = replicates.name();
         let message = format!("sampler '{name}' is not available; '{used}' is used instead");
         Diagnostic::warning(message).at(&object.plugin_location)
     });
     let mut q = Query::new(object, context.diagnostics);
-    let sets = match sets {
-        Sets::Single => sets,
+    let replicates = match replicates {
+        Replicates::Single => replicates,
         _ => match q.integer_in("set", 8..=64, 8) {
-            64 => Sets::OfSixtyFour,
-            8 => sets,
+            64 => Replicates::OfSixtyFour,
+            8 => replicates,
             other => {
                 q.error("set", format!("{other} is neither 8 nor 64"));
-                sets
+                replicates
             }
         },
     };
@@ -112,7 +117,7 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
     Samples {
         count: count as u64,
         instants: instants as usize,
-        sets,
+        replicates,
         unlike,
         adaptive,
     }
@@ -120,7 +125,7 @@ pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context
 
 /// What may have been meant by a sampler of a caller's.
 fn better(name: &str) -> String {
-    let names = Sets::ALL.map(Sets::name);
+    let names = Replicates::ALL.map(Replicates::name);
     match suggest(name, names) {
         Some(help) if !name.contains(':') => help,
         _ if EVEN.contains(&name) => "use 'ldsampler', which spreads samples evenly, too".into(),
@@ -128,15 +133,15 @@ fn better(name: &str) -> String {
     }
 }
 
-/// The scene with samples in sets, if its integrator takes them.
-pub(super) fn in_sets(
+/// The scene with samples in replicates, if its integrator takes them.
+pub(super) fn in_replicates(
     scene: Scene,
-    sets: Sets,
+    replicates: Replicates,
     integrator: &Integrator,
     mut report: impl FnMut(&SceneProblem),
 ) -> Scene {
-    let scene = scene.in_sets(sets);
-    if integrator.sets(&scene) == sets {
+    let scene = scene.in_replicates(replicates);
+    if integrator.replicates(&scene) == replicates {
         return scene;
     }
     let name = integrator.name();
@@ -146,7 +151,7 @@ pub(super) fn in_sets(
         ),
         "make the sampler 'independent', or the integrator 'path' or 'bdpt'",
     ));
-    scene.in_sets(Sets::Single)
+    scene.in_replicates(Replicates::Single)
 }
 
 /// Why samples of pictures cannot be shared out among pixels by noise, if they cannot.

@@ -77,13 +77,13 @@ pub(super) const SAMPLERS: &[Plugin] = &[
     ),
     plugin(
         "ldsampler",
-        "Points that are spread evenly over the samples of a pixel, in independent sets.",
-        &[SAMPLES, SETS],
+        "Points that are spread evenly over the samples of a pixel, in independent replicates.",
+        &[SAMPLES, REPLICATES],
         &[],
     ),
 ];
 
-const SETS: &[Parameter] = &[integer("set", "8", "samples in a set, 8 or 64")];
+const REPLICATES: &[Parameter] = &[integer("set", "8", "points of a replicate, 8 or 64")];
 
 const SAMPLES: &[Parameter] = &[
     integer(

@@ -15,16 +15,16 @@ pub use outliers::{LevelsMut, OutlierRejection};
 
 use crate::Spectrum;
 use crate::moments::{Moments, Tail};
-use crate::sampling::Sets;
+use crate::sampling::Replicates;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// Sums over the samples of one pixel, for one group of channels; over the means of its [sets](Sets) of samples.
+/// Sums over the samples of one pixel, for one group of channels; over the means of its [replicates](Replicates) of samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pixel {
     /// Per channel.
     moments: [Moments; Spectrum::CHANNELS],
-    /// Number of samples, or of sets.
+    /// Number of samples, or of replicates.
     pub count: u64,
 }
 
@@ -77,7 +77,7 @@ impl AddAssign for Pixel {
 /// are kept in groups of at most [`Spectrum::CHANNELS`].
 ///
 /// Filters other than the box are sampled in proportion to their value, so every pixel is a plain
-/// mean of independent samples, or sets of samples, and its variance is known without bias.
+/// mean of independent samples, or replicates, and its variance is known without bias.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Film {
     width: usize,
@@ -86,7 +86,7 @@ pub struct Film {
     /// Channels per group.
     group_size: usize,
     /// How samples belong together.
-    sets: Sets,
+    replicates: Replicates,
     pixels: Vec<Pixel>,
     /// For each group, samples of the image's mean, if pixels are not independent.
     whole: Vec<Pixel>,
@@ -120,7 +120,7 @@ impl Film {
             height,
             channels,
             group_size,
-            sets: Sets::default(),
+            replicates: Replicates::default(),
             pixels: vec![Pixel::default(); width * height * groups],
             whole: vec![Pixel::default(); groups],
             layers: None,
@@ -128,9 +128,9 @@ impl Film {
         }
     }
 
-    /// The film with pixels that add up means of sets of samples.
-    pub fn in_sets(self, sets: Sets) -> Self {
-        Film { sets, ..self }
+    /// The film with pixels that add up means of replicates.
+    pub fn in_replicates(self, replicates: Replicates) -> Self {
+        Film { replicates, ..self }
     }
 
     /// The film with layers of light told apart, if it is to be.
@@ -162,7 +162,7 @@ impl Film {
             ];
             (
                 sizes,
-                f.sets,
+                f.replicates,
                 f.layers.as_ref().map(Layers::shape),
                 outliers,
             )
@@ -263,9 +263,9 @@ impl Film {
         }
     }
 
-    /// Makes every pixel one of so many samples, whole sets: those that it lacks were zero.
+    /// Makes every pixel one of so many samples, whole replicates: those that it lacks were zero.
     pub fn fill_up(&mut self, samples: u64) {
-        let count = samples / self.sets.size();
+        let count = samples / self.replicates.size();
         self.pixels.iter_mut().for_each(|pixel| pixel.count = count);
     }
 
@@ -301,7 +301,7 @@ impl Film {
         self.pixel(group, pixel, layer).variance_of(offset) as f32
     }
 
-    /// How many equal samples would make a pixel that is known as well: see [`Moments::effective`]. Of [sets](Sets) of samples
+    /// How many equal samples would make a pixel that is known as well: see [`Moments::effective`]. Of [replicates](Replicates) of samples
     /// each counts as one.
     pub fn effective_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {
         let (group, offset) = (channel / self.group_size, channel % self.group_size);
@@ -355,7 +355,7 @@ impl Film {
 
     /// Number of samples of a pixel.
     pub fn count(&self, pixel: usize) -> u64 {
-        self.pixels[pixel].count * self.sets.size()
+        self.pixels[pixel].count * self.replicates.size()
     }
 
     /// Number of samples of each pixel, row by row.
@@ -373,8 +373,8 @@ impl Film {
 
     /// Total number of samples over all pixels and groups.
     pub fn samples(&self) -> u64 {
-        let sets: u64 = self.pixels.iter().map(|p| p.count).sum();
-        sets * self.sets.size()
+        let replicates: u64 = self.pixels.iter().map(|p| p.count).sum();
+        replicates * self.replicates.size()
     }
 
     /// Number of channels of a group.

@@ -18,7 +18,7 @@ pub use photon::{Gathered, Gathering, PhotonMapping, PhotonQuery, Radii};
 
 use crate::Spectrum;
 use crate::path::Workspace;
-use crate::sampling::{Sampler, Sets};
+use crate::sampling::{Replicates, Sampler};
 use crate::scene::Scene;
 use crate::sensor::Ray;
 
@@ -90,10 +90,10 @@ impl Integrator {
 
     /// How its samples of a pixel belong together: as the scene wants it if each has a path from the
     /// sensor. Paths from emitters contribute all over the image.
-    pub fn sets(&self, scene: &Scene) -> Sets {
+    pub fn replicates(&self, scene: &Scene) -> Replicates {
         match self {
-            Integrator::Path(_) | Integrator::Bdpt(_) => scene.sets(),
-            _ => Sets::Single,
+            Integrator::Path(_) | Integrator::Bdpt(_) => scene.replicates(),
+            _ => Replicates::Single,
         }
     }
 

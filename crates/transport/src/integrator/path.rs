@@ -140,7 +140,7 @@ impl PathTracer {
         self.follow(&mut tracing, next);
         if let Some(split) = tracing.split.take() {
             // Two paths of a sample are not to share the points of its set.
-            tracing.sampler.leave_set();
+            tracing.sampler.leave_replicate();
             self.follow(&mut tracing, split);
         }
     }

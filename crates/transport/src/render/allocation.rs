@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Samples of the image before shares are used, rounded up to whole sets and periods: they do not pay for their pilot earlier.
+/// Samples of the image before shares are used, rounded up to whole replicates and periods: they do not pay for their pilot earlier.
 pub const ADAPTIVE_FROM: u64 = 16;
 /// Samples of a pixel in the pilot.
 const PILOT: u64 = 4;
@@ -44,7 +44,7 @@ const HALVINGS: u32 = 40;
 /// Which samples each pixel takes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Allocation {
-    /// So many samples belong together: whole sets, at all instants of a period.
+    /// So many samples belong together: whole replicates, at all instants of a period.
     unit: u64,
     shares: Shares,
 }
@@ -113,7 +113,7 @@ impl Allocation {
         ADAPTIVE_FROM.div_ceil(self.unit)
     }
 
-    /// Numbers of the samples of a pixel that belong to a sample of the image. If this is the first one of a set, they are
+    /// Numbers of the samples of a pixel that belong to a sample of the image. If this is the first one of a replicate, they are
     /// first ones, too.
     pub fn samples(&self, pixel: usize, sample: u64) -> impl Iterator<Item = u64> + use<> {
         let (unit, place) = (sample / self.unit, sample % self.unit);
@@ -211,7 +211,7 @@ fn pilot(source: &Source, (pixel, unit): (usize, u64), ws: &mut Workspace) -> Pi
     let mut found = Vec::new();
     let (mut sum, mut squares) = (Spectrum::ZERO, 0.0);
     for i in 0..PILOT {
-        // Each in a set of its own, for samples of one set are not independent; at instants all over a period.
+        // Each in a replicate of its own, for samples of one replicate are not independent; at instants all over a period.
         let sample = first + unit * i + instants * i / PILOT;
         source.sample(pixel, sample, ws, &mut found);
         let values = found.drain(..).map(|c| c.weighted());

@@ -215,9 +215,9 @@ fn sample(source: &Source, ws: &mut Workspace, round: u64, most: f64) -> Pairs {
             if let Some(nee_training) = &mut ws.nee_training {
                 nee_training.begin();
             }
-            // Each in a set of its own: samples of one set are not independent.
+            // Each in a replicate of its own: samples of one replicate are not independent.
             let number = 2 * (PIXELS as u64 * round + i as u64) + k;
-            let sample = FIRST + source.sets().size() * number;
+            let sample = FIRST + source.replicates().size() * number;
             source.sample(pixel, sample, ws, &mut found);
             let values = found.iter().map(|c| c.weighted().sum());
             values.sum::<f64>()

@@ -22,7 +22,7 @@ struct Task<'a> {
     levels: Option<LevelsMut<'a>>,
 }
 
-/// Adds a range of samples of the image, whole sets, to the source's channel group, of every pixel as many as it is allotted.
+/// Adds a range of samples of the image, whole replicates, to the source's channel group, of every pixel as many as it is allotted.
 pub(super) fn pass(
     source: &Source,
     (samples, allocation): (Range<u64>, &Allocation),
@@ -71,13 +71,13 @@ fn run(source: &Source, (samples, allocation): (Range<u64>, &Allocation), mut ta
     let mut found = Vec::new();
     let layers = task.layers.as_ref().map_or(0, |(d, _)| d.layers());
     let mut pending = Pending::new(layers);
-    let size = source.sets().size();
+    let size = source.replicates().size();
     // A power of two, so that nothing is rounded.
     let share = 1.0 / size as f64;
     for (i, pixel) in task.pixels.iter_mut().enumerate() {
         let number = task.first + i;
-        let sets = samples.clone().step_by(size as usize);
-        for first in sets.flat_map(|set| allocation.samples(number, set)) {
+        let replicates = samples.clone().step_by(size as usize);
+        for first in replicates.flat_map(|replicate| allocation.samples(number, replicate)) {
             if source.is_stopped() {
                 return ws.stats();
             }

@@ -5,7 +5,7 @@ use crate::Spectrum;
 use crate::film::Pixel;
 use crate::integrator::{Contribution, Integrator};
 use crate::path::Workspace;
-use crate::sampling::{Purpose, Sampler, Sets};
+use crate::sampling::{Purpose, Replicates, Sampler};
 use crate::scene::Scene;
 use crate::sensor::Ray;
 use crate::stop::Stop;
@@ -49,8 +49,8 @@ impl<'a> Source<'a> {
     }
 
     /// How its samples belong together.
-    pub fn sets(&self) -> Sets {
-        self.integrator.sets(self.scene)
+    pub fn replicates(&self) -> Replicates {
+        self.integrator.replicates(self.scene)
     }
 
     pub fn workspace(&self) -> Workspace {
@@ -105,7 +105,7 @@ impl<'a> Source<'a> {
 
     /// The random numbers of a sample of a pixel. Numbers beyond those of the pixels are for what they share.
     pub fn sampler(&self, pixel: u64, sample: u64) -> Sampler {
-        Sampler::in_sets(self.sets(), [self.seed, pixel, sample])
+        Sampler::in_replicates(self.replicates(), [self.seed, pixel, sample])
     }
 }
 

@@ -1,7 +1,7 @@
 //! Estimators whose samples contribute all over the image.
 //!
 //! One sample of every pixel together make one sample of the whole image: contributions to other pixels
-//! are added up first, and then each pixel takes its sum as one sample, or as one of a set. So pixels' samples, or sets, are
+//! are added up first, and then each pixel takes its sum as one sample, or as one of a replicate. So pixels' samples, or replicates, are
 //! independent of one another over their number, and the variance of their mean is known as
 //! for any other estimator. The sums of one sample are formed in the order of pixels and paths, whatever thread
 //! computed them: the same seed gives the same bits.
@@ -27,7 +27,7 @@ const BLOCK: u64 = 1 << 10;
 /// One sample of a few neighbouring pixels: contributions, and the pixel whose sample each is.
 type SplatSamples = Vec<(usize, Contribution)>;
 
-/// Adds a range of samples, whole sets, to every pixel of the source's channel group.
+/// Adds a range of samples, whole replicates, to every pixel of the source's channel group.
 pub(super) fn pass(
     source: &Source,
     samples: Range<u64>,
@@ -38,8 +38,8 @@ pub(super) fn pass(
     let (first, end) = (samples.start * tasks, samples.end * tasks);
     let mut stats = Stats::default();
     let mut image = vec![Spectrum::ZERO; pixels];
-    let mut set = vec![Spectrum::ZERO; pixels];
-    let size = source.sets().size();
+    let mut replicate = vec![Spectrum::ZERO; pixels];
+    let size = source.replicates().size();
     // A power of two, so that nothing is rounded.
     let share = 1.0 / size as f64;
     let mut balance = BalanceSums::default();
@@ -80,7 +80,7 @@ pub(super) fn pass(
             balances.enter(&std::mem::take(&mut balance));
             let mut parts = film.parts_mut(source.group);
             let mut levels = parts.outliers.as_mut().map(|c| c.levels_mut());
-            for (i, (mean, value)) in set.iter_mut().zip(&mut image).enumerate() {
+            for (i, (mean, value)) in replicate.iter_mut().zip(&mut image).enumerate() {
                 let value = finite(std::mem::take(value), &mut stats.not_finite);
                 *mean += value * share;
                 if let Some(levels) = &mut levels {
@@ -90,8 +90,8 @@ pub(super) fn pass(
             if !(number / tasks + 1).is_multiple_of(size) {
                 continue;
             }
-            let sum = set.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
-            for (pixel, mean) in parts.pixels.iter_mut().zip(&mut set) {
+            let sum = replicate.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
+            for (pixel, mean) in parts.pixels.iter_mut().zip(&mut replicate) {
                 pixel.add(std::mem::take(mean));
             }
             if let (Some(layered), Some(layers)) = (&mut layered, parts.layers) {

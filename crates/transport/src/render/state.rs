@@ -81,7 +81,7 @@ impl State {
         State {
             done: Ranges::default(),
             film: film
-                .in_sets(options.integrator.sets(&scenes[0]))
+                .in_replicates(options.integrator.replicates(&scenes[0]))
                 .decomposed(options.decomposition)
                 .sorted(options.reweight),
             stats: Stats::default(),
@@ -188,10 +188,10 @@ impl State {
         }
         let mut sources = self.sources(scenes, options, handle);
         let is_small = copied(scenes[0].film(), options) <= SMALL_FILM;
-        // Whoever has a set's first sample takes all of it, so that parts have whole sets, too.
-        let sets = options.integrator.sets(&scenes[0]);
+        // Whoever has a replicate's first sample takes all of it, so that parts have whole replicates, too.
+        let replicates = options.integrator.replicates(&scenes[0]);
         let range = options.range();
-        let range = sets.whole(range.start)..sets.whole(range.end);
+        let range = replicates.whole(range.start)..replicates.whole(range.end);
         let total = range.end - range.start;
         let mut next = 1;
         let mut is_short = false;

@@ -6,7 +6,7 @@ use super::splats::splat;
 use crate::Spectrum;
 use crate::film::Film;
 use crate::integrator::Contribution;
-use crate::sampling::Sets;
+use crate::sampling::Replicates;
 use crate::scene::FilmSpec;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -44,10 +44,10 @@ struct Layer {
 }
 
 impl Layer {
-    fn new(spec: &FilmSpec, sets: Sets) -> Self {
+    fn new(spec: &FilmSpec, replicates: Replicates) -> Self {
         let film = Film::in_groups(spec.width, spec.height, spec.channels, spec.group_size);
         Layer {
-            film: film.in_sets(sets),
+            film: film.in_replicates(replicates),
             image: Vec::new(),
         }
     }
@@ -59,7 +59,7 @@ impl Layer {
         self.image[pixel] += value;
     }
 
-    /// Takes what was added up as a sample of every pixel, or as the mean of a set.
+    /// Takes what was added up as a sample of every pixel, or as the mean of a replicate.
     fn finish(&mut self, group: usize) {
         for (pixel, value) in self.film.group_mut(group).iter_mut().zip(&mut self.image) {
             add(pixel, std::mem::take(value), &mut 0);
@@ -91,7 +91,7 @@ impl Strategies {
         for (own, contribution) in contributions {
             let (s, t) = contribution.strategy;
             let key = (s.min(MOST_VERTICES), t.min(MOST_VERTICES));
-            let new = || [(); 2].map(|()| Layer::new(source.scene.film(), source.sets()));
+            let new = || [(); 2].map(|()| Layer::new(source.scene.film(), source.replicates()));
             let layers = self.layers.entry(key).or_insert_with(new);
             let values = [contribution.weighted(), contribution.value];
             for (layer, value) in layers.iter_mut().zip(values) {

@@ -21,7 +21,7 @@ pub use frame::Frame;
 pub use grid2::Grid2;
 pub use piecewise_constant::PiecewiseConstant;
 pub use piecewise_linear::PiecewiseLinear;
-pub use points::{Purpose, Sets};
+pub use points::{Purpose, Replicates};
 pub use sampler::Sampler;
 
 use eikonal::Shown;

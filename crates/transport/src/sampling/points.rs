@@ -1,8 +1,8 @@
 //! Points that fill the unit cube more evenly than chance: digital nets, scrambled as by Owen (1997).
 //!
-//! The points of a set are the samples of one pixel. Each is uniform in the cube, so means over a set are
-//! unbiased; together they are spread evenly, so the variance of a set's mean is less than that of as many
-//! independent samples. Sets are scrambled independently: a set's mean is one independent sample, and the
+//! The points of a replicate are the samples of one pixel. Each is uniform in the cube, so means over a replicate are
+//! unbiased; together they are spread evenly, so the variance of a replicate's mean is less than that of as many
+//! independent samples. Replicates are scrambled independently: a replicate's mean is one independent sample, and the
 //! only thing of which a variance can be told.
 //!
 //! Theory: docs/theory.md#randomised-qmc-replicates.
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 /// How the samples of a pixel belong together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Sets {
+pub enum Replicates {
     /// Each is independent of all others.
     #[default]
     Single,
@@ -23,25 +23,29 @@ pub enum Sets {
     OfSixtyFour,
 }
 
-impl Sets {
+impl Replicates {
     /// All kinds.
-    pub const ALL: [Sets; 3] = [Sets::Single, Sets::OfEight, Sets::OfSixtyFour];
+    pub const ALL: [Replicates; 3] = [
+        Replicates::Single,
+        Replicates::OfEight,
+        Replicates::OfSixtyFour,
+    ];
 
     /// Name, as command lines use it.
     pub fn name(self) -> &'static str {
         ["independent", "ldsampler", "ldsampler:64"][self as usize]
     }
 
-    /// Samples in a set, a power of two.
+    /// Samples in a replicate, a power of two.
     pub fn size(self) -> u64 {
         match self {
-            Sets::Single => 1,
-            Sets::OfEight => 8,
-            Sets::OfSixtyFour => 64,
+            Replicates::Single => 1,
+            Replicates::OfEight => 8,
+            Replicates::OfSixtyFour => 64,
         }
     }
 
-    /// The least number of samples, at least `samples`, that are whole sets.
+    /// The least number of samples, at least `samples`, that are whole replicates.
     pub fn whole(self, samples: u64) -> u64 {
         samples.div_ceil(self.size()).saturating_mul(self.size())
     }
@@ -83,7 +87,7 @@ pub(super) const BITS: u32 = 53;
 const DIMENSIONS: u32 = 16;
 /// Edges with points: later ones have lost the memory of the first.
 const EDGES: u32 = 4;
-/// Dimensions that are spread evenly together. Groups take the points of a set in orders of their own: of so few
+/// Dimensions that are spread evenly together. Groups take the points of a replicate in orders of their own: of so few
 /// points, those in more dimensions would depend on one another.
 const GROUP: u32 = 4;
 
@@ -172,15 +176,15 @@ impl<const N: usize> Net<N> {
     }
 }
 
-/// A point of a set.
+/// A point of a replicate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Points {
-    /// Its number in the set.
+    /// Its number in the replicate.
     pub index: u32,
-    /// Random key of the set.
+    /// Random key of the replicate.
     pub key: u64,
-    /// The kind of set.
-    pub sets: Sets,
+    /// The kind of replicate.
+    pub replicates: Replicates,
 }
 
 impl Points {
@@ -192,13 +196,13 @@ impl Points {
         let (group, within) = (dimension / GROUP, (dimension % GROUP) as usize);
         let random = mix(self.key ^ u64::from(edge * DIMENSIONS + group));
         let order = (random >> 32) as u32;
-        match self.sets {
-            Sets::Single => number,
-            Sets::OfEight => {
+        match self.replicates {
+            Replicates::Single => number,
+            Replicates::OfEight => {
                 let at = (within, OF_EIGHT.place(self.index, order));
                 OF_EIGHT.refined(number, at, random >> (7 * within))
             }
-            Sets::OfSixtyFour => {
+            Replicates::OfSixtyFour => {
                 let at = (within, OF_SIXTY_FOUR.place(self.index, order));
                 OF_SIXTY_FOUR.refined(number, at, mix(random ^ within as u64))
             }

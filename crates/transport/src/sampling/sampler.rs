@@ -1,6 +1,6 @@
 //! Random numbers addressed by (seed, pixel, sample, dimension) (docs/theory.md#randomness).
 
-use super::points::{BITS, Points, Purpose, Sets};
+use super::points::{BITS, Points, Purpose, Replicates};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng as _;
 
@@ -8,7 +8,7 @@ use rand_pcg::rand_core::Rng as _;
 ///
 /// The address (seed, pixel, sample) is hashed into the generator's state and the dimension is the
 /// count of numbers drawn, so results do not depend on threads, tiles, shards or resumption. Numbers that
-/// are drawn for a [`Purpose`] are spread evenly over a set of samples, if samples come in [`Sets`].
+/// are drawn for a [`Purpose`] are spread evenly over a replicate, if samples come in [`Replicates`].
 #[derive(Clone, Debug)]
 pub struct Sampler {
     random: Pcg64Mcg,
@@ -31,14 +31,14 @@ impl Sampler {
         }
     }
 
-    /// The same with samples in sets: those of a set share its points, which are independent of those of
-    /// other sets.
-    pub fn in_sets(sets: Sets, [seed, pixel, sample]: [u64; 3]) -> Self {
-        let (set, index) = (sample / sets.size(), sample % sets.size());
-        let points = (sets != Sets::Single).then(|| Points {
+    /// The same with samples in replicates: those of a replicate share its points, which are independent of those of
+    /// other replicates.
+    pub fn in_replicates(replicates: Replicates, [seed, pixel, sample]: [u64; 3]) -> Self {
+        let (replicate, index) = (sample / replicates.size(), sample % replicates.size());
+        let points = (replicates != Replicates::Single).then(|| Points {
             index: index as u32,
-            key: hash(0xa409_3822_299f_31d0, [seed, pixel, set]),
-            sets,
+            key: hash(0xa409_3822_299f_31d0, [seed, pixel, replicate]),
+            replicates,
         });
         Sampler {
             points,
@@ -71,7 +71,7 @@ impl Sampler {
     }
 
     /// Numbers for the choice of an emitter to which the end of the current edge is connected, and of the place on it. Of several such
-    /// connections the first has those of the set: they are not to share them.
+    /// connections the first has those of the replicate: they are not to share them.
     pub fn next_aim(&mut self, connection: usize) -> (f64, [f64; 2]) {
         match connection {
             0 => {
@@ -82,7 +82,7 @@ impl Sampler {
         }
     }
 
-    /// What `draw` returns, with numbers that are independent of those of the other samples of the set: for subpaths from emitters,
+    /// What `draw` returns, with numbers that are independent of those of the other samples of the replicate: for subpaths from emitters,
     /// whose edges would otherwise have the points of the sensor's.
     pub fn apart<T>(&mut self, draw: impl FnOnce(&mut Self) -> T) -> T {
         let (points, edge) = (self.points.take(), self.edge);
@@ -91,8 +91,8 @@ impl Sampler {
         drawn
     }
 
-    /// From here on numbers are independent of those of the other samples of the set.
-    pub fn leave_set(&mut self) {
+    /// From here on numbers are independent of those of the other samples of the replicate.
+    pub fn leave_replicate(&mut self) {
         self.points = None;
     }
 
@@ -111,7 +111,7 @@ impl Sampler {
         self.random.next_u64() >> (64 - BITS)
     }
 
-    /// With the leading digits of the set's point, if there is one; the others stay.
+    /// With the leading digits of the replicate's point, if there is one; the others stay.
     fn refined(&self, bits: u64, dimension: u32) -> u64 {
         let refined = |points: &Points| points.refined(bits, self.edge, dimension);
         self.points.as_ref().map_or(bits, refined)
@@ -122,7 +122,7 @@ fn to_unit(bits: u64) -> f64 {
     bits as f64 * (1.0 / (1u64 << BITS) as f64)
 }
 
-/// Hash of the address, one bijective mixing round per word. The keys of the two halves, and that of sets, are
+/// Hash of the address, one bijective mixing round per word. The keys of the two halves, and that of replicates, are
 /// digits of π.
 fn hash(key: u64, address: [u64; 3]) -> u64 {
     address

@@ -18,7 +18,7 @@ use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::{Class, Emitter, Surroundings};
 use crate::film::Filter;
 use crate::medium::Medium;
-use crate::sampling::Sets;
+use crate::sampling::Replicates;
 use crate::sensor::Sensor;
 use crate::shape::{Accel, Shape};
 use eikonal::connect::{Guide, Pattern, RayFamily, Reach, Start, World};
@@ -142,7 +142,7 @@ pub struct Scene {
     guides: Vec<Option<Guide<MediumId>>>,
     warnings: Vec<SceneProblem>,
     /// How samples of a pixel belong together.
-    sets: Sets,
+    replicates: Replicates,
     /// The scene at later instants of the sound's period.
     later: Vec<Scene>,
 }
@@ -198,7 +198,7 @@ impl Scene {
             guides: Vec::new(),
             warnings: Vec::new(),
             later: Vec::new(),
-            sets: Sets::default(),
+            replicates: Replicates::default(),
             all: Index::new(&parts.objects, |_| true),
             interfaces: Index::new(&parts.objects, Object::is_interface),
             partial: Index::new(&parts.objects, |o| o.bsdf.is_partial()),
@@ -231,16 +231,16 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The scene, to be rendered by samples in sets where estimators can ([`Integrator::sets`]).
+    /// The scene, to be rendered by samples in replicates where estimators can ([`Integrator::replicates`]).
     ///
-    /// [`Integrator::sets`]: crate::integrator::Integrator::sets
-    pub fn in_sets(self, sets: Sets) -> Self {
-        Scene { sets, ..self }
+    /// [`Integrator::replicates`]: crate::integrator::Integrator::replicates
+    pub fn in_replicates(self, replicates: Replicates) -> Self {
+        Scene { replicates, ..self }
     }
 
     /// How samples of a pixel are to belong together.
-    pub fn sets(&self) -> Sets {
-        self.sets
+    pub fn replicates(&self) -> Replicates {
+        self.replicates
     }
 
     /// What is doubtful about the scene.

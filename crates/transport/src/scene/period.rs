@@ -53,12 +53,12 @@ impl Scene {
     }
 
     /// The least number of samples, at least `samples`, that are the same number at each instant, in whole
-    /// [sets](Scene::sets).
+    /// [replicates](Scene::replicates).
     pub fn whole_periods(&self, samples: u64) -> u64 {
         let instants = self.instants() as u64;
         // Both divide their product, the least common multiple is no larger.
-        let multiples = (1..=self.sets().size()).map(|i| i * instants);
-        let unit = multiples.filter(|n| n.is_multiple_of(self.sets().size()));
+        let multiples = (1..=self.replicates().size()).map(|i| i * instants);
+        let unit = multiples.filter(|n| n.is_multiple_of(self.replicates().size()));
         let unit = unit.min().unwrap_or(instants);
         samples.div_ceil(unit).saturating_mul(unit)
     }

@@ -1,7 +1,7 @@
-//! Renders by sets of samples: unbiased, with errors that are what they claim, and the same in parts and on any number
+//! Renders by replicates: unbiased, with errors that are what they claim, and the same in parts and on any number
 //! of threads.
 //!
-//! False alarms: 2.5e-4 for errors and for means of each kind of sets and estimator, so 1.5e-3 for the file.
+//! False alarms: 2.5e-4 for errors and for means of each kind of replicates and estimator, so 1.5e-3 for the file.
 
 mod common;
 
@@ -14,7 +14,7 @@ use transport::bsdf::{Bsdf, Diffuse};
 use transport::film::{Decomposition, Film};
 use transport::integrator::{Bdpt, Integrator, ParticleTracer};
 use transport::render::{Handle, Measure, Options, Rendering, State, Target, render};
-use transport::sampling::Sets;
+use transport::sampling::Replicates;
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
 
@@ -23,7 +23,7 @@ const SAMPLES: u64 = 40;
 const SEEDS: u64 = 400;
 
 /// Fog around an opaque ball, under a sky.
-fn scene(sets: Sets) -> Scene {
+fn scene(replicates: Replicates) -> Scene {
     let fogs = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
     let mut ball = container(
         Sphere::around(DVec3::NEG_Y * 0.3, 0.3).unwrap(),
@@ -33,7 +33,7 @@ fn scene(sets: Sets) -> Scene {
     let media = vec![vacuum(), fog(Constant::new(1.0), 1.0, 0.7, 0.3)];
     let sensor = camera(DVec3::new(0.0, -0.4, 3.0), DVec3::ZERO);
     let parts = parts(vec![fogs, ball], media, vec![sky()], sensor);
-    Scene::new(parts).unwrap().in_sets(sets)
+    Scene::new(parts).unwrap().in_replicates(replicates)
 }
 
 fn bdpt() -> Integrator {
@@ -60,8 +60,12 @@ fn shoot(scene: &Scene, options: &Options) -> Rendering {
 }
 
 /// Means, and claimed variances, of the pixels of many renders.
-fn renders(integrator: Integrator, sets: Sets, samples: u64) -> Vec<(Vec<f32>, Vec<f32>)> {
-    let scene = scene(sets);
+fn renders(
+    integrator: Integrator,
+    replicates: Replicates,
+    samples: u64,
+) -> Vec<(Vec<f32>, Vec<f32>)> {
+    let scene = scene(replicates);
     let film = |seed| shoot(&scene, &Options::new(integrator, samples, seed)).film;
     (0..SEEDS)
         .map(film)
@@ -98,28 +102,28 @@ fn excess(claims: &[(Vec<f32>, Vec<f32>)], renders: &[(Vec<f32>, Vec<f32>)]) -> 
 
 #[test]
 fn errors_are_what_they_claim_and_means_agree() {
-    claims_are_true(path_tracer(), (Sets::OfEight, SAMPLES));
-    claims_are_true(path_tracer(), (Sets::OfSixtyFour, 192));
+    claims_are_true(path_tracer(), (Replicates::OfEight, SAMPLES));
+    claims_are_true(path_tracer(), (Replicates::OfSixtyFour, 192));
 }
 
 /// Subpaths from emitters are independent of one another, and of the sensor's.
 #[test]
 fn so_they_are_with_subpaths_from_both_ends() {
-    claims_are_true(bdpt(), (Sets::OfEight, SAMPLES));
+    claims_are_true(bdpt(), (Replicates::OfEight, SAMPLES));
 }
 
-fn claims_are_true(integrator: Integrator, (sets, samples): (Sets, u64)) {
-    let (single, sets) = (
-        renders(integrator, Sets::Single, samples),
-        renders(integrator, sets, samples),
+fn claims_are_true(integrator: Integrator, (replicates, samples): (Replicates, u64)) {
+    let (single, replicates) = (
+        renders(integrator, Replicates::Single, samples),
+        renders(integrator, replicates, samples),
     );
-    let zs = [(&single, &single), (&sets, &sets)].map(|(a, b)| excess(a, b).1);
+    let zs = [(&single, &single), (&replicates, &replicates)].map(|(a, b)| excess(a, b).1);
     max_abs_z(&zs, FALSE_ALARM).unwrap();
-    // Taken for independent samples, those of sets would claim the variances of the others.
-    let (ratio, z) = excess(&single, &sets);
+    // Taken for independent samples, those of replicates would claim the variances of the others.
+    let (ratio, z) = excess(&single, &replicates);
     assert!(ratio > 0.3 && z > 8.0, "{ratio} {z}");
     // And no bias.
-    let pairs = means(&single).into_iter().zip(means(&sets));
+    let pairs = means(&single).into_iter().zip(means(&replicates));
     let zs = pairs.map(|(a, b)| {
         let variance = (a.variance() + b.variance()) / SEEDS as f64;
         (a.mean() - b.mean()) / variance.sqrt()
@@ -127,10 +131,10 @@ fn claims_are_true(integrator: Integrator, (sets, samples): (Sets, u64)) {
     max_abs_z(&zs.collect::<Vec<_>>(), FALSE_ALARM).unwrap();
 }
 
-/// A part has the sets that begin in its range.
+/// A part has the replicates that begin in its range.
 #[test]
 fn parts_in_any_order_are_the_whole() {
-    let scene = scene(Sets::OfEight);
+    let scene = scene(Replicates::OfEight);
     for integrator in [path_tracer(), bdpt()] {
         let whole = shoot(&scene, &options(integrator, 0..SAMPLES, 5)).film;
         assert_eq!(whole.counts(), [SAMPLES; 16]);
@@ -153,7 +157,7 @@ fn parts_in_any_order_are_the_whole() {
 
 #[test]
 fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
-    let scenes = [scene(Sets::OfEight)];
+    let scenes = [scene(Replicates::OfEight)];
     let target = Some(Target {
         error: 0.01,
         measure: Measure::Image,
@@ -182,11 +186,11 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
     }
 }
 
-/// Layers and strategies of sets add up to the image, up to the rounding of single precision in some dozens of means, and have as
+/// Layers and strategies of replicates add up to the image, up to the rounding of single precision in some dozens of means, and have as
 /// many samples.
 #[test]
-fn parts_of_light_are_in_sets_too() {
-    let rendering = shoot(&scene(Sets::OfEight), &options(bdpt(), 0..SAMPLES, 5));
+fn parts_of_light_are_in_replicates_too() {
+    let rendering = shoot(&scene(Replicates::OfEight), &options(bdpt(), 0..SAMPLES, 5));
     let image = rendering.film.mean();
     let films = rendering.strategies.iter().map(|s| &s.weighted);
     for film in films.clone() {
@@ -211,6 +215,7 @@ fn other_estimators_take_single_samples() {
         rr_depth: 5,
     });
     let particle = Options::new(particle, 8, 5);
-    let [single, sets] = [Sets::Single, Sets::OfEight].map(|s| shoot(&scene(s), &particle).film);
-    assert_eq!(single, sets);
+    let [single, replicates] =
+        [Replicates::Single, Replicates::OfEight].map(|s| shoot(&scene(s), &particle).film);
+    assert_eq!(single, replicates);
 }
