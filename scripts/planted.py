@@ -22,14 +22,14 @@ EIKONAL = "crates/eikonal/src/"
 PLANTED = [
     (
         "edges extended farther if they collide late",
-        TRANSPORT + "path/walk.rs",
+        TRANSPORT + "path/walk/trace.rs",
         "!self.passed_by_chance && !self.is_long {",
         "!self.passed_by_chance {",
         ("transport", "edges", "extensions_of_rays_that_circle_end"),
     ),
     (
         "rays given up without being counted",
-        TRANSPORT + "path/follow.rs",
+        TRANSPORT + "path/walk/follow.rs",
         "ws.stats.over_budget.rays += u64::from(is_over);",
         "",
         ("transport", "budgets", "rays_that_take_too_many_steps_are_given_up_and_counted"),
@@ -92,7 +92,7 @@ PLANTED = [
     ),
     (
         "light found by chance taken for the same however rare connections are",
-        TRANSPORT + "path/nee_rates.rs",
+        TRANSPORT + "path/learnt/nee_rates.rs",
         "*mean += value / (1.0 - share + probability(level) * share);",
         "*mean += value;",
         ("transport", "connections", "a_survey_foretells_variances"),
@@ -113,7 +113,7 @@ PLANTED = [
     ),
     (
         "distances around a light of another density than they are sampled with",
-        TRANSPORT + "path/equiangular.rs",
+        TRANSPORT + "path/segment/equiangular.rs",
         "(a + (b - a) * u).tan()",
         "(a + (b - a) * u * u).tan()",
         ("io", "reference", "fog_beside_a_point_light"),
@@ -163,7 +163,7 @@ PLANTED = [
     ),
     (
         "adjoint estimates learnt from what paths brought before, not after",
-        TRANSPORT + "path/adjoint_training.rs",
+        TRANSPORT + "path/learnt/adjoint_training.rs",
         "departure.tally.light = end.light - departure.tally.light;",
         "departure.tally.light *= 1.0;",
         ("transport", "roulette", "adjoint_estimates_are_worth_what_paths_brought"),
@@ -184,7 +184,7 @@ PLANTED = [
     ),
     (
         "refraction computed from the chord of the last arc",
-        TRANSPORT + "path/walk.rs",
+        TRANSPORT + "path/walk/trace.rs",
         "let Some(sample) = self.turn((object, hit), -direction) else {",
         "let toward = self.edge.spans.last().map_or(-direction, "
         "|s| (s.arc.start() - hit.position).normalize());"
@@ -193,14 +193,14 @@ PLANTED = [
     ),
     (
         "1/d² as geometry term",
-        TRANSPORT + "path/connection.rs",
+        TRANSPORT + "path/connection/search/found.rs",
         "geometry_term: throughput.jump / (ray.jacobian * n_last * n_last),",
         "geometry_term: throughput.jump / (ray.start.distance_squared(candidate.end_point) * n_last * n_last),",
         ("transport", "tallies", "irradiance_of_a_luneburg_ball_around_a_point_source"),
     ),
     (
         "chord directions in the scattering function",
-        TRANSPORT + "path/connection.rs",
+        TRANSPORT + "path/connection/search/found.rs",
         "let (near, far) = (ray.direction_out, -ray.direction_in);",
         "let near = (candidate.end_point - ray.start).normalize(); let far = -near;",
         ("transport", "edges", "links_follow_the_harmonic_orbit"),
@@ -260,7 +260,7 @@ PLANTED = [
     ),
     (
         "path cut one arc short at the boundary",
-        TRANSPORT + "path/walk.rs",
+        TRANSPORT + "path/walk/trace.rs",
         "self.depth += depth;",
         "if theta_end == 1.0 { self.depth += depth; }",
         ("transport", "edges", "an_edge_is_as_long_as_its_way"),
@@ -274,14 +274,14 @@ PLANTED = [
     ),
     (
         "distances weighted by one channel's density only",
-        TRANSPORT + "path/edge.rs",
+        TRANSPORT + "path/segment/edge.rs",
         "(channel_pdf * point.rate * point.depth.exp_neg() * self.forcing).sum()",
         "point.rate[0] * (-point.depth[0]).exp() * self.forcing[0]",
         ("transport", "furnace", "chromatic_extinction"),
     ),
     (
         "index jump at a declared match scored as if matched",
-        TRANSPORT + "path/walk.rs",
+        TRANSPORT + "path/walk/trace.rs",
         "self.edge.weight *= ratio * ratio;",
         "",
         ("transport", "furnace", "transparent_lens_behind_a_matched_boundary"),
@@ -323,42 +323,42 @@ PLANTED = [
     ),
     (
         "further branches dropped",
-        TRANSPORT + "path/connection.rs",
+        TRANSPORT + "path/connection/find.rs",
         "} else if sampler.next_1d() < ws.search {",
         "} else if sampler.next_1d() < 0.0 {",
         ("transport", "branches", "branches_are_summed"),
     ),
     (
         "further branches dropped: the estimators disagree",
-        TRANSPORT + "path/connection.rs",
+        TRANSPORT + "path/connection/find.rs",
         "} else if sampler.next_1d() < ws.search {",
         "} else if sampler.next_1d() < 0.0 {",
         ("transport", "agreement", "branches::estimators_agree_on_all_branches"),
     ),
     (
         "1/d² as geometry term: the estimators disagree",
-        TRANSPORT + "path/connection.rs",
+        TRANSPORT + "path/connection/search/found.rs",
         "geometry_term: throughput.jump / (ray.jacobian * n_last * n_last),",
         "geometry_term: throughput.jump / (ray.start.distance_squared(candidate.end_point) * n_last * n_last),",
         ("transport", "agreement", "branches::estimators_agree_on_all_branches"),
     ),
     (
         "reciprocal probability of a branch replaced by one",
-        TRANSPORT + "path/search/random.rs",
+        TRANSPORT + "path/connection/search/random.rs",
         "return Some((value, f64::from(trials)));",
         "return Some((value, f64::from(trials.min(1))));",
         ("transport", "branches", "branches_are_summed"),
     ),
     (
         "probability of the search not divided out",
-        TRANSPORT + "path/connection.rs",
+        TRANSPORT + "path/connection/find.rs",
         "(value, weight / ws.search)",
         "(value, weight)",
         ("transport", "branches", "branches_are_summed"),
     ),
     (
         "branches averaged instead of summed",
-        TRANSPORT + "path/connection.rs",
+        TRANSPORT + "path/connection/find.rs",
         """        values
     }""",
         """        let share = 1.0 / values.len().max(1) as f64;
@@ -369,7 +369,7 @@ PLANTED = [
     ),
     (
         "reverse density of the direction in which the path came",
-        TRANSPORT + "path/subpath.rs",
+        TRANSPORT + "path/subpath/vertices.rs",
         "self.vertex.seen_from(from).pdf(scene, self.edge.back)",
         "self.vertex.seen_from(from).pdf(scene, -self.edge.back)",
         ("transport", "furnace", "bidirectional_estimators"),
@@ -390,7 +390,7 @@ PLANTED = [
     ),
     (
         "beam followed through another medium than it starts in",
-        TRANSPORT + "path/search/mod.rs",
+        TRANSPORT + "path/connection/search/mod.rs",
         "                    && self.scene.medium_at(ray.start) == candidate.start.region\n",
         "",
         ("transport", "beams", "all_of_a_beam_goes_through_a_graded_tank"),
@@ -411,7 +411,7 @@ PLANTED = [
     ),
     (
         "wrong ray tube from a point to a plane",
-        TRANSPORT + "path/edge_geometry.rs",
+        TRANSPORT + "path/segment/edge_geometry.rs",
         "proper(jump / spread.abs())",
         "proper(jump * 0.25 / spread.abs())",
         ("transport", "furnace", "bidirectional_estimators"),
@@ -425,14 +425,14 @@ PLANTED = [
     ),
     (
         "optical length of light from outside counted from its aim",
-        TRANSPORT + "path/length.rs",
+        TRANSPORT + "path/segment/length.rs",
         "around.radius * scene.n(AMBIENT, around.center)",
         "0.0 * around.radius * scene.n(AMBIENT, around.center)",
         ("transport", "layers", "light_from_outside_counts_from_the_ball_around_the_scene"),
     ),
     (
         "geometric in place of optical length",
-        TRANSPORT + "path/walk.rs",
+        TRANSPORT + "path/walk/trace.rs",
         "self.lengthen(arc.optical_length(theta.unwrap_or(theta_end)));",
         "self.lengthen(arc.arc_length(theta.unwrap_or(theta_end)));",
         ("transport", "layers", "all_rays_of_a_luneburg_ball_are_equally_long"),
@@ -467,14 +467,14 @@ PLANTED = [
     ),
     (
         "connections pass masks and panes unweakened",
-        TRANSPORT + "path/connection.rs",
+        TRANSPORT + "path/connection/ray.rs",
         "self.factor *= through.factor * through.probability;",
         "self.factor *= through.factor;",
         ("transport", "agreement", "textures_and_masks"),
     ),
     (
         "edges beside mirror lobes taken for such that connections find",
-        TRANSPORT + "path/subpath.rs",
+        TRANSPORT + "path/subpath/vertices.rs",
         "            true => 0.0,\n            false => self.edge.discovery,",
         "            _ => self.edge.discovery,",
         ("transport", "agreement", "partial_mirrors"),
@@ -509,21 +509,21 @@ PLANTED = [
     ),
     (
         "forced collisions weighed as by chance",
-        "crates/transport/src/path/edge.rs",
+        "crates/transport/src/path/segment/edge.rs",
         "(channel_pdf * point.rate * point.depth.exp_neg() * self.forcing).sum()",
         "(channel_pdf * point.rate * point.depth.exp_neg()).sum()",
         ("transport", "first_vertex", "single_scattering_has_no_variance"),
     ),
     (
         "forced collisions in one channel's density only",
-        "crates/transport/src/path/walk.rs",
+        "crates/transport/src/path/walk/trace.rs",
         "self.edge.forcing = whole.map(|depth| match depth > f64::MIN_POSITIVE {",
         "self.edge.forcing = whole.map(|_| whole[0]).map(|depth| match depth > f64::MIN_POSITIVE {",
         ("transport", "first_vertex", "means_stay"),
     ),
     (
         "forced collisions spread evenly over depths",
-        "crates/transport/src/path/walk.rs",
+        "crates/transport/src/path/walk/trace.rs",
         "let target = -(-rank / self.edge.forcing[channel]).ln_1p();",
         "let target = rank * whole[channel];",
         ("transport", "first_vertex", "depths_have_their_distribution"),
@@ -537,21 +537,21 @@ PLANTED = [
     ),
     (
         "collisions forced before surfaces",
-        "crates/transport/src/path/walk.rs",
+        "crates/transport/src/path/walk/trace.rs",
         "if !self.escaped || self.is_long || self.edge.geometry.events > 0 || self.passed_by_chance {",
         "if self.edge.geometry.events > 0 || self.passed_by_chance {",
         ("transport", "first_vertex", "only_what_would_leave_is_forced"),
     ),
     (
         "splitting that leave refracted light as it is",
-        "crates/transport/src/path/walk.rs",
+        "crates/transport/src/path/walk/trace.rs",
         "Some(certain(other))",
         "Some(other)",
         ("transport", "first_vertex", "parts_add_up"),
     ),
     (
         "splitting without what media took before",
-        "crates/transport/src/path/walk.rs",
+        "crates/transport/src/path/walk/trace.rs",
         "let so_far = share(self.sampling.channel_pdf, self.edge.geometry.depth) * self.edge.weight;",
         "let so_far = self.edge.weight;",
         ("transport", "first_vertex", "splitting_keeps_means"),

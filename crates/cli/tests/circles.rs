@@ -21,8 +21,6 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("python", &["field", "scene"]),
     // Errors state the limits of roughness, and microfacets report them.
     ("transport/bsdf", &["error", "microfacet"]),
-    // Connections ask the search, whose finds are connections.
-    ("transport/path", &["connection", "search", "straight"]),
     // A map keeps its photons in a tree of photons.
     ("transport/photons", &["map", "tree"]),
     // Samples that splat are shared out among strategies, whose films are splatted to.

@@ -55,6 +55,19 @@ fn inside_transport_data_flows_one_way() {
         "transport/src/path",
         &["crate::integrator", "crate::render"],
     );
+    for (room, above) in [
+        (
+            "segment",
+            &["learnt", "workspace", "walk", "connection", "subpath"][..],
+        ),
+        ("learnt", &["workspace", "walk", "connection", "subpath"]),
+        ("walk", &["connection", "subpath"]),
+        ("connection", &["walk", "subpath"]),
+    ] {
+        let above: Vec<_> = above.iter().map(|above| format!("path::{above}")).collect();
+        let above: Vec<_> = above.iter().map(String::as_str).collect();
+        refuses(&format!("transport/src/path/{room}"), &above);
+    }
     refuses(
         "transport/src/photons",
         &["crate::integrator", "crate::render"],

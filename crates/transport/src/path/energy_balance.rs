@@ -1,7 +1,6 @@
 //! Where the light of a run of particles went (docs/theory.md#energy-balance).
 
-use super::edge::{Edge, End, Span};
-use super::share::{collided, share};
+use super::segment::{Edge, End, Span, collided, share};
 use crate::Spectrum;
 use crate::scene::Scene;
 use crate::sum::Sum;

@@ -13,130 +13,26 @@
 //!
 //! Theory: docs/theory.md#edges-and-geometry-terms.
 
-mod adjoint;
-mod adjoint_training;
 mod connection;
-mod differentials;
-mod edge;
-mod edge_geometry;
-mod ends;
 mod energy_balance;
-mod equiangular;
-mod follow;
-mod guess;
-mod length;
-mod nee_rates;
-mod search;
-mod share;
-mod straight;
+mod learnt;
+mod segment;
 mod subpath;
-mod throughput;
-mod toward_emitters;
-mod vertex;
 mod walk;
+mod workspace;
 
-pub use adjoint::AdjointEstimate;
-pub use adjoint_training::{AdjointTraining, PathTally};
-pub use connection::{Connection, ConnectionTarget, Weighted, environment_aim};
-pub use edge::{Edge, End, Front, Point, Span, Split, Start, TransportMode};
-pub use edge_geometry::EdgeGeometry;
-pub use ends::{Bounds, LightPath, emit, sensor_path};
+pub use connection::{Connection, ConnectionTarget, Weighted, environment_aim, transmittance};
 pub use energy_balance::{BalanceSums, BalanceTotals, EnergyBalance, ParticleBalance, Share};
-pub use equiangular::Equiangular;
-pub use follow::{Ending, FollowedRay, follow};
-pub use guess::guess;
-pub use length::lead_in;
-pub use nee_rates::{Levels, NeeRates, NeeSlot, NeeTraining};
-pub use share::{collided, share};
-pub use subpath::{Escape, PathEdge, PathVertex, Subpath, SubpathRay, Walker};
-pub use throughput::transmittance;
-pub use toward_emitters::{scatter, scatter_pdf};
-pub use vertex::{Scatter, Vertex};
-pub use walk::{Sampling, trace};
-
-use crate::scene::MediumId;
-use crate::stats::Stats;
-use crate::stop::Stop;
-use eikonal::{Solver, Tolerance};
-use serde::{Deserialize, Serialize};
-
-/// Probability with which connections that may not be unique are searched for further branches,
-/// unless it is chosen otherwise.
-const SEARCH: f64 = 0.25;
-/// How often a random start leads to a branch, at a guess for multiple importance sampling, and by
-/// what factor each reflection makes that rarer.
-const DISCOVERY: f64 = 0.05;
-const DISCOVERY_REFLECTED: f64 = 0.02;
-
-/// Storage and counts of one thread.
-#[derive(Debug)]
-pub struct Workspace {
-    /// Finds connections.
-    pub solver: Solver<MediumId>,
-    /// What has happened so far.
-    pub stats: Stats,
-    /// What has become of the particles followed since it was last taken.
-    pub particle_balance: ParticleBalance,
-    /// Probability in (0, 1] with which a connection that may not be unique is searched for further
-    /// branches. Any value is unbiased.
-    pub search: f64,
-    /// Probabilities with which vertices are connected to emitters. Any values are unbiased.
-    pub rates: NeeRates,
-    /// What a pilot finds out about them.
-    pub nee_training: Option<Box<NeeTraining>>,
-    /// What paths may still bring. Any values are unbiased.
-    pub adjoint: AdjointEstimate,
-    /// How paths begin.
-    pub first_vertex: FirstVertexTechniques,
-    /// What a pilot finds out about adjoint estimates.
-    pub adjoint_training: Option<Box<AdjointTraining>>,
-    /// Whether all work is to be given up, so that nothing is found any more.
-    pub stop: Stop,
-    /// Parts of the straight connection last made.
-    line: Vec<straight::LinePart>,
-}
-
-/// What is done on the first edges of paths from the sensor to have less left to chance.
-/// See docs/theory.md#first-vertex-techniques.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct FirstVertexTechniques {
-    /// Number of first edges that collide for certain where they would leave the scene. Any number is unbiased in a
-    /// scene that is [dark](crate::Scene::is_dark) around.
-    pub forced_collisions: u32,
-    /// Whether paths are split where their first edge meets a smooth dielectric: one is refracted, one reflected. Unbiased either way.
-    pub splitting: bool,
-}
-
-impl Workspace {
-    /// A fresh workspace for rays of a given tolerance.
-    pub fn new(tolerance: Tolerance) -> Self {
-        Workspace {
-            solver: Solver::new(tolerance),
-            stats: Stats::default(),
-            particle_balance: ParticleBalance::default(),
-            search: SEARCH,
-            rates: NeeRates::default(),
-            nee_training: None,
-            adjoint: AdjointEstimate::default(),
-            first_vertex: FirstVertexTechniques::default(),
-            adjoint_training: None,
-            stop: Stop::default(),
-            line: Vec::new(),
-        }
-    }
-
-    /// The counts, with the solver's work in them.
-    pub fn stats(&self) -> Stats {
-        let mut stats = self.stats;
-        stats.work += self.solver.work;
-        stats
-    }
-
-    /// What a branch that must be found at random counts for in the combination of estimators, where
-    /// one that is found for certain counts 1. A find with probability P is worth N/q with a variance
-    /// of about 2/(qP), as if qP/2 samples had been taken; P itself is not known, and any guess of it
-    /// is unbiased that depends on the branch alone.
-    fn random_discovery(&self, geometry: &EdgeGeometry) -> f64 {
-        self.search * DISCOVERY * DISCOVERY_REFLECTED.powi(geometry.reflections.min(64) as i32)
-    }
-}
+pub use learnt::{
+    AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeSlot, NeeTraining, PathTally,
+};
+pub use segment::{
+    Edge, EdgeGeometry, End, Equiangular, Front, Point, Scatter, Span, Split, Start, TransportMode,
+    Vertex, collided, lead_in, share,
+};
+pub use subpath::{
+    Bounds, Escape, LightPath, PathEdge, PathVertex, Subpath, SubpathRay, Walker, emit, guess,
+    scatter, scatter_pdf, sensor_path,
+};
+pub use walk::{Ending, FollowedRay, Sampling, follow, trace};
+pub use workspace::{FirstVertexTechniques, Workspace};

@@ -1,6 +1,6 @@
 //! A cheap guess of what a connection would bring, to decide which ones are worth making.
 
-use super::subpath::PathVertex;
+use super::vertices::PathVertex;
 use crate::scene::Scene;
 
 /// Points closer than this, relative to the size of the scene, count as this far apart.

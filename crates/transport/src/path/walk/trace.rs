@@ -2,16 +2,15 @@
 //!
 //! Theory: docs/theory.md#connectable-edges, docs/theory.md#free-flight.
 
-use super::Workspace;
-use super::differentials::RayDifferentials;
-use super::edge::{Edge, End, Front, Point, Span, Split, Start, TransportMode};
-use super::length::to_entrance;
-use super::share::share;
 use crate::Spectrum;
-use crate::bsdf::{Bsdf, BsdfSample, PartialTransmission, Surface};
+use crate::bsdf::{Bsdf, BsdfSample, PartialTransmission};
 use crate::budget::{EVENTS_PER_EDGE, STEPS_PER_RAY};
-use crate::connection_end::OnSurface;
 use crate::medium::Attenuation;
+use crate::path::segment::{
+    Edge, End, Front, Point, RayDifferentials, Span, Split, Start, TransportMode, leave, share,
+    surface_at, to_entrance,
+};
+use crate::path::workspace::Workspace;
 use crate::sampling::{Purpose, Sampler};
 use crate::scene::{MediumId, Scene};
 use crate::shape::{Hit, Meeting};
@@ -513,38 +512,6 @@ fn certain(way: BsdfSample) -> BsdfSample {
         weight: way.weight * way.pdf,
         pdf: 1.0,
         ..way
-    }
-}
-
-/// The point from which a ray leaves a surface: off it by less than any tolerance, on the side to
-/// which it goes.
-pub(super) fn leave(scene: &Scene, x: DVec3, normal: DVec3, direction: DVec3) -> DVec3 {
-    x + normal * scene.ray_epsilon().copysign(normal.dot(direction))
-}
-
-/// The surface as BSDFs see it, with the local index of the media on either side. `medium` is that
-/// through which a ray arrives.
-pub(super) fn surface_at(scene: &Scene, object: usize, hit: &Hit, medium: MediumId) -> Surface {
-    let site = scene.objects()[object].shape.site(hit);
-    let on = OnSurface {
-        object,
-        normal: hit.normal,
-        site,
-    };
-    surface_of(scene, hit.position, &on, medium)
-}
-
-/// The surface at a point, as seen from a medium on one of its sides.
-pub(super) fn surface_of(scene: &Scene, x: DVec3, on: &OnSurface, medium: MediumId) -> Surface {
-    let beside = |direction| {
-        let medium = scene.medium_beside(on.object, medium, (x, on.normal), direction);
-        scene.n(medium, x)
-    };
-    Surface {
-        normal: on.normal,
-        n_outer: beside(on.normal),
-        n_inner: beside(-on.normal),
-        site: on.site,
     }
 }
 

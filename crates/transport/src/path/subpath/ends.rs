@@ -1,14 +1,12 @@
 //! Where subpaths start: at the sensor, and at an emitter chosen at random (docs/theory.md#subpaths-from-either-end).
 
-use super::Workspace;
-use super::connection::ConnectionTarget;
-use super::edge::{Front, Start, TransportMode};
-use super::length::lead_in;
-use super::subpath::{Subpath, SubpathRay, Walker};
-use super::walk::leave;
+use super::vertices::{Subpath, SubpathRay, Walker};
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::Emission;
+use crate::path::connection::ConnectionTarget;
+use crate::path::segment::{Front, Start, TransportMode, lead_in, leave};
+use crate::path::workspace::Workspace;
 use crate::sampling::Sampler;
 use crate::scene::{MediumId, Scene};
 use crate::sensor;

@@ -1,11 +1,11 @@
 //! One ray from the sensor on: unscattered, on the way that Snell's law and mirrors leave no choice of.
 
-use super::Workspace;
-use super::walk::leave;
 use crate::Spectrum;
 use crate::bsdf::Bsdf;
 use crate::budget::STEPS_PER_RAY;
 use crate::medium::Attenuation;
+use crate::path::segment::leave;
+use crate::path::workspace::Workspace;
 use crate::scene::{MediumId, Scene};
 use crate::shape::Hit;
 use eikonal::connect::World;

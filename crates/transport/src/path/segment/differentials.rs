@@ -9,7 +9,7 @@ use glam::DVec3;
 
 /// The neighbours of a ray: in closed form until something bends them, then by tangents.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum RayDifferentials {
+pub(in crate::path) enum RayDifferentials {
     /// Straight rays of a family since their start, over a span of σ where the index is `n`.
     Straight {
         front: Front,

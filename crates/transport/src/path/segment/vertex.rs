@@ -1,8 +1,8 @@
 //! Vertices: where light is scattered.
 
+use super::boundary::{leave, surface_at, surface_of};
 use super::edge::{Edge, End, Front, Point, Start};
 use super::edge_geometry::EdgeGeometry;
-use super::walk::{leave, surface_at, surface_of};
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Surface};
 use crate::connection_end::{ConnectionEnd, OnSurface};
@@ -135,7 +135,7 @@ impl Vertex {
     }
 
     /// The object on whose surface it lies, if a straight line that leaves it in a direction never meets that again.
-    pub(super) fn left(&self, scene: &Scene, direction: DVec3) -> Option<usize> {
+    pub(in crate::path) fn left(&self, scene: &Scene, direction: DVec3) -> Option<usize> {
         match *self {
             Vertex::Volume { .. } => None,
             Vertex::Surface {

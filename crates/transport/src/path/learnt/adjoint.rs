@@ -1,7 +1,7 @@
 //! What paths may still bring where they go on, and how worthwhile it is to find out: for Russian roulette
 //! (docs/theory.md#russian-roulette).
 
-use super::edge::Start;
+use crate::path::segment::Start;
 use serde::{Deserialize, Serialize};
 use std::hint::select_unpredictable;
 

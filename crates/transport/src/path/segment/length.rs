@@ -31,7 +31,7 @@ pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
 
 /// Optical length from `x`, in surroundings of index `n`, to the plane where light that comes from the
 /// unit direction `toward` enters the ball. The light is parallel, so the plane is one of its phase.
-pub(super) fn to_entrance(scene: &Scene, n: f64, x: DVec3, toward: DVec3) -> f64 {
+pub(in crate::path) fn to_entrance(scene: &Scene, n: f64, x: DVec3, toward: DVec3) -> f64 {
     let around = scene.around();
     n * (around.radius - (x - around.center).dot(toward))
 }

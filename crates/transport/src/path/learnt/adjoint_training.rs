@@ -6,7 +6,7 @@
 //! (docs/theory.md#russian-roulette).
 
 use super::adjoint::{AXES, AdjointEstimate, Node, PhaseSpacePoint, place};
-use super::edge::Start;
+use crate::path::segment::Start;
 
 /// Samples that are remembered: enough, and no burden where paths are long.
 const MOST: usize = 1 << 16;

@@ -21,7 +21,7 @@ pub struct EdgeGeometry {
 
 impl EdgeGeometry {
     /// No way at all yet.
-    pub(super) fn new() -> Self {
+    pub(in crate::path) fn new() -> Self {
         EdgeGeometry {
             geometry_term: 0.0,
             depth: Spectrum::ZERO,

@@ -1,14 +1,12 @@
 //! Connections where no ray is bent: along the straight line, in closed form.
 
-use super::Workspace;
-use super::connection::{Connection, ConnectionTarget};
-use super::edge::TransportMode;
-use super::edge_geometry::EdgeGeometry;
-use super::vertex::Vertex;
-use super::walk::leave;
+use super::ray::Connection;
+use super::target::ConnectionTarget;
 use crate::Spectrum;
 use crate::connection_end::ConnectionEnd;
 use crate::medium::Attenuation;
+use crate::path::segment::{EdgeGeometry, TransportMode, Vertex, leave};
+use crate::path::workspace::{LinePart, Workspace};
 use crate::scene::{MediumId, Scene};
 use eikonal::Failure;
 use eikonal::connect::World;
@@ -17,15 +15,6 @@ use glam::DVec3;
 
 /// More index-matched boundaries than any sensible line crosses.
 const MOST_CROSSINGS: usize = 20_000;
-
-/// A part of a line within one medium.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LinePart {
-    /// Of which only θ ≤ `theta_end` belongs to the line.
-    pub arc: Arc,
-    pub theta_end: f64,
-    pub medium: MediumId,
-}
 
 /// The line that connects a vertex with a target: from the vertex to a point, but from a plane to the vertex. Its
 /// ends are kept off the surfaces on which they lie.
@@ -203,7 +192,7 @@ impl Line {
         }
     }
 
-    /// Whether it leaves and arrives as it should, and such branches are looked for: see [`super`].
+    /// Whether it leaves and arrives as it should, and such branches are looked for: see [`crate::path`].
     fn complies(&self, scene: &Scene, target: &ConnectionTarget, parts: &[LinePart]) -> bool {
         let parallel = matches!(target.aim, ConnectionEnd::Plane { .. });
         // How far away a plane is does not count.

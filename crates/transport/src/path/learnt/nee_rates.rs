@@ -2,8 +2,8 @@
 //!
 //! Theory: docs/theory.md#next-event-rates.
 
-use super::vertex::Vertex;
 use crate::emitter::Class;
+use crate::path::segment::Vertex;
 use serde::{Deserialize, Serialize};
 
 /// Kinds of connections: by the class of the emitter, from media and from surfaces.

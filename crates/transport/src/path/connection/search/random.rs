@@ -3,8 +3,8 @@
 use super::{Candidate, Search};
 use crate::budget::{STEPS_PER_SEARCH, TRIALS_PER_SEARCH};
 use crate::connection_end::ConnectionEnd;
-use crate::path::Workspace;
 use crate::path::connection::Connection;
+use crate::path::workspace::Workspace;
 use crate::sampling::Sampler;
 use eikonal::connect::{Piece, RayFamily, random_direction, random_foot};
 use glam::DVec3;

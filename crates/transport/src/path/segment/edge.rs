@@ -196,7 +196,7 @@ pub struct Edge<'a> {
     /// Optical path length up to the end; of an edge that escapes, up to where light that comes this way
     /// is taken to start (see [`super::lead_in`]).
     pub optical_length: f64,
-    /// Whether connections look for such ways: see [`super`].
+    /// Whether connections look for such ways: see [`crate::path`].
     pub connectable: bool,
     /// How much denser collisions are on it, in each channel, than where it may leave the scene without one; 1 unless they were
     /// forced.
@@ -209,7 +209,7 @@ pub struct Edge<'a> {
 
 impl<'a> Edge<'a> {
     /// Nothing but a start yet.
-    pub(super) fn new(start: Start) -> Self {
+    pub(in crate::path) fn new(start: Start) -> Self {
         Edge {
             start,
             spans: Vec::new(),
@@ -228,7 +228,7 @@ impl<'a> Edge<'a> {
 
     /// Has the edge, which met nothing, end at a collision where the depth of a channel reaches a target: a point to scatter at,
     /// whose geometry term nobody asks for.
-    pub(super) fn collide_at(&mut self, (channel, target): (usize, f64)) {
+    pub(in crate::path) fn collide_at(&mut self, (channel, target): (usize, f64)) {
         let at = |span: &Span| {
             let left = target - span.depth_before[channel];
             let (theta, _) = span

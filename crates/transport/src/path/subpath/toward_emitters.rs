@@ -1,6 +1,6 @@
 //! Directions sampled towards point-like emitters.
 
-use super::vertex::{Scatter, Vertex};
+use crate::path::segment::{Scatter, Vertex};
 use crate::sampling::{Frame, Purpose, Sampler};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;

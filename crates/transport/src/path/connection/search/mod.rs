@@ -1,14 +1,14 @@
 //! Where connections are looked for (docs/theory.md#branches): from deterministic starts, and from random ones.
 
 mod ball;
+mod found;
 mod random;
 
-use super::Workspace;
-use super::connection::{Connection, ConnectionTarget};
-use super::edge::Start;
-use super::vertex::Vertex;
-use super::walk::leave;
+use super::ray::Connection;
+use super::target::ConnectionTarget;
 use crate::connection_end::ConnectionEnd;
+use crate::path::segment::{Start, Vertex, leave};
+use crate::path::workspace::Workspace;
 use crate::scene::{MediumId, Scene};
 use eikonal::connect::{self, ConnectingRay, Failure, Piece, RayFamily, World};
 use glam::DVec3;
@@ -215,7 +215,7 @@ impl<'a> Search<'a> {
         ray: &ConnectingRay,
         ws: &Workspace,
     ) -> Option<Connection> {
-        let connection = Connection::new(self.scene, self.target, (candidate, ray), ws)?;
+        let connection = self.found((candidate, ray), ws)?;
         let leaves = self
             .vertex
             .same_side(connection.direction, candidate.place.direction);
@@ -237,7 +237,7 @@ impl<'a> Search<'a> {
         (leaves && arrives && through && within).then_some(connection)
     }
 
-    /// Whether branches like this ray are looked for: see [`super`].
+    /// Whether branches like this ray are looked for: see [`crate::path`].
     fn within_reach(&self, ray: &ConnectingRay, pieces: &[Piece<MediumId>]) -> bool {
         let bounces = pieces.iter().filter(|p| p.is_reflected()).count() as u32;
         // How far away a plane is does not count.

@@ -5,13 +5,11 @@
 //! emitter. A subpath knows both for its vertices as far as they do not depend on what comes
 //! after its last one.
 
-use super::Workspace;
-use super::connection::{Connection, ConnectionTarget};
-use super::edge::{Edge, End, Start, TransportMode};
-use super::edge_geometry::EdgeGeometry;
-use super::vertex::{Scatter, Vertex};
-use super::walk::{Sampling, trace};
 use crate::Spectrum;
+use crate::path::connection::{Connection, ConnectionTarget};
+use crate::path::segment::{Edge, EdgeGeometry, End, Scatter, Start, TransportMode, Vertex};
+use crate::path::walk::{Sampling, trace};
+use crate::path::workspace::Workspace;
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use glam::DVec3;

@@ -1,0 +1,96 @@
+//! Connections along all branches (docs/theory.md#branches), and how easily they find one.
+
+use super::ray::{Connection, same_length, same_way};
+use super::search::Search;
+use super::straight;
+use super::target::ConnectionTarget;
+use crate::path::segment::{EdgeGeometry, Vertex};
+use crate::path::workspace::Workspace;
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use eikonal::connect::Piece;
+use glam::DVec3;
+use smallvec::SmallVec;
+
+/// What connections are worth, each with a weight: hardly ever more than one.
+pub type Weighted<T> = SmallVec<[(T, f64); 1]>;
+
+impl Connection {
+    /// Connects a vertex to a target along all branches (docs/theory.md#branches) and asks `evaluate` what each is worth;
+    /// returns what it answers, each with a weight. Sums of value times weight are unbiased: rays
+    /// found from deterministic starts have weight 1, others the reciprocal of the probability that they
+    /// are found. Rays that are blocked or worth nothing (`None`) are left out. Every
+    /// attempt and its outcome is counted.
+    pub fn each<T>(
+        scene: &Scene,
+        (vertex, target): (&Vertex, &ConnectionTarget),
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+        evaluate: impl Fn(&Connection) -> Option<T>,
+    ) -> Weighted<T> {
+        // Where nothing bends rays there is one branch at most, in closed form.
+        if scene.is_straight() {
+            ws.stats.connections.certified += 1;
+            let connection = straight::connect(scene, (vertex, target), ws);
+            let value = connection.and_then(|connection| evaluate(&connection));
+            return value.map(|value| (value, 1.0)).into_iter().collect();
+        }
+        // The branches from deterministic starts count with weight 1.
+        let search = Search::new(scene, vertex, target);
+        let mut values = SmallVec::new();
+        let mut known: Vec<Connection> = Vec::new();
+        for candidate in search.certain() {
+            let Some(connection) = search.attempt(&candidate, ws) else {
+                continue;
+            };
+            // Several starts may lead to one branch.
+            if known.iter().any(|k| k.is_branch_of(scene, &connection)) {
+                continue;
+            }
+            known.push(connection);
+            let pieces = ws.solver.pieces().iter().map(Piece::ends);
+            if let Some(connection) =
+                connection.unless_blocked(scene, (vertex, target), pieces, &mut ws.stats)
+            {
+                values.extend(evaluate(&connection).map(|value| (value, 1.0)));
+            }
+        }
+        // Further branches: with probability q, one random start, with weight N/q, eq. (sum over branches).
+        if search.has_all(!known.is_empty()) {
+            ws.stats.connections.certified += 1;
+        } else if sampler.next_1d() < ws.search {
+            let other =
+                |connection: &Connection| !known.iter().any(|k| k.is_branch_of(scene, connection));
+            let found = search.at_random(sampler, ws, other, evaluate);
+            values.extend(found.map(|(value, weight)| (value, weight / ws.search)));
+        }
+        values
+    }
+
+    /// How easily connections from a vertex to a target find the branch that leaves the vertex in
+    /// `direction`, which was found by other means. `optical_length` tells branches from a plane
+    /// apart that leave in one direction (docs/theory.md#connection-and-chance).
+    pub fn discovery(
+        scene: &Scene,
+        (vertex, target): (&Vertex, &ConnectionTarget),
+        (geometry, direction, optical_length): (&EdgeGeometry, DVec3, Option<f64>),
+        ws: &mut Workspace,
+    ) -> f64 {
+        if scene.is_straight() {
+            return 1.0;
+        }
+        let search = Search::new(scene, vertex, target);
+        if search.has_all(true) {
+            return 1.0;
+        }
+        let same = |connection: Connection| {
+            same_way(scene, connection.direction, direction)
+                && optical_length.is_none_or(|s| same_length(scene, s, connection.optical_length))
+        };
+        let mut certain = search.certain();
+        match certain.any(|candidate| search.solve(&candidate, ws).is_some_and(same)) {
+            true => 1.0,
+            false => ws.random_discovery(geometry),
+        }
+    }
+}

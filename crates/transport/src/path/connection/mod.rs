@@ -1,0 +1,13 @@
+//! Connections: edges from a vertex to an emitter, to the sensor, or to another vertex (docs/theory.md#connections).
+
+mod find;
+mod ray;
+mod search;
+mod straight;
+mod target;
+mod throughput;
+
+pub use find::Weighted;
+pub use ray::Connection;
+pub use target::{ConnectionTarget, environment_aim};
+pub use throughput::transmittance;

@@ -1,0 +1,56 @@
+//! What the solver has found, as a connection.
+
+use super::{Candidate, Search};
+use crate::connection_end::ConnectionEnd;
+use crate::path::connection::ray::Connection;
+use crate::path::connection::throughput::ConnectionThroughput;
+use crate::path::segment::{EdgeGeometry, TransportMode};
+use crate::path::workspace::Workspace;
+use eikonal::connect::ConnectingRay;
+
+impl Search<'_> {
+    /// The connection that a candidate found, whose pieces the solver still holds.
+    pub(super) fn found(
+        &self,
+        (candidate, ray): (&Candidate, &ConnectingRay),
+        ws: &Workspace,
+    ) -> Option<Connection> {
+        let (scene, target) = (self.scene, self.target);
+        let pieces = ws.solver.pieces();
+        let throughput = ConnectionThroughput::new(scene, pieces);
+        let last = pieces.last()?;
+        // The ray is followed from the vertex to a point, but from a plane to the vertex.
+        let (near, far) = (ray.direction_out, -ray.direction_in);
+        let from_vertex = matches!(target.aim, ConnectionEnd::Point { .. });
+        let n_last = scene.n(last.region, candidate.end_point);
+        let against_light = from_vertex == (target.mode == TransportMode::Radiance);
+        let jump = if against_light {
+            throughput.jump
+        } else {
+            1.0 / throughput.jump
+        };
+        let n_first = scene.n(candidate.start.region, ray.start);
+        let (direction, origin, emission, n_vertex, n_aim) = match target.aim {
+            ConnectionEnd::Point { position, .. } => (near, position, far, n_first, n_last),
+            ConnectionEnd::Plane { .. } => (far, ray.start, near, n_last, n_first),
+        };
+        Some(Connection {
+            direction,
+            origin,
+            emission,
+            geometry: EdgeGeometry {
+                geometry_term: throughput.jump / (ray.jacobian * n_last * n_last),
+                depth: throughput.depth,
+                choice: throughput.choice,
+                events: throughput.events,
+                reflections: throughput.reflections,
+            },
+            factor: throughput.factor * jump,
+            n_vertex,
+            n_aim,
+            optical_length: ray.optical_length,
+            miss: ray.miss,
+            discovery: 1.0,
+        })
+    }
+}

@@ -1,0 +1,89 @@
+//! What vertices are connected to.
+
+use crate::connection_end::{ConnectionEnd, OnSurface};
+use crate::emitter::Emitter;
+use crate::path::segment::{TransportMode, Vertex};
+use crate::scene::{MediumId, Scene};
+use eikonal::connect::Guide;
+use glam::DVec3;
+
+/// What a vertex is to be connected to.
+#[derive(Clone, Copy, Debug)]
+pub struct ConnectionTarget<'a> {
+    /// Where the connection should end.
+    pub aim: ConnectionEnd,
+    /// Whether the connection may arrive on either side of the aim's surface, rather than on that of
+    /// the aim's normal only.
+    pub two_sided: bool,
+    /// Medium at the aim, if it is a point.
+    pub medium: Option<MediumId>,
+    /// Centre and radius of the part of a plane from which light may come.
+    pub disc: (DVec3, f64),
+    /// Where a beam goes.
+    pub guide: Option<&'a Guide<MediumId>>,
+    /// What the vertex's own subpath carries: the aim is then at the other end of the path.
+    pub mode: TransportMode,
+}
+
+impl<'a> ConnectionTarget<'a> {
+    /// An aim at an emitter.
+    pub fn emitter(scene: &'a Scene, emitter: usize, aim: ConnectionEnd) -> Self {
+        let around = scene.around();
+        let disc = match &scene.emitters()[emitter] {
+            // Where nothing to speak of is left of a beam.
+            Emitter::Collimated(beam) => (beam.origin(), 3.0 * beam.radius()),
+            _ => (around.center, around.radius),
+        };
+        ConnectionTarget {
+            aim,
+            two_sided: false,
+            medium: scene.medium_of_aim(&aim),
+            disc,
+            guide: scene.guide(emitter),
+            mode: TransportMode::Radiance,
+        }
+    }
+
+    /// An aim at the sensor.
+    pub fn sensor(scene: &'a Scene, aim: ConnectionEnd) -> Self {
+        let around = scene.around();
+        ConnectionTarget {
+            aim,
+            two_sided: false,
+            medium: scene.medium_of_aim(&aim),
+            disc: (around.center, around.radius),
+            guide: None,
+            mode: TransportMode::Importance,
+        }
+    }
+
+    /// The side of the aim's surface that light must leave it on, for a ray that arrives in `direction`.
+    pub(super) fn facing(&self, on: &OnSurface, direction: DVec3) -> DVec3 {
+        match self.two_sided && on.normal.dot(direction) > 0.0 {
+            true => -on.normal,
+            false => on.normal,
+        }
+    }
+
+    /// A vertex of an emitter's subpath.
+    pub fn vertex(vertex: &Vertex) -> Self {
+        ConnectionTarget {
+            aim: vertex.aim(),
+            two_sided: true,
+            medium: Some(vertex.medium()),
+            disc: (DVec3::ZERO, 0.0),
+            guide: None,
+            mode: TransportMode::Radiance,
+        }
+    }
+}
+
+/// The aim with which a connection to an environment would look in the direction `toward`.
+pub fn environment_aim(scene: &Scene, toward: DVec3) -> ConnectionEnd {
+    let around = scene.around();
+    ConnectionEnd::Plane {
+        through: around.center + toward * (2.0 * around.radius),
+        direction: -toward,
+        beam: false,
+    }
+}

@@ -1,0 +1,9 @@
+//! What pilots learn of a scene before it is rendered. Any values of it are unbiased.
+
+mod adjoint;
+mod adjoint_training;
+mod nee_rates;
+
+pub use adjoint::AdjointEstimate;
+pub use adjoint_training::{AdjointTraining, PathTally};
+pub use nee_rates::{Levels, NeeRates, NeeSlot, NeeTraining};

@@ -1,0 +1,45 @@
+//! What begins and ends at surfaces.
+
+use crate::bsdf::Surface;
+use crate::connection_end::OnSurface;
+use crate::scene::{MediumId, Scene};
+use crate::shape::Hit;
+use eikonal::connect::World;
+use glam::DVec3;
+
+/// The point from which a ray leaves a surface: off it by less than any tolerance, on the side to
+/// which it goes.
+pub(in crate::path) fn leave(scene: &Scene, x: DVec3, normal: DVec3, direction: DVec3) -> DVec3 {
+    x + normal * scene.ray_epsilon().copysign(normal.dot(direction))
+}
+
+/// The surface as BSDFs see it, with the local index of the media on either side. `medium` is that
+/// through which a ray arrives.
+pub(in crate::path) fn surface_at(
+    scene: &Scene,
+    object: usize,
+    hit: &Hit,
+    medium: MediumId,
+) -> Surface {
+    let site = scene.objects()[object].shape.site(hit);
+    let on = OnSurface {
+        object,
+        normal: hit.normal,
+        site,
+    };
+    surface_of(scene, hit.position, &on, medium)
+}
+
+/// The surface at a point, as seen from a medium on one of its sides.
+pub(super) fn surface_of(scene: &Scene, x: DVec3, on: &OnSurface, medium: MediumId) -> Surface {
+    let beside = |direction| {
+        let medium = scene.medium_beside(on.object, medium, (x, on.normal), direction);
+        scene.n(medium, x)
+    };
+    Surface {
+        normal: on.normal,
+        n_outer: beside(on.normal),
+        n_inner: beside(-on.normal),
+        site: on.site,
+    }
+}

@@ -1,0 +1,20 @@
+//! Vertices and the edges between them: where they are, how long, and what their geometry terms are.
+
+mod boundary;
+mod differentials;
+mod edge;
+mod edge_geometry;
+mod equiangular;
+mod length;
+mod share;
+mod vertex;
+
+pub(in crate::path) use boundary::{leave, surface_at};
+pub(in crate::path) use differentials::RayDifferentials;
+pub use edge::{Edge, End, Front, Point, Span, Split, Start, TransportMode};
+pub use edge_geometry::EdgeGeometry;
+pub use equiangular::Equiangular;
+pub use length::lead_in;
+pub(in crate::path) use length::to_entrance;
+pub use share::{collided, share};
+pub use vertex::{Scatter, Vertex};
