@@ -267,7 +267,7 @@ PLANTED = [
     ),
     (
         "point light in fog without care for 1/r²",
-        TRANSPORT + "scene/mod.rs",
+        TRANSPORT + "scene/emission.rs",
         "if !parts.media.iter().any(Medium::scatters) {",
         "if parts.media.iter().any(Medium::scatters) {",
         ("io", "reference", "fog_around_a_point_light"),

@@ -1,6 +1,7 @@
 //! What can be wrong with a scene whose parts are each valid.
 
-use super::{AMBIENT, Object, Scene, Sides};
+use super::Scene;
+use super::parts::{AMBIENT, Object, Sides};
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
 use crate::sampling::Sampler;

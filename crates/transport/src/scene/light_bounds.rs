@@ -1,6 +1,6 @@
 //! Guesses of what an emitter brings to a place where light is received (docs/theory.md#choice-of-emitter).
 
-use super::Object;
+use super::parts::Object;
 use crate::connection_end::ConnectionEnd;
 use crate::emitter::{Emitter, Surroundings};
 use crate::phase::Phase;

@@ -1,8 +1,8 @@
 //! Which emitters connections are made to, and light subpaths start from.
 
-use super::Parts;
 use super::group::{FLOOR, Group, Seen};
 use super::light_bounds::{LightBounds, Receiver};
+use super::parts::Parts;
 use crate::emitter::{Class, Emitter, Surroundings};
 use crate::sampling::Discrete;
 

@@ -5,7 +5,9 @@
 //!
 //! Theory: docs/theory.md#sound.
 
-use super::{Parts, Scene, SceneProblem, Severity, Subject};
+use super::Scene;
+use super::check::{SceneProblem, Severity, Subject};
+use super::parts::Parts;
 use std::f64::consts::TAU;
 
 /// Wavelengths that differ by less, relatively, have the same period.

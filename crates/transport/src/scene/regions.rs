@@ -3,7 +3,7 @@
 //!
 //! Theory: docs/theory.md#certificate.
 
-use super::{AMBIENT, MediumId, Object, Parts};
+use super::parts::{AMBIENT, MediumId, Object, Parts};
 use crate::bsdf::Bsdf;
 use crate::emitter::Surroundings;
 use crate::shape::Shape;

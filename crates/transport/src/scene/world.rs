@@ -1,6 +1,8 @@
 //! What rays meet in a scene.
 
-use super::{Index, MediumId, Scene};
+use super::Scene;
+use super::index::Index;
+use super::parts::MediumId;
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, PartialTransmission};
 use crate::shape::{Except, Hit, Meeting};

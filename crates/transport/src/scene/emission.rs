@@ -1,0 +1,82 @@
+//! Emitters of a scene: how bright they are, and which of them paths start from or connect to.
+
+use super::Scene;
+use super::light_bounds::Receiver;
+use super::parts::Parts;
+use crate::Spectrum;
+use crate::connection_end::OnSurface;
+use crate::emitter::{Class, Emitter, Environment};
+use crate::medium::Medium;
+use glam::DVec3;
+
+impl Scene {
+    /// Power of each emitter in the first so many channels, and none in the others.
+    pub fn powers(&self, channels: usize) -> impl Iterator<Item = Spectrum> {
+        let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < channels))));
+        let shape = |object: usize| &self.objects()[object].shape;
+        let emitters = self.emitters().iter();
+        emitters.map(move |e| e.power(self.around(), shape) * white)
+    }
+
+    /// The classes that the emitters belong to.
+    pub(crate) fn classes(&self) -> impl Iterator<Item = Class> + '_ {
+        self.lights.classes()
+    }
+
+    /// Chooses an emitter of a class that has some for a receiver to be connected to: its index and the
+    /// probability of the choice.
+    pub(crate) fn choose_emitter(&self, class: Class, receiver: &Receiver, u: f64) -> (usize, f64) {
+        self.lights.choose(class, (self.emitters(), receiver), u)
+    }
+
+    /// Probability that [`Scene::choose_emitter`] chooses `emitter` among those of its class.
+    pub(crate) fn emitter_probability(&self, emitter: usize, receiver: &Receiver) -> f64 {
+        self.lights.probability(emitter, self.emitters(), receiver)
+    }
+
+    /// Chooses an emitter for a light subpath to start from: its index and the probability of the choice.
+    pub(crate) fn choose_source(&self, u: f64) -> Option<(usize, f64)> {
+        let pick = self.lights.sources()?.sample(u);
+        Some((pick.index, pick.probability))
+    }
+
+    /// Probability that [`Scene::choose_source`] chooses `emitter`.
+    pub(crate) fn source_probability(&self, emitter: usize) -> f64 {
+        self.lights.sources().map_or(0.0, |s| s.pdf(emitter))
+    }
+
+    /// The environments and their indices.
+    pub(crate) fn environments(&self) -> impl Iterator<Item = (usize, &Environment)> {
+        let emitters = self.parts.emitters.iter().enumerate();
+        emitters.filter_map(|(i, e)| match e {
+            Emitter::Environment(e) => Some((i, e)),
+            _ => None,
+        })
+    }
+
+    /// The emitter that covers a surface, the radiance that leaves it in `direction`, and the density per unit
+    /// area with which aims choose the point; `None` where no light leaves.
+    pub(crate) fn emitted(
+        &self,
+        on: &OnSurface,
+        direction: DVec3,
+    ) -> Option<(usize, Spectrum, f64)> {
+        let object = &self.objects()[on.object];
+        let emitter = object.emitter?;
+        let (radiance, pdf) = self.emitters()[emitter].on_surface(&object.shape, &on.site)?;
+        let shines = on.normal.dot(direction) > 0.0 && !radiance.is_zero();
+        shines.then_some((emitter, radiance, pdf))
+    }
+}
+
+/// Positions of point-like emitters, if anything scatters their light.
+pub(super) fn point_like_emitters(parts: &Parts) -> Vec<DVec3> {
+    if !parts.media.iter().any(Medium::scatters) {
+        return Vec::new();
+    }
+    parts
+        .emitters
+        .iter()
+        .filter_map(Emitter::singularity)
+        .collect()
+}

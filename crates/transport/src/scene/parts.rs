@@ -1,0 +1,100 @@
+//! What scenes are made of.
+
+use crate::bsdf::Bsdf;
+use crate::emitter::Emitter;
+use crate::film::Filter;
+use crate::medium::Medium;
+use crate::sensor::Sensor;
+use crate::shape::Shape;
+use eikonal::Tolerance;
+
+/// Index of a medium in [`Parts::media`].
+pub type MediumId = usize;
+
+/// The medium outside every shape that does not say otherwise.
+pub const AMBIENT: MediumId = 0;
+
+/// A shape with its surface properties and what lies on either side of it.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// Name used in messages.
+    pub name: String,
+    /// Geometry.
+    pub shape: Shape,
+    /// Surface scattering.
+    pub bsdf: Bsdf,
+    /// What lies on either side; `None` if it is the same medium, whichever that is.
+    pub sides: Option<Sides>,
+    /// Index of the emitter that covers it.
+    pub emitter: Option<usize>,
+}
+
+impl Object {
+    /// Whether rays pass on a deterministic way: connections go through such a surface.
+    pub fn is_interface(&self) -> bool {
+        matches!(self.bsdf, Bsdf::Null | Bsdf::Dielectric(_))
+    }
+
+    /// The medium inside, if the surface separates media.
+    pub fn interior(&self) -> Option<MediumId> {
+        self.sides.map(|s| s.interior)
+    }
+}
+
+/// The media on the two sides of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sides {
+    /// Inside a closed shape, whichever way its normals point; behind the normal of an open one.
+    pub interior: MediumId,
+    /// On the other side.
+    pub exterior: MediumId,
+}
+
+/// The size of the picture and how samples are weighted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmSpec {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+    /// Number of spectral channels.
+    pub channels: usize,
+    /// Number of channels that share their paths, 1 to [`Spectrum::CHANNELS`](crate::Spectrum::CHANNELS): one where the index
+    /// depends on
+    /// the wavelength.
+    pub group_size: usize,
+    /// Reconstruction filter.
+    pub filter: Filter,
+}
+
+impl FilmSpec {
+    /// Number of groups of channels, each with a scene and paths of its own.
+    pub fn groups(&self) -> usize {
+        self.channels.div_ceil(self.group_size)
+    }
+
+    /// Number of channels in a group.
+    pub fn channels_of(&self, group: usize) -> usize {
+        (self.channels - group * self.group_size).min(self.group_size)
+    }
+}
+
+/// Everything that a scene is made of.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    /// Objects.
+    pub objects: Vec<Object>,
+    /// Media; the first is the ambient one, whose index must be constant.
+    pub media: Vec<Medium>,
+    /// Emitters.
+    pub emitters: Vec<Emitter>,
+    /// Sensor.
+    pub sensor: Sensor,
+    /// Film.
+    pub film: FilmSpec,
+    /// Tolerance of rays.
+    pub tolerance: Tolerance,
+    /// Connections are looked for through at most this many reflections at smooth dielectrics where
+    /// refraction is possible; total reflections are not counted.
+    pub reflections: u32,
+}
