@@ -419,8 +419,8 @@ PLANTED = [
     (
         "share of a transmission not in its contribution",
         TRANSPORT + "bsdf/dielectric.rs",
-        "true => (self.specular_transmittance, 1.0 - f),",
-        "true => (self.specular_transmittance, 1.0),",
+        "(self.specular_transmittance, 1.0 - f)",
+        "(self.specular_transmittance, 1.0)",
         ("transport", "slabs", "mcml_mismatched_half_space"),
     ),
     (
@@ -475,8 +475,8 @@ PLANTED = [
     (
         "edges beside mirror lobes taken for such that connections find",
         TRANSPORT + "path/subpath/vertices.rs",
-        "            true => 0.0,\n            false => self.edge.discovery,",
-        "            _ => self.edge.discovery,",
+        "            0.0\n        } else {\n            self.edge.discovery",
+        "            self.edge.discovery\n        } else {\n            self.edge.discovery",
         ("transport", "agreement", "partial_mirrors"),
     ),
     (
@@ -517,8 +517,8 @@ PLANTED = [
     (
         "forced collisions in one channel's density only",
         "crates/transport/src/path/walk/trace.rs",
-        "self.edge.forcing = whole.map(|depth| match depth > f64::MIN_POSITIVE {",
-        "self.edge.forcing = whole.map(|_| whole[0]).map(|depth| match depth > f64::MIN_POSITIVE {",
+        "self.edge.forcing = whole.map(|depth| {",
+        "self.edge.forcing = whole.map(|_| whole[0]).map(|depth| {",
         ("transport", "first_vertex", "means_stay"),
     ),
     (

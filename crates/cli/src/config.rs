@@ -103,9 +103,10 @@ fn outputs<F: Copy>(
     formats: &[(&str, F)],
 ) -> Result<Vec<(PathBuf, F)>, Failure> {
     let named = |extension: &&str| PathBuf::from(file_stem(scene) + extension);
-    let paths = match args.output.is_empty() {
-        true => default.iter().map(named).collect(),
-        false => args.output.clone(),
+    let paths = if args.output.is_empty() {
+        default.iter().map(named).collect()
+    } else {
+        args.output.clone()
     };
     let format = |path: PathBuf| {
         let format = by_extension(&path, formats)?;

@@ -58,8 +58,9 @@ fn check_defines(defines: &[(String, String)]) -> Result<(), Failure> {
             diagnostics.push(Diagnostic::error(format!("-D {name} is given twice")));
         }
     }
-    match diagnostics.has_errors() {
-        true => Err(diagnostics.into()),
-        false => Ok(()),
+    if diagnostics.has_errors() {
+        Err(diagnostics.into())
+    } else {
+        Ok(())
     }
 }

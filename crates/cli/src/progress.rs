@@ -75,9 +75,10 @@ fn run(
         let fraction = goal.fraction(samples, started.elapsed());
         bar.set_position((fraction * STEPS as f64) as u64);
         let message = goal.message(samples, started.elapsed());
-        bar.set_message(match stopping.asked() {
-            true => format!("{message} · stopping (Ctrl-C again quits at once)"),
-            false => message,
+        bar.set_message(if stopping.asked() {
+            format!("{message} · stopping (Ctrl-C again quits at once)")
+        } else {
+            message
         });
     }
     bar.finish_and_clear();

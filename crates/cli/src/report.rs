@@ -211,13 +211,13 @@ impl Report<'_> {
         let wanted = self.job.target_error?;
         let measure = self.job.target.unwrap_or_default();
         let error = self.rendering.error(measure);
-        let outcome = match self.rendering.reached {
-            true => "reached: slight bias by stopping".into(),
+        let outcome = if self.rendering.reached {
+            "reached: slight bias by stopping".into()
+        } else if error <= wanted {
             // Small enough by now, but it may have been so by chance.
-            false if error <= wanted => {
-                format!("of {} not confirmed by two looks", numbers::percent(wanted))
-            }
-            false => format!("of {} not reached", numbers::percent(wanted)),
+            format!("of {} not confirmed by two looks", numbers::percent(wanted))
+        } else {
+            format!("of {} not reached", numbers::percent(wanted))
         };
         Some(format!(
             "{} error {}, target {outcome}",

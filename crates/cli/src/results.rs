@@ -79,8 +79,9 @@ fn stats(
 fn failures(results: impl Iterator<Item = Result<(), FileError>>) -> Result<(), Failure> {
     let failed = results.filter_map(Result::err).map(|e| e.to_string());
     let failed: Vec<String> = failed.collect();
-    match failed.is_empty() {
-        true => Ok(()),
-        false => Err(Failure::Runtime(failed.join("\n"))),
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(Failure::Runtime(failed.join("\n")))
     }
 }

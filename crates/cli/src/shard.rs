@@ -70,12 +70,13 @@ impl Shard {
             None if *more == 1 => whole_array(&number, task, number(size)? + 1)?,
             None => number(size)?,
         };
-        match task < count {
-            true => Ok([task, count]),
-            false => Err(format!(
+        if task < count {
+            Ok([task, count])
+        } else {
+            Err(format!(
                 "{index} is {task}, but parts are numbered from 0 to {}",
                 count - 1
-            )),
+            ))
         }
     }
 }
@@ -90,12 +91,13 @@ fn whole_array(
         number("SLURM_ARRAY_TASK_MIN")?,
         number("SLURM_ARRAY_TASK_COUNT")?,
     );
-    match first == 0 && tasks == count {
-        true => Ok(count),
-        false => Err(format!(
+    if first == 0 && tasks == count {
+        Ok(count)
+    } else {
+        Err(format!(
             "--shard auto needs an array of all parts, --array=0-{}: for some of them say how many there are, --shard auto/N (task {task})",
             count - 1
-        )),
+        ))
     }
 }
 

@@ -135,10 +135,11 @@ proptest! {
         let words = TEXT.split_inclusive(|c: char| !digits(c)).map(|word| {
             let figures: String = word.chars().filter(|c| digits(*c)).collect();
             seen += usize::from(!figures.is_empty());
-            match !figures.is_empty() && seen == place {
-                true => word.replace(&figures, &number.to_string()),
-                false => word.to_owned(),
-            }
+            if !figures.is_empty() && seen == place {
+word.replace(&figures, &number.to_string())
+} else {
+word.to_owned()
+}
         });
         let _ = parse(&words.collect::<String>());
     }

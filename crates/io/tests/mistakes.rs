@@ -122,9 +122,10 @@ const NUMBERS: [f64; 22] = [
 
 fn number(value: Index) -> Value {
     let number = *value.get(&NUMBERS);
-    match number.fract() == 0.0 && number.abs() < 1e15 {
-        true => Value::from(number as i64),
-        false => Value::from(number),
+    if number.fract() == 0.0 && number.abs() < 1e15 {
+        Value::from(number as i64)
+    } else {
+        Value::from(number)
     }
 }
 

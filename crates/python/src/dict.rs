@@ -120,9 +120,10 @@ fn entries<'py>(
 /// single precision stay so; all others become double.
 fn array(object: &Bound<'_, PyAny>, place: &str) -> PyResult<Item> {
     let py = object.py();
-    let source = match object.hasattr("matrix")? {
-        true => object.getattr("matrix")?,
-        false => object.clone(),
+    let source = if object.hasattr("matrix")? {
+        object.getattr("matrix")?
+    } else {
+        object.clone()
     };
     refuse_masked(&source, place)?;
     let numpy = py.import("numpy")?;

@@ -69,9 +69,10 @@ impl Clock<'_> {
     /// To be asked between passes.
     pub fn look(&mut self, is_done: bool) -> ControlFlow<()> {
         self.is_over = !is_done && self.time.is_some_and(|t| self.started.elapsed() >= t);
-        match self.is_over || self.shared.stop.load(Ordering::Relaxed) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        if self.is_over || self.shared.stop.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
         }
     }
 }

@@ -38,9 +38,12 @@ pub fn render_part<'py>(
     );
     let (pool, started) = (limits.pool()?, Instant::now());
     let (body, interrupted) = watched(py, (None, None), |shared| {
-        pool.install(|| match scene.loaded.instruments.is_empty() {
-            true => Ok(image(scene, (limits, integrator), &header, shared)),
-            false => readings(scene, limits, &header, shared),
+        pool.install(|| {
+            if scene.loaded.instruments.is_empty() {
+                Ok(image(scene, (limits, integrator), &header, shared))
+            } else {
+                readings(scene, limits, &header, shared)
+            }
         })
     })?;
     if interrupted {
@@ -66,9 +69,10 @@ fn estimator(scene: &Scene, name: Option<&str>) -> PyResult<Integrator> {
 }
 
 fn going_on(shared: &Shared) -> ControlFlow<()> {
-    match shared.stop.load(Ordering::Relaxed) {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
+    if shared.stop.load(Ordering::Relaxed) {
+        ControlFlow::Break(())
+    } else {
+        ControlFlow::Continue(())
     }
 }
 

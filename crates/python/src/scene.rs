@@ -190,9 +190,10 @@ impl Scene {
     #[getter]
     fn _samples_per_spp(&self) -> usize {
         let film = self.loaded.scene().film();
-        let pixels = match self.loaded.instruments.is_empty() {
-            true => film.width * film.height,
-            false => 1,
+        let pixels = if self.loaded.instruments.is_empty() {
+            film.width * film.height
+        } else {
+            1
         };
         pixels * self.loaded.groups.len()
     }

@@ -28,14 +28,15 @@ fn estimators() -> [Integrator; 3] {
 /// A ball of fog under a sky, in a film of 4 × 4 pixels.
 fn ball(bends: bool) -> Parts {
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);
-    let medium = match bends {
-        true => fog(
+    let medium = if bends {
+        fog(
             Gaussian::new(1.0, 0.3, DVec3::ZERO, 0.3).unwrap(),
             1.0,
             0.7,
             0.3,
-        ),
-        false => fog(Constant::new(1.0), 1.0, 0.7, 0.3),
+        )
+    } else {
+        fog(Constant::new(1.0), 1.0, 0.7, 0.3)
     };
     parts(
         vec![ball],

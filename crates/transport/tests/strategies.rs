@@ -207,9 +207,12 @@ fn results_do_not_depend_on_passes() {
     for integrator in both() {
         let scene = [Scene::new(lens()).unwrap()];
         let long = options(integrator, 40, 6);
-        let stopped = render(&scene, &long, |progress| match progress.done >= 9 {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        let stopped = render(&scene, &long, |progress| {
+            if progress.done >= 9 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         });
         let short = shoot(&lens(), &options(integrator, stopped.samples, 6));
         assert!(stopped.samples >= 9);

@@ -45,14 +45,16 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode, Failure> {
     if let (Some(path), Some(format), Some(z)) = (&args.zmap, zmap_format, &numbers.z) {
         map::z(path, format, size, z).map_err(fail)?;
     }
-    let text = match args.json {
-        true => format!("{:#}\n", difference.json()),
-        false => difference.text(),
+    let text = if args.json {
+        format!("{:#}\n", difference.json())
+    } else {
+        difference.text()
     };
     std::io::stdout().write_all(text.as_bytes())?;
-    Ok(match difference.exceeded().is_empty() {
-        true => ExitCode::SUCCESS,
-        false => ExitCode::from(DIFFERENT),
+    Ok(if difference.exceeded().is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(DIFFERENT)
     })
 }
 

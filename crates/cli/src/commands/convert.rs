@@ -23,9 +23,10 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
     let volume = volume.map_err(|e| Failure::Usage(e.to_string()))?;
     let mut summary = vec![
         format!("{}: {}", shown(&args.input), contents(&volume)),
-        match has_place(&volume) {
-            true => place(&volume),
-            false => "  place     not given".into(),
+        if has_place(&volume) {
+            place(&volume)
+        } else {
+            "  place     not given".into()
         },
     ];
     let volume = changed(volume, args)?;

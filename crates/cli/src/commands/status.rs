@@ -55,9 +55,10 @@ pub fn status(args: &StatusArgs) -> Result<ExitCode, Failure> {
         }
         say(&overview.text())?;
     }
-    Ok(match overview.missing.is_empty() {
-        true => ExitCode::SUCCESS,
-        false => ExitCode::FAILURE,
+    Ok(if overview.missing.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
     })
 }
 

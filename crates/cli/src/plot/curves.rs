@@ -51,9 +51,12 @@ impl Curves {
         scale: Scale,
     ) -> Result<(), Failure> {
         let [x0, x1] = range(self.shown().map(|p| p[0]));
-        let ends = self.shown().flat_map(|[_, y, e]| match self.logarithmic {
-            true => [y, y],
-            false => [y - e, y + e],
+        let ends = self.shown().flat_map(|[_, y, e]| {
+            if self.logarithmic {
+                [y, y]
+            } else {
+                [y - e, y + e]
+            }
         });
         let [y0, y1] = range(ends);
         let mut builder = ChartBuilder::on(area);
@@ -147,9 +150,10 @@ impl Curves {
             let band = Polygon::new(upper.chain(lower).collect::<Vec<_>>(), colour.mix(0.22));
             chart.draw_series([band]).map_err(failed)?;
         }
-        let (colour, width) = match series.guide {
-            true => (BLACK.mix(0.6), 1),
-            false => (colour.to_rgba(), 2),
+        let (colour, width) = if series.guide {
+            (BLACK.mix(0.6), 1)
+        } else {
+            (colour.to_rgba(), 2)
         };
         let style = colour.stroke_width(scale.px(width));
         let path = points.iter().map(|p| (p[0], p[1]));

@@ -105,13 +105,15 @@ impl Map {
     }
 
     fn colour(&self, value: f64, low: f64, high: f64) -> RGBColor {
-        let place = match self.logarithmic {
-            true => (value / low).ln() / (high / low).ln(),
-            false => (value - low) / (high - low),
+        let place = if self.logarithmic {
+            (value / low).ln() / (high / low).ln()
+        } else {
+            (value - low) / (high - low)
         };
-        match place.is_nan() {
-            true => RGBColor(200, 200, 200),
-            false => ViridisRGB.get_color(place.clamp(0.0, 1.0)),
+        if place.is_nan() {
+            RGBColor(200, 200, 200)
+        } else {
+            ViridisRGB.get_color(place.clamp(0.0, 1.0))
         }
     }
 
@@ -124,9 +126,10 @@ impl Map {
     ) -> Result<(), Failure> {
         let step = |i: usize| {
             let t = i as f64 / STEPS as f64;
-            match self.logarithmic {
-                true => low * (high / low).powf(t),
-                false => low + (high - low) * t,
+            if self.logarithmic {
+                low * (high / low).powf(t)
+            } else {
+                low + (high - low) * t
             }
         };
         let cells = (0..STEPS).map(|i| {
@@ -146,17 +149,21 @@ impl Map {
             scale.font(13),
         ))
         .map_err(failed)?;
-        let ticks: Vec<f64> = match self.logarithmic {
-            true => decades(low, high),
-            false => (0..=5)
+        let ticks: Vec<f64> = if self.logarithmic {
+            decades(low, high)
+        } else {
+            (0..=5)
                 .map(|i| low + (high - low) * f64::from(i) / 5.0)
-                .collect(),
+                .collect()
         };
         let (_, height) = area.dim_in_pixel();
         let (top, bottom) = (scale.px(42) + above, height - scale.px(56) - above);
-        let place = |value: f64| match self.logarithmic {
-            true => (value / low).ln() / (high / low).ln(),
-            false => (value - low) / (high - low),
+        let place = |value: f64| {
+            if self.logarithmic {
+                (value / low).ln() / (high / low).ln()
+            } else {
+                (value - low) / (high - low)
+            }
         };
         for value in ticks {
             let y = f64::from(bottom) - place(value) * f64::from(bottom - top);
@@ -187,9 +194,10 @@ fn ends(edges: &[f64]) -> Range<f64> {
 fn decades(low: f64, high: f64) -> Vec<f64> {
     let first = low.log10().ceil() as i32;
     let last = high.log10().floor() as i32;
-    match last > first {
-        true => (first..=last).map(|k| 10f64.powi(k)).collect(),
-        false => vec![low, high],
+    if last > first {
+        (first..=last).map(|k| 10f64.powi(k)).collect()
+    } else {
+        vec![low, high]
     }
 }
 

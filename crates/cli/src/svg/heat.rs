@@ -54,9 +54,12 @@ impl Heat {
         if !differs {
             return Ok(None);
         }
-        let colour = |cell: &(bool, f64)| match shown(&cell) {
-            true => scale((cell.1 - low) / (high - low)).map(|v| linear_from_srgb(v) as f32),
-            false => [1.0; 3],
+        let colour = |cell: &(bool, f64)| {
+            if shown(&cell) {
+                scale((cell.1 - low) / (high - low)).map(|v| linear_from_srgb(v) as f32)
+            } else {
+                [1.0; 3]
+            }
         };
         let image = RgbImage {
             width,

@@ -144,9 +144,10 @@ impl Turn {
                 high = t;
             }
             let next = t + (goal - value) / slope;
-            let next = match next >= low && next <= high {
-                true => next,
-                false => 0.5 * (low + high),
+            let next = if next >= low && next <= high {
+                next
+            } else {
+                0.5 * (low + high)
             };
             let change = (next - t).abs();
             t = next;

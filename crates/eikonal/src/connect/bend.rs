@@ -53,9 +53,10 @@ pub(super) struct Guess {
 /// than `accuracy` in a further round, or after the last one. `None` where the iteration does not converge,
 /// or the ray turns away from the chord by more than 45°.
 pub(super) fn bent(field: &Field, way: &BentWay, is_plane: bool, accuracy: f64) -> Option<Guess> {
-    match accuracy < ROUGH {
-        true => FINE.solve(field, way, is_plane, accuracy),
-        false => COARSE.solve(field, way, is_plane, accuracy),
+    if accuracy < ROUGH {
+        FINE.solve(field, way, is_plane, accuracy)
+    } else {
+        COARSE.solve(field, way, is_plane, accuracy)
     }
 }
 
@@ -73,9 +74,10 @@ impl Ends {
     /// For slopes `first` and `last` of the solution at both ends of the part.
     fn new(way: &BentWay, is_plane: bool, [first, last]: [DVec3; 2]) -> Self {
         let ([a, b], d) = (way.part, way.chord.length());
-        let slope = match is_plane {
-            true => -first,
-            false => -(first * a + last * (1.0 - b)),
+        let slope = if is_plane {
+            -first
+        } else {
+            -(first * a + last * (1.0 - b))
         };
         let outside = [first + slope, last + slope];
         let at_end = outside[1] * (-d * (1.0 - b));

@@ -164,9 +164,10 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         let step = flow.advance(OVERSHOOT * span, work);
         let whole = step.arc.lengths(1.0);
         let reached = whole[1] >= self.left;
-        let (target, lengths) = match reached {
-            true => self.end_on(&step, whole[1]),
-            false => (1.0, whole),
+        let (target, lengths) = if reached {
+            self.end_on(&step, whole[1])
+        } else {
+            (1.0, whole)
         };
         let crossing = self
             .world

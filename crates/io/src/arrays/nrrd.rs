@@ -26,9 +26,10 @@ pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
 /// The fields, in which axes are listed from the fastest on.
 fn header(array: &Array, placement: Option<&Placement>) -> String {
     // A single number has an axis all the same.
-    let (shape, axes) = match array.shape.is_empty() {
-        true => (vec![1], vec!["value".to_owned()]),
-        false => (array.shape.clone(), array.axes.clone()),
+    let (shape, axes) = if array.shape.is_empty() {
+        (vec![1], vec!["value".to_owned()])
+    } else {
+        (array.shape.clone(), array.axes.clone())
     };
     let list = |words: Vec<String>| words.into_iter().rev().collect::<Vec<_>>().join(" ");
     let sizes = list(shape.iter().map(usize::to_string).collect());

@@ -60,12 +60,13 @@ use transport::integrator::Integrator;
 /// Everything that is wrong with it, warnings included.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnostics> {
     let mut diagnostics = Diagnostics::new();
-    let read = match path
+    let read = if path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("json"))
     {
-        true => crate::json::load,
-        false => crate::xml::load,
+        crate::json::load
+    } else {
+        crate::xml::load
     };
     match read(path, &options.defines, &mut diagnostics) {
         Some(description) => assemble(&description, options, diagnostics),

@@ -31,9 +31,8 @@ fn collisions(medium: &Medium, region: &Region) -> f64 {
     let center = region.aabb.center();
     let size = region.aabb.max - region.aabb.min;
     let chord = 2.0 / size.map(f64::recip).element_sum();
-    let until_absorbed = extinction.zip(medium.scattering(center), |t, s| match t > 0.0 {
-        true => t / (t - s).max(0.0),
-        false => 0.0,
+    let until_absorbed = extinction.zip(medium.scattering(center), |t, s| {
+        if t > 0.0 { t / (t - s).max(0.0) } else { 0.0 }
     });
     extinction
         .zip(until_absorbed, |t, n| n.min(t * chord))

@@ -167,21 +167,26 @@ fn pixels(
     role: Role,
     context: &Context,
 ) -> Result<(usize, Vec<f32>), String> {
-    let as_stored = |v: f32| match encode {
-        true => srgb_from_linear(f64::from(v)),
-        false => f64::from(v),
+    let as_stored = |v: f32| {
+        if encode {
+            srgb_from_linear(f64::from(v))
+        } else {
+            f64::from(v)
+        }
     };
     // A grey image is the same at all wavelengths.
     let grey = image.pixels.iter().all(|[r, g, b]| r == g && g == b);
-    let channels = match grey || role == Role::Number {
-        true => 1,
-        false => context.channels.channels_of(context.group),
+    let channels = if grey || role == Role::Number {
+        1
+    } else {
+        context.channels.channels_of(context.group)
     };
     let mut data = Vec::with_capacity(channels * image.pixels.len());
     for rgb in &image.pixels {
-        let value = match grey {
-            true => SpectrumValue::Uniform(as_stored(rgb[0])),
-            false => in_role(&SpectrumValue::Rgb(rgb.map(as_stored)), role),
+        let value = if grey {
+            SpectrumValue::Uniform(as_stored(rgb[0]))
+        } else {
+            in_role(&SpectrumValue::Rgb(rgb.map(as_stored)), role)
         };
         let value = context.channels.spectrum(&value, context.group);
         let value = value.map_err(|_| {

@@ -136,9 +136,10 @@ pub(super) fn read<T: Sample>(
     context: &mut Context,
 ) -> (Option<Volume<T>>, Source) {
     let mut query = Query::new(object, context.diagnostics);
-    let volume = match query.has("data") {
-        true => held(&mut query),
-        false => from_file(&mut query, context.files),
+    let volume = if query.has("data") {
+        held(&mut query)
+    } else {
+        from_file(&mut query, context.files)
     };
     let chosen = query.has("placement");
     let mut placement = query.one_of("placement", &["centers", "nodes"]);

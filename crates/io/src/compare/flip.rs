@@ -66,9 +66,10 @@ pub fn flip(image: &RgbImage, reference: &RgbImage) -> Result<Vec<f32>, Problem>
 /// Maps differences of colour to [0, 1].
 fn stretch(difference: f64, largest: f64) -> f64 {
     let (bend, share) = (BEND.0 * largest, BEND.1);
-    match difference < bend {
-        true => share / bend * difference,
-        false => share + (difference - bend) / (largest - bend) * (1.0 - share),
+    if difference < bend {
+        share / bend * difference
+    } else {
+        share + (difference - bend) / (largest - bend) * (1.0 - share)
     }
 }
 
@@ -230,9 +231,12 @@ impl Space {
     fn adjusted_lab(&self, rgb: DVec3) -> DVec3 {
         const DELTA: f64 = 6.0 / 29.0;
         let v = self.xyz * rgb / self.white;
-        let [x, y, z] = v.to_array().map(|t| match t > DELTA.powi(3) {
-            true => t.cbrt(),
-            false => t / (3.0 * DELTA * DELTA) + 4.0 / 29.0,
+        let [x, y, z] = v.to_array().map(|t| {
+            if t > DELTA.powi(3) {
+                t.cbrt()
+            } else {
+                t / (3.0 * DELTA * DELTA) + 4.0 / 29.0
+            }
         });
         let l = 116.0 * y - 16.0;
         DVec3::new(l, 0.01 * l * 500.0 * (x - y), 0.01 * l * 200.0 * (y - z))

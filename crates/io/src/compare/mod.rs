@@ -58,9 +58,12 @@ pub fn compare(
     };
     let mse = mean(&|a, b| (a - b).powi(2));
     let dark = DARK * mean(&|_, b| b.abs());
-    let relative = |a: f64, b: f64| match a == b {
-        true => 0.0,
-        false => ((a - b) / (b.abs() + dark)).powi(2),
+    let relative = |a: f64, b: f64| {
+        if a == b {
+            0.0
+        } else {
+            ((a - b) / (b.abs() + dark)).powi(2)
+        }
     };
     let peak = values().fold(0.0f64, |peak, (_, b)| peak.max(b));
     Ok(Comparison {

@@ -127,9 +127,10 @@ fn limit(count: f64) -> f64 {
     let (mut low, mut high) = (0.0, 40.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        match libm::erfc(middle * std::f64::consts::FRAC_1_SQRT_2) > each {
-            true => low = middle,
-            false => high = middle,
+        if libm::erfc(middle * std::f64::consts::FRAC_1_SQRT_2) > each {
+            low = middle
+        } else {
+            high = middle
         }
     }
     low

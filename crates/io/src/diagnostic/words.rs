@@ -10,17 +10,19 @@ fn in_json(place: &Location) -> bool {
 
 /// A type or a kind, or several with " or " between: `<float>`, or `float` in JSON.
 pub(crate) fn element(kind: &str, place: &Location) -> String {
-    match in_json(place) {
-        true => kind.to_owned(),
-        false => format!("<{}>", kind.replace(" or ", "> or <")),
+    if in_json(place) {
+        kind.to_owned()
+    } else {
+        format!("<{}>", kind.replace(" or ", "> or <"))
     }
 }
 
 /// A parameter of a type: `<float name="radius">`, or `"radius" (float)` in JSON.
 pub(crate) fn entry(name: &str, kind: &str, place: &Location) -> String {
-    match in_json(place) {
-        true => format!("\"{name}\" ({kind})"),
-        false => format!("<{} name=\"{name}\">", kind.replace(" or ", "> or <")),
+    if in_json(place) {
+        format!("\"{name}\" ({kind})")
+    } else {
+        format!("<{} name=\"{name}\">", kind.replace(" or ", "> or <"))
     }
 }
 

@@ -5,9 +5,10 @@ use glam::{DMat3, DMat4, DVec3};
 /// A scale by factors, none of them zero.
 pub(crate) fn scale(factors: DVec3) -> Result<DMat4, String> {
     let volume = factors.x * factors.y * factors.z;
-    match factors.min_element() == 0.0 || volume == 0.0 {
-        true => Err("a scale of zero cannot be undone".into()),
-        false => Ok(DMat4::from_scale(factors)),
+    if factors.min_element() == 0.0 || volume == 0.0 {
+        Err("a scale of zero cannot be undone".into())
+    } else {
+        Ok(DMat4::from_scale(factors))
     }
 }
 
@@ -61,8 +62,9 @@ pub(crate) fn matrix(rows: &[f64]) -> Result<DMat4, String> {
         return Err(message);
     };
     let determinant = matrix.determinant();
-    match determinant == 0.0 || !determinant.is_finite() {
-        true => Err("the matrix cannot be inverted".into()),
-        false => Ok(matrix),
+    if determinant == 0.0 || !determinant.is_finite() {
+        Err("the matrix cannot be inverted".into())
+    } else {
+        Ok(matrix)
     }
 }

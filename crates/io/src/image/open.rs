@@ -69,12 +69,13 @@ impl ImageLayers {
         const SHOWN: usize = 20;
         let names = self.layers.iter().map(|l| l.name.as_str());
         let names: Vec<&str> = names.filter(|n| !n.is_empty()).take(SHOWN).collect();
-        match names.is_empty() {
-            true => format!("the image has no layer '{layer}', only itself"),
-            false => format!(
+        if names.is_empty() {
+            format!("the image has no layer '{layer}', only itself")
+        } else {
+            format!(
                 "the image has no layer '{layer}'; there are {}",
                 names.join(", ")
-            ),
+            )
         }
     }
 }
@@ -93,9 +94,12 @@ fn from_array(array: NpyArray) -> Result<ImageLayers, Problem> {
         NpyData::F32(data) => data,
         NpyData::F64(data) => data.into_iter().map(|v| v as f32).collect(),
     };
-    let index = |c: usize, i: usize| match array.fortran_order {
-        false => i * channels + c,
-        true => (c * width + i % width) * height + i / width,
+    let index = |c: usize, i: usize| {
+        if array.fortran_order {
+            (c * width + i % width) * height + i / width
+        } else {
+            i * channels + c
+        }
     };
     let plane = |c: usize| (0..width * height).map(|i| data[index(c, i)]).collect();
     let image = planar(width, height, (0..channels).map(plane).collect());

@@ -158,9 +158,12 @@ fn spectrum(
             triple(value, diagnostics).map(|v| SpectrumValue::Rgb(v.to_array()))
         }
         (Json::Array(pairs), false) => sampled(pairs, diagnostics),
-        (_, is_rgb) => number(value, diagnostics).map(|v| match is_rgb {
-            true => SpectrumValue::Rgb([v; 3]),
-            false => SpectrumValue::Uniform(v),
+        (_, is_rgb) => number(value, diagnostics).map(|v| {
+            if is_rgb {
+                SpectrumValue::Rgb([v; 3])
+            } else {
+                SpectrumValue::Uniform(v)
+            }
         }),
     }
 }

@@ -42,9 +42,10 @@ impl Writer {
                 Some(id) => self.object(id, object, false, 1),
                 None => {
                     let key = keys.fresh(object.kind);
-                    match is_new {
-                        true => self.object(&key, object, true, 1),
-                        false => self.reference(&key, object, 1),
+                    if is_new {
+                        self.object(&key, object, true, 1)
+                    } else {
+                        self.reference(&key, object, 1)
                     }
                 }
             }
@@ -69,9 +70,10 @@ impl Writer {
             let key = key.unwrap_or_else(|| keys.fresh(child.object.kind));
             let above = self.top.contains(&child.object.number);
             let again = above || !self.written.insert(child.object.number);
-            match again && child.object.id.is_some() {
-                true => self.reference(&key, &child.object, depth + 1),
-                false => self.object(&key, &child.object, true, depth + 1),
+            if again && child.object.id.is_some() {
+                self.reference(&key, &child.object, depth + 1)
+            } else {
+                self.object(&key, &child.object, true, depth + 1)
             }
         }
         self.out.push('\n');

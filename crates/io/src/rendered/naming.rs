@@ -45,9 +45,10 @@ impl<'a> Naming<'a> {
             parts.push(format!("{}.{slot}", self.length()));
         }
         if let Some(most) = decomposition.bounces {
-            parts.push(match bounce > most as usize {
-                true => "bounce.over".into(),
-                false => format!("bounce.{bounce}"),
+            parts.push(if bounce > most as usize {
+                "bounce.over".into()
+            } else {
+                format!("bounce.{bounce}")
             });
         }
         if decomposition.emitters.is_some() {

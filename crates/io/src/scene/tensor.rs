@@ -29,12 +29,13 @@ impl Tensor {
             Numbers::Double(v) => v.len(),
         };
         let expected = shape.iter().try_fold(1usize, |n, m| n.checked_mul(*m));
-        match expected == Some(found) {
-            true => Ok(Tensor { shape, numbers }),
-            false => Err(Problem::Mismatch {
+        if expected == Some(found) {
+            Ok(Tensor { shape, numbers })
+        } else {
+            Err(Problem::Mismatch {
                 expected: format!("an array of shape {shape:?}"),
                 found: format!("{found} numbers"),
-            }),
+            })
         }
     }
 

@@ -106,9 +106,10 @@ fn choices(plugin: &Plugin, definitions: &mut Map<String, Value>) {
 
 fn choice_name(kinds: &[PluginKind]) -> String {
     let words: Vec<&str> = kinds.iter().map(|kind| kind.tag()).collect();
-    match words.is_empty() {
-        true => "no-plugin".into(),
-        false => words.join("-or-"),
+    if words.is_empty() {
+        "no-plugin".into()
+    } else {
+        words.join("-or-")
     }
 }
 
@@ -170,9 +171,10 @@ fn described(parameter: &Parameter) -> Value {
         (text, _) => text.parse().ok(),
     };
     let words = parameter.default.starts_with('(');
-    let help = match words {
-        true => format!("{}; default: {}", parameter.help, parameter.default),
-        false => parameter.help.to_owned(),
+    let help = if words {
+        format!("{}; default: {}", parameter.help, parameter.default)
+    } else {
+        parameter.help.to_owned()
     };
     schema["description"] = help.into();
     if let Some(default) = default {

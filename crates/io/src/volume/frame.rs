@@ -28,9 +28,12 @@ impl Frame {
     /// From the unit cube, which the samples fill, to the file's coordinates. A single layer is one step
     /// thick, even between nodes.
     pub fn to_file(&self, size: [usize; 3]) -> DAffine3 {
-        let axis = |n: usize| match self.nodes && n > 1 {
-            true => (0.0, (n - 1) as f64),
-            false => (-0.5, n as f64),
+        let axis = |n: usize| {
+            if self.nodes && n > 1 {
+                (0.0, (n - 1) as f64)
+            } else {
+                (-0.5, n as f64)
+            }
         };
         let start = DVec3::from_array(size.map(|n| axis(n).0));
         let edge = DVec3::from_array(size.map(|n| axis(n).1));

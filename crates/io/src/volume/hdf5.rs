@@ -142,13 +142,14 @@ pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(
 
 fn datatype(element: Element) -> Datatype {
     let (size, byte_order) = (element.size() as u8, ByteOrder::LittleEndian);
-    match element.is_integer() {
-        false => Datatype::FloatingPoint { size, byte_order },
-        true => Datatype::FixedPoint {
+    if element.is_integer() {
+        Datatype::FixedPoint {
             size,
             signed: element.name().starts_with('i'),
             byte_order,
-        },
+        }
+    } else {
+        Datatype::FloatingPoint { size, byte_order }
     }
 }
 

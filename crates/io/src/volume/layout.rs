@@ -84,9 +84,10 @@ impl Layout {
     /// That of an array, whose first index runs fastest if `fortran`.
     pub fn new(shape: &[usize], fortran: bool, order: AxisOrder) -> Result<Self, Problem> {
         let Some(letters) = order.of(shape.len()) else {
-            let expected = match order.channels {
-                true => format!("an array of 4 axes ({order})"),
-                false => "an array of 3 axes, or 4 with the channels last".to_owned(),
+            let expected = if order.channels {
+                format!("an array of 4 axes ({order})")
+            } else {
+                "an array of 3 axes, or 4 with the channels last".to_owned()
             };
             let found = format!("{} ({})", shape.len(), binary::product(shape));
             return Err(Problem::Mismatch { expected, found });

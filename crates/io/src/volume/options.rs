@@ -59,9 +59,10 @@ pub(super) fn choose(names: &[&str], name: Option<&str>) -> Result<usize, Proble
             Some(name) => format!("one array '{name}'"),
             None => "one array, or its name (--dataset, or 'dataset' in a scene)".into(),
         },
-        found: match names.is_empty() {
-            true => "none".into(),
-            false => format!("the arrays: {}", names.join(", ")),
+        found: if names.is_empty() {
+            "none".into()
+        } else {
+            format!("the arrays: {}", names.join(", "))
         },
     })
 }

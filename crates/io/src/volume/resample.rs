@@ -66,9 +66,10 @@ impl Between {
     fn of(at: usize, new: usize, old: usize, nodes: bool) -> Self {
         let (at, new, old) = (at as i128, new as i128, old as i128);
         // The place in units of the old spacing, from the first old sample.
-        let (numerator, denominator) = match nodes && new > 1 && old > 1 {
-            true => (at * (old - 1), new - 1),
-            false => ((2 * at + 1) * old - new, 2 * new),
+        let (numerator, denominator) = if nodes && new > 1 && old > 1 {
+            (at * (old - 1), new - 1)
+        } else {
+            ((2 * at + 1) * old - new, 2 * new)
         };
         let most = (old - 1) * denominator;
         let numerator = numerator.clamp(0, most);
@@ -92,9 +93,12 @@ impl Frame {
             return *self;
         }
         let cube = self.to_file(old);
-        let axis = |n: usize| match self.nodes && n > 1 {
-            true => (0.0, 1.0 / (n - 1) as f64),
-            false => (0.5 / n as f64, 1.0 / n as f64),
+        let axis = |n: usize| {
+            if self.nodes && n > 1 {
+                (0.0, 1.0 / (n - 1) as f64)
+            } else {
+                (0.5 / n as f64, 1.0 / n as f64)
+            }
         };
         let first = DVec3::from_array(new.map(|n| axis(n).0));
         let step = DVec3::from_array(new.map(|n| axis(n).1));

@@ -11,9 +11,10 @@ use proptest::test_runner::{Config, RngSeed};
 /// not touch; under `MORGANA_LONG_TESTS` 50 000 that nobody has tried before.
 pub fn inputs() -> Config {
     let long = std::env::var_os("MORGANA_LONG_TESTS").is_some();
-    let (cases, rng_seed) = match long {
-        true => (50_000, RngSeed::Random),
-        false => (1000, RngSeed::Fixed(1)),
+    let (cases, rng_seed) = if long {
+        (50_000, RngSeed::Random)
+    } else {
+        (1000, RngSeed::Fixed(1))
     };
     Config {
         cases,

@@ -41,9 +41,10 @@ impl Blend {
         [u, v, w]: [f64; 3],
     ) -> Option<BsdfSample> {
         let [(first, left), (second, share)] = self.shares(s);
-        let (bsdf, share, u) = match u < share {
-            true => (second, share, u / share),
-            false => (first, left, (u - share) / left),
+        let (bsdf, share, u) = if u < share {
+            (second, share, u / share)
+        } else {
+            (first, left, (u - share) / left)
         };
         let sample = bsdf.sample(s, toward, [u, v, w])?;
         if sample.delta {

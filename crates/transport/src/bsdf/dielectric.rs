@@ -76,9 +76,10 @@ impl Dielectric {
         transmitted: bool,
     ) -> (Spectrum, f64) {
         let f = fresnel::dielectric(cos.min(1.0), n_near, n_far).reflectance;
-        match transmitted {
-            true => (self.specular_transmittance, 1.0 - f),
-            false => (self.specular_reflectance, f),
+        if transmitted {
+            (self.specular_transmittance, 1.0 - f)
+        } else {
+            (self.specular_reflectance, f)
         }
     }
 }

@@ -67,8 +67,9 @@ pub(super) fn check_index(name: &'static str, s: Spectrum) -> Result<(), BsdfErr
 
 /// Checks an index over another one.
 pub(super) fn check_eta(value: f64) -> Result<(), BsdfError> {
-    match value.is_finite() && value > 0.0 {
-        true => Ok(()),
-        false => Err(BsdfError::Eta { value }),
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(BsdfError::Eta { value })
     }
 }

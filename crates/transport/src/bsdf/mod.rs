@@ -219,9 +219,10 @@ impl Bsdf {
 
     /// Itself, to be nested in an `outer` one, if it is opaque.
     fn opaque(self, outer: &'static str) -> Result<Self, BsdfError> {
-        match self.is_opaque() {
-            true => Ok(self),
-            false => Err(BsdfError::NotOpaque { outer }),
+        if self.is_opaque() {
+            Ok(self)
+        } else {
+            Err(BsdfError::NotOpaque { outer })
         }
     }
 }

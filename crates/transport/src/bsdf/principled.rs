@@ -77,12 +77,11 @@ impl Principled {
         if o.z <= 0.0 {
             return None;
         }
-        let i = match u < local.share_of_facets() {
-            true => {
-                let h = local.facets.sample_visible(o, [v, w]);
-                reflect(o, h, o.dot(h)).normalize()
-            }
-            false => cosine_hemisphere_sample([v, w]),
+        let i = if u < local.share_of_facets() {
+            let h = local.facets.sample_visible(o, [v, w]);
+            reflect(o, h, o.dot(h)).normalize()
+        } else {
+            cosine_hemisphere_sample([v, w])
         };
         let direction = frame.to_world(i).normalize();
         let pdf = self.pdf(s, toward, direction);

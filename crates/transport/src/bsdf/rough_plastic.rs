@@ -55,12 +55,11 @@ impl RoughPlastic {
             return None;
         }
         let facets = self.roughness.at(s);
-        let i = match u < self.coats.at(&facets).passes(o.z) {
-            true => cosine_hemisphere_sample([v, w]),
-            false => {
-                let h = facets.sample_visible(o, [v, w]);
-                reflect(o, h, o.dot(h)).normalize()
-            }
+        let i = if u < self.coats.at(&facets).passes(o.z) {
+            cosine_hemisphere_sample([v, w])
+        } else {
+            let h = facets.sample_visible(o, [v, w]);
+            reflect(o, h, o.dot(h)).normalize()
         };
         let direction = frame.to_world(i).normalize();
         let pdf = self.pdf(s, toward, direction);

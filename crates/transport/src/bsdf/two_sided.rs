@@ -27,9 +27,10 @@ impl TwoSided {
 
     /// The surface that `toward` sees, with the normal on its side.
     fn seen(&self, s: &Surface, toward: DVec3) -> (&Bsdf, Surface) {
-        match s.normal.dot(toward) >= 0.0 {
-            true => (&self.sides[0], *s),
-            false => (&self.sides[1], s.turned()),
+        if s.normal.dot(toward) >= 0.0 {
+            (&self.sides[0], *s)
+        } else {
+            (&self.sides[1], s.turned())
         }
     }
 

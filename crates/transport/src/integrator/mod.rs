@@ -130,9 +130,12 @@ impl Integrator {
 
 /// Probabilities of the channels, alike for those in use.
 pub fn even_channel_pdf(channels: usize) -> Spectrum {
-    let value = |c| match c < channels {
-        true => 1.0 / channels as f64,
-        false => 0.0,
+    let value = |c| {
+        if c < channels {
+            1.0 / channels as f64
+        } else {
+            0.0
+        }
     };
     Spectrum(std::array::from_fn(value))
 }

@@ -335,9 +335,10 @@ impl Tracing<'_> {
             edge.geometry.density(*direction_pdf, n) * cos * edge.geometry.survival(channel_pdf);
         let most = by_connection / (by_connection + by_chance);
         // Where little is the connections' anyway, whether they find the edge is asked but now and then.
-        let asked = match self.scene.is_straight() || self.ws.nee_training.is_some() {
-            true => 1.0,
-            false => (ASK * most).min(1.0),
+        let asked = if self.scene.is_straight() || self.ws.nee_training.is_some() {
+            1.0
+        } else {
+            (ASK * most).min(1.0)
         };
         if asked < 1.0 && self.sampler.next_1d() >= asked {
             return 1.0;
@@ -383,9 +384,10 @@ impl Tracing<'_> {
         };
         next.start = scattered.start;
         next.throughput = throughput * scattered.weight;
-        next.from = match scattered.delta {
-            true => None,
-            false => Some((vertex, scattered.pdf)),
+        next.from = if scattered.delta {
+            None
+        } else {
+            Some((vertex, scattered.pdf))
         };
         next.way = way;
         true

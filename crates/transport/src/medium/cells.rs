@@ -43,9 +43,10 @@ impl Cells {
         let up = self.inverse[axis] > 0.0;
         let plane = self.cell[axis] + i32::from(up);
         let [first, last] = self.planes[axis];
-        match plane >= first && plane <= last && self.inverse[axis].is_finite() {
-            true => (f64::from(plane) - self.start[axis]) * self.inverse[axis],
-            false => f64::INFINITY,
+        if plane >= first && plane <= last && self.inverse[axis].is_finite() {
+            (f64::from(plane) - self.start[axis]) * self.inverse[axis]
+        } else {
+            f64::INFINITY
         }
     }
 }

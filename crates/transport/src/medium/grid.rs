@@ -171,9 +171,8 @@ impl Grid {
         let cells = std::array::from_fn(|axis| self.cell(axis, place[axis]));
         match self.channels {
             1 => Spectrum::splat(self.value(&cells, 0)),
-            n => Spectrum(std::array::from_fn(|c| match c < n {
-                true => self.value(&cells, c),
-                false => 0.0,
+            n => Spectrum(std::array::from_fn(|c| {
+                if c < n { self.value(&cells, c) } else { 0.0 }
             })),
         }
     }
@@ -267,9 +266,12 @@ impl Grid {
         std::array::from_fn(|i| {
             let (x, y, z) = (xs[i & 1], ys[i >> 1 & 1], zs[i >> 2]);
             let first = self.channels * (x + self.size[0] * (y + self.size[1] * z));
-            std::array::from_fn(|c| match c < self.channels {
-                true => f64::from(self.data[first + c]),
-                false => 0.0,
+            std::array::from_fn(|c| {
+                if c < self.channels {
+                    f64::from(self.data[first + c])
+                } else {
+                    0.0
+                }
             })
         })
     }
@@ -319,9 +321,10 @@ fn to_samples(size: [usize; 3], placement: Placement) -> DAffine3 {
 
 /// In words, for messages.
 fn range(low: f64, high: f64) -> String {
-    match high < f64::MAX {
-        true => format!("in [{low}, {high}]"),
-        false => format!("of at least {low}"),
+    if high < f64::MAX {
+        format!("in [{low}, {high}]")
+    } else {
+        format!("of at least {low}")
     }
 }
 

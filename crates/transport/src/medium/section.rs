@@ -166,14 +166,16 @@ impl<const N: usize> Piece<'_, N> {
         let mut theta = low;
         for _ in 0..MOST_STEPS {
             let excess = self.integral([from, theta])[channel] - target;
-            match excess < 0.0 {
-                true => low = theta,
-                false => high = theta,
+            if excess < 0.0 {
+                low = theta
+            } else {
+                high = theta
             }
             let newton = theta - excess / self.value(theta)[channel];
-            let next = match newton >= low && newton <= high {
-                true => newton,
-                false => 0.5 * (low + high),
+            let next = if newton >= low && newton <= high {
+                newton
+            } else {
+                0.5 * (low + high)
             };
             let change = (next - theta).abs();
             theta = next;

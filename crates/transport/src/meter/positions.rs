@@ -34,9 +34,12 @@ impl Positions {
         let divide = |(part, area): (usize, &f64)| {
             let disk =
                 matches!(shape, Shape::Disk(_)) || matches!(shape, Shape::Cylinder(_)) && part > 0;
-            let fraction = move |i: usize| match disk {
-                true => (2 * i + 1) as f64 / (u * u * v) as f64,
-                false => 1.0 / (u * v) as f64,
+            let fraction = move |i: usize| {
+                if disk {
+                    (2 * i + 1) as f64 / (u * u * v) as f64
+                } else {
+                    1.0 / (u * v) as f64
+                }
             };
             let area = *area;
             (0..u * v)

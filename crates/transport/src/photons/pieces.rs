@@ -29,11 +29,12 @@ pub fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = Piece<'a>
     // A Bézier curve of degree 5 with second differences of control points up to D leaves the chord of a
     // piece of width w by at most ⅛ w² 20 D.
     let c = arc.control();
-    let bend = match arc.is_straight() {
-        true => 0.0,
-        false => (0..4)
+    let bend = if arc.is_straight() {
+        0.0
+    } else {
+        (0..4)
             .map(|i| (c[i] - 2.0 * c[i + 1] + c[i + 2]).length())
-            .fold(0.0, f64::max),
+            .fold(0.0, f64::max)
     };
     let sag = move |width: f64| 2.5 * width * width * bend;
     let count = (sag(end) / (SAG * radius)).sqrt().ceil().clamp(1.0, MOST) as usize;

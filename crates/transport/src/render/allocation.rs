@@ -65,10 +65,7 @@ impl Allocation {
     pub fn new(scene: &Scene, adaptive: bool) -> Self {
         Allocation {
             unit: scene.whole_periods(1),
-            shares: match adaptive {
-                true => Shares::Open,
-                false => Shares::Even,
-            },
+            shares: if adaptive { Shares::Open } else { Shares::Even },
         }
     }
 
@@ -259,9 +256,10 @@ fn scale(worths: &[f32]) -> f64 {
     let mut high = f64::from(LARGEST) / extreme(f32::min);
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
-        match sum(middle) < wanted {
-            true => low = middle,
-            false => high = middle,
+        if sum(middle) < wanted {
+            low = middle
+        } else {
+            high = middle
         }
     }
     high

@@ -121,9 +121,10 @@ impl Surveyed {
                 break;
             }
         }
-        match gains.iter().all(|gain| *gain > 1.0) {
-            true => other,
-            false => self,
+        if gains.iter().all(|gain| *gain > 1.0) {
+            other
+        } else {
+            self
         }
     }
 }

@@ -118,11 +118,10 @@ pub(super) fn add(pixel: &mut Pixel, value: Spectrum, not_finite: &mut u64) -> S
 
 /// A sample, or zero if it is not finite in the single precision of images, which is counted.
 pub(super) fn finite(value: Spectrum, not_finite: &mut u64) -> Spectrum {
-    match value.0.iter().all(|v| v.abs() <= f64::from(f32::MAX)) {
-        true => value,
-        false => {
-            *not_finite += 1;
-            Spectrum::ZERO
-        }
+    if value.0.iter().all(|v| v.abs() <= f64::from(f32::MAX)) {
+        value
+    } else {
+        *not_finite += 1;
+        Spectrum::ZERO
     }
 }

@@ -138,9 +138,10 @@ impl Seen<'_> {
         if let [only] = &members[..] {
             return (only.emitter, 1.0);
         }
-        let member = match u < FLOOR {
-            true => (u / FLOOR * members.len() as f64) as usize,
-            false => self.descend((u - FLOOR) / (1.0 - FLOOR)),
+        let member = if u < FLOOR {
+            (u / FLOOR * members.len() as f64) as usize
+        } else {
+            self.descend((u - FLOOR) / (1.0 - FLOOR))
         };
         let member = member.min(members.len() - 1);
         (members[member].emitter, self.probability(member))

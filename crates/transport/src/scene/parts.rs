@@ -60,8 +60,7 @@ pub struct FilmSpec {
     /// Number of spectral channels.
     pub channels: usize,
     /// Number of channels that share their paths, 1 to [`Spectrum::CHANNELS`](crate::Spectrum::CHANNELS): one where the index
-    /// depends on
-    /// the wavelength.
+    /// depends on the wavelength.
     pub group_size: usize,
     /// Reconstruction filter.
     pub filter: Filter,

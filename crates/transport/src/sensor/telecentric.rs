@@ -138,9 +138,10 @@ impl Stop {
             if middle <= low || middle >= high {
                 break;
             }
-            match Stop::segment(middle) < wanted {
-                true => low = middle,
-                false => high = middle,
+            if Stop::segment(middle) < wanted {
+                low = middle
+            } else {
+                high = middle
             }
         }
         let t = 0.5 * (low + high);

@@ -193,9 +193,10 @@ impl Nearest {
     }
 
     fn choose(self) -> Option<(usize, Meeting)> {
-        match self.ties.is_empty() {
-            true => self.first,
-            false => self.hits().min_by_key(|(i, _)| *i).copied(),
+        if self.ties.is_empty() {
+            self.first
+        } else {
+            self.hits().min_by_key(|(i, _)| *i).copied()
         }
     }
 }

@@ -81,9 +81,10 @@ impl Cylinder {
     }
 
     pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
-        match arc.is_straight() {
-            true => self.cross(&Line::new(arc, theta, &self.placement)),
-            false => self.cross(&Curve::new(arc, theta, &self.placement, &LOCAL)?),
+        if arc.is_straight() {
+            self.cross(&Line::new(arc, theta, &self.placement))
+        } else {
+            self.cross(&Curve::new(arc, theta, &self.placement, &LOCAL)?)
         }
     }
 

@@ -36,9 +36,10 @@ impl Disk {
     }
 
     pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
-        match arc.is_straight() {
-            true => cross(&Line::new(arc, theta, &self.placement)),
-            false => cross(&Curve::new(arc, theta, &self.placement, &LOCAL)?),
+        if arc.is_straight() {
+            cross(&Line::new(arc, theta, &self.placement))
+        } else {
+            cross(&Curve::new(arc, theta, &self.placement, &LOCAL)?)
         }
     }
 

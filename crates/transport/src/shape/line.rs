@@ -52,9 +52,10 @@ impl Line {
                 leave = (far, axis);
             }
         }
-        match enter.0 <= leave.0 {
-            true => self.passes(enter, -1.0).or_else(|| self.passes(leave, 1.0)),
-            false => None,
+        if enter.0 <= leave.0 {
+            self.passes(enter, -1.0).or_else(|| self.passes(leave, 1.0))
+        } else {
+            None
         }
     }
 
@@ -88,9 +89,10 @@ impl Track for Line {
                 let across = |p: DVec3| if axes == 2 { p.with_z(0.0) } else { p };
                 let root = |from| radial(across(self.start), across(self.step), [from, to], noise);
                 let first = root(from)?;
-                match accept(self.position(first)) {
-                    true => Some(first),
-                    false => root(first).filter(|u| accept(self.position(*u))),
+                if accept(self.position(first)) {
+                    Some(first)
+                } else {
+                    root(first).filter(|u| accept(self.position(*u)))
                 }
             }
         }
@@ -224,9 +226,10 @@ mod tests {
         let mut found = [0; 2];
         for _ in 0..100_000 {
             let (a, b) = (next().abs(), next().abs());
-            let range = match next() > 0.0 {
-                true => [0.0, 1.0],
-                false => [a.min(b), a.max(b)],
+            let range = if next() > 0.0 {
+                [0.0, 1.0]
+            } else {
+                [a.min(b), a.max(b)]
             };
             let noise = [1e-15, 1e-15];
             let c = [next(), next()];

@@ -63,12 +63,11 @@ impl Sphere {
 
     pub(super) fn meet(&self, arc: &Arc, theta: [f64; 2]) -> Option<Meeting> {
         let within = |p: DVec3| p.length_squared() < WITHIN;
-        match arc.is_straight() {
-            true => cross(&Line::new(arc, theta, &self.placement)),
-            false => {
-                let curve = Curve::leaving(arc, theta, &self.placement, &LOCAL, within);
-                cross(&curve?)
-            }
+        if arc.is_straight() {
+            cross(&Line::new(arc, theta, &self.placement))
+        } else {
+            let curve = Curve::leaving(arc, theta, &self.placement, &LOCAL, within);
+            cross(&curve?)
         }
     }
 

@@ -54,9 +54,10 @@ pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> B
         for (guess, found) in all.branches {
             let first = primary.is_ok_and(|p| solver.is_same_branch(&p, &found));
             // Again, for the pieces of its ray.
-            let found = match first {
-                true => solver.connect(scene, start, to),
-                false => solver.solve(scene, &guess, to),
+            let found = if first {
+                solver.connect(scene, start, to)
+            } else {
+                solver.solve(scene, &guess, to)
             };
             match found {
                 Ok(found) => list.push(branch(scenes, &found, solver.pieces(), first)),

@@ -174,9 +174,10 @@ impl TracedRay<'_> {
         loop {
             let (x, v) = (flow.node().x, flow.node().v);
             let left = self.max_length - self.line.length;
-            let reach = match field.is_constant() {
-                true => self.ball.exit(x, v.normalize()),
-                false => 2.0 * self.ball.radius,
+            let reach = if field.is_constant() {
+                self.ball.exit(x, v.normalize())
+            } else {
+                2.0 * self.ball.radius
             };
             if reach <= 0.0 {
                 return Some(Ending::Left);

@@ -76,9 +76,10 @@ impl Case {
         if self.view == View::PinholeInside && self.matter != Matter::Ball {
             return None;
         }
-        Some(match self.scatters_forward() {
-            true => effort.times(20),
-            false => effort,
+        Some(if self.scatters_forward() {
+            effort.times(20)
+        } else {
+            effort
         })
     }
 

@@ -81,21 +81,22 @@ fn estimators_agree_quickly() {
 
 #[test]
 fn estimators_agree() {
-    let (cases, effort) = match long() {
-        true => (
+    let (cases, effort) = if long() {
+        (
             whole(),
             Effort {
                 batches: 24,
                 work: 600_000,
             },
-        ),
-        false => (
+        )
+    } else {
+        (
             covering(),
             Effort {
                 batches: 12,
                 work: 1_200_000,
             },
-        ),
+        )
     };
     let rows = rows(&cases, effort);
     let pooled = by_level(&cases, &rows);

@@ -118,9 +118,12 @@ fn layers_do_not_depend_on_threads_and_passes() {
             ..Options::new(integrator, 40, 5)
         };
         let scene = [Scene::new(lens()).unwrap()];
-        let stopped = render(&scene, &options, |progress| match progress.done >= 5 {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        let stopped = render(&scene, &options, |progress| {
+            if progress.done >= 5 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         });
         let short = shoot((integrator, everything()), &lens(), stopped.samples, 5);
         assert_eq!(stopped.film, short.film);

@@ -122,9 +122,10 @@ fn fluence_in_a_furnace_is_that_of_the_index_squared() {
         // The mean of n² over a shell, exact for polynomials in r².
         let mean = |i: usize| {
             let (a, b) = (0.2 * i as f64, 0.2 * (i + 1) as f64);
-            match medium.index.is_constant() {
-                true => squared(a),
-                false => 2.0 - 0.6 * (b.powi(5) - a.powi(5)) / (b.powi(3) - a.powi(3)),
+            if medium.index.is_constant() {
+                squared(a)
+            } else {
+                2.0 - 0.6 * (b.powi(5) - a.powi(5)) / (b.powi(3) - a.powi(3))
             }
         };
         let exact: Vec<f64> = (0..5).map(|i| 4.0 * PI * mean(i)).collect();

@@ -75,14 +75,16 @@ fn medium(loaded: &Loaded, id: MediumId) -> Value {
     let (medium, region) = (scene.medium(id), &scene.regions()[id]);
     let bounds = &region.bounds;
     let constant = medium.index.is_constant();
-    let (low, high) = match constant {
-        true => constant_index(loaded, id),
-        false => (bounds.n_min(), bounds.n_max()),
+    let (low, high) = if constant {
+        constant_index(loaded, id)
+    } else {
+        (bounds.n_min(), bounds.n_max())
     };
     let range = |(low, high): (f64, f64)| json!({ "min": low, "max": high });
-    let [extinction, albedo] = match medium.is_transparent() {
-        true => [Value::Null, Value::Null],
-        false => extinction_and_albedo(loaded, id).map(range),
+    let [extinction, albedo] = if medium.is_transparent() {
+        [Value::Null, Value::Null]
+    } else {
+        extinction_and_albedo(loaded, id).map(range)
     };
     let uniqueness = region.uniqueness.as_ref();
     json!({

@@ -25,15 +25,14 @@ use transport::sensor::Sensor;
 pub fn info(args: &InfoArgs) -> Result<ExitCode, Failure> {
     let loaded = load_as_it_is(&args.scene)?;
     let mut stdout = std::io::stdout();
-    let text = match args.json {
-        true => format!("{:#}\n", json::describe(&args.scene.path, &loaded)),
-        false => {
-            let style = Style::detect(stdout.is_terminal());
-            let text = text::describe(&args.scene.path, &loaded);
-            safe(&text.map_err(|e| Failure::Runtime(e.to_string()))?)
-                + &loaded.warnings.render(style)
-                + &loaded.notes_of_differences().render(style)
-        }
+    let text = if args.json {
+        format!("{:#}\n", json::describe(&args.scene.path, &loaded))
+    } else {
+        let style = Style::detect(stdout.is_terminal());
+        let text = text::describe(&args.scene.path, &loaded);
+        safe(&text.map_err(|e| Failure::Runtime(e.to_string()))?)
+            + &loaded.warnings.render(style)
+            + &loaded.notes_of_differences().render(style)
     };
     stdout.write_all(text.as_bytes())?;
     Ok(ExitCode::SUCCESS)

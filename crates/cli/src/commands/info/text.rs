@@ -22,9 +22,10 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Result<String, std::fmt::Error>
     let out = &mut text;
     writeln!(out, "{}", escaped(&file_name(path)))?;
     writeln!(out, "  hash         {}", loaded.hash)?;
-    match loaded.instruments.is_empty() {
-        true => picture(out, loaded)?,
-        false => meters(out, loaded)?,
+    if loaded.instruments.is_empty() {
+        picture(out, loaded)?
+    } else {
+        meters(out, loaded)?
     }
     writeln!(
         out,
@@ -146,9 +147,10 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
         let n = span((low, high));
         writeln!(out, "    index      {n}: straight rays")?;
     } else {
-        let first = match low < high {
-            true => format!(", at {}", loaded.channel_names[0]),
-            false => String::new(),
+        let first = if low < high {
+            format!(", at {}", loaded.channel_names[0])
+        } else {
+            String::new()
         };
         writeln!(
             out,

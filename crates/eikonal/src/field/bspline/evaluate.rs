@@ -106,9 +106,10 @@ impl Bspline {
             let start = self.lattice.offset(first.map(|i| i as usize));
             (&self.coefficients[start..], self.lattice.strides())
         } else {
-            match inside {
-                true => self.gather_columns(first.map(|i| i as usize), &mut gathered),
-                false => self.gather_clamped(first, &mut gathered),
+            if inside {
+                self.gather_columns(first.map(|i| i as usize), &mut gathered)
+            } else {
+                self.gather_clamped(first, &mut gathered)
             }
             (&gathered[..], [1, 4, 16])
         };

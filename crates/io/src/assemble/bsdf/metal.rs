@@ -63,14 +63,15 @@ pub(super) fn optics(q: &mut Query) -> Optics {
             };
         }
     }
-    match optical {
-        true => Optics {
+    if optical {
+        Optics {
             eta: q.spectrum_or("eta", SpectrumValue::Uniform(0.0)),
             k: q.spectrum_or("k", SpectrumValue::Uniform(1.0)),
-        },
-        false => Optics {
+        }
+    } else {
+        Optics {
             eta: SpectrumValue::Uniform(0.0),
             k: SpectrumValue::Uniform(1.0),
-        },
+        }
     }
 }

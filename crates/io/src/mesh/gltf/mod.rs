@@ -80,9 +80,10 @@ pub fn parse(
         let children = list(node, "children").iter().rev();
         open.extend(children.map(|child| (child, frame)));
     }
-    match open.is_empty() {
-        true => check_mesh(builder.mesh),
-        false => Err(wrong("a node is below itself, or below two others")),
+    if open.is_empty() {
+        check_mesh(builder.mesh)
+    } else {
+        Err(wrong("a node is below itself, or below two others"))
     }
 }
 
@@ -176,9 +177,12 @@ impl Builder<'_> {
     /// Texture coordinates and colours, if all parts have them. Both are as in images: v grows downwards, and
     /// colours are linear.
     fn attributes(&mut self, attributes: &Value, count: usize) -> Result<(), Problem> {
-        let fits = |n: usize| match n == count {
-            true => Ok(()),
-            false => Err(wrong(format!("{n} attributes of {count} vertices"))),
+        let fits = |n: usize| {
+            if n == count {
+                Ok(())
+            } else {
+                Err(wrong(format!("{n} attributes of {count} vertices")))
+            }
         };
         match (index(attributes, "TEXCOORD_0"), &mut self.mesh.uvs) {
             (Some(accessor), Some(all)) => {

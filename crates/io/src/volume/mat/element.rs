@@ -143,8 +143,9 @@ impl Head {
 }
 
 fn word(bytes: [u8; 4], big: bool) -> u32 {
-    match big {
-        true => u32::from_be_bytes(bytes),
-        false => u32::from_le_bytes(bytes),
+    if big {
+        u32::from_be_bytes(bytes)
+    } else {
+        u32::from_le_bytes(bytes)
     }
 }

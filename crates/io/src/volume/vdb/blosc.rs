@@ -54,9 +54,10 @@ pub(super) fn unpack(bytes: &[u8], size: usize) -> Result<Vec<u8>, Problem> {
         if plain.len() != length {
             return Err(damaged());
         }
-        match flags & SHUFFLED != 0 && width > 1 {
-            true => out.extend(unshuffled(&plain, width)),
-            false => out.extend(plain),
+        if flags & SHUFFLED != 0 && width > 1 {
+            out.extend(unshuffled(&plain, width))
+        } else {
+            out.extend(plain)
         }
     }
     out.truncate(size);

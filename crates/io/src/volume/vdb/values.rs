@@ -70,10 +70,14 @@ impl<'a> Coding<'a> {
         }
         let stored = (0..count).filter(|i| is_on(active, *i)).count();
         let mut stored = self.numbers(cursor, stored)?.into_iter();
-        let value = |i: usize| match is_on(active, i) {
-            true => stored.next().unwrap_or(background),
-            false if !selection.is_empty() && is_on(selection, i) => second,
-            false => first,
+        let value = |i: usize| {
+            if is_on(active, i) {
+                stored.next().unwrap_or(background)
+            } else if !selection.is_empty() && is_on(selection, i) {
+                second
+            } else {
+                first
+            }
         };
         Ok((0..count).map(value).collect())
     }

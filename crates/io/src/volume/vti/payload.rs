@@ -32,12 +32,11 @@ impl<'a> Appended<'a> {
     fn from(&self, offset: usize) -> Result<Cow<'a, [u8]>, Problem> {
         let beyond = || bad(format!("an offset of {offset} beyond its appended data"));
         let bytes = self.bytes.get(offset..).ok_or_else(beyond)?;
-        match self.is_base64 {
-            false => Ok(bytes.into()),
-            true => {
-                let end = bytes.iter().position(|b| *b == b'<');
-                Ok(decode(&bytes[..end.unwrap_or(bytes.len())])?.into())
-            }
+        if self.is_base64 {
+            let end = bytes.iter().position(|b| *b == b'<');
+            Ok(decode(&bytes[..end.unwrap_or(bytes.len())])?.into())
+        } else {
+            Ok(bytes.into())
         }
     }
 }
@@ -91,9 +90,10 @@ impl Payload {
             other => return Err(bad(format!("an array of format {other:?}"))),
         };
         let expected = layout.count() * self.encoding.element.size();
-        let payload: Cow<[u8]> = match self.zlib {
-            true => self.inflate(&bytes, expected)?.into(),
-            false => self.plain(&bytes, expected)?.into(),
+        let payload: Cow<[u8]> = if self.zlib {
+            self.inflate(&bytes, expected)?.into()
+        } else {
+            self.plain(&bytes, expected)?.into()
         };
         layout.read(&mut &payload[..], self.encoding)
     }
@@ -154,12 +154,13 @@ impl Payload {
 }
 
 fn check_size(expected: usize, found: usize) -> Result<(), Problem> {
-    match expected == found {
-        true => Ok(()),
-        false => Err(Problem::Mismatch {
+    if expected == found {
+        Ok(())
+    } else {
+        Err(Problem::Mismatch {
             expected: format!("an array of {expected} bytes"),
             found: format!("{found}"),
-        }),
+        })
     }
 }
 

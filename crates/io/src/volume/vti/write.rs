@@ -34,9 +34,10 @@ fn header<T: Sample>(volume: &Volume<T>, name: &str, kind: &str) -> String {
     let spacing = frame.spacing();
     let direction = frame.steps * DMat3::from_diagonal(spacing.recip());
     // Of a cell, VTK's origin is the corner.
-    let (group, origin, less) = match frame.nodes {
-        true => ("PointData", frame.first, 1),
-        false => ("CellData", frame.first - frame.steps * DVec3::splat(0.5), 0),
+    let (group, origin, less) = if frame.nodes {
+        ("PointData", frame.first, 1)
+    } else {
+        ("CellData", frame.first - frame.steps * DVec3::splat(0.5), 0)
     };
     let extent = volume.size().map(|n| format!("0 {}", n - less)).join(" ");
     let direction = direction.transpose().to_cols_array().map(|v| v.to_string());

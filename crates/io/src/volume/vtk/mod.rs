@@ -58,14 +58,13 @@ fn read_from<T: Sample>(
     reader
         .seek(SeekFrom::Start(array.at))
         .map_err(Problem::Read)?;
-    let data = match file.binary {
-        true => layout.read(reader, Encoding::big(array.element))?,
-        false => {
-            let mut text = String::new();
-            let ends = reader.take(array.bytes).read_to_string(&mut text);
-            ends.map_err(Problem::Read)?;
-            layout.parse(&text)?
-        }
+    let data = if file.binary {
+        layout.read(reader, Encoding::big(array.element))?
+    } else {
+        let mut text = String::new();
+        let ends = reader.take(array.bytes).read_to_string(&mut text);
+        ends.map_err(Problem::Read)?;
+        layout.parse(&text)?
     };
     let volume = Volume::new(sizes, array.components, data)?;
     Ok(volume.with_frame(frame).with_element(array.element))
@@ -84,9 +83,10 @@ fn grid(file: &File, array: &Array) -> Result<([usize; 3], Frame), Problem> {
         steps: DMat3::from_diagonal(file.spacing),
         nodes: array.on_points,
     };
-    match frame.is_sound() && file.spacing.min_element() > 0.0 {
-        true => Ok((axes.map(|(size, _)| size), frame)),
-        false => Err(bad("its ORIGIN or SPACING is degenerate")),
+    if frame.is_sound() && file.spacing.min_element() > 0.0 {
+        Ok((axes.map(|(size, _)| size), frame))
+    } else {
+        Err(bad("its ORIGIN or SPACING is degenerate"))
     }
 }
 

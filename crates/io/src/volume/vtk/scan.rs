@@ -147,26 +147,23 @@ impl<R: BufRead + Seek> Scanner<'_, R> {
         let at = self.position()?;
         let too_large = || Problem::TooLarge(format!("an array of {n} x {components}"));
         let count = n.checked_mul(components).ok_or_else(too_large)?;
-        let bytes = match self.binary {
-            true => {
-                let bytes = (count as u64).checked_mul(element.size() as u64);
-                let end = bytes.and_then(|bytes| bytes.checked_add(at));
-                let end = end.ok_or_else(too_large)?;
-                if end > self.size {
-                    return Err(Problem::Truncated {
-                        expected: end,
-                        found: self.size,
-                    });
-                }
-                let seek = self.reader.seek(SeekFrom::Start(end));
-                seek.map_err(Problem::Read)? - at
+        let bytes = if self.binary {
+            let bytes = (count as u64).checked_mul(element.size() as u64);
+            let end = bytes.and_then(|bytes| bytes.checked_add(at));
+            let end = end.ok_or_else(too_large)?;
+            if end > self.size {
+                return Err(Problem::Truncated {
+                    expected: end,
+                    found: self.size,
+                });
             }
-            false => {
-                for _ in 0..count {
-                    self.skip_word()?;
-                }
-                self.position()? - at
+            let seek = self.reader.seek(SeekFrom::Start(end));
+            seek.map_err(Problem::Read)? - at
+        } else {
+            for _ in 0..count {
+                self.skip_word()?;
             }
+            self.position()? - at
         };
         Ok(self.samples.map(|(_, on_points)| Array {
             name: name.to_owned(),
@@ -222,9 +219,10 @@ impl<R: BufRead + Seek> Scanner<'_, R> {
         loop {
             let buffer = self.reader.fill_buf().map_err(Problem::Read)?;
             if buffer.is_empty() {
-                return match inside {
-                    true => Ok(()),
-                    false => Err(bad("an array ends early")),
+                return if inside {
+                    Ok(())
+                } else {
+                    Err(bad("an array ends early"))
                 };
             }
             for (i, byte) in buffer.iter().enumerate() {

@@ -33,9 +33,10 @@ pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(
 fn header<T: Sample>(volume: &Volume<T>, name: &str, kind: &str) -> String {
     let Frame { first, nodes, .. } = volume.place();
     let spacing = volume.place().spacing();
-    let (group, origin, more) = match nodes {
-        true => ("POINT_DATA", first, 0),
-        false => ("CELL_DATA", first - 0.5 * spacing, 1),
+    let (group, origin, more) = if nodes {
+        ("POINT_DATA", first, 0)
+    } else {
+        ("CELL_DATA", first - 0.5 * spacing, 1)
     };
     let [x, y, z] = volume.size().map(|n| n + more);
     let voxels: usize = volume.size().iter().product();

@@ -58,10 +58,7 @@ impl Dialect {
 
     /// A parameter's or role's name, as Mitsuba 3 writes it.
     pub fn name(&self, name: String) -> String {
-        match self.old {
-            true => snake_case(&name),
-            false => name,
-        }
+        if self.old { snake_case(&name) } else { name }
     }
 
     /// Brings a plugin up to date.

@@ -227,8 +227,9 @@ const FLOOR: f64 = 0.2;
 fn with_floor(guesses: Vec<f64>) -> Vec<f64> {
     let sum: f64 = guesses.iter().sum();
     let mixed = |g: f64| (1.0 - FLOOR) * g / sum + FLOOR / guesses.len() as f64;
-    match sum > 0.0 && sum.is_finite() {
-        true => guesses.iter().map(|&g| mixed(g)).collect(),
-        false => vec![1.0; guesses.len()],
+    if sum > 0.0 && sum.is_finite() {
+        guesses.iter().map(|&g| mixed(g)).collect()
+    } else {
+        vec![1.0; guesses.len()]
     }
 }

@@ -73,9 +73,12 @@ impl Default for PhotonMapping {
 impl PhotonMapping {
     /// The radii of the map of a sample, given that of the first.
     pub fn radii(&self, first: f64, sample: u64) -> Radii {
-        let shrunk = |dimensions: f64| match self.progressive {
-            true => first * shrinkage(dimensions, sample),
-            false => first,
+        let shrunk = |dimensions: f64| {
+            if self.progressive {
+                first * shrinkage(dimensions, sample)
+            } else {
+                first
+            }
         };
         Radii {
             volume: shrunk(match self.query {

@@ -88,9 +88,10 @@ impl Connection {
                 && optical_length.is_none_or(|s| same_length(scene, s, connection.optical_length))
         };
         let mut certain = search.certain();
-        match certain.any(|candidate| search.solve(&candidate, ws).is_some_and(same)) {
-            true => 1.0,
-            false => ws.random_discovery(geometry),
+        if certain.any(|candidate| search.solve(&candidate, ws).is_some_and(same)) {
+            1.0
+        } else {
+            ws.random_discovery(geometry)
         }
     }
 }

@@ -161,9 +161,10 @@ impl Line {
     fn connection(&self, target: &ConnectionTarget, way: &StraightWay) -> Connection {
         let (ahead, back, [n_first, n_last]) = (self.direction, -self.direction, way.n);
         let point = matches!(target.aim, ConnectionEnd::Point { .. });
-        let (direction, emission, n_vertex, n_aim) = match point {
-            true => (ahead, back, n_first, n_last),
-            false => (back, ahead, n_last, n_first),
+        let (direction, emission, n_vertex, n_aim) = if point {
+            (ahead, back, n_first, n_last)
+        } else {
+            (back, ahead, n_last, n_first)
         };
         let (origin, jacobian) = match target.aim {
             ConnectionEnd::Point { position, .. } => (position, self.length * self.length),

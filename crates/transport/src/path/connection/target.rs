@@ -59,9 +59,10 @@ impl<'a> ConnectionTarget<'a> {
 
     /// The side of the aim's surface that light must leave it on, for a ray that arrives in `direction`.
     pub(super) fn facing(&self, on: &OnSurface, direction: DVec3) -> DVec3 {
-        match self.two_sided && on.normal.dot(direction) > 0.0 {
-            true => -on.normal,
-            false => on.normal,
+        if self.two_sided && on.normal.dot(direction) > 0.0 {
+            -on.normal
+        } else {
+            on.normal
         }
     }
 

@@ -188,9 +188,10 @@ impl NeeTraining {
 
 /// The levels that are considered for a kind of connection.
 fn levels_of(slot: usize) -> usize {
-    match slot / 2 == Class::Delta as usize {
-        true => LEVELS_DELTA,
-        false => LEVELS,
+    if slot / 2 == Class::Delta as usize {
+        LEVELS_DELTA
+    } else {
+        LEVELS
     }
 }
 

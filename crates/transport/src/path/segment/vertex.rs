@@ -214,9 +214,10 @@ impl Vertex {
                 ..
             } => Receiver::Surface {
                 x,
-                normal: match surface.normal.dot(direction) > 0.0 {
-                    true => -surface.normal,
-                    false => surface.normal,
+                normal: if surface.normal.dot(direction) > 0.0 {
+                    -surface.normal
+                } else {
+                    surface.normal
                 },
                 opaque: scene.objects()[object].bsdf.is_opaque(),
             },

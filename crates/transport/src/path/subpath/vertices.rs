@@ -304,9 +304,10 @@ impl Subpath {
         let Some((last, before)) = self.vertices.split_last_mut() else {
             return;
         };
-        let pdf = match scatter.delta {
-            true => 1.0,
-            false => last.reverse_pdf(scene, scatter.start.direction),
+        let pdf = if scatter.delta {
+            1.0
+        } else {
+            last.reverse_pdf(scene, scatter.start.direction)
         };
         match before.last_mut() {
             Some(before) => before.backward = last.density_before(scene, channel_pdf, before, pdf),
@@ -319,9 +320,10 @@ impl PathVertex {
     /// How easily connections find the edge that led here, for a path that goes on as the subpath does: no
     /// connection starts or ends where light is reflected as by a mirror.
     pub fn discovery_going_on(&self) -> f64 {
-        match self.specular {
-            true => 0.0,
-            false => self.edge.discovery,
+        if self.specular {
+            0.0
+        } else {
+            self.edge.discovery
         }
     }
 

@@ -112,13 +112,17 @@ impl<'a, 'b> Walk<'a, 'b> {
         let start = edge.start;
         // Draw a channel with probability w_c, and the depth −ln(1 − u) of the collision in it.
         let channel = choose_channel(sampling.channel_pdf, sampler.next_1d_for(Purpose::Channel));
-        let drawn = |u: f64| match scene.is_clear() {
-            true => f64::INFINITY,
-            false => -(1.0 - u).ln(),
+        let drawn = |u: f64| {
+            if scene.is_clear() {
+                f64::INFINITY
+            } else {
+                -(1.0 - u).ln()
+            }
         };
-        let target = match sampling.collides {
-            true => drawn(sampler.next_1d_for(Purpose::Distance)),
-            false => f64::INFINITY,
+        let target = if sampling.collides {
+            drawn(sampler.next_1d_for(Purpose::Distance))
+        } else {
+            f64::INFINITY
         };
         let n = scene.n(start.medium, start.x);
         Walk {
@@ -377,9 +381,10 @@ impl<'a, 'b> Walk<'a, 'b> {
         self.edge.geometry.choice *= sample.pdf;
         self.edge.weight *= sample.weight;
         let beyond = self.beyond(object, hit, sample.direction);
-        let rule = match sample.transmitted {
-            true => Rule::Refract,
-            false => Rule::Reflect,
+        let rule = if sample.transmitted {
+            Rule::Refract
+        } else {
+            Rule::Reflect
         };
         self.go_on((object, hit), (v, sample.direction), beyond, rule)
     }
@@ -484,9 +489,12 @@ impl<'a, 'b> Walk<'a, 'b> {
             return;
         }
         let whole = self.depth;
-        self.edge.forcing = whole.map(|depth| match depth > f64::MIN_POSITIVE {
-            true => -1.0 / (-depth).exp_m1(),
-            false => 1.0,
+        self.edge.forcing = whole.map(|depth| {
+            if depth > f64::MIN_POSITIVE {
+                -1.0 / (-depth).exp_m1()
+            } else {
+                1.0
+            }
         });
         let (channel, target) = self.target;
         if !self.collided && whole[channel] > f64::MIN_POSITIVE {

@@ -62,9 +62,10 @@ impl Search<'_> {
         ws.stats.connections.searches += 1;
         let connection = self.try_random(sampler, ws).filter(other)?;
         let connection = Connection {
-            discovery: match self.has_all(true) {
-                true => 1.0,
-                false => ws.random_discovery(&connection.geometry),
+            discovery: if self.has_all(true) {
+                1.0
+            } else {
+                ws.random_discovery(&connection.geometry)
             },
             ..connection
         };
