@@ -185,7 +185,7 @@ fn state(loaded: &Loaded) -> Option<()> {
         adaptive: loaded.adaptive,
         reweight: loaded.reweight,
         decomposition: loaded.layering.decomposition,
-        ..transport::render::Options::new(loaded.integrator, 2, 1)
+        ..transport::render::Options::new(loaded.renderer, 2, 1)
     };
     let film = loaded.scene().film();
     let fits = film.width * film.height <= PIXELS && memory(film, &options) <= FILM;
@@ -257,12 +257,12 @@ fn parts() -> Vec<Vec<u8>> {
     let loaded = scenes().into_iter().filter_map(|bytes| load(&text(&bytes)));
     let part = |loaded: Loaded| {
         let body = if loaded.instruments.is_empty() {
-            let options = transport::render::Options::new(loaded.integrator, 2, 1);
+            let options = transport::render::Options::new(loaded.renderer, 2, 1);
             Body::Image(State::new(&loaded.groups, &options).into())
         } else {
             Body::Meters(readings(&loaded)?.into())
         };
-        let header = Header::new(&loaded, &loaded.integrator, 1, Some(2), None);
+        let header = Header::new(&loaded, &loaded.renderer, 1, Some(2), None);
         Some(Part { header, body }.to_bytes())
     };
     loaded.filter_map(part).collect()

@@ -87,7 +87,7 @@ impl Job {
             ("target error", target),
         ];
         let more = more.into_iter();
-        let mut header = Header::new(loaded, &loaded.integrator, self.seed, total, shard);
+        let mut header = Header::new(loaded, &loaded.renderer, self.seed, total, shard);
         header
             .settings
             .extend(more.filter_map(|(name, value)| Some((name.to_owned(), value?))));
@@ -107,13 +107,13 @@ impl Job {
                 error,
                 measure: self.target.unwrap_or_default(),
             }),
-            ..Options::new(loaded.integrator, loaded.samples, self.seed)
+            ..Options::new(loaded.renderer, loaded.samples, self.seed)
         }
     }
 
     /// How its meters are to be read.
     pub fn measure_options(&self, loaded: &Loaded) -> MeasureOptions {
-        let (max_depth, rr_depth) = loaded.integrator.depths();
+        let (max_depth, rr_depth) = loaded.renderer.depths();
         MeasureOptions {
             first: 0,
             particles: loaded.samples,

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 use transport::integrator::Integrator;
 use transport::render::Rendering;
+use transport::renderer::Renderer;
 use transport::stats::Connections;
 
 /// Why a render ended before it had all its samples.
@@ -121,7 +122,7 @@ impl Report<'_> {
         if self.rendering.samples == 0 {
             return "not one sample of the whole image was completed: it is empty".into();
         }
-        if let Integrator::Aov(_) = self.loaded.integrator {
+        if !self.loaded.renderer.is_light() {
             let stats = &self.rendering.stats;
             let valid = stats.paths.saturating_sub(stats.lost);
             return format!(
@@ -138,10 +139,11 @@ impl Report<'_> {
     /// What to think of the error of the mean, if it is not to be trusted.
     fn doubt(&self) -> Option<String> {
         let film = &self.rendering.film;
-        let told = !matches!(self.loaded.integrator, Integrator::Aov(_));
-        (told && film.few_in_all(None)).then(|| {
-            let advice = match self.loaded.integrator {
-                Integrator::Path(_) => "take more samples, or try the integrator bdpt",
+        (self.loaded.renderer.is_light() && film.few_in_all(None)).then(|| {
+            let advice = match self.loaded.renderer {
+                Renderer::Light(Integrator::Path(_)) => {
+                    "take more samples, or try the integrator bdpt"
+                }
                 _ => "take more samples",
             };
             let tail = film.tail(None);
@@ -165,7 +167,7 @@ impl Report<'_> {
             ("scene", file_name(&self.job.scene)),
             ("scene_hash", self.loaded.hash.to_string()),
             ("morgana_version", env!("CARGO_PKG_VERSION").into()),
-            ("integrator", self.loaded.integrator.name().into()),
+            ("integrator", self.loaded.renderer.name().into()),
             ("seed", self.job.seed.to_string()),
             ("spp", self.rendering.samples.to_string()),
             ("options", self.job.command_line()),
@@ -245,7 +247,7 @@ impl Report<'_> {
         let run = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "scene": file_name(&self.job.scene),
-            "integrator": self.loaded.integrator.name(),
+            "integrator": self.loaded.renderer.name(),
             "options": self.job.command_line(),
             "seed": self.job.seed,
             "spp_requested": self.requested,

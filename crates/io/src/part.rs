@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
-use transport::integrator::Integrator;
 use transport::render::{MeasureState, MergeError, RESULTS, Ranges, State};
+use transport::renderer::Renderer;
 use transport::sampling::Replicates;
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
@@ -93,21 +93,18 @@ pub enum Foreign {
 }
 
 impl Header {
-    /// That of a render by `integrator` of so many samples in all, without an origin.
+    /// That of a renderer of so many samples in all, without an origin.
     pub fn new(
         loaded: &Loaded,
-        integrator: &Integrator,
+        renderer: &Renderer,
         seed: u64,
         total: Option<u64>,
         shard: Option<[u64; 2]>,
     ) -> Self {
         let settings = [
             ("seed", seed.to_string()),
-            ("integrator", integrator.name().into()),
-            (
-                "sampler",
-                integrator.replicates(loaded.scene()).name().into(),
-            ),
+            ("integrator", renderer.name().into()),
+            ("sampler", renderer.replicates(loaded.scene()).name().into()),
             ("adaptive", loaded.adaptive.to_string()),
         ];
         Header {
@@ -118,7 +115,7 @@ impl Header {
                 .map(|(name, value)| (name.to_owned(), value))
                 .into(),
             total,
-            replicates: integrator.replicates(loaded.scene()),
+            replicates: renderer.replicates(loaded.scene()),
             shard,
             origin: String::new(),
             seconds: 0.0,

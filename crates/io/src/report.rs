@@ -3,7 +3,6 @@
 use crate::Loaded;
 use crate::rendered::Naming;
 use serde_json::{Value, json};
-use transport::integrator::Integrator;
 use transport::path::{EnergyBalance, Share};
 use transport::render::Rendering;
 use transport::stats::{Connections, Stats};
@@ -119,8 +118,7 @@ pub fn branches(scene: &Scene) -> Value {
 /// Whether errors can be trusted: that of the image's mean, and those of pixels. None of quantities that are not light, which
 /// may be of either sign.
 pub fn trust(loaded: &Loaded, film: &Film) -> Option<Value> {
-    let is_light = !matches!(loaded.integrator, Integrator::Aov(_));
-    is_light.then(|| {
+    loaded.renderer.is_light().then(|| {
         json!({
             "few": film.few_in_all(None),
             "largest_share": film.tail(None).share(),

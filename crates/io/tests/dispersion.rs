@@ -7,7 +7,7 @@ use std::fs;
 use std::ops::ControlFlow;
 use testkit::z_test::max_abs_z;
 use transport::Scene;
-use transport::integrator::AovTracer;
+use transport::aov::AovTracer;
 use transport::path::Workspace;
 use transport::render::{Options, Rendering, render};
 use transport::sensor::Ray;
@@ -135,7 +135,7 @@ fn a_graded_index_is_scaled() {
 }
 
 fn shoot(loaded: &Loaded) -> Rendering {
-    let options = Options::new(loaded.integrator, 64, 7);
+    let options = Options::new(loaded.renderer, 64, 7);
     render(&loaded.groups, &options, |_| ControlFlow::Continue(()))
 }
 

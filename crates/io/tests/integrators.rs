@@ -34,6 +34,11 @@ fn accepted(body: &str, integrator: Option<&str>) -> Loaded {
 }
 
 #[track_caller]
+/// The estimator of a scene that is a picture of light.
+fn light(loaded: &Loaded) -> Integrator {
+    *loaded.renderer.integrator().unwrap()
+}
+
 fn refused(body: &str, integrator: Option<&str>, expected: &[&str]) {
     let message = load(body, integrator).expect_err("the scene was accepted");
     for part in expected {
@@ -59,15 +64,15 @@ fn every_name_has_its_estimator() {
         ("sppm", "sppm"),
     ] {
         let loaded = accepted(&integrator(name, ""), None);
-        assert_eq!(loaded.integrator.name(), expected);
+        assert_eq!(loaded.renderer.name(), expected);
         let loaded = accepted(SKY, Some(name));
-        assert_eq!(loaded.integrator.name(), expected);
+        assert_eq!(loaded.renderer.name(), expected);
     }
 }
 
 #[test]
 fn defaults_are_those_of_the_estimators() {
-    let of = |name| accepted(&integrator(name, ""), None).integrator;
+    let of = |name| light(&accepted(&integrator(name, ""), None));
     assert_eq!(of("path"), Integrator::Path(PathTracer::default()));
     assert_eq!(
         of("ptracer"),
@@ -102,7 +107,7 @@ fn the_command_line_replaces_the_type_only() {
         ),
     ] {
         let loaded = accepted(&body, Some(name));
-        assert_eq!(loaded.integrator, expected);
+        assert_eq!(light(&loaded), expected);
         assert_eq!(loaded.scene().tolerance().get(), 1e-8);
         assert_eq!(loaded.scene().branch_reach().reflections, 2);
     }
@@ -115,13 +120,13 @@ fn the_command_line_replaces_the_type_only() {
         rr_depth: 3,
     };
     let loaded = accepted(&body, Some("path"));
-    assert_eq!(loaded.integrator, Integrator::Path(path));
+    assert_eq!(light(&loaded), Integrator::Path(path));
     assert!(loaded.warnings.is_empty(), "{}", loaded.warnings);
 }
 
 #[test]
 fn choices_are_made_by_name() {
-    let bdpt = |words: &str| match accepted(&integrator("bdpt", words), None).integrator {
+    let bdpt = |words: &str| match light(&accepted(&integrator("bdpt", words), None)) {
         Integrator::Bdpt(bdpt) => bdpt,
         other => panic!("{other:?}"),
     };
@@ -151,8 +156,7 @@ fn choices_are_made_by_name() {
 
 #[test]
 fn photon_maps_have_parameters() {
-    let photon = |kind: &str, words: &str| match accepted(&integrator(kind, words), None).integrator
-    {
+    let photon = |kind: &str, words: &str| match light(&accepted(&integrator(kind, words), None)) {
         Integrator::Photon(photon) => photon,
         other => panic!("{other:?}"),
     };

@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
-use transport::integrator;
 use transport::meter::Meter;
 use transport::render::{Handle, MeasureOptions, Options, measure, memory, render};
+use transport::renderer;
 
 /// Pictures that take more memory are not rendered.
 const MOST_MEMORY: usize = 1 << 20;
@@ -259,7 +259,7 @@ fn photograph(loaded: &Loaded) {
         adaptive: loaded.adaptive,
         reweight: loaded.reweight,
         decomposition: loaded.layering.decomposition,
-        ..Options::new(loaded.integrator, 2, 1)
+        ..Options::new(loaded.renderer, 2, 1)
     };
     if memory(loaded.scene().film(), &options) > MOST_MEMORY {
         return;
@@ -270,7 +270,7 @@ fn photograph(loaded: &Loaded) {
 
 fn read_meters(loaded: &Loaded) {
     let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
-    let (max_depth, rr_depth) = loaded.integrator.depths();
+    let (max_depth, rr_depth) = loaded.renderer.depths();
     let options = MeasureOptions {
         first: 0,
         particles: 500,
@@ -292,7 +292,7 @@ fn read_meters(loaded: &Loaded) {
 
 /// The integrator of the scene, or another one.
 fn integrators() -> impl Strategy<Value = Option<&'static str>> {
-    let others = prop::sample::select(integrator::NAMES.to_vec());
+    let others = prop::sample::select(renderer::NAMES.to_vec());
     prop_oneof![1 => Just(None), 1 => others.prop_map(Some)]
 }
 

@@ -55,7 +55,7 @@ fn image(range: Range<u64>) -> Part {
     let loaded = load(IMAGE);
     let options = Options {
         first: range.start,
-        ..Options::new(loaded.integrator, range.end - range.start, 1)
+        ..Options::new(loaded.renderer, range.end - range.start, 1)
     };
     let mut state = State::new(&loaded.groups, &options);
     let handle = Handle::default();
@@ -243,7 +243,7 @@ proptest! {
         forged.extend(blake3::hash(&forged).as_bytes());
         if let Ok(Part { body: Body::Image(state), .. }) = Part::from_bytes(&forged) {
             let loaded = load(IMAGE);
-            let options = Options::new(loaded.integrator, 8, 1);
+            let options = Options::new(loaded.renderer, 8, 1);
             if state.fits(&loaded.groups, &options) {
                 let _ = state.into_rendering(&loaded.groups).film.summary();
             }

@@ -63,7 +63,7 @@ fn picture(hash: &mut blake3::Hasher, integrator: &str) {
         ..LoadOptions::default()
     };
     let loaded = load(SCENE, &options);
-    let options = Options::new(loaded.integrator, loaded.samples, 7);
+    let options = Options::new(loaded.renderer, loaded.samples, 7);
     let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
     let mean: Vec<f64> = rendering.film.mean().into_iter().map(f64::from).collect();
     add(hash, integrator, mean.iter());

@@ -58,7 +58,7 @@ pub fn measure(
     let measurement = measurement.map_err(|e| failure(&e))?;
     let interrupted = interrupted && measurement.particles < options.particles;
     let run = Run {
-        integrator: loaded.integrator,
+        renderer: loaded.renderer,
         seed: limits.seed,
         requested: limits.samples,
         stopped: stopped(interrupted, is_over, false),
@@ -70,7 +70,7 @@ pub fn measure(
 
 /// How meters are read.
 pub fn options(scene: &Scene, limits: Limits) -> MeasureOptions {
-    let (max_depth, rr_depth) = scene.loaded.integrator.depths();
+    let (max_depth, rr_depth) = scene.loaded.renderer.depths();
     MeasureOptions {
         first: 0,
         particles: limits.samples.unwrap_or(u64::MAX),

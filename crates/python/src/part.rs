@@ -14,9 +14,9 @@ use pyo3::types::PyBytes;
 use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
-use transport::integrator::Integrator;
 use transport::meter::Meter;
 use transport::render::{MeasureOptions, MeasureState, Options, State};
+use transport::renderer::Renderer;
 
 /// Takes part `shard`, its number from 0 and that of all parts, of the samples of a run, and returns it as the bytes of a file.
 #[pyfunction]
@@ -28,10 +28,10 @@ pub fn render_part<'py>(
     shard: [u64; 2],
 ) -> PyResult<Bound<'py, PyBytes>> {
     let scene = scene.get();
-    let integrator = estimator(scene, integrator)?;
+    let renderer = render::renderer(scene, integrator)?;
     let header = Header::new(
         &scene.loaded,
-        &integrator,
+        &renderer,
         limits.seed,
         limits.samples,
         Some(shard),
@@ -40,7 +40,7 @@ pub fn render_part<'py>(
     let (body, interrupted) = watched(py, (None, None), |shared| {
         pool.install(|| {
             if scene.loaded.instruments.is_empty() {
-                Ok(image(scene, (limits, integrator), &header, shared))
+                Ok(image(scene, (limits, renderer), &header, shared))
             } else {
                 readings(scene, limits, &header, shared)
             }
@@ -57,17 +57,6 @@ pub fn render_part<'py>(
     Ok(PyBytes::new(py, &py.detach(|| part.to_bytes())))
 }
 
-fn estimator(scene: &Scene, name: Option<&str>) -> PyResult<Integrator> {
-    match name {
-        Some(name) => Ok(scene
-            .loaded
-            .estimator(name)
-            .map_err(|d| errors::scene(&d))?
-            .0),
-        None => Ok(scene.loaded.integrator),
-    }
-}
-
 fn going_on(shared: &Shared) -> ControlFlow<()> {
     if shared.stop.load(Ordering::Relaxed) {
         ControlFlow::Break(())
@@ -78,7 +67,7 @@ fn going_on(shared: &Shared) -> ControlFlow<()> {
 
 fn image(
     scene: &Scene,
-    (limits, integrator): (Limits, Integrator),
+    (limits, renderer): (Limits, Renderer),
     header: &Header,
     shared: &Shared,
 ) -> Body {
@@ -86,7 +75,7 @@ fn image(
     let options = Options {
         first: range.start,
         samples: range.end - range.start,
-        ..render::options(scene, limits, integrator)
+        ..render::options(scene, limits, renderer)
     };
     let mut state = State::new(scenes, &options);
     state.advance(scenes, &options, &shared.handle, |_| going_on(shared));
@@ -165,19 +154,19 @@ impl Parts {
         seconds: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
         let loaded = &scene.get().loaded;
-        let integrator = estimator(scene.get(), integrator)?;
+        let renderer = render::renderer(scene.get(), integrator)?;
         let part = self
             .whole
             .take()
             .ok_or_else(|| errors::render("no part of the run is done"))?;
-        let header = Header::new(loaded, &integrator, limits.seed, limits.samples, None);
+        let header = Header::new(loaded, &renderer, limits.seed, limits.samples, None);
         let misfit =
             |why: String| errors::render(format!("the parts are not of this scene: {why}"));
         part.header
             .agrees(&header)
             .map_err(|e| misfit(e.to_string()))?;
         let run = Run {
-            integrator,
+            renderer,
             seed: limits.seed,
             requested: limits.samples,
             stopped: interrupted.then_some("interrupted"),
@@ -189,7 +178,7 @@ impl Parts {
             Body::Image(state)
                 if state.fits(
                     &loaded.groups,
-                    &render::options(scene.get(), limits, integrator),
+                    &render::options(scene.get(), limits, renderer),
                 ) =>
             {
                 let rendering = state.into_rendering(&loaded.groups);

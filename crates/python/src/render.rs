@@ -14,8 +14,8 @@ use pyo3::prelude::*;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
-use transport::integrator::Integrator;
 use transport::render::{Measure, Options, Rendering, Target, memory, render_watched};
+use transport::renderer::Renderer;
 
 /// A picture that has been rendered.
 #[pyclass(frozen, module = "morgana._morgana")]
@@ -41,16 +41,13 @@ pub fn render(
     tick: Option<Py<PyAny>>,
 ) -> PyResult<Rendered> {
     let loaded = &scene.get().loaded;
-    let integrator = match integrator {
-        Some(name) => loaded.estimator(name).map_err(|d| errors::scene(&d))?.0,
-        None => loaded.integrator,
-    };
-    if limits.samples.is_none() && limits.time.is_none() && !integrator.converges() {
+    let renderer = renderer(scene.get(), integrator)?;
+    if limits.samples.is_none() && limits.time.is_none() && !renderer.converges() {
         let message = "target_error may never be reached by the integrator photon, whose bias does not shrink: use \
                        sppm, or give spp or time";
         return Err(errors::render(message));
     }
-    let options = options(scene.get(), limits, integrator);
+    let options = options(scene.get(), limits, renderer);
     check_memory(scene.get(), &options)?;
     let (pool, started) = (limits.pool()?, Instant::now());
     let ((rendering, is_over), interrupted) =
@@ -66,7 +63,7 @@ pub fn render(
         })?;
     let interrupted = interrupted && rendering.samples < options.samples;
     let run = Run {
-        integrator,
+        renderer,
         seed: limits.seed,
         requested: limits.samples,
         stopped: stopped(interrupted, is_over, rendering.reached),
@@ -76,10 +73,22 @@ pub fn render(
     Ok(Rendered::new(rendering, scene, run))
 }
 
+/// The scene's renderer, or one that is named.
+pub fn renderer(scene: &Scene, name: Option<&str>) -> PyResult<Renderer> {
+    let loaded = &scene.loaded;
+    match name {
+        Some(name) => Ok(loaded
+            .renderer_named(name)
+            .map_err(|d| errors::scene(&d))?
+            .0),
+        None => Ok(loaded.renderer),
+    }
+}
+
 /// How a run was done.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
-    pub integrator: Integrator,
+    pub renderer: Renderer,
     pub seed: u64,
     /// Samples per pixel, or particles.
     pub requested: Option<u64>,
@@ -94,7 +103,7 @@ impl Rendered {
         let loaded = &scene.get().loaded;
         let told = json!({
             "scene": scene.get().name,
-            "integrator": run.integrator.name(),
+            "integrator": run.renderer.name(),
             "seed": run.seed,
             "spp_requested": run.requested,
             "stopped": run.stopped,
@@ -112,7 +121,7 @@ impl Rendered {
 }
 
 /// How a picture is rendered.
-pub fn options(scene: &Scene, limits: Limits, integrator: Integrator) -> Options {
+pub fn options(scene: &Scene, limits: Limits, renderer: Renderer) -> Options {
     let loaded = &scene.loaded;
     let samples = limits.samples.unwrap_or(u64::MAX);
     Options {
@@ -123,7 +132,7 @@ pub fn options(scene: &Scene, limits: Limits, integrator: Integrator) -> Options
             error,
             measure: [Measure::Image, Measure::Pixel][usize::from(of_pixels)],
         }),
-        ..Options::new(integrator, samples, limits.seed)
+        ..Options::new(renderer, samples, limits.seed)
     }
 }
 
@@ -171,7 +180,7 @@ impl Rendered {
 
     /// Whether the error of the image's mean is not to be trusted.
     fn mean_few(&self) -> bool {
-        let quantities = matches!(self.scene.get().loaded.integrator, Integrator::Aov(_));
+        let quantities = !self.scene.get().loaded.renderer.is_light();
         !quantities && self.rendering.film.few_in_all(None)
     }
 

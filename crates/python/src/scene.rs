@@ -104,7 +104,7 @@ impl Scene {
     /// Name of the estimator.
     #[getter]
     fn integrator(&self) -> &'static str {
-        self.loaded.integrator.name()
+        self.loaded.renderer.name()
     }
 
     /// Samples per pixel; particles if there are meters.
@@ -126,7 +126,7 @@ impl Scene {
 
     /// What is doubtful about rendering with another integrator.
     fn _doubts<'py>(&self, py: Python<'py>, integrator: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let estimator = self.loaded.estimator(integrator);
+        let estimator = self.loaded.renderer_named(integrator);
         let (_, doubts) = estimator.map_err(|d| errors::scene(&d))?;
         errors::diagnostics(py, &doubts)
     }

@@ -2,6 +2,7 @@
 //!
 //! Estimators carry basic radiance L/n² throughout (docs/theory.md#radiance). This crate reads no file.
 
+pub mod aov;
 mod bins;
 pub mod bsdf;
 pub mod budget;
@@ -17,6 +18,7 @@ pub mod path;
 pub mod phase;
 pub mod photons;
 pub mod render;
+pub mod renderer;
 pub mod sampling;
 pub mod scene;
 pub mod sensor;

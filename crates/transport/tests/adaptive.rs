@@ -307,7 +307,7 @@ fn other_renders_are_even() {
         ..options(0..40, 1, true)
     };
     let both = Options {
-        integrator: Integrator::Bdpt(Bdpt::default()),
+        renderer: Integrator::Bdpt(Bdpt::default()).into(),
         ..options(0..40, 1, true)
     };
     for options in [sorted, both] {

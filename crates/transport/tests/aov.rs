@@ -9,8 +9,8 @@ use eikonal::{Field, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 use testkit::convergence::fit_order;
+use transport::aov::{Aov, AovTracer, ReferenceIndex, deflection};
 use transport::bsdf::{Bsdf, Diffuse, Mask, ThinDielectric};
-use transport::integrator::{Aov, AovTracer, Integrator, ReferenceIndex, deflection};
 use transport::medium::Medium;
 use transport::render::Rendering;
 use transport::scene::{Object, Parts};
@@ -45,7 +45,7 @@ fn seen(index: impl Into<Field>, radius: f64, distance: f64, half: f64) -> Parts
 }
 
 fn all(parts: Parts) -> Rendering {
-    shoot_by(Integrator::Aov(AovTracer::default()), parts, 4, 1)
+    shoot_by(AovTracer::default(), parts, 4, 1)
 }
 
 /// The values of one ray, by the names of their channels.
@@ -247,7 +247,7 @@ fn results_do_not_depend_on_threads_and_lists() {
     let render = |threads: usize, aovs: &[Aov]| {
         let field = Gaussian::new(1.0, 0.1, DVec3::ZERO, 0.3).unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let tracer = Integrator::Aov(AovTracer::new(aovs));
+        let tracer = AovTracer::new(aovs);
         let work = || shoot_by(tracer, seen(field, 2.0, 3.0, 1.0), 8, 5);
         pool.build().unwrap().install(work)
     };

@@ -8,10 +8,12 @@ use eikonal::field::{Acoustic, AcousticMode};
 use glam::DVec3;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
+use transport::aov::AovTracer;
 use transport::bsdf::Bsdf;
 use transport::emitter::Emitter;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
 use transport::render::{Handle, Options, Rendering, render, render_watched};
+use transport::renderer::Renderer;
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
 
@@ -34,14 +36,14 @@ fn ripples(wave_number: f64) -> Scene {
     Scene::new(parts).unwrap()
 }
 
-fn taken(scene: Scene, integrator: Integrator, samples: u64) -> Rendering {
-    let options = Options::new(integrator, samples, 1);
+fn taken(scene: Scene, renderer: impl Into<Renderer>, samples: u64) -> Rendering {
+    let options = Options::new(renderer, samples, 1);
     render(&[scene], &options, |_| ControlFlow::Continue(()))
 }
 
 #[test]
 fn rays_that_take_too_many_steps_are_given_up_and_counted() {
-    let first = Integrator::Aov(Default::default());
+    let first = AovTracer::default();
     let stats = taken(ripples(1e7), first, 4).stats;
     assert!(
         stats.lost > 0 && stats.over_budget.rays == stats.lost,

@@ -6,10 +6,11 @@ use common::{camera, container, fog, parts, path_tracer, sky, vacuum};
 use eikonal::field::Gaussian;
 use glam::{DAffine3, DVec3};
 use std::ops::{ControlFlow, Range};
+use transport::aov::AovTracer;
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::Emitter;
 use transport::film::Decomposition;
-use transport::integrator::{AovTracer, Bdpt, Integrator, ParticleTracer, PhotonMapping};
+use transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
 use transport::meter::{Coordinates, Estimator, FluenceMeter, Grid, Meter};
 use transport::render::{
     Handle, Measure, MeasureOptions, MeasureState, MergeError, Options, Progress, Rendering,
@@ -68,7 +69,7 @@ fn estimators() -> [Options; 5] {
         options(Integrator::Particle(ParticleTracer::default())),
         options(Integrator::Bdpt(Bdpt::default())),
         options(Integrator::Photon(PhotonMapping::default())),
-        Options::new(Integrator::Aov(AovTracer::default()), SAMPLES, 5),
+        Options::new(AovTracer::default(), SAMPLES, 5),
     ]
 }
 
@@ -104,7 +105,7 @@ fn same(found: &Rendering, whole: &Rendering, what: &str) {
 fn parts_in_any_order_are_the_whole() {
     let scene = Scene::new(scene()).unwrap();
     for options in estimators() {
-        let name = options.integrator.name();
+        let name = options.renderer.name();
         let whole = render(std::slice::from_ref(&scene), &options, |_| {
             ControlFlow::Continue(())
         });
@@ -127,7 +128,7 @@ fn parts_in_any_order_are_the_whole() {
 fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
     let scenes = [Scene::new(scene()).unwrap()];
     for options in estimators() {
-        let name = options.integrator.name();
+        let name = options.renderer.name();
         let whole = render(&scenes, &options, |_| ControlFlow::Continue(()));
         let mut state = State::new(&scenes, &options);
         for threads in [1, 2, 7].into_iter().cycle() {
@@ -153,7 +154,7 @@ fn a_pass_that_is_given_up_leaves_no_trace() {
     given_up.end_now();
     let never = |_: &Progress| -> ControlFlow<()> { panic!("a pass was completed") };
     for options in estimators() {
-        let name = options.integrator.name();
+        let name = options.renderer.name();
         let whole = render(&scenes, &options, |_| ControlFlow::Continue(()));
         let mut state = State::new(&scenes, &options);
         state.advance(&scenes, &options, &given_up, never);
@@ -228,10 +229,10 @@ fn other_renders_do_not_fit() {
         },
         options(Integrator::Photon(PhotonMapping::default())),
         options(Integrator::Bdpt(Bdpt::default())),
-        Options::new(Integrator::Aov(AovTracer::default()), 1, 1),
+        Options::new(AovTracer::default(), 1, 1),
     ];
     for other in others {
-        let name = other.integrator.name();
+        let name = other.renderer.name();
         assert!(!kept.fits(&scenes, &other), "{name}");
         let other = state(&scenes[0], &other, 1..2);
         assert_eq!(kept.merge(&other), Err(MergeError::Different), "{name}");

@@ -18,7 +18,7 @@ pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
             decomposition: loaded.layering.decomposition,
             reweight: loaded.reweight,
             adaptive: loaded.adaptive,
-            ..Options::new(loaded.integrator, loaded.samples, 0)
+            ..Options::new(loaded.renderer, loaded.samples, 0)
         };
         memory::check_film(&loaded, &options, args.scene.memory.limits())?;
     } else {

@@ -20,7 +20,6 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
-use transport::integrator::Integrator;
 use transport::render::{Handle, Options, State};
 
 /// Renders a scene and writes its images, or its part.
@@ -168,12 +167,12 @@ fn preview(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Preview>, Failur
 
 /// Only an estimator with several strategies can show them.
 fn check_strategies(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
-    if args.outputs.strategies.is_none() || loaded.integrator.splats() {
+    if args.outputs.strategies.is_none() || loaded.renderer.splats() {
         return Ok(());
     }
     Err(Failure::Usage(format!(
         "--strategies needs the integrator bdpt or particle: {} has one strategy only",
-        loaded.integrator.name()
+        loaded.renderer.name()
     )))
 }
 
@@ -184,7 +183,7 @@ pub fn check_colours(
     images: &mut Vec<(PathBuf, ImageFormat)>,
 ) -> Result<(), Failure> {
     let is_png = |(_, format): &(PathBuf, ImageFormat)| *format == ImageFormat::Png;
-    if !matches!(loaded.integrator, Integrator::Aov(_)) {
+    if loaded.renderer.is_light() {
         return Ok(());
     }
     if !asked.is_empty() && images.iter().any(is_png) {
@@ -198,7 +197,7 @@ pub fn check_colours(
 /// A bias that does not shrink may keep a render from ever reaching its target.
 fn check_target(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
     let unlimited = args.target_error.is_some() && args.spp.is_none() && args.time.is_none();
-    if !unlimited || loaded.integrator.converges() {
+    if !unlimited || loaded.renderer.converges() {
         return Ok(());
     }
     Err(Failure::Usage(

@@ -22,7 +22,6 @@ impl Needs {
     /// What an estimator needs for the light of an emitter; `delta` says that no ray can hit it.
     pub fn of(integrator: &Integrator, delta: bool) -> Self {
         match (integrator, delta) {
-            (Integrator::Aov(_), _) => Needs::Nothing,
             (Integrator::Particle(_), _) => Needs::ToSensor,
             (_, false) | (Integrator::Photon(_), true) => Needs::Nothing,
             (Integrator::Path(_), true) => Needs::FromEmitter,

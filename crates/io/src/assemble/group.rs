@@ -231,11 +231,11 @@ impl<'a> Children<'a> {
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
         let replicates = sensor.samples.replicates;
         let scene =
-            sampler::in_replicates(scene, replicates, &method.integrator, |p: &SceneProblem| {
+            sampler::in_replicates(scene, replicates, &method.renderer, |p: &SceneProblem| {
                 report.add(p)
             });
         let incompatibility = if instruments.is_empty() {
-            sampler::incompatibility(&method.integrator, sensor.film.reweight)
+            sampler::incompatibility(&method.renderer, sensor.film.reweight)
         } else {
             Some("with meters".into())
         };
@@ -309,10 +309,12 @@ impl Report<'_> {
         let matters = |p: &&SceneProblem| !(method.is_aov() && p.subject == Subject::Scene);
         self.all(scene.warnings().iter().filter(matters));
         self.all(&costly::problems(scene));
-        self.all(&non_terminating::warnings(scene, &method.integrator));
         self.all(&entry::warnings(scene));
-        if instruments.is_empty() {
-            self.all(&coverage::warnings(scene, &method.integrator));
+        if let Some(integrator) = method.renderer.integrator() {
+            self.all(&non_terminating::warnings(scene, integrator));
+            if instruments.is_empty() {
+                self.all(&coverage::warnings(scene, integrator));
+            }
         }
         let doubts = instruments.iter().filter_map(|i| i.doubt(scene));
         doubts.for_each(|problem| self.add(&problem));

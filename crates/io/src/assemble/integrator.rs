@@ -8,11 +8,13 @@ use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{Object, PluginKind};
 use eikonal::Tolerance;
 use glam::DVec3;
+use transport::aov::{Aov, AovTracer, ReferenceIndex};
 use transport::integrator::{
-    Aov, AovTracer, Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer,
-    PhotonMapping, PhotonQuery, ReferenceIndex,
+    Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer, PhotonMapping,
+    PhotonQuery,
 };
 use transport::medium::Medium;
+use transport::renderer::Renderer;
 
 /// Names under which scene files and command lines may ask for an estimator. The first three are one
 /// and the same path tracer, the next two one particle tracer.
@@ -44,14 +46,14 @@ pub(super) enum Kind {
 
 /// How a scene is to be rendered.
 pub(super) struct Method {
-    pub integrator: Integrator,
+    pub renderer: Renderer,
     pub parameters: Parameters,
 }
 
 impl Method {
     /// Whether quantities other than light are asked for.
     pub fn is_aov(&self) -> bool {
-        matches!(self.integrator, Integrator::Aov(_))
+        !self.renderer.is_light()
     }
 }
 
@@ -67,13 +69,14 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
-    pub fn integrator(&self, kind: Kind) -> Integrator {
+    pub fn renderer(&self, kind: Kind) -> Renderer {
         let Bdpt {
             max_depth,
             rr_depth,
             ..
         } = self.bdpt;
-        match kind {
+        let integrator = match kind {
+            Kind::Aov => return Renderer::Quantities(self.aov),
             Kind::Path => Integrator::Path(PathTracer {
                 max_depth,
                 rr_depth,
@@ -83,14 +86,14 @@ impl Parameters {
                 rr_depth,
             }),
             Kind::Bdpt => Integrator::Bdpt(self.bdpt),
-            Kind::Aov => Integrator::Aov(self.aov),
             Kind::Photon | Kind::Sppm => Integrator::Photon(PhotonMapping {
                 max_depth,
                 rr_depth,
                 progressive: kind == Kind::Sppm,
                 ..self.photon
             }),
-        }
+        };
+        Renderer::Light(integrator)
     }
 }
 
@@ -121,7 +124,7 @@ pub(super) fn build(
         _ => Parameters::default(),
     };
     Method {
-        integrator: parameters.integrator(kind),
+        renderer: parameters.renderer(kind),
         parameters,
     }
 }

@@ -7,7 +7,7 @@ use super::{coverage, integrator};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::SceneHash;
 use eikonal::Reference;
-use transport::integrator::Integrator;
+use transport::renderer::Renderer;
 use transport::scene::Scene;
 
 /// A scene that is ready to render.
@@ -16,8 +16,8 @@ pub struct Loaded {
     /// One scene for each group of up to four spectral channels; they differ in spectra only. If an index depends
     /// on the wavelength, one for each channel.
     pub groups: Vec<Scene>,
-    /// Estimator.
-    pub integrator: Integrator,
+    /// What the picture shows, and how that is found.
+    pub renderer: Renderer,
     /// Samples per pixel; particles if there are instruments.
     pub samples: u64,
     /// Meters, if the scene has these in place of a camera.
@@ -46,9 +46,9 @@ pub struct Loaded {
 impl Loaded {
     /// What the scene's `aov` takes optical path differences against, if it names an index.
     pub fn reference(&self) -> Option<Reference<'_>> {
-        match &self.integrator {
-            Integrator::Aov(tracer) => tracer.reference.map(|index| index.of(self.scene())),
-            _ => None,
+        match &self.renderer {
+            Renderer::Quantities(tracer) => tracer.reference.map(|index| index.of(self.scene())),
+            Renderer::Light(_) => None,
         }
     }
 
@@ -84,21 +84,20 @@ impl Loaded {
         &self.groups[0]
     }
 
-    /// The estimator of the given name, with what the scene says of its own, as [`LoadOptions`](crate::LoadOptions) would
+    /// The renderer of the given name, with what the scene says of its own, as [`LoadOptions`](crate::LoadOptions) would
     /// choose it; and what is doubtful about it.
     ///
     /// # Errors
     /// An unknown name, and one that needs the scene to be assembled anew: `aov` in place of light, or light in
     /// place of `aov`.
-    pub fn estimator(&self, name: &str) -> Result<(Integrator, Diagnostics), Diagnostics> {
+    pub fn renderer_named(&self, name: &str) -> Result<(Renderer, Diagnostics), Diagnostics> {
         let mut diagnostics = Diagnostics::new();
         let kind = integrator::named(name, &mut diagnostics);
-        let sees_light = |integrator: &Integrator| !matches!(integrator, Integrator::Aov(_));
-        let integrator = self.estimators.integrator(kind);
-        if sees_light(&integrator) != sees_light(&self.integrator) {
+        let renderer = self.estimators.renderer(kind);
+        if renderer.is_light() != self.renderer.is_light() {
             let message = format!(
                 "the scene was loaded for the integrator {}",
-                self.integrator.name()
+                self.renderer.name()
             );
             let help = format!("load it for the integrator {name}");
             diagnostics.push(Diagnostic::error(message).help(help));
@@ -106,9 +105,12 @@ impl Loaded {
         if diagnostics.has_errors() {
             return Err(diagnostics);
         }
-        for problem in coverage::warnings(self.scene(), &integrator) {
+        let problems = renderer
+            .integrator()
+            .map(|i| coverage::warnings(self.scene(), i));
+        for problem in problems.into_iter().flatten() {
             diagnostics.push(Diagnostic::warning(problem.message).help(problem.help));
         }
-        Ok((integrator, diagnostics))
+        Ok((renderer, diagnostics))
     }
 }

@@ -52,7 +52,7 @@ use channels::Channels;
 use context::Context;
 use group::Group;
 use std::path::Path;
-use transport::integrator::Integrator;
+use transport::renderer::Renderer;
 
 /// Reads, assembles and checks a scene file: JSON if its extension is `.json`, else XML.
 ///
@@ -123,7 +123,7 @@ pub fn assemble(
         counted: options.samples.is_some(),
     };
     let differences = differences::of(&known, &first.differences);
-    let (integrator, estimators) = (first.method.integrator, first.method.parameters);
+    let (renderer, estimators) = (first.method.renderer, first.method.parameters);
     let samples = first.whole_periods(options, &mut diagnostics);
     let (layering, reweight) = (first.layering, first.reweight);
     let adaptive = first.adaptive;
@@ -131,14 +131,14 @@ pub fn assemble(
     Ok(Loaded {
         instruments,
         groups: groups.into_iter().map(|g| g.scene).collect(),
-        integrator,
+        renderer,
         samples,
         warnings: diagnostics,
         differences,
         hash,
-        channel_names: match &integrator {
-            Integrator::Aov(tracer) => tracer.channels().map(str::to_owned).collect(),
-            _ => channels.names(),
+        channel_names: match &renderer {
+            Renderer::Quantities(tracer) => tracer.channels().map(str::to_owned).collect(),
+            Renderer::Light(_) => channels.names(),
         },
         emitter_names,
         layering,

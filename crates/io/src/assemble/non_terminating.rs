@@ -9,10 +9,7 @@ const MANY: f64 = 1e6;
 
 /// A warning for each uniform medium in which paths collide very often, if nothing else ends them.
 pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProblem> {
-    let end = match integrator {
-        Integrator::Aov(_) => 1.0,
-        _ => integrator.depths().0.map_or(f64::INFINITY, f64::from),
-    };
+    let end = integrator.depths().0.map_or(f64::INFINITY, f64::from);
     let media = scene.media().iter().zip(scene.regions()).enumerate();
     media
         .map(|(i, (medium, region))| (i, medium, collisions(medium, region).min(end)))

@@ -6,6 +6,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::query::Query;
 use crate::scene::Object;
 use transport::integrator::Integrator;
+use transport::renderer::Renderer;
 use transport::sampling::Replicates;
 use transport::scene::{Scene, SceneProblem, Severity, Subject};
 
@@ -137,14 +138,14 @@ fn better(name: &str) -> String {
 pub(super) fn in_replicates(
     scene: Scene,
     replicates: Replicates,
-    integrator: &Integrator,
+    renderer: &Renderer,
     mut report: impl FnMut(&SceneProblem),
 ) -> Scene {
     let scene = scene.in_replicates(replicates);
-    if integrator.replicates(&scene) == replicates {
+    if renderer.replicates(&scene) == replicates {
         return scene;
     }
-    let name = integrator.name();
+    let name = renderer.name();
     report(&warning(
         format!(
             "samples of '{name}' are independent: even ones, those of 'ldsampler', are for the integrators 'path' and 'bdpt'"
@@ -155,9 +156,11 @@ pub(super) fn in_replicates(
 }
 
 /// Why samples of pictures cannot be shared out among pixels by noise, if they cannot.
-pub(super) fn incompatibility(integrator: &Integrator, reweight: bool) -> Option<String> {
-    match integrator {
-        Integrator::Path(_) => reweight.then(|| "with the film's 'reweight'".into()),
+pub(super) fn incompatibility(renderer: &Renderer, reweight: bool) -> Option<String> {
+    match renderer {
+        Renderer::Light(Integrator::Path(_)) => {
+            reweight.then(|| "with the film's 'reweight'".into())
+        }
         other => Some(format!(
             "with the integrator '{}', only with 'path'",
             other.name()

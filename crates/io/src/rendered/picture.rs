@@ -9,7 +9,6 @@ use crate::npy;
 use std::ops::Range;
 use std::path::Path;
 use transport::Film;
-use transport::integrator::Integrator;
 use transport::render::Rendering;
 
 /// A render as a picture. Its values are computed as they are asked for: a film is large, and files are written
@@ -57,7 +56,7 @@ impl<'a> Picture<'a> {
             ("variance".into(), Content::Variance(None)),
         ];
         // Quantities of other kinds may be of either sign, of which effective numbers tell nothing.
-        if !matches!(loaded.integrator, Integrator::Aov(_)) {
+        if loaded.renderer.is_light() {
             layers.push(("few".into(), Content::Few(None)));
         }
         layers.push(("samples".into(), Content::Samples));

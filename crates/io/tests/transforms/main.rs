@@ -41,7 +41,7 @@ fn load(case: &Case, map: &Map, folder: &Path, integrator: &str) -> Loaded {
 /// Mean of an image, and its standard error.
 fn mean(case: &Case, map: &Map, folder: &Path, (integrator, seed): (&str, u64)) -> (f64, f64) {
     let loaded = load(case, map, folder, integrator);
-    let options = Options::new(loaded.integrator, SAMPLES, seed);
+    let options = Options::new(loaded.renderer, SAMPLES, seed);
     let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
     assert_eq!(rendering.stats.not_finite, 0);
     let (mean, error) = rendering.film.summary();

@@ -1,6 +1,5 @@
 //! Estimators of what a sensor measures. They never import one another (docs/theory.md#estimators).
 
-mod aov;
 mod bdpt;
 mod bidirectional;
 mod contribution;
@@ -8,7 +7,6 @@ mod particle;
 mod path;
 mod photon;
 
-pub use aov::{Aov, AovTracer, ReferenceIndex, deflection};
 pub use bdpt::{Bdpt, Connections};
 pub use bidirectional::Heuristic;
 pub use contribution::Contribution;
@@ -31,14 +29,9 @@ pub enum Integrator {
     Particle(ParticleTracer),
     /// Subpaths from both ends, joined in every way.
     Bdpt(Bdpt),
-    /// What becomes of sensor rays that are not scattered.
-    Aov(AovTracer),
     /// Maps of photons, seen by sensor rays.
     Photon(PhotonMapping),
 }
-
-/// Names of the estimators, as scene files and command lines use them.
-pub const NAMES: [&str; 6] = ["path", "particle", "bdpt", "aov", "photon", "sppm"];
 
 impl Integrator {
     /// The contributions of one sample of a pixel, whose sensor ray is given. `channels` is the number
@@ -62,24 +55,6 @@ impl Integrator {
             Integrator::Photon(photon) => {
                 photon.sample(scene, ray, channel_pdf, (sampler, ws), out)
             }
-            // Its values are no light, and more than a contribution has room for: see `AovTracer::sample`.
-            Integrator::Aov(_) => {}
-        }
-    }
-
-    /// Number of channels of an image of a scene whose film has `spectral` ones.
-    pub fn channels(&self, spectral: usize) -> usize {
-        match self {
-            Integrator::Aov(tracer) => tracer.channels().count(),
-            _ => spectral,
-        }
-    }
-
-    /// Number of channels in each group of such an image, if those of the film are in groups of `spectral`.
-    pub fn group_size(&self, spectral: usize) -> usize {
-        match self {
-            Integrator::Aov(_) => Spectrum::CHANNELS,
-            _ => spectral,
         }
     }
 
@@ -108,7 +83,6 @@ impl Integrator {
     /// Longest path, `None` for no limit, and where Russian roulette begins.
     pub fn depths(&self) -> (Option<u32>, u32) {
         match self {
-            Integrator::Aov(_) => (None, 1),
             Integrator::Path(i) => (i.max_depth, i.rr_depth),
             Integrator::Particle(i) => (i.max_depth, i.rr_depth),
             Integrator::Bdpt(i) => (i.max_depth, i.rr_depth),
@@ -116,14 +90,14 @@ impl Integrator {
         }
     }
 
-    /// Name, as in [`NAMES`].
+    /// Name, as scene files and command lines use it.
     pub fn name(&self) -> &'static str {
         match self {
-            Integrator::Path(_) => NAMES[0],
-            Integrator::Particle(_) => NAMES[1],
-            Integrator::Bdpt(_) => NAMES[2],
-            Integrator::Aov(_) => NAMES[3],
-            Integrator::Photon(photon) => NAMES[4 + usize::from(photon.progressive)],
+            Integrator::Path(_) => "path",
+            Integrator::Particle(_) => "particle",
+            Integrator::Bdpt(_) => "bdpt",
+            Integrator::Photon(photon) if photon.progressive => "sppm",
+            Integrator::Photon(_) => "photon",
         }
     }
 }

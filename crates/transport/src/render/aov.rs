@@ -2,8 +2,8 @@
 
 use super::source::{Source, add};
 use crate::Spectrum;
+use crate::aov::AovTracer;
 use crate::film::{Film, Pixel};
-use crate::integrator::AovTracer;
 use crate::path::Workspace;
 use crate::stats::Stats;
 use rayon::prelude::*;

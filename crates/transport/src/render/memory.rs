@@ -26,8 +26,8 @@ pub(super) fn copied(spec: &FilmSpec, options: &Options) -> usize {
 
 /// Bytes for each pixel that last for the whole render.
 fn kept(spec: &FilmSpec, options: &Options) -> usize {
-    let channels = options.integrator.channels(spec.channels);
-    let groups = channels.div_ceil(options.integrator.group_size(spec.group_size));
+    let channels = options.renderer.channels(spec.channels);
+    let groups = channels.div_ceil(options.renderer.group_size(spec.group_size));
     let film = groups * size_of::<Pixel>();
     let layer = channels * size_of::<Moments>();
     let outliers = if options.reweight {
@@ -47,7 +47,7 @@ fn kept(spec: &FilmSpec, options: &Options) -> usize {
 
 /// Bytes for each pixel that hold samples that splat until they are added to the films.
 fn pending(options: &Options) -> usize {
-    if options.integrator.splats() {
+    if options.renderer.splats() {
         size_of::<Spectrum>() * (1 + films_of_strategies(options) + layers(options))
     } else {
         0
@@ -65,7 +65,7 @@ fn layers(options: &Options) -> usize {
 /// Films of what strategies find, weighted and not.
 fn films_of_strategies(options: &Options) -> usize {
     if options.strategies {
-        2 * strategies(&options.integrator)
+        2 * options.renderer.integrator().map_or(0, strategies)
     } else {
         0
     }
@@ -80,7 +80,7 @@ fn strategies(integrator: &Integrator) -> usize {
     };
     let pairs = (0..=most).flat_map(|s| (1..=most).map(move |t| (s, t)));
     match integrator {
-        Integrator::Path(_) | Integrator::Photon(_) | Integrator::Aov(_) => 0,
+        Integrator::Path(_) | Integrator::Photon(_) => 0,
         Integrator::Particle(p) => pairs
             .filter(|&(s, t)| within(p.max_depth, (s, t)) && (t == 1 || (s, t) == (0, 2)))
             .count(),

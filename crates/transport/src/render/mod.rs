@@ -31,6 +31,7 @@ pub use target::{Measure, Target};
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
 use crate::path::{AdjointEstimate, EnergyBalance, FirstVertexTechniques, NeeRates};
+use crate::renderer::Renderer;
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::sum::Sum;
@@ -46,8 +47,8 @@ const PASS: Duration = Duration::from_millis(500);
 /// How a render is done.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Estimator.
-    pub integrator: Integrator,
+    /// What the image shows, and how that is found.
+    pub renderer: Renderer,
     /// Number of the first sample of each pixel; not 0 if this render is part of a larger one.
     pub first: u64,
     /// Samples per pixel, a mean over the image if it is [adaptive](Options::adaptive). A film has room for
@@ -71,9 +72,9 @@ pub struct Options {
 
 impl Options {
     /// Nothing but the image.
-    pub fn new(integrator: Integrator, samples: u64, seed: u64) -> Self {
+    pub fn new(renderer: impl Into<Renderer>, samples: u64, seed: u64) -> Self {
         Options {
-            integrator,
+            renderer: renderer.into(),
             first: 0,
             samples,
             seed,
@@ -87,7 +88,9 @@ impl Options {
 
     /// Whether samples are shared out among pixels by their noise.
     fn shares_out(&self) -> bool {
-        self.adaptive && !self.reweight && matches!(self.integrator, Integrator::Path(_))
+        self.adaptive
+            && !self.reweight
+            && matches!(self.renderer, Renderer::Light(Integrator::Path(_)))
     }
 
     /// Numbers of the samples of each pixel.
@@ -196,11 +199,12 @@ fn prepare(scenes: &[Scene], options: &Options, handle: &Handle) -> Vec<Prepared
             radius: 0.0,
         };
         let source = Source::new((scene, group), options, prepared.clone(), handle);
-        match options.integrator {
-            Integrator::Photon(mapping) => {
+        match options.renderer {
+            Renderer::Quantities(_) => {}
+            Renderer::Light(Integrator::Photon(mapping)) => {
                 prepared.radius = photons::first_radius(&source, &mapping);
             }
-            _ => prepared = pilot::prepared(&source),
+            Renderer::Light(_) => prepared = pilot::prepared(&source),
         }
         prepared
     });

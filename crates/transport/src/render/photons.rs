@@ -13,6 +13,7 @@ use crate::film::{Decomposition, Film, Pending};
 use crate::integrator::{Gathering, Integrator, PhotonMapping, even_channel_pdf};
 use crate::path::{BalanceSums, BalanceTotals};
 use crate::photons::PhotonMap;
+use crate::renderer::Renderer;
 use crate::scene::FilmSpec;
 use crate::stats::Stats;
 use rayon::prelude::*;
@@ -33,9 +34,9 @@ struct Taken {
 }
 
 /// What keeps the image without its bias, for estimators that know of it.
-pub(super) fn debiased(spec: &FilmSpec, integrator: &Integrator) -> Option<Debiased> {
+pub(super) fn debiased(spec: &FilmSpec, renderer: &Renderer) -> Option<Debiased> {
     let film = || Film::new(spec.width, spec.height, spec.channels);
-    let is_biased = matches!(integrator, Integrator::Photon(_));
+    let is_biased = matches!(renderer, Renderer::Light(Integrator::Photon(_)));
     is_biased.then(|| Debiased { film: film() })
 }
 
@@ -65,7 +66,7 @@ pub(super) fn pass(
     samples: Range<u64>,
     (film, debiased, balances): (&mut Film, &mut Debiased, &mut BalanceTotals),
 ) -> Stats {
-    let Integrator::Photon(mapping) = &source.integrator else {
+    let Renderer::Light(Integrator::Photon(mapping)) = &source.renderer else {
         return Stats::default();
     };
     let mut stats = Stats::default();

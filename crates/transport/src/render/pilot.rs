@@ -9,6 +9,7 @@ use super::Prepared;
 use super::source::Source;
 use crate::integrator::Integrator;
 use crate::path::{FirstVertexTechniques, Workspace};
+use crate::renderer::Renderer;
 use std::ops::Add;
 
 /// Pixels of the pilot, spread over the image, of which each has two samples.
@@ -36,7 +37,7 @@ const FORKS_PAY: f64 = 0.9;
 /// With the probability with which to search for further branches, the share of searches that find one within
 /// bounds; those of connections to emitters; what paths may still bring; and how to begin them.
 pub(super) fn prepared(source: &Source) -> Prepared {
-    let is_path = matches!(source.integrator, Integrator::Path(_));
+    let is_path = matches!(source.renderer, Renderer::Light(Integrator::Path(_)));
     if source.scene.is_straight() && !is_path {
         return source.prepared.clone();
     }

@@ -3,8 +3,9 @@
 use super::{Handle, Options, Prepared};
 use crate::Spectrum;
 use crate::film::Pixel;
-use crate::integrator::{Contribution, Integrator};
+use crate::integrator::Contribution;
 use crate::path::Workspace;
+use crate::renderer::Renderer;
 use crate::sampling::{Purpose, Replicates, Sampler};
 use crate::scene::Scene;
 use crate::sensor::Ray;
@@ -13,7 +14,7 @@ use crate::stop::Stop;
 /// The samples of one channel group.
 pub(super) struct Source<'a> {
     pub scene: &'a Scene,
-    pub integrator: Integrator,
+    pub renderer: Renderer,
     pub group: usize,
     pub prepared: Prepared,
     pub handle: &'a Handle,
@@ -31,7 +32,7 @@ impl<'a> Source<'a> {
     ) -> Self {
         Source {
             scene,
-            integrator: options.integrator,
+            renderer: options.renderer,
             group,
             prepared,
             handle,
@@ -50,7 +51,7 @@ impl<'a> Source<'a> {
 
     /// How its samples belong together.
     pub fn replicates(&self) -> Replicates {
-        self.integrator.replicates(self.scene)
+        self.renderer.replicates(self.scene)
     }
 
     pub fn workspace(&self) -> Workspace {
@@ -85,8 +86,9 @@ impl<'a> Source<'a> {
         ws.stats.paths += 1;
         let state = (&mut sampler, ws);
         let scene = self.scene.at(sample);
-        self.integrator
-            .sample(scene, ray, self.channels(), state, out);
+        if let Renderer::Light(integrator) = &self.renderer {
+            integrator.sample(scene, ray, self.channels(), state, out);
+        }
     }
 
     /// The sensor ray of a sample of a pixel, and the random numbers after it.

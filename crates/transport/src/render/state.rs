@@ -15,8 +15,8 @@ use super::{
 };
 use super::{PASS, longer_or_shorter, prepare};
 use crate::film::Film;
-use crate::integrator::Integrator;
 use crate::path::{BalanceTotals, EnergyBalance, FirstVertexTechniques};
+use crate::renderer::Renderer;
 use crate::scene::Scene;
 use crate::stats::Stats;
 use crate::stop::Stop;
@@ -75,18 +75,18 @@ impl State {
     /// Nothing yet.
     pub fn new(scenes: &[Scene], options: &Options) -> Self {
         let spec = scenes[0].film();
-        let channels = options.integrator.channels(spec.channels);
-        let group_size = options.integrator.group_size(spec.group_size);
+        let channels = options.renderer.channels(spec.channels);
+        let group_size = options.renderer.group_size(spec.group_size);
         let film = Film::in_groups(spec.width, spec.height, channels, group_size);
         State {
             done: Ranges::default(),
             film: film
-                .in_replicates(options.integrator.replicates(&scenes[0]))
+                .in_replicates(options.renderer.replicates(&scenes[0]))
                 .decomposed(options.decomposition)
                 .sorted(options.reweight),
             stats: Stats::default(),
             strategies: options.strategies.then(Strategies::default),
-            debiased: photons::debiased(spec, &options.integrator),
+            debiased: photons::debiased(spec, &options.renderer),
             watch: options.target.map(Watch::new),
             balances: vec![BalanceTotals::default(); scenes.len()],
             prepared: Vec::new(),
@@ -189,7 +189,7 @@ impl State {
         let mut sources = self.sources(scenes, options, handle);
         let is_small = copied(scenes[0].film(), options) <= SMALL_FILM;
         // Whoever has a replicate's first sample takes all of it, so that parts have whole replicates, too.
-        let replicates = options.integrator.replicates(&scenes[0]);
+        let replicates = options.renderer.replicates(&scenes[0]);
         let range = options.range();
         let range = replicates.whole(range.start)..replicates.whole(range.end);
         let total = range.end - range.start;
@@ -282,10 +282,10 @@ impl State {
         for (source, balances) in sources.iter().zip(&mut self.balances) {
             let samples = samples.clone();
             let film = &mut self.film;
-            self.stats += match (&source.integrator, &mut self.debiased) {
-                (Integrator::Aov(tracer), _) => aov::pass(source, tracer, samples, film),
+            self.stats += match (&source.renderer, &mut self.debiased) {
+                (Renderer::Quantities(tracer), _) => aov::pass(source, tracer, samples, film),
                 (_, Some(debiased)) => photons::pass(source, samples, (film, debiased, balances)),
-                (integrator, None) if integrator.splats() => {
+                (renderer, None) if renderer.splats() => {
                     let into = (film, self.strategies.as_mut(), balances);
                     splats::pass(source, samples, into)
                 }

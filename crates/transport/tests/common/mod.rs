@@ -12,6 +12,7 @@ use transport::integrator::{Integrator, PathTracer};
 use transport::medium::{Medium, Texture};
 use transport::phase::Phase;
 use transport::render::{Options, Rendering, render};
+use transport::renderer::Renderer;
 use transport::scene::{FilmSpec, Object, Parts, Sides};
 use transport::sensor::{Perspective, Sensor};
 use transport::shape::Shape;
@@ -104,10 +105,10 @@ pub fn shoot(parts: Parts, samples: u64, seed: u64) -> Rendering {
     shoot_by(path_tracer(), parts, samples, seed)
 }
 
-/// The same by any estimator.
-pub fn shoot_by(integrator: Integrator, parts: Parts, samples: u64, seed: u64) -> Rendering {
+/// The same by any renderer.
+pub fn shoot_by(renderer: impl Into<Renderer>, parts: Parts, samples: u64, seed: u64) -> Rendering {
     let scene = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
-    let options = Options::new(integrator, samples, seed);
+    let options = Options::new(renderer, samples, seed);
     render(&[scene], &options, |_| ControlFlow::Continue(()))
 }
 

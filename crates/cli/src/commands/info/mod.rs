@@ -56,13 +56,13 @@ fn film_memory(loaded: &Loaded) -> (usize, Option<usize>) {
     let image = Options {
         decomposition: loaded.layering.decomposition,
         reweight: loaded.reweight,
-        ..Options::new(loaded.integrator, loaded.samples, 0)
+        ..Options::new(loaded.renderer, loaded.samples, 0)
     };
     let strategies = Options {
         strategies: true,
         ..image
     };
-    let splats = loaded.integrator.splats();
+    let splats = loaded.renderer.splats();
     (
         memory(film, &image),
         splats.then(|| memory(film, &strategies)),
@@ -103,7 +103,8 @@ fn extinction_and_albedo(loaded: &Loaded, id: MediumId) -> [(f64, f64); 2] {
 /// What finds an emitter's light, and how much of it, in words; and whether that is all. `None` if it is not
 /// for a camera.
 fn found(loaded: &Loaded, emitter: &Emitter) -> Option<(String, bool)> {
-    let needs = Needs::of(&loaded.integrator, emitter.is_delta());
+    let integrator = loaded.renderer.integrator();
+    let needs = integrator.map_or(Needs::Nothing, |i| Needs::of(i, emitter.is_delta()));
     loaded
         .instruments
         .is_empty()

@@ -84,7 +84,7 @@ fn picture(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
         "  sampling     {} samples per pixel{}, integrator {}",
         loaded.samples,
         instants(loaded),
-        loaded.integrator.name()
+        loaded.renderer.name()
     )
 }
 
