@@ -1,7 +1,7 @@
 //! What can go wrong, and how the user learns of it.
 
-use io::Diagnostics;
 use io::diagnostic::Style;
+use io::{Diagnostics, Refusal};
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 
@@ -45,6 +45,12 @@ impl Failure {
 impl From<Diagnostics> for Failure {
     fn from(diagnostics: Diagnostics) -> Self {
         Failure::Scene(diagnostics)
+    }
+}
+
+impl From<Refusal> for Failure {
+    fn from(refusal: Refusal) -> Self {
+        Failure::Usage(refusal.to_string())
     }
 }
 

@@ -4,10 +4,10 @@ use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::load;
 use io::part::Header;
-use io::{Limits, LoadOptions, Loaded};
+use io::{Limits, LoadOptions, Loaded, Run};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
-use transport::render::{Measure, MeasureOptions, Options, Target};
+use transport::render::{Measure, Target};
 
 /// A scene and the options of the command line that decide what is computed.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -73,53 +73,28 @@ impl Job {
         load::load(&self.scene, &options)
     }
 
-    /// What is stored with parts of it, of so many samples or particles.
-    pub fn header(&self, loaded: &Loaded, total: Option<u64>, shard: Option<[u64; 2]>) -> Header {
-        let mut origin = self.clone();
-        // Parts are merged in other folders, too.
-        origin.scene = std::path::absolute(&self.scene).unwrap_or(origin.scene);
-        let target = self.target_error.map(|error| {
-            let measure = self.target.unwrap_or_default();
-            format!("{error} ({})", measure.name())
-        });
-        let more = [
-            ("strategies", self.strategies.then(|| "told apart".into())),
-            ("target error", target),
-        ];
-        let more = more.into_iter();
-        let mut header = Header::new(loaded, &loaded.renderer, self.seed, total, shard);
-        header
-            .settings
-            .extend(more.filter_map(|(name, value)| Some((name.to_owned(), value?))));
-        // Paths that are not Unicode cannot be told.
-        header.origin = serde_json::to_string(&origin).unwrap_or_default();
-        header
-    }
-
-    /// How its image is to be rendered.
-    pub fn options(&self, loaded: &Loaded) -> Options {
-        Options {
-            strategies: self.strategies,
-            decomposition: loaded.layering.decomposition,
-            reweight: loaded.reweight,
-            adaptive: loaded.adaptive,
+    /// What it computes of a scene: all of it, unless the caller says otherwise.
+    pub fn run<'a>(&self, loaded: &'a Loaded) -> Run<'a> {
+        Run {
+            seed: self.seed,
             target: self.target_error.map(|error| Target {
                 error,
                 measure: self.target.unwrap_or_default(),
             }),
-            ..Options::new(loaded.renderer, loaded.samples, self.seed)
+            strategies: self.strategies,
+            ..Run::new(loaded)
         }
     }
 
-    /// How its meters are to be read.
-    pub fn measure_options(&self, loaded: &Loaded) -> MeasureOptions {
-        let (max_depth, rr_depth) = loaded.renderer.depths();
-        MeasureOptions {
-            first: 0,
-            particles: loaded.samples,
-            seed: self.seed,
-            max_depth,
-            rr_depth,
+    /// What is stored with parts of a run of it.
+    pub fn header(&self, run: &Run) -> Header {
+        let mut origin = self.clone();
+        // Parts are merged in other folders, too.
+        origin.scene = std::path::absolute(&self.scene).unwrap_or(origin.scene);
+        Header {
+            // Paths that are not Unicode cannot be told.
+            origin: serde_json::to_string(&origin).unwrap_or_default(),
+            ..run.header()
         }
     }
 

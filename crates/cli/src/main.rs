@@ -14,7 +14,6 @@ mod job;
 mod keeper;
 mod load;
 mod measured;
-mod memory;
 mod numbers;
 mod output;
 mod plot;

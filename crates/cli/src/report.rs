@@ -4,46 +4,15 @@ use crate::balance;
 use crate::job::Job;
 use crate::load::file_name;
 use crate::numbers;
+use io::clock::Stopped;
 use io::rendered::Naming;
 use io::{Loaded, report};
 use serde_json::{Value, json};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use transport::integrator::Integrator;
 use transport::render::Rendering;
 use transport::renderer::Renderer;
 use transport::stats::Connections;
-
-/// Why a render ended before it had all its samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stopped {
-    /// The user asked for it.
-    Interrupted,
-    /// Its time was over.
-    Time,
-    /// Its error was small enough.
-    Target,
-}
-
-impl Stopped {
-    /// Why to stop now, if there is a reason.
-    pub fn when(interrupted: bool, time: Option<Duration>, started: Instant) -> Option<Self> {
-        let over = time.is_some_and(|time| started.elapsed() >= time);
-        match (interrupted, over) {
-            (true, _) => Some(Stopped::Interrupted),
-            (false, true) => Some(Stopped::Time),
-            (false, false) => None,
-        }
-    }
-
-    /// As statistics name it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Stopped::Interrupted => "interrupted",
-            Stopped::Time => "time",
-            Stopped::Target => "target",
-        }
-    }
-}
 
 /// A render that is done.
 #[derive(Debug)]

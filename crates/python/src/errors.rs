@@ -1,7 +1,9 @@
 //! Rust's errors as Python's exceptions, which are defined in `python/morgana/_errors.py`.
 
-use io::{Diagnostic, Diagnostics};
+use io::{Diagnostic, Diagnostics, Refusal};
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
+use transport::render::MeasureError;
 
 /// The exceptions of Python.
 mod raised {
@@ -43,6 +45,16 @@ pub fn scene(diagnostics: &Diagnostics) -> PyErr {
 /// A file that cannot be read or written.
 pub fn file(error: &io::FileError) -> PyErr {
     raised::FileError::new_err((error.to_string(),))
+}
+
+/// A run that is not begun.
+pub fn refusal(refusal: &Refusal) -> PyErr {
+    match refusal {
+        Refusal::Film(_) | Refusal::Meters(MeasureError::Memory(_)) => {
+            PyMemoryError::new_err(refusal.to_string())
+        }
+        _ => render(refusal.to_string()),
+    }
 }
 
 /// A run that cannot be done.

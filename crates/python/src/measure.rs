@@ -1,22 +1,22 @@
 //! Measuring: what meters read.
 
 use crate::errors;
-use crate::limits::{Limits, stopped};
+use crate::limits::Limits;
 use crate::numbers::array;
-use crate::render::Run;
+use crate::render::RunRecord;
 use crate::scene::Scene;
 use crate::watch::watched;
 use io::arrays::{Array, ArrayFormat, Arrays, Context, Quality, arrays};
 use io::assemble::Instrument;
-use io::{Loaded, report};
+use io::clock::{Clock, Stopped};
+use io::{Loaded, Refusal, report};
 use numpy::PyArrayDyn;
-use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
-use transport::meter::{Meter, Reading};
-use transport::render::{self, MeasureError, MeasureOptions, Measurement};
+use transport::meter::Reading;
+use transport::render::{self, Measurement};
 
 /// What meters have read.
 #[pyclass(frozen, module = "morgana._morgana")]
@@ -42,54 +42,32 @@ pub fn measure(
     tick: Option<Py<PyAny>>,
 ) -> PyResult<Measured> {
     let loaded = &scene.get().loaded;
-    let options = options(scene.get(), limits);
-    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
+    let asked = limits.run(loaded, loaded.renderer);
+    let (options, meters) = (asked.measure_options(), loaded.meters());
     let (pool, started) = (limits.pool()?, Instant::now());
-    let ((measurement, is_over), interrupted) =
-        watched(py, (tick.as_ref(), limits.time()), |shared| {
-            let mut clock = limits.clock(shared);
-            let on_pass = |done| clock.look(done == options.particles);
-            let handle = &shared.handle;
-            let measurement = pool
-                .install(|| render::measure(&loaded.groups, &meters, &options, handle, on_pass));
-            clock.ended();
-            (measurement, clock.is_over)
-        })?;
-    let measurement = measurement.map_err(|e| failure(&e))?;
-    let interrupted = interrupted && measurement.particles < options.particles;
-    let run = Run {
+    let ((measurement, stopped), _) = watched(py, (tick.as_ref(), limits.time()), |shared| {
+        let asked = || shared.asked();
+        let mut clock = Clock::start(limits.time(), &asked);
+        let on_pass = |done| clock.look(done == options.particles);
+        let handle = &shared.handle;
+        let measurement =
+            pool.install(|| render::measure(&loaded.groups, &meters, &options, handle, on_pass));
+        (measurement, clock.end(handle, false))
+    })?;
+    let measurement = measurement.map_err(|e| errors::refusal(&Refusal::Meters(e)))?;
+    let run = RunRecord {
         renderer: loaded.renderer,
         seed: limits.seed,
         requested: limits.samples,
-        stopped: stopped(interrupted, is_over, false),
+        stopped: stopped.map(Stopped::name),
         threads: Some(pool.current_num_threads()),
         seconds: started.elapsed().as_secs_f64(),
     };
     Ok(Measured::new(measurement, scene, run))
 }
 
-/// How meters are read.
-pub fn options(scene: &Scene, limits: Limits) -> MeasureOptions {
-    let (max_depth, rr_depth) = scene.loaded.renderer.depths();
-    MeasureOptions {
-        first: 0,
-        particles: limits.samples.unwrap_or(u64::MAX),
-        seed: limits.seed,
-        max_depth,
-        rr_depth,
-    }
-}
-
-/// Why meters cannot be read.
-pub fn failure(error: &MeasureError) -> PyErr {
-    match error {
-        MeasureError::Dark => errors::render(error.to_string()),
-        MeasureError::Memory(_) => PyMemoryError::new_err(error.to_string()),
-    }
-}
-
 impl Measured {
-    pub fn new(measurement: Measurement, scene: Py<Scene>, run: Run) -> Self {
+    pub fn new(measurement: Measurement, scene: Py<Scene>, run: RunRecord) -> Self {
         let stats = json!({
             "scene": scene.get().name,
             "scene_hash": scene.get().loaded.hash.to_string(),

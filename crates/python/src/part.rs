@@ -2,21 +2,18 @@
 
 use crate::errors;
 use crate::limits::Limits;
-use crate::measure::{self, Measured};
-use crate::render::{self, Rendered, Run};
+use crate::measure::Measured;
+use crate::render::{self, Rendered, RunRecord};
 use crate::scene::Scene;
 use crate::watch::{Shared, watched};
-use io::Problem;
-use io::part::{Body, Header, Part};
+use io::part::{Body, Part};
+use io::{Problem, Refusal, Run};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::ops::ControlFlow;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
-use transport::meter::Meter;
-use transport::render::{MeasureOptions, MeasureState, Options, State};
-use transport::renderer::Renderer;
+use transport::render::{MeasureState, State};
 
 /// Takes part `shard`, its number from 0 and that of all parts, of the samples of a run, and returns it as the bytes of a file.
 #[pyfunction]
@@ -29,20 +26,17 @@ pub fn render_part<'py>(
 ) -> PyResult<Bound<'py, PyBytes>> {
     let scene = scene.get();
     let renderer = render::renderer(scene, integrator)?;
-    let header = Header::new(
-        &scene.loaded,
-        &renderer,
-        limits.seed,
-        limits.samples,
-        Some(shard),
-    );
+    let asked = Run {
+        shard: Some(shard),
+        ..limits.run(&scene.loaded, renderer)
+    };
     let (pool, started) = (limits.pool()?, Instant::now());
     let (body, interrupted) = watched(py, (None, None), |shared| {
         pool.install(|| {
             if scene.loaded.instruments.is_empty() {
-                Ok(image(scene, (limits, renderer), &header, shared))
+                Ok(image(&asked, shared))
             } else {
-                readings(scene, limits, &header, shared)
+                readings(&asked, shared)
             }
         })
     })?;
@@ -50,7 +44,7 @@ pub fn render_part<'py>(
         return Err(PyKeyboardInterrupt::new_err(()));
     }
     let mut part = Part {
-        header,
+        header: asked.header(),
         body: body?,
     };
     part.header.seconds = started.elapsed().as_secs_f64();
@@ -58,51 +52,31 @@ pub fn render_part<'py>(
 }
 
 fn going_on(shared: &Shared) -> ControlFlow<()> {
-    if shared.stop.load(Ordering::Relaxed) {
+    if shared.asked() {
         ControlFlow::Break(())
     } else {
         ControlFlow::Continue(())
     }
 }
 
-fn image(
-    scene: &Scene,
-    (limits, renderer): (Limits, Renderer),
-    header: &Header,
-    shared: &Shared,
-) -> Body {
-    let (scenes, range) = (&scene.loaded.groups, header.range());
-    let options = Options {
-        first: range.start,
-        samples: range.end - range.start,
-        ..render::options(scene, limits, renderer)
-    };
+fn image(asked: &Run, shared: &Shared) -> Body {
+    let (scenes, options) = (&asked.loaded.groups, asked.options());
     let mut state = State::new(scenes, &options);
     state.advance(scenes, &options, &shared.handle, |_| going_on(shared));
     Body::Image(state.into())
 }
 
-fn readings(scene: &Scene, limits: Limits, header: &Header, shared: &Shared) -> PyResult<Body> {
-    let (scenes, range) = (&scene.loaded.groups, header.range());
-    let options = MeasureOptions {
-        first: range.start,
-        particles: range.end - range.start,
-        ..measure::options(scene, limits)
-    };
-    let meters = meters(scene);
+fn readings(asked: &Run, shared: &Shared) -> PyResult<Body> {
+    let (scenes, meters) = (&asked.loaded.groups, asked.loaded.meters());
+    let options = asked.measure_options();
     let state = MeasureState::new(scenes, &meters).and_then(|mut state| {
         state.advance(scenes, &meters, &options, &shared.handle, |_| {
             going_on(shared)
         })?;
         Ok(state)
     });
-    let state = state.map_err(|e| measure::failure(&e))?;
+    let state = state.map_err(|e| errors::refusal(&Refusal::Meters(e)))?;
     Ok(Body::Meters(state.into()))
-}
-
-fn meters(scene: &Scene) -> Vec<Meter> {
-    let instruments = scene.loaded.instruments.iter();
-    instruments.map(|i| i.meter.clone()).collect()
 }
 
 /// Parts of one run, put together.
@@ -159,13 +133,13 @@ impl Parts {
             .whole
             .take()
             .ok_or_else(|| errors::render("no part of the run is done"))?;
-        let header = Header::new(loaded, &renderer, limits.seed, limits.samples, None);
+        let asked = limits.run(loaded, renderer);
         let misfit =
             |why: String| errors::render(format!("the parts are not of this scene: {why}"));
         part.header
-            .agrees(&header)
+            .agrees(&asked.header())
             .map_err(|e| misfit(e.to_string()))?;
-        let run = Run {
+        let run = RunRecord {
             renderer,
             seed: limits.seed,
             requested: limits.samples,
@@ -173,20 +147,15 @@ impl Parts {
             threads: None,
             seconds,
         };
-        let meters = meters(scene.get());
+        let (options, meters) = (asked.options(), loaded.meters());
         match part.body {
-            Body::Image(state)
-                if state.fits(
-                    &loaded.groups,
-                    &render::options(scene.get(), limits, renderer),
-                ) =>
-            {
+            Body::Image(state) if state.fits(&loaded.groups, &options) => {
                 let rendering = state.into_rendering(&loaded.groups);
                 Ok(Bound::new(py, Rendered::new(rendering, scene, run))?.into_any())
             }
             Body::Meters(state) if state.fits(&loaded.groups, &meters) => {
                 let measurement = state.into_measurement(&loaded.groups, &meters);
-                let measurement = measurement.map_err(|e| measure::failure(&e))?;
+                let measurement = measurement.map_err(|e| errors::refusal(&Refusal::Meters(e)))?;
                 Ok(Bound::new(py, Measured::new(measurement, scene, run))?.into_any())
             }
             _ => Err(misfit("their contents are others".into())),

@@ -1,20 +1,20 @@
 //! Rendering.
 
-use crate::limits::{Limits, stopped};
+use crate::limits::Limits;
 use crate::numbers::array;
 use crate::scene::Scene;
 use crate::watch::watched;
 use crate::{errors, image};
+use io::clock::{Clock, Stopped};
 use io::image::tone::Tone;
 use io::rendered::{Naming, Picture};
 use io::report;
 use numpy::{Element, PyArrayDyn};
-use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
-use transport::render::{Measure, Options, Rendering, Target, memory, render_watched};
+use transport::render::{Rendering, render_watched};
 use transport::renderer::Renderer;
 
 /// A picture that has been rendered.
@@ -42,31 +42,28 @@ pub fn render(
 ) -> PyResult<Rendered> {
     let loaded = &scene.get().loaded;
     let renderer = renderer(scene.get(), integrator)?;
-    if limits.samples.is_none() && limits.time.is_none() && !renderer.converges() {
-        let message = "target_error may never be reached by the integrator photon, whose bias does not shrink: use \
-                       sppm, or give spp or time";
-        return Err(errors::render(message));
-    }
-    let options = options(scene.get(), limits, renderer);
-    check_memory(scene.get(), &options)?;
+    let asked = limits.run(loaded, renderer);
+    asked
+        .check(io::Limits::default())
+        .map_err(|e| errors::refusal(&e))?;
+    let options = asked.options();
     let (pool, started) = (limits.pool()?, Instant::now());
-    let ((rendering, is_over), interrupted) =
-        watched(py, (tick.as_ref(), limits.time()), |shared| {
-            let mut clock = limits.clock(shared);
-            let rendering = pool.install(|| {
-                render_watched(&loaded.groups, &options, &shared.handle, |progress| {
-                    clock.look(progress.done == progress.total)
-                })
-            });
-            clock.ended();
-            (rendering, clock.is_over)
-        })?;
-    let interrupted = interrupted && rendering.samples < options.samples;
-    let run = Run {
+    let ((rendering, stopped), _) = watched(py, (tick.as_ref(), limits.time()), |shared| {
+        let asked = || shared.asked();
+        let mut clock = Clock::start(limits.time(), &asked);
+        let rendering = pool.install(|| {
+            render_watched(&loaded.groups, &options, &shared.handle, |progress| {
+                clock.look(progress.done == progress.total)
+            })
+        });
+        let stopped = clock.end(&shared.handle, rendering.reached);
+        (rendering, stopped)
+    })?;
+    let run = RunRecord {
         renderer,
         seed: limits.seed,
         requested: limits.samples,
-        stopped: stopped(interrupted, is_over, rendering.reached),
+        stopped: stopped.map(Stopped::name),
         threads: Some(pool.current_num_threads()),
         seconds: started.elapsed().as_secs_f64(),
     };
@@ -87,7 +84,7 @@ pub fn renderer(scene: &Scene, name: Option<&str>) -> PyResult<Renderer> {
 
 /// How a run was done.
 #[derive(Clone, Copy, Debug)]
-pub struct Run {
+pub struct RunRecord {
     pub renderer: Renderer,
     pub seed: u64,
     /// Samples per pixel, or particles.
@@ -99,7 +96,7 @@ pub struct Run {
 }
 
 impl Rendered {
-    pub fn new(rendering: Rendering, scene: Py<Scene>, run: Run) -> Self {
+    pub fn new(rendering: Rendering, scene: Py<Scene>, run: RunRecord) -> Self {
         let loaded = &scene.get().loaded;
         let told = json!({
             "scene": scene.get().name,
@@ -118,34 +115,6 @@ impl Rendered {
             stopped: run.stopped,
         }
     }
-}
-
-/// How a picture is rendered.
-pub fn options(scene: &Scene, limits: Limits, renderer: Renderer) -> Options {
-    let loaded = &scene.loaded;
-    let samples = limits.samples.unwrap_or(u64::MAX);
-    Options {
-        decomposition: loaded.layering.decomposition,
-        reweight: loaded.reweight,
-        adaptive: loaded.adaptive,
-        target: limits.target_error.map(|(error, of_pixels)| Target {
-            error,
-            measure: [Measure::Image, Measure::Pixel][usize::from(of_pixels)],
-        }),
-        ..Options::new(renderer, samples, limits.seed)
-    }
-}
-
-/// A film that does not fit into memory would end the interpreter without a word.
-fn check_memory(scene: &Scene, options: &Options) -> PyResult<()> {
-    let film = scene.loaded.scene().film();
-    let bytes = memory(film, options);
-    Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| {
-        let (width, height) = (film.width, film.height);
-        let message =
-            format!("a film of {width} × {height} pixels with its layers needs {bytes} bytes");
-        PyMemoryError::new_err(message)
-    })
 }
 
 /// Name, means, variances, and where these are not to be trusted.

@@ -20,6 +20,13 @@ pub struct Shared {
     pub stop: AtomicBool,
 }
 
+impl Shared {
+    /// Whether the work is to end soon.
+    pub fn asked(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
 /// Does `work` on a thread of its own while this one runs Python's signal handlers and calls `tick`, if given, with
 /// the samples so far, and ends it when its `time` is over. Returns what the work gives, and whether Ctrl-C has stopped it.
 ///

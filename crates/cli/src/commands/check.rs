@@ -3,27 +3,16 @@
 use crate::args::CheckArgs;
 use crate::failure::Failure;
 use crate::load::{load_as_it_is, warn};
-use crate::memory;
 use crate::output::say;
+use io::Run;
 use io::diagnostic::shown;
 use std::process::ExitCode;
-use transport::render::Options;
 
 /// Loads a scene as a render would, and says what there is to say about it.
 pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let loaded = load_as_it_is(&args.scene)?;
     warn(&loaded);
-    if loaded.instruments.is_empty() {
-        let options = Options {
-            decomposition: loaded.layering.decomposition,
-            reweight: loaded.reweight,
-            adaptive: loaded.adaptive,
-            ..Options::new(loaded.renderer, loaded.samples, 0)
-        };
-        memory::check_film(&loaded, &options, args.scene.memory.limits())?;
-    } else {
-        memory::check_meters(&loaded)?
-    }
+    Run::new(&loaded).check(args.scene.memory.limits())?;
     let film = loaded.scene().film();
     let what = match loaded.instruments.len() {
         0 => format!("{} × {} pixels", film.width, film.height),

@@ -7,15 +7,13 @@ use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::keeper::Keeper;
 use crate::measured::Measured;
-use crate::memory::refused;
 use crate::output::say;
 use crate::progress::{self, ProgressGoal};
-use crate::report::Stopped;
 use crate::{config, load, results};
-use io::Loaded;
+use io::clock::{Clock, Stopped};
 use io::part::{Body, BodyRef};
+use io::{Loaded, Refusal, Run};
 use rayon::ThreadPool;
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::time::Instant;
 use transport::meter::Meter;
@@ -41,30 +39,28 @@ pub fn measure(
         (Some(_), None) => args.particles.map(|_| loaded.samples),
         _ => Some(loaded.samples),
     };
-    let header = job.header(loaded, requested, shard);
-    let range = header.range();
-    let options = MeasureOptions {
-        first: range.start,
-        particles: range.end - range.start,
-        ..job.measure_options(loaded)
+    let whole = Run {
+        total: requested,
+        shard,
+        ..job.run(loaded)
     };
-    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
-    let (mut keeper, state) = open(args, header, |keeper, body| match body {
+    let (options, meters) = (whole.measure_options(), loaded.meters());
+    let (mut keeper, state) = open(args, job.header(&whole), |keeper, body| match body {
         Body::Meters(state) if state.fits(&loaded.groups, &meters) => Ok(*state),
         _ => Err(keeper.misfit()),
     })?;
     let interrupt = Interrupt::watch()?;
     let started = Instant::now();
     let state = state.map_or_else(|| MeasureState::new(&loaded.groups, &meters), Ok);
-    let mut state = state.map_err(refused)?;
-    let stopped = run(
+    let mut state = state.map_err(Refusal::Meters)?;
+    let stopped = advance(
         (args, loaded),
         (&meters, &options),
         &mut state,
         keeper.as_mut(),
         (pool, &interrupt),
     );
-    let stopped = stopped.map_err(refused)?;
+    let stopped = stopped.map_err(Refusal::Meters)?;
     let saved = keeper
         .iter_mut()
         .try_for_each(|k| k.save(BodyRef::Meters(&state)));
@@ -72,7 +68,7 @@ pub fn measure(
     let measured = Measured {
         job,
         loaded,
-        measurement: &measurement.map_err(refused)?,
+        measurement: &measurement.map_err(Refusal::Meters)?,
         elapsed: keeper.map_or(started.elapsed(), |k| k.elapsed()),
         threads: Some(pool.current_num_threads()),
         stopped,
@@ -121,7 +117,7 @@ fn check(args: &RenderArgs) -> Result<(), Failure> {
 }
 
 /// Follows the particles that a state is missing; why it stopped before, if it did.
-fn run(
+fn advance(
     (args, loaded): (&RenderArgs, &Loaded),
     (meters, options): (&[Meter], &MeasureOptions),
     state: &mut MeasureState,
@@ -135,25 +131,18 @@ fn run(
         unit: "particles",
         time: args.time,
     };
-    let (handle, started) = (Handle::default(), Instant::now());
-    let mut stopped = None;
+    let (handle, asked) = (Handle::default(), || interrupt.asked());
+    let mut clock = Clock::start(args.time, &asked);
     let on_pass = |state: &MeasureState| {
         if let Some(keeper) = &mut keeper {
             keeper.update(BodyRef::Meters(state));
         }
-        stopped = Stopped::when(interrupt.asked(), args.time, started);
-        match stopped {
-            Some(_) if state.done().count() < options.particles => ControlFlow::Break(()),
-            _ => ControlFlow::Continue(()),
-        }
+        clock.look(state.done().count() >= options.particles)
     };
     std::thread::scope(|scope| {
         let draws = !args.outputs.quiet;
         let _watch = progress::watch(scope, (goal, draws), &handle, interrupt);
         pool.install(|| state.advance(&loaded.groups, meters, options, &handle, on_pass))
     })?;
-    if handle.is_given_up() {
-        stopped = Stopped::when(interrupt.asked(), args.time, started);
-    }
-    Ok(stopped)
+    Ok(clock.end(&handle, false))
 }

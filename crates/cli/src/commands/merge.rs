@@ -5,11 +5,11 @@ use crate::args::MergeArgs;
 use crate::failure::Failure;
 use crate::job::Job;
 use crate::measured::Measured;
-use crate::memory::refused;
 use crate::output::say;
 use crate::report::Report;
 use crate::{config, results};
 use io::Loaded;
+use io::Refusal;
 use io::diagnostic::shown;
 use io::part::{Body, Header, Part};
 use std::path::Path;
@@ -38,7 +38,7 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, Failure> {
     job.scene = moved.unwrap_or(&job.scene).clone();
     check_scene(&job, args)?;
     let loaded = job.load(args.memory.limits())?;
-    let agrees = header.agrees(&job.header(&loaded, None, None));
+    let agrees = header.agrees(&job.run(&loaded).header());
     agrees.map_err(|e| {
         Failure::Usage(format!(
             "the parts do not belong to '{}': {e}",
@@ -115,7 +115,7 @@ fn merged_image(
         let message = "the parts do not tell strategies apart: render them with --strategies";
         return Err(Failure::Usage(message.into()));
     }
-    if !state.fits(&loaded.groups, &job.options(loaded)) {
+    if !state.fits(&loaded.groups, &job.run(loaded).options()) {
         return Err(misfit());
     }
     let rendering = state.into_rendering(&loaded.groups);
@@ -150,7 +150,7 @@ fn merged_readings(
     let measured = Measured {
         job,
         loaded,
-        measurement: &measurement.map_err(refused)?,
+        measurement: &measurement.map_err(Refusal::Meters)?,
         elapsed: elapsed(header),
         threads: None,
         stopped: None,

@@ -10,13 +10,13 @@ use crate::keeper::{self, Keeper};
 use crate::output::say;
 use crate::preview::{Canvas, Preview};
 use crate::progress::{self, ProgressGoal};
-use crate::report::{Report, Stopped};
+use crate::report::Report;
 use crate::shard::Shard;
-use crate::{config, load, memory, results};
-use io::Loaded;
+use crate::{config, load, results};
+use io::clock::{Clock, Stopped};
 use io::part::{Body, BodyRef, Header};
+use io::{Loaded, Run};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -40,17 +40,20 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     if !args.outputs.quiet {
         load::warn(&loaded);
     }
-    check_strategies(args, &loaded)?;
-    check_target(args, &loaded)?;
-    memory::check_film(&loaded, &job.options(&loaded), limits)?;
     // Other limits replace the scene's number of samples, but not that of the command line.
     let requested = match (args.time, args.target_error, shard) {
         (None, None, _) | (.., Some(_)) => Some(loaded.samples),
         _ => args.spp.map(|_| loaded.samples),
     };
-    let header = job.header(&loaded, requested, shard);
-    let options = options(&job, &loaded, &header);
-    let (mut keeper, state) = open(args, header, |keeper, body| match body {
+    let run = Run {
+        total: requested,
+        shard,
+        is_timed: args.time.is_some(),
+        ..job.run(&loaded)
+    };
+    run.check(limits)?;
+    let options = run.options();
+    let (mut keeper, state) = open(args, job.header(&run), |keeper, body| match body {
         Body::Image(state) if state.fits(&loaded.groups, &options) => Ok(*state),
         _ => Err(keeper.misfit()),
     })?;
@@ -59,7 +62,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     let started = Instant::now();
     let mut state = state.unwrap_or_else(|| State::new(&loaded.groups, &options));
     let shown = preview.as_mut();
-    let stopped = run(
+    let stopped = advance(
         (args, &loaded),
         &options,
         &mut state,
@@ -165,17 +168,6 @@ fn preview(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Preview>, Failur
     args.tev.as_ref().map(open).transpose()
 }
 
-/// Only an estimator with several strategies can show them.
-fn check_strategies(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
-    if args.outputs.strategies.is_none() || loaded.renderer.splats() {
-        return Ok(());
-    }
-    Err(Failure::Usage(format!(
-        "--strategies needs the integrator bdpt or particle: {} has one strategy only",
-        loaded.renderer.name()
-    )))
-}
-
 /// Quantities other than light have no colours: nobody gets a PNG of them.
 pub fn check_colours(
     asked: &[PathBuf],
@@ -194,29 +186,6 @@ pub fn check_colours(
     Ok(())
 }
 
-/// A bias that does not shrink may keep a render from ever reaching its target.
-fn check_target(args: &RenderArgs, loaded: &Loaded) -> Result<(), Failure> {
-    let unlimited = args.target_error.is_some() && args.spp.is_none() && args.time.is_none();
-    if !unlimited || loaded.renderer.converges() {
-        return Ok(());
-    }
-    Err(Failure::Usage(
-        "--target-error may never be reached by the integrator photon, whose bias does not shrink: use sppm, or \
-         set a limit by --spp or --time"
-            .into(),
-    ))
-}
-
-/// How the part that a header names is to be rendered.
-fn options(job: &Job, loaded: &Loaded, header: &Header) -> Options {
-    let range = header.range();
-    Options {
-        first: range.start,
-        samples: range.end - range.start,
-        ..job.options(loaded)
-    }
-}
-
 fn pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
     // Zero leaves the number to rayon: that of the processors.
     let builder = ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
@@ -226,7 +195,7 @@ fn pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
 }
 
 /// Renders what is missing of a state; why it stopped before, if it did.
-fn run(
+fn advance(
     (args, loaded): (&RenderArgs, &Loaded),
     options: &Options,
     state: &mut State,
@@ -241,8 +210,8 @@ fn run(
         unit: "spp",
         time: args.time,
     };
-    let (handle, started) = (Handle::default(), Instant::now());
-    let mut stopped = None;
+    let (handle, asked) = (Handle::default(), || interrupt.asked());
+    let mut clock = Clock::start(args.time, &asked);
     std::thread::scope(|scope| {
         let draws = !args.outputs.quiet;
         let _watch = progress::watch(scope, (goal, draws), &handle, interrupt);
@@ -254,16 +223,9 @@ fn run(
                 if let Some(keeper) = &mut keeper {
                     keeper.update(BodyRef::Image(progress.state));
                 }
-                stopped = Stopped::when(interrupt.asked(), args.time, started);
-                match stopped {
-                    Some(_) if progress.done < progress.total => ControlFlow::Break(()),
-                    _ => ControlFlow::Continue(()),
-                }
+                clock.look(progress.done >= progress.total)
             });
         });
     });
-    if handle.is_given_up() {
-        stopped = Stopped::when(interrupt.asked(), args.time, started);
-    }
-    stopped.or(state.reached().then_some(Stopped::Target))
+    clock.end(&handle, state.reached())
 }

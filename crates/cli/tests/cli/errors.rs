@@ -97,7 +97,7 @@ fn options_are_checked() {
     refused(
         &folder,
         "render scene.xml --strategies s.exr",
-        &["--strategies needs", "path has one strategy only"],
+        &["--strategies", "path has one strategy only"],
     );
     refused(
         &folder,

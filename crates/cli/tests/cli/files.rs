@@ -102,7 +102,7 @@ fn check_and_render_agree_on_what_fits_into_memory() {
         );
         let error = folder.refuse(&format!("{command} scene.xml --memory 1K"));
         assert!(
-            error.contains("more than the 1.0 KiB of --memory"),
+            error.contains("more than the limit of 1.0 kB (--memory)"),
             "{error}"
         );
     }

@@ -8,16 +8,16 @@ use crate::failure::Failure;
 use crate::load::load_as_it_is;
 use crate::output::safe;
 use glam::DVec3;
-use io::Loaded;
 use io::assemble::{Needs, Walls};
 use io::diagnostic::Style;
+use io::{Loaded, Run};
 use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
 use transport::Scene;
 use transport::emitter::Emitter;
 use transport::medium::{Medium, Texture};
 use transport::meter::Tally;
-use transport::render::{Options, memory};
+use transport::render::memory;
 use transport::scene::MediumId;
 use transport::sensor::Sensor;
 
@@ -53,19 +53,15 @@ fn sensor_kind(scene: &Scene) -> &'static str {
 /// where there are any.
 fn film_memory(loaded: &Loaded) -> (usize, Option<usize>) {
     let film = loaded.scene().film();
-    let image = Options {
-        decomposition: loaded.layering.decomposition,
-        reweight: loaded.reweight,
-        ..Options::new(loaded.renderer, loaded.samples, 0)
-    };
-    let strategies = Options {
+    let image = Run::new(loaded);
+    let strategies = Run {
         strategies: true,
-        ..image
+        ..image.clone()
     };
     let splats = loaded.renderer.splats();
     (
-        memory(film, &image),
-        splats.then(|| memory(film, &strategies)),
+        memory(film, &image.options()),
+        splats.then(|| memory(film, &strategies.options())),
     )
 }
 

@@ -1,0 +1,96 @@
+//! When a run is to end before it has all its samples, and why it did.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+use transport::render::Handle;
+
+/// Why a run ended before it had all its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    /// The user asked for it.
+    Interrupted,
+    /// Its time was over.
+    Time,
+    /// Its error was small enough.
+    Target,
+}
+
+impl Stopped {
+    /// As statistics name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stopped::Interrupted => "interrupted",
+            Stopped::Time => "time",
+            Stopped::Target => "target",
+        }
+    }
+}
+
+/// The time of a run, and the user's patience.
+pub struct Clock<'a> {
+    asked: &'a (dyn Fn() -> bool + Sync),
+    time: Option<Duration>,
+    started: Instant,
+    stopped: Option<Stopped>,
+}
+
+impl<'a> Clock<'a> {
+    /// Starts now; the run may take so much `time`, and `asked` says whether the user has asked it to end.
+    pub fn start(time: Option<Duration>, asked: &'a (dyn Fn() -> bool + Sync)) -> Self {
+        Clock {
+            asked,
+            time,
+            started: Instant::now(),
+            stopped: None,
+        }
+    }
+
+    /// To be asked between passes: a run that has all its samples ends by itself.
+    pub fn look(&mut self, is_done: bool) -> ControlFlow<()> {
+        self.stopped = self.reason().filter(|_| !is_done);
+        if self.stopped.is_some() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+
+    /// Why a run ended early that has ended, maybe within a pass; `reached` says whether its error was small enough.
+    pub fn end(self, handle: &Handle, reached: bool) -> Option<Stopped> {
+        let given_up = self.reason().filter(|_| handle.is_given_up());
+        let target = reached.then_some(Stopped::Target);
+        self.stopped.or(given_up).or(target)
+    }
+
+    fn reason(&self) -> Option<Stopped> {
+        let is_over = self.time.is_some_and(|time| self.started.elapsed() >= time);
+        if (self.asked)() {
+            Some(Stopped::Interrupted)
+        } else {
+            is_over.then_some(Stopped::Time)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_end_in_time_or_when_asked_unless_they_are_done() {
+        let handle = Handle::default();
+        let mut patient = Clock::start(None, &|| false);
+        assert_eq!(patient.look(false), ControlFlow::Continue(()));
+        assert_eq!(patient.end(&handle, true), Some(Stopped::Target));
+        let mut late = Clock::start(Some(Duration::ZERO), &|| false);
+        assert_eq!(late.look(true), ControlFlow::Continue(()));
+        assert_eq!(late.look(false), ControlFlow::Break(()));
+        assert_eq!(late.end(&handle, true), Some(Stopped::Time));
+        let mut asked = Clock::start(Some(Duration::ZERO), &|| true);
+        assert_eq!(asked.look(true), ControlFlow::Continue(()));
+        assert_eq!(asked.end(&handle, false), None);
+        handle.end_now();
+        let given_up = Clock::start(None, &|| true);
+        assert_eq!(given_up.end(&handle, false), Some(Stopped::Interrupted));
+    }
+}

@@ -1,0 +1,169 @@
+//! One run: what is computed of a scene, and whether it can be.
+
+use crate::part::Header;
+use crate::rendered::Naming;
+use crate::{Limits, Loaded};
+use transport::meter::Meter;
+use transport::render::{MeasureError, MeasureOptions, MeasureState, Options, Target, memory};
+use transport::renderer::Renderer;
+
+/// What is computed of a scene: a picture, or what its meters read; all of it or a part.
+#[derive(Clone, Debug)]
+pub struct Run<'a> {
+    /// The scene.
+    pub loaded: &'a Loaded,
+    /// What makes a picture: the scene's own, or another.
+    pub renderer: Renderer,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Samples per pixel, or particles, of the whole; `None` if something else ends the run.
+    pub total: Option<u64>,
+    /// Which of how many parts of the whole this is, counted from 0.
+    pub shard: Option<[u64; 2]>,
+    /// Whether it ends after some time, too.
+    pub is_timed: bool,
+    /// Error at which a picture is done.
+    pub target: Option<Target>,
+    /// Whether images of the strategies of a picture are wanted.
+    pub strategies: bool,
+}
+
+/// Why a run is not begun.
+#[derive(Debug, thiserror::Error)]
+pub enum Refusal {
+    /// Its target is beyond a bias that does not shrink.
+    #[error(
+        "the target error may never be reached by the integrator photon, whose bias does not shrink: use sppm, or give spp \
+         or time"
+    )]
+    Unreachable,
+    /// Its picture has no strategies to be told apart.
+    #[error(
+        "images of strategies (--strategies) need the integrator bdpt or particle: {0} has one strategy only"
+    )]
+    OneStrategy(&'static str),
+    /// Its film does not fit into memory, which would end the program without a word.
+    #[error("{0}")]
+    Film(String),
+    /// Its meters do not, or have no light to measure.
+    #[error(transparent)]
+    Meters(#[from] MeasureError),
+}
+
+impl<'a> Run<'a> {
+    /// What a scene asks for itself.
+    pub fn new(loaded: &'a Loaded) -> Self {
+        Run {
+            loaded,
+            renderer: loaded.renderer,
+            seed: 0,
+            total: Some(loaded.samples),
+            shard: None,
+            is_timed: false,
+            target: None,
+            strategies: false,
+        }
+    }
+
+    /// What is stored with parts of it.
+    pub fn header(&self) -> Header {
+        let target = self
+            .target
+            .map(|target| format!("{} ({})", target.error, target.measure.name()));
+        let more = [
+            ("strategies", self.strategies.then(|| "told apart".into())),
+            ("target error", target),
+        ];
+        let more = more.into_iter();
+        let mut header = Header::new(
+            self.loaded,
+            &self.renderer,
+            self.seed,
+            self.total,
+            self.shard,
+        );
+        header
+            .settings
+            .extend(more.filter_map(|(name, value)| Some((name.to_owned(), value?))));
+        header
+    }
+
+    /// How its picture is rendered.
+    pub fn options(&self) -> Options {
+        let range = self.header().range();
+        Options {
+            first: range.start,
+            strategies: self.strategies,
+            decomposition: self.loaded.layering.decomposition,
+            reweight: self.loaded.reweight,
+            adaptive: self.loaded.adaptive,
+            target: self.target,
+            ..Options::new(self.renderer, range.end - range.start, self.seed)
+        }
+    }
+
+    /// How its meters are read.
+    pub fn measure_options(&self) -> MeasureOptions {
+        let range = self.header().range();
+        let (max_depth, rr_depth) = self.renderer.depths();
+        MeasureOptions {
+            first: range.start,
+            particles: range.end - range.start,
+            seed: self.seed,
+            max_depth,
+            rr_depth,
+        }
+    }
+
+    /// Finds out whether it can be begun.
+    ///
+    /// # Errors
+    /// Why not: see [`Refusal`].
+    pub fn check(&self, limits: Limits) -> Result<(), Refusal> {
+        if !self.loaded.instruments.is_empty() {
+            let meters = self.loaded.meters();
+            MeasureState::new(&self.loaded.groups, &meters)?;
+            return Ok(());
+        }
+        if self.strategies && !self.renderer.splats() {
+            return Err(Refusal::OneStrategy(self.renderer.name()));
+        }
+        let is_unlimited = self.target.is_some() && self.total.is_none() && !self.is_timed;
+        if is_unlimited && !self.renderer.converges() {
+            return Err(Refusal::Unreachable);
+        }
+        self.check_film(limits)
+    }
+
+    fn check_film(&self, limits: Limits) -> Result<(), Refusal> {
+        let film = self.loaded.scene().film();
+        let bytes = memory(film, &self.options());
+        let needs = |more: String| {
+            let (width, height) = (film.width, film.height);
+            let layers = Naming::of(self.loaded).map(|n| format!(" with {}", n.describe()));
+            let strategies = self.strategies.then_some(" with images of strategies");
+            Refusal::Film(format!(
+                "a film of {width} × {height} pixels{}{} needs {} of memory{more}",
+                layers.unwrap_or_default(),
+                strategies.unwrap_or_default(),
+                crate::input::bytes(bytes as u64)
+            ))
+        };
+        match limits.memory {
+            Some(most) if bytes as u64 > most => Err(needs(format!(
+                ", more than the limit of {} (--memory)",
+                crate::input::bytes(most)
+            ))),
+            _ => Vec::<u8>::new()
+                .try_reserve_exact(bytes)
+                .map_err(|_| needs(", more than this system has".into())),
+        }
+    }
+}
+
+impl Loaded {
+    /// The meters of its instruments.
+    pub fn meters(&self) -> Vec<Meter> {
+        self.instruments.iter().map(|i| i.meter.clone()).collect()
+    }
+}

@@ -1,0 +1,88 @@
+//! What is computed of a scene, and what is refused.
+
+use io::{Limits, LoadOptions, Loaded, Refusal, Run};
+use transport::render::{Measure, Target};
+
+fn load(integrator: &str) -> Loaded {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let text = format!(
+        r#"<scene version="3.0.0"><integrator type="{integrator}"/>
+  <sensor type="perspective"><film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="6"/></film>
+    <sampler type="independent"><integer name="sample_count" value="10"/></sampler></sensor>
+  <emitter type="constant"/></scene>"#
+    );
+    std::fs::write(&path, text).unwrap();
+    io::load_scene(&path, &LoadOptions::default()).unwrap()
+}
+
+fn target() -> Option<Target> {
+    Some(Target {
+        error: 0.01,
+        measure: Measure::Image,
+    })
+}
+
+#[test]
+fn what_cannot_be_done_is_refused() {
+    let check = |run: &Run| run.check(Limits::default());
+    let (path, photon) = (load("path"), load("photon"));
+    assert!(check(&Run::new(&path)).is_ok());
+    let endless = |loaded| Run {
+        total: None,
+        target: target(),
+        ..Run::new(loaded)
+    };
+    assert!(check(&endless(&path)).is_ok());
+    assert!(matches!(
+        check(&endless(&photon)),
+        Err(Refusal::Unreachable)
+    ));
+    let timed = Run {
+        is_timed: true,
+        ..endless(&photon)
+    };
+    assert!(check(&timed).is_ok());
+    let strategies = |loaded| Run {
+        strategies: true,
+        ..Run::new(loaded)
+    };
+    assert!(matches!(
+        check(&strategies(&path)),
+        Err(Refusal::OneStrategy("path"))
+    ));
+    let bdpt = load("bdpt");
+    assert!(check(&strategies(&bdpt)).is_ok());
+    let film = strategies(&bdpt).check(Limits::of(1000)).unwrap_err();
+    let message = film.to_string();
+    let expected = ["8 × 6 pixels", "images of strategies", "1.0 kB (--memory)"];
+    for part in expected {
+        assert!(message.contains(part), "{message}");
+    }
+}
+
+#[test]
+fn parts_have_their_samples_and_say_what_they_are_of() {
+    let loaded = load("path");
+    let part = |index| Run {
+        shard: Some([index, 3]),
+        seed: 5,
+        target: target(),
+        ..Run::new(&loaded)
+    };
+    let ranges = [0, 1, 2].map(|index| {
+        let options = part(index).options();
+        assert_eq!(options.seed, 5);
+        options.range()
+    });
+    assert_eq!(ranges, [0..3, 3..6, 6..10]);
+    let header = part(1).header();
+    assert!(header.agrees(&part(2).header()).is_ok());
+    let other = Run {
+        target: None,
+        ..part(1)
+    };
+    let error = header.agrees(&other.header()).unwrap_err().to_string();
+    assert!(error.contains("target error = 0.01 (image)"), "{error}");
+    assert_eq!(Run::new(&loaded).options().range(), 0..10);
+}
