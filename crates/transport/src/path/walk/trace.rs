@@ -18,6 +18,7 @@ use eikonal::connect::{Pattern, World};
 use eikonal::interface::{Interface, Rule};
 use eikonal::ray::{Arc, Flow, Node, Variation};
 use glam::DVec3;
+use std::ops::ControlFlow;
 
 /// How an edge is sampled.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +53,7 @@ pub fn trace<'a>(
     ws.stats.edges += 1;
     let mut edge = Edge::new(start);
     let mut walk = Walk::new(scene, &mut edge, sampling, sampler);
-    while walk.region(ws) {}
+    while walk.region(ws).is_continue() {}
     if sampling.forced {
         walk.force();
     }
@@ -150,8 +151,8 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
     }
 
-    /// Follows the ray through one region. Returns whether it goes on into another.
-    fn region(&mut self, ws: &mut Workspace) -> bool {
+    /// Follows the ray through one region. Breaks where the edge ends.
+    fn region(&mut self, ws: &mut Workspace) -> ControlFlow<()> {
         if ws.stop.is_raised() {
             return self.die(true);
         }
@@ -174,7 +175,7 @@ impl<'a, 'b> Walk<'a, 'b> {
                 (v, RayDifferentials::Bent(tangents))
             });
             if self.collided && !self.sampling.extend {
-                return false;
+                return ControlFlow::Break(());
             }
             if let Some(met) = met {
                 let (_, v, tangents) = step.at(theta_end);
@@ -183,7 +184,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             }
             self.is_long |= self.scene.is_long(self.length);
             if self.collided && self.is_long {
-                return false;
+                return ControlFlow::Break(());
             }
             let outside = self.scene.is_outside(step.end.x);
             self.over_budget |= self.spans > STEPS_PER_RAY;
@@ -194,8 +195,8 @@ impl<'a, 'b> Walk<'a, 'b> {
     }
 
     /// Follows the ray through a region of constant index: one line, without any of the work that
-    /// curves take. Returns whether it goes on into another.
-    fn line(&mut self, ws: &mut Workspace) -> bool {
+    /// curves take. Breaks where the edge ends.
+    fn line(&mut self, ws: &mut Workspace) -> ControlFlow<()> {
         let h = self.scene.reach(self.x) / self.v.length();
         let (v, start) = (self.v, self.differentials);
         let arc = Arc::line(self.x, v, h);
@@ -207,7 +208,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         let met = self.scene.first_beyond(&arc, self.left);
         self.record(arc, met, at);
         if self.collided && !self.sampling.extend {
-            return false;
+            return ControlFlow::Break(());
         }
         self.differentials = at(met.map_or(1.0, |(_, meeting)| meeting.theta)).1;
         match met {
@@ -297,13 +298,13 @@ impl<'a, 'b> Walk<'a, 'b> {
         self.edge.optical_length += length;
     }
 
-    /// Goes through, is reflected, or ends at a surface. Returns whether the ray goes on.
-    fn surface(&mut self, (object, meeting): (usize, Meeting), v: DVec3) -> bool {
+    /// Goes through, is reflected, or ends at a surface. Breaks where the edge ends.
+    fn surface(&mut self, (object, meeting): (usize, Meeting), v: DVec3) -> ControlFlow<()> {
         let scene = self.scene;
         let bsdf = &scene.objects()[object].bsdf;
         if self.collided && !bsdf.is_null() {
             // Beyond a collision only index-matched boundaries are passed.
-            return false;
+            return ControlFlow::Break(());
         }
         let hit = &scene.hit(object, &meeting);
         if bsdf.is_null() {
@@ -334,13 +335,13 @@ impl<'a, 'b> Walk<'a, 'b> {
             direction,
             medium: self.medium,
         };
-        false
+        ControlFlow::Break(())
     }
 
     /// Straight through a boundary that is declared index-matched. If the indices differ all the
     /// same, power and L, rather than L/n², are conserved: the declared jump takes no energy away.
     /// See docs/theory.md#declared-index-matches.
-    fn pass(&mut self, object: usize, hit: &Hit, v: DVec3) -> bool {
+    fn pass(&mut self, object: usize, hit: &Hit, v: DVec3) -> ControlFlow<()> {
         let direction = v.normalize();
         let beyond = self.beyond(object, hit, direction);
         let ratio = self.scene.n(beyond, hit.position) / self.scene.n(self.medium, hit.position);
@@ -357,7 +358,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         at: (usize, &Hit),
         v: DVec3,
         through: PartialTransmission,
-    ) -> bool {
+    ) -> ControlFlow<()> {
         self.passed_by_chance = true;
         self.edge.weight *= through.factor;
         self.edge.geometry.choice *= through.probability;
@@ -365,7 +366,12 @@ impl<'a, 'b> Walk<'a, 'b> {
     }
 
     /// Refracted or reflected by chance at a smooth surface.
-    fn specular(&mut self, object: usize, hit: &Hit, (v, direction): (DVec3, DVec3)) -> bool {
+    fn specular(
+        &mut self,
+        object: usize,
+        hit: &Hit,
+        (v, direction): (DVec3, DVec3),
+    ) -> ControlFlow<()> {
         let Some(sample) = self.turn((object, hit), -direction) else {
             return self.die(false);
         };
@@ -435,7 +441,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         (v, direction): (DVec3, DVec3),
         beyond: MediumId,
         rule: Rule,
-    ) -> bool {
+    ) -> ControlFlow<()> {
         self.x = leave(self.scene, hit.position, hit.normal, direction);
         self.left = self.scene.left(object, hit.normal, direction);
         let (near, far) = (self.scene.field(self.medium), self.scene.field(beyond));
@@ -443,7 +449,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         if rule == Rule::Pass && near.is_constant() && far.is_constant() && alike() {
             // Nothing happens to the ray nor to its neighbours.
             self.medium = beyond;
-            return true;
+            return ControlFlow::Continue(());
         }
         let local = |field| {
             let (n2, a, ()) = <() as Variation>::local(field, hit.position);
@@ -462,11 +468,11 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
         self.v = direction * interface.far.0.sqrt();
         self.medium = beyond;
-        true
+        ControlFlow::Continue(())
     }
 
     /// Leaves the scene along its last arc.
-    fn escape(&mut self, arc: &Arc, v: DVec3) -> bool {
+    fn escape(&mut self, arc: &Arc, v: DVec3) -> ControlFlow<()> {
         self.escaped = true;
         if !self.collided {
             let (n, toward) = (v.length(), v.normalize());
@@ -478,7 +484,7 @@ impl<'a, 'b> Walk<'a, 'b> {
                 medium: self.medium,
             };
         }
-        false
+        ControlFlow::Break(())
     }
 
     /// Has an edge that left the scene collide. What is left of the depth X that was drawn beyond the depth D of the whole way
@@ -505,12 +511,12 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
     }
 
-    fn die(&mut self, lost: bool) -> bool {
+    fn die(&mut self, lost: bool) -> ControlFlow<()> {
         if !self.collided {
             self.edge.end = End::Dead;
             self.edge.lost = lost;
         }
-        false
+        ControlFlow::Break(())
     }
 }
 
