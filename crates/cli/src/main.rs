@@ -8,6 +8,7 @@ mod balance;
 mod commands;
 mod config;
 mod difference;
+mod driver;
 mod failure;
 mod interrupt;
 mod job;

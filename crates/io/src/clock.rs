@@ -55,11 +55,10 @@ impl<'a> Clock<'a> {
         }
     }
 
-    /// Why a run ended early that has ended, maybe within a pass; `reached` says whether its error was small enough.
-    pub fn end(self, handle: &Handle, reached: bool) -> Option<Stopped> {
+    /// Why a run ended early that has ended, maybe within a pass.
+    pub fn end(self, handle: &Handle) -> Option<Stopped> {
         let given_up = self.reason().filter(|_| handle.is_given_up());
-        let target = reached.then_some(Stopped::Target);
-        self.stopped.or(given_up).or(target)
+        self.stopped.or(given_up)
     }
 
     fn reason(&self) -> Option<Stopped> {
@@ -81,16 +80,16 @@ mod tests {
         let handle = Handle::default();
         let mut patient = Clock::start(None, &|| false);
         assert_eq!(patient.look(false), ControlFlow::Continue(()));
-        assert_eq!(patient.end(&handle, true), Some(Stopped::Target));
+        assert_eq!(patient.end(&handle), None);
         let mut late = Clock::start(Some(Duration::ZERO), &|| false);
         assert_eq!(late.look(true), ControlFlow::Continue(()));
         assert_eq!(late.look(false), ControlFlow::Break(()));
-        assert_eq!(late.end(&handle, true), Some(Stopped::Time));
+        assert_eq!(late.end(&handle), Some(Stopped::Time));
         let mut asked = Clock::start(Some(Duration::ZERO), &|| true);
         assert_eq!(asked.look(true), ControlFlow::Continue(()));
-        assert_eq!(asked.end(&handle, false), None);
+        assert_eq!(asked.end(&handle), None);
         handle.end_now();
         let given_up = Clock::start(None, &|| true);
-        assert_eq!(given_up.end(&handle, false), Some(Stopped::Interrupted));
+        assert_eq!(given_up.end(&handle), Some(Stopped::Interrupted));
     }
 }

@@ -28,19 +28,19 @@ fn what_cannot_be_done_is_refused() {
     let check = |run: &Run| run.check(Limits::default());
     let (path, photon) = (load("path"), load("photon"));
     assert!(check(&Run::new(&path)).is_ok());
-    let endless = |loaded| Run {
+    let unlimited = |loaded| Run {
         total: None,
         target: target(),
         ..Run::new(loaded)
     };
-    assert!(check(&endless(&path)).is_ok());
+    assert!(check(&unlimited(&path)).is_ok());
     assert!(matches!(
-        check(&endless(&photon)),
+        check(&unlimited(&photon)),
         Err(Refusal::Unreachable)
     ));
     let timed = Run {
         is_timed: true,
-        ..endless(&photon)
+        ..unlimited(&photon)
     };
     assert!(check(&timed).is_ok());
     let strategies = |loaded| Run {

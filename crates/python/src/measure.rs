@@ -52,7 +52,7 @@ pub fn measure(
         let handle = &shared.handle;
         let measurement =
             pool.install(|| render::measure(&loaded.groups, &meters, &options, handle, on_pass));
-        (measurement, clock.end(handle, false))
+        (measurement, clock.end(handle))
     })?;
     let measurement = measurement.map_err(|e| errors::refusal(&Refusal::Meters(e)))?;
     let run = RunRecord {

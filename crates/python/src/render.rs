@@ -56,7 +56,8 @@ pub fn render(
                 clock.look(progress.done == progress.total)
             })
         });
-        let stopped = clock.end(&shared.handle, rendering.reached);
+        let target = rendering.reached.then_some(Stopped::Target);
+        let stopped = clock.end(&shared.handle).or(target);
         (rendering, stopped)
     })?;
     let run = RunRecord {

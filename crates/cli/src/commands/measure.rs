@@ -2,22 +2,21 @@
 
 use super::render::{name, open};
 use crate::args::RenderArgs;
+use crate::driver::Driver;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::job::Job;
-use crate::keeper::Keeper;
 use crate::measured::Measured;
 use crate::output::say;
-use crate::progress::{self, ProgressGoal};
+use crate::progress::ProgressGoal;
 use crate::{config, load, results};
-use io::clock::{Clock, Stopped};
+use io::clock::Stopped;
 use io::part::{Body, BodyRef};
 use io::{Loaded, Refusal, Run};
 use rayon::ThreadPool;
 use std::process::ExitCode;
 use std::time::Instant;
-use transport::meter::Meter;
-use transport::render::{Handle, MeasureError, MeasureOptions, MeasureState};
+use transport::render::MeasureState;
 
 /// Measures and writes what the meters have read, or the part of it.
 pub fn measure(
@@ -53,14 +52,28 @@ pub fn measure(
     let started = Instant::now();
     let state = state.map_or_else(|| MeasureState::new(&loaded.groups, &meters), Ok);
     let mut state = state.map_err(Refusal::Meters)?;
-    let stopped = advance(
-        (args, loaded),
-        (&meters, &options),
-        &mut state,
-        keeper.as_mut(),
-        (pool, &interrupt),
-    );
-    let stopped = stopped.map_err(Refusal::Meters)?;
+    let driver = Driver {
+        pool,
+        interrupt: &interrupt,
+        quiet: args.outputs.quiet,
+    };
+    let goal = ProgressGoal {
+        samples_per_spp: loaded.groups.len() as u64,
+        spp: (options.particles < u64::MAX).then_some(options.particles),
+        before: state.done().count(),
+        unit: "particles",
+        time: args.time,
+    };
+    let (advanced, stopped) = driver.drive(goal, |handle, clock| {
+        let on_pass = |state: &MeasureState| {
+            if let Some(keeper) = &mut keeper {
+                keeper.update(BodyRef::Meters(state));
+            }
+            clock.look(state.done().count() >= options.particles)
+        };
+        state.advance(&loaded.groups, &meters, &options, handle, on_pass)
+    });
+    advanced.map_err(Refusal::Meters)?;
     let saved = keeper
         .iter_mut()
         .try_for_each(|k| k.save(BodyRef::Meters(&state)));
@@ -114,35 +127,4 @@ fn check(args: &RenderArgs) -> Result<(), Failure> {
         ))),
         None => Ok(()),
     }
-}
-
-/// Follows the particles that a state is missing; why it stopped before, if it did.
-fn advance(
-    (args, loaded): (&RenderArgs, &Loaded),
-    (meters, options): (&[Meter], &MeasureOptions),
-    state: &mut MeasureState,
-    mut keeper: Option<&mut Keeper>,
-    (pool, interrupt): (&ThreadPool, &Interrupt),
-) -> Result<Option<Stopped>, MeasureError> {
-    let goal = ProgressGoal {
-        samples_per_spp: loaded.groups.len() as u64,
-        spp: (options.particles < u64::MAX).then_some(options.particles),
-        before: state.done().count(),
-        unit: "particles",
-        time: args.time,
-    };
-    let (handle, asked) = (Handle::default(), || interrupt.asked());
-    let mut clock = Clock::start(args.time, &asked);
-    let on_pass = |state: &MeasureState| {
-        if let Some(keeper) = &mut keeper {
-            keeper.update(BodyRef::Meters(state));
-        }
-        clock.look(state.done().count() >= options.particles)
-    };
-    std::thread::scope(|scope| {
-        let draws = !args.outputs.quiet;
-        let _watch = progress::watch(scope, (goal, draws), &handle, interrupt);
-        pool.install(|| state.advance(&loaded.groups, meters, options, &handle, on_pass))
-    })?;
-    Ok(clock.end(&handle, false))
 }

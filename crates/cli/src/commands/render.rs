@@ -3,24 +3,25 @@
 use super::measure::measure;
 use crate::args::RenderArgs;
 use crate::config::ImageFormat;
+use crate::driver::Driver;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::keeper::{self, Keeper};
 use crate::output::say;
 use crate::preview::{Canvas, Preview};
-use crate::progress::{self, ProgressGoal};
+use crate::progress::ProgressGoal;
 use crate::report::Report;
 use crate::shard::Shard;
 use crate::{config, load, results};
-use io::clock::{Clock, Stopped};
+use io::clock::Stopped;
 use io::part::{Body, BodyRef, Header};
 use io::{Loaded, Run};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
-use transport::render::{Handle, Options, State};
+use transport::render::{Options, State};
 
 /// Renders a scene and writes its images, or its part.
 pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
@@ -61,14 +62,24 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     let interrupt = Interrupt::watch()?;
     let started = Instant::now();
     let mut state = state.unwrap_or_else(|| State::new(&loaded.groups, &options));
-    let shown = preview.as_mut();
-    let stopped = advance(
-        (args, &loaded),
-        &options,
-        &mut state,
-        (keeper.as_mut(), shown),
-        (&pool, &interrupt),
-    );
+    let driver = Driver {
+        pool: &pool,
+        interrupt: &interrupt,
+        quiet: args.outputs.quiet,
+    };
+    let goal = goal(args, &options, &state, &loaded);
+    let ((), stopped) = driver.drive(goal, |handle, clock| {
+        state.advance(&loaded.groups, &options, handle, |progress| {
+            if let Some(preview) = &mut preview {
+                preview.update(progress.film);
+            }
+            if let Some(keeper) = &mut keeper {
+                keeper.update(BodyRef::Image(progress.state));
+            }
+            clock.look(progress.done >= progress.total)
+        });
+    });
+    let stopped = stopped.or(state.reached().then_some(Stopped::Target));
     let saved = keeper
         .iter_mut()
         .try_for_each(|k| k.save(BodyRef::Image(&state)));
@@ -194,38 +205,14 @@ fn pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
         .map_err(|e| Failure::Runtime(format!("cannot start threads: {e}")))
 }
 
-/// Renders what is missing of a state; why it stopped before, if it did.
-fn advance(
-    (args, loaded): (&RenderArgs, &Loaded),
-    options: &Options,
-    state: &mut State,
-    (mut keeper, mut preview): (Option<&mut Keeper>, Option<&mut Preview>),
-    (pool, interrupt): (&ThreadPool, &Interrupt),
-) -> Option<Stopped> {
+/// How far the render of a state has to go.
+fn goal(args: &RenderArgs, options: &Options, state: &State, loaded: &Loaded) -> ProgressGoal {
     let film = loaded.scene().film();
-    let goal = ProgressGoal {
+    ProgressGoal {
         samples_per_spp: (film.width * film.height * loaded.groups.len()) as u64,
         spp: (options.samples < u64::MAX).then_some(options.samples),
         before: state.done().count(),
         unit: "spp",
         time: args.time,
-    };
-    let (handle, asked) = (Handle::default(), || interrupt.asked());
-    let mut clock = Clock::start(args.time, &asked);
-    std::thread::scope(|scope| {
-        let draws = !args.outputs.quiet;
-        let _watch = progress::watch(scope, (goal, draws), &handle, interrupt);
-        pool.install(|| {
-            state.advance(&loaded.groups, options, &handle, |progress| {
-                if let Some(preview) = &mut preview {
-                    preview.update(progress.film);
-                }
-                if let Some(keeper) = &mut keeper {
-                    keeper.update(BodyRef::Image(progress.state));
-                }
-                clock.look(progress.done >= progress.total)
-            });
-        });
-    });
-    clock.end(&handle, state.reached())
+    }
 }

@@ -1,0 +1,36 @@
+//! The passes of a run: the program shows how far it has got, and ends it in time or when it is asked to.
+
+use crate::interrupt::Interrupt;
+use crate::progress::{self, ProgressGoal};
+use io::clock::{Clock, Stopped};
+use rayon::ThreadPool;
+use transport::render::Handle;
+
+/// What drives a run.
+#[derive(Debug)]
+pub struct Driver<'a> {
+    /// Threads to run on.
+    pub pool: &'a ThreadPool,
+    /// Whether the user has asked to stop.
+    pub interrupt: &'a Interrupt,
+    /// Whether nothing is shown.
+    pub quiet: bool,
+}
+
+impl Driver<'_> {
+    /// Does `work`, which asks the clock after each pass whether to go on. Returns what it gives, and why it ended early.
+    pub fn drive<T: Send>(
+        &self,
+        goal: ProgressGoal,
+        work: impl FnOnce(&Handle, &mut Clock) -> T + Send,
+    ) -> (T, Option<Stopped>) {
+        let (handle, asked) = (Handle::default(), || self.interrupt.asked());
+        let mut clock = Clock::start(goal.time, &asked);
+        let result = std::thread::scope(|scope| {
+            let shown = (goal, !self.quiet);
+            let _watch = progress::watch(scope, shown, &handle, self.interrupt);
+            self.pool.install(|| work(&handle, &mut clock))
+        });
+        (result, clock.end(&handle))
+    }
+}
