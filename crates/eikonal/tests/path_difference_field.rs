@@ -194,6 +194,25 @@ fn features_of_the_reference_are_not_missed() {
     }
 }
 
+/// Where the contrast fades into rounding, nothing is to be resolved.
+#[test]
+fn rounding_takes_no_work() {
+    for base in [rod(0.6), lens(0.2)] {
+        let field = perturbed(&base, 1e-5);
+        // Widths from the bump at first.
+        let (x, toward) = (DVec3::new(-0.8, 1.2, -0.9), DVec3::Z);
+        let mut difference = PathDifference::new(Reference::Field(&base), toward);
+        let mut work = Work::default();
+        let stop = Stop::ArcLength(LENGTH);
+        let tolerance = Tolerance::default();
+        march(&field, (x, toward), &stop, 4.0, tolerance, |step, theta| {
+            difference.add(&field, &step.arc, [0.0, theta], &mut work);
+        });
+        assert!(difference.value(&mut work).is_finite());
+        assert!(work.evaluations < 5000, "{}", work.evaluations);
+    }
+}
+
 /// What no ray of the reference reaches has no difference.
 #[test]
 fn without_a_reference_ray_it_is_not_a_number() {

@@ -89,6 +89,7 @@ impl<'a> CurvedLeg<'a> {
             shift: before.map_or(DVec3::ZERO, |part| part.end() - arc.position(from)),
             sigma: before.map_or(0.0, |part| part.sigma(part.to)),
         };
+        quadrature.subtract(self.reference.n2(part.position(from)));
         let integrand = |theta| Integrand {
             contrast: field.n2(arc.position(theta)) - self.reference.n2(part.position(theta)),
             rest: 0.0,

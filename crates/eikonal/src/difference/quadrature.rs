@@ -35,6 +35,8 @@ const POINTS: u64 = 15;
 /// Difference of the two quadratures over a panel at which it is accepted, relative to the largest contrast so far: that of
 /// Kronrod is an order of magnitude better.
 const TOLERANCE: f64 = 1e-6;
+/// Likewise relative to squared indices of which the contrast is a difference: there it is rounding.
+const ROUNDING: f64 = 1e-15;
 /// Panels are halved at most so often.
 const MOST_HALVINGS: u32 = 12;
 /// No panel is a smaller part of an arc, lest a field without any scale take for ever.
@@ -54,6 +56,8 @@ pub(super) struct Integrand {
 pub(super) struct Quadrature {
     /// Largest |n² − n_r²|.
     contrast: f64,
+    /// What is rounding.
+    rounding: f64,
     /// Evaluations of the integrand.
     pub evaluations: u64,
 }
@@ -62,6 +66,11 @@ impl Quadrature {
     /// Takes note of a contrast.
     pub fn meet(&mut self, contrast: f64) {
         self.contrast = self.contrast.max(contrast.abs());
+    }
+
+    /// Takes note of squared indices of this size, whose differences are rounded.
+    pub fn subtract(&mut self, n2: f64) {
+        self.rounding = self.rounding.max(ROUNDING * n2);
     }
 
     /// ∫ f dθ from θ to θ, in panels whose widths are at most `width`(θ) at their starts.
@@ -101,7 +110,7 @@ impl Quadrature {
         }
         self.evaluations += POINTS;
         // What is not finite does not become so by halving.
-        let poor = (kronrod - gauss).abs() > TOLERANCE * self.contrast;
+        let poor = (kronrod - gauss).abs() > (TOLERANCE * self.contrast).max(self.rounding);
         if !poor || halvings == 0 {
             return kronrod * half;
         }

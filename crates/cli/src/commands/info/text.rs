@@ -142,6 +142,12 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     let (medium, region) = (scene.medium(id), &scene.regions()[id]);
     let bounds = &region.bounds;
     writeln!(out, "  {}", medium.name)?;
+    if region.aabb.is_empty() {
+        return writeln!(
+            out,
+            "    the index of which optical path differences are taken: no shape holds it"
+        );
+    }
     let (low, high) = constant_index(loaded, id);
     if medium.index.is_constant() {
         let n = span((low, high));
