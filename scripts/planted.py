@@ -51,7 +51,7 @@ PLANTED = [
     (
         "lights seen by parallel views taken for points on no surface",
         TRANSPORT + "integrator/bidirectional/joining.rs",
-        "Vertex::source(scene, &start, &light.emission.aim)",
+        "Vertex::source(scene, &start, &light.emission.end)",
         "Vertex::end(&start)",
         ("transport", "strategies", "two_strategies_see_the_same_light"),
     ),
@@ -102,7 +102,7 @@ PLANTED = [
         TRANSPORT + "shape/mod.rs",
         "let outward = || (normal.dot(direction) > 0.0) != self.has_flipped_normals();",
         "let outward = || true;",
-        ("transport", "edges", "straight_links_are_those_of_the_solver"),
+        ("transport", "edges", "straight_connections_are_those_of_the_solver"),
     ),
     (
         "parts of a grid taken for unchanging one block too far",
@@ -203,7 +203,7 @@ PLANTED = [
         TRANSPORT + "path/connection/search/found.rs",
         "let (near, far) = (ray.direction_out, -ray.direction_in);",
         "let near = (candidate.end_point - ray.start).normalize(); let far = -near;",
-        ("transport", "edges", "links_follow_the_harmonic_orbit"),
+        ("transport", "edges", "connections_follow_the_harmonic_orbit"),
     ),
     (
         "a picture on a sphere shines with the mean of its pixels",
@@ -231,14 +231,14 @@ PLANTED = [
     (
         "solver tolerance looser than the distance to the wall",
         EIKONAL + "connect/solver.rs",
-        "miss <= self.goal(&trial.family, hit, floor)",
+        "miss <= self.allowed_miss(&trial.family, hit, floor)",
         "miss <= self.tolerance.get() * distance",
         ("transport", "slabs", "mcml_mismatched_half_space"),
     ),
     (
         "MIS density without the Jacobian in one strategy",
         TRANSPORT + "integrator/path/connecting.rs",
-        "let by_chance = connection.geometry.density(pdf, connection.n_aim)\n",
+        "let by_chance = connection.geometry.density(pdf, connection.n_end)\n",
         "let by_chance = pdf\n",
         ("transport", "connections", "any_rate_is_unbiased"),
     ),
@@ -377,14 +377,14 @@ PLANTED = [
     (
         "density without the Jacobian between two subpaths",
         TRANSPORT + "integrator/bidirectional/paths.rs",
-        "let arrival = connection.geometry.density(from_z, connection.n_aim) * event;",
+        "let arrival = connection.geometry.density(from_z, connection.n_end) * event;",
         "let arrival = from_z * event;",
         ("transport", "furnace", "bidirectional_estimators"),
     ),
     (
         "light image not multiplied by n² of the sensor",
         TRANSPORT + "integrator/bidirectional/paths.rs",
-        "let importance = connection.n_aim * connection.n_aim * sensed.density;",
+        "let importance = connection.n_end * connection.n_end * sensed.density;",
         "let importance = sensed.density;",
         ("transport", "reciprocity", "light_and_sensor"),
     ),
@@ -424,7 +424,7 @@ PLANTED = [
         ("transport", "slabs", "mcml_mismatched_half_space"),
     ),
     (
-        "optical length of light from outside counted from its aim",
+        "optical length of light from outside counted from its end",
         TRANSPORT + "path/segment/length.rs",
         "around.radius * scene.n(AMBIENT, around.center)",
         "0.0 * around.radius * scene.n(AMBIENT, around.center)",

@@ -81,8 +81,8 @@ impl Report<'_> {
                 parts.push(format!("{} {what}", numbers::count(count as f64)));
             }
         }
-        let account = self.rendering.balance.iter().map(balance::text);
-        let lines = std::iter::once(parts.join(" · ")).chain(account);
+        let balance = self.rendering.balance.iter().map(balance::text);
+        let lines = std::iter::once(parts.join(" · ")).chain(balance);
         lines.collect::<Vec<_>>().join("\n")
     }
 

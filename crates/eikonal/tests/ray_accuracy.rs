@@ -20,7 +20,7 @@ struct End {
 
 fn follow(field: &Field, (x, d): (DVec3, DVec3), tolerance: f64) -> End {
     let tangents = Tangents::angular(field.n(x), perpendicular_basis(d));
-    let node = Node::launch(field, x, d, tangents);
+    let node = Node::start(field, x, d, tangents);
     let mut flow = Flow::new(field, node, Tolerance::new(tolerance));
     let (mut work, mut length, mut optical_length) = (Work::default(), 0.0, 0.0);
     let mut difference = PathDifference::new(Reference::Index(N_REF), d);

@@ -19,10 +19,10 @@ fn acoustic() -> Field {
         .into()
 }
 
-fn launch(field: &Field, x: DVec3, direction: DVec3) -> Node<Tangents> {
+fn start_node(field: &Field, x: DVec3, direction: DVec3) -> Node<Tangents> {
     let d = direction.normalize();
     let tangents = Tangents::angular(field.n(x), perpendicular_basis(d));
-    Node::launch(field, x, d, tangents)
+    Node::start(field, x, d, tangents)
 }
 
 /// Advances by `n` equal steps.
@@ -49,7 +49,7 @@ fn luneburg_focuses_a_parallel_beam_at_the_far_pole() {
     let field = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap().into();
     for impact in [0.0, 0.1, 0.4, 0.7, 0.95] {
         let x = DVec3::new(impact, 0.0, -(1.0f64 - impact * impact).sqrt());
-        let node = launch(&field, x, DVec3::Z);
+        let node = start_node(&field, x, DVec3::Z);
         // x(σ) = x₀ cos σ + v₀ sin σ: a quarter period on, the ray is at v₀.
         let end = flow(&field, node, PI / 2.0, TIGHT);
         let exact = node.v;
@@ -79,7 +79,7 @@ fn luneburg_focuses_a_parallel_beam_at_the_far_pole() {
 fn a_linear_square_field_gives_exact_parabolas_in_one_step() {
     let slope = DVec3::new(0.1, -0.3, 0.2);
     let field: Field = LinearSquare::new(1.4, slope, DVec3::ZERO).unwrap().into();
-    let node = launch(
+    let node = start_node(
         &field,
         DVec3::new(0.1, 0.2, -0.1),
         DVec3::new(1.0, 0.5, 0.2),
@@ -100,7 +100,7 @@ fn selfoc_rays_return_after_one_pitch() {
         .into();
     let x = DVec3::new(0.6, 0.0, 0.0);
     let period = 2.0 * PI / (n0 * alpha);
-    let end = flow(&field, launch(&field, x, DVec3::Z), period, TIGHT);
+    let end = flow(&field, start_node(&field, x, DVec3::Z), period, TIGHT);
     assert!((end.x.x - 0.6).abs() < 1e-8 && end.x.y.abs() < 1e-12);
     // Reference: 9.191508 for a start at 0.6, n(x₀)·2π/√0.9 in closed form.
     assert!((end.x.z - field.n(x) * period).abs() < 1e-8);
@@ -118,7 +118,11 @@ fn fisheye_rays_meet_at_the_conjugate_point() {
         let r = (1.0 - z * z).sqrt();
         let direction = DVec3::new(r * phi.cos(), r * phi.sin(), z);
         let (mut optical, mut farthest) = (0.0, 0f64);
-        let mut flow = Flow::new(&field, launch(&field, x, direction), Tolerance::new(TIGHT));
+        let mut flow = Flow::new(
+            &field,
+            start_node(&field, x, direction),
+            Tolerance::new(TIGHT),
+        );
         let mut work = Work::default();
         let end = loop {
             let step = flow.advance(10.0, &mut work);
@@ -155,7 +159,7 @@ fn fisheye_rays_meet_at_the_conjugate_point() {
 #[test]
 fn the_scheme_converges_at_fourth_order() {
     for field in [gaussian(), acoustic()] {
-        let node = launch(
+        let node = start_node(
             &field,
             DVec3::new(-0.5, 0.1, 0.07),
             DVec3::new(1.0, 0.05, 0.0),
@@ -181,7 +185,7 @@ fn the_error_control_keeps_the_tolerance() {
     // Position error per unit length, times the growth of the tangents over the way: within a factor
     // ten of the tolerance, and it follows it.
     for field in [gaussian(), acoustic()] {
-        let node = launch(
+        let node = start_node(
             &field,
             DVec3::new(-0.5, 0.1, 0.07),
             DVec3::new(1.0, 0.05, 0.0),
@@ -197,7 +201,7 @@ fn the_error_control_keeps_the_tolerance() {
 #[test]
 fn steps_are_reversible() {
     let field = gaussian();
-    let start = launch(
+    let start = start_node(
         &field,
         DVec3::new(-0.5, 0.1, 0.07),
         DVec3::new(1.0, 0.05, 0.0),
@@ -215,11 +219,11 @@ fn tangents_are_the_derivative_of_the_discrete_map() {
         let x = DVec3::new(-0.5, 0.1, 0.07);
         let direction = DVec3::new(1.0, 0.05, 0.0).normalize();
         let basis = perpendicular_basis(direction);
-        let end = steps(&field, launch(&field, x, direction), 0.11, 7);
+        let end = steps(&field, start_node(&field, x, direction), 0.11, 7);
         let eps = 1e-5;
         for (k, t) in basis.into_iter().enumerate() {
             let shot = |sign: f64| {
-                let mut node = launch(&field, x, direction);
+                let mut node = start_node(&field, x, direction);
                 node.v = (direction + t * (sign * eps)) * field.n(x);
                 steps(&field, node, 0.11, 7)
             };
@@ -236,7 +240,7 @@ fn tangents_are_the_derivative_of_the_discrete_map() {
 fn the_tangent_map_is_symplectic() {
     let field = acoustic();
     let x = DVec3::new(-0.5, 0.3, 0.2);
-    let start = launch(&field, x, DVec3::new(1.0, 0.2, -0.3));
+    let start = start_node(&field, x, DVec3::new(1.0, 0.2, -0.3));
     let mut with_positions = start;
     with_positions.variation.dx = [DVec3::new(0.2, -0.1, 0.5), DVec3::new(0.4, 0.3, 0.1)];
     let form = |t: &Tangents| t.dx[0].dot(t.dv[1]) - t.dx[1].dot(t.dv[0]);
@@ -248,7 +252,7 @@ fn the_tangent_map_is_symplectic() {
 #[test]
 fn the_index_is_kept_as_the_length_of_the_velocity() {
     let field = gaussian();
-    let node = launch(&field, DVec3::new(-1.0, 0.1, 0.0), DVec3::X);
+    let node = start_node(&field, DVec3::new(-1.0, 0.1, 0.0), DVec3::X);
     let end = flow(&field, node, 1.5, 1e-8);
     assert!((end.v.length() - field.n(end.x)).abs() < 1e-7);
 }
@@ -257,14 +261,14 @@ fn the_index_is_kept_as_the_length_of_the_velocity() {
 fn the_ray_tube_is_reciprocal() {
     // J(x→y)/n(x)² = J(y→x)/n(y)², docs/theory.md#tangents.
     for field in [gaussian(), acoustic()] {
-        let start = launch(
+        let start = start_node(
             &field,
             DVec3::new(-0.6, 0.12, 0.07),
             DVec3::new(1.0, -0.1, 0.05),
         );
         let end = flow(&field, start, 0.9, TIGHT);
         let forward = end.variation.cross_section(end.v).abs() / start.n2;
-        let back = flow(&field, launch(&field, end.x, -end.v), 0.9, TIGHT);
+        let back = flow(&field, start_node(&field, end.x, -end.v), 0.9, TIGHT);
         let backward = back.variation.cross_section(back.v).abs() / end.n2;
         assert!(
             (forward / backward - 1.0).abs() < 1e-8,
@@ -277,7 +281,7 @@ fn the_ray_tube_is_reciprocal() {
 fn a_constant_field_costs_one_straight_step() {
     let field: Field = eikonal::field::Constant::new(1.33).into();
     let mut work = Work::default();
-    let node = launch(&field, DVec3::ZERO, DVec3::X);
+    let node = start_node(&field, DVec3::ZERO, DVec3::X);
     let step = Flow::new(&field, node, Tolerance::default()).advance(10.0, &mut work);
     assert!(step.arc.is_straight());
     assert_eq!((work.steps, work.evaluations), (1, 0));

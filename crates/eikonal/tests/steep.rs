@@ -42,7 +42,7 @@ fn steps(field: &Field, tolerance: Tolerance) -> f64 {
     let (mut work, mut length) = (Work::default(), 0.0);
     for i in 0..100 {
         let direction = (point(2, i) - point(1, i)).normalize();
-        let node = Node::launch(field, point(1, i), direction, ());
+        let node = Node::start(field, point(1, i), direction, ());
         let mut flow = Flow::new(field, node, tolerance);
         while flow.node().x.abs().max_element() < 1.0 {
             length += flow.advance(10.0, &mut work).arc.arc_length(1.0);

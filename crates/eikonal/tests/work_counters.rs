@@ -89,11 +89,7 @@ fn march(field: &Field, [x, y]: [DVec3; 2], tolerance: Tolerance, work: &mut Wor
     let direction = (y - x).normalize();
     let n = field.n(x);
     let tangents = Tangents::angular(n, perpendicular_basis(direction));
-    let mut flow = Flow::new(
-        field,
-        Node::launch(field, x, direction, tangents),
-        tolerance,
-    );
+    let mut flow = Flow::new(field, Node::start(field, x, direction, tangents), tolerance);
     let mut left = x.distance(y) / n;
     while left > 1e-12 {
         left -= flow.advance(left, work).arc.h();

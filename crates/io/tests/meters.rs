@@ -78,10 +78,10 @@ fn readings(loaded: &Loaded, measurement: &Measurement) -> Arrays {
         measurement,
         channels: &loaded.channel_names,
     };
-    let account = serde_json::json!({"escaped": {"mean": 0.5}});
+    let balance = serde_json::json!({"escaped": {"mean": 0.5}});
     arrays(
         &context,
-        vec![("seed".into(), 1.into()), ("balance".into(), account)],
+        vec![("seed".into(), 1.into()), ("balance".into(), balance)],
     )
 }
 

@@ -90,13 +90,13 @@ fn connect(scene: &Scene, ws: &mut Workspace, x: DVec3, y: DVec3) {
         direction: DVec3::Z,
         medium: 1,
     };
-    let aim = ConnectionEnd::Point {
+    let end = ConnectionEnd::Point {
         position: y,
         surface: None,
     };
-    let goal = ConnectionTarget::emitter(scene, 0, aim);
+    let target = ConnectionTarget::emitter(scene, 0, end);
     let mut sampler = Sampler::new(0, 0, 0);
-    let found = Connection::each(scene, (&vertex, &goal), &mut sampler, ws, |connection| {
+    let found = Connection::each(scene, (&vertex, &target), &mut sampler, ws, |connection| {
         Some(connection.geometry.geometry_term)
     });
     black_box(found);

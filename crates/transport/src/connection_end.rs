@@ -45,12 +45,12 @@ pub struct OnSurface {
     pub site: Site,
 }
 
-/// An aim and its density: per unit area on a surface or a lens, per steradian for an environment, 1
+/// An end and its density: per unit area on a surface or a lens, per steradian for an environment, 1
 /// if there is no choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EndSample {
     /// Where to.
-    pub aim: ConnectionEnd,
+    pub end: ConnectionEnd,
     /// With what density.
     pub pdf: f64,
     /// Whether scattered paths cannot find this end by chance.
@@ -79,10 +79,10 @@ impl ConnectionEnd {
 }
 
 impl EndSample {
-    /// The only aim that there is.
-    pub(crate) fn only(aim: ConnectionEnd) -> Self {
+    /// The only end that there is.
+    pub(crate) fn only(end: ConnectionEnd) -> Self {
         EndSample {
-            aim,
+            end,
             pdf: 1.0,
             delta: true,
         }

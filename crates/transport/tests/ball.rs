@@ -40,8 +40,8 @@ fn connections(scene: &Scene, x: DVec3) -> (Vec<Connection>, Workspace) {
     let mut ws = Workspace::new(scene.tolerance());
     ws.search = 1.0;
     let vertex = Vertex::end(&Start::point(x, DVec3::Z, scene.medium_at(x)));
-    let aimed = scene.emitters()[0].aim(scene.around(), |_| unreachable!(), [0.5; 2]);
-    let target = ConnectionTarget::emitter(scene, 0, aimed.aim);
+    let sampled = scene.emitters()[0].sample_end(scene.around(), |_| unreachable!(), [0.5; 2]);
+    let target = ConnectionTarget::emitter(scene, 0, sampled.end);
     let mut sampler = Sampler::new(1, 0, 0);
     let found = Connection::each(
         scene,

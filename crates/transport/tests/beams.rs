@@ -37,8 +37,8 @@ fn tank() -> (Scene, DVec3) {
 fn power(scene: &Scene, x: f64, ws: &mut Workspace) -> f64 {
     let emitter = &scene.emitters()[0];
     let shape = |object: usize| &scene.objects()[object].shape;
-    let aim = emitter.aim(scene.around(), shape, [0.5, 0.5]).aim;
-    let target = ConnectionTarget::emitter(scene, 0, aim);
+    let end = emitter.sample_end(scene.around(), shape, [0.5, 0.5]).end;
+    let target = ConnectionTarget::emitter(scene, 0, end);
     let (rows, columns) = (240, 20);
     let (height, width) = (8.0, 3.0);
     let mut sum = 0.0;
@@ -60,7 +60,7 @@ fn power(scene: &Scene, x: f64, ws: &mut Workspace) -> f64 {
             medium,
         };
         let found = Connection::each(scene, (&vertex, &target), &mut sampler, ws, |connection| {
-            let irradiance = emitter.emitted(&aim, connection.origin, connection.emission)
+            let irradiance = emitter.emitted(&end, connection.origin, connection.emission)
                 * connection.transmittance()
                 * (connection.geometry.geometry_term * n * n);
             (!irradiance.is_zero()).then_some(irradiance[0] * -connection.direction.x)

@@ -48,8 +48,8 @@ fn connect(pair: [DVec3; 2], search: f64, seed: u64, mut each: impl FnMut(u64, &
     let vertex = Vertex::end(&Start::point(pair[0], DVec3::Z, 0));
     for call in 0..CALLS {
         let mut sampler = Sampler::new(seed, 0, call);
-        let aimed = scene.emitters()[0].aim(scene.around(), |_| unreachable!(), [0.5; 2]);
-        let target = ConnectionTarget::emitter(&scene, 0, aimed.aim);
+        let sampled = scene.emitters()[0].sample_end(scene.around(), |_| unreachable!(), [0.5; 2]);
+        let target = ConnectionTarget::emitter(&scene, 0, sampled.end);
         let found = Connection::each(
             &scene,
             (&vertex, &target),

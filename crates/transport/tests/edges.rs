@@ -59,11 +59,11 @@ fn connections(scene: &Scene, x: DVec3, y: DVec3) -> Vec<Connection> {
         direction: DVec3::Z,
         medium: scene.medium_at(x),
     };
-    let aim = ConnectionEnd::Point {
+    let end = ConnectionEnd::Point {
         position: y,
         surface: None,
     };
-    let target = ConnectionTarget::emitter(scene, 0, aim);
+    let target = ConnectionTarget::emitter(scene, 0, end);
     let (mut sampler, mut ws) = (Sampler::new(0, 0, 0), Workspace::new(scene.tolerance()));
     ws.search = 1e-300;
     let found = Connection::each(
@@ -95,7 +95,7 @@ fn luneburg_ball(sigma_t: f64) -> Scene {
 /// A connection inside a Luneburg ball has the directions, the Jacobian and the depth of the harmonic orbit
 /// x(σ) = x₀ cos σ + v₀ sin σ: chord directions and 1/d² are far off.
 #[test]
-fn links_follow_the_harmonic_orbit() {
+fn connections_follow_the_harmonic_orbit() {
     let scene = luneburg_ball(0.7);
     let (x, y) = (DVec3::new(-0.5, 0.3, 0.1), DVec3::new(0.4, 0.5, -0.2));
     let found = connections(&scene, x, y);
@@ -113,7 +113,7 @@ fn links_follow_the_harmonic_orbit() {
     assert!(connection.emission.distance(-arrival.normalize()) < 1e-8);
     let j = n_x2 * sin * sin * v.normalize().dot(arrival.normalize());
     assert!((connection.geometry.geometry_term * j * n_y2 - 1.0).abs() < 1e-7);
-    assert!((connection.geometry.density(1.0, connection.n_aim) * j - 1.0).abs() < 1e-7);
+    assert!((connection.geometry.density(1.0, connection.n_end) * j - 1.0).abs() < 1e-7);
     let steps = 20_000;
     let speed = |s: f64| (v * s.cos() - x * s.sin()).length();
     let h = sigma / steps as f64;
@@ -241,7 +241,7 @@ fn a_beam_is_connected_up_to_its_focus() {
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
     let profile = Profile::Disc { radius: 0.8 };
     let beam = Collimated::new(-DVec3::Z * 2.0, DVec3::Z, profile, Spectrum::ONE);
-    let aim = ConnectionEnd::Plane {
+    let end = ConnectionEnd::Plane {
         through: beam.origin(),
         direction: DVec3::Z,
         beam: true,
@@ -274,7 +274,7 @@ fn a_beam_is_connected_up_to_its_focus() {
                 direction: DVec3::X,
                 medium: 1,
             };
-            let target = ConnectionTarget::emitter(&scene, 0, aim);
+            let target = ConnectionTarget::emitter(&scene, 0, end);
             let near =
                 |connection: &Connection| (connection.direction.distance(-v) < 1e-3).then_some(());
             let found = Connection::each(&scene, (&vertex, &target), &mut sampler, &mut ws, near);
@@ -293,7 +293,7 @@ fn a_beam_is_connected_up_to_its_focus() {
 /// Where nothing bends rays, connections are closed forms: the same as what the solver finds by shooting, also
 /// through boundaries that are index-matched by declaration only.
 #[test]
-fn straight_links_are_those_of_the_solver() {
+fn straight_connections_are_those_of_the_solver() {
     let cube = Cube::new(DAffine3::IDENTITY).unwrap();
     let scene = finish(parts(
         vec![container(cube, Bsdf::Null)],

@@ -60,8 +60,8 @@ fn layers_add_up_in_files() {
         ));
         assert!(line.contains("% outside of all bins"), "{line}");
         // Light that is followed from its emitters is accounted for.
-        let account = line.contains("\nemitted ") && line.contains("left over");
-        assert_eq!(account, integrator != "path", "{line}");
+        let balance = line.contains("\nemitted ") && line.contains("left over");
+        assert_eq!(balance, integrator != "path", "{line}");
         let image = exr::read(&folder.path("a.exr")).unwrap();
         let (shape, data) = array(&folder, "a.npy");
         assert_eq!(shape, [3, 4, 10, 3]);

@@ -28,7 +28,7 @@ const TANK: &str = r#"<sensor type="fluencemeter" id="tank">
   </sensor>"#;
 
 #[test]
-fn writes_readings_and_the_account_of_the_light() {
+fn writes_readings_and_the_energy_balance() {
     let folder = folder(TANK);
     let text = folder.succeed("render scene.xml --particles 2e3 --stats s.json");
     for part in [
@@ -51,7 +51,7 @@ fn writes_readings_and_the_account_of_the_light() {
     assert!(fluence["median_effective_particles"].as_f64().unwrap() > 10.0);
     let text = folder.succeed("render scene.xml --particles 64");
     assert!(text.contains("from too few particles to trust"), "{text}");
-    let account = &stats["balance"];
+    let balance = &stats["balance"];
     let entries = [
         "absorbed_by_media",
         "absorbed_by_surfaces",
@@ -62,10 +62,10 @@ fn writes_readings_and_the_account_of_the_light() {
     ];
     let sum: f64 = entries
         .iter()
-        .map(|e| account[e]["mean"].as_f64().unwrap())
+        .map(|e| balance[e]["mean"].as_f64().unwrap())
         .sum();
-    assert!((sum - 1.0).abs() < 1e-9, "{account}");
-    assert_eq!(account["lost"]["mean"], 0.0);
+    assert!((sum - 1.0).abs() < 1e-9, "{balance}");
+    assert_eq!(balance["lost"]["mean"], 0.0);
 }
 
 #[test]

@@ -39,7 +39,7 @@ fn rays<V: Variation>(field: &Field, radius: f64, variation: impl Fn(f64, DVec3)
     let mut work = Work::default();
     for (x, direction) in starts(radius) {
         let v = variation(field.n(x), direction);
-        let node = Node::launch(field, x, direction, v);
+        let node = Node::start(field, x, direction, v);
         let mut flow = Flow::new(field, node, Tolerance::default());
         let mut left = 2.0 * radius / field.n(x);
         while left > 1e-12 {

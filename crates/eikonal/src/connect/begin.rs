@@ -1,6 +1,6 @@
 //! Primary branches: along the straight way, bent by the one field on it that bends rays (docs/theory.md#collocation).
 
-use super::bend::{BentWay, Guess, bent};
+use super::bend::{BentChord, Guess, bent};
 use super::collocate::{Collocation, collocated};
 use super::connection::{ConnectingRay, Failure};
 use super::family::RayFamily;
@@ -104,7 +104,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         &mut self,
         world: &W,
         start: &Start<R>,
-        within: Option<&(R, BentWay)>,
+        within: Option<&(R, BentChord)>,
     ) -> Start<R> {
         let Some((region, way)) = within else {
             return *start;
@@ -147,11 +147,11 @@ fn survey<W: World>(
     world: &W,
     (start, mut region): (DVec3, W::Region),
     y: DVec3,
-) -> Option<(W::Region, BentWay)> {
+) -> Option<(W::Region, BentChord)> {
     let chord = y - start;
     let d = chord.length();
     let mut bends = None;
-    let mut way = BentWay {
+    let mut way = BentChord {
         x: start,
         chord,
         part: [0.0, 1.0],

@@ -25,7 +25,7 @@ const COARSE: QuadratureRule<4> = QuadratureRule::new();
 const FINE: QuadratureRule<5> = QuadratureRule::new();
 
 /// A straight way on which one part bends rays.
-pub(super) struct BentWay {
+pub(super) struct BentChord {
     /// Its start.
     pub x: DVec3,
     /// From its start to its end.
@@ -52,7 +52,7 @@ pub(super) struct Guess {
 /// plane across it: with a direction (in radians; for planes that of arrival) that would hardly change by more
 /// than `accuracy` in a further round, or after the last one. `None` where the iteration does not converge,
 /// or the ray turns away from the chord by more than 45°.
-pub(super) fn bent(field: &Field, way: &BentWay, is_plane: bool, accuracy: f64) -> Option<Guess> {
+pub(super) fn bent(field: &Field, way: &BentChord, is_plane: bool, accuracy: f64) -> Option<Guess> {
     if accuracy < ROUGH {
         FINE.solve(field, way, is_plane, accuracy)
     } else {
@@ -72,7 +72,7 @@ struct Ends {
 
 impl Ends {
     /// For slopes `first` and `last` of the solution at both ends of the part.
-    fn new(way: &BentWay, is_plane: bool, [first, last]: [DVec3; 2]) -> Self {
+    fn new(way: &BentChord, is_plane: bool, [first, last]: [DVec3; 2]) -> Self {
         let ([a, b], d) = (way.part, way.chord.length());
         let slope = if is_plane {
             -first
@@ -91,8 +91,14 @@ impl Ends {
 
 impl<const N: usize> QuadratureRule<N> {
     /// See [`bent`].
-    fn solve(&self, field: &Field, way: &BentWay, is_plane: bool, accuracy: f64) -> Option<Guess> {
-        let BentWay { x, chord, part, .. } = *way;
+    fn solve(
+        &self,
+        field: &Field,
+        way: &BentChord,
+        is_plane: bool,
+        accuracy: f64,
+    ) -> Option<Guess> {
+        let BentChord { x, chord, part, .. } = *way;
         let e = chord.normalize();
         let (begin, along) = (x + chord * part[0], chord * (part[1] - part[0]));
         let d = along.length();
@@ -146,8 +152,8 @@ mod tests {
     use super::*;
     use crate::field::{LinearIndex, LinearSquare};
 
-    fn whole(x: DVec3, chord: DVec3) -> BentWay {
-        BentWay {
+    fn whole(x: DVec3, chord: DVec3) -> BentChord {
+        BentChord {
             x,
             chord,
             part: [0.0, 1.0],

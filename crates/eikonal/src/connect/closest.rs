@@ -31,7 +31,7 @@ pub(super) fn follow<W: World>(
     work: &mut Work,
     mut visit: impl FnMut(&Leg<W::Region>),
 ) -> Result<(), Failure> {
-    let node = Node::launch(world.field(region), family.x(), family.direction(), ());
+    let node = Node::start(world.field(region), family.x(), family.direction(), ());
     let visit = |leg: &Leg<W::Region>, _: &Node<()>| visit(leg);
     follow_from(world, (node, region), bounds, reflect, work, visit)
 }

@@ -42,7 +42,7 @@ impl RayFamily {
     pub(super) fn node(&self, field: &Field) -> Node<Tangents> {
         let basis = perpendicular_basis(self.direction());
         let unset = Tangents::lateral(1.0, DVec3::ZERO, DVec3::ZERO, basis);
-        let mut node = Node::launch(field, self.x(), self.direction(), unset);
+        let mut node = Node::start(field, self.x(), self.direction(), unset);
         let n = node.n2.sqrt();
         node.variation = match *self {
             RayFamily::Point { .. } => Tangents::angular(n, basis),

@@ -8,7 +8,7 @@
 //!
 //! Theory: docs/theory.md#the-shortest-way.
 
-use super::bend::{BentWay, Guess};
+use super::bend::{BentChord, Guess};
 use crate::field::Field;
 use crate::ray::perpendicular_basis;
 use glam::{DMat2, DVec2, DVec3};
@@ -29,7 +29,7 @@ type Shape = [DVec2; PIECES + 1];
 /// The straight way and what is known along it.
 struct Chain<'a> {
     field: &'a Field,
-    way: &'a BentWay,
+    way: &'a BentChord,
     /// Across the chord.
     across: [DVec3; 2],
     /// Index before and after the part that bends rays.
@@ -51,7 +51,7 @@ struct System {
 }
 
 /// The shortest way from the way's first point or, if `is_plane`, from the plane across it. `None` if it is not found.
-pub(super) fn shortest(field: &Field, way: &BentWay, is_plane: bool) -> Option<Guess> {
+pub(super) fn shortest(field: &Field, way: &BentChord, is_plane: bool) -> Option<Guess> {
     let d = way.chord.length();
     let index = |optical: f64, share: f64| {
         if share > 0.0 {
@@ -217,7 +217,7 @@ mod tests {
         let n2 = |s: f64| field.n2(x + v * s + slope * (0.25 * s * s));
         // Simpson's rule is exact for n² along a parabola, quadratic in σ.
         let optical = sigma / 6.0 * (n2(0.0) + 4.0 * n2(0.5 * sigma) + n2(sigma));
-        let way = BentWay {
+        let way = BentChord {
             x,
             chord: y - x,
             part: [0.0, 1.0],

@@ -231,7 +231,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         self.crossings += 1;
         self.new_leg = true;
         let field = self.world.field(self.region);
-        let node = Node::launch(field, crossing.position, v.normalize(), variation);
+        let node = Node::start(field, crossing.position, v.normalize(), variation);
         let (far_n2, far_a, ()) = <()>::local(self.world.field(crossing.beyond), node.x);
         let interface = Interface {
             normal: crossing.normal,

@@ -203,7 +203,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 trial.length = hit.travelled.optical_length;
             }
             // Accept it if r is small, and correct it by one more step.
-            let arrived = |hit: &Hit| miss <= self.goal(&trial.family, hit, floor);
+            let arrived = |hit: &Hit| miss <= self.allowed_miss(&trial.family, hit, floor);
             if let Some(hit) = shot.ok().filter(arrived) {
                 match self.finish(&trial, &hit, y, shots) {
                     Ok(found) => return Ok(found),
@@ -244,7 +244,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// since a target just behind a wall that is lit from far away must be met on the scale of its
     /// distance to the wall. Where the ray tube is narrow, directions and the Jacobian depend on the
     /// target the more.
-    fn goal(&self, family: &RayFamily, hit: &Hit, floor: f64) -> f64 {
+    fn allowed_miss(&self, family: &RayFamily, hit: &Hit, floor: f64) -> f64 {
         let straight = family.spread(hit.travelled.arc_length).powi(2);
         let correctable = (LAST_CORRECTION * hit.jacobian() / straight).clamp(1.0, LAST_CORRECTION);
         f64::max(

@@ -53,7 +53,7 @@ pub fn march(
     mut visit: impl FnMut(&Step<()>, f64),
 ) -> March {
     let mut work = Work::default();
-    let mut flow = Flow::new(field, Node::launch(field, x, direction, ()), tolerance);
+    let mut flow = Flow::new(field, Node::start(field, x, direction, ()), tolerance);
     let mut stop = Progress { stop, done: 0.0 };
     let (mut length, mut optical) = (0.0, 0.0);
     loop {

@@ -68,7 +68,7 @@ impl<V: Variation> Node<V> {
     }
 
     /// The node at `x` with the unit direction `direction`: v = n·direction.
-    pub fn launch(field: &Field, x: DVec3, direction: DVec3, variation: V) -> Self {
+    pub fn start(field: &Field, x: DVec3, direction: DVec3, variation: V) -> Self {
         let mut node = Node::new(field, x, direction, variation);
         node.v = direction * node.n2.sqrt();
         node

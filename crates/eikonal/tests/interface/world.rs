@@ -88,7 +88,7 @@ impl World for TwoRegions {
 pub fn trace(world: &TwoRegions, x: DVec3, direction: DVec3, sigma: f64) -> (Node<Tangents>, u32) {
     let mut region = 1;
     let tangents = Tangents::angular(world.fields[1].n(x), perpendicular_basis(direction));
-    let mut node = Node::launch(&world.fields[1], x, direction, tangents);
+    let mut node = Node::start(&world.fields[1], x, direction, tangents);
     let (mut left, mut events, mut work) = (sigma, 0, Work::default());
     loop {
         let mut flow = Flow::new(&world.fields[region], node, Tolerance::new(1e-12));

@@ -12,21 +12,21 @@ use glam::DVec3;
 
 /// A ray of light drawn at random: the first of a light subpath.
 ///
-/// It is drawn in two steps, as a connection to the emitter would be made: an aim, then a ray that
-/// leaves from there. The subpath starts with the power `emitted`/(`aim_pdf` · `pdf` · probability
+/// It is drawn in two steps, as a connection to the emitter would be made: an end, then a ray that
+/// leaves from there. The subpath starts with the power `emitted`/(`end_pdf` · `pdf` · probability
 /// of the emitter); no index enters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emission {
     /// The end of the path, as a connection to it would aim.
-    pub aim: ConnectionEnd,
-    /// Density of the aim: per unit area on a surface, per steradian for an environment, 1 if there
+    pub end: ConnectionEnd,
+    /// Density of the end: per unit area on a surface, per steradian for an environment, 1 if there
     /// is no choice.
-    pub aim_pdf: f64,
+    pub end_pdf: f64,
     /// Where the light starts.
     pub x: DVec3,
     /// Unit direction in which it leaves.
     pub direction: DVec3,
-    /// Density of the ray, given the aim: per steradian from a point, per unit area across the
+    /// Density of the ray, given the end: per steradian from a point, per unit area across the
     /// direction for parallel light.
     pub pdf: f64,
     /// What [`Emitter::emitted`] gives for this ray; not zero.
@@ -35,7 +35,7 @@ pub struct Emission {
 
 impl Emitter {
     /// Draws a ray of light; `shape` gives the shape of an object, `u` is uniform in [0, 1)⁴, and its
-    /// first two numbers choose the aim as [`Emitter::aim`] would. `None` if no light leaves along the
+    /// first two numbers choose the end as [`Emitter::sample_end`] would. `None` if no light leaves along the
     /// ray that was drawn.
     pub fn emit<'a>(
         &self,
@@ -43,8 +43,8 @@ impl Emitter {
         shape: impl Fn(usize) -> &'a Shape,
         [u0, u1, u2, u3]: [f64; 4],
     ) -> Option<Emission> {
-        let aimed = self.aim(around, shape, [u0, u1]);
-        let (x, direction) = match aimed.aim {
+        let sampled = self.sample_end(around, shape, [u0, u1]);
+        let (x, direction) = match sampled.end {
             ConnectionEnd::Point { position, surface } => {
                 (position, self.direction_from(surface, [u2, u3]))
             }
@@ -53,11 +53,11 @@ impl Emitter {
                 direction,
             ),
         };
-        let pdf = self.pdf_emit(around, &aimed.aim, x, direction);
-        let emitted = self.emitted(&aimed.aim, x, direction);
+        let pdf = self.pdf_emit(around, &sampled.end, x, direction);
+        let emitted = self.emitted(&sampled.end, x, direction);
         (pdf > 0.0 && !emitted.is_zero()).then_some(Emission {
-            aim: aimed.aim,
-            aim_pdf: aimed.pdf,
+            end: sampled.end,
+            end_pdf: sampled.pdf,
             x,
             direction,
             pdf,
@@ -65,17 +65,17 @@ impl Emitter {
         })
     }
 
-    /// The density with which [`Emitter::emit`], given the aim, chooses the ray that leaves `x` in the
+    /// The density with which [`Emitter::emit`], given the end, chooses the ray that leaves `x` in the
     /// unit `direction`: per steradian from a point, per unit area across the direction for parallel
     /// light. Zero for rays that it never chooses.
     pub fn pdf_emit(
         &self,
         around: &Surroundings,
-        aim: &ConnectionEnd,
+        end: &ConnectionEnd,
         x: DVec3,
         direction: DVec3,
     ) -> f64 {
-        match (self, aim) {
+        match (self, end) {
             (Emitter::Point { .. }, _) => uniform_sphere_pdf(),
             (Emitter::Spot(spot), _) => spot.pdf(direction),
             (Emitter::Projector(projector), _) => projector.pdf(direction),

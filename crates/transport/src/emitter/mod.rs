@@ -87,7 +87,7 @@ pub enum Emitter {
 
 impl Emitter {
     /// Chooses where to aim; `shape` gives the shape of an object, `u` is uniform in [0, 1)².
-    pub fn aim<'a>(
+    pub fn sample_end<'a>(
         &self,
         around: &Surroundings,
         shape: impl Fn(usize) -> &'a Shape,
@@ -114,24 +114,24 @@ impl Emitter {
             Emitter::Environment(environment) => {
                 let (toward, pdf) = environment.sample(u);
                 EndSample {
-                    aim: ConnectionEnd::parallel(around.before(-toward), -toward),
+                    end: ConnectionEnd::parallel(around.before(-toward), -toward),
                     pdf,
                     delta: false,
                 }
             }
             Emitter::Area { object, .. } => {
                 let shape = shape(*object);
-                aim_at(*object, shape, &shape.sample_area(u))
+                end_at(*object, shape, &shape.sample_area(u))
             }
             Emitter::Textured(area) => {
                 let shape = shape(area.object());
-                aim_at(area.object(), shape, &area.sample(shape, u))
+                end_at(area.object(), shape, &area.sample(shape, u))
             }
         }
     }
 
     /// The radiance of a point of the shape that the emitter covers, and the density per unit area with which
-    /// [`Emitter::aim`] chooses it; `None` for emitters on no surface.
+    /// [`Emitter::sample_end`] chooses it; `None` for emitters on no surface.
     pub fn on_surface(&self, shape: &Shape, site: &Site) -> Option<(Spectrum, f64)> {
         match self {
             Emitter::Area { radiance, .. } => {
@@ -144,7 +144,7 @@ impl Emitter {
 
     /// What leaves `start` in the unit `direction`: intensity (points of any kind), radiance times cosine
     /// (area), radiance (environment) or irradiance across the direction (directional, beam).
-    pub fn emitted(&self, aim: &ConnectionEnd, start: DVec3, direction: DVec3) -> Spectrum {
+    pub fn emitted(&self, end: &ConnectionEnd, start: DVec3, direction: DVec3) -> Spectrum {
         match self {
             Emitter::Point { intensity, .. } => *intensity,
             Emitter::Spot(spot) => spot.intensity(direction),
@@ -153,11 +153,11 @@ impl Emitter {
             Emitter::Directional { irradiance, .. } => *irradiance,
             Emitter::Collimated(beam) => beam.irradiance(start),
             Emitter::Environment(environment) => environment.radiance(-direction),
-            Emitter::Area { radiance, .. } => *radiance * cosine(aim, direction),
-            Emitter::Textured(area) => match aim {
+            Emitter::Area { radiance, .. } => *radiance * cosine(end, direction),
+            Emitter::Textured(area) => match end {
                 ConnectionEnd::Point {
                     surface: Some(on), ..
-                } => area.radiance(&on.site) * cosine(aim, direction),
+                } => area.radiance(&on.site) * cosine(end, direction),
                 _ => Spectrum::ZERO,
             },
         }
@@ -204,10 +204,10 @@ impl Emitter {
     }
 }
 
-/// An aim at a point drawn from the surface of an object.
-fn aim_at(object: usize, shape: &Shape, sample: &AreaSample) -> EndSample {
+/// An end at a point drawn from the surface of an object.
+fn end_at(object: usize, shape: &Shape, sample: &AreaSample) -> EndSample {
     EndSample {
-        aim: ConnectionEnd::Point {
+        end: ConnectionEnd::Point {
             position: sample.position,
             surface: Some(OnSurface {
                 object,
@@ -221,8 +221,8 @@ fn aim_at(object: usize, shape: &Shape, sample: &AreaSample) -> EndSample {
 }
 
 /// Cosine to the normal of the surface that is aimed at; 0 behind it, and where there is none.
-fn cosine(aim: &ConnectionEnd, direction: DVec3) -> f64 {
-    match aim {
+fn cosine(end: &ConnectionEnd, direction: DVec3) -> f64 {
+    match end {
         ConnectionEnd::Point {
             surface: Some(on), ..
         } => on.normal.dot(direction).max(0.0),

@@ -12,7 +12,7 @@ use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::film::PathFacts;
 use crate::path::{
     Connection, ConnectionTarget, Edge, End, NeeSlot, Sampling, Split, Start, TransportMode,
-    Vertex, Weighted, Workspace, environment_aim, scatter, trace,
+    Vertex, Weighted, Workspace, environment_end, scatter, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -225,12 +225,12 @@ impl Tracing<'_> {
                 };
                 // A surface that emits: L_e/n².
                 let n = self.scene.n(medium, hit.position);
-                let aim = ConnectionEnd::Point {
+                let end = ConnectionEnd::Point {
                     position: hit.position,
                     surface: Some(on),
                 };
                 let cos = hit.normal.dot(-direction);
-                let weight = self.mis(edge, next, channel_pdf, (emitter, pdf, &aim), (n, cos));
+                let weight = self.mis(edge, next, channel_pdf, (emitter, pdf, &end), (n, cos));
                 let light = radiance / (n * n) * weight;
                 self.emitted((light, weight), (edge, next), channel_pdf, (way, emitter));
             }
@@ -240,8 +240,8 @@ impl Tracing<'_> {
                 let scene = self.scene;
                 for (emitter, environment) in scene.environments() {
                     let pdf = environment.pdf(direction);
-                    let aim = environment_aim(scene, direction);
-                    let weight = self.mis(edge, next, channel_pdf, (emitter, pdf, &aim), (n, 1.0));
+                    let end = environment_end(scene, direction);
+                    let weight = self.mis(edge, next, channel_pdf, (emitter, pdf, &end), (n, 1.0));
                     let light = environment.radiance(direction) / (n * n) * weight;
                     self.emitted((light, weight), (edge, next), channel_pdf, (way, emitter));
                 }
@@ -315,7 +315,7 @@ impl Tracing<'_> {
         edge: &Edge,
         next: &Next,
         channel_pdf: Spectrum,
-        (emitter, pdf, aim): (usize, f64, &ConnectionEnd),
+        (emitter, pdf, end): (usize, f64, &ConnectionEnd),
         (n, cos): (f64, f64),
     ) -> f64 {
         let Some((vertex, direction_pdf)) = &next.from else {
@@ -345,7 +345,7 @@ impl Tracing<'_> {
         }
         // e: the probability that connections discover the edge.
         let before = self.work();
-        let target = ConnectionTarget::emitter(self.scene, emitter, *aim);
+        let target = ConnectionTarget::emitter(self.scene, emitter, *end);
         let way = (&edge.geometry, edge.start.direction, None);
         let discovery = Connection::discovery(self.scene, (vertex, &target), way, self.ws);
         self.spent(slot, before);

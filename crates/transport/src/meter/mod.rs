@@ -153,7 +153,7 @@ impl<'a> Setup<'a> {
     ) -> (TaskSums, BalanceSums) {
         let (mut part, mut scores, mut cuts) =
             (TaskSums::default(), Scores::default(), Cuts::new());
-        let mut account = BalanceSums::default();
+        let mut balance = BalanceSums::default();
         for number in particles {
             ws.stats.paths += 1;
             let mut sampler = Sampler::new(seed, 0, number);
@@ -165,11 +165,11 @@ impl<'a> Setup<'a> {
             };
             let mut particle = Particle::new(self, number, recorder);
             particle.run(&mut sampler, ws);
-            account.add(&particle.particle_balance, &mut ws.stats.not_finite);
+            balance.add(&particle.particle_balance, &mut ws.stats.not_finite);
             part.take(&mut scores);
         }
         ws.stats.not_finite += scores.not_finite;
-        (part.finish(), account)
+        (part.finish(), balance)
     }
 
     /// What each meter has measured.

@@ -56,7 +56,7 @@ impl<'a, 'r> Particle<'a, 'r> {
     /// Emits it and follows it, and all that it is divided into, to its end.
     pub fn run(&mut self, sampler: &mut Sampler, ws: &mut Workspace) {
         let setup = self.setup;
-        // Emit the particle: choose the emitter by P_E, and draw an aim and a ray; the power is Φ_E.
+        // Emit the particle: choose the emitter by P_E, and draw an end and a ray; the power is Φ_E.
         let pick = setup.choice.sample(sampler.next_1d());
         let u = (sampler.next_2d(), sampler.next_2d());
         let white = setup.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));

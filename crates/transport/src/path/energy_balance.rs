@@ -88,7 +88,7 @@ impl BalanceSums {
     }
 }
 
-/// Sums over accounts, whose bits do not depend on their order.
+/// Sums over balances, whose bits do not depend on their order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BalanceTotals {
     particles: u64,
@@ -96,7 +96,7 @@ pub struct BalanceTotals {
 }
 
 impl BalanceTotals {
-    /// Adds an account.
+    /// Adds an balance.
     pub fn enter(&mut self, balance: &BalanceSums) {
         self.particles += balance.particles;
         for (kept, sums) in self.sums.iter_mut().zip(balance.sums) {
@@ -144,7 +144,7 @@ impl BalanceTotals {
 }
 
 impl AddAssign for BalanceTotals {
-    /// More accounts.
+    /// More balances.
     fn add_assign(&mut self, other: BalanceTotals) {
         self.particles += other.particles;
         for (sums, other) in self.sums.iter_mut().zip(other.sums) {

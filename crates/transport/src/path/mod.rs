@@ -21,7 +21,7 @@ mod subpath;
 mod walk;
 mod workspace;
 
-pub use connection::{Connection, ConnectionTarget, Weighted, environment_aim, transmittance};
+pub use connection::{Connection, ConnectionTarget, Weighted, environment_end, transmittance};
 pub use energy_balance::{BalanceSums, BalanceTotals, EnergyBalance, ParticleBalance, Share};
 pub use learnt::{
     AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeSlot, NeeTraining, PathTally,

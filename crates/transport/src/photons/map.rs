@@ -71,25 +71,25 @@ impl PhotonMap {
             .map(|task| {
                 let mut ws = Workspace::new(scene.tolerance());
                 ws.stop = stop.clone();
-                let (mut photons, mut account) = (Vec::new(), BalanceSums::default());
+                let (mut photons, mut balance) = (Vec::new(), BalanceSums::default());
                 for path in task * PER_TASK..paths.min((task + 1) * PER_TASK) {
                     let mut sampler = sampler(path as u64);
                     if let Some(light) = LightPath::sample(scene, bounds, &mut sampler, &mut ws) {
                         photons.extend(landed(scene, &light, paths));
                     }
-                    account.add(
+                    balance.add(
                         &std::mem::take(&mut ws.particle_balance),
                         &mut ws.stats.not_finite,
                     );
                 }
-                (photons, ws.stats(), account)
+                (photons, ws.stats(), balance)
             })
             .collect();
-        let (mut stats, mut account) = (Stats::default(), BalanceSums::default());
+        let (mut stats, mut balance) = (Stats::default(), BalanceSums::default());
         let (mut volume, mut surface) = (Vec::new(), Vec::new());
         for (photons, counts, part) in parts {
             stats += counts;
-            account += part;
+            balance += part;
             for photon in photons {
                 match photon.place {
                     PhotonSite::Volume(_) => volume.push(photon),
@@ -105,7 +105,7 @@ impl PhotonMap {
             volume: Tree::new(volume),
             surface: Tree::new(surface),
         };
-        (map, stats, account)
+        (map, stats, balance)
     }
 
     /// A radius that reaches `NEIGHBOURS` photons around a typical one: the median over some of them.

@@ -72,7 +72,7 @@ impl Sampler {
 
     /// Numbers for the choice of an emitter to which the end of the current edge is connected, and of the place on it. Of several such
     /// connections the first has those of the replicate: they are not to share them.
-    pub fn next_aim(&mut self, connection: usize) -> (f64, [f64; 2]) {
+    pub fn next_end(&mut self, connection: usize) -> (f64, [f64; 2]) {
         match connection {
             0 => {
                 let choice = self.next_1d_for(Purpose::Emitter);

@@ -75,9 +75,9 @@ impl Scene {
         }
     }
 
-    /// The medium at an aim that is a point, if [`Scene::is_unique`] could make use of it.
-    pub(crate) fn medium_of_aim(&self, aim: &ConnectionEnd) -> Option<MediumId> {
-        match (self.bending, aim) {
+    /// The medium at an end that is a point, if [`Scene::is_unique`] could make use of it.
+    pub(crate) fn medium_of_end(&self, end: &ConnectionEnd) -> Option<MediumId> {
+        match (self.bending, end) {
             (Bending::One(_), ConnectionEnd::Point { position, .. }) => {
                 Some(self.medium_at(*position))
             }

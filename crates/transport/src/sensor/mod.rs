@@ -12,11 +12,11 @@
 //!
 //! * A sensor subpath draws u from h_j and a point of the lens uniformly ([`Sensor::ray`]), so it
 //!   starts with weight n² (docs/theory.md#radiance) and nothing else.
-//! * A light subpath that is connected to the sensor aims at a point of it ([`Sensor::aim`]). Changing
+//! * A light subpath that is connected to the sensor aims at a point of it ([`Sensor::sample_end`]). Changing
 //!   variables from u to the rays of that point (steradians), or to the parallel rays (area across
 //!   them), turns the integral into n² h_j(u) `density` L̃, with u and du/dΩ or du/dA⊥ = `density`
 //!   from [`Sensor::sense`]. On a lens or a stop the average over its area divides by that area,
-//!   which is the reciprocal of the density of the aim: they cancel.
+//!   which is the reciprocal of the density of the end: they cancel.
 
 mod orthographic;
 mod perspective;
@@ -82,27 +82,27 @@ impl Sensor {
     }
 
     /// Chooses where a connection to the sensor should aim, uniformly over the lens; `u` is uniform
-    /// in [0, 1)². Importance travels along the aim's direction, so light against it.
-    pub fn aim(&self, u: [f64; 2]) -> EndSample {
+    /// in [0, 1)². Importance travels along the end's direction, so light against it.
+    pub fn sample_end(&self, u: [f64; 2]) -> EndSample {
         match self {
             Sensor::Perspective(_) | Sensor::Absent(_) => {
                 EndSample::only(ConnectionEnd::at(self.position()))
             }
-            Sensor::ThinLens(s) => s.aim(u),
-            Sensor::Orthographic(s) => s.aim(),
-            Sensor::Telecentric(s) => s.aim(u),
+            Sensor::ThinLens(s) => s.sample_end(u),
+            Sensor::Orthographic(s) => s.sample_end(),
+            Sensor::Telecentric(s) => s.sample_end(u),
         }
     }
 
-    /// The aim at the point from which one of the sensor's rays starts, in a unit direction, or at all
+    /// The end at the point from which one of the sensor's rays starts, in a unit direction, or at all
     /// rays of that direction.
-    pub fn aim_from(&self, origin: DVec3, direction: DVec3) -> ConnectionEnd {
+    pub fn end_of_ray(&self, origin: DVec3, direction: DVec3) -> ConnectionEnd {
         match self {
             Sensor::Perspective(_) | Sensor::ThinLens(_) | Sensor::Absent(_) => {
                 ConnectionEnd::at(origin)
             }
-            Sensor::Orthographic(s) => s.aim().aim,
-            Sensor::Telecentric(s) => s.aim_along(direction),
+            Sensor::Orthographic(s) => s.sample_end().end,
+            Sensor::Telecentric(s) => s.end_along(direction),
         }
     }
 

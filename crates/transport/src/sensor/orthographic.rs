@@ -42,7 +42,7 @@ impl Orthographic {
         self.to_world.matrix3.z_axis.normalize()
     }
 
-    pub(super) fn aim(&self) -> EndSample {
+    pub(super) fn sample_end(&self) -> EndSample {
         EndSample::only(ConnectionEnd::parallel(
             self.to_world.translation,
             self.direction(),

@@ -59,16 +59,16 @@ impl Telecentric {
         }
     }
 
-    pub(super) fn aim(&self, u: [f64; 2]) -> EndSample {
+    pub(super) fn sample_end(&self, u: [f64; 2]) -> EndSample {
         EndSample {
-            aim: self.aim_along(self.direction(u)),
+            end: self.end_along(self.direction(u)),
             pdf: 1.0 / self.stop.area(),
             delta: true,
         }
     }
 
-    /// The aim at all rays of one direction.
-    pub(super) fn aim_along(&self, direction: DVec3) -> ConnectionEnd {
+    /// The end at all rays of one direction.
+    pub(super) fn end_along(&self, direction: DVec3) -> ConnectionEnd {
         ConnectionEnd::parallel(self.to_world.translation, direction)
     }
 

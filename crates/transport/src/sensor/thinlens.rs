@@ -46,9 +46,9 @@ impl ThinLens {
         to_world(self.to_world(), origin, focus - origin)
     }
 
-    pub(super) fn aim(&self, u: [f64; 2]) -> EndSample {
+    pub(super) fn sample_end(&self, u: [f64; 2]) -> EndSample {
         EndSample {
-            aim: ConnectionEnd::at(self.to_world().transform_point3(self.on_lens(u))),
+            end: ConnectionEnd::at(self.to_world().transform_point3(self.on_lens(u))),
             pdf: 1.0 / self.area(),
             delta: true,
         }

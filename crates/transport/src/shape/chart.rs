@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// How area is spread over a chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Spread {
+enum AreaDensity {
     /// Alike everywhere.
     Even,
     /// In proportion to the first coordinate, a distance from a centre.
@@ -28,7 +28,7 @@ enum Domain {
 #[derive(Clone, Debug)]
 pub(crate) struct Chart {
     domain: Domain,
-    spread: Spread,
+    spread: AreaDensity,
     area: f64,
     /// Texture coordinates.
     uv: DAffine2,
@@ -64,11 +64,11 @@ impl Shape {
             return None;
         }
         let spread = match self {
-            Shape::Rectangle(_) | Shape::Cube(_) | Shape::Mesh(_) => Spread::Even,
-            Shape::Disk(_) => Spread::Radial,
-            Shape::Sphere(_) => Spread::Polar,
-            Shape::Cylinder(_) if primitive == 0 => Spread::Even,
-            Shape::Cylinder(_) => Spread::Radial,
+            Shape::Rectangle(_) | Shape::Cube(_) | Shape::Mesh(_) => AreaDensity::Even,
+            Shape::Disk(_) => AreaDensity::Radial,
+            Shape::Sphere(_) => AreaDensity::Polar,
+            Shape::Cylinder(_) if primitive == 0 => AreaDensity::Even,
+            Shape::Cylinder(_) => AreaDensity::Radial,
         };
         let mut chart = Chart {
             domain: Domain::Square,
@@ -126,7 +126,7 @@ impl Chart {
         let at = |k: u32| f64::from(k) / f64::from(BANDS);
         let all = match (self.domain, self.spread) {
             (Domain::Triangle, _) => vec![vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]],
-            (Domain::Square, Spread::Polar) => {
+            (Domain::Square, AreaDensity::Polar) => {
                 (0..BANDS).map(|k| band(at(k), at(k + 1)).into()).collect()
             }
             (Domain::Square, _) => vec![band(0.0, 1.0).into()],
@@ -170,10 +170,10 @@ impl Chart {
     fn density(&self, q: DVec2) -> f64 {
         self.area
             * match (self.spread, self.domain) {
-                (Spread::Even, Domain::Square) => 1.0,
-                (Spread::Even, Domain::Triangle) => 2.0,
-                (Spread::Radial, _) => 2.0 * q.x,
-                (Spread::Polar, _) => FRAC_PI_2 * (PI * q.y).sin(),
+                (AreaDensity::Even, Domain::Square) => 1.0,
+                (AreaDensity::Even, Domain::Triangle) => 2.0,
+                (AreaDensity::Radial, _) => 2.0 * q.x,
+                (AreaDensity::Polar, _) => FRAC_PI_2 * (PI * q.y).sin(),
             }
     }
 
@@ -182,9 +182,9 @@ impl Chart {
     /// error of four for half a turn over [`BANDS`] is below rounding.
     fn nodes(&self) -> &'static [(f64, f64)] {
         match self.spread {
-            Spread::Even => &GAUSS_2,
-            Spread::Radial => &GAUSS_3,
-            Spread::Polar => &GAUSS_4,
+            AreaDensity::Even => &GAUSS_2,
+            AreaDensity::Radial => &GAUSS_3,
+            AreaDensity::Polar => &GAUSS_4,
         }
     }
 }

@@ -9,7 +9,7 @@ use transport::shape::Site;
 use transport::{Orientation, Spectrum};
 
 /// A point of a surface with the normal `axis()`, or a point in space.
-fn aim_at(surface: bool) -> ConnectionEnd {
+fn end_at(surface: bool) -> ConnectionEnd {
     ConnectionEnd::Point {
         position: DVec3::ZERO,
         surface: surface.then(|| OnSurface {
@@ -22,8 +22,8 @@ fn aim_at(surface: bool) -> ConnectionEnd {
 
 /// p-value of the directions in which light leaves a point, with bins that end at a cosine of `rim`.
 fn directions(emitter: &Emitter, shapes: &[transport::shape::Shape], rim: f64) -> f64 {
-    let aim = emit(emitter, shapes, [0.5; 4]).unwrap().aim;
-    let axis = match aim {
+    let end = emit(emitter, shapes, [0.5; 4]).unwrap().end;
+    let axis = match end {
         ConnectionEnd::Point {
             surface: Some(OnSurface { normal, .. }),
             ..
@@ -41,7 +41,7 @@ fn directions(emitter: &Emitter, shapes: &[transport::shape::Shape], rim: f64) -
         // Nothing leaves along the rim of a spot, so those directions count as `None`.
         emission.map(|e| e.direction.to_array())
     };
-    let pdf = |d: [f64; 3]| pdf_emit(emitter, &aim, DVec3::ZERO, d.into());
+    let pdf = |d: [f64; 3]| pdf_emit(emitter, &end, DVec3::ZERO, d.into());
     table
         .test(1, 100_000, Mass::Exactly(1.0), draw, pdf)
         .unwrap()
@@ -82,7 +82,7 @@ fn directions_of_light_from_points_follow_their_density() {
 
 /// The ray is one to which a connection could have led, and its parts are what they are said to be.
 #[test]
-fn an_emission_agrees_with_aim_and_emitted() {
+fn an_emission_agrees_with_end_and_emitted() {
     let (shapes, mut rng) = (shapes(), Rng::new(3));
     for (name, emitter) in emitters(color()) {
         for _ in 0..1000 {
@@ -90,20 +90,20 @@ fn an_emission_agrees_with_aim_and_emitted() {
             let Some(e) = emit(&emitter, &shapes, u) else {
                 panic!("{name} does not shine for {u:?}");
             };
-            let aimed = emitter.aim(&AROUND, |i| &shapes[i], [u[0], u[1]]);
-            assert_eq!((aimed.aim, aimed.pdf), (e.aim, e.aim_pdf), "{name}");
+            let sampled = emitter.sample_end(&AROUND, |i| &shapes[i], [u[0], u[1]]);
+            assert_eq!((sampled.end, sampled.pdf), (e.end, e.end_pdf), "{name}");
             assert_eq!(
-                emitter.emitted(&e.aim, e.x, e.direction),
+                emitter.emitted(&e.end, e.x, e.direction),
                 e.emitted,
                 "{name}"
             );
             assert_eq!(
-                pdf_emit(&emitter, &e.aim, e.x, e.direction),
+                pdf_emit(&emitter, &e.end, e.x, e.direction),
                 e.pdf,
                 "{name}"
             );
             assert!((e.direction.length() - 1.0).abs() < 1e-12, "{name}");
-            match e.aim {
+            match e.end {
                 ConnectionEnd::Point { position, .. } => assert_eq!(position, e.x, "{name}"),
                 ConnectionEnd::Plane {
                     through, direction, ..
@@ -128,20 +128,20 @@ fn black_emitters_send_nothing_out() {
 #[test]
 fn rays_that_are_never_drawn_have_density_zero() {
     let at =
-        |emitter: &Emitter, aim: &ConnectionEnd, x, direction| pdf_emit(emitter, aim, x, direction);
+        |emitter: &Emitter, end: &ConnectionEnd, x, direction| pdf_emit(emitter, end, x, direction);
     let turned = |angle: f64| {
         let across = axis().any_orthonormal_vector();
         axis() * angle.cos() + across * angle.sin()
     };
     let spot = spot(color(), (CUTOFF, BEAM_WIDTH));
-    let from_spot = |angle| at(&spot, &aim_at(false), DVec3::X, turned(angle));
+    let from_spot = |angle| at(&spot, &end_at(false), DVec3::X, turned(angle));
     assert!(from_spot(CUTOFF - 1e-9) > 0.0);
     assert_eq!((from_spot(CUTOFF + 1e-9), from_spot(3.0)), (0.0, 0.0));
     let area = Emitter::Area {
         object: 0,
         radiance: color(),
     };
-    let from_area = |direction| at(&area, &aim_at(true), DVec3::ZERO, direction);
+    let from_area = |direction| at(&area, &end_at(true), DVec3::ZERO, direction);
     assert!(from_area(axis()) > 0.0);
     assert_eq!(from_area(-axis()), 0.0);
     let (_, directional) = emitters(color()).remove(4);

@@ -15,14 +15,14 @@ fn starts(emitter: &Emitter, center: DVec3, reach: f64) -> f64 {
         let e = emit(emitter, &[], rng.uniform())?;
         Some(polar(e.x, center, e.direction))
     };
-    let aim = ConnectionEnd::Plane {
+    let end = ConnectionEnd::Plane {
         through: center,
         direction: axis(),
         beam: false,
     };
     let pdf = |p: [f64; 2]| {
         // r is the area element.
-        p[0] * pdf_emit(emitter, &aim, from_polar(p, center, axis()), axis())
+        p[0] * pdf_emit(emitter, &end, from_polar(p, center, axis()), axis())
     };
     table
         .test(5, 100_000, Mass::Exactly(1.0), draw, pdf)

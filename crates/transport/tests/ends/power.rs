@@ -55,7 +55,7 @@ fn mean_weight_is_power() {
         for _ in 0..100_000 {
             let emission = emit(&emitter, &shapes, rng.uniform());
             for (c, moments) in weight.iter_mut().enumerate() {
-                moments.push(emission.map_or(0.0, |e| e.emitted[c] / (e.aim_pdf * e.pdf)));
+                moments.push(emission.map_or(0.0, |e| e.emitted[c] / (e.end_pdf * e.pdf)));
             }
         }
         let stated = emitter.power(&AROUND, |object| &shapes[object]);

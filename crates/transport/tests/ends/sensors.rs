@@ -164,12 +164,12 @@ fn rays_follow_the_density() {
 
 /// A connection aims where the rays start, and at parallel rays along their direction.
 #[test]
-fn aims_are_where_rays_start() {
+fn ends_are_where_rays_start() {
     for_many(5, |name, sensor, image, lens| {
         let ray = sensor.ray(image, lens);
-        let aimed = sensor.aim(lens);
-        assert!(aimed.delta, "{name}");
-        match aimed.aim {
+        let sampled = sensor.sample_end(lens);
+        assert!(sampled.delta, "{name}");
+        match sampled.end {
             ConnectionEnd::Point { position, surface } => {
                 assert_eq!(surface, None, "{name}");
                 assert_eq!(position, ray.origin, "{name}");
@@ -187,13 +187,13 @@ fn aims_are_where_rays_start() {
     });
 }
 
-/// The density of an aim is one over the area of the polygon that the rim of the lens nearly is.
+/// The density of an end is one over the area of the polygon that the rim of the lens nearly is.
 #[test]
-fn aims_are_uniform_over_the_lens() {
+fn ends_are_uniform_over_the_lens() {
     let mut rng = Rng::new(6);
     for _ in 0..20 {
         for (name, sensor) in sensors(random_map(&mut rng)) {
-            let pdf = sensor.aim([0.2, 0.9]).pdf;
+            let pdf = sensor.sample_end([0.2, 0.9]).pdf;
             if name == "telecentric" {
                 continue;
             }
@@ -247,7 +247,10 @@ fn slopes_fill_the_open_part_of_the_stop() {
             let values = [t, t * t, c, c * c];
             sums.iter_mut().zip(values).for_each(|(s, v)| *s += v);
         }
-        (sums.map(|s| s / (n * n) as f64), sensor.aim([0.5; 2]).pdf)
+        (
+            sums.map(|s| s / (n * n) as f64),
+            sensor.sample_end([0.5; 2]).pdf,
+        )
     };
     let near = |found: [f64; 4], expected: [f64; 4]| {
         let error = |(a, b): (f64, f64)| (a - b).abs();

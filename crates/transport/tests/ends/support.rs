@@ -170,8 +170,8 @@ pub fn emit(emitter: &Emitter, shapes: &[Shape], u: [f64; 4]) -> Option<Emission
 }
 
 /// The density of a ray, asked for afterwards.
-pub fn pdf_emit(emitter: &Emitter, aim: &ConnectionEnd, x: DVec3, direction: DVec3) -> f64 {
-    emitter.pdf_emit(&AROUND, aim, x, direction)
+pub fn pdf_emit(emitter: &Emitter, end: &ConnectionEnd, x: DVec3, direction: DVec3) -> f64 {
+    emitter.pdf_emit(&AROUND, end, x, direction)
 }
 
 /// Polar coordinates of `x` about the axis through `center` along `direction`.

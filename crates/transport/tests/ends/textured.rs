@@ -218,11 +218,11 @@ fn points_have_the_density_that_is_stated() {
         let emitter = area(&shape, texture.clone());
         for _ in 0..1000 {
             let u: [f64; 2] = rng.uniform();
-            let aimed = emitter.aim(&AROUND, |_| &shape, u);
+            let sampled = emitter.sample_end(&AROUND, |_| &shape, u);
             let ConnectionEnd::Point {
                 position,
                 surface: Some(on),
-            } = aimed.aim
+            } = sampled.end
             else {
                 panic!("{shape:?} is no surface");
             };
@@ -230,7 +230,7 @@ fn points_have_the_density_that_is_stated() {
             let (radiance, pdf) = emitter.on_surface(&shape, &on.site).unwrap();
             assert_eq!(radiance, texture.at(&on.site));
             assert!(
-                (pdf / aimed.pdf - 1.0).abs() < 1e-9,
+                (pdf / sampled.pdf - 1.0).abs() < 1e-9,
                 "{shape:?}, {u:?}: {pdf}"
             );
         }
@@ -282,8 +282,8 @@ fn points_follow_their_density() {
             primitive: 0,
         };
         let draw = |rng: &mut Rng| {
-            let aim = emitter.aim(&AROUND, |_: usize| -> &Shape { &shape }, rng.uniform());
-            match aim.aim {
+            let end = emitter.sample_end(&AROUND, |_: usize| -> &Shape { &shape }, rng.uniform());
+            match end.end {
                 ConnectionEnd::Point { surface, .. } => Some(surface?.site.uv.get()),
                 ConnectionEnd::Plane { .. } => None,
             }

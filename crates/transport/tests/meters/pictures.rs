@@ -1,4 +1,4 @@
-//! Pictures by particles keep the same account as meters, with other particles: those that are connected to
+//! Pictures by particles keep the same energy balance as meters, with other particles: those that are connected to
 //! the camera.
 
 use crate::common::{camera, shoot_by};
@@ -60,7 +60,7 @@ fn pictures_and_meters_agree_on_where_the_light_goes() {
 
 /// Nor does the energy balance depend on threads, or on how samples are divided into passes.
 #[test]
-fn accounts_of_pictures_have_the_same_bits() {
+fn balances_of_pictures_have_the_same_bits() {
     let scene = [Scene::new(seen(3)).unwrap()];
     let options = Options::new(Integrator::Particle(ParticleTracer::default()), 12, 3);
     let balance = |threads| {
@@ -76,7 +76,7 @@ fn accounts_of_pictures_have_the_same_bits() {
 }
 
 #[test]
-fn paths_from_the_camera_keep_no_account() {
+fn paths_from_the_camera_keep_no_balance() {
     let rendering = shoot_by(crate::common::path_tracer(), seen(1), 1, 1);
     assert!(rendering.balance.is_none());
 }

@@ -5,7 +5,7 @@ use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::integrator::Contribution;
 use crate::path::{
     Connection, ConnectionTarget, LightPath, PathEdge, PathVertex, Start, Subpath, Vertex,
-    Workspace, environment_aim, guess,
+    Workspace, environment_end, guess,
 };
 use crate::sampling::{Discrete, Sampler};
 use glam::DVec3;
@@ -26,14 +26,14 @@ impl Joining<'_> {
         for i in 0..sensor.vertices.len() {
             let z = &sensor.vertices[i];
             if let Some((index, radiance, pdf)) = z.vertex.emitted(scene) {
-                let aim = EndSample {
-                    aim: z.vertex.aim(),
+                let end = EndSample {
+                    end: z.vertex.as_end(),
                     pdf: scene.source_probability(index) * pdf,
                     delta: false,
                 };
-                let discovery = self.discovery(sensor, (i, &z.edge), (index, &aim.aim));
+                let discovery = self.discovery(sensor, (i, &z.edge), (index, &end.end));
                 let vertices = &sensor.vertices[..=i];
-                let found = setting.hit(vertices, (index, &aim), (radiance, discovery));
+                let found = setting.hit(vertices, (index, &end), (radiance, discovery));
                 self.out.extend(found);
             }
         }
@@ -41,15 +41,15 @@ impl Joining<'_> {
         let Some(escape) = &sensor.escape else { return };
         for (index, environment) in scene.environments() {
             let toward = -escape.edge.back;
-            let aim = EndSample {
-                aim: environment_aim(scene, toward),
+            let end = EndSample {
+                end: environment_end(scene, toward),
                 pdf: scene.source_probability(index) * environment.pdf(toward),
                 delta: false,
             };
             let place = (sensor.vertices.len(), &escape.edge);
-            let discovery = self.discovery(sensor, place, (index, &aim.aim));
+            let discovery = self.discovery(sensor, place, (index, &end.end));
             let radiance = environment.radiance(toward);
-            let found = setting.escaped(sensor, escape, (index, &aim), (radiance, discovery));
+            let found = setting.escaped(sensor, escape, (index, &end), (radiance, discovery));
             self.out.extend(found);
         }
     }
@@ -59,7 +59,7 @@ impl Joining<'_> {
         &mut self,
         sensor: &Subpath,
         (i, path_edge): (usize, &PathEdge),
-        (index, aim): (usize, &ConnectionEnd),
+        (index, end): (usize, &ConnectionEnd),
     ) -> f64 {
         let scene = self.setting.scene;
         if path_edge.discovery == 0.0 {
@@ -69,7 +69,8 @@ impl Joining<'_> {
             // From a point of the emitter to the sensor's plane; from plane to plane there is nothing.
             return sensor.vertices.first().map_or(0.0, |z| {
                 let (x, direction) = (sensor.start.x, sensor.start.direction);
-                let target = ConnectionTarget::sensor(scene, scene.sensor().aim_from(x, direction));
+                let target =
+                    ConnectionTarget::sensor(scene, scene.sensor().end_of_ray(x, direction));
                 let way = (&path_edge.geometry, path_edge.back, None);
                 Connection::discovery(scene, (&z.vertex, &target), way, self.ws)
             });
@@ -78,7 +79,7 @@ impl Joining<'_> {
             0 => Vertex::end(&sensor.start),
             _ => sensor.vertices[i - 1].vertex,
         };
-        let target = ConnectionTarget::emitter(scene, index, *aim);
+        let target = ConnectionTarget::emitter(scene, index, *end);
         let way = (&path_edge.geometry, path_edge.leaving, None);
         Connection::discovery(scene, (&vertex, &target), way, self.ws)
     }
@@ -96,14 +97,14 @@ impl Joining<'_> {
         // Choose an emitter of each class by a guess of what it brings, and aim at it.
         let receiver = z.vertex.receiver(scene);
         for (i, class) in scene.classes().enumerate() {
-            let (choice, u) = self.sampler.next_aim(i);
+            let (choice, u) = self.sampler.next_end(i);
             let (index, chosen) = scene.choose_emitter(class, &receiver, choice);
             let emitter = &scene.emitters()[index];
             let shape = |object: usize| &scene.objects()[object].shape;
-            let aim = emitter.aim(scene.around(), shape, u);
-            let target = ConnectionTarget::emitter(scene, index, aim.aim);
+            let end = emitter.sample_end(scene.around(), shape, u);
+            let target = ConnectionTarget::emitter(scene, index, end.end);
             self.connection(&z.vertex, &target, |connection| {
-                setting.direct(vertices, connection, (index, &aim, chosen))
+                setting.direct(vertices, connection, (index, &end, chosen))
             });
         }
     }
@@ -111,8 +112,8 @@ impl Joining<'_> {
     /// t = 1: vertex `j` of an emitter's subpath and the sensor.
     pub fn sensed(&mut self, light: &LightPath, j: usize) {
         let setting = self.setting;
-        let aimed = setting.scene.sensor().aim(self.sampler.next_2d());
-        let target = ConnectionTarget::sensor(setting.scene, aimed.aim);
+        let sampled = setting.scene.sensor().sample_end(self.sampler.next_2d());
+        let target = ConnectionTarget::sensor(setting.scene, sampled.end);
         let y = &light.subpath.vertices[j].vertex;
         self.connection(y, &target, |connection| {
             setting.sensed((light, j), connection)
@@ -166,11 +167,11 @@ impl Joining<'_> {
     /// s = t = 1: the start of an emitter's subpath and the sensor.
     pub fn seen(&mut self, light: &LightPath) {
         let (setting, scene) = (self.setting, self.setting.scene);
-        let aim = scene.sensor().aim(self.sampler.next_2d()).aim;
+        let end = scene.sensor().sample_end(self.sampler.next_2d()).end;
         if scene.emitters()[light.emitter].is_delta() {
             return;
         }
-        match (aim, light.emission.aim) {
+        match (end, light.emission.end) {
             (ConnectionEnd::Point { position, .. }, emission) => {
                 let medium = scene.medium_of_sensor_ray(position);
                 let vertex = Vertex::end(&Start::point(position, DVec3::Z, medium));
@@ -180,21 +181,21 @@ impl Joining<'_> {
                         connection: *connection,
                         sensor: (position, connection.direction),
                         emitter: (connection.origin, connection.emission),
-                        n: [connection.n_vertex, connection.n_aim],
+                        n: [connection.n_vertex, connection.n_end],
                     };
                     setting.seen(light, &view)
                 });
             }
             (ConnectionEnd::Plane { .. }, ConnectionEnd::Point { .. }) => {
                 let start = light.subpath.start;
-                let vertex = Vertex::source(scene, &start, &light.emission.aim);
-                let target = ConnectionTarget::sensor(scene, aim);
+                let vertex = Vertex::source(scene, &start, &light.emission.end);
+                let target = ConnectionTarget::sensor(scene, end);
                 self.connection(&vertex, &target, |connection| {
                     let view = View {
                         connection: *connection,
                         sensor: (connection.origin, connection.emission),
                         emitter: (start.x, connection.direction),
-                        n: [connection.n_aim, connection.n_vertex],
+                        n: [connection.n_end, connection.n_vertex],
                     };
                     setting.seen(light, &view)
                 });

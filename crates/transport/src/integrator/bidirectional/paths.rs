@@ -52,13 +52,13 @@ struct Sampled {
 }
 
 impl Setting<'_> {
-    /// The sensor subpath came upon an emitter at the last of its vertices. It is what `aim` stands for,
+    /// The sensor subpath came upon an emitter at the last of its vertices. It is what `end` stands for,
     /// with the probability of the emitter in its density, and connections find the last path_edge with some
     /// discovery probability.
     pub fn hit(
         &self,
         vertices: &[PathVertex],
-        (index, aim): (usize, &EndSample),
+        (index, end): (usize, &EndSample),
         (radiance, discovery): (Spectrum, f64),
     ) -> Option<Contribution> {
         let (z, before) = vertices.split_last()?;
@@ -71,7 +71,7 @@ impl Setting<'_> {
             optical_length: z.optical_length,
             x: z.vertex.position(),
         };
-        self.found((before, &last), (index, aim), (value, discovery))
+        self.found((before, &last), (index, end), (value, discovery))
     }
 
     /// The sensor subpath left towards an environment.
@@ -79,7 +79,7 @@ impl Setting<'_> {
         &self,
         sensor: &Subpath,
         escape: &Escape,
-        (index, aim): (usize, &EndSample),
+        (index, end): (usize, &EndSample),
         (radiance, discovery): (Spectrum, f64),
     ) -> Option<Contribution> {
         let path_edge = &escape.edge;
@@ -94,20 +94,20 @@ impl Setting<'_> {
                 .last()
                 .map_or(sensor.start.x, |z| z.vertex.position()),
         };
-        self.found((&sensor.vertices, &last), (index, aim), (value, discovery))
+        self.found((&sensor.vertices, &last), (index, end), (value, discovery))
     }
 
     fn found(
         &self,
         (vertices, last): (&[PathVertex], &EmitterHit),
-        (index, aim): (usize, &EndSample),
+        (index, end): (usize, &EndSample),
         (value, discovery): (Spectrum, f64),
     ) -> Option<Contribution> {
         // List the densities of x₁ … x_k from both sides: the emitter's end is x_k.
         let path_edge = last.edge;
         let before = vertices.last().map(|b| {
             let emitter = &self.scene.emitters()[index];
-            let pdf = emitter.pdf_emit(self.scene.around(), &aim.aim, last.x, path_edge.back);
+            let pdf = emitter.pdf_emit(self.scene.around(), &end.end, last.x, path_edge.back);
             let event = b.vertex.event(
                 self.scene,
                 self.channel_pdf,
@@ -120,7 +120,7 @@ impl Setting<'_> {
         let mut path = sensor_side(vertices, before);
         path.push(Density {
             from_sensor: last.forward,
-            from_emitter: aim.pdf,
+            from_emitter: end.pdf,
             discovery: discovery * vertices.last().map_or(1.0, favour),
         });
         let sampled = Sampled {
@@ -139,26 +139,26 @@ impl Setting<'_> {
         &self,
         vertices: &[PathVertex],
         connection: &Connection,
-        (index, aim, chosen): (usize, &EndSample, f64),
+        (index, end, chosen): (usize, &EndSample, f64),
     ) -> Option<Contribution> {
         let z = vertices.last()?;
         let emitter = &self.scene.emitters()[index];
-        let emitted = emitter.emitted(&aim.aim, connection.origin, connection.emission);
+        let emitted = emitter.emitted(&end.end, connection.origin, connection.emission);
         // T f̃ e^{−τ} F̄ × (what is emitted).
         let eval = z.vertex.eval(self.scene, connection.direction);
         let value = z.throughput * eval * emitted * connection.transmittance();
-        // List the densities of x₁ … x_k: those of the emitter's end follow from its aim and its ray.
+        // List the densities of x₁ … x_k: those of the emitter's end follow from its end and its ray.
         let around = self.scene.around();
-        let emission = emitter.pdf_emit(around, &aim.aim, connection.origin, connection.emission);
+        let emission = emitter.pdf_emit(around, &end.end, connection.origin, connection.emission);
         let mut path = self.joint(vertices, connection, emission);
         let event =
-            cosine(&aim.aim, connection.emission) * connection.geometry.survival(self.channel_pdf);
+            cosine(&end.end, connection.emission) * connection.geometry.survival(self.channel_pdf);
         let pdf = z.vertex.pdf(self.scene, connection.direction);
-        let by_chance = connection.geometry.density(pdf, connection.n_aim) * event;
+        let by_chance = connection.geometry.density(pdf, connection.n_end) * event;
         let source = self.scene.source_probability(index);
         path.push(Density {
-            from_sensor: if aim.delta { 0.0 } else { by_chance },
-            from_emitter: source * aim.pdf,
+            from_sensor: if end.delta { 0.0 } else { by_chance },
+            from_emitter: source * end.pdf,
             discovery: connection.discovery * (chosen / source),
         });
         let sampled = Sampled {
@@ -169,8 +169,8 @@ impl Setting<'_> {
                 - lead_in(self.scene, index),
             emitter: index,
         };
-        // G over the density of the aim.
-        let factor = connection.geometry.geometry_term / (chosen * aim.pdf);
+        // G over the density of the end.
+        let factor = connection.geometry.geometry_term / (chosen * end.pdf);
         self.contribution(sampled, value * factor, &path)
     }
 
@@ -203,7 +203,7 @@ impl Setting<'_> {
             connection.emission,
             &connection.geometry,
         );
-        let arrival = connection.geometry.density(from_z, connection.n_aim) * event;
+        let arrival = connection.geometry.density(from_z, connection.n_end) * event;
         path.extend(self.emitter_side(
             (light, j),
             (connection.emission, connection.discovery),
@@ -232,7 +232,7 @@ impl Setting<'_> {
             .sensor()
             .sense(connection.origin, connection.emission)?;
         // n_s² W, and with it T_y f̃_y e^{−τ} F̄; the factor G follows below.
-        let importance = connection.n_aim * connection.n_aim * sensed.density;
+        let importance = connection.n_end * connection.n_end * sensed.density;
         let value = y.throughput
             * y.vertex.eval(self.scene, connection.direction)
             * connection.transmittance();
@@ -270,14 +270,14 @@ impl Setting<'_> {
     pub fn seen(&self, light: &LightPath, view: &View) -> Option<Contribution> {
         let View { connection, .. } = view;
         let emitter = &self.scene.emitters()[light.emitter];
-        let aim = &light.emission.aim;
+        let end = &light.emission.end;
         let sensed = self.scene.sensor().sense(view.sensor.0, view.sensor.1)?;
-        let emitted = emitter.emitted(aim, view.emitter.0, view.emitter.1);
+        let emitted = emitter.emitted(end, view.emitter.0, view.emitter.1);
         // n_s² W × (what is emitted) e^{−τ} F̄.
         let importance = view.n[0] * view.n[0] * sensed.density;
         let value = emitted * self.white() * connection.transmittance();
         // The emitter's end is x₁, the only vertex.
-        let event = cosine(aim, view.emitter.1) * connection.geometry.survival(self.channel_pdf);
+        let event = cosine(end, view.emitter.1) * connection.geometry.survival(self.channel_pdf);
         let path = [Density {
             from_sensor: connection.geometry.density(sensed.density, view.n[1]) * event,
             from_emitter: light.density,
@@ -373,7 +373,7 @@ impl Setting<'_> {
             _ => light.subpath.end_backward,
         };
         let delta = self.scene.emitters()[light.emitter].is_delta();
-        let cosine = cosine(&light.emission.aim, vertices[0].edge.leaving);
+        let cosine = cosine(&light.emission.end, vertices[0].edge.leaving);
         // The first vertex as the sensor's subpath would come upon it.
         let from = match vertices.get(1) {
             Some(next) => next.edge.leaving,
@@ -409,8 +409,8 @@ fn sensor_side(vertices: &[PathVertex], last: Option<f64>) -> Vec<Density> {
 }
 
 /// Cosine at the end of a path, where that lies on a surface.
-fn cosine(aim: &ConnectionEnd, direction: DVec3) -> f64 {
-    match aim {
+fn cosine(end: &ConnectionEnd, direction: DVec3) -> f64 {
+    match end {
         ConnectionEnd::Point {
             surface: Some(OnSurface { normal, .. }),
             ..

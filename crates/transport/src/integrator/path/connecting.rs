@@ -33,7 +33,7 @@ impl Tracing<'_> {
                 continue;
             }
             // Choose an emitter of the class, and the place on it to aim at.
-            let (u, place) = self.sampler.next_aim(i);
+            let (u, place) = self.sampler.next_end(i);
             let (index, chosen) = scene.choose_emitter(class, &receiver, u);
             // Find all branches to that place.
             let light = self.connect(vertex, throughput, (index, rate * chosen, place), budget);
@@ -129,10 +129,10 @@ impl Tracing<'_> {
         let scene = self.scene;
         let emitter = &scene.emitters()[index];
         let shape = |object: usize| &scene.objects()[object].shape;
-        // Draw an aim with density p_a.
-        let aimed = emitter.aim(scene.around(), shape, u);
-        let density = probability * aimed.pdf;
-        let target = ConnectionTarget::emitter(scene, index, aimed.aim);
+        // Draw an end with density p_a.
+        let sampled = emitter.sample_end(scene.around(), shape, u);
+        let density = probability * sampled.pdf;
+        let target = ConnectionTarget::emitter(scene, index, sampled.end);
         // Sum over the branches: T f̃ e^{−τ} F̄ G × (what is emitted) × weight/(P_E p_a).
         let behind = lead_in(scene, index);
         let before = self.work();
@@ -142,10 +142,10 @@ impl Tracing<'_> {
             self.sampler,
             self.ws,
             |connection| {
-                let emitted = emitter.emitted(&aimed.aim, connection.origin, connection.emission);
-                let aimed = (&aimed.aim, density, aimed.delta);
+                let emitted = emitter.emitted(&sampled.end, connection.origin, connection.emission);
+                let sampled = (&sampled.end, density, sampled.delta);
                 let (value, share) =
-                    received(scene, vertex, throughput, connection, emitted, aimed);
+                    received(scene, vertex, throughput, connection, emitted, sampled);
                 (connection.geometry.events < budget && !value.is_zero()).then_some(Light {
                     value,
                     share,
@@ -169,7 +169,7 @@ fn along(edge: &Edge) -> Receiver<'static> {
     }
 }
 
-/// What a connection brings to the sensor, for an aim of given density, and its share of what all ways to find it bring;
+/// What a connection brings to the sensor, for an end of given density, and its share of what all ways to find it bring;
 /// `delta` if nothing else can find the emitter (docs/theory.md#connection-and-chance).
 fn received(
     scene: &Scene,
@@ -177,7 +177,7 @@ fn received(
     throughput: Spectrum,
     connection: &Connection,
     emitted: Spectrum,
-    (aim, density, delta): (&ConnectionEnd, f64, bool),
+    (end, density, delta): (&ConnectionEnd, f64, bool),
 ) -> (Spectrum, f64) {
     // T f̃ e^{−τ} F̄ × (what is emitted).
     let scattered = throughput * vertex.eval(scene, connection.direction);
@@ -190,7 +190,7 @@ fn received(
     } else {
         // As the edge would be sampled if scattering chose this direction.
         let channel_pdf = scattered / scattered.sum();
-        let cos = match aim {
+        let cos = match end {
             ConnectionEnd::Point {
                 surface: Some(OnSurface { normal, .. }),
                 ..
@@ -199,7 +199,7 @@ fn received(
         };
         // Balance heuristic of eq. (connection and chance): p_connection = P_E p_a e, p_chance by eq. (density along an edge).
         let pdf = scatter_pdf(scene, vertex, connection.direction);
-        let by_chance = connection.geometry.density(pdf, connection.n_aim)
+        let by_chance = connection.geometry.density(pdf, connection.n_end)
             * cos
             * connection.geometry.survival(channel_pdf);
         let by_connection = density * connection.discovery;

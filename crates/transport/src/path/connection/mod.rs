@@ -9,5 +9,5 @@ mod throughput;
 
 pub use find::Weighted;
 pub use ray::Connection;
-pub use target::{ConnectionTarget, environment_aim};
+pub use target::{ConnectionTarget, environment_end};
 pub use throughput::transmittance;

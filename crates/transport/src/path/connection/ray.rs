@@ -20,14 +20,14 @@ const SLACK_PER_MISS: f64 = 1e3;
 /// Likewise for the distance by which ends are kept off surfaces.
 const SLACK_PER_RAY_EPSILON: f64 = 1e3;
 
-/// A ray between a vertex and an aim, seen from the vertex.
+/// A ray between a vertex and an end, seen from the vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Connection {
-    /// Unit direction at the vertex, towards the aim.
+    /// Unit direction at the vertex, towards the end.
     pub direction: DVec3,
-    /// Where the ray meets the aim.
+    /// Where the ray meets the end.
     pub origin: DVec3,
-    /// Unit direction at the aim, towards the vertex.
+    /// Unit direction at the end, towards the vertex.
     pub emission: DVec3,
     /// Geometry and depth.
     pub geometry: EdgeGeometry,
@@ -35,8 +35,8 @@ pub struct Connection {
     pub factor: Spectrum,
     /// Index at the vertex, on the side where the ray leaves it.
     pub n_vertex: f64,
-    /// Index at the aim, on the side where the ray arrives.
-    pub n_aim: f64,
+    /// Index at the end, on the side where the ray arrives.
+    pub n_end: f64,
     /// Optical path length.
     pub optical_length: f64,
     /// How far the ray passes from the point that it was aimed at.
@@ -57,11 +57,11 @@ impl Connection {
         stats: &mut Stats,
     ) -> Option<Connection> {
         let slack = SLACK_PER_MISS * self.miss + SLACK_PER_RAY_EPSILON * scene.ray_epsilon();
-        let end = match target.aim {
+        let end = match target.end {
             ConnectionEnd::Point { surface, .. } => surface.map(|s| s.object),
             ConnectionEnd::Plane { .. } => vertex.object(),
         };
-        let left = match target.aim {
+        let left = match target.end {
             ConnectionEnd::Point { .. } => vertex.left(scene, self.direction),
             ConnectionEnd::Plane { .. } => None,
         };

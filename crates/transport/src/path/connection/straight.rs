@@ -29,12 +29,12 @@ struct Line {
     medium: MediumId,
     /// Medium at the vertex, on the side on which the line should lie.
     beside: MediumId,
-    /// Whether it lies there, and light leaves the aim's surface on the right side.
+    /// Whether it lies there, and light leaves the end's surface on the right side.
     proper: bool,
 }
 
 /// How light passes through media along a line.
-struct StraightWay {
+struct StraightThroughput {
     optical_length: f64,
     /// Index at its start and at its end.
     n: [f64; 2],
@@ -73,7 +73,7 @@ impl Line {
     /// `None` if there is no line, or the vertex lies behind the plane.
     fn between(scene: &Scene, vertex: &Vertex, target: &ConnectionTarget) -> Option<Self> {
         let x = vertex.position();
-        let line = match target.aim {
+        let line = match target.end {
             ConnectionEnd::Point { position, surface } => {
                 let place = vertex.start(scene, (position - x).try_normalize()?);
                 let facing = surface.map(|on| target.facing(&on, place.direction));
@@ -120,11 +120,11 @@ impl Line {
     ///
     /// # Errors
     /// [`Failure::OverBudget`] if there are too many.
-    fn cut(&self, scene: &Scene, parts: &mut Vec<LinePart>) -> Result<StraightWay, Failure> {
+    fn cut(&self, scene: &Scene, parts: &mut Vec<LinePart>) -> Result<StraightThroughput, Failure> {
         parts.clear();
         let (mut x, mut medium, mut left) = (self.from, self.medium, self.left);
         let mut n = scene.n(medium, x);
-        let mut way = StraightWay {
+        let mut way = StraightThroughput {
             optical_length: 0.0,
             n: [n; 2],
             jump: 1.0,
@@ -158,15 +158,15 @@ impl Line {
     }
 
     /// The connection, as if nothing stood in its way.
-    fn connection(&self, target: &ConnectionTarget, way: &StraightWay) -> Connection {
+    fn connection(&self, target: &ConnectionTarget, way: &StraightThroughput) -> Connection {
         let (ahead, back, [n_first, n_last]) = (self.direction, -self.direction, way.n);
-        let point = matches!(target.aim, ConnectionEnd::Point { .. });
-        let (direction, emission, n_vertex, n_aim) = if point {
+        let point = matches!(target.end, ConnectionEnd::Point { .. });
+        let (direction, emission, n_vertex, n_end) = if point {
             (ahead, back, n_first, n_last)
         } else {
             (back, ahead, n_last, n_first)
         };
-        let (origin, jacobian) = match target.aim {
+        let (origin, jacobian) = match target.end {
             ConnectionEnd::Point { position, .. } => (position, self.length * self.length),
             ConnectionEnd::Plane { .. } => (self.from, 1.0),
         };
@@ -186,7 +186,7 @@ impl Line {
             },
             factor: Spectrum::splat(jump),
             n_vertex,
-            n_aim,
+            n_end,
             optical_length: way.optical_length,
             miss: 0.0,
             discovery: 1.0,
@@ -195,7 +195,7 @@ impl Line {
 
     /// Whether it leaves and arrives as it should, and such branches are looked for: see [`crate::path`].
     fn complies(&self, scene: &Scene, target: &ConnectionTarget, parts: &[LinePart]) -> bool {
-        let parallel = matches!(target.aim, ConnectionEnd::Plane { .. });
+        let parallel = matches!(target.end, ConnectionEnd::Plane { .. });
         // How far away a plane is does not count.
         let counted = &parts[usize::from(parallel)..];
         let length = counted.iter().map(|p| p.arc.optical_length(p.theta_end));

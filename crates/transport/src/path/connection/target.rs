@@ -11,23 +11,23 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug)]
 pub struct ConnectionTarget<'a> {
     /// Where the connection should end.
-    pub aim: ConnectionEnd,
-    /// Whether the connection may arrive on either side of the aim's surface, rather than on that of
-    /// the aim's normal only.
+    pub end: ConnectionEnd,
+    /// Whether the connection may arrive on either side of the end's surface, rather than on that of
+    /// the end's normal only.
     pub two_sided: bool,
-    /// Medium at the aim, if it is a point.
+    /// Medium at the end, if it is a point.
     pub medium: Option<MediumId>,
     /// Centre and radius of the part of a plane from which light may come.
     pub disc: (DVec3, f64),
     /// Where a beam goes.
     pub guide: Option<&'a Guide<MediumId>>,
-    /// What the vertex's own subpath carries: the aim is then at the other end of the path.
+    /// What the vertex's own subpath carries: the end is then at the other end of the path.
     pub mode: TransportMode,
 }
 
 impl<'a> ConnectionTarget<'a> {
-    /// An aim at an emitter.
-    pub fn emitter(scene: &'a Scene, emitter: usize, aim: ConnectionEnd) -> Self {
+    /// An end at an emitter.
+    pub fn emitter(scene: &'a Scene, emitter: usize, end: ConnectionEnd) -> Self {
         let around = scene.around();
         let disc = match &scene.emitters()[emitter] {
             // Where nothing to speak of is left of a beam.
@@ -35,29 +35,29 @@ impl<'a> ConnectionTarget<'a> {
             _ => (around.center, around.radius),
         };
         ConnectionTarget {
-            aim,
+            end,
             two_sided: false,
-            medium: scene.medium_of_aim(&aim),
+            medium: scene.medium_of_end(&end),
             disc,
             guide: scene.guide(emitter),
             mode: TransportMode::Radiance,
         }
     }
 
-    /// An aim at the sensor.
-    pub fn sensor(scene: &'a Scene, aim: ConnectionEnd) -> Self {
+    /// An end at the sensor.
+    pub fn sensor(scene: &'a Scene, end: ConnectionEnd) -> Self {
         let around = scene.around();
         ConnectionTarget {
-            aim,
+            end,
             two_sided: false,
-            medium: scene.medium_of_aim(&aim),
+            medium: scene.medium_of_end(&end),
             disc: (around.center, around.radius),
             guide: None,
             mode: TransportMode::Importance,
         }
     }
 
-    /// The side of the aim's surface that light must leave it on, for a ray that arrives in `direction`.
+    /// The side of the end's surface that light must leave it on, for a ray that arrives in `direction`.
     pub(super) fn facing(&self, on: &OnSurface, direction: DVec3) -> DVec3 {
         if self.two_sided && on.normal.dot(direction) > 0.0 {
             -on.normal
@@ -69,7 +69,7 @@ impl<'a> ConnectionTarget<'a> {
     /// A vertex of an emitter's subpath.
     pub fn vertex(vertex: &Vertex) -> Self {
         ConnectionTarget {
-            aim: vertex.aim(),
+            end: vertex.as_end(),
             two_sided: true,
             medium: Some(vertex.medium()),
             disc: (DVec3::ZERO, 0.0),
@@ -79,8 +79,8 @@ impl<'a> ConnectionTarget<'a> {
     }
 }
 
-/// The aim with which a connection to an environment would look in the direction `toward`.
-pub fn environment_aim(scene: &Scene, toward: DVec3) -> ConnectionEnd {
+/// The end with which a connection to an environment would look in the direction `toward`.
+pub fn environment_end(scene: &Scene, toward: DVec3) -> ConnectionEnd {
     let around = scene.around();
     ConnectionEnd::Plane {
         through: around.center + toward * (2.0 * around.radius),

@@ -37,7 +37,7 @@ impl RayDifferentials {
             };
         }
         let (n2, gradient) = field.gradient(start.x);
-        RayDifferentials::Bent(launched(front, direction, n2.sqrt(), gradient))
+        RayDifferentials::Bent(initial_tangents(front, direction, n2.sqrt(), gradient))
     }
 
     /// Further along the ray by a span of σ where the index is constant.
@@ -59,7 +59,7 @@ impl RayDifferentials {
                 n,
                 sigma,
             } => {
-                let mut tangents = launched(front, direction, n, DVec3::ZERO);
+                let mut tangents = initial_tangents(front, direction, n, DVec3::ZERO);
                 tangents.drift(sigma);
                 tangents
             }
@@ -100,7 +100,7 @@ impl RayDifferentials {
 }
 
 /// Tangents at the start of a ray where the index is `n`, with the gradient of n².
-fn launched(front: Front, direction: DVec3, n: f64, gradient: DVec3) -> Tangents {
+fn initial_tangents(front: Front, direction: DVec3, n: f64, gradient: DVec3) -> Tangents {
     let basis = perpendicular_basis(direction);
     match front {
         Front::Point => Tangents::angular(n, basis),

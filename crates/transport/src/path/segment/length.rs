@@ -11,8 +11,8 @@ use crate::emitter::Emitter;
 use crate::scene::{AMBIENT, Scene};
 use glam::DVec3;
 
-/// Optical length by which an aim at an emitter lies behind the place where its paths count from:
-/// the aims of light from outside are planes two radii from the centre of the ball.
+/// Optical length by which an end at an emitter lies behind the place where its paths count from:
+/// the ends of light from outside are planes two radii from the centre of the ball.
 pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
     match &scene.emitters()[emitter] {
         Emitter::Directional { .. } | Emitter::Environment(_) => {

@@ -60,10 +60,10 @@ impl Vertex {
         }
     }
 
-    /// The vertex that stands for the start of an emitter's subpath, where `aim` says that it lies; it is not to be asked how
+    /// The vertex that stands for the start of an emitter's subpath, where `end` says that it lies; it is not to be asked how
     /// it scatters.
-    pub fn source(scene: &Scene, start: &Start, aim: &ConnectionEnd) -> Vertex {
-        match *aim {
+    pub fn source(scene: &Scene, start: &Start, end: &ConnectionEnd) -> Vertex {
+        match *end {
             ConnectionEnd::Point {
                 position,
                 surface: Some(on),
@@ -174,7 +174,7 @@ impl Vertex {
     }
 
     /// Itself as the end of a connection.
-    pub fn aim(&self) -> ConnectionEnd {
+    pub fn as_end(&self) -> ConnectionEnd {
         match *self {
             Vertex::Volume { x, .. } => ConnectionEnd::at(x),
             Vertex::Surface {

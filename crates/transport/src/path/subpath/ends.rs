@@ -55,7 +55,7 @@ pub struct LightPath {
     pub emitter: usize,
     /// How it started.
     pub emission: Emission,
-    /// Density of its end: that of the aim times the probability of the emitter.
+    /// Density of its end: that of the end times the probability of the emitter.
     pub density: f64,
     /// Its vertices.
     pub subpath: Subpath,
@@ -73,8 +73,8 @@ impl LightPath {
         let u = (sampler.next_2d(), sampler.next_2d());
         let (index, probability) = choice?;
         let (emission, ray) = emit(scene, (index, probability), bounds.white(), u)?;
-        let density = probability * emission.aim_pdf;
-        let target = ConnectionTarget::emitter(scene, index, emission.aim);
+        let density = probability * emission.end_pdf;
+        let target = ConnectionTarget::emitter(scene, index, emission.end);
         let subpath = bounds
             .walker(TransportMode::Importance)
             .walk(scene, ray, &target, sampler, ws);
@@ -99,9 +99,9 @@ pub fn emit(
     let shape = |object: usize| &scene.objects()[object].shape;
     // Draw the connection end with density p_a and the ray with p_r; the power is emitted/(P_E p_a p_r).
     let emission = scene.emitters()[emitter].emit(scene.around(), shape, [a, b, c, d])?;
-    let density = probability * emission.aim_pdf * emission.pdf;
+    let density = probability * emission.end_pdf * emission.pdf;
     let ray = SubpathRay {
-        start: start(scene, &emission.aim, (emission.x, emission.direction)),
+        start: start(scene, &emission.end, (emission.x, emission.direction)),
         pdf: emission.pdf,
         throughput: emission.emitted * white / density,
         optical_length: -lead_in(scene, emitter),
@@ -119,7 +119,7 @@ pub fn sensor_path(
     ws: &mut Workspace,
 ) -> Subpath {
     let (x, direction) = (ray.origin, ray.direction);
-    let aim = scene.sensor().aim_from(x, direction);
+    let end = scene.sensor().end_of_ray(x, direction);
     let medium = scene.medium_of_sensor_ray(x);
     let n = scene.n(medium, x);
     let density = scene
@@ -131,29 +131,29 @@ pub fn sensor_path(
             x,
             direction,
             medium,
-            front: front(&aim),
+            front: front(&end),
             left: None,
         },
         pdf: density,
         throughput: bounds.white() * (n * n),
         optical_length: 0.0,
     };
-    let target = ConnectionTarget::sensor(scene, aim);
+    let target = ConnectionTarget::sensor(scene, end);
     bounds
         .walker(TransportMode::Radiance)
         .walk(scene, ray, &target, sampler, ws)
 }
 
-fn front(aim: &ConnectionEnd) -> Front {
-    match aim {
+fn front(end: &ConnectionEnd) -> Front {
+    match end {
         ConnectionEnd::Point { .. } => Front::Point,
         ConnectionEnd::Plane { .. } => Front::Plane,
     }
 }
 
-/// Where the ray of an emission starts: off the surface on which its aim lies.
-fn start(scene: &Scene, aim: &ConnectionEnd, (x, direction): (DVec3, DVec3)) -> Start {
-    let x = match aim {
+/// Where the ray of an emission starts: off the surface on which its end lies.
+fn start(scene: &Scene, end: &ConnectionEnd, (x, direction): (DVec3, DVec3)) -> Start {
+    let x = match end {
         ConnectionEnd::Point {
             surface: Some(OnSurface { normal, .. }),
             ..
@@ -165,7 +165,7 @@ fn start(scene: &Scene, aim: &ConnectionEnd, (x, direction): (DVec3, DVec3)) -> 
         x,
         direction,
         medium,
-        front: front(aim),
+        front: front(end),
         left: None,
     }
 }

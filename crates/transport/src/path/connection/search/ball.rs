@@ -18,7 +18,7 @@ impl<'a> Search<'a> {
             return false;
         };
         let x = self.vertex.position();
-        let within = match self.target.aim {
+        let within = match self.target.end {
             ConnectionEnd::Point { position: y, .. } => {
                 let inside = glass.ball.contains(x) && glass.ball.contains(y);
                 inside && (glass.ball.lets_out(x) || glass.ball.lets_out(y))
@@ -40,7 +40,7 @@ impl<'a> Search<'a> {
     /// The end that lies inside, and the one that lies outside.
     fn ends(&self, glass: &GlassBall) -> Option<(DVec3, Outside)> {
         let (x, ball) = (self.vertex.position(), &glass.ball);
-        match self.target.aim {
+        match self.target.end {
             ConnectionEnd::Point { position: y, .. } => {
                 match (ball.contains(x), ball.contains(y)) {
                     (true, false) => Some((x, Outside::Point(y))),
@@ -61,7 +61,7 @@ impl<'a> Search<'a> {
     /// The start of the ray that crosses the surface of the ball at `p`.
     fn by_way_of(&self, p: DVec3, glass: &GlassBall) -> Option<Candidate> {
         let x = self.vertex.position();
-        match self.target.aim {
+        match self.target.end {
             ConnectionEnd::Point { position, .. } => {
                 let direction = (p - x).try_normalize()?;
                 let place = self.vertex.start(self.scene, direction);

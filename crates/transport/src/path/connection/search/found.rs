@@ -21,7 +21,7 @@ impl Search<'_> {
         let last = pieces.last()?;
         // The ray is followed from the vertex to a point, but from a plane to the vertex.
         let (near, far) = (ray.direction_out, -ray.direction_in);
-        let from_vertex = matches!(target.aim, ConnectionEnd::Point { .. });
+        let from_vertex = matches!(target.end, ConnectionEnd::Point { .. });
         let n_last = scene.n(last.region, candidate.end_point);
         let against_light = from_vertex == (target.mode == TransportMode::Radiance);
         let jump = if against_light {
@@ -30,7 +30,7 @@ impl Search<'_> {
             1.0 / throughput.jump
         };
         let n_first = scene.n(candidate.start.region, ray.start);
-        let (direction, origin, emission, n_vertex, n_aim) = match target.aim {
+        let (direction, origin, emission, n_vertex, n_end) = match target.end {
             ConnectionEnd::Point { position, .. } => (near, position, far, n_first, n_last),
             ConnectionEnd::Plane { .. } => (far, ray.start, near, n_last, n_first),
         };
@@ -47,7 +47,7 @@ impl Search<'_> {
             },
             factor: throughput.factor * jump,
             n_vertex,
-            n_aim,
+            n_end,
             optical_length: ray.optical_length,
             miss: ray.miss,
             discovery: 1.0,

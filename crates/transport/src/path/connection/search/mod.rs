@@ -21,7 +21,7 @@ pub(super) struct Candidate {
     pub end_point: DVec3,
     /// The vertex's end of the ray: the ray must leave on the side of its direction.
     place: Start,
-    /// Normal of the aim's surface on the side on which the ray must arrive.
+    /// Normal of the end's surface on the side on which the ray must arrive.
     facing: Option<DVec3>,
     known: Known,
 }
@@ -89,7 +89,7 @@ impl<'a> Search<'a> {
     /// Whether it is known that there is one ray at most.
     fn is_unique(&self) -> bool {
         let (ConnectionEnd::Point { position, .. }, Some(medium)) =
-            (self.target.aim, self.target.medium)
+            (self.target.end, self.target.medium)
         else {
             return false;
         };
@@ -129,7 +129,7 @@ impl<'a> Search<'a> {
     /// Straight ahead.
     fn chord(&self) -> Option<Candidate> {
         let x = self.vertex.position();
-        match self.target.aim {
+        match self.target.end {
             ConnectionEnd::Point { position, .. } => {
                 let direction = (position - x).try_normalize()?;
                 let place = self.vertex.start(self.scene, direction);
@@ -168,7 +168,7 @@ impl<'a> Search<'a> {
     fn end_point(&self, position: DVec3, direction: DVec3) -> (DVec3, Option<DVec3>) {
         let ConnectionEnd::Point {
             surface: Some(on), ..
-        } = self.target.aim
+        } = self.target.end
         else {
             return (position, None);
         };
@@ -222,7 +222,7 @@ impl<'a> Search<'a> {
         let arrives = candidate
             .facing
             .is_none_or(|f| f.dot(connection.emission) > 0.0);
-        let through = match self.target.aim {
+        let through = match self.target.end {
             ConnectionEnd::Point { .. } => true,
             // A ray against its own direction, through the medium behind the vertex's surface, or from
             // a part of the plane in another medium than it was started in.
@@ -241,7 +241,7 @@ impl<'a> Search<'a> {
     fn within_reach(&self, ray: &ConnectingRay, pieces: &[Piece<MediumId>]) -> bool {
         let bounces = pieces.iter().filter(|p| p.is_reflected()).count() as u32;
         // How far away a plane is does not count.
-        let approach = match (self.target.aim, pieces.first()) {
+        let approach = match (self.target.end, pieces.first()) {
             (ConnectionEnd::Plane { .. }, Some(first))
                 if self.scene.field(first.region).is_constant() =>
             {

@@ -17,7 +17,7 @@ impl Search<'_> {
         let reach = scene.branch_reach();
         let mut uniform = || sampler.next_1d();
         let x = self.vertex.position();
-        match self.target.aim {
+        match self.target.end {
             ConnectionEnd::Point { position, .. } => {
                 let direction = random_direction(position - x, u);
                 let place = self.vertex.start(scene, direction);
