@@ -14,3 +14,7 @@ pub const SHOTS_PER_CONNECTION: u32 = 20;
 
 /// Steps of all these rays together.
 pub const STEPS_PER_CONNECTION: u64 = 100_000;
+
+/// Evaluations by the quadratures of an optical path difference: a tenth of a second or so. A field whose structure takes more
+/// is too fine for the length of the ray.
+pub const EVALUATIONS_PER_DIFFERENCE: u64 = 1 << 21;

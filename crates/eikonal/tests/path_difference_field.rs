@@ -1,8 +1,11 @@
 //! Optical path differences against a field: closed forms, first-order integrals, and lengths of tight rays.
 
+use eikonal::budget::EVALUATIONS_PER_DIFFERENCE;
 use eikonal::connect::{Solver, Unbounded};
-use eikonal::field::{Constant, Field, Gaussian, LinearIndex, Luneburg, Selfoc, Sum};
-use eikonal::ray::{March, Stop, march};
+use eikonal::field::{
+    Acoustic, AcousticMode, Constant, Field, Gaussian, LinearIndex, Luneburg, Selfoc, Sum,
+};
+use eikonal::ray::{Arc, March, Stop, march};
 use eikonal::{PathDifference, Reference, Tolerance, Work};
 use glam::DVec3;
 
@@ -211,6 +214,21 @@ fn rounding_takes_no_work() {
         assert!(difference.value(&mut work).is_finite());
         assert!(work.evaluations < 5000, "{}", work.evaluations);
     }
+}
+
+/// Structure that takes more than its share of work is given up, and it is said.
+#[test]
+fn work_is_bounded() {
+    let unit: Field = Constant::new(1.0).into();
+    let fine = AcousticMode::new(1e-6, 0, 1e6, 0.0).unwrap();
+    let sound = Acoustic::new(1.0, DVec3::ZERO, DVec3::Y, DVec3::X, vec![fine]).unwrap();
+    let sound: Field = sound.into();
+    let mut difference = PathDifference::new(Reference::Field(&sound), direction());
+    let mut work = Work::default();
+    let arc = Arc::line(X, direction(), LENGTH);
+    difference.add(&unit, &arc, [0.0, 1.0], &mut work);
+    assert!(difference.value(&mut work).is_nan() && difference.is_over_budget());
+    assert!(work.evaluations < 2 * EVALUATIONS_PER_DIFFERENCE);
 }
 
 /// What no ray of the reference reaches has no difference.

@@ -218,3 +218,26 @@ mod interruption {
         assert!(counts.iter().all(|n| *n == spp as f32));
     }
 }
+
+/// A reference of optical path differences that is far finer than the ray is long.
+#[test]
+fn too_fine_references_are_given_up_and_in_time() {
+    let scene = r#"<scene version="3.0.0">
+      <default name="width" value="2"/>
+      <integrator type="aov"><string name="aovs" value="optical_path_difference"/>
+        <volume name="reference_index" type="acoustic"><float name="n0" value="1"/><float name="amplitude" value="1e-6"/>
+          <float name="wave_number" value="1e6"/></volume></integrator>
+      <sensor type="orthographic">
+        <transform name="to_world"><lookat origin="0, 0, -0.9" target="0, 0.1, 1" up="0, 1, 0"/></transform>
+        <film type="hdrfilm"><integer name="width" value="$width"/><integer name="height" value="1"/></film></sensor>
+      <shape type="cube"><bsdf type="null"/><medium name="interior" type="transparent"/></shape></scene>"#;
+    let folder = Folder::with_file(scene);
+    folder.succeed("render scene.xml --spp 1 --stats s.json -o a.exr");
+    let counters = &folder.json("s.json")["counters"];
+    assert_eq!(counters["lost"], 2, "{counters}");
+    assert_eq!(counters["over_budget"]["rays"], 2, "{counters}");
+    // A thousand take minutes, and are given up within a pass.
+    let started = Instant::now();
+    folder.succeed("render scene.xml -D width=1000 --spp 1 --time 1s -o a.exr");
+    assert!(started.elapsed() < Duration::from_secs(15));
+}

@@ -109,7 +109,7 @@ impl<'a> CurvedLeg<'a> {
             return 0.0;
         };
         let ends = (first.position(first.from), last.end());
-        if ends.0 == ends.1 {
+        if ends.0 == ends.1 || quadrature.is_over_budget() {
             return f64::NAN;
         }
         match self.reference_ray(ends, work) {

@@ -69,7 +69,7 @@ impl<'a> PathDifference<'a> {
     }
 
     /// So far, in units of length. Against a field this looks for the reference ray: one of those that join the ends,
-    /// that to which the ray itself leads, or the chord; NaN if there is none.
+    /// that to which the ray itself leads, or the chord; NaN if there is none, or if it was given up.
     pub fn value(&mut self, work: &mut Work) -> f64 {
         let leg = match &self.leg {
             Leg::Straight(leg) => leg.value(),
@@ -81,6 +81,11 @@ impl<'a> PathDifference<'a> {
             }
         };
         self.done + leg
+    }
+
+    /// Whether it was given up, because a field is too fine: it is NaN then.
+    pub fn is_over_budget(&self) -> bool {
+        self.quadrature.is_over_budget()
     }
 
     /// The ray is reflected into the unit direction `toward`, and so are those of the reference.

@@ -1,5 +1,7 @@
 //! Quadrature of what is as small as the contrast, whatever the steps of the ray.
 
+use crate::budget::EVALUATIONS_PER_DIFFERENCE;
+
 /// Nodes of the quadrature of Kronrod with 15 points on [−1, 1], from the end to the middle. Every second is one of Gauss's
 /// with 7 points.
 const NODES: [f64; 8] = [
@@ -82,12 +84,17 @@ impl Quadrature {
     ) -> f64 {
         let mut sum = 0.0;
         let mut at = from;
-        while at < to {
+        while at < to && !self.is_over_budget() {
             let end = (at + width(at).max(LEAST_PANEL * (to - from))).min(to);
             sum += self.panel([at, end], MOST_HALVINGS, &f);
             at = end;
         }
-        sum
+        if self.is_over_budget() { f64::NAN } else { sum }
+    }
+
+    /// Whether it was given up, so that integrals are not known.
+    pub fn is_over_budget(&self) -> bool {
+        self.evaluations > EVALUATIONS_PER_DIFFERENCE
     }
 
     fn panel(&mut self, [from, to]: [f64; 2], halvings: u32, f: &impl Fn(f64) -> Integrand) -> f64 {
@@ -111,7 +118,7 @@ impl Quadrature {
         self.evaluations += POINTS;
         // What is not finite does not become so by halving.
         let poor = (kronrod - gauss).abs() > (TOLERANCE * self.contrast).max(self.rounding);
-        if !poor || halvings == 0 {
+        if !poor || halvings == 0 || self.is_over_budget() {
             return kronrod * half;
         }
         self.panel([from, middle], halvings - 1, f) + self.panel([middle, to], halvings - 1, f)

@@ -76,6 +76,7 @@ impl StraightLeg {
             self.drift += w * span;
             return;
         }
+        quadrature.subtract(n2_ref);
         let moved = arc.position(to) - arc.position(from);
         self.drift += moved - e * ((to - from) * arc.h());
         let width = |theta| field.resolved_span(arc.position(theta), arc.velocity(theta)) / arc.h();

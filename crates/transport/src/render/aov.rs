@@ -30,6 +30,9 @@ pub(super) fn pass(
         let pixels = groups[0].len();
         for i in 0..pixels {
             for sample in samples.clone() {
+                if source.is_stopped() {
+                    return ws.stats();
+                }
                 let pixel = task * PIXELS_PER_TASK + i;
                 let values = values(source, tracer, (pixel, sample), &mut ws);
                 for (group, values) in groups.iter_mut().zip(values.chunks(Spectrum::CHANNELS)) {

@@ -80,11 +80,15 @@ pub fn follow(
             break ending;
         }
     };
-    let mut difference = follower.difference;
-    let difference = difference.as_mut().map(|d| d.value(&mut ws.stats.work));
+    let mut compared = follower.difference;
+    let difference = compared
+        .as_mut()
+        .map(|compared| compared.value(&mut ws.stats.work));
+    let is_over_budget = compared.is_some_and(|compared| compared.is_over_budget());
     if difference.is_some_and(f64::is_nan) {
         ending = Ending::Lost;
     }
+    ws.stats.over_budget.rays += u64::from(is_over_budget);
     ws.stats.lost += u64::from(ending == Ending::Lost);
     FollowedRay {
         ending,
