@@ -135,15 +135,15 @@ PLANTED = [
     (
         "fluence of particles weighted by n²",
         TRANSPORT + "meter/fluence.rs",
-        "let fluence = flight.power_at(0.0) * length;",
-        "let n2 = flight.span.arc.velocity(0.0).length_squared(); "
-        "let fluence = flight.power_at(0.0) * (length * n2);",
+        "let fluence = power * (length - before);",
+        "let n2 = arc.velocity(0.0).length_squared(); "
+        "let fluence = power * ((length - before) * n2);",
         ("transport", "meters", "fluence_in_a_furnace_is_that_of_the_index_squared"),
     ),
     (
         "reflected light counted as light that passes",
-        TRANSPORT + "meter/particle.rs",
-        "if opaque || side(direction) == side(before.0) {",
+        TRANSPORT + "meter/recorder.rs",
+        "if opaque || side(direction) == side(arrival) {",
         "if opaque || !side(direction) || side(direction) {",
         ("transport", "meters", "a_half_space_with_an_index_of_its_own"),
     ),
@@ -460,7 +460,7 @@ PLANTED = [
     ),
     (
         "light that smooth surfaces absorb is missing from the energy balance",
-        TRANSPORT + "path/energy_balance.rs",
+        TRANSPORT + "path/random_walk/balance.rs",
         "let weight = pair[0].weight_before - pair[1].weight_before;",
         "let weight = pair[1].weight_before - pair[1].weight_before;",
         ("transport", "meters", "every_particle_is_accounted_for"),

@@ -55,18 +55,26 @@ fn inside_transport_data_flows_one_way() {
         "transport/src/path",
         &["crate::integrator", "crate::render"],
     );
-    for (room, above) in [
-        (
-            "segment",
-            &["learnt", "workspace", "walk", "connection", "subpath"][..],
-        ),
-        ("learnt", &["workspace", "walk", "connection", "subpath"]),
-        ("walk", &["connection", "subpath"]),
-        ("connection", &["walk", "subpath"]),
-    ] {
-        let above: Vec<_> = above.iter().map(|above| format!("path::{above}")).collect();
+    // Of the rooms of `path` each uses those before it; `connection` and the walks do not know of one another.
+    let rooms = [
+        "segment",
+        "learnt",
+        "workspace",
+        "connection",
+        "walk",
+        "random_walk",
+        "subpath",
+    ];
+    for (i, room) in rooms.iter().enumerate() {
+        let above = rooms[i + 1..].iter().map(|above| format!("path::{above}"));
+        let above: Vec<_> = above.collect();
         let above: Vec<_> = above.iter().map(String::as_str).collect();
-        refuses(&format!("transport/src/path/{room}"), &above);
+        if *room != "workspace" {
+            refuses(&format!("transport/src/path/{room}"), &above);
+        }
+    }
+    for walk in ["walk", "random_walk"] {
+        refuses(&format!("transport/src/path/{walk}"), &["path::connection"]);
     }
     refuses(
         "transport/src/photons",

@@ -7,8 +7,8 @@ pub use eikonal::budget::*;
 /// Specular events of one edge: light between perfect mirrors never ends.
 pub const EVENTS_PER_EDGE: u32 = 1_000;
 
-/// Edges of a particle that meters follow: between walls that absorb nothing it would go on for ever.
-pub const EDGES_PER_PARTICLE: usize = 1_000_000;
+/// Edges of a random walk: between walls that absorb nothing it would go on for ever.
+pub const EDGES_PER_WALK: usize = 1_000_000;
 
 /// Random starts spent on finding a branch again that was found by one, to weigh it.
 pub const TRIALS_PER_SEARCH: u32 = 1_000;

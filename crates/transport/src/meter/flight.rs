@@ -1,9 +1,9 @@
 //! What meters see of a particle.
 
-use crate::path::{Point, Span, share};
+use crate::Spectrum;
+use crate::path::{End, Point, Span, WalkEvent, share};
 use crate::scene::Scene;
 use crate::shape::Hit;
-use crate::{Bins, Spectrum};
 use glam::DVec3;
 
 /// A particle on one arc of its way.
@@ -51,7 +51,39 @@ pub struct Passing {
     pub optical_length: f64,
 }
 
+/// The flights of a particle along an edge, as far as it gets.
+pub fn flights<'e>(event: &'e WalkEvent) -> impl Iterator<Item = Flight<'e>> {
+    let mut optical_length = event.ray.optical_length;
+    let spans = event.spans().iter().enumerate();
+    spans.map(move |(i, span)| {
+        let theta_end = match event.edge.end {
+            End::Collision(point) if i + 1 == event.edge.spans.len() => point.theta,
+            _ => span.theta_end,
+        };
+        let flight = Flight {
+            scene: event.scene,
+            channel_pdf: event.channel_pdf,
+            span,
+            theta_end,
+            power: event.ray.throughput,
+            optical_length,
+        };
+        optical_length = flight.length_after();
+        flight
+    })
+}
+
 impl Flight<'_> {
+    /// Expected power at the start of the next span.
+    pub fn power_after(&self, next: &Span) -> Spectrum {
+        self.power * (next.weight_before * share(self.channel_pdf, next.depth_before))
+    }
+
+    /// Optical path length from the emitter to its end.
+    pub fn length_after(&self) -> f64 {
+        self.optical_length + self.span.arc.optical_length(self.theta_end)
+    }
+
     /// Expected power at θ, given that the particle gets there without a collision. With one channel it
     /// is the same all along the arc.
     pub fn power_at(&self, theta: f64) -> Spectrum {
@@ -59,15 +91,16 @@ impl Flight<'_> {
         self.power * self.span.weight_before * share(self.channel_pdf, depth)
     }
 
-    /// The levels, starts of steps of optical path length, that the particle passes.
-    pub fn levels(&self, steps: &Bins) -> std::ops::Range<usize> {
-        let end = self.optical_length + self.span.arc.optical_length(self.theta_end);
-        let after = |length: f64| ((length - steps.min) / steps.width()).ceil().max(0.0) as usize;
-        after(self.optical_length).min(steps.count)..after(end).min(steps.count)
+    /// Its power and the absorption coefficient, if they are the same all along the arc.
+    pub fn uniform(&self) -> Option<[Spectrum; 2]> {
+        if self.power_varies() {
+            return None;
+        }
+        Some([self.power_at(0.0), self.uniform_absorption()?])
     }
 
     /// Whether its power varies along the arc.
-    pub fn power_varies(&self) -> bool {
+    fn power_varies(&self) -> bool {
         let several = self.channel_pdf.0.iter().filter(|p| **p > 0.0).count() > 1;
         several && !self.scene.medium(self.span.medium).is_transparent()
     }
@@ -80,7 +113,7 @@ impl Flight<'_> {
     }
 
     /// The absorption coefficient, if it is the same all along the arc.
-    pub fn uniform_absorption(&self) -> Option<Spectrum> {
+    fn uniform_absorption(&self) -> Option<Spectrum> {
         let medium = self.scene.medium(self.span.medium);
         if medium.is_transparent() {
             return Some(Spectrum::ZERO);
@@ -94,12 +127,6 @@ impl Collision<'_> {
     pub fn absorbed(&self) -> Spectrum {
         let albedo = self.scene.medium(self.point.medium).albedo.at(self.point.x);
         self.path * self.point.rate * absorbed_share(albedo)
-    }
-
-    /// What it scatters.
-    pub fn scattered(&self) -> Spectrum {
-        let albedo = self.scene.medium(self.point.medium).albedo.at(self.point.x);
-        self.path * self.point.rate * albedo
     }
 }
 

@@ -104,8 +104,9 @@ impl FluenceMeter {
         }
         self.cut_by_length(flight, cuts);
         cuts.push(flight.theta_end);
-        cuts.sort_by(f64::total_cmp);
+        cuts.sort_unstable_by(f64::total_cmp);
         // Score w ∫ ds of each piece, eq. (track lengths and collisions), in the cell of its middle.
+        let uniform = flight.uniform();
         let (mut from, mut before) = (0.0, 0.0);
         for &to in cuts.iter() {
             let length = arc.arc_length(to);
@@ -115,7 +116,13 @@ impl FluenceMeter {
                 Some(_) => flight.optical_length + arc.optical_length(middle),
             };
             if let Some(cell) = self.locate(arc.position(middle), optical_length) {
-                let values = along(flight, [before, length], sampler);
+                let values = match uniform {
+                    Some([power, absorption]) => {
+                        let fluence = power * (length - before);
+                        [fluence, fluence * absorption]
+                    }
+                    None => at_random(flight, [before, length], sampler),
+                };
                 self.score(cell, values, scores);
             }
             (from, before) = (to, length);
@@ -146,14 +153,9 @@ impl FluenceMeter {
     }
 }
 
-/// ∫ power ds and ∫ μ_a power ds from one arc length to another. What varies between them is taken at
-/// one point drawn at random, which is unbiased.
-fn along(flight: &Flight, [from, to]: [f64; 2], sampler: &mut Sampler) -> [Spectrum; 2] {
+/// ∫ power ds and ∫ μ_a power ds from one arc length to another, both taken at one point drawn at random, which is unbiased.
+fn at_random(flight: &Flight, [from, to]: [f64; 2], sampler: &mut Sampler) -> [Spectrum; 2] {
     let length = to - from;
-    if let (false, Some(absorption)) = (flight.power_varies(), flight.uniform_absorption()) {
-        let fluence = flight.power_at(0.0) * length;
-        return [fluence, fluence * absorption];
-    }
     let s = from + length * sampler.next_1d();
     let theta = flight.span.arc.theta_at_length(s).min(flight.theta_end);
     let fluence = flight.power_at(theta) * length;

@@ -1,8 +1,8 @@
 //! Meters: what particles leave on their way from the emitters, other than in a picture.
 //!
 //! A particle starts with the power of the emitters over the density of its ray, flies along curved
-//! edges, and is absorbed and scattered on the way (`particle`). Meters take note of its flights,
-//! collisions and passages (`flight`); every meter has slots in one tally (`tally`). No index enters anywhere
+//! edges, and is absorbed and scattered on the way: a random walk (`particle`). The `recorder` watches it, and shows the meters
+//! its flights, collisions and passages (`flight`); every meter has slots in one tally (`tally`). No index enters anywhere
 //! (docs/theory.md#meters): power is conserved along rays, whatever the index does to radiance.
 
 mod flight;
@@ -12,6 +12,7 @@ mod irradiance;
 mod particle;
 mod positions;
 mod reading;
+mod recorder;
 mod tally;
 mod window;
 
@@ -23,15 +24,14 @@ pub use reading::{Axis, Reading};
 pub use tally::{Tally, TaskSums};
 pub use window::Window;
 
+use crate::Spectrum;
 use crate::path::{BalanceSums, Workspace};
 use crate::sampling::{Discrete, Sampler};
 use crate::scene::Scene;
 use crate::stop::Stop;
-use crate::{Bins, Spectrum};
-use flight::{Collision, Flight, Passing};
-use fluence::{Cuts, Slots};
-use particle::Particle;
+use fluence::Cuts;
 use reading::Quantity;
+use recorder::Recorder;
 use tally::Scores;
 
 /// An instrument.
@@ -92,8 +92,6 @@ pub struct Setup<'a> {
     rr_depth: u32,
     /// What particles should be worth on their way, if a meter has gates.
     window: Option<Window>,
-    /// Of the window's pilot: optical path lengths at which power on its way is scored, in place of meters.
-    levels: Option<Bins>,
 }
 
 impl<'a> Setup<'a> {
@@ -118,7 +116,6 @@ impl<'a> Setup<'a> {
             max_depth,
             rr_depth,
             window: None,
-            levels: None,
         })
     }
 
@@ -157,15 +154,15 @@ impl<'a> Setup<'a> {
         for number in particles {
             ws.stats.paths += 1;
             let mut sampler = Sampler::new(seed, 0, number);
-            let recorder = Recorder {
-                setup: self,
+            let mut recorder = Recorder {
+                meters: self.meters,
+                channels: self.channels,
                 scores: &mut scores,
                 cuts: &mut cuts,
                 sampler: Sampler::new(seed, 1, number),
             };
-            let mut particle = Particle::new(self, number, recorder);
-            particle.run(&mut sampler, ws);
-            balance.add(&particle.particle_balance, &mut ws.stats.not_finite);
+            let particle = self.follow(number, &mut recorder, &mut sampler, ws);
+            balance.add(&particle, &mut ws.stats.not_finite);
             part.take(&mut scores);
         }
         ws.stats.not_finite += scores.not_finite;
@@ -185,61 +182,5 @@ impl<'a> Setup<'a> {
             readings
         };
         self.meters.iter().map(read).collect()
-    }
-}
-
-/// Passes what happens to a particle on to the meters. Meters draw from random numbers of their own, so
-/// that the particle's way does not depend on who is looking.
-struct Recorder<'r> {
-    setup: &'r Setup<'r>,
-    scores: &'r mut Scores,
-    cuts: &'r mut Cuts,
-    sampler: Sampler,
-}
-
-impl Recorder<'_> {
-    /// Each meter with its slots.
-    fn each(&mut self, mut see: impl FnMut(&Meter, &mut Slots, &mut Cuts, &mut Sampler)) {
-        let channels = self.setup.channels;
-        let mut slots = Slots {
-            scores: self.scores,
-            first: 0,
-            channels,
-        };
-        for meter in self.setup.meters {
-            see(meter, &mut slots, self.cuts, &mut self.sampler);
-            slots.first += meter.cells() * channels;
-        }
-    }
-
-    fn fly(&mut self, flight: &Flight) {
-        if let Some(levels) = &self.setup.levels {
-            let power = flight.power_at(0.0).sum();
-            for level in flight.levels(levels) {
-                self.scores.add(level, power);
-            }
-        }
-        self.each(|meter, slots, cuts, sampler| {
-            if let Meter::Fluence(meter) = meter {
-                meter.fly(flight, slots, (cuts, sampler));
-            }
-        });
-    }
-
-    fn collide(&mut self, collision: &Collision) {
-        self.each(|meter, slots, _, _| {
-            if let Meter::Fluence(meter) = meter {
-                meter.collide(collision, slots);
-            }
-        });
-    }
-
-    fn pass(&mut self, passing: &Passing) {
-        self.each(|meter, slots, _, _| match meter {
-            Meter::Irradiance(meter) if meter.object == passing.object => {
-                meter.pass(passing, slots);
-            }
-            _ => {}
-        });
     }
 }

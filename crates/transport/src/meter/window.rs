@@ -5,12 +5,16 @@
 //! carries about the share of its first power that is still on its way there: lighter particles play Russian roulette, heavier
 //! ones are divided. So about as many particles are on their way at all L. The shares are told by a pilot.
 
-use super::{Setup, Tally};
+use super::flight::flights;
+use super::tally::Scores;
+use super::{Setup, Tally, TaskSums};
 use crate::Bins;
-use crate::path::Workspace;
+use crate::path::{Observer, WalkEvent, Workspace};
+use crate::sampling::Sampler;
 use crate::stop::Stop;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
 
 /// Optical path lengths at which the pilot looks.
 const LEVELS: usize = 64;
@@ -60,12 +64,10 @@ impl Window {
         // Measure the power that is still on its way, with the window that is known so far.
         for round in 0..ROUNDS {
             let pilot = Setup {
-                meters: &[],
-                levels: Some(levels),
                 window: Some(window.clone()),
                 ..setup.clone()
             };
-            let tally = pilot.survey(round, stop)?;
+            let tally = pilot.survey(levels, round, stop)?;
             let done = window.refine(&tally, setup.emitted().sum());
             if done || stop.is_raised() {
                 break;
@@ -90,15 +92,54 @@ impl Window {
 
 impl Setup<'_> {
     /// The power of a few particles that is still on its way at each level.
-    fn survey(&self, round: u64, stop: &Stop) -> Option<Tally> {
+    fn survey(&self, levels: Bins, round: u64, stop: &Stop) -> Option<Tally> {
         let tasks = (0..PARTICLES / TASK).into_par_iter().map(|task| {
-            let first = task * TASK;
             let mut ws = Workspace::new(self.scene.tolerance());
             ws.stop = stop.clone();
-            self.task(SEED + round, first..first + TASK, &mut ws).0
+            let (mut part, mut scores) = (TaskSums::default(), Scores::default());
+            for number in task * TASK..(task + 1) * TASK {
+                let mut sampler = Sampler::new(SEED + round, 0, number);
+                let scores = &mut scores;
+                self.follow(number, &mut Pilot { levels, scores }, &mut sampler, &mut ws);
+                part.take(scores);
+            }
+            part.finish()
         });
         let mut tally = Tally::new(LEVELS)?;
         tally.add(&tasks.collect::<Vec<_>>(), PARTICLES);
         Some(tally)
+    }
+}
+
+/// Scores the power of a particle at each level that it passes, the start of a step of optical path length.
+struct Pilot<'p> {
+    levels: Bins,
+    scores: &'p mut Scores,
+}
+
+impl Pilot<'_> {
+    fn score(&mut self, event: &WalkEvent) {
+        let steps = &self.levels;
+        let after = |length: f64| ((length - steps.min) / steps.width()).ceil().max(0.0) as usize;
+        for flight in flights(event) {
+            let power = flight.power_at(0.0).sum();
+            let [first, end] = [flight.optical_length, flight.length_after()].map(after);
+            for level in first.min(steps.count)..end.min(steps.count) {
+                self.scores.add(level, power);
+            }
+        }
+    }
+}
+
+impl Observer for Pilot<'_> {
+    const ALONG_SPANS: bool = true;
+
+    fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
+        self.score(event);
+        ControlFlow::Continue(())
+    }
+
+    fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {
+        self.score(event);
     }
 }

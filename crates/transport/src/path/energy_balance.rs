@@ -1,8 +1,5 @@
 //! Where the light of a run of particles went (docs/theory.md#energy-balance).
 
-use super::segment::{Edge, End, Span, collided, share};
-use crate::Spectrum;
-use crate::scene::Scene;
 use crate::sum::Sum;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
@@ -26,37 +23,6 @@ pub struct ParticleBalance {
 }
 
 impl ParticleBalance {
-    /// Enters an edge that started with `power`, and of which `onward` goes on from its end. `channel_pdf` are
-    /// the channel probabilities with which it was sampled.
-    pub fn enter(
-        &mut self,
-        (scene, channel_pdf): (&Scene, Spectrum),
-        edge: &Edge,
-        (power, onward): (Spectrum, Spectrum),
-    ) {
-        self.passed(channel_pdf, &edge.spans, power);
-        let left = || (power * edge.weight * share(channel_pdf, edge.geometry.depth)).sum();
-        match &edge.end {
-            End::Collision(point) => {
-                let albedo = scene.medium(point.medium).albedo.at(point.x);
-                let absorption = point.rate * albedo.map(|a| 1.0 - a);
-                self.media += (power * collided(channel_pdf, point) * absorption).sum();
-            }
-            End::Surface { .. } => self.surfaces += left() - onward.sum(),
-            End::Escaped { .. } => self.escaped += left(),
-            End::Dead if edge.lost => self.lost += left(),
-            End::Dead => self.surfaces += left(),
-        }
-    }
-
-    /// Enters what smooth surfaces between the first spans of an edge have absorbed.
-    pub fn passed(&mut self, channel_pdf: Spectrum, spans: &[Span], power: Spectrum) {
-        for pair in spans.windows(2) {
-            let weight = pair[0].weight_before - pair[1].weight_before;
-            self.surfaces += (power * weight * share(channel_pdf, pair[1].depth_before)).sum();
-        }
-    }
-
     fn entries(&self) -> [f64; ENTRIES] {
         [self.media, self.surfaces, self.escaped, self.cut, self.lost]
     }

@@ -16,6 +16,7 @@
 mod connection;
 mod energy_balance;
 mod learnt;
+mod random_walk;
 mod segment;
 mod subpath;
 mod walk;
@@ -26,13 +27,14 @@ pub use energy_balance::{BalanceSums, BalanceTotals, EnergyBalance, ParticleBala
 pub use learnt::{
     AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeSlot, NeeTraining, PathTally,
 };
+pub use random_walk::{Observer, RandomWalk, Survival, WalkEvent, WalkRay};
 pub use segment::{
     Edge, EdgeGeometry, End, Equiangular, Front, Point, Scatter, Span, Split, Start, TransportMode,
-    Vertex, collided, lead_in, share,
+    Vertex, lead_in, share,
 };
 pub use subpath::{
-    Bounds, Escape, LightPath, PathEdge, PathVertex, Subpath, SubpathRay, Walker, emit, guess,
-    scatter, scatter_pdf, sensor_path,
+    Bounds, Escape, LightPath, PathEdge, PathVertex, Subpath, emit, guess, scatter, scatter_pdf,
+    sensor_path,
 };
 pub use walk::{Ending, FollowedRay, Sampling, follow, trace};
 pub use workspace::{FirstVertexTechniques, Workspace};

@@ -7,15 +7,18 @@ use crate::Spectrum;
 /// `channel_pdf`. Nothing underflows: only differences of depths enter.
 pub fn share(channel_pdf: Spectrum, depth: Spectrum) -> Spectrum {
     let used = |i: usize| channel_pdf[i] > 0.0;
-    let least = (0..Spectrum::CHANNELS)
-        .filter(|&i| used(i))
-        .map(|i| depth[i]);
-    let least = least.fold(f64::INFINITY, f64::min);
+    let mut least = f64::INFINITY;
+    for i in (0..Spectrum::CHANNELS).filter(|&i| used(i)) {
+        least = least.min(depth[i]);
+    }
     let relative = |i: usize| {
-        if used(i) {
-            (least - depth[i]).exp()
-        } else {
+        if !used(i) {
             0.0
+        } else if depth[i] == least {
+            // Of one channel, and in grey media: not worth a call.
+            1.0
+        } else {
+            (least - depth[i]).exp()
         }
     };
     let transmittance = Spectrum(std::array::from_fn(relative));

@@ -1,10 +1,12 @@
 //! Where subpaths start: at the sensor, and at an emitter chosen at random (docs/theory.md#subpaths-from-either-end).
 
-use super::vertices::{Subpath, SubpathRay, Walker};
+use super::builder::SubpathBuilder;
+use super::vertices::Subpath;
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::Emission;
 use crate::path::connection::ConnectionTarget;
+use crate::path::random_walk::{Observer, RandomWalk, Roulette, WalkRay};
 use crate::path::segment::{Front, Start, TransportMode, lead_in, leave};
 use crate::path::workspace::Workspace;
 use crate::sampling::Sampler;
@@ -15,31 +17,58 @@ use glam::DVec3;
 /// How a bidirectional estimator samples its subpaths.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    /// Channel probabilities: see [`Walker::channel_pdf`].
+    /// Channel probabilities.
     pub channel_pdf: Spectrum,
     /// Most edges and specular events of a subpath.
     pub max_depth: u32,
-    /// See [`Walker::rr_depth`].
+    /// Depth at which Russian roulette begins.
     pub rr_depth: u32,
     /// Most vertices of the sensor's subpath.
     pub max_vertices: usize,
-    /// See [`Walker::weighs`].
+    /// Whether the discovery probabilities of edges are wanted.
     pub weighs: bool,
 }
 
 impl Bounds {
-    fn walker(&self, mode: TransportMode) -> Walker {
-        Walker {
+    /// Records a walk that starts with a ray. `end` is how connections aim at the subpath's end.
+    fn builder<'t>(
+        &self,
+        mode: TransportMode,
+        ray: &WalkRay,
+        end: &'t ConnectionTarget,
+    ) -> SubpathBuilder<'t> {
+        SubpathBuilder {
+            subpath: Subpath::new(ray.start),
             mode,
+            end,
             max_vertices: match mode {
                 TransportMode::Radiance => self.max_vertices,
                 TransportMode::Importance => usize::MAX,
             },
-            channel_pdf: self.channel_pdf,
-            max_depth: self.max_depth,
-            rr_depth: self.rr_depth,
             weighs: self.weighs,
         }
+    }
+
+    /// Follows a ray, with Russian roulette.
+    fn walk(
+        &self,
+        (scene, mode): (&Scene, TransportMode),
+        ray: WalkRay,
+        observer: &mut impl Observer,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+    ) {
+        let walk = RandomWalk {
+            scene,
+            mode,
+            channel_pdf: self.channel_pdf,
+            max_depth: self.max_depth,
+        };
+        let mut roulette = Roulette {
+            rr_depth: self.rr_depth,
+            initial: ray.throughput.max(),
+        };
+        walk.run(ray, observer, &mut roulette, sampler, ws);
     }
 
     /// One in every channel in use.
@@ -75,14 +104,17 @@ impl LightPath {
         let (emission, ray) = emit(scene, (index, probability), bounds.white(), u)?;
         let density = probability * emission.end_pdf;
         let target = ConnectionTarget::emitter(scene, index, emission.end);
-        let subpath = bounds
-            .walker(TransportMode::Importance)
-            .walk(scene, ray, &target, sampler, ws);
+        let mode = TransportMode::Importance;
+        let mut builder = bounds.builder(mode, &ray, &target);
+        let mut balance = std::mem::take(&mut ws.particle_balance);
+        let mut observers = (&mut builder, &mut balance);
+        bounds.walk((scene, mode), ray, &mut observers, sampler, ws);
+        ws.particle_balance = balance;
         Some(LightPath {
             emitter: index,
             emission,
             density,
-            subpath,
+            subpath: builder.subpath,
         })
     }
 }
@@ -95,15 +127,17 @@ pub fn emit(
     (emitter, probability): (usize, f64),
     white: Spectrum,
     ([a, b], [c, d]): ([f64; 2], [f64; 2]),
-) -> Option<(Emission, SubpathRay)> {
+) -> Option<(Emission, WalkRay)> {
     let shape = |object: usize| &scene.objects()[object].shape;
     // Draw the connection end with density p_a and the ray with p_r; the power is emitted/(P_E p_a p_r).
     let emission = scene.emitters()[emitter].emit(scene.around(), shape, [a, b, c, d])?;
     let density = probability * emission.end_pdf * emission.pdf;
-    let ray = SubpathRay {
+    let ray = WalkRay {
         start: start(scene, &emission.end, (emission.x, emission.direction)),
         pdf: emission.pdf,
+        specular: false,
         throughput: emission.emitted * white / density,
+        depth: 0,
         optical_length: -lead_in(scene, emitter),
     };
     Some((emission, ray))
@@ -126,7 +160,7 @@ pub fn sensor_path(
         .sensor()
         .sense(x, direction)
         .map_or(0.0, |s| s.density);
-    let ray = SubpathRay {
+    let ray = WalkRay {
         start: Start {
             x,
             direction,
@@ -135,13 +169,16 @@ pub fn sensor_path(
             left: None,
         },
         pdf: density,
+        specular: false,
         throughput: bounds.white() * (n * n),
+        depth: 0,
         optical_length: 0.0,
     };
     let target = ConnectionTarget::sensor(scene, end);
-    bounds
-        .walker(TransportMode::Radiance)
-        .walk(scene, ray, &target, sampler, ws)
+    let mode = TransportMode::Radiance;
+    let mut builder = bounds.builder(mode, &ray, &target);
+    bounds.walk((scene, mode), ray, &mut builder, sampler, ws);
+    builder.subpath
 }
 
 fn front(end: &ConnectionEnd) -> Front {

@@ -1,0 +1,58 @@
+//! The energy balance watches walks from emitters (docs/theory.md#energy-balance).
+
+use super::{Observer, WalkEvent, WalkRay};
+use crate::path::energy_balance::ParticleBalance;
+use crate::path::segment::{End, Span, share};
+use crate::path::workspace::Workspace;
+use std::ops::ControlFlow;
+
+impl Observer for ParticleBalance {
+    fn arrive(&mut self, event: &WalkEvent, _ws: &mut Workspace) -> ControlFlow<()> {
+        let edge = event.edge;
+        self.pass(event, &edge.spans);
+        let left = || {
+            let share = share(event.channel_pdf, edge.geometry.depth);
+            (event.ray.throughput * edge.weight * share).sum()
+        };
+        match &edge.end {
+            End::Collision(point) => {
+                let albedo = event.scene.medium(point.medium).albedo.at(point.x);
+                let absorption = point.rate * albedo.map(|a| 1.0 - a);
+                self.media += (event.path(point) * absorption).sum();
+            }
+            End::Surface { .. } => {
+                self.surfaces += left() - event.onward.map_or(0.0, |ray| ray.throughput.sum());
+            }
+            End::Escaped { .. } => self.escaped += left(),
+            End::Dead if edge.lost => self.lost += left(),
+            End::Dead => self.surfaces += left(),
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn cut(&mut self, event: &WalkEvent, _ws: &mut Workspace) {
+        let (edge, spans) = (event.edge, &event.edge.spans);
+        // The first span beyond is still reached.
+        self.pass(event, &spans[..spans.len().min(event.spans + 1)]);
+        let (weight, depth) = match spans.get(event.spans) {
+            Some(span) => (span.weight_before, span.depth_before),
+            None => (edge.weight, edge.geometry.depth),
+        };
+        self.cut += (event.ray.throughput * weight * share(event.channel_pdf, depth)).sum();
+    }
+
+    fn lose(&mut self, ray: &WalkRay) {
+        self.lost += ray.throughput.sum();
+    }
+}
+
+impl ParticleBalance {
+    /// Enters what smooth surfaces between the first spans of an edge have absorbed.
+    fn pass(&mut self, event: &WalkEvent, spans: &[Span]) {
+        for pair in spans.windows(2) {
+            let weight = pair[0].weight_before - pair[1].weight_before;
+            let share = share(event.channel_pdf, pair[1].depth_before);
+            self.surfaces += (event.ray.throughput * weight * share).sum();
+        }
+    }
+}

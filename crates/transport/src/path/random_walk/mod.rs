@@ -1,0 +1,155 @@
+//! The random walk: an edge, the vertex at its end, a direction there, and again, until it ends. Light subpaths, sensor
+//! subpaths and the particles of meters are all walks; they differ in what watches them ([`Observer`]) and in what decides
+//! whether they go on ([`Survival`]).
+//!
+//! Theory: docs/theory.md#random-walks.
+
+mod balance;
+mod observer;
+mod survival;
+
+pub use observer::{Observer, WalkEvent};
+pub use survival::{Roulette, Survival};
+
+use crate::Spectrum;
+use crate::budget::EDGES_PER_WALK;
+use crate::path::segment::{Start, TransportMode, Vertex};
+use crate::path::walk::{Sampling, trace};
+use crate::path::workspace::Workspace;
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use std::cell::OnceCell;
+use std::iter::repeat_n;
+use std::ops::ControlFlow;
+
+/// How walks are sampled.
+#[derive(Clone, Copy, Debug)]
+pub struct RandomWalk<'a> {
+    /// The scene, at the walk's instant.
+    pub scene: &'a Scene,
+    /// What they carry.
+    pub mode: TransportMode,
+    /// Channel probabilities.
+    pub channel_pdf: Spectrum,
+    /// Most edges and specular events.
+    pub max_depth: u32,
+}
+
+/// A ray with which a walk goes on.
+#[derive(Clone, Copy, Debug)]
+pub struct WalkRay {
+    /// Where it starts.
+    pub start: Start,
+    /// Density per steradian from a point, per unit area from a plane; 1 along a specular lobe.
+    pub pdf: f64,
+    /// Whether it goes along a specular lobe.
+    pub specular: bool,
+    /// Throughput.
+    pub throughput: Spectrum,
+    /// Edges and specular events so far.
+    pub depth: u32,
+    /// Optical path length so far.
+    pub optical_length: f64,
+}
+
+impl<'a> RandomWalk<'a> {
+    /// Follows a ray, and all that it is divided into, to the end.
+    pub fn run<O: Observer>(
+        &self,
+        ray: WalkRay,
+        observer: &mut O,
+        survival: &mut impl Survival,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+    ) {
+        let mut waiting = vec![ray];
+        for _ in 0..EDGES_PER_WALK {
+            let Some(ray) = waiting.pop() else { return };
+            if let Some(mut onward) = self.step(&ray, observer, sampler, ws) {
+                // Play Russian roulette, or divide.
+                let copies = survival.copies(&mut onward, sampler);
+                waiting.extend(repeat_n(onward, copies));
+            }
+        }
+        for ray in waiting {
+            ws.stats.lost += 1;
+            ws.stats.over_budget.rays += 1;
+            observer.lose(&ray);
+        }
+    }
+
+    /// Samples the next edge and a direction at its end. Returns the ray with which the walk goes on.
+    fn step<O: Observer>(
+        &self,
+        ray: &WalkRay,
+        observer: &mut O,
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
+    ) -> Option<WalkRay> {
+        // Sample the next edge by p(s) of eq. (distance density).
+        let mut edge = trace(self.scene, ray.start, self.sampling(), sampler, ws);
+        edge.connectable &= !ray.specular;
+        if O::ALONG_SPANS {
+            edge.tabulate();
+        }
+        let event = WalkEvent {
+            scene: self.scene,
+            channel_pdf: self.channel_pdf,
+            ray,
+            edge: &edge,
+            spans: edge.spans.len(),
+            throughput: Spectrum::ZERO,
+            depth: ray.depth.saturating_add(1 + edge.geometry.events),
+            optical_length: ray.optical_length + edge.optical_length,
+            vertex: None,
+            onward: None,
+            path: OnceCell::new(),
+        };
+        // End it where it is longer than paths may be.
+        if event.depth > self.max_depth {
+            let left = self.max_depth.saturating_sub(ray.depth);
+            let spans = edge.spans.partition_point(|s| s.events_before < left);
+            observer.cut(&WalkEvent { spans, ..event }, ws);
+            return None;
+        }
+        // Find the vertex at its end, unless it left the scene, and the throughput T up to it.
+        let throughput = ray.throughput * edge.throughput(self.scene, self.channel_pdf);
+        let vertex = Vertex::of(self.scene, &edge);
+        // Draw a direction there.
+        let scatter = vertex.as_ref().and_then(|vertex| {
+            sampler.next_edge();
+            vertex.scatter(self.scene, sampler)
+        });
+        let onward = scatter.map(|scatter| WalkRay {
+            start: scatter.start,
+            pdf: if scatter.delta { 1.0 } else { scatter.pdf },
+            specular: scatter.delta,
+            throughput: throughput * scatter.weight,
+            depth: event.depth,
+            optical_length: event.optical_length,
+        });
+        let event = WalkEvent {
+            throughput,
+            vertex: vertex.as_ref(),
+            onward: onward.as_ref(),
+            ..event
+        };
+        match observer.arrive(&event, ws) {
+            ControlFlow::Continue(()) => onward,
+            ControlFlow::Break(()) => None,
+        }
+    }
+
+    /// How edges are sampled.
+    fn sampling(&self) -> Sampling {
+        Sampling {
+            mode: self.mode,
+            channel_pdf: self.channel_pdf,
+            extend: false,
+            collides: true,
+            spans: self.mode == TransportMode::Importance,
+            forced: false,
+            splitting: false,
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! What watches a random walk (docs/theory.md#random-walks).
+
+use super::WalkRay;
+use crate::Spectrum;
+use crate::path::segment::{Edge, Point, Span, Vertex, collided};
+use crate::path::workspace::Workspace;
+use crate::scene::Scene;
+use std::cell::OnceCell;
+use std::ops::ControlFlow;
+
+/// Watches a random walk. It draws none of the walk's random numbers, so that the walk does not depend on who is watching.
+pub trait Observer {
+    /// Whether it asks for attenuation all along the spans of edges, which are then prepared for many questions.
+    const ALONG_SPANS: bool = false;
+
+    /// An edge, and what happens at its end. Breaks if the walk need not go on.
+    fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()>;
+
+    /// An edge that is longer than paths may be: the walk ends on it, after its [spans](WalkEvent::spans).
+    fn cut(&mut self, _event: &WalkEvent, _ws: &mut Workspace) {}
+
+    /// A ray that is not followed because the walk has spent its budget.
+    fn lose(&mut self, _ray: &WalkRay) {}
+}
+
+/// An edge of a random walk, and what happens at its end.
+#[derive(Clone, Debug)]
+pub struct WalkEvent<'e> {
+    /// The scene.
+    pub scene: &'e Scene,
+    /// Channel probabilities.
+    pub channel_pdf: Spectrum,
+    /// The ray with which the edge starts.
+    pub ray: &'e WalkRay,
+    /// The edge.
+    pub edge: &'e Edge<'e>,
+    /// Number of its spans within the largest depth: all, unless the walk is cut. Only light subpaths keep spans.
+    pub spans: usize,
+    /// Throughput up to its end.
+    pub throughput: Spectrum,
+    /// Edges and specular events up to its end.
+    pub depth: u32,
+    /// Optical path length up to its end.
+    pub optical_length: f64,
+    /// The vertex at its end; `None` if it has left the scene, or is lost.
+    pub vertex: Option<&'e Vertex>,
+    /// The ray with which the walk goes on from there, before Russian roulette; `None` if it is absorbed.
+    pub onward: Option<&'e WalkRay>,
+    /// See [`WalkEvent::path`], once it is known.
+    pub(super) path: OnceCell<Spectrum>,
+}
+
+impl<'e> WalkEvent<'e> {
+    /// The spans within the largest depth.
+    pub fn spans(&self) -> &'e [Span<'e>] {
+        &self.edge.spans[..self.spans]
+    }
+
+    /// Power of a particle that collides at the end of its edge, over the density per unit length of the collision.
+    pub fn path(&self, collision: &Point) -> Spectrum {
+        let path = || self.ray.throughput * collided(self.channel_pdf, collision);
+        *self.path.get_or_init(path)
+    }
+}
+
+/// Both watch; the walk ends where either is done.
+impl<A: Observer, B: Observer> Observer for (A, B) {
+    const ALONG_SPANS: bool = A::ALONG_SPANS || B::ALONG_SPANS;
+
+    fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
+        let first = self.0.arrive(event, ws);
+        let second = self.1.arrive(event, ws);
+        if first.is_break() { first } else { second }
+    }
+
+    fn cut(&mut self, event: &WalkEvent, ws: &mut Workspace) {
+        self.0.cut(event, ws);
+        self.1.cut(event, ws);
+    }
+
+    fn lose(&mut self, ray: &WalkRay) {
+        self.0.lose(ray);
+        self.1.lose(ray);
+    }
+}
+
+impl<O: Observer> Observer for &mut O {
+    const ALONG_SPANS: bool = O::ALONG_SPANS;
+
+    fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
+        (**self).arrive(event, ws)
+    }
+
+    fn cut(&mut self, event: &WalkEvent, ws: &mut Workspace) {
+        (**self).cut(event, ws);
+    }
+
+    fn lose(&mut self, ray: &WalkRay) {
+        (**self).lose(ray);
+    }
+}

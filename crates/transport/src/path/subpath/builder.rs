@@ -1,0 +1,123 @@
+//! Subpaths as a walk is watched: its vertices with their densities (docs/theory.md#subpaths-from-either-end, docs/theory.md#random-walks).
+
+use super::vertices::{Escape, PathEdge, PathVertex, Subpath};
+use crate::path::connection::{Connection, ConnectionTarget};
+use crate::path::random_walk::{Observer, WalkEvent};
+use crate::path::segment::{End, TransportMode, Vertex};
+use crate::path::workspace::Workspace;
+use std::ops::ControlFlow;
+
+/// Records a walk as a subpath.
+#[derive(Debug)]
+pub(super) struct SubpathBuilder<'t> {
+    pub subpath: Subpath,
+    /// What the walk carries.
+    pub mode: TransportMode,
+    /// How connections aim at the subpath's end.
+    pub end: &'t ConnectionTarget<'t>,
+    /// Most vertices.
+    pub max_vertices: usize,
+    /// Whether [`PathEdge::discovery`] is wanted: it takes connections to find out.
+    pub weighs: bool,
+}
+
+impl Observer for SubpathBuilder<'_> {
+    fn arrive(&mut self, event: &WalkEvent, ws: &mut Workspace) -> ControlFlow<()> {
+        let Some(vertex) = event.vertex else {
+            self.subpath.escape = escape(event);
+            return ControlFlow::Break(());
+        };
+        // Record the edge and the vertex: e, and p→ by eq. (density along an edge).
+        let mut edge = path_edge(event, vertex);
+        if self.weighs && event.edge.connectable {
+            edge.discovery = self.discovery(event, (vertex, &edge), ws);
+        }
+        let (scene, channel_pdf) = (event.scene, event.channel_pdf);
+        let survival = vertex.event(scene, channel_pdf, edge.back, &edge.geometry);
+        self.subpath.vertices.push(PathVertex {
+            vertex: *vertex,
+            edge,
+            throughput: event.throughput,
+            depth: event.depth,
+            optical_length: event.optical_length,
+            forward: edge.geometry.density(event.ray.pdf, edge.n_after) * survival,
+            backward: 0.0,
+            specular: event.onward.is_some_and(|ray| ray.specular),
+        });
+        // Now that the direction is known, so is p← of the vertex before.
+        if let Some(ray) = event.onward {
+            self.subpath.look_back(scene, channel_pdf, ray);
+        }
+        if self.subpath.vertices.len() < self.max_vertices {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    }
+}
+
+impl SubpathBuilder<'_> {
+    /// How easily connections find the edge that led to a new vertex. They are made from the vertex
+    /// nearer to the sensor, but to the sensor itself from its neighbour.
+    fn discovery(
+        &self,
+        event: &WalkEvent,
+        (vertex, edge): (&Vertex, &PathEdge),
+        ws: &mut Workspace,
+    ) -> f64 {
+        let scene = event.scene;
+        match (self.subpath.vertices.last(), self.mode) {
+            (None, _) => {
+                let way = (&edge.geometry, edge.back, Some(event.edge.optical_length));
+                Connection::discovery(scene, (vertex, self.end), way, ws)
+            }
+            (Some(before), TransportMode::Importance) => {
+                let target = ConnectionTarget::vertex(&before.vertex);
+                let way = (&edge.geometry, edge.back, None);
+                Connection::discovery(scene, (vertex, &target), way, ws)
+            }
+            (Some(before), TransportMode::Radiance) => {
+                let target = ConnectionTarget::vertex(vertex);
+                let way = (&edge.geometry, edge.leaving, None);
+                Connection::discovery(scene, (&before.vertex, &target), way, ws)
+            }
+        }
+    }
+}
+
+/// The edge by which a walk came to a vertex.
+fn path_edge(event: &WalkEvent, vertex: &Vertex) -> PathEdge {
+    let (scene, start) = (event.scene, &event.edge.start);
+    PathEdge {
+        geometry: event.edge.geometry,
+        leaving: start.direction,
+        back: -vertex.arrival(),
+        n_before: scene.n(start.medium, start.x),
+        n_after: scene.n(vertex.medium(), vertex.position()),
+        discovery: 0.0,
+    }
+}
+
+/// The edge by which a walk left the scene, if that is how it ended.
+fn escape(event: &WalkEvent) -> Option<Escape> {
+    let edge = event.edge;
+    let End::Escaped { direction, medium } = edge.end else {
+        return None;
+    };
+    let path_edge = PathEdge {
+        geometry: edge.geometry,
+        leaving: edge.start.direction,
+        back: -direction,
+        n_before: event.scene.n(edge.start.medium, edge.start.x),
+        n_after: event.scene.n(medium, edge.start.x),
+        discovery: f64::from(u8::from(edge.connectable)),
+    };
+    let survival = path_edge.geometry.survival(event.channel_pdf);
+    Some(Escape {
+        edge: path_edge,
+        throughput: event.throughput,
+        depth: event.depth,
+        optical_length: event.optical_length,
+        forward: path_edge.geometry.density(event.ray.pdf, path_edge.n_after) * survival,
+    })
+}
