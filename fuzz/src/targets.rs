@@ -181,11 +181,11 @@ fn load(text: &str) -> Option<Loaded> {
 }
 
 fn state(loaded: &Loaded) -> Option<()> {
-    let options = transport::render::Options {
+    let options = transport::render::RenderOptions {
         adaptive: loaded.adaptive,
         reweight: loaded.reweight,
         decomposition: loaded.layering.decomposition,
-        ..transport::render::Options::new(loaded.renderer, 2, 1)
+        ..transport::render::RenderOptions::new(loaded.renderer, 2, 1)
     };
     let film = loaded.scene().film();
     let fits = film.width * film.height <= PIXELS && memory(film, &options) <= FILM;
@@ -257,7 +257,7 @@ fn parts() -> Vec<Vec<u8>> {
     let loaded = scenes().into_iter().filter_map(|bytes| load(&text(&bytes)));
     let part = |loaded: Loaded| {
         let body = if loaded.instruments.is_empty() {
-            let options = transport::render::Options::new(loaded.renderer, 2, 1);
+            let options = transport::render::RenderOptions::new(loaded.renderer, 2, 1);
             Body::Image(State::new(&loaded.groups, &options).into())
         } else {
             Body::Meters(readings(&loaded)?.into())

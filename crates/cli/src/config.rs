@@ -1,7 +1,7 @@
 //! What a command was asked to do, checked as far as possible before any work is done.
 
 use crate::args::{OutputArgs, TraceArgs};
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use crate::load::file_stem;
 use io::arrays::ArrayFormat;
 use io::diagnostic::shown;
@@ -64,7 +64,10 @@ const RAY_FORMATS: [(&str, RayFormat); 6] = [
 
 /// The images that a render writes: those asked for, or else an EXR and a PNG file named after the
 /// scene in the current folder. All of them can be written as far as can be told now.
-pub fn images(args: &OutputArgs, scene: &Path) -> Result<Vec<(PathBuf, ImageFormat)>, Failure> {
+pub fn images(
+    args: &OutputArgs,
+    scene: &Path,
+) -> Result<Vec<(PathBuf, ImageFormat)>, CommandError> {
     let images = outputs((args, scene), &[".exr", ".png"], &IMAGE_FORMATS)?;
     if let Some(strategies) = &args.strategies {
         by_extension(strategies, &IMAGE_FORMATS[..1])?;
@@ -82,10 +85,10 @@ pub fn readings(
     args: &OutputArgs,
     scene: &Path,
     meters: usize,
-) -> Result<Vec<(PathBuf, ArrayFormat)>, Failure> {
+) -> Result<Vec<(PathBuf, ArrayFormat)>, CommandError> {
     let files = outputs((args, scene), &[".npz"], &ArrayFormat::EXTENSIONS)?;
     if let Some((path, _)) = files.iter().find(|(_, f)| f.is_single() && meters > 1) {
-        return Err(Failure::Usage(format!(
+        return Err(CommandError::Usage(format!(
             "'{}' can hold one array, but the scene has {meters} meters: use .npz or .h5",
             shown(path)
         )));
@@ -101,7 +104,7 @@ fn outputs<F: Copy>(
     (args, scene): (&OutputArgs, &Path),
     default: &[&str],
     formats: &[(&str, F)],
-) -> Result<Vec<(PathBuf, F)>, Failure> {
+) -> Result<Vec<(PathBuf, F)>, CommandError> {
     let named = |extension: &&str| PathBuf::from(file_stem(scene) + extension);
     let paths = if args.output.is_empty() {
         default.iter().map(named).collect()
@@ -117,14 +120,14 @@ fn outputs<F: Copy>(
 }
 
 /// The file for rays, if not the standard output, and its format.
-pub fn rays(args: &TraceArgs) -> Result<(Option<PathBuf>, RayFormat), Failure> {
+pub fn rays(args: &TraceArgs) -> Result<(Option<PathBuf>, RayFormat), CommandError> {
     match &args.output {
         None => Ok((None, RayFormat::Csv)),
         Some(path) => {
             let format = by_extension(path, &RAY_FORMATS)?;
             if args.overlay.is_some() && format != RayFormat::Svg {
                 let message = "--overlay draws over a picture: write -o FILE.svg";
-                return Err(Failure::Usage(message.into()));
+                return Err(CommandError::Usage(message.into()));
             }
             check_writable(path)?;
             Ok((Some(path.clone()), format))
@@ -133,7 +136,7 @@ pub fn rays(args: &TraceArgs) -> Result<(Option<PathBuf>, RayFormat), Failure> {
 }
 
 /// The format of a map of differences, if one is wanted.
-pub fn map(path: Option<&Path>) -> Result<Option<MapFormat>, Failure> {
+pub fn map(path: Option<&Path>) -> Result<Option<MapFormat>, CommandError> {
     path.map(|path| {
         check_writable(path)?;
         by_extension(path, &MAP_FORMATS)
@@ -142,12 +145,12 @@ pub fn map(path: Option<&Path>) -> Result<Option<MapFormat>, Failure> {
 }
 
 /// Refuses anything but a PNG file that can be written.
-pub fn picture(path: &Path) -> Result<(), Failure> {
+pub fn picture(path: &Path) -> Result<(), CommandError> {
     by_extension(path, &[("png", ())])?;
     check_writable(path)
 }
 
-fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, Failure> {
+fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, CommandError> {
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase());
@@ -158,7 +161,7 @@ fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, Failur
         let names: Vec<String> = formats.iter().map(|(name, _)| format!(".{name}")).collect();
         let names = names.join(", ");
         let path = shown(path);
-        Failure::Usage(match extension {
+        CommandError::Usage(match extension {
             Some(e) => format!("unknown extension '.{e}' of output '{path}': expected {names}"),
             None => format!("output '{path}' has no extension: expected {names}"),
         })
@@ -167,8 +170,8 @@ fn by_extension<F: Copy>(path: &Path, formats: &[(&str, F)]) -> Result<F, Failur
 
 /// Finds out by trying whether a file can be put in place of `path`: hours of rendering should not
 /// end with the news that it cannot.
-pub fn check_writable(path: &Path) -> Result<(), Failure> {
-    let fail = |why: String| Failure::Usage(format!("cannot write '{}': {why}", shown(path)));
+pub fn check_writable(path: &Path) -> Result<(), CommandError> {
+    let fail = |why: String| CommandError::Usage(format!("cannot write '{}': {why}", shown(path)));
     if fs::metadata(path).is_ok_and(|m| !m.is_file()) {
         return Err(fail("it exists and is not a regular file".into()));
     }

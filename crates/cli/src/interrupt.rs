@@ -1,6 +1,6 @@
 //! Ctrl-C, and the signal by which batch systems ask processes to end.
 
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::flag;
 use std::process::ExitCode;
@@ -12,8 +12,8 @@ const STATUS: u8 = 128;
 
 /// Lets a write beyond a limit on the size of files fail, with a message, where the signal would end the program without one. (A
 /// pipe that nobody reads is an error to begin with: Rust's runtime ignores its signal.)
-pub fn survive_size_limits() -> Result<(), Failure> {
-    let failed = |e| Failure::Runtime(format!("cannot listen for signals: {e}"));
+pub fn survive_size_limits() -> Result<(), CommandError> {
+    let failed = |e| CommandError::Runtime(format!("cannot listen for signals: {e}"));
     // Nobody asks whether it has come: the error says so.
     flag::register(SIGXFSZ, Arc::default()).map_err(failed)?;
     Ok(())
@@ -28,7 +28,7 @@ pub struct Interrupt {
 
 impl Interrupt {
     /// Listens from now on. A second signal ends the program at once.
-    pub fn watch() -> Result<Self, Failure> {
+    pub fn watch() -> Result<Self, CommandError> {
         let interrupt = Interrupt::default();
         let listen = |signal| {
             let Interrupt {
@@ -40,7 +40,7 @@ impl Interrupt {
             flag::register(signal, asked)
         };
         for signal in [SIGINT, SIGTERM] {
-            let failed = |e| Failure::Runtime(format!("cannot listen for Ctrl-C: {e}"));
+            let failed = |e| CommandError::Runtime(format!("cannot listen for Ctrl-C: {e}"));
             listen(signal).map_err(failed)?;
         }
         Ok(interrupt)

@@ -1,7 +1,7 @@
 //! What is to be computed. How it is shown, where it is written and how fast it goes are other matters.
 
 use crate::args::RenderArgs;
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use crate::load;
 use io::part::Header;
 use io::{Limits, LoadOptions, Loaded, Run};
@@ -55,13 +55,13 @@ impl Job {
     }
 
     /// What a part of a render is part of.
-    pub fn of_part(header: &Header) -> Result<Self, Failure> {
+    pub fn of_part(header: &Header) -> Result<Self, CommandError> {
         let foreign = "the parts were not made by morgana render: merge them where they were made";
-        serde_json::from_str(&header.origin).map_err(|_| Failure::Usage(foreign.into()))
+        serde_json::from_str(&header.origin).map_err(|_| CommandError::Usage(foreign.into()))
     }
 
     /// Reads the scene, with files that may take so much memory.
-    pub fn load(&self, limits: Limits) -> Result<Loaded, Failure> {
+    pub fn load(&self, limits: Limits) -> Result<Loaded, CommandError> {
         let options = LoadOptions {
             defines: self.defines.clone(),
             integrator: self.integrator.clone(),

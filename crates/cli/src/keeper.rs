@@ -1,8 +1,8 @@
 //! Keeping what a render has gathered in a file, from time to time and at its end.
 
 use crate::args::KeepArgs;
+use crate::command_error::{CommandError, warn};
 use crate::config;
-use crate::failure::{Failure, warn};
 use crate::load::file_stem;
 use io::diagnostic::shown;
 use io::lock::{Lock, LockError};
@@ -32,11 +32,11 @@ pub fn path(
     outputs: &[PathBuf],
     scene: &Path,
     shard: Option<[u64; 2]>,
-) -> Result<Option<PathBuf>, Failure> {
+) -> Result<Option<PathBuf>, CommandError> {
     let Some([index, count]) = shard else {
         return Ok(args.checkpoint.clone());
     };
-    let usage = |message: &str| Err(Failure::Usage(message.into()));
+    let usage = |message: &str| Err(CommandError::Usage(message.into()));
     match outputs {
         [] => Ok(Some(
             format!("{}.{index}-of-{count}.part", file_stem(scene)).into(),
@@ -55,18 +55,19 @@ impl Keeper {
         path: PathBuf,
         args: &KeepArgs,
         header: Header,
-    ) -> Result<(Self, Option<Body>), Failure> {
+    ) -> Result<(Self, Option<Body>), CommandError> {
         config::check_writable(&path)?;
         let lock = lock(&path)?;
-        let refuse =
-            |why: String| Failure::Usage(format!("'{}' cannot be resumed: {why}", shown(&path)));
+        let refuse = |why: String| {
+            CommandError::Usage(format!("'{}' cannot be resumed: {why}", shown(&path)))
+        };
         let kept = match path.exists() {
             true if !args.resume => {
                 let path = shown(&path);
                 let message = format!(
                     "'{path}' exists already: go on from it by --resume, or remove it to start anew"
                 );
-                return Err(Failure::Usage(message));
+                return Err(CommandError::Usage(message));
             }
             true => Some(Part::read(&path)?),
             false => None,
@@ -105,9 +106,9 @@ impl Keeper {
     }
 
     /// That what was found is of another render although its header agrees: only a forged file is.
-    pub fn misfit(&self) -> Failure {
+    pub fn misfit(&self) -> CommandError {
         let path = shown(&self.path);
-        Failure::Usage(format!(
+        CommandError::Usage(format!(
             "'{path}' cannot be resumed: its contents are not those of this scene"
         ))
     }
@@ -141,11 +142,11 @@ impl Keeper {
 }
 
 /// Keeps other processes away from a file. Two that work on one would undo each other's work.
-fn lock(path: &Path) -> Result<Option<Lock>, Failure> {
+fn lock(path: &Path) -> Result<Option<Lock>, CommandError> {
     let name = shown(path);
     match Lock::take(path) {
         Ok(lock) => Ok(Some(lock)),
-        Err(LockError::Held(holder)) => Err(Failure::Usage(format!(
+        Err(LockError::Held(holder)) => Err(CommandError::Usage(format!(
             "'{name}' is in use: {holder} works on it; wait for it to end, or keep this render in another file"
         ))),
         Err(LockError::Unknown(why)) => {

@@ -1,18 +1,18 @@
 //! Reading the scene that a command is about.
 
 use crate::args::SceneArgs;
-use crate::failure::{Failure, show};
+use crate::command_error::{CommandError, show};
 use io::{Diagnostic, Diagnostics, LoadOptions, Loaded};
 use std::path::Path;
 
 /// Reads a scene with the parameters and the replacements of `options`.
-pub fn load(scene: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
+pub fn load(scene: &Path, options: &LoadOptions) -> Result<Loaded, CommandError> {
     check_defines(&options.defines)?;
     Ok(io::load_scene(scene, options)?)
 }
 
 /// Reads a scene with the command's parameters.
-pub fn load_as_it_is(args: &SceneArgs) -> Result<Loaded, Failure> {
+pub fn load_as_it_is(args: &SceneArgs) -> Result<Loaded, CommandError> {
     let options = LoadOptions {
         defines: args.defines.clone(),
         limits: args.memory.limits(),
@@ -22,7 +22,7 @@ pub fn load_as_it_is(args: &SceneArgs) -> Result<Loaded, Failure> {
 }
 
 /// As [`load_as_it_is`], with warnings shown on the standard error.
-pub fn load_with_warnings(args: &SceneArgs) -> Result<Loaded, Failure> {
+pub fn load_with_warnings(args: &SceneArgs) -> Result<Loaded, CommandError> {
     let loaded = load_as_it_is(args)?;
     show(&loaded.warnings);
     Ok(loaded)
@@ -51,7 +51,7 @@ pub fn file_stem(path: &Path) -> String {
         .into_owned()
 }
 
-fn check_defines(defines: &[(String, String)]) -> Result<(), Failure> {
+fn check_defines(defines: &[(String, String)]) -> Result<(), CommandError> {
     let mut diagnostics = Diagnostics::new();
     for (i, (name, _)) in defines.iter().enumerate() {
         if defines[..i].iter().any(|(other, _)| other == name) {

@@ -5,11 +5,11 @@
 
 mod args;
 mod balance;
+mod command_error;
 mod commands;
 mod config;
 mod difference;
 mod driver;
-mod failure;
 mod interrupt;
 mod job;
 mod keeper;
@@ -28,23 +28,23 @@ mod trace;
 
 use args::{Args, Command};
 use clap::Parser;
-use failure::Failure;
+use command_error::CommandError;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    failure::hide_panics();
+    command_error::hide_panics();
     if let Err(failure) = interrupt::survive_size_limits() {
         return failure.report();
     }
     match std::panic::catch_unwind(|| run(&args.command)) {
         Ok(Ok(code)) => code,
         Ok(Err(failure)) => failure.report(),
-        Err(_) => Failure::Internal.report(),
+        Err(_) => CommandError::Internal.report(),
     }
 }
 
-fn run(command: &Command) -> Result<ExitCode, Failure> {
+fn run(command: &Command) -> Result<ExitCode, CommandError> {
     match command {
         Command::Render(args) => commands::render(args),
         Command::Merge(args) => commands::merge(args),

@@ -1,11 +1,11 @@
 //! The standard output.
 
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use io::diagnostic::escaped;
 use std::io::Write;
 
 /// Prints lines of text, [`safe`].
-pub fn say(text: &str) -> Result<(), Failure> {
+pub fn say(text: &str) -> Result<(), CommandError> {
     std::io::stdout().write_all(safe(text).as_bytes())?;
     Ok(())
 }

@@ -3,7 +3,7 @@
 //! A thread of its own sends images, so that a render never waits for the viewer. While the viewer is busy, or does not read
 //! what it is sent, no image is even made; at the end it gets a few seconds for the last one.
 
-use crate::failure::{Failure, show};
+use crate::command_error::{CommandError, show};
 use io::{Diagnostic, Diagnostics};
 use std::io::ErrorKind;
 use std::net::{Shutdown, TcpStream, ToSocketAddrs};
@@ -53,9 +53,9 @@ pub struct Canvas {
 
 impl Preview {
     /// Connects to a viewer, `HOST` or `HOST:PORT`.
-    pub fn open(address: &str, canvas: Canvas) -> Result<Self, Failure> {
+    pub fn open(address: &str, canvas: Canvas) -> Result<Self, CommandError> {
         let unreachable = |why| {
-            Failure::Usage(format!(
+            CommandError::Usage(format!(
                 "--tev: no viewer answers at '{address}': {why}; start tev first"
             ))
         };

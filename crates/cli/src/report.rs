@@ -12,7 +12,7 @@ use std::time::Duration;
 use transport::integrator::Integrator;
 use transport::render::Rendering;
 use transport::renderer::Renderer;
-use transport::stats::Connections;
+use transport::stats::ConnectionCounts;
 
 /// A render that is done.
 #[derive(Debug)]
@@ -235,7 +235,7 @@ impl Report<'_> {
     }
 }
 
-fn failures(connections: &Connections) -> String {
+fn failures(connections: &ConnectionCounts) -> String {
     match connections.attempts {
         0 => "no connections".into(),
         n => format!(

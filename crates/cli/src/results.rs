@@ -1,8 +1,8 @@
 //! Writing what a render has found.
 
 use crate::args::OutputArgs;
+use crate::command_error::{CommandError, show};
 use crate::config::ImageFormat;
-use crate::failure::{Failure, show};
 use crate::measured::Measured;
 use crate::report::Report;
 use io::arrays::{ArrayFormat, Context, arrays};
@@ -18,7 +18,7 @@ pub fn write_images(
     args: &OutputArgs,
     images: &[(PathBuf, ImageFormat)],
     report: &Report,
-) -> Result<(), Failure> {
+) -> Result<(), CommandError> {
     let names = &report.loaded.channel_names;
     let picture = Picture::new(report.rendering, report.loaded, report.attributes());
     let images = images.iter().map(|(path, format)| match format {
@@ -39,7 +39,7 @@ pub fn write_readings(
     args: &OutputArgs,
     files: &[(PathBuf, ArrayFormat)],
     measured: &Measured,
-) -> Result<(), Failure> {
+) -> Result<(), CommandError> {
     let context = Context {
         instruments: &measured.loaded.instruments,
         measurement: measured.measurement,
@@ -64,7 +64,7 @@ pub fn warn_of_dark(measured: &Measured) {
 }
 
 /// Writes the statistics alone, if they are asked for.
-pub fn write_stats(args: &OutputArgs, json: impl Fn() -> Value) -> Result<(), Failure> {
+pub fn write_stats(args: &OutputArgs, json: impl Fn() -> Value) -> Result<(), CommandError> {
     failures(stats(args, json))
 }
 
@@ -76,12 +76,12 @@ fn stats(
     paths.map(move |path| io::atomic::write(path, |file| writeln!(file, "{:#}", json())))
 }
 
-fn failures(results: impl Iterator<Item = Result<(), FileError>>) -> Result<(), Failure> {
+fn failures(results: impl Iterator<Item = Result<(), FileError>>) -> Result<(), CommandError> {
     let failed = results.filter_map(Result::err).map(|e| e.to_string());
     let failed: Vec<String> = failed.collect();
     if failed.is_empty() {
         Ok(())
     } else {
-        Err(Failure::Runtime(failed.join("\n")))
+        Err(CommandError::Runtime(failed.join("\n")))
     }
 }

@@ -1,8 +1,10 @@
-//! Things that have a name in every textbook are called by it: words that once stood for them do not come back.
+//! Things that have a name in every textbook are called by it: words that once stood for them do not come back. One name is one
+//! type: no two public types of the libraries share theirs.
 
 mod sources;
 
 use sources::{below, root};
+use std::collections::BTreeMap;
 use std::fs;
 
 /// Files that are read.
@@ -113,4 +115,31 @@ fn old_words_stay_away() {
         }
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+/// The name of the public type that a line at the margin declares.
+fn public_type(line: &str) -> Option<&str> {
+    let kinds = ["struct ", "enum ", "trait ", "type "];
+    let rest = line.strip_prefix("pub ")?;
+    let name = kinds.iter().find_map(|kind| rest.strip_prefix(kind))?;
+    name.split(|c: char| !c.is_alphanumeric()).next()
+}
+
+#[test]
+fn one_name_is_one_type() {
+    assert_eq!(public_type("pub struct Arc<'a> {"), Some("Arc"));
+    assert_eq!(public_type("pub(super) enum Curve {"), None);
+    let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for library in ["eikonal", "transport", "io"] {
+        for path in below(&root().join("crates").join(library).join("src"), &["rs"]) {
+            let text = fs::read_to_string(&path).unwrap();
+            for name in text.lines().filter_map(public_type) {
+                let place = path.strip_prefix(root()).unwrap().display().to_string();
+                places.entry(name.to_string()).or_default().push(place);
+            }
+        }
+    }
+    assert!(places.len() > 200, "types are not found");
+    places.retain(|_, places| places.len() > 1);
+    assert!(places.is_empty(), "{places:#?}");
 }

@@ -4,7 +4,7 @@
 //! not from those in single.
 
 use eikonal::field::{Bspline, Field, Placement};
-use eikonal::ray::{Stop, march};
+use eikonal::ray::{StopCondition, march};
 use eikonal::{Aabb, Tolerance};
 use glam::DVec3;
 
@@ -43,7 +43,7 @@ fn bending(field: &Field) -> Vec<f64> {
     let turn = |i: i32| {
         let start = (DVec3::new(-50.0, 0.0, 4.1 + f64::from(i)), DVec3::X);
         let tolerance = Tolerance::new(1e-9);
-        let stop = Stop::ArcLength(100.0);
+        let stop = StopCondition::ArcLength(100.0);
         let end = march(field, start, &stop, 200.0, tolerance, |_, _| ());
         end.v.angle_between(DVec3::X)
     };

@@ -4,7 +4,7 @@ use eikonal::field::{
     Acoustic, AcousticMode, Affine, Bspline, Field, Fisheye, Gaussian, LinearIndex, Luneburg,
     Placement, Scaled, Selfoc, Sum,
 };
-use eikonal::ray::{March, Stop, march};
+use eikonal::ray::{March, StopCondition, march};
 use eikonal::{Aabb, PathDifference, Reference, Tolerance, Work};
 use glam::{DAffine3, DQuat, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -20,7 +20,7 @@ fn difference(
     let mut difference = PathDifference::new(Reference::Index(n_ref), direction);
     let mut work = Work::default();
     let tolerance = Tolerance::new(tolerance);
-    let stop = Stop::ArcLength(length);
+    let stop = StopCondition::ArcLength(length);
     let end = march(
         field,
         (x, direction),
@@ -152,7 +152,7 @@ fn luneburg_lens() {
         for (tolerance, allowed) in [(1e-6, 1e-10), (1e-4, 1e-7), (1e-2, 2e-4)] {
             let mut difference = PathDifference::new(Reference::Index(1.0), DVec3::Z);
             let (mut work, mut end) = (Work::default(), entry);
-            let to_pole = Stop::ClosestApproach(pole);
+            let to_pole = StopCondition::ClosestApproach(pole);
             let start = (entry, DVec3::Z);
             let tolerance = Tolerance::new(tolerance);
             march(&field, start, &to_pole, 4.0, tolerance, |step, theta| {
@@ -227,7 +227,7 @@ fn work_and_pieces() {
     let (whole, _, work) = difference(&field, 1.0, start, 2.0, DEFAULT);
     assert!(work.evaluations < 40 * 96, "{}", work.evaluations);
     let mut pieces = PathDifference::new(Reference::Index(1.0), DVec3::Z);
-    let stop = Stop::ArcLength(2.0);
+    let stop = StopCondition::ArcLength(2.0);
     march(
         &field,
         start,
@@ -256,7 +256,7 @@ fn reflection() {
         if toward.z < 0.0 {
             twice.reflect(toward, &mut Work::default());
         }
-        let stop = Stop::ArcLength(2.0);
+        let stop = StopCondition::ArcLength(2.0);
         let tolerance = Tolerance::default();
         x = march(&field, (x, toward), &stop, 4.0, tolerance, |step, theta| {
             twice.add(&field, &step.arc, [0.0, theta], &mut Work::default());

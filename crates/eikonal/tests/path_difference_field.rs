@@ -5,7 +5,7 @@ use eikonal::connect::{Solver, Unbounded};
 use eikonal::field::{
     Acoustic, AcousticMode, Constant, Field, Gaussian, LinearIndex, Luneburg, Selfoc, Sum,
 };
-use eikonal::ray::{Arc, March, Stop, march};
+use eikonal::ray::{Arc, March, StopCondition, march};
 use eikonal::{PathDifference, Reference, Tolerance, Work};
 use glam::DVec3;
 
@@ -24,7 +24,7 @@ fn difference(field: &Field, reference: Reference<'_>, tolerance: f64) -> (f64, 
     let end = march(
         field,
         (X, direction()),
-        &Stop::ArcLength(LENGTH),
+        &StopCondition::ArcLength(LENGTH),
         2.0 * LENGTH,
         Tolerance::new(tolerance),
         |step, theta| difference.add(field, &step.arc, [0.0, theta], &mut work),
@@ -136,7 +136,7 @@ fn weak_bumps_have_the_integral_of_their_contrast() {
             let bump = |x: DVec3| delta * (-x.distance_squared(middle) / 0.08).exp();
             let mut expected = 0.0;
             let ray = (X, direction());
-            let stop = Stop::ArcLength(LENGTH);
+            let stop = StopCondition::ArcLength(LENGTH);
             march(
                 &base,
                 ray,
@@ -206,7 +206,7 @@ fn rounding_takes_no_work() {
         let (x, toward) = (DVec3::new(-0.8, 1.2, -0.9), DVec3::Z);
         let mut difference = PathDifference::new(Reference::Field(&base), toward);
         let mut work = Work::default();
-        let stop = Stop::ArcLength(LENGTH);
+        let stop = StopCondition::ArcLength(LENGTH);
         let tolerance = Tolerance::default();
         march(&field, (x, toward), &stop, 4.0, tolerance, |step, theta| {
             difference.add(&field, &step.arc, [0.0, theta], &mut work);

@@ -1,7 +1,7 @@
 //! Rays against closed forms, and the structure that every ray must keep (docs/theory.md#rays).
 
 use eikonal::field::{Acoustic, AcousticMode, Fisheye, Gaussian, LinearSquare, Luneburg, Selfoc};
-use eikonal::ray::{Flow, Node, Step, Stop, Tangents, march, perpendicular_basis};
+use eikonal::ray::{Flow, Node, Step, StopCondition, Tangents, march, perpendicular_basis};
 use eikonal::{Field, Tolerance, Work};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -62,7 +62,7 @@ fn luneburg_focuses_a_parallel_beam_at_the_far_pole() {
         let far = march(
             &field,
             (x, DVec3::Z),
-            &Stop::ClosestApproach(DVec3::Z),
+            &StopCondition::ClosestApproach(DVec3::Z),
             4.0,
             Tolerance::new(TIGHT),
             |_, _| {},
@@ -293,14 +293,14 @@ fn marches_stop_where_they_should() {
     let field = gaussian();
     let start = (DVec3::new(-1.0, 0.05, 0.0), DVec3::X);
     let tolerance = Tolerance::new(1e-9);
-    let run = |stop: &Stop| march(&field, start, stop, 50.0, tolerance, |_, _| {});
+    let run = |stop: &StopCondition| march(&field, start, stop, 50.0, tolerance, |_, _| {});
 
-    let by_length = run(&Stop::ArcLength(1.7));
+    let by_length = run(&StopCondition::ArcLength(1.7));
     assert!(by_length.stopped && (by_length.arc_length - 1.7).abs() < 1e-12);
 
     // τ = ∫(1 + x²) ds along the ray, inverted: the length reached gives the depth back.
     let extinction = |x: DVec3| 1.0 + x.x * x.x;
-    let by_depth = run(&Stop::OpticalDepth {
+    let by_depth = run(&StopCondition::OpticalDepth {
         depth: 1.1,
         extinction: &extinction,
         spacing: 0.01,
@@ -309,7 +309,7 @@ fn marches_stop_where_they_should() {
     march(
         &field,
         start,
-        &Stop::ArcLength(by_depth.arc_length),
+        &StopCondition::ArcLength(by_depth.arc_length),
         50.0,
         tolerance,
         |step, end| {
@@ -336,18 +336,18 @@ fn marches_stop_where_they_should() {
             high
         })
     };
-    let by_surface = run(&Stop::Surface(&plane));
+    let by_surface = run(&StopCondition::Surface(&plane));
     assert!((by_surface.x.x - 0.3).abs() < 1e-12);
 
     let y = DVec3::new(0.5, 0.2, 0.1);
-    let nearest = run(&Stop::ClosestApproach(y));
+    let nearest = run(&StopCondition::ClosestApproach(y));
     assert!((nearest.x - y).dot(nearest.v).abs() < 1e-9);
 
     // Out of range: the limit ends it.
     let limited = march(
         &field,
         start,
-        &Stop::ArcLength(9.0),
+        &StopCondition::ArcLength(9.0),
         2.0,
         tolerance,
         |_, _| {},

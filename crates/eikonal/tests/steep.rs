@@ -3,7 +3,7 @@
 
 use eikonal::connect::{RayFamily, Unbounded};
 use eikonal::field::{Bspline, Placement};
-use eikonal::ray::{Flow, Node, Stop, march, steps_between};
+use eikonal::ray::{Flow, Node, StopCondition, march, steps_between};
 use eikonal::{Aabb, ConnectingRay, Failure, Field, Solver, Tolerance, Work};
 use glam::DVec3;
 
@@ -77,7 +77,7 @@ fn failures(field: &Field, check: impl Fn([DVec3; 2], &ConnectingRay)) -> f64 {
         let (x, y) = (point(3, i), point(4, i));
         match solver.connect(&Unbounded(field), (x, ()), y) {
             Ok(ray) => {
-                let stop = Stop::ArcLength(ray.arc_length);
+                let stop = StopCondition::ArcLength(ray.arc_length);
                 let start = (x, ray.direction_out);
                 let end = march(field, start, &stop, 100.0, tolerance, |_, _| {});
                 // Rays of narrow tubes leave the direction more digits than it has.

@@ -39,4 +39,6 @@ pub use error::{FileError, Problem};
 pub use input::Limits;
 pub use query::Query;
 pub use run::{Refusal, Run};
-pub use scene::{FileRegistry, Object, ObjectId, PluginKind, SceneDescription, SpectrumValue};
+pub use scene::{
+    FileRegistry, ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue,
+};

@@ -5,7 +5,7 @@ use crate::rendered::Naming;
 use serde_json::{Value, json};
 use transport::path::{EnergyBalance, Share};
 use transport::render::Rendering;
-use transport::stats::{Connections, Stats};
+use transport::stats::{ConnectionCounts, Stats};
 use transport::{Film, Scene};
 
 /// A render: what was done, what happened, and where light went; with what is told of the run besides, an object.
@@ -164,7 +164,7 @@ fn share(part: f64, whole: f64) -> Option<f64> {
 
 /// Share of the pairs that are known to be joined by one ray at most. Of the others, those that were
 /// searched are counted, and stand for the rest.
-fn coverage(connections: &Connections, search: f64) -> Option<f64> {
+fn coverage(connections: &ConnectionCounts, search: f64) -> Option<f64> {
     let certified = connections.certified as f64;
     share(certified, certified + connections.searches as f64 / search)
 }
@@ -175,13 +175,13 @@ mod tests {
 
     #[test]
     fn searches_stand_for_the_pairs_that_were_not_searched() {
-        let connections = Connections {
+        let connections = ConnectionCounts {
             certified: 30,
             searches: 10,
-            ..Connections::default()
+            ..ConnectionCounts::default()
         };
         assert_eq!(coverage(&connections, 1.0), Some(0.75));
         assert_eq!(coverage(&connections, 1.0 / 9.0), Some(0.25));
-        assert_eq!(coverage(&Connections::default(), 1.0), None);
+        assert_eq!(coverage(&ConnectionCounts::default(), 1.0), None);
     }
 }

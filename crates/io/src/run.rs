@@ -4,7 +4,9 @@ use crate::part::Header;
 use crate::rendered::Naming;
 use crate::{Limits, Loaded};
 use transport::meter::Meter;
-use transport::render::{MeasureError, MeasureOptions, MeasureState, Options, Target, memory};
+use transport::render::{
+    MeasureError, MeasureOptions, MeasureState, RenderOptions, Target, memory,
+};
 use transport::renderer::Renderer;
 
 /// What is computed of a scene: a picture, or what its meters read; all of it or a part.
@@ -89,16 +91,16 @@ impl<'a> Run<'a> {
     }
 
     /// How its picture is rendered.
-    pub fn options(&self) -> Options {
+    pub fn options(&self) -> RenderOptions {
         let range = self.header().range();
-        Options {
+        RenderOptions {
             first: range.start,
             strategies: self.strategies,
             decomposition: self.loaded.layering.decomposition,
             reweight: self.loaded.reweight,
             adaptive: self.loaded.adaptive,
             target: self.target,
-            ..Options::new(self.renderer, range.end - range.start, self.seed)
+            ..RenderOptions::new(self.renderer, range.end - range.start, self.seed)
         }
     }
 

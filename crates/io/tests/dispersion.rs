@@ -9,8 +9,8 @@ use testkit::z_test::max_abs_z;
 use transport::Scene;
 use transport::aov::AovTracer;
 use transport::path::Workspace;
-use transport::render::{Options, Rendering, render};
-use transport::sensor::Ray;
+use transport::render::{RenderOptions, Rendering, render};
+use transport::sensor::SensorRay;
 
 const BK7: &str = r#"<float name="b1" value="1.03961212"/><float name="c1" value="0.00600069867"/>
     <float name="b2" value="0.231792344"/><float name="c2" value="0.0200179144"/>
@@ -67,7 +67,7 @@ fn deflection(scene: &Scene, b: f64) -> f64 {
     let tracer = AovTracer::default();
     let mut ws = Workspace::new(scene.tolerance());
     let mut values = Vec::new();
-    let ray = Ray {
+    let ray = SensorRay {
         origin: DVec3::new(b, 0.0, -5.0),
         direction: DVec3::Z,
     };
@@ -135,7 +135,7 @@ fn a_graded_index_is_scaled() {
 }
 
 fn shoot(loaded: &Loaded) -> Rendering {
-    let options = Options::new(loaded.renderer, 64, 7);
+    let options = RenderOptions::new(loaded.renderer, 64, 7);
     render(&loaded.groups, &options, |_| ControlFlow::Continue(()))
 }
 

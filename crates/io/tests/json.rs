@@ -192,7 +192,7 @@ fn kinds_follow_from_types_places_and_keys() {
     let kinds: Vec<_> = scene.root.children.iter().map(|c| c.object.kind).collect();
     use PluginKind::{Bsdf, Emitter, Medium, Rfilter, Sampler, Sensor, Shape, Volume};
     assert_eq!(kinds, [Emitter, Volume, Shape, Sensor]);
-    let child = |o: &io::Object, i: usize| o.children[i].object.clone();
+    let child = |o: &io::ObjectDescription, i: usize| o.children[i].object.clone();
     let lens = child(&scene.root, 2);
     let medium = child(&lens, 1);
     assert_eq!([child(&lens, 0).kind, medium.kind], [Bsdf, Medium]);

@@ -11,8 +11,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use transport::meter::Meter;
-use transport::render::{Handle, MeasureOptions, Options, measure, memory, render};
-use transport::renderer;
+use transport::render::{Handle, MeasureOptions, RenderOptions, measure, memory, render};
 
 /// Pictures that take more memory are not rendered.
 const MOST_MEMORY: usize = 1 << 20;
@@ -255,11 +254,11 @@ fn exercise(example: &Example, scene: &Value, integrator: Option<&str>) -> bool 
 
 /// Renders a picture, if it is small.
 fn photograph(loaded: &Loaded) {
-    let options = Options {
+    let options = RenderOptions {
         adaptive: loaded.adaptive,
         reweight: loaded.reweight,
         decomposition: loaded.layering.decomposition,
-        ..Options::new(loaded.renderer, 2, 1)
+        ..RenderOptions::new(loaded.renderer, 2, 1)
     };
     if memory(loaded.scene().film(), &options) > MOST_MEMORY {
         return;
@@ -292,7 +291,8 @@ fn read_meters(loaded: &Loaded) {
 
 /// The integrator of the scene, or another one.
 fn integrators() -> impl Strategy<Value = Option<&'static str>> {
-    let others = prop::sample::select(renderer::NAMES.to_vec());
+    let all = schema::plugins(PluginKind::Integrator).iter();
+    let others = prop::sample::select(all.map(|plugin| plugin.name).collect::<Vec<_>>());
     prop_oneof![1 => Just(None), 1 => others.prop_map(Some)]
 }
 

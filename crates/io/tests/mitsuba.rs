@@ -6,7 +6,7 @@ use io::schema::{self, Parameter};
 use io::{Diagnostics, Difference, LoadOptions, Loaded, PluginKind, json};
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
-use transport::render::{Options, render};
+use transport::render::{RenderOptions, render};
 
 fn load_in(directory: &std::path::Path, text: &str) -> Loaded {
     let path = directory.join("scene.json");
@@ -136,7 +136,7 @@ fn ball(bsdf: &str) -> String {
 /// Mean of the first channel and its standard error.
 fn mean(text: &str, samples: u64) -> [f64; 2] {
     let loaded = load(text);
-    let options = Options::new(loaded.renderer, samples, 1);
+    let options = RenderOptions::new(loaded.renderer, samples, 1);
     let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
     let (mean, variance) = (rendering.film.mean(), rendering.film.variance());
     let n = (mean.len() / 3) as f64;
@@ -207,7 +207,7 @@ fn extinctions_end_with_their_grids() {
             .channel_names
             .iter()
             .position(|n| n == "optical_depth");
-        let options = Options::new(loaded.renderer, 256, 1);
+        let options = RenderOptions::new(loaded.renderer, 256, 1);
         let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
         let mean = rendering.film.mean();
         let depths = mean

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use transport::meter::Meter;
-use transport::render::{Handle, MeasureOptions, MeasureState, Options, State};
+use transport::render::{Handle, MeasureOptions, MeasureState, RenderOptions, State};
 use transport::sampling::Replicates;
 
 const IMAGE: &str = r#"<scene version="3.0.0">
@@ -53,9 +53,9 @@ fn header() -> Header {
 
 fn image(range: Range<u64>) -> Part {
     let loaded = load(IMAGE);
-    let options = Options {
+    let options = RenderOptions {
         first: range.start,
-        ..Options::new(loaded.renderer, range.end - range.start, 1)
+        ..RenderOptions::new(loaded.renderer, range.end - range.start, 1)
     };
     let mut state = State::new(&loaded.groups, &options);
     let handle = Handle::default();
@@ -243,7 +243,7 @@ proptest! {
         forged.extend(blake3::hash(&forged).as_bytes());
         if let Ok(Part { body: Body::Image(state), .. }) = Part::from_bytes(&forged) {
             let loaded = load(IMAGE);
-            let options = Options::new(loaded.renderer, 8, 1);
+            let options = RenderOptions::new(loaded.renderer, 8, 1);
             if state.fits(&loaded.groups, &options) {
                 let _ = state.into_rendering(&loaded.groups).film.summary();
             }

@@ -9,7 +9,7 @@ use io::npy::{self, NpyData};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use testkit::z_test::{max_abs_z, two_sample_z};
-use transport::render::{Options, Rendering, render};
+use transport::render::{RenderOptions, Rendering, render};
 
 const SIZE: usize = 96;
 const BLOCK: usize = 8;
@@ -55,7 +55,7 @@ fn load(scene: &str, integrator: Option<&str>) -> io::Loaded {
 fn shoot(loaded: &io::Loaded, samples: u64, seed: u64) -> Rendering {
     let long = std::env::var_os("MORGANA_LONG_TESTS").is_some();
     let samples = if long { 16 * samples } else { samples };
-    let options = Options::new(loaded.renderer, samples, seed);
+    let options = RenderOptions::new(loaded.renderer, samples, seed);
     let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
     assert_eq!(rendering.stats.not_finite, 0);
     assert_eq!(rendering.stats.lost, 0);

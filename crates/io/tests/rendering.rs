@@ -2,7 +2,7 @@
 
 use io::diagnostic::Style;
 use io::query::{POSITIVE, unknown_plugin};
-use io::{Diagnostic, Diagnostics, Object, PluginKind, Query, SpectrumValue, xml};
+use io::{Diagnostic, Diagnostics, ObjectDescription, PluginKind, Query, SpectrumValue, xml};
 
 /// A small scene with mistakes in plugin, parameters and values, and the messages about it.
 fn render(text: &str, style: Style) -> String {
@@ -15,7 +15,7 @@ fn render(text: &str, style: Style) -> String {
     diagnostics.render(style)
 }
 
-fn ask(object: &Object, diagnostics: &mut Diagnostics) {
+fn ask(object: &ObjectDescription, diagnostics: &mut Diagnostics) {
     match object.plugin.as_str() {
         "homogeneous" => {
             let mut query = Query::new(object, diagnostics);

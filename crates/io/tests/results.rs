@@ -6,7 +6,7 @@
 use io::{Diagnostics, LoadOptions, Loaded, xml};
 use std::ops::ControlFlow;
 use transport::meter::Meter;
-use transport::render::{Handle, MeasureOptions, MeasureState, Options, RESULTS, render};
+use transport::render::{Handle, MeasureOptions, MeasureState, RESULTS, RenderOptions, render};
 
 /// A lens of fog, a ball of glass and a wall, before a light of each kind.
 const SCENE: &str = r#"<scene version="3.0.0">
@@ -63,7 +63,7 @@ fn picture(hash: &mut blake3::Hasher, integrator: &str) {
         ..LoadOptions::default()
     };
     let loaded = load(SCENE, &options);
-    let options = Options::new(loaded.renderer, loaded.samples, 7);
+    let options = RenderOptions::new(loaded.renderer, loaded.samples, 7);
     let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
     let mean: Vec<f64> = rendering.film.mean().into_iter().map(f64::from).collect();
     add(hash, integrator, mean.iter());

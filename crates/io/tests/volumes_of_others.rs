@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
 use io::element::Element;
-use io::volume::{AxisOrder, Frame, Options, Volume, hdf5, mat, nrrd, vti, vtk};
+use io::volume::{AxisOrder, Options, Volume, VolumeFrame, hdf5, mat, nrrd, vti, vtk};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -95,8 +95,8 @@ fn hdf5_as_of_k_wave() {
 }
 
 /// The place of the grid in most files: from (0.8, −1, 1.6) in steps of (0.1, 0.2, 0.4).
-fn place(nodes: bool) -> Frame {
-    Frame {
+fn place(nodes: bool) -> VolumeFrame {
+    VolumeFrame {
         first: DVec3::new(0.8, -1.0, 1.6),
         steps: DMat3::from_diagonal(DVec3::new(0.1, 0.2, 0.4)),
         nodes,
@@ -187,7 +187,7 @@ fn nrrd_axes_and_places() {
     let first = DVec3::ZERO;
     assert_eq!(
         volume.frame(),
-        Some(Frame {
+        Some(VolumeFrame {
             first,
             ..place(false)
         })
@@ -201,7 +201,7 @@ fn nrrd_axes_and_places() {
     let steps = DMat3::from_cols(DVec3::Y * 0.1, DVec3::X * -0.2, DVec3::Z * 0.4);
     assert_eq!(
         volume.frame(),
-        Some(Frame {
+        Some(VolumeFrame {
             steps,
             ..place(false)
         })

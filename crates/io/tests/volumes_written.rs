@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 use io::element::Element;
-use io::volume::{AxisOrder, Format, Frame, Options, Volume, write};
+use io::volume::{AxisOrder, Format, Options, Volume, VolumeFrame, write};
 
 const FORMATS: [&str; 8] = ["vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk"];
 
@@ -17,8 +17,8 @@ fn sample(element: Element, channels: usize) -> Volume<f64> {
 }
 
 /// A place whose numbers are exact in binary.
-fn place(nodes: bool) -> Frame {
-    Frame {
+fn place(nodes: bool) -> VolumeFrame {
+    VolumeFrame {
         first: DVec3::new(0.5, -1.0, 2.0),
         steps: DMat3::from_diagonal(DVec3::new(0.25, 0.5, 2.0)),
         nodes,
@@ -117,7 +117,7 @@ fn places_are_kept() {
 fn turned_grids() {
     let folder = tempfile::tempdir().unwrap();
     let steps = DMat3::from_cols(DVec3::Y * 0.5, DVec3::X * -0.25, DVec3::Z);
-    let volume = sample(Element::F32, 1).with_frame(Frame {
+    let volume = sample(Element::F32, 1).with_frame(VolumeFrame {
         steps,
         ..place(false)
     });
@@ -180,7 +180,7 @@ fn names_that_are_refused() {
 #[test]
 fn resampled_linear_values() {
     let linear = |p: DVec3| 1.0 + 2.0 * p.x - 3.0 * p.y + 0.5 * p.z;
-    let positions = |frame: Frame, [nx, ny, nz]: [usize; 3]| {
+    let positions = |frame: VolumeFrame, [nx, ny, nz]: [usize; 3]| {
         let at =
             move |i: usize| DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / nx / ny) as f64);
         (0..nx * ny * nz).map(move |i| frame.first + frame.steps * at(i))

@@ -10,7 +10,7 @@ use numpy::PyArrayDyn;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use transport::trace::{Branch, Ending, Path, Point, Tracer, branches, follow_field};
+use transport::trace::{Branch, Path, TraceEnding, TracePoint, Tracer, branches, follow_field};
 
 type Numbers<'py> = Bound<'py, PyArrayDyn<f64>>;
 
@@ -117,7 +117,7 @@ impl Traced {
     fn of_points<'py, const N: usize>(
         &self,
         py: Python<'py>,
-        of: impl Fn(&Point) -> [f64; N],
+        of: impl Fn(&TracePoint) -> [f64; N],
         shape: &[usize],
     ) -> PyResult<Numbers<'py>> {
         let points = self.paths.iter().flat_map(|path| &path.points);
@@ -171,10 +171,10 @@ impl Traced {
             scene.map(|scene| scene.objects()[object].name.clone())
         };
         let ending = |path: &Path| match path.ending {
-            Ending::Surface(object) => ("surface", name(object)),
-            Ending::Left => ("left the scene", None),
-            Ending::Length => ("maximum length", None),
-            Ending::Lost => ("lost", None),
+            TraceEnding::Surface(object) => ("surface", name(object)),
+            TraceEnding::Left => ("left the scene", None),
+            TraceEnding::Length => ("maximum length", None),
+            TraceEnding::Lost => ("lost", None),
         };
         self.paths.iter().map(ending).collect()
     }

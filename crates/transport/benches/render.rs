@@ -27,7 +27,7 @@ use std::time::Instant;
 use transport::emitter::Emitter;
 use transport::film::Filter;
 use transport::integrator::{Integrator, PathTracer};
-use transport::render::{Options, render};
+use transport::render::{RenderOptions, render};
 use transport::scene::FilmSpec;
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
@@ -135,7 +135,7 @@ fn arithmetic(pool: &ThreadPool) -> f64 {
 }
 
 fn seconds(pool: &ThreadPool, scene: &[Scene]) -> f64 {
-    let options = Options::new(Integrator::Path(PathTracer::default()), SAMPLES, 1);
+    let options = RenderOptions::new(Integrator::Path(PathTracer::default()), SAMPLES, 1);
     let start = Instant::now();
     let rendering = pool.install(|| render(scene, &options, |_| ControlFlow::Continue(())));
     assert_eq!(rendering.samples, SAMPLES);

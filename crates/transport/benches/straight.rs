@@ -13,7 +13,7 @@ mod common;
 
 use common::{camera, container, fog, parts, sky, vacuum};
 use eikonal::Solver;
-use eikonal::connect::{Pattern, RayFamily, Start};
+use eikonal::connect::{InitialGuess, Pattern, RayFamily};
 use eikonal::field::Constant;
 use glam::{DAffine3, DVec3};
 use std::hint::black_box;
@@ -103,7 +103,7 @@ fn connect(scene: &Scene, ws: &mut Workspace, x: DVec3, y: DVec3) {
 }
 
 fn shoot(scene: &Scene, solver: &mut Solver<MediumId>, x: DVec3, y: DVec3) {
-    let start = Start {
+    let start = InitialGuess {
         family: RayFamily::Point {
             x,
             direction: (y - x).normalize(),

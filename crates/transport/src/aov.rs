@@ -6,7 +6,7 @@
 
 use crate::path::{Ending, FollowedRay, Workspace, follow};
 use crate::scene::{AMBIENT, MediumId, Scene};
-use crate::sensor::Ray;
+use crate::sensor::SensorRay;
 use eikonal::Reference;
 use eikonal::connect::World;
 use glam::{DAffine3, DVec3};
@@ -154,7 +154,7 @@ impl AovTracer {
     }
 
     /// The values of a sensor ray, one for each channel; all zero if the ray is lost, which is counted.
-    pub fn sample(&self, scene: &Scene, ray: Ray, ws: &mut Workspace, out: &mut Vec<f64>) {
+    pub fn sample(&self, scene: &Scene, ray: SensorRay, ws: &mut Workspace, out: &mut Vec<f64>) {
         let medium = scene.medium_of_sensor_ray(ray.origin);
         let reference = self.reference(scene, ray.origin);
         let way = follow(scene, (ray.origin, ray.direction), medium, reference, ws);

@@ -1,6 +1,6 @@
 //! How much work one part of a path may take: the budgets of [rays and connections](eikonal::budget), and those of what is
 //! made of them. Whatever is given up because a budget is spent is counted ([`OverBudget`](crate::stats::OverBudget), and
-//! [`Connections::capped`](crate::stats::Connections::capped)) and reported as possible bias: its light is missing.
+//! [`ConnectionCounts::capped`](crate::stats::ConnectionCounts::capped)) and reported as possible bias: its light is missing.
 
 pub use eikonal::budget::*;
 

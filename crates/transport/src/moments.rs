@@ -4,7 +4,7 @@
 //! image, or all that one particle leaves in one bin. Pixels, layers, images and meters all use these sums. No sum and no
 //! maximum depends on the order in which scores come.
 
-use crate::sum::Sum;
+use crate::sum::ReproducibleSum;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
@@ -22,8 +22,8 @@ const TIMES_EXPONENTIAL: f64 = 2.0;
 /// Sums over scores. Their number is kept elsewhere, for scores of zero need not be added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
-    sum: Sum,
-    sum_of_squares: Sum,
+    sum: ReproducibleSum,
+    sum_of_squares: ReproducibleSum,
     /// Largest absolute value of a score.
     largest: f64,
 }

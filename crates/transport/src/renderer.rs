@@ -15,9 +15,6 @@ pub enum Renderer {
     Quantities(AovTracer),
 }
 
-/// Names of renderers, as scene files and command lines use them: those of estimators, and that of other quantities.
-pub const NAMES: [&str; 6] = ["path", "particle", "bdpt", "aov", "photon", "sppm"];
-
 impl From<Integrator> for Renderer {
     fn from(integrator: Integrator) -> Self {
         Renderer::Light(integrator)
@@ -81,7 +78,7 @@ impl Renderer {
         self.integrator().map_or((None, 1), Integrator::depths)
     }
 
-    /// Name, as in [`NAMES`].
+    /// Name, as scene files and command lines use it.
     pub fn name(&self) -> &'static str {
         self.integrator().map_or("aov", Integrator::name)
     }

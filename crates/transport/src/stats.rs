@@ -14,7 +14,7 @@ pub struct Stats {
     /// Steps and evaluations of rays, those of connections included.
     pub work: Work,
     /// Connections.
-    pub connections: Connections,
+    pub connections: ConnectionCounts,
     /// Photons that were stored.
     pub photons: Photons,
     /// Edges that left their medium's field or circled for too long: counted, and scored zero.
@@ -47,7 +47,7 @@ pub struct Photons {
 
 /// Counts of connections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Connections {
+pub struct ConnectionCounts {
     /// Pairs that were tried.
     pub attempts: u64,
     /// Rays found.
@@ -107,7 +107,7 @@ impl Stats {
     }
 }
 
-impl Connections {
+impl ConnectionCounts {
     /// Share of the attempts for which no ray was found; 0 if there were none.
     pub fn failure_rate(&self) -> f64 {
         match self.attempts {
@@ -117,7 +117,7 @@ impl Connections {
     }
 }
 
-impl AddAssign for Connections {
+impl AddAssign for ConnectionCounts {
     fn add_assign(&mut self, o: Self) {
         self.attempts += o.attempts;
         self.found += o.found;

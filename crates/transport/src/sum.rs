@@ -19,22 +19,22 @@ const ROUNDER: f64 = 6_755_399_441_055_744.0;
 /// A sum of doubles. Numbers below 10⁻²⁹⁸ count as zero.
 ///
 /// ```
-/// use transport::sum::Sum;
+/// use transport::sum::ReproducibleSum;
 /// let numbers = [1e16, 1.0, -1e16, 0.5];
 /// let sum = |order: [usize; 4]| {
-///     let mut sum = Sum::default();
+///     let mut sum = ReproducibleSum::default();
 ///     order.iter().for_each(|&i| sum.add(numbers[i]));
 ///     sum.value()
 /// };
 /// assert_eq!(sum([0, 1, 2, 3]), sum([3, 1, 0, 2]));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Sum {
+pub struct ReproducibleSum {
     /// Sums of the digits at the highest place and at the one below, each above three bits of the place's number.
     words: [i64; 2],
 }
 
-impl Sum {
+impl ReproducibleSum {
     /// Most numbers that a sum has room for.
     pub const MOST: u64 = 1 << 27;
 
@@ -91,9 +91,9 @@ impl Sum {
     }
 }
 
-impl AddAssign for Sum {
+impl AddAssign for ReproducibleSum {
     /// All numbers of another sum.
-    fn add_assign(&mut self, mut other: Sum) {
+    fn add_assign(&mut self, mut other: ReproducibleSum) {
         let place = self.place().max(other.place());
         for sum in [&mut *self, &mut other] {
             if sum.place() < place {
@@ -127,8 +127,8 @@ fn rounded(value: f64) -> (f64, i64) {
 mod tests {
     use super::*;
 
-    fn sum(numbers: impl IntoIterator<Item = f64>) -> Sum {
-        let mut sum = Sum::default();
+    fn sum(numbers: impl IntoIterator<Item = f64>) -> ReproducibleSum {
+        let mut sum = ReproducibleSum::default();
         numbers.into_iter().for_each(|v| sum.add(v));
         sum
     }
@@ -164,9 +164,10 @@ mod tests {
         let numbers = numbers(1000);
         let whole = sum(numbers.iter().copied());
         for size in [1, 7, 333] {
-            let mut parts: Vec<Sum> = numbers.chunks(size).map(|c| sum(c.to_vec())).collect();
+            let mut parts: Vec<ReproducibleSum> =
+                numbers.chunks(size).map(|c| sum(c.to_vec())).collect();
             parts.reverse();
-            let mut merged = Sum::default();
+            let mut merged = ReproducibleSum::default();
             parts.into_iter().for_each(|part| merged += part);
             assert_eq!(merged, whole);
         }
@@ -186,7 +187,7 @@ mod tests {
         assert_eq!(sum([0.1]).value(), 0.1);
         assert_eq!(sum([0.75, -0.25, 1e-320, 0.0, -0.0]).value(), 0.5);
         assert_eq!(sum([f64::MAX]).value(), f64::MAX);
-        assert_eq!(Sum::default().value(), 0.0);
+        assert_eq!(ReproducibleSum::default().value(), 0.0);
     }
 
     /// The largest digits do not overflow, in either direction.
@@ -196,7 +197,7 @@ mod tests {
             let value = sign * (2f64.powi(33) - 2f64.powi(-19));
             let mut total = sum([value]);
             let mut n = 1u64;
-            while n < Sum::MOST {
+            while n < ReproducibleSum::MOST {
                 total += total;
                 n *= 2;
             }

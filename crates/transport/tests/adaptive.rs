@@ -17,7 +17,7 @@ use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::Emitter;
 use transport::film::{Decomposition, Film};
 use transport::integrator::{Bdpt, Integrator};
-use transport::render::{Handle, MergeError, Options, State, memory, render};
+use transport::render::{Handle, MergeError, RenderOptions, State, memory, render};
 use transport::sampling::Replicates;
 use transport::scene::{Object, Parts};
 use transport::sensor::{Orthographic, Sensor};
@@ -66,15 +66,15 @@ fn sound() -> Scene {
     Scene::over_period(scene(index), INSTANTS).unwrap()
 }
 
-fn options(range: Range<u64>, seed: u64, adaptive: bool) -> Options {
-    Options {
+fn options(range: Range<u64>, seed: u64, adaptive: bool) -> RenderOptions {
+    RenderOptions {
         first: range.start,
         adaptive,
-        ..Options::new(path_tracer(), range.end - range.start, seed)
+        ..RenderOptions::new(path_tracer(), range.end - range.start, seed)
     }
 }
 
-fn film(scene: &Scene, options: &Options) -> Film {
+fn film(scene: &Scene, options: &RenderOptions) -> Film {
     render(std::slice::from_ref(scene), options, |_| {
         ControlFlow::Continue(())
     })
@@ -212,7 +212,7 @@ fn pixels_get_whole_periods_and_replicates() {
 
 fn state(scene: &Scene, range: Range<u64>) -> State {
     let scenes = std::slice::from_ref(scene);
-    let options = Options {
+    let options = RenderOptions {
         decomposition: Decomposition {
             bounces: Some(1),
             ..Decomposition::default()
@@ -302,11 +302,11 @@ fn parts_of_other_renders_are_refused() {
 #[test]
 fn other_renders_are_even() {
     let scene = lens();
-    let sorted = Options {
+    let sorted = RenderOptions {
         reweight: true,
         ..options(0..40, 1, true)
     };
-    let both = Options {
+    let both = RenderOptions {
         renderer: Integrator::Bdpt(Bdpt::default()).into(),
         ..options(0..40, 1, true)
     };
@@ -323,9 +323,9 @@ fn shares_are_part_of_the_memory() {
     let sensor = camera(DVec3::Z * 4.0, DVec3::ZERO);
     let parts = parts(Vec::new(), vec![vacuum()], Vec::new(), sensor);
     let of = |adaptive, integrator| {
-        let options = Options {
+        let options = RenderOptions {
             adaptive,
-            ..Options::new(integrator, 64, 1)
+            ..RenderOptions::new(integrator, 64, 1)
         };
         memory(&parts.film, &options)
     };

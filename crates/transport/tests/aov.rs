@@ -53,7 +53,7 @@ fn of_ray(scene: &Scene, origin: DVec3, direction: DVec3) -> impl Fn(&str) -> f6
     let tracer = AovTracer::default();
     let mut ws = transport::path::Workspace::new(scene.tolerance());
     let mut values = Vec::new();
-    let ray = transport::sensor::Ray { origin, direction };
+    let ray = transport::sensor::SensorRay { origin, direction };
     tracer.sample(scene, ray, &mut ws, &mut values);
     move |name| values[tracer.channels().position(|n| n == name).unwrap()]
 }
@@ -301,7 +301,7 @@ fn weak_columns_have_the_phase_of_their_contrast() {
             let mut values = Vec::new();
             let mut ws = transport::path::Workspace::new(Tolerance::default());
             let (origin, direction) = (DVec3::new(x, 0.1, -3.0), DVec3::Z);
-            let ray = transport::sensor::Ray { origin, direction };
+            let ray = transport::sensor::SensorRay { origin, direction };
             tracer.sample(&scene(), ray, &mut ws, &mut values);
             near(values[1], x);
             assert!((values[2] * wavelength - values[1]).abs() < 1e-14 * peak);
@@ -378,7 +378,7 @@ fn references_may_vary() {
     let mut values = Vec::new();
     let mut ws = transport::path::Workspace::new(Tolerance::default());
     let (origin, direction) = (DVec3::new(0.3, 0.1, -0.9), DVec3::Z);
-    let ray = transport::sensor::Ray { origin, direction };
+    let ray = transport::sensor::SensorRay { origin, direction };
     tracer.sample(&scene, ray, &mut ws, &mut values);
     // Up to z = 1 along the ray of the lens: δn = Δ bump/n and ds = n dσ.
     let mut expected = 0.0;

@@ -6,7 +6,7 @@ use common::{camera, container, fog, glass, parts, vacuum};
 use eikonal::field::LinearIndex;
 use glam::{DAffine3, DMat3, DVec3};
 use transport::bsdf::fresnel;
-use transport::emitter::{Collimated, Emitter, Profile};
+use transport::emitter::{BeamProfile, Collimated, Emitter};
 use transport::path::{Connection, ConnectionTarget, Vertex, Workspace};
 use transport::sampling::Sampler;
 use transport::shape::Cube;
@@ -21,7 +21,7 @@ fn tank() -> (Scene, DVec3) {
     };
     let index = LinearIndex::new(1.5, DVec3::Y * -0.02, DVec3::ZERO).unwrap();
     let direction = DVec3::new(1.0, 0.38, 0.0).normalize();
-    let profile = Profile::Gaussian { waist: 0.5 };
+    let profile = BeamProfile::Gaussian { waist: 0.5 };
     let origin = DVec3::new(-0.5, 3.3, 0.0);
     let beam = Collimated::new(origin, direction, profile, Spectrum::ONE);
     let scene = Scene::new(parts(

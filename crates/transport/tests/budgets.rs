@@ -12,7 +12,7 @@ use transport::aov::AovTracer;
 use transport::bsdf::Bsdf;
 use transport::emitter::Emitter;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
-use transport::render::{Handle, Options, Rendering, render, render_watched};
+use transport::render::{Handle, RenderOptions, Rendering, render, render_watched};
 use transport::renderer::Renderer;
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
@@ -37,7 +37,7 @@ fn ripples(wave_number: f64) -> Scene {
 }
 
 fn taken(scene: Scene, renderer: impl Into<Renderer>, samples: u64) -> Rendering {
-    let options = Options::new(renderer, samples, 1);
+    let options = RenderOptions::new(renderer, samples, 1);
     render(&[scene], &options, |_| ControlFlow::Continue(()))
 }
 
@@ -101,7 +101,7 @@ fn renders_end_within_a_pass() {
     let scene = [ripples(3e4)];
     for integrator in integrators {
         let (handle, started) = (Handle::default(), Instant::now());
-        let options = Options::new(integrator, 1_000_000, 1);
+        let options = RenderOptions::new(integrator, 1_000_000, 1);
         let rendering = std::thread::scope(|scope| {
             scope.spawn(|| {
                 std::thread::sleep(Duration::from_millis(200));

@@ -9,7 +9,7 @@ use eikonal::field::{Constant, Fisheye, Luneburg};
 use glam::{DAffine3, DMat3, DVec3};
 use transport::Spectrum;
 use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{Collimated, Emitter, Profile};
+use transport::emitter::{BeamProfile, Collimated, Emitter};
 use transport::integrator::{Bdpt, Integrator, ParticleTracer};
 use transport::render::Rendering;
 use transport::scene::{Object, Parts};
@@ -43,7 +43,7 @@ fn point(position: DVec3) -> Emitter {
 }
 
 fn beam(from: DVec3, direction: DVec3) -> Emitter {
-    let profile = Profile::Disc { radius: 0.5 };
+    let profile = BeamProfile::Disc { radius: 0.5 };
     Emitter::Collimated(Collimated::new(from, direction, profile, Spectrum::ONE))
 }
 

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{camera, container, fog, glass, parts, sky, vacuum};
-use eikonal::connect::{Pattern, RayFamily, Start as Launched};
+use eikonal::connect::{InitialGuess, Pattern, RayFamily};
 use eikonal::field::{Constant, Fisheye, LinearIndex, LinearSquare, Luneburg};
 use eikonal::{Field, Solver, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
@@ -236,10 +236,10 @@ fn occlusion_follows_the_arc() {
 /// Every point of a focused beam is reached, however close to the focus, by the ray that closed form says.
 #[test]
 fn a_beam_is_connected_up_to_its_focus() {
-    use transport::emitter::{Collimated, Profile};
+    use transport::emitter::{BeamProfile, Collimated};
     let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
-    let profile = Profile::Disc { radius: 0.8 };
+    let profile = BeamProfile::Disc { radius: 0.8 };
     let beam = Collimated::new(-DVec3::Z * 2.0, DVec3::Z, profile, Spectrum::ONE);
     let end = ConnectionEnd::Plane {
         through: beam.origin(),
@@ -310,7 +310,7 @@ fn straight_connections_are_those_of_the_solver() {
     for (x, y, crossings) in ends {
         let found = connections(&scene, x, y);
         assert_eq!(found.len(), 1);
-        let start = Launched {
+        let start = InitialGuess {
             family: RayFamily::Point {
                 x,
                 direction: (y - x).normalize(),

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use testkit::{DirectionTable, Family, Mass};
-use transport::emitter::{Collimated, Environment, Profile, Spot};
+use transport::emitter::{BeamProfile, Collimated, Environment, Spot};
 use transport::sensor::{Perspective, Sensor, ThinLens};
 use transport::{Orientation, Spectrum};
 
@@ -54,8 +54,8 @@ fn densities_of_images_are_exact_near_the_poles() {
 fn a_beam_carries_its_power() {
     let power = Spectrum::splat(3.0);
     for profile in [
-        Profile::Disc { radius: 0.4 },
-        Profile::Gaussian { waist: 0.4 },
+        BeamProfile::Disc { radius: 0.4 },
+        BeamProfile::Gaussian { waist: 0.4 },
     ] {
         let beam = Collimated::new(DVec3::X, DVec3::Z, profile, power);
         // ∫ E(r) 2πr dr out to five radii.

@@ -6,7 +6,7 @@
 mod common;
 
 use common::{camera, container, fog, glass, parts, path_tracer, sky, vacuum};
-use eikonal::field::{Constant, Gaussian};
+use eikonal::field::{Constant, Gaussian, Placement};
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -15,14 +15,14 @@ use testkit::{Family, Moments};
 use transport::bsdf::{Bsdf, Dielectric, Diffuse};
 use transport::emitter::Emitter;
 use transport::integrator::{Contribution, Integrator, ParticleTracer, PathTracer};
-use transport::medium::{Filter as GridFilter, Grid, Medium, Placement as Samples, Texture};
+use transport::medium::{GridFilter, Medium, VolumeGrid, VolumeTexture};
 use transport::path::{
     Edge, End, FirstVertexTechniques, Sampling, Start, TransportMode, Workspace, trace,
 };
-use transport::render::{Options, render};
+use transport::render::{RenderOptions, render};
 use transport::sampling::Sampler;
 use transport::scene::{Object, Parts, Sides};
-use transport::sensor::Ray;
+use transport::sensor::SensorRay;
 use transport::shape::{Cube, Rectangle, Sphere};
 use transport::{Scene, Spectrum};
 
@@ -73,7 +73,7 @@ fn nested() -> Scene {
         ..inner
     };
     let coloured = |sigma_t| Medium {
-        sigma_t: Texture::Uniform(Spectrum(sigma_t)),
+        sigma_t: VolumeTexture::Uniform(Spectrum(sigma_t)),
         ..fog(Constant::new(1.0), 1.0, 0.8, 0.4)
     };
     let media = vec![
@@ -94,9 +94,9 @@ fn smoky() -> Scene {
         translation: -DVec3::ONE,
     };
     let filter = GridFilter::Trilinear;
-    let grid = Grid::new(samples, to_world, Samples::Nodes, filter, (0.0, 10.0)).unwrap();
+    let grid = VolumeGrid::new(samples, to_world, Placement::Nodes, filter, (0.0, 10.0)).unwrap();
     let medium = Medium {
-        sigma_t: Texture::Grid(std::sync::Arc::new(grid)),
+        sigma_t: VolumeTexture::Grid(std::sync::Arc::new(grid)),
         ..fog(Constant::new(1.0), 1.0, 0.8, 0.0)
     };
     foggy(medium, sun())
@@ -134,7 +134,7 @@ fn paths(
     scene: &Scene,
     tracer: PathTracer,
     first_vertex: FirstVertexTechniques,
-    (ray, channels): (Ray, usize),
+    (ray, channels): (SensorRay, usize),
     samples: u64,
 ) -> Vec<Vec<Contribution>> {
     let mut ws = Workspace::new(scene.tolerance());
@@ -155,7 +155,7 @@ fn light(
     scene: &Scene,
     tracer: PathTracer,
     first_vertex: FirstVertexTechniques,
-    ray: (Ray, usize),
+    ray: (SensorRay, usize),
     samples: u64,
 ) -> Vec<f64> {
     let paths = paths(scene, tracer, first_vertex, ray, samples);
@@ -172,9 +172,9 @@ fn batches(values: &[f64]) -> Vec<f64> {
     means.collect()
 }
 
-fn ray() -> Ray {
+fn ray() -> SensorRay {
     let origin = DVec3::new(0.2, -0.3, 4.0);
-    Ray {
+    SensorRay {
         origin,
         direction: (DVec3::new(-0.1, 0.1, 0.0) - origin).normalize(),
     }
@@ -186,7 +186,7 @@ fn ray() -> Ray {
 fn single_scattering_has_no_variance() {
     let sigma_t = 0.3;
     let scene = foggy(fog(Constant::new(1.0), sigma_t, 0.8, 0.0), sun());
-    let ray = Ray {
+    let ray = SensorRay {
         origin: DVec3::new(0.1, 0.2, 4.0),
         direction: -DVec3::Z,
     };
@@ -349,8 +349,8 @@ fn ball(glass: Bsdf, inside: Medium, emitters: Vec<Emitter>) -> Scene {
 }
 
 /// The ray that meets the ball at 50° from its normal.
-fn slanting() -> Ray {
-    Ray {
+fn slanting() -> SensorRay {
+    SensorRay {
         origin: DVec3::new(50f64.to_radians().sin(), 0.0, 4.0),
         direction: -DVec3::Z,
     }
@@ -426,7 +426,7 @@ fn parts_add_up() {
 #[test]
 fn splitting_keeps_means() {
     let coloured = |sigma_t, n| Medium {
-        sigma_t: Texture::Uniform(Spectrum(sigma_t)),
+        sigma_t: VolumeTexture::Uniform(Spectrum(sigma_t)),
         ..fog(Constant::new(n), 1.0, 0.8, 0.4)
     };
     let inner = Object {
@@ -456,7 +456,7 @@ fn splitting_keeps_means() {
     let scene = Scene::new(parts).unwrap();
     let mut family = Family::new(FALSE_ALARM);
     // Much is reflected where it meets the ball.
-    let grazing = Ray {
+    let grazing = SensorRay {
         origin: DVec3::new(0.57, 0.0, 4.0),
         direction: -DVec3::Z,
     };
@@ -486,7 +486,7 @@ fn splitting_keeps_means() {
 
 /// How the pilot of a render has paths begin.
 fn chosen(scene: Scene, integrator: Integrator) -> FirstVertexTechniques {
-    let options = Options::new(integrator, 1, 1);
+    let options = RenderOptions::new(integrator, 1, 1);
     let rendering = render(&[scene], &options, |_| ControlFlow::Continue(()));
     rendering.first_vertex
 }

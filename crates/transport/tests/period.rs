@@ -11,10 +11,12 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use testkit::z_test::max_abs_z;
 use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{Collimated, Emitter, Profile};
+use transport::emitter::{BeamProfile, Collimated, Emitter};
 use transport::integrator::{Integrator, ParticleTracer};
-use transport::meter::{Coordinates, Estimator, FluenceMeter, Grid, Meter};
-use transport::render::{Handle, MeasureOptions, Measurement, Options, Rendering, measure, render};
+use transport::meter::{Coordinates, Estimator, FluenceMeter, Meter, MeterGrid};
+use transport::render::{
+    Handle, MeasureOptions, Measurement, RenderOptions, Rendering, measure, render,
+};
 use transport::scene::{Object, Parts};
 use transport::sensor::Sensor;
 use transport::shape::{Disk, Sphere};
@@ -66,7 +68,7 @@ fn averaged(parts: Parts) -> Scene {
 }
 
 fn shoot(scene: Scene, integrator: Integrator, samples: u64, seed: u64) -> Rendering {
-    let options = Options::new(integrator, samples, seed);
+    let options = RenderOptions::new(integrator, samples, seed);
     render(&[scene], &options, |_| ControlFlow::Continue(()))
 }
 
@@ -141,7 +143,7 @@ fn threads_and_passes_leave_no_trace() {
 /// A render that is stopped has seen all instants equally often.
 #[test]
 fn passes_are_whole_periods() {
-    let options = Options::new(path_tracer(), u64::MAX, 1);
+    let options = RenderOptions::new(path_tracer(), u64::MAX, 1);
     let mut passes = 0;
     let scene = averaged(picture());
     let stopped = render(&[scene], &options, |_| {
@@ -162,7 +164,7 @@ fn beam() -> Parts {
     parts.emitters = vec![Emitter::Collimated(Collimated::new(
         DVec3::Z * -2.0,
         DVec3::Z,
-        Profile::Disc { radius: 0.5 },
+        BeamProfile::Disc { radius: 0.5 },
         Spectrum::ONE,
     ))];
     parts.sensor = Sensor::Absent(DAffine3::IDENTITY);
@@ -170,7 +172,7 @@ fn beam() -> Parts {
 }
 
 fn fluence(scene: Scene, particles: u64, seed: u64) -> Vec<(f64, f64)> {
-    let grid = Grid::new(Coordinates::Cylindrical, [4, 1, 3], DAffine3::IDENTITY);
+    let grid = MeterGrid::new(Coordinates::Cylindrical, [4, 1, 3], DAffine3::IDENTITY);
     let meter = Meter::Fluence(FluenceMeter {
         grid: grid.unwrap(),
         estimator: Estimator::TrackLength,

@@ -13,7 +13,7 @@ use testkit::{Moments, z_test::max_abs_z};
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::film::{Decomposition, Film};
 use transport::integrator::{Bdpt, Integrator, ParticleTracer};
-use transport::render::{Handle, Measure, Options, Rendering, State, Target, render};
+use transport::render::{Handle, Measure, RenderOptions, Rendering, State, Target, render};
 use transport::sampling::Replicates;
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
@@ -41,8 +41,8 @@ fn bdpt() -> Integrator {
 }
 
 /// All that a film can keep.
-fn options(integrator: Integrator, range: Range<u64>, seed: u64) -> Options {
-    Options {
+fn options(integrator: Integrator, range: Range<u64>, seed: u64) -> RenderOptions {
+    RenderOptions {
         first: range.start,
         decomposition: Decomposition {
             bounces: Some(2),
@@ -50,11 +50,11 @@ fn options(integrator: Integrator, range: Range<u64>, seed: u64) -> Options {
         },
         reweight: true,
         strategies: integrator == bdpt(),
-        ..Options::new(integrator, range.end - range.start, seed)
+        ..RenderOptions::new(integrator, range.end - range.start, seed)
     }
 }
 
-fn shoot(scene: &Scene, options: &Options) -> Rendering {
+fn shoot(scene: &Scene, options: &RenderOptions) -> Rendering {
     let scenes = std::slice::from_ref(scene);
     render(scenes, options, |_| ControlFlow::Continue(()))
 }
@@ -66,7 +66,7 @@ fn renders(
     samples: u64,
 ) -> Vec<(Vec<f32>, Vec<f32>)> {
     let scene = scene(replicates);
-    let film = |seed| shoot(&scene, &Options::new(integrator, samples, seed)).film;
+    let film = |seed| shoot(&scene, &RenderOptions::new(integrator, samples, seed)).film;
     (0..SEEDS)
         .map(film)
         .map(|film| (film.mean(), film.variance()))
@@ -162,7 +162,7 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
         error: 0.01,
         measure: Measure::Image,
     });
-    let targeted = Options {
+    let targeted = RenderOptions {
         target,
         ..options(path_tracer(), 0..1 << 12, 5)
     };
@@ -214,7 +214,7 @@ fn other_estimators_take_single_samples() {
         max_depth: None,
         rr_depth: 5,
     });
-    let particle = Options::new(particle, 8, 5);
+    let particle = RenderOptions::new(particle, 8, 5);
     let [single, replicates] =
         [Replicates::Single, Replicates::OfEight].map(|s| shoot(&scene(s), &particle).film);
     assert_eq!(single, replicates);

@@ -10,7 +10,7 @@ use transport::bsdf::Bsdf;
 use transport::emitter::Emitter;
 use transport::film::Film;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer};
-use transport::render::{Options, render};
+use transport::render::{RenderOptions, render};
 use transport::shape::Sphere;
 use transport::{Scene, Spectrum};
 
@@ -30,9 +30,9 @@ fn shoot(integrator: Integrator, samples: u64, reweight: bool) -> Film {
     );
     parts.film.width = 5;
     parts.film.height = 5;
-    let options = Options {
+    let options = RenderOptions {
         reweight,
-        ..Options::new(integrator, samples, 1)
+        ..RenderOptions::new(integrator, samples, 1)
     };
     let scene = [Scene::new(parts).unwrap()];
     render(&scene, &options, |_| ControlFlow::Continue(())).film

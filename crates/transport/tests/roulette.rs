@@ -14,7 +14,7 @@ use transport::bsdf::Bsdf;
 use transport::emitter::Emitter;
 use transport::integrator::{Integrator, PathTracer};
 use transport::path::{AdjointEstimate, AdjointTraining, PathTally, Start, Workspace};
-use transport::render::{Options, render};
+use transport::render::{RenderOptions, render};
 use transport::sampling::Sampler;
 use transport::scene::Parts;
 use transport::shape::Sphere;
@@ -115,7 +115,7 @@ fn long_paths_end_before_roulette_by_depth() {
         ..PathTracer::default()
     };
     let integrator = Integrator::Path(tracer);
-    let options = Options::new(integrator, 64, 1);
+    let options = RenderOptions::new(integrator, 64, 1);
     let rendering = render(std::slice::from_ref(&scene), &options, |_| {
         ControlFlow::Continue(())
     });

@@ -13,7 +13,7 @@ use transport::emitter::Emitter;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer};
 use transport::medium::Medium;
 use transport::scene::Object;
-use transport::sensor::{Sensor, Stop, Telecentric};
+use transport::sensor::{ApertureStop, Sensor, Telecentric};
 use transport::shape::{Rectangle, Shape, Sphere};
 
 /// Distance of the source: its rays are nearly parallel.
@@ -29,7 +29,7 @@ fn ball(radius: f64) -> Shape {
 }
 
 /// Along +z from z = −5, sharp at the origin.
-fn sensor(aspect: f64, stop: Stop) -> Sensor {
+fn sensor(aspect: f64, stop: ApertureStop) -> Sensor {
     let map = DAffine3::from_mat3_translation(DMat3::IDENTITY, DVec3::NEG_Z * 5.0);
     Sensor::Telecentric(Telecentric::new(map, aspect, 5.0, stop))
 }
@@ -64,7 +64,7 @@ fn brightness_is_proportional_to_the_deflection() {
         radiance: Spectrum::ONE,
     };
     let objects = vec![container(ball(3.0), Bsdf::Null), source()];
-    let stop = Stop::with_knife(STOP, DVec2::X, 0.0);
+    let stop = ApertureStop::with_knife(STOP, DVec2::X, 0.0);
     let sensor = sensor(PIXELS as f64, stop);
     let mut parts = parts(objects, media, vec![emitter], sensor);
     (parts.film.width, parts.film.height) = (PIXELS, 1);
@@ -98,7 +98,7 @@ fn estimators_agree() {
         vec![vacuum(), fog(lens, 1.0, albedo, 0.3)]
     };
     let render = |emitter: Emitter, albedo: f64, integrator: Integrator, samples: u64| {
-        let stop = Stop::with_knife(0.3, DVec2::new(1.0, 1.0), 0.1);
+        let stop = ApertureStop::with_knife(0.3, DVec2::new(1.0, 1.0), 0.1);
         let objects = vec![container(ball(1.0), Bsdf::Null)];
         let parts = parts(objects, media(albedo), vec![emitter], sensor(1.0, stop));
         shoot_by(integrator, parts, samples, 7).film.summary()

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::{Emitter, Environment};
 use transport::scene::{Object, Parts};
-use transport::sensor::Ray;
+use transport::sensor::SensorRay;
 use transport::shape::{Cube, Rectangle, Shape};
 use transport::{Orientation, Scene, Spectrum};
 
@@ -47,7 +47,7 @@ fn half_sky(above: bool) -> Emitter {
 
 fn at_normal_incidence(parts: Parts, samples: u64, seed: u64) -> (f64, f64) {
     let scene = Scene::new(parts).unwrap();
-    let ray = Ray {
+    let ray = SensorRay {
         origin: DVec3::Z * 2.0,
         direction: -DVec3::Z,
     };
@@ -142,7 +142,7 @@ fn graded_slab_between_black_plates() {
     let irradiance = |z: f64, inward: f64, seed| {
         estimate(&scene, (20_000, seed), |sampler| {
             let d = transport::sampling::sphere::cosine_hemisphere_sample(sampler.next_2d());
-            let ray = Ray {
+            let ray = SensorRay {
                 origin: DVec3::Z * z,
                 direction: DVec3::new(d.x, d.y, d.z * inward),
             };

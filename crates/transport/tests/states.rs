@@ -11,9 +11,9 @@ use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::Emitter;
 use transport::film::Decomposition;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
-use transport::meter::{Coordinates, Estimator, FluenceMeter, Grid, Meter};
+use transport::meter::{Coordinates, Estimator, FluenceMeter, Meter, MeterGrid};
 use transport::render::{
-    Handle, Measure, MeasureOptions, MeasureState, MergeError, Options, Progress, Rendering,
+    Handle, Measure, MeasureOptions, MeasureState, MergeError, Progress, RenderOptions, Rendering,
 };
 use transport::render::{State, Target, measure, render};
 use transport::scene::Parts;
@@ -45,7 +45,7 @@ fn scene() -> Parts {
 }
 
 /// All that a film can keep.
-fn options(integrator: Integrator) -> Options {
+fn options(integrator: Integrator) -> RenderOptions {
     let decomposition = Decomposition {
         length: Some(Bins {
             min: 3.0,
@@ -55,27 +55,27 @@ fn options(integrator: Integrator) -> Options {
         bounces: Some(2),
         emitters: None,
     };
-    Options {
+    RenderOptions {
         strategies: integrator.splats(),
         decomposition,
         reweight: true,
-        ..Options::new(integrator, SAMPLES, 5)
+        ..RenderOptions::new(integrator, SAMPLES, 5)
     }
 }
 
-fn estimators() -> [Options; 5] {
+fn estimators() -> [RenderOptions; 5] {
     [
         options(path_tracer()),
         options(Integrator::Particle(ParticleTracer::default())),
         options(Integrator::Bdpt(Bdpt::default())),
         options(Integrator::Photon(PhotonMapping::default())),
-        Options::new(AovTracer::default(), SAMPLES, 5),
+        RenderOptions::new(AovTracer::default(), SAMPLES, 5),
     ]
 }
 
-fn state(scene: &Scene, options: &Options, range: Range<u64>) -> State {
+fn state(scene: &Scene, options: &RenderOptions, range: Range<u64>) -> State {
     let scenes = std::slice::from_ref(scene);
-    let options = Options {
+    let options = RenderOptions {
         first: range.start,
         samples: range.end - range.start,
         ..*options
@@ -161,7 +161,7 @@ fn a_pass_that_is_given_up_leaves_no_trace() {
         assert!(state.fits(&scenes, &options), "{name}");
         let nothing = state.clone().into_rendering(&scenes);
         assert_eq!((nothing.samples, nothing.film.samples()), (0, 0), "{name}");
-        let some = Options {
+        let some = RenderOptions {
             samples: 3,
             ..options
         };
@@ -180,12 +180,12 @@ fn a_pass_that_is_given_up_leaves_no_trace() {
 #[test]
 fn a_render_that_goes_on_ends_at_its_target() {
     let scenes = [Scene::new(scene()).unwrap()];
-    let options = Options {
+    let options = RenderOptions {
         target: Some(Target {
             error: 0.02,
             measure: Measure::Image,
         }),
-        ..Options::new(path_tracer(), 100_000, 8)
+        ..RenderOptions::new(path_tracer(), 100_000, 8)
     };
     let whole = render(&scenes, &options, |_| ControlFlow::Continue(()));
     assert!(whole.reached && whole.samples > 32, "{}", whole.samples);
@@ -219,17 +219,17 @@ fn other_renders_do_not_fit() {
     let mine = options(path_tracer());
     let mut kept = state(&scenes[0], &mine, 0..1);
     let others = [
-        Options {
+        RenderOptions {
             reweight: false,
             ..mine
         },
-        Options {
+        RenderOptions {
             decomposition: Decomposition::default(),
             ..mine
         },
         options(Integrator::Photon(PhotonMapping::default())),
         options(Integrator::Bdpt(Bdpt::default())),
-        Options::new(AovTracer::default(), 1, 1),
+        RenderOptions::new(AovTracer::default(), 1, 1),
     ];
     for other in others {
         let name = other.renderer.name();
@@ -251,7 +251,7 @@ fn measurements_in_parts_are_the_whole() {
     let to_world =
         DAffine3::from_scale(DVec3::splat(2.0)) * DAffine3::from_translation(DVec3::splat(-0.5));
     let meters = [Meter::Fluence(FluenceMeter {
-        grid: Grid::new(Coordinates::Cartesian, [3, 4, 5], to_world).unwrap(),
+        grid: MeterGrid::new(Coordinates::Cartesian, [3, 4, 5], to_world).unwrap(),
         estimator: Estimator::TrackLength,
         optical_length: None,
     })];

@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 use transport::Scene;
 use transport::bsdf::Bsdf;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer};
-use transport::render::{Measure, Options, Rendering, Target, render};
+use transport::render::{Measure, RenderOptions, Rendering, Target, render};
 use transport::scene::Parts;
 use transport::shape::Sphere;
 
@@ -53,9 +53,9 @@ fn shoot(
     most: u64,
     seed: u64,
 ) -> Rendering {
-    let options = Options {
+    let options = RenderOptions {
         target,
-        ..Options::new(integrator, most, seed)
+        ..RenderOptions::new(integrator, most, seed)
     };
     render(std::slice::from_ref(scene), &options, |_| {
         ControlFlow::Continue(())

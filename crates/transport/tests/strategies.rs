@@ -12,7 +12,7 @@ use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::Emitter;
 use transport::film::Film;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer};
-use transport::render::{Options, Rendering, render};
+use transport::render::{RenderOptions, Rendering, render};
 use transport::scene::{Object, Parts};
 use transport::sensor::{Orthographic, Sensor};
 use transport::shape::{Rectangle, Shape, Sphere};
@@ -52,14 +52,14 @@ fn light_beside_fog() -> Parts {
     parts(vec![ball, light], media, vec![emitter], sensor)
 }
 
-fn options(integrator: Integrator, samples: u64, seed: u64) -> Options {
-    Options {
+fn options(integrator: Integrator, samples: u64, seed: u64) -> RenderOptions {
+    RenderOptions {
         strategies: true,
-        ..Options::new(integrator, samples, seed)
+        ..RenderOptions::new(integrator, samples, seed)
     }
 }
 
-fn shoot(parts: &Parts, options: &Options) -> Rendering {
+fn shoot(parts: &Parts, options: &RenderOptions) -> Rendering {
     let scene = Scene::new(parts.clone()).unwrap();
     render(&[scene], options, |_| ControlFlow::Continue(()))
 }

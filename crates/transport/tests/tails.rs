@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::Emitter;
 use transport::integrator::{Bdpt, Integrator, PathTracer};
-use transport::render::{Measure, Options, Rendering, Target, render};
+use transport::render::{Measure, RenderOptions, Rendering, Target, render};
 use transport::scene::Parts;
 use transport::shape::Sphere;
 use transport::{Film, Scene, Spectrum};
@@ -82,9 +82,9 @@ fn targets_wait_for_errors_that_can_be_trusted() {
             error: 0.05,
             measure: Measure::Image,
         };
-        let options = Options {
+        let options = RenderOptions {
             target: Some(target),
-            ..Options::new(integrator, 200, seed)
+            ..RenderOptions::new(integrator, 200, seed)
         };
         let scene = Scene::new(focus()).unwrap();
         let rendering = render(&[scene], &options, |_| ControlFlow::Continue(()));
@@ -131,9 +131,9 @@ fn parts_know_the_largest_sample_of_all() {
     let of = |film: &Film| (film.few(None), film.effective(None), film.tail(None));
     let scene = || transport::Scene::new(focus()).unwrap();
     let part = |first: u64, samples: u64| {
-        let options = transport::render::Options {
+        let options = transport::render::RenderOptions {
             first,
-            ..transport::render::Options::new(path(2), samples, 7)
+            ..transport::render::RenderOptions::new(path(2), samples, 7)
         };
         let mut state = transport::render::State::new(&[scene()], &options);
         let handle = transport::render::Handle::default();

@@ -15,12 +15,12 @@ use serde_json::Value;
 use std::f64::consts::PI;
 use testkit::z_test::{max_abs_z, two_sample_z};
 use transport::bsdf::Bsdf;
-use transport::emitter::{Collimated, Emitter, Profile};
+use transport::emitter::{BeamProfile, Collimated, Emitter};
 use transport::sampling::Frame;
 use transport::sampling::disc::uniform_disc_sample;
 use transport::sampling::sphere::cosine_hemisphere_sample;
 use transport::scene::Parts;
-use transport::sensor::Ray;
+use transport::sensor::SensorRay;
 use transport::shape::{Cube, Sphere};
 use transport::{Scene, Spectrum};
 
@@ -68,7 +68,7 @@ fn irradiance_of_a_luneburg_ball_around_a_point_source() {
                 let n = DVec3::new(cos, sin * phi.cos(), sin * phi.sin());
                 let out =
                     Frame::from_normal(n).to_world(cosine_hemisphere_sample(sampler.next_2d()));
-                let ray = Ray {
+                let ray = SensorRay {
                     origin: n * (1.0 + 1e-9),
                     direction: -out,
                 };
@@ -93,7 +93,7 @@ fn power_that_a_luneburg_ball_scatters_out_of_a_beam() {
     let beam = Collimated::new(
         -DVec3::Z * 2.0,
         DVec3::Z,
-        Profile::Disc { radius: 0.3 },
+        BeamProfile::Disc { radius: 0.3 },
         Spectrum::ONE,
     );
     let scene = luneburg_ball(1.1, 1.0 / 1.1, Emitter::Collimated(beam));
@@ -108,7 +108,7 @@ fn power_that_a_luneburg_ball_scatters_out_of_a_beam() {
                 let out = DVec3::new(sin * phi.cos(), sin * phi.sin(), cos);
                 // Parallel rays over the ball's shadow: power = ∫ dω ∫ L dA⊥.
                 let across = uniform_disc_sample(sampler.next_2d()).extend(0.0);
-                let ray = Ray {
+                let ray = SensorRay {
                     origin: out * 1.5 + Frame::from_normal(out).to_world(across),
                     direction: -out,
                 };
@@ -155,7 +155,7 @@ fn behind_a_slab(entry: &str, index: Field, bins: std::ops::Range<usize>) {
                 let (r, phi) = ((a + (b - a) * u).sqrt(), 2.0 * PI * v);
                 let out = Frame::from_normal(DVec3::X)
                     .to_world(cosine_hemisphere_sample(sampler.next_2d()));
-                let ray = Ray {
+                let ray = SensorRay {
                     origin: DVec3::new(6.0 + 1e-6, r * phi.cos(), r * phi.sin()),
                     direction: -out,
                 };
@@ -180,7 +180,7 @@ fn waveguide(index: Field) -> Parts {
     let beam = Collimated::new(
         DVec3::X * 1e-6,
         DVec3::X,
-        Profile::Disc { radius: 0.4 },
+        BeamProfile::Disc { radius: 0.4 },
         Spectrum::ONE,
     );
     parts(

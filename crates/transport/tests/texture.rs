@@ -5,7 +5,7 @@ use std::sync::Arc;
 use transport::Spectrum;
 use transport::shape::{Cube, Mesh, Shape, Site, Uv};
 use transport::texture::{
-    Bitmap, Checkerboard, Filter, Texture, TextureError, VertexColours, Wrap,
+    Bitmap, BitmapFilter, Checkerboard, Texture, TextureError, VertexColours, Wrap,
 };
 
 fn at(texture: &Texture, u: f64, v: f64) -> f64 {
@@ -17,7 +17,7 @@ fn at(texture: &Texture, u: f64, v: f64) -> f64 {
 }
 
 /// Two by two pixels, row by row.
-fn bitmap(filter: Filter, wrap: Wrap, to_uv: DAffine2) -> Texture {
+fn bitmap(filter: BitmapFilter, wrap: Wrap, to_uv: DAffine2) -> Texture {
     let data = vec![0.1, 0.2, 0.3, 0.4];
     Texture::Bitmap(Arc::new(
         Bitmap::new([2, 2], (1, data), (filter, wrap), to_uv).unwrap(),
@@ -37,31 +37,35 @@ const PLACES: [[f64; 2]; 6] = [
 fn bitmaps_are_filtered_and_wrapped_as_in_mitsuba() {
     let table = [
         (
-            Filter::Bilinear,
+            BitmapFilter::Bilinear,
             Wrap::Repeat,
             [0.15, 0.25, 0.18, 0.25, 0.21, 0.19],
         ),
         (
-            Filter::Nearest,
+            BitmapFilter::Nearest,
             Wrap::Repeat,
             [0.1, 0.4, 0.2, 0.3, 0.2, 0.2],
         ),
         (
-            Filter::Bilinear,
+            BitmapFilter::Bilinear,
             Wrap::Mirror,
             [0.1, 0.25, 0.22, 0.33, 0.28, 0.37],
         ),
         (
-            Filter::Nearest,
+            BitmapFilter::Nearest,
             Wrap::Mirror,
             [0.1, 0.4, 0.2, 0.4, 0.3, 0.4],
         ),
         (
-            Filter::Bilinear,
+            BitmapFilter::Bilinear,
             Wrap::Clamp,
             [0.1, 0.25, 0.22, 0.34, 0.1, 0.4],
         ),
-        (Filter::Nearest, Wrap::Clamp, [0.1, 0.4, 0.2, 0.4, 0.1, 0.4]),
+        (
+            BitmapFilter::Nearest,
+            Wrap::Clamp,
+            [0.1, 0.4, 0.2, 0.4, 0.1, 0.4],
+        ),
     ];
     for (filter, wrap, expected) in table {
         let texture = bitmap(filter, wrap, DAffine2::IDENTITY);
@@ -82,7 +86,7 @@ fn coordinates_are_mapped_first() {
         DMat2::from_diagonal(DVec2::new(2.0, 3.0)),
         DVec2::new(0.25, 0.5),
     );
-    let (filter, wrap) = (Filter::Bilinear, Wrap::Repeat);
+    let (filter, wrap) = (BitmapFilter::Bilinear, Wrap::Repeat);
     let mapped = at(&bitmap(filter, wrap, to_uv), 0.1, 0.2);
     let plain = at(&bitmap(filter, wrap, DAffine2::IDENTITY), 0.45, 1.1);
     assert!((mapped - plain).abs() < 1e-12 && (mapped - 0.2).abs() < 1e-6);
@@ -91,7 +95,7 @@ fn coordinates_are_mapped_first() {
 #[test]
 fn coordinates_without_meaning_are_harmless() {
     for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
-        for filter in [Filter::Bilinear, Filter::Nearest] {
+        for filter in [BitmapFilter::Bilinear, BitmapFilter::Nearest] {
             let texture = bitmap(filter, wrap, DAffine2::IDENTITY);
             for far in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e300, -1e18] {
                 assert!((0.1..=0.4001).contains(&at(&texture, far, 0.3)));
@@ -180,7 +184,7 @@ fn colours_of_vertices_are_linear_over_triangles() {
 
 #[test]
 fn images_that_are_refused() {
-    let (filter, to_uv) = ((Filter::Nearest, Wrap::Clamp), DAffine2::IDENTITY);
+    let (filter, to_uv) = ((BitmapFilter::Nearest, Wrap::Clamp), DAffine2::IDENTITY);
     let make = |size, channels, data: Vec<f32>| Bitmap::new(size, (channels, data), filter, to_uv);
     let error = make([2, 1], 1, vec![0.0; 3]).unwrap_err();
     assert_eq!(

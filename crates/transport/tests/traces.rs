@@ -8,7 +8,7 @@ use glam::DVec3;
 use transport::Scene;
 use transport::bsdf::Bsdf;
 use transport::shape::Sphere;
-use transport::trace::{Ending, Tracer};
+use transport::trace::{TraceEnding, Tracer};
 
 /// A ball of radius 1 whose index grows along y.
 fn graded_ball() -> Scene {
@@ -44,16 +44,16 @@ fn rays_from_afar() {
     let scene = graded_ball();
     let tracer = Tracer::new(&scene, None);
     for (distance, ending) in [
-        (1e3, Ending::Left),
-        (1e9, Ending::Left),
-        (1e200, Ending::Lost),
+        (1e3, TraceEnding::Left),
+        (1e9, TraceEnding::Left),
+        (1e200, TraceEnding::Lost),
     ] {
         for from in [DVec3::X, DVec3::Y] {
             let path = tracer.follow(from * distance, -from);
             assert_eq!(path.ending, ending, "{distance}");
             assert!(path.points.iter().all(|p| p.x.is_finite()));
             let crosses = path.points.iter().any(|p| p.medium == 1);
-            assert_eq!(crosses, ending == Ending::Left, "{distance}");
+            assert_eq!(crosses, ending == TraceEnding::Left, "{distance}");
         }
     }
 }

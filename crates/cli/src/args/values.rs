@@ -5,7 +5,7 @@ use io::element::Element;
 use io::image::tone::Curve;
 use std::time::Duration;
 use transport::render::{Measure, MeasureOptions};
-use transport::sum::Sum;
+use transport::sum::ReproducibleSum;
 
 pub use crate::shard::parse as shard;
 
@@ -36,7 +36,12 @@ pub fn curve(text: &str) -> Result<Curve, String> {
 }
 
 pub fn samples(text: &str) -> Result<u64, String> {
-    whole(text, Sum::MOST).ok_or_else(|| format!("expected a whole number from 1 to {}", Sum::MOST))
+    whole(text, ReproducibleSum::MOST).ok_or_else(|| {
+        format!(
+            "expected a whole number from 1 to {}",
+            ReproducibleSum::MOST
+        )
+    })
 }
 
 pub fn particles(text: &str) -> Result<u64, String> {

@@ -1,7 +1,7 @@
 //! `morgana check`.
 
 use crate::args::CheckArgs;
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use crate::load::{load_as_it_is, warn};
 use crate::output::say;
 use io::Run;
@@ -9,7 +9,7 @@ use io::diagnostic::shown;
 use std::process::ExitCode;
 
 /// Loads a scene as a render would, and says what there is to say about it.
-pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
+pub fn check(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     let loaded = load_as_it_is(&args.scene)?;
     warn(&loaded);
     Run::new(&loaded).check(args.scene.memory.limits())?;

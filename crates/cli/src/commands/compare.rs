@@ -1,9 +1,9 @@
 //! `morgana compare`.
 
 use crate::args::CompareArgs;
+use crate::command_error::CommandError;
 use crate::config;
 use crate::difference::{Difference, map};
-use crate::failure::Failure;
 use io::compare::compare as differences;
 use io::compare::flip::flip;
 use io::image::{ImageLayers, RgbImage};
@@ -16,11 +16,11 @@ use std::process::ExitCode;
 const DIFFERENT: u8 = 1;
 
 /// Compares an image with a reference.
-pub fn compare(args: &CompareArgs) -> Result<ExitCode, Failure> {
+pub fn compare(args: &CompareArgs) -> Result<ExitCode, CommandError> {
     let map_format = config::map(args.map.as_deref())?;
     let zmap_format = config::map(args.zmap.as_deref())?;
     // Status 1 says that images differ, so nothing else may.
-    let fail = |e: FileError| Failure::Usage(e.to_string());
+    let fail = |e: FileError| CommandError::Usage(e.to_string());
     let [image, reference] = [&args.image, &args.reference]
         .map(|path| read(path, &args.layer, args.memory.limits()).map_err(fail));
     let (image, reference) = (image?, reference?);
@@ -30,7 +30,7 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode, Failure> {
     if numbers.z.is_none() && (args.zmap.is_some() || args.limits.max_z.is_some()) {
         let message = "standard errors are not known: --zmap and --max-z need .exr files of renders, which have \
                        variances";
-        return Err(Failure::Usage(message.into()));
+        return Err(CommandError::Usage(message.into()));
     }
     let difference = Difference {
         args,

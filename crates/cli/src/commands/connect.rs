@@ -1,7 +1,7 @@
 //! `morgana connect`.
 
 use crate::args::ConnectArgs;
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use crate::load::load_with_warnings;
 use serde_json::{Value, json};
 use std::io::Write;
@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use transport::trace::{Branch, branches};
 
 /// Finds the ray between two points, or all of them, and prints them.
-pub fn connect(args: &ConnectArgs) -> Result<ExitCode, Failure> {
+pub fn connect(args: &ConnectArgs) -> Result<ExitCode, CommandError> {
     let loaded = load_with_warnings(&args.scene)?;
     let all = args.all.then_some(args.reflections);
     let found = branches(loaded.same_rays(), args.from, args.to, all);

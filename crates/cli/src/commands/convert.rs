@@ -1,17 +1,17 @@
 //! `morgana convert`.
 
 use crate::args::ConvertArgs;
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use crate::numbers::plain;
 use crate::output::say;
 use glam::{DMat3, DVec3};
 use io::diagnostic::shown;
-use io::volume::{Format, Frame, Options, Volume, write};
+use io::volume::{Format, Options, Volume, VolumeFrame, write};
 use std::path::Path;
 use std::process::ExitCode;
 
 /// Reads a volume and writes it in another format.
-pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
+pub fn convert(args: &ConvertArgs) -> Result<ExitCode, CommandError> {
     check(args)?;
     let options = Options {
         axes: args.axes,
@@ -20,7 +20,7 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
     };
     // In double precision, so that numbers of all types pass unchanged.
     let volume = Volume::<f64>::read(&args.input, options);
-    let volume = volume.map_err(|e| Failure::Usage(e.to_string()))?;
+    let volume = volume.map_err(|e| CommandError::Usage(e.to_string()))?;
     let mut summary = vec![
         format!("{}: {}", shown(&args.input), contents(&volume)),
         if has_place(&volume) {
@@ -56,7 +56,7 @@ pub fn convert(args: &ConvertArgs) -> Result<ExitCode, Failure> {
 }
 
 /// What the user wants of a volume.
-fn changed(mut volume: Volume<f64>, args: &ConvertArgs) -> Result<Volume<f64>, Failure> {
+fn changed(mut volume: Volume<f64>, args: &ConvertArgs) -> Result<Volume<f64>, CommandError> {
     if args.spacing.is_some() || args.origin.is_some() {
         let frame = moved(&volume, args)?;
         volume = volume.with_frame(frame);
@@ -75,7 +75,7 @@ fn changed(mut volume: Volume<f64>, args: &ConvertArgs) -> Result<Volume<f64>, F
 }
 
 /// Checks the files and the type of numbers, before anything is read.
-fn check(args: &ConvertArgs) -> Result<(), Failure> {
+fn check(args: &ConvertArgs) -> Result<(), CommandError> {
     let known = |path| Format::of(path).ok_or_else(|| wrong(path, &Format::unknown()));
     known(&args.input)?;
     let target = known(&args.output)?;
@@ -83,7 +83,7 @@ fn check(args: &ConvertArgs) -> Result<(), Failure> {
         return Err(wrong(&args.output, &Format::unknown()));
     }
     match args.kind {
-        Some(element) if target.element(element) != element => Err(Failure::Usage(format!(
+        Some(element) if target.element(element) != element => Err(CommandError::Usage(format!(
             "{}: the format has no {element}; {} comes closest",
             shown(&args.output),
             target.element(element)
@@ -92,20 +92,20 @@ fn check(args: &ConvertArgs) -> Result<(), Failure> {
     }
 }
 
-fn wrong(path: &Path, problem: &io::Problem) -> Failure {
-    Failure::Usage(format!("{}: {problem}", shown(path)))
+fn wrong(path: &Path, problem: &io::Problem) -> CommandError {
+    CommandError::Usage(format!("{}: {problem}", shown(path)))
 }
 
 /// Where the samples are, as the user says rather than the file.
-fn moved(volume: &Volume<f64>, args: &ConvertArgs) -> Result<Frame, Failure> {
+fn moved(volume: &Volume<f64>, args: &ConvertArgs) -> Result<VolumeFrame, CommandError> {
     let place = has_place(volume).then(|| volume.place());
     let steps = args.spacing.map(DMat3::from_diagonal);
     let Some(steps) = steps.or(place.map(|place| place.steps)) else {
         let message =
             "--origin needs --spacing: the file does not say how far apart its samples are";
-        return Err(Failure::Usage(message.into()));
+        return Err(CommandError::Usage(message.into()));
     };
-    Ok(Frame {
+    Ok(VolumeFrame {
         first: args
             .origin
             .or(place.map(|place| place.first))

@@ -2,8 +2,8 @@
 
 use super::render::{name, open};
 use crate::args::RenderArgs;
+use crate::command_error::CommandError;
 use crate::driver::Driver;
-use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::measured::Measured;
@@ -24,7 +24,7 @@ pub fn measure(
     (job, loaded): (&Job, &Loaded),
     shard: Option<[u64; 2]>,
     pool: &ThreadPool,
-) -> Result<ExitCode, Failure> {
+) -> Result<ExitCode, CommandError> {
     check(args)?;
     let files = match shard {
         None => config::readings(&args.outputs, &args.scene.path, loaded.instruments.len())?,
@@ -102,7 +102,7 @@ pub fn measure(
 }
 
 /// Options that are for pictures.
-fn check(args: &RenderArgs) -> Result<(), Failure> {
+fn check(args: &RenderArgs) -> Result<(), CommandError> {
     let wrong = [
         (
             args.spp.is_some(),
@@ -122,7 +122,7 @@ fn check(args: &RenderArgs) -> Result<(), Failure> {
         (args.tev.is_some(), "--tev", ""),
     ];
     match wrong.iter().find(|(given, ..)| *given) {
-        Some((_, option, why)) => Err(Failure::Usage(format!(
+        Some((_, option, why)) => Err(CommandError::Usage(format!(
             "{option} is for pictures, but the scene has meters in place of a camera{why}"
         ))),
         None => Ok(()),

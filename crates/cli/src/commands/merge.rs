@@ -2,7 +2,7 @@
 
 use super::render::check_colours;
 use crate::args::MergeArgs;
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use crate::job::Job;
 use crate::measured::Measured;
 use crate::output::say;
@@ -19,7 +19,7 @@ use transport::meter::Meter;
 use transport::render::{MeasureState, State};
 
 /// Puts parts together, and writes what a render in one piece would have.
-pub fn merge(args: &MergeArgs) -> Result<ExitCode, Failure> {
+pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
     let outputs = &args.outputs.output;
     let is_part = |path: &std::path::PathBuf| path.extension().is_some_and(|e| e == "part");
     if let [path] = &outputs[..]
@@ -29,7 +29,7 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, Failure> {
     }
     if outputs.iter().any(is_part) {
         let message = "a .part file is written alone: images are made of it later";
-        return Err(Failure::Usage(message.into()));
+        return Err(CommandError::Usage(message.into()));
     }
     let Part { header, body } = read(&args.parts)?;
     check_complete(args, &header, &body)?;
@@ -40,7 +40,7 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, Failure> {
     let loaded = job.load(args.memory.limits())?;
     let agrees = header.agrees(&job.run(&loaded).header());
     agrees.map_err(|e| {
-        Failure::Usage(format!(
+        CommandError::Usage(format!(
             "the parts do not belong to '{}': {e}",
             shown(&job.scene)
         ))
@@ -52,14 +52,14 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, Failure> {
 }
 
 /// Writes one part.
-fn remain_a_part(args: &MergeArgs, path: &Path) -> Result<ExitCode, Failure> {
+fn remain_a_part(args: &MergeArgs, path: &Path) -> Result<ExitCode, CommandError> {
     config::check_writable(path)?;
     read(&args.parts)?.write(path)?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// All parts together.
-fn read(paths: &[std::path::PathBuf]) -> Result<Part, Failure> {
+fn read(paths: &[std::path::PathBuf]) -> Result<Part, CommandError> {
     let mut whole: Option<Part> = None;
     for path in paths {
         let part = Part::read(path)?;
@@ -73,31 +73,33 @@ fn read(paths: &[std::path::PathBuf]) -> Result<Part, Failure> {
                         shown(&paths[0])
                     )
                 };
-                whole.merge(&part).map_err(|e| Failure::Usage(refuse(e)))?;
+                whole
+                    .merge(&part)
+                    .map_err(|e| CommandError::Usage(refuse(e)))?;
             }
         }
     }
-    whole.ok_or_else(|| Failure::Usage("there are no parts".into()))
+    whole.ok_or_else(|| CommandError::Usage("there are no parts".into()))
 }
 
 /// An image of fewer samples than were asked for is right, but nobody should get it unawares.
-fn check_complete(args: &MergeArgs, header: &Header, body: &Body) -> Result<(), Failure> {
+fn check_complete(args: &MergeArgs, header: &Header, body: &Body) -> Result<(), CommandError> {
     let done = body.done().count();
     match header.total {
-        Some(total) if done < total && !args.partial => Err(Failure::Usage(format!(
+        Some(total) if done < total && !args.partial => Err(CommandError::Usage(format!(
             "{} of {total} samples are missing: see morgana status, or write what there is by --partial",
             total - done
         ))),
-        _ if done == 0 => Err(Failure::Usage("the parts have no samples yet".into())),
+        _ if done == 0 => Err(CommandError::Usage("the parts have no samples yet".into())),
         _ => Ok(()),
     }
 }
 
-fn check_scene(job: &Job, args: &MergeArgs) -> Result<(), Failure> {
+fn check_scene(job: &Job, args: &MergeArgs) -> Result<(), CommandError> {
     if job.scene.exists() || args.scene.is_some() {
         return Ok(());
     }
-    Err(Failure::Usage(format!(
+    Err(CommandError::Usage(format!(
         "the scene is no longer at '{}': say where it is by --scene",
         shown(&job.scene)
     )))
@@ -108,12 +110,12 @@ fn merged_image(
     (job, loaded): (&Job, &Loaded),
     header: &Header,
     state: State,
-) -> Result<ExitCode, Failure> {
+) -> Result<ExitCode, CommandError> {
     let mut images = config::images(&args.outputs, &job.scene)?;
     check_colours(&args.outputs.output, loaded, &mut images)?;
     if args.outputs.strategies.is_some() && !job.strategies {
         let message = "the parts do not tell strategies apart: render them with --strategies";
-        return Err(Failure::Usage(message.into()));
+        return Err(CommandError::Usage(message.into()));
     }
     if !state.fits(&loaded.groups, &job.run(loaded).options()) {
         return Err(misfit());
@@ -140,7 +142,7 @@ fn merged_readings(
     (job, loaded): (&Job, &Loaded),
     header: &Header,
     state: MeasureState,
-) -> Result<ExitCode, Failure> {
+) -> Result<ExitCode, CommandError> {
     let files = config::readings(&args.outputs, &job.scene, loaded.instruments.len())?;
     let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
     if !state.fits(&loaded.groups, &meters) {
@@ -169,6 +171,6 @@ fn elapsed(header: &Header) -> Duration {
 }
 
 /// The header agrees, but not what follows: only a forged file is like this.
-fn misfit() -> Failure {
-    Failure::Usage("the contents of the parts are not those of their scene".into())
+fn misfit() -> CommandError {
+    CommandError::Usage("the contents of the parts are not those of their scene".into())
 }

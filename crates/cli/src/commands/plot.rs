@@ -1,7 +1,7 @@
 //! `morgana plot`.
 
 use crate::args::{FigureArgs, PlotArgs};
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use crate::plot::{
     Figure, Format, ProfileLine, convergence, histogram, picture, profile, slice, write,
 };
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 /// Draws a figure.
-pub fn plot(args: &PlotArgs) -> Result<ExitCode, Failure> {
+pub fn plot(args: &PlotArgs) -> Result<ExitCode, CommandError> {
     let limits = args.memory.limits();
     let (figure, output) = match &args.figure {
         FigureArgs::Profile {
@@ -64,12 +64,12 @@ pub fn plot(args: &PlotArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn format(path: &Path) -> Result<Format, Failure> {
+fn format(path: &Path) -> Result<Format, CommandError> {
     let extension = path.extension().and_then(|e| e.to_str());
     match extension.map(str::to_ascii_lowercase).as_deref() {
         Some("svg") => Ok(Format::Svg),
         Some("png") => Ok(Format::Png),
-        _ => Err(Failure::Usage(format!(
+        _ => Err(CommandError::Usage(format!(
             "cannot tell the format of '{}': figures are .svg or .png",
             shown(path)
         ))),

@@ -2,9 +2,9 @@
 
 use super::measure::measure;
 use crate::args::RenderArgs;
+use crate::command_error::CommandError;
 use crate::config::ImageFormat;
 use crate::driver::Driver;
-use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::job::Job;
 use crate::keeper::{self, Keeper};
@@ -21,10 +21,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
-use transport::render::{Options, State};
+use transport::render::{RenderOptions, State};
 
 /// Renders a scene and writes its images, or its part.
-pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
+pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
     let pool = pool(args.threads)?;
     let job = Job::of(args);
     let limits = args.scene.memory.limits();
@@ -35,7 +35,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
     }
     if args.particles.is_some() {
         let message = "--particles is for scenes with meters; for a camera it is --spp";
-        return Err(Failure::Usage(message.into()));
+        return Err(CommandError::Usage(message.into()));
     }
     let images = images(args, &loaded, shard)?;
     if !args.outputs.quiet {
@@ -112,15 +112,15 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, Failure> {
 }
 
 /// Which part of the samples is wanted.
-fn shard(args: &RenderArgs, loaded: &Loaded) -> Result<Option<[u64; 2]>, Failure> {
+fn shard(args: &RenderArgs, loaded: &Loaded) -> Result<Option<[u64; 2]>, CommandError> {
     let keep = &args.keep;
     if keep.resume && keep.checkpoint.is_none() && keep.shard.is_none() {
         let message = "--resume goes on from a --checkpoint or a --shard: say which";
-        return Err(Failure::Usage(message.into()));
+        return Err(CommandError::Usage(message.into()));
     }
     let shard = keep.shard.map(Shard::resolve).transpose();
-    match shard.map_err(Failure::Usage)? {
-        Some([_, count]) if count > loaded.samples => Err(Failure::Usage(format!(
+    match shard.map_err(CommandError::Usage)? {
+        Some([_, count]) if count > loaded.samples => Err(CommandError::Usage(format!(
             "there are more shards, {count}, than samples, {}",
             loaded.samples
         ))),
@@ -132,8 +132,8 @@ fn shard(args: &RenderArgs, loaded: &Loaded) -> Result<Option<[u64; 2]>, Failure
 pub fn open<S>(
     args: &RenderArgs,
     header: Header,
-    fitting: impl Fn(&Keeper, Body) -> Result<S, Failure>,
-) -> Result<(Option<Keeper>, Option<S>), Failure> {
+    fitting: impl Fn(&Keeper, Body) -> Result<S, CommandError>,
+) -> Result<(Option<Keeper>, Option<S>), CommandError> {
     let shard = header.shard;
     let path = keeper::path(&args.keep, &args.outputs.output, &args.scene.path, shard)?;
     let Some(path) = path else {
@@ -156,7 +156,7 @@ fn images(
     args: &RenderArgs,
     loaded: &Loaded,
     shard: Option<[u64; 2]>,
-) -> Result<Vec<(PathBuf, ImageFormat)>, Failure> {
+) -> Result<Vec<(PathBuf, ImageFormat)>, CommandError> {
     if shard.is_some() {
         return Ok(Vec::new());
     }
@@ -166,7 +166,7 @@ fn images(
 }
 
 /// The viewer that is to show the render, if there is one.
-fn preview(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Preview>, Failure> {
+fn preview(args: &RenderArgs, loaded: &Loaded) -> Result<Option<Preview>, CommandError> {
     let film = loaded.scene().film();
     let open = |address: &String| {
         let canvas = Canvas {
@@ -184,29 +184,34 @@ pub fn check_colours(
     asked: &[PathBuf],
     loaded: &Loaded,
     images: &mut Vec<(PathBuf, ImageFormat)>,
-) -> Result<(), Failure> {
+) -> Result<(), CommandError> {
     let is_png = |(_, format): &(PathBuf, ImageFormat)| *format == ImageFormat::Png;
     if loaded.renderer.is_light() {
         return Ok(());
     }
     if !asked.is_empty() && images.iter().any(is_png) {
         let message = "the integrator aov has no colours to show in a PNG: write .exr or .npy";
-        return Err(Failure::Usage(message.into()));
+        return Err(CommandError::Usage(message.into()));
     }
     images.retain(|image| !is_png(image));
     Ok(())
 }
 
-fn pool(threads: Option<usize>) -> Result<ThreadPool, Failure> {
+fn pool(threads: Option<usize>) -> Result<ThreadPool, CommandError> {
     // Zero leaves the number to rayon: that of the processors.
     let builder = ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
     builder
         .build()
-        .map_err(|e| Failure::Runtime(format!("cannot start threads: {e}")))
+        .map_err(|e| CommandError::Runtime(format!("cannot start threads: {e}")))
 }
 
 /// How far the render of a state has to go.
-fn goal(args: &RenderArgs, options: &Options, state: &State, loaded: &Loaded) -> ProgressGoal {
+fn goal(
+    args: &RenderArgs,
+    options: &RenderOptions,
+    state: &State,
+    loaded: &Loaded,
+) -> ProgressGoal {
     let film = loaded.scene().film();
     ProgressGoal {
         samples_per_spp: (film.width * film.height * loaded.groups.len()) as u64,

@@ -1,7 +1,7 @@
 //! `morgana completions` and `morgana man`: what belongs to the command in a shell.
 
 use crate::args::Args;
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use clap::CommandFactory;
 use clap_complete::{Shell, generate};
 use io::diagnostic::shown;
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 /// Prints a script that completes command lines.
-pub fn completions(shell: Shell) -> Result<ExitCode, Failure> {
+pub fn completions(shell: Shell) -> Result<ExitCode, CommandError> {
     let mut script = Vec::new();
     generate(shell, &mut Args::command(), "morgana", &mut script);
     std::io::stdout().write_all(&script)?;
@@ -18,8 +18,8 @@ pub fn completions(shell: Shell) -> Result<ExitCode, Failure> {
 }
 
 /// Writes manual pages, one for each command and its subcommands.
-pub fn man(folder: &Path) -> Result<ExitCode, Failure> {
+pub fn man(folder: &Path) -> Result<ExitCode, CommandError> {
     clap_mangen::generate_to(Args::command(), folder)
-        .map_err(|e| Failure::Runtime(format!("cannot write to '{}': {e}", shown(folder))))?;
+        .map_err(|e| CommandError::Runtime(format!("cannot write to '{}': {e}", shown(folder))))?;
     Ok(ExitCode::SUCCESS)
 }

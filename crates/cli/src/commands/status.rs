@@ -1,7 +1,7 @@
 //! `morgana status`.
 
 use crate::args::StatusArgs;
-use crate::failure::{Failure, warn};
+use crate::command_error::{CommandError, warn};
 use crate::numbers;
 use crate::output::say;
 use io::diagnostic::shown;
@@ -22,7 +22,7 @@ struct PartFile {
 }
 
 /// Says what is there and what is missing; 1 if something is.
-pub fn status(args: &StatusArgs) -> Result<ExitCode, Failure> {
+pub fn status(args: &StatusArgs) -> Result<ExitCode, CommandError> {
     let (mut found, mut unreadable) = (Vec::<PartFile>::new(), Vec::new());
     for path in &args.parts {
         match Part::read(path) {
@@ -35,7 +35,7 @@ pub fn status(args: &StatusArgs) -> Result<ExitCode, Failure> {
         }
     }
     let Some(first) = found.first() else {
-        return Err(Failure::Runtime(unreadable.join("\n")));
+        return Err(CommandError::Runtime(unreadable.join("\n")));
     };
     check(&first.path, &first.header, &found[1..])?;
     let overview = Overview::of(&found);
@@ -63,11 +63,11 @@ pub fn status(args: &StatusArgs) -> Result<ExitCode, Failure> {
 }
 
 /// All parts must be of one render.
-fn check(path: &Path, header: &Header, others: &[PartFile]) -> Result<(), Failure> {
+fn check(path: &Path, header: &Header, others: &[PartFile]) -> Result<(), CommandError> {
     for other in others {
         let agrees = other.header.agrees(header);
         agrees.map_err(|e| {
-            Failure::Usage(format!(
+            CommandError::Usage(format!(
                 "'{}' does not belong to '{}': {e}",
                 shown(&other.path),
                 shown(path)

@@ -1,18 +1,18 @@
 //! `morgana trace`.
 
 use crate::args::TraceArgs;
+use crate::command_error::CommandError;
 use crate::config::{self, RayFormat};
-use crate::failure::Failure;
 use crate::load::{file_name, load_with_warnings};
 use crate::trace::{csv, fan, json, obj, ply, vtk};
 use crate::{numbers, svg};
 use eikonal::Reference;
 use std::io::Write;
 use std::process::ExitCode;
-use transport::trace::{Ending, Path, Tracer};
+use transport::trace::{Path, TraceEnding, Tracer};
 
 /// Follows rays through a scene and writes their paths.
-pub fn trace(args: &TraceArgs) -> Result<ExitCode, Failure> {
+pub fn trace(args: &TraceArgs) -> Result<ExitCode, CommandError> {
     let (file, format) = config::rays(args)?;
     let loaded = load_with_warnings(&args.scene)?;
     let scene = loaded.scene();
@@ -39,9 +39,13 @@ pub fn trace(args: &TraceArgs) -> Result<ExitCode, Failure> {
         Some(path) => io::atomic::write_bytes(&path, text.as_bytes())?,
         None => std::io::stdout().write_all(text.as_bytes())?,
     }
-    match paths.iter().filter(|p| p.ending == Ending::Lost).count() {
+    match paths
+        .iter()
+        .filter(|p| p.ending == TraceEnding::Lost)
+        .count()
+    {
         0 => Ok(ExitCode::SUCCESS),
-        n => Err(Failure::Runtime(format!(
+        n => Err(CommandError::Runtime(format!(
             "{n} of {} rays left the field of their medium or took too many steps; what was \
              followed of them is in the output",
             paths.len()

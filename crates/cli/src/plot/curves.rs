@@ -1,7 +1,7 @@
 //! Lines, with bands for their standard errors.
 
 use super::figure::{Scale, failed, label, range};
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use plotters::chart::ChartContext;
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
@@ -49,7 +49,7 @@ impl Curves {
         &self,
         area: &DrawingArea<B, Shift>,
         scale: Scale,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), CommandError> {
         let [x0, x1] = range(self.shown().map(|p| p[0]));
         let ends = self.shown().flat_map(|[_, y, e]| {
             if self.logarithmic {
@@ -91,7 +91,7 @@ impl Curves {
         &self,
         chart: &mut ChartContext<'a, B, Cartesian2d<X, Y>>,
         scale: Scale,
-    ) -> Result<(), Failure>
+    ) -> Result<(), CommandError>
     where
         B: DrawingBackend + 'a,
         X: Ranged<ValueType = f64> + ValueFormatter<f64>,
@@ -132,7 +132,7 @@ impl Curves {
         chart: &mut ChartContext<'a, B, Cartesian2d<X, Y>>,
         scale: Scale,
         (series, colour): (&Series, RGBColor),
-    ) -> Result<(), Failure>
+    ) -> Result<(), CommandError>
     where
         B: DrawingBackend + 'a,
         X: Ranged<ValueType = f64>,

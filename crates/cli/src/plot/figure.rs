@@ -1,7 +1,7 @@
 //! Drawing on either kind of canvas, and writing what was drawn.
 
 use super::{Curves, Map};
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use io::atomic;
 use io::image::RgbImage;
 use io::image::png::{Depth, encode};
@@ -53,12 +53,12 @@ impl Scale {
 }
 
 /// A failure to draw.
-pub fn failed(error: impl Display) -> Failure {
-    Failure::Runtime(format!("cannot draw the figure: {error}"))
+pub fn failed(error: impl Display) -> CommandError {
+    CommandError::Runtime(format!("cannot draw the figure: {error}"))
 }
 
 /// Draws a figure and writes it, completely or not at all.
-pub fn write(path: &Path, format: Format, figure: &Figure) -> Result<(), Failure> {
+pub fn write(path: &Path, format: Format, figure: &Figure) -> Result<(), CommandError> {
     let font = epaint_default_fonts::UBUNTU_LIGHT;
     register_font("sans-serif", FontStyle::Normal, font)
         .map_err(|_| failed("the font is broken"))?;
@@ -97,7 +97,7 @@ fn draw<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     scale: Scale,
     figure: &Figure,
-) -> Result<(), Failure> {
+) -> Result<(), CommandError> {
     area.fill(&WHITE).map_err(failed)?;
     match figure {
         Figure::Curves(curves) => curves.draw(area, scale),

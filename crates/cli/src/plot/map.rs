@@ -1,7 +1,7 @@
 //! Values over a plane.
 
 use super::figure::{Scale, failed, label, range};
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::ops::Range;
@@ -36,7 +36,7 @@ impl Map {
         &self,
         area: &DrawingArea<B, Shift>,
         scale: Scale,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), CommandError> {
         let (width, height) = area.dim_in_pixel();
         let (left, right) = area.split_horizontally(width - scale.px(BAR));
         let [low, high] = self.limits();
@@ -123,7 +123,7 @@ impl Map {
         scale: Scale,
         [low, high]: [f64; 2],
         above: u32,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), CommandError> {
         let step = |i: usize| {
             let t = i as f64 / STEPS as f64;
             if self.logarithmic {

@@ -1,7 +1,7 @@
 //! What figures are made of: images, arrays of meters, and statistics of renders.
 
 use super::{Curves, Map, Series};
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use io::Limits;
 use io::arrays::{Array, Arrays};
 use io::diagnostic::shown;
@@ -18,8 +18,8 @@ pub enum ProfileLine {
     Column(usize),
 }
 
-fn wrong(path: &Path, message: impl std::fmt::Display) -> Failure {
-    Failure::Usage(format!("{}: {message}", shown(path)))
+fn wrong(path: &Path, message: impl std::fmt::Display) -> CommandError {
+    CommandError::Usage(format!("{}: {message}", shown(path)))
 }
 
 fn name_of(path: &Path) -> String {
@@ -68,7 +68,11 @@ fn errors(image: &ImageLayers, layer: &str, channel: Option<&str>) -> Option<Vec
     values(&variance, channel).ok()
 }
 
-fn layer_of<'a>(path: &Path, image: &'a ImageLayers, name: &str) -> Result<&'a Layer, Failure> {
+fn layer_of<'a>(
+    path: &Path,
+    image: &'a ImageLayers,
+    name: &str,
+) -> Result<&'a Layer, CommandError> {
     image.layer(name).ok_or_else(|| {
         let names: Vec<&str> = image.layers.iter().map(|l| l.name.as_str()).collect();
         let known: Vec<&str> = names
@@ -89,7 +93,7 @@ pub fn profile(
     line: ProfileLine,
     (layer, channel): (&str, Option<&str>),
     limits: Limits,
-) -> Result<Curves, Failure> {
+) -> Result<Curves, CommandError> {
     let mut series = Vec::new();
     for path in paths {
         let image = exr::read_within(path, limits)?;
@@ -144,7 +148,7 @@ pub fn picture(
     (layer, channel): (&str, Option<&str>),
     logarithmic: bool,
     limits: Limits,
-) -> Result<Map, Failure> {
+) -> Result<Map, CommandError> {
     let image = exr::read_within(path, limits)?;
     let values = values(layer_of(path, &image, layer)?, channel).map_err(|e| wrong(path, e))?;
     let edges = |n: usize| (0..=n).map(|i| i as f64).collect();
@@ -174,7 +178,7 @@ pub fn histogram(
     pixel: Option<[usize; 2]>,
     channel: Option<&str>,
     limits: Limits,
-) -> Result<Curves, Failure> {
+) -> Result<Curves, CommandError> {
     let mut series = Vec::new();
     let mut axis_name = String::new();
     for path in paths {
@@ -254,7 +258,7 @@ pub fn slice(
     array: Option<&str>,
     (axis, at): (&str, f64),
     logarithmic: bool,
-) -> Result<Map, Failure> {
+) -> Result<Map, CommandError> {
     let arrays = Arrays::read_npz(path)?;
     let space = |a: &&Array| {
         a.axes.len() >= 3
@@ -358,10 +362,10 @@ pub fn slice(
 }
 
 /// Relative standard errors of renders against their samples, from `--stats` files.
-pub fn convergence(paths: &[PathBuf]) -> Result<Curves, Failure> {
+pub fn convergence(paths: &[PathBuf]) -> Result<Curves, CommandError> {
     let mut series: Vec<Series> = Vec::new();
     for path in paths {
-        let text = io::input::read(path).map_err(|e| Failure::Usage(e.to_string()))?;
+        let text = io::input::read(path).map_err(|e| CommandError::Usage(e.to_string()))?;
         let stats: Value = serde_json::from_slice(&text).map_err(|e| wrong(path, e))?;
         let number = |key: &str| {
             let value = stats[key].as_f64();

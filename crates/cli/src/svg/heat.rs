@@ -4,7 +4,7 @@ use super::axes::tick;
 use super::colour::{INK, hex, scale};
 use super::ticks::ticks;
 use super::view::View;
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use io::image::RgbImage;
@@ -30,7 +30,7 @@ pub struct Heat {
 impl Heat {
     /// The index in the plane of a view; `None` if it is the same wherever it counts. Colours show where
     /// the index varies; if it does so only from medium to medium, they show all media.
-    pub fn new(scene: &Scene, view: &View) -> Result<Option<Heat>, Failure> {
+    pub fn new(scene: &Scene, view: &View) -> Result<Option<Heat>, CommandError> {
         let [width, height] = view.size().map(|s| (s / CELL).ceil().max(1.0) as usize);
         let place = |i: usize| [(i % width) as f64, (i / width) as f64].map(|c| (c + 0.5) * CELL);
         let cells: Vec<(bool, f64)> = (0..width * height)
@@ -67,7 +67,7 @@ impl Heat {
             pixels: cells.iter().map(colour).collect(),
         };
         let bytes = encode(&image, Depth::Eight, Tone::default());
-        let bytes = bytes.map_err(|e| Failure::Runtime(e.to_string()))?;
+        let bytes = bytes.map_err(|e| CommandError::Runtime(e.to_string()))?;
         let png = BASE64_STANDARD.encode(bytes);
         Ok(Some(Heat { png, low, high }))
     }

@@ -8,12 +8,12 @@ mod overlay;
 mod ticks;
 mod view;
 
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use glam::DVec3;
 use heat::Heat;
 use std::fmt::Write;
 use transport::Scene;
-use transport::trace::{Ending, Path};
+use transport::trace::{Path, TraceEnding};
 use view::View;
 
 pub use overlay::overlay;
@@ -28,7 +28,7 @@ const MOST_DOTS: usize = 30;
 
 /// An SVG document that shows rays, the outlines of objects and the index, in the coordinate plane in
 /// which the rays extend most.
-pub fn plot(scene: &Scene, paths: &[Path], title: &str) -> Result<String, Failure> {
+pub fn plot(scene: &Scene, paths: &[Path], title: &str) -> Result<String, CommandError> {
     let view = View::new(scene, paths);
     let heat = Heat::new(scene, &view)?;
     let right = MARGIN[2] + if heat.is_some() { BAR } else { 0.0 };
@@ -99,7 +99,10 @@ fn rays(paths: &[Path], view: &View) -> String {
 
 /// A point far outside of the plot on a ray that has left the scene: it is drawn up to the frame.
 fn beyond(path: &Path) -> Option<DVec3> {
-    let last = path.points.last().filter(|_| path.ending == Ending::Left)?;
+    let last = path
+        .points
+        .last()
+        .filter(|_| path.ending == TraceEnding::Left)?;
     Some(last.x + last.direction * (10.0 * last.arc_length))
 }
 

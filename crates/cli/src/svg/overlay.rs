@@ -4,7 +4,7 @@
 //! that lines lie on the beams of a picture.
 
 use super::colour::RAY;
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use eikonal::Solver;
@@ -28,16 +28,16 @@ pub fn overlay(
     scene: &Scene,
     paths: &[Path],
     picture: &std::path::Path,
-) -> Result<String, Failure> {
+) -> Result<String, CommandError> {
     let camera = match scene.sensor() {
         Sensor::Perspective(_) | Sensor::ThinLens(_) => scene.sensor(),
         _ => {
             let message = "--overlay needs a perspective or thinlens camera";
-            return Err(Failure::Usage(message.into()));
+            return Err(CommandError::Usage(message.into()));
         }
     };
     let size = size(scene, picture)?;
-    let bytes = io::input::read(picture).map_err(|e| Failure::Usage(e.to_string()))?;
+    let bytes = io::input::read(picture).map_err(|e| CommandError::Usage(e.to_string()))?;
     let mut eye = Eye {
         scene,
         camera,
@@ -65,14 +65,14 @@ pub fn overlay(
 }
 
 /// Width and height of a picture that has the proportions of the scene's film.
-fn size(scene: &Scene, picture: &std::path::Path) -> Result<[f64; 2], Failure> {
-    let image = png::read(picture).map_err(|e| Failure::Usage(e.to_string()))?;
+fn size(scene: &Scene, picture: &std::path::Path) -> Result<[f64; 2], CommandError> {
+    let image = png::read(picture).map_err(|e| CommandError::Usage(e.to_string()))?;
     let film = scene.film();
     // One side follows from the other up to a pixel.
     let [width, height] = [image.width, image.height].map(|n| n as f64);
     let expected = width * film.height as f64 / film.width as f64;
     if (height - expected).abs() > 1.0 {
-        return Err(Failure::Usage(format!(
+        return Err(CommandError::Usage(format!(
             "{}: the picture has {width} x {height} pixels, other proportions than the film's {} x {}",
             shown(picture),
             film.width,

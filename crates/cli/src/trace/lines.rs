@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 use std::ops::Range;
-use transport::trace::{Path, Point};
+use transport::trace::{Path, TracePoint};
 
 /// A number that a point has.
-type Scalar = fn(&Point) -> f64;
+type Scalar = fn(&TracePoint) -> f64;
 
 /// All points, ray by ray.
-fn points(paths: &[Path]) -> impl Iterator<Item = &Point> {
+fn points(paths: &[Path]) -> impl Iterator<Item = &TracePoint> {
     paths.iter().flat_map(|p| &p.points)
 }
 
@@ -26,7 +26,7 @@ fn joined(numbers: impl Iterator<Item = usize>) -> String {
     numbers.join(" ")
 }
 
-fn position(point: &Point) -> String {
+fn position(point: &TracePoint) -> String {
     let [x, y, z] = point.x.to_array();
     format!("{x} {y} {z}")
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use std::fmt::Write;
 use transport::Scene;
-use transport::trace::{Ending, Path};
+use transport::trace::{Path, TraceEnding};
 
 /// One line per point; with optical path differences in waves, if there is a wavelength.
 pub fn csv(scene: &Scene, paths: &[Path], wavelength: Option<f64>) -> String {
@@ -63,10 +63,10 @@ fn ray(scene: &Scene, path: &Path, wavelength: Option<f64>) -> Value {
         })
         .collect();
     let (end, surface) = match path.ending {
-        Ending::Surface(object) => ("surface", Some(scene.objects()[object].name.as_str())),
-        Ending::Left => ("left the scene", None),
-        Ending::Length => ("maximum length", None),
-        Ending::Lost => ("lost", None),
+        TraceEnding::Surface(object) => ("surface", Some(scene.objects()[object].name.as_str())),
+        TraceEnding::Left => ("left the scene", None),
+        TraceEnding::Length => ("maximum length", None),
+        TraceEnding::Lost => ("lost", None),
     };
     json!({ "end": end, "surface": surface, "points": points })
 }

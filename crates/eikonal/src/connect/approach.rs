@@ -3,7 +3,7 @@
 use super::closest::{Nearest, follow, minima};
 use super::family::RayFamily;
 use super::solver::Solver;
-use super::start::{Reach, Start};
+use super::start::{InitialGuess, Reach};
 use super::world::World;
 use crate::ray::Tolerance;
 use glam::DVec3;
@@ -29,7 +29,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         y: DVec3,
         reach: &Reach,
         uniform: &mut dyn FnMut() -> f64,
-    ) -> Option<(Start<R>, DVec3)> {
+    ) -> Option<(InitialGuess<R>, DVec3)> {
         let mut used = 0;
         let mut reflect = |_| {
             let reflected = used < reach.reflections && uniform() < 0.5;

@@ -7,7 +7,7 @@ use super::family::RayFamily;
 use super::fermat::shortest;
 use super::pattern::Pattern;
 use super::solver::Solver;
-use super::start::Start;
+use super::start::InitialGuess;
 use super::world::{Piece, World};
 use crate::interface::Rule;
 use crate::ray::Arc;
@@ -30,7 +30,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     pub fn primary<W: World<Region = R>>(
         &mut self,
         world: &W,
-        start: &Start<R>,
+        start: &InitialGuess<R>,
         y: DVec3,
     ) -> Result<ConnectingRay, Failure> {
         let (x, region) = (start.family.x(), start.region);
@@ -103,9 +103,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     fn bent<W: World<Region = R>>(
         &mut self,
         world: &W,
-        start: &Start<R>,
+        start: &InitialGuess<R>,
         within: Option<&(R, BentChord)>,
-    ) -> Start<R> {
+    ) -> InitialGuess<R> {
         let Some((region, way)) = within else {
             return *start;
         };
@@ -117,7 +117,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     }
 
     /// A start with what a guess says of its ray.
-    fn guessed(&mut self, start: &Start<R>, guess: &Guess) -> Start<R> {
+    fn guessed(&mut self, start: &InitialGuess<R>, guess: &Guess) -> InitialGuess<R> {
         self.work.evaluations += guess.evaluations;
         let family = match start.family {
             RayFamily::Point { x, .. } => RayFamily::Point {
@@ -129,7 +129,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 direction,
             },
         };
-        Start {
+        InitialGuess {
             family,
             optical_length: guess.optical_length,
             ..*start
@@ -137,7 +137,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     }
 }
 
-fn is_plane<R>(start: &Start<R>) -> bool {
+fn is_plane<R>(start: &InitialGuess<R>) -> bool {
     matches!(start.family, RayFamily::Plane { .. })
 }
 
@@ -231,8 +231,8 @@ mod tests {
         Layer([Constant::new(1.0).into(), graded.unwrap().into()], rule)
     }
 
-    fn straight(family: RayFamily, optical_length: f64) -> Start<usize> {
-        Start {
+    fn straight(family: RayFamily, optical_length: f64) -> InitialGuess<usize> {
+        InitialGuess {
             family,
             region: 0,
             optical_length,
@@ -243,9 +243,9 @@ mod tests {
     fn bent(
         solver: &mut Solver<usize>,
         world: &Layer,
-        start: &Start<usize>,
+        start: &InitialGuess<usize>,
         y: DVec3,
-    ) -> Start<usize> {
+    ) -> InitialGuess<usize> {
         let within = survey(world, (start.family.x(), start.region), y);
         solver.bent(world, start, within.as_ref())
     }

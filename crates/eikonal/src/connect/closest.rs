@@ -4,7 +4,7 @@ use super::connection::Failure;
 use super::family::RayFamily;
 use super::pattern::Pattern;
 use super::shoot::Trajectory;
-use super::start::{Reach, Start};
+use super::start::{InitialGuess, Reach};
 use super::world::{Piece, World};
 use crate::interface::Mapped;
 use crate::ray::{Node, Tolerance, Work};
@@ -100,8 +100,8 @@ impl<R> Leg<R> {
 
 impl Nearest {
     /// The start of a connection here, on the ray of a family.
-    pub fn start<R>(&self, family: RayFamily, region: R) -> Start<R> {
-        Start {
+    pub fn start<R>(&self, family: RayFamily, region: R) -> InitialGuess<R> {
+        InitialGuess {
             family,
             region,
             optical_length: self.optical_length,

@@ -3,7 +3,7 @@
 use super::closest::{Leg, Nearest, follow_from, minima};
 use super::connection::Failure;
 use super::newton::EndState;
-use super::start::{Followed, Reach, Start};
+use super::start::{Followed, InitialGuess, Reach};
 use super::world::{Piece, World};
 use crate::ray::{EVALUATIONS_PER_STEP, Tolerance, Work};
 use glam::DVec3;
@@ -18,7 +18,7 @@ const MOST_STARTS: usize = 8;
 /// the distance between the point and this ray is one start for a connection.
 #[derive(Clone, Debug)]
 pub struct Guide<R> {
-    start: Start<R>,
+    start: InitialGuess<R>,
     /// With the nodes from which they begin.
     legs: Vec<(Leg<R>, EndState)>,
 }
@@ -31,7 +31,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
     /// [`Failure::RayLost`] if the ray leaves its field or takes too many steps.
     pub fn new<W: World<Region = R>>(
         world: &W,
-        start: Start<R>,
+        start: InitialGuess<R>,
         tolerance: Tolerance,
     ) -> Result<Self, Failure> {
         let mut legs = Vec::new();
@@ -53,7 +53,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
     }
 
     /// The start of the ray.
-    pub fn start(&self) -> &Start<R> {
+    pub fn start(&self) -> &InitialGuess<R> {
         &self.start
     }
 
@@ -69,7 +69,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         let mut minima = minima(&nearest);
         minima.sort_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance));
         minima.truncate(MOST_STARTS);
-        let Start { family, region, .. } = self.start;
+        let InitialGuess { family, region, .. } = self.start;
         let followed = |(i, nearest): &(usize, Nearest)| {
             let (leg, node) = &self.legs[*i];
             let field = world.field(leg.piece.region);

@@ -33,5 +33,5 @@ pub use multistart::All;
 pub use pattern::Pattern;
 pub use random::{random_direction, random_foot};
 pub use solver::Solver;
-pub use start::{Followed, Reach, Start};
+pub use start::{Followed, InitialGuess, Reach};
 pub use world::{Crossing, Event, Piece, Unbounded, World};

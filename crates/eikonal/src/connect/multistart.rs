@@ -5,7 +5,7 @@ use super::connection::{ConnectingRay, Failure};
 use super::family::RayFamily;
 use super::pattern::Pattern;
 use super::solver::Solver;
-use super::start::{Reach, Start};
+use super::start::{InitialGuess, Reach};
 use super::world::World;
 use crate::ray::{Tolerance, perpendicular_basis};
 use glam::DVec3;
@@ -34,7 +34,7 @@ const SAME: (f64, f64) = (1e-4, 100.0);
 #[derive(Clone, Debug)]
 pub struct All<R> {
     /// The branches, the shortest optical path first, each with the start from which it is found at once.
-    pub branches: Vec<(Start<R>, ConnectingRay)>,
+    pub branches: Vec<(InitialGuess<R>, ConnectingRay)>,
     /// Why one that was found at a coarser tolerance is not among them: the last one, if there are several.
     pub lost: Option<Failure>,
 }
@@ -114,7 +114,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         (family, region): (RayFamily, R),
         y: DVec3,
         reach: &Reach,
-    ) -> Vec<Start<R>> {
+    ) -> Vec<InitialGuess<R>> {
         let mut starts = Vec::new();
         let mut patterns = vec![Pattern::REFRACT];
         while let Some(pattern) = patterns.pop() {
@@ -171,8 +171,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
 
 impl ConnectingRay {
     /// A start that leads to this branch in one shot.
-    fn again<R>(&self, region: R) -> Start<R> {
-        Start {
+    fn again<R>(&self, region: R) -> InitialGuess<R> {
+        InitialGuess {
             family: RayFamily::Point {
                 x: self.start,
                 direction: self.direction_out,

@@ -5,7 +5,7 @@ use super::family::RayFamily;
 use super::newton::{EndState, Iterate, system};
 use super::pattern::Pattern;
 use super::shoot::{Trajectory, Travelled};
-use super::start::{Followed, Start};
+use super::start::{Followed, InitialGuess};
 use super::world::{Piece, World};
 use crate::budget::{SHOTS_PER_CONNECTION, STEPS_PER_CONNECTION};
 use crate::ray::{Arc, Tolerance, Work};
@@ -95,7 +95,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     ) -> Result<ConnectingRay, Failure> {
         let chord = y - x;
         let direction = chord.try_normalize().ok_or(Failure::Coincident)?;
-        let straight = Start {
+        let straight = InitialGuess {
             family: RayFamily::Point { x, direction },
             region,
             optical_length: chord.length() * world.field(region).n(x),
@@ -121,7 +121,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         if depth.is_nan() || depth <= 0.0 {
             return Err(Failure::Coincident);
         }
-        let straight = Start {
+        let straight = InitialGuess {
             family: RayFamily::Plane { x: foot, direction },
             region,
             optical_length: depth * world.field(region).n(foot),
@@ -143,7 +143,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     pub fn solve<W: World<Region = R>>(
         &mut self,
         world: &W,
-        start: &Start<R>,
+        start: &InitialGuess<R>,
         y: DVec3,
     ) -> Result<ConnectingRay, Failure> {
         self.refine(world, start, None, y)
@@ -167,7 +167,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     fn refine<W: World<Region = R>>(
         &mut self,
         world: &W,
-        start: &Start<R>,
+        start: &InitialGuess<R>,
         known: Option<&EndState>,
         y: DVec3,
     ) -> Result<ConnectingRay, Failure> {
@@ -258,7 +258,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         &mut self,
         world: &W,
         iterate: &Iterate,
-        start: &Start<R>,
+        start: &InitialGuess<R>,
     ) -> Result<Hit, Failure> {
         let region = start.region;
         let node = iterate.family.node(world.field(region));

@@ -6,7 +6,7 @@ use crate::ray::{Node, Tangents};
 
 /// A start of Newton's method: a ray and how far along it the target is taken to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Start<R> {
+pub struct InitialGuess<R> {
     /// First point and direction of the ray.
     pub family: RayFamily,
     /// The region in which it starts.
@@ -21,7 +21,7 @@ pub struct Start<R> {
 #[derive(Clone, Copy, Debug)]
 pub struct Followed<R> {
     /// The start.
-    pub start: Start<R>,
+    pub start: InitialGuess<R>,
     /// Where the ray gets, with its tangents.
     pub end: Node<Tangents>,
     /// Field evaluations that it took to find that.

@@ -10,7 +10,7 @@
 //! The first two terms are the contrast, what follows is of second order in it (docs/theory.md#optical-path-difference).
 
 use super::quadrature::{Integrand, Quadrature};
-use crate::connect::{Pattern, Piece, RayFamily, Solver, Start, Unbounded};
+use crate::connect::{InitialGuess, Pattern, Piece, RayFamily, Solver, Unbounded};
 use crate::field::Field;
 use crate::ray::{Arc, Tolerance, Work};
 use glam::DVec3;
@@ -125,7 +125,7 @@ impl<'a> CurvedLeg<'a> {
     fn reference_ray(&self, (x, y): (DVec3, DVec3), work: &mut Work) -> Option<ReferenceRay> {
         let mut solver = Solver::new(Tolerance::new(TOLERANCE));
         let world = Unbounded(self.reference);
-        let start = Start {
+        let start = InitialGuess {
             family: RayFamily::Point {
                 x,
                 direction: self.toward,

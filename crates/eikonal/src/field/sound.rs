@@ -1,4 +1,5 @@
-//! What sound does to a field: its period, and the index at another instant of it (docs/theory.md#sound).
+//! What sound does to a field: its period, and the index at another instant of it (docs/theory.md#sound). Fields without sound
+//! stay as they are.
 
 use super::Field;
 
@@ -11,14 +12,7 @@ impl Field {
             Field::Sum(f) => f.map(|term| term.at_phase(phase)).into(),
             Field::Affine(f) => f.over(f.inner().at_phase(phase)).into(),
             Field::Scaled(f) => f.over(f.inner().at_phase(phase)).into(),
-            Field::Constant(_)
-            | Field::LinearIndex(_)
-            | Field::LinearSquare(_)
-            | Field::Luneburg(_)
-            | Field::Selfoc(_)
-            | Field::Fisheye(_)
-            | Field::Gaussian(_)
-            | Field::Bspline(_) => self.clone(),
+            _ => self.clone(),
         }
     }
 
@@ -36,14 +30,7 @@ impl Field {
                 Some(inner.map(|length| length * f.mean_scale()))
             }
             Field::Scaled(f) => f.inner().sound_wavelengths(),
-            Field::Constant(_)
-            | Field::LinearIndex(_)
-            | Field::LinearSquare(_)
-            | Field::Luneburg(_)
-            | Field::Selfoc(_)
-            | Field::Fisheye(_)
-            | Field::Gaussian(_)
-            | Field::Bspline(_) => None,
+            _ => None,
         }
     }
 }

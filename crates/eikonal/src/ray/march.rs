@@ -8,7 +8,7 @@ use crate::field::Field;
 use glam::DVec3;
 
 /// What ends a march.
-pub enum Stop<'a> {
+pub enum StopCondition<'a> {
     /// A given arc length.
     ArcLength(f64),
     /// A given optical depth, for an extinction per unit length whose features are no smaller than
@@ -47,7 +47,7 @@ pub struct March {
 pub fn march(
     field: &Field,
     (x, direction): (DVec3, DVec3),
-    stop: &Stop,
+    stop: &StopCondition,
     limit: f64,
     tolerance: Tolerance,
     mut visit: impl FnMut(&Step<()>, f64),
@@ -81,7 +81,7 @@ pub fn march(
 
 /// A stop and how much of it has been used up.
 struct Progress<'a> {
-    stop: &'a Stop<'a>,
+    stop: &'a StopCondition<'a>,
     done: f64,
 }
 
@@ -89,12 +89,12 @@ impl Progress<'_> {
     /// θ at which the stop happens on this arc.
     fn on(&mut self, arc: &Arc) -> Option<f64> {
         match *self.stop {
-            Stop::ArcLength(s) => {
+            StopCondition::ArcLength(s) => {
                 let left = s - self.done;
                 self.done += arc.arc_length(1.0);
                 (self.done >= s).then(|| arc.theta_at_length(left))
             }
-            Stop::OpticalDepth {
+            StopCondition::OpticalDepth {
                 depth,
                 extinction,
                 spacing,
@@ -104,8 +104,8 @@ impl Progress<'_> {
                 self.done += profile.total()[0];
                 profile.invert(0, left)
             }
-            Stop::Surface(first) => first(arc),
-            Stop::ClosestApproach(y) => {
+            StopCondition::Surface(first) => first(arc),
+            StopCondition::ClosestApproach(y) => {
                 let theta = arc.closest_approach(y);
                 (theta < 1.0).then_some(theta)
             }

@@ -13,7 +13,7 @@ pub use arc::Arc;
 pub use cost::steps_between;
 pub use depth::Profile;
 pub use flow::{Flow, Tolerance, Work};
-pub use march::{March, Stop, march};
+pub use march::{March, StopCondition, march};
 pub(crate) use step::EVALUATIONS_PER_STEP;
 pub use step::{Node, Step};
 pub use tangent::{Tangents, Variation, perpendicular_basis};

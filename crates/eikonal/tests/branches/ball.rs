@@ -2,7 +2,7 @@
 //! parameter determines the ray.
 
 use crate::world::Glass;
-use eikonal::connect::{RayFamily, Reach, Start};
+use eikonal::connect::{InitialGuess, RayFamily, Reach};
 use eikonal::{ConnectingRay, Solver, Tolerance};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -122,7 +122,7 @@ fn branches_of_a_ball_are_those_of_the_planar_scan() {
 }
 
 /// J is the same both ways: both ends are in air. The way back makes the same choices in reverse.
-fn reciprocal(world: &Glass, start: &Start<usize>, branch: &ConnectingRay, to: DVec3) {
+fn reciprocal(world: &Glass, start: &InitialGuess<usize>, branch: &ConnectingRay, to: DVec3) {
     let mut solver = Solver::new(Tolerance::new(1e-12));
     let there = solver.solve(world, start, to).unwrap();
     let encounters = solver.pieces().len() as u32 - 1;
@@ -130,7 +130,7 @@ fn reciprocal(world: &Glass, start: &Start<usize>, branch: &ConnectingRay, to: D
     let pattern = reflected.fold(eikonal::connect::Pattern::REFRACT, |p, i| {
         p.with(encounters - 1 - i).unwrap()
     });
-    let back = Start {
+    let back = InitialGuess {
         family: RayFamily::Point {
             x: to,
             direction: -there.direction_in,

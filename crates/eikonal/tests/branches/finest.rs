@@ -3,7 +3,7 @@
 //! tried from several starts.
 
 use crate::tables::tables;
-use eikonal::connect::{Pattern, RayFamily, Start, Unbounded};
+use eikonal::connect::{InitialGuess, Pattern, RayFamily, Unbounded};
 use eikonal::{Solver, Tolerance};
 use glam::DVec3;
 
@@ -12,8 +12,8 @@ const TOLERANCES: [f64; 3] = [1e-12, 3e-12, 5e-12];
 /// Of the coarser searches; the long test tries all.
 const COARSER: [f64; 3] = [1e-6, 1e-5, 1e-7];
 
-fn start(x: DVec3, direction: DVec3, optical_length: f64) -> Start<()> {
-    Start {
+fn start(x: DVec3, direction: DVec3, optical_length: f64) -> InitialGuess<()> {
+    InitialGuess {
         family: RayFamily::Point { x, direction },
         region: (),
         optical_length,

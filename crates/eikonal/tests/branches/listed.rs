@@ -1,7 +1,7 @@
 //! All branches against tables that were computed independently.
 
 use crate::tables::{Table, tables};
-use eikonal::connect::{Piece, RayFamily, Reach, Start, Unbounded};
+use eikonal::connect::{InitialGuess, Piece, RayFamily, Reach, Unbounded};
 use eikonal::{ConnectingRay, Solver, Tolerance};
 use glam::DVec3;
 
@@ -35,7 +35,8 @@ fn search(table: &Table, report: &mut String) -> Count {
         let [x, y] = pair.ends;
         let found = solver.all(&world, (x, ()), y, &reach).branches;
         for branch in &pair.branches {
-            let agrees = |f: &&(Start<()>, ConnectingRay)| branch.agrees(&f.1, table.field.n2(x));
+            let agrees =
+                |f: &&(InitialGuess<()>, ConnectingRay)| branch.agrees(&f.1, table.field.n2(x));
             match found.iter().filter(agrees).count() {
                 1 => count.listed += 1,
                 n => *report += &format!("{}: found {n} times: {branch:?}\n", pair.id),
@@ -94,10 +95,10 @@ fn every_listed_branch_is_found_and_no_other_that_stays_in_the_domain() {
 }
 
 /// The relative difference of J/n² between a branch and the ray back from its end.
-fn asymmetry(world: &Unbounded, start: &Start<()>, y: DVec3) -> f64 {
+fn asymmetry(world: &Unbounded, start: &InitialGuess<()>, y: DVec3) -> f64 {
     let mut solver = Solver::new(Tolerance::new(1e-12));
     let there = solver.solve(world, start, y).unwrap();
-    let back = Start {
+    let back = InitialGuess {
         family: RayFamily::Point {
             x: y,
             direction: -there.direction_in,

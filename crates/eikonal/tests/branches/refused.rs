@@ -1,7 +1,7 @@
 //! Questions without a sound answer: a typed failure or a finite one, never a panic or a NaN.
 
 use crate::world::Glass;
-use eikonal::connect::{Pattern, RayFamily, Reach, Start, Unbounded};
+use eikonal::connect::{InitialGuess, Pattern, RayFamily, Reach, Unbounded};
 use eikonal::field::{Constant, Fisheye, Luneburg};
 use eikonal::{ConnectingRay, Failure, Field, Solver, Tolerance, World};
 use glam::DVec3;
@@ -91,7 +91,7 @@ fn what_is_not_finite_is_refused() {
     }
     let mut solver = Solver::new(Tolerance::default());
     for optical_length in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
-        let start = Start {
+        let start = InitialGuess {
             family: RayFamily::Point {
                 x,
                 direction: DVec3::Z,

@@ -3,7 +3,7 @@
 use crate::tables::tables;
 use crate::world::Glass;
 use eikonal::connect::{
-    Guide, Pattern, RayFamily, Reach, Start, Unbounded, random_direction, random_foot,
+    Guide, InitialGuess, Pattern, RayFamily, Reach, Unbounded, random_direction, random_foot,
 };
 use eikonal::{Solver, Tolerance};
 use glam::DVec3;
@@ -167,7 +167,7 @@ fn a_guide_starts_where_its_ray_comes_close() {
     let world = Glass::slab(1.5, 1.0);
     let direction = DVec3::new(0.6, 0.0, 0.8);
     let guided = |pattern| {
-        let start = Start {
+        let start = InitialGuess {
             family: RayFamily::Plane {
                 x: -direction,
                 direction,
@@ -215,7 +215,7 @@ fn a_guide_starts_where_its_ray_comes_close() {
 fn a_step_too_far_along_the_ray_is_shortened() {
     let world = Glass::slab(4.0, 1.0);
     let x = DVec3::new(0.0, 0.0, -5.0);
-    let start = Start {
+    let start = InitialGuess {
         family: RayFamily::Point {
             x,
             direction: DVec3::Z,

@@ -1,7 +1,7 @@
 //! A light search for all rays between two points.
 
 use eikonal::certificate::Uniqueness;
-use eikonal::connect::{Pattern, RayFamily, Start, Unbounded};
+use eikonal::connect::{InitialGuess, Pattern, RayFamily, Unbounded};
 use eikonal::ray::perpendicular_basis;
 use eikonal::{Field, Solver, Tolerance};
 use glam::DVec3;
@@ -24,7 +24,7 @@ pub fn all_rays(
         let (r, phi) = ((1.0 - z * z).sqrt(), i as f64 * 2.399_963_229_728_653);
         let direction = chord * z + (t1 * phi.cos() + t2 * phi.sin()) * r;
         // Rays between distant points come in lengths of their own.
-        let start = Start {
+        let start = InitialGuess {
             family: RayFamily::Point { x, direction },
             region: (),
             optical_length: x.distance(y) * field.n(x) * [1.0, 1.15, 1.4][i % 3],

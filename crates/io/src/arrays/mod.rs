@@ -34,7 +34,7 @@ pub struct Array {
 
 /// Where the array that a one-array format holds lies in space.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Placement {
+pub struct ArrayPlacement {
     /// Names of axes that are directions in space, with the vector from each element to the next.
     pub steps: Vec<(String, [f64; 3])>,
     /// Position of the first element, the middle of its cell.
@@ -49,7 +49,7 @@ pub struct Arrays {
     /// The one that formats with one array hold, as an index of `list`; none if there are several meters.
     pub main: Option<usize>,
     /// Where it lies, if it does so in space.
-    pub placement: Option<Placement>,
+    pub placement: Option<ArrayPlacement>,
     /// What else there is to know: texts, numbers, and the energy balance as an object.
     pub attributes: Vec<(String, Value)>,
 }

@@ -1,7 +1,7 @@
 //! NRRD, nearly raw raster data, version 5: a text header, then the elements.
 //! <https://teem.sourceforge.net/nrrd/format.html>
 
-use super::{Array, Arrays, Placement, plain};
+use super::{Array, ArrayPlacement, Arrays, plain};
 use crate::atomic;
 use crate::error::FileError;
 use std::fmt::Write as _;
@@ -24,7 +24,7 @@ pub(super) fn write(path: &Path, arrays: &Arrays) -> Result<(), FileError> {
 }
 
 /// The fields, in which axes are listed from the fastest on.
-fn header(array: &Array, placement: Option<&Placement>) -> String {
+fn header(array: &Array, placement: Option<&ArrayPlacement>) -> String {
     // A single number has an axis all the same.
     let (shape, axes) = if array.shape.is_empty() {
         (vec![1], vec!["value".to_owned()])

@@ -1,6 +1,6 @@
 //! From what meters have read to arrays with units.
 
-use super::{Array, Arrays, Placement, Quality};
+use super::{Array, ArrayPlacement, Arrays, Quality};
 use crate::assemble::{Gruneisen, Instrument, Normalization};
 use serde_json::Value;
 use transport::meter::{Coordinates, Meter, Reading};
@@ -220,13 +220,13 @@ fn reciprocal(x: f64) -> f64 {
 }
 
 /// Where the cells of a Cartesian grid lie.
-fn placement(meter: &Meter) -> Option<Placement> {
+fn placement(meter: &Meter) -> Option<ArrayPlacement> {
     let Meter::Fluence(meter) = meter else {
         return None;
     };
     let grid = &meter.grid;
     let step = |i: usize| (grid.to_world().matrix3.col(i) / grid.size()[i] as f64).to_array();
-    (grid.coordinates() == Coordinates::Cartesian).then(|| Placement {
+    (grid.coordinates() == Coordinates::Cartesian).then(|| ArrayPlacement {
         steps: ["x", "y", "z"]
             .iter()
             .enumerate()

@@ -2,7 +2,7 @@
 
 use super::described::{disperses, is_meter};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::scene::{Object, PluginKind, SpectrumValue, Value, descendants};
+use crate::scene::{ObjectDescription, PluginKind, SpectrumValue, Value, descendants};
 use transport::Spectrum;
 
 /// The channels of the film.
@@ -27,8 +27,8 @@ const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 impl Channels {
     /// As the film of the scene's first sensor says, be it that of a shape. Without a film, cameras
     /// have three channels and meters one.
-    pub fn of(root: &Object, diagnostics: &mut Diagnostics) -> Self {
-        let children = |o: &Object, kind| {
+    pub fn of(root: &ObjectDescription, diagnostics: &mut Diagnostics) -> Self {
+        let children = |o: &ObjectDescription, kind| {
             let children = o.children.iter().map(|c| c.object.clone());
             let children: Vec<_> = children.filter(|c| c.kind == kind).collect();
             children
@@ -176,7 +176,7 @@ pub(super) fn luminance(rgb: [f64; 3]) -> f64 {
 }
 
 /// Objects of the scene that light may meet: media and volumes that nothing refers to do not count.
-fn seen(root: &Object) -> impl Iterator<Item = &Object> {
+fn seen(root: &ObjectDescription) -> impl Iterator<Item = &ObjectDescription> {
     let kinds = [PluginKind::Shape, PluginKind::Sensor, PluginKind::Emitter];
     let children = root.children.iter().map(|c| &*c.object);
     children.filter(move |o| kinds.contains(&o.kind))

@@ -31,7 +31,7 @@ pub(super) struct Context<'a> {
     /// Ids of the emitters, or of the shapes that they cover.
     pub emitter_ids: Vec<Option<String>>,
     /// Meters of shapes, with the numbers of their objects.
-    pub meters: Vec<(Arc<crate::scene::Object>, usize)>,
+    pub meters: Vec<(Arc<crate::scene::ObjectDescription>, usize)>,
     /// What each object's description says of its two sides.
     pub wishes: Vec<Wish>,
     pub places: Places,

@@ -5,7 +5,7 @@ use eikonal::Field;
 use eikonal::budget::STEPS_PER_RAY;
 use eikonal::ray::steps_between;
 use glam::DVec3;
-use transport::scene::{Scene, SceneProblem, Severity, Subject};
+use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 
 /// Steps across a medium from which on a render is likely to be a mistake: lenses take some ten.
 const MANY: f64 = 2000.0;
@@ -46,7 +46,7 @@ fn costly(scene: &Scene, medium: usize) -> Option<SceneProblem> {
         "the render takes very long".into()
     };
     (steps > MANY).then(|| SceneProblem {
-        severity: Severity::Warning,
+        severity: ProblemSeverity::Warning,
         subject: Subject::Medium(medium),
         message: format!(
             "a ray across medium '{name}' takes some {steps:.0e} steps, where lenses take ten: {fate}"
@@ -79,7 +79,7 @@ fn out_of_range(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     let name = &scene.medium(medium).name;
     let [low, high] = [INDEX.start(), INDEX.end()];
     Some(SceneProblem {
-        severity: Severity::Error,
+        severity: ProblemSeverity::Error,
         subject: Subject::Medium(medium),
         message: format!(
             "the index of medium '{name}' is {n:.1e} in places: no medium has one outside of {low} to {high}"

@@ -2,33 +2,8 @@
 //! can find one, its light is missing.
 
 use transport::bsdf::Bsdf;
-use transport::integrator::Integrator;
-use transport::scene::{Object, Scene, SceneProblem, Severity, Subject, TOTAL_REFLECTIONS};
-
-/// Edges of a path that connections must find, because nothing else can.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Needs {
-    /// None: whatever connections miss is found by chance.
-    Nothing,
-    /// The one that starts at the emitter.
-    FromEmitter,
-    /// The one that ends at the sensor.
-    ToSensor,
-    /// Any one.
-    One,
-}
-
-impl Needs {
-    /// What an estimator needs for the light of an emitter; `delta` says that no ray can hit it.
-    pub fn of(integrator: &Integrator, delta: bool) -> Self {
-        match (integrator, delta) {
-            (Integrator::Particle(_), _) => Needs::ToSensor,
-            (_, false) | (Integrator::Photon(_), true) => Needs::Nothing,
-            (Integrator::Path(_), true) => Needs::FromEmitter,
-            (Integrator::Bdpt(_), true) => Needs::One,
-        }
-    }
-}
+use transport::integrator::{Integrator, RequiredConnection};
+use transport::scene::{Object, ProblemSeverity, Scene, SceneProblem, Subject, TOTAL_REFLECTIONS};
 
 /// Surfaces of a scene that send light where connections do not look for it.
 #[derive(Clone, Copy, Debug)]
@@ -69,18 +44,18 @@ pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProbl
     let walls = Walls::of(scene);
     let mut problems = Vec::new();
     for (i, emitter) in scene.emitters().iter().enumerate() {
-        if Needs::of(integrator, emitter.is_delta()) == Needs::FromEmitter {
+        if integrator.requires(emitter.is_delta()) == RequiredConnection::FromEmitter {
             problems.extend(from_emitter(&walls, Subject::Emitter(i), emitter.kind()));
         }
     }
-    let any = |needs| {
+    let any = |required| {
         let mut emitters = scene.emitters().iter();
-        emitters.any(|e| Needs::of(integrator, e.is_delta()) == needs)
+        emitters.any(|e| integrator.requires(e.is_delta()) == required)
     };
-    if any(Needs::ToSensor) {
+    if any(RequiredConnection::ToSensor) {
         problems.extend(to_sensor(&walls));
     }
-    if any(Needs::One) {
+    if any(RequiredConnection::Any) {
         problems.extend(nowhere(&walls));
     }
     problems
@@ -88,7 +63,7 @@ pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProbl
 
 fn warning(subject: Subject, message: String, help: String) -> SceneProblem {
     SceneProblem {
-        severity: Severity::Warning,
+        severity: ProblemSeverity::Warning,
         subject,
         message,
         help,

@@ -1,6 +1,6 @@
 //! What a description says without being assembled.
 
-use crate::scene::{Object, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind};
 
 /// Sensors that are meters.
 pub(super) const METERS: [&str; 2] = ["fluencemeter", "irradiancemeter"];
@@ -8,12 +8,12 @@ pub(super) const METERS: [&str; 2] = ["fluencemeter", "irradiancemeter"];
 pub(super) const DISPERSION_LAWS: [&str; 2] = ["cauchy", "sellmeier"];
 
 /// Whether a sensor is a meter.
-pub(super) fn is_meter(object: &Object) -> bool {
+pub(super) fn is_meter(object: &ObjectDescription) -> bool {
     METERS.contains(&object.plugin.as_str())
 }
 
 /// Whether an object is an index that follows the wavelength of the channel.
-pub(super) fn disperses(object: &Object) -> bool {
+pub(super) fn disperses(object: &ObjectDescription) -> bool {
     let gives = |name: &str| object.properties.iter().any(|p| p.name == name);
     let of_air = object.plugin == "gladstone_dale" && !gives("wavelength") && !gives("constant");
     let volume = object.kind == PluginKind::Volume;

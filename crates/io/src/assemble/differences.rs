@@ -2,7 +2,7 @@
 
 use super::difference::*;
 use super::sensor::{FAR_CLIP, NEAR_CLIP};
-use crate::scene::{Object, ObjectId, PluginKind, SceneDescription, Value};
+use crate::scene::{ObjectDescription, ObjectId, PluginKind, SceneDescription, Value};
 use glam::{DMat3, DVec3};
 use std::collections::{BTreeSet, HashSet};
 use transport::scene::{AMBIENT, Scene};
@@ -34,7 +34,11 @@ pub(super) fn of(known: &Known, met: &BTreeSet<Difference>) -> Vec<Difference> {
 }
 
 /// Calls `f` with each object once.
-fn visit(object: &Object, seen: &mut HashSet<ObjectId>, f: &mut impl FnMut(&Object)) {
+fn visit(
+    object: &ObjectDescription,
+    seen: &mut HashSet<ObjectId>,
+    f: &mut impl FnMut(&ObjectDescription),
+) {
     if seen.insert(object.number) {
         f(object);
         for child in &object.children {
@@ -43,20 +47,20 @@ fn visit(object: &Object, seen: &mut HashSet<ObjectId>, f: &mut impl FnMut(&Obje
     }
 }
 
-fn value<'a>(object: &'a Object, name: &str) -> Option<&'a Value> {
+fn value<'a>(object: &'a ObjectDescription, name: &str) -> Option<&'a Value> {
     let property = object.properties.iter().find(|p| p.name == name);
     property.map(|p| &p.value)
 }
 
-fn is(object: &Object, name: &str, text: &str) -> bool {
+fn is(object: &ObjectDescription, name: &str, text: &str) -> bool {
     matches!(value(object, name), Some(Value::String(s)) if s.eq_ignore_ascii_case(text))
 }
 
-fn is_true(object: &Object, name: &str) -> bool {
+fn is_true(object: &ObjectDescription, name: &str) -> bool {
     value(object, name) == Some(&Value::Boolean(true))
 }
 
-fn number(object: &Object, name: &str) -> Option<f64> {
+fn number(object: &ObjectDescription, name: &str) -> Option<f64> {
     match value(object, name)? {
         Value::Float(v) => Some(*v),
         Value::Integer(v) => Some(*v as f64),
@@ -64,18 +68,18 @@ fn number(object: &Object, name: &str) -> Option<f64> {
     }
 }
 
-fn child<'a>(object: &'a Object, name: &str) -> Option<&'a Object> {
+fn child<'a>(object: &'a ObjectDescription, name: &str) -> Option<&'a ObjectDescription> {
     let named = |c: &&crate::scene::Child| c.name.as_deref() == Some(name);
     object.children.iter().find(named).map(|c| &*c.object)
 }
 
-fn has(object: &Object, kind: PluginKind, plugins: &[&str]) -> bool {
+fn has(object: &ObjectDescription, kind: PluginKind, plugins: &[&str]) -> bool {
     let mut children = object.children.iter().map(|c| &c.object);
     children.any(|c| c.kind == kind && plugins.contains(&c.plugin.as_str()))
 }
 
 /// What one object alone tells.
-fn of_object(object: &Object) -> Vec<Difference> {
+fn of_object(object: &ObjectDescription) -> Vec<Difference> {
     match (object.kind, object.plugin.as_str()) {
         (PluginKind::Bsdf, plugin) => of_bsdf(object, plugin),
         (PluginKind::Film, _) => of_film(object),
@@ -98,7 +102,7 @@ fn of_object(object: &Object) -> Vec<Difference> {
 /// Parameters of bsdfs that are numbers.
 const NUMBERS: [&str; 5] = ["opacity", "weight", "alpha", "roughness", "metallic"];
 
-fn of_bsdf(object: &Object, plugin: &str) -> Vec<Difference> {
+fn of_bsdf(object: &ObjectDescription, plugin: &str) -> Vec<Difference> {
     let board = |name| child(object, name).is_some_and(|c| c.plugin == "checkerboard");
     let rough = ["roughdielectric", "roughconductor", "roughplastic"].contains(&plugin);
     let dielectric = ["dielectric", "roughdielectric"].contains(&plugin);
@@ -112,7 +116,7 @@ fn of_bsdf(object: &Object, plugin: &str) -> Vec<Difference> {
     chosen(met)
 }
 
-fn of_film(object: &Object) -> Vec<Difference> {
+fn of_film(object: &ObjectDescription) -> Vec<Difference> {
     let other = |name, word| value(object, name).is_some() && !is(object, name, word);
     let sharp = has(object, PluginKind::Rfilter, &["box"]);
     let met = [
@@ -125,7 +129,7 @@ fn of_film(object: &Object) -> Vec<Difference> {
     chosen(met)
 }
 
-fn of_medium(object: &Object) -> Vec<Difference> {
+fn of_medium(object: &ObjectDescription) -> Vec<Difference> {
     let grid = child(object, "sigma_t").filter(|c| c.plugin == "gridvolume");
     let turned = grid.is_some_and(|grid| match value(grid, "to_world") {
         Some(Value::Transform(m)) => {
@@ -170,8 +174,9 @@ fn of_methods(known: &Known) -> Vec<Difference> {
 fn of_camera(known: &Known) -> Vec<Difference> {
     let root = &known.description.root;
     let mut sensors = root.children.iter().map(|c| &c.object);
-    let camera =
-        |o: &&std::sync::Arc<Object>| o.kind == PluginKind::Sensor && !o.plugin.ends_with("meter");
+    let camera = |o: &&std::sync::Arc<ObjectDescription>| {
+        o.kind == PluginKind::Sensor && !o.plugin.ends_with("meter")
+    };
     let Some(sensor) = sensors.find(camera) else {
         return Vec::new();
     };
@@ -182,7 +187,8 @@ fn of_camera(known: &Known) -> Vec<Difference> {
             .map(|c| &c.object)
             .find(|o| o.kind == kind)
     };
-    let counted = |sampler: &std::sync::Arc<Object>| value(sampler, "sample_count").is_some();
+    let counted =
+        |sampler: &std::sync::Arc<ObjectDescription>| value(sampler, "sample_count").is_some();
     let counted = known.counted || of_kind(PluginKind::Sampler).is_some_and(counted);
     let inside = known.scene.sensor_medium();
     let clear = known.scene.medium(inside).is_transparent();
@@ -198,7 +204,7 @@ fn of_camera(known: &Known) -> Vec<Difference> {
 }
 
 /// Whether Mitsuba's clipping planes would cut something of the scene: boxes that do not hold the camera are told.
-fn is_clipped(sensor: &Object, scene: &Scene) -> bool {
+fn is_clipped(sensor: &ObjectDescription, scene: &Scene) -> bool {
     let eye = match value(sensor, "to_world") {
         Some(Value::Transform(m)) => m.w_axis.truncate(),
         _ => DVec3::ZERO,

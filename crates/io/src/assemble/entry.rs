@@ -1,7 +1,7 @@
 //! Media that no light can enter: the opaque hull is most often a forgotten `null`.
 
 use transport::emitter::Emitter;
-use transport::scene::{AMBIENT, MediumId, Scene, SceneProblem, Severity, Subject};
+use transport::scene::{AMBIENT, MediumId, ProblemSeverity, Scene, SceneProblem, Subject};
 
 /// A warning for each closed, opaque shape that shuts a medium off from all light.
 pub(super) fn warnings(scene: &Scene) -> Vec<SceneProblem> {
@@ -67,7 +67,7 @@ fn lit(scene: &Scene) -> Vec<bool> {
 
 fn warning(object: usize, name: &str, medium: &str) -> SceneProblem {
     SceneProblem {
-        severity: Severity::Warning,
+        severity: ProblemSeverity::Warning,
         subject: Subject::Object(object),
         message: format!(
             "no light can enter medium '{medium}': the surface of '{name}' around it is opaque"

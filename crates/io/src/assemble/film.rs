@@ -3,7 +3,7 @@
 use super::context::Context;
 use crate::diagnostic::suggest;
 use crate::query::{POSITIVE, Query, unknown_plugin};
-use crate::scene::{Object, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Shown;
 use transport::Bins;
 use transport::film::{Decomposition, Filter};
@@ -48,7 +48,7 @@ impl Layering {
 }
 
 /// The film that an object describes, or that of no object.
-pub(super) fn build(object: Option<&Object>, context: &mut Context) -> FilmParts {
+pub(super) fn build(object: Option<&ObjectDescription>, context: &mut Context) -> FilmParts {
     let mut film = FilmParts {
         spec: FilmSpec {
             width: 768,
@@ -87,7 +87,7 @@ pub(super) fn build(object: Option<&Object>, context: &mut Context) -> FilmParts
     film
 }
 
-fn filter(object: &Object, context: &mut Context) -> Filter {
+fn filter(object: &ObjectDescription, context: &mut Context) -> Filter {
     let mut q = Query::new(object, context.diagnostics);
     let filter = match object.plugin.as_str() {
         "box" => Filter::Box,

@@ -13,10 +13,10 @@ use super::{
 };
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::query::Query;
-use crate::scene::{Object, PluginKind, SceneDescription};
+use crate::scene::{ObjectDescription, PluginKind, SceneDescription};
 use std::collections::BTreeSet;
 use transport::render::ADAPTIVE_FROM;
-use transport::scene::{Parts, Scene, SceneProblem, Severity, Subject};
+use transport::scene::{Parts, ProblemSeverity, Scene, SceneProblem, Subject};
 
 /// What the description makes for one channel group.
 pub(super) struct Group {
@@ -109,20 +109,21 @@ impl View {
 
 /// The scene's children by kind.
 struct Children<'a> {
-    root: &'a Object,
-    integrators: Vec<&'a Object>,
-    cameras: Vec<&'a Object>,
-    meters: Vec<&'a Object>,
-    shapes: Vec<&'a Object>,
-    emitters: Vec<&'a Object>,
+    root: &'a ObjectDescription,
+    integrators: Vec<&'a ObjectDescription>,
+    cameras: Vec<&'a ObjectDescription>,
+    meters: Vec<&'a ObjectDescription>,
+    shapes: Vec<&'a ObjectDescription>,
+    emitters: Vec<&'a ObjectDescription>,
 }
 
 impl<'a> Children<'a> {
     /// Definitions that others refer to (media, bsdfs, ...) are taken note of, so that they do not count as unused.
-    fn of(root: &'a Object, context: &mut Context) -> Self {
+    fn of(root: &'a ObjectDescription, context: &mut Context) -> Self {
         let mut query = Query::new(root, context.diagnostics);
-        let mut of =
-            |kind| -> Vec<&'a Object> { query.children(kind).into_iter().map(|o| &**o).collect() };
+        let mut of = |kind| -> Vec<&'a ObjectDescription> {
+            query.children(kind).into_iter().map(|o| &**o).collect()
+        };
         let integrators = of(PluginKind::Integrator);
         let sensors = of(PluginKind::Sensor);
         let (meters, cameras) = sensors.into_iter().partition(|s| is_meter(s));
@@ -289,8 +290,8 @@ impl Report<'_> {
             Subject::Emitter(i) => self.places.emitters.get(i),
         };
         let diagnostic = match problem.severity {
-            Severity::Error => Diagnostic::error(problem.message.clone()),
-            Severity::Warning => Diagnostic::warning(problem.message.clone()),
+            ProblemSeverity::Error => Diagnostic::error(problem.message.clone()),
+            ProblemSeverity::Warning => Diagnostic::warning(problem.message.clone()),
         };
         let diagnostic = diagnostic.help(problem.help.clone());
         self.diagnostics.push(match location {

@@ -2,7 +2,7 @@
 
 use transport::Scene;
 use transport::meter::{Estimator, Meter};
-use transport::scene::{SceneProblem, Severity, Subject};
+use transport::scene::{ProblemSeverity, SceneProblem, Subject};
 
 /// Most cells at whose middles a meter's surroundings are probed.
 const PROBES: usize = 1 << 12;
@@ -70,7 +70,7 @@ impl Instrument {
             _ => return None,
         };
         Some(SceneProblem {
-            severity: Severity::Warning,
+            severity: ProblemSeverity::Warning,
             subject: Subject::Sensor,
             message: format!("the meter '{}' {message}", self.name),
             help: help.into(),

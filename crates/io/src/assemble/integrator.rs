@@ -5,7 +5,7 @@ use super::field;
 use super::options::LoadOptions;
 use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::query::{POSITIVE, Query, unknown_plugin};
-use crate::scene::{Object, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Tolerance;
 use glam::DVec3;
 use transport::aov::{Aov, AovTracer, ReferenceIndex};
@@ -98,7 +98,7 @@ impl Parameters {
 }
 
 /// Whether the scene is asked for other quantities than light.
-pub(super) fn is_aov(root: &Object, options: &LoadOptions) -> bool {
+pub(super) fn is_aov(root: &ObjectDescription, options: &LoadOptions) -> bool {
     let mut children = root.children.iter().map(|c| &c.object);
     let written = children.find(|o| o.kind == PluginKind::Integrator);
     let name = options.integrator.as_deref();
@@ -109,7 +109,7 @@ pub(super) fn is_aov(root: &Object, options: &LoadOptions) -> bool {
 /// The scene's integrator, or the path tracer with its defaults. An estimator that the caller names
 /// takes its place, but keeps the parameters that are common to all.
 pub(super) fn build(
-    object: Option<&Object>,
+    object: Option<&ObjectDescription>,
     options: &LoadOptions,
     context: &mut Context,
 ) -> Method {
@@ -137,7 +137,7 @@ fn find(name: &str) -> Option<Kind> {
 }
 
 /// The kind that a file asks for; after an error, that with most parameters.
-fn plugin(object: &Object, context: &mut Context) -> Kind {
+fn plugin(object: &ObjectDescription, context: &mut Context) -> Kind {
     find(&object.plugin).unwrap_or_else(|| {
         unknown_plugin(object, &KNOWN.map(|(name, _)| name), context.diagnostics);
         Kind::Bdpt
@@ -156,7 +156,7 @@ pub(super) fn named(name: &str, diagnostics: &mut Diagnostics) -> Kind {
     })
 }
 
-fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
+fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parameters {
     let default = Parameters::default();
     let mut bdpt = default.bdpt;
     let reference = match kind {
@@ -203,7 +203,7 @@ fn read(object: &Object, kind: Kind, context: &mut Context) -> Parameters {
 }
 
 /// The index of which optical path differences are taken.
-fn reference(object: &Object, context: &mut Context) -> Option<ReferenceIndex> {
+fn reference(object: &ObjectDescription, context: &mut Context) -> Option<ReferenceIndex> {
     let field = field::named(object, "reference_index", context)?;
     Some(if field.is_constant() {
         ReferenceIndex::Constant(field.n(DVec3::ZERO))

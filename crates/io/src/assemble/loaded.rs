@@ -37,7 +37,7 @@ pub struct Loaded {
     pub layering: Layering,
     /// Whether an image with less weight for rare bright samples is wanted beside the plain one.
     pub reweight: bool,
-    /// Whether noisy pixels get more samples: see [`transport::render::Options::adaptive`].
+    /// Whether noisy pixels get more samples: see [`transport::render::RenderOptions::adaptive`].
     pub adaptive: bool,
     /// What the scene says of its estimator.
     pub(super) estimators: integrator::Parameters,

@@ -4,19 +4,19 @@ use super::channels::Channels;
 use super::context::Context;
 use super::{field, phase, texture};
 use crate::query::{Query, unknown_plugin};
-use crate::scene::{Object, PluginKind, SpectrumValue};
+use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use crate::schema::substance::{TURBID, TURBID_NAMES, Turbid};
 use eikonal::Field;
 use eikonal::field::Constant;
 use transport::Spectrum;
-use transport::medium::{Medium, Texture};
+use transport::medium::{Medium, VolumeTexture};
 use transport::phase::Phase;
 use transport::scene::MediumId;
 
 const KNOWN: [&str; 3] = ["homogeneous", "heterogeneous", "transparent"];
 
 /// The medium that an object describes; the same one for every reference to it.
-pub(super) fn medium(object: &Object, context: &mut Context) -> MediumId {
+pub(super) fn medium(object: &ObjectDescription, context: &mut Context) -> MediumId {
     if let Some(id) = context.known_medium(object.number) {
         return id;
     }
@@ -30,7 +30,7 @@ pub(super) fn medium(object: &Object, context: &mut Context) -> MediumId {
     id
 }
 
-fn build(object: &Object, context: &mut Context) -> (Medium, bool) {
+fn build(object: &ObjectDescription, context: &mut Context) -> (Medium, bool) {
     let name = object.id.clone().unwrap_or_else(|| object.plugin.clone());
     let index = field::named(object, "ior", context);
     let open = index.is_none();
@@ -51,7 +51,12 @@ fn build(object: &Object, context: &mut Context) -> (Medium, bool) {
     (medium, open)
 }
 
-fn scattering(object: &Object, name: String, index: Field, context: &mut Context) -> Medium {
+fn scattering(
+    object: &ObjectDescription,
+    name: String,
+    index: Field,
+    context: &mut Context,
+) -> Medium {
     let mut query = Query::new(object, context.diagnostics);
     query.has("ior");
     let scale = query.float_in("scale", 0.0.., 1.0);
@@ -127,10 +132,10 @@ fn material(query: &mut Query, channels: &Channels) -> Option<&'static Turbid> {
 }
 
 fn from_parts(
-    object: &Object,
+    object: &ObjectDescription,
     (s, a): (SpectrumValue, SpectrumValue),
     context: &mut Context,
-) -> (Texture, Texture) {
+) -> (VolumeTexture, VolumeTexture) {
     let negative = |v: &SpectrumValue| v.values().iter().any(|v| *v < 0.0);
     if negative(&s) || negative(&a) {
         context.error_at(&object.location, "sigma_s and sigma_a must not be negative");
@@ -141,5 +146,8 @@ fn from_parts(
     let albedo = Spectrum(std::array::from_fn(|c| {
         if total[c] > 0.0 { s[c] / total[c] } else { 0.0 }
     }));
-    (Texture::Uniform(total), Texture::Uniform(albedo))
+    (
+        VolumeTexture::Uniform(total),
+        VolumeTexture::Uniform(albedo),
+    )
 }

@@ -9,13 +9,13 @@ use super::sensor::SensorParts;
 use super::transforms::affine;
 use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
-use crate::scene::{Object, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Aabb;
 use glam::{DAffine3, DVec3};
 use transport::Bins;
 use transport::film::Filter;
 use transport::meter::{
-    Coordinates, Cosines, Estimator, FluenceMeter, Grid, IrradianceMeter, Meter, Positions,
+    Coordinates, Cosines, Estimator, FluenceMeter, IrradianceMeter, Meter, MeterGrid, Positions,
 };
 use transport::scene::FilmSpec;
 use transport::sensor::Sensor;
@@ -26,8 +26,8 @@ const PARTICLES: i64 = 1_000_000;
 const MOST_BINS: i64 = 1 << 20;
 /// The meters of the scene and of its shapes, and what stands for the camera; `None` after an error.
 pub(super) fn build(
-    (meters, cameras): (&[&Object], &[&Object]),
-    integrator: Option<&Object>,
+    (meters, cameras): (&[&ObjectDescription], &[&ObjectDescription]),
+    integrator: Option<&ObjectDescription>,
     context: &mut Context,
 ) -> Option<(SensorParts, Vec<Instrument>)> {
     if let [camera, ..] = cameras {
@@ -47,7 +47,7 @@ pub(super) fn build(
             .push(warning.at(&object.plugin_location));
     }
     let (mut instruments, mut particles) = (Vec::new(), Samples::default());
-    let mut add = |object: &Object, surface, context: &mut Context| {
+    let mut add = |object: &ObjectDescription, surface, context: &mut Context| {
         let (instrument, samples) = instrument(object, surface, context);
         particles.raise(samples);
         instruments.extend(instrument);
@@ -103,7 +103,7 @@ fn distinct(instruments: &mut [Instrument]) {
 /// The meter that an object describes, on the surface of an object if it belongs to one, and the
 /// number of particles that it asks for.
 fn instrument(
-    object: &Object,
+    object: &ObjectDescription,
     surface: Option<usize>,
     context: &mut Context,
 ) -> (Option<Instrument>, Samples) {
@@ -166,7 +166,7 @@ fn instrument(
 }
 
 /// A meter's film has channels, but no pixels.
-fn film(object: &Object, context: &mut Context) {
+fn film(object: &ObjectDescription, context: &mut Context) {
     if object.plugin != "hdrfilm" {
         unknown_plugin(object, &["hdrfilm"], context.diagnostics);
         return;
@@ -182,7 +182,7 @@ fn count(q: &mut Query, name: &str, default: impl Into<Option<i64>>) -> usize {
 }
 
 /// Cells and estimator of a fluence meter.
-fn grid(q: &mut Query) -> Option<(Grid, Estimator)> {
+fn grid(q: &mut Query) -> Option<(MeterGrid, Estimator)> {
     let words = [
         Coordinates::Cartesian,
         Coordinates::Cylindrical,
@@ -200,7 +200,7 @@ fn grid(q: &mut Query) -> Option<(Grid, Estimator)> {
     });
     let matrix = q.transform("to_world");
     let to_world = affine(matrix, "to_world", q);
-    let grid = Grid::new(coordinates, size, to_world);
+    let grid = MeterGrid::new(coordinates, size, to_world);
     if grid.is_none() {
         q.error(
             "to_world",

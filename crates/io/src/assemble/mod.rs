@@ -38,7 +38,7 @@ mod units;
 mod wish;
 
 pub use costly::steps_across;
-pub use coverage::{Needs, Walls};
+pub use coverage::Walls;
 pub use difference::Difference;
 pub use film::Layering;
 pub use instrument::{Gruneisen, Instrument, Normalization};

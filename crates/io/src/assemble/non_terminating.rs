@@ -2,7 +2,7 @@
 
 use transport::integrator::Integrator;
 use transport::medium::Medium;
-use transport::scene::{Region, Scene, SceneProblem, Severity, Subject};
+use transport::scene::{ProblemSeverity, Region, Scene, SceneProblem, Subject};
 
 /// Collisions of a path at which a render is likely to be a mistake: it takes a tenth of a second.
 const MANY: f64 = 1e6;
@@ -38,7 +38,7 @@ fn collisions(medium: &Medium, region: &Region) -> f64 {
 
 fn warning(medium: usize, name: &str, number: f64) -> SceneProblem {
     SceneProblem {
-        severity: Severity::Warning,
+        severity: ProblemSeverity::Warning,
         subject: Subject::Medium(medium),
         message: format!(
             "light that enters medium '{name}' collides some {number:.0e} times there: its paths take very long"

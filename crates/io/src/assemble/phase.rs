@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use crate::query::{Query, unknown_plugin};
-use crate::scene::{Object, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind};
 use transport::phase::{Phase, PhaseError};
 
 const KNOWN: [&str; 6] = [
@@ -15,7 +15,7 @@ const KNOWN: [&str; 6] = [
 ];
 
 /// The phase function that an object describes; isotropic after an error.
-pub(super) fn build(object: &Object, context: &mut Context) -> Phase {
+pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
     let phase = match object.plugin.as_str() {
         "isotropic" => Ok(Phase::isotropic()),
@@ -33,7 +33,11 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Phase {
     accepted(object, phase, context)
 }
 
-fn accepted(object: &Object, phase: Result<Phase, PhaseError>, context: &mut Context) -> Phase {
+fn accepted(
+    object: &ObjectDescription,
+    phase: Result<Phase, PhaseError>,
+    context: &mut Context,
+) -> Phase {
     context
         .accept(&object.location, phase)
         .unwrap_or_else(Phase::isotropic)
@@ -61,7 +65,7 @@ fn numbers(text: &str) -> Option<Vec<f64>> {
     words.map(|w| w.parse().ok()).collect()
 }
 
-fn blend(object: &Object, context: &mut Context) -> Phase {
+fn blend(object: &ObjectDescription, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
     let weight = query.float_in("weight", 0.0..=1.0, None);
     let nested = query.children(PluginKind::Phase);

@@ -4,11 +4,11 @@ use super::context::Context;
 use super::options::LoadOptions;
 use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::query::Query;
-use crate::scene::Object;
+use crate::scene::ObjectDescription;
 use transport::integrator::Integrator;
 use transport::renderer::Renderer;
 use transport::sampling::Replicates;
-use transport::scene::{Scene, SceneProblem, Severity, Subject};
+use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 
 /// Each instant has a scene of its own in memory; a period needs few of them.
 const MOST_INSTANTS: i64 = 256;
@@ -80,7 +80,11 @@ impl Samples {
 }
 
 /// What a sampler asks for, or `default` samples at one instant.
-pub(super) fn build(object: Option<&Object>, default: i64, context: &mut Context) -> Samples {
+pub(super) fn build(
+    object: Option<&ObjectDescription>,
+    default: i64,
+    context: &mut Context,
+) -> Samples {
     let Some(object) = object else {
         return Samples {
             count: default as u64,
@@ -185,7 +189,7 @@ pub(super) fn is_adaptive(
 
 fn warning(message: String, help: &str) -> SceneProblem {
     SceneProblem {
-        severity: Severity::Warning,
+        severity: ProblemSeverity::Warning,
         subject: Subject::Sensor,
         message,
         help: help.into(),

@@ -6,11 +6,11 @@ use super::medium;
 use super::sampler::{self, Samples};
 use super::transforms::affine;
 use crate::query::{POSITIVE, Query, unknown_plugin};
-use crate::scene::{Object, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind};
 use glam::DAffine3;
 use std::ops::Bound;
 use transport::scene::MediumId;
-use transport::sensor::{Orthographic, Perspective, Sensor, Stop, Telecentric, ThinLens};
+use transport::sensor::{ApertureStop, Orthographic, Perspective, Sensor, Telecentric, ThinLens};
 
 const KNOWN: [&str; 4] = ["perspective", "thinlens", "orthographic", "telecentric"];
 /// Samples per pixel, unless a sampler says otherwise.
@@ -30,7 +30,7 @@ pub(super) struct SensorParts {
 }
 
 /// The sensor that an object describes; `None` after an error.
-pub(super) fn build(object: &Object, context: &mut Context) -> Option<SensorParts> {
+pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<SensorParts> {
     let mut q = Query::new(object, context.diagnostics);
     let film = q.child(PluginKind::Film).cloned();
     let sampler = q.child(PluginKind::Sampler).cloned();
@@ -71,7 +71,7 @@ enum Optics {
     Pinhole(Fov),
     ThinLens(Fov, f64, f64),
     Orthographic,
-    Telecentric(f64, Stop),
+    Telecentric(f64, ApertureStop),
 }
 
 /// A full angle in radians along an axis of the image.
@@ -86,7 +86,7 @@ const FRAME: [f64; 2] = [36.0, 24.0];
 /// Focal length in mm of a camera that says nothing of its field of view.
 const FOCAL_LENGTH: &str = "50mm";
 
-fn optics(object: &Object, q: &mut Query) -> Option<Optics> {
+fn optics(object: &ObjectDescription, q: &mut Query) -> Option<Optics> {
     Some(match object.plugin.as_str() {
         "perspective" => Optics::Pinhole(fov(q)),
         "thinlens" => {
@@ -105,7 +105,7 @@ fn optics(object: &Object, q: &mut Query) -> Option<Optics> {
 }
 
 /// The stop of a telecentric sensor, and the knife edge in it.
-fn stop(q: &mut Query) -> Stop {
+fn stop(q: &mut Query) -> ApertureStop {
     let angle = q.float_in(
         "acceptance_angle",
         (Bound::Excluded(0.0), Bound::Included(WIDEST_STOP)),
@@ -119,18 +119,18 @@ fn stop(q: &mut Query) -> Stop {
                 "a knife needs a vector 'knife_edge', its direction",
             );
         }
-        return Stop::disc(radius);
+        return ApertureStop::disc(radius);
     }
     let edge = q.vector("knife_edge");
     if edge.truncate().length() < 1e-9 || edge.z != 0.0 {
         let message =
             "'knife_edge' points to the covered side, across the axis: (x, y, 0), not zero";
         q.error("knife_edge", message);
-        return Stop::disc(radius);
+        return ApertureStop::disc(radius);
     }
     let open = (Bound::Excluded(-angle), Bound::Included(angle));
     let cut = q.float_in("knife_angle", open, 0.0).to_radians().tan();
-    Stop::with_knife(radius, edge.truncate(), cut)
+    ApertureStop::with_knife(radius, edge.truncate(), cut)
 }
 
 /// By an angle, or by the focal length of a lens for 35 mm film, which is an angle along the diagonal.

@@ -4,13 +4,13 @@ use super::context::Context;
 pub(super) use super::texture_role::Role;
 use crate::image::RgbImage;
 use crate::query::{Input, Query, unknown_plugin};
-use crate::scene::{Object, SpectrumValue, srgb_from_linear};
+use crate::scene::{ObjectDescription, SpectrumValue, srgb_from_linear};
 use glam::{DAffine2, DMat4};
 use std::path::Path;
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::shape::Mesh;
-use transport::texture::{Bitmap, Checkerboard, Filter, Texture, VertexColours, Wrap};
+use transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, VertexColours, Wrap};
 
 const KNOWN: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
 
@@ -20,7 +20,7 @@ pub(super) type Vertices = Option<(Arc<Mesh>, Arc<Vec<[f32; 3]>>)>;
 /// A quantity given as a spectrum or as a nested texture.
 pub(super) fn texture(
     (input, role): (Input, Role),
-    (parent, name): (&Object, &str),
+    (parent, name): (&ObjectDescription, &str),
     vertices: &Vertices,
     context: &mut Context,
 ) -> Texture {
@@ -38,7 +38,7 @@ pub(super) fn texture(
 
 /// A texture plugin. Those that depend on no mesh are made once, however many surfaces they cover.
 fn nested(
-    object: &Object,
+    object: &ObjectDescription,
     role: Role,
     vertices: &Vertices,
     context: &mut Context,
@@ -63,7 +63,7 @@ fn nested(
 }
 
 fn checkerboard(
-    object: &Object,
+    object: &ObjectDescription,
     role: Role,
     vertices: &Vertices,
     context: &mut Context,
@@ -79,7 +79,7 @@ fn checkerboard(
 }
 
 fn vertex_colours(
-    object: &Object,
+    object: &ObjectDescription,
     role: Role,
     vertices: &Vertices,
     context: &mut Context,
@@ -108,7 +108,7 @@ fn vertex_colours(
     Some(Texture::Vertices(Arc::new(texture)))
 }
 
-fn bitmap(object: &Object, role: Role, context: &mut Context) -> Option<Bitmap> {
+fn bitmap(object: &ObjectDescription, role: Role, context: &mut Context) -> Option<Bitmap> {
     let mut q = Query::new(object, context.diagnostics);
     let path = q.path("filename", context.files);
     let raw = q.boolean_or("raw", false);
@@ -121,7 +121,7 @@ fn bitmap(object: &Object, role: Role, context: &mut Context) -> Option<Bitmap> 
     let image = image.ok()?;
     let pixels = pixels(&image, raw && is_encoded(&path), role, context);
     let pixels = context.accept(&object.location, pixels)?;
-    let filter = [Filter::Bilinear, Filter::Nearest][filter];
+    let filter = [BitmapFilter::Bilinear, BitmapFilter::Nearest][filter];
     let wrap = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp][wrap];
     let size = [image.width, image.height];
     let bitmap = Bitmap::new(size, pixels, (filter, wrap), to_uv);
@@ -130,7 +130,7 @@ fn bitmap(object: &Object, role: Role, context: &mut Context) -> Option<Bitmap> 
 
 /// Size and pixels of an image that a bitmap names, for light that is constant within each.
 pub(super) fn screen(
-    object: &Object,
+    object: &ObjectDescription,
     context: &mut Context,
 ) -> Option<([usize; 2], Vec<Spectrum>)> {
     let mut q = Query::new(object, context.diagnostics);

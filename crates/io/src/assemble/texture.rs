@@ -5,22 +5,23 @@ use super::reach;
 use super::transforms::affine;
 use crate::diagnostic::Location;
 use crate::query::{Input, Query, unknown_plugin};
-use crate::scene::{FileRegistry, Object, SpectrumValue};
+use crate::scene::{FileRegistry, ObjectDescription, SpectrumValue};
 use crate::volume::{AxisOrder, Format, Options, Sample, Volume, nrrd};
 use eikonal::Shown;
+use eikonal::field::Placement;
 use glam::DAffine3;
 use std::sync::Arc;
 use transport::Spectrum;
-use transport::medium::{Filter, Grid, Placement, Texture};
+use transport::medium::{GridFilter, VolumeGrid, VolumeTexture};
 
 /// A quantity that must lie in `allowed`, given as a spectrum or as a nested volume.
 pub(super) fn texture(
     input: Input,
-    parent: &Object,
+    parent: &ObjectDescription,
     name: &str,
     allowed: (f64, f64),
     context: &mut Context,
-) -> Texture {
+) -> VolumeTexture {
     match input {
         Input::Spectrum(value) => {
             let property = parent.properties.iter().find(|p| p.name == name);
@@ -34,8 +35,8 @@ pub(super) fn texture(
             uniform((&value, &object.location), name, allowed, context)
         }
         Input::Object(object) => grid(object, name, allowed, context)
-            .map_or(Texture::Uniform(Spectrum::ZERO), |grid| {
-                Texture::Grid(Arc::new(grid))
+            .map_or(VolumeTexture::Uniform(Spectrum::ZERO), |grid| {
+                VolumeTexture::Grid(Arc::new(grid))
             }),
     }
 }
@@ -45,7 +46,7 @@ fn uniform(
     name: &str,
     allowed: (f64, f64),
     context: &mut Context,
-) -> Texture {
+) -> VolumeTexture {
     let outside = |v: &f64| !(*v >= allowed.0 && *v <= allowed.1);
     if let Some(bad) = value.values().into_iter().find(outside) {
         let allowed = match allowed {
@@ -55,10 +56,15 @@ fn uniform(
         let message = format!("'{name}' is {}; it must {allowed}", Shown(bad));
         context.error_at(location, message);
     }
-    Texture::Uniform(context.spectrum(value, location))
+    VolumeTexture::Uniform(context.spectrum(value, location))
 }
 
-fn grid(object: &Object, name: &str, allowed: (f64, f64), context: &mut Context) -> Option<Grid> {
+fn grid(
+    object: &ObjectDescription,
+    name: &str,
+    allowed: (f64, f64),
+    context: &mut Context,
+) -> Option<VolumeGrid> {
     if object.plugin != "gridvolume" {
         unknown_plugin(object, &["gridvolume", "constvolume"], context.diagnostics);
         return None;
@@ -84,7 +90,7 @@ fn grid(object: &Object, name: &str, allowed: (f64, f64), context: &mut Context)
         return None;
     }
     let data = of_group(volume, context);
-    let filter = [Filter::Trilinear, Filter::Nearest][filter];
+    let filter = [GridFilter::Trilinear, GridFilter::Nearest][filter];
     let placement = [Placement::Centers, Placement::Nodes][source.placement];
     if name == "sigma_t" {
         let quantity = reach::Quantity::Extinction;
@@ -94,7 +100,7 @@ fn grid(object: &Object, name: &str, allowed: (f64, f64), context: &mut Context)
             &object.location,
         ));
     }
-    let grid = Grid::new(data, source.to_world, placement, filter, allowed);
+    let grid = VolumeGrid::new(data, source.to_world, placement, filter, allowed);
     context.accept(&object.location, grid)
 }
 
@@ -132,7 +138,7 @@ pub(super) struct Source {
 
 /// The samples of a volume, from the array that it holds or the file that it names.
 pub(super) fn read<T: Sample>(
-    object: &Object,
+    object: &ObjectDescription,
     context: &mut Context,
 ) -> (Option<Volume<T>>, Source) {
     let mut query = Query::new(object, context.diagnostics);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Alias, Draft, MAX_DEPTH, Target, unfold};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
-use crate::scene::{Child, Object, ObjectId};
+use crate::scene::{Child, ObjectDescription, ObjectId};
 
 /// All objects of a scene file, by number.
 #[derive(Default)]
@@ -62,7 +62,10 @@ impl Drafts {
 
     /// Follows every reference and returns the root. A reference that leads nowhere, to an object
     /// that contains it, or too deep is reported and left out; references that multiply are reported.
-    pub(crate) fn resolve(mut self, diagnostics: &mut Diagnostics) -> Option<Arc<Object>> {
+    pub(crate) fn resolve(
+        mut self,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Arc<ObjectDescription>> {
         for alias in std::mem::take(&mut self.aliases) {
             if let Some(index) = self.find(&alias.target, &alias.location, diagnostics) {
                 self.name(&alias.name, index, &alias.name_location, diagnostics);
@@ -108,7 +111,7 @@ enum State {
 /// An object with the number of levels below it.
 #[derive(Clone)]
 struct Tall {
-    object: Arc<Object>,
+    object: Arc<ObjectDescription>,
     height: usize,
 }
 
@@ -163,7 +166,7 @@ impl Resolver<'_> {
                 }
             }
         }
-        let object = Arc::new(Object {
+        let object = Arc::new(ObjectDescription {
             number: ObjectId(index),
             kind: draft.kind,
             plugin: draft.plugin,

@@ -4,18 +4,20 @@
 //! References that double at each of sixty levels stand for 10¹⁸ objects.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::scene::{Object, ObjectId, PluginKind, descendants};
+use crate::scene::{ObjectDescription, ObjectId, PluginKind, descendants};
 use std::collections::{HashMap, HashSet};
 
 /// Repetitions of objects within one object: more is a mistake, and a render would not end.
 const MOST_REPEATED: usize = 4096;
 
 /// Reports every object in which objects repeat too often, unless it stands in another such object.
-pub(super) fn check(root: &Object, diagnostics: &mut Diagnostics) {
+pub(super) fn check(root: &ObjectDescription, diagnostics: &mut Diagnostics) {
     let mut counter = Counter::default();
     counter.count(root);
     let Counter { counts, inner } = counter;
-    let large = |o: &Object| !inner.contains(&o.number) && counts[&o.number] > MOST_REPEATED as f64;
+    let large = |o: &ObjectDescription| {
+        !inner.contains(&o.number) && counts[&o.number] > MOST_REPEATED as f64
+    };
     for object in descendants([root]).filter(|o| large(o)) {
         let (count, distinct) = (counts[&object.number], parts(object));
         if count - distinct as f64 > MOST_REPEATED as f64 {
@@ -32,7 +34,7 @@ pub(super) fn check(root: &Object, diagnostics: &mut Diagnostics) {
 }
 
 /// Whether a child is made anew for each parent: not what lies in the scene, and not what shapes, which are many, share.
-fn repeats(parent: &Object, child: &Object) -> bool {
+fn repeats(parent: &ObjectDescription, child: &ObjectDescription) -> bool {
     match parent.kind {
         PluginKind::Scene => false,
         PluginKind::Shape => child.kind == PluginKind::Shape,
@@ -49,7 +51,7 @@ struct Counter {
 }
 
 impl Counter {
-    fn count(&mut self, object: &Object) -> f64 {
+    fn count(&mut self, object: &ObjectDescription) -> f64 {
         if let Some(known) = self.counts.get(&object.number) {
             return *known;
         }
@@ -69,7 +71,7 @@ impl Counter {
 }
 
 /// Number of different objects that an object is made of, itself included.
-fn parts(object: &Object) -> usize {
+fn parts(object: &ObjectDescription) -> usize {
     let mut seen = HashSet::from([object.number]);
     let mut open = vec![object];
     while let Some(object) = open.pop() {

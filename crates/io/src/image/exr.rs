@@ -43,7 +43,7 @@ type Flat = exr::prelude::Layer<AnyChannels<FlatSamples>>;
 
 /// What an EXR file holds besides the values of its channels.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Frame {
+pub struct ExrHeader {
     /// Pixels per row.
     pub width: usize,
     /// Rows.
@@ -74,7 +74,7 @@ pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
 /// As for [`write()`].
 pub fn write_values(
     path: &Path,
-    frame: &Frame,
+    frame: &ExrHeader,
     value: impl Fn(usize, usize) -> f32 + Sync,
 ) -> Result<(), FileError> {
     frame.check().map_err(|problem| problem.at(path))?;
@@ -108,7 +108,7 @@ pub fn encode(image: &ImageLayers) -> Result<Vec<u8>, Problem> {
 /// The attributes are left in the encoder's order, which changes from run to run.
 fn encode_to(
     writer: &mut (impl Write + Seek),
-    frame: &Frame,
+    frame: &ExrHeader,
     value: &(impl Fn(usize, usize) -> f32 + Sync),
 ) -> Result<(), Error> {
     let mut attributes = LayerAttributes {
@@ -166,7 +166,7 @@ impl<F: Fn(usize, usize) -> f32 + Sync> SamplesWriter for Computed<'_, F> {
     }
 }
 
-impl Frame {
+impl ExrHeader {
     fn check(&self) -> Result<(), Problem> {
         let mut names = HashSet::new();
         for name in &self.channels {
@@ -188,12 +188,12 @@ impl Frame {
     }
 }
 
-fn frame(image: &ImageLayers) -> Frame {
+fn frame(image: &ImageLayers) -> ExrHeader {
     let names = image.layers.iter().flat_map(|layer| {
         let names = layer.channels.iter().map(|(name, _)| name);
         names.map(|name| channel_name(&layer.name, name))
     });
-    Frame {
+    ExrHeader {
         width: image.width,
         height: image.height,
         channels: names.collect(),

@@ -1,7 +1,9 @@
 //! Scene descriptions as JSON.
 
 use super::keys::{self, ID, PARAMETERS, SCHEMA, TYPE};
-use crate::scene::{Object, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value};
+use crate::scene::{
+    ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value,
+};
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// A scene as JSON. Read again it is the same scene, with the same hash; roles of the scene's own children,
@@ -25,7 +27,7 @@ struct Writer {
 }
 
 impl Writer {
-    fn root(&mut self, root: &Object) {
+    fn root(&mut self, root: &ObjectDescription) {
         self.out.push_str("{\n  \"type\": \"scene\"");
         self.properties(root, 1);
         let mut keys = Keys::new(root);
@@ -53,7 +55,7 @@ impl Writer {
         self.out.push_str("\n}\n");
     }
 
-    fn object(&mut self, key: &str, object: &Object, with_id: bool, depth: usize) {
+    fn object(&mut self, key: &str, object: &ObjectDescription, with_id: bool, depth: usize) {
         self.key(key, depth);
         self.out.push_str("{\n");
         self.out.push_str(&"  ".repeat(depth + 1));
@@ -81,14 +83,14 @@ impl Writer {
         self.out.push('}');
     }
 
-    fn reference(&mut self, key: &str, object: &Object, depth: usize) {
+    fn reference(&mut self, key: &str, object: &ObjectDescription, depth: usize) {
         self.key(key, depth);
         let id = text(object.id.as_deref().unwrap_or_default());
         self.out
             .push_str(&format!("{{\"{TYPE}\": \"ref\", \"{ID}\": {id}}}"));
     }
 
-    fn properties(&mut self, object: &Object, depth: usize) {
+    fn properties(&mut self, object: &ObjectDescription, depth: usize) {
         for property in &object.properties {
             self.key(&property.name, depth);
             self.out.push_str(&value(&property.value));
@@ -112,7 +114,7 @@ struct Keys {
 
 impl Keys {
     /// Those that its parameters and roles take, and those that mean something else.
-    fn new(object: &Object) -> Self {
+    fn new(object: &ObjectDescription) -> Self {
         let reserved = [TYPE, ID, PARAMETERS, SCHEMA].map(str::to_owned);
         let properties = object.properties.iter().map(|p| p.name.clone());
         let roles = object.children.iter().filter_map(|c| c.name.clone());

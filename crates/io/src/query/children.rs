@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::values::as_spectrum;
 use super::{Lookup, Query};
 use crate::diagnostic::Diagnostic;
-use crate::scene::{Object, PluginKind, SpectrumValue};
+use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 
 /// A quantity given as a spectrum, or as an object (a volume or texture) that computes it.
 #[derive(Clone, Debug)]
@@ -14,13 +14,13 @@ pub enum Input<'a> {
     /// Constant in space.
     Spectrum(SpectrumValue),
     /// Varying in space.
-    Object(&'a Arc<Object>),
+    Object(&'a Arc<ObjectDescription>),
 }
 
 impl<'a> Query<'a, '_> {
     /// The only child of a kind, if there is one; more than one is an error. Children in roles
     /// that were asked for by name do not count.
-    pub fn child(&mut self, kind: PluginKind) -> Option<&'a Arc<Object>> {
+    pub fn child(&mut self, kind: PluginKind) -> Option<&'a Arc<ObjectDescription>> {
         let indices = self.unused_of(kind);
         for &index in &indices {
             self.used_children[index] = true;
@@ -41,7 +41,7 @@ impl<'a> Query<'a, '_> {
     }
 
     /// The only child of a kind; its absence is reported, too.
-    pub fn required_child(&mut self, kind: PluginKind) -> Option<&'a Arc<Object>> {
+    pub fn required_child(&mut self, kind: PluginKind) -> Option<&'a Arc<ObjectDescription>> {
         let child = self.child(kind);
         if child.is_none() {
             let message = format!("{} needs a {}", self.object.label(), self.element(kind));
@@ -53,7 +53,7 @@ impl<'a> Query<'a, '_> {
 
     /// All children of a kind, in the order in which they are written. Children in roles that were
     /// asked for by name are left out.
-    pub fn children(&mut self, kind: PluginKind) -> Vec<&'a Arc<Object>> {
+    pub fn children(&mut self, kind: PluginKind) -> Vec<&'a Arc<ObjectDescription>> {
         let indices = self.unused_of(kind);
         for &index in &indices {
             self.used_children[index] = true;
@@ -65,7 +65,7 @@ impl<'a> Query<'a, '_> {
     }
 
     /// The child that plays the role `name`, if there is one; it must be of the given kind.
-    pub fn role(&mut self, kind: PluginKind, name: &str) -> Option<&'a Arc<Object>> {
+    pub fn role(&mut self, kind: PluginKind, name: &str) -> Option<&'a Arc<ObjectDescription>> {
         if let Some(property) = self.property(name) {
             let found = property.value.type_name();
             self.mismatch(name, kind.tag(), found, &property.location);
@@ -115,7 +115,7 @@ impl<'a> Query<'a, '_> {
     }
 
     /// The child of a kind that stands in the place of a parameter.
-    fn stand_in(&mut self, kind: PluginKind, name: &str) -> Option<&'a Arc<Object>> {
+    fn stand_in(&mut self, kind: PluginKind, name: &str) -> Option<&'a Arc<ObjectDescription>> {
         let child = self.named_child(name).filter(|c| c.object.kind == kind)?;
         if let Some(index) = self.child_index(name) {
             self.used_children[index] = true;

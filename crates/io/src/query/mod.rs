@@ -31,13 +31,13 @@ use std::collections::BTreeSet;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, closest, suggest, words};
 use crate::error::FileError;
-use crate::scene::{Child, Object, PluginKind, Property, Value};
+use crate::scene::{Child, ObjectDescription, PluginKind, Property, Value};
 use crate::schema;
 
 /// Questions to one object. Call [`Query::finish`] at the end.
 #[derive(Debug)]
 pub struct Query<'a, 'd> {
-    object: &'a Object,
+    object: &'a ObjectDescription,
     diagnostics: &'d mut Diagnostics,
     /// Names that were asked for, found or not.
     asked: BTreeSet<String>,
@@ -46,7 +46,7 @@ pub struct Query<'a, 'd> {
 
 impl<'a, 'd> Query<'a, 'd> {
     /// Begins asking `object`; mistakes go to `diagnostics`.
-    pub fn new(object: &'a Object, diagnostics: &'d mut Diagnostics) -> Self {
+    pub fn new(object: &'a ObjectDescription, diagnostics: &'d mut Diagnostics) -> Self {
         let used_children = vec![false; object.children.len()];
         Query {
             object,
@@ -57,7 +57,7 @@ impl<'a, 'd> Query<'a, 'd> {
     }
 
     /// The object that is asked.
-    pub fn object(&self) -> &'a Object {
+    pub fn object(&self) -> &'a ObjectDescription {
         self.object
     }
 
@@ -88,7 +88,7 @@ impl<'a, 'd> Query<'a, 'd> {
     /// Asks a nested object; whatever it has that was not asked for is reported.
     pub fn nested<T>(
         &mut self,
-        object: &'a Object,
+        object: &'a ObjectDescription,
         ask: impl FnOnce(&mut Query<'a, '_>) -> T,
     ) -> T {
         let mut query = Query::new(object, self.diagnostics);
@@ -221,7 +221,7 @@ enum Lookup<'a, T> {
 }
 
 /// Reports that an object's `type` is not one of the `known` ones.
-pub fn unknown_plugin(object: &Object, known: &[&str], diagnostics: &mut Diagnostics) {
+pub fn unknown_plugin(object: &ObjectDescription, known: &[&str], diagnostics: &mut Diagnostics) {
     let listed = |name: &&str| schema::find(object.kind, name).is_some();
     debug_assert!(
         known.iter().all(listed),

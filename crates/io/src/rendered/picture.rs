@@ -127,7 +127,7 @@ impl<'a> Picture<'a> {
             names.map(move |(i, channel)| (exr::channel_name(name, channel), (content, i)))
         });
         let (channels, places): (_, Vec<_>) = places.unzip();
-        let frame = exr::Frame {
+        let frame = exr::ExrHeader {
             width: self.film.width(),
             height: self.film.height(),
             channels,

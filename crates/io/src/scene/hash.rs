@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::fmt;
 
 use super::{
-    FileRegistry, Object, ObjectId, PluginKind, SceneDescription, SpectrumValue, Tensor, Value,
+    FileRegistry, ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue, Tensor,
+    Value,
 };
 use crate::error::FileError;
 
@@ -55,7 +56,7 @@ struct Writer {
 }
 
 impl Writer {
-    fn object(&mut self, object: &Object) {
+    fn object(&mut self, object: &ObjectDescription) {
         // Each object once: shared objects could otherwise multiply without bound.
         let next = self.seen.len() as u64;
         if let Some(&number) = self.seen.get(&object.number) {

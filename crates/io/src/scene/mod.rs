@@ -1,7 +1,7 @@
 //! The scene description: a tree of plugins with parameters, as written in a file.
 //!
 //! Nothing here knows what a plugin means. References are resolved: an object that is referenced
-//! twice is the same [`Object`] with the same [`ObjectId`] in both places.
+//! twice is the same [`ObjectDescription`] with the same [`ObjectId`] in both places.
 
 mod colour;
 mod hash;
@@ -29,7 +29,7 @@ use crate::diagnostic::{Location, words};
 #[derive(Clone, Debug)]
 pub struct SceneDescription {
     /// The root object, of kind [`PluginKind::Scene`].
-    pub root: Arc<Object>,
+    pub root: Arc<ObjectDescription>,
     /// Every parameter (`<default>` or override) with the value it had, by name.
     pub parameters: Vec<(String, String)>,
 }
@@ -40,7 +40,7 @@ pub struct ObjectId(pub(crate) usize);
 
 /// A plugin with its parameters and the objects nested in it.
 #[derive(Clone, Debug)]
-pub struct Object {
+pub struct ObjectDescription {
     /// Identity: equal for two references to the same object.
     pub number: ObjectId,
     /// What it is: a shape, an emitter, ...
@@ -59,7 +59,7 @@ pub struct Object {
     pub plugin_location: Location,
 }
 
-impl Object {
+impl ObjectDescription {
     /// How messages call it, for example `<shape type="sphere">`, or `{"type": "sphere"}` in JSON.
     pub fn label(&self) -> String {
         let plugin = (self.kind != PluginKind::Scene).then_some(self.plugin.as_str());
@@ -69,10 +69,10 @@ impl Object {
 
 /// Objects and all that they contain, each once, however many references there are.
 pub(crate) fn descendants<'a>(
-    roots: impl IntoIterator<Item = &'a Object>,
-) -> impl Iterator<Item = &'a Object> {
+    roots: impl IntoIterator<Item = &'a ObjectDescription>,
+) -> impl Iterator<Item = &'a ObjectDescription> {
     let mut seen = HashSet::new();
-    let mut open: Vec<&Object> = roots.into_iter().collect();
+    let mut open: Vec<&ObjectDescription> = roots.into_iter().collect();
     open.reverse();
     std::iter::from_fn(move || {
         let object = std::iter::from_fn(|| open.pop()).find(|o| seen.insert(o.number))?;
@@ -141,7 +141,7 @@ pub struct Child {
     /// The role, such as `interior`; `None` if the kind says it all.
     pub name: Option<String>,
     /// The object, shared with every other reference to it.
-    pub object: Arc<Object>,
+    pub object: Arc<ObjectDescription>,
     /// Where it is nested or referenced.
     pub location: Location,
 }

@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 /// Where a file says that its samples are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct VolumeFrame {
     /// Position of the first sample, in the file's coordinates.
     pub first: DVec3,
     /// Columns: the steps from a sample to the next along x, y and z.
@@ -14,11 +14,11 @@ pub struct Frame {
     pub nodes: bool,
 }
 
-impl Frame {
+impl VolumeFrame {
     /// Samples at the centres of equal cells that fill a box from `low` to `high`.
     pub fn of_box([low, high]: [DVec3; 2], size: [usize; 3]) -> Self {
         let spacing = (high - low) / DVec3::from_array(size.map(|n| n as f64));
-        Frame {
+        VolumeFrame {
             first: low + 0.5 * spacing,
             steps: DMat3::from_diagonal(spacing),
             nodes: false,

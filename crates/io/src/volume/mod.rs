@@ -27,7 +27,7 @@ use crate::scene::{Numbers, Tensor};
 use layout::Layout;
 
 pub use format::Format;
-pub use frame::Frame;
+pub use frame::VolumeFrame;
 pub use layout::AxisOrder;
 pub use options::Options;
 use options::choose;
@@ -78,7 +78,7 @@ pub struct Volume<T = f32> {
     data: Vec<T>,
     element: Element,
     bbox: Option<[DVec3; 2]>,
-    frame: Option<Frame>,
+    frame: Option<VolumeFrame>,
     unit: Option<String>,
 }
 
@@ -123,7 +123,7 @@ impl<T: Sample> Volume<T> {
 
     /// The same volume in a place of its own.
     #[must_use]
-    pub fn with_frame(self, frame: Frame) -> Self {
+    pub fn with_frame(self, frame: VolumeFrame) -> Self {
         let frame = Some(frame);
         Volume { frame, ..self }
     }
@@ -167,7 +167,7 @@ impl<T: Sample> Volume<T> {
     }
 
     /// Where the file says that the samples are, if it does so bindingly: scenes follow it.
-    pub fn frame(&self) -> Option<Frame> {
+    pub fn frame(&self) -> Option<VolumeFrame> {
         self.frame
     }
 
@@ -183,9 +183,10 @@ impl<T: Sample> Volume<T> {
 
     /// Where the samples are: in the file's own place, else at the centres of the cells of its box, or of
     /// the unit cube.
-    pub fn place(&self) -> Frame {
+    pub fn place(&self) -> VolumeFrame {
         let bbox = self.bbox.unwrap_or([DVec3::ZERO, DVec3::ONE]);
-        self.frame.unwrap_or_else(|| Frame::of_box(bbox, self.size))
+        self.frame
+            .unwrap_or_else(|| VolumeFrame::of_box(bbox, self.size))
     }
 
     /// Every value v as `scale` v + `offset`, floating-point numbers then.

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Frame, Sample, Volume, layout};
+use super::{Sample, Volume, VolumeFrame, layout};
 use crate::error::Problem;
 
 impl<T: Sample> Volume<T> {
@@ -86,7 +86,7 @@ impl Between {
     }
 }
 
-impl Frame {
+impl VolumeFrame {
     /// The place of `new` samples in the box of `old` ones.
     fn divided(&self, old: [usize; 3], new: [usize; 3]) -> Self {
         if old == new {
@@ -102,7 +102,7 @@ impl Frame {
         };
         let first = DVec3::from_array(new.map(|n| axis(n).0));
         let step = DVec3::from_array(new.map(|n| axis(n).1));
-        Frame {
+        VolumeFrame {
             first: cube.transform_point3(first),
             steps: cube.matrix3 * DMat3::from_diagonal(step),
             nodes: self.nodes,

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use io::scene::Value;
-use io::{Diagnostic, Diagnostics, Object, PluginKind, SceneDescription, xml};
+use io::{Diagnostic, Diagnostics, ObjectDescription, PluginKind, SceneDescription, xml};
 use proptest::test_runner::{Config, RngSeed};
 
 /// How property tests draw their inputs: the same 1000 every time, lest a change be refused for what it did
@@ -34,7 +34,7 @@ pub fn read(contents: &str) -> SceneDescription {
 }
 
 /// Reads a scene of one object.
-pub fn object(text: &str) -> Arc<Object> {
+pub fn object(text: &str) -> Arc<ObjectDescription> {
     Arc::clone(&read(text).root.children[0].object)
 }
 
@@ -48,13 +48,13 @@ pub fn messages(text: &str) -> Vec<Diagnostic> {
 }
 
 /// The value of a property.
-pub fn value<'a>(object: &'a Object, name: &str) -> &'a Value {
+pub fn value<'a>(object: &'a ObjectDescription, name: &str) -> &'a Value {
     let property = object.properties.iter().find(|p| p.name == name);
     &property.expect("the property is there").value
 }
 
 /// The first child of a kind.
-pub fn child(object: &Object, kind: PluginKind) -> &Arc<Object> {
+pub fn child(object: &ObjectDescription, kind: PluginKind) -> &Arc<ObjectDescription> {
     let child = object.children.iter().find(|c| c.object.kind == kind);
     &child.expect("the child is there").object
 }

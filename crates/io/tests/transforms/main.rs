@@ -17,7 +17,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use testkit::z_test::{max_abs_z, two_sample_z};
 use transport::meter::Meter;
-use transport::render::{Handle, MeasureOptions, Options, measure, render};
+use transport::render::{Handle, MeasureOptions, RenderOptions, measure, render};
 
 const FAMILY: f64 = 1e-4;
 /// Samples per pixel; images have 16 pixels.
@@ -41,7 +41,7 @@ fn load(case: &Case, map: &Map, folder: &Path, integrator: &str) -> Loaded {
 /// Mean of an image, and its standard error.
 fn mean(case: &Case, map: &Map, folder: &Path, (integrator, seed): (&str, u64)) -> (f64, f64) {
     let loaded = load(case, map, folder, integrator);
-    let options = Options::new(loaded.renderer, SAMPLES, seed);
+    let options = RenderOptions::new(loaded.renderer, SAMPLES, seed);
     let rendering = render(&loaded.groups, &options, |_| ControlFlow::Continue(()));
     assert_eq!(rendering.stats.not_finite, 0);
     let (mean, error) = rendering.film.summary();

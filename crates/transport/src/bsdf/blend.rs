@@ -8,16 +8,16 @@ use std::sync::Arc;
 
 /// (1 − w) times one opaque surface plus w times another.
 #[derive(Clone, Debug)]
-pub struct Blend {
+pub struct BlendBsdf {
     weight: Texture,
     pair: Arc<[Bsdf; 2]>,
 }
 
-impl Blend {
+impl BlendBsdf {
     /// `weight`, a number in [0, 1], is the share of `second`. Both must be opaque.
     pub fn new(weight: impl Into<Texture>, first: Bsdf, second: Bsdf) -> Result<Self, BsdfError> {
         let pair = [first.opaque("blendbsdf")?, second.opaque("blendbsdf")?];
-        Ok(Blend {
+        Ok(BlendBsdf {
             weight: factor("weight", weight)?,
             pair: pair.into(),
         })

@@ -2,7 +2,7 @@
 
 /// What an interface between two dielectrics does to a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interface {
+pub struct FresnelInterface {
     /// Reflected fraction of the power, in [0, 1].
     pub reflectance: f64,
     /// Cosine of the transmitted ray; 0 at total internal reflection.
@@ -12,9 +12,9 @@ pub struct Interface {
 /// Interface met at `cos` in [0, 1] from the side of index `n_near`.
 ///
 /// Total internal reflection has reflectance 1; equal indices have exactly none.
-pub fn dielectric(cos: f64, n_near: f64, n_far: f64) -> Interface {
+pub fn dielectric(cos: f64, n_near: f64, n_far: f64) -> FresnelInterface {
     if n_near == n_far {
-        return Interface {
+        return FresnelInterface {
             reflectance: 0.0,
             cos_far: cos,
         };
@@ -24,7 +24,7 @@ pub fn dielectric(cos: f64, n_near: f64, n_far: f64) -> Interface {
     let p = n_near * cos;
     let q2 = (n_far - n_near) * (n_far + n_near) + p * p;
     if q2 <= 0.0 || p <= 0.0 {
-        return Interface {
+        return FresnelInterface {
             reflectance: 1.0,
             cos_far: q2.max(0.0).sqrt() / n_far,
         };
@@ -32,7 +32,7 @@ pub fn dielectric(cos: f64, n_near: f64, n_far: f64) -> Interface {
     let q = q2.sqrt();
     let (a, b) = (n_far * n_far * p, n_near * n_near * q);
     let (s, t) = ((p - q) / (p + q), (a - b) / (a + b));
-    Interface {
+    FresnelInterface {
         reflectance: (0.5 * (s * s + t * t)).min(1.0),
         cos_far: (q / n_far).min(1.0),
     }

@@ -32,7 +32,7 @@ mod surface;
 mod thin_dielectric;
 mod two_sided;
 
-pub use blend::Blend;
+pub use blend::BlendBsdf;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
@@ -99,7 +99,7 @@ pub enum Bsdf {
     /// A diffuse base and facets of a dielectric or a metal.
     Principled(Principled),
     /// A mixture of two surfaces.
-    Blend(Blend),
+    Blend(BlendBsdf),
     /// A surface on either side.
     TwoSided(TwoSided),
     /// A surface with holes.

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 /// How a beam's irradiance varies across it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Profile {
+pub enum BeamProfile {
     /// Constant inside a disc.
     Disc {
         /// Its radius.
@@ -23,12 +23,12 @@ pub enum Profile {
     },
 }
 
-impl Profile {
+impl BeamProfile {
     /// ∫ irradiance dA over that on the axis.
     fn area(self) -> f64 {
         match self {
-            Profile::Disc { radius } => PI * radius * radius,
-            Profile::Gaussian { waist } => 0.5 * PI * waist * waist,
+            BeamProfile::Disc { radius } => PI * radius * radius,
+            BeamProfile::Gaussian { waist } => 0.5 * PI * waist * waist,
         }
     }
 }
@@ -38,7 +38,7 @@ impl Profile {
 pub struct Collimated {
     origin: DVec3,
     direction: DVec3,
-    profile: Profile,
+    profile: BeamProfile,
     /// Irradiance on the axis.
     peak: Spectrum,
 }
@@ -46,7 +46,7 @@ pub struct Collimated {
 impl Collimated {
     /// A beam of the given total power; `origin` is the centre of the aperture, `direction` that of the
     /// light, not zero.
-    pub fn new(origin: DVec3, direction: DVec3, profile: Profile, power: Spectrum) -> Self {
+    pub fn new(origin: DVec3, direction: DVec3, profile: BeamProfile, power: Spectrum) -> Self {
         Collimated {
             origin,
             direction: direction.normalize(),
@@ -73,8 +73,8 @@ impl Collimated {
     /// Radius that contains most of the beam.
     pub fn radius(&self) -> f64 {
         match self.profile {
-            Profile::Disc { radius } => radius,
-            Profile::Gaussian { waist } => waist,
+            BeamProfile::Disc { radius } => radius,
+            BeamProfile::Gaussian { waist } => waist,
         }
     }
 
@@ -82,17 +82,17 @@ impl Collimated {
     pub fn irradiance(&self, point: DVec3) -> Spectrum {
         let r = self.distance(point);
         match self.profile {
-            Profile::Disc { radius } if r <= radius => self.peak,
-            Profile::Disc { .. } => Spectrum::ZERO,
-            Profile::Gaussian { waist } => self.peak * (-2.0 * (r / waist).powi(2)).exp(),
+            BeamProfile::Disc { radius } if r <= radius => self.peak,
+            BeamProfile::Disc { .. } => Spectrum::ZERO,
+            BeamProfile::Gaussian { waist } => self.peak * (-2.0 * (r / waist).powi(2)).exp(),
         }
     }
 
     /// A point of the aperture plane, in proportion to the irradiance there.
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
         let p = match self.profile {
-            Profile::Disc { radius } => radius * uniform_disc_sample(u),
-            Profile::Gaussian { waist } => gaussian_disc_sample(deviation(waist), u),
+            BeamProfile::Disc { radius } => radius * uniform_disc_sample(u),
+            BeamProfile::Gaussian { waist } => gaussian_disc_sample(deviation(waist), u),
         };
         self.origin + Frame::from_normal(self.direction).to_world(p.extend(0.0))
     }
@@ -101,8 +101,8 @@ impl Collimated {
     pub(super) fn pdf(&self, point: DVec3) -> f64 {
         let p = DVec2::new(self.distance(point), 0.0);
         match self.profile {
-            Profile::Disc { radius } => uniform_disc_pdf(p / radius) / (radius * radius),
-            Profile::Gaussian { waist } => gaussian_disc_pdf(deviation(waist), p),
+            BeamProfile::Disc { radius } => uniform_disc_pdf(p / radius) / (radius * radius),
+            BeamProfile::Gaussian { waist } => gaussian_disc_pdf(deviation(waist), p),
         }
     }
 

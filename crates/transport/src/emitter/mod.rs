@@ -16,7 +16,7 @@ mod surroundings;
 mod textured;
 
 pub use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
-pub use collimated::{Collimated, Profile};
+pub use collimated::{BeamProfile, Collimated};
 pub use emission::Emission;
 pub use environment::{Environment, ImageError};
 pub use luminaire::{Luminaire, LuminaireError};

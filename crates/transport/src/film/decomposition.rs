@@ -39,14 +39,14 @@ pub struct Decomposition {
 
 /// One of the ways in which light is told apart: `regular` slots, and a few more for what fits in none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Axis {
+pub struct LayerAxis {
     /// Number of bins, of numbers of bounces, or of emitters.
     pub regular: usize,
     /// Slots after them: below and above the bins; more bounces than any.
     pub others: usize,
 }
 
-impl Axis {
+impl LayerAxis {
     /// All slots.
     pub fn slots(&self) -> usize {
         self.regular + self.others
@@ -60,8 +60,8 @@ impl Decomposition {
     }
 
     /// Its axes: length, bounces, emitters; one regular slot for each that is not asked for.
-    pub fn axes(&self) -> [Axis; 3] {
-        let axis = |regular, others| Axis { regular, others };
+    pub fn axes(&self) -> [LayerAxis; 3] {
+        let axis = |regular, others| LayerAxis { regular, others };
         let whole = axis(1, 0);
         [
             self.length.map_or(whole, |bins| axis(bins.count, 2)),
@@ -72,7 +72,7 @@ impl Decomposition {
 
     /// Number of layers: combinations of slots, the last axis varying fastest.
     pub fn layers(&self) -> usize {
-        self.axes().iter().map(Axis::slots).product()
+        self.axes().iter().map(LayerAxis::slots).product()
     }
 
     /// The layer to which a path belongs.

@@ -7,7 +7,7 @@ mod layers;
 mod outliers;
 mod summary;
 
-pub use decomposition::{Axis, Decomposition, PathFacts};
+pub use decomposition::{Decomposition, LayerAxis, PathFacts};
 pub use filter::Filter;
 pub use footprint::footprint;
 pub use layers::{CellsMut, LayerGroup, Layers, Pending};

@@ -8,7 +8,7 @@
 //! Theory: docs/theory.md#outlier-rejection.
 
 use crate::Spectrum;
-use crate::sum::Sum;
+use crate::sum::ReproducibleSum;
 use serde::{Deserialize, Serialize};
 
 /// Ratio of the brightness of neighbouring levels, b.
@@ -24,24 +24,24 @@ const TRUSTED: f64 = 0.05;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OutlierRejection {
     channels: usize,
-    sums: Vec<Sum>,
+    sums: Vec<ReproducibleSum>,
 }
 
 /// The levels of some pixels.
 #[derive(Debug)]
 pub struct LevelsMut<'a> {
     channels: usize,
-    sums: &'a mut [Sum],
+    sums: &'a mut [ReproducibleSum],
 }
 
 impl OutlierRejection {
     /// Bytes that a pixel takes for each channel.
-    pub const BYTES: usize = LEVELS * size_of::<Sum>();
+    pub const BYTES: usize = LEVELS * size_of::<ReproducibleSum>();
 
     pub(super) fn new(pixels: usize, channels: usize) -> Self {
         OutlierRejection {
             channels,
-            sums: vec![Sum::default(); pixels * LEVELS * channels],
+            sums: vec![ReproducibleSum::default(); pixels * LEVELS * channels],
         }
     }
 

@@ -14,7 +14,7 @@ use crate::Spectrum;
 use crate::path::{Bounds, LightPath, Workspace, sensor_path};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
-use crate::sensor::Ray;
+use crate::sensor::SensorRay;
 
 /// The bidirectional path tracer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ impl Bdpt {
     pub(super) fn sample(
         &self,
         scene: &Scene,
-        ray: Ray,
+        ray: SensorRay,
         channel_pdf: Spectrum,
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,

@@ -18,7 +18,7 @@ use crate::Spectrum;
 use crate::path::Workspace;
 use crate::sampling::{Replicates, Sampler};
 use crate::scene::Scene;
-use crate::sensor::Ray;
+use crate::sensor::SensorRay;
 
 /// An estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,14 +33,37 @@ pub enum Integrator {
     Photon(PhotonMapping),
 }
 
+/// Edge of a path that connections must find, because nothing else can.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RequiredConnection {
+    /// None: whatever connections miss is found by chance.
+    Nothing,
+    /// The one that starts at the emitter.
+    FromEmitter,
+    /// The one that ends at the sensor.
+    ToSensor,
+    /// Any one.
+    Any,
+}
+
 impl Integrator {
+    /// What it requires of connections for the light of an emitter; `delta` says that no ray can hit it.
+    pub fn requires(&self, delta: bool) -> RequiredConnection {
+        match (self, delta) {
+            (Integrator::Particle(_), _) => RequiredConnection::ToSensor,
+            (_, false) | (Integrator::Photon(_), true) => RequiredConnection::Nothing,
+            (Integrator::Path(_), true) => RequiredConnection::FromEmitter,
+            (Integrator::Bdpt(_), true) => RequiredConnection::Any,
+        }
+    }
+
     /// The contributions of one sample of a pixel, whose sensor ray is given. `channels` is the number
     /// of channels in use. Their weighted sum over the whole image is unbiased if every pixel is
     /// sampled equally often, but for the blur of photon maps.
     pub fn sample(
         &self,
         scene: &Scene,
-        ray: Ray,
+        ray: SensorRay,
         channels: usize,
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,
@@ -61,6 +84,15 @@ impl Integrator {
     /// Whether contributions go to other pixels than that of the sample.
     pub fn splats(&self) -> bool {
         matches!(self, Integrator::Particle(_) | Integrator::Bdpt(_))
+    }
+
+    /// Whether it tells strategies apart, and has that which samples `s` vertices from the emitter and `t` from the sensor.
+    pub fn has_strategy(&self, s: u32, t: u32) -> bool {
+        match self {
+            Integrator::Path(_) | Integrator::Photon(_) => false,
+            Integrator::Particle(_) => t == 1 || (s, t) == (0, 2),
+            Integrator::Bdpt(_) => true,
+        }
     }
 
     /// How its samples of a pixel belong together: as the scene wants it if each has a path from the

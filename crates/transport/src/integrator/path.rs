@@ -16,7 +16,7 @@ use crate::path::{
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
-use crate::sensor::Ray;
+use crate::sensor::SensorRay;
 
 /// The path tracer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,7 +112,7 @@ impl PathTracer {
     pub(super) fn sample(
         &self,
         scene: &Scene,
-        ray: Ray,
+        ray: SensorRay,
         channels: usize,
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,

@@ -1,7 +1,7 @@
 //! Extinction along one arc (docs/theory.md#free-flight).
 
 use super::section::Section;
-use super::{Medium, Texture};
+use super::{Medium, VolumeTexture};
 use crate::Spectrum;
 use eikonal::ray::{Arc, Profile};
 use smallvec::SmallVec;
@@ -29,14 +29,14 @@ impl<'a> Attenuation<'a> {
             return Attenuation::None;
         }
         match &medium.sigma_t {
-            Texture::Uniform(sigma) if arc.is_straight() => {
+            VolumeTexture::Uniform(sigma) if arc.is_straight() => {
                 Attenuation::Even(*sigma * medium.scale, arc.arc_length(1.0))
             }
-            Texture::Uniform(sigma) => Attenuation::Uniform(*sigma * medium.scale),
-            Texture::Grid(grid) if arc.is_straight() => {
+            VolumeTexture::Uniform(sigma) => Attenuation::Uniform(*sigma * medium.scale),
+            VolumeTexture::Grid(grid) if arc.is_straight() => {
                 Attenuation::Sampled(Section::new(grid, medium.scale, arc))
             }
-            Texture::Grid(grid) => {
+            VolumeTexture::Grid(grid) => {
                 let extinction = |x| (grid.at(x) * medium.scale).0;
                 let parts = grid.bent_parts(arc, theta_end).into_iter();
                 let profile = |part| Profile::new(arc, part, medium.spacing(), extinction);

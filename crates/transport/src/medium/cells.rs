@@ -1,7 +1,7 @@
 //! The cells of a grid along a line, in the order in which it passes them (J. Amanatides and A. Woo, "A Fast Voxel
 //! Traversal Algorithm for Ray Tracing", Eurographics 1987).
 
-use super::grid::{Cell, Grid};
+use super::grid::{Cell, VolumeGrid};
 use glam::DVec3;
 
 /// The cells that a line passes, each with the range of θ within it.
@@ -19,7 +19,7 @@ pub(super) struct Cells {
 
 impl Cells {
     /// Those of a grid over a range of θ along the line from `start` by `step`, in units of cells.
-    pub fn new(grid: &Grid, [start, step]: [DVec3; 2], [from, end]: [f64; 2]) -> Self {
+    pub fn new(grid: &VolumeGrid, [start, step]: [DVec3; 2], [from, end]: [f64; 2]) -> Self {
         let (planes, first) = (grid.planes(), start + step * from);
         let mut cells = Cells {
             cell: std::array::from_fn(|axis| {

@@ -2,23 +2,15 @@
 
 use crate::Spectrum;
 use eikonal::Shown;
+use eikonal::field::Placement;
 use eikonal::ray::Arc;
 use eikonal::ray::bernstein::first_root;
 use glam::{DAffine3, DMat3, DVec3};
 use smallvec::{SmallVec, smallvec};
 
-/// Where on the unit cube the samples of a grid sit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Placement {
-    /// Sample i of N at (i + ½)/N; the outer half voxels repeat the edge (as in Mitsuba 3).
-    Centers,
-    /// Sample i of N at i/(N − 1): the outermost samples lie on the bounds.
-    Nodes,
-}
-
 /// How values between samples are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Filter {
+pub enum GridFilter {
     /// Linear in each coordinate.
     Trilinear,
     /// That of the nearest sample.
@@ -77,9 +69,9 @@ const EDGE: f64 = 1e-9;
 const SHORTEST: f64 = 1e-12;
 
 /// Samples in f32, x fastest, on the unit cube under an affine transform. Outside the cube the
-/// values at its edge are continued, or there is nothing: [`Grid::at`], [`Grid::within`].
+/// values at its edge are continued, or there is nothing: [`VolumeGrid::at`], [`VolumeGrid::within`].
 #[derive(Clone, Debug)]
-pub struct Grid {
+pub struct VolumeGrid {
     size: [usize; 3],
     channels: usize,
     /// Shared by copies of the grid.
@@ -90,17 +82,17 @@ pub struct Grid {
     to_unit: DAffine3,
     voxel: f64,
     range: (f64, f64),
-    filter: Filter,
+    filter: GridFilter,
 }
 
-impl Grid {
+impl VolumeGrid {
     /// A grid from samples with x fastest and channels interleaved; `to_world` maps the unit cube to
-    /// its place. Samples must lie in `allowed`.
+    /// its place. Samples at centres repeat the edge in the outer half voxels, as in Mitsuba 3. They must lie in `allowed`.
     pub fn new(
         (size, channels, data): ([usize; 3], usize, Vec<f32>),
         to_world: DAffine3,
         placement: Placement,
-        filter: Filter,
+        filter: GridFilter,
         allowed: (f64, f64),
     ) -> Result<Self, GridError> {
         if size.contains(&0) {
@@ -127,7 +119,7 @@ impl Grid {
                 (a.min(v as f64), b.max(v as f64))
             });
         let side = |axis: usize| to_world.matrix3.col(axis).length() / size[axis] as f64;
-        Ok(Grid {
+        Ok(VolumeGrid {
             size,
             channels,
             data,
@@ -237,16 +229,16 @@ impl Grid {
     pub(super) fn in_cells(&self, x: DVec3) -> DVec3 {
         let place = self.to_samples.transform_point3(x);
         match self.filter {
-            Filter::Trilinear => place,
-            Filter::Nearest => place + 0.5,
+            GridFilter::Trilinear => place,
+            GridFilter::Nearest => place + 0.5,
         }
     }
 
     /// The first and the last plane between cells across each axis. The outermost cells have no end.
     pub(super) fn planes(&self) -> [[i32; 2]; 3] {
         let first = match self.filter {
-            Filter::Trilinear => 0,
-            Filter::Nearest => 1,
+            GridFilter::Trilinear => 0,
+            GridFilter::Nearest => 1,
         };
         self.size.map(|n| [first, n as i32 - 1])
     }
@@ -255,8 +247,8 @@ impl Grid {
     #[inline]
     pub(super) fn corners<const N: usize>(&self, cell: Cell) -> [[f64; N]; 8] {
         let stride = match self.filter {
-            Filter::Trilinear => 1,
-            Filter::Nearest => 0,
+            GridFilter::Trilinear => 1,
+            GridFilter::Nearest => 0,
         };
         let ends: [[usize; 2]; 3] = std::array::from_fn(|axis| {
             let last = self.size[axis] as i32 - 1;
@@ -284,11 +276,11 @@ impl Grid {
             self.data[self.channels * voxel + channel] as f64
         };
         match self.filter {
-            Filter::Nearest => {
+            GridFilter::Nearest => {
                 let near = |&(a, b, t): &(usize, usize, f64)| if t < 0.5 { a } else { b };
                 sample(near(x), near(y), near(z))
             }
-            Filter::Trilinear => {
+            GridFilter::Trilinear => {
                 let lerp = |a: f64, b: f64, t: f64| a * (1.0 - t) + b * t;
                 let row = |j, k| lerp(sample(x.0, j, k), sample(x.1, j, k), x.2);
                 let plane = |k| lerp(row(y.0, k), row(y.1, k), y.2);

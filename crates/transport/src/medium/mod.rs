@@ -7,8 +7,8 @@ mod section;
 mod texture;
 
 pub use attenuation::Attenuation;
-pub use grid::{Filter, Grid, GridError, Placement};
-pub use texture::Texture;
+pub use grid::{GridError, GridFilter, VolumeGrid};
+pub use texture::VolumeTexture;
 
 use crate::Spectrum;
 use crate::phase::Phase;
@@ -23,11 +23,11 @@ pub struct Medium {
     /// Refractive index.
     pub index: Field,
     /// Extinction σ_t per unit length, before `scale`; zero where its grid ends.
-    pub sigma_t: Texture,
+    pub sigma_t: VolumeTexture,
     /// Multiplies `sigma_t`.
     pub scale: f64,
     /// Albedo σ_s/σ_t, in [0, 1].
-    pub albedo: Texture,
+    pub albedo: VolumeTexture,
     /// Phase function.
     pub phase: Phase,
 }
@@ -38,9 +38,9 @@ impl Medium {
         Medium {
             name: name.into(),
             index,
-            sigma_t: Texture::Uniform(Spectrum::ZERO),
+            sigma_t: VolumeTexture::Uniform(Spectrum::ZERO),
             scale: 1.0,
-            albedo: Texture::Uniform(Spectrum::ZERO),
+            albedo: VolumeTexture::Uniform(Spectrum::ZERO),
             phase: Phase::isotropic(),
         }
     }
@@ -48,8 +48,8 @@ impl Medium {
     /// Extinction σ_t at `x`.
     pub fn extinction(&self, x: DVec3) -> Spectrum {
         match &self.sigma_t {
-            Texture::Uniform(sigma) => *sigma * self.scale,
-            Texture::Grid(grid) => grid.within(x) * self.scale,
+            VolumeTexture::Uniform(sigma) => *sigma * self.scale,
+            VolumeTexture::Grid(grid) => grid.within(x) * self.scale,
         }
     }
 
@@ -71,16 +71,16 @@ impl Medium {
     /// The extinction if it is the same everywhere.
     pub fn uniform_extinction(&self) -> Option<Spectrum> {
         match &self.sigma_t {
-            Texture::Uniform(sigma) => Some(*sigma * self.scale),
-            Texture::Grid(_) => None,
+            VolumeTexture::Uniform(sigma) => Some(*sigma * self.scale),
+            VolumeTexture::Grid(_) => None,
         }
     }
 
     /// Longest piece of a curve over which the extinction is integrated: half a voxel.
     pub fn spacing(&self) -> f64 {
         match &self.sigma_t {
-            Texture::Uniform(_) => f64::INFINITY,
-            Texture::Grid(grid) => 0.5 * grid.voxel(),
+            VolumeTexture::Uniform(_) => f64::INFINITY,
+            VolumeTexture::Grid(grid) => 0.5 * grid.voxel(),
         }
     }
 

@@ -6,7 +6,7 @@
 //! Theory: docs/theory.md#free-flight.
 
 use super::cells::Cells;
-use super::grid::Grid;
+use super::grid::VolumeGrid;
 use crate::Spectrum;
 use eikonal::ray::Arc;
 use glam::DVec3;
@@ -20,7 +20,7 @@ const MOST_STEPS: usize = 20;
 /// A grid along the straight line over θ ∈ [0, 1].
 #[derive(Clone, Debug)]
 pub struct Section<'a> {
-    grid: &'a Grid,
+    grid: &'a VolumeGrid,
     /// From where to where, in units of cells.
     start: DVec3,
     step: DVec3,
@@ -36,7 +36,7 @@ pub struct Section<'a> {
 
 impl<'a> Section<'a> {
     /// A grid whose values are multiplied by `scale`, along a straight arc.
-    pub fn new(grid: &'a Grid, scale: f64, arc: &Arc) -> Self {
+    pub fn new(grid: &'a VolumeGrid, scale: f64, arc: &Arc) -> Self {
         let start = grid.in_cells(arc.start());
         Section {
             grid,
@@ -189,8 +189,9 @@ impl<const N: usize> Piece<'_, N> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::grid::{Filter, Placement};
+    use super::super::grid::GridFilter;
     use super::*;
+    use eikonal::field::Placement;
     use glam::{DAffine3, DMat3};
 
     /// Numbers in [0, 1).
@@ -203,7 +204,7 @@ mod tests {
     }
 
     /// A sheared grid of 5 × 4 × 1 samples.
-    fn grid(channels: usize, filter: Filter, placement: Placement) -> Grid {
+    fn grid(channels: usize, filter: GridFilter, placement: Placement) -> VolumeGrid {
         let mut next = numbers();
         let data = (0..20 * channels).map(|_| next() as f32).collect();
         let columns = [[1.0, 0.1, 0.0], [0.0, 0.8, 0.2], [0.0, 0.0, 0.5]];
@@ -212,7 +213,7 @@ mod tests {
             DVec3::new(-0.4, -0.3, -0.2),
         );
         let samples = ([5, 4, 1], channels, data);
-        Grid::new(samples, to_world, placement, filter, (0.0, 1.0)).unwrap()
+        VolumeGrid::new(samples, to_world, placement, filter, (0.0, 1.0)).unwrap()
     }
 
     /// Lines through and past the grid, some along an axis, some from within a plane between cells.
@@ -232,9 +233,9 @@ mod tests {
         })
     }
 
-    fn every_grid() -> impl Iterator<Item = Grid> {
+    fn every_grid() -> impl Iterator<Item = VolumeGrid> {
         let placements = [Placement::Centers, Placement::Nodes];
-        let filters = [Filter::Trilinear, Filter::Nearest];
+        let filters = [GridFilter::Trilinear, GridFilter::Nearest];
         [1, 3].into_iter().flat_map(move |channels| {
             let pairs = filters
                 .into_iter()
@@ -274,7 +275,7 @@ mod tests {
     fn the_grid_ends_at_its_cube() {
         let (mut through, mut past) = (0, 0);
         for placement in [Placement::Centers, Placement::Nodes] {
-            let mut grid = grid(1, Filter::Trilinear, placement);
+            let mut grid = grid(1, GridFilter::Trilinear, placement);
             grid.fill(1.0);
             for line in lines() {
                 // Midpoints of pieces so short that the ends do not matter.
@@ -300,7 +301,7 @@ mod tests {
     /// Bent arcs end with the grid, too.
     #[test]
     fn bent_arcs_are_cut_at_the_cube() {
-        let mut grid = grid(1, Filter::Trilinear, Placement::Centers);
+        let mut grid = grid(1, GridFilter::Trilinear, Placement::Centers);
         grid.fill(1.0);
         let mut next = numbers();
         let mut point = move || DVec3::new(next(), next(), next()) * 2.0 - 0.9;

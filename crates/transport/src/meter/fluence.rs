@@ -7,8 +7,8 @@
 //! to cell, so the parts have the length of the whole.
 
 use super::flight::{Collision, Flight};
-use super::grid::Grid;
-use super::reading::{Axis, Quantity};
+use super::grid::MeterGrid;
+use super::reading::{Quantity, ReadingAxis};
 use super::tally::Scores;
 use crate::sampling::Sampler;
 use crate::{Bins, Spectrum};
@@ -26,7 +26,7 @@ pub enum Estimator {
 #[derive(Clone, Debug)]
 pub struct FluenceMeter {
     /// Cells.
-    pub grid: Grid,
+    pub grid: MeterGrid,
     /// Estimator.
     pub estimator: Estimator,
     /// Bins of the optical path length from the emitter, if light is told apart by it.
@@ -50,8 +50,13 @@ impl FluenceMeter {
 
     /// What is measured, in the order of slots.
     pub(super) fn quantities(&self) -> Vec<Quantity> {
-        let axes = self.optical_length.map(|bins| Axis::optical_length(&bins));
-        let axes: Vec<Axis> = axes.into_iter().chain(Axis::of_grid(&self.grid)).collect();
+        let axes = self
+            .optical_length
+            .map(|bins| ReadingAxis::optical_length(&bins));
+        let axes: Vec<ReadingAxis> = axes
+            .into_iter()
+            .chain(ReadingAxis::of_grid(&self.grid))
+            .collect();
         let volumes: Vec<f64> = (0..self.grid.cells())
             .map(|c| self.grid.volume(c))
             .collect();

@@ -19,7 +19,7 @@ pub enum Coordinates {
 
 /// Cells in the image of the unit cube, cylinder or ball under an affine map.
 #[derive(Clone, Debug)]
-pub struct Grid {
+pub struct MeterGrid {
     coordinates: Coordinates,
     size: [usize; 3],
     to_world: DAffine3,
@@ -30,7 +30,7 @@ pub struct Grid {
 /// A polynomial has no more roots than its degree, and a touched edge counts once.
 const MOST_ROOTS: usize = 10;
 
-impl Grid {
+impl MeterGrid {
     /// Cells of the given number along each coordinate: x, y, z; r, 1, z; or r, 1, 1. `None` if one of
     /// them is 0, one that must be 1 is not, or the map cannot be inverted.
     pub fn new(coordinates: Coordinates, size: [usize; 3], to_world: DAffine3) -> Option<Self> {
@@ -49,7 +49,7 @@ impl Grid {
             Coordinates::Spherical => (DVec3::NEG_ONE, DVec3::ONE),
         };
         let corners = Aabb::new(low, high).corners();
-        Some(Grid {
+        Some(MeterGrid {
             coordinates,
             size,
             to_world,

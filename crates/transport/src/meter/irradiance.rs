@@ -3,7 +3,7 @@
 use super::flight::Passing;
 use super::fluence::Slots;
 use super::positions::Positions;
-use super::reading::{Axis, Quantity};
+use super::reading::{Quantity, ReadingAxis};
 use crate::Bins;
 use glam::DVec3;
 
@@ -74,12 +74,15 @@ impl IrradianceMeter {
             max: 2.0,
             count: 2,
         };
-        let side = Axis::new("side", &sides);
+        let side = ReadingAxis::new("side", &sides);
         let mut axes = vec![side.clone()];
-        axes.extend(self.optical_length.map(|bins| Axis::optical_length(&bins)));
-        axes.extend(self.cosines.map(|c| Axis::new("cosine", &c.bins())));
+        axes.extend(
+            self.optical_length
+                .map(|bins| ReadingAxis::optical_length(&bins)),
+        );
+        axes.extend(self.cosines.map(|c| ReadingAxis::new("cosine", &c.bins())));
         axes.extend(self.positions.axes());
-        let quantity = |name, axes: &[Axis], first, measures: &[f64]| Quantity {
+        let quantity = |name, axes: &[ReadingAxis], first, measures: &[f64]| Quantity {
             name,
             axes: axes.to_vec(),
             first,

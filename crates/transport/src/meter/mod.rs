@@ -17,10 +17,10 @@ mod tally;
 mod window;
 
 pub use fluence::{Estimator, FluenceMeter};
-pub use grid::{Coordinates, Grid};
+pub use grid::{Coordinates, MeterGrid};
 pub use irradiance::{Cosines, IrradianceMeter};
 pub use positions::Positions;
-pub use reading::{Axis, Reading};
+pub use reading::{Reading, ReadingAxis};
 pub use tally::{Tally, TaskSums};
 pub use window::Window;
 

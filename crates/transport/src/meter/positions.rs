@@ -1,6 +1,6 @@
 //! Bins of position on a surface.
 
-use super::reading::Axis;
+use super::reading::ReadingAxis;
 use crate::Bins;
 use crate::shape::{Hit, Shape};
 use std::f64::consts::PI;
@@ -67,7 +67,7 @@ impl Positions {
     }
 
     /// The axes that have more than one bin.
-    pub(super) fn axes(&self) -> Vec<Axis> {
+    pub(super) fn axes(&self) -> Vec<ReadingAxis> {
         let parts = Bins {
             min: 0.0,
             max: self.parts as f64,
@@ -76,10 +76,10 @@ impl Positions {
         let [u, v] = self.ranges();
         let mut axes = Vec::new();
         if self.parts > 1 {
-            axes.push(Axis::new("part", &parts));
+            axes.push(ReadingAxis::new("part", &parts));
         }
         if self.resolution != [1, 1] {
-            axes.extend([Axis::new("v", &v), Axis::new("u", &u)]);
+            axes.extend([ReadingAxis::new("v", &v), ReadingAxis::new("u", &u)]);
         }
         axes
     }

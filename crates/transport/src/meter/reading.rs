@@ -1,34 +1,34 @@
 //! What is read off a meter.
 
-use super::grid::{Coordinates, Grid};
+use super::grid::{Coordinates, MeterGrid};
 use super::tally::Tally;
 use crate::Bins;
 
 /// One axis of an array of bins.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
+pub struct ReadingAxis {
     /// Its name: `x`, `y`, `z`, `r`, `opl`, `cosine`, `side`, `part`, `u`, `v`.
     pub name: &'static str,
     /// The ends of its bins, one more than there are bins.
     pub edges: Vec<f64>,
 }
 
-impl Axis {
+impl ReadingAxis {
     /// An axis of equal bins.
     pub fn new(name: &'static str, bins: &Bins) -> Self {
-        Axis {
+        ReadingAxis {
             name,
             edges: bins.edges(),
         }
     }
 
     pub(super) fn optical_length(bins: &Bins) -> Self {
-        Axis::new("opl", bins)
+        ReadingAxis::new("opl", bins)
     }
 
     /// The axes of a grid, the last one running fastest. Positions are those of the world if the grid
     /// is neither turned nor sheared, and else lengths from its corner, or from its centre.
-    pub(super) fn of_grid(grid: &Grid) -> Vec<Self> {
+    pub(super) fn of_grid(grid: &MeterGrid) -> Vec<Self> {
         let (matrix, origin) = (grid.to_world().matrix3, grid.to_world().translation);
         let upright = (0..3).all(|i| {
             let side = matrix.col(i);
@@ -36,7 +36,7 @@ impl Axis {
         });
         let axis = |name, i: usize, moved: bool| {
             let start = if upright && moved { origin[i] } else { 0.0 };
-            Axis::new(
+            ReadingAxis::new(
                 name,
                 &Bins {
                     min: start,
@@ -69,7 +69,7 @@ impl Axis {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Quantity {
     pub name: &'static str,
-    pub axes: Vec<Axis>,
+    pub axes: Vec<ReadingAxis>,
     /// The first of its cells among those of the meter.
     pub first: usize,
     /// Measures of cells, such as volumes: those of the fastest axes, repeated over the others.
@@ -110,7 +110,7 @@ pub struct Reading {
     /// `fluence`, `absorbed`, `power`, `irradiance`, ...
     pub name: &'static str,
     /// Its axes, the slowest first. Channels run fastest of all, after the last axis.
-    pub axes: Vec<Axis>,
+    pub axes: Vec<ReadingAxis>,
     /// Means for each bin and channel.
     pub mean: Vec<f64>,
     /// Standard errors of the means.

@@ -1,6 +1,6 @@
 //! Where the light of a run of particles went (docs/theory.md#energy-balance).
 
-use crate::sum::Sum;
+use crate::sum::ReproducibleSum;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
@@ -58,7 +58,7 @@ impl BalanceSums {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BalanceTotals {
     particles: u64,
-    sums: [[Sum; 2]; ENTRIES + 1],
+    sums: [[ReproducibleSum; 2]; ENTRIES + 1],
 }
 
 impl BalanceTotals {
@@ -95,7 +95,10 @@ impl BalanceTotals {
     }
 
     fn share(&self, i: usize) -> Share {
-        let (n, [sum, square]) = (self.particles as f64, self.sums[i].map(Sum::value));
+        let (n, [sum, square]) = (
+            self.particles as f64,
+            self.sums[i].map(ReproducibleSum::value),
+        );
         let mean = sum / n.max(1.0);
         let variance = (square / n - mean * mean).max(0.0) / (n - 1.0);
         Share {

@@ -5,16 +5,16 @@ use super::{Phase, PhaseError};
 
 /// (1 − w) of one phase function plus w of another.
 #[derive(Clone, Debug)]
-pub struct Blend {
+pub struct BlendPhase {
     phases: [Phase; 2],
     weight: f64,
 }
 
-impl Blend {
+impl BlendPhase {
     /// `weight` in [0, 1] is that of the second.
     pub fn new(phases: [Phase; 2], weight: f64) -> Result<Self, PhaseError> {
         if (0.0..=1.0).contains(&weight) {
-            Ok(Blend { phases, weight })
+            Ok(BlendPhase { phases, weight })
         } else {
             Err(PhaseError::Weight(weight))
         }

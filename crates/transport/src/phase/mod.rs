@@ -11,7 +11,7 @@ mod rayleigh;
 mod tabulated;
 mod von_mises_fisher;
 
-pub use blend::Blend;
+pub use blend::BlendPhase;
 pub use henyey_greenstein::HenyeyGreenstein;
 pub use isotropic::Isotropic;
 pub use rayleigh::Rayleigh;
@@ -62,7 +62,7 @@ pub enum Phase {
     /// Values over the cosine.
     Tabulated(Tabulated),
     /// A mixture of two.
-    Blend(Box<Blend>),
+    Blend(Box<BlendPhase>),
 }
 
 impl Phase {
@@ -88,7 +88,7 @@ impl Phase {
 
     /// (1 − `weight`) of the first phase function plus `weight`, in [0, 1], of the second.
     pub fn blend(phases: [Phase; 2], weight: f64) -> Result<Self, PhaseError> {
-        Blend::new(phases, weight).map(|blend| Phase::Blend(Box::new(blend)))
+        BlendPhase::new(phases, weight).map(|blend| Phase::Blend(Box::new(blend)))
     }
 
     /// Linear interpolation of `values` at increasing `cosines` from −1 to 1, normalised here.

@@ -7,5 +7,5 @@ mod tree;
 
 pub use kernel::Kernel;
 pub use map::{Photon, PhotonMap, PhotonSite};
-pub use pieces::{Piece, pieces};
+pub use pieces::{GatherPiece, pieces};
 pub use tree::Tree;

@@ -12,7 +12,7 @@ const SAG: f64 = 0.25;
 const MOST: f64 = 256.0;
 
 /// A piece of an arc, and how far around it photons count.
-pub struct Piece<'a> {
+pub struct GatherPiece<'a> {
     arc: &'a Arc,
     /// θ at its ends.
     range: [f64; 2],
@@ -24,7 +24,7 @@ pub struct Piece<'a> {
 }
 
 /// The pieces of a span, around which photons count up to a radius.
-pub fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = Piece<'a>> {
+pub fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = GatherPiece<'a>> {
     let (arc, end) = (&span.arc, span.theta_end);
     // A Bézier curve of degree 5 with second differences of control points up to D leaves the chord of a
     // piece of width w by at most ⅛ w² 20 D.
@@ -41,7 +41,7 @@ pub fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = Piece<'a>
     let width = end / count as f64;
     (0..count).map(move |i| {
         let range = [i, i + 1].map(|k| k as f64 * width);
-        Piece {
+        GatherPiece {
             arc,
             range,
             ends: range.map(|theta| (arc.position(theta), arc.velocity(theta))),
@@ -51,7 +51,7 @@ pub fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = Piece<'a>
     })
 }
 
-impl Piece<'_> {
+impl GatherPiece<'_> {
     /// Whether a photon in a box may count.
     pub fn touches(&self, bounds: &Aabb) -> bool {
         let b = bounds.grown(self.radius + self.sag);

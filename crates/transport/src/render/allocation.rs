@@ -13,7 +13,7 @@ use super::source::{Source, finite};
 use crate::Spectrum;
 use crate::path::Workspace;
 use crate::scene::{FilmSpec, Scene};
-use crate::sum::Sum;
+use crate::sum::ReproducibleSum;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -131,7 +131,7 @@ impl Allocation {
         let one = u64::from(ONE);
         let taken = unit - shared + (shared * share + one / 2) / one;
         // There is no room for more.
-        taken.min(Sum::MOST / self.unit)
+        taken.min(ReproducibleSum::MOST / self.unit)
     }
 
     /// Finds out the shares. `between` is asked now and then whether to go on; when it breaks, nothing is found out.
@@ -319,8 +319,8 @@ mod tests {
     fn no_pixel_gets_more_than_there_is_room_for() {
         for unit in [1, 8, 256] {
             let allocation = allocation(unit, vec![]);
-            let units = allocation.taken(Sum::MOST / unit, LARGEST.into());
-            assert!(units * unit <= Sum::MOST);
+            let units = allocation.taken(ReproducibleSum::MOST / unit, LARGEST.into());
+            assert!(units * unit <= ReproducibleSum::MOST);
         }
     }
 

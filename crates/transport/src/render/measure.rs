@@ -6,7 +6,7 @@ use crate::meter::{Meter, Reading, Setup, Tally, TaskSums, Window};
 use crate::path::{BalanceSums, BalanceTotals, EnergyBalance, Workspace};
 use crate::scene::Scene;
 use crate::stats::Stats;
-use crate::sum::Sum;
+use crate::sum::ReproducibleSum;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
@@ -38,7 +38,7 @@ impl MeasureOptions {
     /// Particles are followed in so many at a time.
     pub const UNIT: u64 = TASK;
     /// Most particles that can be followed.
-    pub const MOST: u64 = TASK * Sum::MOST;
+    pub const MOST: u64 = TASK * ReproducibleSum::MOST;
 
     /// Numbers of the particles.
     pub fn range(&self) -> Range<u64> {

@@ -1,7 +1,7 @@
 //! How much memory a render takes per pixel, known before it starts.
 
 use super::strategies::MOST_VERTICES;
-use super::{Options, allocation};
+use super::{RenderOptions, allocation};
 use crate::Spectrum;
 use crate::film::{OutlierRejection, Pixel};
 use crate::integrator::Integrator;
@@ -10,7 +10,7 @@ use crate::scene::FilmSpec;
 
 /// Bytes that a render takes at most: its films and what it knows of pixels, the copy of these that is kept so that a pass can be given
 /// up, and what is kept of samples until it is added. Writing films to files takes more, but not at the same time.
-pub fn memory(spec: &FilmSpec, options: &Options) -> usize {
+pub fn memory(spec: &FilmSpec, options: &RenderOptions) -> usize {
     let pixels = spec.width.saturating_mul(spec.height);
     let per_pixel = kept(spec, options)
         .saturating_mul(2)
@@ -19,13 +19,13 @@ pub fn memory(spec: &FilmSpec, options: &Options) -> usize {
 }
 
 /// Bytes that a copy of a render takes, for each pass.
-pub(super) fn copied(spec: &FilmSpec, options: &Options) -> usize {
+pub(super) fn copied(spec: &FilmSpec, options: &RenderOptions) -> usize {
     let pixels = spec.width.saturating_mul(spec.height);
     pixels.saturating_mul(kept(spec, options))
 }
 
 /// Bytes for each pixel that last for the whole render.
-fn kept(spec: &FilmSpec, options: &Options) -> usize {
+fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
     let channels = options.renderer.channels(spec.channels);
     let groups = channels.div_ceil(options.renderer.group_size(spec.group_size));
     let film = groups * size_of::<Pixel>();
@@ -46,7 +46,7 @@ fn kept(spec: &FilmSpec, options: &Options) -> usize {
 }
 
 /// Bytes for each pixel that hold samples that splat until they are added to the films.
-fn pending(options: &Options) -> usize {
+fn pending(options: &RenderOptions) -> usize {
     if options.renderer.splats() {
         size_of::<Spectrum>() * (1 + films_of_strategies(options) + layers(options))
     } else {
@@ -54,7 +54,7 @@ fn pending(options: &Options) -> usize {
     }
 }
 
-fn layers(options: &Options) -> usize {
+fn layers(options: &RenderOptions) -> usize {
     if options.decomposition.is_some() {
         options.decomposition.layers()
     } else {
@@ -63,7 +63,7 @@ fn layers(options: &Options) -> usize {
 }
 
 /// Films of what strategies find, weighted and not.
-fn films_of_strategies(options: &Options) -> usize {
+fn films_of_strategies(options: &RenderOptions) -> usize {
     if options.strategies {
         2 * options.renderer.integrator().map_or(0, strategies)
     } else {
@@ -74,16 +74,10 @@ fn films_of_strategies(options: &Options) -> usize {
 /// Number of strategies that an estimator may come up with.
 fn strategies(integrator: &Integrator) -> usize {
     let most = MOST_VERTICES;
-    let within = |max_depth: Option<u32>, (s, t): (u32, u32)| {
-        // A path of s + t vertices has at least s + t − 1 edges.
-        s + t >= 2 && max_depth.is_none_or(|depth| s + t <= depth.saturating_add(1))
-    };
+    let (max_depth, _) = integrator.depths();
+    // A path of s + t vertices has at least s + t − 1 edges.
+    let fits = |s: u32, t: u32| max_depth.is_none_or(|depth| s + t <= depth.saturating_add(1));
     let pairs = (0..=most).flat_map(|s| (1..=most).map(move |t| (s, t)));
-    match integrator {
-        Integrator::Path(_) | Integrator::Photon(_) => 0,
-        Integrator::Particle(p) => pairs
-            .filter(|&(s, t)| within(p.max_depth, (s, t)) && (t == 1 || (s, t) == (0, 2)))
-            .count(),
-        Integrator::Bdpt(p) => pairs.filter(|&pair| within(p.max_depth, pair)).count(),
-    }
+    let pairs = pairs.filter(|&(s, t)| s + t >= 2 && fits(s, t) && integrator.has_strategy(s, t));
+    pairs.count()
 }

@@ -34,7 +34,7 @@ use crate::path::{AdjointEstimate, EnergyBalance, FirstVertexTechniques, NeeRate
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 use crate::stats::Stats;
-use crate::sum::Sum;
+use crate::sum::ReproducibleSum;
 use serde::{Deserialize, Serialize};
 use source::Source;
 use std::ops::{ControlFlow, Range};
@@ -46,13 +46,13 @@ const PASS: Duration = Duration::from_millis(500);
 
 /// How a render is done.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct RenderOptions {
     /// What the image shows, and how that is found.
     pub renderer: Renderer,
     /// Number of the first sample of each pixel; not 0 if this render is part of a larger one.
     pub first: u64,
-    /// Samples per pixel, a mean over the image if it is [adaptive](Options::adaptive). A film has room for
-    /// [`Sum::MOST`]: a render ends there.
+    /// Samples per pixel, a mean over the image if it is [adaptive](RenderOptions::adaptive). A film has room for
+    /// [`ReproducibleSum::MOST`]: a render ends there.
     pub samples: u64,
     /// Seed: the same seed gives the same image, bit for bit, for any number of threads.
     pub seed: u64,
@@ -60,7 +60,7 @@ pub struct Options {
     pub strategies: bool,
     /// Whether noisy pixels get more samples than others if the estimator is `path`: after the first [`ADAPTIVE_FROM`] of the image
     /// half as many to eight times as many as on average, by what a pilot of four samples per pixel finds.
-    /// Images with [sorted](Options::reweight) samples are even all the same.
+    /// Images with [sorted](RenderOptions::reweight) samples are even all the same.
     pub adaptive: bool,
     /// How light is told apart on the film.
     pub decomposition: Decomposition,
@@ -70,10 +70,10 @@ pub struct Options {
     pub target: Option<Target>,
 }
 
-impl Options {
+impl RenderOptions {
     /// Nothing but the image.
     pub fn new(renderer: impl Into<Renderer>, samples: u64, seed: u64) -> Self {
-        Options {
+        RenderOptions {
             renderer: renderer.into(),
             first: 0,
             samples,
@@ -95,7 +95,10 @@ impl Options {
 
     /// Numbers of the samples of each pixel.
     pub fn range(&self) -> Range<u64> {
-        let end = self.first.saturating_add(self.samples).min(Sum::MOST);
+        let end = self
+            .first
+            .saturating_add(self.samples)
+            .min(ReproducibleSum::MOST);
         self.first.min(end)..end
     }
 }
@@ -148,13 +151,13 @@ impl Rendering {
 
 /// Renders on the current thread pool: one scene for each group of channels, alike but for their spectra and
 /// indices. A film's groups are in the same order. Of scenes over a period of sound, all instants get the
-/// same number of samples if [`Options::samples`] is a multiple of theirs.
+/// same number of samples if [`RenderOptions::samples`] is a multiple of theirs.
 ///
 /// `on_pass` is called between passes; when it breaks, the render stops with what it has: the same values as a render of
 /// just that many samples.
 pub fn render(
     scenes: &[Scene],
-    options: &Options,
+    options: &RenderOptions,
     on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
     render_watched(scenes, options, &Handle::default(), on_pass)
@@ -164,7 +167,7 @@ pub fn render(
 /// the pilot included.
 pub fn render_watched(
     scenes: &[Scene],
-    options: &Options,
+    options: &RenderOptions,
     handle: &Handle,
     on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
 ) -> Rendering {
@@ -189,7 +192,7 @@ struct Prepared {
 }
 
 /// Finds it out, for every group; worthless if the handle has stopped it.
-fn prepare(scenes: &[Scene], options: &Options, handle: &Handle) -> Vec<Prepared> {
+fn prepare(scenes: &[Scene], options: &RenderOptions, handle: &Handle) -> Vec<Prepared> {
     let groups = scenes.iter().enumerate().map(|(group, scene)| {
         let mut prepared = Prepared {
             search: 1.0,

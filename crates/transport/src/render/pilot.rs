@@ -236,7 +236,7 @@ mod tests {
     use crate::film::Filter;
     use crate::integrator::PathTracer;
     use crate::medium::Medium;
-    use crate::render::{Handle, Options};
+    use crate::render::{Handle, RenderOptions};
     use crate::scene::{FilmSpec, Parts, Scene};
     use crate::sensor::{Perspective, Sensor};
     use eikonal::field::Constant;
@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn pilots_end_after_their_work() {
         let (scene, handle) = (sky(), Handle::default());
-        let options = Options::new(Integrator::Path(PathTracer::default()), 1, 1);
+        let options = RenderOptions::new(Integrator::Path(PathTracer::default()), 1, 1);
         let prepared = super::super::prepare(std::slice::from_ref(&scene), &options, &handle);
         let source = Source::new((&scene, 0), &options, prepared[0].clone(), &handle);
         let pairs = |most| sample(&source, &mut source.workspace(), 0, most);

@@ -1,6 +1,6 @@
 //! Where the samples of a pixel come from.
 
-use super::{Handle, Options, Prepared};
+use super::{Handle, Prepared, RenderOptions};
 use crate::Spectrum;
 use crate::film::Pixel;
 use crate::integrator::Contribution;
@@ -8,7 +8,7 @@ use crate::path::Workspace;
 use crate::renderer::Renderer;
 use crate::sampling::{Purpose, Replicates, Sampler};
 use crate::scene::Scene;
-use crate::sensor::Ray;
+use crate::sensor::SensorRay;
 use crate::stop::Stop;
 
 /// The samples of one channel group.
@@ -26,7 +26,7 @@ pub(super) struct Source<'a> {
 impl<'a> Source<'a> {
     pub fn new(
         (scene, group): (&'a Scene, usize),
-        options: &Options,
+        options: &RenderOptions,
         prepared: Prepared,
         handle: &'a Handle,
     ) -> Self {
@@ -92,7 +92,7 @@ impl<'a> Source<'a> {
     }
 
     /// The sensor ray of a sample of a pixel, and the random numbers after it.
-    pub fn ray(&self, pixel: usize, sample: u64) -> (Ray, Sampler) {
+    pub fn ray(&self, pixel: usize, sample: u64) -> (SensorRay, Sampler) {
         let mut sampler = self.sampler(pixel as u64, sample);
         let spec = self.scene.film();
         let [u, v] = sampler.next_2d_for(Purpose::Direction);

@@ -11,7 +11,7 @@ use super::source::Source;
 use super::strategies::Strategies;
 use super::target::Watch;
 use super::{
-    Debiased, Handle, Options, Prepared, Progress, Rendering, aov, photons, pixels, splats,
+    Debiased, Handle, Prepared, Progress, RenderOptions, Rendering, aov, photons, pixels, splats,
 };
 use super::{PASS, longer_or_shorter, prepare};
 use crate::film::Film;
@@ -31,12 +31,12 @@ const SMALL_FILM: usize = 1 << 26;
 /// What a render has gathered so far.
 ///
 /// ```no_run
-/// # fn example(scenes: &[transport::Scene], options: transport::render::Options) {
+/// # fn example(scenes: &[transport::Scene], options: transport::render::RenderOptions) {
 /// use std::ops::ControlFlow;
-/// use transport::render::{Handle, Options, State};
+/// use transport::render::{Handle, RenderOptions, State};
 /// let handle = Handle::default();
 /// let part = |first| {
-///     let options = Options { first, samples: 8, ..options };
+///     let options = RenderOptions { first, samples: 8, ..options };
 ///     let mut state = State::new(scenes, &options);
 ///     state.advance(scenes, &options, &handle, |_| ControlFlow::Continue(()));
 ///     state
@@ -73,7 +73,7 @@ pub enum MergeError {
 
 impl State {
     /// Nothing yet.
-    pub fn new(scenes: &[Scene], options: &Options) -> Self {
+    pub fn new(scenes: &[Scene], options: &RenderOptions) -> Self {
         let spec = scenes[0].film();
         let channels = options.renderer.channels(spec.channels);
         let group_size = options.renderer.group_size(spec.group_size);
@@ -105,7 +105,7 @@ impl State {
     }
 
     /// Whether this is a state of a render of these scenes with these options, whichever samples it has.
-    pub fn fits(&self, scenes: &[Scene], options: &Options) -> bool {
+    pub fn fits(&self, scenes: &[Scene], options: &RenderOptions) -> bool {
         let blank = State::new(scenes, options);
         let prepared = match self.done.count() {
             0 => [0, scenes.len()].contains(&self.prepared.len()),
@@ -175,7 +175,7 @@ impl State {
     pub fn advance(
         &mut self,
         scenes: &[Scene],
-        options: &Options,
+        options: &RenderOptions,
         handle: &Handle,
         mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
     ) {
@@ -267,7 +267,7 @@ impl State {
     fn sources<'a>(
         &self,
         scenes: &'a [Scene],
-        options: &Options,
+        options: &RenderOptions,
         handle: &'a Handle,
     ) -> Vec<Source<'a>> {
         let groups = scenes.iter().zip(&self.prepared).enumerate();

@@ -5,7 +5,7 @@ use super::parts::{MediumId, Object, Parts};
 use crate::bsdf::Bsdf;
 use crate::connection_end::ConnectionEnd;
 use crate::emitter::Emitter;
-use eikonal::connect::{Guide, Pattern, RayFamily, Start};
+use eikonal::connect::{Guide, InitialGuess, Pattern, RayFamily};
 use glam::DVec3;
 
 /// What bends rays in a scene.
@@ -43,7 +43,7 @@ pub const TOTAL_REFLECTIONS: u32 = 3;
 pub(super) fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
     let guide = |emitter: &Emitter| match emitter {
         Emitter::Collimated(beam) => {
-            let start = Start {
+            let start = InitialGuess {
                 family: RayFamily::Plane {
                     x: beam.origin(),
                     direction: beam.direction(),

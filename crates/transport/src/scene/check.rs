@@ -12,7 +12,7 @@ use glam::DVec3;
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Severity {
+pub enum ProblemSeverity {
     /// The scene cannot be rendered.
     Error,
     /// It can, but the picture may not be what was meant.
@@ -38,7 +38,7 @@ pub enum Subject {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneProblem {
     /// How bad it is.
-    pub severity: Severity,
+    pub severity: ProblemSeverity,
     /// What it is about.
     pub subject: Subject,
     /// What is wrong.
@@ -77,13 +77,13 @@ pub(super) fn check(scene: &Scene) -> Vec<SceneProblem> {
         problems.extend(check_exterior(scene, i, object));
     }
     problems.extend(check_emitters(scene));
-    problems.sort_by_key(|p| p.severity == Severity::Warning);
+    problems.sort_by_key(|p| p.severity == ProblemSeverity::Warning);
     problems
 }
 
 fn error(subject: Subject, message: String, help: &str) -> SceneProblem {
     SceneProblem {
-        severity: Severity::Error,
+        severity: ProblemSeverity::Error,
         subject,
         message,
         help: help.into(),
@@ -92,7 +92,7 @@ fn error(subject: Subject, message: String, help: &str) -> SceneProblem {
 
 fn warning(subject: Subject, message: String, help: &str) -> SceneProblem {
     SceneProblem {
-        severity: Severity::Warning,
+        severity: ProblemSeverity::Warning,
         ..error(subject, message, help)
     }
 }

@@ -14,7 +14,7 @@ mod regions;
 mod world;
 
 pub use bending::TOTAL_REFLECTIONS;
-pub use check::{SceneProblem, Severity, Subject};
+pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::medium_at;
 pub(crate) use light_bounds::Receiver;
 pub use parts::{AMBIENT, FilmSpec, MediumId, Object, Parts, Sides};
@@ -105,7 +105,10 @@ impl Scene {
         };
         scene.guides = guides(&scene);
         let problems = check::check(&scene);
-        if problems.iter().any(|p| p.severity == Severity::Error) {
+        if problems
+            .iter()
+            .any(|p| p.severity == ProblemSeverity::Error)
+        {
             return Err(problems);
         }
         scene.warnings = problems;

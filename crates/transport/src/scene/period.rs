@@ -6,7 +6,7 @@
 //! Theory: docs/theory.md#sound.
 
 use super::Scene;
-use super::check::{SceneProblem, Severity, Subject};
+use super::check::{ProblemSeverity, SceneProblem, Subject};
 use super::parts::Parts;
 use std::f64::consts::TAU;
 
@@ -69,7 +69,7 @@ impl Scene {
 /// Why there is nothing to take a mean over.
 fn no_period(parts: &Parts) -> Vec<SceneProblem> {
     let error = |subject, message: String, help: &str| SceneProblem {
-        severity: Severity::Error,
+        severity: ProblemSeverity::Error,
         subject,
         message,
         help: help.into(),

@@ -25,7 +25,7 @@ mod thinlens;
 
 pub use orthographic::Orthographic;
 pub use perspective::Perspective;
-pub use telecentric::{Stop, Telecentric};
+pub use telecentric::{ApertureStop, Telecentric};
 pub use thinlens::ThinLens;
 
 use crate::connection_end::{ConnectionEnd, EndSample};
@@ -33,7 +33,7 @@ use glam::{DAffine3, DVec3};
 
 /// A position and a unit direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
+pub struct SensorRay {
     /// Start.
     pub origin: DVec3,
     /// Unit direction.
@@ -71,7 +71,7 @@ pub enum Sensor {
 impl Sensor {
     /// The ray through a position of the image, (s, t) in [0, 1]² from the top left corner, and a
     /// position on the lens, uniform in [0, 1)².
-    pub fn ray(&self, image: [f64; 2], lens: [f64; 2]) -> Ray {
+    pub fn ray(&self, image: [f64; 2], lens: [f64; 2]) -> SensorRay {
         match self {
             Sensor::Perspective(s) => s.ray(image),
             Sensor::ThinLens(s) => s.ray(image, lens),
@@ -144,8 +144,8 @@ impl Sensor {
 }
 
 /// A ray given in local coordinates.
-fn to_world(to_world: &DAffine3, origin: DVec3, direction: DVec3) -> Ray {
-    Ray {
+fn to_world(to_world: &DAffine3, origin: DVec3, direction: DVec3) -> SensorRay {
+    SensorRay {
         origin: to_world.transform_point3(origin),
         direction: to_world.transform_vector3(direction).normalize(),
     }

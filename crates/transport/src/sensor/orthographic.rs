@@ -1,6 +1,6 @@
 //! Orthographic camera.
 
-use super::{Ray, Sensed, to_world};
+use super::{Sensed, SensorRay, to_world};
 use crate::connection_end::{ConnectionEnd, EndSample};
 use glam::{DAffine3, DVec3};
 
@@ -28,11 +28,11 @@ impl Orthographic {
         &self.to_world
     }
 
-    pub(super) fn ray(&self, [s, t]: [f64; 2]) -> Ray {
+    pub(super) fn ray(&self, [s, t]: [f64; 2]) -> SensorRay {
         let local = DVec3::new(1.0 - 2.0 * s, (1.0 - 2.0 * t) / self.aspect, 0.0);
-        let Ray { origin, direction } = to_world(&self.to_world, local, DVec3::Z);
+        let SensorRay { origin, direction } = to_world(&self.to_world, local, DVec3::Z);
         let ahead = (origin - self.to_world.translation).dot(direction);
-        Ray {
+        SensorRay {
             origin: origin - direction * ahead,
             direction,
         }

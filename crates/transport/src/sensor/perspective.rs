@@ -1,6 +1,6 @@
 //! Pinhole camera.
 
-use super::{Ray, Sensed, to_world};
+use super::{Sensed, SensorRay, to_world};
 use glam::{DAffine3, DVec3};
 
 /// A pinhole camera.
@@ -41,7 +41,7 @@ impl Perspective {
         )
     }
 
-    pub(super) fn ray(&self, image: [f64; 2]) -> Ray {
+    pub(super) fn ray(&self, image: [f64; 2]) -> SensorRay {
         to_world(&self.to_world, DVec3::ZERO, self.at_unit_distance(image))
     }
 

@@ -1,6 +1,6 @@
 //! Telecentric camera: a stop in the focal plane of a lens, and a knife edge in the stop.
 
-use super::{Ray, Sensed};
+use super::{Sensed, SensorRay};
 use crate::connection_end::{ConnectionEnd, EndSample};
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::PI;
@@ -19,12 +19,12 @@ pub struct Telecentric {
     to_local: DAffine3,
     aspect: f64,
     focus_distance: f64,
-    stop: Stop,
+    stop: ApertureStop,
 }
 
 impl Telecentric {
     /// `to_world` must be invertible; `aspect` is width over height; `focus_distance` is in local units.
-    pub fn new(to_world: DAffine3, aspect: f64, focus_distance: f64, stop: Stop) -> Self {
+    pub fn new(to_world: DAffine3, aspect: f64, focus_distance: f64, stop: ApertureStop) -> Self {
         Telecentric {
             to_world,
             to_local: to_world.inverse(),
@@ -47,13 +47,13 @@ impl Telecentric {
     }
 
     /// Rays of one direction start on the plane across them through the sensor's position.
-    pub(super) fn ray(&self, [s, t]: [f64; 2], lens: [f64; 2]) -> Ray {
+    pub(super) fn ray(&self, [s, t]: [f64; 2], lens: [f64; 2]) -> SensorRay {
         let direction = self.direction(lens);
         let (x, y) = (1.0 - 2.0 * s, (1.0 - 2.0 * t) / self.aspect);
         let focus = DVec3::new(x, y, self.focus_distance);
         let focus = self.to_world.transform_point3(focus);
         let ahead = (focus - self.to_world.translation).dot(direction);
-        Ray {
+        SensorRay {
             origin: focus - direction * ahead,
             direction,
         }
@@ -91,7 +91,7 @@ impl Telecentric {
 
 /// The open part of a stop in units of slope: a disc, or what a straight edge leaves of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stop {
+pub struct ApertureStop {
     radius: f64,
     /// Unit vector towards the covered side.
     edge: DVec2,
@@ -99,10 +99,10 @@ pub struct Stop {
     cut: f64,
 }
 
-impl Stop {
+impl ApertureStop {
     /// A disc of the given radius > 0.
     pub fn disc(radius: f64) -> Self {
-        Stop {
+        ApertureStop {
             radius,
             edge: DVec2::X,
             cut: radius,
@@ -112,7 +112,7 @@ impl Stop {
     /// The part of a disc for which s·`edge` ≤ `cut`; `edge` must not be zero, and `cut` more than
     /// −`radius`.
     pub fn with_knife(radius: f64, edge: DVec2, cut: f64) -> Self {
-        Stop {
+        ApertureStop {
             radius,
             edge: edge.normalize(),
             cut: cut.min(radius),
@@ -125,20 +125,20 @@ impl Stop {
     }
 
     fn area(&self) -> f64 {
-        self.radius * self.radius * Stop::segment(self.cut / self.radius)
+        self.radius * self.radius * ApertureStop::segment(self.cut / self.radius)
     }
 
     /// A point of the open part, uniform by area: the distance along the edge's direction by bisection of
     /// its distribution, then any point of that chord.
     fn sample(&self, [u, v]: [f64; 2]) -> DVec2 {
         let (mut low, mut high) = (-1.0, self.cut / self.radius);
-        let wanted = u * Stop::segment(high);
+        let wanted = u * ApertureStop::segment(high);
         while high - low > 1e-15 {
             let middle = 0.5 * (low + high);
             if middle <= low || middle >= high {
                 break;
             }
-            if Stop::segment(middle) < wanted {
+            if ApertureStop::segment(middle) < wanted {
                 low = middle
             } else {
                 high = middle

@@ -1,6 +1,6 @@
 //! Thin-lens camera.
 
-use super::{Perspective, Ray, Sensed, to_world};
+use super::{Perspective, Sensed, SensorRay, to_world};
 use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::sampling::disc::uniform_disc_sample;
 use glam::{DAffine3, DVec3};
@@ -40,7 +40,7 @@ impl ThinLens {
         PI * self.aperture_radius.powi(2) * m.x_axis.cross(m.y_axis).length()
     }
 
-    pub(super) fn ray(&self, image: [f64; 2], lens: [f64; 2]) -> Ray {
+    pub(super) fn ray(&self, image: [f64; 2], lens: [f64; 2]) -> SensorRay {
         let origin = self.on_lens(lens);
         let focus = self.pinhole.at_unit_distance(image) * self.focus_distance;
         to_world(self.to_world(), origin, focus - origin)

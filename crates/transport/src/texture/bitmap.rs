@@ -8,7 +8,7 @@ use glam::{DAffine2, DVec2};
 
 /// What is between the centres of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Filter {
+pub enum BitmapFilter {
     /// Linear in both directions.
     Bilinear,
     /// Pixels are constant over their area.
@@ -36,7 +36,7 @@ pub struct Bitmap {
     /// Channels of a pixel: one, which stands for all, or those that travel together.
     channels: usize,
     data: Vec<f32>,
-    filter: Filter,
+    filter: BitmapFilter,
     wrap: Wrap,
     to_uv: DAffine2,
 }
@@ -47,7 +47,7 @@ impl Bitmap {
     pub fn new(
         size: [usize; 2],
         (channels, data): (usize, Vec<f32>),
-        (filter, wrap): (Filter, Wrap),
+        (filter, wrap): (BitmapFilter, Wrap),
         to_uv: DAffine2,
     ) -> Result<Self, TextureError> {
         if !(1..=Spectrum::CHANNELS).contains(&channels) || size.contains(&0) {
@@ -76,8 +76,8 @@ impl Bitmap {
         let [x, y] = self.size.map(|n| n as f64);
         let pixels = DAffine2::from_scale(DVec2::new(x, y)) * self.to_uv;
         match self.filter {
-            Filter::Nearest => pixels,
-            Filter::Bilinear => DAffine2::from_translation(DVec2::splat(-0.5)) * pixels,
+            BitmapFilter::Nearest => pixels,
+            BitmapFilter::Bilinear => DAffine2::from_translation(DVec2::splat(-0.5)) * pixels,
         }
     }
 
@@ -87,8 +87,8 @@ impl Bitmap {
         let p = if p.is_nan() { DVec2::ZERO } else { p };
         let p = p.clamp(DVec2::splat(-FARTHEST), DVec2::splat(FARTHEST));
         match self.filter {
-            Filter::Nearest => self.pixel(p.floor()),
-            Filter::Bilinear => self.between(p - 0.5),
+            BitmapFilter::Nearest => self.pixel(p.floor()),
+            BitmapFilter::Bilinear => self.between(p - 0.5),
         }
     }
 

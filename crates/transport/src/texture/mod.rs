@@ -5,7 +5,7 @@ mod checkerboard;
 mod pieces;
 mod vertices;
 
-pub use bitmap::{Bitmap, Filter, Wrap};
+pub use bitmap::{Bitmap, BitmapFilter, Wrap};
 pub use checkerboard::Checkerboard;
 pub use vertices::VertexColours;
 

@@ -20,7 +20,7 @@ const AHEAD: f64 = 1e-9;
 
 /// A point of a ray.
 #[derive(Clone, Copy, Debug)]
-pub struct Point {
+pub struct TracePoint {
     /// Position.
     pub x: DVec3,
     /// Unit direction; that of departure where the ray changes it.
@@ -41,7 +41,7 @@ pub struct Point {
 
 /// How a ray ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum TraceEnding {
     /// On an object that does not pass it on in one direction.
     Surface(usize),
     /// It left the scene.
@@ -56,9 +56,9 @@ pub enum Ending {
 #[derive(Clone, Debug)]
 pub struct Path {
     /// Its points; the first is its start.
-    pub points: Vec<Point>,
+    pub points: Vec<TracePoint>,
     /// How it ended.
-    pub ending: Ending,
+    pub ending: TraceEnding,
 }
 
 /// Follows rays through a scene.
@@ -163,7 +163,7 @@ struct TracedRay<'a> {
 
 impl TracedRay<'_> {
     /// Follows the ray through one medium. Returns how it ended, unless it goes on into another.
-    fn region(&mut self) -> Option<Ending> {
+    fn region(&mut self) -> Option<TraceEnding> {
         let scene = self.scene;
         let field = scene.field(self.medium);
         let mut flow = Flow::new(
@@ -180,15 +180,15 @@ impl TracedRay<'_> {
                 2.0 * self.ball.radius
             };
             if reach <= 0.0 {
-                return Some(Ending::Left);
+                return Some(TraceEnding::Left);
             }
             if !reach.is_finite() {
-                return Some(Ending::Lost);
+                return Some(TraceEnding::Lost);
             }
             let step = flow.advance(reach.min(left) / v.length(), &mut Work::default());
             let hit = scene.first_hit(&step.arc);
             if hit.is_none() && !step.end.x.is_finite() {
-                return Some(Ending::Lost);
+                return Some(TraceEnding::Lost);
             }
             let theta = hit.as_ref().map_or(1.0, |(_, hit)| hit.theta);
             // A step of the remaining length of σ may be longer than that where the index grows.
@@ -197,23 +197,23 @@ impl TracedRay<'_> {
                 .advance(field, &step.arc, theta.min(end), self.medium);
             self.steps += 1;
             if end < theta || self.max_length - self.line.length <= 1e-12 * self.line.length {
-                return Some(Ending::Length);
+                return Some(TraceEnding::Length);
             }
             if let Some((object, hit)) = hit {
                 return self.surface(object, &hit, step.arc.velocity(theta));
             }
             if self.steps > MOST_STEPS {
-                return Some(Ending::Lost);
+                return Some(TraceEnding::Lost);
             }
         }
     }
 
     /// Goes on from a surface if there is one way to go.
-    fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> Option<Ending> {
+    fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> Option<TraceEnding> {
         let scene = self.scene;
         let surface = &scene.objects()[object];
         let Some(rule) = rule(surface) else {
-            return Some(Ending::Surface(object));
+            return Some(TraceEnding::Surface(object));
         };
         let at = (hit.position, hit.normal);
         let beyond = scene.medium_beside(object, self.medium, at, v);

@@ -2,7 +2,7 @@
 
 use super::follow::MOST_STEPS;
 use super::line::Line;
-use super::{Ending, Path};
+use super::{Path, TraceEnding};
 use crate::scene::MediumId;
 use eikonal::field::Field;
 use eikonal::ray::{Flow, Node, Work};
@@ -25,7 +25,7 @@ pub fn follow_field(
     let mut line = Line::new(reference.unwrap_or(Reference::Index(n)), direction);
     line.record(x, v, medium);
     if !v.is_finite() {
-        return line.end(Ending::Lost);
+        return line.end(TraceEnding::Lost);
     }
     let mut flow = Flow::new(field, Node::new(field, x, v, ()), tolerance);
     for _ in 0..MOST_STEPS {
@@ -39,8 +39,8 @@ pub fn follow_field(
         let end = step.arc.theta_at_length(left);
         line.advance(field, &step.arc, end.min(1.0), medium);
         if end < 1.0 || length - line.length <= 1e-12 * length {
-            return line.end(Ending::Length);
+            return line.end(TraceEnding::Length);
         }
     }
-    line.end(Ending::Lost)
+    line.end(TraceEnding::Lost)
 }

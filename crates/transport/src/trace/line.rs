@@ -1,6 +1,6 @@
 //! What is noted of a ray on its way.
 
-use super::{Ending, Path, Point};
+use super::{Path, TraceEnding, TracePoint};
 use crate::scene::MediumId;
 use eikonal::field::Field;
 use eikonal::ray::{Arc, Work};
@@ -16,7 +16,7 @@ pub(super) struct Line<'a> {
     pub length: f64,
     optical: f64,
     difference: PathDifference<'a>,
-    points: Vec<Point>,
+    points: Vec<TracePoint>,
 }
 
 impl<'a> Line<'a> {
@@ -58,7 +58,7 @@ impl<'a> Line<'a> {
 
     /// Records a point, where the velocity is `v`.
     pub fn record(&mut self, x: DVec3, v: DVec3, medium: MediumId) {
-        self.points.push(Point {
+        self.points.push(TracePoint {
             x,
             direction: v.normalize(),
             arc_length: self.length,
@@ -75,7 +75,7 @@ impl<'a> Line<'a> {
         self.record(x, v, medium);
     }
 
-    pub fn end(mut self, ending: Ending) -> Path {
+    pub fn end(mut self, ending: TraceEnding) -> Path {
         if let Some(last) = self.points.last_mut() {
             last.path_difference = self.difference.value(&mut Work::default());
         }

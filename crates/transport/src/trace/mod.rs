@@ -6,5 +6,5 @@ mod free;
 mod line;
 
 pub use branches::{Branch, Branches, branches};
-pub use follow::{Ending, Path, Point, Tracer};
+pub use follow::{Path, TraceEnding, TracePoint, Tracer};
 pub use free::follow_field;

@@ -9,7 +9,7 @@ use eikonal::field::{Constant, Gaussian, Selfoc};
 use glam::{DAffine3, DMat3, DVec3};
 use transport::Spectrum;
 use transport::bsdf::Bsdf;
-use transport::emitter::{Collimated, Emitter, Profile};
+use transport::emitter::{BeamProfile, Collimated, Emitter};
 use transport::scene::{Object, Parts};
 use transport::sensor::{Perspective, Sensor};
 use transport::shape::{Cube, Cylinder, Rectangle, Sphere};
@@ -114,7 +114,7 @@ fn sound() -> Parts {
     parts.emitters = vec![Emitter::Collimated(Collimated::new(
         DVec3::new(-2.5, 0.1, 0.05),
         DVec3::X,
-        Profile::Disc { radius: 0.5 },
+        BeamProfile::Disc { radius: 0.5 },
         Spectrum::splat(4.0),
     ))];
     parts.sensor = view(DVec3::new(0.5, 0.8, 4.0), DVec3::ZERO, 50.0);

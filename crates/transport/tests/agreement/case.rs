@@ -10,9 +10,9 @@ use eikonal::{Aabb, Field, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::TAU;
 use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{Collimated, Emitter, Environment, Profile, Spot};
+use transport::emitter::{BeamProfile, Collimated, Emitter, Environment, Spot};
 use transport::film::Filter;
-use transport::medium::{Filter as GridFilter, Grid, Medium, Placement as Samples, Texture};
+use transport::medium::{GridFilter, Medium, VolumeGrid, VolumeTexture};
 use transport::phase::Phase;
 use transport::scene::{FilmSpec, Object, Parts};
 use transport::sensor::{Orthographic, Perspective, Sensor, ThinLens};
@@ -122,9 +122,9 @@ impl Case {
 
     fn medium(&self) -> Medium {
         let (sigma_t, g) = match self.matter {
-            Matter::Ball => (Texture::Uniform(Spectrum::ZERO), 0.0),
-            Matter::Fog => (Texture::Uniform(Spectrum::splat(1.0)), 0.0),
-            Matter::Forward => (Texture::Uniform(Spectrum::splat(1.5)), 0.9),
+            Matter::Ball => (VolumeTexture::Uniform(Spectrum::ZERO), 0.0),
+            Matter::Fog => (VolumeTexture::Uniform(Spectrum::splat(1.0)), 0.0),
+            Matter::Forward => (VolumeTexture::Uniform(Spectrum::splat(1.5)), 0.9),
             Matter::Cloud => (cloud(), 0.0),
             Matter::ForwardCloud => (cloud(), 0.9),
         };
@@ -133,7 +133,7 @@ impl Case {
             index: self.index.field(self.wall),
             sigma_t,
             scale: 1.0,
-            albedo: Texture::Uniform(Spectrum::splat(0.8)),
+            albedo: VolumeTexture::Uniform(Spectrum::splat(0.8)),
             phase: Phase::henyey_greenstein(g).unwrap(),
         }
     }
@@ -160,7 +160,7 @@ impl Case {
             Light::Beam => Emitter::Collimated(Collimated::new(
                 DVec3::new(-1.2, 0.3, light.z),
                 DVec3::new(1.2, -0.2, -light.z).normalize(),
-                Profile::Disc { radius: 0.4 },
+                BeamProfile::Disc { radius: 0.4 },
                 Spectrum::splat(2.0),
             )),
             Light::Sky => sky(),
@@ -258,7 +258,7 @@ pub fn facing(position: DVec3, direction: DVec3, scale: f64) -> DAffine3 {
 }
 
 /// Extinction on a grid of 3³ samples over the ball.
-pub fn cloud() -> Texture {
+pub fn cloud() -> VolumeTexture {
     let data = (0..27)
         .map(|i| 0.3 + ((5 * i + 2) % 9) as f32 * 0.25)
         .collect();
@@ -267,12 +267,12 @@ pub fn cloud() -> Texture {
         translation: -DVec3::ONE,
     };
     let size = ([3; 3], 1, data);
-    let grid = Grid::new(
+    let grid = VolumeGrid::new(
         size,
         to_world,
-        Samples::Nodes,
+        Placement::Nodes,
         GridFilter::Trilinear,
         (0.0, 10.0),
     );
-    Texture::Grid(std::sync::Arc::new(grid.unwrap()))
+    VolumeTexture::Grid(std::sync::Arc::new(grid.unwrap()))
 }

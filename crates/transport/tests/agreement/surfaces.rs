@@ -8,13 +8,13 @@ use glam::{DAffine2, DMat2, DVec2, DVec3};
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::bsdf::{
-    Blend, Bsdf, Conductor, Diffuse, Mask, Plastic, Principled, ThinDielectric, TwoSided,
+    BlendBsdf, Bsdf, Conductor, Diffuse, Mask, Plastic, Principled, ThinDielectric, TwoSided,
 };
 use transport::emitter::{Emitter, TexturedArea};
 use transport::scene::{Object, Parts};
 use transport::sensor::{Perspective, Sensor};
 use transport::shape::{Disk, Rectangle, Shape, Sphere};
-use transport::texture::{Bitmap, Checkerboard, Filter, Texture, Wrap};
+use transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, Wrap};
 
 const EFFORT: Effort = Effort {
     batches: 16,
@@ -29,7 +29,7 @@ fn checked(low: f64, high: f64) -> Texture {
 
 fn image() -> Texture {
     let data = (0..12).map(|i| ((5 * i + 3) % 12) as f32 / 12.0).collect();
-    let how = (Filter::Bilinear, Wrap::Mirror);
+    let how = (BitmapFilter::Bilinear, Wrap::Mirror);
     let to_uv = DAffine2::from_angle(0.3);
     Texture::Bitmap(Arc::new(
         Bitmap::new([4, 3], (1, data), how, to_uv).unwrap(),
@@ -97,7 +97,7 @@ fn coats() -> Parts {
         || Bsdf::Conductor(Conductor::new(Spectrum::ZERO, Spectrum::ONE, image()).unwrap());
     let white = |r: f64| Bsdf::Diffuse(Diffuse::new(Spectrum::splat(r)).unwrap());
     let plastic = Plastic::new(1.5, checked(0.3, 0.8), Spectrum::splat(0.9), true).unwrap();
-    let blend = Blend::new(checked(0.7, 0.95), white(0.6), mirror()).unwrap();
+    let blend = BlendBsdf::new(checked(0.7, 0.95), white(0.6), mirror()).unwrap();
     let half = Mask::new(Spectrum::splat(0.6), mirror()).unwrap();
     let pane = ThinDielectric::new(1.5, Spectrum::splat(0.8), Spectrum::splat(0.9)).unwrap();
     let objects = vec![
@@ -128,7 +128,7 @@ fn mirrored() -> Parts {
     let tint = checked(0.9, 1.0);
     let mirror = Conductor::new(Spectrum::ZERO, Spectrum::ONE, tint).unwrap();
     let white = Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.8)).unwrap());
-    let blend = Blend::new(checked(0.1, 0.4), Bsdf::Conductor(mirror), white).unwrap();
+    let blend = BlendBsdf::new(checked(0.1, 0.4), Bsdf::Conductor(mirror), white).unwrap();
     let wall = facing(DVec3::ZERO, DVec3::new(0.0, -0.2, 1.0).normalize(), 1.4);
     let floor = facing(DVec3::new(0.0, -1.0, 1.5), DVec3::new(0.0, 1.0, 0.01), 1.6);
     let objects = vec![

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use transport::Spectrum;
 use transport::bsdf::{
-    Blend, Bsdf, Conductor, Dielectric, Diffuse, Distribution, Mask, Plastic, Principled,
+    BlendBsdf, Bsdf, Conductor, Dielectric, Diffuse, Distribution, Mask, Plastic, Principled,
     RoughConductor, RoughDielectric, RoughPlastic, Roughness, Surface, ThinDielectric, TwoSided,
 };
 
@@ -78,7 +78,7 @@ pub fn principled(roughness: f64, metallic: f64, specular: f64) -> Bsdf {
 
 /// A share of the second surface.
 pub fn blend(share: f64, first: Bsdf, second: Bsdf) -> Bsdf {
-    Bsdf::Blend(Blend::new(Spectrum::splat(share), first, second).unwrap())
+    Bsdf::Blend(BlendBsdf::new(Spectrum::splat(share), first, second).unwrap())
 }
 
 /// A surface on either side.

@@ -10,7 +10,7 @@ use transport::bsdf::{
     Surface,
 };
 use transport::shape::Uv;
-use transport::texture::{Bitmap, Checkerboard, Filter, Texture, Wrap};
+use transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, Wrap};
 
 /// The surfaces that have a roughness.
 fn rough(alpha: impl Into<Texture>) -> [Bsdf; 3] {
@@ -27,7 +27,7 @@ fn rough(alpha: impl Into<Texture>) -> [Bsdf; 3] {
 }
 
 /// Pixels beside one another.
-fn row(pixels: &[f32], filter: Filter) -> Texture {
+fn row(pixels: &[f32], filter: BitmapFilter) -> Texture {
     let size = [pixels.len(), 1];
     let how = (filter, Wrap::Clamp);
     let bitmap = Bitmap::new(size, (1, pixels.to_vec()), how, DAffine2::IDENTITY);
@@ -66,7 +66,7 @@ fn alike(a: &Bsdf, b: &Bsdf, s: &Surface, tolerance: f64) {
 
 #[test]
 fn a_texture_of_one_value_is_that_value() {
-    let flat = row(&[0.25, 0.25], Filter::Bilinear);
+    let flat = row(&[0.25, 0.25], BitmapFilter::Bilinear);
     for (a, b) in rough(flat).iter().zip(&rough(0.25)) {
         alike(a, b, &at(0.3), 0.0);
     }
@@ -90,7 +90,7 @@ fn two_halves_are_each_of_their_own_roughness() {
 /// Pixels below the least roughness count as that.
 #[test]
 fn black_pixels_are_as_smooth_as_can_be() {
-    let dark = row(&[0.0, 1.0], Filter::Nearest);
+    let dark = row(&[0.0, 1.0], BitmapFilter::Nearest);
     for (a, b) in rough(dark).iter().zip(&rough(1e-4)) {
         alike(a, b, &at(0.3), 1e-12);
     }
@@ -100,7 +100,7 @@ fn black_pixels_are_as_smooth_as_can_be() {
 /// returns at most.
 #[test]
 fn coats_between_others() {
-    let slope = row(&[0.0, 1.0], Filter::Bilinear);
+    let slope = row(&[0.0, 1.0], BitmapFilter::Bilinear);
     let [_, _, varied] = rough(slope);
     // Away from the lobe, where next to nothing but the base is seen.
     let aside = (NORMAL + NORMAL.cross(NORMAL.any_orthonormal_vector())).normalize();
@@ -117,7 +117,7 @@ fn coats_between_others() {
 
 #[test]
 fn roughness_that_is_refused() {
-    let refused = row(&[0.5, 1.5], Filter::Nearest);
+    let refused = row(&[0.5, 1.5], BitmapFilter::Nearest);
     let error = Roughness::new(Distribution::Ggx, refused).unwrap_err();
     let (name, value) = ("alpha", 1.5);
     assert_eq!(error, BsdfError::Factor { name, value });

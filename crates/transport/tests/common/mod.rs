@@ -9,9 +9,9 @@ use transport::bsdf::{Bsdf, Dielectric};
 use transport::emitter::{Emitter, Environment};
 use transport::film::Filter;
 use transport::integrator::{Integrator, PathTracer};
-use transport::medium::{Medium, Texture};
+use transport::medium::{Medium, VolumeTexture};
 use transport::phase::Phase;
-use transport::render::{Options, Rendering, render};
+use transport::render::{RenderOptions, Rendering, render};
 use transport::renderer::Renderer;
 use transport::scene::{FilmSpec, Object, Parts, Sides};
 use transport::sensor::{Perspective, Sensor};
@@ -45,9 +45,9 @@ pub fn fog(index: impl Into<Field>, sigma_t: f64, albedo: f64, g: f64) -> Medium
     Medium {
         name: "fog".into(),
         index: index.into(),
-        sigma_t: Texture::Uniform(Spectrum::splat(sigma_t)),
+        sigma_t: VolumeTexture::Uniform(Spectrum::splat(sigma_t)),
         scale: 1.0,
-        albedo: Texture::Uniform(Spectrum::splat(albedo)),
+        albedo: VolumeTexture::Uniform(Spectrum::splat(albedo)),
         phase: Phase::henyey_greenstein(g).unwrap(),
     }
 }
@@ -108,7 +108,7 @@ pub fn shoot(parts: Parts, samples: u64, seed: u64) -> Rendering {
 /// The same by any renderer.
 pub fn shoot_by(renderer: impl Into<Renderer>, parts: Parts, samples: u64, seed: u64) -> Rendering {
     let scene = Scene::new(parts).unwrap_or_else(|problems| panic!("{problems:?}"));
-    let options = Options::new(renderer, samples, seed);
+    let options = RenderOptions::new(renderer, samples, seed);
     render(&[scene], &options, |_| ControlFlow::Continue(()))
 }
 
@@ -122,7 +122,7 @@ pub fn mean(rendering: &Rendering) -> (f64, f64) {
 pub fn estimate(
     scene: &Scene,
     (samples, seed): (u64, u64),
-    mut ray: impl FnMut(&mut transport::sampling::Sampler) -> (transport::sensor::Ray, f64),
+    mut ray: impl FnMut(&mut transport::sampling::Sampler) -> (transport::sensor::SensorRay, f64),
 ) -> (f64, f64) {
     let mut ws = transport::path::Workspace::new(scene.tolerance());
     let (mut sum, mut squares) = (0.0, 0.0);

@@ -7,12 +7,14 @@ use testkit::quadrature::Effort;
 use testkit::{DirectionTable, Family, Mass, Rng, Table, uniform_edges};
 use transport::connection_end::ConnectionEnd;
 use transport::sampling::Frame;
-use transport::sensor::{Orthographic, Perspective, Ray, Sensor, Stop, Telecentric, ThinLens};
+use transport::sensor::{
+    ApertureStop, Orthographic, Perspective, Sensor, SensorRay, Telecentric, ThinLens,
+};
 
 fn sensors(map: DAffine3) -> [(&'static str, Sensor); 4] {
     let pinhole = Perspective::new(map, 1.4, 1.6);
     let lens = ThinLens::new(pinhole.clone(), 0.3, 1.7);
-    let stop = Stop::with_knife(0.2, DVec2::new(1.0, -2.0), 0.05);
+    let stop = ApertureStop::with_knife(0.2, DVec2::new(1.0, -2.0), 0.05);
     [
         ("perspective", Sensor::Perspective(pinhole)),
         ("thin lens", Sensor::ThinLens(lens)),
@@ -59,7 +61,7 @@ fn nothing_is_sensed_behind_the_sensor() {
 }
 
 /// What a ray's small change is to its solid angle or to its area across the rays.
-fn difference(parallel: bool, a: Ray, b: Ray) -> DVec3 {
+fn difference(parallel: bool, a: SensorRay, b: SensorRay) -> DVec3 {
     if parallel {
         a.origin - b.origin
     } else {
@@ -124,7 +126,7 @@ fn directions(sensor: &Sensor, lens: [f64; 2]) -> f64 {
 
 /// p-value of the positions of parallel rays.
 fn positions(sensor: &Sensor) -> f64 {
-    let Ray { origin, direction } = sensor.ray([0.5; 2], [0.5; 2]);
+    let SensorRay { origin, direction } = sensor.ray([0.5; 2], [0.5; 2]);
     let frame = Frame::from_normal(direction);
     let reach = [[0.0, 0.0], [0.0, 1.0]].map(|c| sensor.ray(c, [0.5; 2]).origin.distance(origin));
     let reach = reach[0].max(reach[1]) * 1.01;
@@ -233,7 +235,7 @@ fn rays_along_the_plane_of_the_lens_are_not_sensed() {
 fn slopes_fill_the_open_part_of_the_stop() {
     const R: f64 = 0.3;
     let edge = DVec2::new(0.6, -0.8);
-    let moments = |stop: Stop| {
+    let moments = |stop: ApertureStop| {
         let sensor = Telecentric::new(DAffine3::IDENTITY, 1.0, 0.0, stop);
         let sensor = Sensor::Telecentric(sensor);
         let n = 400;
@@ -258,10 +260,10 @@ fn slopes_fill_the_open_part_of_the_stop() {
         assert!(errors.fold(0.0, f64::max) < 1e-5, "{found:?} {expected:?}");
     };
     let quarter = R * R / 4.0;
-    let (half, pdf) = moments(Stop::with_knife(R, edge, 0.0));
+    let (half, pdf) = moments(ApertureStop::with_knife(R, edge, 0.0));
     near(half, [-4.0 * R / (3.0 * PI), quarter, 0.0, quarter]);
     assert!((pdf * PI * R * R / 2.0 - 1.0).abs() < 1e-12);
-    let (whole, pdf) = moments(Stop::disc(R));
+    let (whole, pdf) = moments(ApertureStop::disc(R));
     near(whole, [0.0, quarter, 0.0, quarter]);
     assert!((pdf * PI * R * R - 1.0).abs() < 1e-12);
 }

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use testkit::Rng;
 use transport::connection_end::ConnectionEnd;
 use transport::emitter::{
-    Collimated, Emission, Emitter, Environment, Luminaire, Profile, Projector, Spot, Surroundings,
-    TexturedArea,
+    BeamProfile, Collimated, Emission, Emitter, Environment, Luminaire, Projector, Spot,
+    Surroundings, TexturedArea,
 };
 use transport::sampling::Frame;
 use transport::shape::{Rectangle, Shape, Sphere};
-use transport::texture::{Bitmap, Filter, Texture, Wrap};
+use transport::texture::{Bitmap, BitmapFilter, Texture, Wrap};
 use transport::{Orientation, Spectrum};
 
 /// False-alarm rate of each family.
@@ -60,13 +60,13 @@ pub fn spot(intensity: Spectrum, angles: (f64, f64)) -> Emitter {
     Emitter::Spot(Spot::new(DVec3::X, axis(), intensity, angles))
 }
 
-pub fn beam(profile: Profile, power: Spectrum) -> Emitter {
+pub fn beam(profile: BeamProfile, power: Spectrum) -> Emitter {
     let origin = DVec3::new(0.3, 0.1, -2.0);
     Emitter::Collimated(Collimated::new(origin, axis(), profile, power))
 }
 
-pub const DISC: Profile = Profile::Disc { radius: 0.3 };
-pub const GAUSSIAN: Profile = Profile::Gaussian { waist: 0.4 };
+pub const DISC: BeamProfile = BeamProfile::Disc { radius: 0.3 };
+pub const GAUSSIAN: BeamProfile = BeamProfile::Gaussian { waist: 0.4 };
 /// Width and height of the environment's image.
 pub const IMAGE: (usize, usize) = (8, 5);
 
@@ -101,7 +101,7 @@ pub fn projector(color: Spectrum) -> Emitter {
 fn globe(color: Spectrum) -> Emitter {
     let lit = |i: usize| color.0[..3].iter().map(move |c| (c * pixel(i)) as f32);
     let pixels = (0..IMAGE.0 * IMAGE.1).flat_map(lit).collect();
-    let how = (Filter::Nearest, Wrap::Repeat);
+    let how = (BitmapFilter::Nearest, Wrap::Repeat);
     let bitmap = Bitmap::new(IMAGE.into(), (3, pixels), how, DAffine2::IDENTITY);
     let texture = Texture::Bitmap(Arc::new(bitmap.unwrap()));
     let light = TexturedArea::new(2, &shapes()[2], texture);

@@ -9,12 +9,12 @@ use transport::Spectrum;
 use transport::connection_end::ConnectionEnd;
 use transport::emitter::{Emitter, TexturedArea, TexturedError};
 use transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, Site, Sphere, Uv};
-use transport::texture::{Bitmap, Checkerboard, Filter, Texture, VertexColours, Wrap};
+use transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, VertexColours, Wrap};
 
 /// Pixels of a picture, 4 across and 3 down.
 const PIXELS: [f32; 12] = [1.0, 0.0, 3.0, 2.0, 0.5, 4.0, 1.5, 0.0, 2.0, 0.25, 5.0, 1.0];
 
-fn picture(filter: Filter, wrap: Wrap, to_uv: DAffine2) -> Texture {
+fn picture(filter: BitmapFilter, wrap: Wrap, to_uv: DAffine2) -> Texture {
     let bitmap = Bitmap::new([4, 3], (1, PIXELS.to_vec()), (filter, wrap), to_uv);
     Texture::Bitmap(Arc::new(bitmap.unwrap()))
 }
@@ -89,7 +89,7 @@ fn mean_of_pixels(weight: impl Fn([f64; 2], [f64; 2]) -> f64) -> f64 {
 
 #[test]
 fn powers_in_closed_form() {
-    let (plain, nearest) = (DAffine2::IDENTITY, Filter::Nearest);
+    let (plain, nearest) = (DAffine2::IDENTITY, BitmapFilter::Nearest);
     let nearest = || picture(nearest, Wrap::Repeat, plain);
     let width = |[a, b]: [f64; 2]| b - a;
     let mean = mean_of_pixels(|u, v| width(u) * width(v));
@@ -100,7 +100,7 @@ fn powers_in_closed_form() {
     let rows = Bitmap::new(
         [1, 4],
         (1, vec![1.0, 0.0, 2.0, 0.5]),
-        (Filter::Bilinear, Wrap::Clamp),
+        (BitmapFilter::Bilinear, Wrap::Clamp),
         plain,
     );
     let rows = Texture::Bitmap(Arc::new(rows.unwrap()));
@@ -120,7 +120,7 @@ fn powers_in_closed_form() {
     let two = Bitmap::new(
         [2, 1],
         (1, vec![1.0, 3.0]),
-        (Filter::Bilinear, Wrap::Clamp),
+        (BitmapFilter::Bilinear, Wrap::Clamp),
         plain,
     );
     let two = Texture::Bitmap(Arc::new(two.unwrap()));
@@ -138,7 +138,7 @@ fn powers_in_closed_form() {
         (
             "smooth rectangle",
             rectangle(),
-            picture(Filter::Bilinear, Wrap::Repeat, plain),
+            picture(BitmapFilter::Bilinear, Wrap::Repeat, plain),
             mean,
         ),
         (
@@ -187,10 +187,10 @@ fn colours_of_vertices_shine_with_their_mean_over_each_triangle() {
 fn powers_by_sums_over_points() {
     const N: usize = 1500;
     let nested = || {
-        let smooth = picture(Filter::Bilinear, Wrap::Mirror, slanted());
+        let smooth = picture(BitmapFilter::Bilinear, Wrap::Mirror, slanted());
         board([smooth, grey(0.3)], slanted().inverse())
     };
-    let sharp = picture(Filter::Nearest, Wrap::Clamp, slanted());
+    let sharp = picture(BitmapFilter::Nearest, Wrap::Clamp, slanted());
     for shape in [rectangle(), sphere(), disk(), can(), fan().into()] {
         for texture in [nested(), sharp.clone()] {
             let at = |k: usize| (k as f64 + 0.5) / N as f64;
@@ -211,7 +211,7 @@ fn powers_by_sums_over_points() {
 #[test]
 fn points_have_the_density_that_is_stated() {
     let (texture, mut rng) = (
-        picture(Filter::Bilinear, Wrap::Repeat, slanted()),
+        picture(BitmapFilter::Bilinear, Wrap::Repeat, slanted()),
         Rng::new(8),
     );
     for shape in [rectangle(), sphere(), disk(), can(), fan().into()] {
@@ -274,7 +274,7 @@ fn points_follow_their_density() {
     ] {
         let emitter = area(
             &shape,
-            picture(Filter::Bilinear, Wrap::Repeat, DAffine2::IDENTITY),
+            picture(BitmapFilter::Bilinear, Wrap::Repeat, DAffine2::IDENTITY),
         );
         let site = |uv| Site {
             position: map.transform_point3(place(uv).0),
@@ -316,7 +316,7 @@ fn bright_parts_are_sampled_more_often() {
 #[test]
 fn lights_that_are_refused() {
     let refused = |shape: &Shape, texture| TexturedArea::new(0, shape, texture).unwrap_err();
-    let nearest = || picture(Filter::Nearest, Wrap::Repeat, DAffine2::IDENTITY);
+    let nearest = || picture(BitmapFilter::Nearest, Wrap::Repeat, DAffine2::IDENTITY);
     let [_, ellipsoid, ..] = shapes();
     assert_eq!(refused(&ellipsoid, nearest()), TexturedError::Uneven);
     let squeezed = DAffine3::from_scale(DVec3::new(1.0, 2.0, 3.0));
@@ -331,7 +331,7 @@ fn lights_that_are_refused() {
     let error = refused(&rectangle(), grey(-1.0));
     assert_eq!(error, TexturedError::Radiance { value: -1.0 });
     let many = DAffine2::from_scale(DVec2::splat(1e4));
-    let fine = picture(Filter::Nearest, Wrap::Repeat, many);
+    let fine = picture(BitmapFilter::Nearest, Wrap::Repeat, many);
     assert_eq!(refused(&rectangle(), fine), TexturedError::TooFine);
     let far = board(
         [grey(0.0), grey(1.0)],

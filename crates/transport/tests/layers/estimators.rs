@@ -8,7 +8,7 @@ use testkit::Family;
 use testkit::batches::{moments, welch};
 use transport::Spectrum;
 use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{Collimated, Emitter, Profile};
+use transport::emitter::{BeamProfile, Collimated, Emitter};
 use transport::film::Decomposition;
 use transport::integrator::Integrator;
 use transport::scene::{Object, Parts};
@@ -43,7 +43,7 @@ fn fog_in_beam() -> Parts {
     let beam = Emitter::Collimated(Collimated::new(
         DVec3::new(-1.5, 0.2, -0.5),
         DVec3::new(1.0, -0.1, 0.2).normalize(),
-        Profile::Disc { radius: 0.4 },
+        BeamProfile::Disc { radius: 0.4 },
         Spectrum::splat(4.0),
     ));
     let sensor = camera(DVec3::new(0.0, -0.4, 3.0), DVec3::ZERO);

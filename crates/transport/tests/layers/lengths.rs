@@ -6,7 +6,7 @@ use eikonal::field::{Constant, Luneburg};
 use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::FRAC_PI_2;
 use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{Collimated, Emitter, Profile};
+use transport::emitter::{BeamProfile, Collimated, Emitter};
 use transport::film::Decomposition;
 use transport::scene::{Object, Parts};
 use transport::sensor::{Orthographic, Perspective, Sensor};
@@ -35,7 +35,7 @@ fn beam(z: f64, along: f64) -> Emitter {
     Emitter::Collimated(Collimated::new(
         DVec3::Z * z,
         DVec3::Z * along,
-        Profile::Disc { radius: 0.5 },
+        BeamProfile::Disc { radius: 0.5 },
         Spectrum::ONE,
     ))
 }

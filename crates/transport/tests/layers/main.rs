@@ -16,7 +16,7 @@ use transport::Bins;
 use transport::Scene;
 use transport::film::Decomposition;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer};
-use transport::render::{Options, Rendering, render};
+use transport::render::{RenderOptions, Rendering, render};
 use transport::scene::Parts;
 
 /// All estimators with their defaults.
@@ -60,9 +60,9 @@ fn shoot(
     seed: u64,
 ) -> Rendering {
     let scene = [Scene::new(parts.clone()).unwrap_or_else(|p| panic!("{p:?}"))];
-    let options = Options {
+    let options = RenderOptions {
         decomposition,
-        ..Options::new(integrator, samples, seed)
+        ..RenderOptions::new(integrator, samples, seed)
     };
     render(&scene, &options, |_| ControlFlow::Continue(()))
 }

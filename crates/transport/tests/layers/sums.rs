@@ -11,7 +11,7 @@ use transport::emitter::Emitter;
 use transport::film::Decomposition;
 use transport::integrator::{Integrator, PathTracer};
 use transport::path::Workspace;
-use transport::render::{Options, render};
+use transport::render::{RenderOptions, render};
 use transport::sampling::Sampler;
 use transport::scene::Parts;
 use transport::shape::Sphere;
@@ -113,9 +113,9 @@ fn layers_do_not_depend_on_threads_and_passes() {
         let one = with(1);
         assert_eq!(one, with(2));
         assert_eq!(one, with(5));
-        let options = Options {
+        let options = RenderOptions {
             decomposition: everything(),
-            ..Options::new(integrator, 40, 5)
+            ..RenderOptions::new(integrator, 40, 5)
         };
         let scene = [Scene::new(lens()).unwrap()];
         let stopped = render(&scene, &options, |progress| {

@@ -8,7 +8,7 @@ use testkit::z_test::max_abs_z;
 use transport::Bins;
 use transport::Spectrum;
 use transport::bsdf::Bsdf;
-use transport::medium::Texture;
+use transport::medium::VolumeTexture;
 use transport::meter::{Coordinates, Estimator, Meter};
 use transport::scene::Parts;
 use transport::shape::{Cube, Sphere};
@@ -16,7 +16,7 @@ use transport::shape::{Cube, Sphere};
 /// A beam along z through the cube [−1, 1]³ of a medium that only absorbs.
 fn absorber(sigma: [f64; 3], channels: usize) -> Parts {
     let mut medium = fog(Constant::new(1.3), 1.0, 0.0, 0.0);
-    medium.sigma_t = Texture::Uniform(Spectrum([sigma[0], sigma[1], sigma[2], 0.0]));
+    medium.sigma_t = VolumeTexture::Uniform(Spectrum([sigma[0], sigma[1], sigma[2], 0.0]));
     let mut ambient = vacuum();
     ambient.index = Constant::new(1.3).into();
     let cube = container(

@@ -8,7 +8,7 @@ use testkit::z_test::max_abs_z;
 use transport::Spectrum;
 use transport::bsdf::{Bsdf, Conductor, Diffuse};
 use transport::emitter::Emitter;
-use transport::medium::Texture;
+use transport::medium::VolumeTexture;
 use transport::meter::{Coordinates, Estimator, Meter};
 use transport::path::EnergyBalance;
 use transport::scene::{Object, Parts};
@@ -39,9 +39,9 @@ pub fn room(channels: usize) -> Parts {
     light.emitter = Some(0);
     let index = LinearIndex::new(1.3, DVec3::X * 0.1, DVec3::ZERO).unwrap();
     let mut haze = fog(index, 1.0, 0.8, 0.5);
-    haze.sigma_t = Texture::Uniform(Spectrum([1.0, 1.5, 2.0, 0.0]));
+    haze.sigma_t = VolumeTexture::Uniform(Spectrum([1.0, 1.5, 2.0, 0.0]));
     let mut tinted = fog(Constant::new(1.5), 0.5, 0.0, 0.0);
-    tinted.sigma_t = Texture::Uniform(Spectrum([0.1, 0.5, 1.0, 0.0]));
+    tinted.sigma_t = VolumeTexture::Uniform(Spectrum([0.1, 0.5, 1.0, 0.0]));
     let mut cube = container(
         Cube::new(scaled(DVec3::splat(0.5), DVec3::new(1.8, 0.0, 0.0))).unwrap(),
         glass(),

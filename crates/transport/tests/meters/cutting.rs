@@ -4,7 +4,7 @@ use crate::support::scaled;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DVec3};
 use testkit::Rng;
-use transport::meter::{Coordinates, Grid};
+use transport::meter::{Coordinates, MeterGrid};
 
 fn random(rng: &mut Rng, scale: f64) -> DVec3 {
     let [a, b, c]: [f64; 3] = rng.uniform();
@@ -29,9 +29,9 @@ fn every_piece_lies_in_one_cell() {
     let cube = scaled(DVec3::splat(2.0), DVec3::NEG_ONE) * DAffine3::from_rotation_z(0.3);
     let rod = DAffine3::from_rotation_x(0.5) * scaled(DVec3::new(1.0, 0.8, 2.0), DVec3::NEG_Z);
     let grids = [
-        Grid::new(Coordinates::Cartesian, [5, 7, 6], cube),
-        Grid::new(Coordinates::Cylindrical, [5, 1, 6], rod),
-        Grid::new(Coordinates::Spherical, [8, 1, 1], DAffine3::IDENTITY),
+        MeterGrid::new(Coordinates::Cartesian, [5, 7, 6], cube),
+        MeterGrid::new(Coordinates::Cylindrical, [5, 1, 6], rod),
+        MeterGrid::new(Coordinates::Spherical, [8, 1, 1], DAffine3::IDENTITY),
     ];
     let mut inside = 0;
     for grid in grids.map(Option::unwrap) {
@@ -71,15 +71,15 @@ fn volumes_of_cells_add_up() {
         ),
     ];
     for (coordinates, size, local) in cases {
-        let grid = Grid::new(coordinates, size, map).unwrap();
+        let grid = MeterGrid::new(coordinates, size, map).unwrap();
         let sum: f64 = (0..grid.cells()).map(|cell| grid.volume(cell)).sum();
         assert!((sum / (3.0 * local) - 1.0).abs() < 1e-12);
         for cell in 0..grid.cells() {
             assert_eq!(grid.cell(grid.middle(cell)), Some(cell));
         }
     }
-    assert!(Grid::new(Coordinates::Cylindrical, [3, 2, 5], map).is_none());
-    assert!(Grid::new(Coordinates::Cartesian, [3, 0, 5], map).is_none());
+    assert!(MeterGrid::new(Coordinates::Cylindrical, [3, 2, 5], map).is_none());
+    assert!(MeterGrid::new(Coordinates::Cartesian, [3, 0, 5], map).is_none());
     let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
-    assert!(Grid::new(Coordinates::Cartesian, [1, 1, 1], flat).is_none());
+    assert!(MeterGrid::new(Coordinates::Cartesian, [1, 1, 1], flat).is_none());
 }

@@ -10,7 +10,7 @@ use testkit::z_test::max_abs_z;
 use transport::Scene;
 use transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
 use transport::path::{EnergyBalance, Share};
-use transport::render::{Options, render};
+use transport::render::{RenderOptions, render};
 use transport::scene::Parts;
 
 fn seen(channels: usize) -> Parts {
@@ -62,7 +62,7 @@ fn pictures_and_meters_agree_on_where_the_light_goes() {
 #[test]
 fn balances_of_pictures_have_the_same_bits() {
     let scene = [Scene::new(seen(3)).unwrap()];
-    let options = Options::new(Integrator::Particle(ParticleTracer::default()), 12, 3);
+    let options = RenderOptions::new(Integrator::Particle(ParticleTracer::default()), 12, 3);
     let balance = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         let pool = pool.build().unwrap();

@@ -3,9 +3,9 @@
 pub use crate::common::{container, fog, glass, parts, sky, vacuum};
 use glam::{DAffine3, DMat3, DVec3};
 use std::ops::ControlFlow;
-use transport::emitter::{Collimated, Emitter, Profile};
+use transport::emitter::{BeamProfile, Collimated, Emitter};
 use transport::meter::{
-    Coordinates, Estimator, FluenceMeter, Grid, IrradianceMeter, Meter, Positions, Reading,
+    Coordinates, Estimator, FluenceMeter, IrradianceMeter, Meter, MeterGrid, Positions, Reading,
 };
 use transport::render::{Handle, MeasureOptions, Measurement, measure};
 use transport::scene::{Object, Parts};
@@ -54,7 +54,7 @@ pub fn scaled(scale: DVec3, translation: DVec3) -> DAffine3 {
 
 pub fn fluence(coordinates: Coordinates, size: [usize; 3], to_world: DAffine3) -> FluenceMeter {
     FluenceMeter {
-        grid: Grid::new(coordinates, size, to_world).unwrap(),
+        grid: MeterGrid::new(coordinates, size, to_world).unwrap(),
         estimator: Estimator::TrackLength,
         optical_length: None,
     }
@@ -85,7 +85,7 @@ pub fn beam(origin: DVec3, direction: DVec3, radius: f64) -> Emitter {
     Emitter::Collimated(Collimated::new(
         origin,
         direction,
-        Profile::Disc { radius },
+        BeamProfile::Disc { radius },
         Spectrum::ONE,
     ))
 }

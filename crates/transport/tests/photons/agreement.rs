@@ -6,7 +6,7 @@ use crate::{FAMILY, long};
 use testkit::z_test::{max_abs_z, two_sample_z};
 use transport::film::Decomposition;
 use transport::integrator::{Bdpt, Integrator, PhotonMapping, PhotonQuery};
-use transport::render::{Options, render};
+use transport::render::{RenderOptions, render};
 use transport::scene::Parts;
 use transport::{Film, Scene};
 
@@ -55,7 +55,7 @@ fn photons_show_what_bdpt_shows() {
 #[test]
 fn bounces_are_told_apart() {
     let film = |integrator, samples, seed| -> Film {
-        let mut options = Options::new(integrator, samples, seed);
+        let mut options = RenderOptions::new(integrator, samples, seed);
         options.decomposition = Decomposition {
             bounces: Some(2),
             ..Decomposition::default()

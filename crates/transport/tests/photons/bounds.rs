@@ -5,7 +5,7 @@ use crate::support::{InBox, boxed, photons};
 use crate::{FAMILY, long};
 use testkit::z_test::p_value;
 use transport::integrator::{Integrator, PhotonMapping, PhotonQuery};
-use transport::render::{Measure, Options, Target, render};
+use transport::render::{Measure, RenderOptions, Target, render};
 use transport::{Film, Scene};
 
 const SAMPLES: u64 = 32;
@@ -64,7 +64,7 @@ fn bounds_hold_as_often_as_they_say() {
 /// A render that is to have some error ends with it.
 #[test]
 fn renders_stop_at_their_error() {
-    let mut options = Options::new(progressive(), 100_000, 9);
+    let mut options = RenderOptions::new(progressive(), 100_000, 9);
     options.target = Some(Target {
         error: 0.05,
         measure: Measure::Image,

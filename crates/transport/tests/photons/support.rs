@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use std::f64::consts::PI;
 use transport::Spectrum;
 use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{Collimated, Emitter, Profile};
+use transport::emitter::{BeamProfile, Collimated, Emitter};
 use transport::integrator::{Bdpt, Integrator, PhotonMapping, PhotonQuery};
 use transport::photons::Kernel;
 use transport::scene::{Object, Parts};
@@ -31,7 +31,7 @@ pub fn beam(radius: f64) -> Emitter {
     Emitter::Collimated(Collimated::new(
         DVec3::NEG_X * 2.0,
         DVec3::X,
-        Profile::Gaussian { waist: radius },
+        BeamProfile::Gaussian { waist: radius },
         Spectrum::splat(4.0),
     ))
 }
@@ -149,7 +149,7 @@ pub fn white_ball() -> Parts {
         glass(),
         0.35,
     );
-    scene.media[1].sigma_t = transport::medium::Texture::Uniform(Spectrum::ZERO);
+    scene.media[1].sigma_t = transport::medium::VolumeTexture::Uniform(Spectrum::ZERO);
     let white = Object {
         name: "white".into(),
         bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.8)).unwrap()),
@@ -160,7 +160,7 @@ pub fn white_ball() -> Parts {
     scene.emitters = vec![Emitter::Collimated(Collimated::new(
         DVec3::new(-2.0, 1.0, 2.0),
         DVec3::new(2.0, -1.0, -2.0).normalize(),
-        Profile::Gaussian { waist: 0.8 },
+        BeamProfile::Gaussian { waist: 0.8 },
         Spectrum::splat(4.0),
     ))];
     scene

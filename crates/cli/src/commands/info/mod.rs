@@ -4,25 +4,26 @@ mod json;
 mod text;
 
 use crate::args::InfoArgs;
-use crate::failure::Failure;
+use crate::command_error::CommandError;
 use crate::load::load_as_it_is;
 use crate::output::safe;
 use glam::DVec3;
-use io::assemble::{Needs, Walls};
+use io::assemble::Walls;
 use io::diagnostic::Style;
 use io::{Loaded, Run};
 use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
 use transport::Scene;
 use transport::emitter::Emitter;
-use transport::medium::{Medium, Texture};
+use transport::integrator::RequiredConnection;
+use transport::medium::{Medium, VolumeTexture};
 use transport::meter::Tally;
 use transport::render::memory;
 use transport::scene::MediumId;
 use transport::sensor::Sensor;
 
 /// Describes a scene.
-pub fn info(args: &InfoArgs) -> Result<ExitCode, Failure> {
+pub fn info(args: &InfoArgs) -> Result<ExitCode, CommandError> {
     let loaded = load_as_it_is(&args.scene)?;
     let mut stdout = std::io::stdout();
     let text = if args.json {
@@ -30,7 +31,7 @@ pub fn info(args: &InfoArgs) -> Result<ExitCode, Failure> {
     } else {
         let style = Style::detect(stdout.is_terminal());
         let text = text::describe(&args.scene.path, &loaded);
-        safe(&text.map_err(|e| Failure::Runtime(e.to_string()))?)
+        safe(&text.map_err(|e| CommandError::Runtime(e.to_string()))?)
             + &loaded.warnings.render(style)
             + &loaded.notes_of_differences().render(style)
     };
@@ -88,7 +89,7 @@ fn extinction_and_albedo(loaded: &Loaded, id: MediumId) -> [(f64, f64); 2] {
         let groups = loaded.groups.iter().enumerate();
         groups.map(|(group, s)| (s.medium(id), s.film().channels_of(group)))
     };
-    let all = |texture: fn(&Medium) -> &Texture| {
+    let all = |texture: fn(&Medium) -> &VolumeTexture| {
         range(groups().map(|(medium, channels)| (texture(medium), channels)))
     };
     let scale = loaded.scene().medium(id).scale;
@@ -100,19 +101,23 @@ fn extinction_and_albedo(loaded: &Loaded, id: MediumId) -> [(f64, f64); 2] {
 /// for a camera.
 fn found(loaded: &Loaded, emitter: &Emitter) -> Option<(String, bool)> {
     let integrator = loaded.renderer.integrator();
-    let needs = integrator.map_or(Needs::Nothing, |i| Needs::of(i, emitter.is_delta()));
+    let required = integrator.map_or(RequiredConnection::Nothing, |i| {
+        i.requires(emitter.is_delta())
+    });
     loaded
         .instruments
         .is_empty()
-        .then(|| finds(needs, &Walls::of(loaded.scene())))
+        .then(|| finds(required, &Walls::of(loaded.scene())))
 }
 
-fn finds(needs: Needs, walls: &Walls) -> (String, bool) {
-    let (by, edge) = match needs {
-        Needs::Nothing => return ("by connections and by chance: complete".into(), true),
-        Needs::FromEmitter => ("by connections", "on its way from the emitter"),
-        Needs::ToSensor => ("from the emitter", "on its way to the sensor"),
-        Needs::One => ("from both ends", "on every part of its way"),
+fn finds(required: RequiredConnection, walls: &Walls) -> (String, bool) {
+    let (by, edge) = match required {
+        RequiredConnection::Nothing => {
+            return ("by connections and by chance: complete".into(), true);
+        }
+        RequiredConnection::FromEmitter => ("by connections", "on its way from the emitter"),
+        RequiredConnection::ToSensor => ("from the emitter", "on its way to the sensor"),
+        RequiredConnection::Any => ("from both ends", "on every part of its way"),
     };
     let k = walls.reflections;
     let reflected = match (walls.dielectric, walls.mirror) {
@@ -134,17 +139,17 @@ fn partially(reflections: u32) -> String {
 }
 
 /// Smallest and largest value over all groups of channels, of which so many count.
-fn range<'a>(textures: impl Iterator<Item = (&'a Texture, usize)>) -> (f64, f64) {
+fn range<'a>(textures: impl Iterator<Item = (&'a VolumeTexture, usize)>) -> (f64, f64) {
     textures.fold(
         (f64::INFINITY, f64::NEG_INFINITY),
         |(low, high), (texture, channels)| {
             let (a, b) = match texture {
-                Texture::Uniform(v) => {
+                VolumeTexture::Uniform(v) => {
                     let used = &v.0[..channels];
                     let low = used.iter().copied().fold(f64::INFINITY, f64::min);
                     (low, used.iter().copied().fold(f64::NEG_INFINITY, f64::max))
                 }
-                Texture::Grid(grid) => grid.range(),
+                VolumeTexture::Grid(grid) => grid.range(),
             };
             (low.min(a), high.max(b))
         },

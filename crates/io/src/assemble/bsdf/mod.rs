@@ -8,7 +8,7 @@ use super::ior::index;
 use super::surface_texture::{Vertices, texture};
 use super::wish::Indices;
 use crate::query::{Query, unknown_plugin};
-use crate::scene::{Object, PluginKind, SpectrumValue};
+use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
 use parameters::{
     Coated, Facets, Quantity, TINTS, coated, colour, eta, facets, nested, number, principled, tints,
@@ -16,7 +16,7 @@ use parameters::{
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::bsdf::{
-    Blend, Bsdf, BsdfError, Conductor, Dielectric, Diffuse, Mask, Plastic, Principled,
+    BlendBsdf, Bsdf, BsdfError, Conductor, Dielectric, Diffuse, Mask, Plastic, Principled,
     RoughConductor, RoughDielectric, RoughPlastic, Roughness, ThinDielectric, TwoSided,
 };
 use transport::texture::Texture;
@@ -48,7 +48,11 @@ pub(super) struct Surface {
 const BK7: f64 = 1.5046;
 
 /// The bsdf that an object describes, for a mesh whose vertices may be coloured; diffuse after an error.
-pub(super) fn build(object: &Object, vertices: &Vertices, context: &mut Context) -> Surface {
+pub(super) fn build(
+    object: &ObjectDescription,
+    vertices: &Vertices,
+    context: &mut Context,
+) -> Surface {
     let dielectric = matches!(object.plugin.as_str(), "dielectric" | "roughdielectric");
     let mut query = Query::new(object, context.diagnostics);
     let indices = dielectric.then(|| Indices {
@@ -79,11 +83,11 @@ pub(super) fn default() -> Bsdf {
 }
 
 /// The bsdf of a shape, if it names one.
-pub(super) fn of_shape(shape: &mut Query) -> Option<Arc<Object>> {
+pub(super) fn of_shape(shape: &mut Query) -> Option<Arc<ObjectDescription>> {
     shape.child(PluginKind::Bsdf).cloned()
 }
 
-fn unknown(object: &Object, context: &mut Context) {
+fn unknown(object: &ObjectDescription, context: &mut Context) {
     match object.plugin.as_str() {
         "bumpmap" | "normalmap" => {
             let message = "normals are those of the geometry here: use the bsdf nested in it";
@@ -105,13 +109,13 @@ enum Raw<'a> {
     Plastic(Coated<'a>),
     RoughPlastic((Facets<'a>, bool), Coated<'a>),
     Principled([Quantity<'a>; 3], f64),
-    Blend(Quantity<'a>, Vec<&'a Object>),
-    Mask(Quantity<'a>, Vec<&'a Object>),
-    TwoSided(Vec<&'a Object>),
+    Blend(Quantity<'a>, Vec<&'a ObjectDescription>),
+    Mask(Quantity<'a>, Vec<&'a ObjectDescription>),
+    TwoSided(Vec<&'a ObjectDescription>),
 }
 
 /// `None` for an unknown plugin.
-fn raw<'a>(object: &'a Object, q: &mut Query<'a, '_>) -> Option<Raw<'a>> {
+fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'a>> {
     Some(match object.plugin.as_str() {
         "null" => Raw::Null,
         "diffuse" => Raw::Diffuse(colour(q, "reflectance", 0.5)),
@@ -139,7 +143,11 @@ fn raw<'a>(object: &'a Object, q: &mut Query<'a, '_>) -> Option<Raw<'a>> {
 }
 
 /// `None` after an error.
-fn make(raw: Raw, (object, vertices): (&Object, &Vertices), context: &mut Context) -> Option<Bsdf> {
+fn make(
+    raw: Raw,
+    (object, vertices): (&ObjectDescription, &Vertices),
+    context: &mut Context,
+) -> Option<Bsdf> {
     let mut maker = Maker {
         object,
         vertices,
@@ -191,7 +199,7 @@ fn make(raw: Raw, (object, vertices): (&Object, &Vertices), context: &mut Contex
             };
             let pair = [first, second].map(|nested| maker.nested(nested));
             let [first, second] = pair;
-            Blend::new(maker.texture(weight), first, second).map(Bsdf::Blend)
+            BlendBsdf::new(maker.texture(weight), first, second).map(Bsdf::Blend)
         }
         Raw::Mask(opacity, nested) => {
             let nested = maker.nested(nested.first()?);
@@ -207,7 +215,7 @@ fn make(raw: Raw, (object, vertices): (&Object, &Vertices), context: &mut Contex
 
 /// Turns parameters of an object into what the channels see.
 struct Maker<'m, 'c> {
-    object: &'m Object,
+    object: &'m ObjectDescription,
     vertices: &'m Vertices,
     context: &'m mut Context<'c>,
 }
@@ -230,7 +238,7 @@ impl Maker<'_, '_> {
         [eta, k].map(|value| self.spectrum(&value))
     }
 
-    fn nested(&mut self, object: &Object) -> Bsdf {
+    fn nested(&mut self, object: &ObjectDescription) -> Bsdf {
         build(object, self.vertices, self.context).bsdf
     }
 }

@@ -3,7 +3,7 @@
 use super::super::ior::index;
 use super::super::surface_texture::Role;
 use crate::query::{Input, Query};
-use crate::scene::{Object, PluginKind, SpectrumValue};
+use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use std::ops::RangeInclusive;
 use transport::bsdf::Distribution;
 
@@ -65,8 +65,11 @@ pub(super) fn coated<'a>(q: &mut Query<'a, '_>) -> Coated<'a> {
 }
 
 /// Nested bsdfs; none unless there are as many as there should be (reported then).
-pub(super) fn nested<'a>(q: &mut Query<'a, '_>, count: RangeInclusive<usize>) -> Vec<&'a Object> {
-    let found: Vec<&Object> = q
+pub(super) fn nested<'a>(
+    q: &mut Query<'a, '_>,
+    count: RangeInclusive<usize>,
+) -> Vec<&'a ObjectDescription> {
+    let found: Vec<&ObjectDescription> = q
         .children(PluginKind::Bsdf)
         .into_iter()
         .map(|o| &**o)

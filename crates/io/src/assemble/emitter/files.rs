@@ -8,11 +8,11 @@ use super::light;
 use crate::ies;
 use crate::image::RgbImage;
 use crate::query::{Input, Query, unknown_plugin};
-use crate::scene::{Object, SpectrumValue};
+use crate::scene::{ObjectDescription, SpectrumValue};
 use std::sync::Arc;
 use transport::emitter::{Emitter, Environment, Luminaire, Projector};
 
-pub(super) fn envmap(object: &Object, context: &mut Context) -> Option<Emitter> {
+pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let path = q.path("filename", context.files);
     let scale = q.float_in("scale", 0.0.., 1.0);
@@ -34,7 +34,7 @@ pub(super) fn envmap(object: &Object, context: &mut Context) -> Option<Emitter> 
 }
 
 /// An image thrown by a point.
-pub(super) fn projector(object: &Object, context: &mut Context) -> Option<Emitter> {
+pub(super) fn projector(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let pose = pose(&mut q, "a projector");
     let fov = fov(&mut q);
@@ -60,7 +60,7 @@ pub(super) fn projector(object: &Object, context: &mut Context) -> Option<Emitte
 }
 
 /// A luminaire that was measured.
-pub(super) fn luminaire(object: &Object, context: &mut Context) -> Option<Emitter> {
+pub(super) fn luminaire(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let pose = pose(&mut q, "a photometric emitter");
     let scale = q.spectrum_or("scale", SpectrumValue::Uniform(1.0));

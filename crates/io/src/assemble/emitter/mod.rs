@@ -7,12 +7,12 @@ use super::medium;
 use super::surface_texture::{Role, Vertices, texture};
 use super::transforms::axis;
 use crate::query::{Input, POSITIVE, Query, unknown_plugin};
-use crate::scene::{Object, PluginKind, SpectrumValue};
+use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use eikonal::Shown;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use transport::Spectrum;
-use transport::emitter::{Collimated, Emitter, Environment, Profile, Spot, TexturedArea};
+use transport::emitter::{BeamProfile, Collimated, Emitter, Environment, Spot, TexturedArea};
 use transport::shape::Shape;
 
 const KNOWN: [&str; 9] = [
@@ -28,7 +28,7 @@ const KNOWN: [&str; 9] = [
 ];
 
 /// Adds an emitter of the scene.
-pub(super) fn add(object: &Object, context: &mut Context) {
+pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     if object.plugin == "area" {
         let message = "an area emitter belongs inside the shape that it covers";
         context.error_at(&object.location, message);
@@ -41,8 +41,8 @@ pub(super) fn add(object: &Object, context: &mut Context) {
 
 /// Adds the area emitter of a shape that will become object `index`; returns its index.
 pub(super) fn add_area(
-    object: &Object,
-    (shape, index): (&Object, usize),
+    object: &ObjectDescription,
+    (shape, index): (&ObjectDescription, usize),
     (geometry, vertices): (&Shape, &Vertices),
     context: &mut Context,
 ) -> Option<usize> {
@@ -69,7 +69,12 @@ pub(super) fn add_area(
     Some(push(emitter, object, id, context))
 }
 
-fn push(emitter: Emitter, object: &Object, id: Option<String>, context: &mut Context) -> usize {
+fn push(
+    emitter: Emitter,
+    object: &ObjectDescription,
+    id: Option<String>,
+    context: &mut Context,
+) -> usize {
     context.emitters.push(emitter);
     context.emitter_ids.push(id);
     context.places.emitters.push(object.location.clone());
@@ -99,7 +104,7 @@ pub(super) fn names(ids: &[Option<String>], emitters: &[Emitter]) -> Vec<String>
     names
 }
 
-fn build(object: &Object, context: &mut Context) -> Option<Emitter> {
+fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     match object.plugin.as_str() {
         "envmap" => return files::envmap(object, context),
         "projector" => return files::projector(object, context),
@@ -182,11 +187,11 @@ fn instead_of_transform(name: &str, q: &mut Query) {
 }
 
 /// Profile and brightness of a beam, and whether the latter is its total power.
-fn beam(q: &mut Query) -> (Profile, SpectrumValue, bool) {
+fn beam(q: &mut Query) -> (BeamProfile, SpectrumValue, bool) {
     let radius = q.float_in("radius", POSITIVE, None);
     let profile = match q.one_of("profile", &["disc", "gaussian"]) {
-        0 => Profile::Disc { radius },
-        _ => Profile::Gaussian { waist: radius },
+        0 => BeamProfile::Disc { radius },
+        _ => BeamProfile::Gaussian { waist: radius },
     };
     if q.has("irradiance") {
         if q.has("power") {
@@ -201,7 +206,12 @@ fn beam(q: &mut Query) -> (Profile, SpectrumValue, bool) {
 }
 
 /// A brightness: it must not be negative.
-fn light(value: &SpectrumValue, name: &str, object: &Object, context: &mut Context) -> Spectrum {
+fn light(
+    value: &SpectrumValue,
+    name: &str,
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> Spectrum {
     let property = object.properties.iter().find(|p| p.name == name);
     let location = property.map_or(&object.location, |p| &p.location);
     if let Some(bad) = value.values().into_iter().find(|v| *v < 0.0) {

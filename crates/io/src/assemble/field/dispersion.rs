@@ -2,7 +2,7 @@
 
 use super::super::context::Context;
 use crate::query::{POSITIVE, Query};
-use crate::scene::{Object, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Field;
 use eikonal::Shown;
 use eikonal::field::{Constant, Scaled};
@@ -50,7 +50,7 @@ impl Law {
 
 /// The field of a volume of type `cauchy` or `sellmeier`, at the wavelength of the group: the same index
 /// everywhere, or that of the nested volume times n(λ)/n(λ₀); `None` after an error.
-pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
+pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     let nm = context.channels.wavelength(context.group);
     let mut q = Query::new(object, context.diagnostics);
     let law = Law::read(&object.plugin, &mut q);

@@ -7,7 +7,7 @@ use super::rounding::Rounding;
 use super::{air, placed};
 use crate::diagnostic::Diagnostic;
 use crate::query::{INDEX, Query};
-use crate::scene::{Object, Value};
+use crate::scene::{ObjectDescription, Value};
 use crate::volume::{Sample, Volume};
 use eikonal::field::{Bspline, NoiseShares, Placement};
 use eikonal::{Aabb, Field, Shown};
@@ -43,7 +43,7 @@ macro_rules! each {
 }
 
 /// Reads the samples. Rounding of n to single would drown contrasts of 1e-6, so other numbers are read in double precision.
-fn samples(object: &Object, context: &mut Context) -> (Option<Samples>, Source) {
+fn samples(object: &ObjectDescription, context: &mut Context) -> (Option<Samples>, Source) {
     let (volume, source) = read::<f32>(object, context);
     match volume {
         Some(single) if !single.element().is_single() => {
@@ -72,7 +72,7 @@ impl Samples {
 
 /// The field of a volume of type `bspline`, `gladstone_dale` or `pressure`: samples, interpolated by
 /// tricubic B-splines, in the box that `to_world` makes of the unit cube or of the file's own box.
-pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
+pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     let (samples, source) = samples(object, context);
     let nm = context.channels.wavelength(context.group);
     let mut query = Query::new(object, context.diagnostics);
@@ -175,7 +175,12 @@ fn smoothing(query: &mut Query) -> Smoothing {
 /// Parts of first and of second derivatives that rounding may make up without a warning.
 const MOST_NOISE: [f64; 2] = [1e-3, 0.1];
 
-fn warn_of_noise(shares: NoiseShares, rounding: Rounding, object: &Object, context: &mut Context) {
+fn warn_of_noise(
+    shares: NoiseShares,
+    rounding: Rounding,
+    object: &ObjectDescription,
+    context: &mut Context,
+) {
     if shares.first <= MOST_NOISE[0] && shares.second <= MOST_NOISE[1] {
         return;
     }
@@ -199,7 +204,7 @@ fn warn_of_noise(shares: NoiseShares, rounding: Rounding, object: &Object, conte
 }
 
 /// What the samples say, unless they are the index as it is, at the wavelength `nm` of the channel if it has one.
-fn law(object: &Object, nm: Option<f64>, q: &mut Query) -> Option<Law> {
+fn law(object: &ObjectDescription, nm: Option<f64>, q: &mut Query) -> Option<Law> {
     let law = match object.plugin.as_str() {
         "gladstone_dale" => Law {
             n0: q.float_in("n0", INDEX, 1.0),
@@ -273,7 +278,7 @@ impl Law {
 fn check<T: Sample>(
     law: &Law,
     samples: &[T],
-    object: &Object,
+    object: &ObjectDescription,
     context: &mut Context,
 ) -> Option<()> {
     let bad = samples.iter().map(|q| q.wide()).find(|q| {
@@ -292,7 +297,12 @@ fn check<T: Sample>(
 }
 
 /// Warns of samples that are probably not what they are taken for.
-fn doubt_units(range: Option<[f64; 2]>, law: Option<&Law>, object: &Object, context: &mut Context) {
+fn doubt_units(
+    range: Option<[f64; 2]>,
+    law: Option<&Law>,
+    object: &ObjectDescription,
+    context: &mut Context,
+) {
     let Some(samples) = range else {
         return;
     };

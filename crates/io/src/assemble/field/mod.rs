@@ -10,7 +10,7 @@ use super::context::Context;
 use super::described::DISPERSION_LAWS;
 use super::transforms::affine;
 use crate::query::{INDEX, POSITIVE, Query, unknown_plugin};
-use crate::scene::{Object, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Field;
 use eikonal::field::{
     Affine, Constant, FieldError, Fisheye, Gaussian, LinearIndex, LinearSquare, Luneburg, Selfoc,
@@ -36,7 +36,11 @@ const KNOWN: [&str; 14] = [
 ];
 
 /// The index that an object has under a name, a number or a nested volume; `None` without one, or after an error.
-pub(super) fn named(object: &Object, name: &str, context: &mut Context) -> Option<Field> {
+pub(super) fn named(
+    object: &ObjectDescription,
+    name: &str,
+    context: &mut Context,
+) -> Option<Field> {
     let mut query = Query::new(object, context.diagnostics);
     if !query.has(name) {
         return None;
@@ -53,7 +57,7 @@ pub(super) fn named(object: &Object, name: &str, context: &mut Context) -> Optio
 }
 
 /// The field that a volume describes; `None` after an error.
-pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
+pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     match object.plugin.as_str() {
         "bspline" | "gladstone_dale" | "pressure" => return grid::build(object, context),
         "sum" => return sum(object, context),
@@ -79,7 +83,7 @@ pub(super) fn build(object: &Object, context: &mut Context) -> Option<Field> {
 fn placed(
     field: Field,
     map: Option<DAffine3>,
-    object: &Object,
+    object: &ObjectDescription,
     context: &mut Context,
 ) -> Option<Field> {
     match map {
@@ -91,7 +95,7 @@ fn placed(
 }
 
 /// Fields given by formulas; `None` if the type is not known.
-fn analytic(object: &Object, q: &mut Query) -> Option<Result<Field, FieldError>> {
+fn analytic(object: &ObjectDescription, q: &mut Query) -> Option<Result<Field, FieldError>> {
     let origin = DVec3::ZERO;
     Some(match object.plugin.as_str() {
         "constant" => Ok(Constant::new(q.float_in("value", INDEX, None)).into()),
@@ -133,7 +137,7 @@ fn analytic(object: &Object, q: &mut Query) -> Option<Result<Field, FieldError>>
     })
 }
 
-fn sum(object: &Object, context: &mut Context) -> Option<Field> {
+fn sum(object: &ObjectDescription, context: &mut Context) -> Option<Field> {
     let mut query = Query::new(object, context.diagnostics);
     let reference = query.float_in("reference", INDEX, 1.0);
     let terms = query.children(PluginKind::Volume);

@@ -4,14 +4,14 @@ use super::super::context::Context;
 use super::super::transforms::affine;
 use super::add_at;
 use crate::query::Query;
-use crate::scene::{Object, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind};
 
 /// Shapes that instances may be copies of, all together: some gigabytes of memory.
 const MOST_COPIES: usize = 10_000_000;
 
 /// Whether the copies that the scene's instances make are not too many (reported then).
-pub(in super::super) fn fit(shapes: &[&Object], context: &mut Context) -> bool {
-    let of_kind = |o: &Object| {
+pub(in super::super) fn fit(shapes: &[&ObjectDescription], context: &mut Context) -> bool {
+    let of_kind = |o: &ObjectDescription| {
         o.children
             .iter()
             .filter(|c| c.object.kind == PluginKind::Shape)
@@ -30,7 +30,7 @@ pub(in super::super) fn fit(shapes: &[&Object], context: &mut Context) -> bool {
 }
 
 /// Adds the shapes of a group once more. They are copies: each instance takes the memory of its shapes.
-pub(super) fn add(object: &Object, context: &mut Context) {
+pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     let mut q = Query::new(object, context.diagnostics);
     let group = q.child(PluginKind::Shape).cloned();
     let matrix = q.transform("to_world");

@@ -5,7 +5,7 @@ use crate::error::FileError;
 use crate::input::Limits;
 use crate::mesh::{MeshData, Tensors, gltf, serialized};
 use crate::query::Query;
-use crate::scene::{FileRegistry, Object, Tensor};
+use crate::scene::{FileRegistry, ObjectDescription, Tensor};
 use glam::DAffine3;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ const MOST_COPIED: usize = 100_000_000;
 /// The mesh that a shape names, in place; `None` if its file cannot be read (reported then). The originals of copies
 /// are kept.
 pub(super) fn mesh(
-    object: &Object,
+    object: &ObjectDescription,
     (frame, copied): (DAffine3, bool),
     q: &mut Query,
     (files, originals): (&mut FileRegistry, &mut Originals),
@@ -64,7 +64,7 @@ enum Source {
 }
 
 impl Source {
-    fn of(object: &Object, q: &mut Query, files: &mut FileRegistry) -> Option<Self> {
+    fn of(object: &ObjectDescription, q: &mut Query, files: &mut FileRegistry) -> Option<Self> {
         if object.plugin == "mesh" {
             let needed = ["vertex_positions", "faces"].map(|name| q.required_tensor(name));
             let others = ["vertex_texcoords", "vertex_color"].map(|name| q.tensor(name));

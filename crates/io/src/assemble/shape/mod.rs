@@ -9,7 +9,7 @@ use super::transforms::affine;
 use super::wish::Wish;
 use super::{bsdf, emitter, medium};
 use crate::query::{POSITIVE, Query, unknown_plugin};
-use crate::scene::{FileRegistry, Object, PluginKind};
+use crate::scene::{FileRegistry, ObjectDescription, PluginKind};
 use glam::{DAffine3, DVec3};
 pub(super) use instance::fit;
 use mesh::mesh;
@@ -32,7 +32,7 @@ const KNOWN: [&str; 12] = [
 ];
 
 /// Adds a shape of the scene.
-pub(super) fn add(object: &Object, context: &mut Context) {
+pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     match object.plugin.as_str() {
         // What a group holds is there once it has an instance.
         "shapegroup" => {}
@@ -42,7 +42,7 @@ pub(super) fn add(object: &Object, context: &mut Context) {
 }
 
 /// Adds a shape, or a copy of it that is moved to another place.
-fn add_at(object: &Object, place: Option<DAffine3>, context: &mut Context) {
+fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Context) {
     let mut q = Query::new(object, context.diagnostics);
     let interior = q.role(PluginKind::Medium, "interior").cloned();
     let exterior = q.role(PluginKind::Medium, "exterior").cloned();
@@ -94,7 +94,7 @@ fn add_at(object: &Object, place: Option<DAffine3>, context: &mut Context) {
 }
 
 fn push(
-    object: &Object,
+    object: &ObjectDescription,
     (shape, bsdf): (Shape, Bsdf),
     emitter: Option<usize>,
     wish: Wish,
@@ -120,7 +120,7 @@ fn placeholder() -> Shape {
 
 /// The geometry; `None` if the type is unknown or its file cannot be read (reported then).
 fn geometry(
-    object: &Object,
+    object: &ObjectDescription,
     (frame, copied): (DAffine3, bool),
     q: &mut Query,
     files: (&mut FileRegistry, &mut Originals),

@@ -9,7 +9,7 @@ use super::fields::Fields;
 use crate::element::{Element, Encoding};
 use crate::error::Problem;
 use crate::volume::layout::{AxisOrder, Layout};
-use crate::volume::{Frame, Options};
+use crate::volume::{Options, VolumeFrame};
 
 /// How the numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,7 +101,7 @@ impl Header {
     }
 
     /// Where the samples are.
-    pub fn frame(&self, order: AxisOrder) -> Result<Option<Frame>, Problem> {
+    pub fn frame(&self, order: AxisOrder) -> Result<Option<VolumeFrame>, Problem> {
         let letters = order.to_string();
         let steps = match (&self.directions, &self.spacings) {
             (Some(directions), _) => {
@@ -118,7 +118,7 @@ impl Header {
             }
             (None, None) => return Ok(None),
         };
-        let frame = Frame {
+        let frame = VolumeFrame {
             first: self.origin,
             steps,
             nodes: self.nodes,

@@ -14,7 +14,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{Frame, Options, Sample, Volume, choose, layout};
+use super::{Options, Sample, Volume, VolumeFrame, choose, layout};
 use crate::error::{FileError, Problem};
 use crate::input;
 use bytes::Bytes;
@@ -87,7 +87,7 @@ pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Pro
         Problem::Malformed(message)
     })?;
     let data = tree.dense(&mut cursor, first, size)?;
-    let frame = Frame {
+    let frame = VolumeFrame {
         first: map.transform_point3(DVec3::from_array(first.map(|n| n as f64))),
         steps: map.matrix3,
         nodes: false,

@@ -5,14 +5,14 @@ use roxmltree::Node;
 
 use super::bad;
 use crate::error::Problem;
-use crate::volume::Frame;
+use crate::volume::VolumeFrame;
 
 /// The size of a grid and its place.
 pub(super) struct Grid {
     /// Samples along x, y, z.
     pub size: [usize; 3],
     /// Where they are.
-    pub frame: Frame,
+    pub frame: VolumeFrame,
 }
 
 impl Grid {
@@ -38,7 +38,7 @@ impl Grid {
         let first = DVec3::from_array(axes.map(|(_, first)| first));
         Ok(Grid {
             size: axes.map(|(count, _)| count),
-            frame: Frame {
+            frame: VolumeFrame {
                 first: DVec3::from_array(origin) + direction * (spacing * first),
                 steps: direction * DMat3::from_diagonal(spacing),
                 nodes: on_points,

@@ -10,7 +10,7 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 
 use super::layout::Layout;
-use super::{Frame, Options, Sample, Volume, choose};
+use super::{Options, Sample, Volume, VolumeFrame, choose};
 use crate::element::{Element, Encoding};
 use crate::error::{FileError, Problem};
 use crate::input;
@@ -71,14 +71,14 @@ fn read_from<T: Sample>(
 }
 
 /// The number of samples, and where they are.
-fn grid(file: &File, array: &Array) -> Result<([usize; 3], Frame), Problem> {
+fn grid(file: &File, array: &Array) -> Result<([usize; 3], VolumeFrame), Problem> {
     let axis = |points: usize| match (array.on_points, points) {
         (true, _) | (_, 0 | 1) => (points, 0.0),
         (false, points) => (points - 1, 0.5),
     };
     let axes = file.dimensions.map(axis);
     let offset = DVec3::from_array(axes.map(|(_, offset)| offset));
-    let frame = Frame {
+    let frame = VolumeFrame {
         first: file.origin + file.spacing * offset,
         steps: DMat3::from_diagonal(file.spacing),
         nodes: array.on_points,

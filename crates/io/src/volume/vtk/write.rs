@@ -9,7 +9,7 @@ use super::word;
 use crate::atomic;
 use crate::element::Encoding;
 use crate::error::FileError;
-use crate::volume::{Format, Frame, Sample, Volume};
+use crate::volume::{Format, Sample, Volume, VolumeFrame};
 
 /// Components that VTK's scalars have at most.
 const SCALARS: usize = 4;
@@ -31,7 +31,7 @@ pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<(
 }
 
 fn header<T: Sample>(volume: &Volume<T>, name: &str, kind: &str) -> String {
-    let Frame { first, nodes, .. } = volume.place();
+    let VolumeFrame { first, nodes, .. } = volume.place();
     let spacing = volume.place().spacing();
     let (group, origin, more) = if nodes {
         ("POINT_DATA", first, 0)

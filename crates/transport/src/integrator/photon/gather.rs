@@ -12,7 +12,7 @@ use crate::path::{Edge, End, Sampling, Start, TransportMode, Vertex, Workspace, 
 use crate::photons::{Kernel, Photon, PhotonMap, PhotonSite, pieces};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
-use crate::sensor::Ray;
+use crate::sensor::SensorRay;
 use glam::DVec3;
 
 /// Light that was found.
@@ -54,7 +54,7 @@ impl Gathering<'_> {
     /// Hands over what is found along a sensor ray.
     pub fn along(
         &self,
-        ray: Ray,
+        ray: SensorRay,
         (sampler, ws): (&mut Sampler, &mut Workspace),
         mut found: impl FnMut(Gathered),
     ) {

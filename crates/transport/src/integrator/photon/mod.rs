@@ -16,7 +16,7 @@ use crate::path::{Bounds, Workspace};
 use crate::photons::PhotonMap;
 use crate::sampling::Sampler;
 use crate::scene::Scene;
-use crate::sensor::Ray;
+use crate::sensor::SensorRay;
 
 /// Photon mapping.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,7 +120,7 @@ impl PhotonMapping {
     pub(super) fn sample(
         &self,
         scene: &Scene,
-        ray: Ray,
+        ray: SensorRay,
         channel_pdf: Spectrum,
         (sampler, ws): (&mut Sampler, &mut Workspace),
         out: &mut Vec<Contribution>,

@@ -147,7 +147,7 @@ pub fn emit(
 /// included.
 pub fn sensor_path(
     scene: &Scene,
-    ray: sensor::Ray,
+    ray: sensor::SensorRay,
     bounds: &Bounds,
     sampler: &mut Sampler,
     ws: &mut Workspace,

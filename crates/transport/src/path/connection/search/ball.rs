@@ -3,7 +3,7 @@
 use super::{Candidate, Search};
 use crate::connection_end::ConnectionEnd;
 use crate::scene::GlassBall;
-use eikonal::connect::{Outside, Pattern, RayFamily, Start};
+use eikonal::connect::{InitialGuess, Outside, Pattern, RayFamily};
 use glam::DVec3;
 
 /// Rays that come to a surface from behind at so large a cosine are not shot at all: far above the
@@ -70,7 +70,7 @@ impl<'a> Search<'a> {
                 if facing.is_some_and(|normal| normal.dot(arrival) > BEHIND) {
                     return None;
                 }
-                let start = Start {
+                let start = InitialGuess {
                     family: RayFamily::Point {
                         x: place.x,
                         direction,
@@ -86,7 +86,7 @@ impl<'a> Search<'a> {
                 through, direction, ..
             } => {
                 let foot = p - direction * (p - through).dot(direction);
-                let start = Start {
+                let start = InitialGuess {
                     family: RayFamily::Plane { x: foot, direction },
                     region: self.scene.medium_at(foot),
                     optical_length: glass.optical_length(p, foot) + glass.optical_length(p, x),

@@ -16,7 +16,7 @@ use glam::DVec3;
 /// A start for the solver, and what the ray that it finds must comply with.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
-    pub start: connect::Start<MediumId>,
+    pub start: connect::InitialGuess<MediumId>,
     /// The point to be met.
     pub end_point: DVec3,
     /// The vertex's end of the ray: the ray must leave on the side of its direction.
@@ -40,7 +40,7 @@ enum Known {
 impl Candidate {
     /// A candidate of whose start nothing is known; it is to meet `(end_point, facing)`.
     fn new(
-        start: connect::Start<MediumId>,
+        start: connect::InitialGuess<MediumId>,
         place: Start,
         (end_point, facing): (DVec3, Option<DVec3>),
     ) -> Self {
@@ -139,7 +139,7 @@ impl<'a> Search<'a> {
                     direction: (end_point - place.x).try_normalize()?,
                 };
                 let n = self.scene.n(place.medium, place.x);
-                let start = connect::Start {
+                let start = connect::InitialGuess {
                     family,
                     region: place.medium,
                     optical_length: end_point.distance(place.x) * n,
@@ -153,7 +153,7 @@ impl<'a> Search<'a> {
                 let depth = (x - through).dot(direction);
                 let foot = x - direction * depth;
                 let region = self.scene.medium_at(foot);
-                let start = connect::Start {
+                let start = connect::InitialGuess {
                     family: RayFamily::Plane { x: foot, direction },
                     region,
                     optical_length: depth * self.scene.n(region, foot),
@@ -177,12 +177,12 @@ impl<'a> Search<'a> {
     }
 
     /// A candidate from a plane that is taken to arrive as it left.
-    fn straight(&self, start: connect::Start<MediumId>) -> Candidate {
+    fn straight(&self, start: connect::InitialGuess<MediumId>) -> Candidate {
         self.arriving(start, start.family.direction())
     }
 
     /// A candidate from a plane that arrives at the vertex in a direction.
-    fn arriving(&self, start: connect::Start<MediumId>, direction: DVec3) -> Candidate {
+    fn arriving(&self, start: connect::InitialGuess<MediumId>, direction: DVec3) -> Candidate {
         let place = self.vertex.start(self.scene, -direction);
         Candidate::new(start, place, (place.x, None))
     }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 /// Why a command did not succeed.
 #[derive(Debug)]
-pub enum Failure {
+pub enum CommandError {
     /// The command line asks for something that cannot be done.
     Usage(String),
     /// The scene cannot be used.
@@ -20,53 +20,53 @@ pub enum Failure {
     Internal,
 }
 
-impl Failure {
+impl CommandError {
     /// Tells the user, and returns the exit status.
     pub fn report(self) -> ExitCode {
         match self {
-            Failure::Usage(message) => {
+            CommandError::Usage(message) => {
                 complain(&message);
                 ExitCode::from(2)
             }
-            Failure::Scene(diagnostics) => {
+            CommandError::Scene(diagnostics) => {
                 show(&diagnostics);
                 ExitCode::from(2)
             }
-            Failure::Runtime(message) => {
+            CommandError::Runtime(message) => {
                 complain(&message);
                 ExitCode::FAILURE
             }
-            Failure::ReaderGone => ExitCode::SUCCESS,
-            Failure::Internal => ExitCode::FAILURE,
+            CommandError::ReaderGone => ExitCode::SUCCESS,
+            CommandError::Internal => ExitCode::FAILURE,
         }
     }
 }
 
-impl From<Diagnostics> for Failure {
+impl From<Diagnostics> for CommandError {
     fn from(diagnostics: Diagnostics) -> Self {
-        Failure::Scene(diagnostics)
+        CommandError::Scene(diagnostics)
     }
 }
 
-impl From<Refusal> for Failure {
+impl From<Refusal> for CommandError {
     fn from(refusal: Refusal) -> Self {
-        Failure::Usage(refusal.to_string())
+        CommandError::Usage(refusal.to_string())
     }
 }
 
 /// A failure to write to the standard output.
-impl From<std::io::Error> for Failure {
+impl From<std::io::Error> for CommandError {
     fn from(error: std::io::Error) -> Self {
         match error.kind() {
-            ErrorKind::BrokenPipe => Failure::ReaderGone,
-            _ => Failure::Runtime(format!("cannot write the output: {error}")),
+            ErrorKind::BrokenPipe => CommandError::ReaderGone,
+            _ => CommandError::Runtime(format!("cannot write the output: {error}")),
         }
     }
 }
 
-impl From<io::FileError> for Failure {
+impl From<io::FileError> for CommandError {
     fn from(error: io::FileError) -> Self {
-        Failure::Runtime(error.to_string())
+        CommandError::Runtime(error.to_string())
     }
 }
 
