@@ -178,8 +178,8 @@ PLANTED = [
     (
         "emission not divided by n² of the emitter",
         TRANSPORT + "integrator/path.rs",
-        "let light = radiance / (n * n) * weight;",
-        "let light = radiance * weight;",
+        "let light = found.radiance / (found.n * found.n) * weight;",
+        "let light = found.radiance * weight;",
         ("transport", "slabs", "graded_slab_between_black_plates"),
     ),
     (
@@ -482,15 +482,15 @@ PLANTED = [
     (
         "probability of a connection not in its weight",
         TRANSPORT + "integrator/path.rs",
-        "let by_connection = self.ws.rates.of(slot) * chosen * pdf;",
-        "let by_connection = chosen * pdf;",
+        "let by_connection = self.ws.rates.of(slot) * chosen * found.pdf;",
+        "let by_connection = chosen * found.pdf;",
         ("transport", "connections", "any_rate_is_unbiased"),
     ),
     (
         "choice among many lights taken for an even one in the weights of chance",
         TRANSPORT + "integrator/path.rs",
-        "let by_connection = self.ws.rates.of(slot) * chosen * pdf;",
-        "let by_connection = self.ws.rates.of(slot) * (chosen * 0.0 + 1.0 / 30.0) * pdf;",
+        "let by_connection = self.ws.rates.of(slot) * chosen * found.pdf;",
+        "let by_connection = self.ws.rates.of(slot) * (chosen * 0.0 + 1.0 / 30.0) * found.pdf;",
         ("transport", "connections", "many_lights"),
     ),
     (
@@ -531,8 +531,9 @@ PLANTED = [
     (
         "distances around lights weighed against collisions by chance where they are forced",
         "crates/transport/src/integrator/path/connecting.rs",
-        "let by_collision = edge.collision_density(channel_pdf, &point) * chosen;",
-        "let by_collision = edge.collision_density(channel_pdf, &point) * chosen / edge.forcing[0];",
+        "let by_collision = edge.collision_density(sampled.channel_pdf, &point) * chosen;",
+        "let by_collision = edge.collision_density(sampled.channel_pdf, &point) * chosen "
+        "/ edge.forcing[0];",
         ("transport", "first_vertex", "means_stay"),
     ),
     (
@@ -580,8 +581,8 @@ PLANTED = [
     (
         "splitting that start anew",
         "crates/transport/src/integrator/path.rs",
-        "way: self.way.and(0, split.optical_length),",
-        "way: self.way,",
+        "length: self.length.and(0, split.optical_length),",
+        "length: self.length,",
         ("transport", "first_vertex", "reflections_have_no_variance"),
     ),
 ]

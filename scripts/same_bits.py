@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Compares the release build with the development build: the same seed must give the same bits.
+"""Compares two builds, by default the release build with the development build: the same seed must give the same bits.
 
 Tests run in the development profile, with checks of overflow; what users run is compiled otherwise, and compilers err: an
 iterator that development builds inlined rightly once put all light of `bdpt` and `particle` one row too low in release builds.
-Builds both and renders the example scenes, small, by every integrator.
+Builds both and renders the example scenes, small, by every integrator. A change that is to leave all images as they are is
+compared with the commit before it.
 
-Usage: scripts/same_bits.py
+Usage: scripts/same_bits.py [--against COMMIT]
 """
 
+import argparse
 import os
 import pathlib
 import subprocess
@@ -39,25 +41,45 @@ def variants(folder):
                 yield copy, PICTURE
 
 
-def render(profile, scene, options, output):
+def render(program, scene, options, output):
     """The bytes that a scene gives; `None`, after a message, if the program fails."""
-    program = TARGET / profile / "morgana"
     command = [program, "render", scene, *options, "--seed", "3", "--quiet", "-o", output]
     if subprocess.run(command).returncode == 0:
         return output.read_bytes()
-    print(f"{scene.stem}: the {profile} build fails, see above", flush=True)
+    print(f"{scene.stem}: {program} fails, see above", flush=True)
     return None
 
 
+def build(root, target, profile):
+    """The program, built from the sources in `root`."""
+    command = ["cargo", "build", "--quiet", "-p", "morgana", "--target-dir", target]
+    subprocess.run(command + ["--release"] * (profile == "release"), cwd=root, check=True)
+    return target / profile / "morgana"
+
+
+def build_commit(commit):
+    """The release build of a commit."""
+    checkout = TARGET / "same_bits" / "checkout"
+    git = ["git", "-C", ROOT, "worktree"]
+    subprocess.run(git + ["add", "--force", "--detach", checkout, commit], check=True)
+    try:
+        return build(checkout, TARGET / "same_bits", "release")
+    finally:
+        subprocess.run(git + ["remove", "--force", checkout], check=True)
+
+
 def main():
-    for arguments in ([], ["--release"]):
-        subprocess.run(["cargo", "build", "--quiet", "-p", "morgana", *arguments], cwd=ROOT, check=True)
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--against", metavar="COMMIT", help="compare release builds of this commit and of the sources as they are")
+    against = parser.parse_args().against
+    other = build_commit(against) if against else build(ROOT, TARGET, "debug")
+    programs = (other, build(ROOT, TARGET, "release"))
     differ = 0
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         for scene, (options, extension) in variants(folder):
             output = folder / f"output.{extension}"
-            found = [render(profile, scene, options, output) for profile in ("debug", "release")]
+            found = [render(program, scene, options, output) for program in programs]
             same = found[0] == found[1] and found[0] is not None
             differ += not same
             print(f"{scene.stem}: {'the same' if same else 'DIFFERENT'}", flush=True)

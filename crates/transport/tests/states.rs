@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{camera, container, fog, parts, path_tracer, sky, vacuum};
+use common::{camera, container, fog, in_passes, parts, path_tracer, sky, vacuum};
 use eikonal::field::Gaussian;
 use glam::{DAffine3, DVec3};
 use std::ops::{ControlFlow, Range};
@@ -130,18 +130,7 @@ fn a_render_that_goes_on_is_the_whole_on_any_number_of_threads() {
     for options in estimators() {
         let name = options.renderer.name();
         let whole = render(&scenes, &options, |_| ControlFlow::Continue(()));
-        let mut state = State::new(&scenes, &options);
-        for threads in [1, 2, 7].into_iter().cycle() {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            let handle = Handle::default();
-            let before = state.done().count();
-            pool.build().unwrap().install(|| {
-                state.advance(&scenes, &options, &handle, |_| ControlFlow::Break(()));
-            });
-            if state.done().count() == before {
-                break;
-            }
-        }
+        let state = in_passes(&scenes, &options);
         same(&state.into_rendering(&scenes), &whole, name);
     }
 }

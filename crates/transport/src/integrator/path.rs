@@ -49,7 +49,7 @@ struct Next {
     /// competes (from the sensor, or along a specular lobe).
     from: Option<(Vertex, f64)>,
     /// How far the path has come.
-    way: PathLength,
+    length: PathLength,
 }
 
 impl Next {
@@ -61,7 +61,7 @@ impl Next {
             throughput,
             from: None,
             // The reflection counts as an edge does.
-            way: self.way.and(0, split.optical_length),
+            length: self.length.and(0, split.optical_length),
         })
     }
 }
@@ -95,6 +95,29 @@ struct Light {
     optical_length: f64,
 }
 
+/// An edge of a path, and the path up to it.
+struct SampledEdge<'p> {
+    edge: &'p Edge<'p>,
+    /// The direction that was followed.
+    next: &'p Next,
+    /// Channel probabilities with which the edge was sampled.
+    channel_pdf: Spectrum,
+    /// How long the path is up to its end.
+    length: PathLength,
+}
+
+/// An emitter that an edge has found by chance.
+struct FoundEmitter {
+    emitter: usize,
+    radiance: Spectrum,
+    /// Density with which connections would choose the end.
+    pdf: f64,
+    end: ConnectionEnd,
+    /// Index, and cosine, at the end.
+    n: f64,
+    cos: f64,
+}
+
 struct Tracing<'a> {
     scene: &'a Scene,
     sampler: &'a mut Sampler,
@@ -126,7 +149,7 @@ impl PathTracer {
             start,
             throughput: Spectrum(std::array::from_fn(white)),
             from: None,
-            way: PathLength::default(),
+            length: PathLength::default(),
         };
         let mut tracing = Tracing {
             scene,
@@ -156,9 +179,9 @@ impl PathTracer {
     fn edge(&self, t: &mut Tracing, next: &mut Next) -> bool {
         // Sample the next edge: its length by p(s) of eq. (distance density), with channel probabilities w_c in proportion to T.
         let channel_pdf = next.throughput / next.throughput.sum();
-        let budget = self.budget(next.way.depth + 1);
+        let budget = self.budget(next.length.depth + 1);
         let first_vertex = t.ws.first_vertex;
-        let forced = next.way.edges < first_vertex.forced_collisions && budget > 0;
+        let forced = next.length.edges < first_vertex.forced_collisions && budget > 0;
         let sampling = Sampling {
             mode: TransportMode::Radiance,
             channel_pdf,
@@ -166,36 +189,45 @@ impl PathTracer {
             collides: true,
             spans: t.equiangular || forced,
             forced,
-            splitting: first_vertex.splitting && next.way.edges == 0,
+            splitting: first_vertex.splitting && next.length.edges == 0,
         };
         let edge = trace(t.scene, next.start, sampling, t.sampler, t.ws);
+        let edge = SampledEdge {
+            edge: &edge,
+            next,
+            channel_pdf,
+            length: next.length.and(edge.geometry.events, edge.optical_length),
+        };
         // Place a vertex on it by p_e of eq. (equiangular density), and connect that to a point emitter.
         if t.equiangular && budget > 0 {
-            t.around_emitter(&edge, next, channel_pdf, budget);
+            t.around_emitter(&edge, budget);
         }
         // Keep the other branch of a split edge for later.
-        if let Some(split) = &edge.split {
+        if let Some(split) = &edge.edge.split {
             t.split = next.split_off(split);
         }
-        let way = next.way.and(edge.geometry.events, edge.optical_length);
-        if self.max_depth.is_some_and(|limit| way.depth > limit) {
+        if self
+            .max_depth
+            .is_some_and(|limit| edge.length.depth > limit)
+        {
             return false;
         }
         // Add the light emitted at the end of the edge, with the weight of chance in eq. (connection and chance).
-        t.emission(&edge, next, way, channel_pdf);
-        let budget = self.budget(way.depth);
+        t.emission(&edge);
+        let budget = self.budget(edge.length.depth);
         if budget == 0 {
             return false;
         }
         // Find the vertex at the end of the edge, and T up to it.
-        let Some(vertex) = Vertex::of(t.scene, &edge) else {
+        let Some(vertex) = Vertex::of(t.scene, edge.edge) else {
             return false;
         };
-        let throughput = next.throughput * edge.throughput(t.scene, channel_pdf);
+        let throughput = edge.next.throughput * edge.edge.throughput(t.scene, channel_pdf);
         // Connect the vertex to one emitter of each class.
-        t.direct(&vertex, (&edge, way), (throughput, channel_pdf), budget);
+        t.direct(&vertex, &edge, throughput, budget);
         // Draw a direction by p_ω, and play Russian roulette.
-        t.scatter(vertex, (throughput, way), next) && self.roulette(t, next)
+        let length = edge.length;
+        t.scatter(vertex, throughput, length, next) && self.roulette(t, next)
     }
 
     /// How much longer a path of `depth` may get.
@@ -207,8 +239,9 @@ impl PathTracer {
 
 impl Tracing<'_> {
     /// Light emitted where the edge ends, weighted against the connection that competes for it (docs/theory.md#radiance).
-    fn emission(&mut self, edge: &Edge, next: &Next, way: PathLength, channel_pdf: Spectrum) {
-        match edge.end {
+    fn emission(&mut self, edge: &SampledEdge) {
+        let scene = self.scene;
+        match edge.edge.end {
             End::Surface {
                 object,
                 hit,
@@ -218,82 +251,87 @@ impl Tracing<'_> {
                 let on = OnSurface {
                     object,
                     normal: hit.normal,
-                    site: self.scene.objects()[object].shape.site(&hit),
+                    site: scene.objects()[object].shape.site(&hit),
                 };
-                let Some((emitter, radiance, pdf)) = self.scene.emitted(&on, -direction) else {
+                let Some((emitter, radiance, pdf)) = scene.emitted(&on, -direction) else {
                     return;
                 };
                 // A surface that emits: L_e/n².
-                let n = self.scene.n(medium, hit.position);
-                let end = ConnectionEnd::Point {
-                    position: hit.position,
-                    surface: Some(on),
+                let found = FoundEmitter {
+                    emitter,
+                    radiance,
+                    pdf,
+                    end: ConnectionEnd::Point {
+                        position: hit.position,
+                        surface: Some(on),
+                    },
+                    n: scene.n(medium, hit.position),
+                    cos: hit.normal.dot(-direction),
                 };
-                let cos = hit.normal.dot(-direction);
-                let weight = self.mis(edge, next, channel_pdf, (emitter, pdf, &end), (n, cos));
-                let light = radiance / (n * n) * weight;
-                self.emitted((light, weight), (edge, next), channel_pdf, (way, emitter));
+                self.emitted(edge, &found);
             }
             End::Escaped { direction, medium } => {
                 // The environments: L_e/n² in the direction of escape.
-                let n = self.scene.n(medium, edge.start.x);
-                let scene = self.scene;
+                let n = scene.n(medium, edge.edge.start.x);
                 for (emitter, environment) in scene.environments() {
-                    let pdf = environment.pdf(direction);
-                    let end = environment_end(scene, direction);
-                    let weight = self.mis(edge, next, channel_pdf, (emitter, pdf, &end), (n, 1.0));
-                    let light = environment.radiance(direction) / (n * n) * weight;
-                    self.emitted((light, weight), (edge, next), channel_pdf, (way, emitter));
+                    let found = FoundEmitter {
+                        emitter,
+                        radiance: environment.radiance(direction),
+                        pdf: environment.pdf(direction),
+                        end: environment_end(scene, direction),
+                        n,
+                        cos: 1.0,
+                    };
+                    self.emitted(edge, &found);
                 }
             }
             End::Collision(_) | End::Dead => {}
         }
     }
 
-    /// Hands over light that is emitted at the end of an edge, and was weighted.
-    fn emitted(
-        &mut self,
-        (light, weight): (Spectrum, f64),
-        (edge, next): (&Edge, &Next),
-        channel_pdf: Spectrum,
-        (way, emitter): (PathLength, usize),
-    ) {
+    /// Weighs the light of an emitter at the end of an edge, and hands it over.
+    fn emitted(&mut self, edge: &SampledEdge, found: &FoundEmitter) {
+        let weight = self.mis(edge, found);
+        let light = found.radiance / (found.n * found.n) * weight;
         if light.is_zero() {
             return;
         }
-        let value = light * next.throughput * edge.throughput(self.scene, channel_pdf);
+        let value =
+            light * edge.next.throughput * edge.edge.throughput(self.scene, edge.channel_pdf);
         if let Some(nee_training) = &mut self.ws.nee_training {
-            match &next.from {
+            match &edge.next.from {
                 Some((vertex, _)) => {
-                    let slot = NeeSlot::new(self.scene.emitters()[emitter].class(), vertex);
+                    let class = self.scene.emitters()[found.emitter].class();
+                    let slot = NeeSlot::new(class, vertex);
                     nee_training.chance(slot, value.sum(), 1.0 - weight);
                 }
                 None => nee_training.apart(value.sum()),
             }
         }
-        self.hand_over(value, way, emitter);
+        self.hand_over(value, edge.length, found.emitter);
     }
 
-    fn hand_over(&mut self, value: Spectrum, way: PathLength, emitter: usize) {
+    fn hand_over(&mut self, value: Spectrum, length: PathLength, emitter: usize) {
         self.out.push(Contribution {
             image: None,
             strategy: (0, 0),
             value,
             weight: 1.0,
             path: PathFacts {
-                optical_length: way.optical_length,
-                bounces: way.depth - 1,
+                optical_length: length.optical_length,
+                bounces: length.depth - 1,
                 emitter,
             },
         });
     }
 
-    /// Hands over a share of what connections of a vertex to an emitter bring.
+    /// Hands over a share of what connections of a vertex, where a path has some length, to an emitter bring.
     fn connected(
         &mut self,
         light: Weighted<Light>,
-        (vertex, share): (&Vertex, f64),
-        (way, emitter): (PathLength, usize),
+        vertex: &Vertex,
+        length: PathLength,
+        (emitter, share): (usize, f64),
     ) {
         let slot = NeeSlot::new(self.scene.emitters()[emitter].class(), vertex);
         if let Some(nee_training) = &mut self.ws.nee_training {
@@ -302,23 +340,16 @@ impl Tracing<'_> {
             nee_training.connection(slot, light.iter().map(branch));
         }
         for (light, weight) in light {
-            let way = way.and(light.events, light.optical_length);
-            self.hand_over(light.value * (weight * share), way, emitter);
+            let length = length.and(light.events, light.optical_length);
+            self.hand_over(light.value * (weight * share), length, emitter);
         }
     }
 
-    /// Balance heuristic for an edge that was sampled from its start and found an emitter, where the
-    /// index is `n` and the cosine `cos`, against the connections that look for such edges.
+    /// Balance heuristic for an edge that found an emitter by chance, against the connections that look for such edges.
     /// See docs/theory.md#connection-and-chance.
-    fn mis(
-        &mut self,
-        edge: &Edge,
-        next: &Next,
-        channel_pdf: Spectrum,
-        (emitter, pdf, end): (usize, f64, &ConnectionEnd),
-        (n, cos): (f64, f64),
-    ) -> f64 {
-        let Some((vertex, direction_pdf)) = &next.from else {
+    fn mis(&mut self, sampled: &SampledEdge, found: &FoundEmitter) -> f64 {
+        let (edge, emitter) = (sampled.edge, found.emitter);
+        let Some((vertex, direction_pdf)) = &sampled.next.from else {
             return 1.0;
         };
         if !edge.connectable {
@@ -329,10 +360,10 @@ impl Tracing<'_> {
         let chosen = self
             .scene
             .emitter_probability(emitter, &vertex.receiver(self.scene));
-        let by_connection = self.ws.rates.of(slot) * chosen * pdf;
+        let by_connection = self.ws.rates.of(slot) * chosen * found.pdf;
         // p_chance: eq. (density along an edge) with the density p_ω of the direction.
-        let by_chance =
-            edge.geometry.density(*direction_pdf, n) * cos * edge.geometry.survival(channel_pdf);
+        let survival = edge.geometry.survival(sampled.channel_pdf);
+        let by_chance = edge.geometry.density(*direction_pdf, found.n) * found.cos * survival;
         let most = by_connection / (by_connection + by_chance);
         // Where little is the connections' anyway, whether they find the edge is asked but now and then.
         let asked = if self.scene.is_straight() || self.ws.nee_training.is_some() {
@@ -345,7 +376,7 @@ impl Tracing<'_> {
         }
         // e: the probability that connections discover the edge.
         let before = self.work();
-        let target = ConnectionTarget::emitter(self.scene, emitter, *end);
+        let target = ConnectionTarget::emitter(self.scene, emitter, found.end);
         let way = (&edge.geometry, edge.start.direction, None);
         let discovery = Connection::discovery(self.scene, (vertex, &target), way, self.ws);
         self.spent(slot, before);
@@ -375,7 +406,8 @@ impl Tracing<'_> {
     fn scatter(
         &mut self,
         vertex: Vertex,
-        (throughput, way): (Spectrum, PathLength),
+        throughput: Spectrum,
+        length: PathLength,
         next: &mut Next,
     ) -> bool {
         self.sampler.next_edge();
@@ -389,7 +421,7 @@ impl Tracing<'_> {
         } else {
             Some((vertex, scattered.pdf))
         };
-        next.way = way;
+        next.length = length;
         true
     }
 }

@@ -8,8 +8,8 @@
 //! Shares do not depend on how many samples there will be either. So parts of a render agree about which
 //! samples belong to whom.
 
-use super::longer_or_shorter;
-use super::source::{Source, finite};
+use super::passes::Passes;
+use super::source::{LightSamples, finite};
 use crate::Spectrum;
 use crate::path::Workspace;
 use crate::scene::{FilmSpec, Scene};
@@ -17,7 +17,6 @@ use crate::sum::ReproducibleSum;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 /// Samples of the image before shares are used, rounded up to whole replicates and periods: they do not pay for their pilot earlier.
 pub const ADAPTIVE_FROM: u64 = 16;
@@ -137,26 +136,26 @@ impl Allocation {
     /// Finds out the shares. `between` is asked now and then whether to go on; when it breaks, nothing is found out.
     pub fn measure(
         &mut self,
-        sources: &[Source],
+        lights: &[LightSamples],
         mut between: impl FnMut() -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        let film = sources[0].scene.film();
+        let film = lights[0].source.scene.film();
         let tasks = (film.width * film.height).div_ceil(PIXELS_PER_TASK);
         let mut forecasts = Vec::with_capacity(film.width * film.height);
-        let (mut at, mut next) = (0, 1);
-        while at < tasks {
+        let mut passes = Passes::over(std::iter::once(0..tasks as u64), 1);
+        while let Some(at) = passes.at() {
             if at > 0 {
                 between()?;
             }
-            let started = Instant::now();
-            let end = tasks.min(at + next as usize);
-            let taken = (at..end).into_par_iter().with_max_len(1);
+            let pass = passes.begin(|next| next);
+            let taken = (pass.start as usize..pass.end as usize).into_par_iter();
             forecasts.par_extend(
-                taken.flat_map_iter(|task| task_of_pilot(sources, (film, self.unit), task)),
+                taken
+                    .with_max_len(1)
+                    .flat_map_iter(|task| task_of_pilot(lights, (film, self.unit), task)),
             );
-            at = end;
-            next = longer_or_shorter(next, started.elapsed());
-            if sources[0].is_stopped() {
+            passes.end();
+            if lights[0].source.is_stopped() {
                 return ControlFlow::Break(());
             }
         }
@@ -185,32 +184,35 @@ impl PixelForecast {
 
 /// Takes the pilot's samples of some pixels.
 fn task_of_pilot(
-    sources: &[Source],
+    lights: &[LightSamples],
     (film, unit): (&FilmSpec, u64),
     task: usize,
 ) -> Vec<PixelForecast> {
     let first = task * PIXELS_PER_TASK;
     let pixels = first..(film.width * film.height).min(first + PIXELS_PER_TASK);
     let mut forecasts = vec![PixelForecast::default(); pixels.len()];
-    for source in sources {
-        let mut ws = source.workspace();
+    for light in lights {
+        let mut ws = light.source.workspace();
         for (pixel, forecast) in pixels.clone().zip(&mut forecasts) {
-            *forecast = forecast.plus(pilot(source, (pixel, unit), &mut ws), 1.0);
+            *forecast = forecast.plus(pilot(light, (pixel, unit), &mut ws), 1.0);
         }
     }
     forecasts
 }
 
 /// Takes the pilot's samples of a pixel.
-fn pilot(source: &Source, (pixel, unit): (usize, u64), ws: &mut Workspace) -> PixelForecast {
-    let (first, instants) = (FIRST.next_multiple_of(unit), source.scene.instants() as u64);
+fn pilot(light: &LightSamples, (pixel, unit): (usize, u64), ws: &mut Workspace) -> PixelForecast {
+    let (first, instants) = (
+        FIRST.next_multiple_of(unit),
+        light.source.scene.instants() as u64,
+    );
     let before = ws.stats().cost();
     let mut found = Vec::new();
     let (mut sum, mut squares) = (Spectrum::ZERO, 0.0);
     for i in 0..PILOT {
         // Each in a replicate of its own, for samples of one replicate are not independent; at instants all over a period.
         let sample = first + unit * i + instants * i / PILOT;
-        source.sample(pixel, sample, ws, &mut found);
+        light.take((pixel, sample), ws, &mut found);
         let values = found.drain(..).map(|c| c.weighted());
         let value = finite(values.fold(Spectrum::ZERO, |a, b| a + b), &mut 0);
         sum += value;

@@ -1,7 +1,8 @@
 //! Measuring: particles spread over threads, with results that depend on the seed alone (docs/theory.md#meters).
 
+use super::passes::Passes;
 use super::state::MergeError;
-use super::{Handle, Ranges, longer_or_shorter};
+use super::{Handle, Ranges, seed_of_group};
 use crate::meter::{Meter, Reading, Setup, Tally, TaskSums, Window};
 use crate::path::{BalanceSums, BalanceTotals, EnergyBalance, Workspace};
 use crate::scene::Scene;
@@ -10,7 +11,6 @@ use crate::sum::ReproducibleSum;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
-use std::time::Instant;
 
 /// Particles per task. The sums of a task are rounded on their own, so tasks are always the same particles.
 const TASK: u64 = 64;
@@ -206,32 +206,39 @@ impl MeasureState {
             .zip(windows)
             .map(|(group, window)| group.within(window))
             .collect();
-        let mut tasks = 1;
-        for gap in self.done.gaps(options.range()) {
-            let mut at = gap.start;
-            while at < gap.end {
-                let started = Instant::now();
-                let end = gap.end.min(at + tasks * TASK);
-                let pass = |group: &Group| group.pass((options.seed, at..end), handle);
-                let passes: Vec<Pass> = groups.iter().map(pass).collect();
-                if handle.stop().is_raised() {
-                    return Ok(());
-                }
-                for (group, pass) in passes.into_iter().enumerate() {
-                    self.tallies[group].add(&pass.parts, end - at);
-                    let balance_sums = pass.balance_sums.iter();
-                    balance_sums.for_each(|balance| self.balances[group].enter(balance));
-                    self.stats += pass.stats;
-                }
-                self.done.insert(at..end);
-                at = end;
-                if on_pass(self).is_break() {
-                    return Ok(());
-                }
-                tasks = longer_or_shorter(tasks, started.elapsed()).min(MOST_TASKS);
+        let mut passes = Passes::over(self.done.gaps(options.range()), TASK);
+        while passes.at().is_some() {
+            let most = MOST_TASKS * TASK;
+            let pass = passes.begin(|next| next.next_multiple_of(TASK).min(most));
+            let taken = self.pass(&groups, (options.seed, pass), handle);
+            if taken.is_break() || on_pass(self).is_break() {
+                return Ok(());
             }
+            passes.end();
         }
         Ok(())
+    }
+
+    /// Follows a range of particles in all groups of channels. Breaks, without them, if it is stopped.
+    fn pass(
+        &mut self,
+        groups: &[Group],
+        (seed, particles): (u64, Range<u64>),
+        handle: &Handle,
+    ) -> ControlFlow<()> {
+        let follow = |group: &Group| group.pass((seed, particles.clone()), handle);
+        let passes: Vec<Pass> = groups.iter().map(follow).collect();
+        if handle.stop().is_raised() {
+            return ControlFlow::Break(());
+        }
+        for (group, pass) in passes.into_iter().enumerate() {
+            self.tallies[group].add(&pass.parts, particles.end - particles.start);
+            let balance_sums = pass.balance_sums.iter();
+            balance_sums.for_each(|balance| self.balances[group].enter(balance));
+            self.stats += pass.stats;
+        }
+        self.done.insert(particles);
+        ControlFlow::Continue(())
     }
 
     /// The result; `scenes` and `meters` are those with which it was measured.
@@ -269,7 +276,7 @@ struct Pass {
 
 /// One group of channels.
 struct Group<'a> {
-    index: u64,
+    index: usize,
     setup: Setup<'a>,
     scene: &'a Scene,
     channels: usize,
@@ -285,7 +292,7 @@ fn groups<'a>(
         let channels = scene.film().channels_of(index);
         let setup = Setup::new(scene, meters, channels, depths).ok_or(MeasureError::Dark)?;
         Ok(Group {
-            index: index as u64,
+            index,
             setup,
             scene,
             channels,
@@ -305,8 +312,7 @@ impl Group<'_> {
 
     /// Follows a range of particles.
     fn pass(&self, (seed, particles): (u64, Range<u64>), handle: &Handle) -> Pass {
-        // Each group's paths have an address space of their own.
-        let seed = seed.wrapping_add(self.index.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        let seed = seed_of_group(seed, self.index);
         let count = particles.end - particles.start;
         let task = |i: usize| {
             let first = particles.start + i as u64 * TASK;

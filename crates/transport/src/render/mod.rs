@@ -6,6 +6,7 @@ mod bias;
 mod handle;
 mod measure;
 mod memory;
+mod passes;
 mod photons;
 mod pilot;
 mod pixels;
@@ -38,11 +39,6 @@ use crate::sum::ReproducibleSum;
 use serde::{Deserialize, Serialize};
 use source::Source;
 use std::ops::{ControlFlow, Range};
-use std::time::Duration;
-
-/// Passes grow until they take about this long: progress is seen and cancelling is quick, and
-/// waiting for the last thread at the end of a pass costs little.
-const PASS: Duration = Duration::from_millis(500);
 
 /// How a render is done.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -207,21 +203,14 @@ fn prepare(scenes: &[Scene], options: &RenderOptions, handle: &Handle) -> Vec<Pr
             Renderer::Light(Integrator::Photon(mapping)) => {
                 prepared.radius = photons::first_radius(&source, &mapping);
             }
-            Renderer::Light(_) => prepared = pilot::prepared(&source),
+            Renderer::Light(integrator) => prepared = pilot::prepared(&source.light(integrator)),
         }
         prepared
     });
     groups.collect()
 }
 
-/// Samples for the next pass after one of `samples` that took `elapsed`. Each pixel adds up its
-/// samples in order, so the image does not depend on how they are divided into passes.
-fn longer_or_shorter(samples: u64, elapsed: Duration) -> u64 {
-    if 2 * elapsed <= PASS {
-        samples.saturating_mul(2)
-    } else if elapsed >= 2 * PASS {
-        (samples / 2).max(1)
-    } else {
-        samples
-    }
+/// Seed of the random numbers of a group of channels: each has an address space of its own.
+fn seed_of_group(seed: u64, group: usize) -> u64 {
+    seed.wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }

@@ -62,13 +62,10 @@ fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Sta
 
 /// Adds a range of samples to every pixel of the source's channel group.
 pub(super) fn pass(
-    source: &Source,
+    (source, mapping): (&Source, &PhotonMapping),
     samples: Range<u64>,
     (film, debiased, balances): (&mut Film, &mut Debiased, &mut BalanceTotals),
 ) -> Stats {
-    let Renderer::Light(Integrator::Photon(mapping)) = &source.renderer else {
-        return Stats::default();
-    };
     let mut stats = Stats::default();
     for sample in samples {
         if source.is_stopped() {

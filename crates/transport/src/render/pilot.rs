@@ -6,10 +6,9 @@
 //! Theory: docs/theory.md#next-event-rates, docs/theory.md#first-vertex-techniques.
 
 use super::Prepared;
-use super::source::Source;
+use super::source::LightSamples;
 use crate::integrator::Integrator;
 use crate::path::{FirstVertexTechniques, Workspace};
-use crate::renderer::Renderer;
 use std::ops::Add;
 
 /// Pixels of the pilot, spread over the image, of which each has two samples.
@@ -36,20 +35,20 @@ const FORKS_PAY: f64 = 0.9;
 
 /// With the probability with which to search for further branches, the share of searches that find one within
 /// bounds; those of connections to emitters; what paths may still bring; and how to begin them.
-pub(super) fn prepared(source: &Source) -> Prepared {
-    let is_path = matches!(source.renderer, Renderer::Light(Integrator::Path(_)));
-    if source.scene.is_straight() && !is_path {
-        return source.prepared.clone();
+pub(super) fn prepared(light: &LightSamples) -> Prepared {
+    let is_path = matches!(light.integrator, Integrator::Path(_));
+    if light.source.scene.is_straight() && !is_path {
+        return light.source.prepared.clone();
     }
-    let mut best = Surveyed::new(source, is_path, FirstVertexTechniques::default());
+    let mut best = Surveyed::new(light, is_path, FirstVertexTechniques::default());
     if !is_path || best.cost > DEAR {
         return best.prepared;
     }
-    if source.scene.is_dark() {
-        best = best.or(|way| way.forced_collisions = FORCED, source, FORCED_PAYS);
+    if light.source.scene.is_dark() {
+        best = best.or(|way| way.forced_collisions = FORCED, light, FORCED_PAYS);
     }
-    if source.scene.has_dielectrics() {
-        best = best.or(|way| way.splitting = true, source, FORKS_PAY);
+    if light.source.scene.has_dielectrics() {
+        best = best.or(|way| way.splitting = true, light, FORKS_PAY);
     }
     best.prepared
 }
@@ -64,18 +63,18 @@ struct Surveyed {
 
 impl Surveyed {
     /// Of paths that begin in a way. Whether more is found out is for paths from the sensor.
-    fn new(source: &Source, trains: bool, first_vertex: FirstVertexTechniques) -> Self {
+    fn new(light: &LightSamples, trains: bool, first_vertex: FirstVertexTechniques) -> Self {
         let mut prepared = Prepared {
             first_vertex,
-            ..source.prepared.clone()
+            ..light.source.prepared.clone()
         };
-        let mut ws = source.workspace_of(&prepared);
+        let mut ws = light.source.workspace_of(&prepared);
         ws.nee_training = trains.then(Box::default);
         ws.adjoint_training = trains.then(Box::default);
-        let pilot = Pilot::take(ws, source, 0);
+        let pilot = Pilot::take(ws, light, 0);
         let weights = weights(&[&pilot.pairs]);
         let (worth, cost) = (pilot.scatter(&weights) / pilot.cost(), pilot.cost());
-        if !source.scene.is_straight() {
+        if !light.source.scene.is_straight() {
             let counts = pilot.ws.stats.connections;
             let yields = counts.secondary as f64 / counts.searches.max(1) as f64;
             prepared.search = yields.clamp(LEAST, 1.0);
@@ -95,10 +94,10 @@ impl Surveyed {
 
     /// What a pilot says of paths that begin otherwise, if their variance × work is less by a factor: with bright pixels
     /// counted less, and with all alike.
-    fn or(self, change: fn(&mut FirstVertexTechniques), source: &Source, factor: f64) -> Self {
+    fn or(self, change: fn(&mut FirstVertexTechniques), light: &LightSamples, factor: f64) -> Self {
         let mut first_vertex = self.prepared.first_vertex;
         change(&mut first_vertex);
-        let other = Surveyed::new(source, true, first_vertex);
+        let other = Surveyed::new(light, true, first_vertex);
         if self.pairs == other.pairs {
             // Not one path began in the other way.
             return self;
@@ -110,7 +109,7 @@ impl Surveyed {
         for round in 1..=ROUNDS {
             let take = |one: &Self| {
                 Tried::new(
-                    Pilot::take(source.workspace_of(&one.prepared), source, round),
+                    Pilot::take(light.source.workspace_of(&one.prepared), light, round),
                     &weights,
                 )
             };
@@ -185,8 +184,8 @@ struct Pilot {
 
 impl Pilot {
     /// Takes samples; those of each `round` are others.
-    fn take(mut ws: Workspace, source: &Source, round: u64) -> Self {
-        let pairs = sample(source, &mut ws, round, MOST_WORK);
+    fn take(mut ws: Workspace, light: &LightSamples, round: u64) -> Self {
+        let pairs = sample(light, &mut ws, round, MOST_WORK);
         Pilot { pairs, ws }
     }
 
@@ -202,8 +201,8 @@ impl Pilot {
 }
 
 /// Takes the samples of a round, until they have taken the `most` work; returns them.
-fn sample(source: &Source, ws: &mut Workspace, round: u64, most: f64) -> Pairs {
-    let spec = source.scene.film();
+fn sample(light: &LightSamples, ws: &mut Workspace, round: u64, most: f64) -> Pairs {
+    let spec = light.source.scene.film();
     let pixels = spec.width * spec.height;
     let mut found = Vec::new();
     let mut pairs = Vec::with_capacity(PIXELS);
@@ -219,8 +218,8 @@ fn sample(source: &Source, ws: &mut Workspace, round: u64, most: f64) -> Pairs {
             }
             // Each in a replicate of its own: samples of one replicate are not independent.
             let number = 2 * (PIXELS as u64 * round + i as u64) + k;
-            let sample = FIRST + source.replicates().size() * number;
-            source.sample(pixel, sample, ws, &mut found);
+            let sample = FIRST + light.source.replicates.size() * number;
+            light.take((pixel, sample), ws, &mut found);
             let values = found.iter().map(|c| c.weighted().sum());
             values.sum::<f64>()
         }));
@@ -236,6 +235,7 @@ mod tests {
     use crate::film::Filter;
     use crate::integrator::PathTracer;
     use crate::medium::Medium;
+    use crate::render::source::Source;
     use crate::render::{Handle, RenderOptions};
     use crate::scene::{FilmSpec, Parts, Scene};
     use crate::sensor::{Perspective, Sensor};
@@ -269,7 +269,8 @@ mod tests {
         let options = RenderOptions::new(Integrator::Path(PathTracer::default()), 1, 1);
         let prepared = super::super::prepare(std::slice::from_ref(&scene), &options, &handle);
         let source = Source::new((&scene, 0), &options, prepared[0].clone(), &handle);
-        let pairs = |most| sample(&source, &mut source.workspace(), 0, most);
+        let light = source.light(Integrator::Path(PathTracer::default()));
+        let pairs = |most| sample(&light, &mut source.workspace(), 0, most);
         assert_eq!(pairs(f64::INFINITY).len(), PIXELS);
         assert_eq!((pairs(100.0).len(), pairs(0.0).len()), (4, 1));
         assert_eq!(weights(&[&pairs(100.0), &pairs(200.0)]).len(), 4);

@@ -1,7 +1,7 @@
 //! Estimators whose samples belong to their own pixels (docs/theory.md#film).
 
 use super::allocation::Allocation;
-use super::source::{Source, finite};
+use super::source::{LightSamples, finite};
 use crate::Spectrum;
 use crate::film::{CellsMut, Decomposition, Film, LevelsMut, PartsMut, Pending, Pixel};
 use crate::integrator::Contribution;
@@ -24,17 +24,17 @@ struct Task<'a> {
 
 /// Adds a range of samples of the image, whole replicates, to the source's channel group, of every pixel as many as it is allotted.
 pub(super) fn pass(
-    source: &Source,
+    light: &LightSamples,
     (samples, allocation): (Range<u64>, &Allocation),
     film: &mut Film,
 ) -> Stats {
-    tasks(film, source.group)
+    tasks(film, light.source.group)
         .into_par_iter()
         .with_max_len(1)
         .map(|task| {
             let taken = task.pixels.len() as u64 * (samples.end - samples.start);
-            let stats = run(source, (samples.clone(), allocation), task);
-            source.handle.count(taken);
+            let stats = run(light, (samples.clone(), allocation), task);
+            light.source.handle.count(taken);
             stats
         })
         .reduce(Stats::default, |mut a, b| {
@@ -66,12 +66,17 @@ fn tasks(film: &mut Film, group: usize) -> Vec<Task<'_>> {
         .collect()
 }
 
-fn run(source: &Source, (samples, allocation): (Range<u64>, &Allocation), mut task: Task) -> Stats {
+fn run(
+    light: &LightSamples,
+    (samples, allocation): (Range<u64>, &Allocation),
+    mut task: Task,
+) -> Stats {
+    let source = light.source;
     let mut ws = source.workspace();
     let mut found = Vec::new();
     let layers = task.layers.as_ref().map_or(0, |(d, _)| d.layers());
     let mut pending = Pending::new(layers);
-    let size = source.replicates().size();
+    let size = source.replicates.size();
     // A power of two, so that nothing is rounded.
     let share = 1.0 / size as f64;
     for (i, pixel) in task.pixels.iter_mut().enumerate() {
@@ -83,7 +88,7 @@ fn run(source: &Source, (samples, allocation): (Range<u64>, &Allocation), mut ta
             }
             let mut mean = Spectrum::ZERO;
             for sample in first..first + size {
-                source.sample(number, sample, &mut ws, &mut found);
+                light.take((number, sample), &mut ws, &mut found);
                 let sum = |sum, c: &Contribution| sum + c.weighted();
                 let value = found.iter().fold(Spectrum::ZERO, sum);
                 let value = finite(value, &mut ws.stats.not_finite);

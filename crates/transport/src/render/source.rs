@@ -1,11 +1,10 @@
 //! Where the samples of a pixel come from.
 
-use super::{Handle, Prepared, RenderOptions};
+use super::{Handle, Prepared, RenderOptions, seed_of_group};
 use crate::Spectrum;
 use crate::film::Pixel;
-use crate::integrator::Contribution;
+use crate::integrator::{Contribution, Integrator};
 use crate::path::Workspace;
-use crate::renderer::Renderer;
 use crate::sampling::{Purpose, Replicates, Sampler};
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -14,13 +13,21 @@ use crate::stop::Stop;
 /// The samples of one channel group.
 pub(super) struct Source<'a> {
     pub scene: &'a Scene,
-    pub renderer: Renderer,
     pub group: usize,
     pub prepared: Prepared,
     pub handle: &'a Handle,
     /// Whether what is under way is to be given up.
     pub stop: Stop,
+    /// How its samples belong together.
+    pub replicates: Replicates,
     seed: u64,
+}
+
+/// The samples of a source that an integrator takes.
+#[derive(Clone, Copy)]
+pub(super) struct LightSamples<'s> {
+    pub source: &'s Source<'s>,
+    pub integrator: Integrator,
 }
 
 impl<'a> Source<'a> {
@@ -32,15 +39,12 @@ impl<'a> Source<'a> {
     ) -> Self {
         Source {
             scene,
-            renderer: options.renderer,
             group,
             prepared,
             handle,
             stop: handle.stop().clone(),
-            // Each group's paths have an address space of their own.
-            seed: options
-                .seed
-                .wrapping_add((group as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)),
+            replicates: options.renderer.replicates(scene),
+            seed: seed_of_group(options.seed, group),
         }
     }
 
@@ -49,9 +53,12 @@ impl<'a> Source<'a> {
         self.scene.film().channels_of(self.group)
     }
 
-    /// How its samples belong together.
-    pub fn replicates(&self) -> Replicates {
-        self.renderer.replicates(self.scene)
+    /// The samples that an integrator takes.
+    pub fn light(&self, integrator: Integrator) -> LightSamples<'_> {
+        LightSamples {
+            source: self,
+            integrator,
+        }
     }
 
     pub fn workspace(&self) -> Workspace {
@@ -74,23 +81,6 @@ impl<'a> Source<'a> {
         self.stop.is_raised()
     }
 
-    /// Adds the contributions of one sample of a pixel to `out`.
-    pub fn sample(
-        &self,
-        pixel: usize,
-        sample: u64,
-        ws: &mut Workspace,
-        out: &mut Vec<Contribution>,
-    ) {
-        let (ray, mut sampler) = self.ray(pixel, sample);
-        ws.stats.paths += 1;
-        let state = (&mut sampler, ws);
-        let scene = self.scene.at(sample);
-        if let Renderer::Light(integrator) = &self.renderer {
-            integrator.sample(scene, ray, self.channels(), state, out);
-        }
-    }
-
     /// The sensor ray of a sample of a pixel, and the random numbers after it.
     pub fn ray(&self, pixel: usize, sample: u64) -> (SensorRay, Sampler) {
         let mut sampler = self.sampler(pixel as u64, sample);
@@ -107,7 +97,24 @@ impl<'a> Source<'a> {
 
     /// The random numbers of a sample of a pixel. Numbers beyond those of the pixels are for what they share.
     pub fn sampler(&self, pixel: u64, sample: u64) -> Sampler {
-        Sampler::in_replicates(self.replicates(), [self.seed, pixel, sample])
+        Sampler::in_replicates(self.replicates, [self.seed, pixel, sample])
+    }
+}
+
+impl LightSamples<'_> {
+    /// Adds the contributions of one sample of a pixel to `out`.
+    pub fn take(
+        &self,
+        (pixel, sample): (usize, u64),
+        ws: &mut Workspace,
+        out: &mut Vec<Contribution>,
+    ) {
+        let source = self.source;
+        let (ray, mut sampler) = source.ray(pixel, sample);
+        ws.stats.paths += 1;
+        let (scene, channels) = (source.scene.at(sample), source.channels());
+        self.integrator
+            .sample(scene, ray, channels, (&mut sampler, ws), out);
     }
 }
 

@@ -8,7 +8,7 @@
 //!
 //! Theory: docs/theory.md#film.
 
-use super::source::{Source, finite};
+use super::source::{LightSamples, Source, finite};
 use super::strategies::Strategies;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, LayerGroup, Pending, footprint};
@@ -29,17 +29,17 @@ type SplatSamples = Vec<(usize, Contribution)>;
 
 /// Adds a range of samples, whole replicates, to every pixel of the source's channel group.
 pub(super) fn pass(
-    source: &Source,
+    light: &LightSamples,
     samples: Range<u64>,
     (film, mut strategies, balances): (&mut Film, Option<&mut Strategies>, &mut BalanceTotals),
 ) -> Stats {
-    let pixels = film.width() * film.height();
+    let (source, pixels) = (light.source, film.width() * film.height());
     let tasks = pixels.div_ceil(PIXELS_PER_TASK) as u64;
     let (first, end) = (samples.start * tasks, samples.end * tasks);
     let mut stats = Stats::default();
     let mut image = vec![Spectrum::ZERO; pixels];
     let mut replicate = vec![Spectrum::ZERO; pixels];
-    let size = source.replicates().size();
+    let size = source.replicates.size();
     // A power of two, so that nothing is rounded.
     let share = 1.0 / size as f64;
     let mut balance = BalanceSums::default();
@@ -56,7 +56,7 @@ pub(super) fn pass(
                 let number = start + i as u64;
                 let from = (number % tasks) as usize * PIXELS_PER_TASK;
                 let range = from..pixels.min(from + PIXELS_PER_TASK);
-                part(source, number / tasks, range)
+                part(light, number / tasks, range)
             })
             .collect();
         for (number, (part, counts, particles)) in (start..).zip(parts) {
@@ -106,13 +106,17 @@ pub(super) fn pass(
     stats
 }
 
-fn part(source: &Source, sample: u64, pixels: Range<usize>) -> (SplatSamples, Stats, BalanceSums) {
-    let mut ws = source.workspace();
+fn part(
+    light: &LightSamples,
+    sample: u64,
+    pixels: Range<usize>,
+) -> (SplatSamples, Stats, BalanceSums) {
+    let mut ws = light.source.workspace();
     let mut balance = BalanceSums::default();
     let (mut found, mut part) = (Vec::new(), SplatSamples::new());
     let taken = pixels.len() as u64;
     for pixel in pixels {
-        source.sample(pixel, sample, &mut ws, &mut found);
+        light.take((pixel, sample), &mut ws, &mut found);
         balance.add(
             &std::mem::take(&mut ws.particle_balance),
             &mut ws.stats.not_finite,
@@ -125,7 +129,7 @@ fn part(source: &Source, sample: u64, pixels: Range<usize>) -> (SplatSamples, St
             }
         }
     }
-    source.handle.count(taken);
+    light.source.handle.count(taken);
     (part, ws.stats(), balance)
 }
 

@@ -6,15 +6,17 @@
 
 use super::allocation::Allocation;
 use super::memory::copied;
+use super::passes::{PASS, Passes};
 use super::ranges::Ranges;
-use super::source::Source;
+use super::source::{LightSamples, Source};
 use super::strategies::Strategies;
 use super::target::Watch;
 use super::{
-    Debiased, Handle, Prepared, Progress, RenderOptions, Rendering, aov, photons, pixels, splats,
+    Debiased, Handle, Prepared, Progress, RenderOptions, Rendering, aov, photons, pixels, prepare,
+    splats,
 };
-use super::{PASS, longer_or_shorter, prepare};
 use crate::film::Film;
+use crate::integrator::Integrator;
 use crate::path::{BalanceTotals, EnergyBalance, FirstVertexTechniques};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
@@ -22,7 +24,6 @@ use crate::stats::Stats;
 use crate::stop::Stop;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
-use std::time::Instant;
 
 /// Films of up to so many bytes are copied before each pass, so that it can be given up: it takes some milliseconds. Larger ones
 /// are only if the last pass was not short.
@@ -193,49 +194,42 @@ impl State {
         let range = options.range();
         let range = replicates.whole(range.start)..replicates.whole(range.end);
         let total = range.end - range.start;
-        let mut next = 1;
+        let mut passes = Passes::over(self.done.gaps(range), 1);
         let mut is_short = false;
-        for gap in self.done.gaps(range) {
-            let mut at = gap.start;
-            while at < gap.end {
-                if self.reached() {
-                    return;
-                }
-                if self.allocation.ready(at) == 0 {
-                    let mut allocation = self.allocation.clone();
-                    let between = || on_pass(&self.progress(total));
-                    if allocation.measure(&sources, between).is_break() {
-                        return;
-                    }
-                    self.allocation = allocation;
-                }
-                let started = Instant::now();
-                let look = self.watch.as_ref().map_or(u64::MAX, Watch::next);
-                next = next.min(look.saturating_sub(self.done.count()).max(1));
-                let most = self.allocation.ready(at).min(gap.end - at);
-                next = scenes[0].whole_periods(next).min(most);
-                let undoable = is_small || !is_short;
-                let pass = at..at + next;
-                if self
-                    .undoable_pass(&mut sources, pass, undoable.then_some(handle))
-                    .is_break()
-                {
-                    return;
-                }
-                at += next;
-                if on_pass(&self.progress(total)).is_break() {
-                    return;
-                }
-                is_short = started.elapsed() <= PASS;
-                next = longer_or_shorter(next, started.elapsed());
+        while let Some(at) = passes.at() {
+            if self.reached() {
+                return;
             }
+            if self.allocation.ready(at) == 0 {
+                let mut allocation = self.allocation.clone();
+                let lights = options.renderer.integrator();
+                let lights = lights
+                    .into_iter()
+                    .flat_map(|i| sources.iter().map(|s| s.light(*i)));
+                let between = || on_pass(&self.progress(total));
+                let lights: Vec<LightSamples> = lights.collect();
+                if allocation.measure(&lights, between).is_break() {
+                    return;
+                }
+                self.allocation = allocation;
+            }
+            let look = self.watch.as_ref().map_or(u64::MAX, Watch::next);
+            let soon = look.saturating_sub(self.done.count()).max(1);
+            let ready = self.allocation.ready(at);
+            let pass = passes.begin(|next| scenes[0].whole_periods(next.min(soon)).min(ready));
+            let undoable = (is_small || !is_short).then_some(handle);
+            let taken = self.undoable_pass((options.renderer, &mut sources), pass, undoable);
+            if taken.is_break() || on_pass(&self.progress(total)).is_break() {
+                return;
+            }
+            is_short = passes.end() <= PASS;
         }
     }
 
     /// Takes a range of samples. If the handle that may end it does, the state is as it was.
     fn undoable_pass(
         &mut self,
-        sources: &mut [Source],
+        (renderer, sources): (Renderer, &mut [Source]),
         samples: Range<u64>,
         handle: Option<&Handle>,
     ) -> ControlFlow<()> {
@@ -244,7 +238,7 @@ impl State {
         for source in sources.iter_mut() {
             source.stop = stop.clone();
         }
-        self.pass(sources, samples);
+        self.pass(renderer, sources, samples);
         match before {
             Some(before) if stop.is_raised() => {
                 *self = before;
@@ -278,18 +272,23 @@ impl State {
     }
 
     /// Takes a range of samples in all groups of channels.
-    fn pass(&mut self, sources: &[Source], samples: Range<u64>) {
+    fn pass(&mut self, renderer: Renderer, sources: &[Source], samples: Range<u64>) {
         for (source, balances) in sources.iter().zip(&mut self.balances) {
             let samples = samples.clone();
             let film = &mut self.film;
-            self.stats += match (&source.renderer, &mut self.debiased) {
+            self.stats += match (&renderer, &mut self.debiased) {
                 (Renderer::Quantities(tracer), _) => aov::pass(source, tracer, samples, film),
-                (_, Some(debiased)) => photons::pass(source, samples, (film, debiased, balances)),
-                (renderer, None) if renderer.splats() => {
-                    let into = (film, self.strategies.as_mut(), balances);
-                    splats::pass(source, samples, into)
+                (Renderer::Light(Integrator::Photon(mapping)), Some(debiased)) => {
+                    photons::pass((source, mapping), samples, (film, debiased, balances))
                 }
-                _ => pixels::pass(source, (samples, &self.allocation), film),
+                (Renderer::Light(integrator), _) if integrator.splats() => {
+                    let into = (film, self.strategies.as_mut(), balances);
+                    splats::pass(&source.light(*integrator), samples, into)
+                }
+                (Renderer::Light(integrator), _) => {
+                    let light = source.light(*integrator);
+                    pixels::pass(&light, (samples, &self.allocation), film)
+                }
             };
         }
         self.done.insert(samples);

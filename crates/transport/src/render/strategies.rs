@@ -91,7 +91,7 @@ impl Strategies {
         for (own, contribution) in contributions {
             let (s, t) = contribution.strategy;
             let key = (s.min(MOST_VERTICES), t.min(MOST_VERTICES));
-            let new = || [(); 2].map(|()| Layer::new(source.scene.film(), source.replicates()));
+            let new = || [(); 2].map(|()| Layer::new(source.scene.film(), source.replicates));
             let layers = self.layers.entry(key).or_insert_with(new);
             let values = [contribution.weighted(), contribution.value];
             for (layer, value) in layers.iter_mut().zip(values) {

@@ -11,7 +11,7 @@ use transport::film::Filter;
 use transport::integrator::{Integrator, PathTracer};
 use transport::medium::{Medium, VolumeTexture};
 use transport::phase::Phase;
-use transport::render::{RenderOptions, Rendering, render};
+use transport::render::{Handle, RenderOptions, Rendering, State, render};
 use transport::renderer::Renderer;
 use transport::scene::{FilmSpec, Object, Parts, Sides};
 use transport::sensor::{Perspective, Sensor};
@@ -147,4 +147,21 @@ pub fn estimate(
 /// The path tracer with its defaults.
 pub fn path_tracer() -> Integrator {
     Integrator::Path(PathTracer::default())
+}
+
+/// A render that ends after each pass, and goes on with another number of threads until it is complete.
+pub fn in_passes(scenes: &[Scene], options: &RenderOptions) -> State {
+    let mut state = State::new(scenes, options);
+    for threads in [1, 2, 7].into_iter().cycle() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let handle = Handle::default();
+        let before = state.done().count();
+        pool.build().unwrap().install(|| {
+            state.advance(scenes, options, &handle, |_| ControlFlow::Break(()));
+        });
+        if state.done().count() == before {
+            break;
+        }
+    }
+    state
 }

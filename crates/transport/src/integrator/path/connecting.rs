@@ -1,6 +1,6 @@
 //! Next-event estimation: which emitters a vertex is connected to, and what that brings.
 
-use super::{Light, Next, PathLength, Tracing};
+use super::{Light, SampledEdge, Tracing};
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::Class;
@@ -11,14 +11,23 @@ use crate::path::{
 use crate::sampling::Purpose;
 use crate::scene::{Receiver, Scene};
 
+/// An emitter to which a vertex is to be connected.
+struct ChosenEmitter {
+    index: usize,
+    /// Probability of that choice.
+    probability: f64,
+    /// Random numbers that choose the place on it.
+    place: [f64; 2],
+}
+
 impl Tracing<'_> {
     /// Next-event estimation at the vertex where an edge ended: what it scatters of the light of one emitter of
-    /// each class, chosen at random. `throughput` is that up to the vertex.
+    /// each class, chosen at random. `throughput` is that up to the vertex; a connection has at most `budget` edges and events.
     pub(super) fn direct(
         &mut self,
         vertex: &Vertex,
-        (edge, way): (&Edge, PathLength),
-        (throughput, channel_pdf): (Spectrum, Spectrum),
+        edge: &SampledEdge,
+        throughput: Spectrum,
         budget: u32,
     ) {
         let scene = self.scene;
@@ -36,18 +45,24 @@ impl Tracing<'_> {
             let (u, place) = self.sampler.next_end(i);
             let (index, chosen) = scene.choose_emitter(class, &receiver, u);
             // Find all branches to that place.
-            let light = self.connect(vertex, throughput, (index, rate * chosen, place), budget);
+            let emitter = ChosenEmitter {
+                index,
+                probability: rate * chosen,
+                place,
+            };
+            let light = self.connect(vertex, throughput, &emitter, budget);
             if !light.is_empty() {
                 // Share them with the equiangular vertex, which could lie at the same place.
-                let share = self.collided(edge, (index, chosen), channel_pdf);
-                self.connected(light, (vertex, share), (way, index));
+                let share = self.collided(edge, index, chosen);
+                self.connected(light, vertex, edge.length, (index, share));
             }
         }
     }
 
     /// The share of a collision at the end of an edge that is connected to an emitter, chosen there with some probability, in
     /// both ways to place the vertex: it could also have been by its distance to the emitter.
-    fn collided(&self, edge: &Edge, (index, chosen): (usize, f64), channel_pdf: Spectrum) -> f64 {
+    fn collided(&self, sampled: &SampledEdge, index: usize, chosen: f64) -> f64 {
+        let edge = sampled.edge;
         let End::Collision(point) = &edge.end else {
             return 1.0;
         };
@@ -56,21 +71,15 @@ impl Tracing<'_> {
         };
         let by_distance = self.scene.emitter_probability(index, &along(edge));
         let by_distance = by_distance * around.pdf(point.length);
-        let by_collision = edge.collision_density(channel_pdf, point) * chosen;
+        let by_collision = edge.collision_density(sampled.channel_pdf, point) * chosen;
         by_collision / (by_collision + by_distance)
     }
 
     /// Single scattering at a point of the edge that is chosen by its distance to a point-like
     /// emitter: its light falls off as 1/r², and collisions alone would sample it with infinite
     /// variance (docs/theory.md#point-emitters-in-media).
-    pub(super) fn around_emitter(
-        &mut self,
-        edge: &Edge,
-        next: &Next,
-        channel_pdf: Spectrum,
-        budget: u32,
-    ) {
-        let scene = self.scene;
+    pub(super) fn around_emitter(&mut self, sampled: &SampledEdge, budget: u32) {
+        let (scene, edge) = (self.scene, sampled.edge);
         // Connect with probability q.
         let rate = self.ws.rates.of(NeeSlot::IN_MEDIA_TO_DELTA);
         if rate < 1.0 && self.sampler.next_1d() >= rate {
@@ -96,15 +105,21 @@ impl Tracing<'_> {
         let vertex = Vertex::volume(&point);
         let chosen = scene.emitter_probability(index, &vertex.receiver(scene));
         // Combine p_e with p(s) of eq. (distance density), each times the probability of the emitter.
-        let by_collision = edge.collision_density(channel_pdf, &point) * chosen;
+        let by_collision = edge.collision_density(sampled.channel_pdf, &point) * chosen;
         let density = probability * around.pdf(point.length) + by_collision;
-        let throughput = next.throughput * scattering / density;
+        let throughput = sampled.next.throughput * scattering / density;
         // Connect the vertex to the emitter.
         let place = self.sampler.next_2d_for(Purpose::AroundAim);
-        let light = self.connect(&vertex, throughput, (index, rate, place), budget);
+        let emitter = ChosenEmitter {
+            index,
+            probability: rate,
+            place,
+        };
+        let light = self.connect(&vertex, throughput, &emitter, budget);
         if !light.is_empty() {
-            let way = next.way.and(0, edge.optical_length_at(point.length));
-            self.connected(light, (&vertex, 1.0), (way, index));
+            let length = edge.optical_length_at(point.length);
+            let length = sampled.next.length.and(0, length);
+            self.connected(light, &vertex, length, (index, 1.0));
         }
     }
 
@@ -116,22 +131,21 @@ impl Tracing<'_> {
         Equiangular::new(self.scene, edge, singularity)
     }
 
-    /// What a vertex scatters of the light of an emitter that was chosen with some probability,
-    /// weighted against finding it by chance, for a path of given throughput up to the vertex; `u` chooses the
-    /// place on the emitter.
+    /// What a vertex scatters of the light of an emitter, weighted against finding it by chance, for a path of given
+    /// throughput up to the vertex.
     fn connect(
         &mut self,
         vertex: &Vertex,
         throughput: Spectrum,
-        (index, probability, u): (usize, f64, [f64; 2]),
+        chosen: &ChosenEmitter,
         budget: u32,
     ) -> Weighted<Light> {
-        let scene = self.scene;
+        let (scene, index) = (self.scene, chosen.index);
         let emitter = &scene.emitters()[index];
         let shape = |object: usize| &scene.objects()[object].shape;
         // Draw an end with density p_a.
-        let sampled = emitter.sample_end(scene.around(), shape, u);
-        let density = probability * sampled.pdf;
+        let sampled = emitter.sample_end(scene.around(), shape, chosen.place);
+        let density = chosen.probability * sampled.pdf;
         let target = ConnectionTarget::emitter(scene, index, sampled.end);
         // Sum over the branches: T f̃ e^{−τ} F̄ G × (what is emitted) × weight/(P_E p_a).
         let behind = lead_in(scene, index);

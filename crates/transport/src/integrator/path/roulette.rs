@@ -30,7 +30,7 @@ impl PathTracer {
     /// The probability that a path goes on: by what it may still bring or, as long as nobody knows, by its throughput. The
     /// scale is then the throughput of radiance, so that n² of the medium does not count.
     fn survival(&self, t: &Tracing, next: &Next) -> f64 {
-        let late = next.way.depth >= self.rr_depth;
+        let late = next.length.depth >= self.rr_depth;
         let wanted = match t.ws.adjoint.of(&next.start) {
             Some(prospect) => (prospect * next.throughput.sum()).max(SHORTEST_ROULETTE),
             None if late => {

@@ -1,0 +1,92 @@
+//! Runs go in passes: between them progress is seen, and a run can end.
+
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+/// Passes grow until they take about this long: progress is seen and cancelling is quick, and
+/// waiting for the last thread at the end of a pass costs little.
+pub(super) const PASS: Duration = Duration::from_millis(500);
+
+/// The passes over what is missing of a range of samples, or of particles. Results do not depend on how they are divided into
+/// passes.
+#[derive(Debug)]
+pub(super) struct Passes {
+    /// What is missing, the last range first.
+    gaps: Vec<Range<u64>>,
+    /// Samples of the next pass.
+    next: u64,
+    started: Instant,
+}
+
+impl Passes {
+    /// Over ranges in ascending order; the first pass has `first` samples.
+    pub fn over(gaps: impl IntoIterator<Item = Range<u64>>, first: u64) -> Self {
+        let mut gaps: Vec<Range<u64>> = gaps.into_iter().filter(|gap| !gap.is_empty()).collect();
+        gaps.reverse();
+        Passes {
+            gaps,
+            next: first,
+            started: Instant::now(),
+        }
+    }
+
+    /// The first sample of the next pass, if there is one.
+    pub fn at(&self) -> Option<u64> {
+        self.gaps.last().map(|gap| gap.start)
+    }
+
+    /// Begins the next pass: of as many samples as `size` makes of what would take the right time, or fewer if no more are
+    /// missing here. Empty if none are.
+    pub fn begin(&mut self, size: impl FnOnce(u64) -> u64) -> Range<u64> {
+        self.started = Instant::now();
+        let Some(gap) = self.gaps.last() else {
+            return 0..0;
+        };
+        self.next = size(self.next).min(gap.end - gap.start);
+        gap.start..gap.start + self.next
+    }
+
+    /// Ends the pass. Returns how long it took.
+    pub fn end(&mut self) -> Duration {
+        let elapsed = self.started.elapsed();
+        if let Some(gap) = self.gaps.last_mut() {
+            gap.start += self.next;
+            if gap.is_empty() {
+                self.gaps.pop();
+            }
+        }
+        self.next = longer_or_shorter(self.next, elapsed);
+        elapsed
+    }
+}
+
+/// Samples for the next pass after one of `samples` that took `elapsed`.
+fn longer_or_shorter(samples: u64, elapsed: Duration) -> u64 {
+    if 2 * elapsed <= PASS {
+        samples.saturating_mul(2)
+    } else if elapsed >= 2 * PASS {
+        (samples / 2).max(1)
+    } else {
+        samples
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_cover_what_is_missing_once_and_in_order() {
+        let mut passes = Passes::over([3..10, 12..12, 20..150], 1);
+        let mut covered = Vec::new();
+        while let Some(at) = passes.at() {
+            let pass = passes.begin(|next| next.min(50));
+            assert_eq!(pass.start, at);
+            assert!(!pass.is_empty() && pass.end - pass.start <= 50);
+            covered.extend(pass);
+            passes.end();
+        }
+        assert!(covered.into_iter().eq((3..10).chain(20..150)));
+        assert!(passes.begin(|next| next).is_empty());
+    }
+}
