@@ -126,7 +126,7 @@ fn points_behind_a_flat_step_are_connected_to_planes() {
             x: y - 1.5 * direction,
             direction,
         };
-        let ray = solver.connect_plane(&Unbounded(&field), (family.x(), direction, ()), y);
+        let ray = solver.connect_plane(&Unbounded(&field), family.x(), direction, (), y);
         assert!(ray.is_ok(), "{y}: {ray:?}");
     }
 }

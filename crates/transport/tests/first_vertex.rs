@@ -15,7 +15,7 @@ use testkit::{Family, Moments};
 use transport::bsdf::{Bsdf, Dielectric, Diffuse};
 use transport::emitter::Emitter;
 use transport::integrator::{Contribution, Integrator, ParticleTracer, PathTracer};
-use transport::medium::{GridFilter, Medium, VolumeGrid, VolumeTexture};
+use transport::medium::{GridFilter, GridSamples, Medium, VolumeGrid, VolumeTexture};
 use transport::path::{
     Edge, End, FirstVertexTechniques, Sampling, Start, TransportMode, Workspace, trace,
 };
@@ -88,7 +88,11 @@ fn nested() -> Scene {
 
 /// A cube of smoke that gets thicker to one side.
 fn smoky() -> Scene {
-    let samples = ([3; 3], 1, (0..27).map(|i| 0.1 + 0.05 * i as f32).collect());
+    let samples = GridSamples {
+        size: [3; 3],
+        channels: 1,
+        data: (0..27).map(|i| 0.1 + 0.05 * i as f32).collect(),
+    };
     let to_world = DAffine3 {
         matrix3: DMat3::from_diagonal(DVec3::splat(2.0)),
         translation: -DVec3::ONE,

@@ -20,7 +20,7 @@ fn at(texture: &Texture, u: f64, v: f64) -> f64 {
 fn bitmap(filter: BitmapFilter, wrap: Wrap, to_uv: DAffine2) -> Texture {
     let data = vec![0.1, 0.2, 0.3, 0.4];
     Texture::Bitmap(Arc::new(
-        Bitmap::new([2, 2], (1, data), (filter, wrap), to_uv).unwrap(),
+        Bitmap::new([2, 2], 1, data, filter, wrap, to_uv).unwrap(),
     ))
 }
 
@@ -185,7 +185,9 @@ fn colours_of_vertices_are_linear_over_triangles() {
 #[test]
 fn images_that_are_refused() {
     let (filter, to_uv) = ((BitmapFilter::Nearest, Wrap::Clamp), DAffine2::IDENTITY);
-    let make = |size, channels, data: Vec<f32>| Bitmap::new(size, (channels, data), filter, to_uv);
+    let make = |size, channels, data: Vec<f32>| {
+        Bitmap::new(size, channels, data, filter.0, filter.1, to_uv)
+    };
     let error = make([2, 1], 1, vec![0.0; 3]).unwrap_err();
     assert_eq!(
         error,

@@ -40,7 +40,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         follow(
             world,
             (family, region),
-            (reach, self.scouting()),
+            reach,
+            self.scouting(),
             &mut reflect,
             &mut self.work,
             |leg| all.push(leg.nearest(y)),

@@ -26,21 +26,31 @@ pub(super) struct Leg<R> {
 pub(super) fn follow<W: World>(
     world: &W,
     (family, region): (RayFamily, W::Region),
-    bounds: (&Reach, Tolerance),
+    reach: &Reach,
+    tolerance: Tolerance,
     reflect: &mut dyn FnMut(u32) -> bool,
     work: &mut Work,
     mut visit: impl FnMut(&Leg<W::Region>),
 ) -> Result<(), Failure> {
     let node = Node::start(world.field(region), family.x(), family.direction(), ());
     let visit = |leg: &Leg<W::Region>, _: &Node<()>| visit(leg);
-    follow_from(world, (node, region), bounds, reflect, work, visit)
+    follow_from(
+        world,
+        (node, region),
+        reach,
+        tolerance,
+        reflect,
+        work,
+        visit,
+    )
 }
 
 /// The same from a node, with its tangents or without; `visit` sees the node at the start of every piece, too.
 pub(super) fn follow_from<W: World, V: Mapped>(
     world: &W,
     (node, region): (Node<V>, W::Region),
-    (reach, tolerance): (&Reach, Tolerance),
+    reach: &Reach,
+    tolerance: Tolerance,
     reflect: &mut dyn FnMut(u32) -> bool,
     work: &mut Work,
     mut visit: impl FnMut(&Leg<W::Region>, &Node<V>),

@@ -84,7 +84,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let _ = follow(
             world,
             (family, region),
-            (reach, self.scouting()),
+            reach,
+            self.scouting(),
             &mut |_| false,
             &mut self.work,
             |leg| history.extend(leg.piece.event.map(|e| (leg.before, e.surface, e.rule))),

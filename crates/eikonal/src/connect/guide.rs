@@ -44,7 +44,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
         follow_from(
             world,
             (node, start.region),
-            (&reach, tolerance),
+            &reach,
+            tolerance,
             &mut |i| start.pattern.reflects(i),
             &mut Work::default(),
             |leg, node| legs.push((*leg, *node)),

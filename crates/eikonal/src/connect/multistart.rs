@@ -128,7 +128,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             let _ = follow(
                 world,
                 (family, region),
-                (reach, self.scouting()),
+                reach,
+                self.scouting(),
                 &mut reflect,
                 &mut self.work,
                 |leg| nearest.push(leg.nearest(y)),

@@ -113,7 +113,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     pub fn connect_plane<W: World<Region = R>>(
         &mut self,
         world: &W,
-        (x, direction, region): (DVec3, DVec3, R),
+        x: DVec3,
+        direction: DVec3,
+        region: R,
         y: DVec3,
     ) -> Result<ConnectingRay, Failure> {
         let depth = (y - x).dot(direction);

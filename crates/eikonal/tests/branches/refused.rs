@@ -36,7 +36,7 @@ fn ask<W: World>(world: &W, from: (DVec3, W::Region), y: DVec3) -> Answers {
     let primary = solver.connect(world, from, y);
     primary.iter().for_each(sound);
     for direction in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), -DVec3::Y] {
-        let plane = solver.connect_plane(world, (x, direction, region), y);
+        let plane = solver.connect_plane(world, x, direction, region, y);
         plane.iter().for_each(sound);
         for family in [
             RayFamily::Point { x, direction },
@@ -73,7 +73,7 @@ fn coincident_points_are_refused() {
     // In front of the plane, on it, behind it.
     for (depth, found) in [(0.5, true), (0.0, false), (-0.5, false)] {
         let y = x + DVec3::Z * depth;
-        let plane = solver.connect_plane(&Unbounded(&field), (x, DVec3::Z, ()), y);
+        let plane = solver.connect_plane(&Unbounded(&field), x, DVec3::Z, (), y);
         assert_eq!(plane.is_ok(), found);
         assert!(found || plane == Err(Failure::Coincident));
     }
@@ -182,7 +182,7 @@ fn foci_are_answered_soundly() {
         for offset in [0.0, 1e-3, 0.5] {
             let x = DVec3::new(offset, 0.0, -1.0);
             let direction = DVec3::Z;
-            let found = solver.connect_plane(&world, (x, direction, ()), pole);
+            let found = solver.connect_plane(&world, x, direction, (), pole);
             assert_eq!(found, Err(Failure::Caustic));
             let family = RayFamily::Plane { x, direction };
             let start = solver.approach(&world, (family, ()), pole, &REACH, &mut || 0.0);

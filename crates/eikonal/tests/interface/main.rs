@@ -230,9 +230,11 @@ fn a_ball_of_one_index_images_as_its_focal_length_says() {
     };
     let focal = n / (2.0 * (n - 1.0));
     let mut solver = Solver::new(Tolerance::new(1e-11));
-    let start = (DVec3::Z * -3.0, DVec3::Z, 1);
+    let x = DVec3::Z * -3.0;
     for y in [1.1, 1.3, 2.5] {
-        let beam = solver.connect_plane(&world, start, DVec3::Z * y).unwrap();
+        let beam = solver
+            .connect_plane(&world, x, DVec3::Z, 1, DVec3::Z * y)
+            .unwrap();
         let exact = (1.0 - y / focal).powi(2);
         assert!(
             (beam.jacobian - exact).abs() < 1e-9,

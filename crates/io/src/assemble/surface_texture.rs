@@ -19,8 +19,10 @@ pub(super) type Vertices = Option<(Arc<Mesh>, Arc<Vec<[f32; 3]>>)>;
 
 /// A quantity given as a spectrum or as a nested texture.
 pub(super) fn texture(
-    (input, role): (Input, Role),
-    (parent, name): (&ObjectDescription, &str),
+    input: Input,
+    role: Role,
+    parent: &ObjectDescription,
+    name: &str,
     vertices: &Vertices,
     context: &mut Context,
 ) -> Texture {
@@ -74,7 +76,7 @@ fn checkerboard(
     let to_uv = to_uv(&mut q);
     q.finish(&[]);
     let colours =
-        colours.map(|(name, input)| texture((input, role), (object, name), vertices, context));
+        colours.map(|(name, input)| texture(input, role, object, name, vertices, context));
     Texture::Checkerboard(Arc::new(Checkerboard::new(colours, to_uv)))
 }
 
@@ -120,11 +122,11 @@ fn bitmap(object: &ObjectDescription, role: Role, context: &mut Context) -> Opti
     q.finish(&[]);
     let image = image.ok()?;
     let pixels = pixels(&image, raw && is_encoded(&path), role, context);
-    let pixels = context.accept(&object.location, pixels)?;
+    let (channels, data) = context.accept(&object.location, pixels)?;
     let filter = [BitmapFilter::Bilinear, BitmapFilter::Nearest][filter];
     let wrap = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp][wrap];
     let size = [image.width, image.height];
-    let bitmap = Bitmap::new(size, pixels, (filter, wrap), to_uv);
+    let bitmap = Bitmap::new(size, channels, data, filter, wrap, to_uv);
     context.accept(&object.location, bitmap)
 }
 

@@ -12,7 +12,7 @@ use eikonal::field::Placement;
 use glam::DAffine3;
 use std::sync::Arc;
 use transport::Spectrum;
-use transport::medium::{GridFilter, VolumeGrid, VolumeTexture};
+use transport::medium::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 
 /// A quantity that must lie in `allowed`, given as a spectrum or as a nested volume.
 pub(super) fn texture(
@@ -89,7 +89,7 @@ fn grid(
         context.error_at(&object.location, message);
         return None;
     }
-    let data = of_group(volume, context);
+    let samples = of_group(volume, context);
     let filter = [GridFilter::Trilinear, GridFilter::Nearest][filter];
     let placement = [Placement::Centers, Placement::Nodes][source.placement];
     if name == "sigma_t" {
@@ -100,21 +100,29 @@ fn grid(
             &object.location,
         ));
     }
-    let grid = VolumeGrid::new(data, source.to_world, placement, filter, allowed);
+    let grid = VolumeGrid::new(samples, source.to_world, placement, filter, allowed);
     context.accept(&object.location, grid)
 }
 
-/// Size, number of channels and samples of the channels that belong to the context's group.
-fn of_group(volume: Volume, context: &Context) -> ([usize; 3], usize, Vec<f32>) {
+/// The samples of the channels that belong to the context's group.
+fn of_group(volume: Volume, context: &Context) -> GridSamples {
     let (size, channels) = (volume.size(), volume.channels());
     let used = context.channels.channels_of(context.group);
     if channels == 1 || channels == used {
-        return (size, channels, volume.into_data());
+        return GridSamples {
+            size,
+            channels,
+            data: volume.into_data(),
+        };
     }
     let first = context.channels.first(context.group);
     let voxels = volume.data().chunks_exact(channels);
     let data = voxels.flat_map(|v| &v[first..first + used]).copied();
-    (size, used, data.collect())
+    GridSamples {
+        size,
+        channels: used,
+        data: data.collect(),
+    }
 }
 
 /// What [`read`] asks for.

@@ -23,9 +23,11 @@ impl Projector {
     /// An image of `size` (width, height), row by row from the top, that is `fov_x` wide, in radians in
     /// (0, π). Pixels are radiances of the screen, ≥ 0, not all 0, and as many as `size` says.
     pub fn new(
-        (position, orientation): (DVec3, Orientation),
+        position: DVec3,
+        orientation: Orientation,
         fov_x: f64,
-        (size, pixels): ([usize; 2], Vec<Spectrum>),
+        size: [usize; 2],
+        pixels: Vec<Spectrum>,
     ) -> Result<Self, DistributionError> {
         let weights: Vec<f64> = pixels.iter().map(|p| p.sum()).collect();
         let half = (0.5 * fov_x).tan();

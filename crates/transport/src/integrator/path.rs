@@ -11,8 +11,8 @@ use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::film::PathFacts;
 use crate::path::{
-    Connection, ConnectionTarget, Edge, End, NeeSlot, Sampling, Split, Start, TransportMode,
-    Vertex, Weighted, Workspace, environment_end, scatter, trace,
+    Connection, ConnectionTarget, Edge, End, FoundBranch, NeeSlot, Sampling, Split, Start,
+    TransportMode, Vertex, Weighted, Workspace, environment_end, scatter, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -377,8 +377,12 @@ impl Tracing<'_> {
         // e: the probability that connections discover the edge.
         let before = self.work();
         let target = ConnectionTarget::emitter(self.scene, emitter, found.end);
-        let way = (&edge.geometry, edge.start.direction, None);
-        let discovery = Connection::discovery(self.scene, (vertex, &target), way, self.ws);
+        let branch = FoundBranch {
+            geometry: &edge.geometry,
+            direction: edge.start.direction,
+            optical_length: None,
+        };
+        let discovery = Connection::discovery(self.scene, vertex, &target, &branch, self.ws);
         self.spent(slot, before);
         let share = by_connection * discovery / (by_connection * discovery + by_chance);
         1.0 - share / asked

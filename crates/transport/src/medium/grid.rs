@@ -85,16 +85,31 @@ pub struct VolumeGrid {
     filter: GridFilter,
 }
 
+/// Samples on a grid, x fastest, channels interleaved.
+#[derive(Clone, Debug)]
+pub struct GridSamples {
+    /// Number of samples along each axis.
+    pub size: [usize; 3],
+    /// Number of channels, 1 to 4.
+    pub channels: usize,
+    /// The samples.
+    pub data: Vec<f32>,
+}
+
 impl VolumeGrid {
-    /// A grid from samples with x fastest and channels interleaved; `to_world` maps the unit cube to
-    /// its place. Samples at centres repeat the edge in the outer half voxels, as in Mitsuba 3. They must lie in `allowed`.
+    /// A grid from samples; `to_world` maps the unit cube to its place. Samples at centres repeat the edge in the outer half voxels, as in Mitsuba 3. They must lie in `allowed`.
     pub fn new(
-        (size, channels, data): ([usize; 3], usize, Vec<f32>),
+        samples: GridSamples,
         to_world: DAffine3,
         placement: Placement,
         filter: GridFilter,
         allowed: (f64, f64),
     ) -> Result<Self, GridError> {
+        let GridSamples {
+            size,
+            channels,
+            data,
+        } = samples;
         if size.contains(&0) {
             return Err(GridError::Empty(size[0], size[1], size[2]));
         }

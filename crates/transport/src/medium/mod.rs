@@ -7,7 +7,7 @@ mod section;
 mod texture;
 
 pub use attenuation::Attenuation;
-pub use grid::{GridError, GridFilter, VolumeGrid};
+pub use grid::{GridError, GridFilter, GridSamples, VolumeGrid};
 pub use texture::VolumeTexture;
 
 use crate::Spectrum;

@@ -189,7 +189,7 @@ impl<const N: usize> Piece<'_, N> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::grid::GridFilter;
+    use super::super::grid::{GridFilter, GridSamples};
     use super::*;
     use eikonal::field::Placement;
     use glam::{DAffine3, DMat3};
@@ -212,7 +212,11 @@ mod tests {
             DMat3::from_cols_array_2d(&columns),
             DVec3::new(-0.4, -0.3, -0.2),
         );
-        let samples = ([5, 4, 1], channels, data);
+        let samples = GridSamples {
+            size: [5, 4, 1],
+            channels,
+            data,
+        };
         VolumeGrid::new(samples, to_world, placement, filter, (0.0, 1.0)).unwrap()
     }
 

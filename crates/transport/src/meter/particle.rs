@@ -28,9 +28,9 @@ impl Setup<'_> {
         let scene = self.scene.at(number);
         // Emit the particle: choose the emitter by P_E, and draw an end and a ray; the power is Φ_E.
         let pick = self.choice.sample(sampler.next_1d());
-        let u = (sampler.next_2d(), sampler.next_2d());
+        let u = [sampler.next_2d(), sampler.next_2d()];
         let white = self.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));
-        let Some((_, ray)) = emit(scene, (pick.index, pick.probability), white, u) else {
+        let Some((_, ray)) = emit(scene, pick.index, pick.probability, white, u) else {
             return balance;
         };
         // Follow it, and all that it is divided into, edge by edge.

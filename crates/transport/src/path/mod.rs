@@ -22,7 +22,9 @@ mod subpath;
 mod walk;
 mod workspace;
 
-pub use connection::{Connection, ConnectionTarget, Weighted, environment_end, transmittance};
+pub use connection::{
+    Connection, ConnectionTarget, FoundBranch, Weighted, environment_end, transmittance,
+};
 pub use energy_balance::{BalanceSums, BalanceTotals, EnergyBalance, ParticleBalance, Share};
 pub use learnt::{
     AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeSlot, NeeTraining, PathTally,

@@ -62,9 +62,12 @@ fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Sta
 
 /// Adds a range of samples to every pixel of the source's channel group.
 pub(super) fn pass(
-    (source, mapping): (&Source, &PhotonMapping),
+    source: &Source,
+    mapping: &PhotonMapping,
     samples: Range<u64>,
-    (film, debiased, balances): (&mut Film, &mut Debiased, &mut BalanceTotals),
+    film: &mut Film,
+    debiased: &mut Debiased,
+    balances: &mut BalanceTotals,
 ) -> Stats {
     let mut stats = Stats::default();
     for sample in samples {

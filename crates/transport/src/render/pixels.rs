@@ -25,7 +25,8 @@ struct Task<'a> {
 /// Adds a range of samples of the image, whole replicates, to the source's channel group, of every pixel as many as it is allotted.
 pub(super) fn pass(
     light: &LightSamples,
-    (samples, allocation): (Range<u64>, &Allocation),
+    samples: Range<u64>,
+    allocation: &Allocation,
     film: &mut Film,
 ) -> Stats {
     tasks(film, light.source.group)
@@ -33,7 +34,7 @@ pub(super) fn pass(
         .with_max_len(1)
         .map(|task| {
             let taken = task.pixels.len() as u64 * (samples.end - samples.start);
-            let stats = run(light, (samples.clone(), allocation), task);
+            let stats = run(light, samples.clone(), allocation, task);
             light.source.handle.count(taken);
             stats
         })
@@ -68,7 +69,8 @@ fn tasks(film: &mut Film, group: usize) -> Vec<Task<'_>> {
 
 fn run(
     light: &LightSamples,
-    (samples, allocation): (Range<u64>, &Allocation),
+    samples: Range<u64>,
+    allocation: &Allocation,
     mut task: Task,
 ) -> Stats {
     let source = light.source;

@@ -31,7 +31,9 @@ type SplatSamples = Vec<(usize, Contribution)>;
 pub(super) fn pass(
     light: &LightSamples,
     samples: Range<u64>,
-    (film, mut strategies, balances): (&mut Film, Option<&mut Strategies>, &mut BalanceTotals),
+    film: &mut Film,
+    mut strategies: Option<&mut Strategies>,
+    balances: &mut BalanceTotals,
 ) -> Stats {
     let (source, pixels) = (light.source, film.width() * film.height());
     let tasks = pixels.div_ceil(PIXELS_PER_TASK) as u64;

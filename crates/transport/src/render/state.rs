@@ -279,15 +279,15 @@ impl State {
             self.stats += match (&renderer, &mut self.debiased) {
                 (Renderer::Quantities(tracer), _) => aov::pass(source, tracer, samples, film),
                 (Renderer::Light(Integrator::Photon(mapping)), Some(debiased)) => {
-                    photons::pass((source, mapping), samples, (film, debiased, balances))
+                    photons::pass(source, mapping, samples, film, debiased, balances)
                 }
                 (Renderer::Light(integrator), _) if integrator.splats() => {
-                    let into = (film, self.strategies.as_mut(), balances);
-                    splats::pass(&source.light(*integrator), samples, into)
+                    let light = source.light(*integrator);
+                    splats::pass(&light, samples, film, self.strategies.as_mut(), balances)
                 }
                 (Renderer::Light(integrator), _) => {
                     let light = source.light(*integrator);
-                    pixels::pass(&light, (samples, &self.allocation), film)
+                    pixels::pass(&light, samples, &self.allocation, film)
                 }
             };
         }

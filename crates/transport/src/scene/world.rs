@@ -123,7 +123,7 @@ impl Scene {
         let flat = |object: &usize| arc.is_straight() && self.objects()[*object].shape.is_flat();
         let except = [left, target.filter(flat)].map(|object| blockers.place(object));
         let blocks =
-            |i: usize, theta| !is_end((arc, end), (blockers.objects[i], theta), target, slack);
+            |i: usize, theta| !is_end(arc, end, (blockers.objects[i], theta), target, slack);
         let shapes = &blockers.shapes;
         let accel = &blockers.accel;
         !shapes.is_empty() && accel.any_hit(shapes, arc, end, except, blocks)
@@ -140,7 +140,7 @@ impl Scene {
         let mut from = 0.0;
         while let Some((object, meeting)) = first_of(&self.partial, arc, [from, end], [None; 2]) {
             from = meeting.theta;
-            if is_end((arc, end), (object, meeting.theta), target, slack) {
+            if is_end(arc, end, (object, meeting.theta), target, slack) {
                 continue;
             }
             let hit = self.hit(object, &meeting);
@@ -179,7 +179,8 @@ fn first_of(index: &Index, arc: &Arc, range: [f64; 2], except: Except) -> Option
 
 /// Whether a hit on the object on which a connection ends is that end.
 fn is_end(
-    (arc, end): (&Arc, f64),
+    arc: &Arc,
+    end: f64,
     (object, theta): (usize, f64),
     target: Option<usize>,
     slack: f64,

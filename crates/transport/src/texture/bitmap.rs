@@ -46,8 +46,10 @@ impl Bitmap {
     /// for all. `to_uv` is applied to texture coordinates before the image is looked up.
     pub fn new(
         size: [usize; 2],
-        (channels, data): (usize, Vec<f32>),
-        (filter, wrap): (BitmapFilter, Wrap),
+        channels: usize,
+        data: Vec<f32>,
+        filter: BitmapFilter,
+        wrap: Wrap,
         to_uv: DAffine2,
     ) -> Result<Self, TextureError> {
         if !(1..=Spectrum::CHANNELS).contains(&channels) || size.contains(&0) {

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use transport::bsdf::{Bsdf, Diffuse};
 use transport::emitter::{BeamProfile, Collimated, Emitter, Environment, Spot};
 use transport::film::Filter;
-use transport::medium::{GridFilter, Medium, VolumeGrid, VolumeTexture};
+use transport::medium::{GridFilter, GridSamples, Medium, VolumeGrid, VolumeTexture};
 use transport::phase::Phase;
 use transport::scene::{FilmSpec, Object, Parts};
 use transport::sensor::{Orthographic, Perspective, Sensor, ThinLens};
@@ -266,9 +266,13 @@ pub fn cloud() -> VolumeTexture {
         matrix3: DMat3::from_diagonal(DVec3::splat(2.0)),
         translation: -DVec3::ONE,
     };
-    let size = ([3; 3], 1, data);
+    let samples = GridSamples {
+        size: [3; 3],
+        channels: 1,
+        data,
+    };
     let grid = VolumeGrid::new(
-        size,
+        samples,
         to_world,
         Placement::Nodes,
         GridFilter::Trilinear,

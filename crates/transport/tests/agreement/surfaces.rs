@@ -32,7 +32,7 @@ fn image() -> Texture {
     let how = (BitmapFilter::Bilinear, Wrap::Mirror);
     let to_uv = DAffine2::from_angle(0.3);
     Texture::Bitmap(Arc::new(
-        Bitmap::new([4, 3], (1, data), how, to_uv).unwrap(),
+        Bitmap::new([4, 3], 1, data, how.0, how.1, to_uv).unwrap(),
     ))
 }
 

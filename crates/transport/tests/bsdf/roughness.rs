@@ -30,7 +30,7 @@ fn rough(alpha: impl Into<Texture>) -> [Bsdf; 3] {
 fn row(pixels: &[f32], filter: BitmapFilter) -> Texture {
     let size = [pixels.len(), 1];
     let how = (filter, Wrap::Clamp);
-    let bitmap = Bitmap::new(size, (1, pixels.to_vec()), how, DAffine2::IDENTITY);
+    let bitmap = Bitmap::new(size, 1, pixels.to_vec(), how.0, how.1, DAffine2::IDENTITY);
     Texture::Bitmap(Arc::new(bitmap.unwrap()))
 }
 

@@ -171,9 +171,11 @@ fn a_projector_throws_what_mitsubas_does() {
     let place = DVec3::new(1.0, 2.0, 3.0);
     // Looking along +z with +y up, the image is the right way round for a look from behind the projector.
     let projector = Projector::new(
-        (place, Orientation::IDENTITY),
+        place,
+        Orientation::IDENTITY,
         60f64.to_radians(),
-        ([4, 2], pixels),
+        [4, 2],
+        pixels,
     );
     let projector = projector.unwrap();
     let table = [

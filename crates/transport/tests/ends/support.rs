@@ -93,7 +93,7 @@ pub const FOV: f64 = 1.2;
 pub fn projector(color: Spectrum) -> Emitter {
     let pixels = (0..IMAGE.0 * IMAGE.1).map(|i| color * pixel(i)).collect();
     let pose = (DVec3::X, turned(0.4));
-    let thrown = Projector::new(pose, FOV, ([IMAGE.0, IMAGE.1], pixels));
+    let thrown = Projector::new(pose.0, pose.1, FOV, [IMAGE.0, IMAGE.1], pixels);
     Emitter::Projector(Arc::new(thrown.unwrap()))
 }
 
@@ -102,7 +102,7 @@ fn globe(color: Spectrum) -> Emitter {
     let lit = |i: usize| color.0[..3].iter().map(move |c| (c * pixel(i)) as f32);
     let pixels = (0..IMAGE.0 * IMAGE.1).flat_map(lit).collect();
     let how = (BitmapFilter::Nearest, Wrap::Repeat);
-    let bitmap = Bitmap::new(IMAGE.into(), (3, pixels), how, DAffine2::IDENTITY);
+    let bitmap = Bitmap::new(IMAGE.into(), 3, pixels, how.0, how.1, DAffine2::IDENTITY);
     let texture = Texture::Bitmap(Arc::new(bitmap.unwrap()));
     let light = TexturedArea::new(2, &shapes()[2], texture);
     Emitter::Textured(Arc::new(light.unwrap()))

@@ -15,7 +15,7 @@ use transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, VertexColo
 const PIXELS: [f32; 12] = [1.0, 0.0, 3.0, 2.0, 0.5, 4.0, 1.5, 0.0, 2.0, 0.25, 5.0, 1.0];
 
 fn picture(filter: BitmapFilter, wrap: Wrap, to_uv: DAffine2) -> Texture {
-    let bitmap = Bitmap::new([4, 3], (1, PIXELS.to_vec()), (filter, wrap), to_uv);
+    let bitmap = Bitmap::new([4, 3], 1, PIXELS.to_vec(), filter, wrap, to_uv);
     Texture::Bitmap(Arc::new(bitmap.unwrap()))
 }
 
@@ -99,8 +99,10 @@ fn powers_in_closed_form() {
     // Four rows of pixels, linear between their latitudes: by the moments ∫ sin πv dv and ∫ v sin πv dv.
     let rows = Bitmap::new(
         [1, 4],
-        (1, vec![1.0, 0.0, 2.0, 0.5]),
-        (BitmapFilter::Bilinear, Wrap::Clamp),
+        1,
+        vec![1.0, 0.0, 2.0, 0.5],
+        BitmapFilter::Bilinear,
+        Wrap::Clamp,
         plain,
     );
     let rows = Texture::Bitmap(Arc::new(rows.unwrap()));
@@ -119,8 +121,10 @@ fn powers_in_closed_form() {
     // From pixels 1 and 3 at r = ¼ and ¾: 2∫ r L dr.
     let two = Bitmap::new(
         [2, 1],
-        (1, vec![1.0, 3.0]),
-        (BitmapFilter::Bilinear, Wrap::Clamp),
+        1,
+        vec![1.0, 3.0],
+        BitmapFilter::Bilinear,
+        Wrap::Clamp,
         plain,
     );
     let two = Texture::Bitmap(Arc::new(two.unwrap()));

@@ -226,8 +226,7 @@ impl Maker<'_, '_> {
     }
 
     fn texture(&mut self, Quantity(name, role, input): Quantity) -> Texture {
-        let place = (self.object, name);
-        texture((input, role), place, self.vertices, self.context)
+        texture(input, role, self.object, name, self.vertices, self.context)
     }
 
     fn facets(&mut self, Facets(distribution, alpha): Facets) -> Result<Roughness, BsdfError> {

@@ -54,7 +54,8 @@ pub(super) fn projector(object: &ObjectDescription, context: &mut Context) -> Op
     };
     let pixels = pixels.into_iter().map(|p| p * scale).collect();
     let fov = fov.horizontal(size[0] as f64 / size[1] as f64);
-    let projector = Projector::new(pose?, fov, (size, pixels));
+    let (position, orientation) = pose?;
+    let projector = Projector::new(position, orientation, fov, size, pixels);
     let projector = context.accept(&object.location, projector)?;
     Some(Emitter::Projector(Arc::new(projector)))
 }

@@ -42,8 +42,10 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
 /// Adds the area emitter of a shape that will become object `index`; returns its index.
 pub(super) fn add_area(
     object: &ObjectDescription,
-    (shape, index): (&ObjectDescription, usize),
-    (geometry, vertices): (&Shape, &Vertices),
+    shape: &ObjectDescription,
+    index: usize,
+    geometry: &Shape,
+    vertices: &Vertices,
     context: &mut Context,
 ) -> Option<usize> {
     if object.plugin != "area" {
@@ -59,8 +61,8 @@ pub(super) fn add_area(
             radiance: light(&value, "radiance", object, context),
         },
         Input::Object(nested) => {
-            let input = (Input::Object(nested), Role::Colour);
-            let radiance = texture(input, (object, "radiance"), vertices, context);
+            let input = Input::Object(nested);
+            let radiance = texture(input, Role::Colour, object, "radiance", vertices, context);
             let light = TexturedArea::new(index, geometry, radiance);
             Emitter::Textured(Arc::new(context.accept(&nested.location, light)?))
         }

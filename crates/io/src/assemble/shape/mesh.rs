@@ -18,9 +18,11 @@ const MOST_COPIED: usize = 100_000_000;
 /// are kept.
 pub(super) fn mesh(
     object: &ObjectDescription,
-    (frame, copied): (DAffine3, bool),
+    frame: DAffine3,
+    copied: bool,
     q: &mut Query,
-    (files, originals): (&mut FileRegistry, &mut Originals),
+    files: &mut FileRegistry,
+    originals: &mut Originals,
 ) -> Option<Result<(Shape, Colours), ShapeError>> {
     let source = Source::of(object, q, files);
     // Normals are geometric throughout: interpolated ones would break the laws of refraction.

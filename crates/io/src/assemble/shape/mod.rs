@@ -52,10 +52,11 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let flip = q.boolean_or("flip_normals", false);
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", &mut q);
-    let frame = (place.unwrap_or(DAffine3::IDENTITY) * frame, place.is_some());
+    let (frame, copied) = (place.unwrap_or(DAffine3::IDENTITY) * frame, place.is_some());
     let turned = |(shape, colours): (Shape, Colours)| (shape.with_flipped_normals(flip), colours);
-    let files = (&mut *context.files, &mut context.originals);
-    let geometry = geometry(object, frame, &mut q, files).map(|g| g.map(turned));
+    let originals = &mut context.originals;
+    let geometry = geometry(object, frame, copied, &mut q, context.files, originals);
+    let geometry = geometry.map(|g| g.map(turned));
     q.finish(&[]);
     if geometry.is_none() && !KNOWN.contains(&object.plugin.as_str()) {
         unknown_plugin(object, &KNOWN, context.diagnostics);
@@ -88,8 +89,8 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
         }
         None => placeholder(),
     };
-    let covered = (&shape, &vertices);
-    let emitter = light.and_then(|l| emitter::add_area(&l, (object, index), covered, context));
+    let emitter =
+        light.and_then(|l| emitter::add_area(&l, object, index, &shape, &vertices, context));
     push(object, (shape, surface.bsdf), emitter, wish, context);
 }
 
@@ -121,9 +122,11 @@ fn placeholder() -> Shape {
 /// The geometry; `None` if the type is unknown or its file cannot be read (reported then).
 fn geometry(
     object: &ObjectDescription,
-    (frame, copied): (DAffine3, bool),
+    frame: DAffine3,
+    copied: bool,
     q: &mut Query,
-    files: (&mut FileRegistry, &mut Originals),
+    files: &mut FileRegistry,
+    originals: &mut Originals,
 ) -> Option<Result<(Shape, Colours), ShapeError>> {
     let analytic = match object.plugin.as_str() {
         "sphere" => {
@@ -145,7 +148,7 @@ fn geometry(
                 .map(Shape::from)
         }
         "obj" | "ply" | "mesh" | "serialized" | "gltf" => {
-            return mesh(object, (frame, copied), q, files);
+            return mesh(object, frame, copied, q, files, originals);
         }
         _ => return None,
     };

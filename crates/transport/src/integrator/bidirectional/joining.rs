@@ -4,8 +4,8 @@ use super::paths::{Setting, View};
 use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::integrator::Contribution;
 use crate::path::{
-    Connection, ConnectionTarget, LightPath, PathEdge, PathVertex, Start, Subpath, Vertex,
-    Workspace, environment_end, guess,
+    Connection, ConnectionTarget, FoundBranch, LightPath, PathEdge, PathVertex, Start, Subpath,
+    Vertex, Workspace, environment_end, guess,
 };
 use crate::sampling::{Discrete, Sampler};
 use glam::DVec3;
@@ -31,9 +31,9 @@ impl Joining<'_> {
                     pdf: scene.source_probability(index) * pdf,
                     delta: false,
                 };
-                let discovery = self.discovery(sensor, (i, &z.edge), (index, &end.end));
+                let discovery = self.discovery(sensor, i, &z.edge, index, &end.end);
                 let vertices = &sensor.vertices[..=i];
-                let found = setting.hit(vertices, (index, &end), (radiance, discovery));
+                let found = setting.hit(vertices, (index, &end), radiance, discovery);
                 self.out.extend(found);
             }
         }
@@ -46,10 +46,10 @@ impl Joining<'_> {
                 pdf: scene.source_probability(index) * environment.pdf(toward),
                 delta: false,
             };
-            let place = (sensor.vertices.len(), &escape.edge);
-            let discovery = self.discovery(sensor, place, (index, &end.end));
+            let i = sensor.vertices.len();
+            let discovery = self.discovery(sensor, i, &escape.edge, index, &end.end);
             let radiance = environment.radiance(toward);
-            let found = setting.escaped(sensor, escape, (index, &end), (radiance, discovery));
+            let found = setting.escaped(sensor, escape, (index, &end), radiance, discovery);
             self.out.extend(found);
         }
     }
@@ -58,8 +58,10 @@ impl Joining<'_> {
     fn discovery(
         &mut self,
         sensor: &Subpath,
-        (i, path_edge): (usize, &PathEdge),
-        (index, end): (usize, &ConnectionEnd),
+        i: usize,
+        path_edge: &PathEdge,
+        index: usize,
+        end: &ConnectionEnd,
     ) -> f64 {
         let scene = self.setting.scene;
         if path_edge.discovery == 0.0 {
@@ -71,8 +73,12 @@ impl Joining<'_> {
                 let (x, direction) = (sensor.start.x, sensor.start.direction);
                 let target =
                     ConnectionTarget::sensor(scene, scene.sensor().end_of_ray(x, direction));
-                let way = (&path_edge.geometry, path_edge.back, None);
-                Connection::discovery(scene, (&z.vertex, &target), way, self.ws)
+                let branch = FoundBranch {
+                    geometry: &path_edge.geometry,
+                    direction: path_edge.back,
+                    optical_length: None,
+                };
+                Connection::discovery(scene, &z.vertex, &target, &branch, self.ws)
             });
         }
         let vertex = match i {
@@ -80,8 +86,12 @@ impl Joining<'_> {
             _ => sensor.vertices[i - 1].vertex,
         };
         let target = ConnectionTarget::emitter(scene, index, *end);
-        let way = (&path_edge.geometry, path_edge.leaving, None);
-        Connection::discovery(scene, (&vertex, &target), way, self.ws)
+        let branch = FoundBranch {
+            geometry: &path_edge.geometry,
+            direction: path_edge.leaving,
+            optical_length: None,
+        };
+        Connection::discovery(scene, &vertex, &target, &branch, self.ws)
     }
 
     /// s = 1: the last of the sensor's vertices and an emitter of each class.
@@ -104,7 +114,7 @@ impl Joining<'_> {
             let end = emitter.sample_end(scene.around(), shape, u);
             let target = ConnectionTarget::emitter(scene, index, end.end);
             self.connection(&z.vertex, &target, |connection| {
-                setting.direct(vertices, connection, (index, &end, chosen))
+                setting.direct(vertices, connection, (index, &end), chosen)
             });
         }
     }

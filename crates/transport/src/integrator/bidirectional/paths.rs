@@ -58,8 +58,9 @@ impl Setting<'_> {
     pub fn hit(
         &self,
         vertices: &[PathVertex],
-        (index, end): (usize, &EndSample),
-        (radiance, discovery): (Spectrum, f64),
+        emitter: (usize, &EndSample),
+        radiance: Spectrum,
+        discovery: f64,
     ) -> Option<Contribution> {
         let (z, before) = vertices.split_last()?;
         // T L_e/n², T being the throughput up to the emitter.
@@ -71,7 +72,7 @@ impl Setting<'_> {
             optical_length: z.optical_length,
             x: z.vertex.position(),
         };
-        self.found((before, &last), (index, end), (value, discovery))
+        self.found(before, &last, emitter, value, discovery)
     }
 
     /// The sensor subpath left towards an environment.
@@ -79,8 +80,9 @@ impl Setting<'_> {
         &self,
         sensor: &Subpath,
         escape: &Escape,
-        (index, end): (usize, &EndSample),
-        (radiance, discovery): (Spectrum, f64),
+        emitter: (usize, &EndSample),
+        radiance: Spectrum,
+        discovery: f64,
     ) -> Option<Contribution> {
         let path_edge = &escape.edge;
         let value = escape.throughput * radiance / (path_edge.n_after * path_edge.n_after);
@@ -94,14 +96,16 @@ impl Setting<'_> {
                 .last()
                 .map_or(sensor.start.x, |z| z.vertex.position()),
         };
-        self.found((&sensor.vertices, &last), (index, end), (value, discovery))
+        self.found(&sensor.vertices, &last, emitter, value, discovery)
     }
 
     fn found(
         &self,
-        (vertices, last): (&[PathVertex], &EmitterHit),
+        vertices: &[PathVertex],
+        last: &EmitterHit,
         (index, end): (usize, &EndSample),
-        (value, discovery): (Spectrum, f64),
+        value: Spectrum,
+        discovery: f64,
     ) -> Option<Contribution> {
         // List the densities of x₁ … x_k from both sides: the emitter's end is x_k.
         let path_edge = last.edge;
@@ -139,7 +143,8 @@ impl Setting<'_> {
         &self,
         vertices: &[PathVertex],
         connection: &Connection,
-        (index, end, chosen): (usize, &EndSample, f64),
+        (index, end): (usize, &EndSample),
+        chosen: f64,
     ) -> Option<Contribution> {
         let z = vertices.last()?;
         let emitter = &self.scene.emitters()[index];
@@ -206,7 +211,8 @@ impl Setting<'_> {
         let arrival = connection.geometry.density(from_z, connection.n_end) * event;
         path.extend(self.emitter_side(
             (light, j),
-            (connection.emission, connection.discovery),
+            connection.emission,
+            connection.discovery,
             arrival,
         ));
         let depth = z.depth.saturating_add(y.depth);
@@ -249,7 +255,8 @@ impl Setting<'_> {
             * event;
         let path = self.emitter_side(
             (light, j),
-            (connection.direction, connection.discovery),
+            connection.direction,
+            connection.discovery,
             arrival,
         );
         let sampled = Sampled {
@@ -345,7 +352,8 @@ impl Setting<'_> {
     fn emitter_side(
         &self,
         (light, j): (&LightPath, usize),
-        (direction, discovery): (DVec3, f64),
+        direction: DVec3,
+        discovery: f64,
         arrival: f64,
     ) -> Vec<Density> {
         let vertices = &light.subpath.vertices[..=j];

@@ -2,7 +2,7 @@
 
 use super::{Light, SampledEdge, Tracing};
 use crate::Spectrum;
-use crate::connection_end::{ConnectionEnd, OnSurface};
+use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::emitter::Class;
 use crate::path::{
     Connection, ConnectionTarget, Edge, End, Equiangular, NeeSlot, Vertex, Weighted, lead_in,
@@ -157,9 +157,9 @@ impl Tracing<'_> {
             self.ws,
             |connection| {
                 let emitted = emitter.emitted(&sampled.end, connection.origin, connection.emission);
-                let sampled = (&sampled.end, density, sampled.delta);
-                let (value, share) =
-                    received(scene, vertex, throughput, connection, emitted, sampled);
+                let (value, share) = received(
+                    scene, vertex, throughput, connection, emitted, &sampled, density,
+                );
                 (connection.geometry.events < budget && !value.is_zero()).then_some(Light {
                     value,
                     share,
@@ -183,15 +183,15 @@ fn along(edge: &Edge) -> Receiver<'static> {
     }
 }
 
-/// What a connection brings to the sensor, for an end of given density, and its share of what all ways to find it bring;
-/// `delta` if nothing else can find the emitter (docs/theory.md#connection-and-chance).
+/// What a connection brings to the sensor, for an end of given density, and its share of what all ways to find it bring (docs/theory.md#connection-and-chance).
 fn received(
     scene: &Scene,
     vertex: &Vertex,
     throughput: Spectrum,
     connection: &Connection,
     emitted: Spectrum,
-    (end, density, delta): (&ConnectionEnd, f64, bool),
+    sampled: &EndSample,
+    density: f64,
 ) -> (Spectrum, f64) {
     // T f̃ e^{−τ} F̄ × (what is emitted).
     let scattered = throughput * vertex.eval(scene, connection.direction);
@@ -199,12 +199,12 @@ fn received(
     if received.is_zero() {
         return (Spectrum::ZERO, 1.0);
     }
-    let weight = if delta {
+    let weight = if sampled.delta {
         1.0
     } else {
         // As the edge would be sampled if scattering chose this direction.
         let channel_pdf = scattered / scattered.sum();
-        let cos = match end {
+        let cos = match &sampled.end {
             ConnectionEnd::Point {
                 surface: Some(OnSurface { normal, .. }),
                 ..

@@ -15,6 +15,17 @@ use smallvec::SmallVec;
 /// What connections are worth, each with a weight: hardly ever more than one.
 pub type Weighted<T> = SmallVec<[(T, f64); 1]>;
 
+/// A branch between two vertices that was found by chance.
+#[derive(Clone, Copy, Debug)]
+pub struct FoundBranch<'g> {
+    /// Its geometry.
+    pub geometry: &'g EdgeGeometry,
+    /// Unit direction in which it leaves the vertex that connections are made from.
+    pub direction: DVec3,
+    /// Its optical length, which tells branches from a plane apart that leave in one direction.
+    pub optical_length: Option<f64>,
+}
+
 impl Connection {
     /// Connects a vertex to a target along all branches (docs/theory.md#branches) and asks `evaluate` what each is worth;
     /// returns what it answers, each with a weight. Sums of value times weight are unbiased: rays
@@ -67,13 +78,13 @@ impl Connection {
         values
     }
 
-    /// How easily connections from a vertex to a target find the branch that leaves the vertex in
-    /// `direction`, which was found by other means. `optical_length` tells branches from a plane
-    /// apart that leave in one direction (docs/theory.md#connection-and-chance).
+    /// How easily connections from a vertex to a target find a branch that was found by other means
+    /// (docs/theory.md#connection-and-chance).
     pub fn discovery(
         scene: &Scene,
-        (vertex, target): (&Vertex, &ConnectionTarget),
-        (geometry, direction, optical_length): (&EdgeGeometry, DVec3, Option<f64>),
+        vertex: &Vertex,
+        target: &ConnectionTarget,
+        branch: &FoundBranch,
         ws: &mut Workspace,
     ) -> f64 {
         if scene.is_straight() {
@@ -84,14 +95,15 @@ impl Connection {
             return 1.0;
         }
         let same = |connection: Connection| {
-            same_way(scene, connection.direction, direction)
-                && optical_length.is_none_or(|s| same_length(scene, s, connection.optical_length))
+            let length = branch.optical_length;
+            same_way(scene, connection.direction, branch.direction)
+                && length.is_none_or(|s| same_length(scene, s, connection.optical_length))
         };
         let mut certain = search.certain();
         if certain.any(|candidate| search.solve(&candidate, ws).is_some_and(same)) {
             1.0
         } else {
-            ws.random_discovery(geometry)
+            ws.random_discovery(branch.geometry)
         }
     }
 }

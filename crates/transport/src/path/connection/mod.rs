@@ -7,7 +7,7 @@ mod straight;
 mod target;
 mod throughput;
 
-pub use find::Weighted;
+pub use find::{FoundBranch, Weighted};
 pub use ray::Connection;
 pub use target::{ConnectionTarget, environment_end};
 pub use throughput::transmittance;

@@ -1,7 +1,7 @@
 //! Subpaths as a walk is watched: its vertices with their densities (docs/theory.md#subpaths-from-either-end, docs/theory.md#random-walks).
 
 use super::vertices::{Escape, PathEdge, PathVertex, Subpath};
-use crate::path::connection::{Connection, ConnectionTarget};
+use crate::path::connection::{Connection, ConnectionTarget, FoundBranch};
 use crate::path::random_walk::{Observer, WalkEvent};
 use crate::path::segment::{End, TransportMode, Vertex};
 use crate::path::workspace::Workspace;
@@ -68,18 +68,30 @@ impl SubpathBuilder<'_> {
         let scene = event.scene;
         match (self.subpath.vertices.last(), self.mode) {
             (None, _) => {
-                let way = (&edge.geometry, edge.back, Some(event.edge.optical_length));
-                Connection::discovery(scene, (vertex, self.end), way, ws)
+                let branch = FoundBranch {
+                    geometry: &edge.geometry,
+                    direction: edge.back,
+                    optical_length: Some(event.edge.optical_length),
+                };
+                Connection::discovery(scene, vertex, self.end, &branch, ws)
             }
             (Some(before), TransportMode::Importance) => {
                 let target = ConnectionTarget::vertex(&before.vertex);
-                let way = (&edge.geometry, edge.back, None);
-                Connection::discovery(scene, (vertex, &target), way, ws)
+                let branch = FoundBranch {
+                    geometry: &edge.geometry,
+                    direction: edge.back,
+                    optical_length: None,
+                };
+                Connection::discovery(scene, vertex, &target, &branch, ws)
             }
             (Some(before), TransportMode::Radiance) => {
                 let target = ConnectionTarget::vertex(vertex);
-                let way = (&edge.geometry, edge.leaving, None);
-                Connection::discovery(scene, (&before.vertex, &target), way, ws)
+                let branch = FoundBranch {
+                    geometry: &edge.geometry,
+                    direction: edge.leaving,
+                    optical_length: None,
+                };
+                Connection::discovery(scene, &before.vertex, &target, &branch, ws)
             }
         }
     }

@@ -99,9 +99,9 @@ impl LightPath {
         ws: &mut Workspace,
     ) -> Option<Self> {
         let choice = scene.choose_source(sampler.next_1d());
-        let u = (sampler.next_2d(), sampler.next_2d());
+        let u = [sampler.next_2d(), sampler.next_2d()];
         let (index, probability) = choice?;
-        let (emission, ray) = emit(scene, (index, probability), bounds.white(), u)?;
+        let (emission, ray) = emit(scene, index, probability, bounds.white(), u)?;
         let density = probability * emission.end_pdf;
         let target = ConnectionTarget::emitter(scene, index, emission.end);
         let mode = TransportMode::Importance;
@@ -124,13 +124,18 @@ impl LightPath {
 /// leaves along the ray that was drawn; `u` is uniform in [0, 1)⁴.
 pub fn emit(
     scene: &Scene,
-    (emitter, probability): (usize, f64),
+    emitter: usize,
+    probability: f64,
     white: Spectrum,
-    ([a, b], [c, d]): ([f64; 2], [f64; 2]),
+    u: [[f64; 2]; 2],
 ) -> Option<(Emission, WalkRay)> {
     let shape = |object: usize| &scene.objects()[object].shape;
     // Draw the connection end with density p_a and the ray with p_r; the power is emitted/(P_E p_a p_r).
-    let emission = scene.emitters()[emitter].emit(scene.around(), shape, [a, b, c, d])?;
+    let emission = scene.emitters()[emitter].emit(
+        scene.around(),
+        shape,
+        [u[0][0], u[0][1], u[1][0], u[1][1]],
+    )?;
     let density = probability * emission.end_pdf * emission.pdf;
     let ray = WalkRay {
         start: start(scene, &emission.end, (emission.x, emission.direction)),

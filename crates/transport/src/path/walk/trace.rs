@@ -240,7 +240,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             self.lengthen(arc.optical_length(theta.unwrap_or(theta_end)));
             if let Some(theta) = theta {
                 self.edge.length = length_before + arc.arc_length(theta);
-                self.collide((&arc, theta), at(theta), attenuation.rate(&arc, theta));
+                self.collide(&arc, theta, at(theta), attenuation.rate(&arc, theta));
             }
         }
         if self.collided && self.sampling.extend {
@@ -271,7 +271,8 @@ impl<'a, 'b> Walk<'a, 'b> {
     /// Ends the edge at a collision, up to which length and depth are known.
     fn collide(
         &mut self,
-        (arc, theta): (&Arc, f64),
+        arc: &Arc,
+        theta: f64,
         (v, spread): (DVec3, RayDifferentials),
         rate: Spectrum,
     ) {
@@ -349,7 +350,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             self.edge.weight *= ratio * ratio;
         }
         self.jump *= ratio;
-        self.go_on((object, hit), (v, direction), beyond, Rule::Pass)
+        self.go_on((object, hit), v, direction, beyond, Rule::Pass)
     }
 
     /// Straight through a surface that lets part of the light pass.
@@ -362,7 +363,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         self.passed_by_chance = true;
         self.edge.weight *= through.factor;
         self.edge.geometry.choice *= through.probability;
-        self.go_on(at, (v, v.normalize()), self.medium, Rule::Pass)
+        self.go_on(at, v, v.normalize(), self.medium, Rule::Pass)
     }
 
     /// Refracted or reflected by chance at a smooth surface.
@@ -392,7 +393,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         } else {
             Rule::Reflect
         };
-        self.go_on((object, hit), (v, sample.direction), beyond, rule)
+        self.go_on((object, hit), v, sample.direction, beyond, rule)
     }
 
     /// The way to go on from a smooth surface: one by chance, or, where the edge is split, the refracted one.
@@ -438,7 +439,8 @@ impl<'a, 'b> Walk<'a, 'b> {
     fn go_on(
         &mut self,
         (object, hit): (usize, &Hit),
-        (v, direction): (DVec3, DVec3),
+        v: DVec3,
+        direction: DVec3,
         beyond: MediumId,
         rule: Rule,
     ) -> ControlFlow<()> {
