@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,10 @@ from ._numbers import numbers
 Doubles = NDArray[np.float64]
 
 
+ARRAYS = ("offsets", "points", "tangents", "arc_length", "optical_length", "optical_path_difference", "n")
+"""What is known of rays."""
+
+
 class Rays:
     """Rays that :func:`trace` has followed. Item i is ray i, as a :class:`Polyline`.
 
@@ -23,6 +27,20 @@ class Rays:
 
     def __init__(self, traced: _morgana.Traced) -> None:
         self._traced = traced
+
+    def __getstate__(self) -> Dict[str, Any]:
+        return {name: getattr(self, name) for name in (*ARRAYS, "_endings")}
+
+    def __setstate__(self, state: Dict[str, Any]) -> None:
+        self.__dict__.update(state)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Rays):
+            return NotImplemented
+        pairs = ((getattr(self, name), getattr(other, name)) for name in ARRAYS)
+        return self._endings == other._endings and all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
+
+    __hash__ = None  # type: ignore[assignment]
 
     @functools.cached_property
     def offsets(self) -> NDArray[np.int64]:

@@ -65,6 +65,23 @@ class Result:
         self.scene = scene
         self._run = run
 
+    def __getstate__(self) -> Dict[str, Any]:
+        return {"scene": self.scene, "_run": self._run}
+
+    def __eq__(self, other: object) -> bool:
+        """Whether it has the same numbers, of an equal scene; how long they took does not matter."""
+        if not isinstance(other, Result):
+            return NotImplemented
+        return self.scene == other.scene and _alike(self._numbers(), other._numbers())
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _numbers(self) -> Dict[str, Any]:
+        if isinstance(self._run, _morgana.Measured):
+            return {name: data for name, (_, _, data) in self._arrays.items()}
+        layers = {f"{name}.{i}": part for name, layer in self.layers.items() for i, part in enumerate(layer)}
+        return {"image": self.image, "variance": self.variance, "samples": self.samples, **layers}
+
     @functools.cached_property
     def stats(self) -> Dict[str, Any]:
         """What happened: counts, connections and their failures, seconds, threads, as ``--stats`` of the program."""
@@ -223,6 +240,10 @@ class Result:
         if isinstance(self._run, _morgana.Measured):
             return f"<p>{text}</p>"
         return f"{thumbnail(self.image, self.channels)}<p>{text}</p>"
+
+
+def _alike(a: Dict[str, Any], b: Dict[str, Any]) -> bool:
+    return a.keys() == b.keys() and all(np.array_equal(a[name], b[name], equal_nan=True) for name in a)
 
 
 def thumbnail(image: Floats, channels: List[str]) -> str:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 import warnings
-from typing import Any, Dict, List, Mapping, Optional, Tuple, Union
+from typing import Any, Dict, List, Mapping, Optional, Tuple, TypeVar, Union
 
 from . import _morgana
-from ._errors import SceneWarning
+from ._errors import RenderError, SceneWarning
 from ._limits import Instead
 from ._morgana import Field, Scene
 
 Define = Union[str, float, bool]
+Made = TypeVar("Made", Scene, Field)
 
 
 def load_file(
@@ -39,7 +40,7 @@ def load_file(
     Raises:
         SceneError: The scene cannot be used; its ``diagnostics`` say why and where.
 
-    What is doubtful about the scene is told as :class:`SceneWarning`.
+    What is doubtful about the scene is told as :class:`SceneWarning`. A scene is pickled as its absolute path, and read again.
     """
     instead = _instead(integrator, sampler, adaptive, memory)
     scene = _morgana.load_file(os.fspath(path), _defines(parameters), instead)
@@ -63,7 +64,7 @@ def load_dict(
             volumes (``data``), meshes (``type`` ``mesh``), matrices and points. Arrays may have any strides and any
             type of numbers. Each is copied once while the scene is read, and again into the form in which rays need it,
             in single precision; the first copy is freed when this function returns. Later changes of the arrays do not
-            change the scene. Relative names of files start from the current folder.
+            change the scene. Relative names of files start from the current folder. The dictionary is kept for pickling.
         integrator, sampler, adaptive, memory: As for :func:`load_file`.
         **parameters: As for :func:`load_file`, for the scene's ``"parameters"``.
 
@@ -83,6 +84,38 @@ def load_field(volume: Mapping[str, Any]) -> Field:
         SceneError: A volume that is no refractive index.
     """
     return _morgana.load_field(dict(volume))
+
+
+def remake(recipe: Tuple[str, Any, List[Tuple[str, str]], Instead], expected: str) -> Scene:
+    """Make a scene again that was pickled.
+
+    Raises:
+        RenderError: Its files, or the arrays of its dictionary, have changed since it was made.
+        SceneError: They cannot be read.
+    """
+    kind, source, defines, instead = recipe
+    if kind == "file":
+        scene = _morgana.load_file(os.fspath(source), defines, instead)
+    else:
+        scene = _morgana.load_dict(source, defines, instead)
+    return _unchanged(scene, scene.hash, expected)
+
+
+def remake_field(volume: Dict[str, Any], expected: str) -> Field:
+    """Make a field again that was pickled. It raises what :func:`remake` does."""
+    field = load_field(volume)
+    return _unchanged(field, field._hash, expected)
+
+
+def field_of(scene: Scene, name: str) -> Field:
+    """The field of a medium, when that is unpickled."""
+    return scene.fields[name]
+
+
+def _unchanged(made: Made, found: str, expected: str) -> Made:
+    if found != expected:
+        raise RenderError(f"{made!r} is not what was pickled: its files or arrays have changed since it was made")
+    return made
 
 
 def _defines(parameters: Dict[str, Define]) -> List[Tuple[str, str]]:

@@ -40,7 +40,7 @@ SHARDS = 64
 SMALL = 1 << 20
 """Bytes that are sent along with every task. More of them go by a file, or are scattered once."""
 
-Description = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+Description = Union[Scene, str, "os.PathLike[str]", Mapping[str, Any]]
 
 
 def render(
@@ -64,8 +64,8 @@ def render(
     what is complete so far, with ``stopped == "interrupted"``.
 
     Args:
-        scene: The path of a scene file, which all workers must be able to read; or a dictionary, as for
-            :func:`morgana.load_dict`. Its arrays travel once, not with every part: through Dask's memory, or for other
+        scene: A scene, which workers make again; the path of a scene file, which all workers must be able to read; or a
+            dictionary, as for :func:`morgana.load_dict`. Its arrays travel once, not with every part: through Dask's memory, or for other
             executors through a file in ``folder``.
         executor: With ``submit`` as in :mod:`concurrent.futures`; or a client of ``dask.distributed``.
         parameters: Values for the scene's parameters, as the keywords of :func:`morgana.load_file`.
@@ -112,7 +112,7 @@ class _Source(NamedTuple):
     """How to make a scene."""
 
     scene: Any
-    """Absolute path, or dictionary."""
+    """A scene, the absolute path of one, or a dictionary."""
     parameters: Dict[str, Any]
 
     @classmethod
@@ -120,10 +120,14 @@ class _Source(NamedTuple):
         if isinstance(scene, Mapping):
             return cls(dict(scene), parameters)
         if isinstance(scene, Scene):
-            raise TypeError("a Scene cannot be sent to workers: give the path of its file, or its dictionary")
+            if parameters:
+                raise RenderError("a Scene has its parameters already: give them to load_file or load_dict")
+            return cls(scene, parameters)
         return cls(os.path.abspath(scene), parameters)
 
     def load(self) -> Scene:
+        if isinstance(self.scene, Scene):
+            return self.scene
         if isinstance(self.scene, dict):
             return load_dict(self.scene, **self.parameters)
         return load_file(self.scene, **self.parameters)

@@ -139,13 +139,19 @@ def test_interruptions_give_what_there_is():
     assert 1 <= found.stats["spp"] < SPP
 
 
+def test_scenes_travel_as_what_they_were_made_of():
+    scene = load(small())
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        assert shared(scene, pool, spp=4, shards=2) == morgana.render(scene, spp=4)
+
+
 def test_what_makes_no_sense_is_refused(tmp_path):
     with concurrent.futures.ThreadPoolExecutor(1) as pool:
         for options, why in [({"spp": 0}, "spp is 0"), ({"shards": 0}, "shards is 0"), ({"particles": 9}, "particles is for")]:
             with pytest.raises(morgana.RenderError, match=why):
                 shared(small(), pool, **options)
-        with pytest.raises(TypeError, match="cannot be sent to workers"):
-            shared(load(small()), pool)
+        with pytest.raises(morgana.RenderError, match="has its parameters already"):
+            shared(load(small()), pool, parameters={"density": 1})
         with pytest.raises(morgana.SceneError):
             shared({"type": "scene"}, pool)
 

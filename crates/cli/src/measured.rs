@@ -128,7 +128,7 @@ impl Measured<'_> {
     /// Everything, as JSON.
     pub fn json(&self) -> Value {
         let measurement = self.measurement;
-        let reading = |r: &Reading| Quality::of(r).json(r.name);
+        let reading = |r: &Reading| Quality::of(r).json(&r.name);
         let meter = |(name, readings): (&str, &Vec<Reading>)| json!({"name": name, "readings": readings.iter().map(reading).collect::<Vec<_>>()});
         json!({
             "version": env!("CARGO_PKG_VERSION"),

@@ -22,6 +22,7 @@ pub mod json;
 pub mod lock;
 pub mod mesh;
 pub mod npy;
+pub mod packed;
 pub mod part;
 pub mod query;
 pub mod rendered;

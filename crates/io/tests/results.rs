@@ -90,7 +90,7 @@ fn readings(hash: &mut blake3::Hasher) {
     for reading in measurement.readings.iter().flatten() {
         add(
             hash,
-            reading.name,
+            &reading.name,
             reading.mean.iter().chain(&reading.error),
         );
     }

@@ -1,13 +1,15 @@
 //! Refractive-index fields, evaluated at many points.
 
 use crate::numbers::{Rows, array};
-use crate::scene::Scene;
+use crate::scene::{Recipe, Scene};
 use crate::{dict, errors};
 use eikonal::{Aabb, Field as Index};
 use glam::{DMat3, DVec3};
 use io::json::Item;
+use io::scene::SceneHash;
 use io::{Diagnostics, json};
 use numpy::PyArrayDyn;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
@@ -26,12 +28,14 @@ pub struct Field {
 enum Source {
     /// That of a medium of a scene, by number.
     Medium(Py<Scene>, usize),
-    Own(Box<Index>),
+    /// Made of a dictionary, and the hash of that and of all data.
+    Own(Box<Index>, Py<PyDict>, SceneHash),
 }
 
 /// Makes a field of a dictionary that describes a volume.
 #[pyfunction]
 pub fn load_field(py: Python<'_>, volume: &Bound<'_, PyDict>) -> PyResult<Field> {
+    let recipe = volume.clone().unbind();
     let volume = dict::item(volume, "scene[\"volume\"]")?;
     let texts = [("type", Item::String("scene".into())), ("volume", volume)];
     let scene = Item::Object(texts.map(|(key, item)| (key.to_owned(), item)).into());
@@ -42,8 +46,9 @@ pub fn load_field(py: Python<'_>, volume: &Bound<'_, PyDict>) -> PyResult<Field>
             None => Err(diagnostics),
         }
     });
+    let (index, hash) = index.map_err(|d| errors::scene(&d))?;
     Ok(Field {
-        source: Source::Own(Box::new(index.map_err(|d| errors::scene(&d))?)),
+        source: Source::Own(Box::new(index), recipe, hash),
         name: String::new(),
     })
 }
@@ -59,7 +64,7 @@ impl Field {
     pub fn index(&self) -> &Index {
         match &self.source {
             Source::Medium(scene, medium) => &scene.get().loaded.scene().media()[*medium].index,
-            Source::Own(index) => index,
+            Source::Own(index, ..) => index,
         }
     }
 
@@ -145,6 +150,45 @@ impl Field {
         let region = Aabb::new(DVec3::from_array(lower), DVec3::from_array(upper));
         let bounds = self.index().bounds(&region);
         (bounds.n2_min.max(0.0).sqrt(), bounds.n2_max.sqrt())
+    }
+
+    fn __eq__(&self, other: &Field) -> bool {
+        match (&self.source, &other.source) {
+            (Source::Medium(a, i), Source::Medium(b, j)) => i == j && a.get().is_same(b.get()),
+            (Source::Own(_, _, a), Source::Own(_, _, b)) => a == b,
+            _ => false,
+        }
+    }
+
+    fn __hash__(&self) -> u64 {
+        match &self.source {
+            Source::Medium(_, number) => *number as u64,
+            Source::Own(_, _, hash) => u64::from(hash.bytes()[0]),
+        }
+    }
+
+    /// Fields are pickled as what they were made of, and made again.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Recipe<'py>> {
+        let module = py.import("morgana._scene")?;
+        Ok(match &self.source {
+            Source::Medium(scene, _) => {
+                let arguments = (scene.clone_ref(py), self.name.clone());
+                (module.getattr("field_of")?, arguments.into_py_any(py)?)
+            }
+            Source::Own(_, recipe, hash) => {
+                let arguments = (recipe.clone_ref(py), hash.to_string());
+                (module.getattr("remake_field")?, arguments.into_py_any(py)?)
+            }
+        })
+    }
+
+    /// Fingerprint of what it was made of.
+    #[getter]
+    fn _hash(&self) -> String {
+        match &self.source {
+            Source::Medium(scene, _) => scene.get().loaded.hash.to_string(),
+            Source::Own(_, _, hash) => hash.to_string(),
+        }
     }
 
     fn __repr__(&self) -> String {

@@ -3,15 +3,16 @@
 use crate::errors;
 use crate::limits::Limits;
 use crate::numbers::array;
-use crate::render::RunRecord;
+use crate::render::{Pickled, RunRecord};
 use crate::scene::Scene;
 use crate::watch::watched;
 use io::arrays::{Array, ArrayFormat, Arrays, Context, Quality, arrays};
 use io::assemble::Instrument;
 use io::clock::{Clock, Stopped};
-use io::{Loaded, Refusal, report};
+use io::{Loaded, Refusal, packed, report};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyType};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -29,7 +30,7 @@ pub struct Measured {
     stats: String,
     /// Why it ended early.
     #[pyo3(get)]
-    stopped: Option<&'static str>,
+    stopped: Option<String>,
 }
 
 /// Follows particles through a scene with meters. `tick` is called now and then with the number of particles followed
@@ -85,7 +86,7 @@ impl Measured {
             measurement,
             scene,
             stats: stats.to_string(),
-            stopped: run.stopped,
+            stopped: run.stopped.map(str::to_owned),
         }
     }
 }
@@ -94,7 +95,7 @@ impl Measured {
 fn meters(measurement: &Measurement, loaded: &Loaded) -> Value {
     let readings = loaded.instruments.iter().zip(&measurement.readings);
     let meter = |(instrument, readings): (&Instrument, &Vec<Reading>)| {
-        let each = readings.iter().map(|r| Quality::of(r).json(r.name));
+        let each = readings.iter().map(|r| Quality::of(r).json(&r.name));
         json!({"name": instrument.name, "readings": each.collect::<Vec<_>>()})
     };
     readings.map(meter).collect()
@@ -105,6 +106,31 @@ type Named<'py> = (String, String, Vec<String>, Bound<'py, PyArrayDyn<f64>>);
 
 #[pymethods]
 impl Measured {
+    /// What was pickled.
+    #[new]
+    fn unpickled(
+        packed: &[u8],
+        scene: Py<Scene>,
+        stats: String,
+        stopped: Option<String>,
+    ) -> PyResult<Self> {
+        let measurement = packed::unpack(packed).map_err(|e| errors::render(e.to_string()))?;
+        Ok(Measured {
+            measurement,
+            scene,
+            stats,
+            stopped,
+        })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyType>, Pickled<'py>) {
+        let (py, this) = (slf.py(), slf.get());
+        let packed = PyBytes::new(py, &packed::pack(&this.measurement));
+        let scene = this.scene.clone_ref(py);
+        let arguments = (packed, scene, this.stats.clone(), this.stopped.clone());
+        (slf.get_type(), arguments)
+    }
+
     /// All arrays, as they are written to files (docs/meters.md).
     fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Vec<Named<'py>>> {
         let list = self.readings(Vec::new()).list.into_iter();

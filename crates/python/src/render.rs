@@ -8,9 +8,10 @@ use crate::{errors, image};
 use io::clock::{Clock, Stopped};
 use io::image::tone::Tone;
 use io::rendered::{Naming, Picture};
-use io::report;
+use io::{packed, report};
 use numpy::{Element, PyArrayDyn};
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyType};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -28,7 +29,7 @@ pub struct Rendered {
     stats: String,
     /// Why it ended early.
     #[pyo3(get)]
-    stopped: Option<&'static str>,
+    stopped: Option<String>,
 }
 
 /// Renders a scene with a camera. `tick` is called now and then with the number of samples taken so far.
@@ -113,10 +114,13 @@ impl Rendered {
             rendering,
             scene,
             stats: stats.to_string(),
-            stopped: run.stopped,
+            stopped: run.stopped.map(str::to_owned),
         }
     }
 }
+
+/// Of a result: its numbers, the scene, everything about the run, and why it ended early.
+pub type Pickled<'py> = (Bound<'py, PyBytes>, Py<Scene>, String, Option<String>);
 
 /// Name, means, variances, and where these are not to be trusted.
 type Layer<'py> = (
@@ -128,6 +132,31 @@ type Layer<'py> = (
 
 #[pymethods]
 impl Rendered {
+    /// What was pickled.
+    #[new]
+    fn unpickled(
+        packed: &[u8],
+        scene: Py<Scene>,
+        stats: String,
+        stopped: Option<String>,
+    ) -> PyResult<Self> {
+        let rendering = packed::unpack(packed).map_err(|e| errors::render(e.to_string()))?;
+        Ok(Rendered {
+            rendering,
+            scene,
+            stats,
+            stopped,
+        })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyType>, Pickled<'py>) {
+        let (py, this) = (slf.py(), slf.get());
+        let packed = PyBytes::new(py, &packed::pack(&this.rendering));
+        let scene = this.scene.clone_ref(py);
+        let arguments = (packed, scene, this.stats.clone(), this.stopped.clone());
+        (slf.get_type(), arguments)
+    }
+
     /// Means, (height, width, channels).
     fn mean<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         self.picture(py, self.rendering.film.mean())

@@ -4,9 +4,13 @@ use crate::dict;
 use crate::errors;
 use crate::field::Field;
 use io::{Diagnostics, Limits, LoadOptions, Loaded, json};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
+
+/// How an object is made again that was pickled: a function of Python, and its arguments.
+pub type Recipe<'py> = (Bound<'py, PyAny>, Py<PyAny>);
 
 /// A scene that is ready to render. It does not change.
 #[pyclass(frozen, module = "morgana")]
@@ -17,6 +21,9 @@ pub struct Scene {
     /// What it is called in outputs.
     #[pyo3(get)]
     pub name: String,
+    /// How it is made again: ``"file"`` or ``"dict"``, the file's path or the dictionary, parameters, and what takes the place
+    /// of what the scene says.
+    recipe: Py<PyAny>,
 }
 
 /// What takes the place of what a scene says.
@@ -49,17 +56,20 @@ pub fn load_file(
     py: Python<'_>,
     path: PathBuf,
     defines: Vec<(String, String)>,
-    instead: Instead,
+    instead: Bound<'_, PyAny>,
 ) -> PyResult<Scene> {
+    let source = std::path::absolute(&path)?;
+    let recipe = ("file", source, defines.clone(), instead.clone()).into_py_any(py)?;
     let options = LoadOptions {
         defines,
-        ..instead.options()
+        ..instead.extract::<Instead>()?.options()
     };
     let loaded = py.detach(|| io::load_scene(&path, &options));
     let name = path.file_name().unwrap_or(path.as_os_str());
     Ok(Scene {
         loaded: loaded.map_err(|d| errors::scene(&d))?,
         name: name.to_string_lossy().into_owned(),
+        recipe,
     })
 }
 
@@ -69,10 +79,11 @@ pub fn load_dict(
     py: Python<'_>,
     scene: &Bound<'_, PyDict>,
     defines: Vec<(String, String)>,
-    instead: Instead,
+    instead: Bound<'_, PyAny>,
 ) -> PyResult<Scene> {
+    let recipe = ("dict", scene.clone(), defines.clone(), instead.clone()).into_py_any(py)?;
     let item = dict::scene(scene)?;
-    let options = instead.options();
+    let options = instead.extract::<Instead>()?.options();
     let loaded = py.detach(|| {
         let mut diagnostics = Diagnostics::new();
         match json::build(item, &defines, &mut diagnostics) {
@@ -83,6 +94,7 @@ pub fn load_dict(
     Ok(Scene {
         loaded: loaded.map_err(|d| errors::scene(&d))?,
         name: "dict".into(),
+        recipe,
     })
 }
 
@@ -178,6 +190,24 @@ impl Scene {
         format!("<morgana.Scene {}>", self.lines().join(", "))
     }
 
+    fn __eq__(&self, other: &Scene) -> bool {
+        self.is_same(other)
+    }
+
+    fn __hash__(&self) -> u64 {
+        let bytes = self.loaded.hash.bytes();
+        bytes[..8]
+            .iter()
+            .fold(0, |hash, byte| hash << 8 | u64::from(*byte))
+    }
+
+    /// Scenes are pickled as what they were made of, and made again.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Recipe<'py>> {
+        let remake = py.import("morgana._scene")?.getattr("remake")?;
+        let arguments = (self.recipe.clone_ref(py), self.hash());
+        Ok((remake, arguments.into_py_any(py)?))
+    }
+
     fn _repr_html_(&self) -> String {
         let rows = self.lines().into_iter().map(|line| {
             let line = line.replace('&', "&amp;").replace('<', "&lt;");
@@ -200,6 +230,12 @@ impl Scene {
 }
 
 impl Scene {
+    /// Whether it is the same description and data, rendered in the same way.
+    pub fn is_same(&self, other: &Scene) -> bool {
+        let way = |l: &Loaded| (l.renderer, l.samples, l.adaptive, l.scene().replicates());
+        self.loaded.hash == other.loaded.hash && way(&self.loaded) == way(&other.loaded)
+    }
+
     /// What there is to say of it in a few words each.
     fn lines(&self) -> Vec<String> {
         let loaded = &self.loaded;

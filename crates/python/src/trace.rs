@@ -9,6 +9,7 @@ use glam::DVec3;
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 use rayon::prelude::*;
 use transport::trace::{Branch, Path, TraceEnding, TracePoint, Tracer, branches, follow_field};
 
@@ -181,8 +182,8 @@ impl Traced {
 }
 
 /// A ray between two points.
-#[pyclass(frozen, get_all, module = "morgana")]
-#[derive(Debug)]
+#[pyclass(frozen, get_all, eq, module = "morgana")]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Ray {
     /// Unit direction in which it leaves the first point.
     direction_out: [f64; 3],
@@ -222,8 +223,42 @@ impl Ray {
     }
 }
 
+/// The values of a ray, in the order of its attributes.
+type RayValues = ([f64; 3], [f64; 3], f64, f64, f64, Vec<f64>, u32, bool, bool);
+
 #[pymethods]
 impl Ray {
+    #[new]
+    fn of_values(values: RayValues) -> Self {
+        Ray {
+            direction_out: values.0,
+            direction_in: values.1,
+            arc_length: values.2,
+            optical_length: values.3,
+            jacobian: values.4,
+            transmittance: values.5,
+            reflections: values.6,
+            occluded: values.7,
+            primary: values.8,
+        }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyType>, (RayValues,)) {
+        let ray = slf.get().clone();
+        let values = (
+            ray.direction_out,
+            ray.direction_in,
+            ray.arc_length,
+            ray.optical_length,
+            ray.jacobian,
+            ray.transmittance,
+            ray.reflections,
+            ray.occluded,
+            ray.primary,
+        );
+        (slf.get_type(), (values,))
+    }
+
     fn __repr__(&self) -> String {
         let blocked = if self.occluded { ", occluded" } else { "" };
         format!(

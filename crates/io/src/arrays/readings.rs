@@ -123,13 +123,13 @@ impl Scribe<'_> {
             (_, true) => "J",
             (_, false) => "W",
         };
-        let unit = match reading.name {
+        let unit = match &*reading.name {
             "fluence" | "irradiance" => format!("{power}/unit^2"),
             "absorbed" => format!("{power}/unit^3"),
             "optical_moment" => format!("{power}*unit"),
             _ => power.to_owned(),
         };
-        self.all(reading, reading.name, &unit, scale)
+        self.all(reading, &reading.name, &unit, scale)
     }
 
     /// Initial pressure p₀ = Γ μ_a Φ, with the fluence Φ of a short pulse, and what goes with it.
@@ -148,7 +148,11 @@ impl Scribe<'_> {
         scale: impl Fn(usize) -> f64,
     ) -> [Array; ARRAYS] {
         let channels = self.context.channels.len();
-        let mut axes: Vec<String> = reading.axes.iter().map(|axis| axis.name.into()).collect();
+        let mut axes: Vec<String> = reading
+            .axes
+            .iter()
+            .map(|axis| axis.name.to_string())
+            .collect();
         let mut shape: Vec<usize> = reading.axes.iter().map(|axis| axis.len()).collect();
         if channels > 1 {
             axes.push("channel".into());
@@ -182,13 +186,13 @@ impl Scribe<'_> {
             if axis.name == "side" || axis.name == "part" || list.iter().any(|a| a.name == name) {
                 continue;
             }
-            let length = ["x", "y", "z", "r", "opl"].contains(&axis.name);
+            let length = ["x", "y", "z", "r", "opl"].contains(&&*axis.name);
             // Radii of a disk are relative to its own.
             let length = length && !matches!(self.instrument.meter, Meter::Irradiance(_))
                 || axis.name == "opl";
             list.push(Array {
                 name,
-                axes: vec![axis.name.into()],
+                axes: vec![axis.name.to_string()],
                 shape: vec![axis.edges.len()],
                 unit: if length { "unit".into() } else { String::new() },
                 data: axis.edges.clone(),

@@ -47,7 +47,7 @@ pub use options::LoadOptions;
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::Query;
-use crate::scene::{FileRegistry, PluginKind, SceneDescription};
+use crate::scene::{FileRegistry, PluginKind, SceneDescription, SceneHash};
 use channels::Channels;
 use context::Context;
 use group::Group;
@@ -106,12 +106,8 @@ pub fn assemble(
             return Err(diagnostics);
         }
     }
-    let hash = match description.hash(&files) {
-        Ok(hash) => hash,
-        Err(error) => {
-            diagnostics.push(Diagnostic::error(error.to_string()));
-            return Err(diagnostics);
-        }
+    let Some(hash) = fingerprint(description, &files, &mut diagnostics) else {
+        return Err(diagnostics);
     };
     let Some(first) = groups.first_mut() else {
         return Err(diagnostics);
@@ -149,14 +145,14 @@ pub fn assemble(
 }
 
 /// Assembles the refractive index that the only volume of a description describes, at the first wavelength if there are
-/// several; `diagnostics` holds what reading it has reported.
+/// several, with the hash of the description and of all files; `diagnostics` holds what reading it has reported.
 ///
 /// # Errors
 /// Everything that is wrong with it.
 pub fn assemble_field(
     description: &SceneDescription,
     mut diagnostics: Diagnostics,
-) -> Result<eikonal::Field, Diagnostics> {
+) -> Result<(eikonal::Field, SceneHash), Diagnostics> {
     let root = &description.root;
     let channels = Channels::of(root, &mut diagnostics);
     let mut query = Query::new(root, &mut diagnostics);
@@ -165,8 +161,19 @@ pub fn assemble_field(
     let mut files = FileRegistry::new();
     let mut context = Context::new(&channels, 0, &mut diagnostics, &mut files);
     let field = volume.and_then(|volume| field::build(volume, &mut context));
-    match field {
-        Some(field) if !diagnostics.has_errors() => Ok(field),
+    match (field, fingerprint(description, &files, &mut diagnostics)) {
+        (Some(field), Some(hash)) if !diagnostics.has_errors() => Ok((field, hash)),
         _ => Err(diagnostics),
     }
+}
+
+/// The hash of a description and of the files that it refers to.
+fn fingerprint(
+    description: &SceneDescription,
+    files: &FileRegistry,
+    diagnostics: &mut Diagnostics,
+) -> Option<SceneHash> {
+    let hash = description.hash(files);
+    hash.map_err(|error| diagnostics.push(Diagnostic::error(error.to_string())))
+        .ok()
 }

@@ -3,12 +3,14 @@
 use super::grid::{Coordinates, MeterGrid};
 use super::tally::Tally;
 use crate::Bins;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// One axis of an array of bins.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReadingAxis {
     /// Its name: `x`, `y`, `z`, `r`, `opl`, `cosine`, `side`, `part`, `u`, `v`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// The ends of its bins, one more than there are bins.
     pub edges: Vec<f64>,
 }
@@ -17,7 +19,7 @@ impl ReadingAxis {
     /// An axis of equal bins.
     pub fn new(name: &'static str, bins: &Bins) -> Self {
         ReadingAxis {
-            name,
+            name: name.into(),
             edges: bins.edges(),
         }
     }
@@ -94,7 +96,7 @@ impl Quantity {
             slots.map(|i| value(start + i) / measure(i)).collect()
         };
         Reading {
-            name: self.name,
+            name: self.name.into(),
             axes: self.axes.clone(),
             mean: of(&|slot| tally.mean(slot)),
             error: of(&|slot| tally.error(slot)),
@@ -105,10 +107,10 @@ impl Quantity {
 }
 
 /// An array that a meter has measured.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// `fluence`, `absorbed`, `power`, `irradiance`, ...
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its axes, the slowest first. Channels run fastest of all, after the last axis.
     pub axes: Vec<ReadingAxis>,
     /// Means for each bin and channel.

@@ -135,7 +135,7 @@ impl AddAssign for BalanceSums {
 }
 
 /// An amount of power, summed over channels.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Share {
     /// Mean over particles.
     pub mean: f64,
@@ -145,7 +145,7 @@ pub struct Share {
 
 /// The energy balance of a whole run. What the entries leave of the emitted power is what the choice of emitters and
 /// rays, Russian roulette and spectral sampling, which are fair but by chance, have added or taken.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
     /// Power of all emitters, exactly.
     pub emitted: f64,

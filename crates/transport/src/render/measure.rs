@@ -48,7 +48,7 @@ impl MeasureOptions {
 }
 
 /// What a measurement gives.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Measurement {
     /// For each meter, what it has measured, with the channels of all groups. Absolute: in the units of
     /// the emitters' power.

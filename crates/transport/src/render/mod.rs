@@ -113,7 +113,7 @@ pub struct Progress<'a> {
 }
 
 /// What a render gives.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Rendering {
     /// The image.
     pub film: Film,

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 pub(super) const MOST_VERTICES: u32 = 8;
 
 /// What one strategy found.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StrategyImage {
     /// Number of vertices from the emitter, its own point included.
     pub s: u32,

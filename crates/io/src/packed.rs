@@ -1,0 +1,30 @@
+//! Results as bytes, to hand them from one process to another that runs the same version of the program.
+
+use crate::error::Problem;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// The bytes of a value.
+///
+/// ```
+/// let bytes = io::packed::pack(&vec![1.5, 2.5]);
+/// assert_eq!(io::packed::unpack::<Vec<f64>>(&bytes).unwrap(), [1.5, 2.5]);
+/// assert!(io::packed::unpack::<Vec<f64>>(&bytes[1..]).is_err());
+/// ```
+pub fn pack<T: Serialize>(value: &T) -> Vec<u8> {
+    // Nothing can fail but the memory's size.
+    postcard::to_stdvec(value).unwrap_or_default()
+}
+
+/// The value that was packed.
+///
+/// # Errors
+/// Bytes that are those of no such value.
+pub fn unpack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
+    let (value, rest) = postcard::take_from_bytes(bytes)
+        .map_err(|e| Problem::Malformed(format!("not readable: {e}")))?;
+    match rest.len() {
+        0 => Ok(value),
+        n => Err(Problem::TrailingBytes { extra: n as u64 }),
+    }
+}
