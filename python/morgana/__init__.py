@@ -16,6 +16,7 @@ from ._rays import Connections, Polyline, Rays, connect, trace
 from ._render import render
 from ._result import Layer, Reading, Result
 from ._scene import load_dict, load_field, load_file
+from ._sweep import Sweep, sweep
 
 __all__ = [
     "Connections",
@@ -35,6 +36,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "SceneWarning",
+    "Sweep",
     "__version__",
     "compare",
     "connect",
@@ -43,6 +45,7 @@ __all__ = [
     "load_file",
     "read",
     "render",
+    "sweep",
     "trace",
     "write",
 ]
