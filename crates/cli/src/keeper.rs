@@ -61,17 +61,15 @@ impl Keeper {
         let refuse = |why: String| {
             CommandError::Usage(format!("'{}' cannot be resumed: {why}", shown(&path)))
         };
-        let kept = match path.exists() {
-            true if !args.resume => {
-                let path = shown(&path);
-                let message = format!(
-                    "'{path}' exists already: go on from it by --resume, or remove it to start anew"
-                );
-                return Err(CommandError::Usage(message));
-            }
-            true => Some(Part::read(&path)?),
-            false => None,
-        };
+        let exists = path.exists();
+        if exists && !args.resume {
+            let path = shown(&path);
+            let message = format!(
+                "'{path}' exists already: continue it with --resume, or remove it to start anew"
+            );
+            return Err(CommandError::Usage(message));
+        }
+        let kept = exists.then(|| Part::read(&path)).transpose()?;
         if let Some(kept) = &kept {
             kept.header
                 .agrees(&header)

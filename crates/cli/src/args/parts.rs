@@ -17,7 +17,7 @@ pub struct KeepArgs {
     /// Time between writing the checkpoint, or the part of a shard.
     #[arg(long, value_name = "DURATION", default_value = "1m", value_parser = duration)]
     pub checkpoint_every: Duration,
-    /// Go on from the checkpoint, or from the part of a shard, if it is there: the result is that of a render that was not
+    /// Continue from the checkpoint, or from the part of a shard, if it exists: the result is that of a render that was not
     /// interrupted, bit for bit. More --spp than at first are fine.
     #[arg(long)]
     pub resume: bool,

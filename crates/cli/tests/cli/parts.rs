@@ -106,7 +106,7 @@ fn a_checkpoint_goes_on() {
     // It is never overwritten by a render that starts anew.
     let error = folder.fail(2, "render scene.xml --spp 4 --checkpoint c.part -o a.exr");
     assert!(
-        error.contains("'c.part' exists already: go on from it by --resume"),
+        error.contains("'c.part' exists already: continue it with --resume"),
         "{error}"
     );
     folder.succeed("render scene.xml --spp 9 --checkpoint c.part --resume -o b.exr --stats b.json");
@@ -328,7 +328,7 @@ fn what_does_not_belong_together_is_refused() {
 fn options_that_make_no_sense_are_refused() {
     let folder = fog();
     for (options, why) in [
-        ("--resume", "goes on from a --checkpoint or a --shard"),
+        ("--resume", "continues a --checkpoint or a --shard"),
         ("--shard 0/9", "there are more shards, 9, than samples, 4"),
         ("--shard 0/2 -o a.exr", "morgana merge makes images"),
         (
