@@ -23,8 +23,8 @@ PLANTED = [
     (
         "edges extended farther if they collide late",
         TRANSPORT + "path/walk/trace.rs",
-        "!self.passed_by_chance && !self.is_long {",
-        "!self.passed_by_chance {",
+        "if self.edge.geometry.events == 0 && !events.passed_by_chance && !events.is_long {",
+        "if self.edge.geometry.events == 0 && !events.passed_by_chance {",
         ("transport", "edges", "extensions_of_rays_that_circle_end"),
     ),
     (
@@ -184,7 +184,7 @@ PLANTED = [
     ),
     (
         "refraction computed from the chord of the last arc",
-        TRANSPORT + "path/walk/trace.rs",
+        TRANSPORT + "path/walk/surface.rs",
         "let Some(sample) = self.turn((object, hit), -direction) else {",
         "let toward = self.edge.spans.last().map_or(-direction, "
         "|s| (s.arc.start() - hit.position).normalize());"
@@ -261,8 +261,8 @@ PLANTED = [
     (
         "path cut one arc short at the boundary",
         TRANSPORT + "path/walk/trace.rs",
-        "self.depth += depth;",
-        "if theta_end == 1.0 { self.depth += depth; }",
+        "self.travelled.depth += depth;",
+        "if theta_end == 1.0 { self.travelled.depth += depth; }",
         ("transport", "edges", "an_edge_is_as_long_as_its_way"),
     ),
     (
@@ -281,7 +281,7 @@ PLANTED = [
     ),
     (
         "index jump at a declared match scored as if matched",
-        TRANSPORT + "path/walk/trace.rs",
+        TRANSPORT + "path/walk/surface.rs",
         "self.edge.weight *= ratio * ratio;",
         "",
         ("transport", "furnace", "transparent_lens_behind_a_matched_boundary"),
@@ -539,20 +539,20 @@ PLANTED = [
     (
         "collisions forced before surfaces",
         "crates/transport/src/path/walk/trace.rs",
-        "if !self.escaped || self.is_long || self.edge.geometry.events > 0 || self.passed_by_chance {",
-        "if self.edge.geometry.events > 0 || self.passed_by_chance {",
+        "if !events.escaped || events.is_long || is_specular || events.passed_by_chance {",
+        "if is_specular || events.passed_by_chance {",
         ("transport", "first_vertex", "only_what_would_leave_is_forced"),
     ),
     (
         "splitting that leave refracted light as it is",
-        "crates/transport/src/path/walk/trace.rs",
+        "crates/transport/src/path/walk/surface.rs",
         "Some(certain(other))",
         "Some(other)",
         ("transport", "first_vertex", "parts_add_up"),
     ),
     (
         "splitting without what media took before",
-        "crates/transport/src/path/walk/trace.rs",
+        "crates/transport/src/path/walk/surface.rs",
         "let so_far = share(self.sampling.channel_pdf, self.edge.geometry.depth) * self.edge.weight;",
         "let so_far = self.edge.weight;",
         ("transport", "first_vertex", "splitting_keeps_means"),

@@ -1,6 +1,7 @@
 //! Walks along curved rays: edges of paths, and sensor rays that are not scattered.
 
 mod follow;
+mod surface;
 mod trace;
 
 pub use follow::{Ending, FollowedRay, follow};

@@ -1,0 +1,209 @@
+//! What becomes of an edge at a surface: it passes, is refracted or reflected, or ends.
+//!
+//! Theory: docs/theory.md#connectable-edges, docs/theory.md#declared-index-matches.
+
+use super::trace::Walk;
+use crate::bsdf::{Bsdf, BsdfSample, PartialTransmission};
+use crate::budget::EVENTS_PER_EDGE;
+use crate::path::segment::{
+    End, RayDifferentials, Split, Start, TransportMode, leave, share, surface_at,
+};
+use crate::scene::MediumId;
+use crate::shape::{Hit, Meeting};
+use eikonal::connect::{Pattern, World};
+use eikonal::interface::{Interface, Rule};
+use eikonal::ray::Variation;
+use glam::DVec3;
+use std::ops::ControlFlow;
+
+impl Walk<'_, '_> {
+    /// Goes through, is reflected, or ends at a surface. Breaks where the edge ends.
+    pub(super) fn surface(
+        &mut self,
+        (object, meeting): (usize, Meeting),
+        v: DVec3,
+    ) -> ControlFlow<()> {
+        let scene = self.scene;
+        let bsdf = &scene.objects()[object].bsdf;
+        if self.events.collided && !bsdf.is_null() {
+            // Beyond a collision only index-matched boundaries are passed.
+            return ControlFlow::Break(());
+        }
+        let hit = &scene.hit(object, &meeting);
+        if bsdf.is_null() {
+            return self.pass(object, hit, v);
+        }
+        let shape = &scene.objects()[object].shape;
+        let direction = v.normalize();
+        let through = || bsdf.through(&shape.site(hit), hit.normal.dot(direction));
+        if let Some(through) = bsdf.is_partial().then(through).flatten() {
+            if self.sampler.next_1d() < through.probability {
+                return self.pass_by_chance((object, hit), v, through);
+            }
+            if bsdf.is_delta() {
+                self.edge.geometry.choice *= 1.0 - through.probability;
+            }
+        }
+        if bsdf.is_delta() && self.edge.geometry.events < EVENTS_PER_EDGE {
+            return self.specular(object, hit, (v, direction));
+        }
+        if bsdf.is_delta() {
+            self.events.over_budget = true;
+            return self.die(true);
+        }
+        self.edge.geometry.geometry_term = self.ray.differentials.at_point(v, self.travelled.jump);
+        self.edge.end = End::Surface {
+            object,
+            hit: *hit,
+            direction,
+            medium: self.ray.medium,
+        };
+        ControlFlow::Break(())
+    }
+
+    /// Straight through a boundary that is declared index-matched. If the indices differ all the
+    /// same, power and L, rather than L/n², are conserved: the declared jump takes no energy away.
+    /// See docs/theory.md#declared-index-matches.
+    fn pass(&mut self, object: usize, hit: &Hit, v: DVec3) -> ControlFlow<()> {
+        let direction = v.normalize();
+        let beyond = self.beyond(object, hit, direction);
+        let ratio =
+            self.scene.n(beyond, hit.position) / self.scene.n(self.ray.medium, hit.position);
+        if self.sampling.mode == TransportMode::Radiance {
+            self.edge.weight *= ratio * ratio;
+        }
+        self.travelled.jump *= ratio;
+        self.go_on((object, hit), v, direction, beyond, Rule::Pass)
+    }
+
+    /// Straight through a surface that lets part of the light pass.
+    fn pass_by_chance(
+        &mut self,
+        at: (usize, &Hit),
+        v: DVec3,
+        through: PartialTransmission,
+    ) -> ControlFlow<()> {
+        self.events.passed_by_chance = true;
+        self.edge.weight *= through.factor;
+        self.edge.geometry.choice *= through.probability;
+        self.go_on(at, v, v.normalize(), self.ray.medium, Rule::Pass)
+    }
+
+    /// Refracted or reflected by chance at a smooth surface.
+    fn specular(
+        &mut self,
+        object: usize,
+        hit: &Hit,
+        (v, direction): (DVec3, DVec3),
+    ) -> ControlFlow<()> {
+        let Some(sample) = self.turn((object, hit), -direction) else {
+            return self.die(false);
+        };
+        let bsdf = &self.scene.objects()[object].bsdf;
+        self.edge.connectable &= matches!(bsdf, Bsdf::Dielectric(_));
+        if !sample.transmitted && sample.pdf < 1.0 {
+            self.travelled.reflections += 1;
+            // Connections know patterns of so many encounters.
+            self.edge.connectable &= self.edge.geometry.events < Pattern::ENCOUNTERS;
+        }
+        self.edge.geometry.reflections += u32::from(!sample.transmitted);
+        self.edge.geometry.events += 1;
+        self.edge.geometry.choice *= sample.pdf;
+        self.edge.weight *= sample.weight;
+        let beyond = self.beyond(object, hit, sample.direction);
+        let rule = if sample.transmitted {
+            Rule::Refract
+        } else {
+            Rule::Reflect
+        };
+        self.go_on((object, hit), v, sample.direction, beyond, rule)
+    }
+
+    /// The way to go on from a smooth surface: one by chance, or, where the edge is split, the refracted one.
+    fn turn(&mut self, (object, hit): (usize, &Hit), toward: DVec3) -> Option<BsdfSample> {
+        let bsdf = &self.scene.objects()[object].bsdf;
+        let surface = surface_at(self.scene, object, hit, self.ray.medium);
+        let sample = |u| bsdf.sample(&surface, toward, [u, 0.5, 0.5]);
+        let is_first = self.edge.geometry.events == 0 && matches!(bsdf, Bsdf::Dielectric(_));
+        if self.sampling.splitting && is_first {
+            let (one, other) = (sample(0.0)?, sample(1.0f64.next_down())?);
+            if !one.transmitted && other.transmitted {
+                self.edge.split = Some(Box::new(self.split((object, hit), &one)));
+                return Some(certain(other));
+            }
+        }
+        sample(self.sampler.next_1d())
+    }
+
+    /// The way that is not gone on here (docs/theory.md#first-vertex-techniques).
+    fn split(&self, (object, hit): (usize, &Hit), way: &BsdfSample) -> Split {
+        let (scene, direction) = (self.scene, way.direction);
+        let so_far = share(self.sampling.channel_pdf, self.edge.geometry.depth) * self.edge.weight;
+        Split {
+            start: Start {
+                left: scene.left(object, hit.normal, direction),
+                ..Start::point(
+                    leave(scene, hit.position, hit.normal, direction),
+                    direction,
+                    self.beyond(object, hit, direction),
+                )
+            },
+            throughput: so_far * certain(*way).weight,
+            optical_length: self.edge.optical_length,
+        }
+    }
+
+    /// The medium on that side of a surface to which a direction points.
+    fn beyond(&self, object: usize, hit: &Hit, direction: DVec3) -> MediumId {
+        let at = (hit.position, hit.normal);
+        self.scene
+            .medium_beside(object, self.ray.medium, at, direction)
+    }
+
+    /// On from a surface with the velocity before and the direction after.
+    fn go_on(
+        &mut self,
+        (object, hit): (usize, &Hit),
+        v: DVec3,
+        direction: DVec3,
+        beyond: MediumId,
+        rule: Rule,
+    ) -> ControlFlow<()> {
+        self.ray.x = leave(self.scene, hit.position, hit.normal, direction);
+        self.ray.left = self.scene.left(object, hit.normal, direction);
+        let (near, far) = (self.scene.field(self.ray.medium), self.scene.field(beyond));
+        let alike = || near.n2(hit.position) == far.n2(hit.position);
+        if rule == Rule::Pass && near.is_constant() && far.is_constant() && alike() {
+            // Nothing happens to the ray nor to its neighbours.
+            self.ray.medium = beyond;
+            return ControlFlow::Continue(());
+        }
+        let local = |field| {
+            let (n2, a, ()) = <() as Variation>::local(field, hit.position);
+            (n2, a)
+        };
+        let shape = &self.scene.objects()[object].shape;
+        let interface = Interface {
+            normal: hit.normal,
+            shape: shape.shape_operator(hit.position, hit.primitive),
+            near: local(near),
+            far: local(far),
+        };
+        match interface.tangents(rule, v, &self.ray.differentials.tangents()) {
+            Some(tangents) => self.ray.differentials = RayDifferentials::Bent(tangents),
+            None => self.edge.connectable = false,
+        }
+        self.ray.v = direction * interface.far.0.sqrt();
+        self.ray.medium = beyond;
+        ControlFlow::Continue(())
+    }
+}
+
+/// A way that is taken for certain, not by chance.
+fn certain(way: BsdfSample) -> BsdfSample {
+    BsdfSample {
+        weight: way.weight * way.pdf,
+        pdf: 1.0,
+        ..way
+    }
+}
