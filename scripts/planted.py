@@ -95,7 +95,7 @@ PLANTED = [
         TRANSPORT + "path/learnt/nee_rates.rs",
         "*mean += value / (1.0 - share + probability(level) * share);",
         "*mean += value;",
-        ("transport", "connections", "a_survey_foretells_variances"),
+        ("transport", "connections", "a_pilot_foretells_variances"),
     ),
     (
         "lines that leave a ball inwards said not to meet it again",

@@ -110,6 +110,14 @@ def test_pictures(tmp_path):
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
+def test_a_result_of_another_version_is_refused():
+    run = morgana.render(load(small()), spp=1)._run
+    kind, (packed, *others) = run.__reduce__()
+    for damaged in (packed[:-1], packed + b"x", b""):
+        with pytest.raises(morgana.RenderError, match="one version of morgana"):
+            kind(damaged, *others)
+
+
 @pytest.mark.parametrize("integrator", ["bdpt", "photon", "aov"])
 def test_pictures_by(integrator):
     result = morgana.render(load(small(integrator)), spp=2)

@@ -6,14 +6,16 @@ use serde::de::DeserializeOwned;
 
 /// The bytes of a value.
 ///
+/// # Errors
+/// A value of a type that cannot be stored, such as a sequence whose length is not known.
+///
 /// ```
-/// let bytes = io::packed::pack(&vec![1.5, 2.5]);
+/// let bytes = io::packed::pack(&vec![1.5, 2.5]).unwrap();
 /// assert_eq!(io::packed::unpack::<Vec<f64>>(&bytes).unwrap(), [1.5, 2.5]);
 /// assert!(io::packed::unpack::<Vec<f64>>(&bytes[1..]).is_err());
 /// ```
-pub fn pack<T: Serialize>(value: &T) -> Vec<u8> {
-    // Nothing can fail but the memory's size.
-    postcard::to_stdvec(value).unwrap_or_default()
+pub fn pack<T: Serialize>(value: &T) -> Result<Vec<u8>, Problem> {
+    postcard::to_stdvec(value).map_err(|e| Problem::Malformed(format!("not storable: {e}")))
 }
 
 /// The value that was packed.

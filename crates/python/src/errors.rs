@@ -1,6 +1,6 @@
 //! Rust's errors as Python's exceptions, which are defined in `python/morgana/_errors.py`.
 
-use io::{Diagnostic, Diagnostics, Refusal};
+use io::{Diagnostic, Diagnostics, Problem, Refusal};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use transport::render::MeasureError;
@@ -55,6 +55,13 @@ pub fn refusal(refusal: &Refusal) -> PyErr {
         }
         _ => render(refusal.to_string()),
     }
+}
+
+/// A result that cannot be pickled, or unpickled.
+pub fn unpickled(problem: &Problem) -> PyErr {
+    render(format!(
+        "a pickled result is {problem}: pickles are for processes of one version of morgana, write results to files instead"
+    ))
 }
 
 /// A run that cannot be done.

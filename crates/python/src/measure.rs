@@ -114,7 +114,7 @@ impl Measured {
         stats: String,
         stopped: Option<String>,
     ) -> PyResult<Self> {
-        let measurement = packed::unpack(packed).map_err(|e| errors::render(e.to_string()))?;
+        let measurement = packed::unpack(packed).map_err(|e| errors::unpickled(&e))?;
         Ok(Measured {
             measurement,
             scene,
@@ -123,12 +123,13 @@ impl Measured {
         })
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyType>, Pickled<'py>) {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyType>, Pickled<'py>)> {
         let (py, this) = (slf.py(), slf.get());
-        let packed = PyBytes::new(py, &packed::pack(&this.measurement));
+        let packed = packed::pack(&this.measurement).map_err(|e| errors::unpickled(&e))?;
+        let packed = PyBytes::new(py, &packed);
         let scene = this.scene.clone_ref(py);
         let arguments = (packed, scene, this.stats.clone(), this.stopped.clone());
-        (slf.get_type(), arguments)
+        Ok((slf.get_type(), arguments))
     }
 
     /// All arrays, as they are written to files (docs/meters.md).

@@ -140,7 +140,7 @@ impl Rendered {
         stats: String,
         stopped: Option<String>,
     ) -> PyResult<Self> {
-        let rendering = packed::unpack(packed).map_err(|e| errors::render(e.to_string()))?;
+        let rendering = packed::unpack(packed).map_err(|e| errors::unpickled(&e))?;
         Ok(Rendered {
             rendering,
             scene,
@@ -149,12 +149,13 @@ impl Rendered {
         })
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyType>, Pickled<'py>) {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyType>, Pickled<'py>)> {
         let (py, this) = (slf.py(), slf.get());
-        let packed = PyBytes::new(py, &packed::pack(&this.rendering));
+        let packed = packed::pack(&this.rendering).map_err(|e| errors::unpickled(&e))?;
+        let packed = PyBytes::new(py, &packed);
         let scene = this.scene.clone_ref(py);
         let arguments = (packed, scene, this.stats.clone(), this.stopped.clone());
-        (slf.get_type(), arguments)
+        Ok((slf.get_type(), arguments))
     }
 
     /// Means, (height, width, channels).

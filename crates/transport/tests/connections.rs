@@ -139,7 +139,7 @@ fn any_rate_is_unbiased() {
 
 /// A pilot with all connections foretells the variance with few of them.
 #[test]
-fn a_survey_foretells_variances() {
+fn a_pilot_foretells_variances() {
     let mut parts = shell_of_lights(Bsdf::Null);
     parts.media[1].index = Constant::new(1.0).into();
     // In a furnace what chance finds never varies.

@@ -35,7 +35,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     ) -> Result<ConnectingRay, Failure> {
         let (x, region) = (start.family.x(), start.region);
         // Collocation, if the whole chord lies in one field.
-        let within = survey(world, (x, region), y);
+        let within = only_bending_region(world, (x, region), y);
         if let (Some((only, way)), RayFamily::Point { .. }) = (&within, start.family)
             && *only == region
             && way.part == [0.0, 1.0]
@@ -143,7 +143,7 @@ fn is_plane<R>(start: &InitialGuess<R>) -> bool {
 
 /// The only region on the straight way from a point to `y` whose field bends rays, and the way as it sees
 /// it; `None` if there is none or more than one, or an interface that refracts.
-fn survey<W: World>(
+fn only_bending_region<W: World>(
     world: &W,
     (start, mut region): (DVec3, W::Region),
     y: DVec3,
@@ -246,7 +246,7 @@ mod tests {
         start: &InitialGuess<usize>,
         y: DVec3,
     ) -> InitialGuess<usize> {
-        let within = survey(world, (start.family.x(), start.region), y);
+        let within = only_bending_region(world, (start.family.x(), start.region), y);
         solver.bent(world, start, within.as_ref())
     }
 

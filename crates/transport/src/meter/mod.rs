@@ -2,7 +2,7 @@
 //!
 //! A particle starts with the power of the emitters over the density of its ray, flies along curved
 //! edges, and is absorbed and scattered on the way: a random walk (`particle`). The `recorder` watches it, and shows the meters
-//! its flights, collisions and passages (`flight`); every meter has slots in one tally (`tally`). No index enters anywhere
+//! its flights, collisions and crossings (`flight`); every meter has slots in one tally (`tally`). No index enters anywhere
 //! (docs/theory.md#meters): power is conserved along rays, whatever the index does to radiance.
 
 mod flight;

@@ -10,7 +10,7 @@ use crate::sampling::Sampler;
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// Shows the meters the flights, collisions and passages of a particle. Meters draw from random numbers of their own.
+/// Shows the meters the flights, collisions and crossings of a particle. Meters draw from random numbers of their own.
 pub(super) struct Recorder<'r> {
     pub meters: &'r [Meter],
     pub channels: usize,
@@ -35,7 +35,7 @@ impl Observer for Recorder<'_> {
 }
 
 impl Recorder<'_> {
-    /// Scores the flights along an edge, and the passages through smooth surfaces between them. Returns the last flight.
+    /// Scores the flights along an edge, and the crossings of smooth surfaces between them. Returns the last flight.
     fn fly_along<'e>(&mut self, event: &'e WalkEvent) -> Option<Flight<'e>> {
         let mut last = None;
         for (i, flight) in flights(event).enumerate() {

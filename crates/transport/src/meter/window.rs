@@ -67,7 +67,7 @@ impl Window {
                 window: Some(window.clone()),
                 ..setup.clone()
             };
-            let tally = pilot.survey(levels, round, stop)?;
+            let tally = pilot.pilot_round(levels, round, stop)?;
             let done = window.refine(&tally, setup.emitted().sum());
             if done || stop.is_raised() {
                 break;
@@ -92,7 +92,7 @@ impl Window {
 
 impl Setup<'_> {
     /// The power of a few particles that is still on its way at each level.
-    fn survey(&self, levels: Bins, round: u64, stop: &Stop) -> Option<Tally> {
+    fn pilot_round(&self, levels: Bins, round: u64, stop: &Stop) -> Option<Tally> {
         let tasks = (0..PARTICLES / TASK).into_par_iter().map(|task| {
             let mut ws = Workspace::new(self.scene.tolerance());
             ws.stop = stop.clone();

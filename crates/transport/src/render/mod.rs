@@ -56,7 +56,7 @@ pub struct RenderOptions {
     pub strategies: bool,
     /// Whether noisy pixels get more samples than others if the estimator is `path`: after the first [`ADAPTIVE_FROM`] of the image
     /// half as many to eight times as many as on average, by what a pilot of four samples per pixel finds.
-    /// Images with [sorted](RenderOptions::reweight) samples are even all the same.
+    /// Images with [sorted](RenderOptions::reweight) samples nevertheless have equally many in each pixel.
     pub adaptive: bool,
     /// How light is told apart on the film.
     pub decomposition: Decomposition,

@@ -30,8 +30,8 @@ const ROUNDS: u64 = 3;
 const CLEAR: f64 = 1.5;
 /// Forced collisions must be better by this factor: few samples may deceive.
 const FORCED_PAYS: f64 = 1.1;
-/// Forks may even seem to be worse by a tenth: few samples miss what they are for, rare bright reflections.
-const FORKS_PAY: f64 = 0.9;
+/// Splitting may even seem to be worse by a tenth: few samples miss what it is for, rare bright reflections.
+const SPLITTING_PAYS: f64 = 0.9;
 
 /// With the probability with which to search for further branches, the share of searches that find one within
 /// bounds; those of connections to emitters; what paths may still bring; and how to begin them.
@@ -40,7 +40,7 @@ pub(super) fn prepared(light: &LightSamples) -> Prepared {
     if light.source.scene.is_straight() && !is_path {
         return light.source.prepared.clone();
     }
-    let mut best = Surveyed::new(light, is_path, FirstVertexTechniques::default());
+    let mut best = PilotResult::new(light, is_path, FirstVertexTechniques::default());
     if !is_path || best.cost > DEAR {
         return best.prepared;
     }
@@ -48,20 +48,20 @@ pub(super) fn prepared(light: &LightSamples) -> Prepared {
         best = best.or(|way| way.forced_collisions = FORCED, light, FORCED_PAYS);
     }
     if light.source.scene.has_dielectrics() {
-        best = best.or(|way| way.splitting = true, light, FORKS_PAY);
+        best = best.or(|way| way.splitting = true, light, SPLITTING_PAYS);
     }
     best.prepared
 }
 
 /// What a pilot says.
-struct Surveyed {
+struct PilotResult {
     prepared: Prepared,
     pairs: Pairs,
     /// Work per sample.
     cost: f64,
 }
 
-impl Surveyed {
+impl PilotResult {
     /// Of paths that begin in a way. Whether more is found out is for paths from the sensor.
     fn new(light: &LightSamples, trains: bool, first_vertex: FirstVertexTechniques) -> Self {
         let mut prepared = Prepared {
@@ -85,7 +85,7 @@ impl Surveyed {
         if let Some(adjoint_training) = pilot.ws.adjoint_training {
             prepared.adjoint = adjoint_training.estimate(worth);
         }
-        Surveyed {
+        PilotResult {
             prepared,
             cost: cost / (2 * pilot.pairs.len()) as f64,
             pairs: pilot.pairs,
@@ -97,7 +97,7 @@ impl Surveyed {
     fn or(self, change: fn(&mut FirstVertexTechniques), light: &LightSamples, factor: f64) -> Self {
         let mut first_vertex = self.prepared.first_vertex;
         change(&mut first_vertex);
-        let other = Surveyed::new(light, true, first_vertex);
+        let other = PilotResult::new(light, true, first_vertex);
         if self.pairs == other.pairs {
             // Not one path began in the other way.
             return self;

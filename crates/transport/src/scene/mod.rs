@@ -72,7 +72,7 @@ impl Scene {
     /// Everything that is wrong with it, errors first.
     pub fn new(parts: Parts) -> Result<Self, Vec<SceneProblem>> {
         let around = surroundings(&parts);
-        let regions = regions::survey(&parts, &around);
+        let regions = regions::all(&parts, &around);
         let sensor_medium = medium_at(&parts.objects, parts.sensor.position());
         let overlapping = overlapping(&parts.objects, around.radius * 1e-9);
         let mut scene = Scene {

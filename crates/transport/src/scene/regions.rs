@@ -79,7 +79,7 @@ pub(super) fn glass_ball(parts: &Parts, overlapping: &[bool]) -> Option<GlassBal
 }
 
 /// Surveys the regions of all media.
-pub(super) fn survey(parts: &Parts, around: &Surroundings) -> Vec<Region> {
+pub(super) fn all(parts: &Parts, around: &Surroundings) -> Vec<Region> {
     (0..parts.media.len())
         .map(|id| region(parts, around, id))
         .collect()

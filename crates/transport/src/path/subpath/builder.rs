@@ -13,7 +13,7 @@ pub(super) struct SubpathBuilder<'t> {
     pub subpath: Subpath,
     /// What the walk carries.
     pub mode: TransportMode,
-    /// How connections aim at the subpath's end.
+    /// Target of connections to the subpath's end.
     pub end: &'t ConnectionTarget<'t>,
     /// Most vertices.
     pub max_vertices: usize,

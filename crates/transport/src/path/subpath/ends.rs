@@ -30,7 +30,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Records a walk that starts with a ray. `end` is how connections aim at the subpath's end.
+    /// Records a walk that starts with a ray. `end` is the target of connections to the subpath's end.
     fn builder<'t>(
         &self,
         mode: TransportMode,

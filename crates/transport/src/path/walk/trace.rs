@@ -239,7 +239,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
     }
 
-    /// Adds one arc, and the collision if it happens there. `at` is the velocity and the spread at θ.
+    /// Adds one arc, and the collision if it happens there. `at` is the velocity and the differentials at θ.
     fn record(
         &mut self,
         arc: Arc,
@@ -296,7 +296,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         &mut self,
         arc: &Arc,
         theta: f64,
-        (v, spread): (DVec3, RayDifferentials),
+        (v, differentials): (DVec3, RayDifferentials),
         rate: Spectrum,
     ) {
         self.edge.end = End::Collision(Point {
@@ -309,7 +309,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             rate,
             weight: self.edge.weight,
         });
-        self.edge.geometry.geometry_term = spread.at_point(v, self.travelled.jump);
+        self.edge.geometry.geometry_term = differentials.at_point(v, self.travelled.jump);
         self.events.collided = true;
     }
 
