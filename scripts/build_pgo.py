@@ -51,7 +51,7 @@ def build(target, *flags):
         own = encoded.split("\x1f") if encoded else environment.get("RUSTFLAGS", "").split()
         environment["CARGO_ENCODED_RUSTFLAGS"] = "\x1f".join([*own, *flags])
     print(f"building {target / 'release'}", flush=True)
-    subprocess.run(["cargo", "build", "--release", "-p", "morgana"], cwd=ROOT, env=environment, check=True)
+    subprocess.run(["cargo", "build", "--release", "-p", "morgana-cli"], cwd=ROOT, env=environment, check=True)
     return target / "release" / "morgana"
 
 

@@ -46,7 +46,7 @@ class Run:
 
 
 def program():
-    build = ["cargo", "build", "--release", "--quiet", "-p", "morgana", "--message-format=json"]
+    build = ["cargo", "build", "--release", "--quiet", "-p", "morgana-cli", "--message-format=json"]
     output = subprocess.run(build, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     messages = (json.loads(line) for line in output.splitlines())
     found = [m["executable"] for m in messages if m.get("executable")]

@@ -59,7 +59,7 @@ class Morgana:
 
     @staticmethod
     def build():
-        subprocess.run(["cargo", "build", "--release", "--quiet", "-p", "morgana"], cwd=ROOT, check=True)
+        subprocess.run(["cargo", "build", "--release", "--quiet", "-p", "morgana-cli"], cwd=ROOT, check=True)
 
     def render(self, seed):
         import numpy

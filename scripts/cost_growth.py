@@ -54,7 +54,7 @@ SCENE = """<scene version="3.0.0">
 
 
 def program():
-    build = ["cargo", "build", "--release", "--quiet", "-p", "morgana", "--message-format=json"]
+    build = ["cargo", "build", "--release", "--quiet", "-p", "morgana-cli", "--message-format=json"]
     output = subprocess.run(build, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     messages = (json.loads(line) for line in output.splitlines())
     return [m["executable"] for m in messages if m.get("executable")][-1]

@@ -68,11 +68,11 @@ class Run(Process):
 
 def connections():
     for part in ("connections", "methods", "accuracy"):
-        run("cargo", "bench", "--quiet", "-p", "eikonal", "--", part)
+        run("cargo", "bench", "--quiet", "-p", "morgana-eikonal", "--", part)
 
 
 def straight():
-    run("cargo", "bench", "--quiet", "-p", "transport", "--bench", "straight")
+    run("cargo", "bench", "--quiet", "-p", "morgana-transport", "--bench", "straight")
 
 
 def mitsuba():

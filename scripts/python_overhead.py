@@ -32,7 +32,7 @@ morgana.write(path, result)
 
 
 def prepare():
-    subprocess.run(["cargo", "build", "--release", "--quiet", "-p", "morgana"], cwd=ROOT, check=True)
+    subprocess.run(["cargo", "build", "--release", "--quiet", "-p", "morgana-cli"], cwd=ROOT, check=True)
     if not VENV.exists():
         venv.create(VENV, with_pip=True)
     python = VENV / "bin/python"

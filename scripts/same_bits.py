@@ -52,7 +52,7 @@ def render(program, scene, options, output):
 
 def build(root, target, profile):
     """The program, built from the sources in `root`."""
-    command = ["cargo", "build", "--quiet", "-p", "morgana", "--target-dir", target]
+    command = ["cargo", "build", "--quiet", "--bin", "morgana", "--target-dir", target]
     subprocess.run(command + ["--release"] * (profile == "release"), cwd=root, check=True)
     return target / profile / "morgana"
 

@@ -4,10 +4,10 @@
 //! tolerances count as having arrived. In grids the Hessian has kinks at every plane of samples, between which quadrature sees a
 //! few points only: there the Jacobian is good to 2e-4, as is that of shots.
 
-use eikonal::connect::{ConnectingRay, Unbounded};
-use eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg, Placement, Sum};
-use eikonal::{Aabb, Field, Solver, Tolerance};
 use glam::DVec3;
+use morgana_eikonal::connect::{ConnectingRay, Unbounded};
+use morgana_eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg, Placement, Sum};
+use morgana_eikonal::{Aabb, Field, Solver, Tolerance};
 use testkit::Rng;
 
 const EXACT: f64 = 1e-10;

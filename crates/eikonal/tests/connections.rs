@@ -3,8 +3,8 @@
 #[path = "common/tables.rs"]
 mod tables;
 
-use eikonal::connect::Unbounded;
-use eikonal::{Failure, Solver, Tolerance};
+use morgana_eikonal::connect::Unbounded;
+use morgana_eikonal::{Failure, Solver, Tolerance};
 use tables::tables;
 
 #[test]

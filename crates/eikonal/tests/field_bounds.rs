@@ -3,10 +3,10 @@
 mod common;
 
 use common::{Case, Random, all_fields, scale};
-use eikonal::bounds::symmetric_eigenvalues;
-use eikonal::field::{Bspline, Placement};
-use eikonal::{Aabb, FieldBounds};
 use glam::{DMat3, DVec3};
+use morgana_eikonal::bounds::symmetric_eigenvalues;
+use morgana_eikonal::field::{Bspline, Placement};
+use morgana_eikonal::{Aabb, FieldBounds};
 
 /// What a dense sampling of a box finds.
 struct Sampled {

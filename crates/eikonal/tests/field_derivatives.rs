@@ -3,8 +3,8 @@
 mod common;
 
 use common::{Case, Random, all_fields, max_entry, scale};
-use eikonal::Field;
 use glam::{DMat3, DVec3};
+use morgana_eikonal::Field;
 
 /// Fourth-order central difference of `f` along `axis`.
 fn difference<T>(f: impl Fn(DVec3) -> T, x: DVec3, axis: usize, h: f64) -> T

@@ -3,9 +3,9 @@
 mod common;
 
 use common::{Random, assert_jets_agree, max_entry, ripples};
-use eikonal::field::*;
-use eikonal::{Aabb, Field, Jet};
 use glam::{DMat3, DVec3};
+use morgana_eikonal::field::*;
+use morgana_eikonal::{Aabb, Field, Jet};
 use std::f64::consts::PI;
 
 const PLACEMENTS: [Placement; 2] = [Placement::Nodes, Placement::Centers];

@@ -3,10 +3,10 @@
 //! The atmosphere n = 1 + 2.73e-4 exp(−z/8 km), sampled every 0.25 km: rays bend right from samples in double precision, and
 //! not from those in single.
 
-use eikonal::field::{Bspline, Field, Placement};
-use eikonal::ray::{StopCondition, march};
-use eikonal::{Aabb, Tolerance};
 use glam::DVec3;
+use morgana_eikonal::field::{Bspline, Field, Placement};
+use morgana_eikonal::ray::{StopCondition, march};
+use morgana_eikonal::{Aabb, Tolerance};
 
 const HEIGHT: f64 = 8.0;
 const SPACING: f64 = 0.25;

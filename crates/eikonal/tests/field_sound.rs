@@ -3,9 +3,9 @@
 mod common;
 
 use common::{CENTER, Random, rigid};
-use eikonal::Field;
-use eikonal::field::*;
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_eikonal::Field;
+use morgana_eikonal::field::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 const K: f64 = 6.0;

@@ -3,9 +3,9 @@
 mod common;
 
 use common::{CENTER, Random, acoustic, assert_jets_agree, rigid, shear};
-use eikonal::field::*;
-use eikonal::{Aabb, Field, Jet};
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_eikonal::field::*;
+use morgana_eikonal::{Aabb, Field, Jet};
 use std::f64::consts::TAU;
 
 fn points(count: usize) -> Vec<DVec3> {

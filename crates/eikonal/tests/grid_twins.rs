@@ -7,10 +7,10 @@
 //! root mean square. Below all that lies the rounding of the coefficients, kept as f32: 6e-8 of
 //! the contrast of n² in n², times up to 4/h² in the Hessian.
 
-use eikonal::connect::{ConnectingRay, Unbounded};
-use eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg, Placement};
-use eikonal::{Aabb, Field, Solver, Tolerance};
 use glam::DVec3;
+use morgana_eikonal::connect::{ConnectingRay, Unbounded};
+use morgana_eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg, Placement};
+use morgana_eikonal::{Aabb, Field, Solver, Tolerance};
 use testkit::{Rng, fit_order};
 
 /// Rays then contribute less than 1e-9 to lengths and directions, 2e-6 to J, of what is measured.

@@ -1,9 +1,9 @@
 //! Where a grid does not change rays are straight lines, and take a step or two.
 
-use eikonal::field::{Affine, Bspline, Gaussian, Placement, Sum};
-use eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
-use eikonal::{Aabb, Field, Tolerance, Work};
 use glam::{DAffine3, DQuat, DVec3};
+use morgana_eikonal::field::{Affine, Bspline, Gaussian, Placement, Sum};
+use morgana_eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
+use morgana_eikonal::{Aabb, Field, Tolerance, Work};
 use testkit::Rng;
 
 /// A bump of radius 0.3 around a place, sampled in the cube of half-width 1; 1.3 elsewhere.

@@ -1,12 +1,12 @@
 //! Optical path differences against closed forms, quadratures of the contrast, and lengths of tight rays.
 
-use eikonal::field::{
+use glam::{DAffine3, DQuat, DVec3};
+use morgana_eikonal::field::{
     Acoustic, AcousticMode, Affine, Bspline, Field, Fisheye, Gaussian, LinearIndex, Luneburg,
     Placement, Scaled, Selfoc, Sum,
 };
-use eikonal::ray::{March, StopCondition, march};
-use eikonal::{Aabb, PathDifference, Reference, Tolerance, Work};
-use glam::{DAffine3, DQuat, DVec3};
+use morgana_eikonal::ray::{March, StopCondition, march};
+use morgana_eikonal::{Aabb, PathDifference, Reference, Tolerance, Work};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// The optical path difference of a ray of a length against an index, and its end.

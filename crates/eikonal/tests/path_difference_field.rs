@@ -1,13 +1,13 @@
 //! Optical path differences against a field: closed forms, first-order integrals, and lengths of tight rays.
 
-use eikonal::budget::EVALUATIONS_PER_DIFFERENCE;
-use eikonal::connect::{Solver, Unbounded};
-use eikonal::field::{
+use glam::DVec3;
+use morgana_eikonal::budget::EVALUATIONS_PER_DIFFERENCE;
+use morgana_eikonal::connect::{Solver, Unbounded};
+use morgana_eikonal::field::{
     Acoustic, AcousticMode, Constant, Field, Gaussian, LinearIndex, Luneburg, Selfoc, Sum,
 };
-use eikonal::ray::{Arc, March, StopCondition, march};
-use eikonal::{PathDifference, Reference, Tolerance, Work};
-use glam::DVec3;
+use morgana_eikonal::ray::{Arc, March, StopCondition, march};
+use morgana_eikonal::{PathDifference, Reference, Tolerance, Work};
 
 const DEFAULT: f64 = 1e-6;
 const X: DVec3 = DVec3::new(0.2, 0.1, -0.9);

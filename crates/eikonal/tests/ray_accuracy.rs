@@ -2,10 +2,10 @@
 //!
 //! Rays of 1.8 scene units through fields of all strengths, against the same at a tolerance of 1e-12.
 
-use eikonal::field::{Bspline, Field, Fisheye, Gaussian, Luneburg, Placement, Sum};
-use eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
-use eikonal::{Aabb, PathDifference, Reference, Tolerance, Work};
 use glam::DVec3;
+use morgana_eikonal::field::{Bspline, Field, Fisheye, Gaussian, Luneburg, Placement, Sum};
+use morgana_eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
+use morgana_eikonal::{Aabb, PathDifference, Reference, Tolerance, Work};
 
 const LENGTH: f64 = 1.8;
 const N_REF: f64 = 1.3;

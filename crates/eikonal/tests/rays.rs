@@ -1,9 +1,11 @@
 //! Rays against closed forms, and the structure that every ray must keep (docs/theory.md#rays).
 
-use eikonal::field::{Acoustic, AcousticMode, Fisheye, Gaussian, LinearSquare, Luneburg, Selfoc};
-use eikonal::ray::{Flow, Node, Step, StopCondition, Tangents, march, perpendicular_basis};
-use eikonal::{Field, Tolerance, Work};
 use glam::DVec3;
+use morgana_eikonal::field::{
+    Acoustic, AcousticMode, Fisheye, Gaussian, LinearSquare, Luneburg, Selfoc,
+};
+use morgana_eikonal::ray::{Flow, Node, Step, StopCondition, Tangents, march, perpendicular_basis};
+use morgana_eikonal::{Field, Tolerance, Work};
 use std::f64::consts::PI;
 
 const TIGHT: f64 = 1e-10;
@@ -279,7 +281,7 @@ fn the_ray_tube_is_reciprocal() {
 
 #[test]
 fn a_constant_field_costs_one_straight_step() {
-    let field: Field = eikonal::field::Constant::new(1.33).into();
+    let field: Field = morgana_eikonal::field::Constant::new(1.33).into();
     let mut work = Work::default();
     let node = start_node(&field, DVec3::ZERO, DVec3::X);
     let step = Flow::new(&field, node, Tolerance::default()).advance(10.0, &mut work);
@@ -313,15 +315,16 @@ fn marches_stop_where_they_should() {
         50.0,
         tolerance,
         |step, end| {
-            let profile =
-                eikonal::ray::Profile::new(&step.arc, [0.0, end], 1e-3, |x| [extinction(x)]);
+            let profile = morgana_eikonal::ray::Profile::new(&step.arc, [0.0, end], 1e-3, |x| {
+                [extinction(x)]
+            });
             depth += profile.total()[0];
         },
     );
     assert!((depth - 1.1).abs() < 1e-6, "{depth}");
 
     // A plane, found on the arc.
-    let plane = |arc: &eikonal::ray::Arc| {
+    let plane = |arc: &morgana_eikonal::ray::Arc| {
         let (a, b) = (arc.start().x - 0.3, arc.end().x - 0.3);
         (a < 0.0 && b >= 0.0).then(|| {
             let (mut low, mut high) = (0.0, 1.0);

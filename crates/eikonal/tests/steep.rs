@@ -1,11 +1,11 @@
 //! Grids whose index steps from 1.3 to 1 within one cell: a flat step, and a ball of voxels. The oracles are conservation laws: across a flat
 //! step the velocity along it is kept (Snell), and every ray that is found ends where it should.
 
-use eikonal::connect::{RayFamily, Unbounded};
-use eikonal::field::{Bspline, Placement};
-use eikonal::ray::{Flow, Node, StopCondition, march, steps_between};
-use eikonal::{Aabb, ConnectingRay, Failure, Field, Solver, Tolerance, Work};
 use glam::DVec3;
+use morgana_eikonal::connect::{RayFamily, Unbounded};
+use morgana_eikonal::field::{Bspline, Placement};
+use morgana_eikonal::ray::{Flow, Node, StopCondition, march, steps_between};
+use morgana_eikonal::{Aabb, ConnectingRay, Failure, Field, Solver, Tolerance, Work};
 
 /// Samples along each axis of [−1, 1]³.
 const SIZE: usize = 48;

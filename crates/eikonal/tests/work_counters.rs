@@ -2,14 +2,16 @@
 //! clock.
 //!
 //! **To update** after a change that is meant to alter the work: run
-//! `cargo test -p eikonal --test work_counters`, check that every change in the printed tables is an
+//! `cargo test -p morgana-eikonal --test work_counters`, check that every change in the printed tables is an
 //! improvement or worth it, and paste them over the constants.
 
-use eikonal::connect::Unbounded;
-use eikonal::field::{Acoustic, AcousticMode, Bspline, Constant, Gaussian, Luneburg, Placement};
-use eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
-use eikonal::{Aabb, Field, Solver, Tolerance, Work};
 use glam::DVec3;
+use morgana_eikonal::connect::Unbounded;
+use morgana_eikonal::field::{
+    Acoustic, AcousticMode, Bspline, Constant, Gaussian, Luneburg, Placement,
+};
+use morgana_eikonal::ray::{Flow, Node, Tangents, perpendicular_basis};
+use morgana_eikonal::{Aabb, Field, Solver, Tolerance, Work};
 use testkit::Rng;
 
 /// Sums over `RAYS` of the work at one tolerance: steps, rejected steps, evaluations, shots.

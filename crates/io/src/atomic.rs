@@ -13,8 +13,8 @@ use crate::temporary::Temporary;
 ///
 /// ```no_run
 /// use std::io::Write;
-/// io::atomic::write("report.txt".as_ref(), |file| writeln!(file, "done"))?;
-/// # Ok::<(), io::FileError>(())
+/// morgana_io::atomic::write("report.txt".as_ref(), |file| writeln!(file, "done"))?;
+/// # Ok::<(), morgana_io::FileError>(())
 /// ```
 ///
 /// # Errors

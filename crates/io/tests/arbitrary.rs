@@ -2,8 +2,8 @@
 
 mod common;
 
-use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
-use io::{Diagnostics, FileRegistry, Limits, PluginKind, Query, ies, mesh, xml};
+use morgana_io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
+use morgana_io::{Diagnostics, FileRegistry, Limits, PluginKind, Query, ies, mesh, xml};
 use proptest::prelude::*;
 
 /// Reads a scene and asks every object for everything.

@@ -3,8 +3,8 @@
 
 mod common;
 
-use io::image::tone::Tone;
-use io::image::{ImageLayers, Layer, RgbImage, exr, png};
+use morgana_io::image::tone::Tone;
+use morgana_io::image::{ImageLayers, Layer, RgbImage, exr, png};
 use proptest::prelude::*;
 
 fn exr_file() -> Vec<u8> {

@@ -3,7 +3,7 @@
 mod common;
 
 use glam::DVec3;
-use io::{LoadOptions, Loaded};
+use morgana_io::{LoadOptions, Loaded};
 use std::fs;
 use std::path::Path;
 use transport::emitter::Emitter;
@@ -35,7 +35,7 @@ fn load_in(directory: &Path, body: &str) -> Result<Loaded, String> {
 fn load_with(directory: &Path, body: &str, options: &LoadOptions) -> Result<Loaded, String> {
     let path = directory.join("scene.xml");
     fs::write(&path, scene(body)).unwrap();
-    io::load_scene(&path, options).map_err(|d| d.to_string())
+    morgana_io::load_scene(&path, options).map_err(|d| d.to_string())
 }
 
 #[track_caller]
@@ -434,7 +434,7 @@ fn substances_scatter_and_absorb_as_measured() {
     let path = directory.path().join("scene.xml");
     let text = scene(&medium(&material("skin1"))).replace("<film type=\"hdrfilm\">", film);
     fs::write(&path, text).unwrap();
-    let error = io::load_scene(&path, &LoadOptions::default()).unwrap_err();
+    let error = morgana_io::load_scene(&path, &LoadOptions::default()).unwrap_err();
     let error = error.to_string();
     assert!(
         error.contains("materials are known in red, green and blue"),
@@ -453,7 +453,8 @@ fn spectral_films_have_as_many_channels_as_wavelengths() {
     )
     .replace("<film type=\"hdrfilm\">", film);
     fs::write(&path, text).unwrap();
-    let loaded = io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|d| panic!("{d}"));
+    let loaded =
+        morgana_io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|d| panic!("{d}"));
     assert_eq!(loaded.groups.len(), 2);
     assert_eq!(loaded.channel_names.len(), 6);
     assert_eq!(loaded.channel_names[1], "450nm");

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self as std_io, Write};
 use std::path::Path;
 
-use io::atomic;
+use morgana_io::atomic;
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();

@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 
 use flate2::Crc;
 use flate2::read::{GzEncoder, ZlibEncoder};
-use io::arrays::Arrays;
-use io::image::{exr, png};
-use io::mesh::{gltf, obj, ply, serialized};
-use io::volume::{AxisOrder, Options, Volume, hdf5, mat, npz, nrrd, vdb, vti};
-use io::{Limits, ies};
+use morgana_io::arrays::Arrays;
+use morgana_io::image::{exr, png};
+use morgana_io::mesh::{gltf, obj, ply, serialized};
+use morgana_io::volume::{AxisOrder, Options, Volume, hdf5, mat, npz, nrrd, vdb, vti};
+use morgana_io::{Limits, ies};
 use peak_alloc::PeakAlloc;
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
@@ -73,11 +73,11 @@ fn limited(file: &[u8], read: Reader) {
     read(file, Limits::of(1 << 30)).unwrap();
 }
 
-fn outcome<T>(result: Result<T, io::Problem>) -> Outcome {
+fn outcome<T>(result: Result<T, morgana_io::Problem>) -> Outcome {
     result.map(drop).map_err(|e| e.to_string())
 }
 
-fn volume(result: Result<Volume, io::Problem>) -> Outcome {
+fn volume(result: Result<Volume, morgana_io::Problem>) -> Outcome {
     outcome(result)
 }
 
@@ -210,10 +210,10 @@ fn png_file() -> Vec<u8> {
 }
 
 fn exr_file() -> Vec<u8> {
-    let image = io::image::ImageLayers {
+    let image = morgana_io::image::ImageLayers {
         width: 4096,
         height: 4096,
-        layers: vec![io::image::Layer {
+        layers: vec![morgana_io::image::Layer {
             name: String::new(),
             channels: vec![("Y".into(), vec![0.0; 1 << 24])],
         }],

@@ -1,6 +1,6 @@
 //! Fields of view, against the trigonometry of the frame.
 
-use io::{LoadOptions, Loaded};
+use morgana_io::{LoadOptions, Loaded};
 
 fn load(parameters: &str, size: [usize; 2]) -> Result<Loaded, String> {
     let folder = tempfile::tempdir().unwrap();
@@ -12,7 +12,7 @@ fn load(parameters: &str, size: [usize; 2]) -> Result<Loaded, String> {
          <emitter type='constant'/></scene>"
     );
     std::fs::write(&path, text).unwrap();
-    io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
 
 /// Slopes at which the left edge's and the upper edge's middles are seen.

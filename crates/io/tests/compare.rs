@@ -1,7 +1,7 @@
 //! Comparisons of images: closed forms, and ꟻLIP as its authors' own program computes it.
 
-use io::compare::{compare, flip::flip};
-use io::image::{ImageLayers, Layer, RgbImage, exr, npy};
+use morgana_io::compare::{compare, flip::flip};
+use morgana_io::image::{ImageLayers, Layer, RgbImage, exr, npy};
 
 fn layer(name: &str, channels: &[(&str, &[f32])]) -> Layer {
     let channels = channels.iter();
@@ -205,8 +205,8 @@ fn images_of_all_formats_are_read() {
     rgb.layers[0].channels.reverse();
     npy::write(&path("a.npy"), &rgb, "").unwrap();
     let shown = rgb.on_screen().unwrap();
-    let depth = io::image::png::Depth::Sixteen;
-    io::image::png::write(&path("a.png"), &shown, depth, Default::default()).unwrap();
+    let depth = morgana_io::image::png::Depth::Sixteen;
+    morgana_io::image::png::write(&path("a.png"), &shown, depth, Default::default()).unwrap();
     let read = |name| ImageLayers::read(&path(name)).unwrap();
     let reference = read("a.exr");
     assert_eq!(compare(&read("a.npy"), &reference, 1).unwrap().rmse, 0.0);

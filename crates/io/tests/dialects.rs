@@ -1,9 +1,9 @@
 //! Scenes in the dialect of Mitsuba 0.5 and 0.6, and of the refractive fork: what they become, said outright.
 
 use glam::DVec3;
-use io::scene::SceneHash;
-use io::volume::{Volume, vol};
-use io::{Diagnostics, FileRegistry, LoadOptions, Severity, xml};
+use morgana_io::scene::SceneHash;
+use morgana_io::volume::{Volume, vol};
+use morgana_io::{Diagnostics, FileRegistry, LoadOptions, Severity, xml};
 
 /// The fingerprint of a scene, and what the note on it says was done, if there is one.
 fn read(text: &str) -> (SceneHash, Option<String>) {
@@ -215,7 +215,7 @@ fn an_index_of_the_fork_is_where_it_was() {
         );
         let path = folder.path().join("scene.xml");
         std::fs::write(&path, text).unwrap();
-        let loaded = io::load_scene(&path, &LoadOptions::default());
+        let loaded = morgana_io::load_scene(&path, &LoadOptions::default());
         let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
         let field = loaded.scene().medium(1).index.clone();
         move |x: DVec3| field.n(x)
@@ -238,7 +238,7 @@ fn a_scene_has_one_dialect() {
     let text = "<scene version='3.0.0'><sensor type='orthographic'>
         <transform name='toWorld'/></sensor></scene>";
     let scene = xml::parse(text, "scene.xml", &[], &mut diagnostics).unwrap();
-    let refused = io::assemble(&scene, &LoadOptions::default(), diagnostics).unwrap_err();
+    let refused = morgana_io::assemble(&scene, &LoadOptions::default(), diagnostics).unwrap_err();
     let text = refused.to_string();
     assert!(text.contains("no parameter 'toWorld'"), "{text}");
     assert!(text.contains("did you mean 'to_world'?"), "{text}");

@@ -2,7 +2,7 @@
 //! paths of their own. Statistical test: false-alarm rate 1e-3.
 
 use glam::DVec3;
-use io::{LoadOptions, Loaded};
+use morgana_io::{LoadOptions, Loaded};
 use std::fs;
 use std::ops::ControlFlow;
 use testkit::z_test::max_abs_z;
@@ -47,7 +47,7 @@ fn load(film: &str, ior: &str) -> Result<Loaded, String> {
 </scene>"#
     );
     fs::write(&path, text).unwrap();
-    io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
 
 fn loaded(film: &str, ior: &str) -> Loaded {

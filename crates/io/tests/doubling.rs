@@ -1,6 +1,6 @@
 //! References that double at each level: sixty levels stand for 10¹⁸ objects. They are refused at once.
 
-use io::{Diagnostics, LoadOptions, json, xml};
+use morgana_io::{Diagnostics, LoadOptions, json, xml};
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
@@ -174,7 +174,7 @@ fn messages(chain: &Chain, levels: usize) -> [Option<String>; 2] {
         let Some(scene) = scene else {
             return Some(diagnostics.to_string());
         };
-        let loaded = io::assemble(&scene, &LoadOptions::default(), diagnostics);
+        let loaded = morgana_io::assemble(&scene, &LoadOptions::default(), diagnostics);
         loaded.err().map(|d| d.to_string())
     })
 }
@@ -232,7 +232,7 @@ fn too_many_copies_are_refused_before_they_are_made() {
     );
     let mut diagnostics = Diagnostics::new();
     let scene = xml::parse(&text, "scene.xml", &[], &mut diagnostics).unwrap();
-    let message = io::assemble(&scene, &LoadOptions::default(), diagnostics)
+    let message = morgana_io::assemble(&scene, &LoadOptions::default(), diagnostics)
         .unwrap_err()
         .to_string();
     assert!(message.contains("16000000 shapes in all"), "{message}");
@@ -251,7 +251,7 @@ fn thousands_of_lights_have_names() {
     );
     let mut diagnostics = Diagnostics::new();
     let scene = xml::parse(&text, "scene.xml", &[], &mut diagnostics).unwrap();
-    let loaded = io::assemble(&scene, &LoadOptions::default(), diagnostics).unwrap();
+    let loaded = morgana_io::assemble(&scene, &LoadOptions::default(), diagnostics).unwrap();
     assert_eq!(
         loaded.emitter_names[..4],
         ["point_3", "point", "point_2", "point_4"]

@@ -1,7 +1,7 @@
 //! Scenes that can be rendered and are probably not what was meant: media that no light can enter, numbers taken for
 //! an index, grids that end inside of their shapes.
 
-use io::{Diagnostics, LoadOptions, json};
+use morgana_io::{Diagnostics, LoadOptions, json};
 
 /// The warnings of a scene of parts, and the errors if it cannot be used.
 fn warnings(parts: &str) -> String {
@@ -11,7 +11,7 @@ fn warnings(parts: &str) -> String {
     let mut diagnostics = Diagnostics::new();
     let description = json::parse(&text, "scene.json", &[], &mut diagnostics);
     let description = description.unwrap_or_else(|| panic!("{diagnostics}\n{text}"));
-    match io::assemble(&description, &LoadOptions::default(), diagnostics) {
+    match morgana_io::assemble(&description, &LoadOptions::default(), diagnostics) {
         Ok(loaded) => loaded.warnings.to_string(),
         Err(diagnostics) => diagnostics.to_string(),
     }

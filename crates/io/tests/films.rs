@@ -1,6 +1,6 @@
 //! Films of scene files that tell light apart: what is read, and what is refused.
 
-use io::{LoadOptions, Loaded};
+use morgana_io::{LoadOptions, Loaded};
 use std::fs;
 use transport::Bins;
 use transport::film::Decomposition;
@@ -23,7 +23,7 @@ fn load(film: &str) -> Result<Loaded, String> {
 </scene>"#
     );
     fs::write(&path, text).unwrap();
-    io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
 
 #[track_caller]

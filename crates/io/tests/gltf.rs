@@ -3,9 +3,9 @@
 mod common;
 
 use glam::DVec3;
-use io::Limits;
-use io::mesh::{MeshData, gltf};
-use io::{FileError, Problem};
+use morgana_io::Limits;
+use morgana_io::mesh::{MeshData, gltf};
+use morgana_io::{FileError, Problem};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 

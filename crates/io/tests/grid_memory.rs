@@ -2,8 +2,8 @@
 //!
 //! One test, as memory is counted for the whole program.
 
-use io::LoadOptions;
-use io::volume::{Volume, write};
+use morgana_io::LoadOptions;
+use morgana_io::volume::{Volume, write};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -44,7 +44,7 @@ fn a_grid_of_floats_is_held_once() {
         std::fs::write(&path, text).unwrap();
         ALLOCATOR.reset_peak_usage();
         let before = ALLOCATOR.current_usage();
-        let loaded = io::load_scene(&path, &LoadOptions::default()).unwrap();
+        let loaded = morgana_io::load_scene(&path, &LoadOptions::default()).unwrap();
         let peak = ALLOCATOR.peak_usage() - before;
         drop(loaded);
         let samples = size_of::<f32>() * SIDE.pow(3);

@@ -1,7 +1,7 @@
 //! Grids of the index whose samples were rounded: warnings that say what it means, and what helps.
 
-use io::volume::{Volume, write};
-use io::{LoadOptions, Loaded};
+use morgana_io::volume::{Volume, write};
+use morgana_io::{LoadOptions, Loaded};
 use std::path::Path;
 
 /// n − 1 of an exponential atmosphere, 2.73e-4 exp(−z/8 km), every 0.25 km.
@@ -12,7 +12,7 @@ fn atmosphere() -> Vec<f64> {
 }
 
 fn file(folder: &Path, name: &str, samples: Vec<f64>, element: &str) {
-    let element = io::element::Element::of_name(element).unwrap();
+    let element = morgana_io::element::Element::of_name(element).unwrap();
     let volume = Volume::new([1, 1, samples.len()], 1, samples).unwrap();
     write(&folder.join(name), &volume.with_element(element), "n").unwrap();
 }
@@ -28,7 +28,7 @@ fn load(folder: &Path, name: &str, more: &str) -> Loaded {
     );
     let path = folder.join("scene.xml");
     std::fs::write(&path, text).unwrap();
-    io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+    morgana_io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[test]

@@ -3,8 +3,8 @@
 mod common;
 
 use common::read;
-use io::scene::SceneHash;
-use io::{FileRegistry, SceneDescription};
+use morgana_io::scene::SceneHash;
+use morgana_io::{FileRegistry, SceneDescription};
 
 fn hash(scene: &SceneDescription) -> SceneHash {
     scene.hash(&FileRegistry::new()).unwrap()

@@ -1,7 +1,7 @@
 //! Images: round trips and what must be refused.
 
-use io::image::tone::Tone;
-use io::image::{ImageLayers, Layer, RgbImage, exr, npy, png};
+use morgana_io::image::tone::Tone;
+use morgana_io::image::{ImageLayers, Layer, RgbImage, exr, npy, png};
 
 fn ramp(n: usize, scale: f32) -> Vec<f32> {
     (0..n).map(|i| i as f32 * scale - 1.0).collect()
@@ -238,12 +238,12 @@ fn an_npy_image_has_rows_columns_and_channels() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npy");
     npy::write(&path, &sample(), "variance").unwrap();
-    let array = io::npy::read(&path).unwrap();
+    let array = morgana_io::npy::read(&path).unwrap();
     assert_eq!(
         (array.shape.as_slice(), array.fortran_order),
         (&[3, 5, 3][..], false)
     );
-    let io::npy::NpyData::F32(data) = array.data else {
+    let morgana_io::npy::NpyData::F32(data) = array.data else {
         panic!()
     };
     assert_eq!(
@@ -336,7 +336,7 @@ fn jpeg_files_are_srgb() {
     for (x, expected) in [(1, [200.0, 100.0, 50.0]), (14, [20.0, 40.0, 240.0])] {
         let pixel = image.pixels[5 * 16 + x];
         for (found, expected) in pixel.into_iter().zip(expected) {
-            let encoded = io::scene::srgb_from_linear(f64::from(found)) * 255.0;
+            let encoded = morgana_io::scene::srgb_from_linear(f64::from(found)) * 255.0;
             assert!(
                 (encoded - expected).abs() < 4.0,
                 "{x}: {encoded} against {expected}"

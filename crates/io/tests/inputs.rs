@@ -1,12 +1,12 @@
 //! What has no end, and what may never begin, is refused at once.
 #![cfg(unix)]
 
-use io::image::{ImageLayers, RgbImage};
-use io::input::{open, read};
-use io::mesh::MeshData;
-use io::part::Part;
-use io::volume::{AxisOrder, Options, Volume};
-use io::{LoadOptions, ies, load_scene};
+use morgana_io::image::{ImageLayers, RgbImage};
+use morgana_io::input::{open, read};
+use morgana_io::mesh::MeshData;
+use morgana_io::part::Part;
+use morgana_io::volume::{AxisOrder, Options, Volume};
+use morgana_io::{LoadOptions, ies, load_scene};
 use std::os::unix::fs::symlink;
 use std::os::unix::net::UnixListener;
 use std::path::Path;

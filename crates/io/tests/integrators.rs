@@ -1,6 +1,6 @@
 //! Integrators of scene files: names, parameters, and what they warn of.
 
-use io::{LoadOptions, Loaded};
+use morgana_io::{LoadOptions, Loaded};
 use std::fs;
 use transport::integrator::{
     Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer, PhotonMapping,
@@ -26,7 +26,7 @@ fn load(body: &str, integrator: Option<&str>) -> Result<Loaded, String> {
         integrator: integrator.map(str::to_owned),
         ..LoadOptions::default()
     };
-    io::load_scene(&path, &options).map_err(|d| d.to_string())
+    morgana_io::load_scene(&path, &options).map_err(|d| d.to_string())
 }
 
 fn accepted(body: &str, integrator: Option<&str>) -> Loaded {

@@ -2,8 +2,10 @@
 
 mod common;
 
-use io::scene::{SceneHash, Value};
-use io::{Diagnostics, FileRegistry, PluginKind, SceneDescription, SpectrumValue, json, xml};
+use morgana_io::scene::{SceneHash, Value};
+use morgana_io::{
+    Diagnostics, FileRegistry, PluginKind, SceneDescription, SpectrumValue, json, xml,
+};
 use std::path::{Path, PathBuf};
 
 fn hash(scene: &SceneDescription) -> SceneHash {
@@ -79,8 +81,9 @@ fn a_scene_in_either_language_is_the_same() {
 #[test]
 fn an_example_is_assembled_from_either_language() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let options = io::LoadOptions::default();
-    let load = |path: &Path| io::load_scene(path, &options).unwrap_or_else(|d| panic!("{d}"));
+    let options = morgana_io::LoadOptions::default();
+    let load =
+        |path: &Path| morgana_io::load_scene(path, &options).unwrap_or_else(|d| panic!("{d}"));
     let json = load(&folder.join("tests/data/json/luneburg_fog.json"));
     let xml = load(&folder.join("../../scenes/luneburg_fog.xml"));
     assert_eq!(json.hash, xml.hash);
@@ -192,7 +195,7 @@ fn kinds_follow_from_types_places_and_keys() {
     let kinds: Vec<_> = scene.root.children.iter().map(|c| c.object.kind).collect();
     use PluginKind::{Bsdf, Emitter, Medium, Rfilter, Sampler, Sensor, Shape, Volume};
     assert_eq!(kinds, [Emitter, Volume, Shape, Sensor]);
-    let child = |o: &io::ObjectDescription, i: usize| o.children[i].object.clone();
+    let child = |o: &morgana_io::ObjectDescription, i: usize| o.children[i].object.clone();
     let lens = child(&scene.root, 2);
     let medium = child(&lens, 1);
     assert_eq!([child(&lens, 0).kind, medium.kind], [Bsdf, Medium]);
@@ -306,7 +309,7 @@ fn mistakes_with(text: &str, overrides: &[(String, String)]) -> Vec<String> {
         json::parse(text, "scene.json", overrides, &mut diagnostics).is_none(),
         "{text}"
     );
-    let describe = |d: &io::Diagnostic| {
+    let describe = |d: &morgana_io::Diagnostic| {
         let help = d.help.as_deref().unwrap_or("");
         let place = d.location.as_ref();
         let place = place.map(|at| format!("{}:{} ", at.line(), at.column()));
@@ -467,7 +470,7 @@ fn messages_are_in_the_language_of_the_file() {
     let text = r#"{"type": "scene", "emitter": {"type": "point", "intensity": "1"},
 "ball": {"type": "sphere", "radius": true, "film": {"type": "hdrfilm"}, "interior": {"type": "homogeneous", "phase": {"type": "vmf"}}}}"#;
     std::fs::write(&path, text).unwrap();
-    let error = io::load_scene(&path, &io::LoadOptions::default()).unwrap_err();
+    let error = morgana_io::load_scene(&path, &morgana_io::LoadOptions::default()).unwrap_err();
     let error = error.to_string();
     for part in [
         "'radius': expected float, found boolean",

@@ -2,7 +2,7 @@
 
 mod common;
 
-use io::{Diagnostics, FileRegistry, json};
+use morgana_io::{Diagnostics, FileRegistry, json};
 use proptest::prelude::*;
 use serde_json::{Map, Value, json};
 

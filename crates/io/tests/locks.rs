@@ -1,6 +1,6 @@
 //! One process at a time works on a file. (Locks are those of open files, so that two in one process stand for two processes.)
 
-use io::lock::{Lock, LockError};
+use morgana_io::lock::{Lock, LockError};
 
 #[test]
 fn a_file_is_locked_once() {

@@ -1,7 +1,7 @@
 //! Parameters far beyond any range: whatever the messages say, their numbers are short.
 
-use io::schema::{self, Plugin, Type};
-use io::{Diagnostics, LoadOptions, PluginKind, json};
+use morgana_io::schema::{self, Plugin, Type};
+use morgana_io::{Diagnostics, LoadOptions, PluginKind, json};
 use serde_json::{Value, json};
 
 /// Numbers of which every digit would fill lines.
@@ -75,7 +75,7 @@ fn messages(scene: &Value) -> String {
     let Some(read) = json::parse(&scene.to_string(), "scene.json", &[], &mut diagnostics) else {
         return lines(&diagnostics);
     };
-    match io::assemble(&read, &LoadOptions::default(), diagnostics) {
+    match morgana_io::assemble(&read, &LoadOptions::default(), diagnostics) {
         Ok(loaded) => lines(&loaded.warnings),
         Err(diagnostics) => lines(&diagnostics),
     }
@@ -83,7 +83,8 @@ fn messages(scene: &Value) -> String {
 
 /// Without the lines of the file.
 fn lines(diagnostics: &Diagnostics) -> String {
-    let line = |d: &io::Diagnostic| format!("{} {}", d.message, d.help.as_deref().unwrap_or(""));
+    let line =
+        |d: &morgana_io::Diagnostic| format!("{} {}", d.message, d.help.as_deref().unwrap_or(""));
     diagnostics.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 

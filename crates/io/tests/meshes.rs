@@ -1,8 +1,8 @@
 //! Meshes: what is read, and files that must be refused.
 
 use glam::DVec3;
-use io::Limits;
-use io::mesh::{MeshData, obj, ply, serialized};
+use morgana_io::Limits;
+use morgana_io::mesh::{MeshData, obj, ply, serialized};
 use std::path::{Path, PathBuf};
 
 #[track_caller]

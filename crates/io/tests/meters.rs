@@ -1,7 +1,7 @@
 //! Meters in scene files, and their readings as files.
 
-use io::arrays::{Array, ArrayFormat, Arrays, Context, arrays};
-use io::{LoadOptions, Loaded, npy};
+use morgana_io::arrays::{Array, ArrayFormat, Arrays, Context, arrays};
+use morgana_io::{LoadOptions, Loaded, npy};
 use std::fs;
 use std::io::Read;
 use std::ops::ControlFlow;
@@ -38,7 +38,7 @@ fn load(text: &str) -> Result<Loaded, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.xml");
     fs::write(&path, text).unwrap();
-    io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
 
 #[track_caller]

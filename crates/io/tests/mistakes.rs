@@ -2,8 +2,8 @@
 
 mod common;
 
-use io::schema::{self, Parameter, Slot, Type};
-use io::{Diagnostics, LoadOptions, Loaded, PluginKind, json, xml};
+use morgana_io::schema::{self, Parameter, Slot, Type};
+use morgana_io::{Diagnostics, LoadOptions, Loaded, PluginKind, json, xml};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use serde_json::{Value, json};
@@ -243,7 +243,7 @@ fn exercise(example: &Example, scene: &Value, integrator: Option<&str>) -> bool 
     let Some(description) = description else {
         return false;
     };
-    let assembled = io::assemble(&description, &options, diagnostics);
+    let assembled = morgana_io::assemble(&description, &options, diagnostics);
     match &assembled {
         Err(diagnostics) => assert!(diagnostics.has_errors(), "{diagnostics}"),
         Ok(loaded) if loaded.instruments.is_empty() => photograph(loaded),

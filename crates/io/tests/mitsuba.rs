@@ -2,8 +2,8 @@
 //!
 //! False alarms: 1e-3 for the means. Seeds are fixed.
 
-use io::schema::{self, Parameter};
-use io::{Diagnostics, Difference, LoadOptions, Loaded, PluginKind, json};
+use morgana_io::schema::{self, Parameter};
+use morgana_io::{Diagnostics, Difference, LoadOptions, Loaded, PluginKind, json};
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use transport::render::{RenderOptions, render};
@@ -11,14 +11,14 @@ use transport::render::{RenderOptions, render};
 fn load_in(directory: &std::path::Path, text: &str) -> Loaded {
     let path = directory.join("scene.json");
     std::fs::write(&path, text).unwrap();
-    io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|d| panic!("{d}\n{text}"))
+    morgana_io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|d| panic!("{d}\n{text}"))
 }
 
 fn load(text: &str) -> Loaded {
     let mut diagnostics = Diagnostics::new();
     let description = json::parse(text, "scene.json", &[], &mut diagnostics);
     let description = description.unwrap_or_else(|| panic!("{diagnostics}\n{text}"));
-    io::assemble(&description, &LoadOptions::default(), diagnostics)
+    morgana_io::assemble(&description, &LoadOptions::default(), diagnostics)
         .unwrap_or_else(|d| panic!("{d}\n{text}"))
 }
 
@@ -347,17 +347,17 @@ fn every_difference_is_listed_and_met() {
     let known: BTreeSet<&str> = Difference::ALL.iter().map(|d| d.topic).collect();
     assert_eq!(listed, known);
     let directory = tempfile::tempdir().unwrap();
-    let pixels = io::image::RgbImage {
+    let pixels = morgana_io::image::RgbImage {
         width: 2,
         height: 1,
         pixels: vec![[0.5; 3]; 2],
     };
     let path = directory.path().join("image.png");
     let (depth, tone) = (
-        io::image::png::Depth::Sixteen,
-        io::image::tone::Tone::default(),
+        morgana_io::image::png::Depth::Sixteen,
+        morgana_io::image::tone::Tone::default(),
     );
-    io::image::png::write(&path, &pixels, depth, tone).unwrap();
+    morgana_io::image::png::write(&path, &pixels, depth, tone).unwrap();
     let examples = examples();
     assert_eq!(examples.iter().map(|e| e.0).collect::<BTreeSet<_>>(), known);
     for (topic, with, without) in examples {

@@ -2,8 +2,8 @@
 
 mod common;
 
-use io::part::{Body, Foreign, Header, Part};
-use io::{LoadOptions, Loaded, Problem};
+use morgana_io::part::{Body, Foreign, Header, Part};
+use morgana_io::{LoadOptions, Loaded, Problem};
 use proptest::prelude::*;
 use std::ops::{ControlFlow, Range};
 use std::path::Path;
@@ -34,7 +34,7 @@ fn load(text: &str) -> Loaded {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.xml");
     std::fs::write(&path, text).unwrap();
-    io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e:?}"))
+    morgana_io::load_scene(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e:?}"))
 }
 
 fn header() -> Header {

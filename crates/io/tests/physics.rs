@@ -1,7 +1,7 @@
 //! Indices that follow from densities and pressures.
 
 use glam::DVec3;
-use io::{LoadOptions, Loaded};
+use morgana_io::{LoadOptions, Loaded};
 use std::path::Path;
 
 const SENSOR: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
@@ -21,7 +21,7 @@ fn load(ior: &str) -> Result<Loaded, String> {
            <bsdf type="null"/><medium type="transparent" name="interior">{ior}</medium></shape></scene>"#
     );
     std::fs::write(&path, text).unwrap();
-    io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
 
 /// A volume as `ior` with parameters `name=value` in the tags given.
@@ -173,7 +173,7 @@ fn example(name: &str, strength: &str) -> Loaded {
         defines: vec![("strength".into(), strength.into())],
         ..LoadOptions::default()
     };
-    io::load_scene(&path.join(name), &options).unwrap_or_else(|d| panic!("{d}"))
+    morgana_io::load_scene(&path.join(name), &options).unwrap_or_else(|d| panic!("{d}"))
 }
 
 /// The jet can be turned off, and its index fits that of the air around: no scene has a warning.
@@ -197,7 +197,7 @@ fn knife_edges_that_are_refused() {
                <emitter type="constant"/></scene>"#
         );
         std::fs::write(&path, text).unwrap();
-        io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+        morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
     };
     let angle = r#"<float name="acceptance_angle" value="1"/>"#;
     assert!(load(angle).is_ok());

@@ -4,15 +4,15 @@ mod common;
 
 use common::{child, object, read};
 use glam::{DMat4, DVec3};
-use io::query::{Input, POSITIVE, unknown_plugin};
-use io::{Diagnostics, FileRegistry, PluginKind, Query, Severity, SpectrumValue, xml};
+use morgana_io::query::{Input, POSITIVE, unknown_plugin};
+use morgana_io::{Diagnostics, FileRegistry, PluginKind, Query, Severity, SpectrumValue, xml};
 
 /// Asks an object and returns the messages as `line:column severity message | help`.
 fn ask(text: &str, questions: impl FnOnce(Query<'_, '_>)) -> Vec<String> {
     let object = object(text);
     let mut diagnostics = Diagnostics::new();
     questions(Query::new(&object, &mut diagnostics));
-    let line = |d: &io::Diagnostic| {
+    let line = |d: &morgana_io::Diagnostic| {
         let at = d.location.as_ref().unwrap();
         // Columns from the start of the object's text.
         let column = if at.line() == 1 {
@@ -252,7 +252,7 @@ fn unknown_plugins_get_a_suggestion() {
 fn messages_of_the_caller_are_located() {
     let text = "<shape type='obj'><string name='filename' value='a.obj'/></shape>";
     let messages = ask(text, |mut q| {
-        let error = io::Problem::Malformed("broken".into()).at("a.obj".as_ref());
+        let error = morgana_io::Problem::Malformed("broken".into()).at("a.obj".as_ref());
         q.file_error("filename", &error);
         q.warning("radius", "odd");
     });
@@ -281,7 +281,7 @@ fn paths_start_at_the_file_that_mentions_them() {
 #[test]
 fn warnings_do_not_count_as_errors() {
     let mut diagnostics = Diagnostics::new();
-    diagnostics.push(io::Diagnostic::warning("w"));
+    diagnostics.push(morgana_io::Diagnostic::warning("w"));
     assert!(!diagnostics.has_errors() && !diagnostics.is_empty());
     assert_eq!(
         diagnostics.iter().next().unwrap().severity,
@@ -292,7 +292,7 @@ fn warnings_do_not_count_as_errors() {
 #[test]
 fn the_number_of_messages_is_bounded() {
     let mut diagnostics = Diagnostics::new();
-    (0..250).for_each(|_| diagnostics.push(io::Diagnostic::error("e")));
+    (0..250).for_each(|_| diagnostics.push(morgana_io::Diagnostic::error("e")));
     assert_eq!(diagnostics.iter().count(), 100);
     assert_eq!(diagnostics.error_count(), 250);
     assert!(diagnostics.to_string().ends_with("... and 150 more\n"));

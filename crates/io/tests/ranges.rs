@@ -1,6 +1,6 @@
 //! Values that nothing physical has are errors that name the range.
 
-use io::{LoadOptions, load_scene};
+use morgana_io::{LoadOptions, load_scene};
 
 /// What is wrong with a scene of a camera in front of these things.
 fn said(content: &str) -> String {

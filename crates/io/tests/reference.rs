@@ -5,7 +5,7 @@
 //! rate of 1e-4 per image, and the mean of z² over the blocks must be that of a normal distribution
 //! within four of its standard errors. `MORGANA_LONG_TESTS=1` takes 16 times as many samples.
 
-use io::npy::{self, NpyData};
+use morgana_io::npy::{self, NpyData};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use testkit::z_test::{max_abs_z, two_sample_z};
@@ -44,15 +44,16 @@ fn blocks(image: &[f64], channel: usize) -> Vec<f64> {
     sums.into_iter().map(|s| s / area).collect()
 }
 
-fn load(scene: &str, integrator: Option<&str>) -> io::Loaded {
-    let options = io::LoadOptions {
+fn load(scene: &str, integrator: Option<&str>) -> morgana_io::Loaded {
+    let options = morgana_io::LoadOptions {
         integrator: integrator.map(str::to_owned),
-        ..io::LoadOptions::default()
+        ..morgana_io::LoadOptions::default()
     };
-    io::load_scene(&data(&format!("{scene}.xml")), &options).unwrap_or_else(|d| panic!("{d}"))
+    morgana_io::load_scene(&data(&format!("{scene}.xml")), &options)
+        .unwrap_or_else(|d| panic!("{d}"))
 }
 
-fn shoot(loaded: &io::Loaded, samples: u64, seed: u64) -> Rendering {
+fn shoot(loaded: &morgana_io::Loaded, samples: u64, seed: u64) -> Rendering {
     let long = std::env::var_os("MORGANA_LONG_TESTS").is_some();
     let samples = if long { 16 * samples } else { samples };
     let options = RenderOptions::new(loaded.renderer, samples, seed);

@@ -1,8 +1,10 @@
 //! What typical mistakes look like on a terminal.
 
-use io::diagnostic::Style;
-use io::query::{POSITIVE, unknown_plugin};
-use io::{Diagnostic, Diagnostics, ObjectDescription, PluginKind, Query, SpectrumValue, xml};
+use morgana_io::diagnostic::Style;
+use morgana_io::query::{POSITIVE, unknown_plugin};
+use morgana_io::{
+    Diagnostic, Diagnostics, ObjectDescription, PluginKind, Query, SpectrumValue, xml,
+};
 
 /// A small scene with mistakes in plugin, parameters and values, and the messages about it.
 fn render(text: &str, style: Style) -> String {

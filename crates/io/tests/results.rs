@@ -3,7 +3,7 @@
 //!
 //! Values count to five digits, so that nothing depends on the last bits of a processor's arithmetic.
 
-use io::{Diagnostics, LoadOptions, Loaded, xml};
+use morgana_io::{Diagnostics, LoadOptions, Loaded, xml};
 use std::ops::ControlFlow;
 use transport::meter::Meter;
 use transport::render::{Handle, MeasureOptions, MeasureState, RESULTS, RenderOptions, render};
@@ -46,7 +46,7 @@ fn load(text: &str, options: &LoadOptions) -> Loaded {
     let mut diagnostics = Diagnostics::new();
     let scene = xml::parse(text, "scene.xml", &[], &mut diagnostics);
     let scene = scene.unwrap_or_else(|| panic!("{diagnostics}"));
-    io::assemble(&scene, options, diagnostics).unwrap_or_else(|e| panic!("{e}"))
+    morgana_io::assemble(&scene, options, diagnostics).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Adds numbers to a hash, to five digits.

@@ -1,6 +1,6 @@
 //! What is computed of a scene, and what is refused.
 
-use io::{Limits, LoadOptions, Loaded, Refusal, Run};
+use morgana_io::{Limits, LoadOptions, Loaded, Refusal, Run};
 use transport::render::{Measure, Target};
 
 fn load(integrator: &str) -> Loaded {
@@ -13,7 +13,7 @@ fn load(integrator: &str) -> Loaded {
   <emitter type="constant"/></scene>"#
     );
     std::fs::write(&path, text).unwrap();
-    io::load_scene(&path, &LoadOptions::default()).unwrap()
+    morgana_io::load_scene(&path, &LoadOptions::default()).unwrap()
 }
 
 fn target() -> Option<Target> {

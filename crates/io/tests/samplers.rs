@@ -1,6 +1,6 @@
 //! Samplers in scene files: which samples belong together, and how many there are.
 
-use io::{Diagnostics, LoadOptions, Loaded};
+use morgana_io::{Diagnostics, LoadOptions, Loaded};
 use transport::sampling::Replicates;
 
 fn load(integrator: &str, sampler: &str, samples: Option<u64>) -> Loaded {
@@ -32,7 +32,7 @@ fn load_by(
 </scene>"#
     );
     std::fs::write(&path, text).unwrap();
-    io::load_scene(&path, options)
+    morgana_io::load_scene(&path, options)
 }
 
 #[test]

@@ -4,8 +4,8 @@
 
 mod common;
 
-use io::schema::{self, Parameter, Plugin, Type};
-use io::{Diagnostics, LoadOptions, PluginKind, json};
+use morgana_io::schema::{self, Parameter, Plugin, Type};
+use morgana_io::{Diagnostics, LoadOptions, PluginKind, json};
 
 /// A scene that holds an object where it belongs.
 fn scene(kind: PluginKind, plugin: &str, object: &str) -> String {
@@ -60,7 +60,8 @@ fn complaints(text: &str) -> Vec<String> {
     let mut diagnostics = Diagnostics::new();
     let description = json::parse(text, "scene.json", &[], &mut diagnostics);
     let description = description.unwrap_or_else(|| panic!("{diagnostics}\n{text}"));
-    let diagnostics = match io::assemble(&description, &LoadOptions::default(), diagnostics) {
+    let diagnostics = match morgana_io::assemble(&description, &LoadOptions::default(), diagnostics)
+    {
         Ok(loaded) => loaded.warnings,
         Err(diagnostics) => diagnostics,
     };
@@ -336,7 +337,7 @@ mod json_schema {
         let files = std::fs::read_dir(folder.join("../../scenes")).unwrap();
         let files = files.map(|f| f.unwrap().path());
         for file in files.filter(|f| f.extension().is_some_and(|e| e == "xml")) {
-            let scene = io::xml::load(&file, &[], &mut Diagnostics::new()).unwrap();
+            let scene = morgana_io::xml::load(&file, &[], &mut Diagnostics::new()).unwrap();
             assert_eq!(validate(&json::write(&scene)), Ok(()), "{}", file.display());
         }
         for name in ["luneburg_fog", "aquarium_laser"] {

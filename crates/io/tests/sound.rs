@@ -1,7 +1,7 @@
 //! Sound in scene files: phases in time, means over a period, and mistakes of units.
 
 use glam::DVec3;
-use io::{LoadOptions, Loaded};
+use morgana_io::{LoadOptions, Loaded};
 use std::f64::consts::PI;
 use std::fs;
 
@@ -23,7 +23,7 @@ fn load(sampler: &str, mode: &str, samples: Option<u64>) -> Result<Loaded, Strin
         samples,
         ..LoadOptions::default()
     };
-    io::load_scene(&path, &options).map_err(|d| d.to_string())
+    morgana_io::load_scene(&path, &options).map_err(|d| d.to_string())
 }
 
 fn mode(time_phase: f64) -> String {

@@ -4,9 +4,9 @@
 mod common;
 
 use glam::DVec3;
-use io::image::tone::Tone;
-use io::image::{RgbImage, png};
-use io::{LoadOptions, Loaded};
+use morgana_io::image::tone::Tone;
+use morgana_io::image::{RgbImage, png};
+use morgana_io::{LoadOptions, Loaded};
 use std::fs;
 use std::path::Path;
 use transport::bsdf::{Bsdf, Surface};
@@ -29,7 +29,7 @@ fn scene(format: &str, body: &str) -> String {
 fn load_from(directory: &Path, format: &str, body: &str) -> Result<Loaded, String> {
     let path = directory.join("scene.xml");
     fs::write(&path, scene(format, body)).unwrap();
-    io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
 
 fn load(body: &str) -> Result<Loaded, String> {
@@ -101,7 +101,7 @@ fn bitmaps_are_decoded_unless_raw() {
     close(reflectance(bsdf(&plain), [0.2, 0.5]), [0.5, 0.25, 0.0]);
     close(reflectance(bsdf(&plain), [0.7, 0.5]), [0.125, 0.5, 1.0]);
     let raw = load(r#"<boolean name="raw" value="true"/>"#);
-    let encoded = PIXELS[0].map(|v| io::scene::srgb_from_linear(f64::from(v)));
+    let encoded = PIXELS[0].map(|v| morgana_io::scene::srgb_from_linear(f64::from(v)));
     close(reflectance(bsdf(&raw), [0.25, 0.5]), encoded);
     let wrapped = load(r#"<string name="wrap_mode" value="clamp"/>"#);
     close(reflectance(bsdf(&wrapped), [7.0, 0.5]), [0.125, 0.5, 1.0]);
@@ -184,7 +184,7 @@ fn colours_of_vertices() {
 <string name="name" value="vertex_color"/></texture></bsdf></shape>"#
         )
     };
-    let grey = io::scene::linear_from_srgb(128.0 / 255.0);
+    let grey = morgana_io::scene::linear_from_srgb(128.0 / 255.0);
     for (kind, name, third) in [("ply", "t.ply", grey), ("obj", "t.obj", 0.2)] {
         let loaded = load_from(directory.path(), "", &body(kind, name)).unwrap();
         let mut s = Surface::plain(DVec3::Z, 1.0, 1.0);
@@ -344,7 +344,7 @@ const IES: &str = "IESNA:LM-63-2002\n[MANUFAC] nobody\nTILT=NONE\n1 1000 2 3 2 1
 
 #[test]
 fn photometric_files() {
-    let light = io::ies::parse(IES.as_bytes()).unwrap();
+    let light = morgana_io::ies::parse(IES.as_bytes()).unwrap();
     assert_eq!(light.vertical, [0.0, 45.0, 90.0]);
     // A quarter of the turn, mirrored twice; all times the multiplier 2.
     assert_eq!(light.horizontal, [0.0, 90.0, 180.0, 270.0, 360.0]);
@@ -353,11 +353,17 @@ fn photometric_files() {
     let half = IES
         .replace("3 2 1 1", "3 3 1 1")
         .replace("\n0 90\n100", "\n90 180 270\n7 8 9 100");
-    let light = io::ies::parse(half.as_bytes()).unwrap();
+    let light = morgana_io::ies::parse(half.as_bytes()).unwrap();
     assert_eq!(light.horizontal, [0.0, 90.0, 180.0, 270.0, 360.0]);
     assert_eq!(light.candela[..6], [200.0, 100.0, 0.0, 14.0, 16.0, 18.0]);
     let tilted = IES.replace("TILT=NONE", "TILT=INCLUDE\n1\n2\n0 90\n1 0.9");
-    assert_eq!(io::ies::parse(tilted.as_bytes()).unwrap().vertical.len(), 3);
+    assert_eq!(
+        morgana_io::ies::parse(tilted.as_bytes())
+            .unwrap()
+            .vertical
+            .len(),
+        3
+    );
     for (from, to, expected) in [
         (
             "TILT=NONE",
@@ -380,7 +386,7 @@ fn photometric_files() {
         ("45", "fourty", "vertical angles: 'fourty' is not a number"),
         ("\n0 90\n1", "\n0 80\n1", "horizontal angles from 0 to 80"),
     ] {
-        let error = io::ies::parse(IES.replace(from, to).as_bytes()).unwrap_err();
+        let error = morgana_io::ies::parse(IES.replace(from, to).as_bytes()).unwrap_err();
         assert_eq!(error.to_string(), expected);
     }
 }
@@ -455,7 +461,7 @@ fn roughness_from_images() {
             bsdf(&loaded).eval(&s, DVec3::Z, direction)[0]
         };
         // The numbers in the file, not what they encode.
-        let stored = [0.25, 0.5].map(io::scene::srgb_from_linear);
+        let stored = [0.25, 0.5].map(morgana_io::scene::srgb_from_linear);
         for (u, alpha) in [(0.2, stored[0]), (0.8, stored[1])] {
             let even = format!(r#"<float name="alpha" value="{alpha}"/>"#);
             let (found, expected) = (value(&texture, u), value(&even, u));
@@ -514,7 +520,7 @@ fn textures_shine() {
     let mesh = r#"<shape type="ply"><string name="filename" value="t.ply"/>"#;
     let colours = r#"<texture name="radiance" type="mesh_attribute">
 <string name="name" value="vertex_color"/></texture>"#;
-    let third = io::scene::linear_from_srgb(128.0 / 255.0) / 3.0;
+    let third = morgana_io::scene::linear_from_srgb(128.0 / 255.0) / 3.0;
     let loaded = load(mesh, colours).unwrap();
     close(
         mean_radiance(&loaded),

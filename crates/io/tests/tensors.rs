@@ -1,8 +1,8 @@
 //! Arrays that a scene holds itself, against files with the same numbers.
 
-use io::scene::{Numbers, Tensor};
-use io::volume::{AxisOrder, Options, Volume, npy};
-use io::{Diagnostics, LoadOptions, json};
+use morgana_io::scene::{Numbers, Tensor};
+use morgana_io::volume::{AxisOrder, Options, Volume, npy};
+use morgana_io::{Diagnostics, LoadOptions, json};
 use std::sync::Arc;
 
 /// 2 × 3 × 4 numbers `[z, y, x]`.
@@ -28,10 +28,12 @@ fn scene(data: &str) -> String {
     )
 }
 
-fn loaded(text: &str, folder: &std::path::Path) -> Result<io::Loaded, Diagnostics> {
+fn loaded(text: &str, folder: &std::path::Path) -> Result<morgana_io::Loaded, Diagnostics> {
     let mut diagnostics = Diagnostics::new();
     match json::parse(text, folder.join("scene.json"), &[], &mut diagnostics) {
-        Some(description) => io::assemble(&description, &LoadOptions::default(), diagnostics),
+        Some(description) => {
+            morgana_io::assemble(&description, &LoadOptions::default(), diagnostics)
+        }
         None => Err(diagnostics),
     }
 }
@@ -49,7 +51,7 @@ fn arrays_in_a_scene_are_those_of_a_file() {
     let named = scene(r#""filename": "index.npy", "axis_order": "zyx""#);
     let held = scene(&format!(r#""data": {}"#, nested(&numbers())));
     let [named, held] = [named, held].map(|text| loaded(&text, folder.path()).unwrap());
-    let field = |loaded: &io::Loaded, x: f64| {
+    let field = |loaded: &morgana_io::Loaded, x: f64| {
         let media = loaded.scene().media();
         media[1].index.n2(glam::DVec3::new(x, 0.3 * x, -0.2))
     };
@@ -81,7 +83,7 @@ fn what_is_built_is_what_is_written() {
     let built = json::build(built, &[], &mut diagnostics).expect("a scene");
     let written = json::write(&built);
     let read = json::parse(&written, "scene.json", &[], &mut diagnostics).expect("a scene");
-    let files = io::FileRegistry::new();
+    let files = morgana_io::FileRegistry::new();
     assert_eq!(built.hash(&files).unwrap(), read.hash(&files).unwrap());
     assert!(diagnostics.is_empty(), "{diagnostics}");
 }

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use io::element::Element;
-use io::volume::{AxisOrder, Options, Volume, npy, vol};
+use morgana_io::element::Element;
+use morgana_io::volume::{AxisOrder, Options, Volume, npy, vol};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -9,8 +9,8 @@ use std::path::Path;
 use eikonal::field::Bspline;
 use flate2::Compression;
 use flate2::read::{ZlibDecoder, ZlibEncoder};
-use io::Limits;
-use io::volume::{
+use morgana_io::Limits;
+use morgana_io::volume::{
     AxisOrder, Format, Options, Volume, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk, write,
 };
 use peak_alloc::PeakAlloc;

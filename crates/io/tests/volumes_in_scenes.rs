@@ -1,7 +1,7 @@
 //! Volume files as scenes use them: scaled numbers, places, other formats, what a scene must say.
 
 use glam::DVec3;
-use io::{LoadOptions, Loaded};
+use morgana_io::{LoadOptions, Loaded};
 use std::path::Path;
 use tempfile::TempDir;
 
@@ -44,7 +44,7 @@ fn load_in(
     );
     let path = folder.path().join("scene.xml");
     std::fs::write(&path, text).unwrap();
-    io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
 }
 
 fn load(role: &str, plugin: &str, file: &str, more: &str) -> Result<Loaded, String> {

@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
-use io::element::Element;
-use io::volume::{AxisOrder, Options, Volume, VolumeFrame, hdf5, mat, nrrd, vti, vtk};
+use morgana_io::element::Element;
+use morgana_io::volume::{AxisOrder, Options, Volume, VolumeFrame, hdf5, mat, nrrd, vti, vtk};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use io::element::Element;
-use io::volume::{AxisOrder, Format, Options, Volume, VolumeFrame, write};
+use morgana_io::element::Element;
+use morgana_io::volume::{AxisOrder, Format, Options, Volume, VolumeFrame, write};
 
 const FORMATS: [&str; 8] = ["vol", "npy", "npz", "h5", "mat", "nrrd", "vti", "vtk"];
 

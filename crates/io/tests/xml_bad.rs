@@ -3,7 +3,7 @@
 mod common;
 
 use common::messages;
-use io::{Diagnostic, Diagnostics, xml};
+use morgana_io::{Diagnostic, Diagnostics, xml};
 
 /// `line:column message | help` for each mistake in a scene with these contents, which begin at
 /// line 2, column 1.

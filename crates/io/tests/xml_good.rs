@@ -4,8 +4,8 @@ mod common;
 
 use common::{child, object, read, value};
 use glam::{DMat4, DVec3, DVec4};
-use io::scene::Value;
-use io::{Diagnostics, PluginKind, SpectrumValue, xml};
+use morgana_io::scene::Value;
+use morgana_io::{Diagnostics, PluginKind, SpectrumValue, xml};
 
 fn data(name: &str) -> std::path::PathBuf {
     std::path::Path::new(env!("CARGO_MANIFEST_DIR"))

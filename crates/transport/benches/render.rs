@@ -1,7 +1,7 @@
 //! How renders scale with threads, and what a graded index costs.
 //!
 //! ```text
-//! cargo bench -p transport
+//! cargo bench -p morgana-transport
 //! ```
 //!
 //! Each row renders one scene with one thread and with two, in turn, and the same scene with the
@@ -19,18 +19,18 @@ use eikonal::Field;
 use eikonal::field::{Bspline, Constant, Gaussian, Placement};
 use eikonal::{Aabb, Tolerance};
 use glam::DVec3;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::film::Filter;
+use morgana_transport::integrator::{Integrator, PathTracer};
+use morgana_transport::render::{RenderOptions, render};
+use morgana_transport::scene::FilmSpec;
+use morgana_transport::shape::Sphere;
+use morgana_transport::{Scene, Spectrum};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::time::Instant;
-use transport::emitter::Emitter;
-use transport::film::Filter;
-use transport::integrator::{Integrator, PathTracer};
-use transport::render::{RenderOptions, render};
-use transport::scene::FilmSpec;
-use transport::shape::Sphere;
-use transport::{Scene, Spectrum};
 
 const ROUNDS: usize = 11;
 const SIDE: usize = 64;

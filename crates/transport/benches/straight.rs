@@ -1,7 +1,7 @@
 //! What connections cost where nothing bends rays: closed forms, and the same rays shot by the solver.
 //!
 //! ```text
-//! cargo bench -p transport --bench straight
+//! cargo bench -p morgana-transport --bench straight
 //! ```
 //!
 //! Medians over rounds of times within one round, for pairs of points inside a cube of fog and across its
@@ -16,15 +16,15 @@ use eikonal::Solver;
 use eikonal::connect::{InitialGuess, Pattern, RayFamily};
 use eikonal::field::Constant;
 use glam::{DAffine3, DVec3};
+use morgana_transport::Scene;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::connection_end::ConnectionEnd;
+use morgana_transport::path::{Connection, ConnectionTarget, Vertex, Workspace};
+use morgana_transport::sampling::Sampler;
+use morgana_transport::scene::MediumId;
+use morgana_transport::shape::Cube;
 use std::hint::black_box;
 use std::time::Instant;
-use transport::Scene;
-use transport::bsdf::Bsdf;
-use transport::connection_end::ConnectionEnd;
-use transport::path::{Connection, ConnectionTarget, Vertex, Workspace};
-use transport::sampling::Sampler;
-use transport::scene::MediumId;
-use transport::shape::Cube;
 
 const ROUNDS: usize = 21;
 const PAIRS: u64 = 20_000;

@@ -19,7 +19,7 @@ const ROUNDER: f64 = 6_755_399_441_055_744.0;
 /// A sum of doubles. Numbers below 10⁻²⁹⁸ count as zero.
 ///
 /// ```
-/// use transport::sum::ReproducibleSum;
+/// use morgana_transport::sum::ReproducibleSum;
 /// let numbers = [1e16, 1.0, -1e16, 0.5];
 /// let sum = |order: [usize; 4]| {
 ///     let mut sum = ReproducibleSum::default();

@@ -7,16 +7,16 @@ use eikonal::connect::World;
 use eikonal::field::{Constant, Gaussian, Luneburg};
 use eikonal::{Field, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::aov::{Aov, AovTracer, ReferenceIndex, deflection};
+use morgana_transport::bsdf::{Bsdf, Diffuse, Mask, ThinDielectric};
+use morgana_transport::medium::Medium;
+use morgana_transport::render::Rendering;
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::sensor::{Orthographic, Sensor};
+use morgana_transport::shape::{Rectangle, Shape, Sphere};
+use morgana_transport::{Scene, Spectrum};
 use std::f64::consts::{PI, TAU};
 use testkit::convergence::fit_order;
-use transport::aov::{Aov, AovTracer, ReferenceIndex, deflection};
-use transport::bsdf::{Bsdf, Diffuse, Mask, ThinDielectric};
-use transport::medium::Medium;
-use transport::render::Rendering;
-use transport::scene::{Object, Parts};
-use transport::sensor::{Orthographic, Sensor};
-use transport::shape::{Rectangle, Shape, Sphere};
-use transport::{Scene, Spectrum};
 
 /// An orthographic sensor at `position` that sees `half` to either side of the z axis and looks along +z.
 fn along_z(position: DVec3, half: f64) -> Sensor {
@@ -51,9 +51,9 @@ fn all(parts: Parts) -> Rendering {
 /// The values of one ray, by the names of their channels.
 fn of_ray(scene: &Scene, origin: DVec3, direction: DVec3) -> impl Fn(&str) -> f64 + use<> {
     let tracer = AovTracer::default();
-    let mut ws = transport::path::Workspace::new(scene.tolerance());
+    let mut ws = morgana_transport::path::Workspace::new(scene.tolerance());
     let mut values = Vec::new();
-    let ray = transport::sensor::SensorRay { origin, direction };
+    let ray = morgana_transport::sensor::SensorRay { origin, direction };
     tracer.sample(scene, ray, &mut ws, &mut values);
     move |name| values[tracer.channels().position(|n| n == name).unwrap()]
 }
@@ -142,7 +142,7 @@ fn a_homogeneous_ball_deflects_nothing() {
 fn refraction_up_to_a_screen() {
     let (n, thick) = (1.5, 0.4);
     let slab = DAffine3::from_scale(DVec3::new(3.0, 3.0, 0.5 * thick));
-    let slab: Shape = transport::shape::Cube::new(slab).unwrap().into();
+    let slab: Shape = morgana_transport::shape::Cube::new(slab).unwrap().into();
     let screen = DAffine3::from_scale_rotation_translation(
         DVec3::splat(3.0),
         glam::DQuat::from_rotation_y(PI),
@@ -213,7 +213,7 @@ fn lost_rays_are_counted() {
     let mut parts = seen(index, 1.0, 2.0, 0.5);
     // An open disc in place of the ball: the medium behind it has no end.
     parts.objects[0].shape =
-        transport::shape::Disk::new(DAffine3::from_scale_rotation_translation(
+        morgana_transport::shape::Disk::new(DAffine3::from_scale_rotation_translation(
             DVec3::ONE,
             glam::DQuat::from_rotation_y(PI),
             DVec3::ZERO,
@@ -272,7 +272,7 @@ fn weak_columns_have_the_phase_of_their_contrast() {
         let profile = |x: DVec3| 1.0 + delta * (-0.5 * (x.x * x.x + x.z * x.z) / (w * w)).exp();
         let bounds = eikonal::Aabb::new(DVec3::splat(-1.0), DVec3::ONE);
         let grid = Bspline::from_fn([96, 1, 96], bounds, Placement::Nodes, profile).unwrap();
-        let cube: Shape = transport::shape::Cube::new(DAffine3::IDENTITY)
+        let cube: Shape = morgana_transport::shape::Cube::new(DAffine3::IDENTITY)
             .unwrap()
             .into();
         let media = vec![vacuum(), Medium::transparent("column", grid.into())];
@@ -299,9 +299,9 @@ fn weak_columns_have_the_phase_of_their_contrast() {
         for i in 0..10 {
             let x = f64::from(i) * 0.08;
             let mut values = Vec::new();
-            let mut ws = transport::path::Workspace::new(Tolerance::default());
+            let mut ws = morgana_transport::path::Workspace::new(Tolerance::default());
             let (origin, direction) = (DVec3::new(x, 0.1, -3.0), DVec3::Z);
-            let ray = transport::sensor::SensorRay { origin, direction };
+            let ray = morgana_transport::sensor::SensorRay { origin, direction };
             tracer.sample(&scene(), ray, &mut ws, &mut values);
             near(values[1], x);
             assert!((values[2] * wavelength - values[1]).abs() < 1e-14 * peak);
@@ -314,9 +314,9 @@ fn weak_columns_have_the_phase_of_their_contrast() {
 fn surfaces_in_a_path_difference() {
     let (n, thick) = (1.5, 0.4);
     let slab = DAffine3::from_scale(DVec3::new(3.0, 3.0, 0.5 * thick));
-    let slab: Shape = transport::shape::Cube::new(slab).unwrap().into();
+    let slab: Shape = morgana_transport::shape::Cube::new(slab).unwrap().into();
     let [eta, k] = [0.2, 3.0].map(Spectrum::splat);
-    let metal = transport::bsdf::Conductor::new(eta, k, Spectrum::ONE).unwrap();
+    let metal = morgana_transport::bsdf::Conductor::new(eta, k, Spectrum::ONE).unwrap();
     let mirror = Object {
         sides: None,
         ..container(
@@ -356,7 +356,7 @@ fn references_may_vary() {
     let (delta, middle) = (1e-7, DVec3::new(0.2, 0.0, 0.1));
     let bump = Gaussian::new(1.0, delta, middle, 0.2).unwrap();
     let both = Sum::new(1.0, vec![lens.clone(), bump.into()]).unwrap();
-    let cube: Shape = transport::shape::Cube::new(DAffine3::IDENTITY)
+    let cube: Shape = morgana_transport::shape::Cube::new(DAffine3::IDENTITY)
         .unwrap()
         .into();
     let none = eikonal::field::LinearIndex::new(1.0, DVec3::Z * -0.9, DVec3::Z * -0.9).unwrap();
@@ -376,9 +376,9 @@ fn references_may_vary() {
     let mut tracer = AovTracer::new(&[Aov::OpticalPathDifference]);
     tracer.reference = Some(ReferenceIndex::Medium(2));
     let mut values = Vec::new();
-    let mut ws = transport::path::Workspace::new(Tolerance::default());
+    let mut ws = morgana_transport::path::Workspace::new(Tolerance::default());
     let (origin, direction) = (DVec3::new(0.3, 0.1, -0.9), DVec3::Z);
-    let ray = transport::sensor::SensorRay { origin, direction };
+    let ray = morgana_transport::sensor::SensorRay { origin, direction };
     tracer.sample(&scene, ray, &mut ws, &mut values);
     // Up to z = 1 along the ray of the lens: δn = Δ bump/n and ds = n dσ.
     let mut expected = 0.0;

@@ -7,12 +7,12 @@ use common::{camera, container, fog, glass, parts, vacuum};
 use eikonal::field::Constant;
 use eikonal::{Solver, Tolerance};
 use glam::DVec3;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::path::{Connection, ConnectionTarget, Start, Vertex, Workspace};
+use morgana_transport::sampling::Sampler;
+use morgana_transport::shape::Sphere;
+use morgana_transport::{Scene, Spectrum};
 use testkit::Rng;
-use transport::emitter::Emitter;
-use transport::path::{Connection, ConnectionTarget, Start, Vertex, Workspace};
-use transport::sampling::Sampler;
-use transport::shape::Sphere;
-use transport::{Scene, Spectrum};
 
 const RADIUS: f64 = 1.2;
 /// Geometry terms agree to this; the tolerance of rays is 1e-6, and caustics amplify it.

@@ -5,12 +5,12 @@ mod common;
 use common::{camera, container, fog, glass, parts, vacuum};
 use eikonal::field::LinearIndex;
 use glam::{DAffine3, DMat3, DVec3};
-use transport::bsdf::fresnel;
-use transport::emitter::{BeamProfile, Collimated, Emitter};
-use transport::path::{Connection, ConnectionTarget, Vertex, Workspace};
-use transport::sampling::Sampler;
-use transport::shape::Cube;
-use transport::{Scene, Spectrum};
+use morgana_transport::bsdf::fresnel;
+use morgana_transport::emitter::{BeamProfile, Collimated, Emitter};
+use morgana_transport::path::{Connection, ConnectionTarget, Vertex, Workspace};
+use morgana_transport::sampling::Sampler;
+use morgana_transport::shape::Cube;
+use morgana_transport::{Scene, Spectrum};
 
 /// A tank 60 × 8 × 6, denser at the bottom, and a beam that climbs into it through the left wall. The
 /// plane of its aperture cuts through the tank, so that random starts lie on both sides of the wall.

@@ -6,16 +6,16 @@ mod common;
 use common::{camera, container, fog, parts, path_tracer, vacuum};
 use eikonal::field::{Acoustic, AcousticMode};
 use glam::DVec3;
+use morgana_transport::aov::AovTracer;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
+use morgana_transport::render::{Handle, RenderOptions, Rendering, render, render_watched};
+use morgana_transport::renderer::Renderer;
+use morgana_transport::shape::Sphere;
+use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
-use transport::aov::AovTracer;
-use transport::bsdf::Bsdf;
-use transport::emitter::Emitter;
-use transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
-use transport::render::{Handle, RenderOptions, Rendering, render, render_watched};
-use transport::renderer::Renderer;
-use transport::shape::Sphere;
-use transport::{Scene, Spectrum};
 
 /// A ball of fog with ripples of so many radians per unit length, and an emitter in it.
 fn ripples(wave_number: f64) -> Scene {
@@ -60,7 +60,7 @@ fn connections_that_take_too_many_steps_are_given_up_and_counted() {
     let ends = [DVec3::new(0.1, 0.5, -0.5), DVec3::new(0.3, -0.4, 0.2)];
     let outcome = connections.connect(&scene, (ends[0], scene.medium_at(ends[0])), ends[1]);
     assert_eq!(outcome, Err(eikonal::Failure::OverBudget));
-    let mut stats = transport::Stats::default();
+    let mut stats = morgana_transport::Stats::default();
     stats.count(&outcome);
     assert_eq!(stats.over_budget.connections, 1);
     assert_eq!(stats.connections.attempts, 1);

@@ -9,16 +9,16 @@ mod common;
 use common::{camera, container, fog, glass, mean, parts, shoot, shoot_by, sky, vacuum};
 use eikonal::field::{Constant, Gaussian, LinearIndex};
 use glam::DVec3;
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::emitter::{Class, Emitter};
+use morgana_transport::integrator::{Bdpt, Integrator, PathTracer};
+use morgana_transport::path::{NeeRates, Workspace};
+use morgana_transport::sampling::Sampler;
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::shape::Sphere;
+use morgana_transport::{Scene, Spectrum};
 use testkit::Family;
 use testkit::batches::{moments, one_sample, welch};
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{Class, Emitter};
-use transport::integrator::{Bdpt, Integrator, PathTracer};
-use transport::path::{NeeRates, Workspace};
-use transport::sampling::Sampler;
-use transport::scene::{Object, Parts};
-use transport::shape::Sphere;
-use transport::{Scene, Spectrum};
 
 const Z: f64 = 4.4;
 

@@ -7,14 +7,14 @@ use common::{camera, container, fog, glass, parts, path_tracer, shoot_by, sky, v
 use eikonal::Field;
 use eikonal::field::{Constant, Fisheye, Luneburg};
 use glam::{DAffine3, DMat3, DVec3};
-use transport::Spectrum;
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{BeamProfile, Collimated, Emitter};
-use transport::integrator::{Bdpt, Integrator, ParticleTracer};
-use transport::render::Rendering;
-use transport::scene::{Object, Parts};
-use transport::sensor::{Orthographic, Sensor};
-use transport::shape::{Rectangle, Sphere};
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::emitter::{BeamProfile, Collimated, Emitter};
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
+use morgana_transport::render::Rendering;
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::sensor::{Orthographic, Sensor};
+use morgana_transport::shape::{Rectangle, Sphere};
 
 fn integrators() -> [Integrator; 3] {
     [

@@ -7,17 +7,17 @@ use eikonal::connect::{InitialGuess, Pattern, RayFamily};
 use eikonal::field::{Constant, Fisheye, LinearIndex, LinearSquare, Luneburg};
 use eikonal::{Field, Solver, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::connection_end::ConnectionEnd;
-use transport::emitter::Emitter;
-use transport::path::{
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::connection_end::ConnectionEnd;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::path::{
     Connection, ConnectionTarget, Edge, End, Sampling, Start, TransportMode, Vertex, Workspace,
     trace,
 };
-use transport::sampling::Sampler;
-use transport::scene::{Object, Parts};
-use transport::shape::{Cube, Disk, Sphere};
-use transport::{Scene, Spectrum};
+use morgana_transport::sampling::Sampler;
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::shape::{Cube, Disk, Sphere};
+use morgana_transport::{Scene, Spectrum};
 
 fn finish(parts: Parts) -> Scene {
     let tight = Parts {
@@ -236,7 +236,7 @@ fn occlusion_follows_the_arc() {
 /// Every point of a focused beam is reached, however close to the focus, by the ray that closed form says.
 #[test]
 fn a_beam_is_connected_up_to_its_focus() {
-    use transport::emitter::{BeamProfile, Collimated};
+    use morgana_transport::emitter::{BeamProfile, Collimated};
     let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
     let profile = BeamProfile::Disc { radius: 0.8 };
@@ -335,7 +335,7 @@ fn straight_connections_are_those_of_the_solver() {
             (connection.geometry.geometry_term / geometry - 1.0).abs() < 1e-8,
             "{crossings}"
         );
-        let depth = transport::path::transmittance(&scene, solver.pieces());
+        let depth = morgana_transport::path::transmittance(&scene, solver.pieces());
         assert!((connection.geometry.depth.exp_neg()[0] - depth[0]).abs() < 1e-8);
     }
     // A target nearer to a boundary than rays are kept off it.

@@ -1,10 +1,10 @@
 //! Emitters and lenses against their closed forms. One chi-square test, at a false-alarm rate of 1e-3.
 
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::emitter::{BeamProfile, Collimated, Environment, Spot};
+use morgana_transport::sensor::{Perspective, Sensor, ThinLens};
+use morgana_transport::{Orientation, Spectrum};
 use testkit::{DirectionTable, Family, Mass};
-use transport::emitter::{BeamProfile, Collimated, Environment, Spot};
-use transport::sensor::{Perspective, Sensor, ThinLens};
-use transport::{Orientation, Spectrum};
 
 #[test]
 fn environment_images_are_sampled_by_their_density() {

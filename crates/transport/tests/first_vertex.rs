@@ -8,23 +8,23 @@ mod common;
 use common::{camera, container, fog, glass, parts, path_tracer, sky, vacuum};
 use eikonal::field::{Constant, Gaussian, Placement};
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::bsdf::{Bsdf, Dielectric, Diffuse};
+use morgana_transport::emitter::Emitter;
+use morgana_transport::integrator::{Contribution, Integrator, ParticleTracer, PathTracer};
+use morgana_transport::medium::{GridFilter, GridSamples, Medium, VolumeGrid, VolumeTexture};
+use morgana_transport::path::{
+    Edge, End, FirstVertexTechniques, Sampling, Start, TransportMode, Workspace, trace,
+};
+use morgana_transport::render::{RenderOptions, render};
+use morgana_transport::sampling::Sampler;
+use morgana_transport::scene::{Object, Parts, Sides};
+use morgana_transport::sensor::SensorRay;
+use morgana_transport::shape::{Cube, Rectangle, Sphere};
+use morgana_transport::{Scene, Spectrum};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use testkit::batches::{moments, welch};
 use testkit::{Family, Moments};
-use transport::bsdf::{Bsdf, Dielectric, Diffuse};
-use transport::emitter::Emitter;
-use transport::integrator::{Contribution, Integrator, ParticleTracer, PathTracer};
-use transport::medium::{GridFilter, GridSamples, Medium, VolumeGrid, VolumeTexture};
-use transport::path::{
-    Edge, End, FirstVertexTechniques, Sampling, Start, TransportMode, Workspace, trace,
-};
-use transport::render::{RenderOptions, render};
-use transport::sampling::Sampler;
-use transport::scene::{Object, Parts, Sides};
-use transport::sensor::SensorRay;
-use transport::shape::{Cube, Rectangle, Sphere};
-use transport::{Scene, Spectrum};
 
 const FALSE_ALARM: f64 = 1e-4;
 

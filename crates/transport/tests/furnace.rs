@@ -10,8 +10,8 @@ mod common;
 use common::{camera, container, fog, glass, mean, parts, shoot, shoot_by, sky, vacuum};
 use eikonal::field::{Gaussian, LinearIndex, Luneburg};
 use glam::DVec3;
-use transport::bsdf::Bsdf;
-use transport::shape::Sphere;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::shape::Sphere;
 
 const Z: f64 = 4.4;
 
@@ -19,7 +19,7 @@ fn ball() -> Sphere {
     Sphere::around(DVec3::ZERO, 1.0).unwrap()
 }
 
-fn check(name: &str, rendering: transport::render::Rendering, exact: f64) {
+fn check(name: &str, rendering: morgana_transport::render::Rendering, exact: f64) {
     let (mean, error) = mean(&rendering);
     println!(
         "{name}: {mean} ± {error}, exact {exact}, {:?}",
@@ -62,7 +62,7 @@ fn graded_ball_behind_a_dielectric_wall() {
     let n = 1.3 + 0.15 * 1.5;
     let scene = parts(objects, media, vec![sky()], camera(inside, DVec3::ZERO));
     check("from inside", shoot(scene.clone(), 512, 3), n * n);
-    let outside = transport::scene::Parts {
+    let outside = morgana_transport::scene::Parts {
         sensor: camera(DVec3::Z * 3.0, DVec3::ZERO),
         ..scene
     };
@@ -101,8 +101,8 @@ fn transparent_lens_behind_a_matched_boundary() {
 /// and weighted by the balance heuristic over all (docs/theory.md#free-flight).
 #[test]
 fn chromatic_extinction() {
-    use transport::Spectrum;
-    use transport::medium::VolumeTexture;
+    use morgana_transport::Spectrum;
+    use morgana_transport::medium::VolumeTexture;
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
     let mut medium = fog(index, 1.0, 1.0, 0.3);
     medium.sigma_t = VolumeTexture::Uniform(Spectrum([0.5, 2.0, 8.0, 0.0]));
@@ -134,8 +134,8 @@ fn chromatic_extinction() {
 /// distances be sampled around it, which must change nothing.
 #[test]
 fn a_light_without_light_changes_nothing() {
-    use transport::Spectrum;
-    use transport::emitter::Emitter;
+    use morgana_transport::Spectrum;
+    use morgana_transport::emitter::Emitter;
     let objects = vec![container(ball(), Bsdf::Null)];
     let index = eikonal::field::Constant::new(1.33);
     let media = vec![vacuum(), fog(index, 2.0, 1.0, 0.0)];
@@ -168,8 +168,8 @@ fn loose_tolerance() {
 #[test]
 fn touching_layers_with_flipped_normals() {
     use glam::{DAffine3, DMat3};
-    use transport::scene::{Object, Sides};
-    use transport::shape::{Cube, Shape};
+    use morgana_transport::scene::{Object, Sides};
+    use morgana_transport::shape::{Cube, Shape};
     let layer = |center: f64, interior: usize, flip: bool| {
         let to_world = DAffine3 {
             matrix3: DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.25)),
@@ -198,9 +198,9 @@ fn touching_layers_with_flipped_normals() {
 /// have no variance, so there only bidirectional path tracing is asked.
 #[test]
 fn bidirectional_estimators() {
+    use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
     use testkit::Family;
     use testkit::batches::{moments, one_sample};
-    use transport::integrator::{Bdpt, Integrator, ParticleTracer};
     let particle = Integrator::Particle(ParticleTracer::default());
     let bdpt = Integrator::Bdpt(Bdpt::default());
     let lens = Gaussian::new(1.0, 0.15, DVec3::ZERO, 0.25).unwrap();
@@ -258,7 +258,7 @@ fn bidirectional_estimators() {
 /// reflected: what chance finds of it is all there is.
 #[test]
 fn many_reflections_in_a_block_of_glass() {
-    use transport::shape::Cube;
+    use morgana_transport::shape::Cube;
     let cube = Cube::new(glam::DAffine3::IDENTITY).unwrap();
     let media = vec![
         vacuum(),

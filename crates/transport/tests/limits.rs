@@ -6,11 +6,11 @@ use common::{camera, container, fog, parts, shoot, vacuum};
 use eikonal::field::{Bspline, Constant, Gaussian, Placement};
 use eikonal::{Aabb, Field};
 use glam::DVec3;
-use transport::Spectrum;
-use transport::bsdf::Bsdf;
-use transport::emitter::Emitter;
-use transport::render::Rendering;
-use transport::shape::Sphere;
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::render::Rendering;
+use morgana_transport::shape::Sphere;
 
 fn render(index: impl Into<Field>) -> Rendering {
     let ball = Sphere::around(DVec3::ZERO, 1.0).unwrap();

@@ -1,7 +1,7 @@
 //! Orthogonal maps nearest to matrices that are nearly so. Exact to rounding: no false alarms.
 
 use glam::{DMat3, DQuat, DVec3};
-use transport::Orientation;
+use morgana_transport::Orientation;
 
 fn turn(angle: f64) -> DMat3 {
     DMat3::from_quat(DQuat::from_axis_angle(

@@ -7,20 +7,20 @@ use common::{camera, container, fog, parts, path_tracer, vacuum};
 use eikonal::Field;
 use eikonal::field::{Acoustic, AcousticMode};
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::emitter::{BeamProfile, Collimated, Emitter};
+use morgana_transport::integrator::{Integrator, ParticleTracer};
+use morgana_transport::meter::{Coordinates, Estimator, FluenceMeter, Meter, MeterGrid};
+use morgana_transport::render::{
+    Handle, MeasureOptions, Measurement, RenderOptions, Rendering, measure, render,
+};
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::sensor::Sensor;
+use morgana_transport::shape::{Disk, Sphere};
+use morgana_transport::{Scene, Spectrum};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use testkit::z_test::max_abs_z;
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{BeamProfile, Collimated, Emitter};
-use transport::integrator::{Integrator, ParticleTracer};
-use transport::meter::{Coordinates, Estimator, FluenceMeter, Meter, MeterGrid};
-use transport::render::{
-    Handle, MeasureOptions, Measurement, RenderOptions, Rendering, measure, render,
-};
-use transport::scene::{Object, Parts};
-use transport::sensor::Sensor;
-use transport::shape::{Disk, Sphere};
-use transport::{Scene, Spectrum};
 
 const RATE: f64 = 1e-3;
 /// Instants of a period.
@@ -74,7 +74,7 @@ fn shoot(scene: Scene, integrator: Integrator, samples: u64, seed: u64) -> Rende
 
 /// Means of pixels and their variances.
 fn pixels(rendering: &Rendering) -> Vec<(f64, f64)> {
-    let of = |p: &transport::film::Pixel| (p.mean()[0], p.variance_of_mean()[0]);
+    let of = |p: &morgana_transport::film::Pixel| (p.mean()[0], p.variance_of_mean()[0]);
     rendering.film.group(0).iter().map(of).collect()
 }
 

@@ -3,9 +3,9 @@
 //! False alarms: 5e-4 for each of the two families, so 1e-3 for the file. Seeds are fixed.
 
 use glam::DVec3;
+use morgana_transport::phase::{Phase, PhaseError};
 use std::f64::consts::PI;
 use testkit::{DirectionTable, Family, Mass, Moments, Rng, z_test};
-use transport::phase::{Phase, PhaseError};
 
 const FALSE_ALARM: f64 = 5e-4;
 const DIR: DVec3 = DVec3::new(0.48, -0.6, 0.64);

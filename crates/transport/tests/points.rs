@@ -2,9 +2,9 @@
 //!
 //! False alarms: 5e-4 for the family of χ² tests, and for pairings. The other tests are exact.
 
+use morgana_transport::sampling::{Purpose, Replicates, Sampler};
 use testkit::z_test::max_abs_z;
 use testkit::{Family, Mass, Moments, Table, uniform_edges};
-use transport::sampling::{Purpose, Replicates, Sampler};
 
 const FALSE_ALARM: f64 = 5e-4;
 /// With the number of points in a replicate.

@@ -5,14 +5,14 @@ mod common;
 use common::{camera, container, fog, parts, path_tracer, sky, vacuum};
 use eikonal::field::Gaussian;
 use glam::DVec3;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::film::Film;
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
+use morgana_transport::render::{RenderOptions, render};
+use morgana_transport::shape::Sphere;
+use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
-use transport::bsdf::Bsdf;
-use transport::emitter::Emitter;
-use transport::film::Film;
-use transport::integrator::{Bdpt, Integrator, ParticleTracer};
-use transport::render::{RenderOptions, render};
-use transport::shape::Sphere;
-use transport::{Scene, Spectrum};
 
 fn shoot(integrator: Integrator, samples: u64, reweight: bool) -> Film {
     let ball = container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Null);

@@ -7,18 +7,18 @@ mod common;
 use common::{camera, container, fog, parts, sky, vacuum};
 use eikonal::field::{Constant, Gaussian};
 use glam::DVec3;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::integrator::{Integrator, PathTracer};
+use morgana_transport::path::{AdjointEstimate, AdjointTraining, PathTally, Start, Workspace};
+use morgana_transport::render::{RenderOptions, render};
+use morgana_transport::sampling::Sampler;
+use morgana_transport::scene::Parts;
+use morgana_transport::shape::Sphere;
+use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
 use testkit::Family;
 use testkit::batches::{moments, one_sample};
-use transport::bsdf::Bsdf;
-use transport::emitter::Emitter;
-use transport::integrator::{Integrator, PathTracer};
-use transport::path::{AdjointEstimate, AdjointTraining, PathTally, Start, Workspace};
-use transport::render::{RenderOptions, render};
-use transport::sampling::Sampler;
-use transport::scene::Parts;
-use transport::shape::Sphere;
-use transport::{Scene, Spectrum};
 
 /// What paths are told that go on at `x` and bring `light` with unit throughput, each for unit work.
 fn learn(brought: impl Fn(DVec3) -> f64) -> AdjointEstimate {

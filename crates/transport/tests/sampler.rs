@@ -2,8 +2,8 @@
 //!
 //! False alarms: 5e-4 for each of the two families, so 1e-3 for the file. Seeds are fixed.
 
+use morgana_transport::sampling::Sampler;
 use testkit::{Family, Mass, Moments, Table, uniform_edges, z_test};
-use transport::sampling::Sampler;
 
 const FALSE_ALARM: f64 = 5e-4;
 

@@ -3,14 +3,14 @@
 //! False alarms: 2e-4 for each of the four families here, so below 1e-3 for the file. Seeds are fixed.
 
 use glam::{DVec2, DVec3};
-use std::f64::consts::PI;
-use testkit::{DirectionTable, Family, Mass, Rng, Table, uniform_edges};
-use transport::sampling::disc::*;
-use transport::sampling::sphere::*;
-use transport::sampling::triangle::*;
-use transport::sampling::{
+use morgana_transport::sampling::disc::*;
+use morgana_transport::sampling::sphere::*;
+use morgana_transport::sampling::triangle::*;
+use morgana_transport::sampling::{
     Discrete, DistributionError, Frame, Grid2, PiecewiseConstant, PiecewiseLinear,
 };
+use std::f64::consts::PI;
+use testkit::{DirectionTable, Family, Mass, Rng, Table, uniform_edges};
 
 const FALSE_ALARM: f64 = 2e-4;
 const SAMPLES: u64 = 100_000;

@@ -6,15 +6,15 @@ mod common;
 use common::{container, fog, parts, path_tracer, shoot_by, sky, vacuum};
 use eikonal::field::{Gaussian, Luneburg};
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::emitter::Emitter;
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
+use morgana_transport::medium::Medium;
+use morgana_transport::scene::Object;
+use morgana_transport::sensor::{ApertureStop, Sensor, Telecentric};
+use morgana_transport::shape::{Rectangle, Shape, Sphere};
 use std::f64::consts::{PI, TAU};
-use transport::Spectrum;
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::Emitter;
-use transport::integrator::{Bdpt, Integrator, ParticleTracer};
-use transport::medium::Medium;
-use transport::scene::Object;
-use transport::sensor::{ApertureStop, Sensor, Telecentric};
-use transport::shape::{Rectangle, Shape, Sphere};
 
 /// Distance of the source: its rays are nearly parallel.
 const FAR: f64 = 1e4;

@@ -10,13 +10,13 @@ use common::{camera, container, estimate, fog, glass, parts, vacuum};
 use eikonal::Field;
 use eikonal::field::{Constant, LinearIndex};
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::emitter::{Emitter, Environment};
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::sensor::SensorRay;
+use morgana_transport::shape::{Cube, Rectangle, Shape};
+use morgana_transport::{Orientation, Scene, Spectrum};
 use std::f64::consts::PI;
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{Emitter, Environment};
-use transport::scene::{Object, Parts};
-use transport::sensor::SensorRay;
-use transport::shape::{Cube, Rectangle, Shape};
-use transport::{Orientation, Scene, Spectrum};
 
 fn check(name: &str, (mean, error): (f64, f64), exact: f64) {
     println!("{name}: {mean} ± {error}, expected {exact}");
@@ -141,7 +141,8 @@ fn graded_slab_between_black_plates() {
     let scene = Scene::new(parts(objects, media, emitters, sensor)).unwrap();
     let irradiance = |z: f64, inward: f64, seed| {
         estimate(&scene, (20_000, seed), |sampler| {
-            let d = transport::sampling::sphere::cosine_hemisphere_sample(sampler.next_2d());
+            let d =
+                morgana_transport::sampling::sphere::cosine_hemisphere_sample(sampler.next_2d());
             let ray = SensorRay {
                 origin: DVec3::Z * z,
                 direction: DVec3::new(d.x, d.y, d.z * inward),

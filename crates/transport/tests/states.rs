@@ -5,21 +5,21 @@ mod common;
 use common::{camera, container, fog, in_passes, parts, path_tracer, sky, vacuum};
 use eikonal::field::Gaussian;
 use glam::{DAffine3, DVec3};
-use std::ops::{ControlFlow, Range};
-use transport::aov::AovTracer;
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::Emitter;
-use transport::film::Decomposition;
-use transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
-use transport::meter::{Coordinates, Estimator, FluenceMeter, Meter, MeterGrid};
-use transport::render::{
+use morgana_transport::aov::AovTracer;
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::emitter::Emitter;
+use morgana_transport::film::Decomposition;
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
+use morgana_transport::meter::{Coordinates, Estimator, FluenceMeter, Meter, MeterGrid};
+use morgana_transport::render::{
     Handle, Measure, MeasureOptions, MeasureState, MergeError, Progress, RenderOptions, Rendering,
 };
-use transport::render::{State, Target, measure, render};
-use transport::scene::Parts;
-use transport::sensor::Sensor;
-use transport::shape::Sphere;
-use transport::{Bins, Scene, Spectrum};
+use morgana_transport::render::{State, Target, measure, render};
+use morgana_transport::scene::Parts;
+use morgana_transport::sensor::Sensor;
+use morgana_transport::shape::Sphere;
+use morgana_transport::{Bins, Scene, Spectrum};
+use std::ops::{ControlFlow, Range};
 
 const SAMPLES: u64 = 11;
 

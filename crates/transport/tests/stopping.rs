@@ -9,13 +9,13 @@ mod common;
 use common::{camera, container, fog, parts, path_tracer, sky, vacuum};
 use eikonal::field::{Constant, Gaussian};
 use glam::DVec3;
+use morgana_transport::Scene;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
+use morgana_transport::render::{Measure, RenderOptions, Rendering, Target, render};
+use morgana_transport::scene::Parts;
+use morgana_transport::shape::Sphere;
 use std::ops::ControlFlow;
-use transport::Scene;
-use transport::bsdf::Bsdf;
-use transport::integrator::{Bdpt, Integrator, ParticleTracer};
-use transport::render::{Measure, RenderOptions, Rendering, Target, render};
-use transport::scene::Parts;
-use transport::shape::Sphere;
 
 fn estimators() -> [Integrator; 3] {
     [

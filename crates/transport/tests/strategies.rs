@@ -5,18 +5,18 @@ mod common;
 use common::{camera, container, fog, parts, sky, vacuum};
 use eikonal::field::Gaussian;
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::emitter::Emitter;
+use morgana_transport::film::Film;
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
+use morgana_transport::render::{RenderOptions, Rendering, render};
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::sensor::{Orthographic, Sensor};
+use morgana_transport::shape::{Rectangle, Shape, Sphere};
+use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
 use testkit::Family;
 use testkit::batches::{moments, welch};
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::Emitter;
-use transport::film::Film;
-use transport::integrator::{Bdpt, Integrator, ParticleTracer};
-use transport::render::{RenderOptions, Rendering, render};
-use transport::scene::{Object, Parts};
-use transport::sensor::{Orthographic, Sensor};
-use transport::shape::{Rectangle, Shape, Sphere};
-use transport::{Scene, Spectrum};
 
 /// False-alarm rate of each test of means, over all its comparisons.
 const RATE: f64 = 1e-3;
@@ -153,7 +153,7 @@ fn weighted_images_add_up() {
     let image = rendering.film.group(0);
     assert!(rendering.strategies.len() > 6);
     for (i, pixel) in image.iter().enumerate() {
-        let share = |s: &transport::render::StrategyImage| s.weighted.group(0)[i].mean()[0];
+        let share = |s: &morgana_transport::render::StrategyImage| s.weighted.group(0)[i].mean()[0];
         let sum: f64 = rendering.strategies.iter().map(share).sum();
         assert!(
             (sum - pixel.mean()[0]).abs() < 1e-12 * (1.0 + sum),

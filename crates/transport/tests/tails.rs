@@ -9,14 +9,14 @@ mod common;
 use common::*;
 use eikonal::field::{Constant, Gaussian};
 use glam::DVec3;
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::emitter::Emitter;
+use morgana_transport::integrator::{Bdpt, Integrator, PathTracer};
+use morgana_transport::render::{Measure, RenderOptions, Rendering, Target, render};
+use morgana_transport::scene::Parts;
+use morgana_transport::shape::Sphere;
+use morgana_transport::{Film, Scene, Spectrum};
 use std::ops::ControlFlow;
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::Emitter;
-use transport::integrator::{Bdpt, Integrator, PathTracer};
-use transport::render::{Measure, RenderOptions, Rendering, Target, render};
-use transport::scene::Parts;
-use transport::shape::Sphere;
-use transport::{Film, Scene, Spectrum};
 
 /// A point behind a lens that focuses its light in fog, which scatters it once.
 fn focus() -> Parts {
@@ -29,7 +29,7 @@ fn plain() -> Parts {
     lit_fog(fog(Constant::new(1.0), 0.5, 1.0, 0.0))
 }
 
-fn lit_fog(medium: transport::medium::Medium) -> Parts {
+fn lit_fog(medium: morgana_transport::medium::Medium) -> Parts {
     let ball = container(Sphere::around(DVec3::ZERO, 1.2).unwrap(), Bsdf::Null);
     let light = Emitter::Point {
         position: DVec3::X * -1.5,
@@ -129,14 +129,14 @@ fn pixels_of_even_light_are_not_flagged() {
 #[test]
 fn parts_know_the_largest_sample_of_all() {
     let of = |film: &Film| (film.few(None), film.effective(None), film.tail(None));
-    let scene = || transport::Scene::new(focus()).unwrap();
+    let scene = || morgana_transport::Scene::new(focus()).unwrap();
     let part = |first: u64, samples: u64| {
-        let options = transport::render::RenderOptions {
+        let options = morgana_transport::render::RenderOptions {
             first,
-            ..transport::render::RenderOptions::new(path(2), samples, 7)
+            ..morgana_transport::render::RenderOptions::new(path(2), samples, 7)
         };
-        let mut state = transport::render::State::new(&[scene()], &options);
-        let handle = transport::render::Handle::default();
+        let mut state = morgana_transport::render::State::new(&[scene()], &options);
+        let handle = morgana_transport::render::Handle::default();
         state.advance(&[scene()], &options, &handle, |_| {
             std::ops::ControlFlow::Continue(())
         });

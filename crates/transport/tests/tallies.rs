@@ -11,18 +11,18 @@ use common::{camera, container, estimate, fog, parts, vacuum};
 use eikonal::Field;
 use eikonal::field::{Acoustic, AcousticMode, Constant, Luneburg};
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::{BeamProfile, Collimated, Emitter};
+use morgana_transport::sampling::Frame;
+use morgana_transport::sampling::disc::uniform_disc_sample;
+use morgana_transport::sampling::sphere::cosine_hemisphere_sample;
+use morgana_transport::scene::Parts;
+use morgana_transport::sensor::SensorRay;
+use morgana_transport::shape::{Cube, Sphere};
+use morgana_transport::{Scene, Spectrum};
 use serde_json::Value;
 use std::f64::consts::PI;
 use testkit::z_test::{max_abs_z, two_sample_z};
-use transport::bsdf::Bsdf;
-use transport::emitter::{BeamProfile, Collimated, Emitter};
-use transport::sampling::Frame;
-use transport::sampling::disc::uniform_disc_sample;
-use transport::sampling::sphere::cosine_hemisphere_sample;
-use transport::scene::Parts;
-use transport::sensor::SensorRay;
-use transport::shape::{Cube, Sphere};
-use transport::{Scene, Spectrum};
 
 const FAMILY: f64 = 1e-3;
 

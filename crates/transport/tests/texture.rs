@@ -1,12 +1,12 @@
 //! Textures: values of Mitsuba 3.9.1 (`scalar_rgb`) for the same images and coordinates, and closed forms.
 
 use glam::{DAffine2, DAffine3, DMat2, DVec2, DVec3};
-use std::sync::Arc;
-use transport::Spectrum;
-use transport::shape::{Cube, Mesh, Shape, Site, Uv};
-use transport::texture::{
+use morgana_transport::Spectrum;
+use morgana_transport::shape::{Cube, Mesh, Shape, Site, Uv};
+use morgana_transport::texture::{
     Bitmap, BitmapFilter, Checkerboard, Texture, TextureError, VertexColours, Wrap,
 };
+use std::sync::Arc;
 
 fn at(texture: &Texture, u: f64, v: f64) -> f64 {
     let site = Site {

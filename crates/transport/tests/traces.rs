@@ -5,10 +5,10 @@ mod common;
 use common::{camera, container, fog, parts, sky, vacuum};
 use eikonal::field::LinearIndex;
 use glam::DVec3;
-use transport::Scene;
-use transport::bsdf::Bsdf;
-use transport::shape::Sphere;
-use transport::trace::{TraceEnding, Tracer};
+use morgana_transport::Scene;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::shape::Sphere;
+use morgana_transport::trace::{TraceEnding, Tracer};
 
 /// A ball of radius 1 whose index grows along y.
 fn graded_ball() -> Scene {

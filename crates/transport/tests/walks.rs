@@ -7,14 +7,16 @@ mod common;
 use common::{camera, container, fog, parts, vacuum};
 use eikonal::field::Constant;
 use glam::DVec3;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::path::{
+    Observer, RandomWalk, Start, Survival, TransportMode, WalkEvent, WalkRay,
+};
+use morgana_transport::path::{ParticleBalance, Workspace};
+use morgana_transport::sampling::Sampler;
+use morgana_transport::shape::Sphere;
+use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
 use testkit::z_test::max_abs_z;
-use transport::bsdf::Bsdf;
-use transport::path::{Observer, RandomWalk, Start, Survival, TransportMode, WalkEvent, WalkRay};
-use transport::path::{ParticleBalance, Workspace};
-use transport::sampling::Sampler;
-use transport::shape::Sphere;
-use transport::{Scene, Spectrum};
 
 const SIGMA_T: f64 = 4.0;
 const ALBEDO: f64 = 0.75;

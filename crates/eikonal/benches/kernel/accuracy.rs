@@ -2,7 +2,7 @@
 
 use crate::methods::{self, MISS, Outcome, Pairs, cases, chord, errors, pairs, plain};
 use crate::timing::{Task, race};
-use eikonal::Field;
+use morgana_eikonal::Field;
 use std::hint::black_box;
 use testkit::Rng;
 

@@ -2,9 +2,9 @@
 
 use crate::setup::{BALL, acoustic, ball_grid, in_ball, lumps, luneburg};
 use crate::timing::{Task, race};
-use eikonal::connect::Unbounded;
-use eikonal::{Field, Solver, Tolerance, Work};
 use glam::DVec3;
+use morgana_eikonal::connect::Unbounded;
+use morgana_eikonal::{Field, Solver, Tolerance, Work};
 use std::hint::black_box;
 use testkit::Rng;
 

@@ -2,8 +2,8 @@
 
 use crate::setup::{BALL, acoustic, ball_grid, bump, bump_grid, in_ball, lumps, luneburg};
 use crate::timing::{Task, race};
-use eikonal::Field;
 use glam::DVec3;
+use morgana_eikonal::Field;
 use std::hint::black_box;
 use testkit::Rng;
 

@@ -1,8 +1,8 @@
 //! What rays and connections cost.
 //!
 //! ```text
-//! cargo bench -p eikonal                    # everything, a few minutes
-//! cargo bench -p eikonal -- connections     # one part: evaluation, precision, steps, connections, methods, accuracy
+//! cargo bench -p morgana-eikonal                    # everything, a few minutes
+//! cargo bench -p morgana-eikonal -- connections     # one part: evaluation, precision, steps, connections, methods, accuracy
 //! ```
 //!
 //! Wall times depend on the machine and on what else runs there, so that every table gives

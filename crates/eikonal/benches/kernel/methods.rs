@@ -5,10 +5,10 @@ use crate::plain::Plain;
 use crate::published::{Effort, Method};
 use crate::setup::{BALL, acoustic, ball_grid, in_ball, lumps, luneburg};
 use crate::timing::{Task, race};
-use eikonal::certificate::Uniqueness;
-use eikonal::connect::{RayFamily, Reach, Unbounded, random_direction};
-use eikonal::{Aabb, Field, Solver, Tolerance};
 use glam::DVec3;
+use morgana_eikonal::certificate::Uniqueness;
+use morgana_eikonal::connect::{RayFamily, Reach, Unbounded, random_direction};
+use morgana_eikonal::{Aabb, Field, Solver, Tolerance};
 use std::hint::black_box;
 use testkit::Rng;
 

@@ -2,9 +2,9 @@
 //! classical Runge–Kutta–Nyström method of fourth order, differentiated.
 
 use crate::published::Effort;
-use eikonal::ray::perpendicular_basis;
-use eikonal::{Field, Jet};
 use glam::{DMat3, DVec3};
+use morgana_eikonal::ray::perpendicular_basis;
+use morgana_eikonal::{Field, Jet};
 
 /// How rays are followed and when they count as having arrived.
 #[derive(Clone, Copy)]

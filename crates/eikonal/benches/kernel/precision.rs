@@ -2,9 +2,9 @@
 //! flow that chooses its own.
 
 use crate::setup::{BALL, acoustic, ball_grid, bump, in_ball, luneburg};
-use eikonal::ray::{Flow, Node};
-use eikonal::{Field, Tolerance, Work};
 use glam::DVec3;
+use morgana_eikonal::ray::{Flow, Node};
+use morgana_eikonal::{Field, Tolerance, Work};
 use testkit::Rng;
 
 const RAYS: usize = 300;

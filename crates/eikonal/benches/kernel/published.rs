@@ -2,9 +2,9 @@
 //! Radiative Transfer", ACM TOG 39(6), 2020): quasi-Newton minimisation of the squared miss over the
 //! direction, from random directions, along rays of a fixed step.
 
-use eikonal::Field;
-use eikonal::ray::perpendicular_basis;
 use glam::{DMat2, DVec2, DVec3};
+use morgana_eikonal::Field;
+use morgana_eikonal::ray::perpendicular_basis;
 
 /// Work of a search.
 #[derive(Clone, Copy, Default)]

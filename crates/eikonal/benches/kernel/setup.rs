@@ -1,8 +1,8 @@
 //! The fields that are timed.
 
-use eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg, Placement, Sum};
-use eikonal::{Aabb, Field};
 use glam::DVec3;
+use morgana_eikonal::field::{Acoustic, AcousticMode, Bspline, Gaussian, Luneburg, Placement, Sum};
+use morgana_eikonal::{Aabb, Field};
 use testkit::Rng;
 
 /// Radius of the ball in which [`ball_grid`] is used.

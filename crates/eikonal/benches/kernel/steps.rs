@@ -2,9 +2,9 @@
 
 use crate::setup::{acoustic, ball_grid, bump, luneburg};
 use crate::timing::{Task, race};
-use eikonal::ray::{Flow, Node, Tangents, Variation, perpendicular_basis};
-use eikonal::{Field, Tolerance, Work};
 use glam::DVec3;
+use morgana_eikonal::ray::{Flow, Node, Tangents, Variation, perpendicular_basis};
+use morgana_eikonal::{Field, Tolerance, Work};
 use std::hint::black_box;
 
 const RAYS: usize = 64;

@@ -2,9 +2,9 @@
 //! parameter determines the ray.
 
 use crate::world::Glass;
-use eikonal::connect::{InitialGuess, RayFamily, Reach};
-use eikonal::{ConnectingRay, Solver, Tolerance};
 use glam::DVec3;
+use morgana_eikonal::connect::{InitialGuess, RayFamily, Reach};
+use morgana_eikonal::{ConnectingRay, Solver, Tolerance};
 use std::f64::consts::{PI, TAU};
 use testkit::Rng;
 
@@ -127,7 +127,7 @@ fn reciprocal(world: &Glass, start: &InitialGuess<usize>, branch: &ConnectingRay
     let there = solver.solve(world, start, to).unwrap();
     let encounters = solver.pieces().len() as u32 - 1;
     let reflected = (0..encounters).filter(|&i| there.pattern.reflects(i));
-    let pattern = reflected.fold(eikonal::connect::Pattern::REFRACT, |p, i| {
+    let pattern = reflected.fold(morgana_eikonal::connect::Pattern::REFRACT, |p, i| {
         p.with(encounters - 1 - i).unwrap()
     });
     let back = InitialGuess {

@@ -3,9 +3,9 @@
 //! tried from several starts.
 
 use crate::tables::tables;
-use eikonal::connect::{InitialGuess, Pattern, RayFamily, Unbounded};
-use eikonal::{Solver, Tolerance};
 use glam::DVec3;
+use morgana_eikonal::connect::{InitialGuess, Pattern, RayFamily, Unbounded};
+use morgana_eikonal::{Solver, Tolerance};
 
 /// From the smallest that there is.
 const TOLERANCES: [f64; 3] = [1e-12, 3e-12, 5e-12];

@@ -1,9 +1,9 @@
 //! Out of a glass ball: the rays that are known at once against a scan of all directions in the plane of the
 //! centre and the two ends.
 
-use eikonal::connect::{Ball, Outside};
-use eikonal::ray::perpendicular_basis;
 use glam::DVec3;
+use morgana_eikonal::connect::{Ball, Outside};
+use morgana_eikonal::ray::perpendicular_basis;
 use std::f64::consts::TAU;
 use testkit::Rng;
 

@@ -1,9 +1,9 @@
 //! All branches against tables that were computed independently.
 
 use crate::tables::{Table, tables};
-use eikonal::connect::{InitialGuess, Piece, RayFamily, Reach, Unbounded};
-use eikonal::{ConnectingRay, Solver, Tolerance};
 use glam::DVec3;
+use morgana_eikonal::connect::{InitialGuess, Piece, RayFamily, Reach, Unbounded};
+use morgana_eikonal::{ConnectingRay, Solver, Tolerance};
 
 /// The tables were searched up to σ = 40. Beyond this multiple of the longest ray that they list there is
 /// none that stays in a domain, and so many in the graded rod, which goes on outside, that the search

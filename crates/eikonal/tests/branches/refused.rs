@@ -1,10 +1,10 @@
 //! Questions without a sound answer: a typed failure or a finite one, never a panic or a NaN.
 
 use crate::world::Glass;
-use eikonal::connect::{InitialGuess, Pattern, RayFamily, Reach, Unbounded};
-use eikonal::field::{Constant, Fisheye, Luneburg};
-use eikonal::{ConnectingRay, Failure, Field, Solver, Tolerance, World};
 use glam::DVec3;
+use morgana_eikonal::connect::{InitialGuess, Pattern, RayFamily, Reach, Unbounded};
+use morgana_eikonal::field::{Constant, Fisheye, Luneburg};
+use morgana_eikonal::{ConnectingRay, Failure, Field, Solver, Tolerance, World};
 
 const REACH: Reach = Reach {
     optical_length: 7.0,

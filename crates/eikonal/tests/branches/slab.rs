@@ -1,9 +1,9 @@
 //! A flat slab of glass: its branches are those of mirror images.
 
 use crate::world::Glass;
-use eikonal::connect::{Pattern, Reach};
-use eikonal::{ConnectingRay, Solver, Tolerance};
 use glam::DVec3;
+use morgana_eikonal::connect::{Pattern, Reach};
+use morgana_eikonal::{ConnectingRay, Solver, Tolerance};
 
 const N: f64 = 1.5;
 const THICKNESS: f64 = 1.0;

@@ -2,11 +2,11 @@
 
 use crate::tables::tables;
 use crate::world::Glass;
-use eikonal::connect::{
+use glam::DVec3;
+use morgana_eikonal::connect::{
     Guide, InitialGuess, Pattern, RayFamily, Reach, Unbounded, random_direction, random_foot,
 };
-use eikonal::{Solver, Tolerance};
-use glam::DVec3;
+use morgana_eikonal::{Solver, Tolerance};
 use std::f64::consts::PI;
 use testkit::Rng;
 

@@ -1,12 +1,12 @@
 //! Regions of constant index with planes and balls between them.
 
-use eikonal::Field;
-use eikonal::connect::{Crossing, World};
-use eikonal::field::Constant;
-use eikonal::interface::Rule;
-use eikonal::ray::Arc;
-use eikonal::ray::bernstein::{first_root, height, product};
 use glam::{DMat3, DVec3};
+use morgana_eikonal::Field;
+use morgana_eikonal::connect::{Crossing, World};
+use morgana_eikonal::field::Constant;
+use morgana_eikonal::interface::Rule;
+use morgana_eikonal::ray::Arc;
+use morgana_eikonal::ray::bernstein::{first_root, height, product};
 
 /// A surface between two regions.
 #[derive(Clone, Copy)]

@@ -7,10 +7,10 @@
 use crate::families::{KINDS, at_criterion, point};
 use crate::in_ball;
 use crate::search::{all_rays, cap};
-use eikonal::connect::{Reach, Unbounded};
-use eikonal::field::Selfoc;
-use eikonal::{Field, Solver, Tolerance};
 use glam::DVec3;
+use morgana_eikonal::connect::{Reach, Unbounded};
+use morgana_eikonal::field::Selfoc;
+use morgana_eikonal::{Field, Solver, Tolerance};
 use std::f64::consts::PI;
 use testkit::Rng;
 

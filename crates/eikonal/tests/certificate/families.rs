@@ -1,12 +1,12 @@
 //! Random media of any strength, in the unit ball.
 
 use crate::in_ball;
-use eikonal::certificate::Uniqueness;
-use eikonal::field::{
+use glam::DVec3;
+use morgana_eikonal::certificate::Uniqueness;
+use morgana_eikonal::field::{
     Acoustic, AcousticMode, Bspline, Fisheye, Gaussian, Luneburg, Placement, Sum,
 };
-use eikonal::{Aabb, Field};
-use glam::DVec3;
+use morgana_eikonal::{Aabb, Field};
 use std::f64::consts::TAU;
 use testkit::Rng;
 

@@ -8,10 +8,10 @@ mod draws;
 mod families;
 mod search;
 
-use eikonal::certificate::Uniqueness;
-use eikonal::field::{Acoustic, AcousticMode, Gaussian, Luneburg, Selfoc};
-use eikonal::{Aabb, Field, FieldBounds};
 use glam::DVec3;
+use morgana_eikonal::certificate::Uniqueness;
+use morgana_eikonal::field::{Acoustic, AcousticMode, Gaussian, Luneburg, Selfoc};
+use morgana_eikonal::{Aabb, Field, FieldBounds};
 use search::all_rays;
 use std::f64::consts::{PI, TAU};
 use tables::tables;

@@ -1,10 +1,10 @@
 //! A light search for all rays between two points.
 
-use eikonal::certificate::Uniqueness;
-use eikonal::connect::{InitialGuess, Pattern, RayFamily, Unbounded};
-use eikonal::ray::perpendicular_basis;
-use eikonal::{Field, Solver, Tolerance};
 use glam::DVec3;
+use morgana_eikonal::certificate::Uniqueness;
+use morgana_eikonal::connect::{InitialGuess, Pattern, RayFamily, Unbounded};
+use morgana_eikonal::ray::perpendicular_basis;
+use morgana_eikonal::{Field, Solver, Tolerance};
 
 /// The directions at `x` of all rays to `y` that stay `inside`, found by Newton's method from
 /// `starts` directions all over the cap of half-angle `cap` around the chord.

@@ -1,9 +1,9 @@
 //! One of every field with a region to test it in, and what the field tests share.
 #![allow(dead_code)] // Each test binary uses its own part.
 
-use eikonal::field::*;
-use eikonal::{Aabb, Field, Jet};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
+use morgana_eikonal::field::*;
+use morgana_eikonal::{Aabb, Field, Jet};
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
 pub struct Random(pub u64);

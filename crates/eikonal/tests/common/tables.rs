@@ -6,9 +6,11 @@
 //! Those of F2, F3 and F4 agree with closed forms, by which they are complete.
 #![allow(dead_code)] // Each test binary uses its own part.
 
-use eikonal::Field;
-use eikonal::field::{Acoustic, AcousticMode, Fisheye, Gaussian, LinearIndex, Luneburg, Selfoc};
 use glam::DVec3;
+use morgana_eikonal::Field;
+use morgana_eikonal::field::{
+    Acoustic, AcousticMode, Fisheye, Gaussian, LinearIndex, Luneburg, Selfoc,
+};
 use serde_json::Value;
 use std::f64::consts::TAU;
 
@@ -147,12 +149,12 @@ fn vector(v: &Value) -> DVec3 {
 
 impl Branch {
     /// Whether a ray found leaves in this direction.
-    pub fn is(&self, found: &eikonal::ConnectingRay) -> bool {
+    pub fn is(&self, found: &morgana_eikonal::ConnectingRay) -> bool {
         self.direction_out.distance(found.direction_out) < DIRECTION
     }
 
     /// Whether everything about a ray found is as listed.
-    pub fn agrees(&self, found: &eikonal::ConnectingRay, n2_x: f64) -> bool {
+    pub fn agrees(&self, found: &morgana_eikonal::ConnectingRay, n2_x: f64) -> bool {
         let close = |a: f64, b: f64, tolerance: f64| (a - b).abs() <= tolerance * b.abs();
         self.is(found)
             && self.direction_in.distance(found.direction_in) < DIRECTION

@@ -3,11 +3,11 @@
 
 mod world;
 
-use eikonal::field::{Constant, Gaussian, LinearIndex};
-use eikonal::interface::{Interface, Rule};
-use eikonal::ray::{Tangents, perpendicular_basis};
-use eikonal::{Field, Solver, Tolerance};
 use glam::{DMat3, DVec3};
+use morgana_eikonal::field::{Constant, Gaussian, LinearIndex};
+use morgana_eikonal::interface::{Interface, Rule};
+use morgana_eikonal::ray::{Tangents, perpendicular_basis};
+use morgana_eikonal::{Field, Solver, Tolerance};
 use testkit::Rng;
 use world::{Surface, TwoRegions, trace};
 

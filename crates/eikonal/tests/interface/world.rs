@@ -1,11 +1,11 @@
 //! Two regions with a surface between them, and rays traced through it.
 
-use eikonal::connect::{Crossing, World};
-use eikonal::interface::{Interface, Rule};
-use eikonal::ray::bernstein::{first_root, height, product};
-use eikonal::ray::{Arc, Flow, Node, Tangents, perpendicular_basis};
-use eikonal::{Field, Tolerance, Work};
 use glam::{DMat3, DVec3};
+use morgana_eikonal::connect::{Crossing, World};
+use morgana_eikonal::interface::{Interface, Rule};
+use morgana_eikonal::ray::bernstein::{first_root, height, product};
+use morgana_eikonal::ray::{Arc, Flow, Node, Tangents, perpendicular_basis};
+use morgana_eikonal::{Field, Tolerance, Work};
 
 /// Two fields and the surface between them.
 pub struct TwoRegions {

@@ -24,9 +24,9 @@ pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 /// `did you mean 'x'?` for the candidate closest to `name`, if one is close.
 ///
 /// ```
-/// let help = io::diagnostic::suggest("sigma_tt", ["sigma_t", "albedo"]);
+/// let help = morgana_io::diagnostic::suggest("sigma_tt", ["sigma_t", "albedo"]);
 /// assert_eq!(help.as_deref(), Some("did you mean 'sigma_t'?"));
-/// assert_eq!(io::diagnostic::suggest("radius", ["sigma_t", "albedo"]), None);
+/// assert_eq!(morgana_io::diagnostic::suggest("radius", ["sigma_t", "albedo"]), None);
 /// ```
 pub fn suggest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
     closest(name, candidates).map(|c| format!("did you mean '{c}'?"))

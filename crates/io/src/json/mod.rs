@@ -1,7 +1,7 @@
 //! Scene files in JSON: the dictionaries of Mitsuba's Python interface, written down.
 //!
 //! ```
-//! use io::{Diagnostics, json};
+//! use morgana_io::{Diagnostics, json};
 //!
 //! let text = r#"{"type": "scene", "ball": {"type": "sphere", "radius": 2}}"#;
 //! let mut diagnostics = Diagnostics::new();

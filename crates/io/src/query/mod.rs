@@ -6,7 +6,7 @@
 //! asked for: the misspelt names.
 //!
 //! ```
-//! use io::{Diagnostics, Query, xml};
+//! use morgana_io::{Diagnostics, Query, xml};
 //!
 //! let text = r#"<scene version="3.0.0"><phase type="hg"><float name="gg" value="0.5"/></phase></scene>"#;
 //! let mut diagnostics = Diagnostics::new();

@@ -1,7 +1,7 @@
 //! Scene files in the XML dialect of Mitsuba 3.
 //!
 //! ```
-//! use io::{Diagnostics, xml};
+//! use morgana_io::{Diagnostics, xml};
 //!
 //! let text = r#"<scene version="3.0.0"><shape type="sphere"/></scene>"#;
 //! let mut diagnostics = Diagnostics::new();

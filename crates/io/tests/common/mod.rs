@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use io::scene::Value;
-use io::{Diagnostic, Diagnostics, ObjectDescription, PluginKind, SceneDescription, xml};
+use morgana_io::scene::Value;
+use morgana_io::{Diagnostic, Diagnostics, ObjectDescription, PluginKind, SceneDescription, xml};
 use proptest::test_runner::{Config, RngSeed};
 
 /// How property tests draw their inputs: the same 1000 every time, lest a change be refused for what it did

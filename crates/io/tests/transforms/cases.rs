@@ -1,8 +1,8 @@
 //! A small scene for each plugin that takes a transform.
 
 use crate::map::Map;
-use io::PluginKind;
-use io::image::{ImageLayers, Layer, exr};
+use morgana_io::PluginKind;
+use morgana_io::image::{ImageLayers, Layer, exr};
 use serde_json::{Value, json};
 use std::path::Path;
 

@@ -10,8 +10,8 @@ mod cases;
 mod map;
 
 use cases::Case;
-use io::{Diagnostics, LoadOptions, Loaded, PluginKind, json, schema};
 use map::{IDENTITY, Map, maps};
+use morgana_io::{Diagnostics, LoadOptions, Loaded, PluginKind, json, schema};
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -35,7 +35,8 @@ fn load(case: &Case, map: &Map, folder: &Path, integrator: &str) -> Loaded {
     };
     let scene = json::parse(&text, folder.join("scene.json"), &[], &mut diagnostics);
     let scene = scene.unwrap_or_else(|| panic!("{}: {diagnostics}", case.plugin));
-    io::assemble(&scene, &options, diagnostics).unwrap_or_else(|d| panic!("{}: {d}", case.plugin))
+    morgana_io::assemble(&scene, &options, diagnostics)
+        .unwrap_or_else(|d| panic!("{}: {d}", case.plugin))
 }
 
 /// Mean of an image, and its standard error.

@@ -32,9 +32,9 @@ const SMALL_FILM: usize = 1 << 26;
 /// What a render has gathered so far.
 ///
 /// ```no_run
-/// # fn example(scenes: &[transport::Scene], options: transport::render::RenderOptions) {
+/// # fn example(scenes: &[morgana_transport::Scene], options: morgana_transport::render::RenderOptions) {
 /// use std::ops::ControlFlow;
-/// use transport::render::{Handle, RenderOptions, State};
+/// use morgana_transport::render::{Handle, RenderOptions, State};
 /// let handle = Handle::default();
 /// let part = |first| {
 ///     let options = RenderOptions { first, samples: 8, ..options };

@@ -7,12 +7,12 @@ use crate::compare::{Effort, Row, compare, judge, table};
 use eikonal::Field;
 use eikonal::field::{Constant, Gaussian, Selfoc};
 use glam::{DAffine3, DMat3, DVec3};
-use transport::Spectrum;
-use transport::bsdf::Bsdf;
-use transport::emitter::{BeamProfile, Collimated, Emitter};
-use transport::scene::{Object, Parts};
-use transport::sensor::{Perspective, Sensor};
-use transport::shape::{Cube, Cylinder, Rectangle, Sphere};
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::{BeamProfile, Collimated, Emitter};
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::sensor::{Perspective, Sensor};
+use morgana_transport::shape::{Cube, Cylinder, Rectangle, Sphere};
 
 const EFFORT: Effort = Effort {
     batches: 40,
@@ -53,13 +53,17 @@ fn screen(z: f64, half: f64) -> Object {
     diffuse(Rectangle::new(facing(DVec3::Z * z, DVec3::Z, half)).unwrap())
 }
 
-fn ambient(n: f64) -> transport::medium::Medium {
+fn ambient(n: f64) -> morgana_transport::medium::Medium {
     let mut ambient = vacuum();
     ambient.index = Constant::new(n).into();
     ambient
 }
 
-fn scene(shape: impl Into<transport::shape::Shape>, index: impl Into<Field>, n: f64) -> Parts {
+fn scene(
+    shape: impl Into<morgana_transport::shape::Shape>,
+    index: impl Into<Field>,
+    n: f64,
+) -> Parts {
     let media = vec![ambient(n), fog(index, 0.0, 0.0, 0.0)];
     let sensor = view(DVec3::Z * 4.0, DVec3::ZERO, 40.0);
     parts(

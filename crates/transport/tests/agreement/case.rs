@@ -8,16 +8,16 @@ use eikonal::field::{
 };
 use eikonal::{Aabb, Field, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::emitter::{BeamProfile, Collimated, Emitter, Environment, Spot};
+use morgana_transport::film::Filter;
+use morgana_transport::medium::{GridFilter, GridSamples, Medium, VolumeGrid, VolumeTexture};
+use morgana_transport::phase::Phase;
+use morgana_transport::scene::{FilmSpec, Object, Parts};
+use morgana_transport::sensor::{Orthographic, Perspective, Sensor, ThinLens};
+use morgana_transport::shape::{Rectangle, Sphere};
+use morgana_transport::{Orientation, Spectrum};
 use std::f64::consts::TAU;
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{BeamProfile, Collimated, Emitter, Environment, Spot};
-use transport::film::Filter;
-use transport::medium::{GridFilter, GridSamples, Medium, VolumeGrid, VolumeTexture};
-use transport::phase::Phase;
-use transport::scene::{FilmSpec, Object, Parts};
-use transport::sensor::{Orthographic, Perspective, Sensor, ThinLens};
-use transport::shape::{Rectangle, Sphere};
-use transport::{Orientation, Spectrum};
 
 macro_rules! factor {
     ($(#[$doc:meta])* $name:ident { $($level:ident),+ $(,)? }) => {
@@ -238,7 +238,7 @@ pub fn acoustic(n: f64, order: u16) -> Field {
         .into()
 }
 
-pub fn diffuse(shape: impl Into<transport::shape::Shape>) -> Object {
+pub fn diffuse(shape: impl Into<morgana_transport::shape::Shape>) -> Object {
     Object {
         name: "diffuse".into(),
         bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.7)).unwrap()),

@@ -6,11 +6,11 @@
 
 use crate::common::{path_tracer, shoot_by};
 use crate::pooled::Pooled;
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
+use morgana_transport::render::Rendering;
+use morgana_transport::scene::Parts;
 use testkit::batches::{critical_t, moments, welch};
 use testkit::{Family, sidak};
-use transport::integrator::{Bdpt, Integrator, ParticleTracer};
-use transport::render::Rendering;
-use transport::scene::Parts;
 
 /// The whole image and its quarters.
 pub const AREAS: usize = 5;

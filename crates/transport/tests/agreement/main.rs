@@ -8,7 +8,7 @@
 //!
 //! The whole matrix, with its table in `docs/agreement.md` (without `MORGANA_LONG_TESTS`: the few scenes that
 //! are always rendered):
-//! `MORGANA_LONG_TESTS=1 MORGANA_WRITE_DOCS=1 cargo test --release -p transport --test agreement`
+//! `MORGANA_LONG_TESTS=1 MORGANA_WRITE_DOCS=1 cargo test --release -p morgana-transport --test agreement`
 
 mod branches;
 mod case;

@@ -8,12 +8,12 @@ use crate::{RATE, long};
 use eikonal::field::{Bspline, Placement};
 use eikonal::{Aabb, Tolerance};
 use glam::DVec3;
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::scene::Parts;
+use morgana_transport::shape::{Cube, Sphere};
 use std::f64::consts::PI;
-use transport::Spectrum;
-use transport::bsdf::Bsdf;
-use transport::emitter::Emitter;
-use transport::scene::Parts;
-use transport::shape::{Cube, Sphere};
 
 /// Samples along each axis.
 const SIZE: usize = 24;

@@ -5,16 +5,16 @@ use crate::case::{Index, Wall, diffuse, facing};
 use crate::common::{container, fog, parts, vacuum};
 use crate::compare::{Effort, Row, compare, judge, table};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
-use std::sync::Arc;
-use transport::Spectrum;
-use transport::bsdf::{
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::{
     BlendBsdf, Bsdf, Conductor, Diffuse, Mask, Plastic, Principled, ThinDielectric, TwoSided,
 };
-use transport::emitter::{Emitter, TexturedArea};
-use transport::scene::{Object, Parts};
-use transport::sensor::{Perspective, Sensor};
-use transport::shape::{Disk, Rectangle, Shape, Sphere};
-use transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, Wrap};
+use morgana_transport::emitter::{Emitter, TexturedArea};
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::sensor::{Perspective, Sensor};
+use morgana_transport::shape::{Disk, Rectangle, Shape, Sphere};
+use morgana_transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, Wrap};
+use std::sync::Arc;
 
 const EFFORT: Effort = Effort {
     batches: 16,

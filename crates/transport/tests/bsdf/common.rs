@@ -1,8 +1,8 @@
 //! Surfaces, directions and BSDFs shared by the BSDF tests.
 
 use glam::DVec3;
-use transport::Spectrum;
-use transport::bsdf::{
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::{
     BlendBsdf, Bsdf, Conductor, Dielectric, Diffuse, Distribution, Mask, Plastic, Principled,
     RoughConductor, RoughDielectric, RoughPlastic, Roughness, Surface, ThinDielectric, TwoSided,
 };

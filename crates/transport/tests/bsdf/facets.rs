@@ -2,9 +2,9 @@
 //! Nothing here is random.
 
 use glam::DVec3;
+use morgana_transport::bsdf::Distribution::{Beckmann, Ggx};
+use morgana_transport::bsdf::{Distribution, Microfacets};
 use testkit::quadrature::{Effort, integrate_cell};
-use transport::bsdf::Distribution::{Beckmann, Ggx};
-use transport::bsdf::{Distribution, Microfacets};
 
 const EFFORT: Effort = Effort {
     tolerance: 1e-8,

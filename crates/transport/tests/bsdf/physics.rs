@@ -7,11 +7,11 @@ use crate::common::{
     rough_conductor, rough_dielectric, rough_plastic, smooth, spread, surface, two_sided,
 };
 use glam::DVec3;
-use testkit::{Moments, Rng, z_test};
-use transport::Spectrum;
-use transport::bsdf::{
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::{
     Bsdf, BsdfError, Dielectric, Diffuse, Distribution, Roughness, Surface, fresnel, null,
 };
+use testkit::{Moments, Rng, z_test};
 
 const FALSE_ALARM: f64 = 2e-4;
 
@@ -440,7 +440,7 @@ fn kinds_of_nested_surfaces() {
         blend(0.5, mirror(), diffuse()).is_mirror() && !blend(0.5, mirror(), diffuse()).is_delta()
     );
     assert!(plastic(false).is_mirror() && !principled(0.2, 1.0, 0.5).is_mirror());
-    let refused = transport::bsdf::TwoSided::new(diffuse(), Bsdf::Null).unwrap_err();
+    let refused = morgana_transport::bsdf::TwoSided::new(diffuse(), Bsdf::Null).unwrap_err();
     assert_eq!(
         refused.to_string(),
         "a twosided takes surfaces that let no light through, such as diffuse or conductor"

@@ -8,8 +8,8 @@ use crate::common::{
     rough_plastic,
 };
 use glam::DVec3;
+use morgana_transport::bsdf::{Bsdf, Surface};
 use testkit::{Moments, Rng, z_test};
-use transport::bsdf::{Bsdf, Surface};
 
 const GLASS: Surface = Surface::plain(DVec3::Z, 1.0, 1.5);
 

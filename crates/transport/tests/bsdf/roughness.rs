@@ -2,15 +2,15 @@
 
 use crate::common::{NORMAL, at_cosine, metal, surface};
 use glam::{DAffine2, DVec3};
-use std::sync::Arc;
-use testkit::Rng;
-use transport::Spectrum;
-use transport::bsdf::{
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::{
     Bsdf, BsdfError, Distribution, RoughConductor, RoughDielectric, RoughPlastic, Roughness,
     Surface,
 };
-use transport::shape::Uv;
-use transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, Wrap};
+use morgana_transport::shape::Uv;
+use morgana_transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, Wrap};
+use std::sync::Arc;
+use testkit::Rng;
 
 /// The surfaces that have a roughness.
 fn rough(alpha: impl Into<Texture>) -> [Bsdf; 3] {

@@ -6,10 +6,10 @@ use crate::common::{
     NORMAL, at_cosine, ggx, is_one_sided, rough_dielectric, smooth, spread, surface,
 };
 use glam::DVec3;
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::{Bsdf, fresnel};
 use testkit::quadrature::Effort;
 use testkit::{DirectionTable, Family, Mass, Moments, Rng, z_test};
-use transport::Spectrum;
-use transport::bsdf::{Bsdf, fresnel};
 
 const FALSE_ALARM: f64 = 2e-4;
 const COSINES: [f64; 6] = [1.0, 0.6, 0.15, -0.05, -0.7, -0.97];
@@ -200,7 +200,13 @@ fn nothing_returns_nan() {
     }
 }
 
-fn check_sample(name: &str, bsdf: &Bsdf, s: &transport::bsdf::Surface, toward: DVec3, u: [f64; 3]) {
+fn check_sample(
+    name: &str,
+    bsdf: &Bsdf,
+    s: &morgana_transport::bsdf::Surface,
+    toward: DVec3,
+    u: [f64; 3],
+) {
     let Some(b) = bsdf.sample(s, toward, u) else {
         return;
     };

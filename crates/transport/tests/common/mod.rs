@@ -4,19 +4,19 @@
 use eikonal::field::Constant;
 use eikonal::{Field, Tolerance};
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::bsdf::{Bsdf, Dielectric};
+use morgana_transport::emitter::{Emitter, Environment};
+use morgana_transport::film::Filter;
+use morgana_transport::integrator::{Integrator, PathTracer};
+use morgana_transport::medium::{Medium, VolumeTexture};
+use morgana_transport::phase::Phase;
+use morgana_transport::render::{Handle, RenderOptions, Rendering, State, render};
+use morgana_transport::renderer::Renderer;
+use morgana_transport::scene::{FilmSpec, Object, Parts, Sides};
+use morgana_transport::sensor::{Perspective, Sensor};
+use morgana_transport::shape::Shape;
+use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
-use transport::bsdf::{Bsdf, Dielectric};
-use transport::emitter::{Emitter, Environment};
-use transport::film::Filter;
-use transport::integrator::{Integrator, PathTracer};
-use transport::medium::{Medium, VolumeTexture};
-use transport::phase::Phase;
-use transport::render::{Handle, RenderOptions, Rendering, State, render};
-use transport::renderer::Renderer;
-use transport::scene::{FilmSpec, Object, Parts, Sides};
-use transport::sensor::{Perspective, Sensor};
-use transport::shape::Shape;
-use transport::{Scene, Spectrum};
 
 /// A camera at `from` that looks at `to` through a field of view of 40°.
 pub fn camera(from: DVec3, to: DVec3) -> Sensor {
@@ -122,12 +122,14 @@ pub fn mean(rendering: &Rendering) -> (f64, f64) {
 pub fn estimate(
     scene: &Scene,
     (samples, seed): (u64, u64),
-    mut ray: impl FnMut(&mut transport::sampling::Sampler) -> (transport::sensor::SensorRay, f64),
+    mut ray: impl FnMut(
+        &mut morgana_transport::sampling::Sampler,
+    ) -> (morgana_transport::sensor::SensorRay, f64),
 ) -> (f64, f64) {
-    let mut ws = transport::path::Workspace::new(scene.tolerance());
+    let mut ws = morgana_transport::path::Workspace::new(scene.tolerance());
     let (mut sum, mut squares) = (0.0, 0.0);
     for i in 0..samples {
-        let mut sampler = transport::sampling::Sampler::new(seed, 0, i);
+        let mut sampler = morgana_transport::sampling::Sampler::new(seed, 0, i);
         let (ray, weight) = ray(&mut sampler);
         let mut found = Vec::new();
         path_tracer().sample(scene, ray, 1, (&mut sampler, &mut ws), &mut found);

@@ -2,11 +2,11 @@
 
 use crate::support::*;
 use glam::DVec3;
+use morgana_transport::connection_end::{ConnectionEnd, OnSurface};
+use morgana_transport::emitter::{Emitter, Luminaire, LuminaireError, Projector};
+use morgana_transport::shape::Site;
+use morgana_transport::{Orientation, Spectrum};
 use testkit::{DirectionTable, Family, Mass, Rng, uniform_edges};
-use transport::connection_end::{ConnectionEnd, OnSurface};
-use transport::emitter::{Emitter, Luminaire, LuminaireError, Projector};
-use transport::shape::Site;
-use transport::{Orientation, Spectrum};
 
 /// A point of a surface with the normal `axis()`, or a point in space.
 fn end_at(surface: bool) -> ConnectionEnd {
@@ -21,7 +21,7 @@ fn end_at(surface: bool) -> ConnectionEnd {
 }
 
 /// p-value of the directions in which light leaves a point, with bins that end at a cosine of `rim`.
-fn directions(emitter: &Emitter, shapes: &[transport::shape::Shape], rim: f64) -> f64 {
+fn directions(emitter: &Emitter, shapes: &[morgana_transport::shape::Shape], rim: f64) -> f64 {
     let end = emit(emitter, shapes, [0.5; 4]).unwrap().end;
     let axis = match end {
         ConnectionEnd::Point {

@@ -1,9 +1,9 @@
 //! Filters.
 
 use crate::support::FALSE_ALARM;
+use morgana_transport::film::Filter;
 use std::f64::consts::PI;
 use testkit::{Family, Mass, Rng, Table, uniform_edges};
-use transport::film::Filter;
 
 const FILTERS: [(&str, Filter); 5] = [
     ("box", Filter::Box),

@@ -2,10 +2,10 @@
 
 use crate::support::*;
 use glam::DVec3;
+use morgana_transport::connection_end::ConnectionEnd;
+use morgana_transport::emitter::Emitter;
 use std::f64::consts::PI;
 use testkit::{Family, Mass, Rng, Table, uniform_edges};
-use transport::connection_end::ConnectionEnd;
-use transport::emitter::Emitter;
 
 /// p-value of the starts of parallel rays, within `reach` of the axis through `center`. The density of
 /// a start does not depend on the direction, which for environments is another for each ray.

@@ -1,9 +1,9 @@
 //! The mean weight of emissions is the emitter's power, and so is what it states.
 
 use crate::support::*;
+use morgana_transport::shape::Shape;
 use std::f64::consts::{PI, TAU};
 use testkit::{Family, Moments, Rng, z_test};
-use transport::shape::Shape;
 
 /// Total power over the colour, in closed form; for light from infinity, the power that enters the
 /// disc as wide as the surroundings.

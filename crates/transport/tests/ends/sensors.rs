@@ -2,14 +2,14 @@
 
 use crate::support::{FALSE_ALARM, axis, random_map};
 use glam::{DAffine3, DVec2, DVec3};
+use morgana_transport::connection_end::ConnectionEnd;
+use morgana_transport::sampling::Frame;
+use morgana_transport::sensor::{
+    ApertureStop, Orthographic, Perspective, Sensor, SensorRay, Telecentric, ThinLens,
+};
 use std::f64::consts::PI;
 use testkit::quadrature::Effort;
 use testkit::{DirectionTable, Family, Mass, Rng, Table, uniform_edges};
-use transport::connection_end::ConnectionEnd;
-use transport::sampling::Frame;
-use transport::sensor::{
-    ApertureStop, Orthographic, Perspective, Sensor, SensorRay, Telecentric, ThinLens,
-};
 
 fn sensors(map: DAffine3) -> [(&'static str, Sensor); 4] {
     let pinhole = Perspective::new(map, 1.4, 1.6);

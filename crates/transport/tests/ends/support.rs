@@ -1,17 +1,17 @@
 //! Emitters of every kind, and transforms of every kind.
 
 use glam::{DAffine2, DAffine3, DMat3, DVec3};
-use std::sync::Arc;
-use testkit::Rng;
-use transport::connection_end::ConnectionEnd;
-use transport::emitter::{
+use morgana_transport::connection_end::ConnectionEnd;
+use morgana_transport::emitter::{
     BeamProfile, Collimated, Emission, Emitter, Environment, Luminaire, Projector, Spot,
     Surroundings, TexturedArea,
 };
-use transport::sampling::Frame;
-use transport::shape::{Rectangle, Shape, Sphere};
-use transport::texture::{Bitmap, BitmapFilter, Texture, Wrap};
-use transport::{Orientation, Spectrum};
+use morgana_transport::sampling::Frame;
+use morgana_transport::shape::{Rectangle, Shape, Sphere};
+use morgana_transport::texture::{Bitmap, BitmapFilter, Texture, Wrap};
+use morgana_transport::{Orientation, Spectrum};
+use std::sync::Arc;
+use testkit::Rng;
 
 /// False-alarm rate of each family.
 pub const FALSE_ALARM: f64 = 1.6e-4;

@@ -2,14 +2,16 @@
 
 use crate::support::*;
 use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
+use morgana_transport::Spectrum;
+use morgana_transport::connection_end::ConnectionEnd;
+use morgana_transport::emitter::{Emitter, TexturedArea, TexturedError};
+use morgana_transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, Site, Sphere, Uv};
+use morgana_transport::texture::{
+    Bitmap, BitmapFilter, Checkerboard, Texture, VertexColours, Wrap,
+};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use testkit::{Family, Mass, Rng, Table, uniform_edges};
-use transport::Spectrum;
-use transport::connection_end::ConnectionEnd;
-use transport::emitter::{Emitter, TexturedArea, TexturedError};
-use transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, Site, Sphere, Uv};
-use transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, VertexColours, Wrap};
 
 /// Pixels of a picture, 4 across and 3 down.
 const PIXELS: [f32; 12] = [1.0, 0.0, 3.0, 2.0, 0.5, 4.0, 1.5, 0.0, 2.0, 0.25, 5.0, 1.0];

@@ -4,14 +4,14 @@ use super::common::{container, fog, parts, sky, vacuum};
 use super::{bins, bounded, means, shoot};
 use eikonal::field::{Constant, Luneburg};
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::emitter::{BeamProfile, Collimated, Emitter};
+use morgana_transport::film::Decomposition;
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::sensor::{Orthographic, Perspective, Sensor};
+use morgana_transport::shape::{Cube, Disk, Shape, Sphere};
+use morgana_transport::{Scene, Spectrum};
 use std::f64::consts::FRAC_PI_2;
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{BeamProfile, Collimated, Emitter};
-use transport::film::Decomposition;
-use transport::scene::{Object, Parts};
-use transport::sensor::{Orthographic, Perspective, Sensor};
-use transport::shape::{Cube, Disk, Shape, Sphere};
-use transport::{Scene, Spectrum};
 
 /// At `position`, local z along ±z of the world.
 fn facing(position: DVec3, along: f64, scale: f64) -> DAffine3 {

@@ -11,13 +11,13 @@ mod lengths;
 mod sums;
 
 use common::path_tracer;
+use morgana_transport::Bins;
+use morgana_transport::Scene;
+use morgana_transport::film::Decomposition;
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer};
+use morgana_transport::render::{RenderOptions, Rendering, render};
+use morgana_transport::scene::Parts;
 use std::ops::ControlFlow;
-use transport::Bins;
-use transport::Scene;
-use transport::film::Decomposition;
-use transport::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer};
-use transport::render::{RenderOptions, Rendering, render};
-use transport::scene::Parts;
 
 /// All estimators with their defaults.
 fn estimators() -> [Integrator; 3] {

@@ -5,17 +5,17 @@ use super::{bins, estimators, means, shoot};
 use eikonal::Field;
 use eikonal::field::{Constant, Gaussian};
 use glam::DVec3;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::film::Decomposition;
+use morgana_transport::integrator::{Integrator, PathTracer};
+use morgana_transport::path::Workspace;
+use morgana_transport::render::{RenderOptions, render};
+use morgana_transport::sampling::Sampler;
+use morgana_transport::scene::Parts;
+use morgana_transport::shape::Sphere;
+use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
-use transport::bsdf::Bsdf;
-use transport::emitter::Emitter;
-use transport::film::Decomposition;
-use transport::integrator::{Integrator, PathTracer};
-use transport::path::Workspace;
-use transport::render::{RenderOptions, render};
-use transport::sampling::Sampler;
-use transport::scene::Parts;
-use transport::shape::Sphere;
-use transport::{Scene, Spectrum};
 
 /// A ball of fog, under a point light and a sky.
 fn ball(index: impl Into<Field>, wall: Bsdf) -> Parts {
@@ -30,7 +30,7 @@ fn ball(index: impl Into<Field>, wall: Bsdf) -> Parts {
         vec![light, sky()],
         camera(DVec3::Z * 3.5, DVec3::ZERO),
     );
-    parts.film.filter = transport::film::Filter::Tent { radius: 1.0 };
+    parts.film.filter = morgana_transport::film::Filter::Tent { radius: 1.0 };
     parts
 }
 
@@ -181,7 +181,7 @@ fn emitters_can_be_weighed_afterwards() {
         position: DVec3::new(1.0, 1.5, 1.0),
         intensity: Spectrum::splat(15.0),
     };
-    other.emitters[1] = Emitter::Environment(transport::emitter::Environment::Constant(
+    other.emitters[1] = Emitter::Environment(morgana_transport::emitter::Environment::Constant(
         Spectrum::splat(2.0),
     ));
     // How paths are sampled depends on how bright emitters are: the two agree in the mean.

@@ -3,15 +3,15 @@
 use crate::support::*;
 use eikonal::field::{Constant, Luneburg};
 use glam::DVec3;
+use morgana_transport::Bins;
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::medium::VolumeTexture;
+use morgana_transport::meter::{Coordinates, Estimator, Meter};
+use morgana_transport::scene::Parts;
+use morgana_transport::shape::{Cube, Sphere};
 use std::f64::consts::PI;
 use testkit::z_test::max_abs_z;
-use transport::Bins;
-use transport::Spectrum;
-use transport::bsdf::Bsdf;
-use transport::medium::VolumeTexture;
-use transport::meter::{Coordinates, Estimator, Meter};
-use transport::scene::Parts;
-use transport::shape::{Cube, Sphere};
 
 /// A beam along z through the cube [−1, 1]³ of a medium that only absorbs.
 fn absorber(sigma: [f64; 3], channels: usize) -> Parts {

@@ -3,16 +3,16 @@
 use crate::support::*;
 use eikonal::field::{Constant, LinearIndex};
 use glam::{DAffine3, DVec3};
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::{Bsdf, Conductor, Diffuse};
+use morgana_transport::emitter::Emitter;
+use morgana_transport::medium::VolumeTexture;
+use morgana_transport::meter::{Coordinates, Estimator, Meter};
+use morgana_transport::path::EnergyBalance;
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::shape::{Cube, Rectangle, Sphere};
 use std::f64::consts::PI;
 use testkit::z_test::max_abs_z;
-use transport::Spectrum;
-use transport::bsdf::{Bsdf, Conductor, Diffuse};
-use transport::emitter::Emitter;
-use transport::medium::VolumeTexture;
-use transport::meter::{Coordinates, Estimator, Meter};
-use transport::path::EnergyBalance;
-use transport::scene::{Object, Parts};
-use transport::shape::{Cube, Rectangle, Sphere};
 
 /// An emitter over a graded ball of haze and a glass cube, with a grey floor and a golden wall.
 pub fn room(channels: usize) -> Parts {
@@ -46,7 +46,7 @@ pub fn room(channels: usize) -> Parts {
         Cube::new(scaled(DVec3::splat(0.5), DVec3::new(1.8, 0.0, 0.0))).unwrap(),
         glass(),
     );
-    cube.sides = Some(transport::scene::Sides {
+    cube.sides = Some(morgana_transport::scene::Sides {
         interior: 2,
         exterior: 0,
     });

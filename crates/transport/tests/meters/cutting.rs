@@ -3,8 +3,8 @@
 use crate::support::scaled;
 use eikonal::ray::Arc;
 use glam::{DAffine3, DVec3};
+use morgana_transport::meter::{Coordinates, MeterGrid};
 use testkit::Rng;
-use transport::meter::{Coordinates, MeterGrid};
 
 fn random(rng: &mut Rng, scale: f64) -> DVec3 {
     let [a, b, c]: [f64; 3] = rng.uniform();

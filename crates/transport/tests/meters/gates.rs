@@ -3,14 +3,14 @@
 use crate::support::*;
 use eikonal::field::Constant;
 use glam::DVec3;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::meter::{Coordinates, FluenceMeter, Meter, Reading};
+use morgana_transport::scene::Parts;
+use morgana_transport::shape::{Cube, Sphere};
+use morgana_transport::{Bins, Spectrum};
 use std::f64::consts::PI;
 use testkit::z_test::max_abs_z;
-use transport::bsdf::Bsdf;
-use transport::emitter::Emitter;
-use transport::meter::{Coordinates, FluenceMeter, Meter, Reading};
-use transport::scene::Parts;
-use transport::shape::{Cube, Sphere};
-use transport::{Bins, Spectrum};
 
 /// Index of all media.
 const INDEX: f64 = 1.4;

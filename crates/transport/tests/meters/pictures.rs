@@ -5,13 +5,13 @@ use crate::common::{camera, shoot_by};
 use crate::conservation::room;
 use crate::support::*;
 use glam::DVec3;
+use morgana_transport::Scene;
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
+use morgana_transport::path::{EnergyBalance, Share};
+use morgana_transport::render::{RenderOptions, render};
+use morgana_transport::scene::Parts;
 use std::ops::ControlFlow;
 use testkit::z_test::max_abs_z;
-use transport::Scene;
-use transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
-use transport::path::{EnergyBalance, Share};
-use transport::render::{RenderOptions, render};
-use transport::scene::Parts;
 
 fn seen(channels: usize) -> Parts {
     let mut parts = room(channels);

@@ -3,14 +3,14 @@
 use crate::support::*;
 use eikonal::field::Luneburg;
 use glam::DVec3;
+use morgana_transport::Bins;
+use morgana_transport::Scene;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::meter::{Coordinates, Cosines, Meter};
+use morgana_transport::render::{Handle, Measurement, measure};
+use morgana_transport::scene::Parts;
+use morgana_transport::shape::Sphere;
 use std::ops::ControlFlow;
-use transport::Bins;
-use transport::Scene;
-use transport::bsdf::Bsdf;
-use transport::meter::{Coordinates, Cosines, Meter};
-use transport::render::{Handle, Measurement, measure};
-use transport::scene::Parts;
-use transport::shape::Sphere;
 
 fn ball() -> Parts {
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();

@@ -9,11 +9,11 @@
 use crate::support::*;
 use eikonal::field::Constant;
 use glam::{DAffine3, DVec3};
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::meter::Meter;
+use morgana_transport::scene::Object;
+use morgana_transport::shape::{Cube, Rectangle};
 use testkit::z_test::max_abs_z;
-use transport::bsdf::Bsdf;
-use transport::meter::Meter;
-use transport::scene::Object;
-use transport::shape::{Cube, Rectangle};
 
 #[test]
 fn a_slab_with_matched_index() {

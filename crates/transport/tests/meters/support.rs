@@ -2,15 +2,15 @@
 
 pub use crate::common::{container, fog, glass, parts, sky, vacuum};
 use glam::{DAffine3, DMat3, DVec3};
-use std::ops::ControlFlow;
-use transport::emitter::{BeamProfile, Collimated, Emitter};
-use transport::meter::{
+use morgana_transport::emitter::{BeamProfile, Collimated, Emitter};
+use morgana_transport::meter::{
     Coordinates, Estimator, FluenceMeter, IrradianceMeter, Meter, MeterGrid, Positions, Reading,
 };
-use transport::render::{Handle, MeasureOptions, Measurement, measure};
-use transport::scene::{Object, Parts};
-use transport::sensor::Sensor;
-use transport::{Scene, Spectrum};
+use morgana_transport::render::{Handle, MeasureOptions, Measurement, measure};
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::sensor::Sensor;
+use morgana_transport::{Scene, Spectrum};
+use std::ops::ControlFlow;
 
 pub const FAMILY: f64 = 1e-3;
 

@@ -4,17 +4,17 @@ use crate::support::*;
 use eikonal::Field;
 use eikonal::field::{Acoustic, AcousticMode, Constant, Luneburg};
 use glam::{DAffine3, DVec3};
+use morgana_transport::Bins;
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::Bsdf;
+use morgana_transport::emitter::Emitter;
+use morgana_transport::meter::{Cosines, Estimator, Meter};
+use morgana_transport::render::Measurement;
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::shape::{Cube, Disk, Sphere};
 use serde_json::Value;
 use std::f64::consts::PI;
 use testkit::z_test::{max_abs_z, two_sample_z};
-use transport::Bins;
-use transport::Spectrum;
-use transport::bsdf::Bsdf;
-use transport::emitter::Emitter;
-use transport::meter::{Cosines, Estimator, Meter};
-use transport::render::Measurement;
-use transport::scene::{Object, Parts};
-use transport::shape::{Cube, Disk, Sphere};
 
 fn numbers(v: &Value) -> Vec<f64> {
     let numbers = v.as_array().unwrap().iter();

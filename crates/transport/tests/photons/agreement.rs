@@ -3,12 +3,12 @@
 use crate::common::{mean, shoot_by};
 use crate::support::{bdpt, in_glass, matched, photons, white_ball};
 use crate::{FAMILY, long};
+use morgana_transport::film::Decomposition;
+use morgana_transport::integrator::{Bdpt, Integrator, PhotonMapping, PhotonQuery};
+use morgana_transport::render::{RenderOptions, render};
+use morgana_transport::scene::Parts;
+use morgana_transport::{Film, Scene};
 use testkit::z_test::{max_abs_z, two_sample_z};
-use transport::film::Decomposition;
-use transport::integrator::{Bdpt, Integrator, PhotonMapping, PhotonQuery};
-use transport::render::{RenderOptions, render};
-use transport::scene::Parts;
-use transport::{Film, Scene};
 
 /// Mean of the debiased image and its standard error.
 fn debiased(mapping: PhotonMapping, parts: Parts, samples: u64, seed: u64) -> (f64, f64) {

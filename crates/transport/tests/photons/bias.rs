@@ -3,9 +3,9 @@
 use crate::FAMILY;
 use crate::common::shoot_by;
 use crate::support::{InBox, boxed, photons};
+use morgana_transport::integrator::{Integrator, PhotonMapping, PhotonQuery};
+use morgana_transport::photons::Kernel;
 use testkit::z_test::{max_abs_z, z_score};
-use transport::integrator::{Integrator, PhotonMapping, PhotonQuery};
-use transport::photons::Kernel;
 
 fn kernel(query: PhotonQuery, radius: f64) -> Kernel {
     match query {

@@ -3,10 +3,10 @@
 use crate::common::shoot_by;
 use crate::support::{InBox, boxed, photons};
 use crate::{FAMILY, long};
+use morgana_transport::integrator::{Integrator, PhotonMapping, PhotonQuery};
+use morgana_transport::render::{Measure, RenderOptions, Target, render};
+use morgana_transport::{Film, Scene};
 use testkit::z_test::p_value;
-use transport::integrator::{Integrator, PhotonMapping, PhotonQuery};
-use transport::render::{Measure, RenderOptions, Target, render};
-use transport::{Film, Scene};
 
 const SAMPLES: u64 = 32;
 

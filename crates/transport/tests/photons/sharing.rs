@@ -2,8 +2,8 @@
 
 use crate::common::{parts, shoot_by, vacuum};
 use crate::support::{in_glass, photons, view};
+use morgana_transport::integrator::{Integrator, PhotonMapping, PhotonQuery};
 use rayon::ThreadPoolBuilder;
-use transport::integrator::{Integrator, PhotonMapping, PhotonQuery};
 
 #[test]
 fn images_do_not_depend_on_threads() {

@@ -4,15 +4,15 @@ use crate::common::{container, fog, glass, parts, vacuum};
 use eikonal::Field;
 use eikonal::field::{Constant, Luneburg};
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::Spectrum;
+use morgana_transport::bsdf::{Bsdf, Diffuse};
+use morgana_transport::emitter::{BeamProfile, Collimated, Emitter};
+use morgana_transport::integrator::{Bdpt, Integrator, PhotonMapping, PhotonQuery};
+use morgana_transport::photons::Kernel;
+use morgana_transport::scene::{Object, Parts};
+use morgana_transport::sensor::{Orthographic, Sensor};
+use morgana_transport::shape::{Cube, Sphere};
 use std::f64::consts::PI;
-use transport::Spectrum;
-use transport::bsdf::{Bsdf, Diffuse};
-use transport::emitter::{BeamProfile, Collimated, Emitter};
-use transport::integrator::{Bdpt, Integrator, PhotonMapping, PhotonQuery};
-use transport::photons::Kernel;
-use transport::scene::{Object, Parts};
-use transport::sensor::{Orthographic, Sensor};
-use transport::shape::{Cube, Sphere};
 
 /// A view along −z of the square of half width `half` around the origin.
 pub fn view(half: f64) -> Sensor {
@@ -149,7 +149,7 @@ pub fn white_ball() -> Parts {
         glass(),
         0.35,
     );
-    scene.media[1].sigma_t = transport::medium::VolumeTexture::Uniform(Spectrum::ZERO);
+    scene.media[1].sigma_t = morgana_transport::medium::VolumeTexture::Uniform(Spectrum::ZERO);
     let white = Object {
         name: "white".into(),
         bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.8)).unwrap()),

@@ -3,7 +3,7 @@
 use crate::support::{KINDS, Rng, bumpy};
 use eikonal::ray::Arc;
 use glam::{DAffine3, DVec3};
-use transport::shape::{Accel, Rectangle, Shape, Sphere};
+use morgana_transport::shape::{Accel, Rectangle, Shape, Sphere};
 
 fn nearest(shapes: &[Shape], arc: &Arc, from: f64, to: f64) -> Option<(usize, f64)> {
     let mut best: Option<(usize, f64)> = None;

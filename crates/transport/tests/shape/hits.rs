@@ -4,7 +4,7 @@ use crate::support::{KINDS, Kind, Rng, all_hits, brute_force, bumpy};
 use eikonal::ray::Arc;
 use eikonal::ray::bernstein::split;
 use glam::{DAffine3, DVec3};
-use transport::shape::{Shape, Sphere};
+use morgana_transport::shape::{Shape, Sphere};
 
 /// The first hit is as early as the one found by sampling; if earlier, it is a true crossing that
 /// sampling stepped over.

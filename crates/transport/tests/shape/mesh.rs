@@ -4,7 +4,7 @@ use crate::support::{Kind, Rng, all_hits, bumpy, icosphere};
 use eikonal::ray::Arc;
 use eikonal::ray::bernstein::{evaluate, first_root, height};
 use glam::{DAffine3, DVec3};
-use transport::shape::{Mesh, Shape, ShapeError};
+use morgana_transport::shape::{Mesh, Shape, ShapeError};
 
 /// The cube [−1, 1]³, twelve triangles.
 fn cube() -> (Vec<DVec3>, Vec<[u32; 3]>) {

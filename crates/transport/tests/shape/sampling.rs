@@ -2,8 +2,8 @@
 
 use crate::support::{KINDS, Kind, Rng, bumpy};
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::shape::Shape;
 use std::f64::consts::PI;
-use transport::shape::Shape;
 
 #[test]
 fn samples_lie_on_the_surface_and_have_their_density() {

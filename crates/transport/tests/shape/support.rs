@@ -2,8 +2,8 @@
 
 use eikonal::ray::Arc;
 use glam::{DAffine3, DMat3, DVec3};
+use morgana_transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, Sphere};
 use std::collections::HashMap;
-use transport::shape::{Cube, Cylinder, Disk, Mesh, Rectangle, Shape, Sphere};
 
 /// SplitMix64.
 pub struct Rng(pub u64);

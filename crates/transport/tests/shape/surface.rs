@@ -3,7 +3,7 @@
 use crate::support::{KINDS, Kind, Rng};
 use eikonal::ray::Arc;
 use glam::{DAffine3, DMat3, DVec3};
-use transport::shape::{Cylinder, Disk, Shape, ShapeError, Sphere};
+use morgana_transport::shape::{Cylinder, Disk, Shape, ShapeError, Sphere};
 
 #[test]
 fn contains_agrees_with_the_definition() {
