@@ -240,11 +240,11 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "n² = 1 + Σ bᵢλ²/(λ² − cᵢ), λ in µm.",
         &[
             &[
-                float("b1", "required", ""),
+                float("b1", "required", "no unit"),
                 float("c1", "required", "µm², ≥ 0"),
-                float("b2", "0", ""),
+                float("b2", "0", "no unit"),
                 float("c2", "0", "µm², ≥ 0"),
-                float("b3", "0", ""),
+                float("b3", "0", "no unit"),
                 float("c3", "0", "µm², ≥ 0"),
             ],
             DISPERSION,

@@ -1,0 +1,23 @@
+"""Pages of the site that are made when it is built: the plugins, the command line, and documents of the root."""
+
+import command_line
+import documents
+import plugins
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Adds what is not in docs/."""
+    made = {**plugins.pages(), "reference/command-line.md": command_line.page(), **documents.pages()}
+    for uri, text in made.items():
+        files.append(File.generated(config, uri, content=text))
+    for path in documents.attachments():
+        files.append(File.generated(config, path.relative_to(documents.ROOT).as_posix(), abs_src_path=str(path)))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Lets links between docs/ and the root lead to where the site has these files."""
+    return documents.relinked(markdown, page.file.src_uri)

@@ -1,0 +1,154 @@
+"""The reference of plugins, from the JSON Schema that the program prints: it cannot differ from what the program accepts."""
+
+import json
+from typing import Any
+
+import program
+
+PAGES = {
+    "integrators": ("Integrators", ["integrator"]),
+    "sensors": ("Sensors and meters", ["sensor"]),
+    "film": ("Film, filters, samplers", ["film", "rfilter", "sampler"]),
+    "shapes": ("Shapes", ["shape"]),
+    "media": ("Media and phase functions", ["medium", "phase"]),
+    "volumes": ("Indices and volumes", ["volume"]),
+    "bsdfs": ("Bsdfs", ["bsdf"]),
+    "textures": ("Textures", ["texture"]),
+    "emitters": ("Emitters", ["emitter"]),
+}
+"""Title and kinds of plugins of each page."""
+
+HEADINGS = {"rfilter": "Reconstruction filters", "sampler": "Samplers", "film": "Film", "medium": "Media", "phase": "Phase functions"}
+"""Headings of kinds that share a page."""
+
+PROSE = {
+    "integrator": "../../scene-format.md#integrator",
+    "integrator.aov": "../../scene-format.md#other-quantities-than-light",
+    "sensor": "../../scene-format.md#sensor-film-filter-sampler",
+    "sensor.fluencemeter": "../../meters.md#parameters",
+    "sensor.irradiancemeter": "../../meters.md#parameters",
+    "film": "../../scene-format.md#layers-of-light",
+    "rfilter": "../../scene-format.md#sensor-film-filter-sampler",
+    "sampler": "../../scene-format.md#sensor-film-filter-sampler",
+    "shape": "../../scene-format.md#shapes",
+    "medium": "../../scene-format.md#media",
+    "phase": "../../scene-format.md#phase-functions",
+    "volume": "../../scene-format.md#refractive-index-ior",
+    "volume.bspline": "../../scene-format.md#volume-files",
+    "volume.constvolume": "../../scene-format.md#volume-files",
+    "volume.gridvolume": "../../scene-format.md#volume-files",
+    "volume.acoustic": "../../scene-format.md#sound-in-time",
+    "volume.mode": "../../scene-format.md#sound-in-time",
+    "volume.cauchy": "../../scene-format.md#dispersion",
+    "volume.sellmeier": "../../scene-format.md#dispersion",
+    "bsdf": "../../scene-format.md#bsdfs",
+    "bsdf.principled": "../../scene-format.md#principled",
+    "texture": "../../scene-format.md#textures",
+    "emitter": "../../scene-format.md#emitters",
+    "emitter.ies": "../../scene-format.md#photometric-files",
+}
+"""Where a kind, or a plugin, is described in full."""
+
+TYPES = {
+    "number": "float",
+    "integer": "integer",
+    "boolean": "boolean",
+    "list": "list",
+    "spectrum": "spectrum",
+    "point": "point or vector",
+    "transform": "transform",
+}
+"""What the manual calls the schema's values."""
+
+Schema = dict[str, Any]
+
+
+def pages() -> dict[str, str]:
+    """The pages, by their address in the site."""
+    definitions = json.loads(program.output("schema"))["$defs"]
+    return {f"reference/plugins/{name}.md": page(*PAGES[name], definitions) for name in PAGES}
+
+
+def page(title: str, kinds: list[str], definitions: Schema) -> str:
+    """A page on some kinds of plugins."""
+    lines = [
+        f"# {title}",
+        "",
+        "Made of the schema of scenes (`morgana schema`): every plugin, its parameters, and the kinds of plugins that it holds.",
+        "Links lead to the manual, which says what they mean.",
+    ]
+    for kind in kinds:
+        named = {name: schema for name, schema in definitions.items() if name.startswith(f"{kind}.")}
+        if kind in HEADINGS:
+            lines += ["", f"## {HEADINGS[kind]}"]
+        for name, schema in named.items():
+            lines += ["", *section(name, schema, "###" if kind in HEADINGS else "##")]
+    return "\n".join(lines) + "\n"
+
+
+def section(name: str, schema: Schema, mark: str) -> list[str]:
+    """What the schema says of a plugin."""
+    kind, plugin = name.split(".")
+    prose = PROSE.get(name, PROSE[kind])
+    lines = [f"{mark} {plugin}", "", f"{described(name, schema)} [Manual]({prose})"]
+    required = schema["required"]
+    own = {key: value for key, value in schema["properties"].items() if key not in ("type", "id")}
+    if own:
+        lines += ["", "| name | type | default | |", "|---|---|---|---|"]
+        order = sorted(own, key=lambda key: key not in required)
+        lines += [row(name, key, own[key], key in required) for key in order]
+    nested = schema["additionalProperties"]
+    if nested:
+        lines += ["", f"Holds: {', '.join(f'`{kind}`' for kind in referred(nested).split('-or-'))}."]
+    return lines
+
+
+def row(plugin: str, key: str, schema: Schema, required: bool) -> str:
+    """A parameter's line of the table."""
+    default = "required" if required else shown(schema)
+    help = described(f"{plugin}.{key}", parameter_of(schema))
+    return f"| `{key}` | {value_type(schema)} | {default} | {help} |"
+
+
+def parameter_of(schema: Schema) -> Schema:
+    """The part of the schema that describes the parameter itself, where a plugin may stand in its place."""
+    ways = [way for way in schema.get("anyOf", []) if "description" in way]
+    return ways[0] if ways else schema
+
+
+def described(name: str, schema: Schema) -> str:
+    """The description of something, without which the reference would be no use."""
+    if not schema.get("description"):
+        raise ValueError(f"the schema does not say what {name} is")
+    return escaped(schema["description"])
+
+
+def shown(schema: Schema) -> str:
+    """The default of a parameter."""
+    default = parameter_of(schema).get("default")
+    if default is None or default == []:
+        return ""
+    return f"`{json.dumps(default)}`" if not isinstance(default, str) else f"`{default}`"
+
+
+def value_type(schema: Schema) -> str:
+    """What a value may be, in a word or two."""
+    if "enum" in schema:
+        return ", ".join(f"`{word}`" for word in schema["enum"])
+    if "$ref" in schema:
+        name = referred(schema)
+        return TYPES.get(name, f"`{name}`")
+    if "anyOf" in schema:
+        ways = [value_type(way) for way in schema["anyOf"] if way.get("$ref") != "#/$defs/parameter"]
+        return " or ".join(ways)
+    return {"string": "string", "array": "array"}[schema["type"]]
+
+
+def referred(schema: Schema) -> str:
+    """The name of the definition that a schema refers to."""
+    return str(schema["$ref"]).removeprefix("#/$defs/")
+
+
+def escaped(text: str) -> str:
+    """A text as a cell of a table."""
+    return text.replace("|", "\\|").replace("*", "\\*").replace("_", "\\_").replace("<", "&lt;")
