@@ -31,6 +31,7 @@ pub mod texture;
 pub mod trace;
 
 pub use bins::Bins;
+pub use eikonal;
 pub use film::Film;
 pub use orientation::Orientation;
 pub use scene::Scene;

@@ -1,7 +1,7 @@
 //! What makes a picture: an estimator of light, or what finds other quantities of sensor rays.
 
 use crate::aov::AovTracer;
-use crate::integrator::Integrator;
+use crate::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer, PhotonMapping};
 use crate::sampling::Replicates;
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
@@ -20,6 +20,19 @@ impl From<Integrator> for Renderer {
         Renderer::Light(integrator)
     }
 }
+
+/// Each estimator as a renderer.
+macro_rules! light_by {
+    ($($estimator:ident => $variant:ident),*) => {
+        $(impl From<$estimator> for Renderer {
+            fn from(estimator: $estimator) -> Self {
+                Renderer::Light(Integrator::$variant(estimator))
+            }
+        })*
+    };
+}
+
+light_by!(PathTracer => Path, ParticleTracer => Particle, Bdpt => Bdpt, PhotonMapping => Photon);
 
 impl From<AovTracer> for Renderer {
     fn from(tracer: AovTracer) -> Self {

@@ -9,6 +9,20 @@ use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, MulAssign, Sub};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spectrum(pub [f64; 4]);
 
+impl From<f64> for Spectrum {
+    /// The same value in every channel.
+    fn from(value: f64) -> Self {
+        Spectrum::splat(value)
+    }
+}
+
+impl From<[f64; 3]> for Spectrum {
+    /// Values of three channels.
+    fn from([r, g, b]: [f64; 3]) -> Self {
+        Spectrum([r, g, b, 0.0])
+    }
+}
+
 impl Spectrum {
     /// Number of channels that travel together.
     pub const CHANNELS: usize = 4;

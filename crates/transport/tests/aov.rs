@@ -32,7 +32,7 @@ fn ball(radius: f64) -> Shape {
 
 /// A ball around the origin of a clear medium of given index, seen along z from z = −`distance`.
 fn seen(index: impl Into<Field>, radius: f64, distance: f64, half: f64) -> Parts {
-    let media = vec![vacuum(), Medium::transparent("ball", index.into())];
+    let media = vec![vacuum(), Medium::transparent("ball", index)];
     let sensor = along_z(DVec3::NEG_Z * distance, half);
     let mut parts = parts(
         vec![container(ball(radius), Bsdf::Null)],
@@ -73,7 +73,7 @@ fn a_weak_bump_deflects_by_its_gradient() {
             let field = Gaussian::new(n0, delta, DVec3::ZERO, w).unwrap();
             let mut parts = seen(field, 4.0, 5.0, 1.0);
             // No refraction at the ball: the bump is not seen there.
-            parts.media[0] = Medium::transparent("around", Constant::new(n0).into());
+            parts.media[0] = Medium::transparent("around", Constant::new(n0));
             let value = of_ray(&scene(parts), DVec3::new(b, 0.0, -5.0), DVec3::Z);
             let bump = (-b * b / (2.0 * w * w)).exp();
             let expected = -TAU.sqrt() * delta * b * bump / (n0 * w);
@@ -155,10 +155,7 @@ fn refraction_up_to_a_screen() {
         sides: None,
         emitter: None,
     };
-    let media = vec![
-        vacuum(),
-        Medium::transparent("glass", Constant::new(n).into()),
-    ];
+    let media = vec![vacuum(), Medium::transparent("glass", Constant::new(n))];
     let objects = vec![container(slab, glass()), screen];
     let scene = scene(parts(
         objects,
@@ -275,7 +272,7 @@ fn weak_columns_have_the_phase_of_their_contrast() {
         let cube: Shape = morgana_transport::shape::Cube::new(DAffine3::IDENTITY)
             .unwrap()
             .into();
-        let media = vec![vacuum(), Medium::transparent("column", grid.into())];
+        let media = vec![vacuum(), Medium::transparent("column", grid)];
         let objects = vec![container(cube, Bsdf::Null)];
         let scene = || {
             scene(parts(
@@ -329,10 +326,7 @@ fn surfaces_in_a_path_difference() {
             Bsdf::Conductor(metal),
         )
     };
-    let media = vec![
-        vacuum(),
-        Medium::transparent("glass", Constant::new(n).into()),
-    ];
+    let media = vec![vacuum(), Medium::transparent("glass", Constant::new(n))];
     let objects = vec![container(slab, glass()), mirror];
     let scene = scene(parts(
         objects,
@@ -362,9 +356,9 @@ fn references_may_vary() {
     let none = eikonal::field::LinearIndex::new(1.0, DVec3::Z * -0.9, DVec3::Z * -0.9).unwrap();
     let media = vec![
         vacuum(),
-        Medium::transparent("both", both.into()),
+        Medium::transparent("both", both),
         Medium::transparent("lens", lens.clone()),
-        Medium::transparent("steep", none.into()),
+        Medium::transparent("steep", none),
     ];
     let sensor = along_z(DVec3::NEG_Z * 0.9, 0.9);
     let scene = scene(parts(

@@ -58,7 +58,7 @@ fn brightness_is_proportional_to_the_deflection() {
     const PIXELS: usize = 16;
     let (delta, w) = (1e-3, 0.4);
     let bump = Gaussian::new(1.0, delta, DVec3::ZERO, w).unwrap();
-    let media = vec![vacuum(), Medium::transparent("bump", bump.into())];
+    let media = vec![vacuum(), Medium::transparent("bump", bump)];
     let emitter = Emitter::Area {
         object: 1,
         radiance: Spectrum::ONE,

@@ -63,7 +63,7 @@ impl<'a> Context<'a> {
         diagnostics: &'a mut Diagnostics,
         files: &'a mut FileRegistry,
     ) -> Self {
-        let ambient = Medium::transparent("ambient", Constant::new(1.0).into());
+        let ambient = Medium::transparent("ambient", Constant::new(1.0));
         Context {
             channels,
             group,

@@ -62,7 +62,7 @@ fn interior(i: usize, wish: &Wish, context: &mut Context) -> Option<MediumId> {
     }
     let name = format!("inside of {}", context.objects[i].name);
     let place = Some(context.places.objects[i].clone());
-    let medium = Medium::transparent(name, Constant::new(1.0).into());
+    let medium = Medium::transparent(name, Constant::new(1.0));
     Some(context.add_medium(medium, true, place))
 }
 

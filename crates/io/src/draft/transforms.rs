@@ -26,26 +26,9 @@ pub(crate) const VIEW: &str =
 /// The map from camera to world: the camera looks along +z, with y up and x to the left.
 /// An `up` of zero leaves the choice to us.
 pub(crate) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Result<DMat4, String> {
-    view(origin, target, up)
+    transport::sensor::look_at(origin, target, up)
+        .map(DMat4::from)
         .ok_or_else(|| "'origin', 'target' and 'up' do not define a direction of view".into())
-}
-
-fn view(origin: DVec3, target: DVec3, up: DVec3) -> Option<DMat4> {
-    let direction = (target - origin).try_normalize()?;
-    let up = if up == DVec3::ZERO {
-        direction.any_orthonormal_vector()
-    } else {
-        up
-    };
-    let left = up.try_normalize()?.cross(direction);
-    // Nearly parallel vectors leave only rounding errors.
-    let left = if left.length() < 1e-9 {
-        None
-    } else {
-        left.try_normalize()
-    }?;
-    let rotation = DMat3::from_cols(left, direction.cross(left), direction);
-    Some(DMat4::from_translation(origin) * DMat4::from_mat3(rotation))
 }
 
 /// A matrix of 16 numbers row by row, or of 9 for its linear part.

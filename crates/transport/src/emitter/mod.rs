@@ -85,7 +85,32 @@ pub enum Emitter {
     Collimated(Collimated),
 }
 
+impl From<Collimated> for Emitter {
+    fn from(beam: Collimated) -> Self {
+        Emitter::Collimated(beam)
+    }
+}
+
+impl From<Spot> for Emitter {
+    fn from(spot: Spot) -> Self {
+        Emitter::Spot(spot)
+    }
+}
+
 impl Emitter {
+    /// The same radiance, W/(m² sr) if lengths are in metres, from all around.
+    pub fn constant(radiance: impl Into<Spectrum>) -> Self {
+        Emitter::Environment(Environment::Constant(radiance.into()))
+    }
+
+    /// A point that radiates the same intensity, W/sr, in all directions.
+    pub fn point(position: impl Into<DVec3>, intensity: impl Into<Spectrum>) -> Self {
+        Emitter::Point {
+            position: position.into(),
+            intensity: intensity.into(),
+        }
+    }
+
     /// Chooses where to aim; `shape` gives the shape of an object, `u` is uniform in [0, 1)².
     pub fn sample_end<'a>(
         &self,

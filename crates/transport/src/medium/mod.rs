@@ -34,15 +34,31 @@ pub struct Medium {
 
 impl Medium {
     /// A medium that neither scatters nor absorbs.
-    pub fn transparent(name: impl Into<String>, index: Field) -> Self {
+    pub fn transparent(name: impl Into<String>, index: impl Into<Field>) -> Self {
+        Medium::homogeneous(name, index, Spectrum::ZERO, Spectrum::ZERO)
+    }
+
+    /// A medium with the same extinction σ_t (per unit length, finite and not negative) and albedo (in [0, 1]) everywhere, which
+    /// scatters isotropically.
+    pub fn homogeneous(
+        name: impl Into<String>,
+        index: impl Into<Field>,
+        sigma_t: impl Into<Spectrum>,
+        albedo: impl Into<Spectrum>,
+    ) -> Self {
         Medium {
             name: name.into(),
-            index,
-            sigma_t: VolumeTexture::Uniform(Spectrum::ZERO),
+            index: index.into(),
+            sigma_t: VolumeTexture::Uniform(sigma_t.into()),
             scale: 1.0,
-            albedo: VolumeTexture::Uniform(Spectrum::ZERO),
+            albedo: VolumeTexture::Uniform(albedo.into()),
             phase: Phase::isotropic(),
         }
+    }
+
+    /// The medium with another phase function.
+    pub fn with_phase(self, phase: Phase) -> Self {
+        Medium { phase, ..self }
     }
 
     /// Extinction σ_t at `x`.

@@ -159,6 +159,16 @@ pub fn render(
     render_watched(scenes, options, &Handle::default(), on_pass)
 }
 
+impl Scene {
+    /// Renders all samples on the current thread pool. [`render`] and [`render_watched`] report progress, can be stopped, and take
+    /// films of more than [`Spectrum::CHANNELS`](crate::Spectrum::CHANNELS) channels.
+    pub fn render(&self, options: &RenderOptions) -> Rendering {
+        render(std::slice::from_ref(self), options, |_| {
+            ControlFlow::Continue(())
+        })
+    }
+}
+
 /// As [`render`]. Other threads see by the `handle` how many samples have been taken, and can end the render within a pass,
 /// the pilot included.
 pub fn render_watched(

@@ -246,7 +246,7 @@ mod tests {
         let sensor = Perspective::new(DAffine3::IDENTITY, 0.5, 1.0);
         Scene::new(Parts {
             objects: Vec::new(),
-            media: vec![Medium::transparent("ambient", Constant::new(1.0).into())],
+            media: vec![Medium::transparent("ambient", Constant::new(1.0))],
             emitters: vec![Emitter::Environment(Environment::Constant(Spectrum::ONE))],
             sensor: Sensor::Perspective(sensor),
             film: FilmSpec {

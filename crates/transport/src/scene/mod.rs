@@ -1,6 +1,7 @@
 //! The scene: immutable, and valid by construction.
 
 mod bending;
+mod builder;
 mod check;
 mod containment;
 mod emission;
@@ -14,6 +15,7 @@ mod regions;
 mod world;
 
 pub use bending::TOTAL_REFLECTIONS;
+pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::medium_at;
 pub(crate) use light_bounds::Receiver;

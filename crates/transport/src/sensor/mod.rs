@@ -18,11 +18,13 @@
 //!   from [`Sensor::sense`]. On a lens or a stop the average over its area divides by that area,
 //!   which is the reciprocal of the density of the end: they cancel.
 
+mod camera;
 mod orthographic;
 mod perspective;
 mod telecentric;
 mod thinlens;
 
+pub use camera::{Camera, CameraError, Projection, look_at};
 pub use orthographic::Orthographic;
 pub use perspective::Perspective;
 pub use telecentric::{ApertureStop, Telecentric};

@@ -37,7 +37,7 @@ pub fn camera(from: DVec3, to: DVec3) -> Sensor {
 
 /// Vacuum around everything.
 pub fn vacuum() -> Medium {
-    Medium::transparent("vacuum", Constant::new(1.0).into())
+    Medium::transparent("vacuum", Constant::new(1.0))
 }
 
 /// A homogeneous medium with any field.

@@ -1,0 +1,150 @@
+//! Checks of the numbers that a scene is built from.
+
+use super::error::{BuildError, BuildProblem};
+use crate::Spectrum;
+use crate::emitter::{Emitter, Surroundings};
+use crate::medium::{Medium, VolumeTexture};
+use crate::scene::FilmSpec;
+use glam::DVec3;
+
+/// Most pixels along a side of a film.
+const LARGEST_FILM: usize = 1 << 16;
+
+/// The problems found so far.
+#[derive(Debug, Default)]
+pub(super) struct Problems(Vec<BuildProblem>);
+
+impl Problems {
+    /// Adds one.
+    pub fn add(&mut self, subject: String, parameter: Option<&'static str>, message: String) {
+        self.0.push(BuildProblem {
+            subject,
+            parameter,
+            message,
+        });
+    }
+
+    /// The value, unless there are problems.
+    pub fn checked<T>(self, value: T) -> Result<T, BuildError> {
+        if self.0.is_empty() {
+            Ok(value)
+        } else {
+            Err(BuildError { problems: self.0 })
+        }
+    }
+
+    pub fn film(&mut self, film: &FilmSpec) {
+        for (parameter, size) in [("width", film.width), ("height", film.height)] {
+            if !(1..=LARGEST_FILM).contains(&size) {
+                let message = format!("must be 1 to {LARGEST_FILM} pixels, but it is {size}");
+                self.add("film".into(), Some(parameter), message);
+            }
+        }
+        let (channels, most) = (film.channels, Spectrum::CHANNELS);
+        if !(1..=most).contains(&channels) {
+            let message = format!("must be 1 to {most}, but it is {channels}");
+            self.add("film".into(), Some("channels"), message);
+        }
+    }
+
+    pub fn media(&mut self, media: &[Medium]) {
+        for (i, medium) in media.iter().enumerate() {
+            let subject = || format!("medium {:?}", medium.name);
+            if media[..i].iter().any(|other| other.name == medium.name) {
+                let message = "another medium has the same name; give each its own";
+                self.add(subject(), Some("name"), message.into());
+            }
+            if !(medium.scale >= 0.0 && medium.scale.is_finite()) {
+                let message = format!(
+                    "must be finite and not negative, but it is {}",
+                    medium.scale
+                );
+                self.add(subject(), Some("scale"), message);
+            }
+            self.uniform(subject(), "sigma_t", &medium.sigma_t, f64::MAX);
+            self.uniform(subject(), "albedo", &medium.albedo, 1.0);
+        }
+    }
+
+    /// A quantity whose values lie in [0, `most`]; those of grids were checked when these were made.
+    fn uniform(
+        &mut self,
+        subject: String,
+        parameter: &'static str,
+        quantity: &VolumeTexture,
+        most: f64,
+    ) {
+        let values = quantity.uniform().map_or([0.0; 4], |s| s.0);
+        if let Some(value) = values.into_iter().find(|v| !(0.0..=most).contains(v)) {
+            let range = if most == 1.0 {
+                "in [0, 1]"
+            } else {
+                "finite and not negative"
+            };
+            self.add(
+                subject,
+                Some(parameter),
+                format!("must be {range}, but it is {value}"),
+            );
+        }
+    }
+
+    pub fn emitters(&mut self, emitters: &[Emitter]) {
+        for (i, emitter) in emitters.iter().enumerate() {
+            let subject = format!("emitter {i}");
+            if matches!(emitter, Emitter::Area { .. } | Emitter::Textured(_)) {
+                let message = "it covers an object: use ObjectBuilder::emission";
+                self.add(subject, None, message.into());
+                continue;
+            }
+            if !geometry(emitter).into_iter().all(DVec3::is_finite) {
+                let message = "positions and directions must be finite, and directions not zero";
+                self.add(subject.clone(), None, message.into());
+            }
+            let around = Surroundings {
+                center: DVec3::ZERO,
+                radius: 1.0,
+            };
+            let no_shape = |_| unreachable!("emitters on objects were refused");
+            self.light(subject, "power", emitter.power(&around, no_shape));
+        }
+    }
+
+    pub fn emission(&mut self, object: &str, radiance: Spectrum) {
+        self.light(format!("object {object:?}"), "emission", radiance);
+    }
+
+    fn light(&mut self, subject: String, parameter: &'static str, value: Spectrum) {
+        let wrong = value.0.into_iter().find(|v| !(v.is_finite() && *v >= 0.0));
+        if let Some(wrong) = wrong {
+            let message = format!("must be finite and not negative, but it is {wrong}");
+            self.add(subject, Some(parameter), message);
+        }
+    }
+
+    pub fn unknown_medium(
+        &mut self,
+        object: &str,
+        parameter: &'static str,
+        name: &str,
+        media: &[Medium],
+    ) {
+        let known: Vec<String> = media.iter().map(|m| format!("{:?}", m.name)).collect();
+        let message = format!(
+            "there is no medium {name:?}; there are {}",
+            known.join(", ")
+        );
+        self.add(format!("object {object:?}"), Some(parameter), message);
+    }
+}
+
+/// Where an emitter is, and in which direction it radiates.
+fn geometry(emitter: &Emitter) -> [DVec3; 2] {
+    match emitter {
+        Emitter::Point { position, .. } => [*position, DVec3::ZERO],
+        Emitter::Spot(spot) => [spot.position(), DVec3::ZERO],
+        Emitter::Collimated(beam) => [beam.origin(), beam.direction()],
+        Emitter::Directional { direction, .. } => [*direction, DVec3::ZERO],
+        _ => [DVec3::ZERO; 2],
+    }
+}
