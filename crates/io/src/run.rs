@@ -3,9 +3,11 @@
 use crate::part::Header;
 use crate::rendered::Naming;
 use crate::{Limits, Loaded};
+use std::ops::ControlFlow;
 use transport::meter::Meter;
 use transport::render::{
-    MeasureError, MeasureOptions, MeasureState, RenderOptions, Target, memory,
+    Handle, MeasureError, MeasureOptions, MeasureState, Measurement, RenderOptions, Rendering,
+    Target, measure, memory, render,
 };
 use transport::renderer::Renderer;
 
@@ -44,6 +46,9 @@ pub enum Refusal {
         "images of strategies (--strategies) need the integrator bdpt or particle: {0} has one strategy only"
     )]
     OneStrategy(&'static str),
+    /// Nothing ends it.
+    #[error("nothing ends the run: give it a number of samples, or of particles")]
+    Endless,
     /// Its film does not fit into memory, which would end the program without a word.
     #[error("{0}")]
     Film(String),
@@ -115,6 +120,37 @@ impl<'a> Run<'a> {
             max_depth,
             rr_depth,
         }
+    }
+
+    /// Renders its picture on the current thread pool, all samples of it.
+    ///
+    /// # Errors
+    /// If it cannot be begun: see [`Refusal`]. Also without a total, when nothing would end it.
+    pub fn render(&self) -> Result<Rendering, Refusal> {
+        self.check(Limits::default())?;
+        self.total.ok_or(Refusal::Endless)?;
+        Ok(render(&self.loaded.groups, &self.options(), |_| {
+            ControlFlow::Continue(())
+        }))
+    }
+
+    /// Reads its meters on the current thread pool, with all particles.
+    ///
+    /// # Errors
+    /// As [`Run::render`].
+    pub fn measure(&self) -> Result<Measurement, Refusal> {
+        self.check(Limits::default())?;
+        self.total.ok_or(Refusal::Endless)?;
+        let (meters, handle) = (self.loaded.meters(), Handle::default());
+        let on_pass = |_| ControlFlow::Continue(());
+        let options = self.measure_options();
+        Ok(measure(
+            &self.loaded.groups,
+            &meters,
+            &options,
+            &handle,
+            on_pass,
+        )?)
     }
 
     /// Finds out whether it can be begun.

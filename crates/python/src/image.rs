@@ -6,13 +6,13 @@ use io::compare::compare as differences;
 use io::compare::flip::flip;
 use io::image::png::{Depth, encode};
 use io::image::tone::Tone;
-use io::image::{ImageLayers, Layer, exr, npy, png};
-use io::{FileError, Limits, Problem};
+use io::image::{ImageLayers, Layer};
+use io::{Limits, Problem};
 use numpy::ndarray::Axis;
 use numpy::{AllowTypeChange, PyArrayDyn, PyArrayLike3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use serde_json::json;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Layers of an image: name, names of channels, values (height, width, channels).
 type Given<'py> = Vec<(String, Vec<String>, PyArrayLike3<'py, f32, AllowTypeChange>)>;
@@ -49,27 +49,7 @@ pub fn write_image(path: PathBuf, layers: Given<'_>, attributes: Attributes) -> 
         attributes,
         ..image(&layers)
     };
-    write(&path, &image).map_err(|e| errors::file(&e))
-}
-
-/// Writes an image in the format that the name of the file tells.
-fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
-    let extension = path.extension().and_then(|e| e.to_str());
-    match extension.map(str::to_ascii_lowercase).as_deref() {
-        Some("exr") => exr::write(path, image),
-        Some("npy") => npy::write(path, image, ""),
-        Some("png") => {
-            let shown = image.on_screen().unwrap_or_default();
-            png::write(path, &shown, Depth::Eight, Tone::default())
-        }
-        _ => Err(unknown(path)),
-    }
-}
-
-/// A file of which the name does not tell a format.
-pub fn unknown(path: &Path) -> FileError {
-    let message = "images are written to .exr, .png and .npy".to_owned();
-    Problem::Unsupported(message).at(path)
+    image.write(&path).map_err(|e| errors::file(&e))
 }
 
 /// What a screen shows of the first layer, as the bytes of a PNG file.

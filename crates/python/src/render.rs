@@ -1,12 +1,11 @@
 //! Rendering.
 
+use crate::errors;
 use crate::limits::Limits;
 use crate::numbers::array;
 use crate::scene::Scene;
 use crate::watch::watched;
-use crate::{errors, image};
 use io::clock::{Clock, Stopped};
-use io::image::tone::Tone;
 use io::rendered::{Naming, Picture};
 use io::{packed, report};
 use numpy::{Element, PyArrayDyn};
@@ -198,17 +197,7 @@ impl Rendered {
 
     /// Writes the picture.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let extension = path.extension().and_then(|e| e.to_str());
-        let extension = extension.map(str::to_ascii_lowercase);
-        let written = py.detach(|| {
-            let picture = self.picture_with_layers();
-            match extension.as_deref() {
-                Some("exr") => picture.write_exr(&path),
-                Some("npy") => picture.write_npy(&path),
-                Some("png") => picture.write_png(&path, Tone::default()),
-                _ => Err(image::unknown(&path)),
-            }
-        });
+        let written = py.detach(|| self.picture_with_layers().write(&path));
         written.map_err(|e| errors::file(&e))
     }
 

@@ -81,7 +81,7 @@ fn everything_that_is_wrong_is_said_with_its_part_and_parameter() {
                 .interior("inc")
                 .exterior("hase"),
         )
-        .object(Object::builder("lamp", ball()).emission(f64::NAN))
+        .object(Object::builder("bulb", ball()).emission(f64::NAN))
         .emitter(Emitter::point([f64::NAN, 0.0, 0.0], -1.0));
     let expected = "\
 film: width: must be 1 to 65536 pixels, but it is 0
@@ -94,7 +94,7 @@ emitter 1: power: must be finite and not negative, but it is -12.566370614359172
 camera: origin and target must be finite and differ, and up must not be parallel to the view
 object \"jar\": interior: there is no medium \"inc\"; there are \"ambient\", \"haze\", \"haze\", \"ink\"
 object \"jar\": exterior: there is no medium \"hase\"; there are \"ambient\", \"haze\", \"haze\", \"ink\"
-object \"lamp\": emission: must be finite and not negative, but it is NaN";
+object \"bulb\": emission: must be finite and not negative, but it is NaN";
     assert_eq!(wrong(many), expected);
     let fov = wrong(hazy().camera(Camera::perspective([0.0; 3], [1.0; 3], 180.0)));
     assert_eq!(

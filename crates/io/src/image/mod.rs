@@ -9,6 +9,8 @@ mod open;
 pub mod png;
 pub mod tone;
 
+pub(crate) use open::{channel_name, unknown_format};
+
 use std::path::Path;
 
 use ::image::ImageFormat;

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use super::png::Depth;
+use super::tone::Tone;
 use super::{ImageLayers, Layer, exr, png};
 use crate::error::{FileError, Problem};
 use crate::input::Limits;
@@ -39,6 +41,25 @@ impl ImageLayers {
                 let message = "images are read from .exr, .png and .npy".to_owned();
                 Err(Problem::Unsupported(message).at(path))
             }
+        }
+    }
+
+    /// Writes the image in the format that the name of the file tells: all layers to an `.exr` file, the first to an `.npy` file,
+    /// or what a screen shows of it to a `.png` file.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be written, or has another extension.
+    pub fn write(&self, path: &Path) -> Result<(), FileError> {
+        let extension = path.extension().and_then(|e| e.to_str());
+        match extension.map(str::to_ascii_lowercase).as_deref() {
+            Some("exr") => exr::write(path, self),
+            Some("npy") => super::npy::write(path, self, ""),
+            Some("png") => {
+                let shown = self.on_screen().unwrap_or_default();
+                png::write(path, &shown, Depth::Eight, Tone::default())
+            }
+            _ => Err(unknown_format(path)),
         }
     }
 
@@ -80,6 +101,21 @@ impl ImageLayers {
     }
 }
 
+/// Name of one of so many channels of which nothing else is known.
+pub(crate) fn channel_name(channel: usize, count: usize) -> String {
+    match count {
+        1 => "Y".to_owned(),
+        3 => ["R", "G", "B"][channel].to_owned(),
+        _ => channel.to_string(),
+    }
+}
+
+/// A file whose name tells no format in which images are written.
+pub(crate) fn unknown_format(path: &Path) -> FileError {
+    let message = "images are written to .exr, .png and .npy".to_owned();
+    Problem::Unsupported(message).at(path)
+}
+
 fn from_array(array: NpyArray) -> Result<ImageLayers, Problem> {
     let (height, width, channels) = match array.shape[..] {
         [height, width] => (height, width, 1),
@@ -109,18 +145,15 @@ fn from_array(array: NpyArray) -> Result<ImageLayers, Problem> {
 
 fn planar(width: usize, height: usize, planes: Vec<Vec<f32>>) -> ImageLayers {
     let count = planes.len();
-    let name = |c: usize| match count {
-        1 => "Y".to_owned(),
-        3 => ["R", "G", "B"][c].to_owned(),
-        _ => c.to_string(),
-    };
     let planes = planes.into_iter().enumerate();
     ImageLayers {
         width,
         height,
         layers: vec![Layer {
             name: String::new(),
-            channels: planes.map(|(c, values)| (name(c), values)).collect(),
+            channels: planes
+                .map(|(c, values)| (channel_name(c, count), values))
+                .collect(),
         }],
         attributes: Vec::new(),
     }

@@ -4,8 +4,9 @@ use super::Naming;
 use crate::assemble::Loaded;
 use crate::error::FileError;
 use crate::image::tone::Tone;
-use crate::image::{ImageLayers, Layer, exr, png};
+use crate::image::{ImageLayers, Layer, channel_name, exr, png, unknown_format};
 use crate::npy;
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 use transport::Film;
@@ -16,7 +17,7 @@ use transport::render::Rendering;
 #[derive(Debug)]
 pub struct Picture<'a> {
     film: &'a Film,
-    channels: &'a [String],
+    channels: Cow<'a, [String]>,
     /// The only channel of numbers of samples.
     count: [String; 1],
     /// If light is told apart.
@@ -50,25 +51,8 @@ impl<'a> Picture<'a> {
         loaded: &'a Loaded,
         attributes: Vec<(String, String)>,
     ) -> Self {
-        let film = &rendering.film;
-        let mut layers = vec![
-            (String::new(), Content::Mean(None)),
-            ("variance".into(), Content::Variance(None)),
-        ];
-        // Quantities of other kinds may be of either sign, of which effective numbers tell nothing.
-        if loaded.renderer.is_light() {
-            layers.push(("few".into(), Content::Few(None)));
-        }
-        layers.push(("samples".into(), Content::Samples));
-        let mut store = |name: &str, values| layers.push((name.into(), Content::Stored(values)));
-        if let Some(values) = film.reweighted() {
-            store("reweighted", values);
-        }
-        if let Some(debiased) = &rendering.debiased {
-            store("bias", debiased.pixel_bias(film));
-            store("bound", debiased.bound(film));
-        }
         let naming = Naming::of(loaded);
+        let mut layers = layers(rendering, loaded.renderer.is_light());
         let names = naming.iter().flat_map(Naming::names);
         layers.extend(names.enumerate().flat_map(|(i, name)| {
             let variance = (format!("variance.{name}"), Content::Variance(Some(i)));
@@ -76,12 +60,43 @@ impl<'a> Picture<'a> {
             [(name, Content::Mean(Some(i))), variance, few]
         }));
         Picture {
-            film,
-            channels: &loaded.channel_names,
+            film: &rendering.film,
+            channels: Cow::Borrowed(&loaded.channel_names),
             count: ["N".into()],
             naming,
             layers,
             attributes,
+        }
+    }
+
+    /// The light of a scene that came from no file, without the layers of light told apart: the channel of a film of one is `Y`,
+    /// those of a film of three are `R`, `G` and `B`, and others have numbers from 0.
+    pub fn of_light(rendering: &'a Rendering) -> Self {
+        let film = &rendering.film;
+        let count = film.channels();
+        Picture {
+            film,
+            channels: (0..count).map(|c| channel_name(c, count)).collect(),
+            count: ["N".into()],
+            naming: None,
+            layers: layers(rendering, true),
+            attributes: Vec::new(),
+        }
+    }
+
+    /// Writes the picture in the format that the name of the file tells: as [`write_exr`](Picture::write_exr),
+    /// [`write_npy`](Picture::write_npy) or [`write_png`](Picture::write_png).
+    ///
+    /// # Errors
+    ///
+    /// As these, and [`Problem::Unsupported`](crate::Problem::Unsupported) for other names.
+    pub fn write(&self, path: &Path) -> Result<(), FileError> {
+        let extension = path.extension().and_then(|e| e.to_str());
+        match extension.map(str::to_ascii_lowercase).as_deref() {
+            Some("exr") => self.write_exr(path),
+            Some("npy") => self.write_npy(path),
+            Some("png") => self.write_png(path, Tone::default()),
+            _ => Err(unknown_format(path)),
         }
     }
 
@@ -167,7 +182,7 @@ impl<'a> Picture<'a> {
     fn names(&self, content: &Content) -> &[String] {
         match content {
             Content::Samples => &self.count,
-            _ => self.channels,
+            _ => &self.channels,
         }
     }
 
@@ -180,4 +195,27 @@ impl<'a> Picture<'a> {
             Content::Stored(values) => values[pixel * self.channels.len() + channel],
         }
     }
+}
+
+/// The layers of all light, or of other quantities.
+fn layers(rendering: &Rendering, is_light: bool) -> Vec<(String, Content)> {
+    let film = &rendering.film;
+    let mut layers = vec![
+        (String::new(), Content::Mean(None)),
+        ("variance".into(), Content::Variance(None)),
+    ];
+    // Quantities of other kinds may be of either sign, of which effective numbers tell nothing.
+    if is_light {
+        layers.push(("few".into(), Content::Few(None)));
+    }
+    layers.push(("samples".into(), Content::Samples));
+    let mut store = |name: &str, values| layers.push((name.into(), Content::Stored(values)));
+    if let Some(values) = film.reweighted() {
+        store("reweighted", values);
+    }
+    if let Some(debiased) = &rendering.debiased {
+        store("bias", debiased.pixel_bias(film));
+        store("bound", debiased.bound(film));
+    }
+    layers
 }
