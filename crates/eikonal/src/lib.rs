@@ -1,8 +1,6 @@
-//! Curved rays in media whose refractive index varies continuously.
+#![doc = include_str!("../README.md")]
 //!
-//! With the Hamiltonian parameter σ (dσ = ds/n) and |v| = n a ray obeys Newton's equation
-//! dx/dσ = v, dv/dσ = ½∇(n²) (docs/theory.md#rays). This crate knows fields, rays, interfaces and
-//! connections; it knows no light, reads no file and starts no thread.
+//! The mathematics: docs/theory.md#rays.
 
 pub mod bounds;
 pub mod budget;

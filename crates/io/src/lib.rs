@@ -1,9 +1,4 @@
-//! Files: scene descriptions, volumes, meshes and images.
-//!
-//! Scene files become a [`scene::SceneDescription`], a tree of plugins and parameters that knows
-//! where in which file everything was written. Code that builds a scene from it asks for
-//! parameters through [`query::Query`], which reports every mistake with its place and a
-//! suggestion. Nothing here prints, panics on bad input, or leaves a half-written file behind.
+#![doc = include_str!("../README.md")]
 
 pub mod arrays;
 pub mod assemble;

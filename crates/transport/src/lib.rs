@@ -1,6 +1,6 @@
-//! Light transport along curved rays: scene, paths, estimators and rendering.
+#![doc = include_str!("../README.md")]
 //!
-//! Estimators carry basic radiance L/n² throughout (docs/theory.md#radiance). This crate reads no file.
+//! The mathematics: docs/theory.md#radiance.
 
 pub mod aov;
 mod bins;
