@@ -48,7 +48,7 @@ pub enum Refusal {
     OneStrategy(&'static str),
     /// Nothing ends it.
     #[error("nothing ends the run: give it a number of samples, or of particles")]
-    Endless,
+    NoEnd,
     /// Its film does not fit into memory, which would end the program without a word.
     #[error("{0}")]
     Film(String),
@@ -128,7 +128,7 @@ impl<'a> Run<'a> {
     /// If it cannot be begun: see [`Refusal`]. Also without a total, when nothing would end it.
     pub fn render(&self) -> Result<Rendering, Refusal> {
         self.check(Limits::default())?;
-        self.total.ok_or(Refusal::Endless)?;
+        self.total.ok_or(Refusal::NoEnd)?;
         Ok(render(&self.loaded.groups, &self.options(), |_| {
             ControlFlow::Continue(())
         }))
@@ -140,7 +140,7 @@ impl<'a> Run<'a> {
     /// As [`Run::render`].
     pub fn measure(&self) -> Result<Measurement, Refusal> {
         self.check(Limits::default())?;
-        self.total.ok_or(Refusal::Endless)?;
+        self.total.ok_or(Refusal::NoEnd)?;
         let (meters, handle) = (self.loaded.meters(), Handle::default());
         let on_pass = |_| ControlFlow::Continue(());
         let options = self.measure_options();
