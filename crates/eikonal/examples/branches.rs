@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         bounces: 0,
     };
     let mut solver = Solver::new(Tolerance::new(1e-8));
-    let all = solver.all(&Unbounded(&lens), (x, ()), y, &reach);
+    let all = solver.all(&Unbounded(&lens), x, (), y, &reach);
     println!("optical length  arc length    Jacobian  leaves in direction");
     for (_, ray) in &all.branches {
         let [dx, dy, dz] = ray.direction_out.to_array();

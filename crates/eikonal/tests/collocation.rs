@@ -83,12 +83,12 @@ fn rays_are_as_good_as_the_tolerance_says() {
             let mut direct = 0;
             for _ in 0..PAIRS {
                 let (x, y) = (in_ball(&mut rng, 0.95), in_ball(&mut rng, 0.95));
-                let found = solver.connect(&world, (x, ()), y).unwrap();
+                let found = solver.connect(&world, x, (), y).unwrap();
                 if found.shots > 0 {
                     continue;
                 }
                 direct += 1;
-                let truth = exact.connect(&world, (x, ()), y).unwrap();
+                let truth = exact.connect(&world, x, (), y).unwrap();
                 let [ray, jacobian] = errors(&found, &truth, apart(&solver, &exact));
                 let limits = [2.0 * tolerance, floor.max(5.0 * tolerance)];
                 assert!(
@@ -122,7 +122,7 @@ fn features_between_the_nodes_are_seen() {
         let world = Unbounded(&field);
         let [found, truth] = [1e-4, EXACT].map(|tolerance| {
             let mut solver = Solver::new(Tolerance::new(tolerance));
-            solver.connect(&world, (x, ()), y).unwrap()
+            solver.connect(&world, x, (), y).unwrap()
         });
         let off = found.direction_out.distance(truth.direction_out);
         let jacobian = relative(found.jacobian, truth.jacobian);

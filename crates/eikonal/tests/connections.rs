@@ -17,7 +17,7 @@ fn primary_branches_match_the_reference_tables() {
         for pair in &table.pairs {
             pairs += 1;
             let (id, [x, y]) = (&pair.id, pair.ends);
-            let found = match solver.connect(&Unbounded(&table.field), (x, ()), y) {
+            let found = match solver.connect(&Unbounded(&table.field), x, (), y) {
                 Ok(found) => found,
                 Err(failure) => {
                     failures.push((id.as_str().to_owned(), failure));

@@ -41,10 +41,10 @@ fn exact() -> Bspline {
 /// The angle by which level rays at several heights turn over 100 km.
 fn bending(field: &Field) -> Vec<f64> {
     let turn = |i: i32| {
-        let start = (DVec3::new(-50.0, 0.0, 4.1 + f64::from(i)), DVec3::X);
+        let x = DVec3::new(-50.0, 0.0, 4.1 + f64::from(i));
         let tolerance = Tolerance::new(1e-9);
         let stop = StopCondition::ArcLength(100.0);
-        let end = march(field, start, &stop, 200.0, tolerance, |_, _| ());
+        let end = march(field, x, DVec3::X, &stop, 200.0, tolerance, |_, _| ());
         end.v.angle_between(DVec3::X)
     };
     (0..12).map(turn).collect()

@@ -41,7 +41,7 @@ fn pairs() -> Vec<[DVec3; 2]> {
 
 fn connect(field: &Field) -> Vec<ConnectingRay> {
     let mut solver = Solver::new(Tolerance::new(TOLERANCE));
-    let mut ray = |[x, y]: [DVec3; 2]| solver.connect(&Unbounded(field), (x, ()), y).unwrap();
+    let mut ray = |[x, y]: [DVec3; 2]| solver.connect(&Unbounded(field), x, (), y).unwrap();
     pairs().into_iter().map(&mut ray).collect()
 }
 

@@ -23,7 +23,8 @@ fn difference(
     let stop = StopCondition::ArcLength(length);
     let end = march(
         field,
-        (x, direction),
+        x,
+        direction,
         &stop,
         2.0 * length,
         tolerance,
@@ -153,12 +154,19 @@ fn luneburg_lens() {
             let mut difference = PathDifference::new(Reference::Index(1.0), DVec3::Z);
             let (mut work, mut end) = (Work::default(), entry);
             let to_pole = StopCondition::ClosestApproach(pole);
-            let start = (entry, DVec3::Z);
             let tolerance = Tolerance::new(tolerance);
-            march(&field, start, &to_pole, 4.0, tolerance, |step, theta| {
-                difference.add(&field, &step.arc, [0.0, theta], &mut work);
-                end = step.at(theta).0;
-            });
+            march(
+                &field,
+                entry,
+                DVec3::Z,
+                &to_pole,
+                4.0,
+                tolerance,
+                |step, theta| {
+                    difference.add(&field, &step.arc, [0.0, theta], &mut work);
+                    end = step.at(theta).0;
+                },
+            );
             // The ray's own end is off the pole, by which the length changes along its direction there.
             let ray = difference.so_far().unwrap() + end.distance(entry);
             let towards = DVec3::new(-b, 0.0, (1.0 - b * b).sqrt());
@@ -223,14 +231,15 @@ fn nothing_is_narrower_than_a_sample() {
 #[test]
 fn work_and_pieces() {
     let field = column(1e-6);
-    let start = (DVec3::new(0.1, 0.0, -1.0), DVec3::Z);
-    let (whole, _, work) = difference(&field, 1.0, start, 2.0, DEFAULT);
+    let (x, direction) = (DVec3::new(0.1, 0.0, -1.0), DVec3::Z);
+    let (whole, _, work) = difference(&field, 1.0, (x, direction), 2.0, DEFAULT);
     assert!(work.evaluations < 40 * 96, "{}", work.evaluations);
     let mut pieces = PathDifference::new(Reference::Index(1.0), DVec3::Z);
     let stop = StopCondition::ArcLength(2.0);
     march(
         &field,
-        start,
+        x,
+        direction,
         &stop,
         4.0,
         Tolerance::default(),
@@ -258,7 +267,7 @@ fn reflection() {
         }
         let stop = StopCondition::ArcLength(2.0);
         let tolerance = Tolerance::default();
-        x = march(&field, (x, toward), &stop, 4.0, tolerance, |step, theta| {
+        x = march(&field, x, toward, &stop, 4.0, tolerance, |step, theta| {
             twice.add(&field, &step.arc, [0.0, theta], &mut Work::default());
         })
         .x;

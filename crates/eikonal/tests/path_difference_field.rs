@@ -23,7 +23,8 @@ fn difference(field: &Field, reference: Reference<'_>, tolerance: f64) -> (f64, 
     let mut work = Work::default();
     let end = march(
         field,
-        (X, direction()),
+        X,
+        direction(),
         &StopCondition::ArcLength(LENGTH),
         2.0 * LENGTH,
         Tolerance::new(tolerance),
@@ -135,11 +136,11 @@ fn weak_bumps_have_the_integral_of_their_contrast() {
             let middle = DVec3::new(0.3, 0.1, 0.0);
             let bump = |x: DVec3| delta * (-x.distance_squared(middle) / 0.08).exp();
             let mut expected = 0.0;
-            let ray = (X, direction());
             let stop = StopCondition::ArcLength(LENGTH);
             march(
                 &base,
-                ray,
+                X,
+                direction(),
                 &stop,
                 4.0,
                 Tolerance::new(1e-10),
@@ -172,9 +173,7 @@ fn strong_contrasts_have_the_difference_of_tight_lengths() {
     for (i, (field, reference)) in pairs.iter().enumerate() {
         let (value, end) = against(field, reference, 1e-11);
         let mut solver = Solver::new(Tolerance::new(1e-11));
-        let ray = solver
-            .connect(&Unbounded(reference), (X, ()), end.x)
-            .unwrap();
+        let ray = solver.connect(&Unbounded(reference), X, (), end.x).unwrap();
         let expected = end.optical_length - ray.optical_length;
         assert!((value - expected).abs() < 1e-9, "{i}: {value} {expected}");
     }
@@ -208,7 +207,7 @@ fn rounding_takes_no_work() {
         let mut work = Work::default();
         let stop = StopCondition::ArcLength(LENGTH);
         let tolerance = Tolerance::default();
-        march(&field, (x, toward), &stop, 4.0, tolerance, |step, theta| {
+        march(&field, x, toward, &stop, 4.0, tolerance, |step, theta| {
             difference.add(&field, &step.arc, [0.0, theta], &mut work);
         });
         assert!(difference.value(&mut work).is_finite());

@@ -63,7 +63,8 @@ fn luneburg_focuses_a_parallel_beam_at_the_far_pole() {
         // The far pole is on every ray.
         let far = march(
             &field,
-            (x, DVec3::Z),
+            x,
+            DVec3::Z,
             &StopCondition::ClosestApproach(DVec3::Z),
             4.0,
             Tolerance::new(TIGHT),
@@ -293,9 +294,9 @@ fn a_constant_field_costs_one_straight_step() {
 #[test]
 fn marches_stop_where_they_should() {
     let field = gaussian();
-    let start = (DVec3::new(-1.0, 0.05, 0.0), DVec3::X);
+    let (x, direction) = (DVec3::new(-1.0, 0.05, 0.0), DVec3::X);
     let tolerance = Tolerance::new(1e-9);
-    let run = |stop: &StopCondition| march(&field, start, stop, 50.0, tolerance, |_, _| {});
+    let run = |stop: &StopCondition| march(&field, x, direction, stop, 50.0, tolerance, |_, _| {});
 
     let by_length = run(&StopCondition::ArcLength(1.7));
     assert!(by_length.stopped && (by_length.arc_length - 1.7).abs() < 1e-12);
@@ -310,7 +311,8 @@ fn marches_stop_where_they_should() {
     let mut depth = 0.0;
     march(
         &field,
-        start,
+        x,
+        direction,
         &StopCondition::ArcLength(by_depth.arc_length),
         50.0,
         tolerance,
@@ -349,7 +351,8 @@ fn marches_stop_where_they_should() {
     // Out of range: the limit ends it.
     let limited = march(
         &field,
-        start,
+        x,
+        direction,
         &StopCondition::ArcLength(9.0),
         2.0,
         tolerance,

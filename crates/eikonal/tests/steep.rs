@@ -75,11 +75,18 @@ fn failures(field: &Field, check: impl Fn([DVec3; 2], &ConnectingRay)) -> f64 {
     let mut failed = 0;
     for i in 0..PAIRS {
         let (x, y) = (point(3, i), point(4, i));
-        match solver.connect(&Unbounded(field), (x, ()), y) {
+        match solver.connect(&Unbounded(field), x, (), y) {
             Ok(ray) => {
                 let stop = StopCondition::ArcLength(ray.arc_length);
-                let start = (x, ray.direction_out);
-                let end = march(field, start, &stop, 100.0, tolerance, |_, _| {});
+                let end = march(
+                    field,
+                    x,
+                    ray.direction_out,
+                    &stop,
+                    100.0,
+                    tolerance,
+                    |_, _| {},
+                );
                 // Rays of narrow tubes leave the direction more digits than it has.
                 let allowed = 1e-3 * (1.0 + ray.jacobian.sqrt());
                 assert!(end.x.distance(y) < allowed, "{x} {y} {ray:?} {}", end.x);
@@ -94,7 +101,7 @@ fn failures(field: &Field, check: impl Fn([DVec3; 2], &ConnectingRay)) -> f64 {
     f64::from(failed) / PAIRS as f64
 }
 
-/// Where shooting along the chord does not get to the target, the shortest way does: without it 27 % of these pairs fail. Those that are
+/// Where shooting along the chord does not get to the target, the shortest path does: without it 27 % of these pairs fail. Those that are
 /// left lie on both sides of the step and far apart.
 #[test]
 fn points_across_a_flat_step_are_connected() {
@@ -107,7 +114,7 @@ fn points_across_a_flat_step_are_connected() {
     assert!(failed < 0.1, "{failed}");
 }
 
-/// Half of these pairs fail without the shortest way.
+/// Half of these pairs fail without the shortest path.
 #[test]
 fn points_around_a_ball_of_voxels_are_connected() {
     let failed = failures(&ball(), |_, _| {});

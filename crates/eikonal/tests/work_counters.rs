@@ -109,7 +109,7 @@ fn marches(field: &Field, tolerance: Tolerance) -> Work {
 fn connections(field: &Field, tolerance: Tolerance) -> Work {
     let mut solver = Solver::new(tolerance);
     for [x, y] in pairs() {
-        solver.connect(&Unbounded(field), (x, ()), y).unwrap();
+        solver.connect(&Unbounded(field), x, (), y).unwrap();
     }
     solver.work
 }

@@ -69,7 +69,7 @@ fn check(x: DVec3, y: DVec3) -> usize {
     let shots = ws.stats().work.shots;
     assert!(shots <= 2 * found.len() as u64, "{x} {y}: {shots}");
     let mut dense = Solver::new(Tolerance::new(1e-8));
-    let all = dense.all(&scene, (x, scene.medium_at(x)), y, scene.branch_reach());
+    let all = dense.all(&scene, x, scene.medium_at(x), y, scene.branch_reach());
     let all = all.branches;
     assert_eq!(found.len(), all.len(), "{x} {y}: {found:?} {all:?}");
     let n = scene.n(scene.medium_at(y), y);

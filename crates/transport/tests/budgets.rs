@@ -58,7 +58,7 @@ fn connections_that_take_too_many_steps_are_given_up_and_counted() {
     let mut connections = eikonal::Solver::new(Default::default());
     let scene = ripples(1e6);
     let ends = [DVec3::new(0.1, 0.5, -0.5), DVec3::new(0.3, -0.4, 0.2)];
-    let outcome = connections.connect(&scene, (ends[0], scene.medium_at(ends[0])), ends[1]);
+    let outcome = connections.connect(&scene, ends[0], scene.medium_at(ends[0]), ends[1]);
     assert_eq!(outcome, Err(eikonal::Failure::OverBudget));
     let mut stats = morgana_transport::Stats::default();
     stats.count(&outcome);

@@ -111,7 +111,7 @@ impl Eye<'_> {
     /// Where a point of a medium is seen; `None` if it is hidden or outside of the picture.
     fn place(&mut self, x: DVec3, medium: MediumId) -> Option<[f64; 2]> {
         let eye = self.camera.position();
-        let found = self.solver.connect(self.scene, (x, medium), eye).ok()?;
+        let found = self.solver.connect(self.scene, x, medium, eye).ok()?;
         let arcs = self.solver.pieces().iter().map(Piece::ends);
         self.scene.visibility(arcs, [None; 2], 0.0)?;
         let place = self.camera.sense(eye, -found.direction_in)?.image;

@@ -77,6 +77,6 @@ fn connect(field: &Field, pairs: &[[DVec3; 2]], tolerance: Tolerance) -> (u64, W
     let world = Unbounded(field);
     let found = pairs
         .iter()
-        .filter(|[x, y]| solver.connect(&world, (*x, ()), *y).is_ok());
+        .filter(|[x, y]| solver.connect(&world, *x, (), *y).is_ok());
     (found.count() as u64, solver.work)
 }

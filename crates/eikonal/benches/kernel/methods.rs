@@ -168,7 +168,7 @@ fn outcome(directions: Vec<Option<DVec3>>, solver: &Solver<()>) -> Outcome {
 /// Ours.
 pub fn chord(field: &Field, pairs: &Pairs, tolerance: f64) -> Outcome {
     let mut solver = Solver::new(Tolerance::new(tolerance));
-    let connect = |[x, y]: &[DVec3; 2]| solver.connect(&Unbounded(field), (*x, ()), *y);
+    let connect = |[x, y]: &[DVec3; 2]| solver.connect(&Unbounded(field), *x, (), *y);
     let found = pairs.iter().map(connect);
     let directions = found.map(|c| Some(c.ok()?.direction_out)).collect();
     outcome(directions, &solver)
@@ -209,7 +209,7 @@ fn from(
         bounces: 0,
     };
     let (world, family) = (Unbounded(field), RayFamily::Point { x, direction });
-    let (start, _) = solver.approach(&world, (family, ()), y, &reach, &mut || 0.0)?;
+    let (start, _) = solver.approach(&world, family, (), y, &reach, &mut || 0.0)?;
     Some(solver.solve(&world, &start, y).ok()?.direction_out)
 }
 
@@ -252,7 +252,7 @@ fn searched(field: &Field, pairs: &Pairs, certificate: Option<&Uniqueness>) -> O
     let mut rng = Rng::new(5);
     let connect = |pair: &[DVec3; 2]| {
         let [x, y] = *pair;
-        let found = solver.connect(&Unbounded(field), (x, ()), y).ok();
+        let found = solver.connect(&Unbounded(field), x, (), y).ok();
         if !certificate.is_some_and(|c| unique(c, field, pair)) {
             let u = std::array::from_fn(|_| rng.next_1d());
             black_box(from(&mut solver, field, *pair, random_direction(y - x, u)));

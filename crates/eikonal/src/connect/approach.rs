@@ -1,6 +1,6 @@
 //! From the ray of a family to a start of Newton's method.
 
-use super::closest::{Nearest, follow, minima};
+use super::closest::{Nearest, minima};
 use super::family::RayFamily;
 use super::solver::Solver;
 use super::start::{InitialGuess, Reach};
@@ -19,13 +19,14 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     /// exceeded. At each encounter with an interface where it could be refracted or reflected, it is
     /// reflected if `uniform`, independent uniform numbers in [0, 1), gives less than ½, until
     /// `reach.reflections` are used up. Of the local closest approaches one is chosen in inverse
-    /// proportion to its distance: the way to a branch may pass by `y` before it is reflected, so the
+    /// proportion to its distance: the ray of a branch may pass by `y` before it is reflected, so the
     /// closest of all must not be the only one that counts. `None` if the ray is lost, or nowhere closer
     /// to `y` than at its start.
     pub fn approach<W: World<Region = R>>(
         &mut self,
         world: &W,
-        (family, region): (RayFamily, R),
+        family: RayFamily,
+        region: R,
         y: DVec3,
         reach: &Reach,
         uniform: &mut dyn FnMut() -> f64,
@@ -37,15 +38,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             reflected
         };
         let mut all: Vec<Nearest> = Vec::new();
-        follow(
-            world,
-            (family, region),
-            reach,
-            self.scouting(),
-            &mut reflect,
-            &mut self.work,
-            |leg| all.push(leg.nearest(y)),
-        )
+        self.follow(world, family, region, reach, &mut reflect, |leg| {
+            all.push(leg.nearest(y));
+        })
         .ok()?;
         let mut minima: Vec<Nearest> = minima(&all).into_iter().map(|(_, n)| n).collect();
         minima.retain(|n| n.optical_length > 0.0 && n.distance.is_finite());

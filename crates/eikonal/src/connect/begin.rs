@@ -1,4 +1,4 @@
-//! Primary branches: along the straight way, bent by the one field on it that bends rays (docs/theory.md#collocation).
+//! Primary branches: along the chord, bent by the one field on it that bends rays (docs/theory.md#collocation).
 
 use super::bend::{BentChord, Guess, bent};
 use super::collocate::{Collocation, collocated};
@@ -15,13 +15,13 @@ use glam::DVec3;
 
 /// A first direction is good enough if it would not change by more than this many tolerances.
 const ENOUGH: f64 = 3.0;
-/// Most pieces of a straight way that is looked at.
+/// Most pieces of a chord that is looked at.
 const MOST_PIECES: usize = 8;
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// The primary branch from a point or plane to `y`, given a start along the straight way: by collocation
+    /// The primary branch from a point or plane to `y`, given a start along the chord: by collocation
     /// if nothing but one field lies between two points and bends the ray mildly. Otherwise that to which Newton's
-    /// method converges from the start, bent as the field bends rays: if one region on the way does, and
+    /// method converges from the start, bent as the field bends rays: if one region on the chord does, and
     /// interfaces on it are index-matched by declaration.
     ///
     /// # Errors
@@ -35,20 +35,20 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     ) -> Result<ConnectingRay, Failure> {
         let (x, region) = (start.family.x(), start.region);
         // Collocation, if the whole chord lies in one field.
-        let within = only_bending_region(world, (x, region), y);
-        if let (Some((only, way)), RayFamily::Point { .. }) = (&within, start.family)
+        let within = only_bending_region(world, x, region, y);
+        if let (Some((only, line)), RayFamily::Point { .. }) = (&within, start.family)
             && *only == region
-            && way.part == [0.0, 1.0]
-            && let Some(found) = self.collocated(world, (x, region), y)
+            && line.part == [0.0, 1.0]
+            && let Some(found) = self.collocated(world, x, region, y)
         {
             return Ok(found);
         }
         // Else Newton's method from the bent chord …
         let bent = self.bent(world, start, within.as_ref());
         let found = self.solve(world, &bent, y);
-        // … and, if that fails, from the shortest way.
-        if let (Err(Failure::NotConverged), Some((region, way))) = (found, &within)
-            && let Some(guess) = shortest(world.field(*region), way, is_plane(start))
+        // … and, if that fails, from the shortest path.
+        if let (Err(Failure::NotConverged), Some((region, line))) = (found, &within)
+            && let Some(guess) = shortest(world.field(*region), line, is_plane(start))
         {
             let start = self.guessed(start, &guess);
             return self.solve(world, &start, y).or(found);
@@ -60,7 +60,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     fn collocated<W: World<Region = R>>(
         &mut self,
         world: &W,
-        (x, region): (DVec3, R),
+        x: DVec3,
+        region: R,
         y: DVec3,
     ) -> Option<ConnectingRay> {
         let tolerance = self.tolerance().get();
@@ -68,7 +69,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             arcs: &mut self.arcs,
             evaluations: &mut self.work.evaluations,
         };
-        let ray = collocated(world.field(region), (x, y - x), tolerance, &mut found)?;
+        let ray = collocated(world.field(region), x, y - x, tolerance, &mut found)?;
         if self
             .arcs
             .iter()
@@ -98,7 +99,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         })
     }
 
-    /// The start bent as the ray to first order and beyond, given the region that bends rays and the way through
+    /// The start bent as the ray to first order and beyond, given the region that bends rays and the line through
     /// it; as it is if there is none.
     fn bent<W: World<Region = R>>(
         &mut self,
@@ -106,11 +107,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         start: &InitialGuess<R>,
         within: Option<&(R, BentChord)>,
     ) -> InitialGuess<R> {
-        let Some((region, way)) = within else {
+        let Some((region, line)) = within else {
             return *start;
         };
         let accuracy = ENOUGH * self.tolerance().get();
-        match bent(world.field(*region), way, is_plane(start), accuracy) {
+        match bent(world.field(*region), line, is_plane(start), accuracy) {
             Some(guess) => self.guessed(start, &guess),
             None => *start,
         }
@@ -141,17 +142,18 @@ fn is_plane<R>(start: &InitialGuess<R>) -> bool {
     matches!(start.family, RayFamily::Plane { .. })
 }
 
-/// The only region on the straight way from a point to `y` whose field bends rays, and the way as it sees
+/// The only region on the chord from a point to `y` whose field bends rays, and the chord as it sees
 /// it; `None` if there is none or more than one, or an interface that refracts.
 fn only_bending_region<W: World>(
     world: &W,
-    (start, mut region): (DVec3, W::Region),
+    start: DVec3,
+    mut region: W::Region,
     y: DVec3,
 ) -> Option<(W::Region, BentChord)> {
     let chord = y - start;
     let d = chord.length();
     let mut bends = None;
-    let mut way = BentChord {
+    let mut line = BentChord {
         x: start,
         chord,
         part: [0.0, 1.0],
@@ -159,21 +161,21 @@ fn only_bending_region<W: World>(
     };
     let (mut x, mut done) = (start, 0.0);
     for _ in 0..MOST_PIECES {
-        let line = Arc::line(x, y - x, 1.0);
-        let crossing = world.crossing(region, &line);
+        let remaining = Arc::line(x, y - x, 1.0);
+        let crossing = world.crossing(region, &remaining);
         let theta = crossing.as_ref().map_or(1.0, |c| c.theta);
         let end = done + (1.0 - done) * theta;
         let field = world.field(region);
         if field.is_constant() {
-            way.optical[usize::from(bends.is_some())] += field.n(x) * (end - done) * d;
+            line.optical[usize::from(bends.is_some())] += field.n(x) * (end - done) * d;
         } else if bends.is_none() {
             bends = Some(region);
-            way.part = [done, end];
+            line.part = [done, end];
         } else {
             return None;
         }
         let Some(crossing) = crossing else {
-            return Some((bends?, way)).filter(|_| d > 0.0);
+            return Some((bends?, line)).filter(|_| d > 0.0);
         };
         if crossing.rule != Rule::Pass {
             return None;
@@ -246,7 +248,7 @@ mod tests {
         start: &InitialGuess<usize>,
         y: DVec3,
     ) -> InitialGuess<usize> {
-        let within = only_bending_region(world, (start.family.x(), start.region), y);
+        let within = only_bending_region(world, start.family.x(), start.region, y);
         solver.bent(world, start, within.as_ref())
     }
 

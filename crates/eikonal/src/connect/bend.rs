@@ -24,7 +24,7 @@ const ROUGH: f64 = 1e-4;
 const COARSE: QuadratureRule<4> = QuadratureRule::new();
 const FINE: QuadratureRule<5> = QuadratureRule::new();
 
-/// A straight way on which one part bends rays.
+/// A straight line of which one part bends rays.
 pub(super) struct BentChord {
     /// Its start.
     pub x: DVec3,
@@ -48,15 +48,20 @@ pub(super) struct Guess {
     pub evaluations: u64,
 }
 
-/// The ray along a way through a field, from the way's first point or, if `is_plane`, in its direction from the
+/// The ray along a line through a field, from the line's first point or, if `is_plane`, in its direction from the
 /// plane across it: with a direction (in radians; for planes that of arrival) that would hardly change by more
 /// than `accuracy` in a further round, or after the last one. `None` where the iteration does not converge,
 /// or the ray turns away from the chord by more than 45°.
-pub(super) fn bent(field: &Field, way: &BentChord, is_plane: bool, accuracy: f64) -> Option<Guess> {
+pub(super) fn bent(
+    field: &Field,
+    line: &BentChord,
+    is_plane: bool,
+    accuracy: f64,
+) -> Option<Guess> {
     if accuracy < ROUGH {
-        FINE.solve(field, way, is_plane, accuracy)
+        FINE.solve(field, line, is_plane, accuracy)
     } else {
-        COARSE.solve(field, way, is_plane, accuracy)
+        COARSE.solve(field, line, is_plane, accuracy)
     }
 }
 
@@ -72,8 +77,8 @@ struct Ends {
 
 impl Ends {
     /// For slopes `first` and `last` of the solution at both ends of the part.
-    fn new(way: &BentChord, is_plane: bool, [first, last]: [DVec3; 2]) -> Self {
-        let ([a, b], d) = (way.part, way.chord.length());
+    fn new(line: &BentChord, is_plane: bool, [first, last]: [DVec3; 2]) -> Self {
+        let ([a, b], d) = (line.part, line.chord.length());
         let slope = if is_plane {
             -first
         } else {
@@ -94,11 +99,11 @@ impl<const N: usize> QuadratureRule<N> {
     fn solve(
         &self,
         field: &Field,
-        way: &BentChord,
+        line: &BentChord,
         is_plane: bool,
         accuracy: f64,
     ) -> Option<Guess> {
-        let BentChord { x, chord, part, .. } = *way;
+        let BentChord { x, chord, part, .. } = *line;
         let e = chord.normalize();
         let (begin, along) = (x + chord * part[0], chord * (part[1] - part[0]));
         let d = along.length();
@@ -118,7 +123,7 @@ impl<const N: usize> QuadratureRule<N> {
             }
             evaluations += N as u64;
             let first = sum(&self.at_start, &f);
-            let ends = Ends::new(way, is_plane, [first, first + sum(&self.weights, &f)]);
+            let ends = Ends::new(line, is_plane, [first, first + sum(&self.weights, &f)]);
             let next = ends.outside[usize::from(is_plane)];
             let last = change;
             (change, turn) = (next.distance(turn), next);
@@ -129,7 +134,7 @@ impl<const N: usize> QuadratureRule<N> {
             let ratio = if last.is_finite() { change / last } else { 1.0 };
             if change * ratio < accuracy || round == ROUNDS {
                 let stretch = |slope: DVec3| (1.0 + slope.length_squared()).sqrt();
-                let [before, after] = [0, 1].map(|i| way.optical[i] * stretch(ends.outside[i]));
+                let [before, after] = [0, 1].map(|i| line.optical[i] * stretch(ends.outside[i]));
                 return (change < SETTLED).then(|| Guess {
                     direction: (e + ends.outside[0]).normalize(),
                     offset: if is_plane { ends.offset } else { DVec3::ZERO },
@@ -172,10 +177,10 @@ mod tests {
         let n2 = |s: f64| field.n2(x + v * s + slope * (0.25 * s * s));
         // Simpson's rule is exact for n² along a parabola, quadratic in σ.
         let optical = sigma / 6.0 * (n2(0.0) + 4.0 * n2(0.5 * sigma) + n2(sigma));
-        let way = whole(x, y - x);
+        let line = whole(x, y - x);
         let found = [
-            COARSE.solve(&field, &way, false, 0.0),
-            FINE.solve(&field, &way, false, 0.0),
+            COARSE.solve(&field, &line, false, 0.0),
+            FINE.solve(&field, &line, false, 0.0),
         ];
         for found in found.map(Option::unwrap) {
             assert!(found.direction.distance(direction) < 1e-6);
@@ -188,7 +193,7 @@ mod tests {
         let steep: Field = LinearIndex::new(1.0, DVec3::Y * 3.0, DVec3::ZERO)
             .unwrap()
             .into();
-        let way = whole(DVec3::ZERO, DVec3::X * 2.0);
-        assert!(bent(&steep, &way, false, 1e-6).is_none());
+        let line = whole(DVec3::ZERO, DVec3::X * 2.0);
+        assert!(bent(&steep, &line, false, 1e-6).is_none());
     }
 }

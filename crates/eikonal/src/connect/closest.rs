@@ -4,10 +4,11 @@ use super::connection::Failure;
 use super::family::RayFamily;
 use super::pattern::Pattern;
 use super::shoot::Trajectory;
+use super::solver::Solver;
 use super::start::{InitialGuess, Reach};
 use super::world::{Piece, World};
 use crate::interface::Mapped;
-use crate::ray::{Node, Tolerance, Work};
+use crate::ray::{Node, Work};
 use glam::DVec3;
 
 /// A piece of a ray with what came before it.
@@ -20,60 +21,67 @@ pub(super) struct Leg<R> {
     pub pattern: Pattern,
 }
 
-/// Follows the ray of a family, without tangents, as far as the reach goes; `visit` sees every
-/// piece. Where refraction is possible `reflect`, given the number of the encounter, says whether to
-/// reflect all the same.
-pub(super) fn follow<W: World>(
-    world: &W,
-    (family, region): (RayFamily, W::Region),
-    reach: &Reach,
-    tolerance: Tolerance,
-    reflect: &mut dyn FnMut(u32) -> bool,
-    work: &mut Work,
-    mut visit: impl FnMut(&Leg<W::Region>),
-) -> Result<(), Failure> {
-    let node = Node::start(world.field(region), family.x(), family.direction(), ());
-    let visit = |leg: &Leg<W::Region>, _: &Node<()>| visit(leg);
-    follow_from(
-        world,
-        (node, region),
-        reach,
-        tolerance,
-        reflect,
-        work,
-        visit,
-    )
+impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
+    /// Follows the ray of a family, without tangents, as far as the reach goes; `visit` sees every
+    /// piece. Where refraction is possible `reflect`, given the number of the encounter, says whether to
+    /// reflect all the same.
+    ///
+    /// # Errors
+    ///
+    /// [`Failure::RayLost`] or [`Failure::OverBudget`].
+    pub(super) fn follow<W: World<Region = R>>(
+        &mut self,
+        world: &W,
+        family: RayFamily,
+        region: R,
+        reach: &Reach,
+        reflect: &mut dyn FnMut(u32) -> bool,
+        mut visit: impl FnMut(&Leg<R>),
+    ) -> Result<(), Failure> {
+        let node = Node::start(world.field(region), family.x(), family.direction(), ());
+        let (length, tolerance) = (reach.optical_length, self.scouting());
+        Trajectory::new(world, node, region, length, tolerance, &mut self.work).follow(
+            reach,
+            reflect,
+            &mut self.work,
+            |leg, _| visit(leg),
+        )
+    }
 }
 
-/// The same from a node, with its tangents or without; `visit` sees the node at the start of every piece, too.
-pub(super) fn follow_from<W: World, V: Mapped>(
-    world: &W,
-    (node, region): (Node<V>, W::Region),
-    reach: &Reach,
-    tolerance: Tolerance,
-    reflect: &mut dyn FnMut(u32) -> bool,
-    work: &mut Work,
-    mut visit: impl FnMut(&Leg<W::Region>, &Node<V>),
-) -> Result<(), Failure> {
-    let length = reach.optical_length;
-    let mut shot = Trajectory::new(world, (node, region), length, tolerance, work);
-    let (mut before, mut pattern, mut bounces) = (0.0, shot.pattern(), 0);
-    let mut first = *shot.end();
-    while bounces <= reach.bounces
-        && let Some(piece) = shot.advance(reflect, work)?
-    {
-        let leg = Leg {
-            piece,
-            before,
-            pattern,
-        };
-        visit(&leg, &first);
-        first = shot.node();
-        before += piece.arc.optical_length(piece.theta_end);
-        pattern = shot.pattern();
-        bounces += u32::from(piece.is_reflected());
+impl<W: World, V: Mapped> Trajectory<'_, W, V> {
+    /// Follows the ray, with its tangents or without, through at most the bounces of the reach; `visit` sees every
+    /// piece and the node at its start. Where refraction is possible `reflect`, given the number of the encounter,
+    /// says whether to reflect all the same.
+    ///
+    /// # Errors
+    ///
+    /// [`Failure::RayLost`] or [`Failure::OverBudget`].
+    pub(super) fn follow(
+        mut self,
+        reach: &Reach,
+        reflect: &mut dyn FnMut(u32) -> bool,
+        work: &mut Work,
+        mut visit: impl FnMut(&Leg<W::Region>, &Node<V>),
+    ) -> Result<(), Failure> {
+        let (mut before, mut pattern, mut bounces) = (0.0, self.pattern(), 0);
+        let mut first = *self.end();
+        while bounces <= reach.bounces
+            && let Some(piece) = self.advance(reflect, work)?
+        {
+            let leg = Leg {
+                piece,
+                before,
+                pattern,
+            };
+            visit(&leg, &first);
+            first = self.node();
+            before += piece.arc.optical_length(piece.theta_end);
+            pattern = self.pattern();
+            bounces += u32::from(piece.is_reflected());
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Where a piece of a ray comes closest to a point.

@@ -1,6 +1,5 @@
 //! Directions close to those in which rays just touch an interface, or just are reflected totally.
 
-use super::closest::follow;
 use super::family::RayFamily;
 use super::solver::Solver;
 use super::start::Reach;
@@ -35,17 +34,18 @@ fn same(a: &History, b: &History, reach: &Reach) -> bool {
 }
 
 impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
-    /// Directions that crowd against the edges between rays from `x` that meet different interfaces,
+    /// Directions that crowd against the edges between rays from `x` in `region` that meet different interfaces,
     /// or go on from them differently. At such an edge rays bend infinitely fast with their direction,
     /// so that an even grid finds few of the branches close to it.
     pub(super) fn edges<W: World<Region = R>>(
         &mut self,
         world: &W,
-        from: (DVec3, R),
+        x: DVec3,
+        region: R,
         directions: &[DVec3],
         reach: &Reach,
     ) -> Vec<DVec3> {
-        let mut history = |direction| self.history(world, from, direction, reach);
+        let mut history = |direction| self.history(world, x, region, direction, reach);
         let known: Vec<History> = directions.iter().map(|&d| history(d)).collect();
         let mut close = Vec::new();
         if known.windows(2).all(|pair| same(&pair[0], &pair[1], reach)) {
@@ -74,22 +74,17 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     fn history<W: World<Region = R>>(
         &mut self,
         world: &W,
-        (x, region): (DVec3, R),
+        x: DVec3,
+        region: R,
         direction: DVec3,
         reach: &Reach,
     ) -> History {
         let mut history = History::new();
         let family = RayFamily::Point { x, direction };
         // A ray that is lost counts as far as it went.
-        let _ = follow(
-            world,
-            (family, region),
-            reach,
-            self.scouting(),
-            &mut |_| false,
-            &mut self.work,
-            |leg| history.extend(leg.piece.event.map(|e| (leg.before, e.surface, e.rule))),
-        );
+        let _ = self.follow(world, family, region, reach, &mut |_| false, |leg| {
+            history.extend(leg.piece.event.map(|e| (leg.before, e.surface, e.rule)));
+        });
         history
     }
 }

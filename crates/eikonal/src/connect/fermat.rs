@@ -1,12 +1,12 @@
-//! The way of least optical length between two points, as a chain of straight pieces: where Newton's method starts if it does not
+//! The path of least optical length between two points, as a chain of straight pieces: where Newton's method starts if it does not
 //! get to the target from the chord.
 //!
-//! Among ways near a steep change of the index, rays shot along the chord may be reflected totally, and miss ever so far; but a
-//! shortest way always exists (Fermat). Its nodes are evenly spaced along the chord; their displacements across it are found by Newton's
+//! Near a steep change of the index, rays shot along the chord may be reflected totally, and miss ever so far; but a
+//! shortest path always exists (Fermat). Its nodes are evenly spaced along the chord; their displacements across it are found by Newton's
 //! method for the sum of the pieces' lengths, each times the index at its middle, with damping that makes every step
 //! one downhill. The matrix is block tridiagonal.
 //!
-//! Theory: docs/theory.md#the-shortest-way.
+//! Theory: docs/theory.md#the-shortest-path.
 
 use super::bend::{BentChord, Guess};
 use crate::field::Field;
@@ -17,7 +17,7 @@ use glam::{DMat2, DVec2, DVec3};
 const PIECES: usize = 64;
 /// Most steps.
 const ROUNDS: usize = 40;
-/// The way is found when no node moves by more than this share of the chord.
+/// The path is found when no node moves by more than this share of the chord.
 const SETTLED: f64 = 1e-7;
 /// Damping, in units of the index over the length of a piece: at first, its growth after a step that did not go downhill and its decay
 /// after one that did, and the most.
@@ -26,10 +26,10 @@ const DAMPING: (f64, f64, f64, f64) = (1e-3, 8.0, 0.125, 1e6);
 /// Displacements of the nodes.
 type Shape = [DVec2; PIECES + 1];
 
-/// The straight way and what is known along it.
+/// The chord and what is known along it.
 struct Chain<'a> {
     field: &'a Field,
-    way: &'a BentChord,
+    line: &'a BentChord,
     /// Across the chord.
     across: [DVec3; 2],
     /// Index before and after the part that bends rays.
@@ -50,9 +50,9 @@ struct System {
     next: [DMat2; PIECES],
 }
 
-/// The shortest way from the way's first point or, if `is_plane`, from the plane across it. `None` if it is not found.
-pub(super) fn shortest(field: &Field, way: &BentChord, is_plane: bool) -> Option<Guess> {
-    let d = way.chord.length();
+/// The shortest path from the line's first point or, if `is_plane`, from the plane across it. `None` if it is not found.
+pub(super) fn shortest(field: &Field, line: &BentChord, is_plane: bool) -> Option<Guess> {
+    let d = line.chord.length();
     let index = |optical: f64, share: f64| {
         if share > 0.0 {
             optical / (share * d)
@@ -62,11 +62,11 @@ pub(super) fn shortest(field: &Field, way: &BentChord, is_plane: bool) -> Option
     };
     let mut chain = Chain {
         field,
-        way,
-        across: perpendicular_basis(way.chord / d),
+        line,
+        across: perpendicular_basis(line.chord / d),
         outside: [
-            index(way.optical[0], way.part[0]),
-            index(way.optical[1], 1.0 - way.part[1]),
+            index(line.optical[0], line.part[0]),
+            index(line.optical[1], 1.0 - line.part[1]),
         ],
         piece: d / PIECES as f64,
         first: usize::from(!is_plane),
@@ -98,8 +98,8 @@ pub(super) fn shortest(field: &Field, way: &BentChord, is_plane: bool) -> Option
 
 impl Chain<'_> {
     fn node(&self, shape: &Shape, i: usize) -> DVec3 {
-        self.way.x
-            + self.way.chord * (i as f64 / PIECES as f64)
+        self.line.x
+            + self.line.chord * (i as f64 / PIECES as f64)
             + self.across[0] * shape[i].x
             + self.across[1] * shape[i].y
     }
@@ -107,7 +107,7 @@ impl Chain<'_> {
     /// Index with its derivatives across the chord at the middle of a piece.
     fn index(&mut self, shape: &Shape, i: usize) -> (f64, DVec2, DMat2) {
         let along = (i as f64 + 0.5) / PIECES as f64;
-        let [begin, end] = self.way.part;
+        let [begin, end] = self.line.part;
         if along < begin || along > end {
             let n = self.outside[usize::from(along > end)];
             return (n, DVec2::ZERO, DMat2::ZERO);
@@ -186,7 +186,7 @@ impl Chain<'_> {
         Guess {
             direction: (second - start).normalize(),
             offset: if is_plane {
-                start - self.way.x
+                start - self.line.x
             } else {
                 DVec3::ZERO
             },
@@ -208,7 +208,7 @@ mod tests {
 
     /// In n² = a + b·x rays are parabolas, x + vσ + bσ²/4; with steps of h the chain is off by a share of (h/d)².
     #[test]
-    fn the_shortest_way_along_a_parabola_is_found() {
+    fn the_shortest_path_along_a_parabola_is_found() {
         let slope = DVec3::new(0.8, -0.9, 0.3);
         let field: Field = LinearSquare::new(1.4, slope, DVec3::ZERO).unwrap().into();
         let (x, direction) = (DVec3::new(0.1, 0.2, -0.1), DVec3::new(0.6, 0.0, 0.8));
@@ -217,13 +217,13 @@ mod tests {
         let n2 = |s: f64| field.n2(x + v * s + slope * (0.25 * s * s));
         // Simpson's rule is exact for n² along a parabola, quadratic in σ.
         let optical = sigma / 6.0 * (n2(0.0) + 4.0 * n2(0.5 * sigma) + n2(sigma));
-        let way = BentChord {
+        let line = BentChord {
             x,
             chord: y - x,
             part: [0.0, 1.0],
             optical: [0.0; 2],
         };
-        let found = shortest(&field, &way, false).unwrap();
+        let found = shortest(&field, &line, false).unwrap();
         assert!((found.optical_length / optical - 1.0).abs() < 1e-4);
         assert!(found.direction.distance(direction) < 5e-3);
     }

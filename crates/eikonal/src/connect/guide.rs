@@ -1,8 +1,9 @@
 //! A reference ray: where connections to the points near it start.
 
-use super::closest::{Leg, Nearest, follow_from, minima};
+use super::closest::{Leg, Nearest, minima};
 use super::connection::Failure;
 use super::newton::EndState;
+use super::shoot::Trajectory;
 use super::start::{Followed, InitialGuess, Reach};
 use super::world::{Piece, World};
 use crate::ray::{EVALUATIONS_PER_STEP, Tolerance, Work};
@@ -41,13 +42,11 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Guide<R> {
             bounces: u32::MAX,
         };
         let node = start.family.node(world.field(start.region));
-        follow_from(
-            world,
-            (node, start.region),
+        let (length, work) = (start.optical_length, &mut Work::default());
+        Trajectory::new(world, node, start.region, length, tolerance, work).follow(
             &reach,
-            tolerance,
             &mut |i| start.pattern.reflects(i),
-            &mut Work::default(),
+            work,
             |leg, node| legs.push((*leg, *node)),
         )?;
         Ok(Guide { start, legs })

@@ -1,6 +1,6 @@
 //! Every branch between two points, by a dense search.
 
-use super::closest::{Nearest, follow, minima};
+use super::closest::{Nearest, minima};
 use super::connection::{ConnectingRay, Failure};
 use super::family::RayFamily;
 use super::pattern::Pattern;
@@ -50,7 +50,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     pub fn all<W: World<Region = R>>(
         &mut self,
         world: &W,
-        (x, region): (DVec3, R),
+        x: DVec3,
+        region: R,
         y: DVec3,
         reach: &Reach,
     ) -> All<R> {
@@ -62,12 +63,12 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         };
         let mut search = Solver::new(Tolerance::new(self.tolerance().get().max(SEARCH)));
         let mut rough = Vec::new();
-        if let Ok(primary) = search.connect(world, (x, region), y) {
+        if let Ok(primary) = search.connect(world, x, region, y) {
             rough.push(primary);
         }
-        for direction in search.directions(world, (x, region), chord, reach) {
+        for direction in search.directions(world, x, region, chord, reach) {
             let family = RayFamily::Point { x, direction };
-            for start in search.starts(world, (family, region), y, reach) {
+            for start in search.starts(world, family, region, y, reach) {
                 if let Ok(branch) = search.solve(world, &start, y) {
                     search.keep(&mut rough, branch);
                 }
@@ -93,14 +94,15 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     fn directions<W: World<Region = R>>(
         &mut self,
         world: &W,
-        from: (DVec3, R),
+        x: DVec3,
+        region: R,
         chord: DVec3,
         reach: &Reach,
     ) -> Vec<DVec3> {
         let mut directions: Vec<DVec3> = fibonacci(DVec3::Z, SPHERE, PI).collect();
         let cone: Vec<DVec3> = fibonacci(chord, CONE, HALF_ANGLE).collect();
-        let mut close = self.edges(world, from, &directions, reach);
-        close.extend(self.edges(world, from, &cone, reach));
+        let mut close = self.edges(world, x, region, &directions, reach);
+        close.extend(self.edges(world, x, region, &cone, reach));
         directions.extend(cone);
         directions.extend(close);
         directions
@@ -111,7 +113,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     fn starts<W: World<Region = R>>(
         &mut self,
         world: &W,
-        (family, region): (RayFamily, R),
+        family: RayFamily,
+        region: R,
         y: DVec3,
         reach: &Reach,
     ) -> Vec<InitialGuess<R>> {
@@ -125,15 +128,9 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
                 pattern.reflects(i)
             };
             // A ray that is lost counts as far as it went.
-            let _ = follow(
-                world,
-                (family, region),
-                reach,
-                self.scouting(),
-                &mut reflect,
-                &mut self.work,
-                |leg| nearest.push(leg.nearest(y)),
-            );
+            let _ = self.follow(world, family, region, reach, &mut reflect, |leg| {
+                nearest.push(leg.nearest(y));
+            });
             // What comes before the last reflection has been seen without it.
             nearest = minima(&nearest).into_iter().map(|(_, n)| n).collect();
             nearest.retain(|n| n.pattern == pattern);

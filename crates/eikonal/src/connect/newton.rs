@@ -25,7 +25,8 @@ impl Iterate {
         &self,
         end_state: &EndState,
         y: DVec3,
-        (radius, longest): (DVec2, f64),
+        radius: DVec2,
+        longest: f64,
     ) -> Result<(Iterate, DVec2), Failure> {
         let matrix = system(end_state);
         let miss = y - end_state.x;

@@ -2,16 +2,16 @@
 //!
 //! Both densities are positive everywhere, so that every branch with a neighbourhood from which
 //! Newton's method converges to it is found with positive probability; and both favour the
-//! surroundings of the straight way, on all scales: branches behind a lens often lie close together.
+//! surroundings of the chord, on all scales: branches behind a lens often lie close together.
 
 use crate::ray::perpendicular_basis;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Share of starts around the straight way; the others are uniform.
+/// Share of starts around the chord; the others are uniform.
 const NEAR: f64 = 0.75;
 /// Smallest angle to the chord, in radians, and smallest distance from the foot in units of the
-/// radius, of the starts around the straight way.
+/// radius, of the starts around the chord.
 const CLOSEST: f64 = 1e-3;
 /// Largest distance from the foot of the starts around it, in units of the radius.
 const FARTHEST: f64 = 2.0;

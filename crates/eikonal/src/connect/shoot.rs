@@ -28,7 +28,7 @@ pub(super) struct Travelled {
     pub leg: f64,
 }
 
-/// A ray on its way: with tangents, or alone.
+/// A ray as it is followed: with tangents, or alone.
 pub(super) struct Trajectory<'w, W: World, V: Mapped> {
     world: &'w W,
     region: W::Region,
@@ -51,7 +51,8 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
     /// Starts a ray that is to be followed over an optical path length.
     pub fn new(
         world: &'w W,
-        (node, region): (Node<V>, W::Region),
+        node: Node<V>,
+        region: W::Region,
         optical_length: f64,
         tolerance: Tolerance,
         work: &mut Work,
@@ -142,7 +143,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         };
         self.count(&piece, [n2.sqrt() * sigma, n2 * sigma]);
         match crossing {
-            Some(c) => piece.event = Some(self.cross((v, self.end.variation), &c, reflect)?),
+            Some(c) => piece.event = Some(self.cross(v, self.end.variation, &c, reflect)?),
             None => self.left = 0.0,
         }
         Ok(piece)
@@ -187,7 +188,7 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
         self.count(&piece, lengths);
         if let Some(crossing) = crossing {
             let (_, v, variation) = step.at(theta_end);
-            piece.event = Some(self.cross((v, variation), &crossing, reflect)?);
+            piece.event = Some(self.cross(v, variation, &crossing, reflect)?);
         } else if reached {
             self.left = 0.0;
             self.end = step.end;
@@ -224,7 +225,8 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
     /// Takes the ray through an interface, given its velocity and variation there.
     fn cross(
         &mut self,
-        (v, variation): (DVec3, V),
+        v: DVec3,
+        variation: V,
         crossing: &Crossing<W::Region>,
         reflect: &mut dyn FnMut(u32) -> bool,
     ) -> Result<Event, Failure> {

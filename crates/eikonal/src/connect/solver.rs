@@ -90,7 +90,8 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
     pub fn connect<W: World<Region = R>>(
         &mut self,
         world: &W,
-        (x, region): (DVec3, R),
+        x: DVec3,
+        region: R,
         y: DVec3,
     ) -> Result<ConnectingRay, Failure> {
         let chord = y - x;
@@ -190,7 +191,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let mut best: Option<(Iterate, EndState, f64)> = None;
         if let Some(end_state) = known {
             best = Some((trial, *end_state, end_state.x.distance(y)));
-            (trial, tried) = trial.stepped(end_state, y, (radius, longest))?;
+            (trial, tried) = trial.stepped(end_state, y, radius, longest)?;
         }
         let mut failure = Failure::NotConverged;
         let before = self.work.steps;
@@ -237,7 +238,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
             if self.work.steps - before > STEPS_PER_CONNECTION {
                 return Err(Failure::OverBudget);
             }
-            (trial, tried) = iterate.stepped(end_state, y, (radius, longest))?;
+            (trial, tried) = iterate.stepped(end_state, y, radius, longest)?;
         }
         Err(failure)
     }
@@ -265,7 +266,7 @@ impl<R: Copy + PartialEq + std::fmt::Debug> Solver<R> {
         let region = start.region;
         let node = iterate.family.node(world.field(region));
         let (tolerance, work) = (self.tolerance, &mut self.work);
-        let mut shot = Trajectory::new(world, (node, region), iterate.length, tolerance, work);
+        let mut shot = Trajectory::new(world, node, region, iterate.length, tolerance, work);
         self.pieces.clear();
         while let Some(piece) = shot.advance(&mut |i| start.pattern.reflects(i), work)? {
             self.pieces.push(piece);

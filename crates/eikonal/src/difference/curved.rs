@@ -108,11 +108,11 @@ impl<'a> CurvedLeg<'a> {
         let (Some(first), Some(last)) = (self.parts.first(), self.parts.last()) else {
             return 0.0;
         };
-        let ends = (first.position(first.from), last.end());
-        if ends.0 == ends.1 || quadrature.is_over_budget() {
+        let (x, y) = (first.position(first.from), last.end());
+        if x == y || quadrature.is_over_budget() {
             return f64::NAN;
         }
-        match self.reference_ray(ends, work) {
+        match self.reference_ray(x, y, work) {
             Some(ray) => {
                 let span = last.sigma(last.to);
                 0.5 * (self.contrast + self.second_order(&ray, span, quadrature))
@@ -122,7 +122,7 @@ impl<'a> CurvedLeg<'a> {
     }
 
     /// The reference ray, looked for near the ray itself, then near the chord.
-    fn reference_ray(&self, (x, y): (DVec3, DVec3), work: &mut Work) -> Option<ReferenceRay> {
+    fn reference_ray(&self, x: DVec3, y: DVec3, work: &mut Work) -> Option<ReferenceRay> {
         let mut solver = Solver::new(Tolerance::new(TOLERANCE));
         let world = Unbounded(self.reference);
         let start = InitialGuess {
@@ -135,7 +135,7 @@ impl<'a> CurvedLeg<'a> {
             pattern: Pattern::REFRACT,
         };
         let near = solver.solve(&world, &start, y);
-        let found = near.or_else(|_| solver.connect(&world, (x, ()), y));
+        let found = near.or_else(|_| solver.connect(&world, x, (), y));
         *work += solver.work;
         found.ok().map(|_| ReferenceRay::new(solver.pieces()))
     }

@@ -30,7 +30,7 @@ pub enum Reference<'a> {
 /// The optical path difference of a ray, arc by arc: its optical length less that of the rays of a reference that join
 /// its start, the points where it was reflected, and its end.
 ///
-/// The error is about 1e-7 of the largest contrast |n − n_r| on the way times the length, whatever the tolerance of
+/// The error is about 1e-7 of the largest contrast |n − n_r| on the ray times the length, whatever the tolerance of
 /// the ray, and rounding, 2e-16 of the length.
 #[derive(Clone, Debug)]
 pub struct PathDifference<'a> {

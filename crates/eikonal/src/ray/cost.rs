@@ -4,21 +4,21 @@ use super::flow::{Tolerance, expected_step};
 use crate::field::Field;
 use glam::DVec3;
 
-/// Places on the way at which the field is asked.
+/// Places along the line at which the field is evaluated.
 const PLACES: usize = 512;
 
-/// About how many steps a ray takes from `from` to `to`, as if the way were straight: the integral of the reciprocal of the
-/// step that the field's length scale lets expect. Where the scale varies on less than a five-hundredth of the way it
+/// About how many steps a ray takes from `from` to `to`, as if it were straight: the integral of the reciprocal of the
+/// step that the field's length scale lets expect. Where the scale varies on less than a five-hundredth of the line it
 /// is off, but seldom by much.
 pub fn steps_between(field: &Field, [from, to]: [DVec3; 2], tolerance: Tolerance) -> f64 {
-    let way = to - from;
-    let (length, direction) = (way.length(), way.normalize_or_zero());
+    let line = to - from;
+    let (length, direction) = (line.length(), line.normalize_or_zero());
     if field.is_constant() || !(length > 0.0 && length.is_finite()) {
         return 1.0;
     }
     let piece = length / PLACES as f64;
     let steps = |i: usize| {
-        let x = from + way * ((i as f64 + 0.5) / PLACES as f64);
+        let x = from + line * ((i as f64 + 0.5) / PLACES as f64);
         let n = field.n(x);
         let homogeneous = field.homogeneous_span(x, direction * n) * n;
         piece / (expected_step(tolerance) * field.length_scale(x)).max(homogeneous)

@@ -59,7 +59,7 @@ const SAFETY: f64 = 0.9;
 /// Where the field turns a ray at the rate Ω per unit of σ, a step makes an error of h⁵Ω⁴n over this.
 const ERROR: f64 = 11520.0;
 
-/// A ray on its way through one field.
+/// A ray as it is followed through one field.
 ///
 /// The step size follows from the tolerance and the measured local error; it depends on the
 /// family alone, so equal starts give equal rays. Where the index is constant steps are straight, and as

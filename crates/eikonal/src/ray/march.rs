@@ -46,7 +46,8 @@ pub struct March {
 /// reached. `visit` sees every step and the θ up to which it counts.
 pub fn march(
     field: &Field,
-    (x, direction): (DVec3, DVec3),
+    x: DVec3,
+    direction: DVec3,
     stop: &StopCondition,
     limit: f64,
     tolerance: Tolerance,

@@ -167,8 +167,10 @@ impl<V: Variation> Step<V> {
             return (self.arc.position(theta), self.start.v, variation);
         }
         let variation = V::interpolate(
-            (&self.start.variation, &self.start.local),
-            (&self.end.variation, &self.end.local),
+            &self.start.variation,
+            &self.start.local,
+            &self.end.variation,
+            &self.end.local,
             self.arc.h(),
             theta,
         );

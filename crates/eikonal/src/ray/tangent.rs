@@ -15,11 +15,13 @@ pub trait Variation: Copy + std::fmt::Debug {
     fn kick(&mut self, local: &Self::Local, h: f64);
     /// δx += h·δv.
     fn drift(&mut self, h: f64);
-    /// The variation at θ between two nodes a span `h` of σ apart, by the same quintic as the
-    /// positions.
+    /// The variation at θ between two nodes a span `h` of σ apart, each with its local data, by the same quintic
+    /// as the positions.
     fn interpolate(
-        start: (&Self, &Self::Local),
-        end: (&Self, &Self::Local),
+        start: &Self,
+        start_local: &Self::Local,
+        end: &Self,
+        end_local: &Self::Local,
         h: f64,
         theta: f64,
     ) -> Self;
@@ -37,7 +39,7 @@ impl Variation for () {
 
     fn drift(&mut self, _: f64) {}
 
-    fn interpolate(_: (&(), &()), _: (&(), &()), _: f64, _: f64) {}
+    fn interpolate(_: &(), _: &(), _: &(), _: &(), _: f64, _: f64) {}
 }
 
 /// Two perturbations (δx, δv) of a ray at equal σ.
@@ -98,8 +100,10 @@ impl Variation for Tangents {
     }
 
     fn interpolate(
-        (start, start_hess): (&Self, &DMat3),
-        (end, end_hess): (&Self, &DMat3),
+        start: &Self,
+        start_hess: &DMat3,
+        end: &Self,
+        end_hess: &DMat3,
         h: f64,
         theta: f64,
     ) -> Self {

@@ -101,7 +101,7 @@ fn branches_of_a_ball_are_those_of_the_planar_scan() {
             reflections: 3,
             bounces: u32::MAX,
         };
-        let found = solver.all(&world, (from, 1), to, &reach).branches;
+        let found = solver.all(&world, from, 1, to, &reach).branches;
         let expected = planar(x, y, gamma, 3);
         for ray in &expected {
             let count = found.iter().filter(|(_, b)| is(ray, b, up)).count();

@@ -33,7 +33,7 @@ fn search(table: &Table, report: &mut String) -> Count {
     let mut count = Count::default();
     for pair in &table.pairs {
         let [x, y] = pair.ends;
-        let found = solver.all(&world, (x, ()), y, &reach).branches;
+        let found = solver.all(&world, x, (), y, &reach).branches;
         for branch in &pair.branches {
             let agrees =
                 |f: &&(InitialGuess<()>, ConnectingRay)| branch.agrees(&f.1, table.field.n2(x));

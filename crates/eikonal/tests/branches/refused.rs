@@ -30,10 +30,9 @@ struct Answers {
 }
 
 /// Asks every question between two points; whatever is answered must be sound.
-fn ask<W: World>(world: &W, from: (DVec3, W::Region), y: DVec3) -> Answers {
-    let (x, region) = from;
+fn ask<W: World>(world: &W, x: DVec3, region: W::Region, y: DVec3) -> Answers {
     let mut solver = Solver::new(Tolerance::new(1e-6));
-    let primary = solver.connect(world, from, y);
+    let primary = solver.connect(world, x, region, y);
     primary.iter().for_each(sound);
     for direction in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), -DVec3::Y] {
         let plane = solver.connect_plane(world, x, direction, region, y);
@@ -42,7 +41,7 @@ fn ask<W: World>(world: &W, from: (DVec3, W::Region), y: DVec3) -> Answers {
             RayFamily::Point { x, direction },
             RayFamily::Plane { x, direction },
         ] {
-            let start = solver.approach(world, (family, region), y, &REACH, &mut || 0.0);
+            let start = solver.approach(world, family, region, y, &REACH, &mut || 0.0);
             if let Some((start, arrival)) = start {
                 assert!(start.optical_length > 0.0 && start.optical_length.is_finite());
                 assert!((arrival.length() - 1.0).abs() < 1e-12);
@@ -50,7 +49,7 @@ fn ask<W: World>(world: &W, from: (DVec3, W::Region), y: DVec3) -> Answers {
             }
         }
     }
-    let all = solver.all(world, from, y, &REACH).branches;
+    let all = solver.all(world, x, region, y, &REACH).branches;
     all.iter().for_each(|(_, branch)| sound(branch));
     Answers {
         primary,
@@ -63,8 +62,8 @@ fn coincident_points_are_refused() {
     let field: Field = Constant::new(1.5).into();
     let x = DVec3::new(0.3, 0.2, -0.1);
     for answers in [
-        ask(&Unbounded(&field), (x, ()), x),
-        ask(&Glass::ball(1.5), (x, 0), x),
+        ask(&Unbounded(&field), x, (), x),
+        ask(&Glass::ball(1.5), x, 0, x),
     ] {
         assert_eq!(answers.primary, Err(Failure::Coincident));
         assert_eq!(answers.all, 0);
@@ -86,8 +85,8 @@ fn what_is_not_finite_is_refused() {
     let x = DVec3::new(0.3, 0.2, -0.1);
     for bad in [f64::NAN, f64::INFINITY, 1e300] {
         let y = DVec3::new(0.0, bad, 0.0);
-        assert!(ask(&world, (x, ()), y).primary.is_err(), "{bad}");
-        assert!(ask(&world, (y, ()), x).primary.is_err(), "{bad}");
+        assert!(ask(&world, x, (), y).primary.is_err(), "{bad}");
+        assert!(ask(&world, y, (), x).primary.is_err(), "{bad}");
     }
     let mut solver = Solver::new(Tolerance::default());
     for optical_length in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
@@ -105,9 +104,9 @@ fn what_is_not_finite_is_refused() {
             optical_length,
             ..REACH
         };
-        let start = solver.approach(&world, (start.family, ()), DVec3::Z, &reach, &mut || 0.0);
+        let start = solver.approach(&world, start.family, (), DVec3::Z, &reach, &mut || 0.0);
         assert_eq!(start, None);
-        assert!(solver.all(&world, (x, ()), DVec3::Z, &reach).branches.len() <= 1);
+        assert!(solver.all(&world, x, (), DVec3::Z, &reach).branches.len() <= 1);
     }
 }
 
@@ -117,15 +116,15 @@ fn ends_on_interfaces_are_answered_soundly() {
     let far = DVec3::new(0.4, -0.3, -2.0);
     for z in [0.0, 1.0] {
         let on = DVec3::new(0.1, 0.2, z);
-        ask(&slab, (far, 0), on);
-        ask(&slab, (on, 1), far);
-        ask(&slab, (on, 0), far);
+        ask(&slab, far, 0, on);
+        ask(&slab, on, 1, far);
+        ask(&slab, on, 0, far);
     }
     for on in [DVec3::X, DVec3::Z, DVec3::new(0.6, 0.0, -0.8)] {
-        ask(&ball, (far, 1), on);
-        ask(&ball, (on, 1), far);
+        ask(&ball, far, 1, on);
+        ask(&ball, on, 1, far);
         // Inside, rays creep along the surface.
-        let creeping = Solver::new(Tolerance::default()).connect(&ball, (on, 0), DVec3::Y);
+        let creeping = Solver::new(Tolerance::default()).connect(&ball, on, 0, DVec3::Y);
         creeping.iter().for_each(sound);
     }
 }
@@ -136,29 +135,34 @@ fn grazing_incidence_and_total_reflection_are_answered_soundly() {
     // Along the tangent of the ball; within the surface of the slab; along it.
     ask(
         &ball,
-        (DVec3::new(1.0, 0.0, -2.0), 1),
+        DVec3::new(1.0, 0.0, -2.0),
+        1,
         DVec3::new(1.0, 0.0, 2.0),
     );
     ask(
         &ball,
-        (DVec3::new(0.9, 0.0, 0.0), 0),
+        DVec3::new(0.9, 0.0, 0.0),
+        0,
         DVec3::new(0.9, 0.0, 3.0),
     );
     ask(
         &slab,
-        (DVec3::new(0.0, 0.0, 0.5), 1),
+        DVec3::new(0.0, 0.0, 0.5),
+        1,
         DVec3::new(0.0, 9.0, 1.0),
     );
     ask(
         &slab,
-        (DVec3::new(0.0, 0.0, 1.0), 1),
+        DVec3::new(0.0, 0.0, 1.0),
+        1,
         DVec3::new(0.0, 4.0, 1.0),
     );
     // From close below the surface to close above it, far along it: beyond the critical angle but for
     // the last bit of the way.
     ask(
         &slab,
-        (DVec3::new(0.0, 0.0, 0.999), 1),
+        DVec3::new(0.0, 0.0, 0.999),
+        1,
         DVec3::new(0.0, 6.0, 1.001),
     );
 }
@@ -170,7 +174,7 @@ fn foci_are_answered_soundly() {
     let x = DVec3::new(0.3, -0.2, 0.4);
     for x in [x, DVec3::X] {
         let conjugate = -x / x.length_squared();
-        let answers = ask(&Unbounded(&fisheye), (x, ()), conjugate);
+        let answers = ask(&Unbounded(&fisheye), x, (), conjugate);
         assert_eq!(answers.primary, Err(Failure::Caustic));
     }
     // The far pole of a Luneburg lens, where all rays of a beam meet.
@@ -185,10 +189,10 @@ fn foci_are_answered_soundly() {
             let found = solver.connect_plane(&world, x, direction, (), pole);
             assert_eq!(found, Err(Failure::Caustic));
             let family = RayFamily::Plane { x, direction };
-            let start = solver.approach(&world, (family, ()), pole, &REACH, &mut || 0.0);
+            let start = solver.approach(&world, family, (), pole, &REACH, &mut || 0.0);
             let (start, _) = start.unwrap();
             solver.solve(&world, &start, pole).iter().for_each(sound);
         }
     }
-    ask(&world, (-pole, ()), pole);
+    ask(&world, -pole, (), pole);
 }

@@ -17,7 +17,8 @@ fn close(a: f64, b: f64) -> bool {
 
 /// The branches of the slab, from `x` in a region.
 fn branches(
-    from: (DVec3, usize),
+    x: DVec3,
+    region: usize,
     y: DVec3,
     optical_length: f64,
     reflections: u32,
@@ -29,7 +30,7 @@ fn branches(
         bounces: u32::MAX,
     };
     let found = Solver::new(Tolerance::new(1e-10))
-        .all(&world, from, y, &reach)
+        .all(&world, x, region, y, &reach)
         .branches;
     found.into_iter().map(|(_, branch)| branch).collect()
 }
@@ -51,7 +52,7 @@ fn branches_within_a_slab_are_its_mirror_images() {
     let (x, y) = (DVec3::new(0.1, -0.2, 0.3), DVec3::new(0.4, 0.1, 0.8));
     let reach = 14.0;
     for most in 0..=2 {
-        let found = branches((x, 1), y, reach, most);
+        let found = branches(x, 1, y, reach, most);
         // Beyond the critical angle reflections are total, and no choice: those images are there whatever
         // number of reflections is allowed.
         let total = |d: DVec3| d.truncate().length() / d.length() * N > 1.0;
@@ -86,7 +87,7 @@ fn total_reflections_are_not_counted() {
         .filter(|d| N * d.length() <= 12.0)
         .collect();
     let expected = images.iter().filter(|d| total(**d)).count();
-    let found = branches((x, 1), y, 12.0, 0);
+    let found = branches(x, 1, y, 12.0, 0);
     assert!(expected > 6 && expected < images.len());
     assert_eq!(found.len(), expected);
     for branch in &found {
@@ -124,7 +125,7 @@ fn branches_beside_a_slab_follow_snells_law() {
     let (x, y) = (DVec3::new(0.0, 0.1, -0.6), DVec3::new(0.5, -0.3, -0.9));
     let lateral = (y - x).truncate().length();
     for most in 0..=4 {
-        let found = branches((x, 0), y, 20.0, most);
+        let found = branches(x, 0, y, 20.0, most);
         let mut expected = vec![through(lateral, (y.z - x.z).abs(), 0.0)];
         if most >= 1 {
             expected.push(through(lateral, 1.5, 0.0));
@@ -147,7 +148,7 @@ fn branches_beside_a_slab_follow_snells_law() {
 fn branches_through_a_slab_have_even_numbers_of_reflections() {
     let (x, y) = (DVec3::new(0.0, 0.1, -0.6), DVec3::new(0.5, -0.3, 1.9));
     let lateral = (y - x).truncate().length();
-    let found = branches((x, 0), y, 20.0, 4);
+    let found = branches(x, 0, y, 20.0, 4);
     assert_eq!(found.len(), 3);
     for (k, branch) in [0, 2, 4].into_iter().zip(&found) {
         let (sine, optical, jacobian) = through(lateral, 1.5, f64::from(k + 1) * THICKNESS);

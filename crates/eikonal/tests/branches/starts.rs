@@ -97,7 +97,7 @@ fn random_starts_lead_to_every_branch_behind_a_lens() {
             let u = std::array::from_fn(|_| rng.next_1d());
             let direction = random_direction(y - x, u);
             let family = RayFamily::Point { x, direction };
-            let start = solver.approach(&world, (family, ()), y, &reach, &mut || rng.next_1d());
+            let start = solver.approach(&world, family, (), y, &reach, &mut || rng.next_1d());
             let Some((start, arrival)) = start else {
                 continue;
             };
@@ -138,7 +138,7 @@ fn approaches_decide_at_every_choice_until_the_reflections_are_used_up() {
             }
         };
         let (start, arrival) = solver
-            .approach(&world, (family, 0), y, &reach, &mut uniform)
+            .approach(&world, family, 0, y, &reach, &mut uniform)
             .unwrap();
         let asked = asked.min(answers.len());
         (start, arrival.z, asked)

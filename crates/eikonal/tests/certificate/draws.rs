@@ -103,7 +103,7 @@ fn dense(field: &Field, [x, y]: [DVec3; 2]) -> usize {
         bounces: 0,
     };
     let mut count = 0;
-    for (start, _) in solver.all(&world, (x, ()), y, &reach).branches {
+    for (start, _) in solver.all(&world, x, (), y, &reach).branches {
         solver.solve(&world, &start, y).unwrap();
         let mut points = solver.pieces().iter().map(|p| p.arc.position(p.theta_end));
         count += usize::from(points.all(|p| inside(p) || p.distance(y) < 1e-6));

@@ -191,7 +191,7 @@ fn connections_through_a_refracting_ball_are_reciprocal() {
             let x = DVec3::new(0.0, 0.0, -0.6) + DVec3::from_array(rng.direction()) * 0.25;
             let y = DVec3::Z * 0.7 + DVec3::from_array(rng.direction()) * rng.range(0.1, 1.1);
             let region = |p: DVec3| usize::from(p.distance(DVec3::Z * 0.7) > 0.8);
-            let Ok(there) = solver.connect(world, (x, region(x)), y) else {
+            let Ok(there) = solver.connect(world, x, region(x), y) else {
                 continue;
             };
             let last = solver.pieces().last().map(|p| p.region);
@@ -199,7 +199,7 @@ fn connections_through_a_refracting_ball_are_reciprocal() {
             if last != Some(region(y)) {
                 continue;
             }
-            let back = solver.connect(world, (y, region(y)), x);
+            let back = solver.connect(world, y, region(y), x);
             let Ok(back) = back else { continue };
             if back.direction_out.distance(-there.direction_in) > 1e-3 {
                 continue; // Behind the lens there are several rays; this is another.

@@ -60,10 +60,10 @@ pub(super) fn guides(scene: &Scene) -> Vec<Option<Guide<MediumId>>> {
 }
 
 impl Scene {
-    /// Whether it is known that no two rays connect two points, given with their media: all rays are
+    /// Whether it is known that no two rays connect two points, each given with its medium: all rays are
     /// straight, or both points are in the only medium that bends rays, which is convex, so that no ray that
     /// leaves it returns, and [certified](eikonal::Uniqueness).
-    pub fn is_unique(&self, (x, medium): (DVec3, MediumId), (y, other): (DVec3, MediumId)) -> bool {
+    pub fn is_unique(&self, x: DVec3, medium: MediumId, y: DVec3, other: MediumId) -> bool {
         match self.bending {
             Bending::None => true,
             Bending::One(id) if id == medium && id == other => {

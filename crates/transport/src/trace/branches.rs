@@ -37,9 +37,8 @@ pub struct Branch {
 pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> Branches {
     let scene = &scenes[0];
     let mut solver = Solver::new(scene.tolerance());
-    let ends = [from, to].map(|x| (x, scene.medium_at(x)));
-    let start = ends[0];
-    let primary = solver.connect(scene, start, to);
+    let medium = scene.medium_at(from);
+    let primary = solver.connect(scene, from, medium, to);
     let (mut list, mut is_occluded, mut lost) = (vec![], false, None);
     if let Ok(found) = &primary {
         let branch = branch(scenes, found, solver.pieces(), true);
@@ -49,13 +48,13 @@ pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> B
     if let Some(reflections) = all {
         list.clear();
         let reach = reach(scene, reflections, primary.as_ref().ok());
-        let all = solver.all(scene, start, to, &reach);
+        let all = solver.all(scene, from, medium, to, &reach);
         lost = all.lost;
         for (guess, found) in all.branches {
             let first = primary.is_ok_and(|p| solver.is_same_branch(&p, &found));
             // Again, for the pieces of its ray.
             let found = if first {
-                solver.connect(scene, start, to)
+                solver.connect(scene, from, medium, to)
             } else {
                 solver.solve(scene, &guess, to)
             };
@@ -68,7 +67,7 @@ pub fn branches(scenes: &[Scene], from: DVec3, to: DVec3, all: Option<u32>) -> B
     Branches {
         list,
         failure: primary.err().or(lost),
-        is_unique: scene.is_unique(ends[0], ends[1]),
+        is_unique: scene.is_unique(from, medium, to, scene.medium_at(to)),
         is_occluded,
     }
 }

@@ -1,5 +1,5 @@
 //! A block of index 1.3 whose faces are one cell of a grid, in fog, with an emitter outside: most of what connects points across the step is
-//! found from the shortest way, and the rest at random.
+//! found from the shortest path, and the rest at random.
 
 use crate::case::diffuse;
 use crate::common::{camera, container, fog, parts, vacuum};

@@ -83,7 +83,8 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         &self,
         simd: S,
         problem: &BoundaryProblem,
-        (forces, here): (&[DVec3; K], bool),
+        forces: &[DVec3; K],
+        here: bool,
         found: &mut Collocation,
     ) -> ControlFlow<Option<CollocatedRay>, [DVec3; N]> {
         let forces = forces.map(|u| vector(simd, u));
@@ -149,11 +150,11 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
         arcs: &mut Vec<Arc>,
     ) -> Option<CollocatedRay> {
         let (rule, span) = (&self.rule, solution.span2.sqrt());
-        let first = node(problem, solution, span, (0.0, &self.start));
+        let first = node(problem, solution, span, 0.0, &self.start);
         let mut last = first;
         arcs.clear();
         for (i, row) in self.cuts.iter().enumerate() {
-            let next = node(problem, solution, span, ((i + 1) as f64 / M as f64, row));
+            let next = node(problem, solution, span, (i + 1) as f64 / M as f64, row);
             arcs.push(Arc::hermite(last, next, span / M as f64));
             last = next;
         }
@@ -177,7 +178,8 @@ fn node<S: Simd, const N: usize>(
     problem: &BoundaryProblem,
     solution: &Solution<S, N>,
     span: f64,
-    (t, row): (f64, &Row<N>),
+    t: f64,
+    row: &Row<N>,
 ) -> [DVec3; 3] {
     let a = &solution.a;
     let x = problem.x + problem.chord * t + point(sum(&row.displacement, a)) * solution.span2;

@@ -71,7 +71,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
         let mut last = f64::INFINITY;
         for _ in 0..MOST_SWEEPS {
             let before = solution.u;
-            let change = solution.sweep(rule, problem.d2, (n2, from));
+            let change = solution.sweep(rule, problem.d2, n2, from);
             // Sweeps converge geometrically: by so much the next one would change.
             let ratio = if last.is_finite() { change / last } else { 1.0 };
             if change * ratio <= settled {
@@ -93,12 +93,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
     /// Forces and span for the displacements, and displacements for these, given what is known at some; returns the mean square
     /// of their change.
     #[inline(always)]
-    fn sweep(
-        &mut self,
-        rule: &QuadratureRule<N>,
-        d2: f64,
-        (n2, from): (f64, &[f64x4<S>; N]),
-    ) -> f64 {
+    fn sweep(&mut self, rule: &QuadratureRule<N>, d2: f64, n2: f64, from: &[f64x4<S>; N]) -> f64 {
         let mut integrand = [vector(self.simd, DVec3::ZERO); N];
         for i in 0..N {
             let shift = self.u[i] - from[i];

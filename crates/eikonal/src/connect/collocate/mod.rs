@@ -67,18 +67,20 @@ struct BoundaryProblem<'a> {
 /// The ray from `x` over `chord`, to a relative `tolerance`. `None` if it bends too much or the field changes too fast.
 pub(super) fn collocated(
     field: &Field,
-    (x, chord): (DVec3, DVec3),
+    x: DVec3,
+    chord: DVec3,
     tolerance: f64,
     found: &mut Collocation,
 ) -> Option<CollocatedRay> {
-    collocated_by(lanes::level(), field, (x, chord), tolerance, found)
+    collocated_by(lanes::level(), field, x, chord, tolerance, found)
 }
 
 /// The same, with given vector instructions.
 fn collocated_by(
     lanes: Lanes,
     field: &Field,
-    (x, chord): (DVec3, DVec3),
+    x: DVec3,
+    chord: DVec3,
     tolerance: f64,
     found: &mut Collocation,
 ) -> Option<CollocatedRay> {
@@ -101,22 +103,21 @@ fn collocated_by(
     problem.on_chord = gradients.map(|(_, grad)| grad * 0.5);
     let coarse = problem.first_order(gradients.map(|(n2, _)| n2));
     // One level only betters the first guess for the next, which saves that a second round.
-    let from = (&coarse, first == 0);
     let (forces, here) = if first < 2 {
-        match dispatch!(lanes, simd => SHORT.solve(simd, &problem, from, found)) {
+        let here = first == 0;
+        match dispatch!(lanes, simd => SHORT.solve(simd, &problem, &coarse, here, found)) {
             ControlFlow::Continue(forces) => (forces, true),
             ControlFlow::Break(ended) => return ended,
         }
     } else {
         (SHORT.same(&coarse), false)
     };
-    let from = (&forces, here);
-    let forces = match dispatch!(lanes, simd => MIDDLE.solve(simd, &problem, from, found)) {
+    let forces = match dispatch!(lanes, simd => MIDDLE.solve(simd, &problem, &forces, here, found))
+    {
         ControlFlow::Continue(forces) => forces,
         ControlFlow::Break(ended) => return ended,
     };
-    let from = (&forces, true);
-    dispatch!(lanes, simd => LONG.solve(simd, &problem, from, found))
+    dispatch!(lanes, simd => LONG.solve(simd, &problem, &forces, true, found))
         .break_value()
         .flatten()
 }
@@ -152,7 +153,7 @@ mod tests {
                 arcs: &mut arcs,
                 evaluations: &mut evaluations,
             };
-            let ray = collocated_by(lanes, &field, (x, chord), 1e-4, &mut found).unwrap();
+            let ray = collocated_by(lanes, &field, x, chord, 1e-4, &mut found).unwrap();
             let [a, b] = ray.v;
             let ends = arcs.iter().flat_map(|arc| arc.end().to_array());
             let lengths = [ray.arc_length, ray.optical_length, ray.sigma, ray.jacobian];

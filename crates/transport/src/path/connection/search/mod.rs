@@ -96,7 +96,7 @@ impl<'a> Search<'a> {
         let x = self.vertex.position();
         let start = self.vertex.start(self.scene, position - x);
         self.scene
-            .is_unique((start.x, start.medium), (position, medium))
+            .is_unique(start.x, start.medium, position, medium)
     }
 
     /// The deterministic starts: at every ray through the surface of a ball, along the chord, at the foot of

@@ -27,7 +27,8 @@ impl Search<'_> {
                 };
                 let (start, arrival) = ws.solver.approach(
                     scene,
-                    (family, place.medium),
+                    family,
+                    place.medium,
                     position,
                     reach,
                     &mut uniform,
@@ -42,8 +43,14 @@ impl Search<'_> {
                 let (center, radius) = self.target.disc;
                 let foot = random_foot(on_plane(x), direction, center, radius, u);
                 let family = RayFamily::Plane { x: foot, direction };
-                let family = (family, scene.medium_at(foot));
-                let (start, arrival) = ws.solver.approach(scene, family, x, reach, &mut uniform)?;
+                let (start, arrival) = ws.solver.approach(
+                    scene,
+                    family,
+                    scene.medium_at(foot),
+                    x,
+                    reach,
+                    &mut uniform,
+                )?;
                 Some(self.arriving(start, arrival))
             }
         }
