@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures what docs/performance.md says of the program as it is, and prints the tables of that document in its order.
 
-Everything takes about half an hour on two quiet cores. Tables of what was tried on the way compare builds
+Everything takes about half an hour on two quiet cores. Tables of what was tried on the way (docs/development/speed.md) compare builds
 of different states: see scripts/variance.py and the command beside each. Needs NumPy and Matplotlib; `mitsuba` also what
 scripts/compare_mitsuba.py needs.
 
