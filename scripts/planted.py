@@ -185,10 +185,10 @@ PLANTED = [
     (
         "refraction computed from the chord of the last arc",
         TRANSPORT + "path/walk/surface.rs",
-        "let Some(sample) = self.turn((object, hit), -direction) else {",
+        "let Some(sample) = self.turn(object, hit, -direction) else {",
         "let toward = self.edge.spans.last().map_or(-direction, "
         "|s| (s.arc.start() - hit.position).normalize());"
-        "let Some(sample) = self.turn((object, hit), toward) else {",
+        "let Some(sample) = self.turn(object, hit, toward) else {",
         ("morgana-transport", "edges", "refraction_uses_the_tangent_of_the_ray"),
     ),
     (

@@ -81,9 +81,9 @@ pub fn trace_field(
     let starts = starts(&origins, &directions)?;
     let paths = py.detach(|| {
         let reference = reference_index.as_ref().map(GivenIndex::get);
-        let follow = |start: &(DVec3, DVec3)| {
+        let follow = |(x, d): &(DVec3, DVec3)| {
             let tolerance = Tolerance::default();
-            follow_field(field.index(), tolerance, *start, max_length, reference)
+            follow_field(field.index(), tolerance, *x, *d, max_length, reference)
         };
         starts.par_iter().map(follow).collect()
     });

@@ -96,7 +96,7 @@ fn connect(scene: &Scene, ws: &mut Workspace, x: DVec3, y: DVec3) {
     };
     let target = ConnectionTarget::emitter(scene, 0, end);
     let mut sampler = Sampler::new(0, 0, 0);
-    let found = Connection::each(scene, (&vertex, &target), &mut sampler, ws, |connection| {
+    let found = Connection::each(scene, &vertex, &target, &mut sampler, ws, |connection| {
         Some(connection.geometry.geometry_term)
     });
     black_box(found);

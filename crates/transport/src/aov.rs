@@ -157,33 +157,33 @@ impl AovTracer {
     pub fn sample(&self, scene: &Scene, ray: SensorRay, ws: &mut Workspace, out: &mut Vec<f64>) {
         let medium = scene.medium_of_sensor_ray(ray.origin);
         let reference = self.reference(scene, ray.origin);
-        let way = follow(scene, (ray.origin, ray.direction), medium, reference, ws);
-        if way.ending == Ending::Lost {
+        let followed = follow(scene, ray.origin, ray.direction, medium, reference, ws);
+        if followed.ending == Ending::Lost {
             return out.resize(out.len() + self.channels().count(), 0.0);
         }
         for aov in self.aovs() {
-            let values = self.values(aov, &way, scene.sensor().to_world(), ray.direction);
+            let values = self.values(aov, &followed, scene.sensor().to_world(), ray.direction);
             out.extend(&values[..aov.channels().len()]);
         }
     }
 
     /// The values of a quantity for a ray that was followed; of these as many count as it has channels.
-    fn values(&self, aov: Aov, way: &FollowedRay, to_world: &DAffine3, entry: DVec3) -> [f64; 3] {
+    fn values(&self, aov: Aov, ray: &FollowedRay, to_world: &DAffine3, entry: DVec3) -> [f64; 3] {
         let one = |value| [value, 0.0, 0.0];
         match aov {
             Aov::Valid => one(1.0),
-            Aov::ExitPosition => way.x.to_array(),
-            Aov::ExitDirection => way.direction.to_array(),
+            Aov::ExitPosition => ray.x.to_array(),
+            Aov::ExitDirection => ray.direction.to_array(),
             Aov::Deflection => {
-                let [x, y] = deflection(to_world, entry, way.direction);
+                let [x, y] = deflection(to_world, entry, ray.direction);
                 [x, y, 0.0]
             }
-            Aov::OpticalLength => one(way.optical_length),
-            Aov::ArcLength => one(way.length),
-            Aov::OpticalDepth => one(way.depth[0]),
-            Aov::Steps => one(way.steps as f64),
-            Aov::OpticalPathDifference => one(way.path_difference),
-            Aov::Waves => one(way.path_difference / self.wavelength.unwrap_or(1.0)),
+            Aov::OpticalLength => one(ray.optical_length),
+            Aov::ArcLength => one(ray.length),
+            Aov::OpticalDepth => one(ray.depth[0]),
+            Aov::Steps => one(ray.steps as f64),
+            Aov::OpticalPathDifference => one(ray.path_difference),
+            Aov::Waves => one(ray.path_difference / self.wavelength.unwrap_or(1.0)),
         }
     }
 }

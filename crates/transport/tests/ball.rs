@@ -45,7 +45,8 @@ fn connections(scene: &Scene, x: DVec3) -> (Vec<Connection>, Workspace) {
     let mut sampler = Sampler::new(1, 0, 0);
     let found = Connection::each(
         scene,
-        (&vertex, &target),
+        &vertex,
+        &target,
         &mut sampler,
         &mut ws,
         |connection| Some(*connection),

@@ -59,7 +59,7 @@ fn power(scene: &Scene, x: f64, ws: &mut Workspace) -> f64 {
             direction: DVec3::Z,
             medium,
         };
-        let found = Connection::each(scene, (&vertex, &target), &mut sampler, ws, |connection| {
+        let found = Connection::each(scene, &vertex, &target, &mut sampler, ws, |connection| {
             let irradiance = emitter.emitted(&end, connection.origin, connection.emission)
                 * connection.transmittance()
                 * (connection.geometry.geometry_term * n * n);

@@ -52,7 +52,8 @@ fn connect(pair: [DVec3; 2], search: f64, seed: u64, mut each: impl FnMut(u64, &
         let target = ConnectionTarget::emitter(&scene, 0, sampled.end);
         let found = Connection::each(
             &scene,
-            (&vertex, &target),
+            &vertex,
+            &target,
             &mut sampler,
             &mut ws,
             |connection| Some(*connection),

@@ -111,7 +111,7 @@ fn values(scene: &Scene, ws: &mut Workspace, seed: u64, n: u64) -> Vec<f64> {
         if let Some(nee_training) = &mut ws.nee_training {
             nee_training.begin();
         }
-        integrator.sample(scene, ray, 1, (&mut sampler, ws), &mut found);
+        integrator.sample(scene, ray, 1, &mut sampler, ws, &mut found);
         found.iter().map(|c| c.weighted()[0]).sum()
     };
     (0..n).map(sample).collect()

@@ -68,7 +68,8 @@ fn connections(scene: &Scene, x: DVec3, y: DVec3) -> Vec<Connection> {
     ws.search = 1e-300;
     let found = Connection::each(
         scene,
-        (&vertex, &target),
+        &vertex,
+        &target,
         &mut sampler,
         &mut ws,
         |connection| Some(*connection),
@@ -277,7 +278,7 @@ fn a_beam_is_connected_up_to_its_focus() {
             let target = ConnectionTarget::emitter(&scene, 0, end);
             let near =
                 |connection: &Connection| (connection.direction.distance(-v) < 1e-3).then_some(());
-            let found = Connection::each(&scene, (&vertex, &target), &mut sampler, &mut ws, near);
+            let found = Connection::each(&scene, &vertex, &target, &mut sampler, &mut ws, near);
             if found.is_empty() {
                 missing.push((before_focus, impact));
             }

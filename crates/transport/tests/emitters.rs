@@ -14,7 +14,7 @@ fn environment_images_are_sampled_by_their_density() {
         .collect();
     let turn = DMat3::from_axis_angle(DVec3::new(0.3, 0.8, -0.5).normalize(), 1.1);
     let (turn, _) = Orientation::nearest(turn).unwrap();
-    let image = Environment::image((width, height), pixels, turn).unwrap();
+    let image = Environment::image(width, height, pixels, turn).unwrap();
     // Bins along the image's own axis, so that pixel edges fall on bin edges in azimuth.
     let axis = turn.to_world(DVec3::Y).to_array();
     let table = DirectionTable::uniform(axis, 18, 24).with_mass_tolerance(2e-3);
@@ -39,7 +39,7 @@ fn environment_images_are_sampled_by_their_density() {
 /// The solid angle of a pixel vanishes at the poles of an image; densities keep their digits there.
 #[test]
 fn densities_of_images_are_exact_near_the_poles() {
-    let image = Environment::image((2, 2), vec![Spectrum::ONE; 4], Orientation::IDENTITY).unwrap();
+    let image = Environment::image(2, 2, vec![Spectrum::ONE; 4], Orientation::IDENTITY).unwrap();
     for v in [1e-3, 1e-6, 1e-9] {
         let u = [0.3, v];
         for u in [u, [0.3, 1.0 - v]] {
@@ -71,7 +71,7 @@ fn a_beam_carries_its_power() {
 
 #[test]
 fn a_spot_fades_between_its_angles() {
-    let spot = Spot::new(DVec3::ZERO, DVec3::Z, Spectrum::ONE, (0.4, 0.2));
+    let spot = Spot::new(DVec3::ZERO, DVec3::Z, Spectrum::ONE, 0.4, 0.2);
     let at = |angle: f64| spot.intensity(DVec3::new(angle.sin(), 0.0, angle.cos()))[0];
     assert_eq!((at(0.1), at(0.5)), (1.0, 0.0));
     assert!((at(0.3) - 0.5).abs() < 1e-12);

@@ -98,7 +98,7 @@ fn smoky() -> Scene {
         translation: -DVec3::ONE,
     };
     let filter = GridFilter::Trilinear;
-    let grid = VolumeGrid::new(samples, to_world, Placement::Nodes, filter, (0.0, 10.0)).unwrap();
+    let grid = VolumeGrid::new(samples, to_world, Placement::Nodes, filter, [0.0, 10.0]).unwrap();
     let medium = Medium {
         sigma_t: VolumeTexture::Grid(std::sync::Arc::new(grid)),
         ..fog(Constant::new(1.0), 1.0, 0.8, 0.0)
@@ -148,7 +148,7 @@ fn paths(
         7 + u64::from(first_vertex.forced_collisions) + 1000 * u64::from(first_vertex.splitting);
     let take = |sample| {
         let (mut sampler, mut found) = (Sampler::new(seed, 0, sample), Vec::new());
-        integrator.sample(scene, ray, channels, (&mut sampler, &mut ws), &mut found);
+        integrator.sample(scene, ray, channels, &mut sampler, &mut ws, &mut found);
         found
     };
     (0..samples).map(take).collect()

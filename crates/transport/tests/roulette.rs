@@ -81,7 +81,7 @@ fn absurd_adjoint_estimates_keep_the_mean() {
             for sample in 0..2000 {
                 let mut sampler = Sampler::new(seed as u64, number, sample);
                 let ray = scene.sensor().ray(sampler.next_2d(), sampler.next_2d());
-                integrator.sample(&scene, ray, 1, (&mut sampler, &mut ws), &mut found);
+                integrator.sample(&scene, ray, 1, &mut sampler, &mut ws, &mut found);
             }
             found.iter().map(|c| c.weighted()[0]).sum::<f64>() / 2000.0
         };
@@ -125,7 +125,7 @@ fn long_paths_end_before_roulette_by_depth() {
     for sample in 0..paths {
         let mut sampler = Sampler::new(2, 0, sample);
         let ray = scene.sensor().ray(sampler.next_2d(), sampler.next_2d());
-        integrator.sample(&scene, ray, 1, (&mut sampler, &mut ws), &mut Vec::new());
+        integrator.sample(&scene, ray, 1, &mut sampler, &mut ws, &mut Vec::new());
     }
     let without = ws.stats().edges as f64 / paths as f64;
     println!("{with} edges, {without} without roulette");

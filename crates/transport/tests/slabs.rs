@@ -42,7 +42,7 @@ fn half_sky(above: bool) -> Emitter {
     let pixels = [above, !above].map(|lit| Spectrum::splat(if lit { 1.0 } else { 0.0 }));
     let y_is_up = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
     let (y_is_up, _) = Orientation::nearest(y_is_up).unwrap();
-    Emitter::Environment(Environment::image((1, 2), pixels.to_vec(), y_is_up).unwrap())
+    Emitter::Environment(Environment::image(1, 2, pixels.to_vec(), y_is_up).unwrap())
 }
 
 fn at_normal_incidence(parts: Parts, samples: u64, seed: u64) -> (f64, f64) {

@@ -99,8 +99,8 @@ fn scattering(
     let far = f64::MAX;
     let (sigma_t, albedo) = match (sigma_t, albedo) {
         (Some((sigma_t, albedo)), _) => (
-            texture::texture(sigma_t, object, "sigma_t", (0.0, far), context),
-            texture::texture(albedo, object, "albedo", (0.0, 1.0), context),
+            texture::texture(sigma_t, object, "sigma_t", [0.0, far], context),
+            texture::texture(albedo, object, "albedo", [0.0, 1.0], context),
         ),
         (None, Some((s, a))) => from_parts(object, (s, a), context),
         (None, None) => return Medium::transparent(name, index),

@@ -14,25 +14,25 @@ use std::sync::Arc;
 use transport::Spectrum;
 use transport::medium::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 
-/// A quantity that must lie in `allowed`, given as a spectrum or as a nested volume.
+/// A quantity that must lie between the two `allowed` values, given as a spectrum or as a nested volume.
 pub(super) fn texture(
     input: Input,
     parent: &ObjectDescription,
     name: &str,
-    allowed: (f64, f64),
+    allowed: [f64; 2],
     context: &mut Context,
 ) -> VolumeTexture {
     match input {
         Input::Spectrum(value) => {
             let property = parent.properties.iter().find(|p| p.name == name);
             let location = property.map_or(&parent.location, |p| &p.location);
-            uniform((&value, location), name, allowed, context)
+            uniform(&value, location, name, allowed, context)
         }
         Input::Object(object) if object.plugin == "constvolume" => {
             let mut query = Query::new(object, context.diagnostics);
             let value = query.spectrum("value");
             query.finish(&[]);
-            uniform((&value, &object.location), name, allowed, context)
+            uniform(&value, &object.location, name, allowed, context)
         }
         Input::Object(object) => grid(object, name, allowed, context)
             .map_or(VolumeTexture::Uniform(Spectrum::ZERO), |grid| {
@@ -42,16 +42,17 @@ pub(super) fn texture(
 }
 
 fn uniform(
-    (value, location): (&SpectrumValue, &Location),
+    value: &SpectrumValue,
+    location: &Location,
     name: &str,
-    allowed: (f64, f64),
+    allowed: [f64; 2],
     context: &mut Context,
 ) -> VolumeTexture {
-    let outside = |v: &f64| !(*v >= allowed.0 && *v <= allowed.1);
+    let outside = |v: &f64| !(*v >= allowed[0] && *v <= allowed[1]);
     if let Some(bad) = value.values().into_iter().find(outside) {
         let allowed = match allowed {
-            (low, f64::MAX) => format!("be at least {low}"),
-            (low, high) => format!("lie between {low} and {high}"),
+            [low, f64::MAX] => format!("be at least {low}"),
+            [low, high] => format!("lie between {low} and {high}"),
         };
         let message = format!("'{name}' is {}; it must {allowed}", Shown(bad));
         context.error_at(location, message);
@@ -62,7 +63,7 @@ fn uniform(
 fn grid(
     object: &ObjectDescription,
     name: &str,
-    allowed: (f64, f64),
+    allowed: [f64; 2],
     context: &mut Context,
 ) -> Option<VolumeGrid> {
     if object.plugin != "gridvolume" {

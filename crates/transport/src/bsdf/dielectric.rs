@@ -72,7 +72,8 @@ impl Dielectric {
     pub(crate) fn crossing(
         &self,
         cos: f64,
-        (n_near, n_far): (f64, f64),
+        n_near: f64,
+        n_far: f64,
         transmitted: bool,
     ) -> (Spectrum, f64) {
         let f = fresnel::dielectric(cos.min(1.0), n_near, n_far).reflectance;

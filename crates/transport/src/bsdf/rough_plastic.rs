@@ -27,7 +27,8 @@ pub struct RoughPlastic {
 impl RoughPlastic {
     /// `lossless` is about the coat; the rest as for [`super::Plastic::new`].
     pub fn new(
-        (roughness, lossless): (Roughness, bool),
+        roughness: Roughness,
+        lossless: bool,
         eta: f64,
         diffuse_reflectance: impl Into<Texture>,
         specular_reflectance: impl Into<Texture>,

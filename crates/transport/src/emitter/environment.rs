@@ -48,12 +48,14 @@ impl Environment {
     /// convention: local +y is up, the left edge of the image is seen in local direction −z and u = ¼ in local
     /// direction +x. Pixels are constant over their area.
     pub fn image(
-        (width, height): (usize, usize),
+        width: usize,
+        height: usize,
         pixels: Vec<Spectrum>,
         orientation: Orientation,
     ) -> Result<Self, ImageError> {
         Ok(Environment::Image(Arc::new(Image::new(
-            (width, height),
+            width,
+            height,
             pixels,
             orientation,
         )?)))
@@ -112,7 +114,8 @@ pub struct Image {
 
 impl Image {
     fn new(
-        (width, height): (usize, usize),
+        width: usize,
+        height: usize,
         pixels: Vec<Spectrum>,
         orientation: Orientation,
     ) -> Result<Self, ImageError> {

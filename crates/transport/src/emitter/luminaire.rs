@@ -48,7 +48,8 @@ impl Luminaire {
     /// angles, both in degrees. Polar angles are those to local +z, and azimuths turn
     /// from local +x to +y; azimuths go from 0 to 360, or there is just one.
     pub fn new(
-        (position, orientation): (DVec3, Orientation),
+        position: DVec3,
+        orientation: Orientation,
         scale: Spectrum,
         [polar, azimuths]: [Vec<f64>; 2],
         values: Vec<f64>,

@@ -24,7 +24,8 @@ impl Spot {
         position: DVec3,
         axis: DVec3,
         intensity: Spectrum,
-        (cutoff, beam_width): (f64, f64),
+        cutoff: f64,
+        beam_width: f64,
     ) -> Self {
         Spot {
             position,

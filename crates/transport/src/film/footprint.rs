@@ -9,7 +9,8 @@ use super::Filter;
 /// An iterator in place of these loops was compiled wrongly by Rust 1.95 where it was inlined in release builds: pixels were those of the
 /// next row (`scripts/same_bits.py` would tell).
 pub fn footprint(
-    (width, height): (usize, usize),
+    width: usize,
+    height: usize,
     filter: Filter,
     [s, t]: [f64; 2],
     mut count: impl FnMut(usize, f64),
@@ -37,9 +38,9 @@ fn reach(position: f64, size: usize, radius: f64) -> std::ops::Range<usize> {
 mod tests {
     use super::*;
 
-    fn pixels(size: (usize, usize), filter: Filter, place: [f64; 2]) -> Vec<(usize, f64)> {
+    fn pixels([width, height]: [usize; 2], filter: Filter, place: [f64; 2]) -> Vec<(usize, f64)> {
         let mut found = Vec::new();
-        footprint(size, filter, place, |pixel, value| {
+        footprint(width, height, filter, place, |pixel, value| {
             found.push((pixel, value));
         });
         found
@@ -47,7 +48,7 @@ mod tests {
 
     #[test]
     fn a_box_is_one_pixel() {
-        let at = |s, t| pixels((4, 2), Filter::Box, [s, t]);
+        let at = |s, t| pixels([4, 2], Filter::Box, [s, t]);
         assert_eq!(at(0.0, 0.0), [(0, 1.0)]);
         assert_eq!(at(0.25, 0.0), [(1, 1.0)]);
         assert_eq!(at(0.999, 0.999), [(7, 1.0)]);
@@ -61,10 +62,10 @@ mod tests {
         let filter = Filter::Gaussian { stddev: 0.5 };
         // What a point of the image gives to all pixels is one, on average over its place in a pixel.
         let place = |i: usize| (32.0 + (i as f64 + 0.5) / 8.0) / 64.0;
-        let at = |i: usize| pixels((64, 64), filter, [place(i % 8), place(i / 8)]);
+        let at = |i: usize| pixels([64, 64], filter, [place(i % 8), place(i / 8)]);
         let mean: f64 = (0..64).flat_map(at).map(|p| p.1).sum::<f64>() / 64.0;
         assert!((mean - 1.0).abs() < 1e-3, "{mean}");
-        let beyond = pixels((64, 64), filter, [-0.5 / 64.0, 0.5]);
+        let beyond = pixels([64, 64], filter, [-0.5 / 64.0, 0.5]);
         assert!(!beyond.is_empty());
     }
 }

@@ -47,7 +47,7 @@ impl Layers {
     }
 
     /// The samples of a pixel in a layer, of which there were `count`.
-    pub(super) fn pixel(&self, (group, pixel): (usize, usize), layer: usize, count: u64) -> Pixel {
+    pub(super) fn pixel(&self, group: usize, pixel: usize, layer: usize, count: u64) -> Pixel {
         let group = &self.groups[group];
         let first = (pixel * self.decomposition.layers() + layer) * group.channels;
         let mut result = Pixel {

@@ -284,7 +284,7 @@ impl Film {
     fn pixel(&self, group: usize, i: usize, layer: Option<usize>) -> Pixel {
         let all = &self.pixels[group * self.width * self.height + i];
         match (layer, &self.layers) {
-            (Some(layer), Some(layers)) => layers.pixel((group, i), layer, all.count),
+            (Some(layer), Some(layers)) => layers.pixel(group, i, layer, all.count),
             _ => *all,
         }
     }

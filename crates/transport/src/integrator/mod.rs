@@ -65,19 +65,18 @@ impl Integrator {
         scene: &Scene,
         ray: SensorRay,
         channels: usize,
-        (sampler, ws): (&mut Sampler, &mut Workspace),
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
         out: &mut Vec<Contribution>,
     ) {
         let channel_pdf = even_channel_pdf(channels);
         match self {
-            Integrator::Path(path) => path.sample(scene, ray, channels, (sampler, ws), out),
+            Integrator::Path(path) => path.sample(scene, ray, channels, sampler, ws, out),
             Integrator::Particle(particle) => {
-                particle.sample(scene, ray, channel_pdf, (sampler, ws), out);
+                particle.sample(scene, ray, channel_pdf, sampler, ws, out);
             }
-            Integrator::Bdpt(bdpt) => bdpt.sample(scene, ray, channel_pdf, (sampler, ws), out),
-            Integrator::Photon(photon) => {
-                photon.sample(scene, ray, channel_pdf, (sampler, ws), out)
-            }
+            Integrator::Bdpt(bdpt) => bdpt.sample(scene, ray, channel_pdf, sampler, ws, out),
+            Integrator::Photon(photon) => photon.sample(scene, ray, channel_pdf, sampler, ws, out),
         }
     }
 

@@ -39,7 +39,8 @@ impl ParticleTracer {
         scene: &Scene,
         ray: SensorRay,
         channel_pdf: Spectrum,
-        (sampler, ws): (&mut Sampler, &mut Workspace),
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
         out: &mut Vec<Contribution>,
     ) {
         let max_depth = self.max_depth.unwrap_or(u32::MAX);

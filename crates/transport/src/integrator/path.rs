@@ -137,7 +137,8 @@ impl PathTracer {
         scene: &Scene,
         ray: SensorRay,
         channels: usize,
-        (sampler, ws): (&mut Sampler, &mut Workspace),
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
         out: &mut Vec<Contribution>,
     ) {
         let medium = scene.medium_of_sensor_ray(ray.origin);
@@ -331,7 +332,8 @@ impl Tracing<'_> {
         light: Weighted<Light>,
         vertex: &Vertex,
         length: PathLength,
-        (emitter, share): (usize, f64),
+        emitter: usize,
+        share: f64,
     ) {
         let slot = NeeSlot::new(self.scene.emitters()[emitter].class(), vertex);
         if let Some(nee_training) = &mut self.ws.nee_training {

@@ -84,7 +84,8 @@ impl<'a> Attenuation<'a> {
         &self,
         arc: &Arc,
         theta_end: f64,
-        (channel, target): (usize, f64),
+        channel: usize,
+        target: f64,
     ) -> (Option<f64>, Spectrum) {
         let theta = match self {
             Attenuation::None => None,
@@ -96,7 +97,7 @@ impl<'a> Attenuation<'a> {
                 let theta = target / (sigma[channel] * length);
                 (theta < theta_end).then_some(theta)
             }
-            Attenuation::Sampled(section) => return section.reach(theta_end, (channel, target)),
+            Attenuation::Sampled(section) => return section.reach(theta_end, channel, target),
             Attenuation::Varying(profiles) => {
                 let mut left = target;
                 profiles.iter().find_map(|profile| {

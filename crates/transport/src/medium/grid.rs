@@ -97,13 +97,14 @@ pub struct GridSamples {
 }
 
 impl VolumeGrid {
-    /// A grid from samples; `to_world` maps the unit cube to its place. Samples at centres repeat the edge in the outer half voxels, as in Mitsuba 3. They must lie in `allowed`.
+    /// A grid from samples; `to_world` maps the unit cube to its place. Samples at centres repeat the edge in the outer
+    /// half voxels, as in Mitsuba 3. They must lie between the two `allowed` values.
     pub fn new(
         samples: GridSamples,
         to_world: DAffine3,
         placement: Placement,
         filter: GridFilter,
-        allowed: (f64, f64),
+        allowed: [f64; 2],
     ) -> Result<Self, GridError> {
         let GridSamples {
             size,
@@ -339,7 +340,7 @@ fn check_values(
     size: [usize; 3],
     channels: usize,
     data: &[f32],
-    (low, high): (f64, f64),
+    [low, high]: [f64; 2],
 ) -> Result<(), GridError> {
     let bad = |v: &f32| !((*v as f64) >= low && (*v as f64) <= high && v.is_finite());
     match data.iter().position(bad) {

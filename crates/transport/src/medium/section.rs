@@ -60,11 +60,11 @@ impl<'a> Section<'a> {
         match self.grid.channels() {
             1 => {
                 let keep = |theta, [sum]: [f64; 1]| known.push((theta, Spectrum::splat(sum)));
-                self.march([0.0, end], (0, f64::INFINITY), keep);
+                self.march([0.0, end], 0, f64::INFINITY, keep);
             }
             _ => {
                 let keep = |theta, sum| known.push((theta, Spectrum(sum)));
-                self.march([0.0, end], (0, f64::INFINITY), keep);
+                self.march([0.0, end], 0, f64::INFINITY, keep);
             }
         }
         self.known = known;
@@ -77,23 +77,23 @@ impl<'a> Section<'a> {
             0 => (0.0, Spectrum::ZERO),
             n => self.known[n - 1],
         };
-        sum + self.until([from, end], (0, f64::INFINITY)).1
+        sum + self.until([from, end], 0, f64::INFINITY).1
     }
 
     /// Where the integral of a channel reaches a `target`, if it does before θ = `end`, and the integral up to
     /// there, or to the end.
-    pub fn reach(&self, end: f64, target: (usize, f64)) -> (Option<f64>, Spectrum) {
-        self.until([0.0, end], target)
+    pub fn reach(&self, end: f64, channel: usize, target: f64) -> (Option<f64>, Spectrum) {
+        self.until([0.0, end], channel, target)
     }
 
-    fn until(&self, range: [f64; 2], (channel, target): (usize, f64)) -> (Option<f64>, Spectrum) {
+    fn until(&self, range: [f64; 2], channel: usize, target: f64) -> (Option<f64>, Spectrum) {
         match self.grid.channels() {
             1 => {
-                let (theta, [sum]) = self.march(range, (0, target), |_, _| {});
+                let (theta, [sum]) = self.march(range, 0, target, |_, _| {});
                 (theta, Spectrum::splat(sum))
             }
             _ => {
-                let (theta, sum) = self.march(range, (channel, target), |_, _| {});
+                let (theta, sum) = self.march(range, channel, target, |_, _| {});
                 (theta, Spectrum(sum))
             }
         }
@@ -104,7 +104,8 @@ impl<'a> Section<'a> {
     fn march<const N: usize>(
         &self,
         range: [f64; 2],
-        (channel, target): (usize, f64),
+        channel: usize,
+        target: f64,
         mut passed: impl FnMut(f64, [f64; N]),
     ) -> (Option<f64>, [f64; N]) {
         let mut sum = [0.0; N];
@@ -217,7 +218,7 @@ mod tests {
             channels,
             data,
         };
-        VolumeGrid::new(samples, to_world, placement, filter, (0.0, 1.0)).unwrap()
+        VolumeGrid::new(samples, to_world, placement, filter, [0.0, 1.0]).unwrap()
     }
 
     /// Lines through and past the grid, some along an axis, some from within a plane between cells.
@@ -333,7 +334,7 @@ mod tests {
         for grid in every_grid() {
             for line in lines() {
                 let mut section = Section::new(&grid, 2.0, &line);
-                let (theta, up_to) = section.reach(1.0, (0, 0.15));
+                let (theta, up_to) = section.reach(1.0, 0, 0.15);
                 let whole = section.integral(1.0);
                 assert_eq!(theta.is_some(), whole[0] >= 0.15);
                 let Some(theta) = theta else {

@@ -90,7 +90,8 @@ impl FluenceMeter {
         &self,
         flight: &Flight,
         scores: &mut Slots,
-        (cuts, sampler): (&mut Cuts, &mut Sampler),
+        cuts: &mut Cuts,
+        sampler: &mut Sampler,
     ) {
         if self.estimator == Estimator::Collision {
             return;

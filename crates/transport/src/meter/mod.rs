@@ -95,13 +95,14 @@ pub struct Setup<'a> {
 }
 
 impl<'a> Setup<'a> {
-    /// `depths`: longest path in edges and specular events, and that at which Russian roulette begins.
+    /// A setup for paths of at most `max_depth` edges and specular events, with Russian roulette from `rr_depth` on.
     /// `None` if no light is emitted.
     pub fn new(
         scene: &'a Scene,
         meters: &'a [Meter],
         channels: usize,
-        (max_depth, rr_depth): (u32, u32),
+        max_depth: u32,
+        rr_depth: u32,
     ) -> Option<Self> {
         let white = Spectrum(std::array::from_fn(|c| f64::from(u8::from(c < channels))));
         let powers: Vec<Spectrum> = scene.powers(channels).collect();

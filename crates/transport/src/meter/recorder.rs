@@ -114,7 +114,7 @@ impl Recorder<'_> {
     fn fly(&mut self, flight: &Flight) {
         self.each(|meter, slots, cuts, sampler| {
             if let Meter::Fluence(meter) = meter {
-                meter.fly(flight, slots, (cuts, sampler));
+                meter.fly(flight, slots, cuts, sampler);
             }
         });
     }

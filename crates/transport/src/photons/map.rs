@@ -59,7 +59,8 @@ impl PhotonMap {
     /// Follows light subpaths, each with a sampler of its own, on the current thread pool. The map does not
     /// depend on the number of threads.
     pub fn trace(
-        (scene, stop): (&Scene, &Stop),
+        scene: &Scene,
+        stop: &Stop,
         bounds: &Bounds,
         paths: usize,
         sampler: impl Fn(u64) -> Sampler + Sync,

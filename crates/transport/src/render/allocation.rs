@@ -152,7 +152,7 @@ impl Allocation {
             forecasts.par_extend(
                 taken
                     .with_max_len(1)
-                    .flat_map_iter(|task| task_of_pilot(lights, (film, self.unit), task)),
+                    .flat_map_iter(|task| task_of_pilot(lights, film, self.unit, task)),
             );
             passes.end();
             if lights[0].source.is_stopped() {
@@ -185,7 +185,8 @@ impl PixelForecast {
 /// Takes the pilot's samples of some pixels.
 fn task_of_pilot(
     lights: &[LightSamples],
-    (film, unit): (&FilmSpec, u64),
+    film: &FilmSpec,
+    unit: u64,
     task: usize,
 ) -> Vec<PixelForecast> {
     let first = task * PIXELS_PER_TASK;
@@ -194,14 +195,14 @@ fn task_of_pilot(
     for light in lights {
         let mut ws = light.source.workspace();
         for (pixel, forecast) in pixels.clone().zip(&mut forecasts) {
-            *forecast = forecast.plus(pilot(light, (pixel, unit), &mut ws), 1.0);
+            *forecast = forecast.plus(pilot(light, pixel, unit, &mut ws), 1.0);
         }
     }
     forecasts
 }
 
 /// Takes the pilot's samples of a pixel.
-fn pilot(light: &LightSamples, (pixel, unit): (usize, u64), ws: &mut Workspace) -> PixelForecast {
+fn pilot(light: &LightSamples, pixel: usize, unit: u64, ws: &mut Workspace) -> PixelForecast {
     let (first, instants) = (
         FIRST.next_multiple_of(unit),
         light.source.scene.instants() as u64,
@@ -212,7 +213,7 @@ fn pilot(light: &LightSamples, (pixel, unit): (usize, u64), ws: &mut Workspace) 
     for i in 0..PILOT {
         // Each in a replicate of its own, for samples of one replicate are not independent; at instants all over a period.
         let sample = first + unit * i + instants * i / PILOT;
-        light.take((pixel, sample), ws, &mut found);
+        light.take(pixel, sample, ws, &mut found);
         let values = found.drain(..).map(|c| c.weighted());
         let value = finite(values.fold(Spectrum::ZERO, |a, b| a + b), &mut 0);
         sum += value;

@@ -34,7 +34,7 @@ pub(super) fn pass(
                     return ws.stats();
                 }
                 let pixel = task * PIXELS_PER_TASK + i;
-                let values = values(source, tracer, (pixel, sample), &mut ws);
+                let values = values(source, tracer, pixel, sample, &mut ws);
                 for (group, values) in groups.iter_mut().zip(values.chunks(Spectrum::CHANNELS)) {
                     add(&mut group[i], spectrum(values), &mut ws.stats.not_finite);
                 }
@@ -54,7 +54,8 @@ pub(super) fn pass(
 fn values(
     source: &Source,
     tracer: &AovTracer,
-    (pixel, sample): (usize, u64),
+    pixel: usize,
+    sample: u64,
     ws: &mut Workspace,
 ) -> Vec<f64> {
     let (ray, _) = source.ray(pixel, sample);

@@ -122,7 +122,7 @@ impl MeasureState {
             let tally = tally.and_then(Tally::new);
             tally.ok_or(MeasureError::Memory(Tally::memory(slots)))
         };
-        let groups = groups(scenes, meters, (u32::MAX, 0))?;
+        let groups = groups(scenes, meters, u32::MAX, 0)?;
         Ok(MeasureState {
             done: Ranges::default(),
             stats: Stats::default(),
@@ -139,7 +139,7 @@ impl MeasureState {
 
     /// Whether this is a state of a measurement of these scenes with these meters, whichever particles it has.
     pub fn fits(&self, scenes: &[Scene], meters: &[Meter]) -> bool {
-        let groups = groups(scenes, meters, (u32::MAX, 0)).unwrap_or_default();
+        let groups = groups(scenes, meters, u32::MAX, 0).unwrap_or_default();
         let slots = groups.iter().map(|g| g.setup.slots());
         let learnt = self.windows.is_empty() || self.windows.len() == scenes.len();
         let sound = self.done.are_sound() && self.balances.len() == scenes.len() && learnt;
@@ -188,11 +188,11 @@ impl MeasureState {
         handle: &Handle,
         mut on_pass: impl FnMut(&MeasureState) -> ControlFlow<()>,
     ) -> Result<(), MeasureError> {
-        let depths = (options.max_depth.unwrap_or(u32::MAX), options.rr_depth);
-        let groups = groups(scenes, meters, depths)?;
+        let max_depth = options.max_depth.unwrap_or(u32::MAX);
+        let groups = groups(scenes, meters, max_depth, options.rr_depth)?;
         if self.windows.is_empty() {
             // Whatever the options: states of other ranges and depths have the same.
-            let whole = self::groups(scenes, meters, (u32::MAX, 0))?;
+            let whole = self::groups(scenes, meters, u32::MAX, 0)?;
             let windows = whole.iter().map(|g| g.setup.window(handle.stop()));
             let windows = windows.collect();
             if handle.stop().is_raised() {
@@ -210,7 +210,7 @@ impl MeasureState {
         while passes.at().is_some() {
             let most = MOST_TASKS * TASK;
             let pass = passes.begin(|next| next.next_multiple_of(TASK).min(most));
-            let taken = self.pass(&groups, (options.seed, pass), handle);
+            let taken = self.pass(&groups, options.seed, pass, handle);
             if taken.is_break() || on_pass(self).is_break() {
                 return Ok(());
             }
@@ -223,10 +223,11 @@ impl MeasureState {
     fn pass(
         &mut self,
         groups: &[Group],
-        (seed, particles): (u64, Range<u64>),
+        seed: u64,
+        particles: Range<u64>,
         handle: &Handle,
     ) -> ControlFlow<()> {
-        let follow = |group: &Group| group.pass((seed, particles.clone()), handle);
+        let follow = |group: &Group| group.pass(seed, particles.clone(), handle);
         let passes: Vec<Pass> = groups.iter().map(follow).collect();
         if handle.stop().is_raised() {
             return ControlFlow::Break(());
@@ -250,7 +251,7 @@ impl MeasureState {
         scenes: &[Scene],
         meters: &[Meter],
     ) -> Result<Measurement, MeasureError> {
-        let groups = groups(scenes, meters, (u32::MAX, 0))?;
+        let groups = groups(scenes, meters, u32::MAX, 0)?;
         let readings = groups.iter().zip(&self.tallies);
         let readings = readings.map(|(g, tally)| (g.setup.readings(tally), g.channels));
         let mut balance = EnergyBalance::default();
@@ -286,11 +287,13 @@ struct Group<'a> {
 fn groups<'a>(
     scenes: &'a [Scene],
     meters: &'a [Meter],
-    depths: (u32, u32),
+    max_depth: u32,
+    rr_depth: u32,
 ) -> Result<Vec<Group<'a>>, MeasureError> {
     let group = |(index, scene): (usize, &'a Scene)| {
         let channels = scene.film().channels_of(index);
-        let setup = Setup::new(scene, meters, channels, depths).ok_or(MeasureError::Dark)?;
+        let setup =
+            Setup::new(scene, meters, channels, max_depth, rr_depth).ok_or(MeasureError::Dark)?;
         Ok(Group {
             index,
             setup,
@@ -311,7 +314,7 @@ impl Group<'_> {
     }
 
     /// Follows a range of particles.
-    fn pass(&self, (seed, particles): (u64, Range<u64>), handle: &Handle) -> Pass {
+    fn pass(&self, seed: u64, particles: Range<u64>, handle: &Handle) -> Pass {
         let seed = seed_of_group(seed, self.index);
         let count = particles.end - particles.start;
         let task = |i: usize| {

@@ -207,7 +207,7 @@ fn prepare(scenes: &[Scene], options: &RenderOptions, handle: &Handle) -> Vec<Pr
             first_vertex: FirstVertexTechniques::default(),
             radius: 0.0,
         };
-        let source = Source::new((scene, group), options, prepared.clone(), handle);
+        let source = Source::new(scene, group, options, prepared.clone(), handle);
         match options.renderer {
             Renderer::Quantities(_) => {}
             Renderer::Light(Integrator::Photon(mapping)) => {

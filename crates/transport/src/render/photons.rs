@@ -52,12 +52,7 @@ fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Sta
     let pixels = (spec.width * spec.height) as u64;
     let bounds = mapping.bounds(even_channel_pdf(source.channels()));
     let sampler = |path| source.sampler(pixels + path, sample);
-    PhotonMap::trace(
-        (scene, &source.stop),
-        &bounds,
-        mapping.paths(scene),
-        sampler,
-    )
+    PhotonMap::trace(scene, &source.stop, &bounds, mapping.paths(scene), sampler)
 }
 
 /// Adds a range of samples to every pixel of the source's channel group.
@@ -91,7 +86,7 @@ pub(super) fn pass(
             .with_max_len(1)
             .map(|task| {
                 let range = task * PIXELS_PER_TASK..pixels.min((task + 1) * PIXELS_PER_TASK);
-                part(source, (&gathering, decomposition), sample, range)
+                part(source, &gathering, decomposition, sample, range)
             })
             .collect();
         let mut taken = Vec::with_capacity(pixels);
@@ -99,14 +94,15 @@ pub(super) fn pass(
             stats += counts;
             taken.extend(part);
         }
-        add_sample(source.group, &taken, (film, debiased), &mut stats);
+        add_sample(source.group, &taken, film, debiased, &mut stats);
     }
     stats
 }
 
 fn part(
     source: &Source,
-    (gathering, decomposition): (&Gathering, Option<Decomposition>),
+    gathering: &Gathering,
+    decomposition: Option<Decomposition>,
     sample: u64,
     pixels: Range<usize>,
 ) -> (Vec<Taken>, Stats) {
@@ -117,7 +113,7 @@ fn part(
         let (ray, mut sampler) = source.ray(pixel, sample);
         ws.stats.paths += 1;
         let (mut value, mut bias) = (Spectrum::ZERO, Spectrum::ZERO);
-        gathering.along(ray, (&mut sampler, &mut ws), |light| {
+        gathering.along(ray, &mut sampler, &mut ws, |light| {
             value += light.value;
             bias += light.bias;
             if let Some((decomposition, pending)) = &mut pending {
@@ -143,7 +139,8 @@ fn part(
 fn add_sample(
     group: usize,
     taken: &[Taken],
-    (film, debiased): (&mut Film, &mut Debiased),
+    film: &mut Film,
+    debiased: &mut Debiased,
     stats: &mut Stats,
 ) {
     let mut layered = Layered::new(film.parts_mut(group).layers, taken.len());

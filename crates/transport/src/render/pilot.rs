@@ -219,7 +219,7 @@ fn sample(light: &LightSamples, ws: &mut Workspace, round: u64, most: f64) -> Pa
             // Each in a replicate of its own: samples of one replicate are not independent.
             let number = 2 * (PIXELS as u64 * round + i as u64) + k;
             let sample = FIRST + light.source.replicates.size() * number;
-            light.take((pixel, sample), ws, &mut found);
+            light.take(pixel, sample, ws, &mut found);
             let values = found.iter().map(|c| c.weighted().sum());
             values.sum::<f64>()
         }));
@@ -268,7 +268,7 @@ mod tests {
         let (scene, handle) = (sky(), Handle::default());
         let options = RenderOptions::new(Integrator::Path(PathTracer::default()), 1, 1);
         let prepared = super::super::prepare(std::slice::from_ref(&scene), &options, &handle);
-        let source = Source::new((&scene, 0), &options, prepared[0].clone(), &handle);
+        let source = Source::new(&scene, 0, &options, prepared[0].clone(), &handle);
         let light = source.light(Integrator::Path(PathTracer::default()));
         let pairs = |most| sample(&light, &mut source.workspace(), 0, most);
         assert_eq!(pairs(f64::INFINITY).len(), PIXELS);

@@ -90,7 +90,7 @@ fn run(
             }
             let mut mean = Spectrum::ZERO;
             for sample in first..first + size {
-                light.take((number, sample), &mut ws, &mut found);
+                light.take(number, sample, &mut ws, &mut found);
                 let sum = |sum, c: &Contribution| sum + c.weighted();
                 let value = found.iter().fold(Spectrum::ZERO, sum);
                 let value = finite(value, &mut ws.stats.not_finite);

@@ -32,7 +32,8 @@ pub(super) struct LightSamples<'s> {
 
 impl<'a> Source<'a> {
     pub fn new(
-        (scene, group): (&'a Scene, usize),
+        scene: &'a Scene,
+        group: usize,
         options: &RenderOptions,
         prepared: Prepared,
         handle: &'a Handle,
@@ -103,18 +104,13 @@ impl<'a> Source<'a> {
 
 impl LightSamples<'_> {
     /// Adds the contributions of one sample of a pixel to `out`.
-    pub fn take(
-        &self,
-        (pixel, sample): (usize, u64),
-        ws: &mut Workspace,
-        out: &mut Vec<Contribution>,
-    ) {
+    pub fn take(&self, pixel: usize, sample: u64, ws: &mut Workspace, out: &mut Vec<Contribution>) {
         let source = self.source;
         let (ray, mut sampler) = source.ray(pixel, sample);
         ws.stats.paths += 1;
         let (scene, channels) = (source.scene.at(sample), source.channels());
         self.integrator
-            .sample(scene, ray, channels, (&mut sampler, ws), out);
+            .sample(scene, ray, channels, &mut sampler, ws, out);
     }
 }
 

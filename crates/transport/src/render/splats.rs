@@ -118,7 +118,7 @@ fn part(
     let (mut found, mut part) = (Vec::new(), SplatSamples::new());
     let taken = pixels.len() as u64;
     for pixel in pixels {
-        light.take((pixel, sample), &mut ws, &mut found);
+        light.take(pixel, sample, &mut ws, &mut found);
         balance.add(
             &std::mem::take(&mut ws.particle_balance),
             &mut ws.stats.not_finite,
@@ -148,7 +148,7 @@ pub(super) fn splat(
         None => count(own, 1.0),
         // A pixel's filter per unit of the image's area is their number times that per pixel, and
         // there are as many paths as pixels.
-        Some(place) => footprint((spec.width, spec.height), spec.filter, place, count),
+        Some(place) => footprint(spec.width, spec.height, spec.filter, place, count),
     }
 }
 

@@ -218,7 +218,7 @@ impl State {
             let ready = self.allocation.ready(at);
             let pass = passes.begin(|next| scenes[0].whole_periods(next.min(soon)).min(ready));
             let undoable = (is_small || !is_short).then_some(handle);
-            let taken = self.undoable_pass((options.renderer, &mut sources), pass, undoable);
+            let taken = self.undoable_pass(options.renderer, &mut sources, pass, undoable);
             if taken.is_break() || on_pass(&self.progress(total)).is_break() {
                 return;
             }
@@ -229,7 +229,8 @@ impl State {
     /// Takes a range of samples. If the handle that may end it does, the state is as it was.
     fn undoable_pass(
         &mut self,
-        (renderer, sources): (Renderer, &mut [Source]),
+        renderer: Renderer,
+        sources: &mut [Source],
         samples: Range<u64>,
         handle: Option<&Handle>,
     ) -> ControlFlow<()> {
@@ -266,7 +267,7 @@ impl State {
     ) -> Vec<Source<'a>> {
         let groups = scenes.iter().zip(&self.prepared).enumerate();
         let source = |(group, (scene, prepared)): (usize, (&'a Scene, &Prepared))| {
-            Source::new((scene, group), options, prepared.clone(), handle)
+            Source::new(scene, group, options, prepared.clone(), handle)
         };
         groups.map(source).collect()
     }
@@ -293,8 +294,7 @@ impl State {
         }
         self.done.insert(samples);
         if let Some(watch) = &mut self.watch {
-            let image = (&self.film, self.debiased.as_ref());
-            watch.look(self.done.count(), image);
+            watch.look(self.done.count(), &self.film, self.debiased.as_ref());
         }
     }
 

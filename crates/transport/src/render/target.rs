@@ -91,7 +91,7 @@ impl Watch {
     }
 
     /// Looks after `done` samples per pixel, if it is time to.
-    pub fn look(&mut self, done: u64, (film, debiased): (&Film, Option<&Debiased>)) {
+    pub fn look(&mut self, done: u64, film: &Film, debiased: Option<&Debiased>) {
         if done < self.next {
             return;
         }

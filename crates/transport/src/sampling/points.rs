@@ -165,7 +165,7 @@ impl<const N: usize> Net<N> {
     }
 
     /// A number with the digits of a place, scrambled, in front of those that it has.
-    fn refined(&self, number: u64, (dimension, place): (usize, usize), random: u64) -> u64 {
+    fn refined(&self, number: u64, dimension: usize, place: usize, random: u64) -> u64 {
         let digits = u64::from(self.points[dimension][place]);
         // Each digit is flipped or not, as a bit says that belongs to the digits before it: nested scrambling.
         let flips = (0..Self::DIGITS).fold(0, |flips, level| {
@@ -199,12 +199,12 @@ impl Points {
         match self.replicates {
             Replicates::Single => number,
             Replicates::OfEight => {
-                let at = (within, OF_EIGHT.place(self.index, order));
-                OF_EIGHT.refined(number, at, random >> (7 * within))
+                let place = OF_EIGHT.place(self.index, order);
+                OF_EIGHT.refined(number, within, place, random >> (7 * within))
             }
             Replicates::OfSixtyFour => {
-                let at = (within, OF_SIXTY_FOUR.place(self.index, order));
-                OF_SIXTY_FOUR.refined(number, at, mix(random ^ within as u64))
+                let place = OF_SIXTY_FOUR.place(self.index, order);
+                OF_SIXTY_FOUR.refined(number, within, place, mix(random ^ within as u64))
             }
         }
     }

@@ -298,7 +298,7 @@ fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<SceneProbl
         } else {
             sample.normal
         };
-        let medium = scene.medium_beside(i, AMBIENT, (sample.position, sample.normal), outward);
+        let medium = scene.medium_beside(i, AMBIENT, sample.position, sample.normal, outward);
         scene.overlapping[i] && medium == exterior
     });
     (!beside).then(|| {

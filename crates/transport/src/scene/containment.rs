@@ -21,7 +21,8 @@ impl Scene {
         &self,
         object: usize,
         current: MediumId,
-        (x, normal): (DVec3, DVec3),
+        x: DVec3,
+        normal: DVec3,
         direction: DVec3,
     ) -> MediumId {
         let side = normal.dot(direction);

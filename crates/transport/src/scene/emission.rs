@@ -26,7 +26,7 @@ impl Scene {
     /// Chooses an emitter of a class that has some for a receiver to be connected to: its index and the
     /// probability of the choice.
     pub(crate) fn choose_emitter(&self, class: Class, receiver: &Receiver, u: f64) -> (usize, f64) {
-        self.lights.choose(class, (self.emitters(), receiver), u)
+        self.lights.choose(class, self.emitters(), receiver, u)
     }
 
     /// Probability that [`Scene::choose_emitter`] chooses `emitter` among those of its class.

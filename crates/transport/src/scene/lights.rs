@@ -49,7 +49,8 @@ impl Lights {
     pub fn choose(
         &self,
         class: Class,
-        (emitters, receiver): (&[Emitter], &Receiver),
+        emitters: &[Emitter],
+        receiver: &Receiver,
         u: f64,
     ) -> (usize, f64) {
         let group = &self.groups[class as usize];

@@ -38,7 +38,8 @@ impl World for Scene {
             beyond: self.medium_beside(
                 object,
                 medium,
-                (hit.position, hit.normal),
+                hit.position,
+                hit.normal,
                 arc.velocity(hit.theta),
             ),
             surface: object,
@@ -85,7 +86,7 @@ impl Scene {
         shape.is_left(normal, direction).then_some(object)
     }
 
-    /// What of the light passes straight through all surfaces in the way of a connection, whose arcs are given with
+    /// What of the light passes straight through all surfaces across a connection, whose arcs are given with
     /// the θ where they end; `None` if an opaque or rough one stands there. Over a length of `slack` before its end the ray may touch `target`, the
     /// object on which it ends: it comes close to the point that it was aimed at, but not closer than the
     /// solver's tolerance. `left` is an object that the first arc does not meet if it is straight.
@@ -100,39 +101,34 @@ impl Scene {
             factor: Spectrum::ONE,
         };
         let last = arcs.len().saturating_sub(1);
-        for (i, arc) in arcs.enumerate() {
+        for (i, (arc, end)) in arcs.enumerate() {
             let target = target.filter(|_| i == last);
-            let left = left.filter(|_| i == 0 && arc.0.is_straight());
-            if self.blocked(arc, [left, target], slack) {
+            let left = left.filter(|_| i == 0 && arc.is_straight());
+            if self.blocked(arc, end, [left, target], slack) {
                 return None;
             }
-            self.pass_partial(arc, target, slack, &mut all);
+            self.pass_partial(arc, end, target, slack, &mut all);
         }
         (all.probability > 0.0).then_some(all)
     }
 
-    /// Whether an opaque or rough surface stands in the way along an arc.
-    fn blocked(
-        &self,
-        (arc, end): (&Arc, f64),
-        [left, target]: [Option<usize>; 2],
-        slack: f64,
-    ) -> bool {
+    /// Whether an opaque or rough surface blocks an arc before its end.
+    fn blocked(&self, arc: &Arc, end: f64, [left, target]: [Option<usize>; 2], slack: f64) -> bool {
         let blockers = &self.blockers;
         // A straight line ends on a flat surface where it meets it first.
         let flat = |object: &usize| arc.is_straight() && self.objects()[*object].shape.is_flat();
         let except = [left, target.filter(flat)].map(|object| blockers.place(object));
-        let blocks =
-            |i: usize, theta| !is_end(arc, end, (blockers.objects[i], theta), target, slack);
+        let blocks = |i: usize, theta| !is_end(arc, end, blockers.objects[i], theta, target, slack);
         let shapes = &blockers.shapes;
         let accel = &blockers.accel;
         !shapes.is_empty() && accel.any_hit(shapes, arc, end, except, blocks)
     }
 
-    /// Multiplies by what the surfaces in the way along an arc let pass.
+    /// Multiplies by what the surfaces that an arc crosses let pass.
     fn pass_partial(
         &self,
-        (arc, end): (&Arc, f64),
+        arc: &Arc,
+        end: f64,
         target: Option<usize>,
         slack: f64,
         all: &mut PartialTransmission,
@@ -140,7 +136,7 @@ impl Scene {
         let mut from = 0.0;
         while let Some((object, meeting)) = first_of(&self.partial, arc, [from, end], [None; 2]) {
             from = meeting.theta;
-            if is_end(arc, end, (object, meeting.theta), target, slack) {
+            if is_end(arc, end, object, meeting.theta, target, slack) {
                 continue;
             }
             let hit = self.hit(object, &meeting);
@@ -181,7 +177,8 @@ fn first_of(index: &Index, arc: &Arc, range: [f64; 2], except: Except) -> Option
 fn is_end(
     arc: &Arc,
     end: f64,
-    (object, theta): (usize, f64),
+    object: usize,
+    theta: f64,
     target: Option<usize>,
     slack: f64,
 ) -> bool {

@@ -117,7 +117,7 @@ impl Accel {
                 let all = (1 << self.count) - 1;
                 let wanted = all & !bit(except[0]) & !bit(except[1]);
                 let sweep = sweep(arc, &ends, |p| p);
-                linear((boxes, wanted), &sweep, range, test);
+                linear(boxes, wanted, &sweep, range, test);
             }
             Search::Tree(tree) => {
                 let mut end = range[1];
@@ -143,7 +143,8 @@ fn sweep(arc: &Arc, ends: &[DVec3; 2], map: impl Fn(DVec3) -> DVec3) -> Sweep {
 
 /// Tests boxes whose shapes are `wanted`, a bit for each.
 fn linear(
-    (boxes, wanted): (&[Four], u32),
+    boxes: &[Four],
+    wanted: u32,
     sweep: &Sweep,
     [from, mut to]: [f64; 2],
     test: &mut impl FnMut(usize) -> f64,

@@ -53,7 +53,8 @@ impl Line {
             }
         }
         if enter.0 <= leave.0 {
-            self.passes(enter, -1.0).or_else(|| self.passes(leave, 1.0))
+            self.passes(enter.0, enter.1, -1.0)
+                .or_else(|| self.passes(leave.0, leave.1, 1.0))
         } else {
             None
         }
@@ -62,7 +63,7 @@ impl Line {
     /// The face across an axis that the line passes at `u`, against (−1) or along (1) its normal, if that is in
     /// range: a height below the noise counts as zero.
     #[inline]
-    fn passes(&self, (u, axis): (f64, usize), along: f64) -> Option<(f64, usize)> {
+    fn passes(&self, u: f64, axis: usize, along: f64) -> Option<(f64, usize)> {
         let [from, to] = self.range;
         let out = along.copysign(along * self.step[axis]);
         let height = |u: f64| along * (out * (self.start[axis] + self.step[axis] * u) - 1.0);

@@ -208,15 +208,14 @@ impl TracedRay<'_> {
         }
     }
 
-    /// Goes on from a surface if there is one way to go.
+    /// Goes on from a surface if there is only one direction to go.
     fn surface(&mut self, object: usize, hit: &Hit, v: DVec3) -> Option<TraceEnding> {
         let scene = self.scene;
         let surface = &scene.objects()[object];
         let Some(rule) = rule(surface) else {
             return Some(TraceEnding::Surface(object));
         };
-        let at = (hit.position, hit.normal);
-        let beyond = scene.medium_beside(object, self.medium, at, v);
+        let beyond = scene.medium_beside(object, self.medium, hit.position, hit.normal, v);
         let (after, reflected) = self.across(rule, hit, v, beyond);
         if reflected {
             self.line.reflect(after.normalize());

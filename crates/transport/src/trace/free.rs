@@ -15,7 +15,8 @@ use glam::DVec3;
 pub fn follow_field(
     field: &Field,
     tolerance: Tolerance,
-    (x, direction): (DVec3, DVec3),
+    x: DVec3,
+    direction: DVec3,
     length: f64,
     reference: Option<Reference<'_>>,
 ) -> Path {

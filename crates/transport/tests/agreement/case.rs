@@ -147,7 +147,7 @@ impl Case {
                 position: light,
                 intensity: Spectrum::splat(4.0),
             },
-            Light::Spot => Emitter::Spot(Spot::new(light, down, Spectrum::splat(4.0), (0.5, 0.2))),
+            Light::Spot => Emitter::Spot(Spot::new(light, down, Spectrum::splat(4.0), 0.5, 0.2)),
             Light::Area => {
                 let mut light = diffuse(Rectangle::new(facing(light, down, 0.4)).unwrap());
                 light.emitter = Some(0);
@@ -168,7 +168,7 @@ impl Case {
                 let pixel = |i: usize| Spectrum::splat(0.2 + ((3 * i + 1) % 5) as f64 * 0.5);
                 let pixels = (0..32).map(pixel).collect();
                 Emitter::Environment(
-                    Environment::image((8, 4), pixels, Orientation::IDENTITY).unwrap(),
+                    Environment::image(8, 4, pixels, Orientation::IDENTITY).unwrap(),
                 )
             }
             Light::Directional => Emitter::Directional {
@@ -276,7 +276,7 @@ pub fn cloud() -> VolumeTexture {
         to_world,
         Placement::Nodes,
         GridFilter::Trilinear,
-        (0.0, 10.0),
+        [0.0, 10.0],
     );
     VolumeTexture::Grid(std::sync::Arc::new(grid.unwrap()))
 }

@@ -62,10 +62,10 @@ pub fn plastic(nonlinear: bool) -> Bsdf {
     Bsdf::Plastic(Plastic::new(1.5, base, Spectrum::ONE, nonlinear).unwrap())
 }
 
-/// A rough white coat over the base of [`plastic`], and whether it is lossless.
-pub fn rough_plastic(coat: (Roughness, bool), nonlinear: bool) -> Bsdf {
+/// A rough white coat, lossless or not, over the base of [`plastic`].
+pub fn rough_plastic(roughness: Roughness, lossless: bool, nonlinear: bool) -> Bsdf {
     let base = Spectrum([0.9, 0.5, 0.1, 1.0]);
-    let coated = RoughPlastic::new(coat, 1.5, base, Spectrum::ONE, nonlinear);
+    let coated = RoughPlastic::new(roughness, lossless, 1.5, base, Spectrum::ONE, nonlinear);
     Bsdf::RoughPlastic(coated.unwrap())
 }
 
@@ -145,10 +145,10 @@ pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
     let mirror = smooth().remove(2).1;
     let more = [
         ("plastic", plastic(true)),
-        ("rough plastic", rough_plastic((ggx(0.2), true), true)),
+        ("rough plastic", rough_plastic(ggx(0.2), true, true)),
         (
             "rough plastic, Beckmann",
-            rough_plastic((beckmann(0.3), false), true),
+            rough_plastic(beckmann(0.3), false, true),
         ),
         ("principled", principled(0.5, 0.3, 0.5)),
         ("blend", blend(0.3, diffuse(), rough_conductor(ggx(0.3)))),

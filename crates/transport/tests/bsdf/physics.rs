@@ -362,7 +362,7 @@ fn white_rough_plastic_loses_nothing() {
     let mut zs = Vec::new();
     let mut rng = Rng::new(31);
     for facets in [ggx(0.05), ggx(0.2), ggx(0.7), beckmann(0.2)] {
-        let bsdf = rough_plastic((facets, true), false);
+        let bsdf = rough_plastic(facets, true, false);
         let mut reflected = Moments::default();
         for _ in 0..100_000 {
             // In proportion to the cosine.
@@ -388,7 +388,7 @@ fn what_lossy_coats_return() {
     let mut zs = Vec::new();
     let mut rng = Rng::new(32);
     for (alpha, expected) in [(0.1, 0.91960), (0.3, 0.68305)] {
-        let bsdf = rough_plastic((ggx(alpha), false), false);
+        let bsdf = rough_plastic(ggx(alpha), false, false);
         let mut reflected = Moments::default();
         for _ in 0..100_000 {
             let toward = at_cosine(rng.next_1d().sqrt());

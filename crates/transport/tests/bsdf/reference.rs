@@ -190,8 +190,8 @@ fn rough_plastic_values() {
         [0.131_691_50, 0.059_338_52, 0.012_038_03],
         [0.183_660_63, 0.115_139_48, 0.070_344_05],
     ];
-    compare(&rough_plastic((ggx(0.3), false), false), linear, 1.1e-2);
-    compare(&rough_plastic((ggx(0.3), false), true), nonlinear, 1.1e-2);
+    compare(&rough_plastic(ggx(0.3), false, false), linear, 1.1e-2);
+    compare(&rough_plastic(ggx(0.3), false, true), nonlinear, 1.1e-2);
     let linear = [
         [0.187_156_60, 0.123_498_75, 0.059_840_88],
         [0.102_955_58, 0.057_991_99, 0.013_028_40],
@@ -199,11 +199,7 @@ fn rough_plastic_values() {
         [0.176_831_41, 0.098_239_68, 0.019_647_94],
         [0.232_596_04, 0.157_804_43, 0.083_012_83],
     ];
-    compare(
-        &rough_plastic((beckmann(0.3), false), false),
-        linear,
-        1.9e-2,
-    );
+    compare(&rough_plastic(beckmann(0.3), false, false), linear, 1.9e-2);
     let smoother = [
         [0.184_617_97, 0.095_080_11, 0.049_723_65],
         [0.096_304_30, 0.035_978_97, 0.005_420_46],
@@ -211,11 +207,7 @@ fn rough_plastic_values() {
         [0.139_303_00, 0.052_043_14, 0.007_840_62],
         [0.746_804_95, 0.641_587_62, 0.588_288_55],
     ];
-    compare(
-        &rough_plastic((beckmann(0.1), false), true),
-        smoother,
-        2.2e-2,
-    );
+    compare(&rough_plastic(beckmann(0.1), false, true), smoother, 2.2e-2);
 }
 
 /// The coat of lossless plastic is the same: what does not grow with the base's reflectance of 0.9, 0.5 and 0.1.
@@ -231,7 +223,7 @@ fn lossless_plastic_coats() {
     let coat = |v: [f64; 3]| v[2] - (v[0] - v[2]) / 8.0;
     let (air, bsdf) = (
         Surface::plain(DVec3::Z, 1.0, 1.0),
-        rough_plastic((ggx(0.3), true), false),
+        rough_plastic(ggx(0.3), true, false),
     );
     for ((o, i, phi), expected) in PAIRS.into_iter().zip(mitsubas) {
         let ours = bsdf.eval(&air, direction(o, 0.0), direction(i, phi));

@@ -18,7 +18,7 @@ fn rough(alpha: impl Into<Texture>) -> [Bsdf; 3] {
     let facets = Roughness::new(Distribution::Ggx, alpha).unwrap();
     let conductor = RoughConductor::new(facets.clone(), eta, k, tint);
     let dielectric = RoughDielectric::new(facets.clone(), one, one);
-    let plastic = RoughPlastic::new((facets, true), 1.5, Spectrum::splat(0.8), one, true);
+    let plastic = RoughPlastic::new(facets, true, 1.5, Spectrum::splat(0.8), one, true);
     [
         Bsdf::RoughConductor(conductor.unwrap()),
         Bsdf::RoughDielectric(dielectric.unwrap()),

@@ -132,7 +132,7 @@ pub fn estimate(
         let mut sampler = morgana_transport::sampling::Sampler::new(seed, 0, i);
         let (ray, weight) = ray(&mut sampler);
         let mut found = Vec::new();
-        path_tracer().sample(scene, ray, 1, (&mut sampler, &mut ws), &mut found);
+        path_tracer().sample(scene, ray, 1, &mut sampler, &mut ws, &mut found);
         let value = found.iter().map(|c| c.weighted()[0]).sum::<f64>() * weight;
         assert!(value.is_finite());
         sum += value;

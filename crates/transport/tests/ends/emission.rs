@@ -62,14 +62,10 @@ fn directions_of_light_from_points_follow_their_density() {
     let mut family = Family::new(FALSE_ALARM);
     for (name, emitter, rim) in [
         ("point", point, -1.0),
-        ("spot", spot(color(), (CUTOFF, BEAM_WIDTH)), CUTOFF.cos()),
-        ("sharp spot", spot(color(), (CUTOFF, CUTOFF)), CUTOFF.cos()),
-        ("narrow spot", spot(color(), (1e-3, 5e-4)), 1e-3f64.cos()),
-        (
-            "round spot",
-            spot(color(), (std::f64::consts::PI, 0.1)),
-            -1.0,
-        ),
+        ("spot", spot(color(), CUTOFF, BEAM_WIDTH), CUTOFF.cos()),
+        ("sharp spot", spot(color(), CUTOFF, CUTOFF), CUTOFF.cos()),
+        ("narrow spot", spot(color(), 1e-3, 5e-4), 1e-3f64.cos()),
+        ("round spot", spot(color(), std::f64::consts::PI, 0.1), -1.0),
         ("projector", projector(color()), -1.0),
         ("ies", light(color()), -1.0),
         ("parallelogram", area(0), 0.0),
@@ -133,7 +129,7 @@ fn rays_that_are_never_drawn_have_density_zero() {
         let across = axis().any_orthonormal_vector();
         axis() * angle.cos() + across * angle.sin()
     };
-    let spot = spot(color(), (CUTOFF, BEAM_WIDTH));
+    let spot = spot(color(), CUTOFF, BEAM_WIDTH);
     let from_spot = |angle| at(&spot, &end_at(false), DVec3::X, turned(angle));
     assert!(from_spot(CUTOFF - 1e-9) > 0.0);
     assert_eq!((from_spot(CUTOFF + 1e-9), from_spot(3.0)), (0.0, 0.0));
@@ -204,7 +200,8 @@ fn lights_that_are_refused() {
     let make = |polar: &[f64], azimuths: &[f64], values: &[f64]| {
         let angles = [polar.to_vec(), azimuths.to_vec()];
         Luminaire::new(
-            (DVec3::ZERO, Orientation::IDENTITY),
+            DVec3::ZERO,
+            Orientation::IDENTITY,
             color(),
             angles,
             values.to_vec(),

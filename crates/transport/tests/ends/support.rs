@@ -56,8 +56,8 @@ pub fn shapes() -> [Shape; 3] {
     ]
 }
 
-pub fn spot(intensity: Spectrum, angles: (f64, f64)) -> Emitter {
-    Emitter::Spot(Spot::new(DVec3::X, axis(), intensity, angles))
+pub fn spot(intensity: Spectrum, cutoff: f64, beam_width: f64) -> Emitter {
+    Emitter::Spot(Spot::new(DVec3::X, axis(), intensity, cutoff, beam_width))
 }
 
 pub fn beam(profile: BeamProfile, power: Spectrum) -> Emitter {
@@ -84,7 +84,7 @@ fn turned(angle: f64) -> Orientation {
 
 fn image(color: Spectrum) -> Environment {
     let pixels = (0..IMAGE.0 * IMAGE.1).map(|i| color * pixel(i)).collect();
-    Environment::image(IMAGE, pixels, turned(1.1)).unwrap()
+    Environment::image(IMAGE.0, IMAGE.1, pixels, turned(1.1)).unwrap()
 }
 
 /// Width of what a projector throws, in radians.
@@ -118,8 +118,7 @@ pub fn light(color: Spectrum) -> Emitter {
             .map(move |a| f * (1.0 - a / 180.0))
     });
     let values = rows.into_iter().flatten().collect();
-    let pose = (DVec3::X, turned(0.4));
-    let light = Luminaire::new(pose, color, [polar, azimuths], values);
+    let light = Luminaire::new(DVec3::X, turned(0.4), color, [polar, azimuths], values);
     Emitter::Luminaire(Arc::new(light.unwrap()))
 }
 
@@ -138,7 +137,7 @@ pub fn emitters(color: Spectrum) -> Vec<(&'static str, Emitter)> {
                 intensity: color,
             },
         ),
-        ("spot", spot(color, (CUTOFF, BEAM_WIDTH))),
+        ("spot", spot(color, CUTOFF, BEAM_WIDTH)),
         ("parallelogram", area(0)),
         ("ellipsoid", area(1)),
         (

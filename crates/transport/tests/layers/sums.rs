@@ -141,8 +141,8 @@ fn by_bounces(scene: &Scene, max_depth: Option<u32>) -> [f64; 4] {
     for sample in 0..4096 {
         let mut sampler = Sampler::new(6, 0, sample);
         let ray = scene.sensor().ray(sampler.next_2d(), sampler.next_2d());
-        let state = (&mut sampler, &mut ws);
-        Integrator::Path(tracer).sample(scene, ray, 1, state, &mut found);
+        let integrator = Integrator::Path(tracer);
+        integrator.sample(scene, ray, 1, &mut sampler, &mut ws, &mut found);
     }
     let mut sums = [0.0; 4];
     for light in &found {

@@ -185,8 +185,8 @@ fn make(
         Raw::RoughPlastic((facets, lossless), Coated(eta, reflectances, nonlinear)) => {
             let [diffuse, coat] = reflectances.map(|r| maker.texture(r));
             let facets = maker.facets(facets);
-            let plastic = facets
-                .and_then(|f| RoughPlastic::new((f, lossless), eta, diffuse, coat, nonlinear));
+            let plastic =
+                facets.and_then(|f| RoughPlastic::new(f, lossless, eta, diffuse, coat, nonlinear));
             plastic.map(Bsdf::RoughPlastic)
         }
         Raw::Principled(quantities, specular) => {

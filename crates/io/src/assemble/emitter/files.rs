@@ -27,7 +27,7 @@ pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Optio
     };
     let pixels = image.pixels.iter().map(&mut radiance).collect();
     let (_, orientation) = pose?;
-    let environment = Environment::image((image.width, image.height), pixels, orientation);
+    let environment = Environment::image(image.width, image.height, pixels, orientation);
     context
         .accept(&object.location, environment)
         .map(Emitter::Environment)
@@ -71,7 +71,8 @@ pub(super) fn luminaire(object: &ObjectDescription, context: &mut Context) -> Op
     let scale = light(&scale, "scale", object, context);
     let luminaire = luminaire.ok()?;
     let angles = [luminaire.vertical, luminaire.horizontal];
-    let luminaire = Luminaire::new(pose?, scale, angles, luminaire.candela);
+    let (position, orientation) = pose?;
+    let luminaire = Luminaire::new(position, orientation, scale, angles, luminaire.candela);
     let luminaire = context.accept(&object.location, luminaire)?;
     Some(Emitter::Luminaire(Arc::new(luminaire)))
 }

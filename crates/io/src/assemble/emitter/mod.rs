@@ -137,8 +137,8 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
             let beam = q.float_in("beam_width", 0.0..=cutoff, 0.75 * cutoff);
             q.finish(&[]);
             let intensity = light(&intensity, "intensity", object, context);
-            let angles = (cutoff.to_radians(), beam.to_radians());
-            Emitter::Spot(Spot::new(origin, axis, intensity, angles))
+            let [cutoff, beam_width] = [cutoff, beam].map(f64::to_radians);
+            Emitter::Spot(Spot::new(origin, axis, intensity, cutoff, beam_width))
         }
         "directional" => {
             let irradiance = q.spectrum_or("irradiance", SpectrumValue::Uniform(1.0));

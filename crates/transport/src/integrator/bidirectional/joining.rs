@@ -33,7 +33,7 @@ impl Joining<'_> {
                 };
                 let discovery = self.discovery(sensor, i, &z.edge, index, &end.end);
                 let vertices = &sensor.vertices[..=i];
-                let found = setting.hit(vertices, (index, &end), radiance, discovery);
+                let found = setting.hit(vertices, index, &end, radiance, discovery);
                 self.out.extend(found);
             }
         }
@@ -49,7 +49,7 @@ impl Joining<'_> {
             let i = sensor.vertices.len();
             let discovery = self.discovery(sensor, i, &escape.edge, index, &end.end);
             let radiance = environment.radiance(toward);
-            let found = setting.escaped(sensor, escape, (index, &end), radiance, discovery);
+            let found = setting.escaped(sensor, escape, index, &end, radiance, discovery);
             self.out.extend(found);
         }
     }
@@ -114,7 +114,7 @@ impl Joining<'_> {
             let end = emitter.sample_end(scene.around(), shape, u);
             let target = ConnectionTarget::emitter(scene, index, end.end);
             self.connection(&z.vertex, &target, |connection| {
-                setting.direct(vertices, connection, (index, &end), chosen)
+                setting.direct(vertices, connection, index, &end, chosen)
             });
         }
     }
@@ -126,14 +126,14 @@ impl Joining<'_> {
         let target = ConnectionTarget::sensor(setting.scene, sampled.end);
         let y = &light.subpath.vertices[j].vertex;
         self.connection(y, &target, |connection| {
-            setting.sensed((light, j), connection)
+            setting.sensed(light, j, connection)
         });
     }
 
     /// The last of the sensor's vertices and every vertex of an emitter's subpath.
     pub fn joined_to_all(&mut self, vertices: &[PathVertex], light: &LightPath) {
         for j in 0..light.subpath.vertices.len() {
-            self.joined(vertices, (light, j), 1.0);
+            self.joined(vertices, light, j, 1.0);
         }
     }
 
@@ -152,12 +152,12 @@ impl Joining<'_> {
         };
         // Connect to it, and divide by the probability of the choice.
         let pick = choice.sample(u);
-        self.joined(vertices, (light, pick.index), pick.probability);
+        self.joined(vertices, light, pick.index, pick.probability);
     }
 
     /// The last of the sensor's vertices and vertex `j` of an emitter's subpath, if this pair was chosen
     /// with a probability.
-    fn joined(&mut self, vertices: &[PathVertex], (light, j): (&LightPath, usize), chosen: f64) {
+    fn joined(&mut self, vertices: &[PathVertex], light: &LightPath, j: usize, chosen: f64) {
         let Some(z) = vertices.last() else { return };
         let setting = self.setting;
         let y = &light.subpath.vertices[j];
@@ -166,7 +166,7 @@ impl Joining<'_> {
         }
         let target = ConnectionTarget::vertex(&y.vertex);
         self.connection(&z.vertex, &target, |connection| {
-            let found = setting.joined(vertices, (light, j), connection)?;
+            let found = setting.joined(vertices, light, j, connection)?;
             Some(Contribution {
                 value: found.value * (1.0 / chosen),
                 ..found
@@ -222,7 +222,7 @@ impl Joining<'_> {
         evaluate: impl Fn(&Connection) -> Option<Contribution>,
     ) {
         let scene = self.setting.scene;
-        let found = Connection::each(scene, (vertex, target), self.sampler, self.ws, evaluate);
+        let found = Connection::each(scene, vertex, target, self.sampler, self.ws, evaluate);
         let weighted = found.into_iter().map(|(c, weight)| Contribution {
             value: c.value * weight,
             ..c

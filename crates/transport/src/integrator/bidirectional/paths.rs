@@ -58,7 +58,8 @@ impl Setting<'_> {
     pub fn hit(
         &self,
         vertices: &[PathVertex],
-        emitter: (usize, &EndSample),
+        emitter: usize,
+        end: &EndSample,
         radiance: Spectrum,
         discovery: f64,
     ) -> Option<Contribution> {
@@ -72,7 +73,7 @@ impl Setting<'_> {
             optical_length: z.optical_length,
             x: z.vertex.position(),
         };
-        self.found(before, &last, emitter, value, discovery)
+        self.found(before, &last, emitter, end, value, discovery)
     }
 
     /// The sensor subpath left towards an environment.
@@ -80,7 +81,8 @@ impl Setting<'_> {
         &self,
         sensor: &Subpath,
         escape: &Escape,
-        emitter: (usize, &EndSample),
+        emitter: usize,
+        end: &EndSample,
         radiance: Spectrum,
         discovery: f64,
     ) -> Option<Contribution> {
@@ -96,14 +98,15 @@ impl Setting<'_> {
                 .last()
                 .map_or(sensor.start.x, |z| z.vertex.position()),
         };
-        self.found(&sensor.vertices, &last, emitter, value, discovery)
+        self.found(&sensor.vertices, &last, emitter, end, value, discovery)
     }
 
     fn found(
         &self,
         vertices: &[PathVertex],
         last: &EmitterHit,
-        (index, end): (usize, &EndSample),
+        index: usize,
+        end: &EndSample,
         value: Spectrum,
         discovery: f64,
     ) -> Option<Contribution> {
@@ -143,7 +146,8 @@ impl Setting<'_> {
         &self,
         vertices: &[PathVertex],
         connection: &Connection,
-        (index, end): (usize, &EndSample),
+        index: usize,
+        end: &EndSample,
         chosen: f64,
     ) -> Option<Contribution> {
         let z = vertices.last()?;
@@ -190,7 +194,8 @@ impl Setting<'_> {
     pub fn joined(
         &self,
         vertices: &[PathVertex],
-        (light, j): (&LightPath, usize),
+        light: &LightPath,
+        j: usize,
         connection: &Connection,
     ) -> Option<Contribution> {
         let (z, y) = (vertices.last()?, &light.subpath.vertices[j]);
@@ -210,7 +215,8 @@ impl Setting<'_> {
         );
         let arrival = connection.geometry.density(from_z, connection.n_end) * event;
         path.extend(self.emitter_side(
-            (light, j),
+            light,
+            j,
             connection.emission,
             connection.discovery,
             arrival,
@@ -229,7 +235,8 @@ impl Setting<'_> {
     /// A connection from vertex `j` of an emitter's subpath to the sensor.
     pub fn sensed(
         &self,
-        (light, j): (&LightPath, usize),
+        light: &LightPath,
+        j: usize,
         connection: &Connection,
     ) -> Option<Contribution> {
         let y = &light.subpath.vertices[j];
@@ -254,7 +261,8 @@ impl Setting<'_> {
             .density(sensed.density, connection.n_vertex)
             * event;
         let path = self.emitter_side(
-            (light, j),
+            light,
+            j,
             connection.direction,
             connection.discovery,
             arrival,
@@ -351,7 +359,8 @@ impl Setting<'_> {
     /// that is seen from the vertex in a direction samples it with density `arrival`.
     fn emitter_side(
         &self,
-        (light, j): (&LightPath, usize),
+        light: &LightPath,
+        j: usize,
         direction: DVec3,
         discovery: f64,
         arrival: f64,

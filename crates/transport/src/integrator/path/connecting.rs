@@ -54,7 +54,7 @@ impl Tracing<'_> {
             if !light.is_empty() {
                 // Share them with the equiangular vertex, which could lie at the same place.
                 let share = self.collided(edge, index, chosen);
-                self.connected(light, vertex, edge.length, (index, share));
+                self.connected(light, vertex, edge.length, index, share);
             }
         }
     }
@@ -119,7 +119,7 @@ impl Tracing<'_> {
         if !light.is_empty() {
             let length = edge.optical_length_at(point.length);
             let length = sampled.next.length.and(0, length);
-            self.connected(light, &vertex, length, (index, 1.0));
+            self.connected(light, &vertex, length, index, 1.0);
         }
     }
 
@@ -152,7 +152,8 @@ impl Tracing<'_> {
         let before = self.work();
         let light = Connection::each(
             scene,
-            (vertex, &target),
+            vertex,
+            &target,
             self.sampler,
             self.ws,
             |connection| {

@@ -55,7 +55,8 @@ impl Gathering<'_> {
     pub fn along(
         &self,
         ray: SensorRay,
-        (sampler, ws): (&mut Sampler, &mut Workspace),
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
         mut found: impl FnMut(Gathered),
     ) {
         let scene = self.scene;

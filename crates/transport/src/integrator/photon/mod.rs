@@ -122,14 +122,16 @@ impl PhotonMapping {
         scene: &Scene,
         ray: SensorRay,
         channel_pdf: Spectrum,
-        (sampler, ws): (&mut Sampler, &mut Workspace),
+        sampler: &mut Sampler,
+        ws: &mut Workspace,
         out: &mut Vec<Contribution>,
     ) {
         // Trace light subpaths and store their vertices.
         let seed = sampler.next_1d().to_bits();
         let sampler_of = |path| Sampler::new(seed, path, 0);
         let (map, stats, _) = PhotonMap::trace(
-            (scene, &ws.stop),
+            scene,
+            &ws.stop,
             &self.bounds(channel_pdf),
             self.paths(scene),
             sampler_of,
@@ -143,7 +145,7 @@ impl PhotonMapping {
             map: &map,
             channel_pdf,
         };
-        gathering.along(ray, (sampler, ws), |light| {
+        gathering.along(ray, sampler, ws, |light| {
             out.push(Contribution {
                 image: None,
                 strategy: (0, 0),

@@ -34,7 +34,8 @@ impl Connection {
     /// attempt and its outcome is counted.
     pub fn each<T>(
         scene: &Scene,
-        (vertex, target): (&Vertex, &ConnectionTarget),
+        vertex: &Vertex,
+        target: &ConnectionTarget,
         sampler: &mut Sampler,
         ws: &mut Workspace,
         evaluate: impl Fn(&Connection) -> Option<T>,
@@ -42,7 +43,7 @@ impl Connection {
         // Where nothing bends rays there is one branch at most, in closed form.
         if scene.is_straight() {
             ws.stats.connections.certified += 1;
-            let connection = straight::connect(scene, (vertex, target), ws);
+            let connection = straight::connect(scene, vertex, target, ws);
             let value = connection.and_then(|connection| evaluate(&connection));
             return value.map(|value| (value, 1.0)).into_iter().collect();
         }
@@ -61,7 +62,7 @@ impl Connection {
             known.push(connection);
             let pieces = ws.solver.pieces().iter().map(Piece::ends);
             if let Some(connection) =
-                connection.unless_blocked(scene, (vertex, target), pieces, &mut ws.stats)
+                connection.unless_blocked(scene, vertex, target, pieces, &mut ws.stats)
             {
                 values.extend(evaluate(&connection).map(|value| (value, 1.0)));
             }

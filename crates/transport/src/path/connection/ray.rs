@@ -52,7 +52,8 @@ impl Connection {
     pub(super) fn unless_blocked<'a>(
         mut self,
         scene: &Scene,
-        (vertex, target): (&Vertex, &ConnectionTarget),
+        vertex: &Vertex,
+        target: &ConnectionTarget,
         arcs: impl ExactSizeIterator<Item = (&'a Arc, f64)>,
         stats: &mut Stats,
     ) -> Option<Connection> {

@@ -46,22 +46,22 @@ struct StraightThroughput {
 /// (docs/theory.md#edges-and-geometry-terms). `None` if it is blocked, or leaves or arrives on the wrong side of a surface.
 pub(super) fn connect(
     scene: &Scene,
-    (vertex, target): (&Vertex, &ConnectionTarget),
+    vertex: &Vertex,
+    target: &ConnectionTarget,
     ws: &mut Workspace,
 ) -> Option<Connection> {
     let line = Line::between(scene, vertex, target)?;
-    let way = line.cut(scene, &mut ws.line);
+    let cut = line.cut(scene, &mut ws.line);
     ws.stats.work.steps += ws.line.len() as u64;
-    ws.stats.count(&way);
-    let way = way.ok()?;
+    ws.stats.count(&cut);
+    let throughput = cut.ok()?;
     if !line.complies(scene, target, &ws.line) {
         ws.stats.connections.discarded += 1;
         return None;
     }
     let parts = ws.line.iter().map(|part| (&part.arc, part.theta_end));
-    let connection = line.connection(target, &way);
-    let mut connection =
-        connection.unless_blocked(scene, (vertex, target), parts, &mut ws.stats)?;
+    let connection = line.connection(target, &throughput);
+    let mut connection = connection.unless_blocked(scene, vertex, target, parts, &mut ws.stats)?;
     for part in &ws.line {
         let attenuation = Attenuation::new(scene.medium(part.medium), &part.arc, part.theta_end);
         connection.geometry.depth += attenuation.depth(&part.arc, part.theta_end);
@@ -124,7 +124,7 @@ impl Line {
         parts.clear();
         let (mut x, mut medium, mut left) = (self.from, self.medium, self.left);
         let mut n = scene.n(medium, x);
-        let mut way = StraightThroughput {
+        let mut throughput = StraightThroughput {
             optical_length: 0.0,
             n: [n; 2],
             jump: 1.0,
@@ -135,31 +135,30 @@ impl Line {
             let arc = Arc::line(x, self.direction * n, rest / n);
             let boundary = scene.first_boundary(&arc, left);
             let theta_end = boundary.map_or(1.0, |(_, meeting)| meeting.theta);
-            way.optical_length += rest * theta_end * n;
-            way.n[1] = n;
+            throughput.optical_length += rest * theta_end * n;
+            throughput.n[1] = n;
             parts.push(LinePart {
                 arc,
                 theta_end,
                 medium,
             });
             let Some((object, meeting)) = boundary else {
-                return Ok(way);
+                return Ok(throughput);
             };
             let hit = scene.hit(object, &meeting);
-            let at = (hit.position, hit.normal);
-            medium = scene.medium_beside(object, medium, at, self.direction);
+            medium = scene.medium_beside(object, medium, hit.position, hit.normal, self.direction);
             x = leave(scene, hit.position, hit.normal, self.direction);
             left = scene.left(object, hit.normal, self.direction);
             let n_after = scene.n(medium, x);
-            way.jump *= n_after / n;
+            throughput.jump *= n_after / n;
             n = n_after;
         }
         Err(Failure::OverBudget)
     }
 
-    /// The connection, as if nothing stood in its way.
-    fn connection(&self, target: &ConnectionTarget, way: &StraightThroughput) -> Connection {
-        let (ahead, back, [n_first, n_last]) = (self.direction, -self.direction, way.n);
+    /// The connection, as if nothing blocked it.
+    fn connection(&self, target: &ConnectionTarget, throughput: &StraightThroughput) -> Connection {
+        let (ahead, back, [n_first, n_last]) = (self.direction, -self.direction, throughput.n);
         let point = matches!(target.end, ConnectionEnd::Point { .. });
         let (direction, emission, n_vertex, n_end) = if point {
             (ahead, back, n_first, n_last)
@@ -172,22 +171,22 @@ impl Line {
         };
         let against_light = point == (target.mode == TransportMode::Radiance);
         let jump = if against_light {
-            way.jump
+            throughput.jump
         } else {
-            way.jump.recip()
+            throughput.jump.recip()
         };
         Connection {
             direction,
             origin,
             emission,
             geometry: EdgeGeometry {
-                geometry_term: way.jump / (jacobian * n_last * n_last),
+                geometry_term: throughput.jump / (jacobian * n_last * n_last),
                 ..EdgeGeometry::new()
             },
             factor: Spectrum::splat(jump),
             n_vertex,
             n_end,
-            optical_length: way.optical_length,
+            optical_length: throughput.optical_length,
             miss: 0.0,
             discovery: 1.0,
         }

@@ -53,7 +53,7 @@ impl ConnectionThroughput {
                 let cos = event.normal.dot(event.before).abs() / n_near;
                 let transmitted = event.rule == Rule::Refract;
                 let (factor, probability) =
-                    dielectric.crossing(cos, (n_near, event.far_n), transmitted);
+                    dielectric.crossing(cos, n_near, event.far_n, transmitted);
                 self.factor *= factor * probability;
                 self.choice *= probability;
                 self.events += 1;

@@ -74,7 +74,7 @@ impl AdjointTraining {
             let own = Mean::of(&self.all);
             let square = worth * own.work;
             let mean = own.near(Mean { square, ..own }, self.all.len());
-            divide(&mut nodes, &mut self.all, (mean, worth), DIVISIONS);
+            divide(&mut nodes, &mut self.all, mean, worth, DIVISIONS);
         }
         AdjointEstimate(nodes)
     }
@@ -126,7 +126,8 @@ fn sums(samples: &[TrainingSample]) -> (f64, f64, f64) {
 fn divide(
     nodes: &mut Vec<Node>,
     samples: &mut [TrainingSample],
-    (mean, worth): (Mean, f64),
+    mean: Mean,
+    worth: f64,
     divisions: u32,
 ) {
     let half = samples.len() / 2;
@@ -144,13 +145,13 @@ fn divide(
     let cut = samples[half].place[axis];
     let (below, above) = samples.split_at_mut(half);
     let means = [&*below, &*above].map(|part| Mean::of(part).near(mean, part.len()));
-    divide(nodes, below, (means[0], worth), divisions - 1);
+    divide(nodes, below, means[0], worth, divisions - 1);
     nodes[index] = Node::Cut {
         axis: axis as u8,
         cut,
         above: nodes.len() as u32,
     };
-    divide(nodes, above, (means[1], worth), divisions - 1);
+    divide(nodes, above, means[1], worth, divisions - 1);
 }
 
 /// Sorts training samples into halves along an axis. Returns what the least variance × work would be in proportion to, as a

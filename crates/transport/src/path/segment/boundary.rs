@@ -33,7 +33,7 @@ pub(in crate::path) fn surface_at(
 /// The surface at a point, as seen from a medium on one of its sides.
 pub(super) fn surface_of(scene: &Scene, x: DVec3, on: &OnSurface, medium: MediumId) -> Surface {
     let beside = |direction| {
-        let medium = scene.medium_beside(on.object, medium, (x, on.normal), direction);
+        let medium = scene.medium_beside(on.object, medium, x, on.normal, direction);
         scene.n(medium, x)
     };
     Surface {

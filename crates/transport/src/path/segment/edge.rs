@@ -228,12 +228,12 @@ impl<'a> Edge<'a> {
 
     /// Has the edge, which met nothing, end at a collision where the depth of a channel reaches a target: a point to scatter at,
     /// whose geometry term nobody asks for.
-    pub(in crate::path) fn collide_at(&mut self, (channel, target): (usize, f64)) {
+    pub(in crate::path) fn collide_at(&mut self, channel: usize, target: f64) {
         let at = |span: &Span| {
             let left = target - span.depth_before[channel];
             let (theta, _) = span
                 .attenuation
-                .reach(&span.arc, span.theta_end, (channel, left));
+                .reach(&span.arc, span.theta_end, channel, left);
             Some(span.at(theta?))
         };
         let Some(point) = self.spans.iter().find_map(at) else {

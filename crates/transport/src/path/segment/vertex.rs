@@ -120,7 +120,7 @@ impl Vertex {
             } => Start {
                 x: leave(scene, x, surface.normal, direction),
                 direction,
-                medium: scene.medium_beside(object, medium, (x, surface.normal), direction),
+                medium: scene.medium_beside(object, medium, x, surface.normal, direction),
                 front: Front::Point,
                 left: self.left(scene, direction),
             },

@@ -30,7 +30,7 @@ impl Observer for SubpathBuilder<'_> {
         // Record the edge and the vertex: e, and p→ by eq. (density along an edge).
         let mut edge = path_edge(event, vertex);
         if self.weighs && event.edge.connectable {
-            edge.discovery = self.discovery(event, (vertex, &edge), ws);
+            edge.discovery = self.discovery(event, vertex, &edge, ws);
         }
         let (scene, channel_pdf) = (event.scene, event.channel_pdf);
         let survival = vertex.event(scene, channel_pdf, edge.back, &edge.geometry);
@@ -62,7 +62,8 @@ impl SubpathBuilder<'_> {
     fn discovery(
         &self,
         event: &WalkEvent,
-        (vertex, edge): (&Vertex, &PathEdge),
+        vertex: &Vertex,
+        edge: &PathEdge,
         ws: &mut Workspace,
     ) -> f64 {
         let scene = event.scene;

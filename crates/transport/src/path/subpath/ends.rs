@@ -52,7 +52,8 @@ impl Bounds {
     /// Follows a ray, with Russian roulette.
     fn walk(
         &self,
-        (scene, mode): (&Scene, TransportMode),
+        scene: &Scene,
+        mode: TransportMode,
         ray: WalkRay,
         observer: &mut impl Observer,
         sampler: &mut Sampler,
@@ -108,7 +109,7 @@ impl LightPath {
         let mut builder = bounds.builder(mode, &ray, &target);
         let mut balance = std::mem::take(&mut ws.particle_balance);
         let mut observers = (&mut builder, &mut balance);
-        bounds.walk((scene, mode), ray, &mut observers, sampler, ws);
+        bounds.walk(scene, mode, ray, &mut observers, sampler, ws);
         ws.particle_balance = balance;
         Some(LightPath {
             emitter: index,
@@ -138,7 +139,7 @@ pub fn emit(
     )?;
     let density = probability * emission.end_pdf * emission.pdf;
     let ray = WalkRay {
-        start: start(scene, &emission.end, (emission.x, emission.direction)),
+        start: start(scene, &emission.end, emission.x, emission.direction),
         pdf: emission.pdf,
         specular: false,
         throughput: emission.emitted * white / density,
@@ -182,7 +183,7 @@ pub fn sensor_path(
     let target = ConnectionTarget::sensor(scene, end);
     let mode = TransportMode::Radiance;
     let mut builder = bounds.builder(mode, &ray, &target);
-    bounds.walk((scene, mode), ray, &mut builder, sampler, ws);
+    bounds.walk(scene, mode, ray, &mut builder, sampler, ws);
     builder.subpath
 }
 
@@ -194,7 +195,7 @@ fn front(end: &ConnectionEnd) -> Front {
 }
 
 /// Where the ray of an emission starts: off the surface on which its end lies.
-fn start(scene: &Scene, end: &ConnectionEnd, (x, direction): (DVec3, DVec3)) -> Start {
+fn start(scene: &Scene, end: &ConnectionEnd, x: DVec3, direction: DVec3) -> Start {
     let x = match end {
         ConnectionEnd::Point {
             surface: Some(OnSurface { normal, .. }),

@@ -1,4 +1,4 @@
-//! One ray from the sensor on: unscattered, on the way that Snell's law and mirrors leave no choice of.
+//! One ray from the sensor on: unscattered, on the path that Snell's law and mirrors leave no choice of.
 
 use crate::Spectrum;
 use crate::bsdf::Bsdf;
@@ -53,7 +53,8 @@ pub struct FollowedRay {
 /// least half of the light pass. With a `reference` its optical path difference is found, too.
 pub fn follow(
     scene: &Scene,
-    (x, direction): (DVec3, DVec3),
+    x: DVec3,
+    direction: DVec3,
     medium: MediumId,
     reference: Option<Reference<'_>>,
     ws: &mut Workspace,
@@ -64,7 +65,7 @@ pub fn follow(
         v: direction * scene.n(medium, x),
         medium,
         difference: reference.map(|reference| PathDifference::new(reference, direction)),
-        way: FollowedRay {
+        ray: FollowedRay {
             x,
             direction,
             length: 0.0,
@@ -93,7 +94,7 @@ pub fn follow(
     FollowedRay {
         ending,
         path_difference: difference.unwrap_or(0.0),
-        ..follower.way
+        ..follower.ray
     }
 }
 
@@ -103,7 +104,7 @@ struct Follower<'a> {
     v: DVec3,
     medium: MediumId,
     difference: Option<PathDifference<'a>>,
-    way: FollowedRay,
+    ray: FollowedRay,
 }
 
 impl Follower<'_> {
@@ -116,8 +117,8 @@ impl Follower<'_> {
         loop {
             let reach = scene.reach(flow.node().x);
             let step = flow.advance(reach / flow.node().v.length(), &mut ws.stats.work);
-            self.way.steps += 1;
-            let is_over = self.way.steps > STEPS_PER_RAY as u64;
+            self.ray.steps += 1;
+            let is_over = self.ray.steps > STEPS_PER_RAY as u64;
             ws.stats.over_budget.rays += u64::from(is_over);
             if !step.end.x.is_finite() || is_over {
                 return Some(Ending::Lost);
@@ -138,15 +139,15 @@ impl Follower<'_> {
 
     fn lengthen(&mut self, arc: &Arc, theta: f64, work: &mut Work) {
         let attenuation = Attenuation::new(self.scene.medium(self.medium), arc, theta);
-        self.way.depth += attenuation.depth(arc, theta);
-        self.way.length += arc.arc_length(theta);
-        self.way.optical_length += arc.optical_length(theta);
+        self.ray.depth += attenuation.depth(arc, theta);
+        self.ray.length += arc.arc_length(theta);
+        self.ray.optical_length += arc.optical_length(theta);
         if let Some(difference) = &mut self.difference {
             difference.add(self.scene.field(self.medium), arc, [0.0, theta], work);
         }
     }
 
-    /// Goes on from a surface if there is one way to go.
+    /// Goes on from a surface if there is only one direction to go.
     fn surface(
         &mut self,
         object: usize,
@@ -156,17 +157,17 @@ impl Follower<'_> {
     ) -> Option<Ending> {
         // The arc's speed is the index up to the tolerance: here it becomes the index again.
         let v = v.normalize() * self.scene.n(self.medium, hit.position);
-        self.way.x = hit.position;
-        self.way.direction = v.normalize();
+        self.ray.x = hit.position;
+        self.ray.direction = v.normalize();
         let surface = &self.scene.objects()[object];
-        let cos = hit.normal.dot(self.way.direction);
+        let cos = hit.normal.dot(self.ray.direction);
         let through = surface.bsdf.through(&surface.shape.site(hit), cos);
         let rule = match through {
             Some(through) if through.probability >= 0.5 => Some(Rule::Pass),
             _ => rule(&surface.bsdf, cos < 0.0),
         };
         match rule {
-            Some(rule) => self.go_on(rule, (object, hit), v, ws),
+            Some(rule) => self.go_on(rule, object, hit, v, ws),
             None => Some(Ending::Surface(object)),
         }
     }
@@ -174,13 +175,13 @@ impl Follower<'_> {
     fn go_on(
         &mut self,
         rule: Rule,
-        (object, hit): (usize, &Hit),
+        object: usize,
+        hit: &Hit,
         v: DVec3,
         ws: &mut Workspace,
     ) -> Option<Ending> {
         let scene = self.scene;
-        let at = (hit.position, hit.normal);
-        let beyond = scene.medium_beside(object, self.medium, at, v);
+        let beyond = scene.medium_beside(object, self.medium, hit.position, hit.normal, v);
         let n2 = |medium| (scene.field(medium).n2(hit.position), DVec3::ZERO);
         let interface = Interface {
             normal: hit.normal,
@@ -192,18 +193,18 @@ impl Follower<'_> {
         self.v = refracted
             .or_else(|| interface.velocity(Rule::Reflect, v))
             .unwrap_or(-v);
-        self.way.direction = self.v.normalize();
+        self.ray.direction = self.v.normalize();
         if refracted.is_some() && rule != Rule::Reflect {
             self.medium = beyond;
         } else if let Some(difference) = &mut self.difference {
-            difference.reflect(self.way.direction, &mut ws.stats.work);
+            difference.reflect(self.ray.direction, &mut ws.stats.work);
         }
-        self.x = leave(scene, hit.position, hit.normal, self.way.direction);
+        self.x = leave(scene, hit.position, hit.normal, self.ray.direction);
         None
     }
 }
 
-/// The only way that a surface leaves to light that arrives on the side of its normal, or behind.
+/// The only rule that a surface leaves to light that arrives on the side of its normal, or behind.
 fn rule(bsdf: &Bsdf, front: bool) -> Option<Rule> {
     match bsdf {
         Bsdf::Null => Some(Rule::Pass),

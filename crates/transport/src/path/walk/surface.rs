@@ -18,11 +18,7 @@ use std::ops::ControlFlow;
 
 impl Walk<'_, '_> {
     /// Goes through, is reflected, or ends at a surface. Breaks where the edge ends.
-    pub(super) fn surface(
-        &mut self,
-        (object, meeting): (usize, Meeting),
-        v: DVec3,
-    ) -> ControlFlow<()> {
+    pub(super) fn surface(&mut self, object: usize, meeting: Meeting, v: DVec3) -> ControlFlow<()> {
         let scene = self.scene;
         let bsdf = &scene.objects()[object].bsdf;
         if self.events.collided && !bsdf.is_null() {
@@ -38,14 +34,14 @@ impl Walk<'_, '_> {
         let through = || bsdf.through(&shape.site(hit), hit.normal.dot(direction));
         if let Some(through) = bsdf.is_partial().then(through).flatten() {
             if self.sampler.next_1d() < through.probability {
-                return self.pass_by_chance((object, hit), v, through);
+                return self.pass_by_chance(object, hit, v, through);
             }
             if bsdf.is_delta() {
                 self.edge.geometry.choice *= 1.0 - through.probability;
             }
         }
         if bsdf.is_delta() && self.edge.geometry.events < EVENTS_PER_EDGE {
-            return self.specular(object, hit, (v, direction));
+            return self.specular(object, hit, v, direction);
         }
         if bsdf.is_delta() {
             self.events.over_budget = true;
@@ -73,20 +69,21 @@ impl Walk<'_, '_> {
             self.edge.weight *= ratio * ratio;
         }
         self.travelled.jump *= ratio;
-        self.go_on((object, hit), v, direction, beyond, Rule::Pass)
+        self.go_on(object, hit, v, direction, beyond, Rule::Pass)
     }
 
     /// Straight through a surface that lets part of the light pass.
     fn pass_by_chance(
         &mut self,
-        at: (usize, &Hit),
+        object: usize,
+        hit: &Hit,
         v: DVec3,
         through: PartialTransmission,
     ) -> ControlFlow<()> {
         self.events.passed_by_chance = true;
         self.edge.weight *= through.factor;
         self.edge.geometry.choice *= through.probability;
-        self.go_on(at, v, v.normalize(), self.ray.medium, Rule::Pass)
+        self.go_on(object, hit, v, v.normalize(), self.ray.medium, Rule::Pass)
     }
 
     /// Refracted or reflected by chance at a smooth surface.
@@ -94,9 +91,10 @@ impl Walk<'_, '_> {
         &mut self,
         object: usize,
         hit: &Hit,
-        (v, direction): (DVec3, DVec3),
+        v: DVec3,
+        direction: DVec3,
     ) -> ControlFlow<()> {
-        let Some(sample) = self.turn((object, hit), -direction) else {
+        let Some(sample) = self.turn(object, hit, -direction) else {
             return self.die(false);
         };
         let bsdf = &self.scene.objects()[object].bsdf;
@@ -116,11 +114,11 @@ impl Walk<'_, '_> {
         } else {
             Rule::Reflect
         };
-        self.go_on((object, hit), v, sample.direction, beyond, rule)
+        self.go_on(object, hit, v, sample.direction, beyond, rule)
     }
 
-    /// The way to go on from a smooth surface: one by chance, or, where the edge is split, the refracted one.
-    fn turn(&mut self, (object, hit): (usize, &Hit), toward: DVec3) -> Option<BsdfSample> {
+    /// How the ray leaves a smooth surface: by chance, or, where the edge is split, refracted.
+    fn turn(&mut self, object: usize, hit: &Hit, toward: DVec3) -> Option<BsdfSample> {
         let bsdf = &self.scene.objects()[object].bsdf;
         let surface = surface_at(self.scene, object, hit, self.ray.medium);
         let sample = |u| bsdf.sample(&surface, toward, [u, 0.5, 0.5]);
@@ -128,16 +126,16 @@ impl Walk<'_, '_> {
         if self.sampling.splitting && is_first {
             let (one, other) = (sample(0.0)?, sample(1.0f64.next_down())?);
             if !one.transmitted && other.transmitted {
-                self.edge.split = Some(Box::new(self.split((object, hit), &one)));
+                self.edge.split = Some(Box::new(self.split(object, hit, &one)));
                 return Some(certain(other));
             }
         }
         sample(self.sampler.next_1d())
     }
 
-    /// The way that is not gone on here (docs/theory.md#first-vertex-techniques).
-    fn split(&self, (object, hit): (usize, &Hit), way: &BsdfSample) -> Split {
-        let (scene, direction) = (self.scene, way.direction);
+    /// The branch that is not followed here (docs/theory.md#first-vertex-techniques).
+    fn split(&self, object: usize, hit: &Hit, left_aside: &BsdfSample) -> Split {
+        let (scene, direction) = (self.scene, left_aside.direction);
         let so_far = share(self.sampling.channel_pdf, self.edge.geometry.depth) * self.edge.weight;
         Split {
             start: Start {
@@ -148,22 +146,23 @@ impl Walk<'_, '_> {
                     self.beyond(object, hit, direction),
                 )
             },
-            throughput: so_far * certain(*way).weight,
+            throughput: so_far * certain(*left_aside).weight,
             optical_length: self.edge.optical_length,
         }
     }
 
     /// The medium on that side of a surface to which a direction points.
     fn beyond(&self, object: usize, hit: &Hit, direction: DVec3) -> MediumId {
-        let at = (hit.position, hit.normal);
+        let (x, normal) = (hit.position, hit.normal);
         self.scene
-            .medium_beside(object, self.ray.medium, at, direction)
+            .medium_beside(object, self.ray.medium, x, normal, direction)
     }
 
     /// On from a surface with the velocity before and the direction after.
     fn go_on(
         &mut self,
-        (object, hit): (usize, &Hit),
+        object: usize,
+        hit: &Hit,
         v: DVec3,
         direction: DVec3,
         beyond: MediumId,
@@ -199,11 +198,11 @@ impl Walk<'_, '_> {
     }
 }
 
-/// A way that is taken for certain, not by chance.
-fn certain(way: BsdfSample) -> BsdfSample {
+/// A sample that is taken for certain, not by chance.
+fn certain(sample: BsdfSample) -> BsdfSample {
     BsdfSample {
-        weight: way.weight * way.pdf,
+        weight: sample.weight * sample.pdf,
         pdf: 1.0,
-        ..way
+        ..sample
     }
 }

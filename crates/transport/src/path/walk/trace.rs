@@ -199,10 +199,10 @@ impl<'a, 'b> Walk<'a, 'b> {
             if self.events.collided && !self.sampling.extend {
                 return ControlFlow::Break(());
             }
-            if let Some(met) = met {
+            if let Some((object, meeting)) = met {
                 let (_, v, tangents) = step.at(theta_end);
                 self.ray.differentials = RayDifferentials::Bent(tangents);
-                return self.surface(met, v);
+                return self.surface(object, meeting, v);
             }
             self.events.is_long |= self.scene.is_long(self.travelled.length);
             if self.events.collided && self.events.is_long {
@@ -234,7 +234,7 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
         self.ray.differentials = at(met.map_or(1.0, |(_, meeting)| meeting.theta)).1;
         match met {
-            Some(met) => self.surface(met, v),
+            Some((object, meeting)) => self.surface(object, meeting, v),
             None => self.escape(&arc, v),
         }
     }
@@ -254,15 +254,16 @@ impl<'a, 'b> Walk<'a, 'b> {
         self.travelled.length += length;
         if !self.events.collided {
             let (channel, target) = self.target;
-            let target = (channel, target - depth_before[channel]);
-            let (theta, depth) = attenuation.reach(&arc, theta_end, target);
+            let left = target - depth_before[channel];
+            let (theta, depth) = attenuation.reach(&arc, theta_end, channel, left);
             self.travelled.depth += depth;
             self.edge.geometry.depth = self.travelled.depth;
             self.edge.length = self.travelled.length;
             self.lengthen(arc.optical_length(theta.unwrap_or(theta_end)));
             if let Some(theta) = theta {
                 self.edge.length = length_before + arc.arc_length(theta);
-                self.collide(&arc, theta, at(theta), attenuation.rate(&arc, theta));
+                let (v, differentials) = at(theta);
+                self.collide(&arc, theta, v, differentials, attenuation.rate(&arc, theta));
             }
         }
         if self.events.collided && self.sampling.extend {
@@ -296,7 +297,8 @@ impl<'a, 'b> Walk<'a, 'b> {
         &mut self,
         arc: &Arc,
         theta: f64,
-        (v, differentials): (DVec3, RayDifferentials),
+        v: DVec3,
+        differentials: RayDifferentials,
         rate: Spectrum,
     ) {
         self.edge.end = End::Collision(Point {
@@ -360,7 +362,7 @@ impl<'a, 'b> Walk<'a, 'b> {
             // Depths are added up in another order: the difference may be positive by rounding.
             let rank = -(whole[channel] - target).min(0.0).exp_m1();
             let target = -(-rank / self.edge.forcing[channel]).ln_1p();
-            self.edge.collide_at((channel, target));
+            self.edge.collide_at(channel, target);
         }
     }
 

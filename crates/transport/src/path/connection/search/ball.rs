@@ -80,7 +80,7 @@ impl<'a> Search<'a> {
                         + glass.optical_length(p, end_point),
                     pattern: Pattern::REFRACT,
                 };
-                Some(Candidate::new(start, place, (end_point, facing)))
+                Some(Candidate::new(start, place, end_point, facing))
             }
             ConnectionEnd::Plane {
                 through, direction, ..

@@ -12,7 +12,8 @@ impl Search<'_> {
     /// The connection that a candidate found, whose pieces the solver still holds.
     pub(super) fn found(
         &self,
-        (candidate, ray): (&Candidate, &ConnectingRay),
+        candidate: &Candidate,
+        ray: &ConnectingRay,
         ws: &Workspace,
     ) -> Option<Connection> {
         let (scene, target) = (self.scene, self.target);

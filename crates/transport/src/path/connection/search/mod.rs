@@ -42,7 +42,8 @@ impl Candidate {
     fn new(
         start: connect::InitialGuess<MediumId>,
         place: Start,
-        (end_point, facing): (DVec3, Option<DVec3>),
+        end_point: DVec3,
+        facing: Option<DVec3>,
     ) -> Self {
         Candidate {
             start,
@@ -145,7 +146,7 @@ impl<'a> Search<'a> {
                     optical_length: end_point.distance(place.x) * n,
                     pattern: connect::Pattern::REFRACT,
                 };
-                Some(Candidate::new(start, place, (end_point, facing)))
+                Some(Candidate::new(start, place, end_point, facing))
             }
             ConnectionEnd::Plane {
                 through, direction, ..
@@ -184,7 +185,7 @@ impl<'a> Search<'a> {
     /// A candidate from a plane that arrives at the vertex in a direction.
     fn arriving(&self, start: connect::InitialGuess<MediumId>, direction: DVec3) -> Candidate {
         let place = self.vertex.start(self.scene, -direction);
-        Candidate::new(start, place, (place.x, None))
+        Candidate::new(start, place, place.x, None)
     }
 
     /// One attempt, counted.
@@ -215,7 +216,7 @@ impl<'a> Search<'a> {
         ray: &ConnectingRay,
         ws: &Workspace,
     ) -> Option<Connection> {
-        let connection = self.found((candidate, ray), ws)?;
+        let connection = self.found(candidate, ray, ws)?;
         let leaves = self
             .vertex
             .same_side(connection.direction, candidate.place.direction);

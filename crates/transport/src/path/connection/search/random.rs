@@ -34,7 +34,7 @@ impl Search<'_> {
                     &mut uniform,
                 )?;
                 let (end_point, facing) = self.end_point(position, arrival);
-                Some(Candidate::new(start, place, (end_point, facing)))
+                Some(Candidate::new(start, place, end_point, facing))
             }
             ConnectionEnd::Plane {
                 through, direction, ..
@@ -78,8 +78,8 @@ impl Search<'_> {
         };
         ws.stats.connections.secondary += 1;
         let pieces = ws.solver.pieces().iter().map(Piece::ends);
-        let ends = (self.vertex, self.target);
-        let clear = connection.unless_blocked(self.scene, ends, pieces, &mut ws.stats)?;
+        let (vertex, target) = (self.vertex, self.target);
+        let clear = connection.unless_blocked(self.scene, vertex, target, pieces, &mut ws.stats)?;
         let value = evaluate(&clear)?;
         let (before, mut trials) = (ws.solver.work.steps, 0);
         // Beyond the budget the weight is too small: that is counted.
