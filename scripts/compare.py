@@ -162,9 +162,9 @@ def write_png(path, strips):
 
 TEXT = """# Comparison of the estimators
 
-`path`, `particle` and `bdpt` on the example scenes, each for the same time. Made by `scripts/compare.py`, which can
-be run again on any machine; this is one run with {seeds} independent renders per row, {time:g} s each on {threads}
-thread(s).
+This page helps you to choose between `path`, `particle` and `bdpt`: it compares them on the example scenes at equal time.
+It shows one run of `scripts/compare.py`, which you can repeat on any machine: {seeds} independent renders per row, {time:g} s
+each on {threads} thread(s).
 
 ![Each scene by path, particle and bdpt, from left to right](images/comparison.png)
 
@@ -175,13 +175,17 @@ thread(s).
 |---|---|---|---|---|---|---|
 {rows}
 
-*Relative MSE*: variance of a pixel between renders of one estimator by the square of its brightness (the median of
-the estimators' means, plus {dark:g} % of the image's mean), averaged over pixels and channels. Variances of a few renders are uncertain
-themselves. Errors above 1 come from rare bright samples: they say little more than that there are some. *Gain*:
-how many times less processor time than path the estimator takes for the same error. *Mean of the image*: with its
-standard error, from the differences between the renders; where estimators differ by much more than that, one of them misses light
-([which](scene-format.md#integrator)). Photon maps are compared in [photons.md](photons.md).
-*Capped*: branches whose weighing was cut off, over all renders.
+| column | meaning |
+|---|---|
+| mean of the image | with its standard error, from the differences between the renders. If estimators differ by much more than that, one of them misses light ([which](scene-format.md#what-connections-find)) |
+| relative MSE | variance of a pixel between renders of one estimator, divided by the square of its brightness (the median of the estimators' means, plus {dark:g} % of the image's mean), averaged over pixels and channels |
+| gain | how many times less processor time than `path` the estimator takes for the same error |
+| capped | branches whose weighting was cut off, over all renders |
+
+Variances of a few renders are uncertain themselves. A relative MSE above 1 comes from rare bright samples, and says little more
+than that there are some.
+
+[photons.md](photons.md) compares photon maps.
 
 Parameters: {parameters}.
 """

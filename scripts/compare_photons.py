@@ -88,24 +88,24 @@ def difference(runs, reference):
 
 TEXT = """# Photon maps compared
 
-Bias and noise of photon maps on `{scene}` ({size}), {time:g} s per render on {threads} threads, {seeds} independent
-renders each. Made by `scripts/compare_photons.py`. The reference is the mean of {references} such renders by
-`particle`.
+This page shows bias and noise of photon maps on `{scene}` ({size}), with `bdpt` for comparison: {seeds} independent renders each,
+{time:g} s per render on {threads} threads. `scripts/compare_photons.py` makes it. The reference is the mean of {references} such
+renders by `particle`.
 
 ![One render of each, and below them where their means are too bright or too dark](images/photons.png)
 
-*Above: one render of {names}, from left to right. Below: mean of the
-renders less the reference, red where that is too bright, blue where it is too dark: what is left of noise in both
-is seen as well.*
+*Above: one render of {names}, from left to right.
+Below: the mean of the renders minus the reference, red where it is too bright, blue where it is too dark. It contains the
+remaining noise of both.*
 
 | estimator | samples per pixel | mean of the image | variance | squared bias |
 |---|---|---|---|---|
 {rows}
 | reference | | {mean:.5f} ± {error:.5f} | | |
 
-*Variance*, *squared bias*: of pixels, by the squared reference (plus {dark:g} % of the image's mean), averaged over the
-image. The noise of both means is taken off the second, so that it may be negative where there is no bias. `bdpt` has none: its
-value shows how uncertain the others are.
+*Variance* and *squared bias* are those of pixels, divided by the squared reference (plus {dark:g} % of the image's mean) and averaged
+over the image. The noise of both means is subtracted from the squared bias, which may therefore be negative where there is no
+bias. `bdpt` has no bias: its value shows how uncertain the others are.
 """
 
 
