@@ -402,6 +402,8 @@ mod json_schema {
         let lens = &schema["$defs"]["sensor.thinlens"];
         assert_eq!(lens["required"], json!(["type", "aperture_radius"]));
         assert_eq!(sensor["properties"]["fov_axis"]["default"], json!("x"));
+        let grid = &schema["$defs"]["volume.bspline"];
+        assert_eq!(grid["properties"]["smoothing"]["default"], json!("none"));
         let words = &sensor["properties"]["fov_axis"]["anyOf"][0]["enum"];
         assert_eq!(words, &json!(["x", "y", "smaller", "larger", "diagonal"]));
     }

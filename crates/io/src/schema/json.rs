@@ -168,6 +168,7 @@ fn described(parameter: &Parameter) -> Value {
     let default = match (parameter.default, parameter.value) {
         ("" | "required", _) => None,
         (word, Type::Word(_)) => Some(Value::from(word)),
+        (word, Type::NumberOrWord(words)) if words.contains(&word) => Some(Value::from(word)),
         (text, _) => text.parse().ok(),
     };
     let words = parameter.default.starts_with('(');
