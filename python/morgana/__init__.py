@@ -12,7 +12,7 @@ See docs/python.md.
 from ._errors import Diagnostic, Error, FileError, RenderError, SceneError, SceneWarning
 from ._images import Difference, Image, compare, read, write
 from ._morgana import Field, Ray, Scene, __version__
-from ._rays import Connections, Polyline, Rays, connect, trace
+from ._rays import Connections, Polyline, RayEnds, Rays, connect, trace
 from ._render import render
 from ._result import Layer, Reading, Result
 from ._scene import load_dict, load_field, load_file
@@ -29,6 +29,7 @@ __all__ = [
     "Layer",
     "Polyline",
     "Ray",
+    "RayEnds",
     "Rays",
     "Reading",
     "RenderError",

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Iterable, NamedTuple, Optional, Tuple
+from typing import Iterable, List, NamedTuple, Optional, Tuple
 
 
 class Diagnostic(NamedTuple):
-    """A message about a scene."""
+    """A message about a scene; ``str()`` gives it as the program prints it."""
 
     severity: str
     """``"error"``, ``"warning"`` or ``"note"``."""
@@ -27,27 +27,30 @@ class Diagnostic(NamedTuple):
 
 
 class Error(Exception):
-    """What goes wrong in morgana."""
+    """The base of all exceptions of morgana."""
 
 
 class SceneError(Error, ValueError):
-    """A scene that cannot be used. Its text and its ``diagnostics`` hold everything that is wrong with it."""
+    """A scene that cannot be used. The text lists everything that is wrong with it, with places and suggestions."""
+
+    diagnostics: List[Diagnostic]
+    """Everything that is wrong, and what else is doubtful, a :class:`Diagnostic` each."""
 
     def __init__(self, diagnostics: Iterable[Tuple[str, str, Optional[str], Optional[str]]]) -> None:
         self.diagnostics = [Diagnostic(*fields) for fields in diagnostics]
         super().__init__("\n".join(str(d) for d in self.diagnostics))
 
-    def __reduce__(self) -> Tuple[type, Tuple[list[Diagnostic]]]:
+    def __reduce__(self) -> Tuple[type, Tuple[List[Diagnostic]]]:
         return type(self), (self.diagnostics,)
 
 
 class FileError(Error, OSError):
-    """A file that cannot be read or written."""
+    """A file that cannot be read or written. The text names the file and says why."""
 
 
 class RenderError(Error, ValueError):
-    """A render, measurement or comparison that cannot be done as it was asked for."""
+    """A render, measurement, connection or comparison that cannot be done as it was asked for."""
 
 
 class SceneWarning(UserWarning):
-    """A scene that can be used but may not be what was meant."""
+    """A warning of a scene that can be used but may not be what was meant. ``Scene.warnings`` lists the same."""

@@ -11,19 +11,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _morgana
+from ._checks import mapping, optional_whole, whole
 from ._errors import RenderError
 from ._numbers import numbers
 from ._result import Floats, Result, thumbnail
+from ._values import comparable
 
 Path = Union[str, "os.PathLike[str]"]
 
 
+@comparable
 class Image(NamedTuple):
-    """An image that was read from a file."""
+    """An image with all its layers, as :func:`read` returns it."""
 
     layers: Dict[str, Floats]
-    """Values by layer, float32 of shape (height, width, channels). The main layer is ``""``; renders have the layers
-    ``variance`` and ``samples``, too (docs/images.md)."""
+    """Values by layer, float32, (height, width, channels), row 0 at the top. The main layer is ``""``; renders also have the
+    layers ``variance`` and ``samples`` (docs/images.md)."""
     channels: Dict[str, List[str]]
     """Names of the channels of each layer."""
     attributes: Dict[str, str]
@@ -31,7 +34,13 @@ class Image(NamedTuple):
 
     @property
     def image(self) -> Floats:
-        """The main layer."""
+        """The main layer, float32, (height, width, channels).
+
+        Raises
+        ------
+        KeyError
+            The file has no main layer, but only layers with names.
+        """
         return self.layers[""]
 
     def __repr__(self) -> str:
@@ -43,13 +52,14 @@ class Image(NamedTuple):
         return thumbnail(self.layers[main], self.channels[main])
 
 
+@comparable
 class Difference(NamedTuple):
-    """How far apart two images are (docs/images.md)."""
+    """How far apart two images are, as :func:`compare` finds it (docs/images.md)."""
 
     means: Tuple[float, float]
     """Means of the image and of the reference, over pixels and channels."""
     rmse: float
-    """Root of the mean squared difference."""
+    """Root of the mean squared difference, ≥ 0."""
     relative_mse: float
     """Mean squared difference by the squares of the reference's values; NaN if the reference is black all over."""
     psnr: float
@@ -57,13 +67,18 @@ class Difference(NamedTuple):
     largest: float
     """Largest absolute difference."""
     flip: float
-    """Mean of ``flip_map``."""
+    """Mean of ``flip_map``, 0 to 1."""
     flip_map: Floats
-    """Differences that the eye sees (FLIP), 0 to 1, (height, width)."""
+    """Differences that the eye sees (FLIP), 0 to 1, float32, (height, width)."""
     z: Optional[Dict[str, Any]]
-    """Differences by their standard errors, if both images know their variances: ``count``, ``mean_square`` (1 if they
-    differ by noise only), ``beyond_three`` (share of |z| > 3), ``largest`` |z| with its ``channel`` and ``pixel``, and
-    the ``limit`` that it exceeds by chance in one of 1000 comparisons."""
+    """Differences by their standard errors, or ``None`` unless both images know their variances: ``count``, ``mean_square``
+    (1 if they differ by noise only), ``beyond_three`` (share of |z| > 3), ``largest`` |z| with its ``channel`` and ``pixel``,
+    and the ``limit`` that it exceeds by chance in one of 1000 comparisons."""
+
+    def __repr__(self) -> str:
+        largest = None if self.z is None else self.z["largest"]
+        z = "" if largest is None else f", largest |z| {largest:.3g}"
+        return f"<morgana.Difference: RMSE {self.rmse:.4g}, PSNR {self.psnr:.4g} dB, FLIP {self.flip:.4g}{z}>"
 
 
 Layers = List[Tuple[str, List[str], ArrayLike]]
@@ -71,16 +86,31 @@ Comparable = Union[Path, Result, Image, ArrayLike]
 
 
 def read(path: Path, *, memory: Optional[int] = None) -> Image:
-    """Read an image: ``.exr`` with all layers, ``.npy``, or ``.png``, whose values become linear.
+    """Read an image with all its layers.
 
-    Args:
-        path: The file.
-        memory: Bytes that it may take, as for :func:`load_file`.
+    Parameters
+    ----------
+    path : path_like
+        An ``.exr``, ``.npy`` or ``.png`` file. Values of ``.png`` become linear.
+    memory : int, optional
+        Bytes that the image may take, as for :func:`load_file`.
 
-    Raises:
-        FileError: A file that cannot be read.
+    Returns
+    -------
+    Image
+        Its layers, channels and attributes.
+
+    Raises
+    ------
+    FileError
+        A file that cannot be read.
+
+    Examples
+    --------
+    >>> image = morgana.read("fog.exr")
+    >>> image.layers["variance"].shape, image.attributes["seed"]
     """
-    layers, attributes = _morgana.read_image(os.fspath(path), memory)
+    layers, attributes = _morgana.read_image(os.fspath(path), optional_whole(memory, "memory", 1))
     values = {name: array for name, _, array in layers}
     return Image(values, {name: channels for name, channels, _ in layers}, dict(attributes))
 
@@ -91,40 +121,74 @@ def write(
     *,
     attributes: Optional[Mapping[str, str]] = None,
 ) -> None:
-    """Write an image or the readings of meters, completely or not at all.
+    """Write an image or the readings of meters to a file, completely or not at all.
 
-    Args:
-        path: The file; its extension chooses the format: ``.exr``, ``.png`` or ``.npy`` for an image, ``.npz``, ``.h5``,
-            ``.nrrd`` or ``.npy`` for the readings of meters.
-        image: A :class:`Result`, an :class:`Image`, or an array of shape (height, width) or (height, width, channels).
-            An EXR file of a result is that of the program, with all layers.
-        attributes: Texts to keep in an EXR file of an image or array.
+    Parameters
+    ----------
+    path : path_like
+        The file; its extension chooses the format: ``.exr``, ``.png`` or ``.npy`` for an image, ``.npz``, ``.h5``, ``.nrrd`` or
+        ``.npy`` for the readings of meters.
+    image : Result, Image or array_like
+        What to write; an array has shape (height, width) or (height, width, channels), row 0 at the top. An EXR file of a
+        result is that of the program, with all layers.
+    attributes : mapping of str to str, optional
+        Texts to keep in an EXR file of an image or array. A result has its own.
 
-    Raises:
-        FileError: A file that cannot be written, or a format that does not fit.
+    Raises
+    ------
+    FileError
+        A file that cannot be written, or a format that does not fit.
+    RenderError
+        An array that is no image, or ``attributes`` of a result.
+
+    Examples
+    --------
+    >>> morgana.write("fog.exr", result)
+    >>> morgana.write("ramp.png", np.linspace(0, 1, 256).reshape(1, 256))
     """
     if isinstance(image, Result):
+        if attributes:
+            raise RenderError("attributes are for images and arrays: a result writes its own")
         image.write(path)
         return
     known = dict(image.attributes) if isinstance(image, Image) else {}
-    known.update(attributes or {})
+    known.update(mapping(attributes or {}, "attributes"))
+    for name, text in known.items():
+        if not (isinstance(name, str) and isinstance(text, str)):
+            raise TypeError(f"attributes[{name!r}] is {text!r} but attributes are texts by names: convert it by str()")
     _morgana.write_image(os.fspath(path), _layers(image), list(known.items()))
 
 
 def compare(image: Comparable, reference: Comparable, *, block: int = 1) -> Difference:
     """Compare an image with a reference.
 
-    Args:
-        image: A file, a :class:`Result`, an :class:`Image`, or an array.
-        reference: The same.
-        block: z are those of means over blocks of so many by so many pixels.
+    Parameters
+    ----------
+    image : path_like, Result, Image or array_like
+        What to compare; an array has shape (height, width) or (height, width, channels).
+    reference : path_like, Result, Image or array_like
+        What to compare it with, of the same size and channels.
+    block : int, optional
+        Side of the blocks of pixels, ≥ 1, whose means ``z`` compares.
 
-    Raises:
-        FileError: A file that cannot be read.
-        RenderError: Images of different sizes or channels, values that are not finite.
+    Returns
+    -------
+    Difference
+        Errors, what the eye sees, and differences by their standard errors.
+
+    Raises
+    ------
+    FileError
+        A file that cannot be read.
+    RenderError
+        Images of different sizes or channels, or values that are not finite.
+
+    Examples
+    --------
+    >>> difference = morgana.compare("on.exr", "off.exr")
+    >>> difference.rmse, difference.flip
     """
-    if block < 1:
-        raise RenderError(f"block is {block} but must be at least 1")
+    block = whole(block, "block", 1)
     text, flip_map = _morgana.compare_images(_layers(image), _layers(reference), block)
     found = json.loads(text)
     return Difference(

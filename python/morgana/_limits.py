@@ -1,6 +1,11 @@
 """What is asked for of a run."""
 
-from typing import Optional, Tuple, TypedDict
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Optional, Tuple, TypedDict, Union
+
+if TYPE_CHECKING:
+    from ._morgana import Field
 
 
 class Instead(TypedDict):
@@ -25,3 +30,15 @@ class Limits(TypedDict):
     """Relative error at which to stop, and whether it is that of pixels."""
     threads: int
     """0 for as many as there are processors."""
+
+
+class TraceOptions(TypedDict):
+    """How rays are followed, as the compiled part takes it."""
+
+    max_length: Optional[float]
+    """Scene units; a field needs it."""
+    reference_index: Union[None, float, Field]
+    time: Optional[float]
+    """Seconds."""
+    paths: bool
+    """Whether the points of each ray are kept."""

@@ -10,5 +10,21 @@ from . import _morgana
 
 def numbers(values: ArrayLike, what: str, kind: type = float) -> NDArray[Any]:
     """An array of numbers of a kind. Masked arrays are refused where they hide elements; ``what`` names them."""
+    if values is None:
+        raise TypeError(f"{what} is None but must be an array of real numbers")
     _morgana.refuse_masked(values, what)
-    return np.asarray(values, kind)
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind not in "buifO":
+            raise TypeError(f"elements of type {array.dtype}")
+        return array.astype(kind, copy=False)
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{what} must be an array of real numbers: {error}") from None
+
+
+def vectors(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    """Vectors of space: an array of shape (..., 3)."""
+    array = numbers(values, what)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise ValueError(f"{what} must have shape (..., 3), three coordinates each, but have {array.shape}")
+    return array

@@ -28,6 +28,8 @@ class Bar:
         self._shown: Any = None
         if callable(progress):
             self._show = progress
+        elif progress not in (True, False):
+            raise TypeError(f"progress is {progress!r} but must be True, False or a function")
         elif progress:
             self._shown = _bar()
             self._show = self._shown.show

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from typing import Callable, Optional, Union
 
+from . import _checks as checks
 from . import _morgana
 from ._errors import RenderError, SceneWarning
 from ._limits import Limits
@@ -31,35 +31,58 @@ def render(
 ) -> Result:
     """Render a scene, or measure if it has meters in place of a camera.
 
-    Other Python threads run meanwhile. Ctrl-C ends the render at the end of its pass, or gives the pass up if it
-    takes longer than 0.6 seconds more; what there is then is returned, with ``stopped == "interrupted"``. No
-    ``KeyboardInterrupt`` is raised. (Python tells of Ctrl-C on its main thread only.)
+    Other Python threads run meanwhile. Ctrl-C ends the render at the end of its pass, or gives the pass up if it takes longer
+    than 0.6 seconds more. ``render`` then returns what there is, with ``stopped == "interrupted"``, and raises no
+    ``KeyboardInterrupt``. (Python notices Ctrl-C on its main thread only.)
 
-    Args:
-        scene: What to render.
-        spp: Samples per pixel, instead of the scene's number.
-        particles: Particles to follow if the scene has meters, instead of the scene's number.
-        seed: Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit by bit, for any number
-            of threads.
-        integrator: Estimator instead of the scene's: ``path``, ``particle``, ``bdpt``, ``photon`` or ``sppm``. Parameters
-            that all have in common stay those of the scene.
-        time: Seconds after which to stop; ``spp`` is an upper bound then.
-        target_error: Stop when the measured error is down to this part of the image's mean; ``spp`` is an upper bound
-            then. Stopping by measured errors biases the mean slightly.
-        target: What ``target_error`` is of: ``image``, the standard error of the image's mean, or ``pixel``, the root
-            mean square of those of all pixels.
-        threads: Number of threads; as many as there are processors by default.
-        progress: ``True`` for a bar, drawn by tqdm if it is installed; or a function that is called on this thread with
-            the share of the work that is done, 0 to 1.
+    Parameters
+    ----------
+    scene : Scene
+        What to render.
+    spp : int, optional
+        Samples per pixel, ≥ 1, instead of the scene's number.
+    particles : int, optional
+        Particles to follow, ≥ 1, instead of the scene's number, if the scene has meters.
+    seed : int, optional
+        Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
+    integrator : str, optional
+        Integrator instead of the scene's: ``path``, ``particle``, ``bdpt``, ``photon`` or ``sppm``. Parameters that all have in
+        common stay those of the scene.
+    time : float, optional
+        Seconds after which to stop, > 0; ``spp`` is an upper bound then.
+    target_error : float, optional
+        Stop when the measured error is down to this part of the image's mean, > 0; ``spp`` is an upper bound then. Stopping by
+        measured errors biases the mean slightly.
+    target : {"image", "pixel"}, optional
+        What ``target_error`` is of: the standard error of the image's mean, or the root mean square of those of all pixels.
+    threads : int, optional
+        Number of threads, ≥ 1; by default as many as there are processors.
+    progress : bool or callable, optional
+        ``True`` for a bar, drawn by tqdm if it is installed; or a function that is called on this thread with the share of the
+        work that is done, 0 to 1.
 
-    Returns:
+    Returns
+    -------
+    Result
         The picture, or the readings of the meters.
 
-    Raises:
-        RenderError: What was asked for does not fit the scene, or is out of range.
-        SceneError: An unknown integrator.
-        MemoryError: The film or the meters do not fit into memory.
+    Raises
+    ------
+    RenderError
+        What was asked for does not fit the scene, or is out of range.
+    TypeError
+        An argument of another type.
+    SceneError
+        An unknown integrator, or one that the scene cannot use.
+    MemoryError
+        The film or the meters do not fit into memory.
+
+    Examples
+    --------
+    >>> result = morgana.render(scene, spp=16, seed=1, progress=True)
+    >>> result.image.shape, result.mean, result.mean_error
     """
+    checks.scene(scene)
     wanted = limits(scene, spp, particles, seed, integrator, threads, time, target_error, target)
     with Bar(scene, wanted["samples"], time, progress) as tick:
         if scene.meters:
@@ -80,9 +103,14 @@ def limits(
 ) -> Limits:
     """What is asked for of a run, once it has been found to make sense; see :func:`render`."""
     has_meters = bool(scene.meters)
-    if not 0 <= seed < 2**64:
-        raise RenderError(f"seed is {seed} but must be from 0 to 2⁶⁴ − 1")
-    _check(has_meters, spp, particles, integrator, time, target_error, target, threads)
+    seed = checks.whole(seed, "seed", 0, 2**64 - 1)
+    checks.text(integrator, "integrator")
+    time = checks.optional_positive(time, "time")
+    target_error = checks.optional_positive(target_error, "target_error")
+    spp = checks.optional_whole(spp, "spp", 1)
+    particles = checks.optional_whole(particles, "particles", 1)
+    threads = checks.optional_whole(threads, "threads", 1, checks.MOST_THREADS)
+    _check(has_meters, spp, particles, integrator, target_error, target)
     wanted = particles if has_meters else spp
     if wanted is None and time is None and target_error is None:
         wanted = scene.spp
@@ -103,10 +131,8 @@ def _check(
     spp: Optional[int],
     particles: Optional[int],
     integrator: Optional[str],
-    time: Optional[float],
     target_error: Optional[float],
     target: str,
-    threads: Optional[int],
 ) -> None:
     if has_meters:
         for name, value in [("spp", spp), ("integrator", integrator), ("target_error", target_error)]:
@@ -114,14 +140,10 @@ def _check(
                 raise RenderError(f"{name} is for pictures, but the scene has meters in place of a camera")
     elif particles is not None:
         raise RenderError("particles is for scenes with meters; for a camera it is spp")
-    for name, number in [("spp", spp), ("particles", particles), ("threads", threads)]:
-        if number is not None and number < 1:
-            raise RenderError(f"{name} is {number} but must be at least 1")
-    for name, limit in [("time", time), ("target_error", target_error)]:
-        if limit is not None and not (limit > 0 and math.isfinite(limit)):
-            raise RenderError(f"{name} is {limit} but must be a positive number")
     if target not in ("image", "pixel"):
         raise RenderError(f"target is {target!r} but must be 'image' or 'pixel'")
+    if target != "image" and target_error is None:
+        raise RenderError("target says what target_error is of: give target_error, too")
 
 
 def _whole_periods(scene: Scene, wanted: int) -> int:

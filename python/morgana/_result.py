@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from . import _morgana
 from ._errors import RenderError
 from ._morgana import Scene
+from ._values import alike, comparable
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -24,17 +25,30 @@ THUMBNAIL = 320
 """Longest side of a thumbnail, in pixels."""
 
 
+@comparable
 class Layer(NamedTuple):
-    """A layer of light."""
+    """A layer of a picture: a part of its light, or a quantity of its rays."""
 
     mean: Floats
-    """Means of pixels, of the shape of the image."""
+    """Means of pixels, float32, (height, width, channels)."""
     variance: Floats
-    """Variances of the means, of the same shape."""
+    """Variances of the means, of the same shape; infinite with fewer than two samples."""
     few: Bools
     """Where the variances cannot be trusted, of the same shape: see ``Result.few``."""
+    channels: List[str]
+    """Names of the channels: those of the picture, or, such as ``X`` and ``Y``, the components of a quantity."""
+
+    @property
+    def error(self) -> Floats:
+        """Standard errors of the means, of the same shape."""
+        return np.sqrt(self.variance)
+
+    def __repr__(self) -> str:
+        height, width, _ = self.mean.shape
+        return f"<morgana.Layer of {width} × {height}, channels {', '.join(self.channels)}, mean {self.mean.mean(dtype=float):.5g}>"
 
 
+@comparable
 class Reading(NamedTuple):
     """A quantity that a meter has measured (docs/meters.md)."""
 
@@ -51,15 +65,24 @@ class Reading(NamedTuple):
     """Effective numbers of particles from which the means come, of the shape of ``mean``: how many equal ones would make
     means that are known as well."""
     few: Optional[Bools] = None
-    """Where the errors cannot be trusted, for they come from fewer than ten effective particles or mostly from a single one
-    (docs/meters.md)."""
+    """Where the errors cannot be trusted, because they come from fewer than ten effective particles or mostly from a single
+    one (docs/meters.md)."""
+
+    def __repr__(self) -> str:
+        shape = " × ".join(f"{count} {axis}" for axis, count in zip(self.axes, self.mean.shape)) or "1 value"
+        most = f", at most {self.mean.max():.5g}" if self.mean.size else ""
+        return f"<morgana.Reading of {shape}{most} {self.unit}>".replace(" >", ">")
 
 
 class Result:
-    """What :func:`render` gives: a picture, or the readings of meters.
+    """What :func:`render` returns: a picture, or the readings of meters.
 
-    Arrays are made when they are first asked for, and kept.
+    Arrays are made when they are first asked for, and kept. Results can be pickled, and compared with ``==``: equal ones have
+    the same numbers, of an equal scene, however long they took.
     """
+
+    scene: Scene
+    """What was rendered."""
 
     def __init__(self, scene: Scene, run: Union[_morgana.Rendered, _morgana.Measured]) -> None:
         self.scene = scene
@@ -69,18 +92,16 @@ class Result:
         return {"scene": self.scene, "_run": self._run}
 
     def __eq__(self, other: object) -> bool:
-        """Whether it has the same numbers, of an equal scene; how long they took does not matter."""
         if not isinstance(other, Result):
             return NotImplemented
-        return self.scene == other.scene and _alike(self._numbers(), other._numbers())
+        return self.scene == other.scene and alike(self._numbers(), other._numbers())
 
     __hash__ = None  # type: ignore[assignment]
 
     def _numbers(self) -> Dict[str, Any]:
         if isinstance(self._run, _morgana.Measured):
             return {name: data for name, (_, _, data) in self._arrays.items()}
-        layers = {f"{name}.{i}": part for name, layer in self.layers.items() for i, part in enumerate(layer)}
-        return {"image": self.image, "variance": self.variance, "samples": self.samples, **layers}
+        return {"image": self.image, "variance": self.variance, "samples": self.samples, **self.layers}
 
     @functools.cached_property
     def stats(self) -> Dict[str, Any]:
@@ -95,9 +116,11 @@ class Result:
 
     @property
     def balance(self) -> Optional[Dict[str, Any]]:
-        """Where the light of all emitters went, in their unit of power, if particles were followed: ``emitted``, and
-        ``mean`` and ``standard_error`` of what was ``absorbed_by_media``, ``absorbed_by_surfaces``, ``escaped``,
-        ``cut_off``, ``lost``, ``left_over``."""
+        """Where the light of all emitters went, in their unit of power, or ``None`` if no particles were followed.
+
+        ``emitted``, and ``mean`` and ``standard_error`` of what was ``absorbed_by_media``, ``absorbed_by_surfaces``,
+        ``escaped``, ``cut_off``, ``lost``, ``left_over``.
+        """
         balance: Optional[Dict[str, Any]] = self.stats["balance"]
         return balance
 
@@ -110,80 +133,115 @@ class Result:
     def _rendered(self) -> _morgana.Rendered:
         if isinstance(self._run, _morgana.Rendered):
             return self._run
-        raise RenderError("the scene has meters in place of a camera: see 'meters'")
+        raise RenderError("the scene has meters in place of a camera, hence no picture: see Result.meters")
 
     @functools.cached_property
     def image(self) -> Floats:
-        """The picture: means of pixels, float32 of shape (height, width, channels), row 0 at the top. Radiance, in the
-        unit of the emitters."""
+        """The picture: means of pixels, float32, (height, width, channels), row 0 at the top.
+
+        Radiance, in the unit of the emitters; by the integrator ``aov`` the quantities of rays (see ``layers``).
+
+        Raises
+        ------
+        RenderError
+            The scene has meters in place of a camera, here as for all that belongs to a picture.
+        """
         return self._rendered.mean()
 
     @functools.cached_property
     def variance(self) -> Floats:
-        """Variances of the means, of the shape of ``image``; unbiased, infinite with fewer than two samples."""
+        """Variances of the means, float32, of the shape of ``image``; unbiased, infinite with fewer than two samples."""
         return self._rendered.variance()
 
     @functools.cached_property
     def error(self) -> Floats:
-        """Standard errors of the means, of the shape of ``image``."""
+        """Standard errors of the means, float32, of the shape of ``image``."""
         return np.sqrt(self.variance)
 
     @functools.cached_property
     def samples(self) -> NDArray[np.uint64]:
-        """Numbers of samples, of shape (height, width)."""
+        """Numbers of samples, uint64, (height, width)."""
         return self._rendered.counts()
 
     @property
     def mean(self) -> float:
-        """Mean of the image over pixels and channels."""
+        """Mean of the image over pixels and channels; of no use by the integrator ``aov``, whose channels are of many kinds."""
         return self._rendered.summary()[0]
 
     @property
     def mean_error(self) -> float:
-        """Standard error of ``mean``, which knows that pixels may share paths."""
+        """Standard error of ``mean``, which takes into account that pixels may share paths."""
         return self._rendered.summary()[1]
 
     @property
     def mean_few(self) -> bool:
-        """Whether ``mean_error`` cannot be trusted: it comes mostly from a few bright samples. Take more samples; if the
-        integrator is ``path``, try ``bdpt``."""
+        """Whether ``mean_error`` cannot be trusted, because it comes mostly from a few bright samples.
+
+        Take more samples; if the integrator is ``path``, try ``bdpt``.
+        """
         return self._rendered.mean_few()
 
     @functools.cached_property
     def effective(self) -> Floats:
-        """Effective numbers of samples of the pixels, of the shape of ``image``: how many equal ones would make means that
-        are known as well. With the sampler ``ldsampler`` each replicate counts as one."""
+        """Effective numbers of samples of the pixels, float32, of the shape of ``image``.
+
+        How many equal ones would make means that are known as well. With the sampler ``ldsampler`` each replicate counts as
+        one.
+        """
         return self._rendered.effective()
 
     @functools.cached_property
     def few(self) -> Bools:
-        """Where ``variance`` and ``error`` cannot be trusted, of the shape of ``image``: fewer than ten effective samples have
-        found light, or a single one makes most of the variance (docs/images.md)."""
+        """Where ``variance`` and ``error`` cannot be trusted, bool, of the shape of ``image``.
+
+        Fewer than ten effective samples have found light there, or a single one makes most of the variance
+        (docs/images.md). ``False`` everywhere by the integrator ``aov``.
+        """
         return self._rendered.few()
 
     @functools.cached_property
     def reweighted(self) -> Optional[Floats]:
-        """The picture with less weight for rare bright samples, if the film asks for it; biased."""
+        """The picture with less weight for rare bright samples, of the shape of ``image``, if the film asks for it; biased."""
         return self._rendered.reweighted()
 
     @functools.cached_property
-    def _layers(self) -> Tuple[Dict[str, Layer], List[Dict[str, Any]]]:
-        if isinstance(self._run, _morgana.Measured):
-            return {}, []
-        layers, axes = self._run.layers()
-        return {name: Layer(mean, variance, few) for name, mean, variance, few in layers}, json.loads(axes)
-
-    @property
     def layers(self) -> Dict[str, Layer]:
-        """Layers of light that the film tells apart (``decomposition``), by names such as ``time.0012.bounce.1``. Their
-        means add up to ``image``."""
-        return self._layers[0]
+        """The layers of the picture by their names; empty if it has none, and for readings of meters.
+
+        Of a film with a ``decomposition``, its parts of the light, by names such as ``time.0012.bounce.1``. Their means add up to
+        ``image``.
+
+        By the integrator ``aov``, the quantities of rays, by their names in scene files, such as ``optical_length`` or
+        ``deflection`` (docs/scene-format.md#other-quantities-than-light has their units). Pixels are means over all rays, of
+        which those that are lost count as zero: divide by ``layers["valid"].mean`` for means over the others.
+        """
+        if isinstance(self._run, _morgana.Measured):
+            return {}
+        light, _ = self._decomposition
+        return {**light, **self._quantities()}
 
     @property
     def axes(self) -> List[Dict[str, Any]]:
         """What the film tells apart: for each axis its ``name``, ``"length"``, ``"time"``, ``"bounce"`` or ``"light"``,
         and its bins: ``min``, ``max``, ``width``, ``bins``, or ``max``, or ``emitters``."""
-        return self._layers[1]
+        return self._decomposition[1]
+
+    @functools.cached_property
+    def _decomposition(self) -> Tuple[Dict[str, Layer], List[Dict[str, Any]]]:
+        if isinstance(self._run, _morgana.Measured):
+            return {}, []
+        layers, axes = self._run.layers()
+        named = {name: Layer(mean, variance, few, self.channels) for name, mean, variance, few in layers}
+        return named, json.loads(axes)
+
+    def _quantities(self) -> Dict[str, Layer]:
+        layers, first = {}, 0
+        for name, channels in self._rendered.quantities():
+            at = np.s_[..., first : first + len(channels)]
+            own = [channel.rpartition(".")[2] for channel in channels]
+            layers[name] = Layer(self.image[at], self.variance[at], self.few[at], own)
+            first += len(channels)
+        return layers
 
     @functools.cached_property
     def _arrays(self) -> Dict[str, Tuple[str, List[str], Doubles]]:
@@ -193,8 +251,11 @@ class Result:
 
     @functools.cached_property
     def meters(self) -> Dict[str, Reading]:
-        """What meters have read, by the names of the quantities: ``fluence``, ``absorbed``, ``power``, ``irradiance``
-        and others; with the meter's name and a dot in front if there are several. Empty for a picture."""
+        """What meters have read, by the names of the quantities; empty for a picture.
+
+        ``fluence``, ``absorbed``, ``power``, ``irradiance`` and others (docs/meters.md), with the meter's name and a dot in
+        front if there are several meters.
+        """
         arrays = self._arrays
         readings = {}
         for name, (unit, axes, mean) in arrays.items():
@@ -209,15 +270,26 @@ class Result:
 
     @property
     def emitted(self) -> Optional[Doubles]:
-        """Power of all emitters for each channel, W, if the scene has meters."""
+        """Power of all emitters, (channels,), in W; ``None`` for a picture."""
         return self._arrays["emitted"][2] if self._arrays else None
 
     def write(self, path: Union[str, "os.PathLike[str]"]) -> None:
-        """Write the picture to an ``.exr``, ``.png`` or ``.npy`` file, or the readings to an ``.npz``, ``.h5``, ``.nrrd`` or
-        ``.npy`` file, completely or not at all.
+        """Write the picture or the readings to a file, completely or not at all.
 
-        Raises:
-            FileError: A file that cannot be written, or a format that does not fit.
+        Parameters
+        ----------
+        path : path_like
+            The file; its extension chooses the format: ``.exr``, ``.png`` or ``.npy`` for a picture, ``.npz``, ``.h5``,
+            ``.nrrd`` or ``.npy`` for readings.
+
+        Raises
+        ------
+        FileError
+            A file that cannot be written, or a format that does not fit.
+
+        Examples
+        --------
+        >>> result.write("fog.exr")
         """
         self._run.write(os.fspath(path))
 
@@ -230,6 +302,9 @@ class Result:
             readings = ", ".join(self.meters)
             return f"{self.scene.name}: {readings}, {self.stats['particles']} particles{stopped}"
         height, width, channels = self.image.shape
+        if quantities := self._rendered.quantities():
+            names = ", ".join(name for name, _ in quantities)
+            return f"{self.scene.name}: {width} × {height}, {self.stats['spp']} spp, {names}{stopped}"
         mean = f"mean {self.mean:.5g} ± {self.mean_error:.2g}"
         if self.mean_few:
             mean += " (error not to be trusted)"
@@ -240,10 +315,6 @@ class Result:
         if isinstance(self._run, _morgana.Measured):
             return f"<p>{text}</p>"
         return f"{thumbnail(self.image, self.channels)}<p>{text}</p>"
-
-
-def _alike(a: Dict[str, Any], b: Dict[str, Any]) -> bool:
-    return a.keys() == b.keys() and all(np.array_equal(a[name], b[name], equal_nan=True) for name in a)
 
 
 def thumbnail(image: Floats, channels: List[str]) -> str:

@@ -6,6 +6,9 @@ import os
 import warnings
 from typing import Any, Dict, List, Mapping, Optional, Tuple, TypeVar, Union
 
+import numpy as np
+
+from . import _checks as checks
 from . import _morgana
 from ._errors import RenderError, SceneWarning
 from ._limits import Instead
@@ -27,20 +30,38 @@ def load_file(
 ) -> Scene:
     """Read a scene file: JSON if its name ends in ``.json``, else XML (docs/scene-format.md).
 
-    Args:
-        path: The file.
-        integrator: Estimator in place of the scene's: ``path``, ``particle``, ``bdpt``, ``photon``, ``sppm`` or ``aov``.
-            What all have in common stays as the scene has it.
-        sampler: Sampler in place of the scene's: ``independent``, ``ldsampler``, or ``ldsampler:64`` with larger replicates.
-        adaptive: Give noisy pixels more of the samples, even if the scene's sampler does not ask for it.
-        memory: Bytes that each data file may take once it is read, however small it is: 2 GiB by default, or ten times
-            the file and 64 MiB if that is more (docs/security.md).
-        **parameters: Values for the scene's parameters (``<default>``), as ``-D name=value`` of the program.
-
-    Raises:
-        SceneError: The scene cannot be used; its ``diagnostics`` say why and where.
-
     What is doubtful about the scene is told as :class:`SceneWarning`. A scene is pickled as its absolute path, and read again.
+
+    Parameters
+    ----------
+    path : path_like
+        The file.
+    integrator : str, optional
+        Integrator in place of the scene's: ``path``, ``particle``, ``bdpt``, ``photon``, ``sppm`` or ``aov``. Parameters that
+        all have in common stay as the scene has them.
+    sampler : str, optional
+        Sampler in place of the scene's: ``independent``, ``ldsampler``, or ``ldsampler:64`` with larger replicates.
+    adaptive : bool, optional
+        Whether noisy pixels get more of the samples, even if the scene's sampler does not ask for it.
+    memory : int, optional
+        Bytes that each data file may take once it is read, however small it is. By default 2 GiB, or ten times the file and
+        64 MiB if that is more (docs/security.md).
+    **parameters : str, float or bool
+        Values for the scene's parameters (``<default>``), as ``-D name=value`` of the program.
+
+    Returns
+    -------
+    Scene
+        The scene, ready to render.
+
+    Raises
+    ------
+    SceneError
+        The scene cannot be read or used; its ``diagnostics`` say why and where.
+
+    Examples
+    --------
+    >>> scene = morgana.load_file("scenes/grid_lens.xml", width=96, height=72)
     """
     instead = _instead(integrator, sampler, adaptive, memory)
     scene = _morgana.load_file(os.fspath(path), _defines(parameters), instead)
@@ -57,33 +78,80 @@ def load_dict(
     memory: Optional[int] = None,
     **parameters: Define,
 ) -> Scene:
-    """Make a scene of a dictionary, as Mitsuba's ``load_dict`` does.
+    """Make a scene from a dictionary, as Mitsuba's ``load_dict`` does.
 
-    Args:
-        scene: ``{"type": "scene", ...}``: what a JSON scene says (docs/scene-format.md#json-scenes), with arrays for
-            volumes (``data``), meshes (``type`` ``mesh``), matrices and points. Arrays may have any strides and any
-            type of numbers. Each is copied once while the scene is read, and again into the form in which rays need it,
-            in single precision; the first copy is freed when this function returns. Later changes of the arrays do not
-            change the scene. Relative names of files start from the current folder. The dictionary is kept for pickling.
-        integrator, sampler, adaptive, memory: As for :func:`load_file`.
-        **parameters: As for :func:`load_file`, for the scene's ``"parameters"``.
+    Arrays may have any strides and any real type of numbers. Each is copied while the scene is read, and again into the form in
+    which rays need it, in single precision; the first copy is freed when this function returns. Later changes of the arrays do
+    not change the scene. The dictionary is kept for pickling.
 
-    Raises:
-        SceneError: The scene cannot be used; places are such as ``scene["ball"]["radius"]``.
-        TypeError: A value of a type that no scene can have.
+    Parameters
+    ----------
+    scene : mapping
+        ``{"type": "scene", ...}``: what a JSON scene says (docs/scene-format.md#json-scenes), with arrays for volumes
+        (``data``), meshes (``type`` ``mesh``), matrices and points. Relative names of files start from the current folder.
+    integrator : str, optional
+        As for :func:`load_file`.
+    sampler : str, optional
+        As for :func:`load_file`.
+    adaptive : bool, optional
+        As for :func:`load_file`.
+    memory : int, optional
+        As for :func:`load_file`.
+    **parameters : str, float or bool
+        Values for the scene's ``"parameters"``.
+
+    Returns
+    -------
+    Scene
+        The scene, ready to render.
+
+    Raises
+    ------
+    SceneError
+        The scene cannot be used; places are such as ``scene["ball"]["radius"]``.
+    TypeError
+        A value of a type that no scene can have.
+    ValueError
+        A masked array that hides elements.
+
+    Examples
+    --------
+    >>> scene = morgana.load_dict({
+    ...     "type": "scene",
+    ...     "sensor": {"type": "perspective", "fov": 40, "film": {"type": "hdrfilm", "width": 64, "height": 48}},
+    ...     "sky": {"type": "constant"},
+    ... })
     """
     instead = _instead(integrator, sampler, adaptive, memory)
-    return _warned(_morgana.load_dict(dict(scene), _defines(parameters), instead))
+    return _warned(_morgana.load_dict(checks.mapping(scene, "a scene"), _defines(parameters), instead))
 
 
 def load_field(volume: Mapping[str, Any]) -> Field:
-    """Make a refractive-index field of a dictionary that describes a volume, such as
-    ``{"type": "luneburg", "radius": 2}`` or ``{"type": "bspline", "data": array, "placement": "nodes"}``.
+    """Make a refractive-index field from a dictionary that describes a volume.
 
-    Raises:
-        SceneError: A volume that is no refractive index.
+    Parameters
+    ----------
+    volume : mapping
+        A volume as an ``ior`` of a scene takes it (docs/scene-format.md#refractive-index-ior).
+
+    Returns
+    -------
+    Field
+        The field, in the coordinates of its ``to_world``.
+
+    Raises
+    ------
+    SceneError
+        A volume that is no refractive index.
+
+    Examples
+    --------
+    >>> morgana.load_field({"type": "luneburg", "radius": 2}).n([0, 0, 0])
+    array(1.41421356)
+    >>> morgana.load_field({"type": "bspline", "data": 1 + 0.01 * np.random.rand(8, 8, 8), "placement": "nodes"})
+    <morgana.Field, varying>
     """
-    return _morgana.load_field(dict(volume))
+    return _morgana.load_field(checks.mapping(volume, "a volume"))
 
 
 def remake(recipe: Tuple[str, Any, List[Tuple[str, str]], Instead], expected: str) -> Scene:
@@ -119,17 +187,26 @@ def _unchanged(made: Made, found: str, expected: str) -> Made:
 
 
 def _defines(parameters: Dict[str, Define]) -> List[Tuple[str, str]]:
-    return [(name, _text(value)) for name, value in parameters.items()]
+    return [(name, _text(name, value)) for name, value in parameters.items()]
 
 
 def _instead(
     integrator: Optional[str], sampler: Optional[str], adaptive: bool, memory: Optional[int]
 ) -> Instead:
-    return {"integrator": integrator, "sampler": sampler, "adaptive": adaptive, "memory": memory}
+    return {
+        "integrator": checks.text(integrator, "integrator"),
+        "sampler": checks.text(sampler, "sampler"),
+        "adaptive": checks.truth(adaptive, "adaptive"),
+        "memory": checks.optional_whole(memory, "memory", 1),
+    }
 
 
-def _text(value: Define) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+def _text(name: str, value: Define) -> str:
+    if isinstance(value, (bool, np.bool_)):
+        return str(value).lower()
+    if isinstance(value, (str, int, float, np.integer, np.floating)):
+        return str(value)
+    raise TypeError(f"the parameter {name!r} is {value!r} but must be a text, a number or a boolean")
 
 
 def _warned(scene: Scene) -> Scene:

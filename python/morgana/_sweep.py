@@ -10,17 +10,21 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tup
 import numpy as np
 from numpy.typing import NDArray
 
+from ._checks import mapping
 from ._errors import RenderError
+from ._morgana import Scene
 from ._render import render
 from ._result import Result
 from ._scene import Define, load_dict, load_file
+from ._values import comparable
 
 Doubles = NDArray[np.float64]
 Source = Union[str, Dict[str, Any]]
 
 
+@comparable
 class Sweep(NamedTuple):
-    """What :func:`sweep` gives. All arrays begin with one axis for each parameter that was varied, in their order."""
+    """What :func:`sweep` returns. All arrays begin with one axis for each parameter that was varied, in their order."""
 
     parameters: Dict[str, NDArray[Any]]
     """The values of each parameter that was varied."""
@@ -35,12 +39,23 @@ class Sweep(NamedTuple):
     stats: NDArray[np.object_]
     """What happened in each run: see ``Result.stats``."""
 
-    def to_xarray(self) -> Any:
-        """The same as an ``xarray.Dataset``: a variable for each quantity, and one with ``_error`` after its name, whose
-        coordinates are the parameters and the middles of bins.
+    def __repr__(self) -> str:
+        varied = ", ".join(f"{len(values)} values of {name}" for name, values in self.parameters.items())
+        return f"<morgana.Sweep over {varied}: {', '.join(self.mean)}>"
 
-        Raises:
-            ImportError: xarray is not installed.
+    def to_xarray(self) -> Any:
+        """Make an ``xarray.Dataset`` of the same.
+
+        Returns
+        -------
+        xarray.Dataset
+            A variable for each quantity, and one with ``_error`` after its name. The coordinates are the parameters and the
+            middles of bins.
+
+        Raises
+        ------
+        ImportError
+            xarray is not installed: ``pip install "morgana-render[sweep]"``.
         """
         import xarray
 
@@ -89,34 +104,63 @@ def sweep(
 ) -> Sweep:
     """Render a scene, or measure if it has meters, for all combinations of values of its parameters.
 
-        >>> found = morgana.sweep("scenes/acoustic_waveguide.xml", {"amplitude": [0, 1e-4, 2e-4]}, spp=16)
-        >>> found.mean["image"].shape
-        (3, 208, 320, 3)
-
     All runs have the same seed, so that their noise is alike and differences between them are known better than their errors
     say.
 
-    Args:
-        scene: The path of a scene file, or a dictionary as for :func:`morgana.load_dict`.
-        parameters: For each parameter that is varied (``<default>`` or ``"parameters"``), its values.
-        executor: With ``submit`` as in :mod:`concurrent.futures`, whose workers take the runs; without one, they are taken
-            here, one after another.
-        fixed: Values for other parameters of the scene.
-        **options: As for :func:`morgana.render`: ``spp``, ``particles``, ``seed``, ``integrator``, ``time``, ``threads``.
+    Parameters
+    ----------
+    scene : path_like or mapping
+        A scene file, or a dictionary as for :func:`morgana.load_dict`.
+    parameters : mapping of str to sequence
+        For each parameter that is varied (``<default>`` or ``"parameters"``), its values, at least one.
+    executor : optional
+        Has ``submit`` as in :mod:`concurrent.futures`; its workers take the runs. Without one, they are taken here, one after
+        another.
+    fixed : mapping, optional
+        Values for other parameters of the scene.
+    **options
+        As for :func:`morgana.render`: ``spp``, ``particles``, ``seed``, ``integrator``, ``time``, ``threads``.
 
-    Raises:
-        RenderError: Nothing to vary, or runs whose results have different shapes.
-        KeyboardInterrupt: Ctrl-C; runs that were complete are lost.
-        SceneError: A scene that cannot be used with some of the values.
+    Returns
+    -------
+    Sweep
+        Means and errors, whose first axes are the parameters.
+
+    Raises
+    ------
+    RenderError
+        Nothing to vary, or runs whose results have different shapes.
+    SceneError
+        A scene that cannot be used with some of the values.
+    KeyboardInterrupt
+        Ctrl-C; runs that were complete are lost.
+
+    Examples
+    --------
+    >>> found = morgana.sweep("scenes/acoustic_waveguide.xml", {"amplitude": [0, 1e-4, 2e-4]}, spp=16)
+    >>> found.mean["image"].shape
+    (3, 208, 320, 3)
     """
-    names, values = list(parameters), [list(parameters[name]) for name in parameters]
+    varied = mapping(parameters, "parameters")
+    names, values = list(varied), [_values(name, varied[name]) for name in varied]
+    both = set(names) & set(fixed or {})
+    if both:
+        raise RenderError(f"{', '.join(sorted(both))} cannot be both varied and fixed")
     shape = tuple(len(list_) for list_ in values)
     if math.prod(shape) == 0 or not shape:
         raise RenderError("sweep needs a parameter with at least one value")
+    if isinstance(scene, Scene):
+        raise TypeError("a Scene has its parameters already: sweep takes a file or a dictionary")
     source: Source = dict(scene) if isinstance(scene, Mapping) else os.path.abspath(scene)
     runs = [{**(fixed or {}), **dict(zip(names, point))} for point in itertools.product(*values)]
     points = _here(source, runs, options) if executor is None else _by_workers(executor, source, runs, options)
     return _joined(points, shape, dict(zip(names, map(np.asarray, values))))
+
+
+def _values(name: str, values: Any) -> List[Define]:
+    if isinstance(values, (str, bytes)) or not hasattr(values, "__iter__"):
+        raise TypeError(f"the values of {name!r} are {values!r}: give a list of them")
+    return list(values)
 
 
 def _here(source: Source, runs: List[Dict[str, Define]], options: Dict[str, Any]) -> List[_Point]:

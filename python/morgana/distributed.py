@@ -23,6 +23,7 @@ import threading
 import time
 from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
 
+from . import _checks as checks
 from . import _morgana
 from ._errors import Error, RenderError
 from ._limits import Limits
@@ -63,33 +64,62 @@ def render(
     The samples are divided into parts, which may be computed in any order, by any worker, and more than once. Ctrl-C returns
     what is complete so far, with ``stopped == "interrupted"``.
 
-    Args:
-        scene: A scene, which workers make again; the path of a scene file, which all workers must be able to read; or a
-            dictionary, as for :func:`morgana.load_dict`. Its arrays travel once, not with every part: through Dask's memory, or for other
-            executors through a file in ``folder``.
-        executor: With ``submit`` as in :mod:`concurrent.futures`; or a client of ``dask.distributed``.
-        parameters: Values for the scene's parameters, as the keywords of :func:`morgana.load_file`.
-        spp, particles, seed, integrator: As for :func:`morgana.render`.
-        shards: Number of parts. More of them are shared out more evenly, and cost more to send: each is as large as
-            the image with its sums, some 140 bytes per pixel. By default 64, or as many as there are samples.
-        threads: Threads for each part; 0 for as many as the worker has processors.
-        retries: How often a part is tried again whose worker was lost or failed.
-        folder: Where workers can read a file that this process writes, for large dictionaries and executors other than Dask; a
-            folder for temporary files by default, which does if all workers are on this machine.
-        progress: As for :func:`morgana.render`.
+    Parameters
+    ----------
+    scene : Scene, path_like or mapping
+        A scene, which workers make again; a scene file, which all workers must be able to read; or a dictionary, as for
+        :func:`morgana.load_dict`. Its arrays travel once, not with every part: through Dask's memory, or for other executors
+        through a file in ``folder``.
+    executor
+        Has ``submit`` as in :mod:`concurrent.futures`; or a client of ``dask.distributed``.
+    parameters : mapping, optional
+        Values for the scene's parameters, as the keywords of :func:`morgana.load_file`.
+    spp : int, optional
+        As for :func:`morgana.render`.
+    particles : int, optional
+        As for :func:`morgana.render`.
+    seed : int, optional
+        As for :func:`morgana.render`.
+    integrator : str, optional
+        As for :func:`morgana.render`.
+    shards : int, optional
+        Number of parts, ≥ 1; by default 64, or as many as there are samples. More of them are shared out more evenly, and cost
+        more to send: each is as large as the image with its sums, some 140 bytes per pixel.
+    threads : int, optional
+        Threads for each part; 0 for as many as the worker has processors.
+    retries : int, optional
+        How often a part is tried again whose worker was lost or failed, ≥ 0.
+    folder : path_like, optional
+        Where workers can read a file that this process writes, for large dictionaries and executors other than Dask. By default
+        a folder for temporary files, which does if all workers are on this machine.
+    progress : bool or callable, optional
+        As for :func:`morgana.render`.
 
-    Returns:
+    Returns
+    -------
+    Result
         What :func:`morgana.render` returns, bit for bit. ``stats["threads"]`` is ``None``.
 
-    Raises:
-        RenderError: What was asked for does not fit the scene; or a part failed more often than ``retries``.
-        SceneError: The scene cannot be used.
+    Raises
+    ------
+    RenderError
+        What was asked for does not fit the scene; or a part failed more often than ``retries``.
+    SceneError
+        The scene cannot be used.
+
+    Examples
+    --------
+    >>> with concurrent.futures.ProcessPoolExecutor() as pool:
+    ...     result = morgana.distributed.render("scenes/luneburg_fog.xml", pool, spp=64)
     """
     started = time.monotonic()
     source = _Source.of(scene, dict(parameters or {}))
     loaded = source.load()
-    if shards is not None and shards < 1:
-        raise RenderError(f"shards is {shards} but must be at least 1")
+    shards = checks.optional_whole(shards, "shards", 1)
+    threads = checks.whole(threads, "threads", 0, checks.MOST_THREADS)
+    retries = checks.whole(retries, "retries", 0)
+    if not hasattr(executor, "submit"):
+        raise TypeError(f"expected an executor with a method submit, found {type(executor).__name__}")
     wanted = limits(loaded, spp, particles, seed, integrator, threads or None)
     total = wanted["samples"] or 0
     count = min(shards or SHARDS, total)

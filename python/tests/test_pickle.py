@@ -89,9 +89,11 @@ def test_rays():
     scene = morgana.load_dict(FOG)
     rays = morgana.trace(scene, [[-3, 0.1, 0], [-3, 5, 0]], [1, 0, 0])
     copy = again(rays)
-    assert copy == rays and len(copy) == 2 and copy.end == rays.end and copy.surface == rays.surface
+    assert copy == rays and len(copy) == 2 and (copy.end == rays.end).all() and (copy.surface == rays.surface).all()
     assert np.array_equal(copy[0].points, rays[0].points)
     assert rays != morgana.trace(scene, [[-3, 0.2, 0], [-3, 5, 0]], [1, 0, 0])
+    ends = morgana.trace(scene, [[-3, 0.1, 0], [-3, 5, 0]], [1, 0, 0], paths=False)
+    assert again(ends) == ends != rays and again(rays[0]) == rays[0] != rays[1]
     found = morgana.connect(scene, [-0.5, 0.2, 0], [0.7, 0, 0.1])
     assert again(found) == found and found.rays[0].jacobian == again(found).rays[0].jacobian
 

@@ -180,7 +180,7 @@ def test_spots_are_where_rays_arrive(ax):
 def test_lost_rays_make_no_spots(ax):
     index = morgana.load_field({"type": "linear_square", "n0": 1.5, "slope": [0, 0, 0.4]})
     rays = morgana.trace(index, [[0, 0, 0], [0, 0, -6.0]], [0, 0, 1], max_length=1)
-    assert rays.end == ["maximum length", "lost"]
+    assert list(rays.end) == ["maximum length", "lost"]
     assert len(plot.spots(rays, ax=ax).get_offsets()) == 1
     with pytest.raises(plot.PlotError, match="no rays that have arrived"):
         plot.spots(morgana.trace(index, [0, 0, -6.0], [0, 0, 1], max_length=1))
@@ -219,5 +219,5 @@ def test_without_matplotlib_the_message_says_what_to_install(monkeypatch):
     for name in [n for n in sys.modules if n.startswith("morgana.plot")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(ImportError, match=r'pip install "morgana\[plot\]"'):
+    with pytest.raises(ImportError, match=r'pip install "morgana-render\[plot\]"'):
         importlib.import_module("morgana.plot")

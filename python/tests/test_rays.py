@@ -1,6 +1,9 @@
 """Fields and rays, against closed forms."""
 
 import json
+import subprocess
+import sys
+import time
 
 import morgana
 import numpy as np
@@ -79,9 +82,9 @@ def test_rays_are_those_of_the_program(program, tmp_path):
 
 def test_starts_that_are_none_are_refused():
     scene = load(small())
-    with pytest.raises(ValueError, match="direction 1 has no length"):
+    with pytest.raises(ValueError, match=r"direction 1 is \[0, 0, 0\], which has no length"):
         morgana.trace(scene, np.zeros((2, 3)), [[1, 0, 0], [0, 0, 0]])
-    with pytest.raises(ValueError, match="origin 0 is not finite"):
+    with pytest.raises(ValueError, match=r"origin 0 is \[NaN, 0, 0\]"):
         morgana.trace(scene, [[np.nan, 0, 0]], [[1, 0, 0]])
 
 
@@ -159,3 +162,74 @@ def test_optical_path_differences_are_good_to_a_share_of_the_contrast():
     np.testing.assert_allclose(same.total_optical_path_difference, 0, atol=1e-11)
     with pytest.raises(ValueError, match="reference_index"):
         morgana.trace(field, starts, [0, 0, 1], max_length=4.0, reference_index=-1.0)
+
+
+ENDS = ("end_points", "end_tangents", "end_n", "total_arc_length", "total_optical_length", "total_optical_path_difference", "end", "surface")
+
+
+@pytest.mark.parametrize("name", ["luneburg_fog", "aquarium_laser", "mirage"])
+@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
+def test_ends_are_those_of_whole_paths(name):
+    # More rays than are followed in one go, some of which start outside of everything.
+    scene = morgana.load_file(SCENES / f"{name}.xml")
+    origins = RNG.uniform(-3, 3, (5000, 3))
+    directions = RNG.normal(size=(5000, 3))
+    rays = morgana.trace(scene, origins, directions)
+    ends = morgana.trace(scene, origins, directions, paths=False)
+    assert len(ends) == len(rays) == 5000 and ends.stopped is None
+    for array in ENDS:
+        np.testing.assert_array_equal(getattr(ends, array), getattr(rays, array))
+    last = rays.offsets[1:] - 1
+    np.testing.assert_array_equal(ends.end_points, rays.points[last])
+    np.testing.assert_array_equal(ends.end_tangents, rays.tangents[last])
+    np.testing.assert_array_equal(ends.total_optical_length, rays.optical_length[last])
+    np.testing.assert_array_equal(ends.total_optical_path_difference, rays.optical_path_difference[last])
+    assert [ends.end[0], ends.surface[0]] == [rays[0].end, rays[0].surface]
+    assert not hasattr(ends, "points") and morgana.trace(scene, origins[:0], directions[:0], paths=False).end_points.shape == (0, 3)
+
+
+def test_a_million_rays_take_little_memory():
+    # Their ends are 85 MB; their paths would be some gigabytes.
+    code = """
+import resource
+import morgana
+import numpy as np
+field = morgana.load_field({"type": "luneburg"})
+angle = np.linspace(0, 1, 1_000_000)
+directions = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], -1)
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+ends = morgana.trace(field, [0, 0, 0], directions, max_length=0.01, paths=False)
+print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024, len(ends))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    megabytes, count = map(float, done.stdout.split())
+    assert count == 1_000_000 and megabytes < 200
+
+
+@pytest.mark.parametrize("paths", [True, False])
+def test_time_ends_tracing(paths):
+    # The rod keeps rays for ever: all would take far longer.
+    field = morgana.load_field({"type": "selfoc", "n0": 1.5, "alpha": 1.0})
+    directions = np.broadcast_to([0.1, 0.0, 1.0], (1_000_000, 3))
+    started = time.monotonic()
+    rays = morgana.trace(field, [0.1, 0, 0], directions, max_length=100, time=0.3, paths=paths)
+    assert time.monotonic() - started < 20
+    assert rays.stopped == "time" and len(rays) == 1_000_000
+    left = rays.end == "not followed"
+    assert 0 < left.sum() < 1_000_000
+    assert np.isnan(rays.end_points[left]).all() and np.isfinite(rays.end_points[~left]).all()
+    if paths:
+        assert not len(rays[-1].points) and "not followed" in repr(rays[-1])
+        np.testing.assert_array_equal(np.diff(rays.offsets) == 0, left)
+
+
+def test_shapes_that_do_not_fit_are_named():
+    scene = load(small())
+    with pytest.raises(ValueError, match=r"origins must have shape \(\.\.\., 3\).*\(5, 2\)"):
+        morgana.trace(scene, np.zeros((5, 2)), [0, 0, 1])
+    with pytest.raises(ValueError, match=r"origins have shape \(5, 3\) but directions \(4, 3\)"):
+        morgana.trace(scene, np.zeros((5, 3)), np.ones((4, 3)))
+    with pytest.raises(TypeError, match="a Scene or a Field"):
+        morgana.trace("scene.xml", [0, 0, 0], [0, 0, 1])
+    grid = morgana.trace(scene, np.zeros((4, 5, 3)), [0, 0, 1], paths=False)
+    assert grid.end_points.shape == (20, 3)

@@ -78,7 +78,7 @@ def test_meters_are_those_of_the_program(program, tmp_path):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"spp": 0}, {"seed": -1}, {"seed": 2**64}, {"threads": 0}, {"time": -1.0}, {"time": float("nan")}, {"target_error": 0.0}, {"target": "x"}, {"particles": 9}],
+    [{"spp": 0}, {"seed": -1}, {"seed": 2**64}, {"threads": 0}, {"time": -1.0}, {"time": float("nan")}, {"target_error": 0.0}, {"target": "x"}, {"particles": 9}, {"threads": 10**9}],
 )
 def test_wrong_options_are_refused(wrong):
     with pytest.raises(morgana.RenderError, match=next(iter(wrong))):

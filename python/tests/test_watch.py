@@ -58,6 +58,23 @@ def test_ctrl_c_returns_what_there_is(scene, samples, done):
     assert out == "interrupted True\n" and script.returncode == 0
 
 
+def test_ctrl_c_ends_tracing():
+    code = """
+import morgana, numpy as np
+field = morgana.load_field({"type": "selfoc", "n0": 1.5, "alpha": 1.0})
+print("ready", flush=True)
+rays = morgana.trace(field, [0.1, 0, 0], np.broadcast_to([0.1, 0.0, 1.0], (10_000_000, 3)), max_length=100, paths=False)
+print(rays.stopped, np.isfinite(rays.end_points[0]).all())
+"""
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as script:
+        ready = script.stdout.readline()
+        time.sleep(1)
+        script.send_signal(signal.SIGINT)
+        out, _ = script.communicate(timeout=60)
+    assert ready == "ready\n"
+    assert out == "interrupted True\n" and script.returncode == 0
+
+
 def test_progress_is_told():
     shares = []
     morgana.render(load(small()), time=0.4, spp=10**9, progress=shares.append)

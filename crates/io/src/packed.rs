@@ -4,6 +4,11 @@ use crate::error::Problem;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+/// What can be packed and unpacked.
+pub trait Packed: Serialize + DeserializeOwned {}
+
+impl<T: Serialize + DeserializeOwned> Packed for T {}
+
 /// The bytes of a value.
 ///
 /// # Errors

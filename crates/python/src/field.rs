@@ -10,16 +10,19 @@ use io::scene::SceneHash;
 use io::{Diagnostics, json};
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
 /// The refractive index of a medium as a function of position.
+///
+/// From ``Scene.fields`` or ``morgana.load_field``. Fields can be pickled, and compared with ``==``.
 #[pyclass(frozen, module = "morgana")]
 #[derive(Debug)]
 pub struct Field {
     source: Source,
-    /// Name of the medium; empty for a field on its own.
+    /// Name of the medium, a str; empty for a field on its own.
     #[pyo3(get)]
     name: String,
 }
@@ -86,26 +89,43 @@ impl Field {
 
 #[pymethods]
 impl Field {
-    /// The refractive index n.
+    /// Evaluate the refractive index n.
     ///
-    /// Args:
-    ///     points: Positions in scene units, of shape (..., 3); any strides and any type of numbers.
+    /// Parameters
+    /// ----------
+    /// points : array_like, (..., 3)
+    ///     Positions, in scene units; any strides and any real type of numbers.
     ///
-    /// Returns:
-    ///     n, of shape (...). NaN where a formula has no real index. Beyond its samples, a sampled field bends to a
-    ///     constant (docs/scene-format.md#volume-files).
+    /// Returns
+    /// -------
+    /// ndarray, (...)
+    ///     n. NaN where a formula has no real index. Beyond its samples, a sampled field bends to a constant
+    ///     (docs/scene-format.md#volume-files).
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     An array of another shape, or a masked one that hides elements.
+    ///
+    /// Examples
+    /// --------
+    /// >>> field.n([[0, 0, 0], [0, 0, 0.5]])
     #[pyo3(signature = (points))]
     fn n<'py>(&self, py: Python<'py>, points: Rows) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         self.map(py, points, |field, x| [field.n(x)], &[])
     }
 
-    /// The gradient ∇n, per scene unit.
+    /// Evaluate the gradient ∇n, per scene unit.
     ///
-    /// Args:
-    ///     points: As for ``n``.
+    /// Parameters
+    /// ----------
+    /// points : array_like, (..., 3)
+    ///     As for ``n``.
     ///
-    /// Returns:
-    ///     ∇n, of shape (..., 3): ∇n²/(2n).
+    /// Returns
+    /// -------
+    /// ndarray, (..., 3)
+    ///     ∇n = ∇n²/(2n).
     #[pyo3(signature = (points))]
     fn gradient<'py>(
         &self,
@@ -119,37 +139,65 @@ impl Field {
         self.map(py, points, gradient, &[3])
     }
 
-    /// The matrix of second derivatives Hess n, per square scene unit.
+    /// Evaluate the matrix of second derivatives Hess n, per square scene unit.
     ///
-    /// Args:
-    ///     points: As for ``n``.
+    /// Parameters
+    /// ----------
+    /// points : array_like, (..., 3)
+    ///     As for ``n``.
     ///
-    /// Returns:
-    ///     Hess n, of shape (..., 3, 3), symmetric: Hess n²/(2n) − ∇n⊗∇n/n.
+    /// Returns
+    /// -------
+    /// ndarray, (..., 3, 3)
+    ///     Hess n = Hess n²/(2n) − ∇n⊗∇n/n, symmetric.
     #[pyo3(signature = (points))]
     fn hessian<'py>(&self, py: Python<'py>, points: Rows) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         self.map(py, points, hessian, &[3, 3])
     }
 
-    /// Whether the index is the same everywhere.
+    /// Whether the index is the same everywhere, a bool.
     #[getter]
     fn is_constant(&self) -> bool {
         self.index().is_constant()
     }
 
-    /// Bounds of the index in a box.
+    /// Bound the index in a box.
     ///
-    /// Args:
-    ///     lower: The corner of least coordinates.
-    ///     upper: The corner of largest coordinates.
+    /// Parameters
+    /// ----------
+    /// lower, upper : sequence of float, (3,)
+    ///     The corners of least and largest coordinates, in scene units.
     ///
-    /// Returns:
+    /// Returns
+    /// -------
+    /// (float, float)
     ///     Numbers that n is certainly not below and not above. They need not be attained.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Corners in the wrong order, or not finite.
     #[pyo3(signature = (lower, upper))]
-    fn bounds(&self, lower: [f64; 3], upper: [f64; 3]) -> (f64, f64) {
+    fn bounds(&self, lower: Rows, upper: Rows) -> PyResult<(f64, f64)> {
+        let ([lower], [upper]) = (&lower.rows[..], &upper.rows[..]) else {
+            let message = "expected two corners of three coordinates each";
+            return Err(PyValueError::new_err(message));
+        };
+        let (lower, upper) = (lower.to_array(), upper.to_array());
+        for (axis, (low, high)) in ["x", "y", "z"]
+            .into_iter()
+            .zip(lower.into_iter().zip(upper))
+        {
+            if !(low <= high && low.is_finite() && high.is_finite()) {
+                let message = format!(
+                    "the box extends from {low} to {high} in {axis}: give its lower corner, then its upper one, of finite numbers"
+                );
+                return Err(PyValueError::new_err(message));
+            }
+        }
         let region = Aabb::new(DVec3::from_array(lower), DVec3::from_array(upper));
         let bounds = self.index().bounds(&region);
-        (bounds.n2_min.max(0.0).sqrt(), bounds.n2_max.sqrt())
+        Ok((bounds.n2_min.max(0.0).sqrt(), bounds.n2_max.sqrt()))
     }
 
     fn __eq__(&self, other: &Field) -> bool {

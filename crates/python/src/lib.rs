@@ -1,9 +1,12 @@
 //! The part of the Python package `morgana` that is compiled: scenes, renders, fields and rays as Python sees
 //! them. Everything that Python does as well, such as bars of progress, is Python: `python/morgana`.
 
+mod connect;
 mod dict;
+mod ends;
 mod errors;
 mod field;
+mod finished;
 mod image;
 mod limits;
 mod measure;
@@ -20,6 +23,10 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _morgana {
     #[pymodule_export]
+    use crate::connect::{Ray, connect};
+    #[pymodule_export]
+    use crate::ends::Ends;
+    #[pymodule_export]
     use crate::field::{Field, load_field};
     #[pymodule_export]
     use crate::image::{compare_images, encode_png, read_image, write_image};
@@ -34,7 +41,7 @@ mod _morgana {
     #[pymodule_export]
     use crate::scene::{Scene, load_dict, load_file};
     #[pymodule_export]
-    use crate::trace::{Ray, Traced, connect, trace, trace_field};
+    use crate::trace::{Traced, trace};
 
     use pyo3::prelude::*;
 

@@ -1,18 +1,18 @@
 //! Measuring: what meters read.
 
 use crate::errors;
+use crate::finished::{Finished, Pickled, RunRecord};
 use crate::limits::Limits;
 use crate::numbers::array;
-use crate::render::{Pickled, RunRecord};
 use crate::scene::Scene;
 use crate::watch::watched;
 use io::arrays::{Array, ArrayFormat, Arrays, Context, Quality, arrays};
 use io::assemble::Instrument;
 use io::clock::{Clock, Stopped};
-use io::{Loaded, Refusal, packed, report};
+use io::{Loaded, Refusal, report};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyType};
+use pyo3::types::PyType;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -22,16 +22,7 @@ use transport::render::{self, Measurement};
 /// What meters have read.
 #[pyclass(frozen, module = "morgana._morgana")]
 #[derive(Debug)]
-pub struct Measured {
-    measurement: Measurement,
-    scene: Py<Scene>,
-    /// Everything about the run, as JSON.
-    #[pyo3(get)]
-    stats: String,
-    /// Why it ended early.
-    #[pyo3(get)]
-    stopped: Option<String>,
-}
+pub struct Measured(Finished<Measurement>);
 
 /// Follows particles through a scene with meters. `tick` is called now and then with the number of particles followed
 /// so far.
@@ -82,12 +73,12 @@ impl Measured {
             "balance": report::balance(&measurement.balance),
             "meters": meters(&measurement, &scene.get().loaded),
         });
-        Measured {
-            measurement,
+        Measured(Finished {
+            result: measurement,
             scene,
             stats: stats.to_string(),
             stopped: run.stopped.map(str::to_owned),
-        }
+        })
     }
 }
 
@@ -114,22 +105,23 @@ impl Measured {
         stats: String,
         stopped: Option<String>,
     ) -> PyResult<Self> {
-        let measurement = packed::unpack(packed).map_err(|e| errors::unpickled(&e))?;
-        Ok(Measured {
-            measurement,
-            scene,
-            stats,
-            stopped,
-        })
+        Finished::unpickled(packed, scene, stats, stopped).map(Measured)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyType>, Pickled<'py>)> {
-        let (py, this) = (slf.py(), slf.get());
-        let packed = packed::pack(&this.measurement).map_err(|e| errors::unpickled(&e))?;
-        let packed = PyBytes::new(py, &packed);
-        let scene = this.scene.clone_ref(py);
-        let arguments = (packed, scene, this.stats.clone(), this.stopped.clone());
-        Ok((slf.get_type(), arguments))
+        Ok((slf.get_type(), slf.get().0.pickled(slf.py())?))
+    }
+
+    /// Everything about the run, as JSON.
+    #[getter]
+    fn stats(&self) -> &str {
+        &self.0.stats
+    }
+
+    /// Why it ended early.
+    #[getter]
+    fn stopped(&self) -> Option<&str> {
+        self.0.stopped.as_deref()
     }
 
     /// All arrays, as they are written to files (docs/meters.md).
@@ -141,13 +133,13 @@ impl Measured {
 
     /// Writes all arrays, or the main one, in the format that the name of the file tells.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let stats: Value = serde_json::from_str(&self.stats).unwrap_or_default();
+        let stats: Value = serde_json::from_str(&self.0.stats).unwrap_or_default();
         let names = ["scene", "scene_hash", "seed", "particles"];
         let mut attributes: Vec<_> = names
             .map(|name| (name.to_owned(), stats[name].clone()))
             .into();
         // Numbers that have been text lose their last bit.
-        attributes.push(("balance".into(), report::balance(&self.measurement.balance)));
+        attributes.push(("balance".into(), report::balance(&self.0.result.balance)));
         attributes.push(("morgana_version".into(), env!("CARGO_PKG_VERSION").into()));
         let readings = self.readings(attributes);
         let written = py.detach(|| readings.write(&path, ArrayFormat::of(&path)?));
@@ -157,10 +149,10 @@ impl Measured {
 
 impl Measured {
     fn readings(&self, attributes: Vec<(String, Value)>) -> Arrays {
-        let loaded = &self.scene.get().loaded;
+        let loaded = &self.0.scene.get().loaded;
         let context = Context {
             instruments: &loaded.instruments,
-            measurement: &self.measurement,
+            measurement: &self.0.result,
             channels: &loaded.channel_names,
         };
         arrays(&context, attributes)

@@ -1,7 +1,7 @@
 //! Numbers on their way from and to Python.
 
 use glam::DVec3;
-use numpy::{AllowTypeChange, Element, PyArray1, PyArrayDyn, PyArrayLikeDyn, PyArrayMethods};
+use numpy::{Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
@@ -58,16 +58,11 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Rows {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        refuse_masked(&object, "points")?;
-        let numbers: PyArrayLikeDyn<'py, f64, AllowTypeChange> = object.extract()?;
+        let checks = object.py().import("morgana._numbers")?;
+        let vectors = checks.call_method1("vectors", (object, "points"))?;
+        let numbers: PyReadonlyArrayDyn<'py, f64> = vectors.extract()?;
         let view = numbers.as_array();
-        let [outer @ .., 3] = view.shape() else {
-            let message = format!(
-                "expected an array of shape (..., 3), found {:?}",
-                view.shape()
-            );
-            return Err(PyValueError::new_err(message));
-        };
+        let outer = &view.shape()[..view.ndim() - 1];
         let rows = view.rows().into_iter();
         let rows = rows.map(|x| DVec3::new(x[0], x[1], x[2])).collect();
         Ok(Rows {

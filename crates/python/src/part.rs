@@ -1,9 +1,10 @@
 //! Parts of runs, made by other processes and put together here.
 
 use crate::errors;
+use crate::finished::RunRecord;
 use crate::limits::Limits;
 use crate::measure::Measured;
-use crate::render::{self, Rendered, RunRecord};
+use crate::render::{self, Rendered};
 use crate::scene::Scene;
 use crate::watch::{Shared, watched};
 use io::part::{Body, Part};

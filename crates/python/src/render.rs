@@ -1,35 +1,29 @@
 //! Rendering.
 
 use crate::errors;
+use crate::finished::{Finished, Pickled, RunRecord};
 use crate::limits::Limits;
 use crate::numbers::array;
 use crate::scene::Scene;
 use crate::watch::watched;
 use io::clock::{Clock, Stopped};
 use io::rendered::{Naming, Picture};
-use io::{packed, report};
+use io::report;
 use numpy::{Element, PyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyType};
+use pyo3::types::PyType;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
+use transport::Film;
+use transport::aov::Aov;
 use transport::render::{Rendering, render_watched};
 use transport::renderer::Renderer;
 
 /// A picture that has been rendered.
 #[pyclass(frozen, module = "morgana._morgana")]
 #[derive(Debug)]
-pub struct Rendered {
-    rendering: Rendering,
-    scene: Py<Scene>,
-    /// Everything about the run, as JSON.
-    #[pyo3(get)]
-    stats: String,
-    /// Why it ended early.
-    #[pyo3(get)]
-    stopped: Option<String>,
-}
+pub struct Rendered(Finished<Rendering>);
 
 /// Renders a scene with a camera. `tick` is called now and then with the number of samples taken so far.
 #[pyfunction]
@@ -83,19 +77,6 @@ pub fn renderer(scene: &Scene, name: Option<&str>) -> PyResult<Renderer> {
     }
 }
 
-/// How a run was done.
-#[derive(Clone, Copy, Debug)]
-pub struct RunRecord {
-    pub renderer: Renderer,
-    pub seed: u64,
-    /// Samples per pixel, or particles.
-    pub requested: Option<u64>,
-    pub stopped: Option<&'static str>,
-    /// None if parts were put together.
-    pub threads: Option<usize>,
-    pub seconds: f64,
-}
-
 impl Rendered {
     pub fn new(rendering: Rendering, scene: Py<Scene>, run: RunRecord) -> Self {
         let loaded = &scene.get().loaded;
@@ -109,17 +90,14 @@ impl Rendered {
             "seconds": run.seconds,
         });
         let stats = report::render(loaded, &rendering, told);
-        Rendered {
-            rendering,
+        Rendered(Finished {
+            result: rendering,
             scene,
             stats: stats.to_string(),
             stopped: run.stopped.map(str::to_owned),
-        }
+        })
     }
 }
-
-/// Of a result: its numbers, the scene, everything about the run, and why it ended early.
-pub type Pickled<'py> = (Bound<'py, PyBytes>, Py<Scene>, String, Option<String>);
 
 /// Name, means, variances, and where these are not to be trusted.
 type Layer<'py> = (
@@ -139,59 +117,75 @@ impl Rendered {
         stats: String,
         stopped: Option<String>,
     ) -> PyResult<Self> {
-        let rendering = packed::unpack(packed).map_err(|e| errors::unpickled(&e))?;
-        Ok(Rendered {
-            rendering,
-            scene,
-            stats,
-            stopped,
-        })
+        Finished::unpickled(packed, scene, stats, stopped).map(Rendered)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyType>, Pickled<'py>)> {
-        let (py, this) = (slf.py(), slf.get());
-        let packed = packed::pack(&this.rendering).map_err(|e| errors::unpickled(&e))?;
-        let packed = PyBytes::new(py, &packed);
-        let scene = this.scene.clone_ref(py);
-        let arguments = (packed, scene, this.stats.clone(), this.stopped.clone());
-        Ok((slf.get_type(), arguments))
+        Ok((slf.get_type(), slf.get().0.pickled(slf.py())?))
+    }
+
+    /// Everything about the run, as JSON.
+    #[getter]
+    fn stats(&self) -> &str {
+        &self.0.stats
+    }
+
+    /// Why it ended early.
+    #[getter]
+    fn stopped(&self) -> Option<&str> {
+        self.0.stopped.as_deref()
     }
 
     /// Means, (height, width, channels).
     fn mean<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-        self.picture(py, self.rendering.film.mean())
+        self.picture(py, self.film().mean())
     }
 
     /// Variances of the means, (height, width, channels).
     fn variance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-        self.picture(py, self.rendering.film.variance())
+        self.picture(py, self.film().variance())
     }
 
     /// Effective numbers of samples, (height, width, channels).
     fn effective<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-        self.picture(py, self.rendering.film.effective(None))
+        self.picture(py, self.film().effective(None))
     }
 
-    /// Where variances are not to be trusted, (height, width, channels).
+    /// Where variances are not to be trusted, (height, width, channels). Of quantities other than light, which may be of
+    /// either sign, effective numbers tell nothing.
     fn few<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
-        self.picture(py, self.rendering.film.few(None))
+        let mut few = self.film().few(None);
+        if !self.is_light() {
+            few.fill(false);
+        }
+        self.picture(py, few)
     }
 
     /// Whether the error of the image's mean is not to be trusted.
     fn mean_few(&self) -> bool {
-        let quantities = !self.scene.get().loaded.renderer.is_light();
-        !quantities && self.rendering.film.few_in_all(None)
+        self.is_light() && self.film().few_in_all(None)
+    }
+
+    /// If these are quantities other than light, their names, each with those of its channels, in the order of the image.
+    fn quantities(&self) -> Vec<(&'static str, Vec<&'static str>)> {
+        match &self.0.scene.get().loaded.renderer {
+            Renderer::Quantities(tracer) => {
+                let named = |aov: Aov| (aov.name(), aov.channels().to_vec());
+                tracer.aovs().map(named).collect()
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// Means with less weight for rare bright samples, if the film asks for them.
     fn reweighted<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f32>>>> {
-        let values = self.rendering.film.reweighted();
+        let values = self.film().reweighted();
         values.map(|v| self.picture(py, v)).transpose()
     }
 
     /// Numbers of samples, (height, width).
     fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<u64>>> {
-        let film = &self.rendering.film;
+        let film = self.film();
         array(py, film.counts(), &[film.height(), film.width()])
     }
 
@@ -203,10 +197,10 @@ impl Rendered {
 
     /// Layers of light told apart: names with means, variances and flags; and their axes, as JSON.
     fn layers<'py>(&self, py: Python<'py>) -> PyResult<(Vec<Layer<'py>>, String)> {
-        let Some(naming) = Naming::of(&self.scene.get().loaded) else {
+        let Some(naming) = Naming::of(&self.0.scene.get().loaded) else {
             return Ok((Vec::new(), "[]".into()));
         };
-        let film = &self.rendering.film;
+        let film = self.film();
         let layer = |(i, name)| {
             let mean = self.picture(py, film.layer_mean(i))?;
             let variance = self.picture(py, film.layer_variance(i))?;
@@ -218,15 +212,23 @@ impl Rendered {
 
     /// Mean of the image and its standard error.
     fn summary(&self) -> (f64, f64) {
-        self.rendering.film.summary()
+        self.film().summary()
     }
 }
 
 impl Rendered {
+    fn film(&self) -> &Film {
+        &self.0.result.film
+    }
+
+    fn is_light(&self) -> bool {
+        self.0.scene.get().loaded.renderer.is_light()
+    }
+
     /// The picture with all layers, as the program writes it.
     fn picture_with_layers(&self) -> Picture<'_> {
-        let loaded = &self.scene.get().loaded;
-        let stats: Value = serde_json::from_str(&self.stats).unwrap_or_default();
+        let loaded = &self.0.scene.get().loaded;
+        let stats: Value = serde_json::from_str(&self.0.stats).unwrap_or_default();
         let text = |name: &str| match &stats[name] {
             Value::String(text) => text.clone(),
             other => other.to_string(),
@@ -242,7 +244,7 @@ impl Rendered {
             "trust",
         ];
         let mut attributes: Vec<_> = known.map(|name| (name.to_owned(), text(name))).into();
-        let counts = &self.rendering.stats;
+        let counts = &self.0.result.stats;
         attributes.push(("lost".into(), counts.lost.to_string()));
         let over = report::over_budget(counts).to_string();
         attributes.push(("over_budget".into(), over));
@@ -254,7 +256,7 @@ impl Rendered {
                 Value::from(naming.axes()).to_string(),
             ));
         }
-        Picture::new(&self.rendering, loaded, attributes)
+        Picture::new(&self.0.result, loaded, attributes)
     }
 
     fn picture<'py, T: Element>(
@@ -262,7 +264,7 @@ impl Rendered {
         py: Python<'py>,
         values: Vec<T>,
     ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
-        let film = &self.rendering.film;
+        let film = self.film();
         array(py, values, &[film.height(), film.width(), film.channels()])
     }
 }

@@ -13,12 +13,15 @@ use std::path::PathBuf;
 pub type Recipe<'py> = (Bound<'py, PyAny>, Py<PyAny>);
 
 /// A scene that is ready to render. It does not change.
+///
+/// From ``morgana.load_file`` or ``morgana.load_dict``. Scenes can be pickled, hashed, and compared with ``==``: equal ones
+/// have the same description and data, and are rendered in the same way.
 #[pyclass(frozen, module = "morgana")]
 #[derive(Debug)]
 pub struct Scene {
     /// All that is known of it.
     pub loaded: Loaded,
-    /// What it is called in outputs.
+    /// What it is called in outputs, a str: the name of its file, or ``dict``.
     #[pyo3(get)]
     pub name: String,
     /// How it is made again: ``"file"`` or ``"dict"``, the file's path or the dictionary, parameters, and what takes the place
@@ -100,32 +103,32 @@ pub fn load_dict(
 
 #[pymethods]
 impl Scene {
-    /// Width and height of the picture in pixels.
+    /// Width and height of the picture in pixels, two ints.
     #[getter]
     fn size(&self) -> (usize, usize) {
         let film = self.loaded.scene().film();
         (film.width, film.height)
     }
 
-    /// Names of the channels: R, G, B, or Y, or wavelengths in nm, or quantities.
+    /// Names of the channels, a list of str: ``R``, ``G``, ``B``, or ``Y``, or wavelengths in nm, or quantities.
     #[getter]
     fn channels(&self) -> Vec<String> {
         self.loaded.channel_names.clone()
     }
 
-    /// Name of the estimator.
+    /// Name of the integrator, a str: ``path``, ``particle``, ``bdpt``, ``photon``, ``sppm`` or ``aov``.
     #[getter]
     fn integrator(&self) -> &'static str {
         self.loaded.renderer.name()
     }
 
-    /// Samples per pixel; particles if there are meters.
+    /// Samples per pixel, an int; particles if there are meters.
     #[getter]
     fn spp(&self) -> u64 {
         self.loaded.samples
     }
 
-    /// Fingerprint of the description and of all data.
+    /// Fingerprint of the description and of all data, a str of hexadecimal digits.
     #[getter]
     fn hash(&self) -> String {
         self.loaded.hash.to_string()
@@ -143,33 +146,35 @@ impl Scene {
         errors::diagnostics(py, &doubts)
     }
 
-    /// Names of the emitters.
+    /// Names of the emitters, a list of str.
     #[getter]
     fn emitters(&self) -> Vec<String> {
         self.loaded.emitter_names.clone()
     }
 
-    /// Names of the meters; a scene with meters has no picture.
+    /// Names of the meters, a list of str. A scene with meters has no picture.
     #[getter]
     fn meters(&self) -> Vec<String> {
         let instruments = self.loaded.instruments.iter();
         instruments.map(|i| i.name.clone()).collect()
     }
 
-    /// What is doubtful about the scene: a list of ``Diagnostic``.
+    /// What is doubtful about the scene, a list of ``Diagnostic``.
     #[getter]
     fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         errors::diagnostics(py, &self.loaded.warnings)
     }
 
-    /// Where Mitsuba would render it otherwise (docs/mitsuba.md): a list of ``Diagnostic``.
+    /// Where Mitsuba would render the scene otherwise (docs/mitsuba.md), a list of ``Diagnostic``.
     #[getter]
     fn differences<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         errors::diagnostics(py, &self.loaded.notes_of_differences())
     }
 
-    /// The refractive indices of the media by their names, to which a number is added if there are several of a name,
-    /// such as ``fog_2``. ``ambient`` is around everything.
+    /// The refractive indices of the media by their names, a dict of ``Field``.
+    ///
+    /// A number is added to the name if there are several media of a name, such as ``fog_2``. ``ambient`` is around
+    /// everything.
     #[getter]
     fn fields<'py>(slf: Py<Self>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let fields = PyDict::new(py);

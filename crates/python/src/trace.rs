@@ -1,28 +1,34 @@
-//! Rays: those of given starts, and those between two points.
+//! Rays of given starts.
 
-use crate::errors;
+use crate::ends::{Columns, Ends};
 use crate::field::Field;
-use crate::numbers::{Rows, array};
+use crate::numbers::array;
 use crate::scene::Scene;
+use crate::watch::{Shared, watched};
 use eikonal::{Reference, Tolerance};
 use glam::DVec3;
-use numpy::PyArrayDyn;
+use io::clock::Stopped;
+use numpy::ndarray::ArrayView2;
+use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyType;
 use rayon::prelude::*;
-use transport::trace::{Branch, Path, TraceEnding, TracePoint, Tracer, branches, follow_field};
+use std::time::Duration;
+use transport::trace::{Path, TracePoint, Tracer, follow_field};
 
 type Numbers<'py> = Bound<'py, PyArrayDyn<f64>>;
+type Follow<'a> = Box<dyn Fn(Start) -> Path + Sync + 'a>;
 
-/// Rays that were followed. Their points lie in one array after the other: ray i has those from `offsets[i]` to
-/// `offsets[i + 1]`.
-#[pyclass(frozen, module = "morgana._morgana")]
-#[derive(Debug)]
-pub struct Traced {
-    /// That through which they went, if it has surfaces.
-    scene: Option<Py<Scene>>,
-    paths: Vec<Path>,
+/// Rays that are followed before their ends are noted: what they pass on their way is forgotten then.
+const BLOCK: usize = 1 << 12;
+
+/// What rays go through.
+#[derive(FromPyObject)]
+pub enum Through {
+    /// A scene, with its surfaces.
+    Scene(Py<Scene>),
+    /// A field, which has no end.
+    Field(Py<Field>),
 }
 
 /// What optical path differences are taken against.
@@ -43,74 +49,176 @@ impl GivenIndex {
     }
 }
 
-/// Follows rays through a scene from points in directions, which need not have unit length.
+/// A dictionary of how rays are followed.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct TraceOptions {
+    /// Scene units, positive; a field needs it.
+    max_length: Option<f64>,
+    reference_index: Option<GivenIndex>,
+    /// Seconds, positive.
+    time: Option<f64>,
+    /// Whether the points of each ray are kept.
+    paths: bool,
+}
+
+/// Where a ray starts.
+#[derive(Clone, Copy)]
+struct Start {
+    x: DVec3,
+    /// Unit length.
+    direction: DVec3,
+}
+
+/// Where all rays start: arrays of Python, which are not copied.
+#[derive(Clone, Copy)]
+struct Starts<'a> {
+    origins: ArrayView2<'a, f64>,
+    directions: ArrayView2<'a, f64>,
+}
+
+impl Starts<'_> {
+    fn len(&self) -> usize {
+        self.origins.nrows().min(self.directions.nrows())
+    }
+
+    fn get(&self, i: usize) -> Start {
+        let row = |of: &ArrayView2<f64>| DVec3::new(of[[i, 0]], of[[i, 1]], of[[i, 2]]);
+        Start {
+            x: row(&self.origins),
+            direction: row(&self.directions).normalize(),
+        }
+    }
+
+    /// Refuses starts of which there is no ray.
+    fn check(&self) -> PyResult<()> {
+        let refused = |message: String| Err(PyValueError::new_err(message));
+        for (i, (x, d)) in self
+            .origins
+            .rows()
+            .into_iter()
+            .zip(self.directions.rows())
+            .enumerate()
+        {
+            for (name, numbers) in [("origin", x), ("direction", d)] {
+                if numbers.len() != 3 || !numbers.iter().all(|v| v.is_finite()) {
+                    return refused(format!(
+                        "{name} {i} is {numbers} but must be three finite numbers"
+                    ));
+                }
+            }
+            if DVec3::new(d[0], d[1], d[2]).try_normalize().is_none() {
+                return refused(format!("direction {i} is {d}, which has no length"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The points of rays that were followed, ray after ray.
+#[pyclass(frozen, module = "morgana._morgana")]
+#[derive(Debug)]
+pub struct Traced {
+    rays: Vec<Vec<TracePoint>>,
+}
+
+/// Follows rays from `origins` in `directions`, which need not have unit length. Returns their ends; their points, if
+/// they are wanted; and why some of them were not followed.
 #[pyfunction]
 pub fn trace(
     py: Python<'_>,
-    scene: Py<Scene>,
-    origins: Rows,
-    directions: Rows,
-    max_length: Option<f64>,
-    reference_index: Option<GivenIndex>,
-) -> PyResult<Traced> {
-    let starts = starts(&origins, &directions)?;
-    let paths = py.detach(|| {
-        let loaded = &scene.get().loaded;
-        let reference = match &reference_index {
-            Some(given) => Some(given.get()),
-            None => loaded.reference(),
-        };
-        let tracer = Tracer::new(loaded.scene(), max_length).with_reference(reference);
-        let follow = |(x, d): &(DVec3, DVec3)| tracer.follow(*x, *d);
-        starts.par_iter().map(follow).collect()
-    });
-    let scene = Some(scene);
-    Ok(Traced { scene, paths })
+    through: Through,
+    origins: PyReadonlyArray2<'_, f64>,
+    directions: PyReadonlyArray2<'_, f64>,
+    options: TraceOptions,
+) -> PyResult<(Ends, Option<Traced>, Option<&'static str>)> {
+    let starts = Starts {
+        origins: origins.as_array(),
+        directions: directions.as_array(),
+    };
+    starts.check()?;
+    let time = options
+        .time
+        .and_then(|t| Duration::try_from_secs_f64(t).ok());
+    let ((columns, rays), interrupted) = watched(py, (None, time), |shared| {
+        follow_all(
+            &starts,
+            &follower(&through, &options),
+            options.paths,
+            shared,
+        )
+    })?;
+    let stopped = if columns.is_complete() {
+        None
+    } else if interrupted {
+        Some(Stopped::Interrupted)
+    } else {
+        Some(Stopped::Time)
+    };
+    let objects = match &through {
+        Through::Scene(scene) => scene.get().loaded.scene().objects(),
+        Through::Field(_) => &[],
+    };
+    let ends = columns.into_ends(py, objects)?;
+    let traced = options.paths.then_some(Traced { rays });
+    Ok((ends, traced, stopped.map(Stopped::name)))
 }
 
-/// Follows rays of the given length through a field, which has no end.
-#[pyfunction]
-pub fn trace_field(
-    py: Python<'_>,
-    field: &Field,
-    origins: Rows,
-    directions: Rows,
-    max_length: f64,
-    reference_index: Option<GivenIndex>,
-) -> PyResult<Traced> {
-    let starts = starts(&origins, &directions)?;
-    let paths = py.detach(|| {
-        let reference = reference_index.as_ref().map(GivenIndex::get);
-        let follow = |(x, d): &(DVec3, DVec3)| {
-            let tolerance = Tolerance::default();
-            follow_field(field.index(), tolerance, *x, *d, max_length, reference)
-        };
-        starts.par_iter().map(follow).collect()
-    });
-    let scene = None;
-    Ok(Traced { scene, paths })
+/// How a ray is followed.
+fn follower<'a>(through: &'a Through, options: &'a TraceOptions) -> Follow<'a> {
+    let given = options.reference_index.as_ref().map(GivenIndex::get);
+    match through {
+        Through::Scene(scene) => {
+            let loaded = &scene.get().loaded;
+            let tracer = Tracer::new(loaded.scene(), options.max_length);
+            let tracer = tracer.with_reference(given.or_else(|| loaded.reference()));
+            Box::new(move |start| tracer.follow(start.x, start.direction))
+        }
+        Through::Field(field) => {
+            let index = field.get().index();
+            // Python asks for it.
+            let length = options.max_length.unwrap_or(0.0);
+            Box::new(move |start| {
+                let tolerance = Tolerance::default();
+                follow_field(index, tolerance, start.x, start.direction, length, given)
+            })
+        }
+    }
 }
 
-/// Where rays start, with unit directions.
-fn starts(origins: &Rows, directions: &Rows) -> PyResult<Vec<(DVec3, DVec3)>> {
-    if origins.rows.len() != directions.rows.len() {
-        let (a, b) = (origins.rows.len(), directions.rows.len());
-        let message = format!("there are {a} origins but {b} directions");
-        return Err(PyValueError::new_err(message));
-    }
-    if let Some(i) = origins.rows.iter().position(|x| !x.is_finite()) {
-        return Err(PyValueError::new_err(format!("origin {i} is not finite")));
-    }
-    let mut starts = Vec::with_capacity(origins.rows.len());
-    for (i, (x, d)) in origins.rows.iter().zip(&directions.rows).enumerate() {
-        let Some(d) = d.try_normalize() else {
-            return Err(PyValueError::new_err(format!(
-                "direction {i} has no length"
-            )));
+/// The ends of all rays, and their points if these are to be kept. Rays that are not followed for want of time have none.
+fn follow_all(
+    starts: &Starts,
+    follow: &Follow,
+    keep: bool,
+    shared: &Shared,
+) -> (Columns, Vec<Vec<TracePoint>>) {
+    let mut columns = Columns::with_capacity(starts.len());
+    let mut rays = Vec::new();
+    for first in (0..starts.len()).step_by(BLOCK) {
+        let block = first..(first + BLOCK).min(starts.len());
+        let one = |i| {
+            let is_over = shared.asked() || shared.handle.is_asked();
+            let path = (!is_over).then(|| follow(starts.get(i)))?;
+            Some(if keep { path } else { without_way(path) })
         };
-        starts.push((*x, d));
+        let followed: Vec<Option<Path>> = block.into_par_iter().map(one).collect();
+        for path in followed {
+            columns.push(path.as_ref());
+            if keep {
+                rays.push(path.map_or(Vec::new(), |path| path.points));
+            }
+        }
     }
-    Ok(starts)
+    (columns, rays)
+}
+
+/// A path of its end only.
+fn without_way(mut path: Path) -> Path {
+    Path {
+        points: path.points.pop().into_iter().collect(),
+        ending: path.ending,
+    }
 }
 
 impl Traced {
@@ -121,7 +229,7 @@ impl Traced {
         of: impl Fn(&TracePoint) -> [f64; N],
         shape: &[usize],
     ) -> PyResult<Numbers<'py>> {
-        let points = self.paths.iter().flat_map(|path| &path.points);
+        let points = self.rays.iter().flatten();
         let values: Vec<[f64; N]> = points.map(of).collect();
         let shape: Vec<usize> = [values.len()].iter().chain(shape).copied().collect();
         array(py, values.into_flattened(), &shape)
@@ -130,11 +238,12 @@ impl Traced {
 
 #[pymethods]
 impl Traced {
+    /// Where the points of each ray begin; one more than there are rays.
     fn offsets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
         let mut offsets = vec![0];
         let mut end = 0;
-        for path in &self.paths {
-            end += path.points.len() as i64;
+        for points in &self.rays {
+            end += points.len() as i64;
             offsets.push(end);
         }
         let count = offsets.len();
@@ -164,129 +273,4 @@ impl Traced {
     fn indices<'py>(&self, py: Python<'py>) -> PyResult<Numbers<'py>> {
         self.of_points(py, |p| [p.index], &[])
     }
-
-    /// For each ray, how it ended, and the name of the object that it ended on.
-    fn endings(&self) -> Vec<(&'static str, Option<String>)> {
-        let name = |object: usize| {
-            let scene = self.scene.as_ref().map(|scene| scene.get().loaded.scene());
-            scene.map(|scene| scene.objects()[object].name.clone())
-        };
-        let ending = |path: &Path| match path.ending {
-            TraceEnding::Surface(object) => ("surface", name(object)),
-            TraceEnding::Left => ("left the scene", None),
-            TraceEnding::Length => ("maximum length", None),
-            TraceEnding::Lost => ("lost", None),
-        };
-        self.paths.iter().map(ending).collect()
-    }
-}
-
-/// A ray between two points.
-#[pyclass(frozen, get_all, eq, module = "morgana")]
-#[derive(Clone, Debug, PartialEq)]
-pub struct Ray {
-    /// Unit direction in which it leaves the first point.
-    direction_out: [f64; 3],
-    /// Unit direction in which it arrives at the second point.
-    direction_in: [f64; 3],
-    /// Its length, in scene units.
-    arc_length: f64,
-    /// Optical path length ∫ n ds, in scene units.
-    optical_length: f64,
-    /// Cross section of its ray tube at the second point by solid angle at the first, dA⊥/dΩ; d² for a straight ray of
-    /// length d.
-    jacobian: f64,
-    /// Transmittance of each channel.
-    transmittance: Vec<f64>,
-    /// Reflections where it could have been refracted.
-    reflections: u32,
-    /// Whether something stands in its way.
-    occluded: bool,
-    /// Whether it is the one that is found from the usual start.
-    primary: bool,
-}
-
-impl Ray {
-    fn new(branch: Branch) -> Self {
-        let ray = branch.connection;
-        Ray {
-            direction_out: ray.direction_out.to_array(),
-            direction_in: ray.direction_in.to_array(),
-            arc_length: ray.arc_length,
-            optical_length: ray.optical_length,
-            jacobian: ray.jacobian,
-            transmittance: branch.transmittance,
-            reflections: ray.pattern.reflections(),
-            occluded: branch.is_occluded,
-            primary: branch.is_primary,
-        }
-    }
-}
-
-/// The values of a ray, in the order of its attributes.
-type RayValues = ([f64; 3], [f64; 3], f64, f64, f64, Vec<f64>, u32, bool, bool);
-
-#[pymethods]
-impl Ray {
-    #[new]
-    fn of_values(values: RayValues) -> Self {
-        Ray {
-            direction_out: values.0,
-            direction_in: values.1,
-            arc_length: values.2,
-            optical_length: values.3,
-            jacobian: values.4,
-            transmittance: values.5,
-            reflections: values.6,
-            occluded: values.7,
-            primary: values.8,
-        }
-    }
-
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyType>, (RayValues,)) {
-        let ray = slf.get().clone();
-        let values = (
-            ray.direction_out,
-            ray.direction_in,
-            ray.arc_length,
-            ray.optical_length,
-            ray.jacobian,
-            ray.transmittance,
-            ray.reflections,
-            ray.occluded,
-            ray.primary,
-        );
-        (slf.get_type(), (values,))
-    }
-
-    fn __repr__(&self) -> String {
-        let blocked = if self.occluded { ", occluded" } else { "" };
-        format!(
-            "<morgana.Ray of length {:.6}, optical length {:.6}{blocked}>",
-            self.arc_length, self.optical_length
-        )
-    }
-}
-
-/// The rays between two points, why there is no primary one, and whether there is certainly at most one.
-#[pyfunction]
-pub fn connect(
-    py: Python<'_>,
-    scene: Py<Scene>,
-    a: Rows,
-    b: Rows,
-    all: Option<u32>,
-) -> PyResult<(Vec<Ray>, Option<String>, bool)> {
-    let ([from], [to]) = (&a.rows[..], &b.rows[..]) else {
-        return Err(errors::render(
-            "connect takes two points, of three numbers each",
-        ));
-    };
-    if !(from.is_finite() && to.is_finite()) {
-        return Err(errors::render("connect takes two points of finite numbers"));
-    }
-    let scenes = scene.get().loaded.same_rays();
-    let found = py.detach(|| branches(scenes, *from, *to, all));
-    let rays = found.list.into_iter().map(Ray::new).collect();
-    Ok((rays, found.failure.map(|f| f.to_string()), found.is_unique))
 }

@@ -134,7 +134,8 @@ impl AovTracer {
         }
     }
 
-    fn aovs(&self) -> impl Iterator<Item = Aov> {
+    /// The quantities, in the order of [`Aov::ALL`].
+    pub fn aovs(&self) -> impl Iterator<Item = Aov> {
         let all = Aov::ALL.into_iter().zip(self.wanted);
         let is_known = |aov| aov != Aov::Waves || self.wavelength.is_some();
         all.filter_map(move |(aov, wanted)| (wanted && is_known(aov)).then_some(aov))

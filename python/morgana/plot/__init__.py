@@ -1,4 +1,4 @@
-"""Figures by Matplotlib: ``pip install "morgana[plot]"``.
+"""Figures by Matplotlib: ``pip install "morgana-render[plot]"``.
 
     >>> from morgana import plot
     >>> plot.image(result, log=True)
@@ -15,7 +15,7 @@ standard error to either side.
 try:
     import matplotlib as _matplotlib  # noqa: F401
 except ImportError as missing:
-    raise ImportError('morgana.plot draws by Matplotlib: pip install "morgana[plot]"') from missing
+    raise ImportError('morgana.plot draws by Matplotlib: pip install "morgana-render[plot]"') from missing
 
 from ._curves import histogram, profile
 from ._maps import field, image, slice

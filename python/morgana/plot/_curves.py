@@ -28,22 +28,42 @@ def profile(
     **at: float,
 ) -> Line2D:
     """Draw values along a line of pixels or cells, within a band of one standard error to either side if errors are known.
+
     Circles mark values whose errors cannot be trusted (``few``).
 
-    Args:
-        source: A picture, whose axes are ``row`` and ``column``, or a ``Reading`` with axes of its own.
-        along: The axis to follow.
-        layer, channel: As for :func:`plot.image` and :func:`plot.slice`.
-        label: Name of the line in a legend.
-        unit: Name of the scene's unit of length.
-        ax: Where to draw.
-        **at: For each other axis with more than one bin a value in the bin to follow: ``row=24``, or ``x=0, y=0``.
+    Parameters
+    ----------
+    source : Result, Image, Reading or array_like
+        A picture, whose axes are ``row`` and ``column``, or a ``Reading`` with axes of its own.
+    along : str
+        The axis to follow.
+    layer : str, optional
+        As for :func:`plot.image` and :func:`plot.slice`.
+    channel : str or int, optional
+        As for :func:`plot.image` and :func:`plot.slice`.
+    label : str, optional
+        Name of the line in a legend.
+    unit : str, optional
+        Name of the scene's unit of length.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw.
+    **at : float
+        For each other axis with more than one bin a value in the bin to follow: ``row=24``, or ``x=0, y=0``.
 
-    Raises:
-        PlotError: There are no such axes, or values outside them.
+    Returns
+    -------
+    matplotlib.lines.Line2D
+        The line.
 
-    Example:
-        ``plot.profile(result, "column", row=24); plot.profile(fluence, "z", x=0, y=0, unit="mm")``
+    Raises
+    ------
+    PlotError
+        There are no such axes, or values outside them.
+
+    Examples
+    --------
+    >>> plot.profile(result, "column", row=24)
+    >>> plot.profile(fluence, "z", x=0, y=0, unit="mm")
     """
     of = table(source, layer, channel).cut((along,), at)
     edges = of.edges(along)
@@ -69,20 +89,41 @@ def histogram(
     **at: float,
 ) -> StepPatch:
     """Draw light over bins of optical length, time or another axis, per unit of this axis, with bars of one standard error.
+
     The area under the steps is the light in all bins. Circles mark bins whose errors cannot be trusted (``few``).
 
-    Args:
-        source: A picture whose film has a ``decomposition``, or a ``Reading`` whose values are sums over bins.
-        along: The axis. A picture has one, ``length`` or ``time``; of a reading it is ``opl`` by default.
-        channel, label, unit, ax: As for :func:`profile`.
-        **at: Of a picture, a pixel: ``row=20, column=30``; by default the mean over the image, without error bars because
-            pixels may share paths. Of a reading, a value for each other axis with more than one bin: ``side=1``.
+    Parameters
+    ----------
+    source : Result, Image or Reading
+        A picture whose film has a ``decomposition``, or a ``Reading`` whose values are sums over bins.
+    along : str, optional
+        The axis. A picture has one, ``length`` or ``time``; of a reading it is ``opl`` by default.
+    channel : str or int, optional
+        As for :func:`profile`.
+    label : str, optional
+        As for :func:`profile`.
+    unit : str, optional
+        As for :func:`profile`.
+    ax : matplotlib.axes.Axes, optional
+        As for :func:`profile`.
+    **at : float
+        Of a picture, a pixel: ``row=20, column=30``; by default the mean over the image, without error bars because pixels
+        may share paths. Of a reading, a value for each other axis with more than one bin: ``side=1``.
 
-    Raises:
-        PlotError: There are no such bins, or values outside them.
+    Returns
+    -------
+    matplotlib.patches.StepPatch
+        The steps.
 
-    Example:
-        ``plot.histogram(result, row=20, column=30); plot.histogram(result.meters["binned_power"], side=0)``
+    Raises
+    ------
+    PlotError
+        There are no such bins, or values outside them.
+
+    Examples
+    --------
+    >>> plot.histogram(result, row=20, column=30)
+    >>> plot.histogram(result.meters["binned_power"], side=0)
     """
     if isinstance(source, Reading):
         along, of = along or "opl", table(source, "", channel)

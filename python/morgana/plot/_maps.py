@@ -33,22 +33,39 @@ def image(
 ) -> AxesImage:
     """Show a picture in false colours, row 0 at the top.
 
-    Args:
-        picture: A ``Result``, an ``Image``, or an array of shape (height, width) or (height, width, channels).
-        layer: Name of a layer of light, or of a file.
-        channel: Name of a channel; by default the mean over channels.
-        show: ``"mean"``, ``"error"`` or ``"relative error"``: values, standard errors, or these by the values; ``"few"``: 1
-            where errors cannot be trusted, else 0.
-        log: Whether colours are logarithmic; values that are not positive are grey then.
-        limits: Values of the first and last colour.
-        label: Name of the quantity, with its unit.
-        ax: Where to draw.
+    Parameters
+    ----------
+    picture : Result, Image, Reading or array_like
+        A ``Result``, an ``Image``, or an array of shape (height, width) or (height, width, channels).
+    layer : str, optional
+        Name of a layer of light, or of a file.
+    channel : str or int, optional
+        Name of a channel; by default the mean over channels.
+    show : {"mean", "error", "relative error", "few"}, optional
+        ``"mean"``, ``"error"`` or ``"relative error"``: values, standard errors, or these by the values; ``"few"``: 1 where
+        errors cannot be trusted, else 0.
+    log : bool, optional
+        Whether colours are logarithmic; values that are not positive are grey then.
+    limits : (float, float), optional
+        Values of the first and last colour.
+    label : str, optional
+        Name of the quantity, with its unit.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw.
 
-    Raises:
-        PlotError: There is no such layer, channel or error, or nothing positive for a logarithmic scale.
+    Returns
+    -------
+    matplotlib.image.AxesImage
+        The picture.
 
-    Example:
-        ``plot.image(result, channel="G", log=True, label="radiance (W m⁻² sr⁻¹)")``
+    Raises
+    ------
+    PlotError
+        There is no such layer, channel or error, or nothing positive for a logarithmic scale.
+
+    Examples
+    --------
+    >>> plot.image(result, channel="G", log=True, label="radiance (W m⁻² sr⁻¹)")
     """
     of = table(picture, layer, channel).cut(("row", "column"), {})
     values = _shown(of, show)
@@ -77,21 +94,42 @@ def slice(
 ) -> QuadMesh:
     """Show what a meter has read in a plane, with axes in scene units.
 
-    Args:
-        reading: From ``Result.meters``.
-        plane: The axes to the right and upwards, such as ``"xz"`` or ``"zr"``.
-        channel: Number of a channel; by default the mean over channels.
-        show, log, limits: As for :func:`image`.
-        label: Name of the quantity; its unit is that of the reading.
-        unit: Name of the scene's unit of length.
-        ax: Where to draw.
-        **at: For each other axis with more than one bin a value in the bin to show, such as ``y=0``.
+    Parameters
+    ----------
+    reading : Reading
+        From ``Result.meters``.
+    plane : str
+        The axes to the right and upwards, such as ``"xz"`` or ``"zr"``.
+    channel : int, optional
+        Number of a channel; by default the mean over channels.
+    show : {"mean", "error", "relative error", "few"}, optional
+        As for :func:`image`.
+    log : bool, optional
+        As for :func:`image`.
+    limits : (float, float), optional
+        As for :func:`image`.
+    label : str, optional
+        Name of the quantity; its unit is that of the reading.
+    unit : str, optional
+        Name of the scene's unit of length.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw.
+    **at : float
+        For each other axis with more than one bin a value in the bin to show, such as ``y=0``.
 
-    Raises:
-        PlotError: There are no such axes, values outside them, or nothing positive for a logarithmic scale.
+    Returns
+    -------
+    matplotlib.collections.QuadMesh
+        The cells.
 
-    Example:
-        ``plot.slice(result.meters["p0"], "xz", y=0, log=True, label="initial pressure", unit="mm")``
+    Raises
+    ------
+    PlotError
+        There are no such axes, values outside them, or nothing positive for a logarithmic scale.
+
+    Examples
+    --------
+    >>> plot.slice(result.meters["p0"], "xz", y=0, log=True, label="initial pressure", unit="mm")
     """
     full = table(reading, "", channel)
     right, up = _plane(plane)
@@ -115,21 +153,41 @@ def field(
 ) -> QuadMesh:
     """Show a refractive index in a plane; rays can be drawn on top by :func:`rays`.
 
-    Args:
-        index: From ``Scene.fields`` or :func:`morgana.load_field`.
-        plane: The axes to the right and upwards: two of ``x``, ``y``, ``z``.
-        reference: Show Δn = n − reference instead of n, white where it is zero.
-        resolution: Number of samples along each axis.
-        unit: Name of the scene's unit of length.
-        ax: Where to draw.
-        **where: Limits of both axes, and the place of the third (0 by default): ``x=(-1, 1), z=(0, 5), y=0.2``.
+    Parameters
+    ----------
+    index : Field
+        From ``Scene.fields`` or :func:`morgana.load_field`.
+    plane : str
+        The axes to the right and upwards: two of ``x``, ``y``, ``z``.
+    reference : float, optional
+        Show Δn = n − reference instead of n, white where it is zero.
+    resolution : int, optional
+        Number of samples along each axis.
+    unit : str, optional
+        Name of the scene's unit of length.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw.
+    **where : float or (float, float)
+        Limits of both axes, and the place of the third (0 by default): ``x=(-1, 1), z=(0, 5), y=0.2``.
 
-    Raises:
-        PlotError: Limits are missing, or no such axes.
+    Returns
+    -------
+    matplotlib.collections.QuadMesh
+        The cells.
 
-    Example:
-        ``plot.rays(rays, "zx", ax=plot.field(index, "zx", z=(0, 30), x=(-2, 2), reference=1.33).axes)``
+    Raises
+    ------
+    PlotError
+        Limits are missing, or no such axes.
+
+    Examples
+    --------
+    >>> plot.rays(rays, "zx", ax=plot.field(index, "zx", z=(0, 30), x=(-2, 2), reference=1.33).axes)
     """
+    if not isinstance(index, Field):
+        raise PlotError(f"expected a Field, found {type(index).__name__}: a scene's are in Scene.fields")
+    if resolution < 1:
+        raise PlotError(f"resolution is {resolution} but must be at least 1")
     right, up = _plane(plane)
     edges = (_limits(right, where, resolution), _limits(up, where, resolution))
     values = index.n(_points(right, up, edges, where))
@@ -179,6 +237,8 @@ def _title(name: str, of_unit: str, unit: Optional[str], show: str) -> str:
 
 def _scale(values: Doubles, log: bool, limits: Limits) -> Normalize:
     if limits is not None:
+        if np.shape(limits) != (2,):
+            raise PlotError(f"limits is {limits!r} but must be two values: those of the first and the last colour")
         return LogNorm(*limits) if log else Normalize(*limits)
     finite = values[np.isfinite(values) & (values > 0)] if log else values[np.isfinite(values)]
     if not finite.size:

@@ -10,7 +10,7 @@ from matplotlib.collections import LineCollection, PathCollection
 from numpy.typing import ArrayLike
 
 from .._numbers import numbers
-from .._rays import Polyline, Rays
+from .._rays import Polyline, RayEnds, Rays
 from ._labels import along, axes
 from ._table import Doubles, PlotError
 
@@ -25,20 +25,38 @@ def rays(
 ) -> LineCollection:
     """Draw rays as seen along the axis across a plane.
 
-    Args:
-        lines: From :func:`morgana.trace`, or arrays of points (points, 3).
-        plane: The axes to the right and upwards: two of ``x``, ``y``, ``z``.
-        color: Of all rays.
-        unit: Name of the scene's unit of length.
-        ax: Where to draw, such as the axes of a :func:`field`, whose limits are kept.
+    Parameters
+    ----------
+    lines : Rays or sequence of array_like
+        From :func:`morgana.trace`, or arrays of points (points, 3).
+    plane : str
+        The axes to the right and upwards: two of ``x``, ``y``, ``z``.
+    color : str, optional
+        Of all rays.
+    unit : str, optional
+        Name of the scene's unit of length.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw, such as the axes of a :func:`field`, whose limits are kept.
 
-    Raises:
-        PlotError: No such plane.
+    Returns
+    -------
+    matplotlib.collections.LineCollection
+        The rays.
 
-    Example:
-        ``plot.rays(morgana.trace(scene, starts, [0, 0, 1]), "zx", unit="mm")``
+    Raises
+    ------
+    PlotError
+        No such plane.
+
+    Examples
+    --------
+    >>> plot.rays(morgana.trace(scene, starts, [0, 0, 1]), "zx", unit="mm")
     """
     right, up = _columns(plane)
+    if isinstance(lines, RayEnds) and not isinstance(lines, Rays):
+        raise PlotError("these rays have no paths to draw: trace them without paths=False, or draw their spots")
+    if not hasattr(lines, "__len__"):
+        raise PlotError(f"expected rays or a list of them, found {type(lines).__name__}")
     each = [_points(lines[i])[:, [right, up]] for i in range(len(lines))]
     ax = axes(ax)
     filled = ax.has_data()
@@ -52,7 +70,7 @@ def rays(
 
 
 def spots(
-    arrivals: Union[Rays, ArrayLike],
+    arrivals: Union[RayEnds, ArrayLike],
     plane: str = "xy",
     *,
     label: str = "",
@@ -62,20 +80,35 @@ def spots(
 ) -> PathCollection:
     """Draw a spot diagram: the points where rays arrive, around their mean, with their root mean square radius as the title.
 
-    Args:
-        arrivals: Rays from :func:`morgana.trace`, of which the lost ones are left out; or points (rays, 3).
-        plane: The axes to the right and upwards: two of ``x``, ``y``, ``z``.
-        label: Name of the spots in a legend.
-        unit: Name of the scene's unit of length.
-        ax: Where to draw.
-        **at: The third axis' value, such as ``z=30``: rays are moved along their last directions, straight on, to where
-            it has this value. By default spots are where rays have ended.
+    Parameters
+    ----------
+    arrivals : RayEnds or array_like
+        Rays from :func:`morgana.trace`, also with ``paths=False``, of which the lost ones are left out; or points (rays, 3).
+    plane : str, optional
+        The axes to the right and upwards: two of ``x``, ``y``, ``z``.
+    label : str, optional
+        Name of the spots in a legend.
+    unit : str, optional
+        Name of the scene's unit of length.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw.
+    **at : float
+        The third axis' value, such as ``z=30``: rays are moved along their last directions, straight on, to where it has this
+        value. By default spots are where rays have ended.
 
-    Raises:
-        PlotError: No such plane, no rays, rays along the plane, or points in place of rays that are to be moved.
+    Returns
+    -------
+    matplotlib.collections.PathCollection
+        The spots.
 
-    Example:
-        ``plot.spots(rays, "xy", z=30, unit="mm")``
+    Raises
+    ------
+    PlotError
+        No such plane, no rays, rays along the plane, or points in place of rays that are to be moved.
+
+    Examples
+    --------
+    >>> plot.spots(rays, "xy", z=30, unit="mm")
     """
     points = _arrivals(arrivals, plane, at)[:, list(_columns(plane))]
     if not len(points):
@@ -98,15 +131,15 @@ def _points(line: Union[Polyline, ArrayLike]) -> Doubles:
     return points
 
 
-def _arrivals(arrivals: Union[Rays, ArrayLike], plane: str, at: Dict[str, float]) -> Doubles:
+def _arrivals(arrivals: Union[RayEnds, ArrayLike], plane: str, at: Dict[str, float]) -> Doubles:
     third = _third(plane)
     if set(at) - {third}:
         raise PlotError(f"{', '.join(at)} cannot be chosen: only {third}, across the plane")
-    if not isinstance(arrivals, Rays):
+    if not isinstance(arrivals, RayEnds):
         if at:
             raise PlotError(f"points cannot be moved to {third}: give rays")
         return _points(arrivals)
-    arrived = np.array([end != "lost" for end in arrivals.end], bool)
+    arrived = np.isfinite(arrivals.end_points).all(1) & (arrivals.end != "lost")
     points: Doubles = arrivals.end_points[arrived]
     tangents: Doubles = arrivals.end_tangents[arrived]
     if not at:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._errors import Error
 from .._images import Image, _names
 from .._numbers import numbers
-from .._result import Reading, Result
+from .._result import Layer, Reading, Result
 
 Doubles = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -97,12 +98,14 @@ def table(source: Source, layer: str = "", channel: Channel = None) -> Table:
         names = [str(i) for i in range(source.mean.shape[-1])] if "channel" in source.axes else None
         axes = {a: edges for a, edges in source.axes.items() if a != "channel"}
         return _flat(Table(source.mean, error, axes, "", source.unit, source.few), names, channel)
+    if isinstance(source, (str, os.PathLike)):
+        raise PlotError(f"a file is not a picture: give morgana.read({os.fspath(source)!r})")
     mean, variance, few, names = _layer(source, layer)
     # A single sample knows no error.
     error = np.sqrt(variance) if variance is not None and np.isfinite(variance).all() else None
     axes = {"row": np.arange(mean.shape[0] + 1) - 0.5, "column": np.arange(mean.shape[1] + 1) - 0.5}
     is_light = channel is None or channel in ("R", "G", "B", "Y") or str(channel).endswith("nm")
-    name = (layer or "radiance") if is_light else str(channel)
+    name = layer or ("radiance" if is_light else str(channel))
     return _flat(Table(mean, error, axes, name, "", few), names, channel)
 
 
@@ -141,8 +144,9 @@ def _layer(picture: Any, layer: str) -> Tuple[Doubles, Optional[Doubles], Option
     if isinstance(picture, Result):
         if layer and layer not in picture.layers:
             raise _unknown(layer, picture.layers)
-        mean, variance, few = picture.layers[layer] if layer else (picture.image, picture.variance, picture.few)
-        return mean.astype(float), variance.astype(float), few, picture.channels
+        whole = Layer(picture.image, picture.variance, picture.few, picture.channels)
+        mean, variance, few, channels = picture.layers[layer] if layer else whole
+        return mean.astype(float), variance.astype(float), few, channels
     if isinstance(picture, Image):
         if layer not in picture.layers:
             raise _unknown(layer, picture.layers)

@@ -1,0 +1,80 @@
+"""Arguments of users, checked before the compiled part sees them: messages name the argument and what it must be."""
+
+from __future__ import annotations
+
+import math
+import operator
+from typing import Any, Dict, Mapping, Optional
+
+from ._errors import RenderError
+from ._morgana import Scene
+
+MOST_THREADS = 1024
+"""More of them would use up the machine before any work is done."""
+
+MOST = 2**63 - 1
+"""The largest number of samples."""
+
+
+def scene(value: object) -> None:
+    """Refuses what is no scene."""
+    if not isinstance(value, Scene):
+        made = "load_dict" if isinstance(value, Mapping) else "load_file"
+        raise TypeError(f"expected a Scene, found {type(value).__name__}: make one by morgana.{made}")
+
+
+def whole(value: Any, name: str, least: int, most: int = MOST) -> int:
+    """A whole number in a range."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} is {value!r} but must be a whole number") from None
+    if number < least:
+        raise RenderError(f"{name} is {number} but must be at least {least}")
+    if number > most:
+        raise RenderError(f"{name} is {number} but must be at most {most}")
+    return number
+
+
+def optional_whole(value: Any, name: str, least: int, most: int = MOST) -> Optional[int]:
+    """The same, or none."""
+    return None if value is None else whole(value, name, least, most)
+
+
+def positive(value: Any, name: str) -> float:
+    """A positive, finite number."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} is {value!r} but must be a positive number") from None
+    if isinstance(value, str):
+        raise TypeError(f"{name} is {value!r} but must be a positive number")
+    if not (number > 0 and math.isfinite(number)):
+        raise RenderError(f"{name} is {value} but must be a positive number")
+    return number
+
+
+def optional_positive(value: Any, name: str) -> Optional[float]:
+    """The same, or none."""
+    return None if value is None else positive(value, name)
+
+
+def text(value: Any, name: str) -> Optional[str]:
+    """A text, or none."""
+    if value is not None and not isinstance(value, str):
+        raise TypeError(f"{name} is {value!r} but must be a text")
+    return value
+
+
+def truth(value: Any, name: str) -> bool:
+    """True or false."""
+    if value not in (True, False):
+        raise TypeError(f"{name} is {value!r} but must be True or False")
+    return bool(value)
+
+
+def mapping(value: Any, what: str) -> Dict[str, Any]:
+    """A dictionary."""
+    if not isinstance(value, Mapping):
+        raise TypeError(f"expected {what} as a dictionary, found {type(value).__name__}")
+    return dict(value)

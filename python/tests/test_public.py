@@ -1,0 +1,148 @@
+"""What users see of the package: every public item has a docstring; what they get back has a representation, compares and pickles."""
+
+import ast
+import inspect
+import pickle
+import re
+import textwrap
+
+import morgana
+import morgana.distributed
+import numpy as np
+import pytest
+from conftest import load, meters, small
+from morgana import plot
+
+MODULES = [morgana, morgana.distributed, plot]
+
+
+def public():
+    for module in MODULES:
+        for name in module.__all__:
+            yield f"{module.__name__}.{name}", getattr(module, name)
+
+
+def described(cls):
+    """Attributes of a class that have a text below them in the source."""
+    try:
+        (tree,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
+    except (TypeError, OSError):  # It is compiled.
+        return set()
+    pairs = zip(tree.body, tree.body[1:])
+    is_text = lambda node: isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)  # noqa: E731
+    return {of.target.id for of, text in pairs if isinstance(of, ast.AnnAssign) and is_text(text)}
+
+
+def members(cls):
+    """Public attributes and methods of a class's own, with their texts."""
+    texts = described(cls)
+    for name in {*vars(cls), *getattr(cls, "__annotations__", {})}:
+        if not name.startswith("_"):
+            yield name, name in texts or getattr(vars(cls)[name], "__doc__", None)
+
+
+def arguments(item):
+    """Names of parameters, as a docstring has them."""
+    try:
+        parameters = inspect.signature(item).parameters.values()
+    except ValueError:
+        return []
+    stars = {inspect.Parameter.VAR_KEYWORD: "**", inspect.Parameter.VAR_POSITIONAL: "*"}
+    return [stars.get(p.kind, "") + p.name for p in parameters if p.name != "self"]
+
+
+def functions():
+    for name, item in public():
+        if inspect.isfunction(item):
+            yield name, item
+        elif inspect.isclass(item):
+            for method, value in vars(item).items():
+                if not method.startswith("_") and callable(value) and not inspect.isclass(value):
+                    yield f"{name}.{method}", value
+
+
+def test_every_public_item_has_a_docstring():
+    assert [module.__name__ for module in MODULES if not module.__doc__] == []
+    missing = []
+    for name, item in public():
+        if inspect.isclass(item):
+            # Those of base classes say nothing of this one, and those of named tuples are only their fields.
+            own = vars(item).get("__doc__")
+            if not own or own.startswith(f"{item.__name__}("):
+                missing.append(name)
+            missing += [f"{name}.{member}" for member, text in members(item) if not text]
+        elif inspect.isroutine(item) and not getattr(item, "__doc__", None):
+            missing.append(name)
+    assert missing == []
+
+
+@pytest.mark.parametrize(("name", "item"), list(functions()), ids=lambda value: value if isinstance(value, str) else "")
+def test_docstrings_say_what_functions_take_and_return(name, item):
+    text = inspect.getdoc(item)
+    parts = re.split(r"^(\w+)\n-{3,}\n", text, flags=re.MULTILINE)
+    sections = dict(zip(parts[1::2], parts[2::2]))
+    lines = re.findall(r"^(\*{0,2}\w[\w, ]*?)(?: : .*)?$", sections.get("Parameters", ""), re.MULTILINE)
+    listed = [name for line in lines for name in line.split(", ")]
+    assert listed == arguments(item), name
+    assert text.splitlines()[0].endswith(".")
+    returns = inspect.signature(item).return_annotation if inspect.isfunction(item) else "?"
+    assert "Returns" in sections or returns in (None, "None")
+
+
+def samples():
+    scene = load(small())
+    picture = morgana.render(scene, spp=2)
+    measured = morgana.render(load(meters()), particles=640)
+    rays = morgana.trace(scene, [[0, 0, -3], [0, 0.1, -3]], [0, 0, 1])
+    found = morgana.connect(scene, [0, 0, 0], [0.1, 0.2, 0.3])
+    with pytest.raises(morgana.SceneError) as refused:
+        load({"type": "scene"})
+    aov = morgana.render(load(small(), integrator="aov"), spp=1)
+    swept = {**small(), "parameters": {"n": 4}}
+    swept["sensor"] = {**swept["sensor"], "sampler": {"type": "independent", "sample_count": "$n"}}
+    return [
+        scene,
+        scene.fields["ambient"],
+        morgana.load_field({"type": "luneburg"}),
+        picture,
+        measured,
+        aov.layers["exit_position"],
+        measured.meters["fluence"],
+        morgana.sweep(swept, {"n": [2, 3]}),
+        rays,
+        rays[0],
+        morgana.trace(scene, [0, 0, -3], [0, 0, 1], paths=False),
+        found,
+        found.rays[0],
+        morgana.Image({"": picture.image}, {"": picture.channels}, {"seed": "0"}),
+        morgana.compare(picture, picture),
+        refused.value.diagnostics[0],
+        refused.value,
+        morgana.FileError("no such file"),
+        morgana.RenderError("refused"),
+        morgana.Error("wrong"),
+        morgana.SceneWarning("doubtful"),
+        plot.PlotError("no such plane"),
+    ]
+
+
+@pytest.mark.filterwarnings("ignore::morgana.SceneWarning")
+def test_what_users_get_has_a_representation_compares_and_pickles():
+    given = samples()
+    assert {item for _, item in public() if inspect.isclass(item)} - set(map(type, given)) == set()
+    for value in given:
+        text = repr(value)
+        assert "\n" not in text and " at 0x" not in text and type(value).__name__ in text
+        assert len(text) < 300 or isinstance(value, (morgana.SceneError, morgana.Diagnostic)), text
+        copy = pickle.loads(pickle.dumps(value))
+        assert type(copy) is type(value)
+        if isinstance(value, (Exception, Warning)):
+            assert str(copy) == str(value) and copy.args == value.args
+        else:
+            assert (copy == value) is True and (copy != value) is False and (copy == "something else") is False
+
+
+def test_arrays_decide_whether_values_are_equal():
+    layer = morgana.Layer(*np.ones((3, 2, 2, 1)), ["Y"])
+    assert layer == layer._replace(mean=np.ones((2, 2, 1))) and layer != layer._replace(mean=np.zeros((2, 2, 1)))
+    assert layer._replace(mean=np.full((1, 1, 1), np.nan)) == layer._replace(mean=np.full((1, 1, 1), np.nan))
