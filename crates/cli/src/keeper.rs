@@ -149,7 +149,7 @@ fn lock(path: &Path) -> Result<Option<Lock>, CommandError> {
         ))),
         Err(LockError::Unknown(why)) => {
             warn(&format!(
-                "'{name}' cannot be locked ({why}): see to it that no other process uses it"
+                "'{name}' cannot be locked ({why}): make sure that no other process uses it"
             ));
             Ok(None)
         }

@@ -74,7 +74,7 @@ impl Preview {
                     ErrorKind::WouldBlock | ErrorKind::TimedOut => "it does not answer".into(),
                     _ => error.to_string(),
                 };
-                let message = format!("--tev: the viewer is gone ({why}); the render goes on");
+                let message = format!("--tev: the viewer is gone ({why}); the render continues");
                 let mut diagnostics = Diagnostics::new();
                 diagnostics.push(Diagnostic::warning(message));
                 show(&diagnostics);

@@ -89,7 +89,7 @@ impl Report<'_> {
     /// What the image shows on the whole.
     fn outcome(&self) -> String {
         if self.rendering.samples == 0 {
-            return "not one sample of the whole image was completed: it is empty".into();
+            return "no sample of the whole image was completed: the image is empty".into();
         }
         if !self.loaded.renderer.is_light() {
             let stats = &self.rendering.stats;
@@ -118,7 +118,7 @@ impl Report<'_> {
             let tail = film.tail(None);
             let reason = if tail.is_heavy() {
                 format!(
-                    "one sample makes {} of its square",
+                    "one sample makes up {} of its square",
                     numbers::percent(tail.share())
                 )
             } else {
@@ -186,7 +186,10 @@ impl Report<'_> {
             "reached: slight bias by stopping".into()
         } else if error <= wanted {
             // Small enough by now, but it may have been so by chance.
-            format!("of {} not confirmed by two looks", numbers::percent(wanted))
+            format!(
+                "of {} not confirmed by two checks",
+                numbers::percent(wanted)
+            )
         } else {
             format!("of {} not reached", numbers::percent(wanted))
         };
@@ -252,7 +255,7 @@ fn bias(capped: u64) -> String {
         1 => "1 branch counts".into(),
         n => format!("{} branches count", numbers::count(n as f64)),
     };
-    format!("possible bias: {branches} for less than due")
+    format!("possible bias: {branches} with too small a weight")
 }
 
 #[cfg(test)]

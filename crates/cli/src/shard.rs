@@ -54,7 +54,7 @@ impl Shard {
         let number = |name: &str| {
             let text = variable(name).ok_or(format!("the variable {name} is not set"))?;
             let number = text.parse::<u64>();
-            number.map_err(|_| format!("the variable {name} is '{text}', which is no number"))
+            number.map_err(|_| format!("the variable {name} is '{text}', which is not a number"))
         };
         let array = ARRAYS.iter().find(|(index, ..)| variable(index).is_some());
         let (index, size, more) = array.ok_or_else(|| {
@@ -95,7 +95,7 @@ fn whole_array(
         Ok(count)
     } else {
         Err(format!(
-            "--shard auto needs an array of all parts, --array=0-{}: for some of them say how many there are, --shard auto/N (task {task})",
+            "--shard auto needs an array of all parts, --array=0-{}: to run some of them, give their number: --shard auto/N (task {task})",
             count - 1
         ))
     }
@@ -150,6 +150,6 @@ mod tests {
         let none = resolved("auto", &[]).unwrap_err();
         assert!(none.contains("SLURM_ARRAY_TASK_ID nor AWS"), "{none}");
         let odd = resolved("auto", &[("AWS_BATCH_JOB_ARRAY_INDEX", "x")]).unwrap_err();
-        assert!(odd.contains("'x', which is no number"), "{odd}");
+        assert!(odd.contains("'x', which is not a number"), "{odd}");
     }
 }

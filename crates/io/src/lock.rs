@@ -64,7 +64,7 @@ impl Lock {
                 return Ok(Lock { path, _file: file });
             }
         }
-        Err(io::Error::other("others lock it all the time").into())
+        Err(io::Error::other("other processes keep locking it").into())
     }
 }
 

@@ -53,7 +53,7 @@ impl Temporary {
                 Err(error) => return Err(error),
             }
         }
-        Err(io::Error::other("no free name for a temporary file"))
+        Err(io::Error::other("no unused name for a temporary file"))
     }
 
     /// Puts it in the place of a file.

@@ -14,7 +14,7 @@ fn read(text: &str) -> (SceneHash, Option<String>) {
         assert_eq!(d.severity, Severity::Note, "{diagnostics}");
         assert_eq!(
             d.message,
-            "the scene says some things in another way, or for other programs"
+            "the scene says some things in another form, or for other programs"
         );
         d.help.clone().unwrap_or_default()
     });
@@ -162,7 +162,7 @@ fn films_of_the_fork() {
     let some = "<film type='hdrfilm'><string name='decomposition' value='bounce'/>
         <float name='minBound' value='2'/><float name='maxBound' value='8'/></film>";
     let expected =
-        "bounces are told apart one by one, from none: 'minBound' must be 0, 'binWidth' 1";
+        "bounces are separated one by one, from none: 'minBound' must be 0, 'binWidth' 1";
     assert_eq!(errors(some), [expected]);
 }
 

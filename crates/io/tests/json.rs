@@ -378,7 +378,7 @@ fn mistakes_in_syntax() {
 
 #[test]
 fn mistakes_in_values() {
-    bad("null", "2:1 null is no value: leave the key out | ");
+    bad("null", "2:1 null is not a value: leave the key out | ");
     bad("[1, 2]", "2:1 expected three numbers, found 2 | ");
     bad("[1, 2, \"3\"]", "2:8 expected a number, found a text | ");
     bad("1e999", "2:1 '1e999' is not a finite number | ");
@@ -409,7 +409,7 @@ fn mistakes_in_values() {
     );
     bad(
         r#"[{"look_at": {}}]"#,
-        "2:3 \"look_at\" is no part of a transform | did you mean 'lookat'?",
+        "2:3 \"look_at\" is not a part of a transform | did you mean 'lookat'?",
     );
     bad(
         r#"[{"rotate": {"axis": [0, 0, 1]}}]"#,

@@ -431,7 +431,7 @@ fn legacy_vtk_that_is_refused() {
         "# VTK",
         "does not begin with '# vtk DataFile Version'",
     );
-    vtk_error("ASCII", "ascii", "'ascii' where ASCII or BINARY belongs");
+    vtk_error("ASCII", "ascii", "'ascii' instead of ASCII or BINARY");
     vtk_error("STRUCTURED_POINTS", "POLYDATA", "VTK data of type POLYDATA");
     vtk_error("SPACING 0.1", "SPACING 0", "SPACING is degenerate");
     vtk_error(

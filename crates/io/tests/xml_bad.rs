@@ -197,7 +197,7 @@ fn bad_transform(part: &str, expected: &str) {
 fn transforms() {
     bad_transform(
         "<translat x='1'/>",
-        "3:2 <translat> is no part of a transform | did you mean 'translate'?",
+        "3:2 <translat> is not a part of a transform | did you mean 'translate'?",
     );
     bad_transform(
         "<translate/>",

@@ -28,7 +28,7 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
         return remain_a_part(args, path);
     }
     if outputs.iter().any(is_part) {
-        let message = "a .part file is written alone: images are made of it later";
+        let message = "write a .part file alone: make images from it later";
         return Err(CommandError::Usage(message.into()));
     }
     let Part { header, body } = read(&args.parts)?;
@@ -87,7 +87,7 @@ fn check_complete(args: &MergeArgs, header: &Header, body: &Body) -> Result<(), 
     let done = body.done().count();
     match header.total {
         Some(total) if done < total && !args.partial => Err(CommandError::Usage(format!(
-            "{} of {total} samples are missing: see morgana status, or write what there is by --partial",
+            "{} of {total} samples are missing: see morgana status, or write what there is with --partial",
             total - done
         ))),
         _ if done == 0 => Err(CommandError::Usage("the parts have no samples yet".into())),
@@ -100,7 +100,7 @@ fn check_scene(job: &Job, args: &MergeArgs) -> Result<(), CommandError> {
         return Ok(());
     }
     Err(CommandError::Usage(format!(
-        "the scene is no longer at '{}': say where it is by --scene",
+        "the scene is no longer at '{}': give its place with --scene",
         shown(&job.scene)
     )))
 }
@@ -114,7 +114,7 @@ fn merged_image(
     let mut images = config::images(&args.outputs, &job.scene)?;
     check_colours(&args.outputs.output, loaded, &mut images)?;
     if args.outputs.strategies.is_some() && !job.strategies {
-        let message = "the parts do not tell strategies apart: render them with --strategies";
+        let message = "the parts do not separate strategies: render them with --strategies";
         return Err(CommandError::Usage(message.into()));
     }
     if !state.fits(&loaded.groups, &job.run(loaded).options()) {

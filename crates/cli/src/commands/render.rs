@@ -115,7 +115,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
 fn shard(args: &RenderArgs, loaded: &Loaded) -> Result<Option<[u64; 2]>, CommandError> {
     let keep = &args.keep;
     if keep.resume && keep.checkpoint.is_none() && keep.shard.is_none() {
-        let message = "--resume continues a --checkpoint or a --shard: say which";
+        let message = "--resume continues a --checkpoint or a --shard: give one of them";
         return Err(CommandError::Usage(message.into()));
     }
     let shard = keep.shard.map(Shard::resolve).transpose();

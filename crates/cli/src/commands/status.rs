@@ -137,7 +137,7 @@ impl Overview {
         )];
         if let Some(range) = &self.twice {
             lines.push(format!(
-                "samples {} are there twice: leave one of the parts out",
+                "samples {} are in two parts: leave one of them out",
                 list([range.clone()])
             ));
         }

@@ -9,7 +9,7 @@ fn describes_what_is_in_a_scene() {
         "8 × 6, R G B",
         "4 samples per pixel, integrator path",
         "perspective at (0, 0, -4), in 'ambient' (n = 1)",
-        "constant     found by connections and by chance: complete",
+        "constant     found by connections and by random walks: complete",
         "glass",
         "1.4142 (bounds)",
         "not certified",
@@ -90,7 +90,7 @@ fn says_what_finds_an_emitter() {
     ] {
         let text = of(things);
         assert!(text.contains(expected), "{expected}\n{text}");
-        assert!(text.contains("constant     found by connections and by chance: complete"));
+        assert!(text.contains("constant     found by connections and by random walks: complete"));
     }
 }
 

@@ -112,7 +112,7 @@ fn time_ends_samples_that_take_minutes() {
             "render scene.xml --time 0.5s --integrator {integrator} --stats s.json -o a.exr"
         ));
         assert!(started.elapsed() < PATIENCE, "{:?}", started.elapsed());
-        let empty = "not one sample of the whole image was completed: it is empty";
+        let empty = "no sample of the whole image was completed: the image is empty";
         let stats = folder.json("s.json");
         assert_eq!(stats["stopped"], "time");
         assert_eq!(line.contains(empty), stats["spp"] == 0, "{line}");

@@ -116,12 +116,11 @@ fn nowhere(walls: &Walls) -> Option<SceneProblem> {
     let object = walls.mirror.or(walls.never_reflecting())?;
     let message = format!(
         "light of emitters that no ray can hit is missing where smooth surfaces ('{}') reflect it on every \
-         part of its way: connections look for no such part, and one must join emitter and sensor",
+         part of its way: connections do not follow such reflections, and one must join emitter and sensor",
         object.name
     );
     let help = match walls.mirror {
-        Some(_) => "it concerns mirror images of what such light brightens by way of mirrors; an area light \
-                    has no such gap"
+        Some(_) => "only mirror images of what such light illuminates through mirrors are affected; area lights are not"
             .into(),
         None => set_reflections("area lights"),
     };

@@ -134,7 +134,7 @@ fn layering(q: &mut Query) -> Layering {
             });
             q.error(
                 "decomposition",
-                format!("light cannot be told apart by '{word}'; {help}"),
+                format!("light cannot be separated by '{word}'; {help}"),
             );
         } else if words[..i].contains(word) {
             q.error("decomposition", format!("'{word}' is there twice"));

@@ -148,7 +148,7 @@ fn instrument(
         }
         _ => {
             let message =
-                "a fluencemeter measures in space: it belongs into the scene, not into a shape";
+                "a fluencemeter measures in space: it belongs in the scene, not in a shape";
             context.error_at(&object.location, message);
         }
     }

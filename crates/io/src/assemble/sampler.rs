@@ -133,7 +133,7 @@ fn better(name: &str) -> String {
     let names = Replicates::ALL.map(Replicates::name);
     match suggest(name, names) {
         Some(help) if !name.contains(':') => help,
-        _ if EVEN.contains(&name) => "use 'ldsampler', which spreads samples evenly, too".into(),
+        _ if EVEN.contains(&name) => "use 'ldsampler', which also spreads samples evenly".into(),
         _ => format!("known samplers: {}", names.join(", ")),
     }
 }
@@ -152,7 +152,7 @@ pub(super) fn in_replicates(
     let name = renderer.name();
     report(&warning(
         format!(
-            "samples of '{name}' are independent: even ones, those of 'ldsampler', are for the integrators 'path' and 'bdpt'"
+            "samples of '{name}' are independent here: only the integrators 'path' and 'bdpt' take those of 'ldsampler'"
         ),
         "make the sampler 'independent', or the integrator 'path' or 'bdpt'",
     ));

@@ -46,12 +46,12 @@ pub(super) fn taken_for_index([least, most]: [f64; 2]) -> Option<(&'static str, 
     Some(if size <= LARGEST_CONTRAST {
         (
             "n − 1, or a contrast of the index",
-            "add the index that it counts from by 'offset'",
+            "add the reference index by 'offset'",
         )
     } else if least < -100.0 && HOUNSFIELD.contains(&least) && HOUNSFIELD.contains(&most) {
         (
             "Hounsfield units",
-            "turn them into an index before, or by 'scale' and 'offset'",
+            "convert them to an index first, or by 'scale' and 'offset'",
         )
     } else if least >= 0.0 && most >= LEAST_PRESSURE {
         (
@@ -63,14 +63,14 @@ pub(super) fn taken_for_index([least, most]: [f64; 2]) -> Option<(&'static str, 
     } else if least >= 0.0 && *INDICES.end() < most {
         (
             "per cent, or a density",
-            "turn them into an index before, or by 'scale' and 'offset'",
+            "convert them to an index first, or by 'scale' and 'offset'",
         )
     } else if least >= 0.0 {
         (of_gas, gladstone_dale)
     } else {
         (
             "differences from a reference",
-            "add the index that they count from by 'offset'",
+            "add the reference index by 'offset'",
         )
     })
 }
@@ -81,7 +81,7 @@ pub(super) fn of_gas([least, most]: [f64; 2], n0: f64) -> Option<&'static str> {
     if size > DENSEST_GAS {
         Some("no gas is that dense: are these g/m³, or is it the density of a liquid?")
     } else if size > 0.0 && size < THINNEST_GAS {
-        Some("that is next to nothing: are these g/cm³, which 'scale' 1000 would turn into kg/m³?")
+        Some("that is nearly a vacuum: are these g/cm³? 'scale' 1000 converts them to kg/m³")
     } else {
         None
     }

@@ -192,7 +192,7 @@ impl Builder<'_, '_> {
             };
             let node = self.node(property.value);
             if let Some(first) = seen.get(&key) {
-                let message = format!("the key \"{}\" is there twice", shorten(&key));
+                let message = format!("the key \"{}\" occurs twice", shorten(&key));
                 let help = format!("the first is at {first}");
                 let diagnostic = Diagnostic::error(message).help(help);
                 self.diagnostics.push(diagnostic.at(&key_location));

@@ -30,7 +30,7 @@ pub(super) fn value(
         Json::Float(v) if is_text => Some(Value::String(v.to_string())),
         Json::Broken => None,
         Json::Null => {
-            report(node, "null is no value: leave the key out", diagnostics);
+            report(node, "null is not a value: leave the key out", diagnostics);
             None
         }
         Json::Boolean(v) => Some(Value::Boolean(*v)),
@@ -39,7 +39,10 @@ pub(super) fn value(
         Json::String(v) => Some(Value::String(v.clone())),
         Json::Tensor(tensor) if known == Some(Type::Tensor) => Some(Value::Tensor(tensor.clone())),
         Json::Tensor(tensor) => {
-            let message = format!("an array of shape {:?} has no place here", tensor.shape());
+            let message = format!(
+                "an array of shape {:?} does not belong here",
+                tensor.shape()
+            );
             report(node, message, diagnostics);
             None
         }

@@ -225,7 +225,7 @@ pub fn unknown_plugin(object: &ObjectDescription, known: &[&str], diagnostics: &
     let listed = |name: &&str| schema::find(object.kind, name).is_some();
     debug_assert!(
         known.iter().all(listed),
-        "io::schema lists not all of {known:?}"
+        "io::schema does not list all of {known:?}"
     );
     let message = format!("unknown {} type '{}'", object.kind, object.plugin);
     let help = suggest(&object.plugin, known.iter().copied())

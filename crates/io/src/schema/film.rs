@@ -20,7 +20,7 @@ const HDRFILM: &[Parameter] = &[
     list(
         "decomposition",
         "",
-        "what light is told apart by: length, time, bounce, light",
+        "what light is separated by: length, time, bounce, light",
     ),
     float(
         "min_bound",
@@ -77,7 +77,7 @@ pub(super) const SAMPLERS: &[Plugin] = &[
     ),
     plugin(
         "ldsampler",
-        "Points that are spread evenly over the samples of a pixel, in independent replicates.",
+        "Low-discrepancy points over the samples of a pixel, in independent replicates.",
         &[SAMPLES, REPLICATES],
         &[],
     ),

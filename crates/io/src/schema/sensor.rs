@@ -86,7 +86,7 @@ const CELLS: &[Parameter] = &[
     word(
         "estimator",
         &["track_length", "collision"],
-        "by the ways of particles, or by their collisions",
+        "by the track lengths of particles, or by their collisions",
     ),
     float("gruneisen", "", "Γ ≥ 0; adds the initial pressure p0"),
     float("pulse_energy", "1", "for p0, J, > 0"),
@@ -103,7 +103,7 @@ const SURFACE: &[Parameter] = &[
     boolean(
         "parts",
         "false",
-        "whether sides of the shape are told apart",
+        "whether the sides of the shape are separate",
     ),
     integer("cosine_bins", "", "bins of the cosine, ≥ 1"),
     vector(

@@ -126,7 +126,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "shapegroup",
-        "Shapes that instances put up.",
+        "Shapes that instances copy.",
         &[],
         &[many(Shape, "The shapes.")],
     ),

@@ -55,7 +55,7 @@ impl FromStr for AxisOrder {
         match (<[char; 4]>::try_from(letters), &sorted[..]) {
             (Ok(letters), ['c', 'x', 'y', 'z']) => Ok(AxisOrder { letters, channels }),
             _ => Err(format!(
-                "'{text}' is no order of axes: it is the letters x, y, z, in the order of the array's indices, \
+                "'{text}' is not an order of axes: give the letters x, y, z, in the order of the array's indices, \
                  for example zyx; with c where the channels are, for example czyx"
             )),
         }

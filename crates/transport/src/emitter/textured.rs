@@ -18,12 +18,12 @@ pub enum TexturedError {
     },
     /// A mesh without texture coordinates.
     #[error(
-        "the mesh has no texture coordinates; give it some, or let colours of its vertices shine"
+        "the mesh has no texture coordinates; give it some, or use the colours of its vertices"
     )]
     NoCoordinates,
     /// The power over an ellipsoid or elliptic cylinder is no closed form.
     #[error(
-        "a texture cannot shine from an ellipsoid or elliptic cylinder, since its power is not known exactly there; \
+        "an ellipsoid or elliptic cylinder cannot emit a texture, since its power is not known exactly there; \
          use a sphere, a circular cylinder or a mesh"
     )]
     Uneven,

@@ -113,7 +113,7 @@ fn found(loaded: &Loaded, emitter: &Emitter) -> Option<(String, bool)> {
 fn finds(required: RequiredConnection, walls: &Walls) -> (String, bool) {
     let (by, edge) = match required {
         RequiredConnection::Nothing => {
-            return ("by connections and by chance: complete".into(), true);
+            return ("by connections and by random walks: complete".into(), true);
         }
         RequiredConnection::FromEmitter => ("by connections", "on its way from the emitter"),
         RequiredConnection::ToSensor => ("from the emitter", "on its way to the sensor"),

@@ -83,7 +83,7 @@ pub fn parse(
     if open.is_empty() {
         check_mesh(builder.mesh)
     } else {
-        Err(wrong("a node is below itself, or below two others"))
+        Err(wrong("a node is its own descendant, or has two parents"))
     }
 }
 

@@ -56,7 +56,7 @@ pub fn parse<T: Sample>(bytes: &[u8], options: Options) -> Result<Volume<T>, Pro
     let version = cursor.u32()?;
     if version < OLDEST {
         let message =
-            format!("OpenVDB files of version {version}; save it anew with OpenVDB 3 or later");
+            format!("OpenVDB files of version {version}; save it again with OpenVDB 3 or later");
         return Err(Problem::Unsupported(message));
     }
     cursor.take(8)?; // The version of the library.

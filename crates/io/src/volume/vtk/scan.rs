@@ -105,7 +105,7 @@ impl<R: BufRead + Seek> Scanner<'_, R> {
         self.binary = match self.raw_line()?.trim() {
             "ASCII" => false,
             "BINARY" => true,
-            other => return Err(bad(&format!("'{other}' where ASCII or BINARY belongs"))),
+            other => return Err(bad(&format!("'{other}' instead of ASCII or BINARY"))),
         };
         Ok(())
     }
@@ -130,7 +130,7 @@ impl<R: BufRead + Seek> Scanner<'_, R> {
                 [name, components, n, kind] => {
                     return self.array(name, kind, number(components)?, number(n)?);
                 }
-                _ => return Err(bad(&format!("'{}' where an array belongs", line.trim()))),
+                _ => return Err(bad(&format!("'{}' instead of an array", line.trim()))),
             }
         }
     }
@@ -253,7 +253,7 @@ fn element(kind: &str) -> Result<Element, Problem> {
 }
 
 fn number<N: std::str::FromStr>(word: &str) -> Result<N, Problem> {
-    let other = |_| bad(&format!("'{word}' where a number belongs"));
+    let other = |_| bad(&format!("'{word}' instead of a number"));
     word.parse().map_err(other)
 }
 

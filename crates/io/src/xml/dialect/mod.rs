@@ -104,7 +104,7 @@ impl Dialect {
             (!self.ignored.is_empty()).then(|| format!("ignored: {}", self.ignored.join(", ")));
         let done: Vec<String> = [read, ignored].into_iter().flatten().collect();
         let note =
-            Diagnostic::note("the scene says some things in another way, or for other programs");
+            Diagnostic::note("the scene says some things in another form, or for other programs");
         let help = (!done.is_empty()).then(|| done.join("; "));
         diagnostics.push(note.help(help).at(first));
     }

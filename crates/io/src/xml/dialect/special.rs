@@ -78,7 +78,7 @@ fn bounces(draft: &mut Draft, diagnostics: &mut Diagnostics) {
             let bounds = ["min_bound", "max_bound"].map(|name| number(draft, name, 0.0));
             let width = number(draft, "bin_width", 1.0);
             if bounds[0] != 0.0 || width != 1.0 {
-                let message = "bounces are told apart one by one, from none: 'minBound' must be 0, 'binWidth' 1";
+                let message = "bounces are separated one by one, from none: 'minBound' must be 0, 'binWidth' 1";
                 diagnostics.push(Diagnostic::error(message).at(&draft.plugin_location));
             }
             super::drop(draft, &["min_bound", "max_bound", "bin_width"]);
