@@ -123,7 +123,7 @@ impl Aabb {
     }
 
     /// Largest distance from `p` to a point of the box.
-    pub fn farthest_distance(&self, p: DVec3) -> f64 {
+    pub(crate) fn farthest_distance(&self, p: DVec3) -> f64 {
         (p - self.min).abs().max((p - self.max).abs()).length()
     }
 }

@@ -7,13 +7,13 @@
 pub const STEPS_PER_RAY: usize = 20_000;
 
 /// Interfaces that a ray meets: rays that creep along inside a curved one meet it without end.
-pub const CROSSINGS_PER_RAY: u32 = 1_000;
+pub(crate) const CROSSINGS_PER_RAY: u32 = 1_000;
 
 /// Rays shot to find one connection by Newton's method.
-pub const SHOTS_PER_CONNECTION: u32 = 20;
+pub(crate) const SHOTS_PER_CONNECTION: u32 = 20;
 
 /// Steps of all these rays together.
-pub const STEPS_PER_CONNECTION: u64 = 100_000;
+pub(crate) const STEPS_PER_CONNECTION: u64 = 100_000;
 
 /// Evaluations by the quadratures of an optical path difference: a tenth of a second or so. A field whose structure takes more
 /// is too fine for the length of the ray.

@@ -33,7 +33,7 @@ impl Bins {
     }
 
     /// The ends of bins inside the open interval (a, b).
-    pub fn edges_between(&self, a: f64, b: f64) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn edges_between(&self, a: f64, b: f64) -> impl Iterator<Item = f64> + '_ {
         let width = self.width();
         let first = ((a - self.min) / width).floor().max(0.0);
         let last = ((b - self.min) / width).ceil().min(self.count as f64);

@@ -5,16 +5,16 @@
 pub use eikonal::budget::*;
 
 /// Specular events of one edge: light between perfect mirrors never ends.
-pub const EVENTS_PER_EDGE: u32 = 1_000;
+pub(crate) const EVENTS_PER_EDGE: u32 = 1_000;
 
 /// Edges of a random walk: between walls that absorb nothing it would go on for ever.
-pub const EDGES_PER_WALK: usize = 1_000_000;
+pub(crate) const EDGES_PER_WALK: usize = 1_000_000;
 
 /// Random starts spent on finding a branch again that was found by one, to weigh it.
-pub const TRIALS_PER_SEARCH: u32 = 1_000;
+pub(crate) const TRIALS_PER_SEARCH: u32 = 1_000;
 
 /// Steps of all these trials together.
-pub const STEPS_PER_SEARCH: u64 = 4_000_000;
+pub(crate) const STEPS_PER_SEARCH: u64 = 4_000_000;
 
 /// Photons that are looked at along one edge from the sensor.
-pub const PHOTONS_PER_GATHER: u64 = 20_000_000;
+pub(crate) const PHOTONS_PER_GATHER: u64 = 20_000_000;

@@ -14,8 +14,12 @@ pub mod medium;
 pub mod meter;
 pub mod moments;
 pub mod orientation;
+/// Internals that only the tests of this crate use: they may change in any version.
+#[doc(hidden)]
 pub mod path;
 pub mod phase;
+/// As [`path`].
+#[doc(hidden)]
 pub mod photons;
 pub mod render;
 pub mod renderer;

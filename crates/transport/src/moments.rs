@@ -37,7 +37,7 @@ impl Moments {
     }
 
     /// Adds several scores at once: their sum, the sum of their squares, and the largest absolute value.
-    pub fn add_sums(&mut self, [sum, squares, largest]: [f64; 3]) {
+    pub(crate) fn add_sums(&mut self, [sum, squares, largest]: [f64; 3]) {
         self.sum.add(sum);
         // A square that is too large for a double is far beyond all that can be told of a variance.
         self.sum_of_squares.add(squares.min(f64::MAX));

@@ -18,7 +18,7 @@ impl Stop {
 
     /// Whether work is to be given up.
     #[inline]
-    pub fn is_raised(&self) -> bool {
+    pub(crate) fn is_raised(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }

@@ -55,7 +55,7 @@ impl Jet {
     }
 
     /// The jet of n² from n, ∇n and Hess n.
-    pub fn from_index(n: f64, grad: DVec3, hess: DMat3) -> Self {
+    pub(crate) fn from_index(n: f64, grad: DVec3, hess: DMat3) -> Self {
         Jet {
             n2: n * n,
             grad: grad * (2.0 * n),
@@ -206,7 +206,7 @@ impl Field {
 
     /// A span of σ along the line from `x` with velocity `v` in which samples, however weak, have no feature that a
     /// quadrature with 15 points would miss. Infinite for formulas, whose length scale shows their features.
-    pub fn resolved_span(&self, x: DVec3, v: DVec3) -> f64 {
+    pub(crate) fn resolved_span(&self, x: DVec3, v: DVec3) -> f64 {
         match self {
             Field::Bspline(f) => f.resolved_span(v),
             Field::Sum(f) => f.resolved_span(x, v),

@@ -35,7 +35,7 @@ const STAGES: [(usize, usize); 6] = [(0, 1), (1, 2), (2, 3), (2, 2), (1, 1), (0,
 const ERROR_PER_DEFECT: f64 = 1.0 / 16.0;
 
 /// Number of field evaluations that a step costs.
-pub const EVALUATIONS_PER_STEP: u64 = STAGES.len() as u64;
+pub(crate) const EVALUATIONS_PER_STEP: u64 = STAGES.len() as u64;
 
 /// A point of a ray with what the field says there, and the variation carried along.
 #[derive(Clone, Copy, Debug, PartialEq)]

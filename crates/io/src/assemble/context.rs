@@ -91,7 +91,7 @@ impl<'a> Context<'a> {
     }
 
     /// Reports an error.
-    pub fn error_at(&mut self, location: &Location, message: impl Into<String>) {
+    pub(crate) fn error_at(&mut self, location: &Location, message: impl Into<String>) {
         self.diagnostics
             .push(Diagnostic::error(message).at(location));
     }
@@ -118,7 +118,12 @@ impl<'a> Context<'a> {
     }
 
     /// Adds a medium; `open` if its index is not settled yet.
-    pub fn add_medium(&mut self, medium: Medium, open: bool, place: Option<Location>) -> MediumId {
+    pub(crate) fn add_medium(
+        &mut self,
+        medium: Medium,
+        open: bool,
+        place: Option<Location>,
+    ) -> MediumId {
         self.media.push(medium);
         self.index_open.push(open);
         self.places.media.push(place);
@@ -126,12 +131,12 @@ impl<'a> Context<'a> {
     }
 
     /// The medium that an object of the description has become.
-    pub fn known_medium(&self, id: ObjectId) -> Option<MediumId> {
+    pub(crate) fn known_medium(&self, id: ObjectId) -> Option<MediumId> {
         self.medium_ids.get(&id).copied()
     }
 
     /// Remembers it.
-    pub fn remember_medium(&mut self, id: ObjectId, medium: MediumId) {
+    pub(crate) fn remember_medium(&mut self, id: ObjectId, medium: MediumId) {
         self.medium_ids.insert(id, medium);
     }
 }

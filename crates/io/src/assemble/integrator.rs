@@ -52,7 +52,7 @@ pub(super) struct Method {
 
 impl Method {
     /// Whether quantities other than light are asked for.
-    pub fn is_aov(&self) -> bool {
+    pub(crate) fn is_aov(&self) -> bool {
         !self.renderer.is_light()
     }
 }

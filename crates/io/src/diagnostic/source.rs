@@ -51,7 +51,7 @@ impl SourceFile {
     }
 
     /// Whether its lines are names of places: see [`SourceFile::places`].
-    pub fn is_index(&self) -> bool {
+    pub(crate) fn is_index(&self) -> bool {
         self.is_index
     }
 
@@ -61,7 +61,7 @@ impl SourceFile {
     }
 
     /// Line and column, both from 1, of a byte offset. Columns count characters.
-    pub fn line_column(&self, offset: usize) -> (usize, usize) {
+    pub(crate) fn line_column(&self, offset: usize) -> (usize, usize) {
         let line = self.line_starts.partition_point(|&start| start <= offset);
         let start = self.line_starts[line - 1];
         let before = self.text.get(start..offset).unwrap_or("");

@@ -32,7 +32,7 @@ const SRGB_OF_XYZ: [[f64; 3]; 3] = [
 ];
 
 /// The colour matching functions x̄, ȳ, z̄ at a wavelength in nm, within 0.02 of the tables.
-pub fn matching(nm: f64) -> [f64; 3] {
+pub(crate) fn matching(nm: f64) -> [f64; 3] {
     LOBES.map(|lobes| {
         let value = |(peak, center, below, above): &Lobe| {
             let width = if nm < *center { below } else { above };
@@ -93,7 +93,7 @@ fn trapezoid(wavelengths: &[f64]) -> Vec<f64> {
 impl ImageLayers {
     /// The main layer in colour, if its channels are wavelengths (`450nm` and so on) that tell colours apart: see
     /// [`weights`].
-    pub fn spectral_rgb(&self) -> Option<RgbImage> {
+    pub(crate) fn spectral_rgb(&self) -> Option<RgbImage> {
         let channels = &self.layer("")?.channels;
         let nm = |(name, _): &(String, _)| name.strip_suffix("nm")?.parse().ok();
         let wavelengths: Vec<f64> = channels.iter().map(nm).collect::<Option<_>>()?;

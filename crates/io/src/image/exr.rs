@@ -72,7 +72,7 @@ pub fn write(path: &Path, image: &ImageLayers) -> Result<(), FileError> {
 /// # Errors
 ///
 /// As for [`write()`].
-pub fn write_values(
+pub(crate) fn write_values(
     path: &Path,
     frame: &ExrHeader,
     value: impl Fn(usize, usize) -> f32 + Sync,
@@ -202,7 +202,7 @@ fn frame(image: &ImageLayers) -> ExrHeader {
 }
 
 /// The name of a layer's channel in a file.
-pub fn channel_name(layer: &str, channel: &str) -> String {
+pub(crate) fn channel_name(layer: &str, channel: &str) -> String {
     match layer {
         "" => channel.to_owned(),
         layer => format!("{layer}.{channel}"),

@@ -59,7 +59,7 @@ impl Parameters {
 
     /// Replaces `$name` in all texts of a value: by the parameter's value if nothing else is there, else by
     /// its text; what becomes a number, such as `-$name`, is one.
-    pub fn substitute(&mut self, node: &mut Node, diagnostics: &mut Diagnostics) {
+    pub(crate) fn substitute(&mut self, node: &mut Node, diagnostics: &mut Diagnostics) {
         let at = node.location.clone();
         match &mut node.json {
             Json::String(text) if text.contains('$') => {

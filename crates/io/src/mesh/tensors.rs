@@ -26,7 +26,7 @@ impl MeshData {
     ///
     /// The name of an array with what is wrong with it: another shape, a number that is not finite, a face that is no
     /// three vertices.
-    pub fn of_tensors(tensors: Tensors) -> Result<Self, (&'static str, Problem)> {
+    pub(crate) fn of_tensors(tensors: Tensors) -> Result<Self, (&'static str, Problem)> {
         let Tensors {
             vertex_positions,
             faces,

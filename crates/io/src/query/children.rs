@@ -102,7 +102,7 @@ impl<'a> Query<'a, '_> {
     }
 
     /// A number in a range or a nested texture by the name `name`, or `default`. After an error, the default.
-    pub fn texture_or_float_in(
+    pub(crate) fn texture_or_float_in(
         &mut self,
         name: &str,
         range: impl RangeBounds<f64>,

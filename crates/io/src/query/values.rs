@@ -100,7 +100,7 @@ impl Query<'_, '_> {
     }
 
     /// An array of numbers that must be there.
-    pub fn required_tensor(&mut self, name: &str) -> Option<Arc<Tensor>> {
+    pub(crate) fn required_tensor(&mut self, name: &str) -> Option<Arc<Tensor>> {
         if !self.has(name) {
             self.missing(name, "array");
         }

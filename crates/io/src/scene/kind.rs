@@ -75,7 +75,7 @@ impl PluginKind {
     }
 
     /// The kind with the given tag.
-    pub fn from_tag(tag: &str) -> Option<Self> {
+    pub(crate) fn from_tag(tag: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.tag() == tag)
     }
 

@@ -119,7 +119,7 @@ pub enum Value {
 
 impl Value {
     /// The tag that such a value is written with, for example `float`.
-    pub fn type_name(&self) -> &'static str {
+    pub(crate) fn type_name(&self) -> &'static str {
         match self {
             Value::Float(_) => "float",
             Value::Integer(_) => "integer",

@@ -53,12 +53,12 @@ impl Format {
     }
 
     /// Whether the user must say which axis of an array is which. An NRRD file may say so itself.
-    pub fn needs_axis_order(self) -> bool {
+    pub(crate) fn needs_axis_order(self) -> bool {
         matches!(self, Format::Npy | Format::Npz | Format::Hdf5 | Format::Mat)
     }
 
     /// Whether the format itself says which axis is which.
-    pub fn has_axis_order(self) -> bool {
+    pub(crate) fn has_axis_order(self) -> bool {
         matches!(self, Format::Vol | Format::Vti | Format::Vtk | Format::Vdb)
     }
 

@@ -16,7 +16,7 @@ pub struct VolumeFrame {
 
 impl VolumeFrame {
     /// Samples at the centres of equal cells that fill a box from `low` to `high`.
-    pub fn of_box([low, high]: [DVec3; 2], size: [usize; 3]) -> Self {
+    pub(crate) fn of_box([low, high]: [DVec3; 2], size: [usize; 3]) -> Self {
         let spacing = (high - low) / DVec3::from_array(size.map(|n| n as f64));
         VolumeFrame {
             first: low + 0.5 * spacing,

@@ -71,7 +71,7 @@ impl Microfacets {
     }
 
     /// G₁(v)/|cosθ|, finite at grazing incidence.
-    pub fn g1_over_cos(&self, v: DVec3) -> f64 {
+    pub(crate) fn g1_over_cos(&self, v: DVec3) -> f64 {
         let (cos, stretched) = (v.z.abs(), self.alpha * v.truncate().length());
         match self.distribution {
             Distribution::Beckmann => beckmann::g1_over_cos(cos, stretched),
@@ -81,7 +81,7 @@ impl Microfacets {
 
     /// Density per steradian of what facets reflect towards `o` whose normals are drawn by
     /// [`Microfacets::sample_visible`]: visible normals D G₁(o) (o·h)/cosθₒ, times dω_h/dω_i = 1/(4 o·h).
-    pub fn pdf_reflected(&self, o: DVec3, h: DVec3) -> f64 {
+    pub(crate) fn pdf_reflected(&self, o: DVec3, h: DVec3) -> f64 {
         0.25 * self.d(h) * self.g1_over_cos(o)
     }
 

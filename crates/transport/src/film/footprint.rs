@@ -8,7 +8,7 @@ use super::Filter;
 ///
 /// An iterator in place of these loops was compiled wrongly by Rust 1.95 where it was inlined in release builds: pixels were those of the
 /// next row (`scripts/same_bits.py` would tell).
-pub fn footprint(
+pub(crate) fn footprint(
     width: usize,
     height: usize,
     filter: Filter,

@@ -14,7 +14,7 @@ pub struct Layers {
 
 /// The layers of one group of channels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LayerGroup {
+pub(crate) struct LayerGroup {
     decomposition: Decomposition,
     channels: usize,
     /// By pixel, layer, channel; the last fastest.
@@ -101,7 +101,7 @@ impl LayerGroup {
     }
 
     /// The cells of runs of `pixels` pixels.
-    pub fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = CellsMut<'_>> {
+    pub(crate) fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = CellsMut<'_>> {
         let (layers, channels) = (self.decomposition.layers(), self.channels);
         let chunks = self.cells.chunks_mut(pixels * layers * channels);
         chunks.map(move |cells| CellsMut {
@@ -112,7 +112,7 @@ impl LayerGroup {
     }
 
     /// All cells.
-    pub fn cells_mut(&mut self) -> CellsMut<'_> {
+    pub(crate) fn cells_mut(&mut self) -> CellsMut<'_> {
         CellsMut {
             layers: self.decomposition.layers(),
             channels: self.channels,
@@ -131,7 +131,7 @@ impl LayerGroup {
 
 /// The cells of some pixels.
 #[derive(Debug)]
-pub struct CellsMut<'a> {
+pub(crate) struct CellsMut<'a> {
     layers: usize,
     channels: usize,
     cells: &'a mut [Moments],
@@ -150,7 +150,7 @@ impl CellsMut<'_> {
 
 /// A sample that is being added up: values at some of many places.
 #[derive(Debug)]
-pub struct Pending {
+pub(crate) struct Pending {
     values: Vec<Spectrum>,
     touched: Vec<usize>,
 }

@@ -9,9 +9,11 @@ mod summary;
 
 pub use decomposition::{Decomposition, LayerAxis, PathFacts};
 pub use filter::Filter;
-pub use footprint::footprint;
-pub use layers::{CellsMut, LayerGroup, Layers, Pending};
-pub use outliers::{LevelsMut, OutlierRejection};
+pub(crate) use footprint::footprint;
+pub use layers::Layers;
+pub(crate) use layers::{CellsMut, LayerGroup, Pending};
+pub(crate) use outliers::LevelsMut;
+pub use outliers::OutlierRejection;
 
 use crate::Spectrum;
 use crate::moments::{Moments, Tail};
@@ -101,7 +103,7 @@ pub struct PartsMut<'a> {
     /// Row by row.
     pub pixels: &'a mut [Pixel],
     /// If light is told apart.
-    pub layers: Option<&'a mut LayerGroup>,
+    pub(crate) layers: Option<&'a mut LayerGroup>,
     /// If samples are sorted by brightness.
     pub outliers: Option<&'a mut OutlierRejection>,
 }
@@ -113,7 +115,12 @@ impl Film {
     }
 
     /// An empty film with groups of `group_size` channels, at most [`Spectrum::CHANNELS`]; no argument may be zero.
-    pub fn in_groups(width: usize, height: usize, channels: usize, group_size: usize) -> Self {
+    pub(crate) fn in_groups(
+        width: usize,
+        height: usize,
+        channels: usize,
+        group_size: usize,
+    ) -> Self {
         let groups = channels.div_ceil(group_size);
         Film {
             width,
@@ -134,7 +141,7 @@ impl Film {
     }
 
     /// The film with layers of light told apart, if it is to be.
-    pub fn decomposed(self, decomposition: Decomposition) -> Self {
+    pub(crate) fn decomposed(self, decomposition: Decomposition) -> Self {
         let pixels = self.width * self.height;
         let groups = (0..self.groups()).map(|group| self.channels_of(group));
         let layers = || Layers::new(decomposition, pixels, groups);
@@ -171,7 +178,7 @@ impl Film {
     }
 
     /// Whether another film has as many pixels and channels.
-    pub fn has_size_of(&self, other: &Film) -> bool {
+    pub(crate) fn has_size_of(&self, other: &Film) -> bool {
         let size = |f: &Film| [f.width, f.height, f.channels, f.group_size, f.pixels.len()];
         size(self) == size(other)
     }
@@ -217,7 +224,7 @@ impl Film {
     }
 
     /// See [`Film::group`].
-    pub fn group_mut(&mut self, group: usize) -> &mut [Pixel] {
+    pub(crate) fn group_mut(&mut self, group: usize) -> &mut [Pixel] {
         let n = self.width * self.height;
         &mut self.pixels[group * n..(group + 1) * n]
     }
@@ -264,13 +271,13 @@ impl Film {
     }
 
     /// Makes every pixel one of so many samples, whole replicates: those that it lacks were zero.
-    pub fn fill_up(&mut self, samples: u64) {
+    pub(crate) fn fill_up(&mut self, samples: u64) {
         let count = samples / self.replicates.size();
         self.pixels.iter_mut().for_each(|pixel| pixel.count = count);
     }
 
     /// The pixels of all groups, group by group.
-    pub fn groups_mut(&mut self) -> impl Iterator<Item = &mut [Pixel]> {
+    pub(crate) fn groups_mut(&mut self) -> impl Iterator<Item = &mut [Pixel]> {
         self.pixels.chunks_exact_mut(self.width * self.height)
     }
 

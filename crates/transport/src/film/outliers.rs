@@ -29,14 +29,14 @@ pub struct OutlierRejection {
 
 /// The levels of some pixels.
 #[derive(Debug)]
-pub struct LevelsMut<'a> {
+pub(crate) struct LevelsMut<'a> {
     channels: usize,
     sums: &'a mut [ReproducibleSum],
 }
 
 impl OutlierRejection {
     /// Bytes that a pixel takes for each channel.
-    pub const BYTES: usize = LEVELS * size_of::<ReproducibleSum>();
+    pub(crate) const BYTES: usize = LEVELS * size_of::<ReproducibleSum>();
 
     pub(super) fn new(pixels: usize, channels: usize) -> Self {
         OutlierRejection {
@@ -46,14 +46,14 @@ impl OutlierRejection {
     }
 
     /// The levels of runs of `pixels` pixels.
-    pub fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = LevelsMut<'_>> {
+    pub(crate) fn chunks_mut(&mut self, pixels: usize) -> impl Iterator<Item = LevelsMut<'_>> {
         let channels = self.channels;
         let chunks = self.sums.chunks_mut(pixels * LEVELS * channels);
         chunks.map(move |sums| LevelsMut { channels, sums })
     }
 
     /// The levels of all pixels.
-    pub fn levels_mut(&mut self) -> LevelsMut<'_> {
+    pub(crate) fn levels_mut(&mut self) -> LevelsMut<'_> {
         LevelsMut {
             channels: self.channels,
             sums: &mut self.sums,

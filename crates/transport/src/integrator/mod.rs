@@ -12,7 +12,8 @@ pub use bidirectional::Heuristic;
 pub use contribution::Contribution;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
-pub use photon::{Gathered, Gathering, PhotonMapping, PhotonQuery, Radii};
+pub(crate) use photon::Gathering;
+pub use photon::{PhotonMapping, PhotonQuery, Radii};
 
 use crate::Spectrum;
 use crate::path::Workspace;
@@ -86,7 +87,7 @@ impl Integrator {
     }
 
     /// Whether it tells strategies apart, and has that which samples `s` vertices from the emitter and `t` from the sensor.
-    pub fn has_strategy(&self, s: u32, t: u32) -> bool {
+    pub(crate) fn has_strategy(&self, s: u32, t: u32) -> bool {
         match self {
             Integrator::Path(_) | Integrator::Photon(_) => false,
             Integrator::Particle(_) => t == 1 || (s, t) == (0, 2),
@@ -134,7 +135,7 @@ impl Integrator {
 }
 
 /// Probabilities of the channels, alike for those in use.
-pub fn even_channel_pdf(channels: usize) -> Spectrum {
+pub(crate) fn even_channel_pdf(channels: usize) -> Spectrum {
     let value = |c| {
         if c < channels {
             1.0 / channels as f64

@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 
 /// What a medium takes from the light along one arc, as a function of θ.
 #[derive(Clone, Debug)]
-pub enum Attenuation<'a> {
+pub(crate) enum Attenuation<'a> {
     /// Nothing.
     None,
     /// The same extinction everywhere: depth is proportional to arc length.
@@ -46,7 +46,7 @@ impl<'a> Attenuation<'a> {
     }
 
     /// Prepares for many questions about places up to `theta_end`.
-    pub fn tabulate(&mut self, theta_end: f64) {
+    pub(crate) fn tabulate(&mut self, theta_end: f64) {
         if let Attenuation::Sampled(section) = self {
             section.tabulate(theta_end);
         }

@@ -6,7 +6,7 @@ mod grid;
 mod section;
 mod texture;
 
-pub use attenuation::Attenuation;
+pub(crate) use attenuation::Attenuation;
 pub use grid::{GridError, GridFilter, GridSamples, VolumeGrid};
 pub use texture::VolumeTexture;
 

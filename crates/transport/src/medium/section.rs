@@ -55,7 +55,7 @@ impl<'a> Section<'a> {
     }
 
     /// Keeps the integral up to every cell before θ = `end`, for many questions to come.
-    pub fn tabulate(&mut self, end: f64) {
+    pub(crate) fn tabulate(&mut self, end: f64) {
         let mut known = Vec::new();
         match self.grid.channels() {
             1 => {

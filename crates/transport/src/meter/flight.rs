@@ -52,7 +52,7 @@ pub struct Passing {
 }
 
 /// The flights of a particle along an edge, as far as it gets.
-pub fn flights<'e>(event: &'e WalkEvent) -> impl Iterator<Item = Flight<'e>> {
+pub(crate) fn flights<'e>(event: &'e WalkEvent) -> impl Iterator<Item = Flight<'e>> {
     let mut optical_length = event.ray.optical_length;
     let spans = event.spans().iter().enumerate();
     spans.map(move |(i, span)| {
@@ -75,7 +75,7 @@ pub fn flights<'e>(event: &'e WalkEvent) -> impl Iterator<Item = Flight<'e>> {
 
 impl Flight<'_> {
     /// Expected power at the start of the next span.
-    pub fn power_after(&self, next: &Span) -> Spectrum {
+    pub(crate) fn power_after(&self, next: &Span) -> Spectrum {
         self.power * (next.weight_before * share(self.channel_pdf, next.depth_before))
     }
 
@@ -86,7 +86,7 @@ impl Flight<'_> {
 
     /// Expected power at θ, given that the particle gets there without a collision. With one channel it
     /// is the same all along the arc.
-    pub fn power_at(&self, theta: f64) -> Spectrum {
+    pub(crate) fn power_at(&self, theta: f64) -> Spectrum {
         let depth = self.span.depth_before + self.span.attenuation.depth(&self.span.arc, theta);
         self.power * self.span.weight_before * share(self.channel_pdf, depth)
     }
@@ -106,7 +106,7 @@ impl Flight<'_> {
     }
 
     /// Absorption coefficient at θ.
-    pub fn absorption_at(&self, theta: f64) -> Spectrum {
+    pub(crate) fn absorption_at(&self, theta: f64) -> Spectrum {
         let (arc, medium) = (&self.span.arc, self.scene.medium(self.span.medium));
         self.span.attenuation.rate(arc, theta)
             * absorbed_share(medium.albedo.at(arc.position(theta)))

@@ -21,7 +21,8 @@ pub use grid::{Coordinates, MeterGrid};
 pub use irradiance::{Cosines, IrradianceMeter};
 pub use positions::Positions;
 pub use reading::{Reading, ReadingAxis};
-pub use tally::{Tally, TaskSums};
+pub use tally::Tally;
+pub(crate) use tally::TaskSums;
 pub use window::Window;
 
 use crate::Spectrum;
@@ -143,7 +144,7 @@ impl<'a> Setup<'a> {
     }
 
     /// Follows the particles of one task, each with random numbers of its own.
-    pub fn task(
+    pub(crate) fn task(
         &self,
         seed: u64,
         particles: std::ops::Range<u64>,

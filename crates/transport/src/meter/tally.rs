@@ -35,7 +35,7 @@ impl Scores {
 
 /// The sums of one task, in the order of slots.
 #[derive(Clone, Debug, Default)]
-pub struct TaskSums {
+pub(crate) struct TaskSums {
     /// Slot; sum, sum of squares, and largest absolute value of particles' totals.
     entries: Vec<(u32, [f64; 3])>,
 }
@@ -84,7 +84,7 @@ pub struct Tally {
 
 impl Tally {
     /// Most slots that a tally can have.
-    pub const MOST_SLOTS: usize = u32::MAX as usize;
+    pub(crate) const MOST_SLOTS: usize = u32::MAX as usize;
 
     /// An empty tally; `None` if there is not enough memory for it.
     pub fn new(slots: usize) -> Option<Self> {
@@ -116,7 +116,7 @@ impl Tally {
     }
 
     /// Adds tasks, of `particles` particles in all.
-    pub fn add(&mut self, parts: &[TaskSums], particles: u64) {
+    pub(crate) fn add(&mut self, parts: &[TaskSums], particles: u64) {
         self.particles += particles;
         let chunks = self.slots.par_chunks_mut(SLOTS_PER_CHUNK).enumerate();
         chunks.for_each(|(i, slots)| {

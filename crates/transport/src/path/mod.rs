@@ -22,21 +22,18 @@ mod subpath;
 mod walk;
 mod workspace;
 
-pub use connection::{
-    Connection, ConnectionTarget, FoundBranch, Weighted, environment_end, transmittance,
-};
+pub use connection::{Connection, ConnectionTarget, transmittance};
+pub(crate) use connection::{FoundBranch, Weighted, environment_end};
 pub use energy_balance::{BalanceSums, BalanceTotals, EnergyBalance, ParticleBalance, Share};
-pub use learnt::{
-    AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeSlot, NeeTraining, PathTally,
-};
+pub(crate) use learnt::NeeSlot;
+pub use learnt::{AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeTraining, PathTally};
 pub use random_walk::{Observer, RandomWalk, Survival, WalkEvent, WalkRay};
+pub(crate) use segment::Equiangular;
 pub use segment::{
-    Edge, EdgeGeometry, End, Equiangular, Front, Point, Scatter, Span, Split, Start, TransportMode,
-    Vertex, lead_in, share,
+    Edge, EdgeGeometry, End, Point, Span, Split, Start, TransportMode, Vertex, lead_in, share,
 };
-pub use subpath::{
-    Bounds, Escape, LightPath, PathEdge, PathVertex, Subpath, emit, guess, scatter, scatter_pdf,
-    sensor_path,
-};
-pub use walk::{Ending, FollowedRay, Sampling, follow, trace};
+pub use subpath::{Bounds, PathVertex, emit, guess};
+pub(crate) use subpath::{Escape, LightPath, PathEdge, Subpath, scatter, scatter_pdf, sensor_path};
+pub(crate) use walk::{Ending, FollowedRay, follow};
+pub use walk::{Sampling, trace};
 pub use workspace::{FirstVertexTechniques, Workspace};

@@ -19,7 +19,7 @@ const TYPICAL: usize = 64;
 
 /// What a photon fell on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PhotonSite {
+pub(crate) enum PhotonSite {
     /// A medium scatters it.
     Volume(MediumId),
     /// A surface: the object, and its geometric normal there.
@@ -34,7 +34,7 @@ pub struct Photon {
     /// Unit direction in which it travels.
     pub direction: DVec3,
     /// What it fell on.
-    pub place: PhotonSite,
+    pub(crate) place: PhotonSite,
     /// Power over n², in a medium times the scattering coefficient: summed over photons, weighed by a kernel
     /// and scattered, it becomes basic radiance, in a medium per unit length.
     pub power: Spectrum,
@@ -48,7 +48,7 @@ pub struct Photon {
 
 /// The photons of many light subpaths.
 #[derive(Clone, Debug)]
-pub struct PhotonMap {
+pub(crate) struct PhotonMap {
     /// Those that media scatter.
     pub volume: Tree,
     /// Those on surfaces.
@@ -111,7 +111,7 @@ impl PhotonMap {
 
     /// A radius that reaches `NEIGHBOURS` photons around a typical one: the median over some of them.
     /// `None` if there are fewer than two photons.
-    pub fn typical_radius(&self) -> Option<f64> {
+    pub(crate) fn typical_radius(&self) -> Option<f64> {
         let trees = [&self.volume, &self.surface];
         let all: Vec<DVec3> = trees
             .iter()

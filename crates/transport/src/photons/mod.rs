@@ -6,6 +6,7 @@ mod pieces;
 mod tree;
 
 pub use kernel::Kernel;
-pub use map::{Photon, PhotonMap, PhotonSite};
-pub use pieces::{GatherPiece, pieces};
+pub use map::Photon;
+pub(crate) use map::{PhotonMap, PhotonSite};
+pub(crate) use pieces::pieces;
 pub use tree::Tree;

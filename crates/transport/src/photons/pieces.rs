@@ -12,7 +12,7 @@ const SAG: f64 = 0.25;
 const MOST: f64 = 256.0;
 
 /// A piece of an arc, and how far around it photons count.
-pub struct GatherPiece<'a> {
+pub(crate) struct GatherPiece<'a> {
     arc: &'a Arc,
     /// θ at its ends.
     range: [f64; 2],

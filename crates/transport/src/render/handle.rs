@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// A pass that is under way when a render is to end has this long to be completed. Most are, and nothing is lost.
-pub const GRACE: Duration = Duration::from_millis(600);
+pub(crate) const GRACE: Duration = Duration::from_millis(600);
 
 /// What a render or a measurement shares with threads that watch it.
 #[derive(Debug, Default)]
@@ -27,17 +27,12 @@ impl Handle {
         self.samples.fetch_add(samples, Ordering::Relaxed);
     }
 
-    /// Asks the render to end, to be called again and again: it ends after the pass that is under way, or, [`GRACE`] after
+    /// Asks the render to end, to be called again and again: it ends after the pass that is under way, or, 0.6 s after
     /// the first call, within it. A pass that is not completed counts for nothing.
     pub fn ask_to_end(&self) {
         if self.asked.get_or_init(Instant::now).elapsed() >= GRACE {
             self.stop.raise();
         }
-    }
-
-    /// Whether it was asked to end.
-    pub fn is_asked(&self) -> bool {
-        self.asked.get().is_some()
     }
 
     /// Ends the render within a pass.

@@ -20,7 +20,7 @@ mod target;
 
 pub use allocation::ADAPTIVE_FROM;
 pub use bias::Debiased;
-pub use handle::{GRACE, Handle};
+pub use handle::Handle;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;
 pub use ranges::Ranges;

@@ -67,7 +67,7 @@ impl<'a> Source<'a> {
     }
 
     /// A workspace for samples to be taken that way.
-    pub fn workspace_of(&self, prepared: &Prepared) -> Workspace {
+    pub(crate) fn workspace_of(&self, prepared: &Prepared) -> Workspace {
         let mut ws = Workspace::new(self.scene.tolerance());
         ws.search = prepared.search;
         ws.rates = prepared.rates;
@@ -78,7 +78,7 @@ impl<'a> Source<'a> {
     }
 
     /// Whether the pass under way is to be given up: what is found is worthless.
-    pub fn is_stopped(&self) -> bool {
+    pub(crate) fn is_stopped(&self) -> bool {
         self.stop.is_raised()
     }
 

@@ -110,7 +110,7 @@ impl Strategies {
     }
 
     /// The images of so many samples per pixel.
-    pub fn into_images(mut self, samples: u64) -> Vec<StrategyImage> {
+    pub(crate) fn into_images(mut self, samples: u64) -> Vec<StrategyImage> {
         for layer in self.layers.values_mut().flatten() {
             layer.film.fill_up(samples);
         }

@@ -72,7 +72,7 @@ impl Sampler {
 
     /// Numbers for the choice of an emitter to which the end of the current edge is connected, and of the place on it. Of several such
     /// connections the first has those of the replicate: they are not to share them.
-    pub fn next_end(&mut self, connection: usize) -> (f64, [f64; 2]) {
+    pub(crate) fn next_end(&mut self, connection: usize) -> (f64, [f64; 2]) {
         match connection {
             0 => {
                 let choice = self.next_1d_for(Purpose::Emitter);
@@ -92,12 +92,12 @@ impl Sampler {
     }
 
     /// From here on numbers are independent of those of the other samples of the replicate.
-    pub fn leave_replicate(&mut self) {
+    pub(crate) fn leave_replicate(&mut self) {
         self.points = None;
     }
 
     /// From here on numbers are for that edge of the path.
-    pub fn at_edge(&mut self, edge: usize) {
+    pub(crate) fn at_edge(&mut self, edge: usize) {
         self.edge = u32::try_from(edge).unwrap_or(u32::MAX);
     }
 

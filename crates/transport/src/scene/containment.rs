@@ -17,7 +17,7 @@ impl Scene {
     ///
     /// Where closed objects touch, overlap or hold one another, containment decides, so that a ray
     /// that leaves one layer enters the next one.
-    pub fn medium_beside(
+    pub(crate) fn medium_beside(
         &self,
         object: usize,
         current: MediumId,

@@ -173,7 +173,7 @@ impl LightBounds {
         }
     }
 
-    pub fn is_near(&self) -> bool {
+    pub(crate) fn is_near(&self) -> bool {
         !matches!(self.facing, Facing::Beam(_) | Facing::Afar(_))
     }
 }

@@ -40,7 +40,7 @@ impl Lights {
     }
 
     /// Classes that have emitters.
-    pub fn classes(&self) -> impl Iterator<Item = Class> + '_ {
+    pub(crate) fn classes(&self) -> impl Iterator<Item = Class> + '_ {
         let present = |class: &Class| !self.groups[*class as usize].members.is_empty();
         Class::ALL.into_iter().filter(present)
     }

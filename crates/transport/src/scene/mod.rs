@@ -20,7 +20,8 @@ pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::medium_at;
 pub(crate) use light_bounds::Receiver;
 pub use parts::{AMBIENT, FilmSpec, MediumId, Object, Parts, Sides};
-pub use regions::{GlassBall, Region};
+pub(crate) use regions::GlassBall;
+pub use regions::Region;
 
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, Surroundings};

@@ -31,7 +31,7 @@ pub struct Object {
 
 impl Object {
     /// Whether rays pass on a deterministic way: connections go through such a surface.
-    pub fn is_interface(&self) -> bool {
+    pub(crate) fn is_interface(&self) -> bool {
         matches!(self.bsdf, Bsdf::Null | Bsdf::Dielectric(_))
     }
 

@@ -29,7 +29,7 @@ pub struct Region {
 
 /// A smooth ball that is all that bends rays in a scene, in ambience of constant index.
 #[derive(Clone, Copy, Debug)]
-pub struct GlassBall {
+pub(crate) struct GlassBall {
     /// The ball.
     pub ball: Ball,
     /// Index inside and outside.

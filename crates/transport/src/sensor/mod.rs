@@ -98,7 +98,7 @@ impl Sensor {
 
     /// The end at the point from which one of the sensor's rays starts, in a unit direction, or at all
     /// rays of that direction.
-    pub fn end_of_ray(&self, origin: DVec3, direction: DVec3) -> ConnectionEnd {
+    pub(crate) fn end_of_ray(&self, origin: DVec3, direction: DVec3) -> ConnectionEnd {
         match self {
             Sensor::Perspective(_) | Sensor::ThinLens(_) | Sensor::Absent(_) => {
                 ConnectionEnd::at(origin)

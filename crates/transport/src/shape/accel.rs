@@ -14,7 +14,7 @@ const FEW: usize = 8;
 const TIE: f64 = 1e-12;
 
 /// Shapes, by their places in the list, that are known not to be met.
-pub type Except = [Option<usize>; 2];
+pub(crate) type Except = [Option<usize>; 2];
 
 /// Finds the nearest hit among a fixed list of shapes.
 #[derive(Clone, Debug)]

@@ -76,7 +76,7 @@ impl Cylinder {
     }
 
     /// Whether the ends are closed by caps.
-    pub fn is_capped(&self) -> bool {
+    pub(crate) fn is_capped(&self) -> bool {
         self.capped
     }
 

@@ -22,7 +22,8 @@ mod sweep;
 mod tree;
 mod uv;
 
-pub use accel::{Accel, Except};
+pub use accel::Accel;
+pub(crate) use accel::Except;
 pub(crate) use chart::Chart;
 pub use cube::Cube;
 pub use cylinder::Cylinder;

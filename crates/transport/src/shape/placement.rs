@@ -74,12 +74,12 @@ impl Placement {
     }
 
     /// Turns the normals to the other side, or back.
-    pub fn set_flipped(&mut self, flipped: bool) {
+    pub(crate) fn set_flipped(&mut self, flipped: bool) {
         self.side = if flipped { -1.0 } else { 1.0 };
     }
 
     /// Whether the normals are flipped.
-    pub fn is_flipped(&self) -> bool {
+    pub(crate) fn is_flipped(&self) -> bool {
         self.side < 0.0
     }
 
@@ -105,7 +105,7 @@ impl Placement {
     }
 
     /// [`Placement::normal`] of a local axis.
-    pub fn axis_normal(&self, axis: usize) -> DVec3 {
+    pub(crate) fn axis_normal(&self, axis: usize) -> DVec3 {
         self.normals[axis] * self.side
     }
 
@@ -115,7 +115,7 @@ impl Placement {
     }
 
     /// [`Placement::stretch`] of a local axis.
-    pub fn axis_stretch(&self, axis: usize) -> f64 {
+    pub(crate) fn axis_stretch(&self, axis: usize) -> f64 {
         self.stretches[axis]
     }
 

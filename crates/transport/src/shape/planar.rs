@@ -27,7 +27,7 @@ impl Flat {
 
     /// The meeting with the track at `u`, put onto the plane.
     #[inline]
-    pub fn meeting(&self, track: &impl Track, u: f64) -> Meeting {
+    pub(crate) fn meeting(&self, track: &impl Track, u: f64) -> Meeting {
         Meeting {
             theta: track.theta(u),
             local: self.project(track.position(u)),

@@ -65,7 +65,7 @@ impl Texture {
     }
 
     /// Whether texture coordinates matter.
-    pub fn uses_uv(&self) -> bool {
+    pub(crate) fn uses_uv(&self) -> bool {
         matches!(self, Texture::Bitmap(_) | Texture::Checkerboard(_))
     }
 

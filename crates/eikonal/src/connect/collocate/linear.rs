@@ -110,7 +110,7 @@ impl<S: Simd, const N: usize> Solution<S, N> {
 
     /// What the forces would be on the chord if they were linear around the displacements `from`, where they are exact.
     #[inline(always)]
-    pub fn on_chord(&self, from: &[f64x4<S>; N]) -> [f64x4<S>; N] {
+    pub(crate) fn on_chord(&self, from: &[f64x4<S>; N]) -> [f64x4<S>; N] {
         std::array::from_fn(|i| self.force[i] - turned(&self.half_hess[i], from[i]))
     }
 

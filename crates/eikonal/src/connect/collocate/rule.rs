@@ -80,7 +80,7 @@ impl<const N: usize> QuadratureRule<N> {
     /// u at the nodes, for an even number of them: nodes lie evenly about the middle, so that what is even and what is odd about it do
     /// not know of one another, which halves the work.
     #[inline(always)]
-    pub fn displacements<T>(&self, f: &[T; N]) -> [T; N]
+    pub(crate) fn displacements<T>(&self, f: &[T; N]) -> [T; N]
     where
         T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T> + AddAssign,
     {

@@ -131,7 +131,7 @@ impl Header {
     }
 
     /// Bytes to skip before the data, of `left` that there are.
-    pub fn skip_of(&self, layout: &Layout, left: u64) -> Result<u64, Problem> {
+    pub(crate) fn skip_of(&self, layout: &Layout, left: u64) -> Result<u64, Problem> {
         let size = (layout.count() * self.encoding.element.size()) as u64;
         match (self.byte_skip, self.compression) {
             (-1, Compression::None) => Ok(left.saturating_sub(size)),

@@ -43,7 +43,7 @@ pub fn read<T: Sample>(path: &Path, options: Options) -> Result<Volume<T>, FileE
 }
 
 /// The name of the file with the data, if the header at `path` stands alone and can be read.
-pub fn data_file(path: &Path) -> Option<String> {
+pub(crate) fn data_file(path: &Path) -> Option<String> {
     let (mut reader, _) = input::open(path).ok()?;
     Header::read(&mut reader).ok()?.data_file
 }

@@ -57,7 +57,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// A length of 32 bits and so many bytes.
-    pub fn sized(&mut self) -> Result<&'a [u8], Cut> {
+    pub(crate) fn sized(&mut self) -> Result<&'a [u8], Cut> {
         let size = self.u32()?;
         self.take(size as usize)
     }

@@ -153,7 +153,7 @@ impl<'a> Tree<'a> {
     }
 
     /// The first active voxel, and how many the box of all has along x, y, z.
-    pub fn active_box(&self) -> Option<(Index, [usize; 3])> {
+    pub(crate) fn active_box(&self) -> Option<(Index, [usize; 3])> {
         let [low, high] = self.active?;
         Some((low, from_fn(|i| (high[i] - low[i] + 1) as usize)))
     }

@@ -11,7 +11,7 @@ use crate::sampling::{Discrete, Sampler};
 use glam::DVec3;
 
 /// Two subpaths being joined.
-pub struct Joining<'a> {
+pub(crate) struct Joining<'a> {
     pub setting: Setting<'a>,
     pub sampler: &'a mut Sampler,
     pub ws: &'a mut Workspace,
@@ -131,7 +131,7 @@ impl Joining<'_> {
     }
 
     /// The last of the sensor's vertices and every vertex of an emitter's subpath.
-    pub fn joined_to_all(&mut self, vertices: &[PathVertex], light: &LightPath) {
+    pub(crate) fn joined_to_all(&mut self, vertices: &[PathVertex], light: &LightPath) {
         for j in 0..light.subpath.vertices.len() {
             self.joined(vertices, light, j, 1.0);
         }
@@ -139,7 +139,7 @@ impl Joining<'_> {
 
     /// The last of the sensor's vertices and one vertex of an emitter's subpath, chosen in proportion to
     /// a guess of what it brings. A connection takes several rays, a guess takes none.
-    pub fn joined_to_one(&mut self, vertices: &[PathVertex], light: &LightPath) {
+    pub(crate) fn joined_to_one(&mut self, vertices: &[PathVertex], light: &LightPath) {
         let (Some(z), u) = (vertices.last(), self.sampler.next_1d()) else {
             return;
         };

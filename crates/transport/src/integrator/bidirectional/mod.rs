@@ -4,6 +4,6 @@ mod joining;
 mod paths;
 mod weight;
 
-pub use joining::Joining;
+pub(crate) use joining::Joining;
 pub use paths::Setting;
 pub use weight::Heuristic;

@@ -17,7 +17,7 @@ use glam::DVec3;
 
 /// Light that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gathered {
+pub(crate) struct Gathered {
     /// Its value.
     pub value: Spectrum,
     /// The part of it that is bias, to second order in the radius.
@@ -37,7 +37,7 @@ struct Sight {
 }
 
 /// What gathering needs to know.
-pub struct Gathering<'a> {
+pub(crate) struct Gathering<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// How it is seen.

@@ -8,7 +8,7 @@
 
 mod gather;
 
-pub use gather::{Gathered, Gathering};
+pub(crate) use gather::Gathering;
 
 use super::Contribution;
 use crate::Spectrum;
@@ -110,7 +110,7 @@ impl PhotonMapping {
     }
 
     /// Radius of the first map of a scene, given a map like it.
-    pub fn first_radius(&self, scene: &Scene, map: &PhotonMap) -> f64 {
+    pub(crate) fn first_radius(&self, scene: &Scene, map: &PhotonMap) -> f64 {
         let lonely = LONELY * scene.around().radius;
         let typical = || map.typical_radius().unwrap_or(lonely);
         self.radius.unwrap_or_else(typical)

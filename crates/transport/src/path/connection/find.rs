@@ -13,11 +13,11 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 /// What connections are worth, each with a weight: hardly ever more than one.
-pub type Weighted<T> = SmallVec<[(T, f64); 1]>;
+pub(crate) type Weighted<T> = SmallVec<[(T, f64); 1]>;
 
 /// A branch between two vertices that was found by chance.
 #[derive(Clone, Copy, Debug)]
-pub struct FoundBranch<'g> {
+pub(crate) struct FoundBranch<'g> {
     /// Its geometry.
     pub geometry: &'g EdgeGeometry,
     /// Unit direction in which it leaves the vertex that connections are made from.
@@ -81,7 +81,7 @@ impl Connection {
 
     /// How easily connections from a vertex to a target find a branch that was found by other means
     /// (docs/theory.md#connection-and-chance).
-    pub fn discovery(
+    pub(crate) fn discovery(
         scene: &Scene,
         vertex: &Vertex,
         target: &ConnectionTarget,

@@ -7,7 +7,8 @@ mod straight;
 mod target;
 mod throughput;
 
-pub use find::{FoundBranch, Weighted};
+pub(crate) use find::{FoundBranch, Weighted};
 pub use ray::Connection;
-pub use target::{ConnectionTarget, environment_end};
+pub use target::ConnectionTarget;
+pub(crate) use target::environment_end;
 pub use throughput::transmittance;

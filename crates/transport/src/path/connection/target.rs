@@ -80,7 +80,7 @@ impl<'a> ConnectionTarget<'a> {
 }
 
 /// The end with which a connection to an environment would look in the direction `toward`.
-pub fn environment_end(scene: &Scene, toward: DVec3) -> ConnectionEnd {
+pub(crate) fn environment_end(scene: &Scene, toward: DVec3) -> ConnectionEnd {
     let around = scene.around();
     ConnectionEnd::Plane {
         through: around.center + toward * (2.0 * around.radius),

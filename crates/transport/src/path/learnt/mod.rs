@@ -6,4 +6,5 @@ mod nee_rates;
 
 pub use adjoint::AdjointEstimate;
 pub use adjoint_training::{AdjointTraining, PathTally};
-pub use nee_rates::{Levels, NeeRates, NeeSlot, NeeTraining};
+pub(crate) use nee_rates::NeeSlot;
+pub use nee_rates::{Levels, NeeRates, NeeTraining};

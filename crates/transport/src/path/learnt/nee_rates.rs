@@ -7,7 +7,7 @@ use crate::path::segment::Vertex;
 use serde::{Deserialize, Serialize};
 
 /// Kinds of connections: by the class of the emitter, from media and from surfaces.
-pub const SLOTS: usize = 2 * Class::ALL.len();
+pub(crate) const SLOTS: usize = 2 * Class::ALL.len();
 /// Probabilities that are considered are 2⁻ᵏ with k below this.
 const LEVELS: usize = 7;
 /// And below this for emitters that only connections find.
@@ -21,11 +21,11 @@ pub type Levels = [usize; SLOTS];
 
 /// A kind of connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NeeSlot(usize);
+pub(crate) struct NeeSlot(usize);
 
 impl NeeSlot {
     /// That of connections from a medium to an emitter that cannot be hit.
-    pub const IN_MEDIA_TO_DELTA: NeeSlot = NeeSlot(2 * Class::Delta as usize);
+    pub(crate) const IN_MEDIA_TO_DELTA: NeeSlot = NeeSlot(2 * Class::Delta as usize);
 
     /// That of connections from a vertex to an emitter of a class.
     pub fn new(class: Class, vertex: &Vertex) -> Self {
@@ -52,7 +52,7 @@ impl NeeRates {
     }
 
     /// The probability of connections of a kind.
-    pub fn of(&self, slot: NeeSlot) -> f64 {
+    pub(crate) fn of(&self, slot: NeeSlot) -> f64 {
         self.0[slot.0]
     }
 
@@ -113,7 +113,7 @@ impl NeeTraining {
     }
 
     /// Takes note of light found by chance, and the share of it that was the connections' in the pilot.
-    pub fn chance(&mut self, slot: NeeSlot, value: f64, share: f64) {
+    pub(crate) fn chance(&mut self, slot: NeeSlot, value: f64, share: f64) {
         if let Some(sample) = self.samples.last_mut() {
             for (level, mean) in sample.mean[slot.0].iter_mut().enumerate() {
                 *mean += value / (1.0 - share + probability(level) * share);
@@ -123,7 +123,7 @@ impl NeeTraining {
 
     /// Takes note of what a connection found along its branches, each with the share of it that was the connection's in
     /// the pilot.
-    pub fn connection(
+    pub(crate) fn connection(
         &mut self,
         slot: NeeSlot,
         branches: impl Iterator<Item = (f64, f64)> + Clone,
@@ -141,7 +141,7 @@ impl NeeTraining {
     }
 
     /// Takes note of work.
-    pub fn work(&mut self, slot: NeeSlot, work: f64) {
+    pub(crate) fn work(&mut self, slot: NeeSlot, work: f64) {
         self.work[slot.0] += work;
     }
 

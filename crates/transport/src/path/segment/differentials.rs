@@ -42,7 +42,7 @@ impl RayDifferentials {
 
     /// Further along the ray by a span of σ where the index is constant.
     #[inline]
-    pub fn drifted(mut self, h: f64) -> Self {
+    pub(crate) fn drifted(mut self, h: f64) -> Self {
         match &mut self {
             RayDifferentials::Straight { sigma, .. } => *sigma += h,
             RayDifferentials::Bent(tangents) => tangents.drift(h),
@@ -68,7 +68,7 @@ impl RayDifferentials {
     }
 
     /// G where the ray arrives at a point with velocity `v`: see [`edge_geometry::to_point`].
-    pub fn at_point(&self, v: DVec3, jump: f64) -> f64 {
+    pub(crate) fn at_point(&self, v: DVec3, jump: f64) -> f64 {
         let section = match self {
             RayDifferentials::Straight {
                 front: Front::Point,
@@ -83,7 +83,7 @@ impl RayDifferentials {
     }
 
     /// G where the ray arrives at a plane across it with velocity `v`: see [`edge_geometry::to_plane`].
-    pub fn at_plane(&self, v: DVec3, jump: f64) -> f64 {
+    pub(crate) fn at_plane(&self, v: DVec3, jump: f64) -> f64 {
         let spread = match self {
             RayDifferentials::Straight {
                 front: Front::Point,

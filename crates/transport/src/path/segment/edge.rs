@@ -10,7 +10,7 @@ use glam::DVec3;
 
 /// The family of rays that an edge is one of: its tangents are taken within the family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Front {
+pub(crate) enum Front {
     /// All directions from one point.
     Point,
     /// One direction from all points of a plane across it.
@@ -27,7 +27,7 @@ pub struct Start {
     /// Medium.
     pub medium: MediumId,
     /// Family of rays.
-    pub front: Front,
+    pub(crate) front: Front,
     /// The object on whose surface it lies, if a straight line does not meet that again.
     pub left: Option<usize>,
 }
@@ -64,7 +64,7 @@ pub struct Span<'a> {
     /// The medium.
     pub medium: MediumId,
     /// Extinction along it.
-    pub attenuation: Attenuation<'a>,
+    pub(crate) attenuation: Attenuation<'a>,
     /// Arc length of the span.
     pub length: f64,
     /// Arc length of the edge before this span.
@@ -121,7 +121,7 @@ impl Span<'_> {
     }
 
     /// Arc length from the start of the span to θ.
-    pub fn length_at(&self, theta: f64) -> f64 {
+    pub(crate) fn length_at(&self, theta: f64) -> f64 {
         self.arc.arc_length(theta)
     }
 
@@ -249,7 +249,7 @@ impl<'a> Edge<'a> {
     }
 
     /// Prepares the spans for many questions about their points.
-    pub fn tabulate(&mut self) {
+    pub(crate) fn tabulate(&mut self) {
         for span in &mut self.spans {
             span.attenuation.tabulate(span.theta_end);
         }
@@ -257,7 +257,7 @@ impl<'a> Edge<'a> {
 
     /// Probability density per unit length of a collision at optical depth and extinction as in
     /// `point`, for channel probabilities `channel_pdf` (balance heuristic over channels, docs/theory.md#free-flight).
-    pub fn collision_density(&self, channel_pdf: Spectrum, point: &Point) -> f64 {
+    pub(crate) fn collision_density(&self, channel_pdf: Spectrum, point: &Point) -> f64 {
         (channel_pdf * point.rate * point.depth.exp_neg() * self.forcing).sum()
     }
 
@@ -282,7 +282,7 @@ impl<'a> Edge<'a> {
     }
 
     /// The point at an arc length from the start, before the first specular event.
-    pub fn at_length(&self, s: f64) -> Option<Point> {
+    pub(crate) fn at_length(&self, s: f64) -> Option<Point> {
         let lead = self.lead();
         let i = lead.partition_point(|span| span.length_after() < s);
         let span = lead.get(i).or(lead.last())?;
@@ -290,7 +290,7 @@ impl<'a> Edge<'a> {
     }
 
     /// Optical path length from the start to the point at an arc length, before the first specular event.
-    pub fn optical_length_at(&self, s: f64) -> f64 {
+    pub(crate) fn optical_length_at(&self, s: f64) -> f64 {
         let mut length = 0.0;
         for span in self.lead() {
             if span.length_after() >= s {

@@ -33,7 +33,7 @@ impl EdgeGeometry {
 
     /// The probability that light or importance gets through without a collision, for channel
     /// probabilities `channel_pdf`.
-    pub fn survival(&self, channel_pdf: Spectrum) -> f64 {
+    pub(crate) fn survival(&self, channel_pdf: Spectrum) -> f64 {
         (channel_pdf * self.depth.exp_neg()).sum()
     }
 

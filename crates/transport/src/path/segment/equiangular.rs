@@ -9,7 +9,7 @@ use glam::DVec3;
 /// Media", 2012). On a curved edge, t is arc length from the closest approach: the density is then
 /// not exactly proportional to 1/r², but it is a density.
 #[derive(Clone, Copy, Debug)]
-pub struct Equiangular {
+pub(crate) struct Equiangular {
     closest: f64,
     distance: f64,
     /// Where the part of the edge begins and ends from which distances are taken.

@@ -11,10 +11,12 @@ mod vertex;
 
 pub(in crate::path) use boundary::{leave, surface_at};
 pub(in crate::path) use differentials::RayDifferentials;
-pub use edge::{Edge, End, Front, Point, Span, Split, Start, TransportMode};
+pub(crate) use edge::Front;
+pub use edge::{Edge, End, Point, Span, Split, Start, TransportMode};
 pub use edge_geometry::EdgeGeometry;
-pub use equiangular::Equiangular;
+pub(crate) use equiangular::Equiangular;
 pub use length::lead_in;
 pub(in crate::path) use length::to_entrance;
 pub use share::{collided, share};
-pub use vertex::{Scatter, Vertex};
+pub(crate) use vertex::Scatter;
+pub use vertex::Vertex;

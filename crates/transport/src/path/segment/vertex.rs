@@ -39,7 +39,7 @@ pub enum Vertex {
 
 /// A direction in which a path goes on.
 #[derive(Clone, Copy, Debug)]
-pub struct Scatter {
+pub(crate) struct Scatter {
     /// Where the next edge starts.
     pub start: Start,
     /// Throughput: scattering function (and cosine) over density.
@@ -174,7 +174,7 @@ impl Vertex {
     }
 
     /// Itself as the end of a connection.
-    pub fn as_end(&self) -> ConnectionEnd {
+    pub(crate) fn as_end(&self) -> ConnectionEnd {
         match *self {
             Vertex::Volume { x, .. } => ConnectionEnd::at(x),
             Vertex::Surface {
@@ -225,7 +225,7 @@ impl Vertex {
     }
 
     /// Whether it is known to scatter no light, as the surfaces of emitters often are.
-    pub fn is_black(&self, scene: &Scene) -> bool {
+    pub(crate) fn is_black(&self, scene: &Scene) -> bool {
         match self {
             Vertex::Volume { .. } => false,
             Vertex::Surface {
@@ -246,7 +246,7 @@ impl Vertex {
     }
 
     /// The vertex as a path sees it that comes from `direction`, a unit vector away from the vertex.
-    pub fn seen_from(mut self, from: DVec3) -> Self {
+    pub(crate) fn seen_from(mut self, from: DVec3) -> Self {
         match &mut self {
             Vertex::Volume { direction, .. } | Vertex::Surface { direction, .. } => {
                 *direction = -from;
@@ -332,7 +332,7 @@ impl Vertex {
     }
 
     /// Chooses a direction to go on; `None` if the path is absorbed.
-    pub fn scatter(&self, scene: &Scene, sampler: &mut Sampler) -> Option<Scatter> {
+    pub(crate) fn scatter(&self, scene: &Scene, sampler: &mut Sampler) -> Option<Scatter> {
         let [u, v] = sampler.next_2d_for(Purpose::Direction);
         let w = sampler.next_1d_for(Purpose::Lobe);
         match self {

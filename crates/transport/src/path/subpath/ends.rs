@@ -80,7 +80,7 @@ impl Bounds {
 
 /// A subpath from an emitter.
 #[derive(Clone, Debug)]
-pub struct LightPath {
+pub(crate) struct LightPath {
     /// The emitter.
     pub emitter: usize,
     /// How it started.
@@ -151,7 +151,7 @@ pub fn emit(
 
 /// A subpath from the sensor along one of its rays. It carries basic radiance, n² of the sensor
 /// included.
-pub fn sensor_path(
+pub(crate) fn sensor_path(
     scene: &Scene,
     ray: sensor::SensorRay,
     bounds: &Bounds,

@@ -6,7 +6,9 @@ mod guess;
 mod toward_emitters;
 mod vertices;
 
-pub use ends::{Bounds, LightPath, emit, sensor_path};
+pub use ends::{Bounds, emit};
+pub(crate) use ends::{LightPath, sensor_path};
 pub use guess::guess;
-pub use toward_emitters::{scatter, scatter_pdf};
-pub use vertices::{Escape, PathEdge, PathVertex, Subpath};
+pub(crate) use toward_emitters::{scatter, scatter_pdf};
+pub use vertices::PathVertex;
+pub(crate) use vertices::{Escape, PathEdge, Subpath};

@@ -41,7 +41,7 @@ fn axis(x: DVec3, emitter: DVec3) -> DVec3 {
 }
 
 /// Density per steradian with which [`scatter`] chooses `direction`.
-pub fn scatter_pdf(scene: &Scene, vertex: &Vertex, direction: DVec3) -> f64 {
+pub(crate) fn scatter_pdf(scene: &Scene, vertex: &Vertex, direction: DVec3) -> f64 {
     let own = vertex.pdf(scene, direction);
     match axes(scene, vertex) {
         None => own,

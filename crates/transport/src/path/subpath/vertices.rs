@@ -13,7 +13,7 @@ use glam::DVec3;
 
 /// An edge of a subpath, from the previous vertex to this one.
 #[derive(Clone, Copy, Debug)]
-pub struct PathEdge {
+pub(crate) struct PathEdge {
     /// Geometry and depth.
     pub geometry: EdgeGeometry,
     /// Unit direction at the previous vertex, towards this one.
@@ -34,7 +34,7 @@ pub struct PathVertex {
     /// The vertex.
     pub vertex: Vertex,
     /// The edge that led to it.
-    pub edge: PathEdge,
+    pub(crate) edge: PathEdge,
     /// Throughput up to the vertex, its scattering coefficient included.
     pub throughput: Spectrum,
     /// Edges and specular events so far.
@@ -52,7 +52,7 @@ pub struct PathVertex {
 
 /// Where a subpath left the scene.
 #[derive(Clone, Copy, Debug)]
-pub struct Escape {
+pub(crate) struct Escape {
     /// The edge that left; its discovery probability is 1 if connections look for such edges.
     pub edge: PathEdge,
     /// Throughput up to there.
@@ -68,7 +68,7 @@ pub struct Escape {
 /// The vertices of a subpath in the order in which they were sampled; its end, on the sensor or an
 /// emitter, is not among them.
 #[derive(Clone, Debug)]
-pub struct Subpath {
+pub(crate) struct Subpath {
     /// Where it started.
     pub start: Start,
     /// The vertices.
@@ -112,7 +112,7 @@ impl Subpath {
 impl PathVertex {
     /// How easily connections find the edge that led here, for a path that goes on as the subpath does: no
     /// connection starts or ends where light is reflected as by a mirror.
-    pub fn discovery_going_on(&self) -> f64 {
+    pub(crate) fn discovery_going_on(&self) -> f64 {
         if self.specular {
             0.0
         } else {
@@ -122,12 +122,12 @@ impl PathVertex {
 
     /// Density per steradian with which a path that comes from the direction `from` would go on along
     /// the edge that led here, backwards.
-    pub fn reverse_pdf(&self, scene: &Scene, from: DVec3) -> f64 {
+    pub(crate) fn reverse_pdf(&self, scene: &Scene, from: DVec3) -> f64 {
         self.vertex.seen_from(from).pdf(scene, self.edge.back)
     }
 
     /// Density with which the vertex before this one is sampled by a ray from here of density `pdf`.
-    pub fn density_before(
+    pub(crate) fn density_before(
         &self,
         scene: &Scene,
         channel_pdf: Spectrum,
@@ -142,7 +142,7 @@ impl PathVertex {
     }
 
     /// As [`PathVertex::density_before`] for the end of the subpath, but for the cosine there.
-    pub fn density_end(&self, channel_pdf: Spectrum, pdf: f64) -> f64 {
+    pub(crate) fn density_end(&self, channel_pdf: Spectrum, pdf: f64) -> f64 {
         let path_edge = &self.edge;
         path_edge.geometry.density(pdf, path_edge.n_before)
             * path_edge.geometry.survival(channel_pdf)

@@ -16,7 +16,7 @@ use glam::{DMat3, DVec3};
 
 /// How a ray that was followed ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub(crate) enum Ending {
     /// On an object that passes no ray on in one direction.
     Surface(usize),
     /// It left the scene.
@@ -29,7 +29,7 @@ pub enum Ending {
 /// A ray up to an opaque surface, or up to the last boundary if it left the scene; up to its start if it
 /// met nothing at all.
 #[derive(Clone, Copy, Debug)]
-pub struct FollowedRay {
+pub(crate) struct FollowedRay {
     /// Position of its end.
     pub x: DVec3,
     /// Unit direction there, beyond a boundary.

@@ -4,5 +4,5 @@ mod follow;
 mod surface;
 mod trace;
 
-pub use follow::{Ending, FollowedRay, follow};
+pub(crate) use follow::{Ending, FollowedRay, follow};
 pub use trace::{Sampling, trace};

@@ -122,7 +122,7 @@ impl Problems {
         }
     }
 
-    pub fn unknown_medium(
+    pub(crate) fn unknown_medium(
         &mut self,
         object: &str,
         parameter: &'static str,

@@ -83,7 +83,7 @@ impl<'a> Search<'a> {
 
     /// Whether there is no ray but those that the deterministic starts lead to, given whether these led to
     /// any.
-    pub fn has_all(&self, any: bool) -> bool {
+    pub(crate) fn has_all(&self, any: bool) -> bool {
         self.scene.is_straight() || self.ball_has_all() || any && self.is_unique()
     }
 

@@ -59,7 +59,7 @@ impl Search<'_> {
     /// A branch found from a random start that is none of the known ones, what it is worth, and an
     /// unbiased estimate of the reciprocal of the probability of finding it: the number of further
     /// random starts until it is found again (Booth 2007; Zeltner et al. 2020; docs/theory.md#branches).
-    pub fn at_random<T>(
+    pub(crate) fn at_random<T>(
         &self,
         sampler: &mut Sampler,
         ws: &mut Workspace,
