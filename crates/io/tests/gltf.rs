@@ -109,7 +109,7 @@ fn files_that_are_refused() {
         "\"name\": \"first\", \"children\": [0],",
         1,
     );
-    refused(cycle, "a node is below itself");
+    refused(cycle, "a node is its own descendant");
     let short = gltf::parse(TEXT.as_bytes(), |_| Ok(vec![0; 10]), Limits::default()).unwrap_err();
     assert!(short.to_string().contains("272"), "{short}");
     let missing: FileError = gltf::read(&path("nowhere.gltf"), Limits::default()).unwrap_err();

@@ -358,7 +358,7 @@ fn mistakes_in_syntax() {
         ),
         (
             "{\"type\": \"scene\", \"a\": {\"type\": \"sphere\"},\n \"a\": {\"type\": \"cube\"}}",
-            "2:2 the key \"a\" is there twice | the first is at scene.json:1:19",
+            "2:2 the key \"a\" occurs twice | the first is at scene.json:1:19",
         ),
     ] {
         assert_eq!(mistakes_with(text, &[]), [expected], "{text}");

@@ -158,7 +158,7 @@ fn mistakes_are_named() {
         "width",
     );
     refused("", "<sensor type=\"irradiancemeter\"/>", "inside the shape");
-    refused("<sensor type=\"fluencemeter\"/>", "", "not into a shape");
+    refused("<sensor type=\"fluencemeter\"/>", "", "not in a shape");
     refused("<sensor type=\"perspective\"/>", "", "irradiancemeter");
     refused(
         "<sensor type=\"irradiancemeter\"><vector name=\"cosine_axis\" z=\"1\"/></sensor>",

@@ -95,7 +95,7 @@ fn mistakes_are_named() {
         assert!(error.contains(expected), "{arguments}: {error}");
     };
     says("in.npy a.vol", "give the order of its axes");
-    says("in.npy a.vol --axes xxy", "'xxy' is no order of axes");
+    says("in.npy a.vol --axes xxy", "'xxy' is not an order of axes");
     says("in.npy a.gif --axes zyx", "volumes are .vol");
     says("none.vol a.npy", "none.vol: cannot read");
     says(

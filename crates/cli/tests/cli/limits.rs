@@ -194,7 +194,7 @@ mod interruption {
         assert_eq!(output.status.code(), Some(130));
         let line = String::from_utf8(output.stdout).unwrap();
         assert!(
-            line.starts_with("interrupted: ") && line.contains("it is empty"),
+            line.starts_with("interrupted: ") && line.contains("the image is empty"),
             "{line}"
         );
         assert_eq!(folder.json("s.json")["spp"], 0);
