@@ -264,7 +264,10 @@ mod tests {
 
     #[test]
     fn a_branch_cut_off_is_a_possible_bias() {
-        assert_eq!(bias(1), "possible bias: 1 branch counts with too small a weight");
+        assert_eq!(
+            bias(1),
+            "possible bias: 1 branch counts with too small a weight"
+        );
         assert_eq!(
             bias(2300),
             "possible bias: 2.30 k branches count with too small a weight"

@@ -529,7 +529,11 @@ fn textures_shine() {
     let squeezed =
         r#"<shape type="sphere"><transform name="to_world"><scale value="1, 1, 2"/></transform>"#;
     for (shape, radiance, expected) in [
-        (squeezed, board, "a texture cannot shine from an ellipsoid"),
+        (
+            squeezed,
+            board,
+            "an ellipsoid or elliptic cylinder cannot emit a texture",
+        ),
         (mesh, board, "the mesh has no texture coordinates"),
         (
             r#"<shape type="rectangle">"#,

@@ -129,7 +129,7 @@ fn what_a_scene_must_say() {
         "leave 'placement' out",
     );
     let order = r#"<string name="axis_order" value="zxx"/>"#;
-    refused("half.npy", order, "'zxx' is no order of axes");
+    refused("half.npy", order, "'zxx' is not an order of axes");
     refused(
         "half.npy",
         &format!(r#"{ZYX}<float name="scale" value="-1"/>"#),

@@ -35,6 +35,11 @@ impl Handle {
         }
     }
 
+    /// Whether it was asked to end.
+    pub fn is_asked(&self) -> bool {
+        self.asked.get().is_some()
+    }
+
     /// Ends the render within a pass.
     pub fn end_now(&self) {
         self.stop.raise();
