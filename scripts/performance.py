@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures what docs/performance.md says of the program as it is, and prints the tables of that document in its order.
+"""Measures what docs/performance.md and docs/development/cost.md say of the program as it is, and prints their tables.
 
 Everything takes about half an hour on two quiet cores. Tables of what was tried on the way (docs/development/speed.md) compare builds
 of different states: see scripts/variance.py and the command beside each. Needs NumPy and Matplotlib; `mitsuba` also what
