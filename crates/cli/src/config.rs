@@ -68,7 +68,7 @@ pub fn images(
     args: &OutputArgs,
     scene: &Path,
 ) -> Result<Vec<(PathBuf, ImageFormat)>, CommandError> {
-    let images = outputs((args, scene), &[".exr", ".png"], &IMAGE_FORMATS)?;
+    let images = outputs(args, scene, &[".exr", ".png"], &IMAGE_FORMATS)?;
     if let Some(strategies) = &args.strategies {
         by_extension(strategies, &IMAGE_FORMATS[..1])?;
         check_writable(strategies)?;
@@ -86,7 +86,7 @@ pub fn readings(
     scene: &Path,
     meters: usize,
 ) -> Result<Vec<(PathBuf, ArrayFormat)>, CommandError> {
-    let files = outputs((args, scene), &[".npz"], &ArrayFormat::EXTENSIONS)?;
+    let files = outputs(args, scene, &[".npz"], &ArrayFormat::EXTENSIONS)?;
     if let Some((path, _)) = files.iter().find(|(_, f)| f.is_single() && meters > 1) {
         return Err(CommandError::Usage(format!(
             "'{}' can hold one array, but the scene has {meters} meters: use .npz or .h5",
@@ -101,7 +101,8 @@ pub fn readings(
 
 /// The files asked for with their formats, or else those named after the scene.
 fn outputs<F: Copy>(
-    (args, scene): (&OutputArgs, &Path),
+    args: &OutputArgs,
+    scene: &Path,
     default: &[&str],
     formats: &[(&str, F)],
 ) -> Result<Vec<(PathBuf, F)>, CommandError> {

@@ -27,8 +27,7 @@ impl Driver<'_> {
         let (handle, asked) = (Handle::default(), || self.interrupt.asked());
         let mut clock = Clock::start(goal.time, &asked);
         let result = std::thread::scope(|scope| {
-            let shown = (goal, !self.quiet);
-            let _watch = progress::watch(scope, shown, &handle, self.interrupt);
+            let _watch = progress::watch(scope, goal, !self.quiet, &handle, self.interrupt);
             self.pool.install(|| work(&handle, &mut clock))
         });
         (result, clock.end(&handle))

@@ -40,19 +40,21 @@ pub struct Watch {
 /// far it has got on the standard error; nothing is drawn if that is no terminal.
 pub fn watch<'scope>(
     scope: &'scope Scope<'scope, '_>,
-    (goal, draws): (ProgressGoal, bool),
+    goal: ProgressGoal,
+    draws: bool,
     handle: &'scope Handle,
     stopping: &'scope Interrupt,
 ) -> Watch {
     let (running, stopped) = channel();
-    scope.spawn(move || run((goal, draws), handle, stopping, &stopped));
+    scope.spawn(move || run(goal, draws, handle, stopping, &stopped));
     Watch {
         _running: Mutex::new(running),
     }
 }
 
 fn run(
-    (goal, draws): (ProgressGoal, bool),
+    goal: ProgressGoal,
+    draws: bool,
     handle: &Handle,
     stopping: &Interrupt,
     stopped: &Receiver<()>,

@@ -37,7 +37,7 @@ pub fn measure(
     let asked = limits.run(loaded, loaded.renderer);
     let (options, meters) = (asked.measure_options(), loaded.meters());
     let (pool, started) = (limits.pool()?, Instant::now());
-    let ((measurement, stopped), _) = watched(py, (tick.as_ref(), limits.time()), |shared| {
+    let ((measurement, stopped), _) = watched(py, tick.as_ref(), limits.time(), |shared| {
         let asked = || shared.asked();
         let mut clock = Clock::start(limits.time(), &asked);
         let on_pass = |done| clock.look(done == options.particles);

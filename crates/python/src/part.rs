@@ -32,7 +32,7 @@ pub fn render_part<'py>(
         ..limits.run(&scene.loaded, renderer)
     };
     let (pool, started) = (limits.pool()?, Instant::now());
-    let (body, interrupted) = watched(py, (None, None), |shared| {
+    let (body, interrupted) = watched(py, None, None, |shared| {
         pool.install(|| {
             if scene.loaded.instruments.is_empty() {
                 Ok(image(&asked, shared))

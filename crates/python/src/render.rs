@@ -42,7 +42,7 @@ pub fn render(
         .map_err(|e| errors::refusal(&e))?;
     let options = asked.options();
     let (pool, started) = (limits.pool()?, Instant::now());
-    let ((rendering, stopped), _) = watched(py, (tick.as_ref(), limits.time()), |shared| {
+    let ((rendering, stopped), _) = watched(py, tick.as_ref(), limits.time(), |shared| {
         let asked = || shared.asked();
         let mut clock = Clock::start(limits.time(), &asked);
         let rendering = pool.install(|| {

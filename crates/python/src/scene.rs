@@ -237,8 +237,8 @@ impl Scene {
 impl Scene {
     /// Whether it is the same description and data, rendered in the same way.
     pub fn is_same(&self, other: &Scene) -> bool {
-        let way = |l: &Loaded| (l.renderer, l.samples, l.adaptive, l.scene().replicates());
-        self.loaded.hash == other.loaded.hash && way(&self.loaded) == way(&other.loaded)
+        let method = |l: &Loaded| (l.renderer, l.samples, l.adaptive, l.scene().replicates());
+        self.loaded.hash == other.loaded.hash && method(&self.loaded) == method(&other.loaded)
     }
 
     /// What there is to say of it in a few words each.

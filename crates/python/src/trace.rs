@@ -140,7 +140,7 @@ pub fn trace(
     let time = options
         .time
         .and_then(|t| Duration::try_from_secs_f64(t).ok());
-    let ((columns, rays), interrupted) = watched(py, (None, time), |shared| {
+    let ((columns, rays), interrupted) = watched(py, None, time, |shared| {
         follow_all(
             &starts,
             &follower(&through, &options),

@@ -34,7 +34,8 @@ impl Shared {
 /// What a handler or `tick` raises, once the work has stopped: all but `KeyboardInterrupt`.
 pub fn watched<T: Send>(
     py: Python<'_>,
-    (tick, time): (Option<&Py<PyAny>>, Option<Duration>),
+    tick: Option<&Py<PyAny>>,
+    time: Option<Duration>,
     work: impl FnOnce(&Shared) -> T + Send,
 ) -> PyResult<(T, bool)> {
     let shared = Shared::default();

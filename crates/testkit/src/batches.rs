@@ -59,7 +59,7 @@ mod tests {
     use super::*;
     use crate::rng::Rng;
 
-    fn batches(rng: &mut Rng, n: usize, (mean, deviation): (f64, f64)) -> Vec<f64> {
+    fn batches(rng: &mut Rng, n: usize, mean: f64, deviation: f64) -> Vec<f64> {
         // A sum of twelve uniforms has variance 1.
         let normal = |rng: &mut Rng| rng.uniform::<12>().iter().sum::<f64>() - 6.0;
         (0..n).map(|_| mean + deviation * normal(rng)).collect()
@@ -79,8 +79,8 @@ mod tests {
         let runs = 4000;
         let ps: Vec<f64> = (0..runs)
             .map(|_| {
-                let a = batches(&mut rng, 16, (1.0, 0.1));
-                welch(&a, &batches(&mut rng, 16, (1.0, 0.4)), 0.0)
+                let a = batches(&mut rng, 16, 1.0, 0.1);
+                welch(&a, &batches(&mut rng, 16, 1.0, 0.4), 0.0)
             })
             .collect();
         for rate in [0.01, 0.001] {
@@ -96,8 +96,8 @@ mod tests {
     #[test]
     fn finds_a_shift() {
         let mut rng = Rng::new(6);
-        let a = batches(&mut rng, 16, (1.0, 0.1));
-        let b = batches(&mut rng, 16, (1.3, 0.1));
+        let a = batches(&mut rng, 16, 1.0, 0.1);
+        let b = batches(&mut rng, 16, 1.3, 0.1);
         assert!(welch(&a, &b, 0.0) < 1e-5);
         assert!(one_sample(&a, 1.0, 0.0) > 1e-3);
         assert!(one_sample(&b, 1.0, 0.0) < 1e-5);

@@ -38,7 +38,7 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode, CommandError> {
         numbers: &numbers,
         flip: &flip,
     };
-    let size = (image.width, image.height);
+    let size = [image.width, image.height];
     if let (Some(path), Some(format)) = (&args.map, map_format) {
         map::flip(path, format, size, &flip).map_err(fail)?;
     }

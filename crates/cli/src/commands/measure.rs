@@ -21,7 +21,8 @@ use transport::render::MeasureState;
 /// Measures and writes what the meters have read, or the part of it.
 pub fn measure(
     args: &RenderArgs,
-    (job, loaded): (&Job, &Loaded),
+    job: &Job,
+    loaded: &Loaded,
     shard: Option<[u64; 2]>,
     pool: &ThreadPool,
 ) -> Result<ExitCode, CommandError> {

@@ -46,8 +46,8 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
         ))
     })?;
     match body {
-        Body::Image(state) => merged_image(args, (&job, &loaded), &header, *state),
-        Body::Meters(state) => merged_readings(args, (&job, &loaded), &header, *state),
+        Body::Image(state) => merged_image(args, &job, &loaded, &header, *state),
+        Body::Meters(state) => merged_readings(args, &job, &loaded, &header, *state),
     }
 }
 
@@ -107,7 +107,8 @@ fn check_scene(job: &Job, args: &MergeArgs) -> Result<(), CommandError> {
 
 fn merged_image(
     args: &MergeArgs,
-    (job, loaded): (&Job, &Loaded),
+    job: &Job,
+    loaded: &Loaded,
     header: &Header,
     state: State,
 ) -> Result<ExitCode, CommandError> {
@@ -139,7 +140,8 @@ fn merged_image(
 
 fn merged_readings(
     args: &MergeArgs,
-    (job, loaded): (&Job, &Loaded),
+    job: &Job,
+    loaded: &Loaded,
     header: &Header,
     state: MeasureState,
 ) -> Result<ExitCode, CommandError> {

@@ -25,8 +25,10 @@ pub fn plot(args: &PlotArgs) -> Result<ExitCode, CommandError> {
                 .map(ProfileLine::Row)
                 .or(column.map(ProfileLine::Column));
             let line = line.unwrap_or(ProfileLine::Row(0));
-            let what = (layer.as_str(), channel.as_deref());
-            (Figure::Curves(profile(images, line, what, limits)?), output)
+            (
+                Figure::Curves(profile(images, line, layer, channel.as_deref(), limits)?),
+                output,
+            )
         }
         FigureArgs::Histogram {
             images,
@@ -44,7 +46,7 @@ pub fn plot(args: &PlotArgs) -> Result<ExitCode, CommandError> {
             log,
             output,
         } => {
-            let map = picture(image, (layer, channel.as_deref()), *log, limits)?;
+            let map = picture(image, layer, channel.as_deref(), *log, limits)?;
             (Figure::Map(map), output)
         }
         FigureArgs::Slice {
@@ -55,7 +57,7 @@ pub fn plot(args: &PlotArgs) -> Result<ExitCode, CommandError> {
             log,
             output,
         } => {
-            let map = slice(readings, array.as_deref(), (axis, *at), *log)?;
+            let map = slice(readings, array.as_deref(), axis, *at, *log)?;
             (Figure::Map(map), output)
         }
         FigureArgs::Convergence { stats, output } => (Figure::Curves(convergence(stats)?), output),

@@ -31,7 +31,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
     let loaded = job.load(limits)?;
     let shard = shard(args, &loaded)?;
     if !loaded.instruments.is_empty() {
-        return measure(args, (&job, &loaded), shard, &pool);
+        return measure(args, &job, &loaded, shard, &pool);
     }
     if args.particles.is_some() {
         let message = "--particles is for scenes with meters; for a camera it is --spp";
@@ -67,7 +67,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
         interrupt: &interrupt,
         quiet: args.outputs.quiet,
     };
-    let goal = goal(args, &options, &state, &loaded);
+    let goal = progress_goal(args, &options, &state, &loaded);
     let ((), stopped) = driver.drive(goal, |handle, clock| {
         state.advance(&loaded.groups, &options, handle, |progress| {
             if let Some(preview) = &mut preview {
@@ -206,7 +206,7 @@ fn pool(threads: Option<usize>) -> Result<ThreadPool, CommandError> {
 }
 
 /// How far the render of a state has to go.
-fn goal(
+fn progress_goal(
     args: &RenderArgs,
     options: &RenderOptions,
     state: &State,

@@ -19,7 +19,7 @@ const UNKNOWN: [f64; 3] = [0.6, 0.6, 0.6];
 pub fn flip(
     path: &Path,
     format: MapFormat,
-    size: (usize, usize),
+    size: [usize; 2],
     map: &[f32],
 ) -> Result<(), FileError> {
     match format {
@@ -33,12 +33,7 @@ pub fn flip(
 
 /// Writes a map of z: its numbers in the channels of the images, or in colours that of the channel that differs
 /// most, blue where it is negative and red where it is positive.
-pub fn z(
-    path: &Path,
-    format: MapFormat,
-    size: (usize, usize),
-    z: &ZScores,
-) -> Result<(), FileError> {
+pub fn z(path: &Path, format: MapFormat, size: [usize; 2], z: &ZScores) -> Result<(), FileError> {
     let most = |i: usize| {
         let all = z.channels.iter().map(|(_, map)| map[i]);
         let known = all.filter(|z| z.is_finite());
@@ -63,7 +58,7 @@ fn diverging(z: f32) -> [f64; 3] {
 
 fn numbers(
     path: &Path,
-    (width, height): (usize, usize),
+    [width, height]: [usize; 2],
     channels: Vec<(String, Vec<f32>)>,
 ) -> Result<(), FileError> {
     let main = Layer {
@@ -82,7 +77,7 @@ fn numbers(
 /// A picture of colours in sRGB.
 fn colours(
     path: &Path,
-    (width, height): (usize, usize),
+    [width, height]: [usize; 2],
     colour: impl Fn(usize) -> [f64; 3],
 ) -> Result<(), FileError> {
     let linear = |i: usize| colour(i).map(|v| linear_from_srgb(v) as f32);

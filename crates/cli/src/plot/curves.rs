@@ -111,7 +111,7 @@ impl Curves {
             .map_err(failed)?;
         for (i, series) in self.series.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
-            self.line(chart, scale, (series, colour))?;
+            self.line(chart, scale, series, colour)?;
         }
         if self.series.len() > 1 {
             chart
@@ -131,7 +131,8 @@ impl Curves {
         &self,
         chart: &mut ChartContext<'a, B, Cartesian2d<X, Y>>,
         scale: Scale,
-        (series, colour): (&Series, RGBColor),
+        series: &Series,
+        colour: RGBColor,
     ) -> Result<(), CommandError>
     where
         B: DrawingBackend + 'a,

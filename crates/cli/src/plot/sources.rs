@@ -91,7 +91,8 @@ fn layer_of<'a>(
 pub fn profile(
     paths: &[PathBuf],
     line: ProfileLine,
-    (layer, channel): (&str, Option<&str>),
+    layer: &str,
+    channel: Option<&str>,
     limits: Limits,
 ) -> Result<Curves, CommandError> {
     let mut series = Vec::new();
@@ -145,7 +146,8 @@ pub fn profile(
 /// A layer of an image in false colours.
 pub fn picture(
     path: &Path,
-    (layer, channel): (&str, Option<&str>),
+    layer: &str,
+    channel: Option<&str>,
     logarithmic: bool,
     limits: Limits,
 ) -> Result<Map, CommandError> {
@@ -256,7 +258,8 @@ fn bins(image: &ImageLayers) -> Option<BinAxis> {
 pub fn slice(
     path: &Path,
     array: Option<&str>,
-    (axis, at): (&str, f64),
+    axis: &str,
+    at: f64,
     logarithmic: bool,
 ) -> Result<Map, CommandError> {
     let arrays = Arrays::read_npz(path)?;

@@ -9,18 +9,19 @@ use transport::scene::{ProblemSeverity, Scene, SceneProblem, Subject};
 
 /// Steps across a medium from which on a render is likely to be a mistake: lenses take some ten.
 const MANY: f64 = 2000.0;
-/// Places on each way through a medium at which its index is looked at.
+/// Places on each line through a medium at which its index is looked at.
 const PLACES: usize = 64;
 
 /// About how many steps a ray takes across a medium: the most along the three axes of its box.
 pub fn steps_across(scene: &Scene, medium: usize) -> f64 {
     let field = &scene.medium(medium).index;
-    let steps = ways(scene, medium).map(|way| steps_between(field, way, scene.tolerance()));
+    let steps =
+        lines_across(scene, medium).map(|line| steps_between(field, line, scene.tolerance()));
     steps.fold(1.0, f64::max)
 }
 
-/// The straight ways through the middle of a medium along the axes.
-fn ways(scene: &Scene, medium: usize) -> impl Iterator<Item = [DVec3; 2]> {
+/// The straight lines through the middle of a medium along the axes.
+fn lines_across(scene: &Scene, medium: usize) -> impl Iterator<Item = [DVec3; 2]> {
     let bounds = scene.regions()[medium].aabb;
     let (center, half) = (bounds.center(), 0.5 * (bounds.max - bounds.min));
     let axes = DVec3::AXES.into_iter().filter(move |_| !bounds.is_empty());
@@ -70,7 +71,7 @@ fn parameter(field: &Field) -> &'static str {
 
 fn out_of_range(scene: &Scene, medium: usize) -> Option<SceneProblem> {
     let field = &scene.medium(medium).index;
-    let places = ways(scene, medium)
+    let places = lines_across(scene, medium)
         .flat_map(|[from, to]| (0..=PLACES).map(move |i| from.lerp(to, i as f64 / PLACES as f64)));
     // An index that is not positive is spoken of elsewhere.
     let n = places

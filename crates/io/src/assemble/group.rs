@@ -175,7 +175,7 @@ impl<'a> Children<'a> {
         if !self.meters.is_empty() || !context.meters.is_empty() {
             let integrator = self.integrators.first().copied();
             let (sensor, instruments) =
-                meter::build((&self.meters, &self.cameras), integrator, context)?;
+                meter::build(&self.meters, &self.cameras, integrator, context)?;
             return Some(View {
                 sensor,
                 instruments,

@@ -102,7 +102,7 @@ fn scattering(
             texture::texture(sigma_t, object, "sigma_t", [0.0, far], context),
             texture::texture(albedo, object, "albedo", [0.0, 1.0], context),
         ),
-        (None, Some((s, a))) => from_parts(object, (s, a), context),
+        (None, Some((s, a))) => from_parts(object, s, a, context),
         (None, None) => return Medium::transparent(name, index),
     };
     Medium {
@@ -133,15 +133,16 @@ fn material(query: &mut Query, channels: &Channels) -> Option<&'static Turbid> {
 
 fn from_parts(
     object: &ObjectDescription,
-    (s, a): (SpectrumValue, SpectrumValue),
+    sigma_s: SpectrumValue,
+    sigma_a: SpectrumValue,
     context: &mut Context,
 ) -> (VolumeTexture, VolumeTexture) {
     let negative = |v: &SpectrumValue| v.values().iter().any(|v| *v < 0.0);
-    if negative(&s) || negative(&a) {
+    if negative(&sigma_s) || negative(&sigma_a) {
         context.error_at(&object.location, "sigma_s and sigma_a must not be negative");
     }
-    let s = context.spectrum(&s, &object.location);
-    let a = context.spectrum(&a, &object.location);
+    let s = context.spectrum(&sigma_s, &object.location);
+    let a = context.spectrum(&sigma_a, &object.location);
     let total = s + a;
     let albedo = Spectrum(std::array::from_fn(|c| {
         if total[c] > 0.0 { s[c] / total[c] } else { 0.0 }

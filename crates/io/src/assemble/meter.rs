@@ -26,7 +26,8 @@ const PARTICLES: i64 = 1_000_000;
 const MOST_BINS: i64 = 1 << 20;
 /// The meters of the scene and of its shapes, and what stands for the camera; `None` after an error.
 pub(super) fn build(
-    (meters, cameras): (&[&ObjectDescription], &[&ObjectDescription]),
+    meters: &[&ObjectDescription],
+    cameras: &[&ObjectDescription],
     integrator: Option<&ObjectDescription>,
     context: &mut Context,
 ) -> Option<(SensorParts, Vec<Instrument>)> {

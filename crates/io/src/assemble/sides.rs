@@ -81,15 +81,15 @@ fn apply_indices(wish: &Wish, sides: Sides, context: &mut Context) {
         .inner
         .or_else(|| context.index_open[sides.interior].then_some(DEFAULT_INNER));
     if let Some(n) = inner {
-        set_index(sides.interior, n, ("int_ior", &indices.location), context);
+        set_index(sides.interior, n, "int_ior", &indices.location, context);
     }
     if let Some(n) = indices.outer {
-        set_index(sides.exterior, n, ("ext_ior", &indices.location), context);
+        set_index(sides.exterior, n, "ext_ior", &indices.location, context);
     }
 }
 
 /// Gives a medium an index, or reports that it has another one.
-fn set_index(id: MediumId, n: f64, (name, location): (&str, &Location), context: &mut Context) {
+fn set_index(id: MediumId, n: f64, name: &str, location: &Location, context: &mut Context) {
     let medium = &mut context.media[id];
     if context.index_open[id] {
         medium.index = Constant::new(n).into();

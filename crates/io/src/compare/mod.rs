@@ -75,7 +75,7 @@ pub fn compare(
             mse => 10.0 * (peak * peak / mse).log10(),
         },
         largest: values().fold(0.0, |most, (a, b)| (a - b).abs().max(most)),
-        z: ZScores::of(&pairs, (image.width, image.height), block),
+        z: ZScores::of(&pairs, [image.width, image.height], block),
     })
 }
 

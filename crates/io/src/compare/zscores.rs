@@ -39,11 +39,7 @@ pub struct Worst {
 
 impl ZScores {
     /// `None` if variances of a channel are not known.
-    pub(super) fn of(
-        pairs: &[Pair],
-        (width, height): (usize, usize),
-        block: usize,
-    ) -> Option<ZScores> {
+    pub(super) fn of(pairs: &[Pair], [width, height]: [usize; 2], block: usize) -> Option<ZScores> {
         let mut scores = ZScores {
             channels: Vec::new(),
             count: 0,
@@ -56,7 +52,7 @@ impl ZScores {
             let variances = pair.variances?;
             let mut map = vec![f32::NAN; width * height];
             for corner in corners(width, height, block) {
-                let pixels = || pixels(corner, (width, height), block);
+                let pixels = || pixels(corner, [width, height], block);
                 if let Some(z) = z(pair, variances, pixels()) {
                     pixels().for_each(|i| map[i] = z as f32);
                     scores.note(z, pair.name, corner);
@@ -94,7 +90,7 @@ fn corners(width: usize, height: usize, block: usize) -> impl Iterator<Item = [u
 /// Indices of a block's pixels.
 fn pixels(
     [x, y]: [usize; 2],
-    (width, height): (usize, usize),
+    [width, height]: [usize; 2],
     block: usize,
 ) -> impl Iterator<Item = usize> {
     let rows = y..y.saturating_add(block).min(height);

@@ -85,9 +85,12 @@ impl<I: Iterator<Item = (usize, usize)>> Builder<'_, '_, I> {
             Item::Float(v) => self.number(v, &location),
             Item::String(v) => Json::String(v),
             Item::Array(items) => Json::Array(items.into_iter().map(|i| self.node(i)).collect()),
-            Item::Object(entries) => {
-                Json::Object(entries.into_iter().map(|e| self.entry(e)).collect())
-            }
+            Item::Object(entries) => Json::Object(
+                entries
+                    .into_iter()
+                    .map(|(key, item)| self.entry(key, item))
+                    .collect(),
+            ),
             Item::Tensor(tensor) if tensor.len() <= SMALL => {
                 let mut numbers = tensor.iter();
                 return self.nested(tensor.shape(), &mut numbers, &location);
@@ -97,7 +100,7 @@ impl<I: Iterator<Item = (usize, usize)>> Builder<'_, '_, I> {
         Node { json, location }
     }
 
-    fn entry(&mut self, (key, item): (String, Item)) -> Entry {
+    fn entry(&mut self, key: String, item: Item) -> Entry {
         let node = self.node(item);
         Entry {
             key,

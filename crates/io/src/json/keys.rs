@@ -16,7 +16,8 @@ pub(super) const SCHEMA: &str = "$schema";
 /// The kind of an object by its place in a parent of a kind and type, its key and its type, or why there is none, with
 /// advice.
 pub(super) fn infer(
-    (kind, parent): (PluginKind, &str),
+    kind: PluginKind,
+    parent: &str,
     key: &str,
     plugin: &str,
 ) -> Result<PluginKind, (String, Option<String>)> {

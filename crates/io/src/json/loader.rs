@@ -113,7 +113,7 @@ impl Loader<'_> {
         match plugin.as_str() {
             "rgb" | "spectrum" => self.property(entry, parent),
             "ref" => self.reference(entry, entries, parent),
-            _ => self.object(entry, entries, (plugin, location), parent, depth),
+            _ => self.object(entry, entries, plugin, location, parent, depth),
         }
     }
 
@@ -151,11 +151,12 @@ impl Loader<'_> {
         &mut self,
         entry: &Entry,
         entries: &[Entry],
-        (plugin, location): (String, Location),
+        plugin: String,
+        location: Location,
         parent: &mut Draft,
         depth: usize,
     ) {
-        let kind = match keys::infer((parent.kind, &parent.plugin), &entry.key, &plugin) {
+        let kind = match keys::infer(parent.kind, &parent.plugin, &entry.key, &plugin) {
             Ok(kind) => kind,
             Err((message, help)) => return self.error(message, help, &location),
         };

@@ -36,7 +36,7 @@ impl Writer {
             let is_new = self.written.insert(object.number);
             // A name in place of a kind will do if the type tells the kind.
             let tells = |id: &str| {
-                let kind = keys::infer((root.kind, &root.plugin), id, &object.plugin);
+                let kind = keys::infer(root.kind, &root.plugin, id, &object.plugin);
                 kind.is_ok_and(|kind| kind == object.kind)
             };
             let id = object.id.as_deref().filter(|id| is_new && tells(id));

@@ -9,7 +9,7 @@ pub struct PathFacts {
     /// Optical length ∫n ds from the emitter to the sensor, in scene units. Where it starts:
     /// [`lead_in`](crate::path::lead_in).
     pub optical_length: f64,
-    /// Scatterings and specular events on the way, passages of matched boundaries not counted: the depth
+    /// Scatterings and specular events on the path, crossings of index-matched boundaries not counted: the depth
     /// of the path less one.
     pub bounces: u32,
     /// Index of the emitter.

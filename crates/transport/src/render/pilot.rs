@@ -45,10 +45,18 @@ pub(super) fn prepared(light: &LightSamples) -> Prepared {
         return best.prepared;
     }
     if light.source.scene.is_dark() {
-        best = best.or(|way| way.forced_collisions = FORCED, light, FORCED_PAYS);
+        best = best.or(
+            |techniques| techniques.forced_collisions = FORCED,
+            light,
+            FORCED_PAYS,
+        );
     }
     if light.source.scene.has_dielectrics() {
-        best = best.or(|way| way.splitting = true, light, SPLITTING_PAYS);
+        best = best.or(
+            |techniques| techniques.splitting = true,
+            light,
+            SPLITTING_PAYS,
+        );
     }
     best.prepared
 }

@@ -28,7 +28,7 @@ enum Domain {
 #[derive(Clone, Debug)]
 pub(crate) struct Chart {
     domain: Domain,
-    spread: AreaDensity,
+    density: AreaDensity,
     area: f64,
     /// Texture coordinates.
     uv: DAffine2,
@@ -63,7 +63,7 @@ impl Shape {
         if is_curved && !self.is_even() {
             return None;
         }
-        let spread = match self {
+        let density = match self {
             Shape::Rectangle(_) | Shape::Cube(_) | Shape::Mesh(_) => AreaDensity::Even,
             Shape::Disk(_) => AreaDensity::Radial,
             Shape::Sphere(_) => AreaDensity::Polar,
@@ -72,7 +72,7 @@ impl Shape {
         };
         let mut chart = Chart {
             domain: Domain::Square,
-            spread,
+            density,
             area: self.part_area(primitive),
             uv: DAffine2::IDENTITY,
             origin: DVec3::ZERO,
@@ -124,7 +124,7 @@ impl Chart {
     pub fn polygons(&self) -> Vec<Vec<DVec2>> {
         let band = |low: f64, high: f64| [[0.0, low], [1.0, low], [1.0, high], [0.0, high]];
         let at = |k: u32| f64::from(k) / f64::from(BANDS);
-        let all = match (self.domain, self.spread) {
+        let all = match (self.domain, self.density) {
             (Domain::Triangle, _) => vec![vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]],
             (Domain::Square, AreaDensity::Polar) => {
                 (0..BANDS).map(|k| band(at(k), at(k + 1)).into()).collect()
@@ -169,7 +169,7 @@ impl Chart {
     /// Area per unit area of the chart.
     fn density(&self, q: DVec2) -> f64 {
         self.area
-            * match (self.spread, self.domain) {
+            * match (self.density, self.domain) {
                 (AreaDensity::Even, Domain::Square) => 1.0,
                 (AreaDensity::Even, Domain::Triangle) => 2.0,
                 (AreaDensity::Radial, _) => 2.0 * q.x,
@@ -181,7 +181,7 @@ impl Chart {
     /// square adds one to a polynomial's degree, so that two are exact for degree 2 and three for degree 4; the
     /// error of four for half a turn over [`BANDS`] is below rounding.
     fn nodes(&self) -> &'static [(f64, f64)] {
-        match self.spread {
+        match self.density {
             AreaDensity::Even => &GAUSS_2,
             AreaDensity::Radial => &GAUSS_3,
             AreaDensity::Polar => &GAUSS_4,

@@ -150,7 +150,7 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     }
     let (low, high) = constant_index(loaded, id);
     if medium.index.is_constant() {
-        let n = span((low, high));
+        let n = span(low, high);
         writeln!(out, "    index      {n}: straight rays")?;
     } else {
         let first = if low < high {
@@ -183,7 +183,7 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     if medium.is_transparent() {
         return writeln!(out, "    clear");
     }
-    let [extinction, albedo] = extinction_and_albedo(loaded, id).map(span);
+    let [extinction, albedo] = extinction_and_albedo(loaded, id).map(|(low, high)| span(low, high));
     writeln!(out, "    extinction {extinction} per unit length")?;
     writeln!(out, "    albedo     {albedo}")?;
     match medium.memory() {
@@ -192,7 +192,7 @@ fn medium(out: &mut String, loaded: &Loaded, id: MediumId) -> std::fmt::Result {
     }
 }
 
-fn span((low, high): (f64, f64)) -> String {
+fn span(low: f64, high: f64) -> String {
     let (low, high) = (plain(low), plain(high));
     if low == high {
         low

@@ -64,7 +64,7 @@ pub(super) fn build(
     let bsdf = match raw {
         Some(raw) => {
             query.finish(&[]);
-            make(raw, (object, vertices), context)
+            make(raw, object, vertices, context)
         }
         None => {
             unknown(object, context);
@@ -145,7 +145,8 @@ fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'
 /// `None` after an error.
 fn make(
     raw: Raw,
-    (object, vertices): (&ObjectDescription, &Vertices),
+    object: &ObjectDescription,
+    vertices: &Vertices,
     context: &mut Context,
 ) -> Option<Bsdf> {
     let mut maker = Maker {

@@ -91,12 +91,13 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     };
     let emitter =
         light.and_then(|l| emitter::add_area(&l, object, index, &shape, &vertices, context));
-    push(object, (shape, surface.bsdf), emitter, wish, context);
+    push(object, shape, surface.bsdf, emitter, wish, context);
 }
 
 fn push(
     object: &ObjectDescription,
-    (shape, bsdf): (Shape, Bsdf),
+    shape: Shape,
+    bsdf: Bsdf,
     emitter: Option<usize>,
     wish: Wish,
     context: &mut Context,

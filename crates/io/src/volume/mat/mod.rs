@@ -69,9 +69,9 @@ fn read_from<T: Sample>(
                 left: held.saturating_mul(INFLATION),
             };
             Tag::read(&mut limited, big)?;
-            array(&mut limited, big, (options, size))
+            array(&mut limited, big, options, size)
         }
-        _ => array(&mut file, big, (options, size)),
+        _ => array(&mut file, big, options, size),
     }
 }
 
@@ -79,7 +79,8 @@ fn read_from<T: Sample>(
 fn array<T: Sample>(
     reader: &mut Limited<impl Read>,
     big: bool,
-    (options, size): (Options, u64),
+    options: Options,
+    size: u64,
 ) -> Result<Volume<T>, Problem> {
     let head = Head::read(reader, big)?;
     if head.complex {

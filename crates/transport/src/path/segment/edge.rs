@@ -96,7 +96,7 @@ pub struct Point {
     pub depth: Spectrum,
     /// Extinction that is consistent with the depth.
     pub rate: Spectrum,
-    /// Factor of the specular events on the way.
+    /// Factor of the specular events before it.
     pub weight: Spectrum,
 }
 
@@ -163,7 +163,7 @@ pub enum End {
     Dead,
 }
 
-/// A way that an edge left aside: by reflection, where it was refracted.
+/// A branch that an edge left aside: by reflection, where it was refracted.
 #[derive(Clone, Copy, Debug)]
 pub struct Split {
     /// Where it starts.
@@ -182,7 +182,7 @@ pub struct Edge<'a> {
     /// The arcs up to the end, or beyond a collision up to the first surface that is not
     /// index-matched if the edge was extended; none unless they were to be kept.
     pub spans: Vec<Span<'a>>,
-    /// Number of spans before the first specular event, or passage by chance. If the edge was extended they depend on the
+    /// Number of spans before the first specular event, or partial transmission. If the edge was extended they depend on the
     /// start alone, not on where a collision was drawn.
     pub lead: usize,
     /// How it ended.
@@ -196,12 +196,12 @@ pub struct Edge<'a> {
     /// Optical path length up to the end; of an edge that escapes, up to where light that comes this way
     /// is taken to start (see [`super::lead_in`]).
     pub optical_length: f64,
-    /// Whether connections look for such ways: see [`crate::path`].
+    /// Whether connections look for such edges: see [`crate::path`].
     pub connectable: bool,
     /// How much denser collisions are on it, in each channel, than where it may leave the scene without one; 1 unless they were
     /// forced.
     pub forcing: Spectrum,
-    /// The way that it left aside at its first specular event, if both were to be taken.
+    /// The branch that it left aside at its first specular event, if both were to be taken.
     pub split: Option<Box<Split>>,
     /// Whether it is [`End::Dead`] because it was lost, not absorbed.
     pub lost: bool,
