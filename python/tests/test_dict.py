@@ -153,7 +153,7 @@ def test_mistakes_have_places():
     found = refused({**small(), "ball": {"type": "sphere", "radius": float("nan")}})
     assert found.where == 'scene["ball"]["radius"]'
     found = refused({**small(), "ball": {"type": "sphere", "radius": INDEX}})
-    assert found.where == 'scene["ball"]["radius"]' and "no place" in found.message
+    assert found.where == 'scene["ball"]["radius"]' and "does not belong" in found.message
     found = refused(solid(type="mesh", vertex_positions=CORNERS, faces=FACES + 1))
     assert found.where == 'scene["ball"]["faces"]' and "from 0 to 7" in found.message
     found = refused(solid(type="mesh", vertex_positions=CORNERS[:, :2], faces=FACES))
