@@ -3,6 +3,7 @@
 import json
 from typing import Any
 
+import plugin_pictures
 import program
 
 PAGES = {
@@ -66,6 +67,8 @@ Schema = dict[str, Any]
 def pages() -> dict[str, str]:
     """The pages, by their address in the site."""
     definitions = json.loads(program.output("schema"))["$defs"]
+    if orphans := plugin_pictures.orphans({name.replace(".", "-") for name in definitions}):
+        raise ValueError(f"pictures of plugins and scripts/site/plugin_pictures.py differ: {', '.join(orphans)}")
     return {f"reference/plugins/{name}.md": page(*PAGES[name], definitions) for name in PAGES}
 
 
@@ -74,8 +77,8 @@ def page(title: str, kinds: list[str], definitions: Schema) -> str:
     lines = [
         f"# {title}",
         "",
-        "Made of the schema of scenes (`morgana schema`): every plugin, its parameters, and the kinds of plugins that it holds.",
-        "Links lead to the manual, which says what they mean.",
+        "Look up what a plugin does, the parameters that it takes, and the kinds of plugins that it holds.",
+        "The program writes this page (`morgana schema`). The links lead to the manual, which gives the details.",
     ]
     for kind in kinds:
         named = {name: schema for name, schema in definitions.items() if name.startswith(f"{kind}.")}
@@ -92,6 +95,8 @@ def section(name: str, schema: Schema, mark: str) -> list[str]:
     prose = PROSE.get(name, PROSE[kind])
     lines = [f"{mark} {plugin}", "", f"{described(name, schema)} [Manual]({prose})"]
     required = schema["required"]
+    if shown_by := plugin_pictures.caption(f"{kind}-{plugin}"):
+        lines += ["", f"![{shown_by}](../../images/plugins/{kind}-{plugin}.png)", "", f"*{shown_by}.*"]
     own = {key: value for key, value in schema["properties"].items() if key not in ("type", "id")}
     if own:
         lines += ["", "| name | type | default | |", "|---|---|---|---|"]

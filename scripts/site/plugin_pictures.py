@@ -1,0 +1,578 @@
+"""The pictures of the plugin reference: what each shows, and the scene that it is rendered from.
+
+python3 scripts/site/plugin_pictures.py [KIND-NAME ...]    all pictures, or some; needs NumPy and Pillow
+
+The program is the one that the variable MORGANA names, or the development build; MORGANA_THREADS limits its threads. All pictures take
+some ten minutes of processor time, and are written to docs/images/plugins/ with 192 colours each.
+"""
+
+import json
+import math
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import program
+
+Plugin = dict[str, Any]
+
+FOLDER = program.ROOT / "docs/images/plugins"
+WIDTH, HEIGHT = 256, 192
+COLOURS = 192
+
+UP = [0, 1, 0]
+CREAM = {"type": "rgb", "value": [0.75, 0.6, 0.42]}
+RED = {"type": "rgb", "value": [0.62, 0.1, 0.06]}
+BLUE = {"type": "rgb", "value": [0.06, 0.15, 0.45]}
+GREEN = {"type": "rgb", "value": [0.1, 0.35, 0.12]}
+
+
+def diffuse(reflectance: Any) -> Plugin:
+    """A Lambertian surface."""
+    return {"type": "diffuse", "reflectance": reflectance}
+
+
+def lookat(origin: list[float], target: list[float], up: list[float] | None = None) -> list[Plugin]:
+    """A transform from local +z to a direction of view."""
+    return [{"lookat": {"origin": origin, "target": target, "up": up or UP}}]
+
+
+def fields(count: int, dark: float = 0.22, light: float = 0.42) -> Plugin:
+    """A checkerboard of grey fields."""
+    return {"type": "checkerboard", "color0": dark, "color1": light, "to_uv": [{"scale": [count, count, 1]}]}
+
+
+def floor(bsdf: Plugin | None = None) -> Plugin:
+    """The floor, at y = 0."""
+    turned = [{"scale": [20, 20, 1]}, {"rotate": {"axis": [1, 0, 0], "angle": -90}}]
+    return {"type": "rectangle", "to_world": turned, "bsdf": bsdf or diffuse(fields(20))}
+
+
+def ball(bsdf: Plugin, radius: float = 0.9, x: float = 0.0, z: float = 0.0, **more: Any) -> Plugin:
+    """A ball that lies on the floor."""
+    return {"type": "sphere", "center": [x, radius, z], "radius": radius, "bsdf": bsdf, **more}
+
+
+def window(origin: list[float], radiance: float, size: float = 1.2, target: list[float] | None = None) -> Plugin:
+    """A square light."""
+    placed = [{"scale": [size, size, 1]}, *lookat(origin, target or [0, 0.8, 0])]
+    light = {"type": "area", "radiance": radiance}
+    return {"type": "rectangle", "to_world": placed, "bsdf": diffuse(0), "emitter": light}
+
+
+def camera(origin: list[float], target: list[float], fov: float, **more: Any) -> Plugin:
+    """A pinhole camera, or what `more` makes of it."""
+    return {"type": "perspective", "fov": fov, "to_world": lookat(origin, target), **more}
+
+
+VIEW = camera([0, 1.9, 5.2], [0, 0.8, 0], 31)
+SKY = {"type": "constant", "radiance": 0.46}
+STUDIO = {"key": window([-3, 4.2, 3], 11), "rim": window([3.4, 3, -2.2], 5), "sky": SKY, "floor": floor()}
+
+
+def scene(objects: dict[str, Plugin], spp: int, sensor: Plugin = VIEW, integrator: Plugin | None = None) -> Plugin:
+    """A scene of a picture's size."""
+    film = {"type": "hdrfilm", "width": WIDTH, "height": HEIGHT}
+    sampler = {"type": "ldsampler", "sample_count": spp}
+    seen = {**sensor, "film": film, "sampler": sampler}
+    return {"type": "scene", "integrator": integrator or {"type": "path"}, "sensor": seen, **objects}
+
+
+def in_studio(**objects: Plugin) -> Plugin:
+    """Objects on the floor of the studio."""
+    return scene({**STUDIO, **objects}, 96)
+
+
+def with_caustics(**objects: Plugin) -> Plugin:
+    """Objects in the studio that focus light."""
+    return scene({**STUDIO, **objects}, 128, integrator={"type": "bdpt"})
+
+
+# Bsdfs.
+
+
+def surface(bsdf: Plugin) -> Plugin:
+    """A ball with a bsdf."""
+    return in_studio(ball=ball(bsdf))
+
+
+def pane() -> Plugin:
+    """A pane before a ball; it mirrors a globe of light that is out of view."""
+    placed = [{"scale": [0.85, 0.8, 1]}, {"rotate": {"axis": UP, "angle": -24}}, {"translate": [0.3, 0.8, 0.75]}]
+    tint = {"type": "rgb", "value": [0.7, 0.85, 0.78]}
+    glass = {"type": "rectangle", "to_world": placed, "bsdf": {"type": "thindielectric", "specular_transmittance": tint}}
+    globe = {"type": "sphere", "center": [-1.9, 0.5, 2.9], "radius": 0.3, "bsdf": diffuse(0), "emitter": {"type": "area", "radiance": 7}}
+    return in_studio(ball=ball(diffuse(RED), 0.7, -0.35, -0.5), pane=glass, globe=globe)
+
+
+def open_tube() -> Plugin:
+    """A tube that is seen from outside and from inside."""
+    sides = {"type": "twosided", "front": diffuse(BLUE), "back": diffuse(CREAM)}
+    tube = {"type": "cylinder", "p0": [-0.9, 0.8, 0.9], "p1": [0.6, 0.8, -0.9], "radius": 0.8, "bsdf": sides}
+    return in_studio(tube=tube)
+
+
+def invisible_hull() -> Plugin:
+    """A ball of fog."""
+    fog = {"type": "homogeneous", "sigma_t": 2.5, "albedo": CREAM}
+    return in_studio(ball=ball({"type": "null"}, interior=fog))
+
+
+BSDFS = {
+    "bsdf-blendbsdf": (
+        "A ball of red plastic and rough gold in alternate fields",
+        lambda: surface(
+            {
+                "type": "blendbsdf",
+                "weight": {"type": "checkerboard", "color0": 0, "color1": 1, "to_uv": [{"scale": [6, 2, 1]}]},
+                "first": {"type": "plastic", "diffuse_reflectance": RED},
+                "second": {"type": "roughconductor", "material": "Au", "alpha": 0.15},
+            }
+        ),
+    ),
+    "bsdf-conductor": ("A ball of gold", lambda: with_caustics(ball=ball({"type": "conductor", "material": "Au"}))),
+    "bsdf-dielectric": ("A ball of glass", lambda: with_caustics(ball=ball({"type": "dielectric", "int_ior": "bk7"}))),
+    "bsdf-diffuse": ("A matt red ball", lambda: surface(diffuse(RED))),
+    "bsdf-mask": (
+        "A ball with holes: opacity is 0 or 1 in alternate fields",
+        lambda: surface(
+            {
+                "type": "mask",
+                "opacity": {"type": "checkerboard", "color0": 0, "color1": 1, "to_uv": [{"scale": [8, 4, 1]}]},
+                "bsdf": {"type": "twosided", "bsdf": diffuse(CREAM)},
+            }
+        ),
+    ),
+    "bsdf-null": ("A ball of fog: the boundary itself is invisible", invisible_hull),
+    "bsdf-plastic": ("A blue plastic ball: the coat reflects the windows", lambda: surface({"type": "plastic", "diffuse_reflectance": BLUE})),
+    "bsdf-principled": (
+        "A ball with metallic = 0.6 and roughness = 0.35",
+        lambda: surface({"type": "principled", "base_color": CREAM, "metallic": 0.6, "roughness": 0.35}),
+    ),
+    "bsdf-roughconductor": (
+        "A ball of rough copper, alpha = 0.2",
+        lambda: surface({"type": "roughconductor", "material": "Cu", "alpha": 0.2, "distribution": "ggx"}),
+    ),
+    "bsdf-roughdielectric": (
+        "A ball of frosted glass, alpha = 0.15",
+        lambda: with_caustics(ball=ball({"type": "roughdielectric", "int_ior": "bk7", "alpha": 0.15, "distribution": "ggx"})),
+    ),
+    "bsdf-roughplastic": (
+        "A blue ball with a rough coat, alpha = 0.15",
+        lambda: surface({"type": "roughplastic", "diffuse_reflectance": BLUE, "alpha": 0.15}),
+    ),
+    "bsdf-thindielectric": ("A tinted pane in front of a ball: it reflects a globe of light and bends no rays", pane),
+    "bsdf-twosided": ("A tube: blue outside, cream inside", open_tube),
+}
+
+
+# Phase functions.
+
+
+def bowl(rows: int = 40, columns: int = 96) -> Plugin:
+    """The lower half of a sphere, seen from inside."""
+    positions, faces = [], []
+    for i in range(rows + 1):
+        for j in range(columns):
+            polar, around = 0.5 * math.pi * (1 + i / rows), 2 * math.pi * j / columns
+            across = math.sin(polar)
+            positions.append([across * math.cos(around), math.cos(polar), across * math.sin(around)])
+            if i < rows:
+                a, b = i * columns + j, i * columns + (j + 1) % columns
+                faces += [[a, b, a + columns], [b, b + columns, a + columns]]
+    grey = {"type": "twosided", "bsdf": diffuse(0.2)}
+    return {"type": "mesh", "vertex_positions": positions, "faces": faces, "bsdf": grey}
+
+
+def scattered(phase: Plugin) -> Plugin:
+    """A beam from the left through a small ball of fog, above the middle of a bowl that catches what the ball scatters."""
+    fog = {"type": "homogeneous", "sigma_t": 1.5, "albedo": 1, "phase": phase}
+    puff = {"type": "sphere", "center": [0, 0.1, 0], "radius": 0.09, "bsdf": {"type": "null"}, "interior": fog}
+    beam = {"type": "collimated", "radius": 0.08, "power": 400, "to_world": lookat([-0.98, 0.1, 0], [0, 0.1, 0])}
+    above = {"type": "orthographic", "to_world": [{"scale": [1.42, 1.42, 1]}, *lookat([0, 3, 0], [0, 0, 0], [0, 0, -1])]}
+    return scene({"bowl": bowl(), "puff": puff, "beam": beam}, 112, above, {"type": "particle"})
+
+
+CAUGHT = "A beam from the left hits a small ball of fog; the bowl around it shows the directions of the scattered light"
+PHASES = {
+    "phase-blendphase": (
+        f"{CAUGHT}: four fifths Rayleigh scattering, one fifth hg with g = 0.8",
+        lambda: scattered({"type": "blendphase", "weight": 0.2, "first": {"type": "rayleigh"}, "second": {"type": "hg", "g": 0.8}}),
+    ),
+    "phase-hg": (f"{CAUGHT}: g = 0.5, mostly forwards", lambda: scattered({"type": "hg", "g": 0.5})),
+    "phase-isotropic": (f"{CAUGHT}: all directions are equal", lambda: scattered({"type": "isotropic"})),
+    "phase-rayleigh": (f"{CAUGHT}: more forwards and backwards than to the sides", lambda: scattered({"type": "rayleigh"})),
+    "phase-tabphase": (
+        f"{CAUGHT}: a table with several maxima",
+        lambda: scattered({"type": "tabphase", "values": "2, 0.2, 1, 0.2, 1, 0.2, 1, 0.2, 2"}),
+    ),
+    "phase-vmf": (f"{CAUGHT}: kappa = 3, mostly forwards", lambda: scattered({"type": "vmf", "kappa": 3})),
+}
+
+
+# Emitters.
+
+
+def lit(lights: dict[str, Plugin], haze: float = 0.0) -> Plugin:
+    """Two solids before a wall, in a light, and in haze if wanted."""
+    wall = {"type": "rectangle", "to_world": [{"scale": [20, 20, 1]}, {"translate": [0, 0, -2.2]}], "bsdf": diffuse(0.6)}
+    block = {
+        "type": "cube",
+        "to_world": [{"scale": [0.42, 0.42, 0.42]}, {"rotate": {"axis": UP, "angle": 28}}, {"translate": [-0.85, 0.42, -0.3]}],
+        "bsdf": diffuse(CREAM),
+    }
+    solids = {"wall": wall, "floor": floor(diffuse(0.6)), "block": block, "ball": ball(diffuse(0.7), 0.5, 0.75, 0.1)}
+    if haze:
+        hull = {"type": "cube", "to_world": [{"scale": 18}, {"translate": [0, 17.99, 0]}], "bsdf": {"type": "null"}}
+        solids["haze"] = {**hull, "interior": {"type": "homogeneous", "sigma_t": haze, "albedo": 0.9}}
+    return scene({**solids, **lights}, 96, integrator={"type": "bdpt" if haze else "path"})
+
+
+def dusk(folder: Path) -> str:
+    """An image of a sky at sunset, with a low sun; its path."""
+    import numpy as np
+    from PIL import Image
+
+    rows, columns = np.mgrid[0:128, 0:256]
+    height = (0.5 - (rows + 0.5) / 128) * math.pi
+    azimuth = (columns + 0.5) / 256 * 2 * math.pi
+    glow = np.exp(-np.abs(height) / 0.25)[..., None]
+    colours = glow * [1.0, 0.55, 0.25] + (1 - glow) * [0.12, 0.2, 0.42]
+    sun = np.exp(-((height - 0.35) ** 2 + (azimuth - 2.2) ** 2) / 0.01)[..., None]
+    image = np.clip(colours + sun, 0, 1)
+    Image.fromarray((255 * image ** (1 / 2.2)).astype(np.uint8)).save(folder / "dusk.png")
+    return str(folder / "dusk.png")
+
+
+def slide(folder: Path) -> str:
+    """An image with coloured fields and a circle; its path."""
+    from PIL import Image, ImageDraw
+
+    image = Image.new("RGB", (256, 192), (245, 235, 210))
+    draw = ImageDraw.Draw(image)
+    for i, colour in enumerate([(200, 40, 30), (240, 170, 30), (60, 140, 60), (40, 80, 180)]):
+        draw.rectangle([16 + 56 * i, 128, 60 + 56 * i, 176], fill=colour)
+    draw.ellipse([88, 24, 168, 104], fill=(40, 50, 70))
+    draw.polygon([(128, 34), (162, 88), (94, 88)], fill=(245, 235, 210))
+    image.save(folder / "slide.png")
+    return str(folder / "slide.png")
+
+
+def luminaire(folder: Path) -> str:
+    """A photometric file of a downlight with a bright ring; its path."""
+    angles = list(range(0, 95, 5))
+    candela = [900 * math.exp(-(((a - 32) / 7) ** 2)) + 260 * math.exp(-((a / 13) ** 2)) for a in angles]
+    lines = ["IESNA:LM-63-1995", "TILT=NONE", f"1 1000 1 {len(angles)} 1 1 2 0 0 0", "1 1 20"]
+    lines += [" ".join(f"{a}" for a in angles), "0", " ".join(f"{c:.1f}" for c in candela)]
+    (folder / "ring.ies").write_text("\n".join(lines) + "\n")
+    return str(folder / "ring.ies")
+
+
+def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
+    """Pictures of emitters; their files go to a folder."""
+    fill = {"type": "constant", "radiance": 0.04}
+    down = lookat([0, 2.6, 0.4], [0, 0, -0.2], [0, 0, 1])
+    return {
+        "emitter-area": ("A square light above two solids: soft shadows", lambda: lit({"light": window([-1.4, 3, 1.6], 16, 0.7, [0, 0.3, 0])})),
+        "emitter-collimated": (
+            "A beam in haze that hits a ball",
+            lambda: lit(
+                {
+                    "beam": {
+                        "type": "collimated",
+                        "radius": 0.1,
+                        "irradiance": 90,
+                        "to_world": lookat([-2.2, 1.7, 1.7], [0.75, 0.55, 0.1]),
+                    },
+                    "fill": {"type": "constant", "radiance": 0.1},
+                },
+                0.15,
+            ),
+        ),
+        "emitter-constant": ("Light from all directions: shadows only near the floor", lambda: lit({"sky": {"type": "constant", "radiance": 0.9}})),
+        "emitter-directional": (
+            "Sunlight: sharp, parallel shadows",
+            lambda: lit({"sun": {"type": "directional", "direction": [0.6, -0.75, -0.55], "irradiance": 3}, "fill": fill}),
+        ),
+        "emitter-envmap": (
+            "A mirror ball under an image of a sunset",
+            lambda: scene(
+                {"sky": {"type": "envmap", "filename": dusk(folder), "scale": 1.6}, "floor": floor(), "ball": ball({"type": "conductor"})}, 128
+            ),
+        ),
+        "emitter-ies": (
+            "A luminaire whose file describes a bright ring",
+            lambda: lit({"light": {"type": "ies", "filename": luminaire(folder), "scale": 0.02, "to_world": down}, "fill": fill}),
+        ),
+        "emitter-point": (
+            "A point light between two solids: sharp shadows",
+            lambda: lit({"light": {"type": "point", "position": [-0.2, 1.5, 0.9], "intensity": 4}, "fill": fill}),
+        ),
+        "emitter-projector": (
+            "An image projected on a wall",
+            lambda: scene(
+                {
+                    "wall": {"type": "rectangle", "to_world": [{"scale": [20, 20, 1]}, {"translate": [0, 0, -2.2]}], "bsdf": diffuse(0.6)},
+                    "floor": floor(diffuse(0.6)),
+                    "light": {
+                        "type": "projector",
+                        "irradiance": {"type": "bitmap", "filename": slide(folder), "filter_type": "nearest"},
+                        "scale": 36,
+                        "fov": 23,
+                        "to_world": lookat([0, 0.95, 3], [0, 0.95, -2.2]),
+                    },
+                    "fill": fill,
+                },
+                128,
+            ),
+        ),
+        "emitter-spot": (
+            "Two cones of light in haze",
+            lambda: lit(
+                {
+                    "left": {"type": "spot", "intensity": 40, "cutoff_angle": 16, "to_world": lookat([-1.6, 2.6, 0.4], [-0.8, 0, -0.2])},
+                    "right": {
+                        "type": "spot",
+                        "intensity": {"type": "rgb", "value": [40, 26, 13]},
+                        "cutoff_angle": 16,
+                        "to_world": lookat([1.6, 2.6, 0.4], [0.6, 0, -0.2]),
+                    },
+                },
+                0.12,
+            ),
+        ),
+    }
+
+
+# Shapes and textures.
+
+
+def torus(bands: int = 48, sides: int = 24) -> tuple[list[list[float]], list[list[int]]]:
+    """Positions and triangles of a torus around the y axis, on the floor."""
+    positions, faces = [], []
+    for i in range(bands):
+        for j in range(sides):
+            around, across = 2 * math.pi * i / bands, 2 * math.pi * j / sides
+            r = 0.8 + 0.32 * math.cos(across)
+            positions.append([r * math.cos(around), 0.32 + 0.32 * math.sin(across), r * math.sin(around)])
+            a, b = i * sides + j, (i + 1) % bands * sides + j
+            c, d = i * sides + (j + 1) % sides, (i + 1) % bands * sides + (j + 1) % sides
+            faces += [[a, c, b], [b, c, d]]
+    return positions, faces
+
+
+def ring(bsdf: Plugin, **more: Any) -> Plugin:
+    """A torus that leans towards the camera."""
+    positions, faces = torus()
+    leaning = [{"scale": 0.88}, {"rotate": {"axis": [1, 0, 0], "angle": 35}}, {"translate": [0, 0.6, 0]}]
+    arrays = {"vertex_positions": positions, "faces": faces}
+    return {"type": "mesh", **arrays, "to_world": leaning, "bsdf": {"type": "twosided", "bsdf": bsdf}, **more}
+
+
+def copies() -> Plugin:
+    """Seven copies of a group of two solids."""
+    cap = {"type": "sphere", "radius": 0.3, "center": [0, 0.75, 0], "bsdf": {"type": "plastic", "diffuse_reflectance": RED}}
+    stem = {"type": "cylinder", "p0": [0, 0.75, 0], "p1": [0, 0, 0], "radius": 0.12, "bsdf": {"type": "twosided", "bsdf": diffuse(CREAM)}}
+    objects: dict[str, Plugin] = {"pin": {"type": "shapegroup", "id": "pin", "cap": cap, "stem": stem}}
+    for i in range(7):
+        turn = 2 * math.pi * i / 6
+        away = 1.05 if i < 6 else 0.0
+        placed = [{"scale": 0.75 if i < 6 else 1.4}, {"translate": [away * math.sin(turn), 0, away * math.cos(turn)]}]
+        objects[f"copy_{i}"] = {"type": "instance", "group": {"type": "ref", "id": "pin"}, "to_world": placed}
+    return in_studio(**objects)
+
+
+def solid(shape: Plugin) -> Plugin:
+    """A shape with a coat."""
+    return in_studio(solid={"bsdf": {"type": "plastic", "diffuse_reflectance": BLUE}, **shape})
+
+
+def turned(angle: float, *parts: Plugin) -> list[Plugin]:
+    """A transform that turns about the vertical before it does anything else."""
+    return [{"rotate": {"axis": UP, "angle": angle}}, *parts]
+
+
+def upright(shape: str, size: float) -> Plugin:
+    """A flat shape that stands on the floor, turned a little."""
+    placed = [{"scale": [size, size, 1]}, *turned(-30, {"translate": [0, size, 0]})]
+    return solid({"type": shape, "to_world": placed})
+
+
+def shaded_ring() -> Plugin:
+    """A torus whose vertices have colours by their azimuth."""
+    positions, _ = torus()
+    turns = [math.atan2(z, x) for x, _, z in positions]
+    colours = [[0.35 + 0.25 * math.cos(t - 2 * math.pi * k / 3) for k in range(3)] for t in turns]
+    texture = {"type": "mesh_attribute", "name": "vertex_color"}
+    return in_studio(ring=ring(diffuse(texture), vertex_color=colours))
+
+
+SHAPES = {
+    "shape-cube": (
+        "A cube",
+        lambda: solid({"type": "cube", "to_world": [{"scale": 0.6}, *turned(32, {"translate": [0, 0.6, 0]})]}),
+    ),
+    "shape-cylinder": (
+        "A cylinder with caps",
+        lambda: solid({"type": "cylinder", "p0": [-0.75, 0.55, 0.45], "p1": [0.75, 0.55, -0.35], "radius": 0.55, "capped": True}),
+    ),
+    "shape-disk": ("A disk", lambda: upright("disk", 0.85)),
+    "shape-instance": ("Seven instances of one group: a ball on a cylinder", copies),
+    "shape-mesh": ("A torus of 2304 triangles", lambda: in_studio(ring=ring(diffuse(GREEN)))),
+    "shape-rectangle": ("A rectangle", lambda: upright("rectangle", 0.75)),
+    "shape-sphere": ("A sphere", lambda: solid({"type": "sphere", "radius": 0.85, "center": [0, 0.85, 0]})),
+}
+
+
+def textures(folder: Path) -> dict[str, tuple[str, Any]]:
+    """Pictures of textures; their files go to a folder."""
+
+    def board(texture: Plugin) -> Plugin:
+        placed = [{"scale": [1.05, 0.79, 1]}, *turned(-20, {"translate": [0, 0.8, 0]})]
+        return in_studio(board={"type": "rectangle", "to_world": placed, "bsdf": diffuse(texture)})
+
+    return {
+        "texture-bitmap": (
+            "An image on a rectangle",
+            lambda: board({"type": "bitmap", "filename": slide(folder), "to_uv": [{"scale": [1, -1, 1]}]}),
+        ),
+        "texture-checkerboard": (
+            "A checkerboard on a rectangle, scaled by 4 with to_uv",
+            lambda: board({"type": "checkerboard", "color0": BLUE, "color1": CREAM, "to_uv": [{"scale": [4, 4, 1]}]}),
+        ),
+        "texture-mesh_attribute": ("A torus with colours stored at its vertices", shaded_ring),
+    }
+
+
+# Indices.
+
+
+def index_ball(volume: Plugin, radius: float = 0.9) -> Plugin:
+    """A ball of clear matter before a board of fields."""
+    board = {
+        "type": "rectangle",
+        "to_world": [{"scale": [4, 4, 1]}, {"translate": [0, 0, -2]}],
+        "bsdf": diffuse(0),
+        "emitter": {"type": "area", "radiance": {**fields(12, 0.12, 0.75)}},
+    }
+    lens = {"type": "sphere", "radius": radius, "bsdf": {"type": "null"}, "interior": {"type": "transparent", "ior": volume}}
+    return scene({"board": board, "lens": lens}, 64, camera([0, 0, 6], [0, 0, 0], 22), {"type": "path", "max_depth": 1})
+
+
+BEFORE = "A checkerboard seen through a ball of this index"
+VOLUMES = {
+    "volume-acoustic": (
+        f"{BEFORE}: rings of a standing wave",
+        lambda: index_ball({"type": "acoustic", "n0": 1, "wave": {"type": "mode", "amplitude": 0.012, "wave_number": 14}}),
+    ),
+    "volume-fisheye": (f"{BEFORE}: n0 = 1.5", lambda: index_ball({"type": "fisheye", "n0": 1.5, "radius": 1.273})),
+    "volume-gaussian": (
+        f"{BEFORE}: delta = 0.15, width = 0.3",
+        lambda: index_ball({"type": "gaussian", "n0": 1, "delta": 0.15, "width": 0.3}),
+    ),
+    "volume-linear": (f"{BEFORE}: slope 0.15 to the right", lambda: index_ball({"type": "linear", "n0": 1.0, "slope": [0.15, 0, 0]})),
+    "volume-luneburg": (f"{BEFORE}", lambda: index_ball({"type": "luneburg", "radius": 0.9})),
+    "volume-selfoc": (
+        f"{BEFORE}: alpha = 0.35, axis to the right",
+        lambda: index_ball({"type": "selfoc", "n0": 1, "alpha": 0.35, "direction": [1, 0, 0]}),
+    ),
+    "volume-sum": (
+        f"{BEFORE}: two Gaussians, delta = 0.12 on the left and −0.12 on the right",
+        lambda: index_ball(
+            {
+                "type": "sum",
+                "left": {"type": "gaussian", "n0": 1, "delta": 0.12, "width": 0.2, "center": [-0.35, 0, 0]},
+                "right": {"type": "gaussian", "n0": 1, "delta": -0.12, "width": 0.2, "center": [0.35, 0, 0]},
+            }
+        ),
+    ),
+}
+
+
+# Integrators and sensors.
+
+
+def caustic(integrator: Plugin, spp: int) -> Plugin:
+    """A glass ball under a small light."""
+    lights = {"bulb": window([-1.8, 3.4, 0.8], 150, 0.16), "panel": window([0, 5, 4], 1.6, 2)}
+    objects = {**lights, "floor": floor(), "ball": ball({"type": "dielectric"}, 0.8, 0.1)}
+    return scene(objects, spp, VIEW, integrator)
+
+
+UNDER = "A glass ball under a small light"
+INTEGRATORS = {
+    "integrator-bdpt": (f"{UNDER}, 48 samples per pixel", lambda: caustic({"type": "bdpt"}, 48)),
+    "integrator-particle": (f"{UNDER}, 96 particles per pixel: reflections in the ball are missing", lambda: caustic({"type": "particle"}, 96)),
+    "integrator-path": (f"{UNDER}, 96 samples per pixel: the caustic is noisy", lambda: caustic({"type": "path"}, 96)),
+    "integrator-photon": (f"{UNDER}, 64 photon maps", lambda: caustic({"type": "photon"}, 64)),
+    "integrator-sppm": (f"{UNDER}, 64 photon maps", lambda: caustic({"type": "sppm"}, 64)),
+}
+
+
+def row_of(sensor: Plugin) -> Plugin:
+    """Five balls in a row, seen by a sensor."""
+    colours = [RED, CREAM, GREEN, BLUE, RED]
+    balls = {f"ball_{i}": ball(diffuse(c), 0.45, 0.8 * (i - 2), 1.2 - 1.2 * i) for i, c in enumerate(colours)}
+    sun = {"type": "directional", "direction": [0.6, -0.9, -0.5], "irradiance": 2}
+    return scene({"sun": sun, "sky": SKY, "floor": floor(), **balls}, 128, sensor)
+
+
+ORIGIN, TARGET = [-0.4, 2.4, 6.4], [0.1, 0.35, -1.0]
+SENSORS = {
+    "sensor-orthographic": (
+        "Five balls in a row: all appear equally large",
+        lambda: row_of({"type": "orthographic", "to_world": [{"scale": [2.4, 2.4, 1]}, *lookat(ORIGIN, TARGET)]}),
+    ),
+    "sensor-perspective": ("Five balls in a row", lambda: row_of(camera(ORIGIN, TARGET, 34))),
+    "sensor-thinlens": (
+        "Five balls in a row: the third is in focus",
+        lambda: row_of(camera(ORIGIN, TARGET, 34, type="thinlens", aperture_radius=0.25, focus_distance=7.6)),
+    ),
+}
+
+
+def pictures(folder: Path) -> dict[str, tuple[str, Any]]:
+    """All pictures: what each shows, and what makes its scene. Files that scenes need go to a folder."""
+    made = [BSDFS, PHASES, emitters(folder), SHAPES, textures(folder), VOLUMES, INTEGRATORS, SENSORS]
+    return {name: entry for group in made for name, entry in group.items()}
+
+
+def caption(name: str) -> str | None:
+    """What the picture of a plugin, as KIND-NAME, shows; `None` if there is none."""
+    entry = pictures(Path()).get(name)
+    return entry[0] if entry else None
+
+
+def orphans(plugins: set[str]) -> list[str]:
+    """Pictures without a plugin or a scene, and scenes without a picture."""
+    stored = {path.stem for path in FOLDER.glob("*")}
+    made = set(pictures(Path()))
+    return sorted((stored - made) | (made - stored) | (stored - plugins))
+
+
+def render(name: str, make: Any, folder: Path) -> int:
+    """Renders a picture; its size in bytes."""
+    from PIL import Image
+
+    source, raw = folder / f"{name}.json", folder / f"{name}.png"
+    source.write_text(json.dumps(make()))
+    program.output("render", str(source), "--quiet", "--threads", os.environ.get("MORGANA_THREADS", "2"), "-o", str(raw))
+    image = Image.open(raw).convert("RGB").quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    image.save(FOLDER / f"{name}.png", optimize=True)
+    return (FOLDER / f"{name}.png").stat().st_size
+
+
+def main() -> None:
+    """Renders the pictures that the arguments name, or all."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as kept:
+        folder = Path(kept)
+        known = pictures(folder)
+        for name in sys.argv[1:] or known:
+            print(f"{name}: {render(name, known[name][1], folder)} bytes", flush=True)
+
+
+if __name__ == "__main__":
+    main()
