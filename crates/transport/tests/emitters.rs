@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use morgana_transport::emitter::{BeamProfile, Collimated, Environment, Spot};
 use morgana_transport::sensor::{Perspective, Sensor, ThinLens};
 use morgana_transport::{Orientation, Spectrum};
+use std::f64::consts::{PI, TAU};
 use testkit::{DirectionTable, Family, Mass};
 
 #[test]
@@ -15,7 +16,7 @@ fn environment_images_are_sampled_by_their_density() {
     let turn = DMat3::from_axis_angle(DVec3::new(0.3, 0.8, -0.5).normalize(), 1.1);
     let (turn, _) = Orientation::nearest(turn).unwrap();
     let image = Environment::image(width, height, pixels, turn).unwrap();
-    // Bins along the image's own axis, so that pixel edges fall on bin edges in azimuth.
+    // Bins along the image's own axis.
     let axis = turn.to_world(DVec3::Y).to_array();
     let table = DirectionTable::uniform(axis, 18, 24).with_mass_tolerance(2e-3);
     let mut family = Family::new(1e-3);
@@ -34,6 +35,34 @@ fn environment_images_are_sampled_by_their_density() {
         .unwrap();
     family.push("environment", report.p_value);
     family.check().unwrap();
+}
+
+/// What Mitsuba 3.9.1 says of a map of 4 × 3 pixels, 1 to 12, at directions given by u and v, and of one of 2 × 2, which
+/// it pads by repeating the last row.
+#[test]
+fn environment_images_are_interpolated_as_in_mitsuba() {
+    let map = |width: usize, height: usize| {
+        let pixels = (1..=width * height).map(|i| Spectrum::splat(i as f64));
+        Environment::image(width, height, pixels.collect(), Orientation::IDENTITY).unwrap()
+    };
+    let toward = |u: f64, v: f64| {
+        let ((sin_phi, cos_phi), (sin, cos)) = ((u * TAU).sin_cos(), (v * PI).sin_cos());
+        DVec3::new(sin_phi * sin, cos, -cos_phi * sin)
+    };
+    let fine = [
+        ([0.125, 0.5], 5.0),
+        ([0.25, 0.5], 5.5),
+        ([0.05, 0.25], 3.9),
+        ([0.97, 0.7], 8.459999),
+        ([0.6, 0.9], 10.100001),
+    ];
+    let padded = [([0.4, 0.2], 2.1), ([0.9, 0.4], 3.3), ([0.1, 0.8], 3.3)];
+    for (image, table) in [(map(4, 3), &fine[..]), (map(2, 2), &padded[..])] {
+        for &([u, v], expected) in table {
+            let ours = image.radiance(toward(u, v))[0];
+            assert!((ours - expected).abs() < 1e-5, "({u}, {v}): {ours}");
+        }
+    }
 }
 
 /// The solid angle of a pixel vanishes at the poles of an image; densities keep their digits there.

@@ -1,13 +1,13 @@
 //! χ² tests of every sampling routine, and inverses.
 //!
-//! False alarms: 2e-4 for each of the four families here, so below 1e-3 for the file. Seeds are fixed.
+//! False alarms: 2e-4 for each of the five families here, so below 1e-3 for the file. Seeds are fixed.
 
 use glam::{DVec2, DVec3};
 use morgana_transport::sampling::disc::*;
 use morgana_transport::sampling::sphere::*;
 use morgana_transport::sampling::triangle::*;
 use morgana_transport::sampling::{
-    Discrete, DistributionError, Frame, Grid2, PiecewiseConstant, PiecewiseLinear,
+    BilinearCell, Discrete, DistributionError, Frame, Grid2, PiecewiseConstant, PiecewiseLinear,
 };
 use std::f64::consts::PI;
 use testkit::{DirectionTable, Family, Mass, Rng, Table, uniform_edges};
@@ -53,6 +53,38 @@ fn plane_distributions() {
         |[a, sum]| sum * uniform_triangle_pdf([a * sum, (1.0 - a) * sum]),
     );
     family.push("triangle", report.unwrap().p_value);
+    family.check().unwrap();
+}
+
+#[test]
+fn bilinear_cells() {
+    let mut family = Family::new(FALSE_ALARM);
+    let corners = [
+        [[1.0, 2.0], [0.5, 4.0]],
+        [[0.0, 0.0], [0.0, 3.0]],
+        [[0.0, 1.0], [0.0, 0.0]],
+        [[0.0; 2]; 2],
+    ];
+    for corners in corners {
+        let cell = BilinearCell::new(corners);
+        let report = square(0.0, 1.0, 8).test(
+            1,
+            SAMPLES,
+            Mass::Exactly(1.0),
+            |r| {
+                let u = r.uniform();
+                let p = cell.sample(u);
+                let back = cell.inverse(p);
+                assert!(
+                    (0..2).all(|k| (back[k] - u[k]).abs() < 1e-9),
+                    "{u:?} {back:?}"
+                );
+                Some(p)
+            },
+            |p| cell.pdf(p),
+        );
+        family.push(format!("{corners:?}"), report.unwrap().p_value);
+    }
     family.check().unwrap();
 }
 

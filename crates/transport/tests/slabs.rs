@@ -37,12 +37,16 @@ fn slab(width: f64, z: [f64; 2]) -> Cube {
     Cube::new(to_world).unwrap()
 }
 
+/// Rows of pixels of a sky, the middle two of which are 1.6 mrad apart: between them it fades.
+const ROWS: usize = 2000;
+
 /// Radiance 1 from directions with z > 0, or with z < 0.
 fn half_sky(above: bool) -> Emitter {
-    let pixels = [above, !above].map(|lit| Spectrum::splat(if lit { 1.0 } else { 0.0 }));
+    let lit = |row: usize| (row < ROWS / 2) == above;
+    let pixels = (0..ROWS).map(|row| Spectrum::splat(if lit(row) { 1.0 } else { 0.0 }));
     let y_is_up = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
     let (y_is_up, _) = Orientation::nearest(y_is_up).unwrap();
-    Emitter::Environment(Environment::image(1, 2, pixels.to_vec(), y_is_up).unwrap())
+    Emitter::Environment(Environment::image(1, ROWS, pixels.collect(), y_is_up).unwrap())
 }
 
 fn at_normal_incidence(parts: Parts, samples: u64, seed: u64) -> (f64, f64) {

@@ -28,7 +28,6 @@ differences! {
     CLIPPING: "clipping", "near_clip and far_clip cut nothing; Mitsuba's camera would not see all (0.01 and 10000 by default)";
     CONSTANT_EXTINCTION: "constant extinction", "a heterogeneous medium with the same sigma_t everywhere fills its shape; in Mitsuba it ends at the cube [0, 1]³";
     DEPTH: "depth", "passing null, mask or thindielectric is no bounce for max_depth; Mitsuba counts some of them";
-    ENVMAP: "envmap", "constant within pixels; Mitsuba interpolates";
     EXTERIOR: "exterior", "without an exterior the medium around a shape lies outside it; in Mitsuba nothing does";
     EXT_IOR: "ext_ior", "without an ext_ior the index outside is that of the medium there, 1 if that is empty; Mitsuba takes air, 1.000277";
     FORMAT: "format", "files are written as the command line says, in 32 bits; file_format and component_format are ignored";
@@ -36,7 +35,6 @@ differences! {
     MESH_SIDES: "mesh sides", "closed meshes that are wound inside out are flipped; Mitsuba leaves them";
     PATH_MEDIA: "path in media", "path and ptracer see media; in Mitsuba they do not, and volpath does";
     PLASTIC: "plastic", "the base is up to 2 % brighter under a rough coat, 0.1 % under a smooth one: Mitsuba's mean reflectance from below is a coarse sum or a fit";
-    PROJECTOR: "projector", "constant within pixels; Mitsuba interpolates unless filter_type is nearest";
     ROTATED_GRID: "rotated grid", "a grid that is turned ends at its own cube; Mitsuba's fills the box around it that is parallel to the axes";
     SAMPLE_COUNT: "sample_count", "64 samples per pixel unless the scene says otherwise; Mitsuba takes 4";
     SENSOR_MEDIUM: "sensor medium", "the sensor is in the medium around it; in Mitsuba it is in none unless it names one";

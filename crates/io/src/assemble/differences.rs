@@ -84,12 +84,6 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
         (PluginKind::Bsdf, plugin) => of_bsdf(object, plugin),
         (PluginKind::Film, _) => of_film(object),
         (PluginKind::Medium, "heterogeneous") => of_medium(object),
-        (PluginKind::Emitter, "envmap") => vec![ENVMAP],
-        (PluginKind::Emitter, "projector") => {
-            let image = child(object, "irradiance");
-            let interpolated = image.is_some_and(|image| !is(image, "filter_type", "nearest"));
-            interpolated.then_some(PROJECTOR).into_iter().collect()
-        }
         (PluginKind::Shape, "obj" | "ply" | "serialized" | "mesh") => {
             let interpolated = !is_true(object, "face_normals");
             interpolated.then_some(MESH_NORMALS).into_iter().collect()

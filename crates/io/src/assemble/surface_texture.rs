@@ -9,6 +9,7 @@ use glam::{DAffine2, DMat4};
 use std::path::Path;
 use std::sync::Arc;
 use transport::Spectrum;
+use transport::emitter::Slide;
 use transport::shape::Mesh;
 use transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, VertexColours, Wrap};
 
@@ -114,8 +115,7 @@ fn bitmap(object: &ObjectDescription, role: Role, context: &mut Context) -> Opti
     let mut q = Query::new(object, context.diagnostics);
     let path = q.path("filename", context.files);
     let raw = q.boolean_or("raw", false);
-    let filter = q.one_of("filter_type", &["bilinear", "nearest"]);
-    let wrap = q.one_of("wrap_mode", &["repeat", "mirror", "clamp"]);
+    let (filter, wrap) = (filter(&mut q), wrap(&mut q));
     let to_uv = to_uv(&mut q);
     let image = RgbImage::read_within(&path, context.files.limits())
         .map_err(|e| q.file_error("filename", &e));
@@ -123,22 +123,17 @@ fn bitmap(object: &ObjectDescription, role: Role, context: &mut Context) -> Opti
     let image = image.ok()?;
     let pixels = pixels(&image, raw && is_encoded(&path), role, context);
     let (channels, data) = context.accept(&object.location, pixels)?;
-    let filter = [BitmapFilter::Bilinear, BitmapFilter::Nearest][filter];
-    let wrap = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp][wrap];
     let size = [image.width, image.height];
     let bitmap = Bitmap::new(size, channels, data, filter, wrap, to_uv);
     context.accept(&object.location, bitmap)
 }
 
-/// Size and pixels of an image that a bitmap names, for light that is constant within each.
-pub(super) fn screen(
-    object: &ObjectDescription,
-    context: &mut Context,
-) -> Option<([usize; 2], Vec<Spectrum>)> {
+/// The image that a bitmap names, for a projector.
+pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Option<Slide> {
     let mut q = Query::new(object, context.diagnostics);
     let path = q.path("filename", context.files);
     let raw = q.boolean_or("raw", false);
-    q.one_of("filter_type", &["nearest"]);
+    let (filter, wrap) = (filter(&mut q), wrap(&mut q));
     let image = RgbImage::read_within(&path, context.files.limits())
         .map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
@@ -153,7 +148,22 @@ pub(super) fn screen(
         ))
     };
     let pixels = data.chunks_exact(channels).map(spectrum).collect();
-    Some(([image.width, image.height], pixels))
+    Some(Slide {
+        size: [image.width, image.height],
+        pixels,
+        filter,
+        wrap,
+    })
+}
+
+fn filter(q: &mut Query) -> BitmapFilter {
+    let filter = q.one_of("filter_type", &["bilinear", "nearest"]);
+    [BitmapFilter::Bilinear, BitmapFilter::Nearest][filter]
+}
+
+fn wrap(q: &mut Query) -> Wrap {
+    let wrap = q.one_of("wrap_mode", &["repeat", "mirror", "clamp"]);
+    [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp][wrap]
 }
 
 /// Whether the numbers in an image file are encoded as in sRGB; reading the image decodes them.

@@ -1,7 +1,7 @@
 //! Emitters.
 
 use super::row::{
-    TO_WORLD, float, one, plugin, point, role, spectrum, text, texture, vector, word,
+    TO_WORLD, boolean, float, one, plugin, point, role, spectrum, text, texture, vector, word,
 };
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Medium, Texture};
@@ -34,6 +34,7 @@ const BEAM: &[Parameter] = &[
 const ENVMAP: &[Parameter] = &[
     text("filename", "required", ".exr, or .png or .jpg in sRGB"),
     float("scale", "1", "factor, ≥ 0"),
+    boolean("mis_compensation", "false", "accepted and ignored"),
     TO_WORLD,
 ];
 

@@ -12,11 +12,7 @@ const BITMAP: &[Parameter] = &[
         "false",
         "whether the file's numbers are not decoded from sRGB",
     ),
-    word(
-        "filter_type",
-        &["bilinear", "nearest"],
-        "between pixels; nearest in a projector",
-    ),
+    word("filter_type", &["bilinear", "nearest"], "between pixels"),
     word(
         "wrap_mode",
         &["repeat", "mirror", "clamp"],

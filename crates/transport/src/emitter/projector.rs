@@ -1,12 +1,13 @@
 //! A point that throws an image, as a slide projector does.
 
+use super::slide::Slide;
+use crate::sampling::grid2::PickedCell;
 use crate::sampling::{DistributionError, Grid2};
 use crate::{Orientation, Spectrum};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// A projector (Mitsuba's `projector`). A white diffuse screen across its axis at unit distance shows the image,
-/// pixel by pixel.
+/// A projector (Mitsuba's `projector`). A white diffuse screen across its axis at unit distance shows the image.
 #[derive(Clone, Debug)]
 pub struct Projector {
     position: DVec3,
@@ -14,30 +15,36 @@ pub struct Projector {
     orientation: Orientation,
     /// Half extents of the image at unit distance.
     half: [f64; 2],
-    size: [usize; 2],
-    pixels: Vec<Spectrum>,
+    slide: Slide,
+    /// Cells between the centres of pixels, cut at the image's edges; pixels if the filter is `nearest`.
     distribution: Grid2,
 }
 
 impl Projector {
-    /// An image of `size` (width, height), row by row from the top, that is `fov_x` wide, in radians in
-    /// (0, π). Pixels are radiances of the screen, ≥ 0, not all 0, and as many as `size` says.
+    /// An image that is `fov_x` wide, in radians in (0, π).
     pub fn new(
         position: DVec3,
         orientation: Orientation,
         fov_x: f64,
-        size: [usize; 2],
-        pixels: Vec<Spectrum>,
+        slide: Slide,
     ) -> Result<Self, DistributionError> {
-        let weights: Vec<f64> = pixels.iter().map(|p| p.sum()).collect();
+        let expected = slide.size[0].saturating_mul(slide.size[1]);
+        if slide.pixels.len() != expected || expected == 0 {
+            let got = slide.pixels.len();
+            return Err(DistributionError::Length { expected, got });
+        }
+        let weights: Vec<f64> = slide
+            .cells()
+            .map(|cell| slide.values(cell).mean() * slide.area(cell))
+            .collect();
+        let [columns, rows] = slide.counts();
         let half = (0.5 * fov_x).tan();
         Ok(Projector {
             position,
             orientation,
-            half: [half, half * size[1] as f64 / size[0] as f64],
-            size,
-            distribution: Grid2::new(size[0], size[1], &weights)?,
-            pixels,
+            half: [half, half * slide.size[1] as f64 / slide.size[0] as f64],
+            distribution: Grid2::new(columns, rows, &weights)?,
+            slide,
         })
     }
 
@@ -65,17 +72,12 @@ impl Projector {
         let Some((uv, cos)) = self.locate(direction) else {
             return Spectrum::ZERO;
         };
-        let [x, y] = [0, 1].map(|k| {
-            let n = self.size[k];
-            ((uv[k] * n as f64) as usize).min(n - 1)
-        });
-        self.pixels[y * self.size[0] + x] * (PI / cos.powi(3))
+        self.slide.at(uv) * (PI / cos.powi(3))
     }
 
-    /// Total power: π times the pixels' mean times the area of the screen.
+    /// Total power: π times the image's mean times the area of the screen.
     pub fn power(&self) -> Spectrum {
-        let sum = self.pixels.iter().fold(Spectrum::ZERO, |sum, p| sum + *p);
-        sum * (PI * self.area() / self.pixels.len() as f64)
+        self.slide.mean() * (PI * self.area())
     }
 
     /// Area of the image at unit distance.
@@ -85,7 +87,9 @@ impl Projector {
 
     /// A direction in proportion to the image, summed over channels, on the screen.
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
-        let (uv, _) = self.distribution.sample(u);
+        let PickedCell { cell, within } = self.distribution.pick(u);
+        let within = self.slide.values(cell).sample(within);
+        let uv = self.slide.coordinates(cell, within);
         let [x, y] = [0, 1].map(|k| (1.0 - 2.0 * uv[k]) * self.half[k]);
         self.orientation.to_world(DVec3::new(x, y, 1.0).normalize())
     }
@@ -93,7 +97,9 @@ impl Projector {
     /// Density of [`Projector::sample`] per steradian: dΩ = cos³θ dA.
     pub(super) fn pdf(&self, direction: DVec3) -> f64 {
         self.locate(direction).map_or(0.0, |(uv, cos)| {
-            self.distribution.pdf(uv) / (self.area() * cos.powi(3))
+            let (cell, within) = self.slide.locate(uv);
+            let share = self.distribution.probability(cell) / self.slide.area(cell);
+            share * self.slide.values(cell).pdf(within) / (self.area() * cos.powi(3))
         })
     }
 }

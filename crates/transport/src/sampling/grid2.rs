@@ -44,17 +44,29 @@ impl Grid2 {
 
     /// Position in [0, 1)² and its density.
     pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
-        let (j, ty) = self.rows.locate(u[1]);
-        let Some(columns) = &self.columns[j] else {
-            unreachable!("rows without weight have probability zero and are never located");
-        };
-        let (i, tx) = columns.locate(u[0]);
+        let PickedCell {
+            cell: [i, j],
+            within: [tx, ty],
+        } = self.pick(u);
         let height = self.rows.len() as f64;
         let point = [
             (i as f64 + tx) / self.width as f64,
             (j as f64 + ty) / height,
         ];
-        (point, self.cell_density(i, j))
+        (point, self.cell_density([i, j]))
+    }
+
+    /// A cell in proportion to its value.
+    pub(crate) fn pick(&self, u: [f64; 2]) -> PickedCell {
+        let (j, ty) = self.rows.locate(u[1]);
+        let Some(columns) = &self.columns[j] else {
+            unreachable!("rows without weight have probability zero and are never located");
+        };
+        let (i, tx) = columns.locate(u[0]);
+        PickedCell {
+            cell: [i, j],
+            within: [tx, ty],
+        }
     }
 
     /// The `u` of a position in [0, 1]²; 0 along x in rows without weight.
@@ -70,7 +82,7 @@ impl Grid2 {
         if !p.iter().all(|c| (0.0..=1.0).contains(c)) {
             return 0.0;
         }
-        self.cell_density(split(p[0], self.width).0, split(p[1], self.rows.len()).0)
+        self.cell_density([split(p[0], self.width).0, split(p[1], self.rows.len()).0])
     }
 
     /// Mean of the values: their integral over the unit square.
@@ -78,10 +90,23 @@ impl Grid2 {
         self.rows.total() / (self.width * self.rows.len()) as f64
     }
 
-    fn cell_density(&self, i: usize, j: usize) -> f64 {
+    /// Probability of the cell in column `i` and row `j`.
+    pub(crate) fn probability(&self, [i, j]: [usize; 2]) -> f64 {
         let across = self.columns[j].as_ref().map_or(0.0, |c| c.probability(i));
-        across * self.rows.probability(j) * (self.width * self.rows.len()) as f64
+        across * self.rows.probability(j)
     }
+
+    fn cell_density(&self, cell: [usize; 2]) -> f64 {
+        self.probability(cell) * (self.width * self.rows.len()) as f64
+    }
+}
+
+/// A cell that was drawn, and what is left of the random numbers.
+pub(crate) struct PickedCell {
+    /// Column and row.
+    pub cell: [usize; 2],
+    /// Uniform in [0, 1)².
+    pub within: [f64; 2],
 }
 
 /// Cell of [0, 1] cut into `n`, and where in it.

@@ -4,6 +4,7 @@
 //! back to them, `x_pdf` is the density. Directions are unit vectors with z along the axis of the
 //! distribution; [`Frame`] turns them into the world.
 
+pub mod bilinear;
 mod cdf;
 pub mod disc;
 pub mod discrete;
@@ -16,6 +17,7 @@ pub mod sampler;
 pub mod sphere;
 pub mod triangle;
 
+pub use bilinear::BilinearCell;
 pub use discrete::Discrete;
 pub use frame::Frame;
 pub use grid2::Grid2;

@@ -26,6 +26,21 @@ pub enum Wrap {
     Clamp,
 }
 
+impl Wrap {
+    /// The pixel that stands for number `i` along an axis of `n`.
+    pub(crate) fn index(self, i: i64, n: i64) -> usize {
+        let i = match self {
+            Wrap::Repeat => i.rem_euclid(n),
+            Wrap::Mirror => {
+                let i = i.rem_euclid(2 * n);
+                i.min(2 * n - 1 - i)
+            }
+            Wrap::Clamp => i.clamp(0, n - 1),
+        };
+        i as usize
+    }
+}
+
 /// Coordinates beyond this have lost all digits of a position in the image.
 const FARTHEST: f64 = 1e15;
 
@@ -102,7 +117,7 @@ impl Bitmap {
     }
 
     fn pixel(&self, corner: DVec2) -> Spectrum {
-        let [x, y] = [0, 1].map(|k| self.wrapped(corner[k] as i64, self.size[k] as i64));
+        let [x, y] = [0, 1].map(|k| self.wrap.index(corner[k] as i64, self.size[k] as i64));
         let first = (y * self.size[0] + x) * self.channels;
         let values = &self.data[first..first + self.channels];
         match values {
@@ -111,19 +126,6 @@ impl Bitmap {
                 values.get(c).copied().map_or(0.0, f64::from)
             })),
         }
-    }
-
-    /// The pixel that stands for number `i` along an axis of `n`.
-    fn wrapped(&self, i: i64, n: i64) -> usize {
-        let i = match self.wrap {
-            Wrap::Repeat => i.rem_euclid(n),
-            Wrap::Mirror => {
-                let i = i.rem_euclid(2 * n);
-                i.min(2 * n - 1 - i)
-            }
-            Wrap::Clamp => i.clamp(0, n - 1),
-        };
-        i as usize
     }
 
     pub(super) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {

@@ -3,8 +3,9 @@
 use crate::support::*;
 use glam::DVec3;
 use morgana_transport::connection_end::{ConnectionEnd, OnSurface};
-use morgana_transport::emitter::{Emitter, Luminaire, LuminaireError, Projector};
+use morgana_transport::emitter::{Emitter, Luminaire, LuminaireError, Projector, Slide};
 use morgana_transport::shape::Site;
+use morgana_transport::texture::{BitmapFilter, Wrap};
 use morgana_transport::{Orientation, Spectrum};
 use testkit::{DirectionTable, Family, Mass, Rng, uniform_edges};
 
@@ -158,40 +159,48 @@ fn rays_that_are_never_drawn_have_density_zero() {
     assert_eq!(parallel(AROUND.radius * 1.001), 0.0);
 }
 
-/// What Mitsuba 3.9.1 says of the same projector, as intensities.
+/// What Mitsuba 3.9.1 says of the same projector, as intensities: nearest pixels, and bilinear between pixels of an
+/// image that repeats or is clamped.
 #[test]
 fn a_projector_throws_what_mitsubas_does() {
-    let pixels = (0..8)
+    let place = DVec3::new(1.0, 2.0, 3.0);
+    let pixels: Vec<Spectrum> = (0..8)
         .map(|i| Spectrum::splat(0.2 * f64::from(i + 1)))
         .collect();
-    let place = DVec3::new(1.0, 2.0, 3.0);
-    // Looking along +z with +y up, the image is the right way round for a look from behind the projector.
-    let projector = Projector::new(
-        place,
-        Orientation::IDENTITY,
-        60f64.to_radians(),
-        [4, 2],
-        pixels,
-    );
-    let projector = projector.unwrap();
     let table = [
-        ([1.0, 2.0], 4.398_229_6),
-        ([1.5, 2.2], 1.395_744_3),
-        ([0.5, 2.2], 2.093_616_4),
-        ([1.8, 1.7], 4.039_723_2),
-        ([0.3, 1.6], 6.300_271_7),
-        ([2.2, 2.0], 0.0),
-        ([1.0, 2.55], 2.102_773_4),
-        ([1.0, 2.6], 0.0),
-        ([2.15, 2.0], 4.822_069_0),
+        ([1.0, 2.0], [4.398_229_6, 2.827_433_3, 2.827_433_3]),
+        ([1.5, 2.2], [1.395_744_3, 1.569_049_3, 1.569_049_3]),
+        ([0.5, 2.2], [2.093_616_4, 2.777_799_5, 2.777_799_5]),
+        ([1.8, 1.7], [4.039_723_2, 4.068_727_3, 4.132_119_6]),
+        ([0.3, 1.6], [6.300_271_7, 5.466_394_5, 6.073_805_2]),
+        ([2.2, 2.0], [0.0; 3]),
+        ([1.0, 2.55], [2.102_773_4, 3.021_343_2, 1.752_311_4]),
+        ([1.0, 2.6], [0.0; 3]),
+        ([2.15, 2.0], [4.822_069_0, 4.316_307_6, 2.893_241_6]),
     ];
-    for ([x, y], expected) in table {
-        let direction = (DVec3::new(x, y, 5.0) - place).normalize();
-        let ours = projector.intensity(direction)[0];
-        assert!(
-            (ours - expected).abs() < 2e-6 * (1.0 + expected),
-            "({x}, {y}): {ours}"
-        );
+    let ways = [
+        (BitmapFilter::Nearest, Wrap::Repeat),
+        (BitmapFilter::Bilinear, Wrap::Repeat),
+        (BitmapFilter::Bilinear, Wrap::Clamp),
+    ];
+    for (k, (filter, wrap)) in ways.into_iter().enumerate() {
+        let slide = Slide {
+            size: [4, 2],
+            pixels: pixels.clone(),
+            filter,
+            wrap,
+        };
+        // Looking along +z with +y up, the image is the right way round for a look from behind the projector.
+        let fov = 60f64.to_radians();
+        let projector = Projector::new(place, Orientation::IDENTITY, fov, slide).unwrap();
+        for ([x, y], expected) in table {
+            let direction = (DVec3::new(x, y, 5.0) - place).normalize();
+            let ours = projector.intensity(direction)[0];
+            assert!(
+                (ours - expected[k]).abs() < 2e-6 * (1.0 + expected[k]),
+                "{filter:?} {wrap:?} ({x}, {y}): {ours}"
+            );
+        }
     }
 }
 

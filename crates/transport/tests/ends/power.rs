@@ -16,11 +16,12 @@ fn power(name: &str, shapes: &[Shape]) -> f64 {
         "parallelogram" => PI * shapes[0].area(),
         "ellipsoid" => PI * shapes[1].area(),
         // Pixels times their shares of the sphere, which are those of their solid angles.
-        "globe" => PI * shapes[2].area() * image() / (4.0 * PI),
+        "globe" => PI * shapes[2].area() * globe() / (4.0 * PI),
         "directional" => disc,
         "constant" => 4.0 * PI * disc,
-        "envmap" => image() * disc,
-        // π times the mean pixel times the area of the screen at unit distance.
+        "envmap" => sky() * disc,
+        // π times the mean pixel times the area of the screen at unit distance: an image that repeats has the mean of
+        // its pixels, however it is interpolated.
         "projector" => {
             let (width, height) = IMAGE;
             let mean = (0..width * height).map(pixel).sum::<f64>() / (width * height) as f64;
@@ -34,8 +35,31 @@ fn power(name: &str, shapes: &[Shape]) -> f64 {
     }
 }
 
-/// ∫ radiance over all directions: pixels times their solid angles.
-fn image() -> f64 {
+/// ∫ radiance over all directions of an environment map, which is linear in colatitude between rows of pixels of which
+/// the first and the last lie at the poles: Simpson's rule in each of many pieces. Errors are below 1e-9.
+fn sky() -> f64 {
+    let (width, height) = IMAGE;
+    let rows: Vec<f64> = (0..height)
+        .map(|row| (0..width).map(|x| pixel(row * width + x)).sum())
+        .collect();
+    let radiance = |theta: f64| {
+        let y = theta / PI * (height - 1) as f64;
+        let row = (y as usize).min(height - 2);
+        let t = y - row as f64;
+        ((1.0 - t) * rows[row] + t * rows[row + 1]) * theta.sin()
+    };
+    let pieces = 200 * (height - 1);
+    let step = PI / pieces as f64;
+    let simpson = |k: usize| {
+        let at = |t: f64| radiance((k as f64 + t) * step);
+        // The ends lie just within the piece: the radiance has a kink at rows of pixels.
+        (at(1e-12) + 4.0 * at(0.5) + at(1.0 - 1e-12)) / 6.0
+    };
+    TAU / width as f64 * step * (0..pieces).map(simpson).sum::<f64>()
+}
+
+/// ∫ over all directions of pixels that are constant over their solid angles.
+fn globe() -> f64 {
     let (width, height) = IMAGE;
     let solid_angle = |row: usize| {
         let cos = |edge: usize| (PI * edge as f64 / height as f64).cos();

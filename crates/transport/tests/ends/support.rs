@@ -3,7 +3,7 @@
 use glam::{DAffine2, DAffine3, DMat3, DVec3};
 use morgana_transport::connection_end::ConnectionEnd;
 use morgana_transport::emitter::{
-    BeamProfile, Collimated, Emission, Emitter, Environment, Luminaire, Projector, Spot,
+    BeamProfile, Collimated, Emission, Emitter, Environment, Luminaire, Projector, Slide, Spot,
     Surroundings, TexturedArea,
 };
 use morgana_transport::sampling::Frame;
@@ -92,8 +92,13 @@ pub const FOV: f64 = 1.2;
 
 pub fn projector(color: Spectrum) -> Emitter {
     let pixels = (0..IMAGE.0 * IMAGE.1).map(|i| color * pixel(i)).collect();
-    let pose = (DVec3::X, turned(0.4));
-    let thrown = Projector::new(pose.0, pose.1, FOV, [IMAGE.0, IMAGE.1], pixels);
+    let slide = Slide {
+        size: IMAGE.into(),
+        pixels,
+        filter: BitmapFilter::Bilinear,
+        wrap: Wrap::Repeat,
+    };
+    let thrown = Projector::new(DVec3::X, turned(0.4), FOV, slide);
     Emitter::Projector(Arc::new(thrown.unwrap()))
 }
 

@@ -10,12 +10,15 @@ use crate::image::RgbImage;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, SpectrumValue};
 use std::sync::Arc;
-use transport::emitter::{Emitter, Environment, Luminaire, Projector};
+use transport::emitter::{Emitter, Environment, Luminaire, Projector, Slide};
+use transport::texture::{BitmapFilter, Wrap};
 
 pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     let mut q = Query::new(object, context.diagnostics);
     let path = q.path("filename", context.files);
     let scale = q.float_in("scale", 0.0.., 1.0);
+    // How directions are drawn is no part of the scene.
+    q.boolean_or("mis_compensation", false);
     let pose = pose(&mut q, "an environment");
     let image = RgbImage::read_within(&path, context.files.limits())
         .map_err(|e| q.file_error("filename", &e));
@@ -41,21 +44,26 @@ pub(super) fn projector(object: &ObjectDescription, context: &mut Context) -> Op
     let scale = q.float_in("scale", 0.0.., 1.0);
     let image = q.texture_or_spectrum("irradiance", SpectrumValue::Uniform(1.0));
     q.finish(&[]);
-    let (size, pixels) = match image {
-        Input::Spectrum(value) => {
-            let light = light(&value, "irradiance", object, context);
-            ([1, 1], vec![light])
-        }
+    let mut slide = match image {
+        Input::Spectrum(value) => Slide {
+            size: [1, 1],
+            pixels: vec![light(&value, "irradiance", object, context)],
+            filter: BitmapFilter::Nearest,
+            wrap: Wrap::Clamp,
+        },
         Input::Object(image) if image.plugin == "bitmap" => screen(image, context)?,
         Input::Object(image) => {
             unknown_plugin(image, &["bitmap"], context.diagnostics);
             return None;
         }
     };
-    let pixels = pixels.into_iter().map(|p| p * scale).collect();
+    for pixel in &mut slide.pixels {
+        *pixel *= scale;
+    }
+    let size = slide.size;
     let fov = fov.horizontal(size[0] as f64 / size[1] as f64);
     let (position, orientation) = pose?;
-    let projector = Projector::new(position, orientation, fov, size, pixels);
+    let projector = Projector::new(position, orientation, fov, slide);
     let projector = context.accept(&object.location, projector)?;
     Some(Emitter::Projector(Arc::new(projector)))
 }

@@ -1,0 +1,183 @@
+//! An equirectangular image of radiance, as Mitsuba's `envmap` interpolates it.
+//!
+//! Between two columns and two rows of pixels lies a cell. In it radiance is linear in longitude and in colatitude θ.
+//! Directions are drawn by cells, and within a cell with a density that is linear in longitude and in cos θ.
+
+use super::ImageError;
+use crate::sampling::grid2::PickedCell;
+use crate::sampling::{BilinearCell, Grid2};
+use crate::{Orientation, Spectrum};
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+
+/// Images have at least as many rows: the poles and the equator.
+const LEAST_HEIGHT: usize = 3;
+
+/// Radiance that is bilinear between the pixels of an image around the scene.
+#[derive(Clone, Debug)]
+pub struct EnvironmentMap {
+    width: usize,
+    height: usize,
+    pixels: Vec<Spectrum>,
+    orientation: Orientation,
+    /// Cells, by their integrals summed over the channels.
+    distribution: Grid2,
+}
+
+/// A cell and a point in it.
+struct Place {
+    /// Column and row of the cell: the pixels at its left and upper corners.
+    cell: [usize; 2],
+    /// Longitude and colatitude from there, in cells.
+    within: [f64; 2],
+    /// sin² of half the colatitude.
+    half_sin2: f64,
+}
+
+impl EnvironmentMap {
+    pub(super) fn new(
+        width: usize,
+        height: usize,
+        mut pixels: Vec<Spectrum>,
+        orientation: Orientation,
+    ) -> Result<Self, ImageError> {
+        if pixels.len() != width * height || pixels.is_empty() {
+            return Err(ImageError::Size {
+                width,
+                height,
+                found: pixels.len(),
+            });
+        }
+        let bad = |p: &Spectrum| !(p.is_finite() && p.0.iter().all(|&v| v >= 0.0));
+        if let Some(i) = pixels.iter().position(bad) {
+            return Err(ImageError::Pixel {
+                x: i % width,
+                y: i / width,
+            });
+        }
+        for _ in height..LEAST_HEIGHT {
+            pixels.extend_from_within(pixels.len() - width..);
+        }
+        let height = height.max(LEAST_HEIGHT);
+        let sums: Vec<f64> = pixels.iter().map(|p| p.sum()).collect();
+        let mut weights = Vec::with_capacity(width * (height - 1));
+        for row in 0..height - 1 {
+            let [above, below] = row_integrals(row, height);
+            let pair = |i: usize| sums[i] + sums[i - i % width + (i + 1) % width];
+            let cells = (row * width..(row + 1) * width)
+                .map(|i| 0.5 * (above * pair(i) + below * pair(i + width)));
+            weights.extend(cells);
+        }
+        Ok(EnvironmentMap {
+            distribution: Grid2::new(width, height - 1, &weights)?,
+            width,
+            height,
+            pixels,
+            orientation,
+        })
+    }
+
+    /// Sines and the arc tangent keep their digits near the poles, where the cosine loses them.
+    fn locate(&self, toward: DVec3) -> Place {
+        let d = self.orientation.to_local(toward);
+        let sin = d.x.hypot(d.z);
+        let half_sin2 = if d.y > 0.0 {
+            0.5 * sin * sin / (1.0 + d.y)
+        } else {
+            0.5 * (1.0 - d.y)
+        };
+        let (width, rows) = (self.width as f64, (self.height - 1) as f64);
+        let x = d.x.atan2(-d.z) / TAU * width - 0.5;
+        let y = sin.atan2(d.y) / PI * rows;
+        let row = (y as usize).min(self.height - 2);
+        Place {
+            cell: [
+                (x.floor() as i64).rem_euclid(self.width as i64) as usize,
+                row,
+            ],
+            within: [x - x.floor(), y - row as f64],
+            half_sin2,
+        }
+    }
+
+    /// The pixels at the corners of a cell: above and below, left and right.
+    fn corners(&self, [column, row]: [usize; 2]) -> [[Spectrum; 2]; 2] {
+        let next = (column + 1) % self.width;
+        [row, row + 1]
+            .map(|row| [column, next].map(|column| self.pixels[row * self.width + column]))
+    }
+
+    /// The density within a cell, over longitude and cos θ.
+    fn within(&self, cell: [usize; 2]) -> BilinearCell {
+        BilinearCell::new(self.corners(cell).map(|row| row.map(|p| p.sum())))
+    }
+
+    pub(super) fn radiance(&self, toward: DVec3) -> Spectrum {
+        let place = self.locate(toward);
+        let [x, y] = place.within;
+        let [above, below] = self
+            .corners(place.cell)
+            .map(|[left, right]| left * (1.0 - x) + right * x);
+        above * (1.0 - y) + below * y
+    }
+
+    /// ∫ radiance over all directions, in closed form.
+    pub(super) fn integral(&self) -> Spectrum {
+        let sums: Vec<Spectrum> = self
+            .pixels
+            .chunks_exact(self.width)
+            .map(|row| row.iter().fold(Spectrum::ZERO, |sum, p| sum + *p))
+            .collect();
+        let cells = sums.windows(2).enumerate().map(|(row, sums)| {
+            let [above, below] = row_integrals(row, self.height);
+            sums[0] * above + sums[1] * below
+        });
+        cells.fold(Spectrum::ZERO, |total, cell| total + cell) * (TAU / self.width as f64)
+    }
+
+    pub(super) fn sample(&self, u: [f64; 2]) -> (DVec3, f64) {
+        let PickedCell { cell, within } = self.distribution.pick(u);
+        let [x, z] = self.within(cell).sample(within);
+        let [(sin2, cos2), (sin2_below, cos2_below)] =
+            [cell[1], cell[1] + 1].map(|row| self.half_angle(row));
+        let half_sin2 = (1.0 - z) * sin2 + z * sin2_below;
+        let half_cos2 = (1.0 - z) * cos2 + z * cos2_below;
+        let sin = 2.0 * (half_sin2 * half_cos2).sqrt();
+        let longitude = (cell[0] as f64 + 0.5 + x) / self.width as f64 * TAU;
+        let local = DVec3::new(
+            longitude.sin() * sin,
+            half_cos2 - half_sin2,
+            -longitude.cos() * sin,
+        );
+        let pdf = self.density(cell, [x, z]);
+        (self.orientation.to_world(local), pdf)
+    }
+
+    pub(super) fn pdf(&self, toward: DVec3) -> f64 {
+        let place = self.locate(toward);
+        let [above, below] = [place.cell[1], place.cell[1] + 1].map(|row| self.half_angle(row).0);
+        let z = ((place.half_sin2 - above) / (below - above)).clamp(0.0, 1.0);
+        self.density(place.cell, [place.within[0], z])
+    }
+
+    /// Density per steradian at a point of a cell, in longitude and cos θ.
+    fn density(&self, cell: [usize; 2], within: [f64; 2]) -> f64 {
+        let [above, below] = [cell[1], cell[1] + 1].map(|row| self.half_angle(row).0);
+        let solid_angle = 2.0 * (below - above) * TAU / self.width as f64;
+        self.distribution.probability(cell) * self.within(cell).pdf(within) / solid_angle
+    }
+
+    /// sin² and cos² of half the colatitude of a row of pixels.
+    fn half_angle(&self, row: usize) -> (f64, f64) {
+        let (sin, cos) = (0.5 * PI * row as f64 / (self.height - 1) as f64).sin_cos();
+        (sin * sin, cos * cos)
+    }
+}
+
+/// ∫ (1 − t) sin θ dθ and ∫ t sin θ dθ from a row of pixels to the next, t being the distance in rows.
+fn row_integrals(row: usize, height: usize) -> [f64; 2] {
+    let step = PI / (height - 1) as f64;
+    let [(sin, cos), (sin_below, cos_below)] = [row, row + 1].map(|k| (step * k as f64).sin_cos());
+    let slope = (sin_below - sin) / step;
+    [cos - slope, slope - cos_below]
+}

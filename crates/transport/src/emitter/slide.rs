@@ -1,0 +1,136 @@
+//! The image that a projector throws, in cells in which it is bilinear.
+
+use crate::Spectrum;
+use crate::sampling::BilinearCell;
+use crate::texture::{BitmapFilter, Wrap};
+
+/// An image for a projector.
+#[derive(Clone, Debug)]
+pub struct Slide {
+    /// Width and height in pixels.
+    pub size: [usize; 2],
+    /// Radiances of the screen, ≥ 0 and not all 0, row by row from the top; as many as `size` says.
+    pub pixels: Vec<Spectrum>,
+    /// What is between the centres of pixels.
+    pub filter: BitmapFilter,
+    /// Which pixels those at the edges are interpolated with.
+    pub wrap: Wrap,
+}
+
+/// A cell along an axis: between the centres of two pixels, or a pixel if the filter is `nearest`.
+struct Interval {
+    /// Where it begins and ends in [0, 1].
+    edges: [f64; 2],
+    /// The pixels on its two sides.
+    pixels: [usize; 2],
+    /// Where it begins and ends between the centres of these pixels.
+    fractions: [f64; 2],
+}
+
+impl Slide {
+    /// Columns and rows of cells.
+    pub(super) fn counts(&self) -> [usize; 2] {
+        match self.filter {
+            BitmapFilter::Nearest => self.size,
+            BitmapFilter::Bilinear => self.size.map(|n| n + 1),
+        }
+    }
+
+    /// All cells, row by row.
+    pub(super) fn cells(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
+        let [columns, rows] = self.counts();
+        (0..rows).flat_map(move |j| (0..columns).map(move |i| [i, j]))
+    }
+
+    fn interval(&self, axis: usize, k: usize) -> Interval {
+        let n = self.size[axis];
+        match self.filter {
+            BitmapFilter::Nearest => Interval {
+                edges: [k, k + 1].map(|k| k as f64 / n as f64),
+                pixels: [k; 2],
+                fractions: [0.0; 2],
+            },
+            BitmapFilter::Bilinear => {
+                let begins = if k == 0 { 0.5 } else { 0.0 };
+                let ends = if k == n { 0.5 } else { 1.0 };
+                let fractions = [begins, ends];
+                let k = k as i64;
+                Interval {
+                    edges: fractions.map(|t| (k as f64 - 0.5 + t) / n as f64),
+                    pixels: [k - 1, k].map(|k| self.wrap.index(k, n as i64)),
+                    fractions,
+                }
+            }
+        }
+    }
+
+    /// Radiances at the corners of a cell: above and below, left and right.
+    fn corners(&self, cell: [usize; 2]) -> [[Spectrum; 2]; 2] {
+        let [across, down] = [0, 1].map(|axis| self.interval(axis, cell[axis]));
+        let row = |y: usize| {
+            let [left, right] = across.pixels.map(|x| self.pixels[y * self.size[0] + x]);
+            across.fractions.map(|t| mix([left, right], t))
+        };
+        let [above, below] = down.pixels.map(row);
+        down.fractions
+            .map(|t| [0, 1].map(|k| mix([above[k], below[k]], t)))
+    }
+
+    /// Radiances in a cell, summed over the channels.
+    pub(super) fn values(&self, cell: [usize; 2]) -> BilinearCell {
+        BilinearCell::new(self.corners(cell).map(|row| row.map(|p| p.sum())))
+    }
+
+    /// Share of the image that a cell covers.
+    pub(super) fn area(&self, cell: [usize; 2]) -> f64 {
+        let [width, height] = [0, 1].map(|axis| {
+            let [begin, end] = self.interval(axis, cell[axis]).edges;
+            end - begin
+        });
+        width * height
+    }
+
+    /// Image coordinates in [0, 1]² of a point of a cell.
+    pub(super) fn coordinates(&self, cell: [usize; 2], within: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            let [begin, end] = self.interval(axis, cell[axis]).edges;
+            begin + within[axis] * (end - begin)
+        })
+    }
+
+    /// The cell at image coordinates in [0, 1]², and where in it.
+    pub(super) fn locate(&self, uv: [f64; 2]) -> ([usize; 2], [f64; 2]) {
+        let shift = match self.filter {
+            BitmapFilter::Nearest => 0.0,
+            BitmapFilter::Bilinear => 0.5,
+        };
+        let counts = self.counts();
+        let cell = [0, 1].map(|axis| {
+            let x = uv[axis] * self.size[axis] as f64 + shift;
+            (x as usize).min(counts[axis] - 1)
+        });
+        let within = [0, 1].map(|axis| {
+            let [begin, end] = self.interval(axis, cell[axis]).edges;
+            ((uv[axis] - begin) / (end - begin)).clamp(0.0, 1.0)
+        });
+        (cell, within)
+    }
+
+    /// Radiance at image coordinates in [0, 1]².
+    pub(super) fn at(&self, uv: [f64; 2]) -> Spectrum {
+        let (cell, [x, y]) = self.locate(uv);
+        mix(self.corners(cell).map(|row| mix(row, x)), y)
+    }
+
+    /// Mean radiance.
+    pub(super) fn mean(&self) -> Spectrum {
+        self.cells().fold(Spectrum::ZERO, |sum, cell| {
+            let middle = mix(self.corners(cell).map(|row| mix(row, 0.5)), 0.5);
+            sum + middle * self.area(cell)
+        })
+    }
+}
+
+fn mix([a, b]: [Spectrum; 2], t: f64) -> Spectrum {
+    a * (1.0 - t) + b * t
+}
