@@ -56,6 +56,10 @@ fn defaults_are_those_of_mitsuba() {
         (Bsdf, "principled", "roughness", "0.5"),
         (Bsdf, "principled", "metallic", "0"),
         (Bsdf, "principled", "specular", "0.5"),
+        (Bsdf, "principled", "clearcoat_gloss", "0"),
+        (Bsdf, "principledthin", "eta", "1.5"),
+        (Bsdf, "pplastic", "alpha", "0.1"),
+        (Bsdf, "retarder", "delta", "90"),
         (Bsdf, "mask", "opacity", "0.5"),
         (Emitter, "point", "intensity", "1"),
         (Emitter, "spot", "intensity", "1"),
@@ -156,12 +160,18 @@ fn mean_of(loaded: Loaded, samples: u64) -> [f64; 2] {
 
 /// Means over the image (first channel) of 16 renders of 1024 samples by Mitsuba 3.9.1, `scalar_rgb`, integrator
 /// `path`, with their standard errors; and by what share ours may differ, as docs/mitsuba.md says: Beckmann's masking
-/// by a fit there, the base below rough coats, the index of air around glass.
+/// by a fit there, the base below rough coats, the index of air around glass, steep facets of sheets.
 #[test]
 fn means_are_those_of_mitsuba() {
     let metal = r#""eta": {"type": "rgb", "value": [0.2, 0.92, 1.1]}, "k": {"type": "rgb", "value": [3.9, 2.45, 2.14]}"#;
     let conductor =
         |more: &str| format!(r#""type": "roughconductor", "alpha": 0.3, {metal}{more}"#);
+    let colour = r#""base_color": {"type": "rgb", "value": [0.8, 0.5, 0.2]}"#;
+    let principled = |more: &str| format!(r#""type": "principled", {colour}, {more}"#);
+    let thin = format!(
+        r#""type": "principledthin", {colour}, "spec_trans": 0.6, "diff_trans": 1.2, "roughness": 0.4, "sheen": 0.5,
+  "flatness": 0.5, "spec_tint": 0.5"#
+    );
     let table = [
         (r#""type": "roughdielectric", "alpha": 0.3"#.to_owned(), 0.296295, 1.5e-4, 1e-3),
         (r#""type": "roughdielectric", "alpha": 0.3, "distribution": "ggx""#.into(), 0.270390, 8e-5, 2e-4),
@@ -173,6 +183,13 @@ fn means_are_those_of_mitsuba() {
         (r#""type": "thindielectric""#.into(), 0.305628, 1.2e-4, 0.0),
         (r#""type": "dielectric""#.into(), 0.301845, 8e-5, 2e-4),
         (r#""type": "principled", "base_color": {"type": "rgb", "value": [0.8, 0.5, 0.2]}"#.into(), 0.339961, 6e-5, 0.0),
+        (principled(r#""spec_tint": 0.8, "roughness": 0.3, "specular": 0.9"#), 0.348472, 9e-5, 0.0),
+        (principled(r#""sheen": 1, "sheen_tint": 0.7, "flatness": 0.8, "roughness": 0.8"#), 0.333450, 7e-5, 0.0),
+        (principled(r#""clearcoat": 1, "clearcoat_gloss": 0.2, "metallic": 0.4, "eta": 1.7"#), 0.329269, 8e-5, 0.0),
+        (principled(r#""spec_trans": 0.8, "roughness": 0.4, "metallic": 0.2, "eta": 1.4"#), 0.261483, 6e-5, 0.0),
+        (thin, 0.266910, 9e-5, 1e-3),
+        (r#""type": "pplastic", "alpha": 0.3, "distribution": "ggx""#.into(), 0.260317, 5e-5, 0.0),
+        (r#""type": "polarizer""#.into(), 0.201552, 2e-5, 0.0),
     ];
     let mut zs = Vec::new();
     for (bsdf, theirs, error, share) in table {
@@ -356,6 +373,7 @@ fn examples() -> Vec<(&'static str, String, String)> {
     let outside = "[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]";
     let inside = "[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]";
     vec![
+        ("anisotropy", surface(r#"{"type": "roughconductor", "alpha_u": 0.1, "alpha_v": 0.3}"#), surface(r#"{"type": "roughconductor", "alpha_u": 0.2, "alpha_v": 0.2}"#)),
         ("beckmann", surface(r#"{"type": "roughconductor"}"#), surface(r#"{"type": "roughconductor", "distribution": "ggx"}"#)),
         ("border", film("").replace("box", "tent"), film(r#", "sample_border": true"#).replace("box", "tent")),
         ("checkerboard", surface(&format!(r#"{{"type": "mask", "opacity": {board}, {diffuse}}}"#)),
@@ -373,6 +391,8 @@ fn examples() -> Vec<(&'static str, String, String)> {
         ("mesh sides", tetrahedron(inside).replace("COLOURS", ""), tetrahedron(outside).replace("COLOURS", "")),
         ("path in media", in_fog("").replace("volpath", "path"), in_fog("")),
         ("plastic", surface(r#"{"type": "plastic"}"#), surface(r#"{"type": "roughplastic", "lossless": true}"#)),
+        ("polarization", surface(r#"{"type": "polarizer"}"#), surface(r#"{"type": "mask", "b": {"type": "diffuse"}}"#)),
+        ("principledthin", surface(r#"{"type": "principledthin"}"#), surface(r#"{"type": "principled"}"#)),
         ("rotated grid", grid(r#"[{"rotate": {"axis": [0, 0, 1], "angle": 30}}]"#), grid(r#"[{"scale": 2}]"#)),
         ("sample_count", camera(r#""sampler": {"type": "independent"}"#), camera(SAMPLER)),
         ("sensor medium", within(""), within(r#", "medium": {"type": "ref", "id": "fog"}"#)),

@@ -295,11 +295,11 @@ fn what_is_refused() {
         &["takes 1 or 2 nested bsdfs, not 3"],
     );
     refused(
-        &nested("principled", "<float name=\"clearcoat\" value=\"0.5\"/>"),
-        &[
-            "'clearcoat' is not supported",
-            "base_color, roughness, metallic and specular",
-        ],
+        &nested(
+            "principled",
+            "<float name=\"eta\" value=\"1.5\"/><float name=\"specular\" value=\"0.5\"/>",
+        ),
+        &["give 'eta' or 'specular', not both"],
     );
     refused(
         &nested("bumpmap", "<bsdf type=\"diffuse\"/>"),

@@ -21,6 +21,7 @@ macro_rules! differences {
 }
 
 differences! {
+    ANISOTROPY: "anisotropy", "facets are equally rough in all directions, by the geometric mean of alpha_u and alpha_v, and anisotropic is ignored; Mitsuba's are not";
     BECKMANN: "beckmann", "masking is Smith's in closed form; Mitsuba's fit is up to 0.35 % off";
     BORDER: "border", "light from beyond the image's edge counts in the pixels there, as with sample_border in Mitsuba";
     CHECKERBOARD: "checkerboard", "as a number it has color0 where it has it as a colour; Mitsuba swaps the two";
@@ -35,6 +36,8 @@ differences! {
     MESH_SIDES: "mesh sides", "closed meshes that are wound inside out are flipped; Mitsuba leaves them";
     PATH_MEDIA: "path in media", "path and ptracer see media; in Mitsuba they do not, and volpath does";
     PLASTIC: "plastic", "the base is up to 2 % brighter under a rough coat, 0.1 % under a smooth one: Mitsuba's mean reflectance from below is a coarse sum or a fit";
+    POLARIZATION: "polarization", "light is not polarized: filters let half of it, or all, pass; so do Mitsuba's variants that are not polarized";
+    PRINCIPLED_THIN: "principledthin", "facets of a sheet transmit to wherever a mirror image would be; Mitsuba leaves steep ones out, one way only";
     ROTATED_GRID: "rotated grid", "a grid that is turned ends at its own cube; Mitsuba's fills the box around it that is parallel to the axes";
     SAMPLE_COUNT: "sample_count", "64 samples per pixel unless the scene says otherwise; Mitsuba takes 4";
     SENSOR_MEDIUM: "sensor medium", "the sensor is in the medium around it; in Mitsuba it is in none unless it names one";

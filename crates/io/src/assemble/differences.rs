@@ -94,11 +94,31 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
 }
 
 /// Parameters of bsdfs that are numbers.
-const NUMBERS: [&str; 5] = ["opacity", "weight", "alpha", "roughness", "metallic"];
+const NUMBERS: [&str; 13] = [
+    "opacity",
+    "weight",
+    "alpha",
+    "roughness",
+    "metallic",
+    "spec_trans",
+    "spec_tint",
+    "sheen",
+    "sheen_tint",
+    "flatness",
+    "clearcoat",
+    "clearcoat_gloss",
+    "diff_trans",
+];
 
 fn of_bsdf(object: &ObjectDescription, plugin: &str) -> Vec<Difference> {
     let board = |name| child(object, name).is_some_and(|c| c.plugin == "checkerboard");
-    let rough = ["roughdielectric", "roughconductor", "roughplastic"].contains(&plugin);
+    let rough = [
+        "roughdielectric",
+        "roughconductor",
+        "roughplastic",
+        "pplastic",
+    ]
+    .contains(&plugin);
     let dielectric = ["dielectric", "roughdielectric"].contains(&plugin);
     let plastic = ["plastic", "roughplastic"].contains(&plugin);
     let met = [
@@ -106,8 +126,21 @@ fn of_bsdf(object: &ObjectDescription, plugin: &str) -> Vec<Difference> {
         (CHECKERBOARD, NUMBERS.into_iter().any(board)),
         (EXT_IOR, dielectric && value(object, "ext_ior").is_none()),
         (PLASTIC, plastic && !is_true(object, "lossless")),
+        (ANISOTROPY, is_anisotropic(object)),
+        (
+            POLARIZATION,
+            ["pplastic", "polarizer", "circular", "retarder"].contains(&plugin),
+        ),
+        (PRINCIPLED_THIN, plugin == "principledthin"),
     ];
     chosen(met)
+}
+
+/// Whether facets are rougher in one direction than in another.
+fn is_anisotropic(object: &ObjectDescription) -> bool {
+    let differ = number(object, "alpha_u") != number(object, "alpha_v");
+    let turned = number(object, "anisotropic").is_some_and(|v| v != 0.0);
+    differ || turned || child(object, "anisotropic").is_some()
 }
 
 fn of_film(object: &ObjectDescription) -> Vec<Difference> {

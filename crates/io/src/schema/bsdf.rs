@@ -47,6 +47,12 @@ const TRANSMITTANCE: &[Parameter] = &[spectrum(
 
 const ROUGHNESS: &[Parameter] = &[
     float("alpha", "0.1", "roughness, 1e-4 to 1"),
+    float(
+        "alpha_u",
+        "",
+        "in place of alpha, with alpha_v: their geometric mean counts",
+    ),
+    float("alpha_v", "", "see alpha_u"),
     word(
         "distribution",
         &["beckmann", "ggx"],
@@ -78,16 +84,63 @@ const METAL: &[Parameter] = &[
 const PRINCIPLED: &[Parameter] = &[
     spectrum("base_color", "0.5", "0 to 1"),
     spectrum("roughness", "0.5", "0 to 1"),
-    spectrum("metallic", "0", "share of metal, 0 to 1"),
-    float("specular", "0.5", "0 to 1"),
-    float("anisotropic", "0", "must be 0"),
-    float("spec_tint", "0", "must be 0"),
-    float("spec_trans", "0", "must be 0"),
-    float("sheen", "0", "must be 0"),
-    float("clearcoat", "0", "must be 0"),
-    float("flatness", "0", "must be 0"),
-    float("diff_trans", "0", "must be 0"),
+    float("anisotropic", "0", "0 to 1; accepted and ignored"),
+    spectrum("spec_trans", "0", "share that lets light through, 0 to 1"),
+    spectrum("spec_tint", "0", "colour of highlights, 0 to 1"),
+    spectrum("sheen", "0", "at grazing angles, 0 to 1"),
+    spectrum("sheen_tint", "0", "colour of the sheen, 0 to 1"),
+    spectrum(
+        "flatness",
+        "0",
+        "share that looks like scattering below the surface, 0 to 1",
+    ),
+    float(
+        "diffuse_reflectance_sampling_rate",
+        "1",
+        "accepted and ignored",
+    ),
 ];
+
+const PRINCIPLED_SOLID: &[Parameter] = &[
+    spectrum("metallic", "0", "share of metal, 0 to 1"),
+    spectrum("clearcoat", "0", "a coat over all, 0 to 1"),
+    spectrum("clearcoat_gloss", "0", "how smooth the coat is, 0 to 1"),
+    float("specular", "0.5", "0 to 1"),
+    float(
+        "eta",
+        "",
+        "index inside over that outside, in place of specular",
+    ),
+    float("main_specular_sampling_rate", "1", "accepted and ignored"),
+    float("clearcoat_sampling_rate", "1", "accepted and ignored"),
+];
+
+const PRINCIPLED_THIN: &[Parameter] = &[
+    spectrum(
+        "diff_trans",
+        "0",
+        "twice the share of diffuse light that passes, 0 to 2",
+    ),
+    float("eta", "1.5", "index of the sheet"),
+    float(
+        "specular_reflectance_sampling_rate",
+        "1",
+        "accepted and ignored",
+    ),
+    float(
+        "specular_transmittance_sampling_rate",
+        "1",
+        "accepted and ignored",
+    ),
+    float(
+        "diffuse_transmittance_sampling_rate",
+        "1",
+        "accepted and ignored",
+    ),
+];
+
+const FILTER: &[Parameter] = &[spectrum("transmittance", "1", "factor, 0 to 1")];
+const ANGLE: &[Parameter] = &[spectrum("theta", "0", "accepted and ignored")];
 
 const REFLECTED: Slot = texture("specular_reflectance");
 const TRANSMITTED: Slot = texture("specular_transmittance");
@@ -146,13 +199,85 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "principled",
-        "The opaque part of Disney's model.",
-        &[PRINCIPLED],
+        "Disney's model of a solid.",
+        &[PRINCIPLED, PRINCIPLED_SOLID],
         &[
             texture("base_color"),
             texture("roughness"),
+            texture("anisotropic"),
+            texture("spec_trans"),
+            texture("spec_tint"),
+            texture("sheen"),
+            texture("sheen_tint"),
+            texture("flatness"),
             texture("metallic"),
+            texture("clearcoat"),
+            texture("clearcoat_gloss"),
         ],
+    ),
+    plugin(
+        "principledthin",
+        "Disney's model of a sheet without thickness.",
+        &[PRINCIPLED, PRINCIPLED_THIN],
+        &[
+            texture("base_color"),
+            texture("roughness"),
+            texture("anisotropic"),
+            texture("spec_trans"),
+            texture("spec_tint"),
+            texture("sheen"),
+            texture("sheen_tint"),
+            texture("flatness"),
+            texture("diff_trans"),
+        ],
+    ),
+    plugin(
+        "pplastic",
+        "A diffuse base that light reaches through a smooth surface, under facets.",
+        &[
+            &[
+                index("int_ior", "1.49", "index inside"),
+                index("ext_ior", "\"air\"", "index outside"),
+                float(
+                    "eta",
+                    "",
+                    "index inside over that outside, in place of both",
+                ),
+                spectrum("diffuse_reflectance", "0.5", "of the base, 0 to 1"),
+            ],
+            REFLECTANCE,
+            ROUGHNESS,
+        ],
+        &[BASE, REFLECTED, ALPHA],
+    ),
+    plugin(
+        "polarizer",
+        "A filter that lets half of unpolarized light pass.",
+        &[
+            FILTER,
+            ANGLE,
+            &[boolean("polarizing", "true", "accepted and ignored")],
+        ],
+        &[texture("theta")],
+    ),
+    plugin(
+        "circular",
+        "A filter that lets half of unpolarized light pass.",
+        &[
+            FILTER,
+            &[boolean("left_handed", "false", "accepted and ignored")],
+        ],
+        &[],
+    ),
+    plugin(
+        "retarder",
+        "A filter that lets all unpolarized light pass.",
+        &[
+            FILTER,
+            ANGLE,
+            &[spectrum("delta", "90", "accepted and ignored")],
+        ],
+        &[texture("theta"), texture("delta")],
     ),
     plugin(
         "blendbsdf",

@@ -30,6 +30,12 @@ pub enum BsdfError {
         /// First offending channel.
         value: f64,
     },
+    /// A share of diffuse transmission, times 2, outside [0, 2].
+    #[error("diff_trans must lie in [0, 2], got {}", Shown(*value))]
+    DiffuseTransmission {
+        /// The value given.
+        value: f64,
+    },
     /// A relative index that is none.
     #[error("the relative index must be finite and greater than 0, got {}", Shown(*value))]
     Eta {

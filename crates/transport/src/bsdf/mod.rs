@@ -24,6 +24,7 @@ mod mask;
 pub mod microfacet;
 pub mod null;
 mod plastic;
+mod polarized_plastic;
 mod principled;
 mod rough_conductor;
 mod rough_dielectric;
@@ -40,7 +41,8 @@ pub use error::BsdfError;
 pub use mask::Mask;
 pub use microfacet::{Distribution, Microfacets, Roughness};
 pub use plastic::Plastic;
-pub use principled::Principled;
+pub use polarized_plastic::PolarizedPlastic;
+pub use principled::{Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters};
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
 pub use rough_plastic::RoughPlastic;
@@ -97,7 +99,11 @@ pub enum Bsdf {
     /// A diffuse base under a rough coat.
     RoughPlastic(RoughPlastic),
     /// A diffuse base and facets of a dielectric or a metal.
-    Principled(Principled),
+    Principled(Box<Principled>),
+    /// A sheet of such matter, without thickness.
+    PrincipledThin(Box<PrincipledThin>),
+    /// A diffuse base that light reaches through a smooth surface, under facets.
+    PolarizedPlastic(PolarizedPlastic),
     /// A mixture of two surfaces.
     Blend(BlendBsdf),
     /// A surface on either side.
@@ -121,6 +127,8 @@ impl Bsdf {
             Bsdf::Plastic(b) => b.sample(s, toward, u),
             Bsdf::RoughPlastic(b) => b.sample(s, toward, u),
             Bsdf::Principled(b) => b.sample(s, toward, u),
+            Bsdf::PrincipledThin(b) => b.sample(s, toward, u),
+            Bsdf::PolarizedPlastic(b) => b.sample(s, toward, u),
             Bsdf::Blend(b) => b.sample(s, toward, u),
             Bsdf::TwoSided(b) => b.sample(s, toward, u),
             Bsdf::Mask(b) => b.nested().sample(s, toward, u),
@@ -139,6 +147,8 @@ impl Bsdf {
             Bsdf::Plastic(b) => b.eval(s, toward, direction),
             Bsdf::RoughPlastic(b) => b.eval(s, toward, direction),
             Bsdf::Principled(b) => b.eval(s, toward, direction),
+            Bsdf::PrincipledThin(b) => b.eval(s, toward, direction),
+            Bsdf::PolarizedPlastic(b) => b.eval(s, toward, direction),
             Bsdf::Blend(b) => b.eval(s, toward, direction),
             Bsdf::TwoSided(b) => b.eval(s, toward, direction),
             Bsdf::Mask(b) => b.nested().eval(s, toward, direction),
@@ -156,6 +166,8 @@ impl Bsdf {
             Bsdf::Plastic(b) => b.pdf(s, toward, direction),
             Bsdf::RoughPlastic(b) => b.pdf(s, toward, direction),
             Bsdf::Principled(b) => b.pdf(s, toward, direction),
+            Bsdf::PrincipledThin(b) => b.pdf(s, toward, direction),
+            Bsdf::PolarizedPlastic(b) => b.pdf(s, toward, direction),
             Bsdf::Blend(b) => b.pdf(s, toward, direction),
             Bsdf::TwoSided(b) => b.pdf(s, toward, direction),
             Bsdf::Mask(b) => b.nested().pdf(s, toward, direction),
@@ -206,13 +218,24 @@ impl Bsdf {
         matches!(self, Bsdf::Null)
     }
 
+    /// Whether facets refract light between the media on the two sides.
+    pub(crate) fn is_rough_interface(&self) -> bool {
+        match self {
+            Bsdf::RoughDielectric(_) => true,
+            Bsdf::Principled(b) => b.transmits(),
+            _ => false,
+        }
+    }
+
     /// Whether no light passes from one side to the other.
     pub fn is_opaque(&self) -> bool {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_) => false,
             Bsdf::Mask(_) | Bsdf::ThinDielectric(_) => false,
             Bsdf::Diffuse(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => true,
-            Bsdf::Plastic(_) | Bsdf::RoughPlastic(_) | Bsdf::Principled(_) => true,
+            Bsdf::Plastic(_) | Bsdf::RoughPlastic(_) | Bsdf::PolarizedPlastic(_) => true,
+            Bsdf::Principled(b) => !b.transmits(),
+            Bsdf::PrincipledThin(_) => false,
             Bsdf::Blend(_) | Bsdf::TwoSided(_) => true,
         }
     }

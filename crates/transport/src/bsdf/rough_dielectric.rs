@@ -25,15 +25,15 @@ pub struct RoughDielectric {
 }
 
 /// A pair of directions and the facet that joins them, in the local frame of the near side.
-struct Event {
+pub(super) struct Event {
     /// `toward`.
-    o: DVec3,
+    pub o: DVec3,
     /// `direction`.
-    i: DVec3,
+    pub i: DVec3,
     /// Facet normal, h.z > 0.
-    h: DVec3,
+    pub h: DVec3,
     /// Reflectance of the facet.
-    f: f64,
+    pub f: f64,
 }
 
 impl RoughDielectric {
@@ -127,7 +127,7 @@ impl RoughDielectric {
 }
 
 /// Visible normals, times F or 1 − F, times dω_h/dω_i (Walter et al. eqs. 14 and 17).
-fn density(facets: &Microfacets, side: &Facing, e: &Event) -> f64 {
+pub(super) fn density(facets: &Microfacets, side: &Facing, e: &Event) -> f64 {
     let visible = facets.d(e.h) * facets.g1_over_cos(e.o);
     if e.i.z > 0.0 {
         // The 1/(4 o·h) of the reflection meets the o·h of the visible normals.
@@ -143,12 +143,12 @@ fn density(facets: &Microfacets, side: &Facing, e: &Event) -> f64 {
 }
 
 /// Whether the indices count as equal.
-fn matched(side: &Facing) -> bool {
+pub(super) fn matched(side: &Facing) -> bool {
     (side.n_near - side.n_far).abs() <= MATCHED * side.n_near
 }
 
 /// The facet that sends light from `direction` to `toward`, if there is one.
-fn event(side: &Facing, toward: DVec3, direction: DVec3) -> Option<Event> {
+pub(super) fn event(side: &Facing, toward: DVec3, direction: DVec3) -> Option<Event> {
     if matched(side) {
         return None;
     }

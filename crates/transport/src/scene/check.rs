@@ -242,13 +242,13 @@ fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem>
 /// Facets between equal indices pass all light straight on, which connections do not find; between indices that are
 /// nearly equal, into so small a cone that they hardly ever do.
 fn check_facets(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
-    if !matches!(object.bsdf, Bsdf::RoughDielectric(_)) {
+    if !object.bsdf.is_rough_interface() {
         return None;
     }
     let jump = object.sides.map_or(0.0, |sides| jump(scene, object, sides));
     let help = "make its bsdf 'null', or give the sides indices that differ more";
     let problem = |severe: fn(_, _, _) -> _, what: &str| {
-        let message = format!("the rough dielectric of '{}' {what}", object.name);
+        let message = format!("the rough interface of '{}' {what}", object.name);
         Some(severe(Subject::Object(i), message, help))
     };
     match jump {

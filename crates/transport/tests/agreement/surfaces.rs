@@ -7,7 +7,8 @@ use crate::compare::{Effort, Row, compare, judge, table};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use morgana_transport::Spectrum;
 use morgana_transport::bsdf::{
-    BlendBsdf, Bsdf, Conductor, Diffuse, Mask, Plastic, Principled, ThinDielectric, TwoSided,
+    BlendBsdf, Bsdf, Conductor, Diffuse, Mask, Plastic, Principled, PrincipledParameters,
+    ThinDielectric, TwoSided,
 };
 use morgana_transport::emitter::{Emitter, TexturedArea};
 use morgana_transport::scene::{Object, Parts};
@@ -63,13 +64,14 @@ fn lit(mut objects: Vec<Object>, light: DVec3, half: f64, fog_index: Index) -> P
 fn cutouts() -> Parts {
     let floor = facing(DVec3::new(0.0, 0.0, -0.5), DVec3::Z, 1.4);
     let behind = Bsdf::Diffuse(Diffuse::new(image()).unwrap());
-    let front = Principled::new(
-        checked(0.2, 0.9),
-        Texture::Uniform(Spectrum::splat(0.7)),
-        Texture::Uniform(Spectrum::splat(0.2)),
-        0.5,
-    );
-    let floor_bsdf = TwoSided::new(Bsdf::Principled(front.unwrap()), behind).unwrap();
+    let front = Principled::new(PrincipledParameters {
+        base_color: checked(0.2, 0.9),
+        roughness: 0.7.into(),
+        metallic: 0.2.into(),
+        ..PrincipledParameters::default()
+    });
+    let front = Bsdf::Principled(Box::new(front.unwrap()));
+    let floor_bsdf = TwoSided::new(front, behind).unwrap();
     let leaf = Bsdf::Diffuse(Diffuse::new(image()).unwrap());
     let leaf = TwoSided::new(leaf.clone(), leaf).unwrap();
     let leaf = Mask::new(checked(0.2, 0.75), Bsdf::TwoSided(leaf)).unwrap();

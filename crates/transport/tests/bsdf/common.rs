@@ -3,8 +3,9 @@
 use glam::DVec3;
 use morgana_transport::Spectrum;
 use morgana_transport::bsdf::{
-    BlendBsdf, Bsdf, Conductor, Dielectric, Diffuse, Distribution, Mask, Plastic, Principled,
-    RoughConductor, RoughDielectric, RoughPlastic, Roughness, Surface, ThinDielectric, TwoSided,
+    BlendBsdf, Bsdf, Conductor, Dielectric, Diffuse, Distribution, Mask, Plastic, PolarizedPlastic,
+    Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters, RoughConductor,
+    RoughDielectric, RoughPlastic, Roughness, Surface, ThinDielectric, TwoSided,
 };
 
 /// A tilted unit normal: no axis of the world is special to the code.
@@ -71,9 +72,70 @@ pub fn rough_plastic(roughness: Roughness, lossless: bool, nonlinear: bool) -> B
 
 /// A principled surface of the colour of [`plastic`].
 pub fn principled(roughness: f64, metallic: f64, specular: f64) -> Bsdf {
+    principled_of(PrincipledParameters {
+        roughness: roughness.into(),
+        metallic: metallic.into(),
+        eta: PrincipledParameters::eta_of(specular),
+        ..colours()
+    })
+}
+
+fn colours() -> PrincipledParameters {
+    PrincipledParameters {
+        base_color: Spectrum([0.9, 0.5, 0.1, 1.0]).into(),
+        luminance: 0.6.into(),
+        ..PrincipledParameters::default()
+    }
+}
+
+fn principled_of(parameters: PrincipledParameters) -> Bsdf {
+    Bsdf::Principled(Box::new(Principled::new(parameters).unwrap()))
+}
+
+/// One that lets light through, too.
+fn principled_glass() -> Bsdf {
+    principled_of(PrincipledParameters {
+        roughness: 0.6.into(),
+        metallic: 0.2.into(),
+        spec_trans: 0.7.into(),
+        spec_tint: 0.4.into(),
+        ..colours()
+    })
+}
+
+/// One with all lobes that reflect.
+fn principled_layers() -> Bsdf {
+    principled_of(PrincipledParameters {
+        metallic: 0.3.into(),
+        spec_tint: 0.5.into(),
+        sheen: 0.5.into(),
+        sheen_tint: 0.5.into(),
+        flatness: 0.5.into(),
+        clearcoat: 1.0.into(),
+        ..colours()
+    })
+}
+
+fn principled_sheet() -> Bsdf {
+    let colours = colours();
+    let sheet = PrincipledThin::new(PrincipledThinParameters {
+        base_color: colours.base_color,
+        luminance: colours.luminance,
+        roughness: 0.6.into(),
+        spec_trans: 0.6.into(),
+        diff_trans: 0.8.into(),
+        spec_tint: 0.3.into(),
+        sheen: 0.2.into(),
+        sheen_tint: 0.5.into(),
+        flatness: 0.4.into(),
+        eta: 1.5,
+    });
+    Bsdf::PrincipledThin(Box::new(sheet.unwrap()))
+}
+
+fn polarized_plastic() -> Bsdf {
     let base = Spectrum([0.9, 0.5, 0.1, 1.0]);
-    let [roughness, metallic] = [roughness, metallic].map(Spectrum::splat);
-    Bsdf::Principled(Principled::new(base, roughness, metallic, specular).unwrap())
+    Bsdf::PolarizedPlastic(PolarizedPlastic::new(ggx(0.3), 1.5, base, Spectrum::ONE).unwrap())
 }
 
 /// A share of the second surface.
@@ -151,12 +213,24 @@ pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
             rough_plastic(beckmann(0.3), false, true),
         ),
         ("principled", principled(0.5, 0.3, 0.5)),
+        ("principled, layers", principled_layers()),
+        ("polarized plastic", polarized_plastic()),
         ("blend", blend(0.3, diffuse(), rough_conductor(ggx(0.3)))),
         ("blend with a mirror", blend(0.6, mirror, diffuse())),
         ("two sides", two_sided(rough_conductor(ggx(0.4)), diffuse())),
         ("mask", mask(0.3, diffuse())),
     ];
     let pairs = vec![[1.0, 1.0], [1.5, 1.33]];
+    cases.push((
+        "principled, glass".to_string(),
+        principled_glass(),
+        vec![[1.0, 1.5], [1.7, 1.33]],
+    ));
+    cases.push((
+        "principled, sheet".to_string(),
+        principled_sheet(),
+        vec![[1.0, 1.0]],
+    ));
     cases.extend(more.map(|(name, bsdf)| (name.to_string(), bsdf, pairs.clone())));
     cases
 }

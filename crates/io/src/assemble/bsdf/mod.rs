@@ -2,6 +2,7 @@
 
 mod metal;
 mod parameters;
+mod principled;
 
 use super::context::Context;
 use super::ior::index;
@@ -11,17 +12,18 @@ use crate::query::{Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
 use parameters::{
-    Coated, Facets, Quantity, TINTS, coated, colour, eta, facets, nested, number, principled, tints,
+    Coated, Facets, Quantity, TINTS, coated, colour, eta, facets, nested, number, polarized_eta,
+    polarizing, tints,
 };
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::bsdf::{
-    BlendBsdf, Bsdf, BsdfError, Conductor, Dielectric, Diffuse, Mask, Plastic, Principled,
+    BlendBsdf, Bsdf, BsdfError, Conductor, Dielectric, Diffuse, Mask, Plastic, PolarizedPlastic,
     RoughConductor, RoughDielectric, RoughPlastic, Roughness, ThinDielectric, TwoSided,
 };
 use transport::texture::Texture;
 
-const KNOWN: [&str; 13] = [
+const KNOWN: [&str; 18] = [
     "null",
     "diffuse",
     "dielectric",
@@ -31,7 +33,12 @@ const KNOWN: [&str; 13] = [
     "roughconductor",
     "plastic",
     "roughplastic",
+    "pplastic",
     "principled",
+    "principledthin",
+    "polarizer",
+    "retarder",
+    "circular",
     "blendbsdf",
     "mask",
     "twosided",
@@ -61,6 +68,10 @@ pub(super) fn build(
         location: object.location.clone(),
     });
     let raw = raw(object, &mut query);
+    let indices = match &raw {
+        Some(Raw::Principled(solid)) => solid.indices(&query),
+        _ => indices,
+    };
     let bsdf = match raw {
         Some(raw) => {
             query.finish(&[]);
@@ -108,7 +119,11 @@ enum Raw<'a> {
     RoughConductor(Facets<'a>, Optics, Quantity<'a>),
     Plastic(Coated<'a>),
     RoughPlastic((Facets<'a>, bool), Coated<'a>),
-    Principled([Quantity<'a>; 3], f64),
+    PolarizedPlastic(Facets<'a>, f64, [Quantity<'a>; 2]),
+    Principled(principled::Solid<'a>),
+    PrincipledThin(principled::Thin<'a>),
+    /// A filter straight through which a share of the light passes.
+    Filter(f64, SpectrumValue),
     Blend(Quantity<'a>, Vec<&'a ObjectDescription>),
     Mask(Quantity<'a>, Vec<&'a ObjectDescription>),
     TwoSided(Vec<&'a ObjectDescription>),
@@ -131,9 +146,16 @@ fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'
             let coat = (facets(q), q.boolean_or("lossless", false));
             Raw::RoughPlastic(coat, coated(q))
         }
-        "principled" => {
-            let (quantities, specular) = principled(q);
-            Raw::Principled(quantities, specular)
+        "pplastic" => {
+            let reflectances = [("diffuse_reflectance", 0.5), (TINTS[0], 1.0)];
+            let reflectances = reflectances.map(|(name, default)| colour(q, name, default));
+            Raw::PolarizedPlastic(facets(q), polarized_eta(q), reflectances)
+        }
+        "principled" => Raw::Principled(principled::solid(q)),
+        "principledthin" => Raw::PrincipledThin(principled::thin(q)),
+        "polarizer" | "circular" | "retarder" => {
+            let (share, transmittance) = polarizing(q);
+            Raw::Filter(share, transmittance)
         }
         "blendbsdf" => Raw::Blend(number(q, "weight", 0.5), nested(q, 2..=2)),
         "mask" => Raw::Mask(number(q, "opacity", 0.5), nested(q, 1..=1)),
@@ -190,9 +212,18 @@ fn make(
                 facets.and_then(|f| RoughPlastic::new(f, lossless, eta, diffuse, coat, nonlinear));
             plastic.map(Bsdf::RoughPlastic)
         }
-        Raw::Principled(quantities, specular) => {
-            let [base, roughness, metallic] = quantities.map(|q| maker.texture(q));
-            Principled::new(base, roughness, metallic, specular).map(Bsdf::Principled)
+        Raw::PolarizedPlastic(facets, eta, reflectances) => {
+            let [diffuse, specular] = reflectances.map(|r| maker.texture(r));
+            let facets = maker.facets(facets);
+            let plastic = facets.and_then(|f| PolarizedPlastic::new(f, eta, diffuse, specular));
+            plastic.map(Bsdf::PolarizedPlastic)
+        }
+        Raw::Principled(solid) => solid.make(&mut maker),
+        Raw::PrincipledThin(thin) => thin.make(&mut maker),
+        Raw::Filter(share, transmittance) => {
+            let factor = maker.spectrum(&transmittance) * share;
+            // A pane of the index around it reflects nothing.
+            ThinDielectric::new(1.0, Spectrum::ZERO, factor).map(Bsdf::ThinDielectric)
         }
         Raw::Blend(weight, pair) => {
             let [first, second] = pair[..] else {

@@ -2,7 +2,7 @@
 
 use super::super::ior::index;
 use super::super::surface_texture::Role;
-use crate::query::{Input, Query};
+use crate::query::{Input, POSITIVE, Query};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use std::ops::RangeInclusive;
 use transport::bsdf::Distribution;
@@ -42,16 +42,67 @@ pub(super) fn facets<'a>(q: &mut Query<'a, '_>) -> Facets<'a> {
     let distribution = q.one_of("distribution", &["beckmann", "ggx"]);
     // How directions are drawn is no part of the scene.
     q.boolean_or("sample_visible", true);
-    let input = q.texture_or_float_in("alpha", LEAST_ALPHA..=1.0, 0.1);
+    let alike = q.texture_or_float_in("alpha", LEAST_ALPHA..=1.0, 0.1);
+    let mean = across_and_along(q).map(|mean| Input::Spectrum(SpectrumValue::Uniform(mean)));
+    let input = mean.unwrap_or(alike);
     Facets(
         [Distribution::Beckmann, Distribution::Ggx][distribution],
         Quantity("alpha", Role::Number, input),
     )
 }
 
+/// The geometric mean of the roughness in two directions, if it is given so.
+fn across_and_along(q: &mut Query) -> Option<f64> {
+    let names = ["alpha_u", "alpha_v"];
+    if !names.iter().any(|name| q.has(name)) {
+        return None;
+    }
+    if q.has("alpha") {
+        q.error(
+            "alpha",
+            "give 'alpha', or 'alpha_u' and 'alpha_v', not both",
+        );
+    }
+    let [u, v] = names.map(|name| q.float_in(name, LEAST_ALPHA..=1.0, None));
+    Some((u * v).sqrt())
+}
+
 /// The index inside over that outside, which is air by default, of a surface on which it is the same everywhere.
 pub(super) fn eta(q: &mut Query, inside: f64) -> f64 {
     index(q, "int_ior").unwrap_or(inside) / index(q, "ext_ior").unwrap_or(AIR)
+}
+
+/// That of `pplastic`, which may give it as `eta`.
+pub(super) fn polarized_eta(q: &mut Query) -> f64 {
+    let quotient = eta(q, POLYPROPYLENE);
+    if !q.has("eta") {
+        return quotient;
+    }
+    if q.has("int_ior") || q.has("ext_ior") {
+        q.error("eta", "give 'eta', or 'int_ior' and 'ext_ior', not both");
+    }
+    q.float_in("eta", POSITIVE, None)
+}
+
+/// What a filter of polarized light lets pass of light that is not polarized: a share, times its transmittance.
+pub(super) fn polarizing(q: &mut Query) -> (f64, SpectrumValue) {
+    let transmittance = q.spectrum_or("transmittance", SpectrumValue::Uniform(1.0));
+    match q.object().plugin.as_str() {
+        "circular" => {
+            q.boolean_or("left_handed", false);
+            (0.5, transmittance)
+        }
+        "retarder" => {
+            q.texture_or_spectrum("theta", SpectrumValue::Uniform(0.0));
+            q.texture_or_spectrum("delta", SpectrumValue::Uniform(90.0));
+            (1.0, transmittance)
+        }
+        _ => {
+            q.texture_or_spectrum("theta", SpectrumValue::Uniform(0.0));
+            q.boolean_or("polarizing", true);
+            (0.5, transmittance)
+        }
+    }
 }
 
 /// Index, reflectances of base and coat, and whether colours deepen, of plastic.
@@ -85,34 +136,4 @@ pub(super) fn nested<'a>(
     let message = format!("{} takes {wanted}, not {}", q.object().label(), found.len());
     q.error("type", message);
     Vec::new()
-}
-
-/// Parameters of Mitsuba's `principled` that change the opaque surface into something else.
-const UNKNOWN_LOBES: [&str; 7] = [
-    "anisotropic",
-    "spec_tint",
-    "spec_trans",
-    "sheen",
-    "clearcoat",
-    "flatness",
-    "diff_trans",
-];
-
-/// Base colour, roughness and metallic; specular.
-pub(super) fn principled<'a>(q: &mut Query<'a, '_>) -> ([Quantity<'a>; 3], f64) {
-    for name in UNKNOWN_LOBES {
-        if q.has(name) && q.float_or(name, 0.0) != 0.0 {
-            let message = format!(
-                "'{name}' is not supported: a principled surface has base_color, roughness, metallic and \
-                 specular here"
-            );
-            q.error(name, message);
-        }
-    }
-    let quantities = [
-        colour(q, "base_color", 0.5),
-        number(q, "roughness", 0.5),
-        number(q, "metallic", 0.0),
-    ];
-    (quantities, q.float_in("specular", 0.0..=1.0, 0.5))
 }

@@ -1,0 +1,170 @@
+//! Principled surfaces.
+
+use super::super::surface_texture::Role;
+use super::super::wish::Indices;
+use super::Maker;
+use super::parameters::{Quantity, colour, number};
+use crate::query::{Input, POSITIVE, Query};
+use transport::bsdf::{
+    Bsdf, BsdfError, Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters,
+};
+
+/// What both kinds have.
+pub(super) struct Common<'a> {
+    base_color: Quantity<'a>,
+    luminance: Quantity<'a>,
+    roughness: Quantity<'a>,
+    spec_trans: Quantity<'a>,
+    spec_tint: Quantity<'a>,
+    sheen: Quantity<'a>,
+    sheen_tint: Quantity<'a>,
+    flatness: Quantity<'a>,
+}
+
+/// A solid.
+pub(super) struct Solid<'a> {
+    common: Common<'a>,
+    metallic: Quantity<'a>,
+    clearcoat: Quantity<'a>,
+    clearcoat_gloss: Quantity<'a>,
+    eta: f64,
+    transmits: bool,
+}
+
+/// A sheet.
+pub(super) struct Thin<'a> {
+    common: Common<'a>,
+    diff_trans: Quantity<'a>,
+    eta: f64,
+}
+
+/// How often lobes are sampled is no part of the scene.
+const SOLID_RATES: [&str; 3] = [
+    "main_specular_sampling_rate",
+    "clearcoat_sampling_rate",
+    "diffuse_reflectance_sampling_rate",
+];
+const THIN_RATES: [&str; 4] = [
+    "diffuse_reflectance_sampling_rate",
+    "specular_reflectance_sampling_rate",
+    "specular_transmittance_sampling_rate",
+    "diffuse_transmittance_sampling_rate",
+];
+
+/// Of a sheet.
+const THIN_ETA: f64 = 1.5;
+/// Surfaces that let light through have at least this index, and as large a `specular`, lest nothing be there.
+const LEAST_ETA: f64 = 1.001;
+const LEAST_SPECULAR: f64 = 1e-3;
+
+fn common<'a>(q: &mut Query<'a, '_>) -> Common<'a> {
+    let base_color = colour(q, "base_color", 0.5);
+    // Facets have the geometric mean of the roughness in the two directions.
+    q.texture_or_float_in("anisotropic", 0.0..=1.0, 0.0);
+    Common {
+        luminance: Quantity("base_color", Role::Number, base_color.2.clone()),
+        base_color,
+        roughness: number(q, "roughness", 0.5),
+        spec_trans: number(q, "spec_trans", 0.0),
+        spec_tint: number(q, "spec_tint", 0.0),
+        sheen: number(q, "sheen", 0.0),
+        sheen_tint: number(q, "sheen_tint", 0.0),
+        flatness: number(q, "flatness", 0.0),
+    }
+}
+
+fn ignore(q: &mut Query, rates: &[&str]) {
+    for rate in rates {
+        q.float_or(rate, 1.0);
+    }
+}
+
+fn is_zero(input: &Input) -> bool {
+    matches!(input, Input::Spectrum(value) if value.values().iter().all(|v| *v == 0.0))
+}
+
+pub(super) fn solid<'a>(q: &mut Query<'a, '_>) -> Solid<'a> {
+    ignore(q, &SOLID_RATES);
+    let common = common(q);
+    let transmits = !is_zero(&common.spec_trans.2);
+    let eta = if q.has("eta") {
+        if q.has("specular") {
+            q.error("specular", "give 'eta' or 'specular', not both");
+        }
+        let eta = q.float_in("eta", POSITIVE, None);
+        if transmits && eta == 1.0 {
+            LEAST_ETA
+        } else {
+            eta
+        }
+    } else {
+        let least = if transmits { LEAST_SPECULAR } else { 0.0 };
+        PrincipledParameters::eta_of(q.float_in("specular", 0.0..=1.0, 0.5).max(least))
+    };
+    Solid {
+        common,
+        metallic: number(q, "metallic", 0.0),
+        clearcoat: number(q, "clearcoat", 0.0),
+        clearcoat_gloss: number(q, "clearcoat_gloss", 0.0),
+        eta,
+        transmits,
+    }
+}
+
+pub(super) fn thin<'a>(q: &mut Query<'a, '_>) -> Thin<'a> {
+    ignore(q, &THIN_RATES);
+    Thin {
+        common: common(q),
+        diff_trans: number(q, "diff_trans", 0.0),
+        eta: q.float_in("eta", POSITIVE, THIN_ETA),
+    }
+}
+
+impl Solid<'_> {
+    /// What it says of the index inside, if light passes.
+    pub fn indices(&self, q: &Query) -> Option<Indices> {
+        self.transmits.then(|| Indices {
+            inner: Some(self.eta),
+            outer: None,
+            location: q.object().location.clone(),
+        })
+    }
+
+    pub fn make(self, maker: &mut Maker) -> Result<Bsdf, BsdfError> {
+        let common = self.common;
+        let parameters = PrincipledParameters {
+            base_color: maker.texture(common.base_color),
+            luminance: maker.texture(common.luminance),
+            roughness: maker.texture(common.roughness),
+            metallic: maker.texture(self.metallic),
+            spec_trans: maker.texture(common.spec_trans),
+            spec_tint: maker.texture(common.spec_tint),
+            sheen: maker.texture(common.sheen),
+            sheen_tint: maker.texture(common.sheen_tint),
+            flatness: maker.texture(common.flatness),
+            clearcoat: maker.texture(self.clearcoat),
+            clearcoat_gloss: maker.texture(self.clearcoat_gloss),
+            eta: self.eta,
+        };
+        Principled::new(parameters).map(|b| Bsdf::Principled(Box::new(b)))
+    }
+}
+
+impl Thin<'_> {
+    pub fn make(self, maker: &mut Maker) -> Result<Bsdf, BsdfError> {
+        let common = self.common;
+        let parameters = PrincipledThinParameters {
+            base_color: maker.texture(common.base_color),
+            luminance: maker.texture(common.luminance),
+            roughness: maker.texture(common.roughness),
+            spec_trans: maker.texture(common.spec_trans),
+            diff_trans: maker.texture(self.diff_trans),
+            spec_tint: maker.texture(common.spec_tint),
+            sheen: maker.texture(common.sheen),
+            sheen_tint: maker.texture(common.sheen_tint),
+            flatness: maker.texture(common.flatness),
+            eta: self.eta,
+        };
+        PrincipledThin::new(parameters).map(|b| Bsdf::PrincipledThin(Box::new(b)))
+    }
+}

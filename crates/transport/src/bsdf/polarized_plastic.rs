@@ -1,0 +1,96 @@
+//! Mitsuba's `pplastic` for light of which no polarization is known (Baek et al. 2018); reflects on the side of the
+//! normal only.
+
+use super::microfacet::Roughness;
+use super::surface::{above, reflect};
+use super::{BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
+use crate::sampling::Frame;
+use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
+use crate::spectrum::Spectrum;
+use crate::texture::Texture;
+use glam::DVec3;
+
+/// Facets, plus a diffuse base that light reaches and leaves through a smooth surface: with F Fresnel's reflectance,
+/// f = F D G/(4 cosθₒ cosθᵢ) + (1 − F(θₒ)) (1 − F(θᵢ)) ρ/π. Light that the surface sends back to the base is lost.
+#[derive(Clone, Debug)]
+pub struct PolarizedPlastic {
+    eta: f64,
+    roughness: Roughness,
+    diffuse_reflectance: Texture,
+    specular_reflectance: Texture,
+}
+
+impl PolarizedPlastic {
+    /// `eta` is the index inside over that outside; the reflectances lie in [0, 1].
+    pub fn new(
+        roughness: Roughness,
+        eta: f64,
+        diffuse_reflectance: impl Into<Texture>,
+        specular_reflectance: impl Into<Texture>,
+    ) -> Result<Self, BsdfError> {
+        check_eta(eta)?;
+        Ok(PolarizedPlastic {
+            eta,
+            roughness,
+            diffuse_reflectance: factor("diffuse_reflectance", diffuse_reflectance)?,
+            specular_reflectance: factor("specular_reflectance", specular_reflectance)?,
+        })
+    }
+
+    /// Probability with which the base is sampled.
+    fn share_of_base(&self, s: &Surface) -> f64 {
+        let base = self.diffuse_reflectance.at(&s.site).max();
+        base / (1.0 + base)
+    }
+
+    fn reflectance(&self, cos: f64) -> f64 {
+        fresnel::dielectric(cos.clamp(0.0, 1.0), 1.0, self.eta).reflectance
+    }
+
+    pub(super) fn sample(
+        &self,
+        s: &Surface,
+        toward: DVec3,
+        [u, v, w]: [f64; 3],
+    ) -> Option<BsdfSample> {
+        let frame = Frame::from_normal(s.normal);
+        let o = frame.to_local(toward);
+        if o.z <= 0.0 {
+            return None;
+        }
+        let i = if u < self.share_of_base(s) {
+            cosine_hemisphere_sample([v, w])
+        } else {
+            let h = self.roughness.at(s).sample_visible(o, [v, w]);
+            reflect(o, h, o.dot(h)).normalize()
+        };
+        let direction = frame.to_world(i).normalize();
+        let pdf = self.pdf(s, toward, direction);
+        (pdf > 0.0).then(|| BsdfSample {
+            direction,
+            weight: self.eval(s, toward, direction) / pdf,
+            pdf,
+            delta: false,
+            transmitted: false,
+        })
+    }
+
+    pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let Some([o, i, h]) = above(s, toward, direction) else {
+            return Spectrum::ZERO;
+        };
+        let facets = self.roughness.at(s);
+        let specular = self.reflectance(o.dot(h)) * facets.g1(i) * facets.pdf_reflected(o, h);
+        let [enters, leaves] = [i.z, o.z].map(|cos| 1.0 - self.reflectance(cos));
+        self.specular_reflectance.at(&s.site) * specular
+            + self.diffuse_reflectance.at(&s.site) * (enters * leaves * cosine_hemisphere_pdf(i))
+    }
+
+    pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+        let Some([o, i, h]) = above(s, toward, direction) else {
+            return 0.0;
+        };
+        let base = self.share_of_base(s);
+        (1.0 - base) * self.roughness.at(s).pdf_reflected(o, h) + base * cosine_hemisphere_pdf(i)
+    }
+}

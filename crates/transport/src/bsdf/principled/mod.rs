@@ -1,0 +1,311 @@
+//! Burley's "principled" surfaces ("Physically Based Shading at Disney", 2012, and "Extending the Disney BRDF to a
+//! BSDF", 2015), as Mitsuba's `principled` and `principledthin`.
+
+mod lobes;
+mod thin;
+
+pub use thin::{PrincipledThin, PrincipledThinParameters};
+
+use super::microfacet::{Distribution, Microfacets};
+use super::rough_dielectric::{Event, density, event, matched};
+use super::surface::{Facing, above, reflect, refract};
+use super::{BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
+use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
+use crate::spectrum::Spectrum;
+use crate::texture::Texture;
+use glam::DVec3;
+use lobes::{Base, ClearCoat, schlick, schlick_weight, tint};
+
+/// Facets are no smoother than this.
+const LEAST_ALPHA: f64 = 1e-3;
+/// What of a clear coat there is at most.
+const COAT: f64 = 0.25;
+
+/// What a principled surface is made of; all textures lie in [0, 1].
+#[derive(Clone, Debug)]
+pub struct PrincipledParameters {
+    /// Colour b of base and metal.
+    pub base_color: Texture,
+    /// Luminance of `base_color`, by which tints are divided.
+    pub luminance: Texture,
+    /// Square root of the facets' roughness.
+    pub roughness: Texture,
+    /// Share m of metal.
+    pub metallic: Texture,
+    /// Share t of what is not metal that lets light through.
+    pub spec_trans: Texture,
+    /// How much of the base's colour the dielectric's reflections have.
+    pub spec_tint: Texture,
+    /// Sheen at grazing angles.
+    pub sheen: Texture,
+    /// How much of the base's colour the sheen has.
+    pub sheen_tint: Texture,
+    /// Share of the base that looks like scattering below the surface.
+    pub flatness: Texture,
+    /// A coat over all of it.
+    pub clearcoat: Texture,
+    /// How smooth the coat is.
+    pub clearcoat_gloss: Texture,
+    /// Index inside over that outside, > 0. Where the surface lets light through, the indices are those of the media.
+    pub eta: f64,
+}
+
+impl Default for PrincipledParameters {
+    fn default() -> Self {
+        let [zero, half] = [0.0, 0.5].map(Texture::from);
+        PrincipledParameters {
+            base_color: half.clone(),
+            luminance: half.clone(),
+            roughness: half,
+            metallic: zero.clone(),
+            spec_trans: zero.clone(),
+            spec_tint: zero.clone(),
+            sheen: zero.clone(),
+            sheen_tint: zero.clone(),
+            flatness: zero.clone(),
+            clearcoat: zero.clone(),
+            clearcoat_gloss: zero,
+            eta: Self::eta_of(0.5),
+        }
+    }
+}
+
+impl PrincipledParameters {
+    /// The index that a `specular` in [0, 1] stands for.
+    pub fn eta_of(specular: f64) -> f64 {
+        2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0
+    }
+}
+
+/// A principled solid.
+///
+/// With r the roughness, α = r², w(c) = (1 − c)⁵, and F Fresnel's reflectance of a facet with the normal h:
+/// f = (1 − m)(1 − t) times the base, plus (1 − m) w(o·h) times the sheen, plus a quarter of the clear coat, plus
+/// [m (b + (1 − b) w(o·h)) + (1 − m) F'] D G/(4 cosθₒ cosθᵢ), D and G those of [`Distribution::Ggx`] and F' being F, or
+/// Schlick's with the tint. Light passes as through a rough dielectric, times (1 − m) t √b.
+#[derive(Clone, Debug)]
+pub struct Principled {
+    parameters: PrincipledParameters,
+    transmits: bool,
+}
+
+/// The parameters at a point.
+struct Local {
+    base: Base,
+    metallic: f64,
+    /// Shares of what is neither metal nor lets light through, and of what lets it through.
+    opaque: f64,
+    clear: f64,
+    spec_tint: f64,
+    tint: Spectrum,
+    coat_share: f64,
+    coat: ClearCoat,
+    facets: Microfacets,
+    /// Index inside over that outside.
+    eta: f64,
+}
+
+impl Principled {
+    /// # Errors
+    /// If a texture has values outside [0, 1], or the index is not finite and > 0.
+    pub fn new(parameters: PrincipledParameters) -> Result<Self, BsdfError> {
+        let p = parameters;
+        check_eta(p.eta)?;
+        let parameters = PrincipledParameters {
+            base_color: factor("base_color", p.base_color)?,
+            luminance: p.luminance,
+            roughness: factor("roughness", p.roughness)?,
+            metallic: factor("metallic", p.metallic)?,
+            spec_trans: factor("spec_trans", p.spec_trans)?,
+            spec_tint: factor("spec_tint", p.spec_tint)?,
+            sheen: factor("sheen", p.sheen)?,
+            sheen_tint: factor("sheen_tint", p.sheen_tint)?,
+            flatness: factor("flatness", p.flatness)?,
+            clearcoat: factor("clearcoat", p.clearcoat)?,
+            clearcoat_gloss: factor("clearcoat_gloss", p.clearcoat_gloss)?,
+            eta: p.eta,
+        };
+        let transmits = parameters.spec_trans.numbers().any(|v| v > 0.0);
+        Ok(Principled {
+            parameters,
+            transmits,
+        })
+    }
+
+    /// Whether light passes anywhere.
+    pub fn transmits(&self) -> bool {
+        self.transmits
+    }
+
+    fn local(&self, s: &Surface) -> Local {
+        let p = &self.parameters;
+        let number = |texture: &Texture| texture.number_at(&s.site);
+        let colour = p.base_color.at(&s.site);
+        let tint = tint(colour, number(&p.luminance));
+        let sheen_tint = number(&p.sheen_tint);
+        let sheen = (Spectrum::ONE * (1.0 - sheen_tint) + tint * sheen_tint) * number(&p.sheen);
+        let [roughness, metallic, clear] = [&p.roughness, &p.metallic, &p.spec_trans].map(number);
+        Local {
+            base: Base {
+                colour,
+                roughness,
+                flatness: number(&p.flatness),
+                sheen,
+            },
+            metallic,
+            opaque: (1.0 - metallic) * (1.0 - clear),
+            clear: (1.0 - metallic) * clear,
+            spec_tint: number(&p.spec_tint),
+            tint,
+            coat_share: COAT * number(&p.clearcoat),
+            coat: ClearCoat::new(number(&p.clearcoat_gloss)),
+            facets: Microfacets::at_least(Distribution::Ggx, LEAST_ALPHA, roughness * roughness),
+            eta: if self.transmits {
+                s.n_inner / s.n_outer
+            } else {
+                p.eta
+            },
+        }
+    }
+
+    pub(super) fn sample(
+        &self,
+        s: &Surface,
+        toward: DVec3,
+        [u, v, w]: [f64; 3],
+    ) -> Option<BsdfSample> {
+        let (side, local) = (s.facing(toward), self.local(s));
+        let frame = side.frame();
+        let o = frame.to_local(toward);
+        let is_front = s.normal.dot(toward) > 0.0;
+        if o.z <= 0.0 || !(is_front || local.clear > 0.0) {
+            return None;
+        }
+        let u = u * local.total(is_front);
+        let [coat, base] = local.others(is_front);
+        let i = if u < coat {
+            let h = local.coat.sample([v, w]);
+            reflect(o, h, o.dot(h))
+        } else if u < coat + base {
+            cosine_hemisphere_sample([v, w])
+        } else {
+            let h = local.facets.sample_visible(o, [v, w]);
+            local.off_facet(&side, is_front, o, h, u - coat - base)?
+        };
+        let direction = frame.to_world(i.normalize()).normalize();
+        let pdf = self.pdf(s, toward, direction);
+        (pdf > 0.0).then(|| BsdfSample {
+            direction,
+            weight: self.eval(s, toward, direction) / pdf,
+            pdf,
+            delta: false,
+            transmitted: (s.normal.dot(direction) > 0.0) != is_front,
+        })
+    }
+
+    pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let local = self.local(s);
+        if let Some(above) = above(s, toward, direction) {
+            return local.reflected(&above);
+        }
+        self.through(s, toward, direction, &local)
+            .map_or(Spectrum::ZERO, |(side, e)| {
+                let value = local.clear * local.facets.g1(e.i) * density(&local.facets, &side, &e);
+                if e.i.z > 0.0 {
+                    Spectrum::splat(value)
+                } else {
+                    local.base.colour.map(f64::sqrt) * value
+                }
+            })
+    }
+
+    pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+        let local = self.local(s);
+        if let Some([o, i, h]) = above(s, toward, direction) {
+            let [coat, base] = local.others(true);
+            let f = fresnel::dielectric(o.dot(h).clamp(0.0, 1.0), 1.0, local.eta).reflectance;
+            let facets = 1.0 - local.clear * (1.0 - f);
+            let sum = facets * local.facets.pdf_reflected(o, h)
+                + coat * local.coat.pdf(o, h)
+                + base * cosine_hemisphere_pdf(i);
+            return sum / local.total(true);
+        }
+        self.through(s, toward, direction, &local)
+            .map_or(0.0, |(side, e)| {
+                let is_front = s.normal.dot(toward) > 0.0;
+                let share = if is_front { local.clear } else { 1.0 };
+                share * density(&local.facets, &side, &e) / local.total(is_front)
+            })
+    }
+
+    /// The facet of what is transmitted, or reflected inside.
+    fn through(
+        &self,
+        s: &Surface,
+        toward: DVec3,
+        direction: DVec3,
+        local: &Local,
+    ) -> Option<(Facing, Event)> {
+        let side = s.facing(toward);
+        let is_front = s.normal.dot(toward) > 0.0;
+        if local.clear == 0.0 || matched(&side) {
+            return None;
+        }
+        let event = event(&side, toward, direction)?;
+        // In front, reflections are those of all lobes.
+        (event.i.z < 0.0 || !is_front).then_some((side, event))
+    }
+}
+
+impl Local {
+    /// What the coat and the base take of samples, where facets take 1.
+    fn others(&self, is_front: bool) -> [f64; 2] {
+        if is_front {
+            [self.coat_share, self.opaque]
+        } else {
+            [0.0; 2]
+        }
+    }
+
+    fn total(&self, is_front: bool) -> f64 {
+        1.0 + self.others(is_front).iter().sum::<f64>()
+    }
+
+    /// Where a facet sends light from; `u` in [0, 1) chooses between reflection and transmission.
+    fn off_facet(
+        &self,
+        side: &Facing,
+        is_front: bool,
+        o: DVec3,
+        h: DVec3,
+        u: f64,
+    ) -> Option<DVec3> {
+        let cos = o.dot(h).min(1.0);
+        let interface = fresnel::dielectric(cos, side.n_near, side.n_far);
+        let clear = if is_front { self.clear } else { 1.0 };
+        let transmitted = u < clear * (1.0 - interface.reflectance);
+        let i = if transmitted {
+            refract(o, h, cos, interface.cos_far, side.n_near / side.n_far)
+        } else {
+            reflect(o, h, cos)
+        };
+        (cos > 0.0 && transmitted == (i.z < 0.0)).then_some(i)
+    }
+
+    /// f̃ cosθᵢ of what is reflected on the side of the normal.
+    fn reflected(&self, above: &[DVec3; 3]) -> Spectrum {
+        let [o, i, h] = *above;
+        let cos = o.dot(h).clamp(0.0, 1.0);
+        let dielectric = fresnel::dielectric(cos, 1.0, self.eta).reflectance;
+        let weight = schlick_weight(cos, self.eta);
+        let metal = self.base.colour.map(|b| schlick(b, weight));
+        let normal = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
+        let tinted = self.tint.map(|c| schlick(c * normal, weight));
+        let rest = Spectrum::splat(dielectric * (1.0 - self.spec_tint)) + tinted * self.spec_tint;
+        let facets = metal * self.metallic + rest * (1.0 - self.metallic);
+        let coat = self.coat_share * self.coat.value(above, self.eta);
+        self.base.value(above, self.opaque, 1.0 - self.metallic)
+            + facets * (self.facets.g1(i) * self.facets.pdf_reflected(o, h))
+            + Spectrum::splat(coat)
+    }
+}

@@ -1,0 +1,201 @@
+//! A principled sheet without thickness: both sides alike, between equal indices.
+
+use super::lobes::{Base, schlick, schlick_weight, tint};
+use super::{
+    BsdfError, BsdfSample, Distribution, LEAST_ALPHA, Microfacets, Surface, check_eta,
+    cosine_hemisphere_pdf, cosine_hemisphere_sample, factor, fresnel, reflect,
+};
+use crate::spectrum::Spectrum;
+use crate::texture::Texture;
+use glam::DVec3;
+
+/// What a principled sheet is made of; textures lie in [0, 1] unless said otherwise.
+#[derive(Clone, Debug)]
+pub struct PrincipledThinParameters {
+    /// Colour of the sheet.
+    pub base_color: Texture,
+    /// Luminance of `base_color`, by which tints are divided.
+    pub luminance: Texture,
+    /// Square root of the facets' roughness.
+    pub roughness: Texture,
+    /// Share of facets; the rest is diffuse.
+    pub spec_trans: Texture,
+    /// Twice the share of the diffuse light that is transmitted, in [0, 2].
+    pub diff_trans: Texture,
+    /// How much of the sheet's colour the reflections of facets have.
+    pub spec_tint: Texture,
+    /// Sheen at grazing angles.
+    pub sheen: Texture,
+    /// How much of the sheet's colour the sheen has.
+    pub sheen_tint: Texture,
+    /// Share of the diffuse reflection that looks like scattering below the surface.
+    pub flatness: Texture,
+    /// Index of the sheet, > 0.
+    pub eta: f64,
+}
+
+/// A principled sheet. Facets reflect, and transmit to the mirror image of where they would reflect to.
+#[derive(Clone, Debug)]
+pub struct PrincipledThin {
+    parameters: PrincipledThinParameters,
+}
+
+/// The parameters at a point.
+struct Local {
+    base: Base,
+    spec_trans: f64,
+    diff_trans: f64,
+    spec_tint: f64,
+    tint: Spectrum,
+    /// Facets that reflect, and those that transmit.
+    facets: [Microfacets; 2],
+    eta: f64,
+}
+
+/// Two directions on the side of the viewer and their half vector, one of them mirrored if light passes.
+struct Event {
+    vectors: [DVec3; 3],
+    transmitted: bool,
+}
+
+impl PrincipledThin {
+    /// # Errors
+    /// If a texture has values outside [0, 1], or the index is not finite and > 0.
+    pub fn new(parameters: PrincipledThinParameters) -> Result<Self, BsdfError> {
+        let p = parameters;
+        check_eta(p.eta)?;
+        let outside = p.diff_trans.numbers().find(|v| !(0.0..=2.0).contains(v));
+        if let Some(value) = outside {
+            return Err(BsdfError::DiffuseTransmission { value });
+        }
+        let parameters = PrincipledThinParameters {
+            base_color: factor("base_color", p.base_color)?,
+            luminance: p.luminance,
+            roughness: factor("roughness", p.roughness)?,
+            spec_trans: factor("spec_trans", p.spec_trans)?,
+            diff_trans: p.diff_trans,
+            spec_tint: factor("spec_tint", p.spec_tint)?,
+            sheen: factor("sheen", p.sheen)?,
+            sheen_tint: factor("sheen_tint", p.sheen_tint)?,
+            flatness: factor("flatness", p.flatness)?,
+            eta: p.eta,
+        };
+        Ok(PrincipledThin { parameters })
+    }
+
+    fn local(&self, s: &Surface) -> Local {
+        let p = &self.parameters;
+        let number = |texture: &Texture| texture.number_at(&s.site);
+        let colour = p.base_color.at(&s.site);
+        let tint = tint(colour, number(&p.luminance));
+        let sheen_tint = number(&p.sheen_tint);
+        let sheen = (Spectrum::ONE * (1.0 - sheen_tint) + tint * sheen_tint) * number(&p.sheen);
+        let roughness = number(&p.roughness);
+        // Light bends twice in the sheet, less the smaller its index (Burley 2015, figure 15).
+        let scaled = (0.65 * p.eta - 0.35) * roughness;
+        let facets = |r: f64| Microfacets::at_least(Distribution::Ggx, LEAST_ALPHA, r * r);
+        Local {
+            base: Base {
+                colour,
+                roughness,
+                flatness: number(&p.flatness),
+                sheen,
+            },
+            spec_trans: number(&p.spec_trans),
+            diff_trans: 0.5 * number(&p.diff_trans),
+            spec_tint: number(&p.spec_tint),
+            tint,
+            facets: [roughness, scaled].map(facets),
+            eta: p.eta,
+        }
+    }
+
+    pub(in crate::bsdf) fn sample(
+        &self,
+        s: &Surface,
+        toward: DVec3,
+        [u, v, w]: [f64; 3],
+    ) -> Option<BsdfSample> {
+        let (frame, local) = (s.facing(toward).frame(), self.local(s));
+        let o = frame.to_local(toward);
+        if o.z <= 0.0 {
+            return None;
+        }
+        let (transmitted, i) = if u < local.spec_trans {
+            let transmitted = u < 0.5 * local.spec_trans;
+            let h = local.facets[usize::from(transmitted)].sample_visible(o, [v, w]);
+            (transmitted, reflect(o, h, o.dot(h)).normalize())
+        } else {
+            let u = (u - local.spec_trans) / (1.0 - local.spec_trans);
+            (u < local.diff_trans, cosine_hemisphere_sample([v, w]))
+        };
+        if i.z <= 0.0 {
+            return None;
+        }
+        let i = if transmitted { mirrored(i) } else { i };
+        let direction = frame.to_world(i).normalize();
+        let pdf = self.pdf(s, toward, direction);
+        (pdf > 0.0).then(|| BsdfSample {
+            direction,
+            weight: self.eval(s, toward, direction) / pdf,
+            pdf,
+            delta: false,
+            transmitted,
+        })
+    }
+
+    pub(in crate::bsdf) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let Some(event) = event(s, toward, direction) else {
+            return Spectrum::ZERO;
+        };
+        let local = self.local(s);
+        let ([o, i, h], diffuse) = (event.vectors, 1.0 - local.spec_trans);
+        let facets = &local.facets[usize::from(event.transmitted)];
+        let facets = local.spec_trans * facets.g1(i) * facets.pdf_reflected(o, h);
+        let cos = o.dot(h).clamp(0.0, 1.0);
+        let f = fresnel::dielectric(cos, 1.0, local.eta).reflectance;
+        if event.transmitted {
+            let diffuse = diffuse * local.diff_trans * cosine_hemisphere_pdf(i);
+            return local.base.colour * (facets * (1.0 - f) + diffuse);
+        }
+        let (weight, normal) = (
+            schlick_weight(cos, local.eta),
+            ((local.eta - 1.0) / (local.eta + 1.0)).powi(2),
+        );
+        let tinted = local.tint.map(|c| schlick(c * normal, weight));
+        let reflectance = Spectrum::splat(f * (1.0 - local.spec_tint)) + tinted * local.spec_tint;
+        let share = diffuse * (1.0 - local.diff_trans);
+        reflectance * facets + local.base.value(&event.vectors, share, share)
+    }
+
+    pub(in crate::bsdf) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+        let Some(event) = event(s, toward, direction) else {
+            return 0.0;
+        };
+        let (local, [o, i, h]) = (self.local(s), event.vectors);
+        let facets = local.facets[usize::from(event.transmitted)].pdf_reflected(o, h);
+        let share = if event.transmitted {
+            local.diff_trans
+        } else {
+            1.0 - local.diff_trans
+        };
+        0.5 * local.spec_trans * facets
+            + (1.0 - local.spec_trans) * share * cosine_hemisphere_pdf(i)
+    }
+}
+
+fn mirrored(v: DVec3) -> DVec3 {
+    DVec3::new(v.x, v.y, -v.z)
+}
+
+fn event(s: &Surface, toward: DVec3, direction: DVec3) -> Option<Event> {
+    let frame = s.facing(toward).frame();
+    let (o, i) = (frame.to_local(toward), frame.to_local(direction));
+    let transmitted = i.z < 0.0;
+    let i = if transmitted { mirrored(i) } else { i };
+    let half = (o + i).try_normalize()?;
+    (o.z > 0.0 && i.z > 0.0).then_some(Event {
+        vectors: [o, i, half],
+        transmitted,
+    })
+}
