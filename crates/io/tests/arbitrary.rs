@@ -303,6 +303,16 @@ proptest! {
     }
 
     #[test]
+    fn curves_of_arbitrary_numbers(rows in prop::collection::vec((any::<f32>(), -3i32..3, any::<bool>()), 0..20)) {
+        let line = |(x, y, breaks): &(f32, i32, bool)| format!("{x} {y} 1 {y}\n{}", if *breaks { "\n" } else { "" });
+        let text: String = rows.iter().map(line).collect();
+        if let Ok(curves) = mesh::curves::parse(text.as_bytes(), Limits::default()) {
+            let _ = mesh::curves::lines(&curves);
+            let _ = mesh::curves::splines(&curves);
+        }
+    }
+
+    #[test]
     fn obj_of_pieces(text in obj_pieces()) {
         let _ = mesh::obj::parse(text.as_bytes(), Limits::default());
     }

@@ -204,6 +204,33 @@ fn means_are_those_of_mitsuba() {
     testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
 }
 
+/// Control points of a curve that tapers off.
+const CURVES: &str = "-1.6 -0.9 0 0\n-1.4 -0.6 0 0\n-1.2 -0.4 0.1 0\n-0.5 0.8 0.4 0.3\n0.3 -0.6 -0.2 0.3\n\
+                      1.0 0.7 0.2 0.3\n1.6 0.1 0.5 0\n1.8 0 0.5 0\n2.0 0 0.5 0\n";
+
+/// As [`means_are_those_of_mitsuba`], of curves, scaled by 1.2; they may differ by 2e-3, as they are triangles.
+#[test]
+fn curves_are_those_of_mitsuba() {
+    let directory = tempfile::tempdir().unwrap();
+    std::fs::write(directory.path().join("curves.txt"), CURVES).unwrap();
+    let mut zs = Vec::new();
+    for (plugin, theirs, error) in [
+        ("bsplinecurve", 0.280360, 2e-5),
+        ("linearcurve", 0.263402, 3e-5),
+    ] {
+        let curve = format!(
+            r#""ball": {{"type": "{plugin}", "filename": "curves.txt", "to_world": [{{"scale": 1.2}}], "#
+        );
+        let text = ball(r#""type": "diffuse""#).replace(r#""ball": {"type": "sphere", "#, &curve);
+        let [ours, own] = mean_of(load_in(directory.path(), &text), 256);
+        println!("{plugin}: {ours:.5} ± {own:.5}, Mitsuba {theirs:.5}");
+        assert!(own < 4e-3 * theirs, "{plugin}: no power");
+        let excess = ((ours - theirs).abs() - 2e-3 * theirs).max(0.0);
+        zs.push(excess / own.hypot(error));
+    }
+    testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
+}
+
 /// A pixel of the maps that [`maps_light_as_mitsubas_do`] compares.
 fn pixel(i: usize) -> f32 {
     let spread = (i * i * 7919 + 31 * i + 13) % 101;
@@ -381,6 +408,7 @@ fn examples() -> Vec<(&'static str, String, String)> {
         ("clear glass", in_fog(&glass("")), scene(&glass(""))),
         ("clipping", camera(&format!(r#"{SAMPLER}, "far_clip": 5.5"#)), camera(SAMPLER)),
         ("constant extinction", scene(&format!("{volpath}{}", hull(r#"{"type": "heterogeneous"}"#))), grid("[]")),
+        ("curves", scene(r#""c": {"type": "linearcurve", "filename": "curves.txt"}, "#), scene(r#""c": {"type": "cylinder"}, "#)),
         ("depth", depth("path", r#"{"type": "null"}"#), depth("volpath", r#"{"type": "null"}"#)),
         ("exterior", nested(""), nested(r#", "exterior": {"type": "ref", "id": "hull"}"#).replace(
             r#""interior": {"type": "homogeneous", "sigma_t": 0.1}"#,
@@ -424,6 +452,7 @@ fn every_difference_is_listed_and_met() {
         morgana_io::image::tone::Tone::default(),
     );
     morgana_io::image::png::write(&path, &pixels, depth, tone).unwrap();
+    std::fs::write(directory.path().join("curves.txt"), CURVES).unwrap();
     let examples = examples();
     assert_eq!(examples.iter().map(|e| e.0).collect::<BTreeSet<_>>(), known);
     for (topic, with, without) in examples {

@@ -28,6 +28,7 @@ differences! {
     CLEAR_GLASS: "clear glass", "a dielectric without an interior encloses clear matter; in Mitsuba the medium around it continues inside";
     CLIPPING: "clipping", "near_clip and far_clip cut nothing; Mitsuba's camera would not see all (0.01 and 10000 by default)";
     CONSTANT_EXTINCTION: "constant extinction", "a heterogeneous medium with the same sigma_t everywhere fills its shape; in Mitsuba it ends at the cube [0, 1]³";
+    CURVES: "curves", "curves are triangles, 24 around a tube, and visible from within; Mitsuba's are round, and are seen from outside only";
     DEPTH: "depth", "passing null, mask or thindielectric is no bounce for max_depth; Mitsuba counts some of them";
     EXTERIOR: "exterior", "without an exterior the medium around a shape lies outside it; in Mitsuba nothing does";
     EXT_IOR: "ext_ior", "without an ext_ior the index outside is that of the medium there, 1 if that is empty; Mitsuba takes air, 1.000277";

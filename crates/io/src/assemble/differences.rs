@@ -88,6 +88,7 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
             let interpolated = !is_true(object, "face_normals");
             interpolated.then_some(MESH_NORMALS).into_iter().collect()
         }
+        (PluginKind::Shape, "bsplinecurve" | "linearcurve") => vec![CURVES],
         (PluginKind::Texture, "mesh_attribute") => vec![VERTEX_COLOURS],
         _ => Vec::new(),
     }

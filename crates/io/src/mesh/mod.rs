@@ -1,6 +1,7 @@
 //! Triangle meshes.
 
 mod build;
+pub mod curves;
 pub mod gltf;
 pub mod obj;
 pub mod ply;

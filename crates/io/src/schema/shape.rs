@@ -18,6 +18,11 @@ const MESH: &[Parameter] = &[
     boolean("face_normals", "true", "accepted and ignored"),
 ];
 
+const CURVE: &[Parameter] = &[
+    text("filename", "required", "the file with the control points"),
+    float("silhouette_sampling_weight", "1", "accepted and ignored"),
+];
+
 const ARRAYS: &[Parameter] = &[
     tensor("vertex_positions", "required", "positions, (n, 3)"),
     tensor(
@@ -122,6 +127,18 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "gltf",
         "Triangles of all nodes of a glTF file's scene.",
         &[MESH, COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "bsplinecurve",
+        "Open tubes along cubic B-splines.",
+        &[CURVE, COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "linearcurve",
+        "Balls that are swept along lines.",
+        &[CURVE, COMMON],
         CHILDREN,
     ),
     plugin(

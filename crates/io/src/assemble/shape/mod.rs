@@ -1,5 +1,6 @@
 //! Shapes, with what covers them and what lies on either side.
 
+mod curves;
 mod instance;
 mod mesh;
 
@@ -16,7 +17,7 @@ use mesh::mesh;
 use transport::bsdf::Bsdf;
 use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 
-const KNOWN: [&str; 12] = [
+const KNOWN: [&str; 14] = [
     "sphere",
     "cube",
     "rectangle",
@@ -27,6 +28,8 @@ const KNOWN: [&str; 12] = [
     "mesh",
     "serialized",
     "gltf",
+    "bsplinecurve",
+    "linearcurve",
     "shapegroup",
     "instance",
 ];
@@ -52,10 +55,9 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let flip = q.boolean_or("flip_normals", false);
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", &mut q);
-    let (frame, copied) = (place.unwrap_or(DAffine3::IDENTITY) * frame, place.is_some());
     let turned = |(shape, colours): (Shape, Colours)| (shape.with_flipped_normals(flip), colours);
     let originals = &mut context.originals;
-    let geometry = geometry(object, frame, copied, &mut q, context.files, originals);
+    let geometry = geometry(object, frame, place, &mut q, context.files, originals);
     let geometry = geometry.map(|g| g.map(turned));
     q.finish(&[]);
     if geometry.is_none() && !KNOWN.contains(&object.plugin.as_str()) {
@@ -120,15 +122,16 @@ fn placeholder() -> Shape {
     unit.map_or_else(|_| unreachable!("the unit sphere is valid"), Shape::from)
 }
 
-/// The geometry; `None` if the type is unknown or its file cannot be read (reported then).
+/// The geometry under a shape's own transform and, for copies, that of their place; `None` if the type is unknown or its file cannot be read (reported then).
 fn geometry(
     object: &ObjectDescription,
-    frame: DAffine3,
-    copied: bool,
+    own: DAffine3,
+    place: Option<DAffine3>,
     q: &mut Query,
     files: &mut FileRegistry,
     originals: &mut Originals,
 ) -> Option<Result<(Shape, Colours), ShapeError>> {
+    let frame = place.unwrap_or(DAffine3::IDENTITY) * own;
     let analytic = match object.plugin.as_str() {
         "sphere" => {
             let center = q.point_or("center", DVec3::ZERO);
@@ -149,7 +152,14 @@ fn geometry(
                 .map(Shape::from)
         }
         "obj" | "ply" | "mesh" | "serialized" | "gltf" => {
-            return mesh(object, frame, copied, q, files, originals);
+            return mesh(object, frame, place.is_some(), q, files, originals);
+        }
+        "bsplinecurve" | "linearcurve" => {
+            let curves = curves::geometry(object, own, q, files)?;
+            curves.and_then(|mesh| match place {
+                Some(place) => mesh.transformed(place).map(Shape::from),
+                None => Ok(Shape::from(mesh)),
+            })
         }
         _ => return None,
     };
