@@ -231,6 +231,29 @@ fn curves_are_those_of_mitsuba() {
     testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
 }
 
+/// As [`curves_are_those_of_mitsuba`], of distances from something like an ellipsoid on a grid of 16³ nodes, with
+/// `analytic` normals there.
+#[test]
+fn distances_are_those_of_mitsuba() {
+    let node = |k: usize| k as f64 / 15.0 - 0.5;
+    let distance =
+        |x: usize, y: usize, z: usize| node(x).hypot(node(y) / 1.2).hypot(node(z)) - 0.38;
+    let row = |z: usize, y: usize| (0..16).map(|x| distance(x, y, z)).collect::<Vec<f64>>();
+    let layer = |z: usize| (0..16).map(|y| row(z, y)).collect::<Vec<_>>();
+    let grid: Vec<_> = (0..16).map(layer).collect();
+    let shape = format!(
+        r#""ball": {{"type": "sdfgrid", "grid": {grid:?},
+  "to_world": [{{"translate": [-0.5, -0.5, -0.5]}}, {{"scale": 2}}], "#
+    );
+    let text = ball(r#""type": "diffuse""#).replace(r#""ball": {"type": "sphere", "#, &shape);
+    let [ours, own] = mean(&text, 256);
+    let [theirs, error] = [0.277604, 3e-5];
+    println!("sdfgrid: {ours:.5} ± {own:.5}, Mitsuba {theirs:.5}");
+    assert!(own < 4e-3 * theirs);
+    let excess = ((ours - theirs).abs() - 3e-3 * theirs).max(0.0);
+    testkit::z_test::max_abs_z(&[excess / own.hypot(error)], 1e-3).unwrap();
+}
+
 /// A pixel of the maps that [`maps_light_as_mitsubas_do`] compares.
 fn pixel(i: usize) -> f32 {
     let spread = (i * i * 7919 + 31 * i + 13) % 101;
@@ -423,6 +446,7 @@ fn examples() -> Vec<(&'static str, String, String)> {
         ("principledthin", surface(r#"{"type": "principledthin"}"#), surface(r#"{"type": "principled"}"#)),
         ("rotated grid", grid(r#"[{"rotate": {"axis": [0, 0, 1], "angle": 30}}]"#), grid(r#"[{"scale": 2}]"#)),
         ("sample_count", camera(r#""sampler": {"type": "independent"}"#), camera(SAMPLER)),
+        ("sdfgrid", scene(r#""c": {"type": "sdfgrid", "grid": [[[[-1], [1]], [[1], [1]]], [[[1], [1]], [[1], [1]]]]}, "#), scene(r#""c": {"type": "cube"}, "#)),
         ("sensor medium", within(""), within(r#", "medium": {"type": "ref", "id": "fog"}"#)),
         ("vertex colours",
             tetrahedron(outside).replace("COLOURS", r#", "bsdf": {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}"#),

@@ -89,6 +89,7 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
             interpolated.then_some(MESH_NORMALS).into_iter().collect()
         }
         (PluginKind::Shape, "bsplinecurve" | "linearcurve") => vec![CURVES],
+        (PluginKind::Shape, "sdfgrid") => vec![SDFGRID],
         (PluginKind::Texture, "mesh_attribute") => vec![VERTEX_COLOURS],
         _ => Vec::new(),
     }

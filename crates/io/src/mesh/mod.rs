@@ -3,6 +3,7 @@
 mod build;
 pub mod curves;
 pub mod gltf;
+pub mod isosurface;
 pub mod obj;
 pub mod ply;
 pub mod serialized;

@@ -1,6 +1,8 @@
 //! Shapes.
 
-use super::row::{TO_WORLD, boolean, float, integer, many, one, plugin, point, role, tensor, text};
+use super::row::{
+    TO_WORLD, boolean, float, integer, many, one, plugin, point, role, tensor, text, word,
+};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Bsdf, Emitter, Medium, Sensor, Shape};
 
@@ -16,6 +18,12 @@ const COMMON: &[Parameter] = &[
 const MESH: &[Parameter] = &[
     text("filename", "required", "the file with the triangles"),
     boolean("face_normals", "true", "accepted and ignored"),
+];
+
+const DISTANCES: &[Parameter] = &[
+    text("filename", "", "a volume file of one channel; this or grid"),
+    tensor("grid", "", "distances, (z, y, x, 1), negative inside"),
+    word("normals", &["smooth", "analytic"], "accepted and ignored"),
 ];
 
 const CURVE: &[Parameter] = &[
@@ -139,6 +147,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "linearcurve",
         "Balls that are swept along lines.",
         &[CURVE, COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "sdfgrid",
+        "Where distances on a grid over [0, 1]³ are zero.",
+        &[DISTANCES, COMMON],
         CHILDREN,
     ),
     plugin(

@@ -3,9 +3,11 @@
 use super::super::originals::{Colours, Originals};
 use crate::error::FileError;
 use crate::input::Limits;
+use crate::mesh::isosurface::Distances;
 use crate::mesh::{MeshData, Tensors, gltf, serialized};
 use crate::query::Query;
 use crate::scene::{FileRegistry, ObjectDescription, Tensor};
+use crate::volume::{AxisOrder, Options, Volume};
 use glam::DAffine3;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -26,10 +28,14 @@ pub(super) fn mesh(
 ) -> Option<Result<(Shape, Colours), ShapeError>> {
     let source = Source::of(object, q, files);
     // Normals are geometric throughout: interpolated ones would break the laws of refraction.
-    q.boolean_or("face_normals", true);
+    if object.plugin == "sdfgrid" {
+        q.one_of("normals", &["smooth", "analytic"]);
+    } else {
+        q.boolean_or("face_normals", true);
+    }
     // Most programs that write .obj files have v grow upwards, whereas images begin at the top.
     let flip = match object.plugin.as_str() {
-        "mesh" | "serialized" | "gltf" => false,
+        "mesh" | "serialized" | "gltf" | "sdfgrid" => false,
         kind => q.boolean_or("flip_tex_coords", kind == "obj"),
     };
     let (mesh, colours) = match originals.meshes.get(&object.number) {
@@ -56,6 +62,12 @@ pub(super) fn mesh(
     )
 }
 
+/// A grid of numbers.
+enum Grid {
+    File(PathBuf),
+    Held(Arc<Tensor>),
+}
+
 /// Where a shape has its triangles.
 enum Source {
     File(PathBuf),
@@ -63,6 +75,8 @@ enum Source {
     OneOf(PathBuf, usize),
     /// The shape holds them itself: positions, faces, texture coordinates, colours.
     Held([Arc<Tensor>; 2], [Option<Arc<Tensor>>; 2]),
+    /// Distances from a surface, in a file or held by the shape.
+    Distances(Grid),
 }
 
 impl Source {
@@ -73,6 +87,12 @@ impl Source {
             let [positions, faces] = needed;
             return Some(Source::Held([positions?, faces?], others));
         }
+        if object.plugin == "sdfgrid" && q.has("grid") {
+            if q.has("filename") {
+                q.error("filename", "give 'filename' or 'grid', not both");
+            }
+            return Some(Source::Distances(Grid::Held(q.required_tensor("grid")?)));
+        }
         let path = q.path("filename", files);
         if object.plugin == "gltf" {
             for name in gltf::data_files(&path, files.limits()) {
@@ -81,6 +101,7 @@ impl Source {
         }
         Some(match object.plugin.as_str() {
             "serialized" => Source::OneOf(path, q.integer_in("shape_index", 0.., 0) as usize),
+            "sdfgrid" => Source::Distances(Grid::File(path)),
             _ => Source::File(path),
         })
     }
@@ -91,6 +112,7 @@ impl Source {
         let mesh = match self {
             Source::File(path) => MeshData::read_within(&path, limits).map_err(in_file),
             Source::OneOf(path, index) => serialized::read(&path, index, limits).map_err(in_file),
+            Source::Distances(grid) => grid.surface(limits),
             Source::Held([positions, faces], [texcoords, color]) => MeshData::of_tensors(Tensors {
                 vertex_positions: &positions,
                 faces: &faces,
@@ -100,6 +122,39 @@ impl Source {
             .map_err(|(name, problem)| (name, problem.to_string())),
         };
         mesh.map_err(|(name, message)| q.error(name, message)).ok()
+    }
+}
+
+impl Grid {
+    /// The surface at which distances are zero; else the name of a parameter with what is wrong with it.
+    fn surface(self, limits: Limits) -> Result<MeshData, (&'static str, String)> {
+        let surface = |name, size, values: Vec<f64>| {
+            let values = &values;
+            let mesh = Distances { size, values }.surface();
+            mesh.map_err(|problem| (name, problem.to_string()))
+        };
+        match self {
+            Grid::Held(grid) => {
+                let size = match grid.shape() {
+                    [z, y, x] | [z, y, x, 1] => [*x, *y, *z],
+                    shape => {
+                        let message = format!("expected shape (z, y, x, 1), found {shape:?}");
+                        return Err(("grid", message));
+                    }
+                };
+                surface("grid", size, grid.iter().collect())
+            }
+            Grid::File(path) => {
+                let options = Options::order(AxisOrder::ZYX).within(limits);
+                let volume =
+                    Volume::<f32>::read(&path, options).map_err(|e| ("filename", e.to_string()))?;
+                if volume.channels() != 1 {
+                    return Err(("filename", "distances have one channel".to_owned()));
+                }
+                let values = volume.data().iter().map(|v| f64::from(*v)).collect();
+                surface("filename", volume.size(), values)
+            }
+        }
     }
 }
 

@@ -17,7 +17,7 @@ use mesh::mesh;
 use transport::bsdf::Bsdf;
 use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 
-const KNOWN: [&str; 14] = [
+const KNOWN: [&str; 15] = [
     "sphere",
     "cube",
     "rectangle",
@@ -30,6 +30,7 @@ const KNOWN: [&str; 14] = [
     "gltf",
     "bsplinecurve",
     "linearcurve",
+    "sdfgrid",
     "shapegroup",
     "instance",
 ];
@@ -151,7 +152,7 @@ fn geometry(
                 .and_then(|l| Cylinder::new(frame * l, capped))
                 .map(Shape::from)
         }
-        "obj" | "ply" | "mesh" | "serialized" | "gltf" => {
+        "obj" | "ply" | "mesh" | "serialized" | "gltf" | "sdfgrid" => {
             return mesh(object, frame, place.is_some(), q, files, originals);
         }
         "bsplinecurve" | "linearcurve" => {
