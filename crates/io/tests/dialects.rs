@@ -68,6 +68,16 @@ fn names_of_parameters_and_roles() {
 }
 
 #[test]
+fn diffuse_transmitters() {
+    let note = becomes(
+        "<bsdf type='difftrans' id='leaf'><spectrum name='transmittance' value='0.4'/></bsdf>",
+        "<bsdf type='principledthin' id='leaf'><spectrum name='base_color' value='0.4'/>
+         <float name='diff_trans' value='2'/></bsdf>",
+    );
+    assert_eq!(note, "read: 'difftrans' as 'principledthin'");
+}
+
+#[test]
 fn the_medium_of_the_fork() {
     let note = becomes(
         "<medium type='heterogeneousrefractive' id='tissue'>

@@ -115,6 +115,13 @@ pub(super) const RULES: &[PluginTranslation] = &[
     same(Bsdf, "hdielectric", "dielectric"),
     same(Bsdf, "hroughdielectric", "roughdielectric"),
     // Mitsuba 0.5 and 0.6.
+    // A sheet that transmits all its diffuse light.
+    PluginTranslation {
+        old: true,
+        renamed: &[("transmittance", "base_color")],
+        implied: &[("diff_trans", Float(2.0))],
+        ..same(Bsdf, "difftrans", "principledthin")
+    },
     old(Film, "hdrfilm", FILES),
     PluginTranslation {
         old: true,
