@@ -49,6 +49,7 @@ pub fn all() -> Vec<Case> {
         "mesh" => |m| shape(m, json!({"type": "mesh", "vertex_positions": WEDGE, "faces": FACES})),
         "serialized" => |m| shape(m, json!({"type": "serialized", "filename": "meshes4.serialized"})),
         "gltf" => |m| shape(m, json!({"type": "gltf", "filename": "two_boxes.glb"})),
+        "sdfgrid" => |m| shape(m, json!({"type": "sdfgrid", "grid": [[[-0.2, 0.4], [0.3, 0.5]], [[0.6, 0.2], [0.4, 0.7]]]})),
         "instance" => |m| {
             let mut scene = shape(m, json!({"type": "instance", "shapegroup": {"type": "ref", "id": "group"}}));
             scene["group"] = json!({"type": "shapegroup", "a": {"type": "sphere", "radius": 0.5}, "b": {"type": "disk"}});
