@@ -7,6 +7,8 @@ use morgana_io::schema::{self, Parameter};
 use morgana_io::{Diagnostics, Difference, LoadOptions, Loaded, PluginKind, json};
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
+use transport::Spectrum;
+use transport::emitter::Emitter;
 use transport::render::{RenderOptions, render};
 
 fn load_in(directory: &std::path::Path, text: &str) -> Loaded {
@@ -254,6 +256,146 @@ fn distances_are_those_of_mitsuba() {
     testkit::z_test::max_abs_z(&[excess / own.hypot(error)], 1e-3).unwrap();
 }
 
+/// Radiances that Mitsuba 3.9.1 (`scalar_rgb`) has of its `sunsky`, in directions that its `eval` was asked for. The
+/// sky may differ by 4e-3 (interpolation between pixels, and single precision), the sun by 1 % of the brightest one.
+#[test]
+fn suns_and_skies_are_those_of_mitsuba() {
+    use glam::DVec3;
+    const BRIGHTEST: f64 = 2.27e4;
+    let clear = r#""sun_direction": [0.5, 0.2, 0.6], "turbidity": 2.5, "albedo": {"type": "rgb", "value": [0.1, 0.5, 0.9]}"#;
+    let evening = r#""hour": 18.5, "turbidity": 7.3, "sky_scale": 2, "sun_scale": 0.5, "to_world": [{"rotate": {"axis": [1, 0, 0], "angle": -90}}]"#;
+    let sydney = r#""latitude": -33.9, "longitude": 151.2, "timezone": 10, "month": 1, "day": 3, "hour": 9, "minute": 20"#;
+    let table = [
+        (
+            r#""turbidity": 3"#,
+            [0.051385447, 0.69174796, 0.72030848],
+            [21418.736, 17626.246, 13041.786],
+        ),
+        (
+            r#""turbidity": 3"#,
+            [0.0, 0.0, 1.0],
+            [0.02435108, 0.04230875, 0.08559477],
+        ),
+        (
+            r#""turbidity": 3"#,
+            [0.6, 0.0, 0.8],
+            [0.02877388, 0.05145225, 0.10133342],
+        ),
+        (
+            r#""turbidity": 3"#,
+            [0.0, 1.0, 0.1],
+            [0.19849424, 0.26411304, 0.33214977],
+        ),
+        (r#""turbidity": 3"#, [0.3, 0.8, -0.6], [0.0; 3]),
+        (clear, [0.5, 0.2, 0.6], [21729.709, 17961.498, 13382.162]),
+        (clear, [0.6, 0.0, 0.8], [0.06713343, 0.10587789, 0.18520704]),
+        (clear, [-0.5, 0.5, 0.7], [0.02223407, 0.058429, 0.14554304]),
+        (
+            evening,
+            [-0.40868393, 0.07891099, -0.90925825],
+            [1041.1606, 409.49564, 58.534195],
+        ),
+        (evening, [0.0, -0.02, 1.0], [0.0; 3]),
+        (
+            evening,
+            [0.3, 0.8, -0.6],
+            [0.04172193, 0.05027457, 0.05536551],
+        ),
+        (
+            evening,
+            [0.5, 0.2, 0.6],
+            [0.09672037, 0.10757237, 0.0900749],
+        ),
+        (
+            sydney,
+            [-0.0721906, -0.59066433, 0.80368167],
+            [21699.984, 18050.637, 13688.485],
+        ),
+        (
+            sydney,
+            [0.0, 1.0, 0.1],
+            [0.12679866, 0.18885781, 0.26827767],
+        ),
+    ];
+    for (parameters, toward, theirs) in table {
+        let sky = format!(r#""sky": {{"type": "sunsky", {parameters}}}"#);
+        let loaded = load(&ball_in(r#""type": "diffuse""#, &sky));
+        let toward = DVec3::from(toward).normalize();
+        let parts = loaded.groups[0].emitters().iter().map(|e| match e {
+            Emitter::Environment(part) => part.radiance(toward),
+            _ => Spectrum::ZERO,
+        });
+        let ours = parts.fold(Spectrum::ZERO, |sum, part| sum + part);
+        for (c, theirs) in theirs.into_iter().enumerate() {
+            let sun = if theirs > 1.0 { 0.01 * BRIGHTEST } else { 0.0 };
+            let error = (ours[c] - theirs).abs();
+            assert!(
+                error <= 4e-3 * theirs + sun,
+                "{parameters}, {toward}: {ours:?}, Mitsuba {theirs}"
+            );
+        }
+    }
+}
+
+/// As [`means_are_those_of_mitsuba`], of a ball under a sky and a sun, which are those of Mitsuba within 1 %.
+#[test]
+fn suns_light_as_mitsubas_do() {
+    let mut zs = Vec::new();
+    for (parameters, theirs, error) in [
+        (
+            r#""sun_direction": [0.5, 0.9, 0.4], "to_world": [{"rotate": {"axis": [1, 0, 0], "angle": -90}}]"#,
+            0.072854,
+            9.2e-5,
+        ),
+        (
+            r#""sun_direction": [-0.5, 0.3, 0.4], "sun_scale": 0, "turbidity": 6, "to_world": [{"rotate": {"axis": [1, 0, 0], "angle": -90}}]"#,
+            0.035571,
+            2.8e-5,
+        ),
+    ] {
+        let sky = format!(r#""sky": {{"type": "sunsky", {parameters}}}"#);
+        let [ours, own] = mean(&ball_in(r#""type": "diffuse""#, &sky), 256);
+        println!("{parameters}: {ours:.5} ± {own:.5}, Mitsuba {theirs:.5}");
+        assert!(own < 4e-3 * theirs, "{parameters}: no power");
+        let excess = ((ours - theirs).abs() - 0.01 * theirs).max(0.0);
+        zs.push(excess / own.hypot(error));
+    }
+    testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
+}
+
+#[test]
+fn suns_that_cannot_be_are_refused() {
+    let sky = |parameters: &str| {
+        ball_in(
+            r#""type": "diffuse""#,
+            &format!(r#""sky": {{"type": "sunsky", {parameters}}}"#),
+        )
+    };
+    for (parameters, expected) in [
+        (r#""turbidity": 0.5"#, "turbidity"),
+        (r#""albedo": 1.5"#, "albedo"),
+        (r#""sun_direction": [0, 0, 1], "hour": 3"#, "not both"),
+        (r#""sun_direction": [0, 0, 0]"#, "must not be zero"),
+        (r#""sun_aperture": 90"#, "sun_aperture"),
+        (r#""year": 99999999999"#, "year"),
+    ] {
+        let mut diagnostics = Diagnostics::new();
+        let description =
+            json::parse(&sky(parameters), "scene.json", &[], &mut diagnostics).unwrap();
+        let refused = morgana_io::assemble(&description, &LoadOptions::default(), diagnostics);
+        let message = refused.err().map(|d| d.to_string()).unwrap_or_default();
+        assert!(message.contains(expected), "{parameters}: {message}");
+    }
+    // At night it is dark: nothing shines, which is said.
+    let mut diagnostics = Diagnostics::new();
+    let night =
+        sky(r#""hour": 1"#).replacen(r#""hour": 1}"#, r#""hour": 1}, "p": {"type": "point"}"#, 1);
+    let description = json::parse(&night, "scene.json", &[], &mut diagnostics).unwrap();
+    let loaded = morgana_io::assemble(&description, &LoadOptions::default(), diagnostics).unwrap();
+    assert_eq!(loaded.groups[0].emitters().len(), 1);
+    assert!(loaded.warnings.to_string().contains("below the horizon"));
+}
+
 /// A pixel of the maps that [`maps_light_as_mitsubas_do`] compares.
 fn pixel(i: usize) -> f32 {
     let spread = (i * i * 7919 + 31 * i + 13) % 101;
@@ -448,6 +590,7 @@ fn examples() -> Vec<(&'static str, String, String)> {
         ("sample_count", camera(r#""sampler": {"type": "independent"}"#), camera(SAMPLER)),
         ("sdfgrid", scene(r#""c": {"type": "sdfgrid", "grid": [[[[-1], [1]], [[1], [1]]], [[[1], [1]], [[1], [1]]]]}, "#), scene(r#""c": {"type": "cube"}, "#)),
         ("sensor medium", within(""), within(r#", "medium": {"type": "ref", "id": "fog"}"#)),
+        ("sunsky", scene(r#""c": {"type": "sunsky"}, "#), scene(r#""c": {"type": "directional"}, "#)),
         ("vertex colours",
             tetrahedron(outside).replace("COLOURS", r#", "bsdf": {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}"#),
             tetrahedron(outside).replace("COLOURS", "")),

@@ -1,7 +1,7 @@
-//! Emitters and lenses against their closed forms. One chi-square test, at a false-alarm rate of 1e-3.
+//! Emitters and lenses against their closed forms. Two chi-square tests, each at a false-alarm rate of 5e-4.
 
 use glam::{DAffine3, DMat3, DVec3};
-use morgana_transport::emitter::{BeamProfile, Collimated, Environment, Spot};
+use morgana_transport::emitter::{BeamProfile, Collimated, DistantDisc, Environment, Spot};
 use morgana_transport::sensor::{Perspective, Sensor, ThinLens};
 use morgana_transport::{Orientation, Spectrum};
 use std::f64::consts::{PI, TAU};
@@ -19,7 +19,7 @@ fn environment_images_are_sampled_by_their_density() {
     // Bins along the image's own axis.
     let axis = turn.to_world(DVec3::Y).to_array();
     let table = DirectionTable::uniform(axis, 18, 24).with_mass_tolerance(2e-3);
-    let mut family = Family::new(1e-3);
+    let mut family = Family::new(5e-4);
     let report = table
         .test(
             1,
@@ -35,6 +35,37 @@ fn environment_images_are_sampled_by_their_density() {
         .unwrap();
     family.push("environment", report.p_value);
     family.check().unwrap();
+}
+
+#[test]
+fn discs_in_the_sky_are_sampled_by_their_density() {
+    let center = DVec3::new(0.3, 0.8, -0.5).normalize();
+    let disc = Environment::Disc(DistantDisc::new(center, 0.4, 2.0).unwrap());
+    let table = DirectionTable::uniform(center.to_array(), 90, 24).with_mass_tolerance(2e-2);
+    let mut family = Family::new(5e-4);
+    let report = table
+        .test(
+            2,
+            200_000,
+            Mass::Exactly(1.0),
+            |rng| {
+                let (direction, pdf) = disc.sample(rng.uniform());
+                assert!((disc.pdf(direction) / pdf - 1.0).abs() < 1e-9);
+                Some(direction.to_array())
+            },
+            |direction| disc.pdf(DVec3::from_array(direction)),
+        )
+        .unwrap();
+    family.push("disc", report.p_value);
+    family.check().unwrap();
+    // As narrow as the sun.
+    let sun = Environment::Disc(DistantDisc::new(center, 4.675e-3, 2.0).unwrap());
+    for k in 0..100 {
+        let (direction, pdf) = sun.sample([0.01 * f64::from(k), 0.3]);
+        assert!((sun.pdf(direction) / pdf - 1.0).abs() < 1e-9);
+        assert_eq!(sun.radiance(direction), Spectrum::splat(2.0));
+    }
+    assert_eq!(sun.radiance(DVec3::X), Spectrum::ZERO);
 }
 
 /// What Mitsuba 3.9.1 says of a map of 4 × 3 pixels, 1 to 12, at directions given by u and v, and of one of 2 × 2, which

@@ -1,7 +1,8 @@
 //! Emitters.
 
 use super::row::{
-    TO_WORLD, boolean, float, one, plugin, point, role, spectrum, text, texture, vector, word,
+    TO_WORLD, boolean, float, integer, one, plugin, point, role, spectrum, text, texture, vector,
+    word,
 };
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Medium, Texture};
@@ -35,6 +36,34 @@ const ENVMAP: &[Parameter] = &[
     text("filename", "required", ".exr, or .png or .jpg in sRGB"),
     float("scale", "1", "factor, ≥ 0"),
     boolean("mis_compensation", "false", "accepted and ignored"),
+    TO_WORLD,
+];
+
+const SUNSKY: &[Parameter] = &[
+    float("turbidity", "3", "haze, 1 (none) to 10"),
+    spectrum("albedo", "0.3", "of the ground, 0 to 1"),
+    vector(
+        "sun_direction",
+        "(by place and time)",
+        "towards the sun, in the world",
+    ),
+    float("latitude", "35.6894", "degrees, northern > 0"),
+    float("longitude", "139.6917", "degrees, eastern > 0"),
+    float("timezone", "9", "hours ahead of universal time"),
+    integer("year", "2010", "of the date"),
+    integer("month", "7", "1 to 12"),
+    integer("day", "10", "1 to 31"),
+    float("hour", "15", "of local time"),
+    float("minute", "0", "of local time"),
+    float("second", "0", "of local time"),
+    float("sun_scale", "1", "factor of the sun, ≥ 0"),
+    float("sky_scale", "1", "factor of the sky, ≥ 0"),
+    float(
+        "sun_aperture",
+        "0.5358",
+        "diameter of the sun in degrees, > 0 and < 90; its power stays",
+    ),
+    boolean("complex_sun", "false", "accepted and ignored"),
     TO_WORLD,
 ];
 
@@ -93,6 +122,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "envmap",
         "An equirectangular image around the scene.",
         &[ENVMAP],
+        &[],
+    ),
+    plugin(
+        "sunsky",
+        "The sun and the sky that it lights, +z up.",
+        &[SUNSKY],
         &[],
     ),
     plugin("collimated", "A beam along +z.", &[BEAM, PLACED], INSIDE),

@@ -29,6 +29,7 @@ pub fn all() -> Vec<Case> {
         "directional" => |m| lit(m, json!({"type": "directional", "to_world": m.view(ABOVE), "irradiance": 2})),
         "constant" => |m| lit(m, json!({"type": "constant", "to_world": m.turned()})),
         "envmap" => |m| lit(m, sky(m)),
+        "sunsky" => |m| lit(m, json!({"type": "sunsky", "hour": 9, "turbidity": 6, "to_world": m.turned(), "sun_aperture": 20})),
         "collimated" => |m| lit(m, json!({"type": "collimated", "to_world": m.view(ABOVE), "radius": 0.6 * m.scale(), "irradiance": 3})),
     );
     let sensors = cases!(Sensor:

@@ -1,5 +1,6 @@
-//! Light from all around: constant, or an image.
+//! Light from all around: constant, an image, or a disc.
 
+use super::distant_disc::DistantDisc;
 use super::environment_map::EnvironmentMap;
 use crate::sampling::DistributionError;
 use crate::sampling::sphere::{uniform_sphere_pdf, uniform_sphere_sample};
@@ -41,6 +42,8 @@ pub enum Environment {
     Constant(Spectrum),
     /// An equirectangular image.
     Image(Arc<EnvironmentMap>),
+    /// A disc, and darkness around it.
+    Disc(DistantDisc),
 }
 
 impl Environment {
@@ -68,6 +71,7 @@ impl Environment {
         match self {
             Environment::Constant(radiance) => *radiance,
             Environment::Image(image) => image.radiance(toward),
+            Environment::Disc(disc) => disc.radiance(toward),
         }
     }
 
@@ -77,6 +81,7 @@ impl Environment {
         match self {
             Environment::Constant(_) => (uniform_sphere_sample(u), uniform_sphere_pdf()),
             Environment::Image(image) => image.sample(u),
+            Environment::Disc(disc) => disc.sample(u),
         }
     }
 
@@ -85,6 +90,7 @@ impl Environment {
         match self {
             Environment::Constant(_) => uniform_sphere_pdf(),
             Environment::Image(image) => image.pdf(toward),
+            Environment::Disc(disc) => disc.pdf(toward),
         }
     }
 
@@ -93,6 +99,7 @@ impl Environment {
         match self {
             Environment::Constant(radiance) => *radiance * (4.0 * PI),
             Environment::Image(image) => image.integral(),
+            Environment::Disc(disc) => disc.integral(),
         }
     }
 
@@ -100,6 +107,7 @@ impl Environment {
         match self {
             Environment::Constant(_) => "constant",
             Environment::Image(_) => "envmap",
+            Environment::Disc(_) => "disc",
         }
     }
 }

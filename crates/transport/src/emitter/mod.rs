@@ -6,6 +6,7 @@
 //! into basic radiance, belong to `path`.
 
 mod collimated;
+mod distant_disc;
 mod emission;
 mod environment;
 mod environment_map;
@@ -19,6 +20,7 @@ mod textured;
 
 pub use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 pub use collimated::{BeamProfile, Collimated};
+pub use distant_disc::{DiscError, DistantDisc};
 pub use emission::Emission;
 pub use environment::{Environment, ImageError};
 pub use luminaire::{Luminaire, LuminaireError};

@@ -45,7 +45,7 @@ fn starts_of_parallel_light_follow_their_density() {
         };
         family.push(name, starts(&emitter, center, reach));
     }
-    assert_eq!(family.len(), 5);
+    assert_eq!(family.len(), 6);
     family.check().unwrap();
 }
 

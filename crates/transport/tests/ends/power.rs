@@ -20,6 +20,7 @@ fn power(name: &str, shapes: &[Shape]) -> f64 {
         "directional" => disc,
         "constant" => 4.0 * PI * disc,
         "envmap" => sky() * disc,
+        "sun" => TAU * (1.0 - HALF_ANGLE.cos()) * disc,
         // π times the mean pixel times the area of the screen at unit distance: an image that repeats has the mean of
         // its pixels, however it is interpolated.
         "projector" => {

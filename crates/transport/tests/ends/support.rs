@@ -3,8 +3,8 @@
 use glam::{DAffine2, DAffine3, DMat3, DVec3};
 use morgana_transport::connection_end::ConnectionEnd;
 use morgana_transport::emitter::{
-    BeamProfile, Collimated, Emission, Emitter, Environment, Luminaire, Projector, Slide, Spot,
-    Surroundings, TexturedArea,
+    BeamProfile, Collimated, DistantDisc, Emission, Emitter, Environment, Luminaire, Projector,
+    Slide, Spot, Surroundings, TexturedArea,
 };
 use morgana_transport::sampling::Frame;
 use morgana_transport::shape::{Rectangle, Shape, Sphere};
@@ -87,6 +87,9 @@ fn image(color: Spectrum) -> Environment {
     Environment::image(IMAGE.0, IMAGE.1, pixels, turned(1.1)).unwrap()
 }
 
+/// Half the angle of a disc in the sky, in radians.
+pub const HALF_ANGLE: f64 = 0.3;
+
 /// Width of what a projector throws, in radians.
 pub const FOV: f64 = 1.2;
 
@@ -159,6 +162,8 @@ pub fn emitters(color: Spectrum) -> Vec<(&'static str, Emitter)> {
         ("disc beam", beam(DISC, color)),
         ("Gaussian beam", beam(GAUSSIAN, color)),
     ];
+    let disc = DistantDisc::new(axis(), HALF_ANGLE, color).unwrap();
+    all.push(("sun", Emitter::Environment(Environment::Disc(disc))));
     all.push(("ies", light(color)));
     all.push(("globe", globe(color)));
     // A black image cannot be made.

@@ -1,6 +1,8 @@
 //! Emitters.
 
 mod files;
+mod sun;
+mod sunsky;
 
 use super::context::Context;
 use super::medium;
@@ -15,7 +17,7 @@ use transport::Spectrum;
 use transport::emitter::{BeamProfile, Collimated, Emitter, Environment, Spot, TexturedArea};
 use transport::shape::Shape;
 
-const KNOWN: [&str; 9] = [
+const KNOWN: [&str; 10] = [
     "point",
     "spot",
     "projector",
@@ -23,6 +25,7 @@ const KNOWN: [&str; 9] = [
     "directional",
     "constant",
     "envmap",
+    "sunsky",
     "collimated",
     "area",
 ];
@@ -32,6 +35,14 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     if object.plugin == "area" {
         let message = "an area emitter belongs inside the shape that it covers";
         context.error_at(&object.location, message);
+        return;
+    }
+    if object.plugin == "sunsky" {
+        for (name, part) in sunsky::environments(object, context) {
+            let id = object.id.as_ref().map(|id| format!("{id}_{name}"));
+            let id = id.unwrap_or_else(|| name.to_owned());
+            push(Emitter::Environment(part), object, Some(id), context);
+        }
         return;
     }
     if let Some(emitter) = build(object, context) {

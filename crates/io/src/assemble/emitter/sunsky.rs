@@ -1,0 +1,238 @@
+//! The sun, and the sky that it lights: the model of Hosek and Wilkie (2012, 2013), as Mitsuba has it.
+
+use super::super::context::Context;
+use super::super::difference::SUNSKY;
+use super::super::transforms::pose;
+use super::sun::{self, Observer};
+use crate::query::Query;
+use crate::scene::{ObjectDescription, SpectrumValue};
+use glam::{DMat3, DVec3};
+use hw_skymodel::rgb::{SkyParams, SkyState};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::ops::Bound;
+use transport::Orientation;
+use transport::emitter::{DistantDisc, Environment};
+
+/// The sky becomes an image of this size; rows are 0.35° apart.
+const WIDTH: usize = 512;
+const HEIGHT: usize = 513;
+/// The integral of the eye's response ȳ in nm, by which Mitsuba divides spectra that become colours.
+const CIE_Y: f64 = 106.750_259_4;
+/// Diameter of the sun, degrees.
+const APERTURE: f64 = 0.5358;
+
+/// What a scene says of the sun and the sky.
+struct Sunsky {
+    turbidity: f64,
+    albedo: [f64; 3],
+    /// Unit direction of the sun, z up.
+    sun: DVec3,
+    sun_scale: f64,
+    sky_scale: f64,
+    /// Half the angle that the sun has.
+    half_angle: f64,
+    orientation: Orientation,
+}
+
+/// The environments that an object describes: the sky and the sun, unless they are dark.
+pub(super) fn environments(
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> Vec<(&'static str, Environment)> {
+    context.differences.insert(SUNSKY);
+    let Some(parts) = read(object, context) else {
+        return Vec::new();
+    };
+    let colour = SpectrumValue::Rgb([1.0; 3]);
+    if let Err(message) = context.channels.spectrum(&colour, context.group) {
+        context.error_at(&object.location, message);
+        return Vec::new();
+    }
+    let sky = (parts.sky_scale > 0.0).then(|| parts.sky(object, context));
+    let sun = (parts.sun_scale > 0.0).then(|| parts.sun(object, context));
+    let named = [("sky", sky.flatten()), ("sun", sun.flatten())];
+    let lit = named.into_iter();
+    lit.filter_map(|(name, part)| part.map(|part| (name, part)))
+        .collect()
+}
+
+fn read(object: &ObjectDescription, context: &mut Context) -> Option<Sunsky> {
+    let mut q = Query::new(object, context.diagnostics);
+    let turbidity = q.float_in("turbidity", 1.0..=10.0, 3.0);
+    let albedo = q.spectrum_or("albedo", SpectrumValue::Uniform(0.3));
+    let scales = ["sun_scale", "sky_scale"].map(|name| q.float_in(name, 0.0.., 1.0));
+    let open = (Bound::Excluded(0.0), Bound::Excluded(90.0));
+    let aperture = q.float_in("sun_aperture", open, APERTURE);
+    // Limb darkening: the power is the same.
+    q.boolean_or("complex_sun", false);
+    let pose = pose(&mut q, "an environment");
+    let given = given_sun(&mut q);
+    let observer = observer(&mut q);
+    let albedo = match albedo {
+        SpectrumValue::Uniform(v) => [v; 3],
+        SpectrumValue::Rgb(rgb) => rgb,
+        SpectrumValue::Sampled(_) => {
+            q.error("albedo", "the ground's albedo is a number or a colour");
+            return None;
+        }
+    };
+    if let Some(bad) = albedo.into_iter().find(|v| !(0.0..=1.0).contains(v)) {
+        q.error(
+            "albedo",
+            format!("the ground's albedo lies in [0, 1], got {bad}"),
+        );
+        return None;
+    }
+    let (_, orientation) = pose?;
+    let sun = given.map_or_else(|| observer.sun(), |given| orientation.to_local(given));
+    if sun.z < 0.0 {
+        let name = if given.is_some() {
+            "sun_direction"
+        } else {
+            "type"
+        };
+        q.warning(
+            name,
+            "the sun is below the horizon: neither it nor the sky shines",
+        );
+    }
+    q.finish(&[]);
+    (sun.z >= 0.0).then_some(Sunsky {
+        turbidity,
+        albedo,
+        sun,
+        sun_scale: scales[0],
+        sky_scale: scales[1],
+        half_angle: 0.5 * aperture.to_radians(),
+        orientation,
+    })
+}
+
+/// The direction of the sun in the world, if it is given rather than told from place and time.
+fn given_sun(q: &mut Query) -> Option<DVec3> {
+    const NAME: &str = "sun_direction";
+    if !q.has(NAME) {
+        return None;
+    }
+    let told = [
+        "latitude",
+        "longitude",
+        "timezone",
+        "year",
+        "month",
+        "day",
+        "hour",
+        "minute",
+        "second",
+    ];
+    if let Some(name) = told.into_iter().find(|name| q.has(name)) {
+        q.error(name, format!("give '{NAME}', or place and time, not both"));
+    }
+    let direction = q.vector(NAME).try_normalize();
+    if direction.is_none() {
+        q.error(NAME, "the direction must not be zero");
+    }
+    direction
+}
+
+/// Place and time: an afternoon of July in Tokyo, unless given.
+fn observer(q: &mut Query) -> Observer {
+    let minutes = q.float_or("minute", 0.0) + q.float_or("second", 0.0) / 60.0;
+    Observer {
+        latitude: q.float_in("latitude", -90.0..=90.0, 35.6894),
+        longitude: q.float_in("longitude", -180.0..=360.0, 139.6917),
+        timezone: q.float_in("timezone", -24.0..=24.0, 9.0),
+        year: q.integer_in("year", -4000..=9999, 2010),
+        month: q.integer_in("month", 1..=12, 7),
+        day: q.integer_in("day", 1..=31, 10),
+        hours: q.float_or("hour", 15.0) + minutes / 60.0,
+    }
+}
+
+/// Mitsuba's sky has z up, images have y up.
+fn upright(local: DVec3) -> DVec3 {
+    DVec3::new(local.x, -local.z, local.y)
+}
+
+impl Sunsky {
+    fn sky(&self, object: &ObjectDescription, context: &mut Context) -> Option<Environment> {
+        let elevation = (FRAC_PI_2 - self.sun.z.min(1.0).acos()).max(0.0);
+        let state = SkyState::new(&SkyParams {
+            elevation: (elevation as f32).min(std::f32::consts::FRAC_PI_2),
+            turbidity: self.turbidity as f32,
+            albedo: self.albedo.map(|v| v as f32),
+        });
+        let (coefficients, means) = context.accept(&object.location, state)?.raw();
+        let channel = |c: usize| {
+            let of_channel = &coefficients[9 * c..9 * (c + 1)];
+            let coefficients = std::array::from_fn(|i| f64::from(of_channel[i]));
+            let mean = f64::from(means[c]) * self.sky_scale / CIE_Y;
+            Skylight { coefficients, mean }
+        };
+        let channels: [Skylight; 3] = std::array::from_fn(channel);
+        let mut pixels = Vec::with_capacity(WIDTH * HEIGHT);
+        for row in 0..HEIGHT {
+            let (sin, cos) = (PI * row as f64 / (HEIGHT - 1) as f64).sin_cos();
+            // The horizon's row is half dark, so that what interpolation lets shine below it is missing above.
+            let share = match row.cmp(&(HEIGHT / 2)) {
+                std::cmp::Ordering::Less => 1.0,
+                std::cmp::Ordering::Equal => 0.5,
+                std::cmp::Ordering::Greater => 0.0,
+            };
+            for column in 0..WIDTH {
+                let longitude = (column as f64 + 0.5) / WIDTH as f64 * TAU;
+                let y_up = DVec3::new(longitude.sin() * sin, cos, -longitude.cos() * sin);
+                let toward = upright(y_up);
+                let rgb = channels.each_ref().map(|light| {
+                    if share > 0.0 {
+                        share * light.radiance(toward.z.max(0.0), toward.angle_between(self.sun))
+                    } else {
+                        0.0
+                    }
+                });
+                pixels.push(context.spectrum(&SpectrumValue::Rgb(rgb), &object.location));
+            }
+        }
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        let [x, y, z] = axes.map(|axis| self.orientation.to_world(upright(axis)));
+        let (orientation, _) = Orientation::nearest(DMat3::from_cols(x, y, z))?;
+        let sky = Environment::image(WIDTH, HEIGHT, pixels, orientation);
+        context.accept(&object.location, sky)
+    }
+
+    /// A disc as bright all over. Its power is that of the sun, whatever the angle that it is given.
+    fn sun(&self, object: &ObjectDescription, context: &mut Context) -> Option<Environment> {
+        let elevation = FRAC_PI_2 - self.sun.z.min(1.0).acos();
+        let irradiance = sun::irradiance(self.turbidity, elevation);
+        let irradiance = SpectrumValue::Rgb(irradiance.map(|v| v * self.sun_scale));
+        let irradiance = context.spectrum(&irradiance, &object.location);
+        let solid_angle = TAU * 2.0 * (0.5 * self.half_angle).sin().powi(2);
+        let center = self.orientation.to_world(self.sun);
+        let disc = DistantDisc::new(center, self.half_angle, irradiance / solid_angle);
+        context
+            .accept(&object.location, disc)
+            .map(Environment::Disc)
+    }
+}
+
+/// A channel of the sky (Hosek and Wilkie 2012, eq. 8).
+struct Skylight {
+    /// A to I.
+    coefficients: [f64; 9],
+    /// The mean radiance.
+    mean: f64,
+}
+
+impl Skylight {
+    /// Radiance at a cosine to the zenith and an angle to the sun. The model is negative in places; light is not.
+    fn radiance(&self, cos: f64, gamma: f64) -> f64 {
+        let [a, b, c, d, e, f, g, i, h] = self.coefficients;
+        let cos_gamma = gamma.cos();
+        let scattered = 1.0 + cos_gamma * cos_gamma;
+        let aureole = scattered / libm::pow(1.0 + h * h - 2.0 * h * cos_gamma, 1.5);
+        let gradient = 1.0 + a * libm::exp(b / (cos + 0.01));
+        let around =
+            c + d * libm::exp(e * gamma) + f * cos_gamma * cos_gamma + g * aureole + i * cos.sqrt();
+        (self.mean * gradient * around).max(0.0)
+    }
+}
