@@ -68,6 +68,24 @@ fn names_of_parameters_and_roles() {
 }
 
 #[test]
+fn older_bsdfs() {
+    let note = becomes(
+        "<bsdf type='roughdiffuse' id='a'><spectrum name='diffuseReflectance' value='0.4'/><boolean name='useFastApprox' value='true'/></bsdf>
+         <bsdf type='ward' id='b'><string name='variant' value='ward-duer'/><float name='alphaU' value='0.1'/><float name='alphaV' value='0.2'/></bsdf>
+         <bsdf type='roughconductor' id='c'><string name='distribution' value='as'/></bsdf>
+         <bsdf type='coating' id='d'><float name='intIOR' value='1.7'/><spectrum name='sigmaA' value='0.1'/><bsdf type='diffuse'/></bsdf>",
+        "<bsdf type='roughdiffuse' id='a'><spectrum name='reflectance' value='0.4'/><boolean name='use_fast_approx' value='true'/></bsdf>
+         <bsdf type='ward' id='b'><float name='alpha_u' value='0.1'/><float name='alpha_v' value='0.2'/></bsdf>
+         <bsdf type='roughconductor' id='c'><string name='distribution' value='beckmann'/></bsdf>
+         <bsdf type='coating' id='d'><float name='int_ior' value='1.7'/><spectrum name='sigma_a' value='0.1'/><bsdf type='diffuse'/></bsdf>",
+    );
+    assert_eq!(
+        note,
+        "read: facets 'as' as 'beckmann'; ignored: 'variant' of 'ward'"
+    );
+}
+
+#[test]
 fn diffuse_transmitters() {
     let note = becomes(
         "<bsdf type='difftrans' id='leaf'><spectrum name='transmittance' value='0.4'/></bsdf>",

@@ -613,3 +613,99 @@ fn serialized_shapes() {
     refused(&shape(2), &["there is no mesh 2"]);
     refused(&shape(-1), &["'shape_index' is -1"]);
 }
+
+/// Along the normal, by the formulae of the models.
+#[test]
+fn older_bsdfs_take_their_parameters() {
+    let along = |bsdf_text: &str| {
+        let shape = format!(r#"<shape type="rectangle"><bsdf {bsdf_text}</bsdf></shape>"#);
+        reflectance(bsdf(&load(&shape).unwrap()), [0.5; 2])[0]
+    };
+    let passes = 1.0 - (0.5f64 / 2.5).powi(2);
+    let cases = [
+        (
+            r#"type="phong"><float name="exponent" value="6"/>"#,
+            0.5 + 0.2 * 4.0,
+        ),
+        (
+            r#"type="phong"><float name="exponent" value="6"/><rgb name="diffuse_reflectance" value="0.8"/><rgb name="specular_reflectance" value="0.8"/>"#,
+            0.5 + 0.5 * 4.0,
+        ),
+        (
+            r#"type="ward"><float name="alpha" value="0.5"/>"#,
+            0.5 + 0.2,
+        ),
+        (
+            r#"type="ward"><float name="alpha_u" value="0.5"/><float name="alpha_v" value="0.125"/>"#,
+            0.5 + 0.2 * 4.0,
+        ),
+        (
+            r#"type="roughdiffuse"><float name="alpha" value="0.4"/>"#,
+            0.5 * (1.0 - 0.04 / 0.41) + 0.25 * 0.17 * 0.08 / 0.21,
+        ),
+        (
+            r#"type="roughdiffuse"><float name="alpha" value="0.4"/><boolean name="use_fast_approx" value="true"/>"#,
+            0.5 * (1.0 - 0.04 / 0.41),
+        ),
+        (
+            r#"type="coating"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/><bsdf type="diffuse"/>"#,
+            0.5 * passes * passes / 2.25,
+        ),
+        (
+            r#"type="coating"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/><float name="sigma_a" value="0.3"/><float name="thickness" value="2"/><bsdf type="diffuse"/>"#,
+            0.5 * passes * passes / 2.25 * (-1.2f64).exp(),
+        ),
+        (
+            r#"type="mixturebsdf"><string name="weights" value="0.5, 0.25"/><bsdf type="diffuse"/><bsdf type="diffuse"><float name="reflectance" value="0.2"/></bsdf>"#,
+            0.3,
+        ),
+        (
+            r#"type="mixturebsdf"><string name="weights" value="3 1"/><bsdf type="diffuse"/><bsdf type="diffuse"><float name="reflectance" value="0.1"/></bsdf>"#,
+            0.4,
+        ),
+    ];
+    for (text, expected) in cases {
+        let found = along(text);
+        assert!(
+            (found - expected).abs() < 1e-6,
+            "{text}: {found} for {expected}"
+        );
+    }
+}
+
+#[test]
+fn older_bsdfs_that_are_refused() {
+    let shape = |bsdf: &str| format!(r#"<shape type="rectangle"><bsdf {bsdf}</bsdf></shape>"#);
+    for (text, expected) in [
+        (
+            r#"type="mixturebsdf"><string name="weights" value="1, x"/><bsdf type="diffuse"/>"#,
+            "numbers ≥ 0",
+        ),
+        (
+            r#"type="mixturebsdf"><string name="weights" value="0.5, 0.5"/><bsdf type="diffuse"/>"#,
+            "2 nested bsdfs",
+        ),
+        (
+            r#"type="mixturebsdf"><string name="weights" value="0.5, 0.5"/><bsdf type="diffuse"/><bsdf type="dielectric"/>"#,
+            "let no light through",
+        ),
+        (
+            r#"type="coating"><bsdf type="dielectric"/>"#,
+            "let no light through",
+        ),
+        (r#"type="coating">"#, "one nested bsdf"),
+        (
+            r#"type="phong"><float name="exponent" value="-1"/>"#,
+            "exponent must be finite and ≥ 0",
+        ),
+        (
+            r#"type="roughdiffuse"><float name="alpha" value="-1"/>"#,
+            "alpha must be finite and ≥ 0",
+        ),
+        (r#"type="hk">"#, "thin scattering layer"),
+        (r#"type="measured">"#, "measured reflectances"),
+        (r#"type="hair">"#, "hairs are not modelled"),
+    ] {
+        refused(&shape(text), &[expected]);
+    }
+}

@@ -1,6 +1,6 @@
 //! Bsdfs.
 
-use super::row::{boolean, float, index, many, one, plugin, spectrum, texture, word};
+use super::row::{boolean, float, index, list, many, one, plugin, spectrum, texture, word};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::Bsdf;
 
@@ -45,14 +45,7 @@ const TRANSMITTANCE: &[Parameter] = &[spectrum(
     "factor of what is transmitted, 0 to 1",
 )];
 
-const ROUGHNESS: &[Parameter] = &[
-    float("alpha", "0.1", "roughness, 1e-4 to 1"),
-    float(
-        "alpha_u",
-        "",
-        "in place of alpha, with alpha_v: their geometric mean counts",
-    ),
-    float("alpha_v", "", "see alpha_u"),
+const FACETS: &[Parameter] = &[
     word(
         "distribution",
         &["beckmann", "ggx"],
@@ -139,6 +132,28 @@ const PRINCIPLED_THIN: &[Parameter] = &[
     ),
 ];
 
+const GLOSSY: &[Parameter] = &[
+    spectrum("diffuse_reflectance", "0.5", "of the diffuse part, 0 to 1"),
+    spectrum("specular_reflectance", "0.2", "of the glossy part, 0 to 1"),
+];
+
+const ALPHAS: &[Parameter] = &[
+    float("alpha", "0.1", "roughness, 1e-4 to 1"),
+    float(
+        "alpha_u",
+        "",
+        "in place of alpha, with alpha_v: their geometric mean counts",
+    ),
+    float("alpha_v", "", "see alpha_u"),
+];
+
+const LAYER: &[Parameter] = &[
+    index("int_ior", "1.5046", "index of the layer"),
+    index("ext_ior", "\"air\"", "index outside"),
+    spectrum("sigma_a", "0", "absorption coefficient of the layer, ≥ 0"),
+    float("thickness", "1", "in inverse units of sigma_a, ≥ 0"),
+];
+
 const FILTER: &[Parameter] = &[spectrum("transmittance", "1", "factor, 0 to 1")];
 const ANGLE: &[Parameter] = &[spectrum("theta", "0", "accepted and ignored")];
 
@@ -164,7 +179,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "roughdielectric",
         "A rough interface.",
-        &[INDICES, REFLECTANCE, TRANSMITTANCE, ROUGHNESS],
+        &[INDICES, REFLECTANCE, TRANSMITTANCE, ALPHAS, FACETS],
         &[REFLECTED, TRANSMITTED, ALPHA],
     ),
     plugin(
@@ -182,7 +197,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "roughconductor",
         "A rough metal.",
-        &[METAL, REFLECTANCE, ROUGHNESS],
+        &[METAL, REFLECTANCE, ALPHAS, FACETS],
         &[REFLECTED, ALPHA],
     ),
     plugin(
@@ -194,7 +209,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "roughplastic",
         "A diffuse base under a rough coat.",
-        &[COAT, REFLECTANCE, ROUGHNESS, LOSSLESS],
+        &[COAT, REFLECTANCE, ALPHAS, FACETS, LOSSLESS],
         &[BASE, REFLECTED, ALPHA],
     ),
     plugin(
@@ -246,7 +261,8 @@ pub(super) const PLUGINS: &[Plugin] = &[
                 spectrum("diffuse_reflectance", "0.5", "of the base, 0 to 1"),
             ],
             REFLECTANCE,
-            ROUGHNESS,
+            ALPHAS,
+            FACETS,
         ],
         &[BASE, REFLECTED, ALPHA],
     ),
@@ -278,6 +294,70 @@ pub(super) const PLUGINS: &[Plugin] = &[
             &[spectrum("delta", "90", "accepted and ignored")],
         ],
         &[texture("theta"), texture("delta")],
+    ),
+    plugin(
+        "roughdiffuse",
+        "Cavities with Lambertian walls.",
+        &[&[
+            spectrum("reflectance", "0.5", "0 to 1"),
+            spectrum(
+                "alpha",
+                "0.2",
+                "√2 times the standard deviation of slopes, ≥ 0",
+            ),
+            boolean(
+                "use_fast_approx",
+                "false",
+                "whether light between the walls is left out",
+            ),
+        ]],
+        &[texture("reflectance"), ALPHA],
+    ),
+    plugin(
+        "phong",
+        "A diffuse part, and a lobe around the mirror's direction.",
+        &[
+            &[spectrum("exponent", "30", "of the lobe's cosine, ≥ 0")],
+            GLOSSY,
+        ],
+        &[texture("exponent"), BASE, REFLECTED],
+    ),
+    plugin(
+        "ward",
+        "A diffuse part, and Ward's lobe.",
+        &[GLOSSY, ALPHAS],
+        &[BASE, REFLECTED, ALPHA],
+    ),
+    plugin(
+        "coating",
+        "A smooth layer over another bsdf.",
+        &[LAYER, REFLECTANCE],
+        &[
+            texture("sigma_a"),
+            REFLECTED,
+            one(Bsdf, "What lies below, opaque."),
+        ],
+    ),
+    plugin(
+        "roughcoating",
+        "A rough layer over another bsdf.",
+        &[LAYER, REFLECTANCE, ALPHAS, FACETS],
+        &[
+            texture("sigma_a"),
+            REFLECTED,
+            ALPHA,
+            one(Bsdf, "What lies below, opaque."),
+        ],
+    ),
+    plugin(
+        "mixturebsdf",
+        "A mixture of any number of bsdfs.",
+        &[&[list(
+            "weights",
+            "required",
+            "their shares, ≥ 0; what is missing from 1 is black",
+        )]],
+        &[many(Bsdf, "As many as there are shares, opaque.")],
     ),
     plugin(
         "blendbsdf",

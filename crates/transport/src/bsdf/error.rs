@@ -30,6 +30,14 @@ pub enum BsdfError {
         /// First offending channel.
         value: f64,
     },
+    /// A quantity that is negative or not finite.
+    #[error("{name} must be finite and ≥ 0, got {}", Shown(*value))]
+    Unbounded {
+        /// Which parameter.
+        name: &'static str,
+        /// First offending value.
+        value: f64,
+    },
     /// A share of diffuse transmission, times 2, outside [0, 2].
     #[error("diff_trans must lie in [0, 2], got {}", Shown(*value))]
     DiffuseTransmission {
@@ -60,6 +68,14 @@ pub(super) fn factor(
     match outside {
         Some(value) => Err(BsdfError::Factor { name, value }),
         None => Ok(texture),
+    }
+}
+
+/// Checks that a texture's values are finite and not negative.
+pub(super) fn unbounded(name: &'static str, texture: &Texture) -> Result<(), BsdfError> {
+    match texture.numbers().find(|v| !(v.is_finite() && *v >= 0.0)) {
+        Some(value) => Err(BsdfError::Unbounded { name, value }),
+        None => Ok(()),
     }
 }
 

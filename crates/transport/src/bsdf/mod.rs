@@ -14,12 +14,14 @@
 mod beckmann;
 mod blend;
 mod coat;
+mod coating;
 mod conductor;
 mod dielectric;
 mod diffuse;
 mod error;
 pub mod fresnel;
 mod ggx;
+mod glossy_diffuse;
 mod mask;
 pub mod microfacet;
 pub mod null;
@@ -28,16 +30,19 @@ mod polarized_plastic;
 mod principled;
 mod rough_conductor;
 mod rough_dielectric;
+mod rough_diffuse;
 mod rough_plastic;
 mod surface;
 mod thin_dielectric;
 mod two_sided;
 
 pub use blend::BlendBsdf;
+pub use coating::{Coating, CoatingParameters};
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use error::BsdfError;
+pub use glossy_diffuse::{GlossyDiffuse, GlossyLobe};
 pub use mask::Mask;
 pub use microfacet::{Distribution, Microfacets, Roughness};
 pub use plastic::Plastic;
@@ -45,6 +50,7 @@ pub use polarized_plastic::PolarizedPlastic;
 pub use principled::{Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters};
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
+pub use rough_diffuse::RoughDiffuse;
 pub use rough_plastic::RoughPlastic;
 pub use surface::Surface;
 pub use thin_dielectric::ThinDielectric;
@@ -104,6 +110,12 @@ pub enum Bsdf {
     PrincipledThin(Box<PrincipledThin>),
     /// A diffuse base that light reaches through a smooth surface, under facets.
     PolarizedPlastic(PolarizedPlastic),
+    /// Cavities with Lambertian walls.
+    RoughDiffuse(RoughDiffuse),
+    /// Phong's or Ward's reflection, and a diffuse one.
+    GlossyDiffuse(Box<GlossyDiffuse>),
+    /// A layer over another surface.
+    Coating(Box<Coating>),
     /// A mixture of two surfaces.
     Blend(BlendBsdf),
     /// A surface on either side.
@@ -129,6 +141,9 @@ impl Bsdf {
             Bsdf::Principled(b) => b.sample(s, toward, u),
             Bsdf::PrincipledThin(b) => b.sample(s, toward, u),
             Bsdf::PolarizedPlastic(b) => b.sample(s, toward, u),
+            Bsdf::RoughDiffuse(b) => b.sample(s, toward, [u[1], u[2]]),
+            Bsdf::GlossyDiffuse(b) => b.sample(s, toward, u),
+            Bsdf::Coating(b) => b.sample(s, toward, u),
             Bsdf::Blend(b) => b.sample(s, toward, u),
             Bsdf::TwoSided(b) => b.sample(s, toward, u),
             Bsdf::Mask(b) => b.nested().sample(s, toward, u),
@@ -149,6 +164,9 @@ impl Bsdf {
             Bsdf::Principled(b) => b.eval(s, toward, direction),
             Bsdf::PrincipledThin(b) => b.eval(s, toward, direction),
             Bsdf::PolarizedPlastic(b) => b.eval(s, toward, direction),
+            Bsdf::RoughDiffuse(b) => b.eval(s, toward, direction),
+            Bsdf::GlossyDiffuse(b) => b.eval(s, toward, direction),
+            Bsdf::Coating(b) => b.eval(s, toward, direction),
             Bsdf::Blend(b) => b.eval(s, toward, direction),
             Bsdf::TwoSided(b) => b.eval(s, toward, direction),
             Bsdf::Mask(b) => b.nested().eval(s, toward, direction),
@@ -168,6 +186,9 @@ impl Bsdf {
             Bsdf::Principled(b) => b.pdf(s, toward, direction),
             Bsdf::PrincipledThin(b) => b.pdf(s, toward, direction),
             Bsdf::PolarizedPlastic(b) => b.pdf(s, toward, direction),
+            Bsdf::RoughDiffuse(b) => b.pdf(s, toward, direction),
+            Bsdf::GlossyDiffuse(b) => b.pdf(s, toward, direction),
+            Bsdf::Coating(b) => b.pdf(s, toward, direction),
             Bsdf::Blend(b) => b.pdf(s, toward, direction),
             Bsdf::TwoSided(b) => b.pdf(s, toward, direction),
             Bsdf::Mask(b) => b.nested().pdf(s, toward, direction),
@@ -196,6 +217,7 @@ impl Bsdf {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => true,
             Bsdf::Mask(b) => b.nested().is_delta(),
+            Bsdf::Coating(b) => b.is_smooth() && b.nested().is_delta(),
             Bsdf::Blend(b) => b.pair().iter().all(Bsdf::is_delta),
             Bsdf::TwoSided(b) => b.sides().iter().all(Bsdf::is_delta),
             _ => false,
@@ -207,6 +229,7 @@ impl Bsdf {
         match self {
             Bsdf::Conductor(_) | Bsdf::Plastic(_) | Bsdf::ThinDielectric(_) => true,
             Bsdf::Mask(b) => b.nested().is_mirror(),
+            Bsdf::Coating(b) => b.is_smooth() || b.nested().is_mirror(),
             Bsdf::Blend(b) => b.pair().iter().any(Bsdf::is_mirror),
             Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::is_mirror),
             _ => false,
@@ -236,6 +259,7 @@ impl Bsdf {
             Bsdf::Plastic(_) | Bsdf::RoughPlastic(_) | Bsdf::PolarizedPlastic(_) => true,
             Bsdf::Principled(b) => !b.transmits(),
             Bsdf::PrincipledThin(_) => false,
+            Bsdf::RoughDiffuse(_) | Bsdf::GlossyDiffuse(_) | Bsdf::Coating(_) => true,
             Bsdf::Blend(_) | Bsdf::TwoSided(_) => true,
         }
     }

@@ -3,9 +3,10 @@
 use glam::DVec3;
 use morgana_transport::Spectrum;
 use morgana_transport::bsdf::{
-    BlendBsdf, Bsdf, Conductor, Dielectric, Diffuse, Distribution, Mask, Plastic, PolarizedPlastic,
-    Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters, RoughConductor,
-    RoughDielectric, RoughPlastic, Roughness, Surface, ThinDielectric, TwoSided,
+    BlendBsdf, Bsdf, Coating, CoatingParameters, Conductor, Dielectric, Diffuse, Distribution,
+    GlossyDiffuse, GlossyLobe, Mask, Plastic, PolarizedPlastic, Principled, PrincipledParameters,
+    PrincipledThin, PrincipledThinParameters, RoughConductor, RoughDielectric, RoughDiffuse,
+    RoughPlastic, Roughness, Surface, ThinDielectric, TwoSided,
 };
 
 /// A tilted unit normal: no axis of the world is special to the code.
@@ -68,6 +69,35 @@ pub fn rough_plastic(roughness: Roughness, lossless: bool, nonlinear: bool) -> B
     let base = Spectrum([0.9, 0.5, 0.1, 1.0]);
     let coated = RoughPlastic::new(roughness, lossless, 1.5, base, Spectrum::ONE, nonlinear);
     Bsdf::RoughPlastic(coated.unwrap())
+}
+
+/// Cavities of some roughness.
+pub fn rough_diffuse(alpha: f64, fast: bool) -> Bsdf {
+    let colour = Spectrum([0.9, 0.5, 0.1, 1.0]);
+    Bsdf::RoughDiffuse(RoughDiffuse::new(colour, alpha, fast).unwrap())
+}
+
+/// A glossy lobe over a base; together they reflect everything in one channel.
+pub fn glossy(lobe: GlossyLobe) -> Bsdf {
+    let (diffuse, specular) = (
+        Spectrum([0.6, 0.5, 0.1, 0.0]),
+        Spectrum([0.4, 0.2, 0.3, 0.5]),
+    );
+    Bsdf::GlossyDiffuse(Box::new(
+        GlossyDiffuse::new(lobe, diffuse, specular).unwrap(),
+    ))
+}
+
+/// A layer that absorbs in some channels.
+pub fn coating(roughness: Option<Roughness>, nested: Bsdf) -> Bsdf {
+    let layer = CoatingParameters {
+        eta: 1.5,
+        sigma_a: Spectrum([0.0, 0.2, 1.0, 0.0]).into(),
+        thickness: 0.5,
+        specular_reflectance: Spectrum([1.0, 1.0, 1.0, 0.5]).into(),
+        roughness,
+    };
+    Bsdf::Coating(Box::new(Coating::new(layer, nested).unwrap()))
 }
 
 /// A principled surface of the colour of [`plastic`].
@@ -211,6 +241,23 @@ pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
         (
             "rough plastic, Beckmann",
             rough_plastic(beckmann(0.3), false, true),
+        ),
+        ("rough diffuse", rough_diffuse(0.6, false)),
+        ("rough diffuse, direct", rough_diffuse(0.6, true)),
+        ("phong", glossy(GlossyLobe::Phong(8.0.into()))),
+        ("ward", glossy(GlossyLobe::Ward(beckmann(0.4)))),
+        ("coating", coating(None, diffuse())),
+        (
+            "coating of a rough metal",
+            coating(None, rough_conductor(ggx(0.3))),
+        ),
+        (
+            "coating of a mirror",
+            coating(Some(ggx(0.4)), mirror.clone()),
+        ),
+        (
+            "rough coating",
+            coating(Some(beckmann(0.3)), glossy(GlossyLobe::Phong(3.0.into()))),
         ),
         ("principled", principled(0.5, 0.3, 0.5)),
         ("principled, layers", principled_layers()),

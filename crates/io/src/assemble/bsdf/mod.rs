@@ -12,18 +12,19 @@ use crate::query::{Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
 use parameters::{
-    Coated, Facets, Quantity, TINTS, coated, colour, eta, facets, nested, number, polarized_eta,
-    polarizing, tints,
+    Coated, Facets, Layer, Quantity, TINTS, alpha, coated, colour, eta, facets, glossy, layer,
+    nested, number, polarized_eta, polarizing, tints, weights,
 };
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::bsdf::{
-    BlendBsdf, Bsdf, BsdfError, Conductor, Dielectric, Diffuse, Mask, Plastic, PolarizedPlastic,
-    RoughConductor, RoughDielectric, RoughPlastic, Roughness, ThinDielectric, TwoSided,
+    BlendBsdf, Bsdf, BsdfError, Coating, CoatingParameters, Conductor, Dielectric, Diffuse,
+    Distribution, GlossyDiffuse, GlossyLobe, Mask, Plastic, PolarizedPlastic, RoughConductor,
+    RoughDielectric, RoughDiffuse, RoughPlastic, Roughness, ThinDielectric, TwoSided,
 };
 use transport::texture::Texture;
 
-const KNOWN: [&str; 18] = [
+const KNOWN: [&str; 24] = [
     "null",
     "diffuse",
     "dielectric",
@@ -39,7 +40,13 @@ const KNOWN: [&str; 18] = [
     "polarizer",
     "retarder",
     "circular",
+    "roughdiffuse",
+    "phong",
+    "ward",
+    "coating",
+    "roughcoating",
     "blendbsdf",
+    "mixturebsdf",
     "mask",
     "twosided",
 ];
@@ -98,13 +105,43 @@ pub(super) fn of_shape(shape: &mut Query) -> Option<Arc<ObjectDescription>> {
     shape.child(PluginKind::Bsdf).cloned()
 }
 
+/// Bsdfs that are not modelled, and what to do about it.
+const UNMODELLED: [(&str, &str); 7] = [
+    (
+        "bumpmap",
+        "normals are those of the geometry here: use the bsdf nested in it",
+    ),
+    (
+        "normalmap",
+        "normals are those of the geometry here: use the bsdf nested in it",
+    ),
+    (
+        "hk",
+        "a thin scattering layer is a medium here: give a thin shape the bsdf 'null', or 'dielectric', and an interior",
+    ),
+    (
+        "irawan",
+        "woven cloth is not modelled: use 'roughdiffuse', or 'principled' with sheen",
+    ),
+    (
+        "measured",
+        "measured reflectances are not read: fit 'roughconductor' or 'principled' to them",
+    ),
+    (
+        "measured_polarized",
+        "measured reflectances are not read: fit 'roughconductor' or 'principled' to them",
+    ),
+    (
+        "hair",
+        "hairs are not modelled: use 'roughplastic', or 'principled' with spec_trans",
+    ),
+];
+
 fn unknown(object: &ObjectDescription, context: &mut Context) {
-    match object.plugin.as_str() {
-        "bumpmap" | "normalmap" => {
-            let message = "normals are those of the geometry here: use the bsdf nested in it";
-            context.error_at(&object.plugin_location, message);
-        }
-        _ => unknown_plugin(object, &KNOWN, context.diagnostics),
+    let known = UNMODELLED.iter().find(|(name, _)| *name == object.plugin);
+    match known {
+        Some((_, message)) => context.error_at(&object.plugin_location, *message),
+        None => unknown_plugin(object, &KNOWN, context.diagnostics),
     }
 }
 
@@ -124,7 +161,12 @@ enum Raw<'a> {
     PrincipledThin(principled::Thin<'a>),
     /// A filter straight through which a share of the light passes.
     Filter(f64, SpectrumValue),
+    RoughDiffuse([Quantity<'a>; 2], bool),
+    Phong(Quantity<'a>, [Quantity<'a>; 2]),
+    Ward(Quantity<'a>, [Quantity<'a>; 2]),
+    Coating(Option<Facets<'a>>, Layer<'a>, Vec<&'a ObjectDescription>),
     Blend(Quantity<'a>, Vec<&'a ObjectDescription>),
+    Mixture(Vec<f64>, Vec<&'a ObjectDescription>),
     Mask(Quantity<'a>, Vec<&'a ObjectDescription>),
     TwoSided(Vec<&'a ObjectDescription>),
 }
@@ -156,6 +198,19 @@ fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'
         "polarizer" | "circular" | "retarder" => {
             let (share, transmittance) = polarizing(q);
             Raw::Filter(share, transmittance)
+        }
+        "roughdiffuse" => {
+            let quantities = [colour(q, "reflectance", 0.5), number(q, "alpha", 0.2)];
+            Raw::RoughDiffuse(quantities, q.boolean_or("use_fast_approx", false))
+        }
+        "phong" => Raw::Phong(number(q, "exponent", 30.0), glossy(q)),
+        "ward" => Raw::Ward(alpha(q), glossy(q)),
+        "coating" => Raw::Coating(None, layer(q, BK7), nested(q, 1..=1)),
+        "roughcoating" => Raw::Coating(Some(facets(q)), layer(q, BK7), nested(q, 1..=1)),
+        "mixturebsdf" => {
+            let weights = weights(q);
+            let nested = nested(q, weights.len()..=weights.len());
+            Raw::Mixture(weights, nested)
         }
         "blendbsdf" => Raw::Blend(number(q, "weight", 0.5), nested(q, 2..=2)),
         "mask" => Raw::Mask(number(q, "opacity", 0.5), nested(q, 1..=1)),
@@ -225,6 +280,26 @@ fn make(
             // A pane of the index around it reflects nothing.
             ThinDielectric::new(1.0, Spectrum::ZERO, factor).map(Bsdf::ThinDielectric)
         }
+        Raw::RoughDiffuse(quantities, fast) => {
+            let [reflectance, alpha] = quantities.map(|q| maker.texture(q));
+            RoughDiffuse::new(reflectance, alpha, fast).map(Bsdf::RoughDiffuse)
+        }
+        Raw::Phong(exponent, reflectances) => {
+            let lobe = GlossyLobe::Phong(maker.texture(exponent));
+            maker.glossy(lobe, reflectances)
+        }
+        Raw::Ward(alpha, reflectances) => {
+            let roughness = Roughness::new(Distribution::Beckmann, maker.texture(alpha));
+            roughness.and_then(|alpha| maker.glossy(GlossyLobe::Ward(alpha), reflectances))
+        }
+        Raw::Coating(facets, layer, nested) => {
+            let nested = maker.nested(nested.first()?);
+            maker.coating(facets, layer, nested)
+        }
+        Raw::Mixture(weights, nested) => {
+            let nested: Vec<Bsdf> = nested.into_iter().map(|n| maker.nested(n)).collect();
+            mixture(&weights, nested)
+        }
         Raw::Blend(weight, pair) => {
             let [first, second] = pair[..] else {
                 return None;
@@ -269,7 +344,49 @@ impl Maker<'_, '_> {
         [eta, k].map(|value| self.spectrum(&value))
     }
 
+    fn glossy(&mut self, lobe: GlossyLobe, reflectances: [Quantity; 2]) -> Result<Bsdf, BsdfError> {
+        let [diffuse, specular] = reflectances.map(|r| self.texture(r));
+        GlossyDiffuse::new(lobe, diffuse, specular).map(|b| Bsdf::GlossyDiffuse(Box::new(b)))
+    }
+
+    fn coating(
+        &mut self,
+        facets: Option<Facets>,
+        layer: Layer,
+        nested: Bsdf,
+    ) -> Result<Bsdf, BsdfError> {
+        let roughness = facets.map(|f| self.facets(f)).transpose()?;
+        let parameters = CoatingParameters {
+            eta: layer.eta,
+            sigma_a: self.texture(layer.sigma_a),
+            thickness: layer.thickness,
+            specular_reflectance: self.texture(layer.specular_reflectance),
+            roughness,
+        };
+        Coating::new(parameters, nested).map(|b| Bsdf::Coating(Box::new(b)))
+    }
+
     fn nested(&mut self, object: &ObjectDescription) -> Bsdf {
         build(object, self.vertices, self.context).bsdf
     }
 }
+
+/// Surfaces by their shares; what is missing from 1 is black, and what exceeds it counts for nothing, as shares then shrink.
+fn mixture(weights: &[f64], nested: Vec<Bsdf>) -> Result<Bsdf, BsdfError> {
+    let black = Bsdf::Diffuse(Diffuse::new(Spectrum::ZERO)?);
+    let mut parts = weights.iter().copied().zip(nested);
+    let Some((mut sum, mut mixed)) = parts.next() else {
+        return Ok(black);
+    };
+    let rest = 1.0 - weights.iter().sum::<f64>();
+    let rest = (rest > ROUNDING).then_some((rest, black));
+    for (weight, bsdf) in parts.chain(rest) {
+        sum += weight;
+        let share = if sum > 0.0 { weight / sum } else { 0.0 };
+        mixed = Bsdf::Blend(BlendBsdf::new(share, mixed, bsdf)?);
+    }
+    Ok(mixed)
+}
+
+/// Weights of a mixture that add up to 1 but for so much do so.
+const ROUNDING: f64 = 1e-6;

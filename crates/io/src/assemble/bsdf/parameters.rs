@@ -42,13 +42,57 @@ pub(super) fn facets<'a>(q: &mut Query<'a, '_>) -> Facets<'a> {
     let distribution = q.one_of("distribution", &["beckmann", "ggx"]);
     // How directions are drawn is no part of the scene.
     q.boolean_or("sample_visible", true);
-    let alike = q.texture_or_float_in("alpha", LEAST_ALPHA..=1.0, 0.1);
-    let mean = across_and_along(q).map(|mean| Input::Spectrum(SpectrumValue::Uniform(mean)));
-    let input = mean.unwrap_or(alike);
     Facets(
         [Distribution::Beckmann, Distribution::Ggx][distribution],
-        Quantity("alpha", Role::Number, input),
+        alpha(q),
     )
+}
+
+/// Roughness, the geometric mean of two if it is given so.
+pub(super) fn alpha<'a>(q: &mut Query<'a, '_>) -> Quantity<'a> {
+    let alike = q.texture_or_float_in("alpha", LEAST_ALPHA..=1.0, 0.1);
+    let mean = across_and_along(q).map(|mean| Input::Spectrum(SpectrumValue::Uniform(mean)));
+    Quantity("alpha", Role::Number, mean.unwrap_or(alike))
+}
+
+/// Reflectances of Phong's and Ward's surfaces, diffuse and glossy.
+pub(super) fn glossy<'a>(q: &mut Query<'a, '_>) -> [Quantity<'a>; 2] {
+    [("diffuse_reflectance", 0.5), (TINTS[0], 0.2)].map(|(name, default)| colour(q, name, default))
+}
+
+/// A layer over another surface.
+pub(super) struct Layer<'a> {
+    /// Its index over that outside.
+    pub eta: f64,
+    pub sigma_a: Quantity<'a>,
+    pub thickness: f64,
+    pub specular_reflectance: Quantity<'a>,
+}
+
+pub(super) fn layer<'a>(q: &mut Query<'a, '_>, inside: f64) -> Layer<'a> {
+    Layer {
+        eta: eta(q, inside),
+        sigma_a: colour(q, "sigma_a", 0.0),
+        thickness: q.float_in("thickness", 0.0.., 1.0),
+        specular_reflectance: colour(q, TINTS[0], 1.0),
+    }
+}
+
+/// The shares of the parts of a mixture.
+pub(super) fn weights(q: &mut Query) -> Vec<f64> {
+    let text = q.string("weights");
+    let words = text.split([' ', ',', ';']).filter(|word| !word.is_empty());
+    let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
+    let valid = |weights: &Vec<f64>| {
+        !weights.is_empty() && weights.iter().all(|w| w.is_finite() && *w >= 0.0)
+    };
+    numbers.filter(valid).unwrap_or_else(|| {
+        let message = format!(
+            "'weights' are numbers ≥ 0, one for each bsdf, as in \"0.7, 0.3\", not '{text}'"
+        );
+        q.error("weights", message);
+        Vec::new()
+    })
 }
 
 /// The geometric mean of the roughness in two directions, if it is given so.

@@ -67,6 +67,9 @@ impl Dialect {
         if special::drops_alpha(draft) {
             self.ignore(draft, "alpha");
         }
+        if let Some(facets) = self.old.then(|| special::other_facets(draft)).flatten() {
+            add(&mut self.read, format!("facets '{facets}' as 'beckmann'"));
+        }
         let applies = |rule: &&PluginTranslation| {
             rule.kind == draft.kind && rule.from == draft.plugin && (self.old || !rule.old)
         };

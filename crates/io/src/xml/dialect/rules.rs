@@ -122,6 +122,18 @@ pub(super) const RULES: &[PluginTranslation] = &[
         implied: &[("diff_trans", Float(2.0))],
         ..same(Bsdf, "difftrans", "principledthin")
     },
+    PluginTranslation {
+        old: true,
+        renamed: &[("diffuse_reflectance", "reflectance")],
+        ..same(Bsdf, "roughdiffuse", "roughdiffuse")
+    },
+    PluginTranslation {
+        old: true,
+        renamed: &[("diffuse_reflectance", "reflectance")],
+        ..same(Bsdf, "diffuse", "diffuse")
+    },
+    // Variants differ at grazing angles.
+    old(Bsdf, "ward", &["variant"]),
     old(Film, "hdrfilm", FILES),
     PluginTranslation {
         old: true,

@@ -125,3 +125,16 @@ pub(super) fn drops_alpha(draft: &mut Draft) -> bool {
     *format = plain.to_owned();
     true
 }
+
+/// Facets of Ashikhmin and Shirley, whose exponent older versions tell from their roughness, become Beckmann's of that
+/// roughness: the two agree for smooth surfaces. What they were called, if there are such.
+pub(super) fn other_facets(draft: &mut Draft) -> Option<String> {
+    let bsdf = draft.kind == PluginKind::Bsdf;
+    let named = |p: &&mut crate::scene::Property| bsdf && p.name == "distribution";
+    let property = draft.properties.iter_mut().find(named)?;
+    let Value::String(word) = &mut property.value else {
+        return None;
+    };
+    let known = ["phong", "as"].contains(&word.to_ascii_lowercase().as_str());
+    known.then(|| std::mem::replace(word, "beckmann".to_owned()))
+}

@@ -1,0 +1,228 @@
+//! A dielectric layer over another surface (Weidlich and Wilkie 2007), smooth or rough; on the side of the normal only.
+
+use super::coat::Coats;
+use super::error::unbounded;
+use super::microfacet::Roughness;
+use super::surface::{above, reflect, refract};
+use super::{Bsdf, BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
+use crate::sampling::Frame;
+use crate::spectrum::Spectrum;
+use crate::texture::Texture;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// What a layer over another surface is like.
+#[derive(Clone, Debug)]
+pub struct CoatingParameters {
+    /// Its index over that outside, > 0.
+    pub eta: f64,
+    /// Absorption coefficient of the layer, ≥ 0.
+    pub sigma_a: Texture,
+    /// Its thickness in inverse units of the coefficient, ≥ 0.
+    pub thickness: f64,
+    /// Factor of what the layer itself reflects, in [0, 1].
+    pub specular_reflectance: Texture,
+    /// Facets of the layer; `None` if it is smooth.
+    pub roughness: Option<Roughness>,
+}
+
+/// A coated surface. As in Mitsuba 0.6, light that the layer reflects back to the surface below is lost, and light goes through a rough
+/// layer as through a smooth one.
+#[derive(Clone, Debug)]
+pub struct Coating {
+    eta: f64,
+    sigma_a: Texture,
+    thickness: f64,
+    specular_reflectance: Texture,
+    facets: Option<(Roughness, Arc<Coats>)>,
+    nested: Arc<Bsdf>,
+}
+
+/// A direction outside the layer, and how light goes on in it.
+struct Inside {
+    /// The direction in the layer, in local coordinates, unit.
+    direction: DVec3,
+    /// What of the light gets through.
+    passes: f64,
+}
+
+impl Coating {
+    /// `nested` must be opaque.
+    pub fn new(parameters: CoatingParameters, nested: Bsdf) -> Result<Self, BsdfError> {
+        let CoatingParameters {
+            eta,
+            sigma_a,
+            thickness,
+            specular_reflectance,
+            roughness,
+        } = parameters;
+        check_eta(eta)?;
+        unbounded("sigma_a", &sigma_a)?;
+        unbounded("thickness", &thickness.into())?;
+        let facets = roughness.map(|roughness| {
+            let coats = Coats::new(eta, &roughness, false);
+            (roughness, Arc::new(coats))
+        });
+        Ok(Coating {
+            eta,
+            sigma_a,
+            thickness,
+            specular_reflectance: factor("specular_reflectance", specular_reflectance)?,
+            facets,
+            nested: Arc::new(nested.opaque("coating")?),
+        })
+    }
+
+    pub(super) fn nested(&self) -> &Bsdf {
+        &self.nested
+    }
+
+    pub(super) fn is_smooth(&self) -> bool {
+        self.facets.is_none()
+    }
+
+    fn reflectance(&self, cos: f64) -> f64 {
+        fresnel::dielectric(cos.clamp(0.0, 1.0), 1.0, self.eta).reflectance
+    }
+
+    /// What passes at a cosine outside.
+    fn passes(&self, s: &Surface, cos: f64) -> f64 {
+        match &self.facets {
+            None => 1.0 - self.reflectance(cos),
+            Some((roughness, coats)) => coats.at(&roughness.at(s)).passes(cos),
+        }
+    }
+
+    /// `None` if nothing gets through.
+    fn enter(&self, s: &Surface, o: DVec3) -> Option<Inside> {
+        let interface = fresnel::dielectric(o.z.clamp(0.0, 1.0), 1.0, self.eta);
+        let passes = self.passes(s, o.z);
+        // The mirror image of the refracted direction points away from the surface as directions here do.
+        let through = -refract(o, DVec3::Z, o.z, interface.cos_far, 1.0 / self.eta);
+        let direction = through.try_normalize()?;
+        (interface.reflectance < 1.0 && direction.z > 0.0).then_some(Inside { direction, passes })
+    }
+
+    /// The direction outside of light that leaves along a local direction in the layer.
+    fn leave(&self, inside: DVec3) -> Option<DVec3> {
+        let interface = fresnel::dielectric(inside.z.clamp(0.0, 1.0), self.eta, 1.0);
+        let out = -refract(inside, DVec3::Z, inside.z, interface.cos_far, self.eta);
+        let out = out.try_normalize()?;
+        (interface.reflectance < 1.0 && out.z > 0.0).then_some(out)
+    }
+
+    /// What of the light is left on its way in and out, besides what the interface reflects.
+    fn absorbed(&self, s: &Surface, o: DVec3, i: DVec3) -> Spectrum {
+        let path = self.thickness * (1.0 / o.z + 1.0 / i.z);
+        self.sigma_a.at(&s.site).map(|a| libm::exp(-a * path))
+    }
+
+    /// dω inside over dω outside.
+    fn compression(&self, outside: DVec3, inside: DVec3) -> f64 {
+        outside.z / (self.eta * self.eta * inside.z)
+    }
+
+    pub(super) fn sample(
+        &self,
+        s: &Surface,
+        toward: DVec3,
+        [u, v, w]: [f64; 3],
+    ) -> Option<BsdfSample> {
+        let frame = Frame::from_normal(s.normal);
+        let o = frame.to_local(toward);
+        if o.z <= 0.0 {
+            return None;
+        }
+        let passes = self.passes(s, o.z);
+        if u >= passes {
+            return self.reflected(s, toward, o, [v, w]);
+        }
+        let entered = self.enter(s, o)?;
+        let below = frame.to_world(entered.direction).normalize();
+        let nested = self.nested.sample(s, below, [u / passes, v, w])?;
+        let left = frame.to_local(nested.direction);
+        let i = self.leave(left)?;
+        let direction = frame.to_world(i).normalize();
+        if nested.delta {
+            let through = self.absorbed(s, entered.direction, left) * self.passes(s, i.z);
+            return Some(BsdfSample {
+                direction,
+                weight: nested.weight * through,
+                pdf: passes * nested.pdf,
+                ..nested
+            });
+        }
+        self.spread(s, toward, direction)
+    }
+
+    /// What the layer itself reflects.
+    fn reflected(&self, s: &Surface, toward: DVec3, o: DVec3, u: [f64; 2]) -> Option<BsdfSample> {
+        let frame = Frame::from_normal(s.normal);
+        let Some((roughness, _)) = &self.facets else {
+            return Some(BsdfSample {
+                direction: frame.to_world(reflect(o, DVec3::Z, o.z)).normalize(),
+                weight: self.specular_reflectance.at(&s.site),
+                pdf: self.reflectance(o.z),
+                delta: true,
+                transmitted: false,
+            });
+        };
+        let h = roughness.at(s).sample_visible(o, u);
+        let i = reflect(o, h, o.dot(h)).normalize();
+        self.spread(s, toward, frame.to_world(i).normalize())
+    }
+
+    /// A direction that both parts may have drawn.
+    fn spread(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Option<BsdfSample> {
+        let pdf = self.pdf(s, toward, direction);
+        (pdf > 0.0).then(|| BsdfSample {
+            direction,
+            weight: self.eval(s, toward, direction) / pdf,
+            pdf,
+            delta: false,
+            transmitted: false,
+        })
+    }
+
+    pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let Some([o, i, h]) = above(s, toward, direction) else {
+            return Spectrum::ZERO;
+        };
+        let mut value = Spectrum::ZERO;
+        if let Some((roughness, _)) = &self.facets {
+            let facets = roughness.at(s);
+            let f = self.reflectance(o.dot(h));
+            let lobe = f * facets.g1(i) * facets.pdf_reflected(o, h);
+            value = self.specular_reflectance.at(&s.site) * lobe;
+        }
+        let Some([entered, left]) = self.both(s, o, i) else {
+            return value;
+        };
+        let frame = Frame::from_normal(s.normal);
+        let [below, out] = [&entered, &left].map(|d| frame.to_world(d.direction).normalize());
+        let through = self.absorbed(s, entered.direction, left.direction)
+            * (entered.passes * left.passes * self.compression(i, left.direction));
+        value + self.nested.eval(s, below, out) * through
+    }
+
+    fn both(&self, s: &Surface, o: DVec3, i: DVec3) -> Option<[Inside; 2]> {
+        Some([self.enter(s, o)?, self.enter(s, i)?])
+    }
+
+    pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+        let Some([o, i, h]) = above(s, toward, direction) else {
+            return 0.0;
+        };
+        let mut pdf = 0.0;
+        let passes = self.passes(s, o.z);
+        if let Some((roughness, _)) = &self.facets {
+            pdf += (1.0 - passes) * roughness.at(s).pdf_reflected(o, h);
+        }
+        let Some([entered, left]) = self.both(s, o, i) else {
+            return pdf;
+        };
+        let frame = Frame::from_normal(s.normal);
+        let [below, out] = [&entered, &left].map(|d| frame.to_world(d.direction).normalize());
+        pdf + passes * self.nested.pdf(s, below, out) * self.compression(i, left.direction)
+    }
+}

@@ -1,0 +1,118 @@
+//! A rough diffuse surface: V-shaped cavities whose walls are Lambertian (Oren and Nayar 1994); reflects on the side of the normal
+//! only.
+
+use super::error::unbounded;
+use super::surface::above;
+use super::{BsdfError, BsdfSample, Surface, factor};
+use crate::sampling::Frame;
+use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
+use crate::spectrum::Spectrum;
+use crate::texture::Texture;
+use glam::DVec3;
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
+
+/// Rough diffuse reflector. The model is a fit: white surfaces return up to 4.5 % more than they get, from grazing directions.
+#[derive(Clone, Debug)]
+pub struct RoughDiffuse {
+    reflectance: Texture,
+    alpha: Texture,
+    fast: bool,
+}
+
+/// Direct light and light from the opposite walls.
+struct Cavities {
+    single: f64,
+    double: f64,
+}
+
+impl RoughDiffuse {
+    /// `reflectance` in [0, 1]; `alpha` ≥ 0, Beckmann's roughness: √2 times the standard deviation of the slopes, in Mitsuba's way of
+    /// counting. `fast` leaves out light between walls, as the short form of the model does.
+    pub fn new(
+        reflectance: impl Into<Texture>,
+        alpha: impl Into<Texture>,
+        fast: bool,
+    ) -> Result<Self, BsdfError> {
+        let alpha = alpha.into();
+        unbounded("alpha", &alpha)?;
+        Ok(RoughDiffuse {
+            reflectance: factor("reflectance", reflectance)?,
+            alpha,
+            fast,
+        })
+    }
+
+    pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 2]) -> Option<BsdfSample> {
+        let local = cosine_hemisphere_sample(u);
+        let direction = Frame::from_normal(s.normal).to_world(local).normalize();
+        let pdf = self.pdf(s, toward, direction);
+        (pdf > 0.0).then(|| BsdfSample {
+            direction,
+            weight: self.eval(s, toward, direction) / pdf,
+            pdf,
+            delta: false,
+            transmitted: false,
+        })
+    }
+
+    pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+        let Some([o, i, _]) = above(s, toward, direction) else {
+            return Spectrum::ZERO;
+        };
+        let sigma2 = 0.5 * self.alpha.number_at(&s.site).powi(2);
+        let cavities = if self.fast {
+            Cavities::direct(sigma2, o, i)
+        } else {
+            Cavities::of(sigma2, o, i)
+        };
+        let cosine = cosine_hemisphere_pdf(i);
+        let value = |r: f64| r * (cavities.single + r * cavities.double) * cosine;
+        self.reflectance.at(&s.site).map(value)
+    }
+
+    pub(super) fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+        above(s, toward, direction).map_or(0.0, |[_, i, _]| cosine_hemisphere_pdf(i))
+    }
+}
+
+/// cos of the difference in azimuth; 0 along the normal, where there is none.
+fn cos_between(o: DVec3, i: DVec3) -> f64 {
+    let [o, i] = [o, i].map(|d| d.truncate().normalize_or_zero());
+    o.dot(i).clamp(-1.0, 1.0)
+}
+
+impl Cavities {
+    /// The short form, for walls whose slopes have the variance `sigma2`.
+    fn direct(sigma2: f64, o: DVec3, i: DVec3) -> Self {
+        let [low, high] = if o.z < i.z { [o, i] } else { [i, o] };
+        let b = 0.45 * sigma2 / (sigma2 + 0.09);
+        let sin = low.truncate().length();
+        let tan = high.truncate().length() / high.z;
+        Cavities {
+            single: 1.0 - 0.5 * sigma2 / (sigma2 + 0.33)
+                + b * cos_between(o, i).max(0.0) * sin * tan,
+            double: 0.0,
+        }
+    }
+
+    /// The full model, eqs. 27 to 30.
+    fn of(sigma2: f64, o: DVec3, i: DVec3) -> Self {
+        let [low, high] = if o.z < i.z { [o, i] } else { [i, o] };
+        let angle = |d: DVec3| d.truncate().length().atan2(d.z).min(FRAC_PI_2);
+        let (alpha, beta) = (angle(low), angle(high));
+        let cos = cos_between(o, i);
+        let relative = sigma2 / (sigma2 + 0.09);
+        let far = FRAC_2_PI * beta;
+        let c1 = 1.0 - 0.5 * sigma2 / (sigma2 + 0.33);
+        let backward = if cos > 0.0 { 0.0 } else { far.powi(3) };
+        let c2 = 0.45 * relative * (low.truncate().length() - backward);
+        let c3 = 0.125 * relative * (FRAC_2_PI * FRAC_2_PI * alpha * beta).powi(2);
+        let c4 = 0.17 * sigma2 / (sigma2 + 0.13);
+        let tan = high.truncate().length() / high.z;
+        let half = (0.5 * (alpha + beta)).tan();
+        Cavities {
+            single: c1 + cos * c2 * tan + (1.0 - cos.abs()) * c3 * half,
+            double: c4 * (1.0 - cos * far * far),
+        }
+    }
+}
