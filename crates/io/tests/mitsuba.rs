@@ -567,6 +567,9 @@ fn examples() -> Vec<(&'static str, String, String)> {
     vec![
         ("anisotropy", surface(r#"{"type": "roughconductor", "alpha_u": 0.1, "alpha_v": 0.3}"#), surface(r#"{"type": "roughconductor", "alpha_u": 0.2, "alpha_v": 0.2}"#)),
         ("beckmann", surface(r#"{"type": "roughconductor"}"#), surface(r#"{"type": "roughconductor", "distribution": "ggx"}"#)),
+        ("blendbsdf",
+            surface(r#"{"type": "blendbsdf", "a": {"type": "conductor"}, "b": {"type": "diffuse"}}"#),
+            surface(r#"{"type": "blendbsdf", "a": {"type": "roughconductor", "distribution": "ggx"}, "b": {"type": "diffuse"}}"#)),
         ("border", film("").replace("box", "tent"), film(r#", "sample_border": true"#).replace("box", "tent")),
         ("checkerboard", surface(&format!(r#"{{"type": "mask", "opacity": {board}, {diffuse}}}"#)),
             surface(&format!(r#"{{"type": "diffuse", "reflectance": {board}}}"#))),
@@ -580,6 +583,7 @@ fn examples() -> Vec<(&'static str, String, String)> {
             r#""interior": {"type": "homogeneous", "sigma_t": 0.1, "id": "outer"}"#).replace(r#""id": "hull""#, r#""id": "outer""#)),
         ("ext_ior", surface(r#"{"type": "dielectric"}"#), surface(r#"{"type": "dielectric", "ext_ior": "air"}"#)),
         ("format", film(r#", "component_format": "float16""#), film(r#", "component_format": "float32", "file_format": "openexr""#)),
+        ("mask", surface(r#"{"type": "mask", "b": {"type": "diffuse"}}"#).replace("constant", "point"), surface(r#"{"type": "mask", "b": {"type": "diffuse"}}"#)),
         ("mesh normals", tetrahedron(outside).replace("true", "false").replace("COLOURS", ""), tetrahedron(outside).replace("COLOURS", "")),
         ("mesh sides", tetrahedron(inside).replace("COLOURS", ""), tetrahedron(outside).replace("COLOURS", "")),
         ("path in media", in_fog("").replace("volpath", "path"), in_fog("")),

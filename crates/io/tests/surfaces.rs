@@ -709,3 +709,25 @@ fn older_bsdfs_that_are_refused() {
         refused(&shape(text), &[expected]);
     }
 }
+
+#[test]
+fn merged_shapes_are_those_that_it_holds() {
+    let pair = "<shape type='merge'><shape type='sphere' id='a'/><shape type='merge'><shape type='cube' id='b'/></shape></shape>";
+    let names = |text: &str| {
+        let loaded = load(text).unwrap();
+        let names = loaded.scene().objects().iter().map(|o| o.name.clone());
+        names.collect::<Vec<_>>()
+    };
+    assert_eq!(names(pair), ["a", "b"]);
+    let group = format!("<shape type='shapegroup' id='g'>{pair}</shape>");
+    let twice = "<shape type='instance'><ref id='g'/></shape>".repeat(2);
+    assert_eq!(names(&format!("{group}{twice}")), ["a", "b", "a", "b"]);
+    refused(
+        "<shape type='shapegroup' id='g'><shape type='merge'><shape type='instance'/></shape></shape><shape type='instance'><ref id='g'/></shape>",
+        &["a shapegroup holds shapes, not groups or instances"],
+    );
+    refused(
+        "<shape type='merge'><float name='radius' value='2'/></shape>",
+        &["radius"],
+    );
+}

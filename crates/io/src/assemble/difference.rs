@@ -23,6 +23,7 @@ macro_rules! differences {
 differences! {
     ANISOTROPY: "anisotropy", "facets are equally rough in all directions, by the geometric mean of alpha_u and alpha_v, and anisotropic is ignored; Mitsuba's are not";
     BECKMANN: "beckmann", "masking is Smith's in closed form; Mitsuba's fit is up to 0.35 % off";
+    BLEND: "blendbsdf", "a mixture with a mirror (conductor, plastic) is what its parts are; Mitsuba adds the mirror's probability to the other's density, and is some percent off";
     BORDER: "border", "light from beyond the image's edge counts in the pixels there, as with sample_border in Mitsuba";
     CHECKERBOARD: "checkerboard", "as a number it has color0 where it has it as a colour; Mitsuba swaps the two";
     CLEAR_GLASS: "clear glass", "a dielectric without an interior encloses clear matter; in Mitsuba the medium around it continues inside";
@@ -33,6 +34,7 @@ differences! {
     EXTERIOR: "exterior", "without an exterior the medium around a shape lies outside it; in Mitsuba nothing does";
     EXT_IOR: "ext_ior", "without an ext_ior the index outside is that of the medium there, 1 if that is empty; Mitsuba takes air, 1.000277";
     FORMAT: "format", "files are written as the command line says, in 32 bits; file_format and component_format are ignored";
+    MASK: "mask", "light is found at surfaces of which a share is clear; Mitsuba's path drops it where the ray then passes, unless the scene has an environment: its volpath does not";
     MESH_NORMALS: "mesh normals", "meshes have the normals of their triangles; Mitsuba interpolates those of the vertices unless face_normals is true";
     MESH_SIDES: "mesh sides", "closed meshes that are wound inside out are flipped; Mitsuba leaves them";
     PATH_MEDIA: "path in media", "path and ptracer see media; in Mitsuba they do not, and volpath does";

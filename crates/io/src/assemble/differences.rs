@@ -5,6 +5,7 @@ use super::sensor::{FAR_CLIP, NEAR_CLIP};
 use crate::scene::{ObjectDescription, ObjectId, PluginKind, SceneDescription, Value};
 use glam::{DMat3, DVec3};
 use std::collections::{BTreeSet, HashSet};
+use transport::emitter::Emitter;
 use transport::scene::{AMBIENT, Scene};
 use transport::shape::Shape;
 
@@ -124,6 +125,7 @@ fn of_bsdf(object: &ObjectDescription, plugin: &str) -> Vec<Difference> {
     let dielectric = ["dielectric", "roughdielectric"].contains(&plugin);
     let plastic = ["plastic", "roughplastic"].contains(&plugin);
     let met = [
+        (BLEND, plugin == "blendbsdf" && mixes_mirror(object)),
         (BECKMANN, rough && !is(object, "distribution", "ggx")),
         (CHECKERBOARD, NUMBERS.into_iter().any(board)),
         (EXT_IOR, dielectric && value(object, "ext_ior").is_none()),
@@ -136,6 +138,14 @@ fn of_bsdf(object: &ObjectDescription, plugin: &str) -> Vec<Difference> {
         (PRINCIPLED_THIN, plugin == "principledthin"),
     ];
     chosen(met)
+}
+
+/// Whether one of the nested bsdfs reflects as a mirror does.
+fn mixes_mirror(object: &ObjectDescription) -> bool {
+    let mirror = |o: &ObjectDescription| ["conductor", "plastic"].contains(&o.plugin.as_str());
+    let nested = object.children.iter().map(|c| &c.object);
+    let mut nested = nested.filter(|o| o.kind == PluginKind::Bsdf);
+    nested.any(|o| mirror(o) || mixes_mirror(o))
 }
 
 /// Whether facets are rougher in one direction than in another.
@@ -196,7 +206,14 @@ fn of_methods(known: &Known) -> Vec<Difference> {
     let blind = ["path", "ptracer"].contains(&name);
     let passed =
         bsdfs().any(|b| b.is_partial()) || (name == "path" && bsdfs().any(|b| b.is_null()));
-    chosen([(PATH_MEDIA, blind && media), (DEPTH, limited && passed)])
+    let environment = |e: &Emitter| matches!(e, Emitter::Environment(_));
+    let lit = known.scene.emitters().iter().any(environment);
+    let drops = name == "path" && bsdfs().any(|b| b.is_partial()) && !lit;
+    chosen([
+        (PATH_MEDIA, blind && media),
+        (DEPTH, limited && passed),
+        (MASK, drops),
+    ])
 }
 
 /// What the camera tells.

@@ -156,6 +156,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         CHILDREN,
     ),
     plugin(
+        "merge",
+        "Shapes, which stay what they are.",
+        &[],
+        &[many(Shape, "The shapes.")],
+    ),
+    plugin(
         "shapegroup",
         "Shapes that instances copy.",
         &[],

@@ -2,31 +2,36 @@
 
 use super::super::context::Context;
 use super::super::transforms::affine;
-use super::add_at;
+use super::{add_at, merge};
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind};
+use glam::DAffine3;
 
 /// Shapes that instances may be copies of, all together: some gigabytes of memory.
 const MOST_COPIES: usize = 10_000_000;
 
 /// Whether the copies that the scene's instances make are not too many (reported then).
 pub(in super::super) fn fit(shapes: &[&ObjectDescription], context: &mut Context) -> bool {
-    let of_kind = |o: &ObjectDescription| {
-        o.children
-            .iter()
-            .filter(|c| c.object.kind == PluginKind::Shape)
-            .count()
-    };
-    let instances = || shapes.iter().filter(|shape| shape.plugin == "instance");
-    let groups = instances().flat_map(|instance| &instance.children);
-    let copies: usize = groups.map(|group| of_kind(&group.object)).sum();
-    if let (true, Some(first)) = (copies > MOST_COPIES, instances().next()) {
+    let holds = |o: &ObjectDescription| ["instance", "merge"].contains(&o.plugin.as_str());
+    let holders = || shapes.iter().filter(|shape| holds(shape));
+    let copies: usize = holders().map(|shape| shapes_in(shape)).sum();
+    if let (true, Some(first)) = (copies > MOST_COPIES, holders().next()) {
         let message = format!(
             "instances are copies, {copies} shapes in all; there is room for {MOST_COPIES}"
         );
         context.error_at(&first.location, message);
     }
     copies <= MOST_COPIES
+}
+
+/// How many shapes a shape stands for.
+fn shapes_in(shape: &ObjectDescription) -> usize {
+    if !["instance", "merge", "shapegroup"].contains(&shape.plugin.as_str()) {
+        return 1;
+    }
+    let children = shape.children.iter().map(|c| &c.object);
+    let shapes = children.filter(|c| c.kind == PluginKind::Shape);
+    shapes.map(|c| shapes_in(c)).sum()
 }
 
 /// Adds the shapes of a group once more. They are copies: each instance takes the memory of its shapes.
@@ -49,15 +54,25 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
     let shapes = q.children(PluginKind::Shape);
     q.finish(&[]);
     for shape in shapes {
-        match shape.plugin.as_str() {
-            "shapegroup" | "instance" => {
-                let message = "a shapegroup holds shapes, not groups or instances";
-                context.error_at(&shape.location, message);
-            }
-            _ => add_at(shape, Some(frame), context),
-        }
+        add_member(shape, frame, context);
     }
     if context.diagnostics.error_count() > errors {
         context.refused_groups.insert(group.number);
+    }
+}
+
+/// Adds a shape of a group at the place of an instance.
+fn add_member(shape: &ObjectDescription, frame: DAffine3, context: &mut Context) {
+    match shape.plugin.as_str() {
+        "shapegroup" | "instance" => {
+            let message = "a shapegroup holds shapes, not groups or instances";
+            context.error_at(&shape.location, message);
+        }
+        "merge" => merge(
+            shape,
+            |shape, context| add_member(shape, frame, context),
+            context,
+        ),
+        _ => add_at(shape, Some(frame), context),
     }
 }

@@ -17,7 +17,7 @@ use mesh::mesh;
 use transport::bsdf::Bsdf;
 use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 
-const KNOWN: [&str; 15] = [
+const KNOWN: [&str; 16] = [
     "sphere",
     "cube",
     "rectangle",
@@ -31,6 +31,7 @@ const KNOWN: [&str; 15] = [
     "bsplinecurve",
     "linearcurve",
     "sdfgrid",
+    "merge",
     "shapegroup",
     "instance",
 ];
@@ -41,7 +42,22 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
         // What a group holds is there once it has an instance.
         "shapegroup" => {}
         "instance" => instance::add(object, context),
+        "merge" => merge(object, add, context),
         _ => add_at(object, None, context),
+    }
+}
+
+/// Adds what a `merge` holds; it is of no other use here than to hold shapes together.
+fn merge(
+    object: &ObjectDescription,
+    add: impl Fn(&ObjectDescription, &mut Context),
+    context: &mut Context,
+) {
+    let mut q = Query::new(object, context.diagnostics);
+    let shapes = q.children(PluginKind::Shape);
+    q.finish(&[]);
+    for shape in shapes {
+        add(shape, context);
     }
 }
 
