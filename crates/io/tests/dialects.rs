@@ -85,6 +85,76 @@ fn older_bsdfs() {
     );
 }
 
+/// Scenes of version 0.6 with a sky: where the sun is, as that program's documentation has it (y up, −z to the north, in the
+/// afternoon in the west, −x), and that each plugin shines as it should.
+#[test]
+fn older_skies() {
+    use transport::emitter::{Emitter, Environment};
+    let load = |emitter: &str| {
+        let text = format!(
+            "<scene version='0.6.0'><sensor type='perspective'><film type='hdrfilm'/></sensor>{emitter}</scene>"
+        );
+        let mut diagnostics = Diagnostics::new();
+        let scene = xml::parse(&text, "scene.xml", &[], &mut diagnostics);
+        let scene = scene.unwrap_or_else(|| panic!("{diagnostics}"));
+        morgana_io::assemble(&scene, &LoadOptions::default(), diagnostics).unwrap()
+    };
+    let parts = |emitter: &str| {
+        let loaded = load(emitter);
+        let emitters = loaded.groups[0].emitters();
+        emitters.iter().map(Emitter::kind).collect::<Vec<_>>()
+    };
+    assert_eq!(parts("<emitter type='sky'/>"), ["envmap"]);
+    assert_eq!(parts("<emitter type='sun'/>"), ["disc"]);
+    assert_eq!(parts("<emitter type='sunsky'/>"), ["envmap", "disc"]);
+    // The mean of directions to the sun, found at random.
+    let toward = |emitter: &str| {
+        let loaded = load(emitter);
+        let Emitter::Environment(Environment::Disc(disc)) = &loaded.groups[0].emitters()[0] else {
+            panic!("no disc");
+        };
+        Environment::Disc(*disc).sample([0.0, 0.0]).0
+    };
+    let afternoon = toward("<emitter type='sun'/>");
+    assert!(afternoon.y > 0.7 && afternoon.x < -0.5, "{afternoon}");
+    let given = "<emitter type='sun'><vector name='sunDirection' x='0.48' y='0.6' z='0.64'/><float name='sunRadiusScale' value='0'/></emitter>";
+    assert!(toward(given).distance(DVec3::new(0.48, 0.6, 0.64)) < 1e-9);
+}
+
+#[test]
+fn animations_stay_at_their_first_transform() {
+    let shape = |transform: &str| format!("<shape type='sphere' id='s'>{transform}</shape>");
+    let animated = shape(
+        "<animation name='toWorld'><transform time='0'><translate x='1'/></transform><transform time='1'><translate x='2'/></transform></animation>",
+    );
+    let mut diagnostics = Diagnostics::new();
+    let text = format!("<scene version='0.6.0'>{animated}</scene>");
+    let scene = xml::parse(&text, "scene.xml", &[], &mut diagnostics).unwrap();
+    assert!(
+        diagnostics
+            .to_string()
+            .contains("stays at its first transform")
+    );
+    let (still, _) = read(&format!(
+        "<scene version='0.6.0'>{}</scene>",
+        shape("<transform name='toWorld'><translate x='1'/></transform>")
+    ));
+    assert!(scene.hash(&FileRegistry::new()).unwrap() == still);
+    for (contents, expected) in [
+        ("<animation name='toWorld'/>", "no <transform>"),
+        (
+            "<animation name='toWorld'><float name='x' value='1'/></animation>",
+            "made of <transform>",
+        ),
+    ] {
+        assert!(
+            errors(&shape(contents))
+                .iter()
+                .any(|e| e.contains(expected))
+        );
+    }
+}
+
 #[test]
 fn diffuse_transmitters() {
     let note = becomes(

@@ -153,6 +153,11 @@ impl Loader<'_> {
                     self.add_property(property, parent);
                 }
             }
+            Tag::Animation => {
+                if let Some(property) = self.animation(&element, node) {
+                    self.add_property(property, parent);
+                }
+            }
             tag => {
                 self.childless(node, source);
                 self.leaf(tag, &element, parent);
@@ -263,6 +268,41 @@ impl Loader<'_> {
 
     fn transform(&mut self, element: &Element, node: Node<'_, '_>) -> Option<Property> {
         element.allow(&["name"], self.diagnostics);
+        let matrix = self.matrix(element, node)?;
+        let (value, location) = (Value::Transform(matrix), element.location.clone());
+        properties::named(element, value, location, self.diagnostics)
+    }
+
+    /// The first transform of those that something goes through.
+    fn animation(&mut self, element: &Element, node: Node<'_, '_>) -> Option<Property> {
+        element.allow(&["name"], self.diagnostics);
+        let source = element.location.source();
+        let children = element::children(node, source, self.diagnostics);
+        let mut first = None;
+        for child in children {
+            let part = self.element(child, source);
+            if part.tag != "transform" {
+                let message = format!("an animation is made of <transform>, not <{}>", part.tag);
+                self.error(message, &part.location);
+                return None;
+            }
+            part.allow(&["time"], self.diagnostics);
+            let matrix = self.matrix(&part, child)?;
+            first.get_or_insert(matrix);
+        }
+        let Some(matrix) = first else {
+            self.error("the animation has no <transform>", &element.location);
+            return None;
+        };
+        let message = "nothing moves here: the animation stays at its first transform";
+        self.diagnostics
+            .push(Diagnostic::note(message).at(&element.location));
+        let (value, location) = (Value::Transform(matrix), element.location.clone());
+        properties::named(element, value, location, self.diagnostics)
+    }
+
+    /// The map that the parts of a transform make; `None` (reported) if it is not finite.
+    fn matrix(&mut self, element: &Element, node: Node<'_, '_>) -> Option<DMat4> {
         let source = element.location.source();
         let mut matrix = DMat4::IDENTITY;
         for child in element::children(node, source, self.diagnostics) {
@@ -280,8 +320,7 @@ impl Loader<'_> {
             self.error("the transform is not finite", &element.location);
             return None;
         }
-        let (value, location) = (Value::Transform(matrix), element.location.clone());
-        properties::named(element, value, location, self.diagnostics)
+        Some(matrix)
     }
 
     fn include(&mut self, element: &Element, parent: &mut Draft, depth: usize) {

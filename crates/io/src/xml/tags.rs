@@ -15,7 +15,7 @@ const PROPERTIES: [&str; 9] = [
     "transform",
 ];
 /// Elements that are neither plugins nor parameters.
-const OTHERS: [&str; 4] = ["ref", "alias", "default", "include"];
+const OTHERS: [&str; 5] = ["ref", "alias", "default", "include", "animation"];
 /// Elements of a transform.
 pub(super) const TRANSFORMS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
 
@@ -24,6 +24,7 @@ pub(super) enum Tag {
     Plugin(PluginKind),
     Property,
     Transform,
+    Animation,
     Ref,
     Alias,
     Default,
@@ -40,6 +41,7 @@ impl Tag {
             "default" => Tag::Default,
             "include" => Tag::Include,
             "transform" => Tag::Transform,
+            "animation" => Tag::Animation,
             "spectrum" if typed => Tag::Plugin(PluginKind::Spectrum),
             name if PROPERTIES.contains(&name) => Tag::Property,
             name => match PluginKind::from_tag(name) {

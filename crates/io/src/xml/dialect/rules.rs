@@ -189,6 +189,11 @@ pub(super) const RULES: &[PluginTranslation] = &[
         dropped: &["cache", "gamma", "sampling_weight"],
         ..same(Emitter, "envmap", "envmap")
     },
+    old(
+        Emitter,
+        "sunsky",
+        &["resolution", "stretch", "extend", "sampling_weight"],
+    ),
     weighted("envmap"),
     weighted("point"),
     weighted("spot"),

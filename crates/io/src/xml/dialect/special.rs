@@ -10,6 +10,7 @@ pub(super) fn before(draft: &mut Draft, old: bool, diagnostics: &mut Diagnostics
     match (draft.kind, draft.plugin.as_str()) {
         (PluginKind::Volume, "splinevolume") => boxed(draft, diagnostics),
         (PluginKind::Volume, "gridvolume") if old => boxed(draft, diagnostics),
+        (PluginKind::Emitter, "sky" | "sun" | "sunsky") if old => daylight(draft, diagnostics),
         (PluginKind::Film, _) if old => bounces(draft, diagnostics),
         (PluginKind::Medium, "heterogeneousrefractive") => coefficients(draft, diagnostics),
         (PluginKind::Medium, _) if old && draft.names.contains_key("material") => {
@@ -137,4 +138,41 @@ pub(super) fn other_facets(draft: &mut Draft) -> Option<String> {
     };
     let known = ["phong", "as"].contains(&word.to_ascii_lowercase().as_str());
     known.then(|| std::mem::replace(word, "beckmann".to_owned()))
+}
+
+/// From the axes of Mitsuba 3's sky (z up, −x to the north) to those of the older ones (y up, −z to the north).
+const OLDER_SKY: DMat4 = DMat4::from_cols_array(&[
+    0.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0,
+]);
+/// The sun's diameter in degrees.
+const SUN_APERTURE: f64 = 0.5358;
+/// That of a sun that is to be a point.
+const LEAST_APERTURE: f64 = 0.01;
+
+/// The older sky and sun are two plugins, or one, with a scale of all, in other axes.
+fn daylight(draft: &mut Draft, diagnostics: &mut Diagnostics) {
+    let scale = number(draft, "scale", 1.0);
+    let radius = number(draft, "sun_radius_scale", 1.0);
+    let plugin = std::mem::replace(&mut draft.plugin, "sunsky".to_owned());
+    super::drop(draft, &["scale", "sun_radius_scale"]);
+    let scales = [("sky_scale", "sun"), ("sun_scale", "sky")];
+    for (name, other) in scales {
+        if plugin == other {
+            draft.set(name, Value::Float(0.0));
+        } else {
+            imply(draft, name, Implied::Float(scale));
+        }
+    }
+    imply(draft, "albedo", Implied::Float(0.2));
+    let aperture = (SUN_APERTURE * radius).max(LEAST_APERTURE);
+    draft.set("sun_aperture", Value::Float(aperture));
+    let to_world = draft.properties.iter().find(|p| p.name == "to_world");
+    let before = match to_world.map(|p| &p.value) {
+        Some(Value::Transform(matrix)) => *matrix,
+        _ => DMat4::IDENTITY,
+    };
+    draft.set("to_world", Value::Transform(before * OLDER_SKY));
+    let message =
+        format!("'{plugin}' is read as the 'sunsky' of Mitsuba 3, whose sun is another model");
+    diagnostics.push(Diagnostic::note(message).at(&draft.plugin_location));
 }
