@@ -6,7 +6,7 @@ several times with other seeds. The table says by how many standard errors the m
 that over blocks of the images (about 1.1 if all is well); what docs/mitsuba.md allows, --tolerance, is taken off first.
 
 Marked and not counted are `caustic`, light of point-like emitters that passes smooth glass, which morgana finds and Mitsuba's path tracer
-does not, and `blendbsdf`, mixtures of mirrors and other surfaces, which Mitsuba mixes wrongly.
+does not, rough sheets of `principledthin`, and `blendbsdf`, mixtures of mirrors and other surfaces, which Mitsuba mixes wrongly.
 
 Usage: scripts/random_mitsuba_scenes.py [--count N] [--seed N] [--exe PATH] [--out FOLDER]
 (with any Python that has mitsuba and numpy)
@@ -350,6 +350,8 @@ def known(parts: dict[str, str]) -> str | None:
         return "caustic"
     if names[0] == "blendbsdf" and MIRRORS & set(names):
         return "blendbsdf"
+    if "principledthin" in names:
+        return "principledthin"
     return None
 
 

@@ -77,3 +77,76 @@ fn contradictions_are_refused() {
         assert!(refused.contains(expected), "{refused}");
     }
 }
+
+fn scene(sensors: &str) -> Result<Loaded, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let text = format!("<scene version='3.0.0'>{sensors}<emitter type='constant'/></scene>");
+    std::fs::write(&path, text).unwrap();
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+}
+
+/// A camera that looks along +z from a place on the x axis.
+fn camera(x: f64, contents: &str) -> String {
+    format!(
+        "<sensor type='perspective'><float name='fov' value='60'/>
+         <transform name='to_world'><translate x='{x}'/></transform>{contents}</sensor>"
+    )
+}
+
+fn film(width: usize) -> String {
+    format!(
+        "<film type='hdrfilm'><integer name='width' value='{width}'/><integer name='height' value='5'/></film>"
+    )
+}
+
+#[test]
+fn cameras_of_a_batch_share_the_film() {
+    let batch = |contents: &str| format!("<sensor type='batch'>{contents}</sensor>");
+    let pair = format!("{}{}", camera(1.0, &film(3)), camera(7.0, ""));
+    let loaded = scene(&batch(&format!("{pair}{}", film(20)))).unwrap();
+    let alone = scene(&camera(7.0, &film(10))).unwrap();
+    for image in [[0.0, 0.5], [0.3, 0.1], [0.9, 0.8]] {
+        let halved = [0.5 + 0.5 * image[0], image[1]];
+        let ours = loaded.scene().sensor().ray(halved, [0.5; 2]);
+        let expected = alone.scene().sensor().ray(image, [0.5; 2]);
+        assert!(ours.origin.distance(expected.origin) < 1e-12);
+        assert!(ours.direction.distance(expected.direction) < 1e-12);
+    }
+    for (text, expected) in [
+        (
+            batch(&format!("{pair}{}", film(21))),
+            "21 pixels cannot be divided among 2",
+        ),
+        (batch(&film(20)), "one or several cameras"),
+        (
+            format!(
+                "<integrator type='bdpt'/>{}",
+                batch(&format!("{pair}{}", film(20)))
+            ),
+            "needs the integrator 'path'",
+        ),
+        (batch(&batch(&pair)), "not other batches"),
+    ] {
+        let message = scene(&text).err().unwrap_or_default();
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn of_several_cameras_the_first_is_rendered() {
+    let loaded = scene(&format!(
+        "{}{}",
+        camera(1.0, &film(4)),
+        camera(7.0, &film(8))
+    ))
+    .unwrap();
+    assert_eq!(loaded.scene().sensor().position().x, 1.0);
+    assert_eq!(loaded.scene().film().width, 4);
+    assert!(
+        loaded
+            .warnings
+            .to_string()
+            .contains("2 cameras: the first one is rendered")
+    );
+}

@@ -731,3 +731,11 @@ fn merged_shapes_are_those_that_it_holds() {
         &["radius"],
     );
 }
+
+#[test]
+fn ellipsoids_are_refused() {
+    refused(
+        "<shape type='ellipsoids'><string name='filename' value='a.ply'/></shape>",
+        &["clouds of ellipsoids"],
+    );
+}

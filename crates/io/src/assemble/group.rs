@@ -15,8 +15,11 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind, SceneDescription};
 use std::collections::BTreeSet;
+use transport::integrator::Integrator;
 use transport::render::ADAPTIVE_FROM;
+use transport::renderer::Renderer;
 use transport::scene::{Parts, ProblemSeverity, Scene, SceneProblem, Subject};
+use transport::sensor::Sensor;
 
 /// What the description makes for one channel group.
 pub(super) struct Group {
@@ -53,6 +56,11 @@ impl Group {
         reach::warnings(&context.grids, &context.objects, context.diagnostics);
         let mut view = view?;
         view.sensor.samples.replace(options, context.diagnostics);
+        let path = matches!(method.renderer, Renderer::Light(Integrator::Path(_)));
+        if matches!(view.sensor.sensor, Sensor::Batch(_)) && !path {
+            let message = "a batch of cameras needs the integrator 'path': nothing connects to it";
+            context.error_at(&description.root.location, message);
+        }
         if method.is_aov() {
             view.refuse_layers(&children.root.location, &mut context);
         }
@@ -187,9 +195,14 @@ impl<'a> Children<'a> {
                 context.error_at(&self.root.location, "the scene has no sensor");
                 return None;
             }
-            [_, second, ..] => {
-                context.error_at(&second.location, "the scene has more than one sensor");
-                return None;
+            [first, ref others @ ..] => {
+                let message = format!(
+                    "the scene has {} cameras: the first one is rendered",
+                    1 + others.len()
+                );
+                let warning = Diagnostic::warning(message).at(&first.location);
+                context.diagnostics.push(warning);
+                sensor::build(first, context)?
             }
         };
         Some(View {
@@ -245,7 +258,7 @@ impl<'a> Children<'a> {
                 report.add(p)
             });
         report.doubts(&scene, &method, &instruments);
-        if let (Some(medium), [camera]) = (sensor.medium, &self.cameras[..])
+        if let (Some(medium), [camera, ..]) = (sensor.medium, &self.cameras[..])
             && medium != scene.sensor_medium()
         {
             let message =

@@ -1,6 +1,7 @@
 //! Sensors.
 
 use super::context::Context;
+use super::described::is_meter;
 use super::film::{self, FilmParts};
 use super::medium;
 use super::sampler::{self, Samples};
@@ -9,10 +10,19 @@ use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use glam::DAffine3;
 use std::ops::Bound;
+use std::sync::Arc;
 use transport::scene::MediumId;
-use transport::sensor::{ApertureStop, Orthographic, Perspective, Sensor, Telecentric, ThinLens};
+use transport::sensor::{
+    ApertureStop, Batch, Orthographic, Perspective, Sensor, Telecentric, ThinLens,
+};
 
-const KNOWN: [&str; 4] = ["perspective", "thinlens", "orthographic", "telecentric"];
+const KNOWN: [&str; 5] = [
+    "perspective",
+    "thinlens",
+    "orthographic",
+    "telecentric",
+    "batch",
+];
 /// Samples per pixel, unless a sampler says otherwise.
 const SAMPLES: i64 = 64;
 /// Mitsuba's clipping planes.
@@ -35,6 +45,72 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let film = q.child(PluginKind::Film).cloned();
     let sampler = q.child(PluginKind::Sampler).cloned();
     let inside = q.child(PluginKind::Medium).cloned();
+    let batch = (object.plugin == "batch").then(|| q.children(PluginKind::Sensor));
+    let views = match batch {
+        Some(cameras) => {
+            q.finish(&[]);
+            cameras.iter().map(|camera| view(camera, context)).collect()
+        }
+        None => view_of(object, q)
+            .or_else(|| unknown(object, context))
+            .map(|view| vec![view]),
+    };
+    let film = film::build(film.as_deref(), context);
+    let samples = sampler::build(sampler.as_deref(), SAMPLES, context);
+    let medium = inside.map(|m| medium::medium(&m, context));
+    let views = views?;
+    let width = film.spec.width;
+    if !width.is_multiple_of(views.len()) {
+        let message = format!(
+            "a batch is one or several cameras side by side: {width} pixels cannot be divided among {}",
+            views.len()
+        );
+        context.error_at(&object.location, message);
+        return None;
+    }
+    let aspect = width as f64 / (views.len() * film.spec.height) as f64;
+    let mut sensors: Vec<Sensor> = views.iter().map(|view| view.sensor(aspect)).collect();
+    let sensor = if object.plugin == "batch" {
+        Sensor::Batch(Arc::new(Batch::new(sensors)?))
+    } else {
+        sensors.pop()?
+    };
+    Some(SensorParts {
+        sensor,
+        medium,
+        film,
+        samples,
+    })
+}
+
+/// A camera of a batch, whose film and sampler count for nothing, as in Mitsuba; `None` after an error.
+fn view(object: &ObjectDescription, context: &mut Context) -> Option<View> {
+    if object.plugin == "batch" || is_meter(object) {
+        let message = "a batch holds cameras, not other batches or meters";
+        context.error_at(&object.location, message);
+        return None;
+    }
+    let mut q = Query::new(object, context.diagnostics);
+    for kind in [PluginKind::Film, PluginKind::Sampler, PluginKind::Medium] {
+        q.child(kind);
+    }
+    view_of(object, q).or_else(|| unknown(object, context))
+}
+
+/// Reports a plugin that is no camera.
+fn unknown(object: &ObjectDescription, context: &mut Context) -> Option<View> {
+    unknown_plugin(object, &KNOWN, context.diagnostics);
+    None
+}
+
+/// What a camera sees, but for its film.
+struct View {
+    optics: Optics,
+    frame: DAffine3,
+}
+
+/// `None` if the plugin is unknown.
+fn view_of(object: &ObjectDescription, mut q: Query) -> Option<View> {
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", &mut q);
     let axes = [
@@ -52,19 +128,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     q.float_or("near_clip", NEAR_CLIP);
     q.float_or("far_clip", FAR_CLIP);
     q.finish(&[]);
-    let film = film::build(film.as_deref(), context);
-    let samples = sampler::build(sampler.as_deref(), SAMPLES, context);
-    let medium = inside.map(|m| medium::medium(&m, context));
-    let Some(optics) = optics else {
-        unknown_plugin(object, &KNOWN, context.diagnostics);
-        return None;
-    };
-    Some(SensorParts {
-        sensor: optics.sensor(frame, film.spec.width as f64 / film.spec.height as f64),
-        medium,
-        film,
-        samples,
-    })
+    optics.map(|optics| View { optics, frame })
 }
 
 enum Optics {
@@ -184,10 +248,11 @@ impl Fov {
     }
 }
 
-impl Optics {
-    fn sensor(&self, frame: DAffine3, aspect: f64) -> Sensor {
+impl View {
+    fn sensor(&self, aspect: f64) -> Sensor {
+        let frame = self.frame;
         let pinhole = |fov: &Fov| Perspective::new(frame, fov.horizontal(aspect), aspect);
-        match self {
+        match &self.optics {
             Optics::Pinhole(fov) => Sensor::Perspective(pinhole(fov)),
             Optics::ThinLens(fov, radius, distance) => {
                 Sensor::ThinLens(ThinLens::new(pinhole(fov), *radius, *distance))

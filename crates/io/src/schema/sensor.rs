@@ -1,8 +1,10 @@
 //! Cameras and meters.
 
-use super::row::{TO_WORLD, boolean, choice, float, integer, one, plugin, text, vector, word};
+use super::row::{
+    TO_WORLD, boolean, choice, float, integer, many, one, plugin, text, vector, word,
+};
 use super::{Parameter, Plugin, Slot};
-use crate::scene::PluginKind::{Film, Medium, Sampler};
+use crate::scene::PluginKind::{Film, Medium, Sampler, Sensor};
 
 const CAMERA: &[Parameter] = &[
     TO_WORLD,
@@ -138,6 +140,20 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "The same narrow cone of directions at every point, with a knife edge if wanted.",
         &[TELECENTRIC, CAMERA],
         PICTURE,
+    ),
+    plugin(
+        "batch",
+        "Cameras side by side, each on a column of the film.",
+        &[],
+        &[
+            many(
+                Sensor,
+                "The cameras; their own films and samplers do not count.",
+            ),
+            one(Film, "The image of all."),
+            one(Sampler, "The number of samples."),
+            one(Medium, "The medium that the sensor is in."),
+        ],
     ),
     plugin(
         "fluencemeter",

@@ -18,12 +18,14 @@
 //!   from [`Sensor::sense`]. On a lens or a stop the average over its area divides by that area,
 //!   which is the reciprocal of the density of the end: they cancel.
 
+mod batch;
 mod camera;
 mod orthographic;
 mod perspective;
 mod telecentric;
 mod thinlens;
 
+pub use batch::Batch;
 pub use camera::{Camera, CameraError, Projection, look_at};
 pub use orthographic::Orthographic;
 pub use perspective::Perspective;
@@ -32,6 +34,7 @@ pub use thinlens::ThinLens;
 
 use crate::connection_end::{ConnectionEnd, EndSample};
 use glam::{DAffine3, DVec3};
+use std::sync::Arc;
 
 /// A position and a unit direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,6 +71,8 @@ pub enum Sensor {
     Absent(DAffine3),
     /// Parallel rays for each point of a stop.
     Telecentric(Telecentric),
+    /// Several side by side, which nothing connects to.
+    Batch(Arc<Batch>),
 }
 
 impl Sensor {
@@ -80,6 +85,7 @@ impl Sensor {
             Sensor::Orthographic(s) => s.ray(image),
             Sensor::Absent(frame) => to_world(frame, DVec3::ZERO, DVec3::Z),
             Sensor::Telecentric(s) => s.ray(image, lens),
+            Sensor::Batch(s) => s.ray(image, lens),
         }
     }
 
@@ -87,7 +93,7 @@ impl Sensor {
     /// in [0, 1)². Importance travels along the end's direction, so light against it.
     pub fn sample_end(&self, u: [f64; 2]) -> EndSample {
         match self {
-            Sensor::Perspective(_) | Sensor::Absent(_) => {
+            Sensor::Perspective(_) | Sensor::Absent(_) | Sensor::Batch(_) => {
                 EndSample::only(ConnectionEnd::at(self.position()))
             }
             Sensor::ThinLens(s) => s.sample_end(u),
@@ -100,9 +106,8 @@ impl Sensor {
     /// rays of that direction.
     pub(crate) fn end_of_ray(&self, origin: DVec3, direction: DVec3) -> ConnectionEnd {
         match self {
-            Sensor::Perspective(_) | Sensor::ThinLens(_) | Sensor::Absent(_) => {
-                ConnectionEnd::at(origin)
-            }
+            Sensor::Perspective(_) | Sensor::ThinLens(_) => ConnectionEnd::at(origin),
+            Sensor::Absent(_) | Sensor::Batch(_) => ConnectionEnd::at(origin),
             Sensor::Orthographic(s) => s.sample_end().end,
             Sensor::Telecentric(s) => s.end_along(direction),
         }
@@ -116,7 +121,7 @@ impl Sensor {
             Sensor::Perspective(s) => s.sense(direction),
             Sensor::ThinLens(s) => s.sense(start, direction),
             Sensor::Orthographic(s) => s.sense(start, direction),
-            Sensor::Absent(_) => None,
+            Sensor::Absent(_) | Sensor::Batch(_) => None,
             Sensor::Telecentric(s) => s.sense(start, direction),
         };
         // Rays almost along the plane of the lens overflow.
@@ -128,7 +133,7 @@ impl Sensor {
         matches!(self, Sensor::Orthographic(_) | Sensor::Telecentric(_))
     }
 
-    /// Local-to-world transform.
+    /// Local-to-world transform, of the first if there are several.
     pub fn to_world(&self) -> &DAffine3 {
         match self {
             Sensor::Perspective(s) => s.to_world(),
@@ -136,6 +141,7 @@ impl Sensor {
             Sensor::Orthographic(s) => s.to_world(),
             Sensor::Absent(frame) => frame,
             Sensor::Telecentric(s) => s.to_world(),
+            Sensor::Batch(s) => s.first().to_world(),
         }
     }
 

@@ -47,6 +47,7 @@ fn sensor_kind(scene: &Scene) -> &'static str {
         Sensor::Orthographic(_) => "orthographic",
         Sensor::Absent(_) => "none (meters)",
         Sensor::Telecentric(_) => "telecentric",
+        Sensor::Batch(_) => "batch",
     }
 }
 

@@ -78,7 +78,7 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let geometry = geometry.map(|g| g.map(turned));
     q.finish(&[]);
     if geometry.is_none() && !KNOWN.contains(&object.plugin.as_str()) {
-        unknown_plugin(object, &KNOWN, context.diagnostics);
+        unknown(object, context);
     }
     let vertices = match &geometry {
         Some(Ok((Shape::Mesh(mesh), colours))) => {
@@ -111,6 +111,17 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let emitter =
         light.and_then(|l| emitter::add_area(&l, object, index, &shape, &vertices, context));
     push(object, shape, surface.bsdf, emitter, wish, context);
+}
+
+fn unknown(object: &ObjectDescription, context: &mut Context) {
+    match object.plugin.as_str() {
+        "ellipsoids" | "ellipsoidsmesh" => {
+            let message = "clouds of ellipsoids are for integrators of volumetric primitives, which there are none of: \
+                           use spheres";
+            context.error_at(&object.plugin_location, message);
+        }
+        _ => unknown_plugin(object, &KNOWN, context.diagnostics),
+    }
 }
 
 fn push(
