@@ -458,10 +458,6 @@ fn spectral_films_have_as_many_channels_as_wavelengths() {
     assert_eq!(loaded.groups.len(), 2);
     assert_eq!(loaded.channel_names.len(), 6);
     assert_eq!(loaded.channel_names[1], "450nm");
-    refused(
-        "<shape type=\"sphere\"><bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:0.1, 600:0.3\"/></bsdf></shape>",
-        &["spectral", "use an RGB value"],
-    );
 }
 
 /// A projector that a matrix turns, of which the linear part is given.

@@ -74,10 +74,10 @@ fn older_bsdfs() {
          <bsdf type='ward' id='b'><string name='variant' value='ward-duer'/><float name='alphaU' value='0.1'/><float name='alphaV' value='0.2'/></bsdf>
          <bsdf type='roughconductor' id='c'><string name='distribution' value='as'/></bsdf>
          <bsdf type='coating' id='d'><float name='intIOR' value='1.7'/><spectrum name='sigmaA' value='0.1'/><bsdf type='diffuse'/></bsdf>",
-        "<bsdf type='roughdiffuse' id='a'><spectrum name='reflectance' value='0.4'/><boolean name='use_fast_approx' value='true'/></bsdf>
+        "<bsdf type='roughdiffuse' id='a'><float name='reflectance' value='0.4'/><boolean name='use_fast_approx' value='true'/></bsdf>
          <bsdf type='ward' id='b'><float name='alpha_u' value='0.1'/><float name='alpha_v' value='0.2'/></bsdf>
          <bsdf type='roughconductor' id='c'><string name='distribution' value='beckmann'/></bsdf>
-         <bsdf type='coating' id='d'><float name='int_ior' value='1.7'/><spectrum name='sigma_a' value='0.1'/><bsdf type='diffuse'/></bsdf>",
+         <bsdf type='coating' id='d'><float name='int_ior' value='1.7'/><float name='sigma_a' value='0.1'/><bsdf type='diffuse'/></bsdf>",
     );
     assert_eq!(
         note,
@@ -159,7 +159,7 @@ fn animations_stay_at_their_first_transform() {
 fn diffuse_transmitters() {
     let note = becomes(
         "<bsdf type='difftrans' id='leaf'><spectrum name='transmittance' value='0.4'/></bsdf>",
-        "<bsdf type='principledthin' id='leaf'><spectrum name='base_color' value='0.4'/>
+        "<bsdf type='principledthin' id='leaf'><float name='base_color' value='0.4'/>
          <float name='diff_trans' value='2'/></bsdf>",
     );
     assert_eq!(note, "read: 'difftrans' as 'principledthin'");
@@ -180,7 +180,7 @@ fn the_medium_of_the_fork() {
          </medium>
          <bsdf type='hdielectric' id='wall'/>",
         "<medium type='homogeneous' id='tissue'>
-           <spectrum name='sigma_t' value='1.5'/> <spectrum name='albedo' value='0.9'/>
+           <float name='sigma_t' value='1.5'/> <float name='albedo' value='0.9'/>
            <volume name='ior' type='acoustic'>
              <float name='amplitude' value='1e-3'/> <integer name='order' value='2'/>
              <float name='frequency' value='832000'/> <float name='sound_speed' value='1500'/>

@@ -61,7 +61,6 @@ fn what_no_plugin_tells_apart_is_the_same() {
     same(&[
         "<float name='a' value='1'/>",
         "<integer name='a' value='1'/>",
-        "<spectrum name='a' value='1'/>",
     ]);
     same(&[
         "<float name='a' value='0'/>",

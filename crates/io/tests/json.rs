@@ -130,7 +130,7 @@ fn values() {
         SpectrumValue::Sampled(vec![(400.0, 0.1), (700.5, 2.0)])
     );
     let number = spectrum(r#"{"value": 3, "type": "spectrum"}"#);
-    assert_eq!(number, SpectrumValue::Uniform(3.0));
+    assert_eq!(number, SpectrumValue::EqualEnergy(3.0));
 }
 
 /// Against the transforms of XML.

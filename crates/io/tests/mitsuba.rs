@@ -594,6 +594,8 @@ fn examples() -> Vec<(&'static str, String, String)> {
         ("sample_count", camera(r#""sampler": {"type": "independent"}"#), camera(SAMPLER)),
         ("sdfgrid", scene(r#""c": {"type": "sdfgrid", "grid": [[[[-1], [1]], [[1], [1]]], [[[1], [1]], [[1], [1]]]]}, "#), scene(r#""c": {"type": "cube"}, "#)),
         ("sensor medium", within(""), within(r#", "medium": {"type": "ref", "id": "fog"}"#)),
+        ("spectra", scene(r#""c": {"type": "constant", "radiance": {"type": "blackbody", "temperature": 5000}}, "#),
+            scene(r#""c": {"type": "constant", "radiance": {"type": "d65"}}, "#)),
         ("sunsky", scene(r#""c": {"type": "sunsky"}, "#), scene(r#""c": {"type": "directional"}, "#)),
         ("vertex colours",
             tetrahedron(outside).replace("COLOURS", r#", "bsdf": {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}"#),

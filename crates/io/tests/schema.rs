@@ -33,6 +33,9 @@ fn scene(kind: PluginKind, plugin: &str, object: &str) -> String {
         PluginKind::Texture => format!(
             r#"{sensor}, "s": {{"type": "sphere", "bsdf": {{"type": "diffuse", "reflectance": {object}}}}}"#
         ),
+        PluginKind::Spectrum => format!(
+            r#"{sensor}, "s": {{"type": "sphere", "bsdf": {{"type": "dielectric", "specular_reflectance": {object}}}}}"#
+        ),
         PluginKind::Shape if plugin == "shapegroup" => {
             format!(r#"{sensor}, "s": {{"type": "instance", "shape": {object}}}"#)
         }

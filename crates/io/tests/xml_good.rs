@@ -84,7 +84,7 @@ fn every_kind_of_value() {
     assert!((b - 0.215_860_500_113_899).abs() < 1e-12);
     assert_eq!(
         value(&object, "u"),
-        &Value::Spectrum(SpectrumValue::Uniform(2.0))
+        &Value::Spectrum(SpectrumValue::EqualEnergy(2.0))
     );
     let pairs = vec![(400.0, 0.1), (500.0, 0.2)];
     assert_eq!(

@@ -1,6 +1,8 @@
 //! Spectral channels: luminance, RGB, or any list of wavelengths.
 
+use super::colour::{self, Seen, at, luminance};
 use super::described::{disperses, is_meter};
+use super::texture_role::Role;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue, Value, descendants};
 use transport::Spectrum;
@@ -20,9 +22,6 @@ pub(super) enum Channels {
         apart: bool,
     },
 }
-
-/// Weights of linear sRGB in luminance (ITU-R BT.709).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 impl Channels {
     /// As the film of the scene's first sensor says, be it that of a shape. Without a film, cameras
@@ -129,6 +128,24 @@ impl Channels {
         (self.count() - self.first(group)).min(self.group_size())
     }
 
+    /// What becomes of a spectrum in a role before it is divided among channels.
+    pub fn seen(&self, value: &SpectrumValue, role: Role) -> Result<Seen, String> {
+        match (self, value) {
+            (Channels::Wavelengths { .. }, SpectrumValue::Rgb(_)) if role == Role::Number => {
+                colour::seen(value, role)
+            }
+            (Channels::Wavelengths { .. }, value) => Ok(Seen {
+                value: value.clone(),
+                clipped: None,
+            }),
+            (Channels::Luminance, SpectrumValue::EqualEnergy(v)) => Ok(Seen {
+                value: SpectrumValue::Uniform(*v),
+                clipped: None,
+            }),
+            (_, value) => colour::seen(value, role),
+        }
+    }
+
     /// Names, as in image files.
     pub fn names(&self) -> Vec<String> {
         match self {
@@ -138,7 +155,7 @@ impl Channels {
         }
     }
 
-    /// A spectrum in the channels of a group.
+    /// A spectrum in the channels of a group: on a film of colours or luminance, a colour or a number.
     pub fn spectrum(&self, value: &SpectrumValue, group: usize) -> Result<Spectrum, String> {
         let channels = self.channels_of(group);
         let all = |f: &dyn Fn(usize) -> f64| {
@@ -147,32 +164,25 @@ impl Channels {
             ))
         };
         match (self, value) {
-            (_, SpectrumValue::Uniform(v)) => Ok(all(&|_| *v)),
             (Channels::Rgb, SpectrumValue::Rgb(rgb)) => Ok(all(&|c| rgb[c])),
             (Channels::Luminance, SpectrumValue::Rgb(rgb)) => {
                 let y = luminance(*rgb);
                 Ok(all(&|_| y))
             }
-            (Channels::Wavelengths { nm, .. }, SpectrumValue::Sampled(samples)) => {
-                Ok(all(&|c| interpolate(samples, nm[self.first(group) + c])))
+            (Channels::Wavelengths { nm, .. }, value) => {
+                let first = self.first(group);
+                let values = (0..channels).map(|c| at(value, nm[first + c]));
+                let values: Option<Vec<f64>> = values.collect();
+                let values = values.ok_or(
+                    "an RGB value has no meaning on a spectral film; use a spectrum of \
+                     wavelength:value pairs, or one number",
+                )?;
+                Ok(all(&|c| values[c]))
             }
-            (Channels::Wavelengths { .. }, SpectrumValue::Rgb(_)) => Err(
-                "an RGB value has no meaning on a spectral film; use a spectrum of \
-                 wavelength:value pairs, or one number"
-                    .into(),
-            ),
-            (_, SpectrumValue::Sampled(_)) => Err(
-                "wavelength:value pairs need a film with pixel_format \"spectral\"; use an RGB value, or \
-                 one number"
-                    .into(),
-            ),
+            (_, SpectrumValue::Uniform(v)) => Ok(all(&|_| *v)),
+            _ => Err("a spectrum that has not become a colour yet".to_owned()),
         }
     }
-}
-
-/// Luminance of linear sRGB.
-pub(super) fn luminance(rgb: [f64; 3]) -> f64 {
-    rgb.iter().zip(LUMINANCE).map(|(v, w)| v * w).sum()
 }
 
 /// Objects of the scene that light may meet: media and volumes that nothing refers to do not count.
@@ -191,14 +201,4 @@ fn wavelengths(list: &str, apart: bool) -> Option<Channels> {
     let numbers = numbers.filter(|n| !n.is_empty() && n.len() <= MOST_WAVELENGTHS)?;
     let valid = numbers.iter().all(|nm| nm.is_finite() && *nm > 0.0);
     valid.then_some(Channels::Wavelengths { nm: numbers, apart })
-}
-
-/// Linear between samples in increasing wavelength, constant beyond them.
-fn interpolate(samples: &[(f64, f64)], nm: f64) -> f64 {
-    let i = samples.partition_point(|(w, _)| *w <= nm);
-    match (i.checked_sub(1).map(|k| samples[k]), samples.get(i)) {
-        (Some((w0, v0)), Some((w1, v1))) => v0 + (v1 - v0) * (nm - w0) / (w1 - w0),
-        (Some((_, v)), None) | (None, Some(&(_, v))) => v,
-        (None, None) => 0.0,
-    }
 }

@@ -1,14 +1,18 @@
 //! What is gathered while a scene is assembled.
 
 use super::channels::Channels;
+use super::colour::clipping;
 use super::difference::Difference;
 use super::originals::Originals;
 use super::reach;
 use super::texture_role::Role;
 use super::wish::Wish;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
+use crate::query::resolve;
 use crate::scene::{FileRegistry, ObjectId, SpectrumValue};
+use crate::spd;
 use eikonal::field::Constant;
+use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 use transport::Spectrum;
@@ -107,14 +111,33 @@ impl<'a> Context<'a> {
             .ok()
     }
 
-    /// A spectrum in the channels of this group.
-    pub fn spectrum(&mut self, value: &SpectrumValue, location: &Location) -> Spectrum {
-        self.channels
-            .spectrum(value, self.group)
+    /// A spectrum in the channels of this group, for what it is asked for. Reports what had to be clipped.
+    pub fn spectrum(&mut self, value: &SpectrumValue, role: Role, location: &Location) -> Spectrum {
+        let value = self.loaded(value, location);
+        let seen = self.channels.seen(&value, role);
+        if let Ok(Some(rgb)) = seen.as_ref().map(|seen| seen.clipped) {
+            let warning = Diagnostic::warning(clipping(rgb, role));
+            self.diagnostics.push(warning.at(location));
+        }
+        seen.and_then(|seen| self.channels.spectrum(&seen.value, self.group))
             .unwrap_or_else(|message| {
                 self.error_at(location, message);
                 Spectrum::ZERO
             })
+    }
+
+    /// A spectrum with the pairs of the file that it names, if it names one.
+    pub fn loaded<'v>(
+        &mut self,
+        value: &'v SpectrumValue,
+        location: &Location,
+    ) -> Cow<'v, SpectrumValue> {
+        let SpectrumValue::File(name) = value else {
+            return Cow::Borrowed(value);
+        };
+        let path = resolve(name, location, self.files);
+        let pairs = self.accept(location, spd::read(&path));
+        Cow::Owned(pairs.map_or(SpectrumValue::Uniform(1.0), SpectrumValue::Sampled))
     }
 
     /// Adds a medium; `open` if its index is not settled yet.

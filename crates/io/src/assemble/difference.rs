@@ -45,6 +45,7 @@ differences! {
     SAMPLE_COUNT: "sample_count", "64 samples per pixel unless the scene says otherwise; Mitsuba takes 4";
     SENSOR_MEDIUM: "sensor medium", "the sensor is in the medium around it; in Mitsuba it is in none unless it names one";
     SDFGRID: "sdfgrid", "the surface is triangles with corners on it, some twelve in a cell of the grid; Mitsuba's is curved, with normals to match";
+    SPECTRA: "spectra", "blackbody, regular and irregular spectra are seen as lists are, and sigma_t may exceed 1; Mitsuba's films of colours cannot evaluate the former, and clip the latter to 1";
     SUNSKY: "sunsky", "the sky is an image whose rows are 0.35° apart, the sun a disc as bright all over, within 1 % of Mitsuba's; what would be negative is black";
     VERTEX_COLOURS: "vertex colours", "whole numbers are decoded from sRGB; Mitsuba takes them as they are, 0 to 255";
 }

@@ -2,7 +2,9 @@
 
 use super::difference::*;
 use super::sensor::{FAR_CLIP, NEAR_CLIP};
-use crate::scene::{ObjectDescription, ObjectId, PluginKind, SceneDescription, Value};
+use crate::scene::{
+    ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value, descendants,
+};
 use glam::{DMat3, DVec3};
 use std::collections::{BTreeSet, HashSet};
 use transport::emitter::Emitter;
@@ -31,7 +33,25 @@ pub(super) fn of(known: &Known, met: &BTreeSet<Difference>) -> Vec<Difference> {
     if meshes.into_iter().any(turned) {
         all.insert(MESH_SIDES);
     }
+    if is_spectral(&known.description.root) {
+        all.remove(&SPECTRA);
+    }
     all.into_iter().collect()
+}
+
+/// Whether a film shows wavelengths rather than colours.
+fn is_spectral(root: &ObjectDescription) -> bool {
+    descendants([root]).any(|o| o.kind == PluginKind::Film && is(o, "pixel_format", "spectral"))
+}
+
+/// Whether a parameter is a list of wavelengths.
+fn is_sampled(object: &ObjectDescription, name: &str) -> bool {
+    matches!(
+        value(object, name),
+        Some(Value::Spectrum(
+            SpectrumValue::Sampled(_) | SpectrumValue::File(_)
+        ))
+    )
 }
 
 /// Calls `f` with each object once.
@@ -85,6 +105,13 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
         (PluginKind::Bsdf, plugin) => of_bsdf(object, plugin),
         (PluginKind::Film, _) => of_film(object),
         (PluginKind::Medium, "heterogeneous") => of_medium(object),
+        (PluginKind::Medium, "homogeneous") => {
+            let sampled = is_sampled(object, "sigma_t");
+            sampled.then_some(SPECTRA).into_iter().collect()
+        }
+        (PluginKind::Spectrum | PluginKind::Texture, "blackbody" | "regular" | "irregular") => {
+            vec![SPECTRA]
+        }
         (PluginKind::Shape, "obj" | "ply" | "serialized" | "mesh") => {
             let interpolated = !is_true(object, "face_normals");
             interpolated.then_some(MESH_NORMALS).into_iter().collect()

@@ -2,6 +2,7 @@
 
 use super::channels::Channels;
 use super::context::Context;
+use super::texture_role::Role;
 use super::{field, phase, texture};
 use crate::query::{Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
@@ -137,12 +138,14 @@ fn from_parts(
     sigma_a: SpectrumValue,
     context: &mut Context,
 ) -> (VolumeTexture, VolumeTexture) {
+    let [sigma_s, sigma_a] =
+        [sigma_s, sigma_a].map(|v| context.loaded(&v, &object.location).into_owned());
     let negative = |v: &SpectrumValue| v.values().iter().any(|v| *v < 0.0);
     if negative(&sigma_s) || negative(&sigma_a) {
         context.error_at(&object.location, "sigma_s and sigma_a must not be negative");
     }
-    let s = context.spectrum(&sigma_s, &object.location);
-    let a = context.spectrum(&sigma_a, &object.location);
+    let s = context.spectrum(&sigma_s, Role::Coefficient, &object.location);
+    let a = context.spectrum(&sigma_a, Role::Coefficient, &object.location);
     let total = s + a;
     let albedo = Spectrum(std::array::from_fn(|c| {
         if total[c] > 0.0 { s[c] / total[c] } else { 0.0 }

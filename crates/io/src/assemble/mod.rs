@@ -4,6 +4,7 @@
 
 mod bsdf;
 mod channels;
+mod colour;
 mod context;
 mod costly;
 mod coverage;

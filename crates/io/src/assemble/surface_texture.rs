@@ -31,7 +31,7 @@ pub(super) fn texture(
         Input::Spectrum(value) => {
             let property = parent.properties.iter().find(|p| p.name == name);
             let location = property.map_or(&parent.location, |p| &p.location);
-            Texture::Uniform(context.spectrum(&in_role(&value, role), location))
+            Texture::Uniform(context.spectrum(&value, role, location))
         }
         Input::Object(object) => {
             nested(object, role, vertices, context).unwrap_or(Texture::Uniform(Spectrum::ZERO))
@@ -138,7 +138,7 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
         .map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
     let image = image.ok()?;
-    let pixels = pixels(&image, raw && is_encoded(&path), Role::Colour, context);
+    let pixels = pixels(&image, raw && is_encoded(&path), Role::Emission, context);
     let (channels, data) = context.accept(&object.location, pixels)?;
     let used = context.channels.channels_of(context.group);
     let spectrum = |values: &[f32]| {
@@ -213,7 +213,7 @@ fn pixels(
 fn in_role(value: &SpectrumValue, role: Role) -> SpectrumValue {
     match (role, value) {
         (Role::Number, SpectrumValue::Rgb(rgb)) => {
-            SpectrumValue::Uniform(super::channels::luminance(*rgb))
+            SpectrumValue::Uniform(super::colour::luminance(*rgb))
         }
         _ => value.clone(),
     }

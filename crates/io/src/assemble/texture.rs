@@ -2,6 +2,7 @@
 
 use super::context::Context;
 use super::reach;
+use super::texture_role::Role;
 use super::transforms::affine;
 use crate::diagnostic::Location;
 use crate::query::{Input, Query, unknown_plugin};
@@ -48,6 +49,7 @@ fn uniform(
     allowed: [f64; 2],
     context: &mut Context,
 ) -> VolumeTexture {
+    let value = context.loaded(value, location);
     let outside = |v: &f64| !(*v >= allowed[0] && *v <= allowed[1]);
     if let Some(bad) = value.values().into_iter().find(outside) {
         let allowed = match allowed {
@@ -57,7 +59,12 @@ fn uniform(
         let message = format!("'{name}' is {}; it must {allowed}", Shown(bad));
         context.error_at(location, message);
     }
-    VolumeTexture::Uniform(context.spectrum(value, location))
+    let role = if allowed[1] == 1.0 {
+        Role::Reflectance
+    } else {
+        Role::Coefficient
+    };
+    VolumeTexture::Uniform(context.spectrum(&value, role, location))
 }
 
 fn grid(

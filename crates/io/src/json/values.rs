@@ -141,16 +141,39 @@ pub(super) fn triple(node: &Node, diagnostics: &mut Diagnostics) -> Option<DVec3
     Some(DVec3::new(x?, y?, z?))
 }
 
-/// `{"type": "rgb", "value": ...}` or `{"type": "spectrum", "value": ...}`.
+/// `{"type": "rgb", "value": ...}`, `{"type": "spectrum", "value": ...}` or `{"type": "spectrum", "filename": ...}`.
 fn spectrum(
     node: &Node,
     entries: &[Entry],
     diagnostics: &mut Diagnostics,
 ) -> Option<SpectrumValue> {
     const VALUE: &str = "value";
-    only(entries, &[TYPE, VALUE], diagnostics);
+    const FILENAME: &str = "filename";
     let is_rgb =
         get(entries, TYPE).is_some_and(|t| matches!(&t.json, Json::String(t) if t == "rgb"));
+    let known: &[&str] = if is_rgb {
+        &[TYPE, VALUE]
+    } else {
+        &[TYPE, VALUE, FILENAME]
+    };
+    only(entries, known, diagnostics);
+    if let (Some(file), false) = (get(entries, FILENAME), is_rgb) {
+        if get(entries, VALUE).is_some() {
+            report(
+                file,
+                "give a \"value\" or a \"filename\", not both",
+                diagnostics,
+            );
+        }
+        return match &file.json {
+            Json::String(name) => Some(SpectrumValue::File(name.clone())),
+            other => {
+                let message = format!("\"filename\" is a text, not {}", other.describe());
+                report(file, message, diagnostics);
+                None
+            }
+        };
+    }
     let Some(value) = get(entries, VALUE) else {
         report(node, "a colour or spectrum needs a \"value\"", diagnostics);
         return None;
@@ -165,7 +188,7 @@ fn spectrum(
             if is_rgb {
                 SpectrumValue::Rgb([v; 3])
             } else {
-                SpectrumValue::Uniform(v)
+                SpectrumValue::EqualEnergy(v)
             }
         }),
     }

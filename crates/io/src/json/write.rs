@@ -151,23 +151,43 @@ impl Keys {
 
 fn value(value: &Value) -> String {
     match value {
-        Value::Float(v) | Value::Spectrum(SpectrumValue::Uniform(v)) => number(*v),
+        Value::Float(v) => number(*v),
         Value::Integer(v) => v.to_string(),
         Value::Boolean(v) => v.to_string(),
         Value::String(v) => text(v),
-        Value::Spectrum(SpectrumValue::Rgb(rgb)) => {
-            format!("{{\"{TYPE}\": \"rgb\", \"value\": {}}}", numbers(rgb))
-        }
-        Value::Spectrum(SpectrumValue::Sampled(pairs)) => {
-            let pairs = pairs.iter().map(|(w, v)| numbers(&[*w, *v]));
-            format!("{{\"{TYPE}\": \"spectrum\", \"value\": {}}}", array(pairs))
-        }
+        Value::Spectrum(spectrum) => self::spectrum(spectrum),
         Value::Point(v) | Value::Vector(v) => numbers(&v.to_array()),
         Value::Transform(matrix) => {
             let rows = [0, 1, 2, 3].map(|i| numbers(&matrix.row(i).to_array()));
             array(rows)
         }
         Value::Tensor(tensor) => nested(tensor.shape(), &mut tensor.iter()),
+    }
+}
+
+fn spectrum(value: &SpectrumValue) -> String {
+    let of_type = |word: &str, key: &str, value: &str| {
+        format!("{{\"{TYPE}\": \"{word}\", \"{key}\": {value}}}")
+    };
+    match value {
+        SpectrumValue::Uniform(v) => number(*v),
+        SpectrumValue::EqualEnergy(v) => of_type("spectrum", "value", &number(*v)),
+        SpectrumValue::Rgb(rgb) => of_type("rgb", "value", &numbers(rgb)),
+        SpectrumValue::Sampled(pairs) => {
+            let pairs = pairs.iter().map(|(w, v)| numbers(&[*w, *v]));
+            of_type("spectrum", "value", &array(pairs))
+        }
+        SpectrumValue::File(name) => of_type("spectrum", "filename", &text(name)),
+        SpectrumValue::D65(scale) => of_type("d65", "scale", &number(*scale)),
+        SpectrumValue::Blackbody {
+            temperature,
+            range: [min, max],
+        } => {
+            let [t, min, max] = [*temperature, *min, *max].map(number);
+            format!(
+                "{{\"{TYPE}\": \"blackbody\", \"temperature\": {t}, \"wavelength_min\": {min}, \"wavelength_max\": {max}}}"
+            )
+        }
     }
 }
 

@@ -3,8 +3,7 @@
 use std::ops::RangeBounds;
 use std::sync::Arc;
 
-use super::values::as_spectrum;
-use super::{Lookup, Query};
+use super::Query;
 use crate::diagnostic::Diagnostic;
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 
@@ -108,29 +107,34 @@ impl<'a> Query<'a, '_> {
         range: impl RangeBounds<f64>,
         default: f64,
     ) -> Input<'a> {
+        if let Some(input) = self.computed_spectrum(name) {
+            return input;
+        }
         match self.stand_in(PluginKind::Texture, name) {
             Some(texture) => Input::Object(texture),
             None => Input::Spectrum(SpectrumValue::Uniform(self.float_in(name, range, default))),
         }
     }
 
-    /// The child of a kind that stands in the place of a parameter.
-    fn stand_in(&mut self, kind: PluginKind, name: &str) -> Option<&'a Arc<ObjectDescription>> {
-        let child = self.named_child(name).filter(|c| c.object.kind == kind)?;
-        if let Some(index) = self.child_index(name) {
-            self.used_children[index] = true;
-        }
+    /// The child of a kind that stands in the place of a parameter. Mitsuba's textures may be written as spectra.
+    pub(super) fn stand_in(
+        &mut self,
+        kind: PluginKind,
+        name: &str,
+    ) -> Option<&'a Arc<ObjectDescription>> {
+        let fits = |found: PluginKind| {
+            found == kind || (kind, found) == (PluginKind::Texture, PluginKind::Spectrum)
+        };
+        let child = self.named_child(name).filter(|c| fits(c.object.kind))?;
+        self.use_child(name);
         Some(&child.object)
     }
 
-    fn input(&mut self, kind: PluginKind, name: &str, default: Option<SpectrumValue>) -> Input<'a> {
-        if let Some(object) = self.stand_in(kind, name) {
-            return Input::Object(object);
+    /// Takes note that the child in this role was asked for.
+    pub(super) fn use_child(&mut self, name: &str) {
+        if let Some(index) = self.child_index(name) {
+            self.used_children[index] = true;
         }
-        let expected = format!("{kind} or spectrum");
-        let lookup: Lookup<'a, _> = self.convert(name, &expected, as_spectrum);
-        let harmless = SpectrumValue::Uniform(1.0);
-        Input::Spectrum(self.settle(name, "spectrum", lookup, default, harmless))
     }
 
     /// Indices of the children of a kind that nobody has asked for yet.

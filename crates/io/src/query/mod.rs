@@ -21,11 +21,13 @@
 
 mod children;
 mod numbers;
+mod spectra;
 mod unused;
 mod values;
 
 pub use children::Input;
 pub use numbers::{INDEX, POSITIVE};
+pub(crate) use values::resolve;
 
 use std::collections::BTreeSet;
 

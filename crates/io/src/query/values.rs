@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DMat4, DVec3};
 
 use super::{Lookup, Query};
+use crate::diagnostic::Location;
 use crate::scene::{FileRegistry, SpectrumValue, Tensor, Value};
 
 fn as_triple(value: &Value) -> Option<DVec3> {
@@ -57,24 +58,6 @@ impl Query<'_, '_> {
         self.settle(name, "vector", lookup, Some(default), default)
     }
 
-    /// A spectrum, colour or plain number that must be there; after an error, 1.
-    pub fn spectrum(&mut self, name: &str) -> SpectrumValue {
-        let lookup = self.convert(name, "spectrum", as_spectrum);
-        self.settle(name, "spectrum", lookup, None, SpectrumValue::Uniform(1.0))
-    }
-
-    /// A spectrum, colour or plain number, or `default` if it is not there.
-    pub fn spectrum_or(&mut self, name: &str, default: SpectrumValue) -> SpectrumValue {
-        let lookup = self.convert(name, "spectrum", as_spectrum);
-        self.settle(
-            name,
-            "spectrum",
-            lookup,
-            Some(default),
-            SpectrumValue::Uniform(1.0),
-        )
-    }
-
     /// A transform; the identity if it is not there.
     pub fn transform(&mut self, name: &str) -> DMat4 {
         let lookup = self.convert(name, "transform", as_transform);
@@ -118,8 +101,14 @@ impl Query<'_, '_> {
             let written = self.settle(name, "string", lookup, None, String::new());
             return PathBuf::from(written);
         };
-        let path = location.source().directory().join(&written);
-        files.add(path.clone(), &written);
-        path
+        resolve(&written, location, files)
     }
+}
+
+/// The path of a data file by its name as written in some place. A relative one starts at the file in which it is written.
+/// The path is added to `files`.
+pub(crate) fn resolve(written: &str, location: &Location, files: &mut FileRegistry) -> PathBuf {
+    let path = location.source().directory().join(written);
+    files.add(path.clone(), written);
+    path
 }

@@ -83,7 +83,7 @@ impl Writer {
         }
     }
 
-    /// What no plugin tells apart is the same: a number and a spectrum of it, a whole number and a float, a
+    /// What no plugin tells apart is the same: a whole number and a float, a
     /// point and a vector.
     fn value(&mut self, value: &Value) {
         match value {
@@ -100,11 +100,21 @@ impl Writer {
                 self.text("string");
                 self.text(v);
             }
+            Value::Spectrum(SpectrumValue::EqualEnergy(v)) => self.tagged("equal energy", &[*v]),
             Value::Spectrum(SpectrumValue::Rgb(v)) => self.tagged("rgb", v),
             Value::Spectrum(SpectrumValue::Sampled(pairs)) => {
                 let numbers: Vec<f64> = pairs.iter().flat_map(|(w, v)| [*w, *v]).collect();
                 self.tagged("spectrum", &numbers);
             }
+            Value::Spectrum(SpectrumValue::File(name)) => {
+                self.text("spectrum file");
+                self.text(name);
+            }
+            Value::Spectrum(SpectrumValue::D65(v)) => self.tagged("d65", &[*v]),
+            Value::Spectrum(SpectrumValue::Blackbody {
+                temperature,
+                range: [min, max],
+            }) => self.tagged("blackbody", &[*temperature, *min, *max]),
             Value::Point(v) | Value::Vector(v) => self.tagged("point", &v.to_array()),
             Value::Transform(v) => self.tagged("transform", &v.to_cols_array()),
             Value::Tensor(v) => self.tensor(v),

@@ -4,6 +4,9 @@ use super::{Parameter, Plugin, Slot, Type, find, plugins};
 use crate::scene::PluginKind;
 use serde_json::{Map, Value, json};
 
+/// The definition of plugins that compute spectra.
+const SPECTRA: &str = "spectrum-plugin";
+
 /// A JSON Schema (draft 2020-12) of scenes in JSON. It knows names, types and words, but no ranges and no
 /// rules that involve several parameters.
 pub fn json_schema() -> String {
@@ -22,6 +25,7 @@ pub fn json_schema() -> String {
         choices(scene, &mut definitions);
         schema = scene_object(scene);
     }
+    definitions.insert(SPECTRA.into(), choice(&[PluginKind::Spectrum]));
     schema.insert("$defs".into(), Value::Object(definitions));
     format!("{:#}\n", Value::Object(schema))
 }
@@ -221,7 +225,7 @@ fn values() -> Map<String, Value> {
     });
     let pairs = json!({"type": "array", "items": array(number.clone(), 2)});
     let spectrum = json!({
-        "type": {"const": "spectrum"}, "value": {"anyOf": [number, pairs]},
+        "type": {"const": "spectrum"}, "value": {"anyOf": [number, pairs]}, "filename": {"type": "string"},
     });
     let item = json!({"type": ["number", "string"]});
     let list = json!({"anyOf": [item, {"type": "array", "items": item}]});
@@ -234,7 +238,9 @@ fn values() -> Map<String, Value> {
         ("point", or_parameter(triple)),
         (
             "spectrum",
-            json!({"anyOf": [number, fixed(&["type", "value"], rgb), fixed(&["type", "value"], spectrum)]}),
+            json!({"anyOf": [
+                number, fixed(&["type", "value"], rgb), fixed(&["type"], spectrum), reference(SPECTRA),
+            ]}),
         ),
         (
             "transform",

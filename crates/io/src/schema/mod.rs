@@ -13,6 +13,7 @@ mod medium;
 mod row;
 mod sensor;
 mod shape;
+mod spectrum;
 pub(crate) mod substance;
 mod texture;
 mod volume;
@@ -150,7 +151,7 @@ pub fn plugins(kind: PluginKind) -> &'static [Plugin] {
         PluginKind::Phase => medium::PHASES,
         PluginKind::Volume => volume::PLUGINS,
         PluginKind::Texture => texture::PLUGINS,
-        PluginKind::Spectrum => &[],
+        PluginKind::Spectrum => spectrum::PLUGINS,
     }
 }
 

@@ -186,8 +186,12 @@ impl Loader<'_> {
     }
 
     fn add_property(&mut self, property: Property, parent: &mut Draft) {
-        let name = self.dialect.name(property.name);
-        parent.add_property(Property { name, ..property }, self.diagnostics);
+        let property = Property {
+            name: self.dialect.name(property.name),
+            value: self.dialect.value(property.value),
+            ..property
+        };
+        parent.add_property(property, self.diagnostics);
     }
 
     /// Adds an object in the role that an element gives it.

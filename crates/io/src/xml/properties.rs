@@ -6,7 +6,7 @@ use super::element::{Attribute, Element};
 use super::numbers::{self, report};
 use super::spectra;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
-use crate::scene::{Property, Value};
+use crate::scene::{Property, SpectrumValue, Value};
 
 /// Reads the parameter that an element sets; reports what is wrong with it.
 pub(super) fn property(element: &Element, diagnostics: &mut Diagnostics) -> Option<Property> {
@@ -35,6 +35,11 @@ pub(super) fn named(
 }
 
 fn single(element: &Element, diagnostics: &mut Diagnostics) -> Option<(Value, Location)> {
+    if let ("spectrum", Some(file)) = (element.tag.as_str(), element.get("filename")) {
+        element.allow(&["name", "filename"], diagnostics);
+        let value = Value::Spectrum(SpectrumValue::File(file.value.clone()));
+        return Some((value, file.location.clone()));
+    }
     element.allow(&["name", "value"], diagnostics);
     let attribute = element.require("value", diagnostics)?;
     let value = match element.tag.as_str() {

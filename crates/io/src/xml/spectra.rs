@@ -27,13 +27,25 @@ pub(super) fn rgb(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Optio
     }
 }
 
-/// `<spectrum>`: one number, or pairs `wavelength:value` with increasing wavelengths (nm).
+/// `<spectrum>`: one number, pairs `wavelength:value` with increasing wavelengths (nm), or, as Mitsuba 0.6 has it, red,
+/// green and blue.
 pub(super) fn spectrum(
     attribute: &Attribute,
     diagnostics: &mut Diagnostics,
 ) -> Option<SpectrumValue> {
     if !attribute.value.contains(':') {
-        return numbers::float(attribute, diagnostics).map(SpectrumValue::Uniform);
+        return match numbers::floats(attribute, diagnostics)?[..] {
+            [v] => Some(SpectrumValue::EqualEnergy(v)),
+            [r, g, b] => Some(SpectrumValue::Rgb([r, g, b])),
+            ref other => {
+                let message = format!(
+                    "expected one number, three, or pairs 'wavelength:value', found {} numbers",
+                    other.len()
+                );
+                report(attribute, &message, diagnostics);
+                None
+            }
+        };
     }
     let mut pairs: Vec<(f64, f64)> = Vec::new();
     for range in numbers::tokens(&attribute.value) {

@@ -6,7 +6,7 @@ mod principled;
 
 use super::context::Context;
 use super::ior::index;
-use super::surface_texture::{Vertices, texture};
+use super::surface_texture::{Role, Vertices, texture};
 use super::wish::Indices;
 use crate::query::{Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
@@ -235,7 +235,7 @@ fn make(
         Raw::Null => Ok(Bsdf::Null),
         Raw::Diffuse(r) => Diffuse::new(maker.texture(r)).map(Bsdf::Diffuse),
         Raw::Dielectric(tints) => {
-            let [r, t] = tints.map(|tint| maker.spectrum(&tint));
+            let [r, t] = tints.map(|tint| maker.spectrum(&tint, Role::Reflectance));
             Dielectric::new(r, t).map(Bsdf::Dielectric)
         }
         Raw::RoughDielectric(facets, tints) => {
@@ -276,7 +276,7 @@ fn make(
         Raw::Principled(solid) => solid.make(&mut maker),
         Raw::PrincipledThin(thin) => thin.make(&mut maker),
         Raw::Filter(share, transmittance) => {
-            let factor = maker.spectrum(&transmittance) * share;
+            let factor = maker.spectrum(&transmittance, Role::Reflectance) * share;
             // A pane of the index around it reflects nothing.
             ThinDielectric::new(1.0, Spectrum::ZERO, factor).map(Bsdf::ThinDielectric)
         }
@@ -328,8 +328,8 @@ struct Maker<'m, 'c> {
 }
 
 impl Maker<'_, '_> {
-    fn spectrum(&mut self, value: &SpectrumValue) -> Spectrum {
-        self.context.spectrum(value, &self.object.location)
+    fn spectrum(&mut self, value: &SpectrumValue, role: Role) -> Spectrum {
+        self.context.spectrum(value, role, &self.object.location)
     }
 
     fn texture(&mut self, Quantity(name, role, input): Quantity) -> Texture {
@@ -341,7 +341,7 @@ impl Maker<'_, '_> {
     }
 
     fn optics(&mut self, Optics { eta, k }: Optics) -> [Spectrum; 2] {
-        [eta, k].map(|value| self.spectrum(&value))
+        [eta, k].map(|value| self.spectrum(&value, Role::Coefficient))
     }
 
     fn glossy(&mut self, lobe: GlossyLobe, reflectances: [Quantity; 2]) -> Result<Bsdf, BsdfError> {

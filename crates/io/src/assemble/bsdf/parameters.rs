@@ -19,7 +19,7 @@ const POLYPROPYLENE: f64 = 1.49;
 /// A spectrum or a texture.
 pub(super) fn colour<'a>(q: &mut Query<'a, '_>, name: &'static str, default: f64) -> Quantity<'a> {
     let input = q.texture_or_spectrum(name, SpectrumValue::Uniform(default));
-    Quantity(name, Role::Colour, input)
+    Quantity(name, Role::Reflectance, input)
 }
 
 /// A number or a texture.
@@ -72,7 +72,11 @@ pub(super) struct Layer<'a> {
 pub(super) fn layer<'a>(q: &mut Query<'a, '_>, inside: f64) -> Layer<'a> {
     Layer {
         eta: eta(q, inside),
-        sigma_a: colour(q, "sigma_a", 0.0),
+        sigma_a: Quantity(
+            "sigma_a",
+            Role::Coefficient,
+            q.texture_or_spectrum("sigma_a", SpectrumValue::Uniform(0.0)),
+        ),
         thickness: q.float_in("thickness", 0.0.., 1.0),
         specular_reflectance: colour(q, TINTS[0], 1.0),
     }

@@ -80,7 +80,10 @@ fn ignore(q: &mut Query, rates: &[&str]) {
 }
 
 fn is_zero(input: &Input) -> bool {
-    matches!(input, Input::Spectrum(value) if value.values().iter().all(|v| *v == 0.0))
+    matches!(input, Input::Spectrum(value) if {
+        let values = value.values();
+        !values.is_empty() && values.iter().all(|v| *v == 0.0)
+    })
 }
 
 pub(super) fn solid<'a>(q: &mut Query<'a, '_>) -> Solid<'a> {

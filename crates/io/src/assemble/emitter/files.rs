@@ -2,7 +2,7 @@
 
 use super::super::context::Context;
 use super::super::sensor::fov;
-use super::super::surface_texture::screen;
+use super::super::surface_texture::{Role, screen};
 use super::super::transforms::pose;
 use super::light;
 use crate::ies;
@@ -26,7 +26,7 @@ pub(super) fn envmap(object: &ObjectDescription, context: &mut Context) -> Optio
     let image = image.ok()?;
     let mut radiance = |rgb: &[f32; 3]| {
         let rgb = rgb.map(|v| f64::from(v) * scale);
-        context.spectrum(&SpectrumValue::Rgb(rgb), &object.location)
+        context.spectrum(&SpectrumValue::Rgb(rgb), Role::Emission, &object.location)
     };
     let pixels = image.pixels.iter().map(&mut radiance).collect();
     let (_, orientation) = pose?;

@@ -73,7 +73,7 @@ pub(super) fn add_area(
         },
         Input::Object(nested) => {
             let input = Input::Object(nested);
-            let radiance = texture(input, Role::Colour, object, "radiance", vertices, context);
+            let radiance = texture(input, Role::Emission, object, "radiance", vertices, context);
             let light = TexturedArea::new(index, geometry, radiance);
             Emitter::Textured(Arc::new(context.accept(&nested.location, light)?))
         }
@@ -227,11 +227,12 @@ fn light(
 ) -> Spectrum {
     let property = object.properties.iter().find(|p| p.name == name);
     let location = property.map_or(&object.location, |p| &p.location);
+    let value = context.loaded(value, location);
     if let Some(bad) = value.values().into_iter().find(|v| *v < 0.0) {
         context.error_at(
             location,
             format!("'{name}' is {}; light must not be negative", Shown(bad)),
         );
     }
-    context.spectrum(value, location)
+    context.spectrum(&value, Role::Emission, location)
 }

@@ -2,6 +2,7 @@
 
 use super::super::context::Context;
 use super::super::difference::SUNSKY;
+use super::super::texture_role::Role;
 use super::super::transforms::pose;
 use super::sun::{self, Observer};
 use crate::query::Query;
@@ -69,9 +70,9 @@ fn read(object: &ObjectDescription, context: &mut Context) -> Option<Sunsky> {
     let given = given_sun(&mut q);
     let observer = observer(&mut q);
     let albedo = match albedo {
-        SpectrumValue::Uniform(v) => [v; 3],
+        SpectrumValue::Uniform(v) | SpectrumValue::EqualEnergy(v) => [v; 3],
         SpectrumValue::Rgb(rgb) => rgb,
-        SpectrumValue::Sampled(_) => {
+        _ => {
             q.error("albedo", "the ground's albedo is a number or a colour");
             return None;
         }
@@ -190,7 +191,11 @@ impl Sunsky {
                         0.0
                     }
                 });
-                pixels.push(context.spectrum(&SpectrumValue::Rgb(rgb), &object.location));
+                pixels.push(context.spectrum(
+                    &SpectrumValue::Rgb(rgb),
+                    Role::Emission,
+                    &object.location,
+                ));
             }
         }
         let axes = [DVec3::X, DVec3::Y, DVec3::Z];
@@ -205,7 +210,7 @@ impl Sunsky {
         let elevation = FRAC_PI_2 - self.sun.z.min(1.0).acos();
         let irradiance = sun::irradiance(self.turbidity, elevation);
         let irradiance = SpectrumValue::Rgb(irradiance.map(|v| v * self.sun_scale));
-        let irradiance = context.spectrum(&irradiance, &object.location);
+        let irradiance = context.spectrum(&irradiance, Role::Emission, &object.location);
         let solid_angle = TAU * 2.0 * (0.5 * self.half_angle).sin().powi(2);
         let center = self.orientation.to_world(self.sun);
         let disc = DistantDisc::new(center, self.half_angle, irradiance / solid_angle);

@@ -8,7 +8,7 @@ mod special;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::draft::Draft;
-use crate::scene::{PluginKind, Property, Value};
+use crate::scene::{PluginKind, Property, SpectrumValue, Value};
 use rules::RULES;
 
 /// How a plugin of another dialect is said here.
@@ -59,6 +59,16 @@ impl Dialect {
     /// A parameter's or role's name, as Mitsuba 3 writes it.
     pub fn name(&self, name: String) -> String {
         if self.old { snake_case(&name) } else { name }
+    }
+
+    /// A parameter's value, as Mitsuba 3 means it: a spectrum of one number was the same in every channel.
+    pub fn value(&self, value: Value) -> Value {
+        match value {
+            Value::Spectrum(SpectrumValue::EqualEnergy(v)) if self.old => {
+                Value::Spectrum(SpectrumValue::Uniform(v))
+            }
+            value => value,
+        }
     }
 
     /// Brings a plugin up to date.

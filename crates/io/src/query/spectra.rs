@@ -1,0 +1,194 @@
+//! Spectra, given as values or by plugins that compute them.
+
+use super::values::as_spectrum;
+use super::{Input, Lookup, POSITIVE, Query, unknown_plugin};
+use crate::scene::{PluginKind, SpectrumValue, Value};
+use crate::schema;
+
+/// The plugins that compute a spectrum.
+const KNOWN: [&str; 7] = [
+    "d65",
+    "blackbody",
+    "regular",
+    "irregular",
+    "uniform",
+    "srgb",
+    "rawconstant",
+];
+
+/// After an error.
+const HARMLESS: SpectrumValue = SpectrumValue::Uniform(1.0);
+
+impl<'a> Query<'a, '_> {
+    /// A spectrum, colour or plain number that must be there; after an error, 1.
+    pub fn spectrum(&mut self, name: &str) -> SpectrumValue {
+        self.constant(name, None)
+    }
+
+    /// A spectrum, colour or plain number, or `default` if it is not there.
+    pub fn spectrum_or(&mut self, name: &str, default: SpectrumValue) -> SpectrumValue {
+        self.constant(name, Some(default))
+    }
+
+    fn constant(&mut self, name: &str, default: Option<SpectrumValue>) -> SpectrumValue {
+        match self.computed_spectrum(name) {
+            Some(Input::Spectrum(value)) => value,
+            Some(Input::Object(_)) => {
+                self.error(
+                    name,
+                    format!("'{name}' is a constant: it cannot be a texture"),
+                );
+                HARMLESS
+            }
+            None => {
+                let lookup = self.convert(name, "spectrum", as_spectrum);
+                self.settle(name, "spectrum", lookup, default, HARMLESS)
+            }
+        }
+    }
+
+    /// A spectrum, or a nested object of a kind, by the name `name`, or `default`; with the default `None` it must be
+    /// there. After an error, the default, or else 1.
+    pub(super) fn input(
+        &mut self,
+        kind: PluginKind,
+        name: &str,
+        default: Option<SpectrumValue>,
+    ) -> Input<'a> {
+        if let Some(input) = self.computed_spectrum(name) {
+            return input;
+        }
+        if let Some(object) = self.stand_in(kind, name) {
+            return Input::Object(object);
+        }
+        let expected = format!("{kind} or spectrum");
+        let lookup: Lookup<'a, _> = self.convert(name, &expected, as_spectrum);
+        Input::Spectrum(self.settle(name, "spectrum", lookup, default, HARMLESS))
+    }
+
+    /// What a plugin in the place of a parameter computes, if it is one of spectra: Mitsuba's are textures, too.
+    pub(super) fn computed_spectrum(&mut self, name: &str) -> Option<Input<'a>> {
+        let object = &self.named_child(name)?.object;
+        let known = KNOWN.contains(&object.plugin.as_str());
+        let is_texture = schema::find(PluginKind::Texture, &object.plugin).is_some();
+        match object.kind {
+            PluginKind::Texture if known => {}
+            PluginKind::Spectrum if !is_texture => {}
+            _ => return None,
+        }
+        self.use_child(name);
+        if known {
+            return Some(self.nested(object, |q| q.computed()));
+        }
+        unknown_plugin(object, &KNOWN, self.diagnostics);
+        Some(Input::Spectrum(HARMLESS))
+    }
+
+    /// The spectrum that this plugin computes.
+    fn computed(&mut self) -> Input<'a> {
+        let range = |q: &mut Self| {
+            let ends = [("wavelength_min", 360.0), ("wavelength_max", 830.0)];
+            ends.map(|(name, default)| q.float_in(name, POSITIVE, default))
+        };
+        Input::Spectrum(match self.object.plugin.as_str() {
+            "d65" => return self.daylight(),
+            "blackbody" => SpectrumValue::Blackbody {
+                temperature: self.float_in("temperature", POSITIVE, None),
+                range: range(self),
+            },
+            "regular" => self.regular(),
+            "irregular" => self.irregular(),
+            "uniform" => {
+                range(self);
+                SpectrumValue::Uniform(self.float("value"))
+            }
+            "srgb" => {
+                let unbounded = self.boolean_or("unbounded", false);
+                let color = self.spectrum("color");
+                let outside = |v: &f64| !(0.0..=1.0).contains(v);
+                if !unbounded && color.values().iter().any(outside) {
+                    let message = "a colour that is not 'unbounded' lies in [0, 1]";
+                    self.error("color", message);
+                }
+                color
+            }
+            _ => self.raw(),
+        })
+    }
+
+    /// D65, or it times a colour or texture: white of a colour film is D65.
+    fn daylight(&mut self) -> Input<'a> {
+        let scale = self.float_or("scale", 1.0);
+        let texture = self.child(PluginKind::Texture);
+        let coloured = self.has("color");
+        if let Some(texture) = texture {
+            if coloured || scale != 1.0 {
+                let message = "'color' and 'scale' have no effect on a nested texture: scale that";
+                self.error("type", message);
+            }
+            return Input::Object(texture);
+        }
+        if !coloured {
+            return Input::Spectrum(SpectrumValue::D65(scale));
+        }
+        Input::Spectrum(match self.spectrum("color") {
+            SpectrumValue::Rgb(rgb) => SpectrumValue::Rgb(rgb.map(|v| v * scale)),
+            SpectrumValue::Uniform(v) => SpectrumValue::D65(v * scale),
+            _ => {
+                self.error("color", "'color' is an RGB value");
+                HARMLESS
+            }
+        })
+    }
+
+    /// Values at even distances.
+    fn regular(&mut self) -> SpectrumValue {
+        let ends = ["wavelength_min", "wavelength_max"];
+        let [min, max] = ends.map(|name| self.float_in(name, POSITIVE, None));
+        let values = self.numbers("values");
+        if min >= max || values.len() < 2 {
+            let message = "a regular spectrum has two values at least, from a 'wavelength_min' to a larger \
+                           'wavelength_max'";
+            self.error("values", message);
+            return HARMLESS;
+        }
+        let step = (max - min) / (values.len() - 1) as f64;
+        let pairs = values.iter().enumerate();
+        SpectrumValue::Sampled(pairs.map(|(i, v)| (min + step * i as f64, *v)).collect())
+    }
+
+    /// Values at wavelengths of their own.
+    fn irregular(&mut self) -> SpectrumValue {
+        let (wavelengths, values) = (self.numbers("wavelengths"), self.numbers("values"));
+        let increasing = wavelengths.is_sorted_by(|a, b| a < b);
+        if wavelengths.len() != values.len() || values.len() < 2 || !increasing {
+            let message = "an irregular spectrum has two 'wavelengths' at least, which increase, and as many \
+                           'values'";
+            self.error("values", message);
+            return HARMLESS;
+        }
+        SpectrumValue::Sampled(wavelengths.into_iter().zip(values).collect())
+    }
+
+    /// Numbers as they are.
+    fn raw(&mut self) -> SpectrumValue {
+        let lookup = self.convert("value", "float or vector", |value| match value {
+            Value::Vector(v) | Value::Point(v) => Some(SpectrumValue::Rgb(v.to_array())),
+            value => as_spectrum(value),
+        });
+        self.settle("value", "float", lookup, None, HARMLESS)
+    }
+
+    /// Numbers in a text, finite ones.
+    fn numbers(&mut self, name: &str) -> Vec<f64> {
+        let text = self.string(name);
+        let words = text.split([' ', ',', '\t', '\n', '\r']);
+        let words = words.filter(|word| !word.is_empty());
+        let number = |word: &str| word.parse().ok().filter(|v: &f64| v.is_finite());
+        let numbers: Option<Vec<f64>> = words.map(number).collect();
+        numbers.unwrap_or_else(|| {
+            self.error(name, format!("'{name}' is a list of numbers"));
+            Vec::new()
+        })
+    }
+}
