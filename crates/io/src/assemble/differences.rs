@@ -116,11 +116,22 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
             let interpolated = !is_true(object, "face_normals");
             interpolated.then_some(MESH_NORMALS).into_iter().collect()
         }
+        (PluginKind::Shape, "sphere") => {
+            let textured = shines_by_texture(object);
+            textured.then_some(TEXTURED_SPHERE).into_iter().collect()
+        }
         (PluginKind::Shape, "bsplinecurve" | "linearcurve") => vec![CURVES],
         (PluginKind::Shape, "sdfgrid") => vec![SDFGRID],
         (PluginKind::Texture, "mesh_attribute") => vec![VERTEX_COLOURS],
         _ => Vec::new(),
     }
+}
+
+/// Whether the area emitter of a shape has a texture of radiance.
+fn shines_by_texture(shape: &ObjectDescription) -> bool {
+    let children = shape.children.iter().map(|c| &c.object);
+    let mut emitters = children.filter(|o| o.kind == PluginKind::Emitter);
+    emitters.any(|emitter| child(emitter, "radiance").is_some())
 }
 
 /// Parameters of bsdfs that are numbers.
