@@ -132,6 +132,17 @@ BSDFS = {
             }
         ),
     ),
+    "bsdf-coating": (
+        "A ball of rough gold under a tinted layer",
+        lambda: surface(
+            {
+                "type": "coating",
+                "int_ior": 1.5,
+                "sigma_a": {"type": "rgb", "value": [0.05, 0.4, 0.5]},
+                "base": {"type": "roughconductor", "material": "Au", "alpha": 0.3},
+            }
+        ),
+    ),
     "bsdf-conductor": ("A ball of gold", lambda: with_caustics(ball=ball({"type": "conductor", "material": "Au"}))),
     "bsdf-dielectric": ("A ball of glass", lambda: with_caustics(ball=ball({"type": "dielectric", "int_ior": "bk7"}))),
     "bsdf-diffuse": ("A matt red ball", lambda: surface(diffuse(RED))),
@@ -146,6 +157,10 @@ BSDFS = {
         ),
     ),
     "bsdf-null": ("A ball of fog: the boundary itself is invisible", invisible_hull),
+    "bsdf-phong": (
+        "A blue ball with a glossy lobe",
+        lambda: surface({"type": "phong", "exponent": 40, "diffuse_reflectance": BLUE, "specular_reflectance": 0.3}),
+    ),
     "bsdf-plastic": ("A blue plastic ball: the coat reflects the windows", lambda: surface({"type": "plastic", "diffuse_reflectance": BLUE})),
     "bsdf-principled": (
         "A ball with metallic = 0.6 and roughness = 0.35",
@@ -158,6 +173,10 @@ BSDFS = {
     "bsdf-roughdielectric": (
         "A ball of frosted glass, alpha = 0.15",
         lambda: with_caustics(ball=ball({"type": "roughdielectric", "int_ior": "bk7", "alpha": 0.15, "distribution": "ggx"})),
+    ),
+    "bsdf-roughdiffuse": (
+        "A ball of clay: rough, it looks flat",
+        lambda: surface({"type": "roughdiffuse", "alpha": 0.9, "reflectance": CREAM}),
     ),
     "bsdf-roughplastic": (
         "A blue ball with a rough coat, alpha = 0.15",
@@ -305,6 +324,25 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
         "emitter-ies": (
             "A luminaire whose file describes a bright ring",
             lambda: lit({"light": {"type": "ies", "filename": luminaire(folder), "scale": 0.02, "to_world": down}, "fill": fill}),
+        ),
+        "emitter-sunsky": (
+            "An afternoon under a clear sky",
+            lambda: scene(
+                {
+                    "sky": {
+                        "type": "sunsky",
+                        "turbidity": 3,
+                        "sun_direction": [-0.8, 0.6, 0.3],
+                        "to_world": [{"rotate": {"axis": [1, 0, 0], "angle": -90}}],
+                        "sun_scale": 3.5,
+                        "sky_scale": 3.5,
+                    },
+                    "floor": floor(),
+                    "ball": ball({"type": "conductor"}, 0.8, 0.8, -0.8),
+                    "other": ball(diffuse(CREAM), 0.7, -0.7, 0.3),
+                },
+                128,
+            ),
         ),
         "emitter-point": (
             "A point light between two solids: sharp shadows",
