@@ -1,6 +1,6 @@
 //! What inputs are tried on.
 
-use io::image::{ImageLayers, Layer, exr, png};
+use io::image::{ImageLayers, Layer, RgbImage, exr, hdr, pfm, png};
 use io::mesh::{gltf, obj, ply, serialized};
 use io::part::{Body, Header, Part};
 use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
@@ -111,6 +111,28 @@ pub const TARGETS: &[Target] = &[
         let file = |depth| png::encode(&shown, depth, io::image::tone::Tone::default());
         depths.map(|d| file(d).unwrap_or_default()).into()
     }),
+    target("hdr", &["hdr"], |b| drop(hdr::decode_within(b, LIMITS))).writing(|| {
+        let mut file = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 8\n".to_vec();
+        for row in 0..2 {
+            file.extend([2, 2, 0, 8]);
+            (0..4).for_each(|c| file.extend([136, 120 + c + row]));
+        }
+        vec![file]
+    }),
+    target("pfm", &["pfm"], |b| drop(pfm::decode_within(b, LIMITS))).writing(|| {
+        let headers = ["PF\n2 1\n-1.0\n", "Pf 3 2 2\n"];
+        headers.map(|h| [h.as_bytes(), &[63; 24]].concat()).into()
+    }),
+    target("bmp", &["bmp"], |b| drop(RgbImage::decode_bmp(b, LIMITS))),
+    target("tga", &["tga"], |b| drop(RgbImage::decode_tga(b, LIMITS))).writing(|| {
+        let header =
+            |kind: u8, depth: u8| vec![0, 0, kind, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, depth, 0];
+        let plain = [header(2, 24), (0..12).collect()].concat();
+        let runs = [header(10, 32), vec![131, 1, 2, 3, 4]].concat();
+        vec![plain, runs]
+    }),
+    target("spd", &["spd"], |b| drop(io::spd::parse(b)))
+        .writing(|| vec![b"# nm\n400 0.1\n500\t0.3\n700, 0.9\n".to_vec()]),
     target("part", &[], |b| drop(Part::from_bytes(b)))
         .writing(parts)
         .unbounded(),

@@ -23,6 +23,11 @@ pub enum Problem {
     /// The operating system refused to read it.
     #[error("cannot read: {0}")]
     Read(#[source] io::Error),
+    /// What Git LFS puts in place of a file that it has not fetched.
+    #[error(
+        "a pointer of Git LFS, not the file itself: run `git lfs pull` where the files come from"
+    )]
+    LfsPointer,
     /// It is something that may have no end.
     #[error("{0}, not a regular file: save its data in a file first")]
     NotRegular(&'static str),

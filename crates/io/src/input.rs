@@ -1,13 +1,17 @@
 //! Data files as they are read: regular files only, and no more memory than a file justifies or the user allows.
 
 use std::fs::{self, File};
-use std::io::{BufReader, Read};
+use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
 
 use crate::error::{FileError, Problem};
 
 /// Memory that is asked for before it is taken, in bytes.
 const LARGE: u64 = 256 << 20;
+
+/// How pointers of Git LFS begin, and the longest one, in bytes: its specification, version 1.
+const POINTER: &[u8] = b"version https://git-lfs.github.com/spec";
+const LONGEST_POINTER: u64 = 1024;
 
 /// How much memory the contents of a file may take.
 ///
@@ -96,18 +100,31 @@ pub(crate) fn bytes(n: u64) -> String {
 ///
 /// # Errors
 ///
-/// A file that cannot be opened, a folder, a pipe, a socket and a device.
+/// A file that cannot be opened, a folder, a pipe, a socket and a device, and a pointer of Git LFS in place of a file.
 pub fn open(path: &Path) -> Result<(BufReader<File>, u64), FileError> {
     let open = || {
         let metadata = fs::metadata(path).map_err(Problem::Read)?;
         if !metadata.is_file() {
             return Err(Problem::NotRegular(kind(&metadata.file_type())));
         }
-        let file = File::open(path).map_err(Problem::Read)?;
+        let mut file = File::open(path).map_err(Problem::Read)?;
         let size = file.metadata().map_err(Problem::Read)?.len();
+        if size <= LONGEST_POINTER && is_pointer(&mut file).map_err(Problem::Read)? {
+            return Err(Problem::LfsPointer);
+        }
         Ok((BufReader::new(file), size))
     };
     open().map_err(|problem| problem.at(path))
+}
+
+/// Whether a file begins as pointers of Git LFS do. It is read from the start again afterwards.
+fn is_pointer(file: &mut File) -> io::Result<bool> {
+    let mut start = Vec::with_capacity(POINTER.len());
+    file.by_ref()
+        .take(POINTER.len() as u64)
+        .read_to_end(&mut start)?;
+    file.rewind()?;
+    Ok(start == POINTER)
 }
 
 /// The bytes of a regular file: as many as it has when it is opened, even if it grows.

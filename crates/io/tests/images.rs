@@ -144,7 +144,7 @@ fn files_that_are_no_images() {
     let error = RgbImage::read("a.gif".as_ref()).unwrap_err().to_string();
     assert_eq!(
         error,
-        "a.gif: not supported: colour images are read from .exr, .png and .jpg"
+        "a.gif: not supported: colour images are read from .exr, .hdr, .pfm, .png, .jpg, .bmp and .tga"
     );
 }
 
@@ -348,4 +348,108 @@ fn jpeg_files_are_srgb() {
     std::fs::write(&broken, b"no image").unwrap();
     let error = RgbImage::read(&broken).unwrap_err().to_string();
     assert!(error.contains("not a JPEG file"), "{error}");
+}
+
+fn floats(values: &[f32], bytes: fn(f32) -> [u8; 4]) -> Vec<u8> {
+    values.iter().flat_map(|v| bytes(*v)).collect()
+}
+
+/// Four pixels of 24 bits from the last row on, in the order blue, green, red.
+const LAST_ROW_FIRST: [u8; 12] = [1, 2, 30, 40, 50, 60, 70, 80, 90, 100, 110, 120];
+
+fn bmp() -> Vec<u8> {
+    let mut bytes = b"BM".to_vec();
+    bytes.extend([70_u32, 0, 54, 40, 2, 2].map(u32::to_le_bytes).concat());
+    bytes.extend([1, 0, 24, 0]);
+    bytes.extend([0_u32, 16, 2835, 2835, 0, 0].map(u32::to_le_bytes).concat());
+    for row in LAST_ROW_FIRST.chunks(6) {
+        bytes.extend(row);
+        bytes.extend([0, 0]);
+    }
+    bytes
+}
+
+fn tga() -> Vec<u8> {
+    let mut bytes = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 24, 0];
+    bytes.extend(LAST_ROW_FIRST);
+    bytes
+}
+
+/// As `mi.Bitmap` of Mitsuba 3.9.1 shows the same bytes, made linear; the `.tga` file has the pixels of the `.bmp` file.
+#[test]
+fn formats_are_read_as_mitsuba_does() {
+    let mut hdr = b"#?RGBE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n\n-Y 2 +X 2\n".to_vec();
+    hdr.extend([128, 64, 32, 129, 200, 100, 50, 127]);
+    hdr.extend([1, 2, 3, 136, 255, 0, 128, 120]);
+    let tenths: Vec<f32> = (0..12).map(|i| 0.1 * i as f32).collect();
+    let pfm = [b"PF\n2 2\n-2.0\n", &floats(&tenths, f32::to_le_bytes)[..]].concat();
+    let grey = floats(&[1.0, 2.0, 3.0, 4.0], f32::to_be_bytes);
+    let grey = [b"Pf\n2 2\n1.0\n", &grey[..]].concat();
+    let decoded = [
+        [0.102_241_8, 0.080_219_87, 0.061_246_06],
+        [0.187_820_8, 0.155_926_5, 0.127_437_8],
+        [0.012_983_06, 0.000_607_054, 0.000_303_527],
+        [0.045_186_17, 0.031_896_0, 0.021_219_01],
+    ];
+    for (name, bytes, expected) in [
+        (
+            "a.hdr",
+            hdr,
+            [
+                [1.0, 0.5, 0.25],
+                [0.390625, 0.1953125, 0.09765625],
+                [1.0, 2.0, 3.0],
+                [0.003_890_991, 0.0, 0.001953125],
+            ],
+        ),
+        (
+            "a.pfm",
+            pfm,
+            [
+                [1.2, 1.4, 1.6],
+                [1.8, 2.0, 2.2],
+                [0.0, 0.2, 0.4],
+                [0.6, 0.8, 1.0],
+            ],
+        ),
+        ("b.PFM", grey, [[3.0; 3], [4.0; 3], [1.0; 3], [2.0; 3]]),
+        ("a.bmp", bmp(), decoded),
+        ("a.tga", tga(), decoded),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, &bytes).unwrap();
+        let image = RgbImage::read(&path).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!([image.width, image.height], [2, 2]);
+        for (found, expected) in image.pixels.iter().zip(&expected) {
+            for c in 0..3 {
+                let error = (found[c] - expected[c]).abs();
+                assert!(
+                    error <= 2e-7 + 2e-6 * expected[c],
+                    "{name}: {found:?}, {expected:?}"
+                );
+            }
+        }
+        // Without its end.
+        std::fs::write(&path, &bytes[..bytes.len() - 3]).unwrap();
+        let error = RgbImage::read(&path).unwrap_err().to_string();
+        assert!(error.contains(name), "{error}");
+    }
+}
+
+#[test]
+fn headers_that_claim_huge_images_are_refused() {
+    for (name, bytes) in [
+        ("a.hdr", &b"#?RADIANCE\n\n-Y 60000 +X 60000\n\x01\x02"[..]),
+        ("a.pfm", b"PF 4000000000 4000000000 1 \x01"),
+        ("a.pfm", b"PF 99999999999 1 1 \x01"),
+        ("a.pfm", b"PF 1 1 0 123456789012"),
+        ("a.hdr", b"#?RADIANCE\n\n-Y 0 +X 5\n"),
+        ("a.hdr", b"RADIANCE\n\n-Y 1 +X 1\n1234"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        assert!(RgbImage::read(&path).is_err(), "{name}");
+    }
 }

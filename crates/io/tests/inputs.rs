@@ -102,3 +102,33 @@ fn a_file_is_read_as_it_was_when_it_was_opened() {
     // Made as it is read, of a size that nobody knows.
     assert_eq!(read(Path::new("/proc/self/status")).unwrap(), b"");
 }
+
+/// What a clone without Git LFS holds in place of large files, whatever should read it.
+#[test]
+fn pointers_of_git_lfs_are_named() {
+    let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n";
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, pointer).unwrap();
+        path
+    };
+    let limits = morgana_io::Limits::default();
+    let mut errors = Vec::new();
+    for name in ["a.exr", "a.hdr", "a.png"] {
+        errors.extend(RgbImage::read(&at(name)).err());
+    }
+    for name in ["a.obj", "a.ply", "a.glb"] {
+        errors.extend(MeshData::read(&at(name)).err());
+    }
+    for name in ["a.vol", "a.vdb", "a.nrrd"] {
+        let options = Options::default().within(limits);
+        errors.extend(Volume::<f32>::read(&at(name), options).err());
+    }
+    errors.extend(morgana_io::spd::read(&at("a.spd")).err());
+    assert_eq!(errors.len(), 10);
+    for error in errors {
+        let message = error.to_string();
+        assert!(message.contains("run `git lfs pull`"), "{message}");
+    }
+}

@@ -169,7 +169,12 @@ fn spectra() {
         0,
         "'#12345g' is not a colour like #ff8800",
     );
-    bad_value("spectrum", "1 2", 0, "expected one number");
+    bad_value(
+        "spectrum",
+        "1 2",
+        0,
+        "expected one number, three, or pairs 'wavelength:value', found 2 numbers",
+    );
     bad_value(
         "spectrum",
         "400:1, 500",

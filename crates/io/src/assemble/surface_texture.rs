@@ -6,7 +6,6 @@ use crate::image::RgbImage;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, SpectrumValue, srgb_from_linear};
 use glam::{DAffine2, DMat4};
-use std::path::Path;
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::Slide;
@@ -121,7 +120,7 @@ fn bitmap(object: &ObjectDescription, role: Role, context: &mut Context) -> Opti
         .map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
     let image = image.ok()?;
-    let pixels = pixels(&image, raw && is_encoded(&path), role, context);
+    let pixels = pixels(&image, raw && RgbImage::is_encoded(&path), role, context);
     let (channels, data) = context.accept(&object.location, pixels)?;
     let size = [image.width, image.height];
     let bitmap = Bitmap::new(size, channels, data, filter, wrap, to_uv);
@@ -138,7 +137,12 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
         .map_err(|e| q.file_error("filename", &e));
     q.finish(&[]);
     let image = image.ok()?;
-    let pixels = pixels(&image, raw && is_encoded(&path), Role::Emission, context);
+    let pixels = pixels(
+        &image,
+        raw && RgbImage::is_encoded(&path),
+        Role::Emission,
+        context,
+    );
     let (channels, data) = context.accept(&object.location, pixels)?;
     let used = context.channels.channels_of(context.group);
     let spectrum = |values: &[f32]| {
@@ -164,12 +168,6 @@ fn filter(q: &mut Query) -> BitmapFilter {
 fn wrap(q: &mut Query) -> Wrap {
     let wrap = q.one_of("wrap_mode", &["repeat", "mirror", "clamp"]);
     [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp][wrap]
-}
-
-/// Whether the numbers in an image file are encoded as in sRGB; reading the image decodes them.
-fn is_encoded(path: &Path) -> bool {
-    let extension = path.extension().and_then(|e| e.to_str());
-    !extension.is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
 /// Channels and values of an image; `encode` undoes the decoding.

@@ -4,8 +4,10 @@ pub mod cie;
 mod encoded;
 pub mod exr;
 mod exr_header;
+pub mod hdr;
 pub mod npy;
 mod open;
+pub mod pfm;
 pub mod png;
 pub mod tone;
 
@@ -119,8 +121,8 @@ pub struct RgbImage {
 }
 
 impl RgbImage {
-    /// Reads a colour image, such as an environment map, from an `.exr`, `.png` or `.jpg` file, by its
-    /// extension. Values of the latter two are taken as sRGB and made linear.
+    /// Reads a colour image, such as an environment map, from an `.exr`, `.hdr` (`.rgbe`), `.pfm`, `.png`,
+    /// `.jpg`, `.bmp` or `.tga` file, by its extension. Values of the latter four are taken as sRGB and made linear.
     ///
     /// # Errors
     ///
@@ -150,13 +152,44 @@ impl RgbImage {
             })?,
             Some("png") => png::read_within(path, limits)?,
             Some("jpg" | "jpeg") => encoded::read(path, (ImageFormat::Jpeg, "JPEG"), limits)?,
+            Some("hdr" | "rgbe") => hdr::read(path, limits)?,
+            Some("pfm") => pfm::read(path, limits)?,
+            Some("bmp") => encoded::read(path, (ImageFormat::Bmp, "BMP"), limits)?,
+            Some("tga") => encoded::read(path, (ImageFormat::Tga, "TGA"), limits)?,
             _ => {
-                let message = "colour images are read from .exr, .png and .jpg".to_owned();
+                let message =
+                    "colour images are read from .exr, .hdr, .pfm, .png, .jpg, .bmp and .tga"
+                        .to_owned();
                 return Err(Problem::Unsupported(message).at(path));
             }
         };
         image.check_finite().map_err(|problem| problem.at(path))?;
         Ok(image)
+    }
+
+    /// Whether the numbers in an image file, by its extension, are encoded as in sRGB; reading the image decodes them.
+    pub(crate) fn is_encoded(path: &Path) -> bool {
+        let extension = path.extension().and_then(|e| e.to_str());
+        let linear = ["exr", "hdr", "rgbe", "pfm"];
+        !extension.is_some_and(|e| linear.iter().any(|l| e.eq_ignore_ascii_case(l)))
+    }
+
+    /// As [`RgbImage::read_within`], of the bytes of a `.bmp` file.
+    ///
+    /// # Errors
+    ///
+    /// As for [`RgbImage::read_within`], but for the file system.
+    pub fn decode_bmp(bytes: &[u8], limits: Limits) -> Result<Self, Problem> {
+        encoded::decode(bytes, (ImageFormat::Bmp, "BMP"), limits)
+    }
+
+    /// As [`RgbImage::read_within`], of the bytes of a `.tga` file.
+    ///
+    /// # Errors
+    ///
+    /// As for [`RgbImage::read_within`], but for the file system.
+    pub fn decode_tga(bytes: &[u8], limits: Limits) -> Result<Self, Problem> {
+        encoded::decode(bytes, (ImageFormat::Tga, "TGA"), limits)
     }
 
     fn check_finite(&self) -> Result<(), Problem> {

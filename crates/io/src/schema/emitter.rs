@@ -33,7 +33,11 @@ const BEAM: &[Parameter] = &[
 ];
 
 const ENVMAP: &[Parameter] = &[
-    text("filename", "required", ".exr, or .png or .jpg in sRGB"),
+    text(
+        "filename",
+        "required",
+        ".exr, .hdr or .pfm; .png, .jpg, .bmp or .tga in sRGB",
+    ),
     float("scale", "1", "factor, ≥ 0"),
     boolean("mis_compensation", "false", "accepted and ignored"),
     TO_WORLD,

@@ -6,7 +6,11 @@ use super::{Parameter, Plugin};
 const TO_UV: Parameter = transform("to_uv", "[]", "applied to (u, v) first");
 
 const BITMAP: &[Parameter] = &[
-    text("filename", "required", ".exr, .png or .jpg"),
+    text(
+        "filename",
+        "required",
+        ".exr, .hdr, .pfm, .png, .jpg, .bmp or .tga",
+    ),
     boolean(
         "raw",
         "false",

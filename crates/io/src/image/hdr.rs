@@ -1,0 +1,60 @@
+//! Radiance files (`.hdr`, `.rgbe`): red, green and blue with a common exponent, linear.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::codecs::hdr::HdrDecoder;
+use image::{DynamicImage, ImageDecoder, ImageError};
+
+use super::RgbImage;
+use crate::error::{FileError, Problem};
+use crate::input::{self, Limits};
+
+/// Bytes that a pixel takes: three numbers of 32 bits, in the decoder and here.
+const PIXEL: u64 = 24;
+/// Pixels that a byte can stand for: a run of 127 numbers takes two, and a pixel has four.
+const MOST_COMPRESSION: u64 = 127 / 8 + 1;
+
+/// Reads an image.
+///
+/// # Errors
+///
+/// A file that cannot be read or is no valid Radiance file, or that takes too much memory.
+pub(super) fn read(path: &Path, limits: Limits) -> Result<RgbImage, FileError> {
+    let bytes = input::read(path)?;
+    decode_within(&bytes, limits).map_err(|problem| problem.at(path))
+}
+
+/// Reads an image from the bytes of a file that may take so much memory. The header's `EXPOSURE` and `COLORCORR` are not
+/// applied, as in Mitsuba.
+///
+/// # Errors
+///
+/// Bytes that are no valid Radiance file, or that take too much memory.
+pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<RgbImage, Problem> {
+    let wrong = |reason: String| Problem::WrongFormat {
+        format: "Radiance",
+        reason,
+    };
+    let failed = |error: ImageError| wrong(error.to_string());
+    // Programs call the format by other names, too.
+    if !bytes.starts_with(b"#?") {
+        return Err(wrong("it does not begin with '#?'".to_owned()));
+    }
+    let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(failed)?;
+    let (width, height) = decoder.dimensions();
+    let (pixels, size) = (u64::from(width) * u64::from(height), bytes.len() as u64);
+    if pixels == 0 {
+        return Err(Problem::Empty("the image has no pixels".to_owned()));
+    }
+    if pixels > MOST_COMPRESSION * size {
+        return Err(wrong(format!("{width} x {height} pixels in {size} bytes")));
+    }
+    limits.check(pixels, PIXEL, size)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(failed)?;
+    Ok(RgbImage {
+        width: width as usize,
+        height: height as usize,
+        pixels: image.into_rgb32f().pixels().map(|pixel| pixel.0).collect(),
+    })
+}

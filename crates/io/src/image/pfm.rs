@@ -1,0 +1,89 @@
+//! Portable float maps (`.pfm`): 32-bit numbers, linear, grey or red, green and blue.
+
+use std::path::Path;
+
+use super::RgbImage;
+use crate::error::{FileError, Problem};
+use crate::input::{self, Limits};
+
+/// Reads an image.
+///
+/// # Errors
+///
+/// A file that cannot be read or is no valid PFM file, or that takes too much memory.
+pub(super) fn read(path: &Path, limits: Limits) -> Result<RgbImage, FileError> {
+    let bytes = input::read(path)?;
+    decode_within(&bytes, limits).map_err(|problem| problem.at(path))
+}
+
+/// Reads an image from the bytes of a file that may take so much memory. Values are times the scale of the header, as in
+/// Mitsuba.
+///
+/// # Errors
+///
+/// Bytes that are no valid PFM file, or that take too much memory.
+pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<RgbImage, Problem> {
+    let wrong = |reason: &str| Problem::WrongFormat {
+        format: "PFM",
+        reason: reason.to_owned(),
+    };
+    let mut rest = bytes;
+    let channels = match word(&mut rest) {
+        Some("PF") => 3,
+        Some("Pf") => 1,
+        _ => return Err(wrong("it does not begin with 'PF' or 'Pf'")),
+    };
+    let mut side = || -> Option<usize> { word(&mut rest)?.parse().ok().filter(|n| *n > 0) };
+    let (Some(width), Some(height)) = (side(), side()) else {
+        return Err(wrong("the header needs a width and a height"));
+    };
+    let scale = word(&mut rest).and_then(|word| word.parse::<f32>().ok());
+    let scale = scale.filter(|v| v.is_finite() && *v != 0.0);
+    let scale = scale.ok_or_else(|| wrong("the header needs a scale other than 0"))?;
+    let row = width.checked_mul(4 * channels);
+    let expected = row.and_then(|row| row.checked_mul(height));
+    let found = rest.len() as u64;
+    match expected {
+        Some(expected) if expected <= rest.len() => rest = &rest[..expected],
+        expected => {
+            let expected = expected.map_or(u64::MAX, |n| n as u64);
+            return Err(Problem::Truncated { expected, found });
+        }
+    }
+    let pixel = size_of::<[f32; 3]>() as u64;
+    limits.check((width * height) as u64, pixel, bytes.len() as u64)?;
+    let number = |bytes: &[u8]| {
+        let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
+        let value = if scale < 0.0 {
+            f32::from_le_bytes(bytes)
+        } else {
+            f32::from_be_bytes(bytes)
+        };
+        value * scale.abs()
+    };
+    // The last row comes first.
+    let rows = rest.chunks_exact(4 * channels * width).rev();
+    let pixels = rows.flat_map(|row| row.chunks_exact(4 * channels));
+    let pixels = pixels.map(|pixel| match channels {
+        1 => [number(pixel); 3],
+        _ => [number(pixel), number(&pixel[4..]), number(&pixel[8..])],
+    });
+    Ok(RgbImage {
+        width,
+        height,
+        pixels: pixels.collect(),
+    })
+}
+
+/// Longest word of a header that makes sense.
+const LONGEST: usize = 40;
+
+/// The next word of a header; a single blank ends it.
+fn word<'b>(rest: &mut &'b [u8]) -> Option<&'b str> {
+    *rest = rest.trim_ascii_start();
+    let near = &rest[..rest.len().min(LONGEST)];
+    let end = near.iter().position(u8::is_ascii_whitespace)?;
+    let word = std::str::from_utf8(&rest[..end]).ok();
+    *rest = &rest[end + 1..];
+    word
+}
