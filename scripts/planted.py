@@ -49,6 +49,20 @@ PLANTED = [
         ("morgana-transport", "bsdf", "facets_cover_the_surface_once"),
     ),
     (
+        "light under a coating as bright as before it spread over wider angles",
+        TRANSPORT + "bsdf/coating.rs",
+        "outside.z / (self.eta * self.eta * inside.z)",
+        "outside.z / inside.z",
+        ("morgana-transport", "bsdf", "smooth_coatings_let_out_what_fresnel_says"),
+    ),
+    (
+        "discs in the sky brighter than their radiance over their solid angle",
+        TRANSPORT + "emitter/distant_disc.rs",
+        "TAU * self.height",
+        "TAU * self.height * 0.9",
+        ("morgana-transport", "emitters", "discs_in_the_sky_are_sampled_by_their_density"),
+    ),
+    (
         "lights seen by parallel views taken for points on no surface",
         TRANSPORT + "integrator/bidirectional/joining.rs",
         "Vertex::source(scene, &start, &light.emission.end)",

@@ -266,6 +266,8 @@ fn smooth_coatings_let_out_what_fresnel_says() {
         );
         let base = 0.9 * (1.0 - f) * (1.0 - fresnel::mean(1.0, 1.5)) / (1.5 * 1.5);
         zs.push(r.z(f + base));
+        let spread = spread_albedo(&coating(None, diffuse()), cos);
+        assert!((spread - base).abs() < 1e-4, "{spread} for {base} at {cos}");
     }
     z_test::max_abs_z(&zs, FALSE_ALARM).unwrap();
 }
