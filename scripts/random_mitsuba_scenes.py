@@ -376,7 +376,7 @@ def known(parts: dict[str, str]) -> str | None:
         return "blendbsdf"
     if parts["emitter"].endswith("/sphere/bitmap"):
         return "textured sphere"
-    if parts["shape"] in ("bsplinecurve", "linearcurve") and PARTIAL & set(names):
+    if parts["shape"] in ("bsplinecurve", "linearcurve") and (PARTIAL | {"bitmap", "checkerboard"}) & set(names):
         return "curves"
     if "principledthin" in names:
         return "principledthin"
