@@ -200,6 +200,35 @@ fn colours_of_vertices() {
     assert!(error.contains("the shape has no colours"), "{error}");
 }
 
+/// Two faces, of which the first is two triangles; the names are those that Mitsuba writes.
+#[test]
+fn colours_of_faces() {
+    let directory = tempfile::tempdir().unwrap();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 2\nproperty list uchar int vertex_indices\nproperty float color_0\nproperty float color_1\n\
+        property float color_2\nend_header\n\
+        0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 0\n4 0 1 2 3 0.5 0.25 0.125\n3 1 4 2 0.1 0.2 0.3\n";
+    fs::write(directory.path().join("t.ply"), ply).unwrap();
+    let body = |name: &str| {
+        format!(
+            r#"<shape type="ply"><string name="filename" value="t.ply"/><bsdf type="diffuse">
+               <texture type="mesh_attribute" name="reflectance"><string name="name" value="{name}"/></texture></bsdf></shape>"#
+        )
+    };
+    let loaded = load_from(directory.path(), "", &body("face_color")).unwrap();
+    let first = [0.5, 0.25, 0.125];
+    for (triangle, expected) in [(0, first), (1, first), (2, [0.1, 0.2, 0.3])] {
+        let mut s = Surface::plain(DVec3::Z, 1.0, 1.0);
+        s.site.primitive = triangle;
+        let value = bsdf(&loaded).eval(&s, DVec3::Z, DVec3::Z) * std::f64::consts::PI;
+        close([value[0], value[1], value[2]], expected);
+    }
+    let error = load_from(directory.path(), "", &body("vertex_color")).unwrap_err();
+    assert!(error.contains("the shape has no colours: "), "{error}");
+    let error = load_from(directory.path(), "", &body("face_colour")).unwrap_err();
+    assert!(error.contains("did you mean 'face_color'?"), "{error}");
+}
+
 /// Images begin at the top, and v in .obj files at the bottom.
 #[test]
 fn coordinates_of_obj_files_are_turned() {

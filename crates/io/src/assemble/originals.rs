@@ -5,8 +5,12 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use transport::shape::Mesh;
 
-/// Linear colours of the vertices of a mesh.
-pub(super) type Colours = Option<Arc<Vec<[f32; 3]>>>;
+/// Linear colours of a mesh, if it has any.
+#[derive(Clone, Default)]
+pub(super) struct Colours {
+    pub vertices: Option<Arc<Vec<[f32; 3]>>>,
+    pub faces: Option<Arc<Vec<[f32; 3]>>>,
+}
 
 /// Meshes of groups, before they are placed.
 #[derive(Default)]

@@ -1,6 +1,7 @@
 //! Textures of surfaces: images, checkerboards, colours of vertices.
 
 use super::context::Context;
+use super::originals::Colours;
 pub(super) use super::texture_role::Role;
 use crate::image::RgbImage;
 use crate::query::{Input, Query, unknown_plugin};
@@ -14,8 +15,8 @@ use transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, VertexColo
 
 const KNOWN: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
 
-/// The colours of the vertices of the mesh that is to be covered.
-pub(super) type Vertices = Option<(Arc<Mesh>, Arc<Vec<[f32; 3]>>)>;
+/// The mesh that is to be covered, with its colours.
+pub(super) type Vertices = Option<(Arc<Mesh>, Colours)>;
 
 /// A quantity given as a spectrum or as a nested texture.
 pub(super) fn texture(
@@ -87,25 +88,38 @@ fn vertex_colours(
     context: &mut Context,
 ) -> Option<Texture> {
     let mut q = Query::new(object, context.diagnostics);
-    if q.string("name") != "vertex_color" {
-        q.error(
-            "name",
-            "the only attribute of meshes here is 'vertex_color'",
-        );
-    } else if vertices.is_none() {
-        let message = "the shape has no colours: a .ply file with properties r, g, b (or red, green, blue) \
-                       of its vertices has them, and an .obj file with three numbers after each position";
+    let of_faces = q.one_of("name", &["vertex_color", "face_color"]) == 1;
+    if !q.has("name") {
+        q.string("name");
+    }
+    let of = |(_, colours): &(_, Colours)| {
+        let Colours { vertices, faces } = colours;
+        if of_faces { faces } else { vertices }.clone()
+    };
+    let colours = vertices.as_ref().and_then(of);
+    if colours.is_none() {
+        let message = if of_faces {
+            "the shape has no colours of faces: a .ply file with properties r, g, b (or red, green, blue, or color_0, \
+             color_1, color_2) of its faces has them"
+        } else {
+            "the shape has no colours: a .ply file with properties r, g, b (or red, green, blue, or color_0, color_1, \
+             color_2) of its vertices has them, and an .obj file with three numbers after each position"
+        };
         q.error("name", message);
     }
     q.finish(&[]);
-    let (mesh, colours) = vertices.as_ref()?;
+    let ((mesh, _), colours) = (vertices.as_ref()?, colours?);
     let mut colour = |rgb: &[f32; 3]| {
         let value = in_role(&SpectrumValue::Rgb(rgb.map(f64::from)), role);
         context.channels.spectrum(&value, context.group)
     };
     let colours: Result<Vec<Spectrum>, String> = colours.iter().map(&mut colour).collect();
     let colours = context.accept(&object.location, colours)?;
-    let texture = VertexColours::new(mesh.clone(), colours);
+    let texture = if of_faces {
+        VertexColours::of_triangles(mesh.clone(), colours)
+    } else {
+        VertexColours::new(mesh.clone(), colours)
+    };
     let texture = context.accept(&object.location, texture)?;
     Some(Texture::Vertices(Arc::new(texture)))
 }

@@ -29,6 +29,8 @@ pub struct MeshData {
     pub uvs: Option<Vec<[f64; 2]>>,
     /// Linear colours of the vertices.
     pub colours: Option<Vec<[f32; 3]>>,
+    /// Linear colours of the triangles.
+    pub face_colours: Option<Vec<[f32; 3]>>,
 }
 
 impl MeshData {

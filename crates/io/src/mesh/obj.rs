@@ -161,6 +161,7 @@ impl Reader {
             triangles: self.triangles,
             uvs,
             colours,
+            face_colours: None,
         })
     }
 }

@@ -13,8 +13,8 @@ use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 use crate::scene::linear_from_srgb;
 
-/// Reads a mesh: the positions `x y z`, texture coordinates `u v` or `s t` and colours `r g b` or
-/// `red green blue` if there are any, and the faces.
+/// Reads a mesh: the positions `x y z`, texture coordinates `u v` or `s t` and colours `r g b`,
+/// `red green blue` or `color_0 color_1 color_2` if there are any, and the faces with colours by the same names.
 ///
 /// # Errors
 ///
@@ -52,20 +52,24 @@ fn read_from(reader: impl BufRead + Seek, size: u64, limits: Limits) -> Result<M
     check_header(&header, size, limits).map_err(|problem| (problem, None))?;
     let mut mesh = MeshData::default();
     let mut polygons = Vec::new();
+    let mut coloured = false;
     for (name, element) in &header.elements {
         match name.as_str() {
             "vertex" => {
                 let vertices = elements::<Vertex>(&mut reader, element, &header)?;
                 add_vertices(&mut mesh, element, &vertices).map_err(|problem| (problem, None))?;
             }
-            "face" => polygons = elements::<Face>(&mut reader, element, &header)?,
+            "face" => {
+                polygons = elements::<Face>(&mut reader, element, &header)?;
+                coloured = is_coloured(element);
+            }
             _ => drop(elements::<Other>(&mut reader, element, &header)?),
         }
     }
     let corners = polygons.iter().flat_map(|face| &face.polygon).map(Vec::len);
     limits
         .check(corners.sum::<usize>() as u64, CORNER, size)
-        .and_then(|()| add_faces(&mut mesh, &polygons))
+        .and_then(|()| add_faces(&mut mesh, &polygons, coloured))
         .and_then(|()| check_mesh(mesh))
         .map_err(|p| (p, None))
 }
@@ -151,14 +155,18 @@ fn add_vertices(
     let has = |name: &str| element.properties.contains_key(name);
     let has_uvs = (has("u") && has("v")) || (has("s") && has("t"));
     mesh.uvs = has_uvs.then(|| vertices.iter().map(|v| v.uv).collect());
-    let coloured = COLOURS
-        .iter()
-        .any(|names| names.iter().all(|name| has(name)));
-    mesh.colours = coloured.then(|| vertices.iter().map(|v| v.colour).collect());
+    mesh.colours = is_coloured(element).then(|| vertices.iter().map(|v| v.colour).collect());
     Ok(())
 }
 
-fn add_faces(mesh: &mut MeshData, faces: &[Face]) -> Result<(), Problem> {
+/// Whether an element has all channels of a colour.
+fn is_coloured(element: &ElementDef) -> bool {
+    let has = |name: &&str| element.properties.contains_key(*name);
+    COLOURS.iter().any(|names| names.iter().all(has))
+}
+
+fn add_faces(mesh: &mut MeshData, faces: &[Face], coloured: bool) -> Result<(), Problem> {
+    let mut colours = Vec::new();
     let count = mesh.positions.len();
     let triangles = |face: &Face| face.polygon.as_ref().map_or(0, Vec::len);
     let triangles = faces.iter().map(|face| triangles(face).saturating_sub(2));
@@ -175,19 +183,44 @@ fn add_faces(mesh: &mut MeshData, faces: &[Face]) -> Result<(), Problem> {
             return malformed(format!("has the vertex {vertex} (there are {count})"));
         }
         fan(&mut mesh.triangles, polygon);
+        if coloured {
+            colours.resize(mesh.triangles.len(), face.colour);
+        }
     }
+    mesh.face_colours = coloured.then_some(colours);
     Ok(())
 }
 
 /// Bytes that a vertex or a face takes at most while it is read, without its corners, and each of these.
 const ELEMENT: u64 = 144;
-const CORNER: u64 = 20;
+const CORNER: u64 = 32;
 
 /// The names that the list of a face's vertices goes by.
 const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
-/// The names that the channels of a vertex's colour go by.
-const COLOURS: [[&str; 3]; 2] = [["r", "g", "b"], ["red", "green", "blue"]];
+/// The names that the channels of a colour go by.
+const COLOURS: [[&str; 3]; 3] = [
+    ["r", "g", "b"],
+    ["red", "green", "blue"],
+    ["color_0", "color_1", "color_2"],
+];
+
+/// Which channel of a colour a property is.
+fn channel(name: &str) -> Option<usize> {
+    let place = |names: &[&str; 3]| names.iter().position(|n| *n == name);
+    COLOURS.iter().find_map(place)
+}
+
+/// Sets a channel of a colour.
+fn set_channel(place: &mut f32, property: &Property) -> PropertyAccessResult {
+    match intensity(property) {
+        Some(value) => {
+            *place = value as f32;
+            PropertyAccessResult::Set
+        }
+        None => PropertyAccessResult::UnsupportedType,
+    }
+}
 
 #[derive(Debug)]
 struct Vertex {
@@ -206,15 +239,8 @@ impl PropertyAccess for Vertex {
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let channel = |names: &[&str; 3]| names.iter().position(|n| *n == name);
-        if let Some(channel) = COLOURS.iter().find_map(channel) {
-            return match intensity(&property) {
-                Some(value) => {
-                    self.colour[channel] = value as f32;
-                    PropertyAccessResult::Set
-                }
-                None => PropertyAccessResult::UnsupportedType,
-            };
+        if let Some(channel) = channel(name) {
+            return set_channel(&mut self.colour[channel], &property);
         }
         let place = match name {
             "x" => &mut self.position[0],
@@ -238,16 +264,21 @@ impl PropertyAccess for Vertex {
 struct Face {
     /// `None` if an index cannot be one.
     polygon: Option<Vec<u32>>,
+    colour: [f32; 3],
 }
 
 impl PropertyAccess for Face {
     fn new() -> Self {
         Face {
             polygon: Some(Vec::new()),
+            colour: [0.0; 3],
         }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if let Some(channel) = channel(name) {
+            return set_channel(&mut self.colour[channel], &property);
+        }
         if !FACE_LISTS.contains(&name) {
             return PropertyAccessResult::Ignored;
         }

@@ -53,6 +53,7 @@ impl MeshData {
             positions: positions.into_iter().map(DVec3::from_array).collect(),
             uvs: uvs.transpose().map_err(|p| ("vertex_texcoords", p))?,
             colours: colours.map(|rows| rows.iter().map(|row| row.map(|v| v as f32)).collect()),
+            face_colours: None,
         };
         check_mesh(mesh).map_err(|p| ("faces", p))
     }

@@ -39,8 +39,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "mesh_attribute",
-        "Colours of the vertices of a mesh.",
-        &[&[word("name", &["vertex_color"], "the attribute; required")]],
+        "Colours of the vertices or faces of a mesh.",
+        &[&[word(
+            "name",
+            &["vertex_color", "face_color"],
+            "the attribute; required",
+        )]],
         &[],
     ),
 ];

@@ -1,32 +1,58 @@
-//! Colours of the vertices of a mesh.
+//! Colours of the vertices or of the triangles of a mesh.
 
 use super::TextureError;
 use crate::Spectrum;
 use crate::shape::{Mesh, Site};
 use std::sync::Arc;
 
-/// Values at the vertices of a mesh, linear over each triangle.
+/// Values at the vertices of a mesh, linear over each triangle, or of its triangles.
 #[derive(Clone, Debug)]
 pub struct VertexColours {
     mesh: Arc<Mesh>,
     colours: Vec<Spectrum>,
+    /// Whether there is a value for each triangle.
+    of_triangles: bool,
 }
 
 impl VertexColours {
     /// One value for each vertex of `mesh`, which must be the shape that is coloured.
     pub fn new(mesh: Arc<Mesh>, colours: Vec<Spectrum>) -> Result<Self, TextureError> {
-        let (expected, found) = (mesh.positions().len(), colours.len());
+        let expected = mesh.positions().len();
+        VertexColours {
+            mesh,
+            colours,
+            of_triangles: false,
+        }
+        .checked(expected)
+    }
+
+    /// One value for each triangle of `mesh`, which must be the shape that is coloured.
+    pub fn of_triangles(mesh: Arc<Mesh>, colours: Vec<Spectrum>) -> Result<Self, TextureError> {
+        let expected = mesh.triangles().len();
+        VertexColours {
+            mesh,
+            colours,
+            of_triangles: true,
+        }
+        .checked(expected)
+    }
+
+    fn checked(self, expected: usize) -> Result<Self, TextureError> {
+        let found = self.colours.len();
         if expected != found {
             return Err(TextureError::Count { expected, found });
         }
-        match colours.iter().position(|c| !c.is_finite()) {
+        match self.colours.iter().position(|c| !c.is_finite()) {
             Some(index) => Err(TextureError::NotFinite { index }),
-            None => Ok(VertexColours { mesh, colours }),
+            None => Ok(self),
         }
     }
 
     pub(super) fn at(&self, site: &Site) -> Spectrum {
         let triangle = site.primitive as usize;
+        if self.of_triangles {
+            return self.colours[triangle];
+        }
         let weights = self.mesh.weights(triangle, site.position);
         let corners = self.mesh.triangles()[triangle];
         let parts = corners.iter().zip(weights);

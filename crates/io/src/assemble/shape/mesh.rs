@@ -163,7 +163,10 @@ fn original(mut data: MeshData, flip: bool) -> Result<(Arc<Mesh>, Colours), Shap
         let uvs = data.uvs.iter_mut().flatten();
         uvs.for_each(|uv| uv[1] = 1.0 - uv[1]);
     }
-    let colours = data.colours.map(Arc::new);
+    let colours = Colours {
+        vertices: data.colours.map(Arc::new),
+        faces: data.face_colours.map(Arc::new),
+    };
     let mesh = Mesh::new(data.positions, data.triangles, data.uvs)?;
     Ok((Arc::new(mesh), colours))
 }

@@ -81,9 +81,7 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
         unknown(object, context);
     }
     let vertices = match &geometry {
-        Some(Ok((Shape::Mesh(mesh), colours))) => {
-            colours.as_ref().map(|c| (mesh.clone(), c.clone()))
-        }
+        Some(Ok((Shape::Mesh(mesh), colours))) => Some((mesh.clone(), colours.clone())),
         _ => None,
     };
     let surface = match &bsdf {
@@ -191,5 +189,5 @@ fn geometry(
         }
         _ => return None,
     };
-    Some(analytic.map(|shape| (shape, None)))
+    Some(analytic.map(|shape| (shape, Colours::default())))
 }
