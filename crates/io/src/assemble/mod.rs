@@ -84,7 +84,7 @@ pub fn assemble(
     options: &LoadOptions,
     mut diagnostics: Diagnostics,
 ) -> Result<Loaded, Diagnostics> {
-    let mut files = FileRegistry::within(options.limits);
+    let mut files = FileRegistry::within(options.limits).searching(description.folders.clone());
     let mut channels = Channels::of(&description.root, &mut diagnostics);
     if integrator::is_aov(&description.root, options) {
         channels = channels.single(&mut diagnostics);
@@ -159,7 +159,7 @@ pub fn assemble_field(
     let mut query = Query::new(root, &mut diagnostics);
     let volume = query.required_child(PluginKind::Volume);
     query.finish(&[]);
-    let mut files = FileRegistry::new();
+    let mut files = FileRegistry::new().searching(description.folders.clone());
     let mut context = Context::new(&channels, 0, &mut diagnostics, &mut files);
     let field = volume.and_then(|volume| field::build(volume, &mut context));
     match (field, fingerprint(description, &files, &mut diagnostics)) {

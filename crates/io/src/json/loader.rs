@@ -42,7 +42,11 @@ pub(super) fn describe(
     };
     loader.root(&root)?;
     let root = loader.drafts.resolve(diagnostics)?;
-    let scene = SceneDescription { root, parameters };
+    let scene = SceneDescription {
+        root,
+        parameters,
+        folders: Vec::new(),
+    };
     (!diagnostics.has_errors()).then_some(scene)
 }
 

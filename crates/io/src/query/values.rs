@@ -105,10 +105,8 @@ impl Query<'_, '_> {
     }
 }
 
-/// The path of a data file by its name as written in some place. A relative one starts at the file in which it is written.
-/// The path is added to `files`.
+/// The path of a data file by its name as written in some place. A relative one starts at the folder of the file in
+/// which it is written, or at one of the folders that `files` searches. The path is added to `files`.
 pub(crate) fn resolve(written: &str, location: &Location, files: &mut FileRegistry) -> PathBuf {
-    let path = location.source().directory().join(written);
-    files.add(path.clone(), written);
-    path
+    files.resolve(written, location.source().directory())
 }

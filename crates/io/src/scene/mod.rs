@@ -15,10 +15,12 @@ pub use colour::{linear_from_srgb, srgb_from_linear};
 pub use hash::SceneHash;
 pub use kind::PluginKind;
 pub use registry::FileRegistry;
+pub(crate) use registry::find;
 pub use spectrum::SpectrumValue;
 pub use tensor::{Numbers, Tensor};
 
 use std::collections::HashSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
@@ -32,6 +34,8 @@ pub struct SceneDescription {
     pub root: Arc<ObjectDescription>,
     /// Every parameter (`<default>` or override) with the value it had, by name.
     pub parameters: Vec<(String, String)>,
+    /// Folders in which files are looked for besides that of the file that names them, in this order.
+    pub folders: Vec<PathBuf>,
 }
 
 /// Identity of an object within its scene description.

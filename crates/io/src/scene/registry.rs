@@ -11,6 +11,8 @@ use crate::input::{self, Limits};
 pub struct FileRegistry {
     /// Resolved path to the way in which it was written.
     files: BTreeMap<PathBuf, String>,
+    /// Where files are looked for besides the folder of the file that names them.
+    folders: Vec<PathBuf>,
     limits: Limits,
 }
 
@@ -26,6 +28,18 @@ impl FileRegistry {
             limits,
             ..Self::default()
         }
+    }
+
+    /// Looks for files in these folders, too, in this order.
+    pub fn searching(self, folders: Vec<PathBuf>) -> Self {
+        FileRegistry { folders, ..self }
+    }
+
+    /// Finds a file by its name as written in a file that lies in `folder`, and records it.
+    pub(crate) fn resolve(&mut self, written: &str, folder: &Path) -> PathBuf {
+        let path = find(written, folder, &self.folders);
+        self.add(path.clone(), written);
+        path
     }
 
     /// How much memory each of the files may take.
@@ -55,6 +69,17 @@ impl FileRegistry {
         hashes.sort_by_key(|(name, hash)| (*name, *hash.as_bytes()));
         Ok(hashes)
     }
+}
+
+/// The path of a file or folder by its name as written in a file that lies in `folder`: there, or in the first of
+/// `folders` that has it. One that does not exist is expected in `folder`.
+pub(crate) fn find(written: &str, folder: &Path, folders: &[PathBuf]) -> PathBuf {
+    let nearest = folder.join(written);
+    if nearest.exists() {
+        return nearest;
+    }
+    let mut elsewhere = folders.iter().map(|folder| folder.join(written));
+    elsewhere.find(|path| path.exists()).unwrap_or(nearest)
 }
 
 fn content_hash(path: &Path) -> Result<blake3::Hash, FileError> {

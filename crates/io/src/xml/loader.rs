@@ -12,11 +12,13 @@ use super::tags::{self, Tag};
 use super::{document, properties, transforms};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location, SourceFile, shown, suggest};
 use crate::draft::{self, Alias, Draft, DraftChild, Drafts, MAX_DEPTH, Parameters, Target};
-use crate::scene::{PluginKind, Property, SceneDescription, Value};
+use crate::scene::{self, PluginKind, Property, SceneDescription, Value};
 
 /// Files included at most, counting repetitions: files that include one another twice would
 /// otherwise multiply without bound.
 const MAX_INCLUDES: usize = 1000;
+/// Folders in which each file is looked for, at most.
+const MAX_FOLDERS: usize = 100;
 
 /// Reads the scene in `source`.
 pub(super) fn load(
@@ -30,6 +32,7 @@ pub(super) fn load(
         }),
         drafts: Drafts::default(),
         open_files: vec![identity(&source)],
+        folders: vec![source.directory().to_owned()],
         includes: 0,
         dialect: Dialect::default(),
         diagnostics,
@@ -39,6 +42,7 @@ pub(super) fn load(
         parameters,
         drafts,
         dialect,
+        folders,
         ..
     } = loader;
     dialect.report(diagnostics);
@@ -47,6 +51,7 @@ pub(super) fn load(
     let scene = SceneDescription {
         root,
         parameters: parameters.into_values(),
+        folders,
     };
     (!diagnostics.has_errors()).then_some(scene)
 }
@@ -64,6 +69,9 @@ struct Loader<'d> {
     drafts: Drafts,
     /// The file being read and those that include it.
     open_files: Vec<PathBuf>,
+    /// Where files are looked for besides the folder of the file that names them: `<path>`s, the last first, and the
+    /// folder of the scene.
+    folders: Vec<PathBuf>,
     includes: usize,
     dialect: Dialect,
     diagnostics: &'d mut Diagnostics,
@@ -171,6 +179,7 @@ impl Loader<'_> {
             Tag::Ref => self.reference(element, parent),
             Tag::Alias => self.alias(element),
             Tag::Default => self.default(element),
+            Tag::Path => self.folder(element),
             Tag::Property => {
                 if let Some(property) = properties::property(element, self.diagnostics) {
                     self.add_property(property, parent);
@@ -270,6 +279,24 @@ impl Loader<'_> {
         }
     }
 
+    /// Adds a folder in which files are looked for.
+    fn folder(&mut self, element: &Element) {
+        element.allow(&["value"], self.diagnostics);
+        let Some(value) = element.require("value", self.diagnostics) else {
+            return;
+        };
+        let here = element.location.source().directory();
+        let folder = scene::find(&value.value, here, &self.folders);
+        if self.folders.len() > MAX_FOLDERS {
+            self.error("too many folders", &value.location);
+        } else if folder.is_dir() {
+            self.folders.insert(0, folder);
+        } else {
+            let message = format!("'{}' is no folder", shown(&folder));
+            self.error(message, &value.location);
+        }
+    }
+
     fn transform(&mut self, element: &Element, node: Node<'_, '_>) -> Option<Property> {
         element.allow(&["name"], self.diagnostics);
         let matrix = self.matrix(element, node)?;
@@ -332,7 +359,8 @@ impl Loader<'_> {
         let Some(filename) = element.require("filename", self.diagnostics) else {
             return;
         };
-        let path = element.location.source().directory().join(&filename.value);
+        let folder = element.location.source().directory();
+        let path = scene::find(&filename.value, folder, &self.folders);
         self.includes += 1;
         if self.includes > MAX_INCLUDES {
             return self.error("too many included files", &filename.location);

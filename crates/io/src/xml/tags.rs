@@ -15,7 +15,7 @@ const PROPERTIES: [&str; 9] = [
     "transform",
 ];
 /// Elements that are neither plugins nor parameters.
-const OTHERS: [&str; 5] = ["ref", "alias", "default", "include", "animation"];
+const OTHERS: [&str; 6] = ["ref", "alias", "default", "include", "path", "animation"];
 /// Elements of a transform.
 pub(super) const TRANSFORMS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
 
@@ -29,6 +29,7 @@ pub(super) enum Tag {
     Alias,
     Default,
     Include,
+    Path,
     Unknown,
 }
 
@@ -40,6 +41,7 @@ impl Tag {
             "alias" => Tag::Alias,
             "default" => Tag::Default,
             "include" => Tag::Include,
+            "path" => Tag::Path,
             "transform" => Tag::Transform,
             "animation" => Tag::Animation,
             "spectrum" if typed => Tag::Plugin(PluginKind::Spectrum),
