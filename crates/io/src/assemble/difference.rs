@@ -25,6 +25,7 @@ differences! {
     BECKMANN: "beckmann", "masking is Smith's in closed form; Mitsuba's fit is up to 0.35 % off";
     BLEND: "blendbsdf", "a mixture with a mirror (conductor, plastic) is what its parts are; Mitsuba adds the mirror's probability to the other's density, and is some percent off";
     BORDER: "border", "light from beyond the image's edge counts in the pixels there, as with sample_border in Mitsuba";
+    BUMPS: "bump and normal maps", "bumpmap and normalmap are the bsdf nested in them: normals are those of the geometry; Mitsuba turns them";
     CHECKERBOARD: "checkerboard", "as a number it has color0 where it has it as a colour; Mitsuba swaps the two";
     CLEAR_GLASS: "clear glass", "a dielectric without an interior encloses clear matter; in Mitsuba the medium around it continues inside";
     CLIPPING: "clipping", "near_clip and far_clip cut nothing; Mitsuba's camera would not see all (0.01 and 10000 by default)";
@@ -34,9 +35,11 @@ differences! {
     EXTERIOR: "exterior", "without an exterior the medium around a shape lies outside it; in Mitsuba nothing does";
     EXT_IOR: "ext_ior", "without an ext_ior the index outside is that of the medium there, 1 if that is empty; Mitsuba takes air, 1.000277";
     FORMAT: "format", "files are written as the command line says, in 32 bits; file_format and component_format are ignored";
+    HIDE_EMITTERS: "hide_emitters", "emitters in view are shown; Mitsuba hides them";
     MASK: "mask", "light is found at surfaces of which a share is clear; Mitsuba's path drops it where the ray then passes, unless the scene has an environment: its volpath does not";
     MESH_NORMALS: "mesh normals", "meshes have the normals of their triangles; Mitsuba interpolates those of the vertices unless face_normals is true";
     MESH_SIDES: "mesh sides", "closed meshes that are wound inside out are flipped; Mitsuba leaves them";
+    NESTED_INTEGRATOR: "moment, stokes, aov", "an integrator that holds others renders the first of them: the standard error stands in the file's metadata or in --error, polarization and aovs do not";
     PATH_MEDIA: "path in media", "path and ptracer see media; in Mitsuba they do not, and volpath does";
     PLASTIC: "plastic", "the base is up to 2 % brighter under a rough coat, 0.1 % under a smooth one: Mitsuba's mean reflectance from below is a coarse sum or a fit";
     POLARIZATION: "polarization", "light is not polarized: filters let half of it, or all, pass; so do Mitsuba's variants that are not polarized";

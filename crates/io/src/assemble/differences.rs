@@ -102,6 +102,7 @@ fn has(object: &ObjectDescription, kind: PluginKind, plugins: &[&str]) -> bool {
 /// What one object alone tells.
 fn of_object(object: &ObjectDescription) -> Vec<Difference> {
     match (object.kind, object.plugin.as_str()) {
+        (PluginKind::Bsdf, "bumpmap" | "normalmap") => vec![BUMPS],
         (PluginKind::Bsdf, plugin) => of_bsdf(object, plugin),
         (PluginKind::Film, _) => of_film(object),
         (PluginKind::Medium, "heterogeneous") => of_medium(object),
@@ -122,9 +123,18 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
         }
         (PluginKind::Shape, "bsplinecurve" | "linearcurve") => vec![CURVES],
         (PluginKind::Shape, "sdfgrid") => vec![SDFGRID],
+        (PluginKind::Integrator, _) => of_integrator(object),
         (PluginKind::Texture, "mesh_attribute") => vec![VERTEX_COLOURS],
         _ => Vec::new(),
     }
+}
+
+fn of_integrator(object: &ObjectDescription) -> Vec<Difference> {
+    let nested = object.children.iter().any(|c| c.object.kind == PluginKind::Integrator);
+    let hides = is_true(object, "hide_emitters");
+    let met = [(nested, NESTED_INTEGRATOR), (hides, HIDE_EMITTERS)];
+    let met = met.into_iter().filter(|(meets, _)| *meets);
+    met.map(|(_, difference)| difference).collect()
 }
 
 /// Whether the area emitter of a shape has a texture of radiance.

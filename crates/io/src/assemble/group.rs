@@ -13,8 +13,8 @@ use super::{
 };
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::query::Query;
-use crate::scene::{ObjectDescription, PluginKind, SceneDescription};
-use std::collections::BTreeSet;
+use crate::scene::{ObjectDescription, PluginKind, SceneDescription, descendants};
+use std::collections::{BTreeSet, HashSet};
 use transport::integrator::Integrator;
 use transport::render::ADAPTIVE_FROM;
 use transport::renderer::Renderer;
@@ -125,6 +125,20 @@ struct Children<'a> {
     emitters: Vec<&'a ObjectDescription>,
 }
 
+/// The emitters less the area emitters that shapes refer to: these are definitions.
+fn without_covers<'a>(
+    emitters: Vec<&'a ObjectDescription>,
+    shapes: &[&ObjectDescription],
+) -> Vec<&'a ObjectDescription> {
+    let is_area = |o: &&ObjectDescription| o.kind == PluginKind::Emitter && o.plugin == "area";
+    let covers: HashSet<_> = descendants(shapes.iter().copied())
+        .filter(is_area)
+        .map(|o| o.number)
+        .collect();
+    let stays = |emitter: &&ObjectDescription| !covers.contains(&emitter.number);
+    emitters.into_iter().filter(stays).collect()
+}
+
 impl<'a> Children<'a> {
     /// Definitions that others refer to (media, bsdfs, ...) are taken note of, so that they do not count as unused.
     fn of(root: &'a ObjectDescription, context: &mut Context) -> Self {
@@ -135,7 +149,7 @@ impl<'a> Children<'a> {
         let integrators = of(PluginKind::Integrator);
         let sensors = of(PluginKind::Sensor);
         let (meters, cameras) = sensors.into_iter().partition(|s| is_meter(s));
-        let children = Children {
+        let mut children = Children {
             root,
             integrators,
             cameras,
@@ -143,12 +157,17 @@ impl<'a> Children<'a> {
             shapes: of(PluginKind::Shape),
             emitters: of(PluginKind::Emitter),
         };
+        let emitters = std::mem::take(&mut children.emitters);
+        children.emitters = without_covers(emitters, &children.shapes);
         for kind in [
             PluginKind::Medium,
             PluginKind::Bsdf,
             PluginKind::Phase,
             PluginKind::Volume,
             PluginKind::Texture,
+            PluginKind::Sampler,
+            PluginKind::Film,
+            PluginKind::Rfilter,
         ] {
             of(kind);
         }

@@ -18,10 +18,11 @@ use transport::renderer::Renderer;
 
 /// Names under which scene files and command lines may ask for an estimator. The first three are one
 /// and the same path tracer, the next two one particle tracer.
-const KNOWN: [(&str, Kind); 9] = [
+const KNOWN: [(&str, Kind); 10] = [
     ("path", Kind::Path),
     ("volpath", Kind::Path),
     ("volpathmis", Kind::Path),
+    ("direct", Kind::Direct),
     ("particle", Kind::Particle),
     ("ptracer", Kind::Particle),
     ("bdpt", Kind::Bdpt),
@@ -29,6 +30,10 @@ const KNOWN: [(&str, Kind); 9] = [
     ("photon", Kind::Photon),
     ("sppm", Kind::Sppm),
 ];
+/// Integrators that show what others find, and more.
+const HOLDERS: [&str; 3] = ["moment", "stokes", "aov"];
+/// Edges of a path that scatters once: from the emitter to the surface to the sensor.
+const DIRECT_DEPTH: u32 = 2;
 /// What connections can keep track of.
 const MOST_REFLECTIONS: i64 = 28;
 /// More light subpaths than a map has memory for.
@@ -37,6 +42,8 @@ const MOST_PHOTONS: i64 = 1_000_000_000;
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Path,
+    /// The path tracer of light that scatters once.
+    Direct,
     Particle,
     Bdpt,
     Aov,
@@ -81,6 +88,10 @@ impl Parameters {
                 max_depth,
                 rr_depth,
             }),
+            Kind::Direct => Integrator::Path(PathTracer {
+                max_depth: Some(DIRECT_DEPTH),
+                rr_depth,
+            }),
             Kind::Particle => Integrator::Particle(ParticleTracer {
                 max_depth,
                 rr_depth,
@@ -99,10 +110,8 @@ impl Parameters {
 
 /// Whether the scene is asked for other quantities than light.
 pub(super) fn is_aov(root: &ObjectDescription, options: &LoadOptions) -> bool {
-    let mut children = root.children.iter().map(|c| &c.object);
-    let written = children.find(|o| o.kind == PluginKind::Integrator);
     let name = options.integrator.as_deref();
-    let name = name.or(written.map(|o| o.plugin.as_str()));
+    let name = name.or(nested_in(root).map(|o| held(o).plugin.as_str()));
     name.and_then(find) == Some(Kind::Aov)
 }
 
@@ -113,6 +122,11 @@ pub(super) fn build(
     options: &LoadOptions,
     context: &mut Context,
 ) -> Method {
+    let object = object.map(|object| {
+        let held = held(object);
+        check_holders(object, context);
+        held
+    });
     let written = object.map(|object| plugin(object, context));
     let wanted = options
         .integrator
@@ -126,6 +140,34 @@ pub(super) fn build(
     Method {
         renderer: parameters.renderer(kind),
         parameters,
+    }
+}
+
+/// The first integrator in an object.
+fn nested_in(object: &ObjectDescription) -> Option<&ObjectDescription> {
+    let mut children = object.children.iter().map(|c| &*c.object);
+    children.find(|o| o.kind == PluginKind::Integrator)
+}
+
+/// The integrator that renders: the first of those in one that shows what others find.
+fn held(object: &ObjectDescription) -> &ObjectDescription {
+    let nested = nested_in(object).filter(|_| HOLDERS.contains(&object.plugin.as_str()));
+    nested.map_or(object, held)
+}
+
+/// Reports what is wrong with integrators that hold others.
+fn check_holders(object: &ObjectDescription, context: &mut Context) {
+    let mut object = object;
+    while HOLDERS.contains(&object.plugin.as_str())
+        && let Some(nested) = nested_in(object)
+    {
+        let mut query = Query::new(object, context.diagnostics);
+        query.children(PluginKind::Integrator);
+        if object.plugin == "aov" {
+            query.string_or("aovs", "");
+        }
+        query.finish(&[]);
+        object = nested;
     }
 }
 
@@ -168,14 +210,15 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(bdpt.rr_depth));
     let tolerance = query.float_in("tolerance", 1e-12..=1e-4, default.tolerance.get());
     let reflections = query.integer_in("reflections", 0..=MOST_REFLECTIONS, 0);
-    if query.boolean_or("hide_emitters", false) {
-        let message =
-            "emitters that are in view are always shown: leave 'hide_emitters' out, or move them";
-        query.error("hide_emitters", message);
-    }
+    query.boolean_or("hide_emitters", false);
     // How work is divided; Mitsuba's scene files have them.
     query.has("samples_per_pass");
     query.has("block_size");
+    if kind == Kind::Direct {
+        for name in ["shading_samples", "emitter_samples", "bsdf_samples"] {
+            query.has(name);
+        }
+    }
     bdpt.max_depth = u32::try_from(max_depth).ok();
     bdpt.rr_depth = rr_depth as u32;
     if kind == Kind::Bdpt {

@@ -60,6 +60,9 @@ fn scattering(
 ) -> Medium {
     let mut query = Query::new(object, context.diagnostics);
     query.has("ior");
+    // How Mitsuba samples.
+    query.boolean_or("sample_emitters", true);
+    query.boolean_or("has_spectral_extinction", true);
     let scale = query.float_in("scale", 0.0.., 1.0);
     let by_parts = query.has("sigma_s") || query.has("sigma_a");
     let zero = SpectrumValue::Uniform(0.0);

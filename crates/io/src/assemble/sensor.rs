@@ -44,6 +44,9 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let mut q = Query::new(object, context.diagnostics);
     let film = q.child(PluginKind::Film).cloned();
     let sampler = q.child(PluginKind::Sampler).cloned();
+    if let Some(filter) = q.child(PluginKind::Rfilter) {
+        q.ignored_child(filter, "belongs into the film, and is ignored here");
+    }
     let inside = q.child(PluginKind::Medium).cloned();
     let batch = (object.plugin == "batch").then(|| q.children(PluginKind::Sensor));
     let views = match batch {
@@ -152,7 +155,10 @@ const FOCAL_LENGTH: &str = "50mm";
 
 fn optics(object: &ObjectDescription, q: &mut Query) -> Option<Optics> {
     Some(match object.plugin.as_str() {
-        "perspective" => Optics::Pinhole(fov(q)),
+        "perspective" => {
+            q.has("focus_distance");
+            Optics::Pinhole(fov(q))
+        }
         "thinlens" => {
             let fov = fov(q);
             let radius = q.float_in("aperture_radius", POSITIVE, None);

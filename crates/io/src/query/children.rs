@@ -130,6 +130,13 @@ impl<'a> Query<'a, '_> {
         Some(&child.object)
     }
 
+    /// Warns of a child that counts for nothing.
+    pub(crate) fn ignored_child(&mut self, child: &ObjectDescription, why: &str) {
+        let message = format!("{} {why}", child.label());
+        self.diagnostics
+            .push(Diagnostic::warning(message).at(&child.location));
+    }
+
     /// Takes note that the child in this role was asked for.
     pub(super) fn use_child(&mut self, name: &str) {
         if let Some(index) = self.child_index(name) {

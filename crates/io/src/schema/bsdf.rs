@@ -1,8 +1,8 @@
 //! Bsdfs.
 
-use super::row::{boolean, float, index, list, many, one, plugin, spectrum, texture, word};
+use super::row::{boolean, float, index, list, many, one, plugin, role, spectrum, texture, word};
 use super::{Parameter, Plugin, Slot};
-use crate::scene::PluginKind::Bsdf;
+use crate::scene::PluginKind::{Bsdf, Texture};
 
 const INDICES: &[Parameter] = &[
     index(
@@ -161,6 +161,11 @@ const REFLECTED: Slot = texture("specular_reflectance");
 const TRANSMITTED: Slot = texture("specular_transmittance");
 const ALPHA: Slot = texture("alpha");
 const BASE: Slot = texture("diffuse_reflectance");
+
+const TURNED_NORMALS: &[Parameter] = &[
+    boolean("flip_invalid_normals", "true", "accepted and ignored"),
+    boolean("use_shadowing_function", "true", "accepted and ignored"),
+];
 
 pub(super) const PLUGINS: &[Plugin] = &[
     plugin("null", "Nothing: the hull of a medium.", &[], &[]),
@@ -376,5 +381,26 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "One bsdf on both sides, or one on each.",
         &[],
         &[many(Bsdf, "That on the side of the normal, the other.")],
+    ),
+    plugin(
+        "bumpmap",
+        "A bsdf whose normals a height map would turn: they are not turned yet.",
+        &[
+            &[float("scale", "1", "accepted and ignored")],
+            TURNED_NORMALS,
+        ],
+        &[
+            one(Bsdf, "What the surface is."),
+            many(Texture, "The height map, which is ignored."),
+        ],
+    ),
+    plugin(
+        "normalmap",
+        "A bsdf whose normals a map would turn: they are not turned yet.",
+        &[TURNED_NORMALS],
+        &[
+            one(Bsdf, "What the surface is."),
+            role(Texture, "normalmap", "The normals, which are ignored."),
+        ],
     ),
 ];

@@ -1,8 +1,8 @@
 //! Integrators.
 
-use super::row::{boolean, float, integer, list, plugin, role, word};
+use super::row::{boolean, float, integer, list, many, plugin, role, word};
 use super::{Parameter, Plugin};
-use crate::PluginKind::Volume;
+use crate::PluginKind::{Integrator, Volume};
 
 const COMMON: &[Parameter] = &[
     integer(
@@ -25,9 +25,15 @@ const COMMON: &[Parameter] = &[
         "0",
         "reflections at smooth dielectrics that connections may take, 0 to 28",
     ),
-    boolean("hide_emitters", "false", "must be false"),
+    boolean("hide_emitters", "false", "accepted and ignored: emitters in view are shown"),
     integer("samples_per_pass", "", "accepted and ignored"),
     integer("block_size", "", "accepted and ignored"),
+];
+
+const DIRECT: &[Parameter] = &[
+    integer("shading_samples", "", "accepted and ignored"),
+    integer("emitter_samples", "", "accepted and ignored"),
+    integer("bsdf_samples", "", "accepted and ignored"),
 ];
 
 const BDPT: &[Parameter] = &[
@@ -80,6 +86,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin("volpath", "The same as path.", &[COMMON], &[]),
     plugin("volpathmis", "The same as path.", &[COMMON], &[]),
     plugin(
+        "direct",
+        "Light that scatters at most once, by path tracing.",
+        &[COMMON, DIRECT],
+        &[],
+    ),
+    plugin(
         "particle",
         "Particle tracing from the emitters.",
         &[COMMON],
@@ -91,11 +103,26 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "aov",
         "Quantities of unscattered rays instead of light.",
         &[COMMON, AOV],
-        &[role(
-            Volume,
-            "reference_index",
-            "The index of which optical path differences are taken, where it varies.",
-        )],
+        &[
+            role(
+                Volume,
+                "reference_index",
+                "The index of which optical path differences are taken, where it varies.",
+            ),
+            many(Integrator, "As in Mitsuba: the first renders light instead."),
+        ],
+    ),
+    plugin(
+        "moment",
+        "What the first of its integrators finds.",
+        &[],
+        &[many(Integrator, "The first renders.")],
+    ),
+    plugin(
+        "stokes",
+        "What its integrator finds: light is not polarized.",
+        &[],
+        &[many(Integrator, "The first renders.")],
     ),
     plugin(
         "photon",

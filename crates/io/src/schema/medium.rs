@@ -1,6 +1,6 @@
 //! Media and phase functions.
 
-use super::row::{float, list, many, one, plugin, role, spectrum, word};
+use super::row::{boolean, float, list, many, one, plugin, role, spectrum, word};
 use super::{Parameter, Plugin, Slot, substance};
 use crate::scene::PluginKind::{Phase, Volume};
 
@@ -21,6 +21,8 @@ const SCATTERING: &[Parameter] = &[
         "a substance, in place of coefficients, for scenes in millimetres",
     ),
     float("scale", "1", "factor of the extinction, ≥ 0"),
+    boolean("sample_emitters", "true", "accepted and ignored"),
+    boolean("has_spectral_extinction", "true", "accepted and ignored"),
 ];
 
 const FIELD: Slot = role(Volume, "ior", "The index where it varies.");

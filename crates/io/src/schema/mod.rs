@@ -181,5 +181,8 @@ const SCENE: &[Plugin] = &[plugin(
         many(PluginKind::Phase, "Phase functions to refer to."),
         many(PluginKind::Volume, "Volumes to refer to."),
         many(PluginKind::Texture, "Textures to refer to."),
+        many(PluginKind::Sampler, "Samplers to refer to."),
+        many(PluginKind::Film, "Films to refer to."),
+        many(PluginKind::Rfilter, "Filters to refer to."),
     ],
 )];

@@ -4,7 +4,7 @@ use super::row::{
     TO_WORLD, boolean, choice, float, integer, many, one, plugin, text, vector, word,
 };
 use super::{Parameter, Plugin, Slot};
-use crate::scene::PluginKind::{Film, Medium, Sampler, Sensor};
+use crate::scene::PluginKind::{Film, Medium, Rfilter, Sampler, Sensor};
 
 const CAMERA: &[Parameter] = &[
     TO_WORLD,
@@ -33,6 +33,12 @@ pub(super) const VIEW: &[Parameter] = &[
         "in place of fov: that of a lens for 35 mm film",
     ),
 ];
+
+const PINHOLE: &[Parameter] = &[float(
+    "focus_distance",
+    "",
+    "accepted and ignored: all is in focus",
+)];
 
 const LENS: &[Parameter] = &[
     float("aperture_radius", "required", "local units, > 0"),
@@ -117,6 +123,7 @@ const SURFACE: &[Parameter] = &[
 
 const PICTURE: &[Slot] = &[
     one(Film, "The image."),
+    one(Rfilter, "Ignored: filters belong into the film."),
     one(Sampler, "The number of samples."),
     one(Medium, "The medium that the sensor is in."),
 ];
@@ -127,7 +134,7 @@ const METER: &[Slot] = &[
 ];
 
 pub(super) const PLUGINS: &[Plugin] = &[
-    plugin("perspective", "A pinhole.", &[VIEW, CAMERA], PICTURE),
+    plugin("perspective", "A pinhole.", &[VIEW, PINHOLE, CAMERA], PICTURE),
     plugin("thinlens", "An ideal lens.", &[VIEW, LENS, CAMERA], PICTURE),
     plugin(
         "orthographic",

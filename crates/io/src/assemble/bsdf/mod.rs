@@ -24,7 +24,7 @@ use transport::bsdf::{
 };
 use transport::texture::Texture;
 
-const KNOWN: [&str; 24] = [
+const KNOWN: [&str; 26] = [
     "null",
     "diffuse",
     "dielectric",
@@ -49,6 +49,8 @@ const KNOWN: [&str; 24] = [
     "mixturebsdf",
     "mask",
     "twosided",
+    "bumpmap",
+    "normalmap",
 ];
 
 /// A surface's scattering, and what it says of the indices on its sides.
@@ -106,15 +108,7 @@ pub(super) fn of_shape(shape: &mut Query) -> Option<Arc<ObjectDescription>> {
 }
 
 /// Bsdfs that are not modelled, and what to do about it.
-const UNMODELLED: [(&str, &str); 7] = [
-    (
-        "bumpmap",
-        "normals are those of the geometry here: use the bsdf nested in it",
-    ),
-    (
-        "normalmap",
-        "normals are those of the geometry here: use the bsdf nested in it",
-    ),
+const UNMODELLED: [(&str, &str); 5] = [
     (
         "hk",
         "a thin scattering layer is a medium here: give a thin shape the bsdf 'null', or 'dielectric', and an interior",
@@ -169,6 +163,8 @@ enum Raw<'a> {
     Mixture(Vec<f64>, Vec<&'a ObjectDescription>),
     Mask(Quantity<'a>, Vec<&'a ObjectDescription>),
     TwoSided(Vec<&'a ObjectDescription>),
+    /// With the normals of the geometry.
+    Flat(Vec<&'a ObjectDescription>),
 }
 
 /// `None` for an unknown plugin.
@@ -215,8 +211,26 @@ fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'
         "blendbsdf" => Raw::Blend(number(q, "weight", 0.5), nested(q, 2..=2)),
         "mask" => Raw::Mask(number(q, "opacity", 0.5), nested(q, 1..=1)),
         "twosided" => Raw::TwoSided(nested(q, 1..=2)),
+        "bumpmap" => {
+            q.children(PluginKind::Texture);
+            q.has("scale");
+            turned_normals(q);
+            Raw::Flat(nested(q, 1..=1))
+        }
+        "normalmap" => {
+            q.role(PluginKind::Texture, "normalmap");
+            turned_normals(q);
+            Raw::Flat(nested(q, 1..=1))
+        }
         _ => return None,
     })
+}
+
+/// How Mitsuba turns normals.
+fn turned_normals(q: &mut Query) {
+    for name in ["flip_invalid_normals", "use_shadowing_function"] {
+        q.boolean_or(name, true);
+    }
 }
 
 /// `None` after an error.
@@ -312,6 +326,7 @@ fn make(
             let nested = maker.nested(nested.first()?);
             Mask::new(maker.texture(opacity), nested).map(Bsdf::Mask)
         }
+        Raw::Flat(nested) => Ok(maker.nested(nested.first()?)),
         Raw::TwoSided(sides) => {
             let [front, back] = [sides.first()?, sides.last()?].map(|side| maker.nested(side));
             TwoSided::new(front, back).map(Bsdf::TwoSided)

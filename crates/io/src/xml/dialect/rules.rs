@@ -134,7 +134,10 @@ pub(super) const RULES: &[PluginTranslation] = &[
     },
     // Variants differ at grazing angles.
     old(Bsdf, "ward", &["variant"]),
-    old(Film, "hdrfilm", FILES),
+    PluginTranslation {
+        dropped: FILES,
+        ..same(Film, "hdrfilm", "hdrfilm")
+    },
     PluginTranslation {
         old: true,
         dropped: FILES,
