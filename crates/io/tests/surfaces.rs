@@ -331,8 +331,8 @@ fn what_is_refused() {
         &["give 'eta' or 'specular', not both"],
     );
     refused(
-        &nested("bumpmap", "<bsdf type=\"diffuse\"/>"),
-        &["normals are those of the geometry here: use the bsdf nested in it"],
+        &nested("hk", ""),
+        &["a thin scattering layer is a medium here"],
     );
     refused(
         &nested("conductor", "<string name=\"material\" value=\"Cuu\"/>"),

@@ -39,7 +39,7 @@ differences! {
     MASK: "mask", "light is found at surfaces of which a share is clear; Mitsuba's path drops it where the ray then passes, unless the scene has an environment: its volpath does not";
     MESH_NORMALS: "mesh normals", "meshes have the normals of their triangles; Mitsuba interpolates those of the vertices unless face_normals is true";
     MESH_SIDES: "mesh sides", "closed meshes that are wound inside out are flipped; Mitsuba leaves them";
-    NESTED_INTEGRATOR: "moment, stokes, aov", "an integrator that holds others renders the first of them: the standard error stands in the file's metadata or in --error, polarization and aovs do not";
+    NESTED_INTEGRATOR: "moment, stokes, aov", "an integrator that holds others renders the first of them; Mitsuba adds second moments, polarization or other quantities";
     PATH_MEDIA: "path in media", "path and ptracer see media; in Mitsuba they do not, and volpath does";
     PLASTIC: "plastic", "the base is up to 2 % brighter under a rough coat, 0.1 % under a smooth one: Mitsuba's mean reflectance from below is a coarse sum or a fit";
     POLARIZATION: "polarization", "light is not polarized: filters let half of it, or all, pass; so do Mitsuba's variants that are not polarized";

@@ -130,7 +130,10 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
 }
 
 fn of_integrator(object: &ObjectDescription) -> Vec<Difference> {
-    let nested = object.children.iter().any(|c| c.object.kind == PluginKind::Integrator);
+    let nested = object
+        .children
+        .iter()
+        .any(|c| c.object.kind == PluginKind::Integrator);
     let hides = is_true(object, "hide_emitters");
     let met = [(nested, NESTED_INTEGRATOR), (hides, HIDE_EMITTERS)];
     let met = met.into_iter().filter(|(meets, _)| *meets);

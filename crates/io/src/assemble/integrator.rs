@@ -127,7 +127,7 @@ pub(super) fn build(
         check_holders(object, context);
         held
     });
-    let written = object.map(|object| plugin(object, context));
+    let written = object.and_then(|object| plugin(object, context));
     let wanted = options
         .integrator
         .as_deref()
@@ -178,11 +178,17 @@ fn find(name: &str) -> Option<Kind> {
         .map(|(_, kind)| *kind)
 }
 
-/// The kind that a file asks for; after an error, that with most parameters.
-fn plugin(object: &ObjectDescription, context: &mut Context) -> Kind {
-    find(&object.plugin).unwrap_or_else(|| {
+/// The kind that a file asks for; that with most parameters if it is unknown, and none for one that holds others but
+/// has none.
+fn plugin(object: &ObjectDescription, context: &mut Context) -> Option<Kind> {
+    let known = find(&object.plugin);
+    if known.is_none() && HOLDERS.contains(&object.plugin.as_str()) {
+        Query::new(object, context.diagnostics).required_child(PluginKind::Integrator);
+        return None;
+    }
+    known.or_else(|| {
         unknown_plugin(object, &KNOWN.map(|(name, _)| name), context.diagnostics);
-        Kind::Bdpt
+        Some(Kind::Bdpt)
     })
 }
 

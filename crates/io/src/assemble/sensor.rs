@@ -94,7 +94,12 @@ fn view(object: &ObjectDescription, context: &mut Context) -> Option<View> {
         return None;
     }
     let mut q = Query::new(object, context.diagnostics);
-    for kind in [PluginKind::Film, PluginKind::Sampler, PluginKind::Medium] {
+    for kind in [
+        PluginKind::Film,
+        PluginKind::Sampler,
+        PluginKind::Medium,
+        PluginKind::Rfilter,
+    ] {
         q.child(kind);
     }
     view_of(object, q).or_else(|| unknown(object, context))

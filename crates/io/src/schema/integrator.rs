@@ -25,7 +25,11 @@ const COMMON: &[Parameter] = &[
         "0",
         "reflections at smooth dielectrics that connections may take, 0 to 28",
     ),
-    boolean("hide_emitters", "false", "accepted and ignored: emitters in view are shown"),
+    boolean(
+        "hide_emitters",
+        "false",
+        "accepted and ignored: emitters in view are shown",
+    ),
     integer("samples_per_pass", "", "accepted and ignored"),
     integer("block_size", "", "accepted and ignored"),
 ];
@@ -109,7 +113,10 @@ pub(super) const PLUGINS: &[Plugin] = &[
                 "reference_index",
                 "The index of which optical path differences are taken, where it varies.",
             ),
-            many(Integrator, "As in Mitsuba: the first renders light instead."),
+            many(
+                Integrator,
+                "As in Mitsuba: the first renders light instead.",
+            ),
         ],
     ),
     plugin(

@@ -134,7 +134,12 @@ const METER: &[Slot] = &[
 ];
 
 pub(super) const PLUGINS: &[Plugin] = &[
-    plugin("perspective", "A pinhole.", &[VIEW, PINHOLE, CAMERA], PICTURE),
+    plugin(
+        "perspective",
+        "A pinhole.",
+        &[VIEW, PINHOLE, CAMERA],
+        PICTURE,
+    ),
     plugin("thinlens", "An ideal lens.", &[VIEW, LENS, CAMERA], PICTURE),
     plugin(
         "orthographic",
@@ -158,6 +163,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
                 "The cameras; their own films and samplers do not count.",
             ),
             one(Film, "The image of all."),
+            one(Rfilter, "Ignored: filters belong into the film."),
             one(Sampler, "The number of samples."),
             one(Medium, "The medium that the sensor is in."),
         ],

@@ -7,6 +7,7 @@ use super::super::transforms::pose;
 use super::sun::{self, Observer};
 use crate::query::Query;
 use crate::scene::{ObjectDescription, SpectrumValue};
+use eikonal::Shown;
 use glam::{DMat3, DVec3};
 use hw_skymodel::rgb::{SkyParams, SkyState};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -80,7 +81,7 @@ fn read(object: &ObjectDescription, context: &mut Context) -> Option<Sunsky> {
     if let Some(bad) = albedo.into_iter().find(|v| !(0.0..=1.0).contains(v)) {
         q.error(
             "albedo",
-            format!("the ground's albedo lies in [0, 1], got {bad}"),
+            format!("the ground's albedo lies in [0, 1], got {}", Shown(bad)),
         );
         return None;
     }

@@ -1,0 +1,214 @@
+//! What scene files of Mitsuba say beside what is rendered: folders, nested integrators, references, and what is ignored.
+
+use morgana_io::{Diagnostics, LoadOptions, Loaded, load_scene};
+use std::fs;
+use transport::integrator::Integrator;
+use transport::renderer::Renderer;
+
+/// A square, facing +z.
+const SQUARE: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
+
+/// Writes files, and loads `scenes/main.xml` of a folder of their own.
+fn load_files(files: &[(&str, &str)]) -> Result<Loaded, Diagnostics> {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    load_scene(
+        &folder.path().join("scenes/main.xml"),
+        &LoadOptions::default(),
+    )
+}
+
+fn try_load(contents: &str) -> Result<Loaded, Diagnostics> {
+    let text = format!("<scene version='3.0.0'>{contents}</scene>");
+    load_files(&[("scenes/main.xml", &text)])
+}
+
+fn load(contents: &str) -> Loaded {
+    try_load(contents).unwrap_or_else(|d| panic!("{d}"))
+}
+
+const CAMERA: &str = "<sensor type='perspective'/>";
+const LIGHT: &str = "<emitter type='constant'/>";
+
+fn path_tracer(loaded: &Loaded) -> Option<u32> {
+    match loaded.renderer {
+        Renderer::Light(Integrator::Path(path)) => path.max_depth,
+        ref other => panic!("{}", other.name()),
+    }
+}
+
+fn topics(loaded: &Loaded) -> Vec<&'static str> {
+    loaded.differences.iter().map(|d| d.topic).collect()
+}
+
+/// A mesh that a fragment names lies beside the fragment, beside the main scene, or in a folder that a `<path>` names.
+#[test]
+fn files_are_looked_for_in_three_places() {
+    let main = |path: &str| {
+        format!(
+            "<scene version='3.0.0'>{path}<include filename='parts/shapes.xml'/>{CAMERA}{LIGHT}</scene>"
+        )
+    };
+    let part = "<scene version='3.0.0'><shape type='obj'><string name='filename' value='square.obj'/></shape></scene>";
+    let places = [
+        ("scenes/parts/square.obj", ""),
+        ("scenes/square.obj", ""),
+        ("meshes/square.obj", "<path value='../meshes'/>"),
+    ];
+    for (place, path) in places {
+        let main = main(path);
+        let files = [
+            ("scenes/main.xml", main.as_str()),
+            ("scenes/parts/shapes.xml", part),
+            (place, SQUARE),
+        ];
+        let loaded = load_files(&files).unwrap_or_else(|d| panic!("{place}: {d}"));
+        assert_eq!(loaded.scene().objects().len(), 1, "{place}");
+    }
+    let without = main("");
+    let files = [
+        ("scenes/main.xml", without.as_str()),
+        ("scenes/parts/shapes.xml", part),
+        ("meshes/square.obj", SQUARE),
+    ];
+    let error = load_files(&files).unwrap_err().to_string();
+    assert!(error.contains("parts/square.obj: cannot read"), "{error}");
+}
+
+/// The nearest file wins, then the folder named last.
+#[test]
+fn the_nearest_file_is_read() {
+    let main = format!(
+        "<scene version='3.0.0'><path value='far'/><path value='near'/><include filename='part.xml'/>{CAMERA}{LIGHT}</scene>"
+    );
+    let part = |shapes: usize| {
+        format!(
+            "<scene version='3.0.0'>{}</scene>",
+            "<shape type='rectangle'/>".repeat(shapes)
+        )
+    };
+    let [one, two, three] = [1, 2, 3].map(part);
+    let mut files = vec![
+        ("scenes/main.xml", main.as_str()),
+        ("scenes/far/part.xml", one.as_str()),
+        ("scenes/near/part.xml", two.as_str()),
+    ];
+    let count = |files: &[(&str, &str)]| load_files(files).unwrap().scene().objects().len();
+    assert_eq!(count(&files), 2);
+    files.push(("scenes/part.xml", &three));
+    assert_eq!(count(&files), 3);
+}
+
+#[test]
+fn a_folder_that_is_none_is_an_error() {
+    let error = try_load(&format!("<path value='nowhere'/>{CAMERA}")).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains("nowhere' is no folder"), "{error}");
+    let many = "<path value='.'/>".repeat(200);
+    let error = try_load(&many).unwrap_err().to_string();
+    assert!(error.contains("too many folders"), "{error}");
+}
+
+/// Integrators that show what others find, and more, render the first of these.
+#[test]
+fn nested_integrators_render() {
+    let direct =
+        "<integrator type='direct'><integer name='emitter_samples' value='2'/></integrator>";
+    let path = "<integrator type='path'><integer name='max_depth' value='7'/></integrator>";
+    let nested = |holder: &str, nested: &str| {
+        load(&format!(
+            "<integrator type='{holder}'>{nested}</integrator>{CAMERA}{LIGHT}"
+        ))
+    };
+    assert_eq!(
+        path_tracer(&load(&format!("{direct}{CAMERA}{LIGHT}"))),
+        Some(2)
+    );
+    for holder in ["moment", "stokes"] {
+        let loaded = nested(holder, path);
+        assert_eq!(path_tracer(&loaded), Some(7), "{holder}");
+        assert!(topics(&loaded).contains(&"moment, stokes, aov"), "{holder}");
+    }
+    let aovs = format!("<string name='aovs' value='dd.y:depth,nn:sh_normal'/>{path}");
+    assert_eq!(path_tracer(&nested("aov", &aovs)), Some(7));
+    let deep = format!("<integrator type='aov'>{aovs}</integrator>");
+    assert_eq!(path_tracer(&nested("moment", &deep)), Some(7));
+    // Without any, aov has quantities of its own.
+    let own = "<integrator type='aov'><string name='aovs' value='deflection'/></integrator>";
+    assert!(!load(&format!("{own}{CAMERA}{LIGHT}")).renderer.is_light());
+}
+
+#[test]
+fn an_integrator_that_holds_none_is_an_error() {
+    let error = try_load(&format!("<integrator type='moment'/>{CAMERA}{LIGHT}")).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains("needs a"), "{error}");
+    let misspelt = "<integrator type='moment'><float name='x' value='1'/><integrator type='path'/></integrator>";
+    let error = try_load(&format!("{misspelt}{CAMERA}{LIGHT}")).unwrap_err();
+    assert!(
+        error.to_string().contains("has no parameter 'x'"),
+        "{error}"
+    );
+}
+
+/// What is defined at top level for others to refer to is no part of the scene by itself.
+#[test]
+fn definitions_are_referred_to() {
+    let loaded = load(
+        "<emitter type='area' id='lamp'><rgb name='radiance' value='2'/></emitter>
+         <sampler type='independent' id='few'><integer name='sample_count' value='3'/></sampler>
+         <film type='hdrfilm' id='small'><integer name='width' value='5'/></film>
+         <shape type='rectangle' id='lamp_shape'><ref id='lamp'/></shape>
+         <sensor type='perspective'><ref id='few'/><ref id='small'/></sensor>",
+    );
+    assert_eq!(loaded.emitter_names, ["lamp"]);
+    assert_eq!((loaded.samples, loaded.scene().film().width), (3, 5));
+    let unused = try_load(&format!("<emitter type='area' id='lamp'/>{CAMERA}")).unwrap_err();
+    let unused = unused.to_string();
+    assert!(unused.contains("belongs inside the shape"), "{unused}");
+}
+
+/// What changes no picture is accepted; what Mitsuba ignores without a word is warned of.
+#[test]
+fn what_changes_nothing_is_accepted() {
+    let loaded = load(
+        "<sensor type='perspective'>
+            <float name='focus_distance' value='3'/>
+            <film type='hdrfilm'><boolean name='banner' value='false'/><boolean name='high_quality_edges' value='true'/></film>
+         </sensor>
+         <shape type='cube'>
+            <bsdf type='null'/>
+            <medium type='homogeneous' name='interior'>
+                <boolean name='sample_emitters' value='false'/>
+                <boolean name='has_spectral_extinction' value='true'/>
+            </medium>
+         </shape><emitter type='constant'/>",
+    );
+    assert!(
+        loaded
+            .warnings
+            .to_string()
+            .contains("'banner' of 'hdrfilm'")
+    );
+    let filtered =
+        load("<sensor type='perspective'><rfilter type='box'/></sensor><emitter type='constant'/>");
+    let warnings = filtered.warnings.to_string();
+    assert!(warnings.contains("belongs into the film"), "{warnings}");
+}
+
+/// Maps of normals leave the bsdf as it is, and the scene says so.
+#[test]
+fn maps_of_normals_leave_the_bsdf() {
+    let bump = "<bsdf type='bumpmap'><texture type='checkerboard'/><float name='scale' value='2'/><bsdf type='diffuse'/></bsdf>";
+    let map = "<bsdf type='normalmap'><texture type='checkerboard' name='normalmap'/><bsdf type='diffuse'/></bsdf>";
+    for bsdf in [bump, map] {
+        let loaded = load(&format!(
+            "<shape type='rectangle'>{bsdf}</shape>{CAMERA}{LIGHT}"
+        ));
+        assert!(topics(&loaded).contains(&"bump and normal maps"));
+    }
+}
