@@ -335,10 +335,16 @@ class Generator:
 def compared(theirs: np.ndarray, ours: np.ndarray, tolerance: float) -> tuple[float, float, float]:
     """Share by which the means differ, in standard errors, and root mean square of that over blocks."""
     share = ours.mean() / theirs.mean() - 1
-    side = theirs.shape[1] // BLOCKS
-    blocks = [image.reshape(len(image), BLOCKS, side, BLOCKS, side, 3).mean(axis=(2, 4, 5)) for image in (theirs, ours)]
+    blocks = [means_of_blocks(image) for image in (theirs, ours)]
     whole = [image.mean(axis=(1, 2, 3)) for image in (theirs, ours)]
     return share, float(deviations(*whole, tolerance)), float(np.sqrt((deviations(*blocks, tolerance) ** 2).mean()))
+
+
+def means_of_blocks(images: np.ndarray) -> np.ndarray:
+    """Means over BLOCKS × BLOCKS parts of each picture; rows and columns left over do not count."""
+    height, width = (size // BLOCKS for size in images.shape[1:3])
+    whole = images[:, : height * BLOCKS, : width * BLOCKS]
+    return whole.reshape(len(images), BLOCKS, height, BLOCKS, width, 3).mean(axis=(2, 4, 5))
 
 
 def deviations(theirs: np.ndarray, ours: np.ndarray, tolerance: float) -> np.ndarray:

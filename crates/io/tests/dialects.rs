@@ -67,6 +67,36 @@ fn names_of_parameters_and_roles() {
     );
 }
 
+/// Films of earlier versions of the fork, and films that are not modulated.
+#[test]
+fn earlier_films_of_the_fork() {
+    let camera = |film: &str| {
+        format!("<sensor type='perspective'><film type='hdrfilm'>{film}</film></sensor>")
+    };
+    let binned = camera(
+        "<string name='decomposition' value='transient'/><float name='min_bound' value='150'/>
+         <float name='max_bound' value='250'/><float name='bin_width' value='2'/>",
+    );
+    let bounds = "<float name='pathMin' value='150'/><float name='pathMax' value='250'/><float name='pathSample' value='2'/>";
+    let transient = |is: bool| format!("<boolean name='transient' value='{is}'/>{bounds}");
+    becomes(&camera(&transient(true)), &binned);
+    becomes(&camera(&transient(false)), &camera(""));
+    let modulated = |word: &str| {
+        camera(&format!(
+            "<string name='modulation' value='{word}'/><float name='lambda' value='3'/><float name='phase' value='0'/>"
+        ))
+    };
+    becomes(&modulated("none"), &camera(""));
+    let mut diagnostics = Diagnostics::new();
+    let text = format!("<scene version='0.6.0'>{}</scene>", modulated("square"));
+    let scene = xml::parse(&text, "scene.xml", &[], &mut diagnostics).unwrap();
+    let refused = morgana_io::assemble(&scene, &LoadOptions::default(), diagnostics).unwrap_err();
+    assert!(
+        refused.to_string().contains("no parameter 'modulation'"),
+        "{refused}"
+    );
+}
+
 #[test]
 fn older_bsdfs() {
     let note = becomes(

@@ -11,7 +11,11 @@ pub(super) fn before(draft: &mut Draft, old: bool, diagnostics: &mut Diagnostics
         (PluginKind::Volume, "splinevolume") => boxed(draft, diagnostics),
         (PluginKind::Volume, "gridvolume") if old => boxed(draft, diagnostics),
         (PluginKind::Emitter, "sky" | "sun" | "sunsky") if old => daylight(draft, diagnostics),
-        (PluginKind::Film, _) if old => bounces(draft, diagnostics),
+        (PluginKind::Film, _) if old => {
+            transient(draft);
+            unmodulated(draft);
+            bounces(draft, diagnostics);
+        }
         (PluginKind::Medium, "heterogeneousrefractive") => coefficients(draft, diagnostics),
         (PluginKind::Medium, _) if old && draft.names.contains_key("material") => {
             coefficients(draft, diagnostics)
@@ -57,6 +61,38 @@ fn number(draft: &Draft, name: &str, default: f64) -> f64 {
         Some(Value::Float(v)) => *v,
         Some(Value::Integer(v)) => *v as f64,
         _ => default,
+    }
+}
+
+/// The fork's earlier films: `transient` with bounds and a width of their own names.
+fn transient(draft: &mut Draft) {
+    let property = draft.properties.iter().find(|p| p.name == "transient");
+    let Some(Value::Boolean(is_transient)) = property.map(|p| &p.value) else {
+        return;
+    };
+    let bounds = [
+        ("path_min", "min_bound"),
+        ("path_max", "max_bound"),
+        ("path_sample", "bin_width"),
+    ];
+    if *is_transient {
+        for (from, to) in bounds {
+            draft.rename(from, to);
+        }
+        draft.set("decomposition", Value::String("transient".to_owned()));
+    } else {
+        super::drop(draft, &bounds.map(|(from, _)| from));
+    }
+    super::drop(draft, &["transient"]);
+}
+
+/// The fork's films that are not modulated in time, which is all that morgana has.
+fn unmodulated(draft: &mut Draft) {
+    let property = draft.properties.iter().find(|p| p.name == "modulation");
+    let is_none =
+        |value: &Value| matches!(value, Value::String(word) if word.eq_ignore_ascii_case("none"));
+    if property.is_some_and(|p| is_none(&p.value)) {
+        super::drop(draft, &["modulation", "lambda", "phase"]);
     }
 }
 
