@@ -32,6 +32,8 @@ pub(super) fn texture(
         Input::Object(object) if object.plugin == "constvolume" => {
             let mut query = Query::new(object, context.diagnostics);
             let value = query.spectrum("value");
+            // It is the same everywhere.
+            query.has("to_world");
             query.finish(&[]);
             uniform(&value, &object.location, name, allowed, context)
         }

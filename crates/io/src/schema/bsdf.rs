@@ -1,5 +1,6 @@
 //! Bsdfs.
 
+use super::metals::METAL_NAMES;
 use super::row::{boolean, float, index, list, many, one, plugin, role, spectrum, texture, word};
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Bsdf, Texture};
@@ -67,11 +68,7 @@ const METAL: &[Parameter] = &[
         "real part of the index, ≥ 0; a mirror without eta, k and material",
     ),
     spectrum("k", "1", "imaginary part of the index, ≥ 0"),
-    word(
-        "material",
-        &["none", "Ag", "Al", "Au", "Cr", "Cu", "Hg", "W"],
-        "a metal, in place of eta and k",
-    ),
+    word("material", &METAL_NAMES, "a metal, in place of eta and k"),
 ];
 
 const PRINCIPLED: &[Parameter] = &[

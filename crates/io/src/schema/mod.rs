@@ -10,6 +10,7 @@ mod film;
 mod integrator;
 mod json;
 mod medium;
+mod metals;
 mod row;
 mod sensor;
 mod shape;
@@ -19,6 +20,8 @@ mod texture;
 mod volume;
 
 pub use json::json_schema;
+
+pub(crate) use metals::{METAL_NAMES, METALS};
 
 use crate::scene::PluginKind;
 use row::{many, plugin};

@@ -260,11 +260,10 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "constvolume",
         "The same extinction or albedo everywhere.",
-        &[&[spectrum(
-            "value",
-            "required",
-            "as the quantity that it stands for",
-        )]],
+        &[&[
+            spectrum("value", "required", "as the quantity that it stands for"),
+            TO_WORLD,
+        ]],
         &[],
     ),
 ];
