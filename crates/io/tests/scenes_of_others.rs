@@ -159,15 +159,15 @@ fn an_integrator_that_holds_none_is_an_error() {
 #[test]
 fn definitions_are_referred_to() {
     let loaded = load(
-        "<emitter type='area' id='lamp'><rgb name='radiance' value='2'/></emitter>
+        "<emitter type='area' id='light'><rgb name='radiance' value='2'/></emitter>
          <sampler type='independent' id='few'><integer name='sample_count' value='3'/></sampler>
          <film type='hdrfilm' id='small'><integer name='width' value='5'/></film>
-         <shape type='rectangle' id='lamp_shape'><ref id='lamp'/></shape>
+         <shape type='rectangle' id='square'><ref id='light'/></shape>
          <sensor type='perspective'><ref id='few'/><ref id='small'/></sensor>",
     );
-    assert_eq!(loaded.emitter_names, ["lamp"]);
+    assert_eq!(loaded.emitter_names, ["light"]);
     assert_eq!((loaded.samples, loaded.scene().film().width), (3, 5));
-    let unused = try_load(&format!("<emitter type='area' id='lamp'/>{CAMERA}")).unwrap_err();
+    let unused = try_load(&format!("<emitter type='area' id='light'/>{CAMERA}")).unwrap_err();
     let unused = unused.to_string();
     assert!(unused.contains("belongs inside the shape"), "{unused}");
 }
