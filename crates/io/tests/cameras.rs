@@ -127,6 +127,13 @@ fn cameras_of_a_batch_share_the_film() {
             "needs the integrator 'path'",
         ),
         (batch(&batch(&pair)), "not other batches"),
+        (
+            format!(
+                "{}<shape type='sphere'><point name='center' x='7'/></shape>",
+                batch(&format!("{pair}{}", film(20)))
+            ),
+            "the sensor is inside 'sphere', which is opaque",
+        ),
     ] {
         let message = scene(&text).err().unwrap_or_default();
         assert!(message.contains(expected), "{message}");

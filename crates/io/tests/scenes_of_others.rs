@@ -128,6 +128,10 @@ fn nested_integrators_render() {
         path_tracer(&load(&format!("{direct}{CAMERA}{LIGHT}"))),
         Some(2)
     );
+    let deeper = "<integrator type='direct'><integer name='max_depth' value='7'/></integrator>";
+    let error = try_load(&format!("{deeper}{CAMERA}{LIGHT}")).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains("has no parameter 'max_depth'"), "{error}");
     for holder in ["moment", "stokes"] {
         let loaded = nested(holder, path);
         assert_eq!(path_tracer(&loaded), Some(7), "{holder}");
@@ -211,4 +215,31 @@ fn maps_of_normals_leave_the_bsdf() {
         ));
         assert!(topics(&loaded).contains(&"bump and normal maps"));
     }
+}
+
+/// Glass is glass under a map of normals: the matter in it has its index.
+#[test]
+fn maps_of_normals_keep_indices() {
+    let index = |bsdf: &str| {
+        let shape = format!("<shape type='sphere'>{bsdf}</shape>");
+        let camera = "<sensor type='perspective'><transform name='to_world'><translate z='-5'/></transform></sensor>";
+        let loaded = load(&format!("{shape}{camera}{LIGHT}"));
+        let scene = loaded.scene();
+        let inside = scene.medium_at(glam::DVec3::ZERO);
+        scene.media()[inside].index.n(glam::DVec3::ZERO)
+    };
+    let glass = "<bsdf type='dielectric'><float name='int_ior' value='1.8'/></bsdf>";
+    let map = format!("<bsdf type='bumpmap'><texture type='checkerboard'/>{glass}</bsdf>");
+    assert_eq!([index(glass), index(&map)], [1.8, 1.8]);
+}
+
+/// A map without a bsdf is one mistake, told once.
+#[test]
+fn a_map_of_nothing_is_one_error() {
+    let map = "<bsdf type='bumpmap'><texture type='checkerboard'/></bsdf>";
+    let error = try_load(&format!(
+        "<shape type='rectangle'>{map}</shape>{CAMERA}{LIGHT}"
+    ));
+    let errors = error.unwrap_err();
+    assert_eq!(errors.error_count(), 1, "{errors}");
 }

@@ -25,7 +25,9 @@ pub(super) fn warnings(scene: &Scene) -> Vec<SceneProblem> {
 fn lit(scene: &Scene) -> Vec<bool> {
     let mut lit = vec![false; scene.media().len()];
     lit[AMBIENT] = true;
-    lit[scene.sensor_medium()] = true;
+    for x in scene.sensor().positions() {
+        lit[scene.medium_at(x)] = true;
+    }
     for emitter in scene.emitters() {
         let place = match emitter {
             Emitter::Collimated(beam) => Some(beam.origin()),

@@ -149,16 +149,16 @@ impl<'a> Children<'a> {
         let integrators = of(PluginKind::Integrator);
         let sensors = of(PluginKind::Sensor);
         let (meters, cameras) = sensors.into_iter().partition(|s| is_meter(s));
-        let mut children = Children {
+        let shapes = of(PluginKind::Shape);
+        let emitters = without_covers(of(PluginKind::Emitter), &shapes);
+        let children = Children {
             root,
             integrators,
             cameras,
             meters,
-            shapes: of(PluginKind::Shape),
-            emitters: of(PluginKind::Emitter),
+            shapes,
+            emitters,
         };
-        let emitters = std::mem::take(&mut children.emitters);
-        children.emitters = without_covers(emitters, &children.shapes);
         for kind in [
             PluginKind::Medium,
             PluginKind::Bsdf,

@@ -212,7 +212,10 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
         _ => None,
     };
     let mut query = Query::new(object, context.diagnostics);
-    let max_depth = query.integer_in("max_depth", -1..=1_000_000, -1);
+    let max_depth = match kind {
+        Kind::Direct => i64::from(DIRECT_DEPTH),
+        _ => query.integer_in("max_depth", -1..=1_000_000, -1),
+    };
     let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(bdpt.rr_depth));
     let tolerance = query.float_in("tolerance", 1e-12..=1e-4, default.tolerance.get());
     let reflections = query.integer_in("reflections", 0..=MOST_REFLECTIONS, 0);
@@ -222,7 +225,7 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     query.has("block_size");
     if kind == Kind::Direct {
         for name in ["shading_samples", "emitter_samples", "bsdf_samples"] {
-            query.has(name);
+            query.integer_in(name, 0..=1_000_000, 1);
         }
     }
     bdpt.max_depth = u32::try_from(max_depth).ok();

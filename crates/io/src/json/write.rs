@@ -7,7 +7,8 @@ use crate::scene::{
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// A scene as JSON. Read again it is the same scene, with the same hash; roles of the scene's own children,
-/// which mean nothing, are left out. Names of data files stay as they are, relative to where the scene was.
+/// which mean nothing, are left out. Names of data files stay as they are, relative to where the
+/// scene was; the folders that it searches are left out.
 pub fn write(scene: &SceneDescription) -> String {
     let children = &scene.root.children;
     let mut writer = Writer {

@@ -388,7 +388,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         &[
             one(Bsdf, "What the surface is."),
-            many(Texture, "The height map, which is ignored."),
+            one(Texture, "The height map, which is ignored."),
         ],
     ),
     plugin(

@@ -4,12 +4,13 @@ use super::row::{boolean, float, integer, list, many, plugin, role, word};
 use super::{Parameter, Plugin};
 use crate::PluginKind::{Integrator, Volume};
 
+const DEPTH: &[Parameter] = &[integer(
+    "max_depth",
+    "-1",
+    "longest path in edges, ≥ -1; -1 for no limit",
+)];
+
 const COMMON: &[Parameter] = &[
-    integer(
-        "max_depth",
-        "-1",
-        "longest path in edges, ≥ -1; -1 for no limit",
-    ),
     integer(
         "rr_depth",
         "5",
@@ -86,9 +87,14 @@ const PHOTONS: &[Parameter] = &[
 ];
 
 pub(super) const PLUGINS: &[Plugin] = &[
-    plugin("path", "Path tracing from the sensor.", &[COMMON], &[]),
-    plugin("volpath", "The same as path.", &[COMMON], &[]),
-    plugin("volpathmis", "The same as path.", &[COMMON], &[]),
+    plugin(
+        "path",
+        "Path tracing from the sensor.",
+        &[DEPTH, COMMON],
+        &[],
+    ),
+    plugin("volpath", "The same as path.", &[DEPTH, COMMON], &[]),
+    plugin("volpathmis", "The same as path.", &[DEPTH, COMMON], &[]),
     plugin(
         "direct",
         "Light that scatters at most once, by path tracing.",
@@ -98,15 +104,20 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "particle",
         "Particle tracing from the emitters.",
-        &[COMMON],
+        &[DEPTH, COMMON],
         &[],
     ),
-    plugin("ptracer", "The same as particle.", &[COMMON], &[]),
-    plugin("bdpt", "Bidirectional path tracing.", &[COMMON, BDPT], &[]),
+    plugin("ptracer", "The same as particle.", &[DEPTH, COMMON], &[]),
+    plugin(
+        "bdpt",
+        "Bidirectional path tracing.",
+        &[DEPTH, COMMON, BDPT],
+        &[],
+    ),
     plugin(
         "aov",
         "Quantities of unscattered rays instead of light.",
-        &[COMMON, AOV],
+        &[DEPTH, COMMON, AOV],
         &[
             role(
                 Volume,
@@ -134,8 +145,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "photon",
         "Photon maps of a fixed radius.",
-        &[COMMON, PHOTONS],
+        &[DEPTH, COMMON, PHOTONS],
         &[],
     ),
-    plugin("sppm", "Progressive photon maps.", &[COMMON, PHOTONS], &[]),
+    plugin(
+        "sppm",
+        "Progressive photon maps.",
+        &[DEPTH, COMMON, PHOTONS],
+        &[],
+    ),
 ];

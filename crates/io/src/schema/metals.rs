@@ -1,7 +1,8 @@
 //! Complex indices of metals and other absorbing matter.
 
 /// Name, η and k in the channels of linear sRGB. The names are those of Mitsuba, the values what Mitsuba 3.9.1 makes of
-/// its measured spectra in an RGB render; spectra that miss a part of the visible range are left out.
+/// its measured spectra in an RGB render, AlSb left out: its spectra end at 590 nm. Those of Se, Se-e and d-C end between
+/// 656 and 689 nm.
 pub(crate) const METALS: [(&str, [f64; 3], [f64; 3]); 69] = [
     (
         "Ag",

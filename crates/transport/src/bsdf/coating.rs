@@ -175,13 +175,8 @@ impl Coating {
     /// A direction that both parts may have drawn.
     fn spread(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Option<BsdfSample> {
         let pdf = self.pdf(s, toward, direction);
-        (pdf > 0.0).then(|| BsdfSample {
-            direction,
-            weight: self.eval(s, toward, direction) / pdf,
-            pdf,
-            delta: false,
-            transmitted: false,
-        })
+        let value = || self.eval(s, toward, direction);
+        BsdfSample::reflected(direction, pdf, value)
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {

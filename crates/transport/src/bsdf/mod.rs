@@ -76,6 +76,20 @@ pub struct BsdfSample {
     pub transmitted: bool,
 }
 
+impl BsdfSample {
+    /// A direction on the side of the viewer that one or other part of a bsdf drew, by the density of all parts and their
+    /// value f̃·|cosθ|; `None` if the density is 0.
+    fn reflected(direction: DVec3, pdf: f64, value: impl FnOnce() -> Spectrum) -> Option<Self> {
+        (pdf > 0.0).then(|| BsdfSample {
+            direction,
+            weight: value() / pdf,
+            pdf,
+            delta: false,
+            transmitted: false,
+        })
+    }
+}
+
 /// The light that passes a surface straight on, where the rest meets something else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartialTransmission {

@@ -66,13 +66,8 @@ impl PolarizedPlastic {
         };
         let direction = frame.to_world(i).normalize();
         let pdf = self.pdf(s, toward, direction);
-        (pdf > 0.0).then(|| BsdfSample {
-            direction,
-            weight: self.eval(s, toward, direction) / pdf,
-            pdf,
-            delta: false,
-            transmitted: false,
-        })
+        let value = || self.eval(s, toward, direction);
+        BsdfSample::reflected(direction, pdf, value)
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {

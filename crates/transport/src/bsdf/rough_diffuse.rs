@@ -46,13 +46,8 @@ impl RoughDiffuse {
         let local = cosine_hemisphere_sample(u);
         let direction = Frame::from_normal(s.normal).to_world(local).normalize();
         let pdf = self.pdf(s, toward, direction);
-        (pdf > 0.0).then(|| BsdfSample {
-            direction,
-            weight: self.eval(s, toward, direction) / pdf,
-            pdf,
-            delta: false,
-            transmitted: false,
-        })
+        let value = || self.eval(s, toward, direction);
+        BsdfSample::reflected(direction, pdf, value)
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {

@@ -173,7 +173,7 @@ fn check_sensor_outside(scene: &Scene, object: &Object) -> Option<SceneProblem> 
         && object.bsdf.is_opaque()
         && !lined
         && object.shape.is_closed()
-        && object.shape.contains(scene.sensor().position());
+        && scene.sensor().positions().any(|x| object.shape.contains(x));
     inside.then(|| {
         error(
             Subject::Sensor,

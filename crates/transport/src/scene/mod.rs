@@ -242,7 +242,7 @@ fn surroundings(parts: &Parts) -> Surroundings {
         Emitter::Collimated(beam) => Some(beam.origin()),
         e => e.singularity(),
     });
-    let points = points.chain([parts.sensor.position()]);
+    let points = points.chain(parts.sensor.positions());
     let all = shapes.fold(Aabb::EMPTY, Aabb::union);
     let all = points.fold(all, Aabb::include);
     Surroundings {

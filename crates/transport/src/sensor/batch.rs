@@ -23,6 +23,10 @@ impl Batch {
         self.sensors[column].ray([across - column as f64, t], lens)
     }
 
+    pub(super) fn sensors(&self) -> &[Sensor] {
+        &self.sensors
+    }
+
     pub(super) fn first(&self) -> &Sensor {
         &self.sensors[0]
     }

@@ -145,9 +145,18 @@ impl Sensor {
         }
     }
 
-    /// Where the sensor is.
+    /// Where the sensor is; the first, if there are several.
     pub fn position(&self) -> DVec3 {
         self.to_world().translation
+    }
+
+    /// Where the sensors are, of which there may be several.
+    pub fn positions(&self) -> impl Iterator<Item = DVec3> {
+        let sensors = match self {
+            Sensor::Batch(batch) => batch.sensors(),
+            one => std::slice::from_ref(one),
+        };
+        sensors.iter().map(Sensor::position)
     }
 }
 

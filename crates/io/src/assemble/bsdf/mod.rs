@@ -69,6 +69,13 @@ pub(super) fn build(
     vertices: &Vertices,
     context: &mut Context,
 ) -> Surface {
+    if MAPS.contains(&object.plugin.as_str()) {
+        let plain = Surface {
+            bsdf: default(),
+            indices: None,
+        };
+        return flat(object, context).map_or(plain, |nested| build(nested, vertices, context));
+    }
     let dielectric = matches!(object.plugin.as_str(), "dielectric" | "roughdielectric");
     let mut query = Query::new(object, context.diagnostics);
     let indices = dielectric.then(|| Indices {
@@ -95,6 +102,26 @@ pub(super) fn build(
         bsdf: bsdf.unwrap_or_else(default),
         indices,
     }
+}
+
+/// What turns the normals of another bsdf.
+const MAPS: [&str; 2] = ["bumpmap", "normalmap"];
+
+/// The bsdf whose normals a map would turn: they are not turned yet. `None` after an error.
+fn flat<'a>(object: &'a ObjectDescription, context: &mut Context) -> Option<&'a ObjectDescription> {
+    let mut q = Query::new(object, context.diagnostics);
+    if object.plugin == "bumpmap" {
+        q.child(PluginKind::Texture);
+        q.float_or("scale", 1.0);
+    } else {
+        q.role(PluginKind::Texture, "normalmap");
+    }
+    for name in ["flip_invalid_normals", "use_shadowing_function"] {
+        q.boolean_or(name, true);
+    }
+    let nested = nested(&mut q, 1..=1);
+    q.finish(&[]);
+    nested.first().copied()
 }
 
 /// What a shape without a bsdf has: diffuse, reflectance ½, as in Mitsuba.
@@ -163,8 +190,6 @@ enum Raw<'a> {
     Mixture(Vec<f64>, Vec<&'a ObjectDescription>),
     Mask(Quantity<'a>, Vec<&'a ObjectDescription>),
     TwoSided(Vec<&'a ObjectDescription>),
-    /// With the normals of the geometry.
-    Flat(Vec<&'a ObjectDescription>),
 }
 
 /// `None` for an unknown plugin.
@@ -211,26 +236,8 @@ fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'
         "blendbsdf" => Raw::Blend(number(q, "weight", 0.5), nested(q, 2..=2)),
         "mask" => Raw::Mask(number(q, "opacity", 0.5), nested(q, 1..=1)),
         "twosided" => Raw::TwoSided(nested(q, 1..=2)),
-        "bumpmap" => {
-            q.children(PluginKind::Texture);
-            q.has("scale");
-            turned_normals(q);
-            Raw::Flat(nested(q, 1..=1))
-        }
-        "normalmap" => {
-            q.role(PluginKind::Texture, "normalmap");
-            turned_normals(q);
-            Raw::Flat(nested(q, 1..=1))
-        }
         _ => return None,
     })
-}
-
-/// How Mitsuba turns normals.
-fn turned_normals(q: &mut Query) {
-    for name in ["flip_invalid_normals", "use_shadowing_function"] {
-        q.boolean_or(name, true);
-    }
 }
 
 /// `None` after an error.
@@ -326,7 +333,6 @@ fn make(
             let nested = maker.nested(nested.first()?);
             Mask::new(maker.texture(opacity), nested).map(Bsdf::Mask)
         }
-        Raw::Flat(nested) => Ok(maker.nested(nested.first()?)),
         Raw::TwoSided(sides) => {
             let [front, back] = [sides.first()?, sides.last()?].map(|side| maker.nested(side));
             TwoSided::new(front, back).map(Bsdf::TwoSided)

@@ -194,12 +194,11 @@ impl Principled {
         };
         let direction = frame.to_world(i.normalize()).normalize();
         let pdf = self.pdf(s, toward, direction);
-        (pdf > 0.0).then(|| BsdfSample {
-            direction,
-            weight: self.eval(s, toward, direction) / pdf,
-            pdf,
-            delta: false,
+        let value = || self.eval(s, toward, direction);
+        let sample = BsdfSample::reflected(direction, pdf, value)?;
+        Some(BsdfSample {
             transmitted: (s.normal.dot(direction) > 0.0) != is_front,
+            ..sample
         })
     }
 

@@ -135,12 +135,11 @@ impl PrincipledThin {
         let i = if transmitted { mirrored(i) } else { i };
         let direction = frame.to_world(i).normalize();
         let pdf = self.pdf(s, toward, direction);
-        (pdf > 0.0).then(|| BsdfSample {
-            direction,
-            weight: self.eval(s, toward, direction) / pdf,
-            pdf,
-            delta: false,
+        let value = || self.eval(s, toward, direction);
+        let sample = BsdfSample::reflected(direction, pdf, value)?;
+        Some(BsdfSample {
             transmitted,
+            ..sample
         })
     }
 

@@ -1,0 +1,218 @@
+//! Bsdfs by name, and what is refused.
+
+use super::support::*;
+use glam::DVec3;
+use transport::bsdf::Bsdf;
+use transport::bsdf::Surface;
+use transport::shape::Site;
+
+#[test]
+fn nested_surfaces() {
+    let kind = |text: &str| {
+        let loaded = load(&shape(text)).unwrap_or_else(|e| panic!("{e}"));
+        loaded.scene().objects()[0].bsdf.clone()
+    };
+    let diffuse = r#"<bsdf type="diffuse"/>"#;
+    let two = kind(&format!(r#"<bsdf type="twosided">{diffuse}</bsdf>"#));
+    assert!(matches!(two, Bsdf::TwoSided(_)));
+    let behind = Surface::plain(DVec3::Z, 1.0, 1.0);
+    assert!(!two.eval(&behind, -DVec3::Z, -DVec3::Z).is_zero());
+    let mask = kind(&format!(
+        r#"<bsdf type="mask"><float name="opacity" value="0.25"/><bsdf type="twosided">{diffuse}{diffuse}</bsdf></bsdf>"#
+    ));
+    let through = mask.through(&Site::default(), 1.0).unwrap();
+    assert_eq!(through.probability, 0.75);
+    let blend = kind(&format!(
+        r#"<bsdf type="blendbsdf"><float name="weight" value="0.25"/>{diffuse}
+<bsdf type="diffuse"><float name="reflectance" value="0.9"/></bsdf></bsdf>"#
+    ));
+    close(reflectance(&blend, [0.0; 2]), [0.75 * 0.5 + 0.25 * 0.9; 3]);
+    assert!(matches!(
+        kind(r#"<bsdf type="thindielectric"/>"#),
+        Bsdf::ThinDielectric(_)
+    ));
+    assert!(matches!(
+        kind(r#"<bsdf type="plastic"/>"#),
+        Bsdf::Plastic(_)
+    ));
+    let text = r#"<bsdf type="principled"><rgb name="base_color" value="0.1, 0.5, 0.2"/>
+<float name="metallic" value="1"/><float name="sheen" value="0"/></bsdf>"#;
+    assert!(matches!(kind(text), Bsdf::Principled(_)));
+}
+
+/// Reflectance of copper for light along the normal: ((η − 1)² + k²)/((η + 1)² + k²).
+#[test]
+fn metals_have_names() {
+    let loaded = load(&shape(
+        r#"<bsdf type="conductor"><string name="material" value="Cu"/></bsdf>"#,
+    ));
+    let loaded = loaded.unwrap();
+    let s = Surface::plain(DVec3::Z, 1.0, 1.0);
+    let weight = bsdf(&loaded).sample(&s, DVec3::Z, [0.5; 3]).unwrap().weight;
+    for (channel, (eta, k)) in [(0.201005, 3.91326), (0.92375, 2.45305), (1.10222, 2.14209)]
+        .into_iter()
+        .enumerate()
+    {
+        let (eta, k): (f64, f64) = (eta, k);
+        let expected = ((eta - 1.0).powi(2) + k * k) / ((eta + 1.0).powi(2) + k * k);
+        assert!((weight[channel] - expected).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn what_is_refused() {
+    let nested =
+        |outer: &str, inner: &str| shape(&format!("<bsdf type=\"{outer}\">{inner}</bsdf>"));
+    refused(
+        &nested("mask", "<bsdf type=\"dielectric\"/>"),
+        &["a mask takes surfaces that let no light through"],
+    );
+    refused(&nested("mask", ""), &["takes one nested bsdf, not 0"]);
+    refused(
+        &nested("blendbsdf", "<bsdf type=\"diffuse\"/>"),
+        &["takes 2 nested bsdfs, not 1"],
+    );
+    refused(
+        &nested("twosided", &"<bsdf type=\"diffuse\"/>".repeat(3)),
+        &["takes 1 or 2 nested bsdfs, not 3"],
+    );
+    refused(
+        &nested(
+            "principled",
+            "<float name=\"eta\" value=\"1.5\"/><float name=\"specular\" value=\"0.5\"/>",
+        ),
+        &["give 'eta' or 'specular', not both"],
+    );
+    refused(
+        &nested("hk", ""),
+        &["a thin scattering layer is a medium here"],
+    );
+    refused(
+        &nested("conductor", "<string name=\"material\" value=\"Cuu\"/>"),
+        &["'material' cannot be 'Cuu'", "Cu"],
+    );
+    refused(
+        &nested("diffuse", "<texture name=\"reflectance\" type=\"bitmpa\"/>"),
+        &["unknown texture type 'bitmpa'", "bitmap"],
+    );
+    refused(
+        &nested(
+            "diffuse",
+            "<texture name=\"reflectance\" type=\"bitmap\"><string name=\"filename\" value=\"no.png\"/></texture>",
+        ),
+        &["no.png"],
+    );
+    refused(
+        &nested(
+            "diffuse",
+            "<texture name=\"reflectance\" type=\"checkerboard\"><float name=\"color0\" value=\"1.5\"/></texture>",
+        ),
+        &["reflectance must lie in [0, 1] in every channel, got 1.5"],
+    );
+    refused(
+        "<shape type=\"sphere\"><bsdf type=\"thindielectric\"/>\
+         <medium name=\"interior\" type=\"homogeneous\"/></shape>",
+        &["separates media, but light passes it straight on"],
+    );
+    refused(
+        "<shape type=\"sphere\"><bsdf type=\"mask\"><bsdf type=\"diffuse\"/></bsdf>\
+         <emitter type=\"area\"><float name=\"radiance\" value=\"1\"/></emitter></shape>",
+        &["emits light from a specular, null, masked or thin surface"],
+    );
+}
+
+/// Along the normal, by the formulae of the models.
+#[test]
+fn older_bsdfs_take_their_parameters() {
+    let along = |bsdf_text: &str| {
+        let shape = format!(r#"<shape type="rectangle"><bsdf {bsdf_text}</bsdf></shape>"#);
+        reflectance(bsdf(&load(&shape).unwrap()), [0.5; 2])[0]
+    };
+    let passes = 1.0 - (0.5f64 / 2.5).powi(2);
+    let cases = [
+        (
+            r#"type="phong"><float name="exponent" value="6"/>"#,
+            0.5 + 0.2 * 4.0,
+        ),
+        (
+            r#"type="phong"><float name="exponent" value="6"/><rgb name="diffuse_reflectance" value="0.8"/><rgb name="specular_reflectance" value="0.8"/>"#,
+            0.5 + 0.5 * 4.0,
+        ),
+        (
+            r#"type="ward"><float name="alpha" value="0.5"/>"#,
+            0.5 + 0.2,
+        ),
+        (
+            r#"type="ward"><float name="alpha_u" value="0.5"/><float name="alpha_v" value="0.125"/>"#,
+            0.5 + 0.2 * 4.0,
+        ),
+        (
+            r#"type="roughdiffuse"><float name="alpha" value="0.4"/>"#,
+            0.5 * (1.0 - 0.04 / 0.41) + 0.25 * 0.17 * 0.08 / 0.21,
+        ),
+        (
+            r#"type="roughdiffuse"><float name="alpha" value="0.4"/><boolean name="use_fast_approx" value="true"/>"#,
+            0.5 * (1.0 - 0.04 / 0.41),
+        ),
+        (
+            r#"type="coating"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/><bsdf type="diffuse"/>"#,
+            0.5 * passes * passes / 2.25,
+        ),
+        (
+            r#"type="coating"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/><float name="sigma_a" value="0.3"/><float name="thickness" value="2"/><bsdf type="diffuse"/>"#,
+            0.5 * passes * passes / 2.25 * (-1.2f64).exp(),
+        ),
+        (
+            r#"type="mixturebsdf"><string name="weights" value="0.5, 0.25"/><bsdf type="diffuse"/><bsdf type="diffuse"><float name="reflectance" value="0.2"/></bsdf>"#,
+            0.3,
+        ),
+        (
+            r#"type="mixturebsdf"><string name="weights" value="3 1"/><bsdf type="diffuse"/><bsdf type="diffuse"><float name="reflectance" value="0.1"/></bsdf>"#,
+            0.4,
+        ),
+    ];
+    for (text, expected) in cases {
+        let found = along(text);
+        assert!(
+            (found - expected).abs() < 1e-6,
+            "{text}: {found} for {expected}"
+        );
+    }
+}
+
+#[test]
+fn older_bsdfs_that_are_refused() {
+    let shape = |bsdf: &str| format!(r#"<shape type="rectangle"><bsdf {bsdf}</bsdf></shape>"#);
+    for (text, expected) in [
+        (
+            r#"type="mixturebsdf"><string name="weights" value="1, x"/><bsdf type="diffuse"/>"#,
+            "numbers ≥ 0",
+        ),
+        (
+            r#"type="mixturebsdf"><string name="weights" value="0.5, 0.5"/><bsdf type="diffuse"/>"#,
+            "2 nested bsdfs",
+        ),
+        (
+            r#"type="mixturebsdf"><string name="weights" value="0.5, 0.5"/><bsdf type="diffuse"/><bsdf type="dielectric"/>"#,
+            "let no light through",
+        ),
+        (
+            r#"type="coating"><bsdf type="dielectric"/>"#,
+            "let no light through",
+        ),
+        (r#"type="coating">"#, "one nested bsdf"),
+        (
+            r#"type="phong"><float name="exponent" value="-1"/>"#,
+            "exponent must be finite and ≥ 0",
+        ),
+        (
+            r#"type="roughdiffuse"><float name="alpha" value="-1"/>"#,
+            "alpha must be finite and ≥ 0",
+        ),
+        (r#"type="hk">"#, "thin scattering layer"),
+        (r#"type="measured">"#, "measured reflectances"),
+        (r#"type="hair">"#, "hairs are not modelled"),
+    ] {
+        refused(&shape(text), &[expected]);
+    }
+}

@@ -1,0 +1,192 @@
+//! Textures: bitmaps, checkerboards, and colours of meshes.
+
+use super::support::*;
+use glam::DVec3;
+use std::fs;
+use transport::bsdf::Surface;
+use transport::shape::Uv;
+
+#[test]
+fn bitmaps_are_decoded_unless_raw() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &PIXELS);
+    let load = |text: &str| load_from(directory.path(), "", &textured(text)).unwrap();
+    let plain = load(r#"<string name="filter_type" value="nearest"/>"#);
+    close(reflectance(bsdf(&plain), [0.2, 0.5]), [0.5, 0.25, 0.0]);
+    close(reflectance(bsdf(&plain), [0.7, 0.5]), [0.125, 0.5, 1.0]);
+    let raw = load(r#"<boolean name="raw" value="true"/>"#);
+    let encoded = PIXELS[0].map(|v| morgana_io::scene::srgb_from_linear(f64::from(v)));
+    close(reflectance(bsdf(&raw), [0.25, 0.5]), encoded);
+    let wrapped = load(r#"<string name="wrap_mode" value="clamp"/>"#);
+    close(reflectance(bsdf(&wrapped), [7.0, 0.5]), [0.125, 0.5, 1.0]);
+    let moved = load(
+        r#"<transform name="to_uv"><scale value="1, 1, 1"/><translate value="0.5, 0, 0"/></transform>"#,
+    );
+    close(reflectance(bsdf(&moved), [0.25, 0.5]), [0.125, 0.5, 1.0]);
+}
+
+#[test]
+fn bitmaps_in_other_channels() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &PIXELS);
+    let body = textured(r#"<string name="filter_type" value="nearest"/>"#);
+    let luminance = r#"<string name="pixel_format" value="luminance"/>"#;
+    let loaded = load_from(directory.path(), luminance, &body).unwrap();
+    let y = 0.2126 * 0.5 + 0.7152 * 0.25;
+    close(
+        reflectance(bsdf(&loaded), [0.2, 0.5]),
+        [y; 3].map(|y| y * 1.0),
+    );
+    let spectral = r#"<string name="pixel_format" value="spectral"/><string name="wavelengths" value="500, 600"/>"#;
+    let error = load_from(directory.path(), spectral, &body).unwrap_err();
+    assert!(
+        error.contains("a coloured bitmap has no meaning on a spectral film"),
+        "{error}"
+    );
+    assert_eq!(error.matches("a coloured bitmap").count(), 1, "{error}");
+    write_image(directory.path(), &[[0.25; 3], [0.5; 3]]);
+    let loaded = load_from(directory.path(), spectral, &body).unwrap();
+    close(reflectance(bsdf(&loaded), [0.2, 0.5]), [0.25, 0.25, 0.25]);
+}
+
+#[test]
+fn one_bitmap_for_many_shapes_is_read_once() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &PIXELS);
+    let body = r#"<texture type="bitmap" id="t"><string name="filename" value="image.png"/></texture>
+<shape type="sphere"><bsdf type="diffuse"><ref id="t" name="reflectance"/></bsdf></shape>
+<shape type="disk"><bsdf type="diffuse"><ref id="t" name="reflectance"/></bsdf></shape>"#;
+    let loaded = load_from(directory.path(), "", body).unwrap();
+    let [a, b] = [0, 1].map(|i| reflectance(&loaded.scene().objects()[i].bsdf, [0.3, 0.4]));
+    assert_eq!(a, b);
+}
+
+#[test]
+fn checkerboards_nest() {
+    let body = r#"<shape type="rectangle"><bsdf type="diffuse"><texture name="reflectance" type="checkerboard">
+<rgb name="color0" value="0.1, 0.2, 0.3"/>
+<texture name="color1" type="checkerboard"><float name="color0" value="0.9"/><float name="color1" value="0.8"/>
+<transform name="to_uv"><scale value="2, 2, 1"/></transform></texture>
+</texture></bsdf></shape>"#;
+    let loaded = load(body).unwrap();
+    close(reflectance(bsdf(&loaded), [0.1, 0.1]), [0.1, 0.2, 0.3]);
+    close(reflectance(bsdf(&loaded), [0.6, 0.1]), [0.9; 3]);
+    close(reflectance(bsdf(&loaded), [0.8, 0.1]), [0.8; 3]);
+}
+
+#[test]
+fn colours_of_vertices() {
+    let directory = tempfile::tempdir().unwrap();
+    fs::write(directory.path().join("t.ply"), PLY).unwrap();
+    let obj = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0.2 0.2 0.2\nf 1 2 3\n";
+    fs::write(directory.path().join("t.obj"), obj).unwrap();
+    fs::write(
+        directory.path().join("plain.obj"),
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    )
+    .unwrap();
+    let body = |kind: &str, name: &str| {
+        format!(
+            r#"<shape type="{kind}"><string name="filename" value="{name}"/>
+<transform name="to_world"><scale value="2"/></transform>
+<bsdf type="diffuse"><texture name="reflectance" type="mesh_attribute">
+<string name="name" value="vertex_color"/></texture></bsdf></shape>"#
+        )
+    };
+    let grey = morgana_io::scene::linear_from_srgb(128.0 / 255.0);
+    for (kind, name, third) in [("ply", "t.ply", grey), ("obj", "t.obj", 0.2)] {
+        let loaded = load_from(directory.path(), "", &body(kind, name)).unwrap();
+        let mut s = Surface::plain(DVec3::Z, 1.0, 1.0);
+        s.site.position = DVec3::new(0.5, 1.0, 0.0);
+        let value = bsdf(&loaded).eval(&s, DVec3::Z, DVec3::Z) * std::f64::consts::PI;
+        let part = 0.5 * third;
+        close(
+            [value[0], value[1], value[2]],
+            [0.25 + part, 0.25 + part, part],
+        );
+    }
+    let error = load_from(directory.path(), "", &body("obj", "plain.obj")).unwrap_err();
+    assert!(error.contains("the shape has no colours"), "{error}");
+}
+
+/// Two faces, of which the first is two triangles; the names are those that Mitsuba writes.
+#[test]
+fn colours_of_faces() {
+    let directory = tempfile::tempdir().unwrap();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 2\nproperty list uchar int vertex_indices\nproperty float color_0\nproperty float color_1\n\
+        property float color_2\nend_header\n\
+        0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 0\n4 0 1 2 3 0.5 0.25 0.125\n3 1 4 2 0.1 0.2 0.3\n";
+    fs::write(directory.path().join("t.ply"), ply).unwrap();
+    let body = |name: &str| {
+        format!(
+            r#"<shape type="ply"><string name="filename" value="t.ply"/><bsdf type="diffuse">
+               <texture type="mesh_attribute" name="reflectance"><string name="name" value="{name}"/></texture></bsdf></shape>"#
+        )
+    };
+    let loaded = load_from(directory.path(), "", &body("face_color")).unwrap();
+    let first = [0.5, 0.25, 0.125];
+    for (triangle, expected) in [(0, first), (1, first), (2, [0.1, 0.2, 0.3])] {
+        let mut s = Surface::plain(DVec3::Z, 1.0, 1.0);
+        s.site.primitive = triangle;
+        let value = bsdf(&loaded).eval(&s, DVec3::Z, DVec3::Z) * std::f64::consts::PI;
+        close([value[0], value[1], value[2]], expected);
+    }
+    let error = load_from(directory.path(), "", &body("vertex_color")).unwrap_err();
+    assert!(error.contains("the shape has no colours: "), "{error}");
+    let error = load_from(directory.path(), "", &body("face_colour")).unwrap_err();
+    assert!(error.contains("did you mean 'face_color'?"), "{error}");
+}
+
+/// Images begin at the top, and v in .obj files at the bottom.
+#[test]
+fn coordinates_of_obj_files_are_turned() {
+    let directory = tempfile::tempdir().unwrap();
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.1 0.2\nvt 0.3 0.4\nvt 0.5 0.6\nf 1/1 2/2 3/3\n";
+    fs::write(directory.path().join("t.obj"), obj).unwrap();
+    for (flip, expected) in [
+        ("", 0.8),
+        (r#"<boolean name="flip_tex_coords" value="false"/>"#, 0.2),
+    ] {
+        let body =
+            format!(r#"<shape type="obj"><string name="filename" value="t.obj"/>{flip}</shape>"#);
+        let loaded = load_from(directory.path(), "", &body).unwrap();
+        let shape = &loaded.scene().objects()[0].shape;
+        let sample = shape.sample_area([0.0, 0.0]);
+        let uv = sample.uv.get();
+        assert!((uv[1] - expected).abs() < 1e-12, "{uv:?}");
+    }
+}
+
+#[test]
+fn roughness_from_images() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &[[0.25; 3], [0.5; 3]]);
+    let nearest = r#"<string name="filename" value="image.png"/>
+<string name="filter_type" value="nearest"/><boolean name="raw" value="true"/>"#;
+    let texture = format!(r#"<texture name="alpha" type="bitmap">{nearest}</texture>"#);
+    for kind in ["roughconductor", "roughdielectric", "roughplastic"] {
+        let value = |alpha: &str, u: f64| {
+            let body = shape(&format!(r#"<bsdf type="{kind}">{alpha}</bsdf>"#));
+            let loaded = load_from(directory.path(), "", &body).unwrap_or_else(|e| panic!("{e}"));
+            let mut s = Surface::plain(DVec3::Z, 1.0, 1.5);
+            s.site.uv = Uv::Plain([u, 0.5]);
+            let direction = DVec3::new(0.2, 0.1, 1.0).normalize();
+            bsdf(&loaded).eval(&s, DVec3::Z, direction)[0]
+        };
+        // The numbers in the file, not what they encode.
+        let stored = [0.25, 0.5].map(morgana_io::scene::srgb_from_linear);
+        for (u, alpha) in [(0.2, stored[0]), (0.8, stored[1])] {
+            let even = format!(r#"<float name="alpha" value="{alpha}"/>"#);
+            let (found, expected) = (value(&texture, u), value(&even, u));
+            assert!(
+                (found / expected - 1.0).abs() < 1e-4,
+                "{kind}: {found}, {expected}"
+            );
+        }
+    }
+    refused(
+        &shape(r#"<bsdf type="roughplastic"><float name="alpha" value="2"/></bsdf>"#),
+        &["'alpha' is 2"],
+    );
+}
