@@ -32,6 +32,7 @@ mod rough_conductor;
 mod rough_dielectric;
 mod rough_diffuse;
 mod rough_plastic;
+mod shading;
 mod surface;
 mod thin_dielectric;
 mod two_sided;
@@ -141,8 +142,8 @@ pub enum Bsdf {
 }
 
 impl Bsdf {
-    /// Draws a direction; `None` where light is absorbed or the model loses it.
-    pub fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+    /// [`Bsdf::sample`] by the geometric normal.
+    fn sample_by_normal(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         match self {
             Bsdf::Null => Some(null::sample(s, toward)),
             Bsdf::Diffuse(b) => b.sample(s, toward, [u[1], u[2]]),
@@ -165,8 +166,8 @@ impl Bsdf {
         }
     }
 
-    /// f̃·|cosθ| with θ the angle of `direction`; zero for delta events.
-    pub fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
+    /// [`Bsdf::eval`] by the geometric normal.
+    fn eval_by_normal(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) => Spectrum::ZERO,
             Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => Spectrum::ZERO,
@@ -187,8 +188,8 @@ impl Bsdf {
         }
     }
 
-    /// Density per steradian with which [`Bsdf::sample`] draws `direction`; zero for delta events.
-    pub fn pdf(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
+    /// [`Bsdf::pdf`] by the geometric normal.
+    fn pdf_by_normal(&self, s: &Surface, toward: DVec3, direction: DVec3) -> f64 {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) => 0.0,
             Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => 0.0,
@@ -248,6 +249,11 @@ impl Bsdf {
             Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::is_mirror),
             _ => false,
         }
+    }
+
+    /// Whether it asks for [`Surface::tangents`].
+    pub fn uses_tangents(&self) -> bool {
+        false
     }
 
     /// Whether light passes undeflected.

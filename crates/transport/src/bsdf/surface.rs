@@ -1,5 +1,7 @@
 //! Geometry and indices where a path meets a surface.
 
+#[cfg(doc)]
+use super::Bsdf;
 use crate::sampling::Frame;
 use crate::shape::{Site, Uv};
 use glam::DVec3;
@@ -9,6 +11,11 @@ use glam::DVec3;
 pub struct Surface {
     /// Geometric unit normal, on the shape's outward side.
     pub normal: DVec3,
+    /// Unit normal by which light is scattered, on the side of `normal`: interpolated between the vertices of a mesh that has
+    /// normals there, and equal to `normal` elsewhere.
+    pub shading_normal: DVec3,
+    /// Derivatives of the position with respect to texture coordinates, scene units; zero unless [`Bsdf::uses_tangents`].
+    pub tangents: [DVec3; 2],
     /// Refractive index at the point, on the side of the normal; > 0.
     pub n_outer: f64,
     /// Refractive index at the point, on the other side; > 0.
@@ -22,6 +29,8 @@ impl Surface {
     pub const fn plain(normal: DVec3, n_outer: f64, n_inner: f64) -> Self {
         Surface {
             normal,
+            shading_normal: normal,
+            tangents: [DVec3::ZERO; 2],
             n_outer,
             n_inner,
             site: Site {
@@ -36,9 +45,10 @@ impl Surface {
     pub(super) fn turned(&self) -> Self {
         Surface {
             normal: -self.normal,
+            shading_normal: -self.shading_normal,
             n_outer: self.n_inner,
             n_inner: self.n_outer,
-            site: self.site,
+            ..*self
         }
     }
 

@@ -7,7 +7,7 @@ use super::planar::Flat;
 use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
 use eikonal::Aabb;
 use eikonal::ray::Arc;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat2, DVec2, DVec3};
 
 const LOCAL: Aabb = Aabb {
     min: DVec3::NEG_ONE,
@@ -147,4 +147,16 @@ pub(super) fn texture_uv(face: u32, [a, b]: [f64; 2]) -> [f64; 2] {
         5 => [b, a],
         _ => [a, b],
     }
+}
+
+/// Derivatives of the local position on a face with respect to [`texture_uv`], which has whole derivatives of its own.
+pub(super) fn tangents(face: u32) -> [DVec3; 2] {
+    let at = |q| DVec2::from(texture_uv(face, q));
+    let jacobian = DMat2::from_cols(
+        at([1.0, 0.0]) - at([0.0, 0.0]),
+        at([0.0, 1.0]) - at([0.0, 0.0]),
+    );
+    let inverse = jacobian.inverse();
+    let [a, b] = others(face as usize / 2).map(|k| DVec3::AXES[k] * 2.0);
+    [inverse.x_axis, inverse.y_axis].map(|q| a * q.x + b * q.y)
 }

@@ -57,6 +57,14 @@ pub enum ShapeError {
         /// Number of pairs given.
         got: usize,
     },
+    /// Vertex normals are given, but not one per vertex.
+    #[error("expected one normal for each of {expected} vertices, got {got}")]
+    NormalCount {
+        /// Number of vertices.
+        expected: usize,
+        /// Number of normals given.
+        got: usize,
+    },
     /// More triangles than a 32-bit index can name.
     #[error("a mesh can have at most {max} triangles, got {got}", max = u32::MAX / 2)]
     TooManyTriangles {

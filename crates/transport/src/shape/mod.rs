@@ -17,6 +17,7 @@ mod mesh;
 mod placement;
 mod planar;
 mod rectangle;
+mod shading;
 mod sphere;
 mod sweep;
 mod tree;

@@ -93,6 +93,11 @@ impl Placement {
         self.to_world.transform_point3(local)
     }
 
+    /// A local displacement in the scene.
+    pub fn vector(&self, local: DVec3) -> DVec3 {
+        self.to_world.transform_vector3(local)
+    }
+
     /// A scene point in local coordinates.
     pub fn local(&self, world: DVec3) -> DVec3 {
         self.to_local.transform_point3(world)

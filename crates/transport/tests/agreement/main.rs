@@ -17,6 +17,7 @@ mod common;
 mod compare;
 mod matrix;
 mod pooled;
+mod shading;
 mod steep;
 mod surfaces;
 

@@ -37,7 +37,7 @@ fn image() -> Texture {
     ))
 }
 
-fn object(shape: impl Into<Shape>, bsdf: Bsdf) -> Object {
+pub fn object(shape: impl Into<Shape>, bsdf: Bsdf) -> Object {
     Object {
         bsdf,
         ..diffuse(shape)
@@ -45,7 +45,7 @@ fn object(shape: impl Into<Shape>, bsdf: Bsdf) -> Object {
 }
 
 /// With an emitter that shines on the middle, seen by a camera; fog of some index where there is a container.
-fn lit(mut objects: Vec<Object>, light: DVec3, half: f64, fog_index: Index) -> Parts {
+pub fn lit(mut objects: Vec<Object>, light: DVec3, half: f64, fog_index: Index) -> Parts {
     let mut black = diffuse(Rectangle::new(facing(light, -light.normalize(), half)).unwrap());
     black.emitter = Some(0);
     objects.push(black);
@@ -167,7 +167,7 @@ fn pictures(fog_index: Index) -> Parts {
     parts
 }
 
-fn check(name: &str, parts: &Parts, seed: u64, particles: bool) {
+pub fn check(name: &str, parts: &Parts, seed: u64, particles: bool) {
     let particles = particles.then_some(EFFORT);
     let row: Row = compare(name, parts, EFFORT, seed, particles);
     println!("{}", table(std::slice::from_ref(&row), RATE, EFFORT));

@@ -5,7 +5,9 @@ use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::film::PathFacts;
 use crate::integrator::Contribution;
-use crate::path::{Connection, Escape, LightPath, PathEdge, PathVertex, Subpath, Vertex, lead_in};
+use crate::path::{
+    Connection, Escape, LightPath, PathEdge, PathVertex, Subpath, TransportMode, Vertex, lead_in,
+};
 use crate::scene::Scene;
 use glam::DVec3;
 
@@ -154,7 +156,9 @@ impl Setting<'_> {
         let emitter = &self.scene.emitters()[index];
         let emitted = emitter.emitted(&end.end, connection.origin, connection.emission);
         // T f̃ e^{−τ} F̄ × (what is emitted).
-        let eval = z.vertex.eval(self.scene, connection.direction);
+        let eval = z
+            .vertex
+            .eval(self.scene, connection.direction, TransportMode::Radiance);
         let value = z.throughput * eval * emitted * connection.transmittance();
         // List the densities of x₁ … x_k: those of the emitter's end follow from its end and its ray.
         let around = self.scene.around();
@@ -200,8 +204,11 @@ impl Setting<'_> {
     ) -> Option<Contribution> {
         let (z, y) = (vertices.last()?, &light.subpath.vertices[j]);
         // T_z f̃_z e^{−τ} F̄ f̃_y T_y; the factor G follows below.
-        let scattered = z.vertex.eval(self.scene, connection.direction)
-            * y.vertex.eval(self.scene, connection.emission);
+        let scattered = z
+            .vertex
+            .eval(self.scene, connection.direction, TransportMode::Radiance)
+            * y.vertex
+                .eval(self.scene, connection.emission, TransportMode::Importance);
         let value = z.throughput * scattered * y.throughput * connection.transmittance();
         // List the densities: the sensor's vertices up to z, then the emitter's from y.
         let from_y = y.vertex.pdf(self.scene, connection.emission);
@@ -247,7 +254,8 @@ impl Setting<'_> {
         // n_s² W, and with it T_y f̃_y e^{−τ} F̄; the factor G follows below.
         let importance = connection.n_end * connection.n_end * sensed.density;
         let value = y.throughput
-            * y.vertex.eval(self.scene, connection.direction)
+            * y.vertex
+                .eval(self.scene, connection.direction, TransportMode::Importance)
             * connection.transmittance();
         // List the densities of the emitter's vertices, y being x₁.
         let event = y.vertex.event(

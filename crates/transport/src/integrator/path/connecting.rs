@@ -5,8 +5,8 @@ use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::emitter::Class;
 use crate::path::{
-    Connection, ConnectionTarget, Edge, End, Equiangular, NeeSlot, Vertex, Weighted, lead_in,
-    scatter_pdf,
+    Connection, ConnectionTarget, Edge, End, Equiangular, NeeSlot, TransportMode, Vertex, Weighted,
+    lead_in, scatter_pdf,
 };
 use crate::sampling::Purpose;
 use crate::scene::{Receiver, Scene};
@@ -195,7 +195,7 @@ fn received(
     density: f64,
 ) -> (Spectrum, f64) {
     // T f̃ e^{−τ} F̄ × (what is emitted).
-    let scattered = throughput * vertex.eval(scene, connection.direction);
+    let scattered = throughput * vertex.eval(scene, connection.direction, TransportMode::Radiance);
     let received = scattered * connection.transmittance() * emitted;
     if received.is_zero() {
         return (Spectrum::ZERO, 1.0);

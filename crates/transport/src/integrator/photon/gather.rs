@@ -211,7 +211,7 @@ impl Gathering<'_> {
         // Light that falls on the surface, by its photons.
         self.on_surface(&seen, &vertex, found);
         // Go on along a specular lobe only.
-        let scatter = vertex.scatter(self.scene, sampler)?;
+        let scatter = vertex.scatter(self.scene, TransportMode::Radiance, sampler)?;
         scatter.delta.then(|| Sight {
             start: scatter.start,
             throughput: seen.throughput * scatter.weight,
@@ -243,7 +243,9 @@ impl Gathering<'_> {
                 if alike(photon.place) && cosine > 0.0 {
                     // f̃(ω_p, −γ′) K₂, without the cosine that `eval` contains.
                     let weighed = kernel.between(photon.x, x);
-                    let scattered = vertex.eval(self.scene, -photon.direction) / cosine;
+                    let scattered =
+                        vertex.eval(self.scene, -photon.direction, TransportMode::Radiance)
+                            / cosine;
                     self.count(photon, seen, scattered, weighed, found);
                 }
             },

@@ -118,7 +118,7 @@ impl<'a> RandomWalk<'a> {
         // Draw a direction there.
         let scatter = vertex.as_ref().and_then(|vertex| {
             sampler.next_edge();
-            vertex.scatter(self.scene, sampler)
+            vertex.scatter(self.scene, self.mode, sampler)
         });
         let onward = scatter.map(|scatter| WalkRay {
             start: scatter.start,

@@ -36,8 +36,15 @@ pub(super) fn surface_of(scene: &Scene, x: DVec3, on: &OnSurface, medium: Medium
         let medium = scene.medium_beside(on.object, medium, x, on.normal, direction);
         scene.n(medium, x)
     };
+    let object = &scene.objects()[on.object];
     Surface {
         normal: on.normal,
+        shading_normal: object.shape.shading_normal(&on.site, on.normal),
+        tangents: if object.bsdf.uses_tangents() {
+            object.shape.tangents(&on.site)
+        } else {
+            [DVec3::ZERO; 2]
+        },
         n_outer: beside(on.normal),
         n_inner: beside(-on.normal),
         site: on.site,

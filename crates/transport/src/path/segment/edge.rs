@@ -45,7 +45,7 @@ impl Start {
     }
 }
 
-/// What a subpath carries along its edges. They differ at declared index matches only.
+/// What a subpath carries along its edges. They differ at declared index matches, and at surfaces with a shading normal of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TransportMode {
     /// Basic radiance, towards its sources.

@@ -1,7 +1,7 @@
 //! Vertices: where light is scattered.
 
 use super::boundary::{leave, surface_at, surface_of};
-use super::edge::{Edge, End, Front, Point, Start};
+use super::edge::{Edge, End, Front, Point, Start, TransportMode};
 use super::edge_geometry::EdgeGeometry;
 use crate::Spectrum;
 use crate::bsdf::{Bsdf, Surface};
@@ -232,7 +232,9 @@ impl Vertex {
                 object, surface, ..
             } => {
                 matches!(scene.objects()[*object].bsdf, Bsdf::Diffuse(_))
-                    && self.eval(scene, surface.normal).is_zero()
+                    && self
+                        .eval(scene, surface.shading_normal, TransportMode::Radiance)
+                        .is_zero()
             }
         }
     }
@@ -296,9 +298,9 @@ impl Vertex {
         }
     }
 
-    /// Scattering of light that comes from `direction` towards the sensor: the phase function, or
-    /// f̃·|cos|. The scattering coefficient of a volume vertex belongs to the edge's sampling.
-    pub fn eval(&self, scene: &Scene, direction: DVec3) -> Spectrum {
+    /// Scattering between `direction` and where the subpath came from: the phase function, or f̃·|cos|. The `mode` is that of
+    /// the vertex's subpath. The scattering coefficient of a volume vertex belongs to the edge's sampling.
+    pub fn eval(&self, scene: &Scene, direction: DVec3, mode: TransportMode) -> Spectrum {
         match self {
             Vertex::Volume { .. } => Spectrum::splat(self.pdf(scene, direction)),
             Vertex::Surface {
@@ -306,9 +308,15 @@ impl Vertex {
                 object,
                 surface,
                 ..
-            } => scene.objects()[*object]
-                .bsdf
-                .eval(surface, -*arrival, direction),
+            } => {
+                let bsdf = &scene.objects()[*object].bsdf;
+                match mode {
+                    TransportMode::Radiance => bsdf.eval(surface, -*arrival, direction),
+                    TransportMode::Importance => {
+                        bsdf.eval_importance(surface, -*arrival, direction)
+                    }
+                }
+            }
         }
     }
 
@@ -331,8 +339,13 @@ impl Vertex {
         }
     }
 
-    /// Chooses a direction to go on; `None` if the path is absorbed.
-    pub(crate) fn scatter(&self, scene: &Scene, sampler: &mut Sampler) -> Option<Scatter> {
+    /// Chooses a direction in which a subpath of `mode` goes on; `None` if it is absorbed.
+    pub(crate) fn scatter(
+        &self,
+        scene: &Scene,
+        mode: TransportMode,
+        sampler: &mut Sampler,
+    ) -> Option<Scatter> {
         let [u, v] = sampler.next_2d_for(Purpose::Direction);
         let w = sampler.next_1d_for(Purpose::Lobe);
         match self {
@@ -354,7 +367,12 @@ impl Vertex {
                 ..
             } => {
                 let bsdf = &scene.objects()[*object].bsdf;
-                let sample = bsdf.sample(surface, -*direction, [w, u, v])?;
+                let sample = match mode {
+                    TransportMode::Radiance => bsdf.sample(surface, -*direction, [w, u, v]),
+                    TransportMode::Importance => {
+                        bsdf.sample_importance(surface, -*direction, [w, u, v])
+                    }
+                }?;
                 Some(Scatter {
                     start: self.start(scene, sample.direction),
                     weight: sample.weight,

@@ -1,6 +1,7 @@
 //! A cheap guess of what a connection would bring, to decide which ones are worth making.
 
 use super::vertices::PathVertex;
+use crate::path::segment::TransportMode;
 use crate::scene::Scene;
 
 /// Points closer than this, relative to the size of the scene, count as this far apart.
@@ -18,8 +19,8 @@ pub fn guess(scene: &Scene, z: &PathVertex, y: &PathVertex) -> f64 {
     }
     let (direction, closest) = (chord / distance, CLOSEST * scene.around().radius);
     let scattered = z.throughput
-        * z.vertex.eval(scene, direction)
-        * y.vertex.eval(scene, -direction)
+        * z.vertex.eval(scene, direction, TransportMode::Radiance)
+        * y.vertex.eval(scene, -direction, TransportMode::Importance)
         * y.throughput;
     let medium = scene.medium(z.vertex.medium());
     let depth = medium.extinction(z.vertex.position()) * distance;

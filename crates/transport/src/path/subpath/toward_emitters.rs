@@ -1,6 +1,6 @@
 //! Directions sampled towards point-like emitters.
 
-use crate::path::segment::{Scatter, Vertex};
+use crate::path::segment::{Scatter, TransportMode, Vertex};
 use crate::sampling::{Frame, Purpose, Sampler};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
@@ -52,10 +52,10 @@ pub(crate) fn scatter_pdf(scene: &Scene, vertex: &Vertex, direction: DVec3) -> f
     }
 }
 
-/// Chooses a direction to go on from a vertex; `None` if the path is absorbed.
+/// Chooses a direction in which a path from the sensor goes on from a vertex; `None` if the path is absorbed.
 pub fn scatter(scene: &Scene, vertex: &Vertex, sampler: &mut Sampler) -> Option<Scatter> {
     let Some((x, emitters)) = axes(scene, vertex) else {
-        return vertex.scatter(scene, sampler);
+        return vertex.scatter(scene, TransportMode::Radiance, sampler);
     };
     let choice = sampler.next_1d_for(Purpose::Attraction);
     let direction = if choice < SHARE {
@@ -63,7 +63,10 @@ pub fn scatter(scene: &Scene, vertex: &Vertex, sampler: &mut Sampler) -> Option<
         let emitter = emitters[i.min(emitters.len() - 1)];
         sample(axis(x, emitter), sampler.next_2d_for(Purpose::Direction))
     } else {
-        vertex.scatter(scene, sampler)?.start.direction
+        vertex
+            .scatter(scene, TransportMode::Radiance, sampler)?
+            .start
+            .direction
     };
     let pdf = scatter_pdf(scene, vertex, direction);
     Some(Scatter {

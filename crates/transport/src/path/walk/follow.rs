@@ -183,8 +183,12 @@ impl Follower<'_> {
         let scene = self.scene;
         let beyond = scene.medium_beside(object, self.medium, hit.position, hit.normal, v);
         let n2 = |medium| (scene.field(medium).n2(hit.position), DVec3::ZERO);
+        let shape = &scene.objects()[object].shape;
         let interface = Interface {
-            normal: hit.normal,
+            normal: match rule {
+                Rule::Reflect => shape.shading_normal(&shape.site(hit), hit.normal),
+                Rule::Refract | Rule::Pass => hit.normal,
+            },
             shape: DMat3::ZERO,
             near: n2(self.medium),
             far: n2(beyond),
@@ -194,6 +198,10 @@ impl Follower<'_> {
             .or_else(|| interface.velocity(Rule::Reflect, v))
             .unwrap_or(-v);
         self.ray.direction = self.v.normalize();
+        if rule == Rule::Reflect && hit.normal.dot(self.v) * hit.normal.dot(v) >= 0.0 {
+            // A shading normal would have it go below the surface.
+            return Some(Ending::Surface(object));
+        }
         if refracted.is_some() && rule != Rule::Reflect {
             self.medium = beyond;
         } else if let Some(difference) = &mut self.difference {

@@ -3,7 +3,7 @@
 //! Theory: docs/theory.md#connectable-edges, docs/theory.md#declared-index-matches.
 
 use super::trace::Walk;
-use crate::bsdf::{Bsdf, BsdfSample, PartialTransmission};
+use crate::bsdf::{Bsdf, BsdfSample, PartialTransmission, Surface};
 use crate::budget::EVENTS_PER_EDGE;
 use crate::path::segment::{
     End, RayDifferentials, Split, Start, TransportMode, leave, share, surface_at,
@@ -13,8 +13,18 @@ use crate::shape::{Hit, Meeting};
 use eikonal::connect::{Pattern, World};
 use eikonal::interface::{Interface, Rule};
 use eikonal::ray::Variation;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::ops::ControlFlow;
+
+/// How a ray leaves a surface.
+struct Turn {
+    direction: DVec3,
+    /// The medium in which it goes on.
+    beyond: MediumId,
+    rule: Rule,
+    /// Normal of the flat mirror that reflects so, where a shading normal does.
+    mirror: Option<DVec3>,
+}
 
 impl Walk<'_, '_> {
     /// Goes through, is reflected, or ends at a surface. Breaks where the edge ends.
@@ -69,7 +79,13 @@ impl Walk<'_, '_> {
             self.edge.weight *= ratio * ratio;
         }
         self.travelled.jump *= ratio;
-        self.go_on(object, hit, v, direction, beyond, Rule::Pass)
+        let turn = Turn {
+            direction,
+            beyond,
+            rule: Rule::Pass,
+            mirror: None,
+        };
+        self.go_on(object, hit, v, turn)
     }
 
     /// Straight through a surface that lets part of the light pass.
@@ -83,7 +99,13 @@ impl Walk<'_, '_> {
         self.events.passed_by_chance = true;
         self.edge.weight *= through.factor;
         self.edge.geometry.choice *= through.probability;
-        self.go_on(object, hit, v, v.normalize(), self.ray.medium, Rule::Pass)
+        let turn = Turn {
+            direction: v.normalize(),
+            beyond: self.ray.medium,
+            rule: Rule::Pass,
+            mirror: None,
+        };
+        self.go_on(object, hit, v, turn)
     }
 
     /// Refracted or reflected by chance at a smooth surface.
@@ -94,10 +116,11 @@ impl Walk<'_, '_> {
         v: DVec3,
         direction: DVec3,
     ) -> ControlFlow<()> {
-        let Some(sample) = self.turn(object, hit, -direction) else {
+        let bsdf = &self.scene.objects()[object].bsdf;
+        let surface = surface_at(self.scene, object, hit, self.ray.medium);
+        let Some(sample) = self.sample(object, hit, &surface, -direction) else {
             return self.die(false);
         };
-        let bsdf = &self.scene.objects()[object].bsdf;
         self.edge.connectable &= matches!(bsdf, Bsdf::Dielectric(_));
         if !sample.transmitted && sample.pdf < 1.0 {
             self.travelled.reflections += 1;
@@ -108,20 +131,36 @@ impl Walk<'_, '_> {
         self.edge.geometry.events += 1;
         self.edge.geometry.choice *= sample.pdf;
         self.edge.weight *= sample.weight;
-        let beyond = self.beyond(object, hit, sample.direction);
-        let rule = if sample.transmitted {
-            Rule::Refract
-        } else {
-            Rule::Reflect
+        let is_mirror = !sample.transmitted && bsdf.is_shaded(&surface);
+        let turn = Turn {
+            direction: sample.direction,
+            beyond: self.beyond(object, hit, sample.direction),
+            rule: if sample.transmitted {
+                Rule::Refract
+            } else {
+                Rule::Reflect
+            },
+            mirror: is_mirror
+                .then(|| (sample.direction - direction).try_normalize())
+                .flatten(),
         };
-        self.go_on(object, hit, v, sample.direction, beyond, rule)
+        self.go_on(object, hit, v, turn)
     }
 
     /// How the ray leaves a smooth surface: by chance, or, where the edge is split, refracted.
-    fn turn(&mut self, object: usize, hit: &Hit, toward: DVec3) -> Option<BsdfSample> {
+    fn sample(
+        &mut self,
+        object: usize,
+        hit: &Hit,
+        surface: &Surface,
+        toward: DVec3,
+    ) -> Option<BsdfSample> {
         let bsdf = &self.scene.objects()[object].bsdf;
-        let surface = surface_at(self.scene, object, hit, self.ray.medium);
-        let sample = |u| bsdf.sample(&surface, toward, [u, 0.5, 0.5]);
+        let mode = self.sampling.mode;
+        let sample = |u| match mode {
+            TransportMode::Radiance => bsdf.sample(surface, toward, [u, 0.5, 0.5]),
+            TransportMode::Importance => bsdf.sample_importance(surface, toward, [u, 0.5, 0.5]),
+        };
         let is_first = self.edge.geometry.events == 0 && matches!(bsdf, Bsdf::Dielectric(_));
         if self.sampling.splitting && is_first {
             let (one, other) = (sample(0.0)?, sample(1.0f64.next_down())?);
@@ -158,16 +197,14 @@ impl Walk<'_, '_> {
             .medium_beside(object, self.ray.medium, x, normal, direction)
     }
 
-    /// On from a surface with the velocity before and the direction after.
-    fn go_on(
-        &mut self,
-        object: usize,
-        hit: &Hit,
-        v: DVec3,
-        direction: DVec3,
-        beyond: MediumId,
-        rule: Rule,
-    ) -> ControlFlow<()> {
+    /// On from a surface, given the velocity before.
+    fn go_on(&mut self, object: usize, hit: &Hit, v: DVec3, turn: Turn) -> ControlFlow<()> {
+        let Turn {
+            direction,
+            beyond,
+            rule,
+            mirror,
+        } = turn;
         self.ray.x = leave(self.scene, hit.position, hit.normal, direction);
         self.ray.left = self.scene.left(object, hit.normal, direction);
         let (near, far) = (self.scene.field(self.ray.medium), self.scene.field(beyond));
@@ -182,9 +219,16 @@ impl Walk<'_, '_> {
             (n2, a)
         };
         let shape = &self.scene.objects()[object].shape;
+        let (normal, shape) = match mirror {
+            Some(normal) => (normal, DMat3::ZERO),
+            None => (
+                hit.normal,
+                shape.shape_operator(hit.position, hit.primitive),
+            ),
+        };
         let interface = Interface {
-            normal: hit.normal,
-            shape: shape.shape_operator(hit.position, hit.primitive),
+            normal,
+            shape,
             near: local(near),
             far: local(far),
         };

@@ -2,6 +2,7 @@
 
 mod inside;
 mod intersect;
+mod normals;
 mod topology;
 
 use super::tree::Tree;
@@ -17,6 +18,8 @@ pub struct Mesh {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     uvs: Option<Vec<[f64; 2]>>,
+    /// Of the vertices: unit vectors, or zero where there is none.
+    normals: Option<Vec<DVec3>>,
     tree: Tree,
     /// Running sums of triangle areas.
     areas: Vec<f64>,
@@ -75,6 +78,7 @@ impl Mesh {
             positions,
             triangles,
             uvs,
+            normals: None,
         })
     }
 
@@ -97,6 +101,12 @@ impl Mesh {
         let mut mesh = Mesh::new(positions, triangles, self.uvs.clone())?;
         mesh.flipped = self.flipped;
         mesh.inside_out |= self.inside_out;
+        let to_normals = map.matrix3.inverse().transpose();
+        let turned = |n: &DVec3| (to_normals * n).normalize_or_zero();
+        mesh.normals = self
+            .normals
+            .as_ref()
+            .map(|all| all.iter().map(turned).collect());
         Ok(mesh)
     }
 
