@@ -21,6 +21,20 @@ EIKONAL = "crates/eikonal/src/"
 # name, file, text, replacement, package, test target, test
 PLANTED = [
     (
+        "light from emitters scattered by shading normals as if they were the surface's",
+        TRANSPORT + "bsdf/shading.rs",
+        "self.eval(s, direction, toward) * ratio",
+        "self.eval(s, toward, direction) * (ratio / ratio)",
+        ("morgana-transport", "agreement", "shading::diffuse_and_glossy"),
+    ),
+    (
+        "mirrors that lean as bright for light as for views",
+        TRANSPORT + "bsdf/shading.rs",
+        "sample.weight * s.cosine_ratio(sample.direction, toward)",
+        "sample.weight",
+        ("morgana-transport", "agreement", "shading::mirrors"),
+    ),
+    (
         "edges extended farther if they collide late",
         TRANSPORT + "path/walk/trace.rs",
         "if self.edge.geometry.events == 0 && !events.passed_by_chance && !events.is_long {",

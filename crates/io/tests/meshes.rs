@@ -17,13 +17,16 @@ fn an_obj_file_with_everything() {
         v 1 1 0 1.0\nv 0 1 0\nvt 0 0\nvt 1 0.5\nvt 0.25\nvn 0 0 1\ng part\nusemtl m\ns off\n\
         f 1/1/1 2/2/1 3/3/1 \\\n 4/1/1\nf -4/1 -3/2 -1/3\nl 1 2\n";
     let mesh = obj::parse(text.as_bytes(), Limits::default()).unwrap();
-    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 4]]);
-    let corner = |x, y| DVec3::new(x, y, 0.0);
-    // The corner (0, 1) is there twice, with two texture coordinates.
-    let positions = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 1.0)];
-    assert_eq!(mesh.positions, positions.map(|(x, y)| corner(x, y)));
-    let uvs = vec![[0.0, 0.0], [1.0, 0.5], [0.25, 0.0], [0.0, 0.0], [0.25, 0.0]];
-    assert_eq!(mesh.uvs, Some(uvs));
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [4, 5, 6]]);
+    let corner = |(x, y)| DVec3::new(x, y, 0.0);
+    // The last face has corners of its own: they have no normals.
+    let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(corner);
+    let again = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(corner);
+    assert_eq!(mesh.positions, [&square[..], &again[..]].concat());
+    let [a, b, c] = [[0.0, 0.0], [1.0, 0.5], [0.25, 0.0]];
+    assert_eq!(mesh.uvs, Some(vec![a, b, c, a, a, b, c]));
+    let normals = [[DVec3::Z; 4].as_slice(), &[DVec3::ZERO; 3]].concat();
+    assert_eq!(mesh.normals, Some(normals));
 }
 
 #[test]
@@ -35,6 +38,7 @@ fn an_obj_file_without_texture_coordinates() {
     .unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2]]);
     assert_eq!(mesh.uvs, None);
+    assert_eq!(mesh.normals, Some(vec![DVec3::Z; 3]));
 }
 
 #[test]

@@ -520,6 +520,9 @@ fn tetrahedron(faces: &str) -> String {
     ))
 }
 
+/// Clear, with normals of vertices.
+const ROUND: &str = r#", "vertex_normals": [[-1, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]], "g": {"type": "dielectric"}"#;
+
 /// For each row a scene that meets it, and one that is nearly the same and does not.
 fn examples() -> Vec<(&'static str, String, String)> {
     let fog = r#"{"type": "homogeneous", "sigma_t": 0.1}"#;
@@ -593,7 +596,8 @@ fn examples() -> Vec<(&'static str, String, String)> {
         ("format", film(r#", "component_format": "float16""#), film(r#", "component_format": "float32", "file_format": "openexr""#)),
         ("hide_emitters", scene(r#""i": {"type": "path", "hide_emitters": true}, "#), scene(r#""i": {"type": "path", "hide_emitters": false}, "#)),
         ("mask", surface(r#"{"type": "mask", "b": {"type": "diffuse"}}"#).replace("constant", "point"), surface(r#"{"type": "mask", "b": {"type": "diffuse"}}"#)),
-        ("mesh normals", tetrahedron(outside).replace("true", "false").replace("COLOURS", ""), tetrahedron(outside).replace("COLOURS", "")),
+        ("mesh normals", tetrahedron(outside).replace("true", "false").replace("COLOURS", ROUND),
+            tetrahedron(outside).replace("COLOURS", ROUND)),
         ("mesh sides", tetrahedron(inside).replace("COLOURS", ""), tetrahedron(outside).replace("COLOURS", "")),
         ("moment, stokes, aov", scene(r#""i": {"type": "moment", "j": {"type": "path"}}, "#), scene(r#""i": {"type": "path"}, "#)),
         ("path in media", in_fog("").replace("volpath", "path"), in_fog("")),

@@ -37,7 +37,7 @@ differences! {
     FORMAT: "format", "files are written as the command line says, in 32 bits; file_format and component_format are ignored";
     HIDE_EMITTERS: "hide_emitters", "emitters in view are shown; Mitsuba hides them";
     MASK: "mask", "light is found at surfaces of which a share is clear; Mitsuba's path drops it where the ray then passes, unless the scene has an environment: its volpath does not";
-    MESH_NORMALS: "mesh normals", "meshes have the normals of their triangles; Mitsuba interpolates those of the vertices unless face_normals is true";
+    MESH_NORMALS: "mesh normals", "light passes smooth interfaces of meshes by the normals of the triangles; Mitsuba's by those interpolated between the vertices, unless face_normals is true";
     MESH_SIDES: "mesh sides", "closed meshes that are wound inside out are flipped; Mitsuba leaves them";
     NESTED_INTEGRATOR: "moment, stokes, aov", "an integrator that holds others renders the first of them; Mitsuba adds second moments, polarization or other quantities";
     PATH_MEDIA: "path in media", "path and ptracer see media; in Mitsuba they do not, and volpath does";

@@ -114,8 +114,13 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
             vec![SPECTRA]
         }
         (PluginKind::Shape, "obj" | "ply" | "serialized" | "mesh") => {
-            let interpolated = !is_true(object, "face_normals");
-            interpolated.then_some(MESH_NORMALS).into_iter().collect()
+            let may = object.plugin != "mesh" || value(object, "vertex_normals").is_some();
+            let interpolated = may && !is_true(object, "face_normals");
+            let clear = has(object, PluginKind::Bsdf, &["dielectric", "thindielectric"]);
+            (interpolated && clear)
+                .then_some(MESH_NORMALS)
+                .into_iter()
+                .collect()
         }
         (PluginKind::Shape, "sphere") => {
             let textured = shines_by_texture(object);

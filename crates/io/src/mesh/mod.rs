@@ -27,6 +27,8 @@ pub struct MeshData {
     pub triangles: Vec<[u32; 3]>,
     /// Texture coordinates of the vertices.
     pub uvs: Option<Vec<[f64; 2]>>,
+    /// Normals of the vertices, of any length; zero where there is none.
+    pub normals: Option<Vec<DVec3>>,
     /// Linear colours of the vertices.
     pub colours: Option<Vec<[f32; 3]>>,
     /// Linear colours of the triangles.

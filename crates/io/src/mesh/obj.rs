@@ -1,6 +1,6 @@
-//! Wavefront OBJ: vertices, their colours and texture coordinates, and faces.
+//! Wavefront OBJ: vertices, their colours, normals and texture coordinates, and faces.
 //!
-//! Normals, materials, groups and smoothing are passed over: a mesh is geometry here. Errors name
+//! Materials, groups and smoothing are passed over: a mesh is geometry here. Errors name
 //! the line, which off-the-shelf readers do not.
 
 use std::collections::HashMap;
@@ -16,7 +16,8 @@ use crate::input::{self, Limits};
 /// Bytes that each of these takes at most while a file is read.
 const POSITION: u64 = 80;
 const UV: u64 = 32;
-const VERTEX: u64 = 160;
+const NORMAL: u64 = 48;
+const VERTEX: u64 = 240;
 const TRIANGLE: u64 = 24;
 
 /// Reads a mesh; all objects of the file together.
@@ -63,6 +64,14 @@ pub fn parse(bytes: &[u8], limits: Limits) -> Result<MeshData, (Problem, Option<
     reader.finish().map_err(|problem| (problem, None))
 }
 
+/// What a corner of a face names.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Corner {
+    position: u32,
+    uv: Option<u32>,
+    normal: Option<u32>,
+}
+
 #[derive(Default)]
 struct Reader {
     /// Bytes of memory that the file may take.
@@ -71,9 +80,10 @@ struct Reader {
     /// The colours that follow positions.
     colours: Vec<Option<[f32; 3]>>,
     uvs: Vec<[f64; 2]>,
-    /// The vertices of the mesh: pairs of a position and a texture coordinate.
-    vertices: Vec<(u32, Option<u32>)>,
-    numbers: HashMap<(u32, Option<u32>), u32>,
+    normals: Vec<DVec3>,
+    /// The vertices of the mesh.
+    vertices: Vec<Corner>,
+    numbers: HashMap<Corner, u32>,
     triangles: Vec<[u32; 3]>,
 }
 
@@ -93,6 +103,11 @@ impl Reader {
                 let [u] = numbers(&mut words)?;
                 let v = words.next().map_or(Ok(0.0), number)?;
                 self.uvs.push([u, v]);
+                self.check(0)?;
+            }
+            Some("vn") => {
+                let normal: [f64; 3] = numbers(&mut words)?;
+                self.normals.push(normal.into());
                 self.check(0)?;
             }
             Some("f") => self.face(words)?,
@@ -118,6 +133,7 @@ impl Reader {
     fn check(&self, more: usize) -> Result<(), Problem> {
         let taken = self.positions.len() as u64 * POSITION
             + self.uvs.len() as u64 * UV
+            + self.normals.len() as u64 * NORMAL
             + self.vertices.len() as u64 * VERTEX
             + (self.triangles.len() + more) as u64 * TRIANGLE;
         if taken <= self.most {
@@ -133,33 +149,46 @@ impl Reader {
     fn vertex(&mut self, word: &str) -> Result<u32, Problem> {
         let mut parts = word.split('/');
         let position = index(parts.next().unwrap_or(""), self.positions.len(), "vertex")?;
-        let uv = match parts.next() {
-            None | Some("") => None,
-            Some(part) => Some(index(part, self.uvs.len(), "texture coordinate")?),
+        let mut other = |count, what| match parts.next() {
+            None | Some("") => Ok(None),
+            Some(part) => index(part, count, what).map(Some),
+        };
+        let corner = Corner {
+            position,
+            uv: other(self.uvs.len(), "texture coordinate")?,
+            normal: other(self.normals.len(), "normal")?,
         };
         let next = self.vertices.len();
-        if let Some(&number) = self.numbers.get(&(position, uv)) {
+        if let Some(&number) = self.numbers.get(&corner) {
             return Ok(number);
         }
         let number = u32::try_from(next)
             .map_err(|_| Problem::TooLarge("more than 2^32 vertices".to_owned()))?;
-        self.numbers.insert((position, uv), number);
-        self.vertices.push((position, uv));
+        self.numbers.insert(corner, number);
+        self.vertices.push(corner);
         Ok(number)
     }
 
     fn finish(self) -> Result<MeshData, Problem> {
-        let position = |&(position, _): &(u32, Option<u32>)| self.positions[position as usize];
+        let position = |c: &Corner| self.positions[c.position as usize];
         let positions = self.vertices.iter().map(position).collect();
         // Texture coordinates that are given only here and there are of no use.
-        let uv = |&(_, uv): &(u32, Option<u32>)| uv.map(|uv| self.uvs[uv as usize]);
+        let uv = |c: &Corner| c.uv.map(|uv| self.uvs[uv as usize]);
         let uvs = self.vertices.iter().map(uv).collect();
-        let colour = |&(position, _): &(u32, Option<u32>)| self.colours[position as usize];
+        // Normals are, where there are some.
+        let normal = |c: &Corner| {
+            c.normal
+                .map_or(DVec3::ZERO, |normal| self.normals[normal as usize])
+        };
+        let has_normals = self.vertices.iter().any(|c| c.normal.is_some());
+        let normals = has_normals.then(|| self.vertices.iter().map(normal).collect());
+        let colour = |c: &Corner| self.colours[c.position as usize];
         let colours = self.vertices.iter().map(colour).collect();
         check_mesh(MeshData {
             positions,
             triangles: self.triangles,
             uvs,
+            normals,
             colours,
             face_colours: None,
         })

@@ -13,7 +13,8 @@ use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
 use crate::scene::linear_from_srgb;
 
-/// Reads a mesh: the positions `x y z`, texture coordinates `u v` or `s t` and colours `r g b`,
+/// Reads a mesh: the positions `x y z`, normals `nx ny nz`,
+/// texture coordinates `u v` or `s t` and colours `r g b`,
 /// `red green blue` or `color_0 color_1 color_2` if there are any, and the faces with colours by the same names.
 ///
 /// # Errors
@@ -155,6 +156,9 @@ fn add_vertices(
     let has = |name: &str| element.properties.contains_key(name);
     let has_uvs = (has("u") && has("v")) || (has("s") && has("t"));
     mesh.uvs = has_uvs.then(|| vertices.iter().map(|v| v.uv).collect());
+    let has_normals = ["nx", "ny", "nz"].into_iter().all(has);
+    let normal = |v: &Vertex| DVec3::from_array(v.normal);
+    mesh.normals = has_normals.then(|| vertices.iter().map(normal).collect());
     mesh.colours = is_coloured(element).then(|| vertices.iter().map(|v| v.colour).collect());
     Ok(())
 }
@@ -192,7 +196,7 @@ fn add_faces(mesh: &mut MeshData, faces: &[Face], coloured: bool) -> Result<(), 
 }
 
 /// Bytes that a vertex or a face takes at most while it is read, without its corners, and each of these.
-const ELEMENT: u64 = 144;
+const ELEMENT: u64 = 192;
 const CORNER: u64 = 32;
 
 /// The names that the list of a face's vertices goes by.
@@ -225,6 +229,7 @@ fn set_channel(place: &mut f32, property: &Property) -> PropertyAccessResult {
 #[derive(Debug)]
 struct Vertex {
     position: [f64; 3],
+    normal: [f64; 3],
     uv: [f64; 2],
     colour: [f32; 3],
 }
@@ -233,6 +238,7 @@ impl PropertyAccess for Vertex {
     fn new() -> Self {
         Vertex {
             position: [0.0; 3],
+            normal: [0.0; 3],
             uv: [0.0; 2],
             colour: [0.0; 3],
         }
@@ -246,6 +252,9 @@ impl PropertyAccess for Vertex {
             "x" => &mut self.position[0],
             "y" => &mut self.position[1],
             "z" => &mut self.position[2],
+            "nx" => &mut self.normal[0],
+            "ny" => &mut self.normal[1],
+            "nz" => &mut self.normal[2],
             "u" | "s" => &mut self.uv[0],
             "v" | "t" => &mut self.uv[1],
             _ => return PropertyAccessResult::Ignored,

@@ -19,7 +19,7 @@ const MAGIC: u16 = 0x041c;
 const LONGEST_NAME: usize = 1 << 16;
 
 /// Bytes that a vertex and a triangle take at most while they are read.
-const VERTEX: u64 = 128;
+const VERTEX: u64 = 176;
 const TRIANGLE: u64 = 64;
 
 /// What a mesh holds besides positions and triangles.
@@ -125,11 +125,8 @@ impl Reader<'_> {
             _ => Element::F64,
         };
         let positions: Vec<[f64; 3]> = self.vectors(vertices, element)?;
-        if flags & NORMALS != 0 {
-            let bytes = vertices * 3 * element.size() as u64;
-            let passed = std::io::copy(&mut (&mut self.stream).take(bytes), &mut std::io::sink());
-            passed.map_err(damaged)?;
-        }
+        let normals = (flags & NORMALS != 0).then(|| self.vectors::<3>(vertices, element));
+        let normals = normals.transpose()?;
         let uvs = (flags & UVS != 0).then(|| self.vectors(vertices, element));
         let uvs = uvs.transpose()?;
         let colours = (flags & COLOURS != 0).then(|| self.vectors::<3>(vertices, element));
@@ -141,6 +138,7 @@ impl Reader<'_> {
             positions: positions.collect::<Result<_, _>>()?,
             triangles: corners(triangles, vertices)?,
             uvs,
+            normals: normals.map(|all| all.into_iter().map(DVec3::from_array).collect()),
             colours: colours
                 .transpose()?
                 .map(|values| values.into_iter().map(single).collect()),

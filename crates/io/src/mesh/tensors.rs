@@ -15,6 +15,8 @@ pub struct Tensors<'a> {
     pub faces: &'a Tensor,
     /// Texture coordinates, (n, 2).
     pub vertex_texcoords: Option<&'a Tensor>,
+    /// Normals, (n, 3).
+    pub vertex_normals: Option<&'a Tensor>,
     /// Linear colours, (n, 3).
     pub vertex_color: Option<&'a Tensor>,
 }
@@ -44,13 +46,18 @@ impl MeshData {
             _ => Ok(()),
         };
         of_vertices("vertex_texcoords", tensors.vertex_texcoords)?;
+        of_vertices("vertex_normals", tensors.vertex_normals)?;
         of_vertices("vertex_color", tensors.vertex_color)?;
         let uvs = tensors.vertex_texcoords.map(Tensor::rows::<2>);
+        let normals = tensors.vertex_normals.map(Tensor::rows::<3>);
+        let normals = normals.transpose().map_err(|p| ("vertex_normals", p))?;
+        let vectors = |rows: Vec<[f64; 3]>| rows.into_iter().map(DVec3::from_array).collect();
         let colours = tensors.vertex_color.map(Tensor::rows::<3>);
         let colours = colours.transpose().map_err(|p| ("vertex_color", p))?;
         let mesh = MeshData {
             triangles: triangles(faces, count).map_err(|p| ("faces", p))?,
-            positions: positions.into_iter().map(DVec3::from_array).collect(),
+            positions: vectors(positions),
+            normals: normals.map(vectors),
             uvs: uvs.transpose().map_err(|p| ("vertex_texcoords", p))?,
             colours: colours.map(|rows| rows.iter().map(|row| row.map(|v| v as f32)).collect()),
             face_colours: None,

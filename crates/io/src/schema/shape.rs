@@ -17,13 +17,23 @@ const COMMON: &[Parameter] = &[
 
 const MESH: &[Parameter] = &[
     text("filename", "required", "the file with the triangles"),
-    boolean("face_normals", "true", "accepted and ignored"),
+    FACE_NORMALS,
 ];
+
+const FACE_NORMALS: Parameter = boolean(
+    "face_normals",
+    "false",
+    "whether each triangle is shaded by its own normal, not by those of its corners",
+);
 
 const DISTANCES: &[Parameter] = &[
     text("filename", "", "a volume file of one channel; this or grid"),
     tensor("grid", "", "distances, (z, y, x, 1), negative inside"),
-    word("normals", &["smooth", "analytic"], "accepted and ignored"),
+    word(
+        "normals",
+        &["smooth", "analytic"],
+        "accepted and ignored: they are means of those of the triangles around",
+    ),
 ];
 
 const CURVE: &[Parameter] = &[
@@ -39,8 +49,13 @@ const ARRAYS: &[Parameter] = &[
         "numbers of vertices from 0, (m, 3), counter-clockwise when seen from the front",
     ),
     tensor("vertex_texcoords", "", "texture coordinates, (n, 2)"),
+    tensor(
+        "vertex_normals",
+        "",
+        "normals for shading, (n, 3), of any length",
+    ),
     tensor("vertex_color", "", "linear colours, (n, 3)"),
-    boolean("face_normals", "true", "accepted and ignored"),
+    FACE_NORMALS,
 ];
 
 const FLIP: Parameter = boolean(
@@ -50,7 +65,10 @@ const FLIP: Parameter = boolean(
 );
 
 const CHILDREN: &[Slot] = &[
-    one(Bsdf, "The surface; diffuse without any."),
+    one(
+        Bsdf,
+        "The surface; without any, diffuse with reflectance ½, or black if it emits light.",
+    ),
     one(Emitter, "An area light."),
     one(Sensor, "An irradiancemeter."),
     role(Medium, "interior", "The medium inside."),

@@ -54,8 +54,8 @@ impl Bsdf {
         Some(BsdfSample { weight, ..sample })
     }
 
-    /// [`Bsdf::eval`] for a path from an emitter, which light follows from `toward` to `direction`: by eq. (importance at shading
-    /// normals), the value for light that goes that way, over that of the true cosines.
+    /// [`Bsdf::eval`] for a path from an emitter, which light follows from `toward` to `direction`: by eq. (shaded importance),
+    /// from the value for light that goes the other way.
     pub fn eval_importance(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         if !self.is_shaded(s) {
             return self.eval(s, toward, direction);

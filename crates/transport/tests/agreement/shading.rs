@@ -10,7 +10,7 @@ use morgana_transport::bsdf::{
     BlendBsdf, Bsdf, Conductor, Diffuse, Distribution, Plastic, RoughConductor, RoughDielectric,
     Roughness, TwoSided,
 };
-use morgana_transport::scene::{Object, Parts};
+use morgana_transport::scene::Parts;
 use morgana_transport::shape::{Mesh, Shape, Sphere};
 
 /// A square about `center` that faces `normal`, and is shaded by normals that lean towards `lean`, each corner its own way.

@@ -296,7 +296,11 @@ fn rough_glass_sphere_in_a_furnace() {
 fn furnace_path(bsdf: &Bsdf, mut p: DVec3, rng: &mut Rng) -> f64 {
     let (mut toward, mut throughput) = (DVec3::Z, 1.0);
     loop {
-        let surface = Surface { normal: p, ..GLASS };
+        let surface = Surface {
+            normal: p,
+            shading_normal: p,
+            ..GLASS
+        };
         let Some(b) = bsdf.sample(&surface, toward, rng.uniform()) else {
             return 0.0;
         };

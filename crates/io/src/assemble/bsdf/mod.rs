@@ -71,7 +71,7 @@ pub(super) fn build(
 ) -> Surface {
     if MAPS.contains(&object.plugin.as_str()) {
         let plain = Surface {
-            bsdf: default(),
+            bsdf: default(false),
             indices: None,
         };
         return flat(object, context).map_or(plain, |nested| build(nested, vertices, context));
@@ -99,7 +99,7 @@ pub(super) fn build(
         }
     };
     Surface {
-        bsdf: bsdf.unwrap_or_else(default),
+        bsdf: bsdf.unwrap_or_else(|| default(false)),
         indices,
     }
 }
@@ -124,9 +124,10 @@ fn flat<'a>(object: &'a ObjectDescription, context: &mut Context) -> Option<&'a 
     nested.first().copied()
 }
 
-/// What a shape without a bsdf has: diffuse, reflectance ½, as in Mitsuba.
-pub(super) fn default() -> Bsdf {
-    Diffuse::new(Spectrum::splat(0.5)).map_or(Bsdf::Null, Bsdf::Diffuse)
+/// What a shape without a bsdf has, as in Mitsuba: diffuse, with reflectance ½, or 0 if it emits light.
+pub(super) fn default(emits: bool) -> Bsdf {
+    let reflectance = if emits { 0.0 } else { 0.5 };
+    Diffuse::new(Spectrum::splat(reflectance)).map_or(Bsdf::Null, Bsdf::Diffuse)
 }
 
 /// The bsdf of a shape, if it names one.

@@ -26,5 +26,5 @@ pub(super) fn geometry(
     };
     let mesh = mesh.map_err(|problem| q.error("filename", problem.to_string()));
     let mesh = mesh.ok()?;
-    Some(Mesh::new(mesh.positions, mesh.triangles, mesh.uvs))
+    Some(super::mesh::built(mesh, false))
 }

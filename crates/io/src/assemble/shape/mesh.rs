@@ -27,12 +27,7 @@ pub(super) fn mesh(
     originals: &mut Originals,
 ) -> Option<Result<(Shape, Colours), ShapeError>> {
     let source = Source::of(object, q, files);
-    // Normals are geometric throughout: interpolated ones would break the laws of refraction.
-    if object.plugin == "sdfgrid" {
-        q.one_of("normals", &["smooth", "analytic"]);
-    } else {
-        q.boolean_or("face_normals", true);
-    }
+    let normals = Normals::of(object, q);
     // Most programs that write .obj files have v grow upwards, whereas images begin at the top.
     let flip = match object.plugin.as_str() {
         "mesh" | "serialized" | "gltf" | "sdfgrid" => false,
@@ -40,7 +35,7 @@ pub(super) fn mesh(
     };
     let (mesh, colours) = match originals.meshes.get(&object.number) {
         Some(known) => known.clone(),
-        None => match original(source?.read(q, files.limits())?, flip) {
+        None => match original(source?.read(q, files.limits())?, flip, normals) {
             Ok(original) => original,
             Err(error) => return Some(Err(error)),
         },
@@ -62,6 +57,31 @@ pub(super) fn mesh(
     )
 }
 
+/// By which normals a mesh is shaded.
+#[derive(Clone, Copy, PartialEq)]
+enum Normals {
+    /// Those of its triangles.
+    Faces,
+    /// Those that it comes with, else those of its triangles.
+    Given,
+    /// Those that it comes with, else the means of those of the triangles around each vertex.
+    Smooth,
+}
+
+impl Normals {
+    fn of(object: &ObjectDescription, q: &mut Query) -> Self {
+        if object.plugin == "sdfgrid" {
+            q.one_of("normals", &["smooth", "analytic"]);
+            return Normals::Smooth;
+        }
+        match (q.boolean_or("face_normals", false), object.plugin.as_str()) {
+            (true, _) => Normals::Faces,
+            (false, "mesh" | "gltf") => Normals::Given,
+            (false, _) => Normals::Smooth,
+        }
+    }
+}
+
 /// A grid of numbers.
 enum Grid {
     File(PathBuf),
@@ -73,8 +93,8 @@ enum Source {
     File(PathBuf),
     /// A file of several meshes, and which one is meant.
     OneOf(PathBuf, usize),
-    /// The shape holds them itself: positions, faces, texture coordinates, colours.
-    Held([Arc<Tensor>; 2], [Option<Arc<Tensor>>; 2]),
+    /// The shape holds them itself: positions, faces; texture coordinates, normals, colours.
+    Held([Arc<Tensor>; 2], [Option<Arc<Tensor>>; 3]),
     /// Distances from a surface, in a file or held by the shape.
     Distances(Grid),
 }
@@ -83,7 +103,8 @@ impl Source {
     fn of(object: &ObjectDescription, q: &mut Query, files: &mut FileRegistry) -> Option<Self> {
         if object.plugin == "mesh" {
             let needed = ["vertex_positions", "faces"].map(|name| q.required_tensor(name));
-            let others = ["vertex_texcoords", "vertex_color"].map(|name| q.tensor(name));
+            let others = ["vertex_texcoords", "vertex_normals", "vertex_color"];
+            let others = others.map(|name| q.tensor(name));
             let [positions, faces] = needed;
             return Some(Source::Held([positions?, faces?], others));
         }
@@ -113,13 +134,16 @@ impl Source {
             Source::File(path) => MeshData::read_within(&path, limits).map_err(in_file),
             Source::OneOf(path, index) => serialized::read(&path, index, limits).map_err(in_file),
             Source::Distances(grid) => grid.surface(limits),
-            Source::Held([positions, faces], [texcoords, color]) => MeshData::of_tensors(Tensors {
-                vertex_positions: &positions,
-                faces: &faces,
-                vertex_texcoords: texcoords.as_deref(),
-                vertex_color: color.as_deref(),
-            })
-            .map_err(|(name, problem)| (name, problem.to_string())),
+            Source::Held([positions, faces], [texcoords, normals, color]) => {
+                MeshData::of_tensors(Tensors {
+                    vertex_positions: &positions,
+                    faces: &faces,
+                    vertex_texcoords: texcoords.as_deref(),
+                    vertex_normals: normals.as_deref(),
+                    vertex_color: color.as_deref(),
+                })
+                .map_err(|(name, problem)| (name, problem.to_string()))
+            }
         };
         mesh.map_err(|(name, message)| q.error(name, message)).ok()
     }
@@ -158,15 +182,32 @@ impl Grid {
     }
 }
 
-fn original(mut data: MeshData, flip: bool) -> Result<(Arc<Mesh>, Colours), ShapeError> {
+fn original(
+    mut data: MeshData,
+    flip: bool,
+    normals: Normals,
+) -> Result<(Arc<Mesh>, Colours), ShapeError> {
     if flip {
         let uvs = data.uvs.iter_mut().flatten();
         uvs.for_each(|uv| uv[1] = 1.0 - uv[1]);
     }
     let colours = Colours {
-        vertices: data.colours.map(Arc::new),
-        faces: data.face_colours.map(Arc::new),
+        vertices: data.colours.take().map(Arc::new),
+        faces: data.face_colours.take().map(Arc::new),
     };
-    let mesh = Mesh::new(data.positions, data.triangles, data.uvs)?;
+    if normals == Normals::Faces {
+        data.normals = None;
+    }
+    let mesh = built(data, normals == Normals::Smooth)?;
     Ok((Arc::new(mesh), colours))
+}
+
+/// A mesh with its normals; with `smooth` ones if it has none.
+pub(super) fn built(data: MeshData, smooth: bool) -> Result<Mesh, ShapeError> {
+    let mesh = Mesh::new(data.positions, data.triangles, data.uvs)?;
+    match data.normals {
+        Some(normals) => mesh.with_normals(normals),
+        None if smooth => Ok(mesh.with_smooth_normals()),
+        None => Ok(mesh),
+    }
 }

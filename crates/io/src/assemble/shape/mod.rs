@@ -87,7 +87,7 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let surface = match &bsdf {
         Some(object) => bsdf::build(object, &vertices, context),
         None => bsdf::Surface {
-            bsdf: bsdf::default(),
+            bsdf: bsdf::default(light.is_some()),
             indices: None,
         },
     };

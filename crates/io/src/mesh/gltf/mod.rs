@@ -20,7 +20,7 @@ use document::{Document, index, list, numbers};
 /// Triangles of one file: nodes may show one mesh many times.
 const MOST_TRIANGLES: u64 = 100_000_000;
 /// Bytes that a vertex and a triangle take at most while they are read.
-const VERTEX: u64 = 160;
+const VERTEX: u64 = 208;
 const TRIANGLE: u64 = 40;
 /// Modes of primitives; smaller ones are points and lines.
 const TRIANGLES: usize = 4;
@@ -56,6 +56,7 @@ pub fn parse(
         limits,
         mesh: MeshData {
             uvs: Some(Vec::new()),
+            normals: Some(Vec::new()),
             colours: Some(Vec::new()),
             ..MeshData::default()
         },
@@ -142,7 +143,7 @@ impl Builder<'_> {
             let x = frame.transform_point3(DVec3::from_array(x));
             self.mesh.positions.push(check_position(x, first + i)?);
         }
-        self.attributes(attributes, count)?;
+        self.attributes(attributes, count, frame)?;
         let order = match index(primitive, "indices") {
             Some(accessor) => self.document.indices(accessor)?,
             None => (0..count as u32).collect(),
@@ -174,9 +175,14 @@ impl Builder<'_> {
         self.limits.permit(needed, 1, self.document.size)
     }
 
-    /// Texture coordinates and colours, if all parts have them. Both are as in images: v grows downwards, and
+    /// Normals, texture coordinates and colours, if all parts have them. The latter two are as in images: v grows downwards, and
     /// colours are linear.
-    fn attributes(&mut self, attributes: &Value, count: usize) -> Result<(), Problem> {
+    fn attributes(
+        &mut self,
+        attributes: &Value,
+        count: usize,
+        frame: DAffine3,
+    ) -> Result<(), Problem> {
         let fits = |n: usize| {
             if n == count {
                 Ok(())
@@ -191,6 +197,15 @@ impl Builder<'_> {
                 all.extend(uvs);
             }
             _ => self.mesh.uvs = None,
+        }
+        match (index(attributes, "NORMAL"), &mut self.mesh.normals) {
+            (Some(accessor), Some(all)) => {
+                let normals = self.document.vectors::<3>(accessor)?;
+                fits(normals.len())?;
+                let to_scene = frame.matrix3.inverse().transpose();
+                all.extend(normals.into_iter().map(|n| to_scene * DVec3::from_array(n)));
+            }
+            _ => self.mesh.normals = None,
         }
         match (index(attributes, "COLOR_0"), &mut self.mesh.colours) {
             (Some(accessor), Some(all)) => {
