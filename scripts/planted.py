@@ -213,10 +213,10 @@ PLANTED = [
     (
         "refraction computed from the chord of the last arc",
         TRANSPORT + "path/walk/surface.rs",
-        "let Some(sample) = self.turn(object, hit, -direction) else {",
+        "let Some(sample) = self.sample(object, hit, &surface, -direction) else {",
         "let toward = self.edge.spans.last().map_or(-direction, "
         "|s| (s.arc.start() - hit.position).normalize());"
-        "let Some(sample) = self.turn(object, hit, toward) else {",
+        "let Some(sample) = self.sample(object, hit, &surface, toward) else {",
         ("morgana-transport", "edges", "refraction_uses_the_tangent_of_the_ray"),
     ),
     (
