@@ -65,9 +65,12 @@ fn obj(with_normals: bool) -> String {
         }
     }
     for face in faces.map(|face| face.map(|i| i + 1)) {
-        let corner = |i: usize| match with_normals {
-            true => format!("{i}//{i}"),
-            false => i.to_string(),
+        let corner = |i: usize| {
+            if with_normals {
+                format!("{i}//{i}")
+            } else {
+                i.to_string()
+            }
         };
         writeln!(text, "f {}", face.map(corner).join(" ")).unwrap();
     }
