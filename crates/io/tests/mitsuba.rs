@@ -444,6 +444,102 @@ fn maps_light_as_mitsubas_do() {
     testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
 }
 
+/// As [`maps_light_as_mitsubas_do`], by every estimator: a ball in the light of a spot that throws an image or a board.
+#[test]
+fn spots_throw_textures_as_mitsubas_do() {
+    const SIZE: [usize; 2] = [8, 6];
+    let channel = |c: usize| (0..SIZE[0] * SIZE[1]).map(|i| pixel(3 * i + c)).collect();
+    let layer = Layer {
+        name: String::new(),
+        channels: [("B", 2), ("G", 1), ("R", 0)]
+            .map(|(name, c)| (name.to_owned(), channel(c)))
+            .into(),
+    };
+    let image = ImageLayers {
+        width: SIZE[0],
+        height: SIZE[1],
+        layers: vec![layer],
+        attributes: Vec::new(),
+    };
+    let directory = tempfile::tempdir().unwrap();
+    exr::write(&directory.path().join("slide.exr"), &image).unwrap();
+    let bitmap = r#""type": "bitmap", "filename": "slide.exr""#;
+    let table = [
+        (bitmap.to_owned(), [16, 12], 0.086670, 2.2e-5),
+        (
+            format!(
+                r#"{bitmap}, "filter_type": "nearest", "wrap_mode": "mirror",
+  "to_uv": [{{"scale": [1.7, 1.3, 1]}}, {{"rotate": {{"axis": [0, 0, 1], "angle": 30}}}}]"#
+            ),
+            [20, 5],
+            0.089933,
+            5.4e-5,
+        ),
+        (
+            r#""type": "checkerboard", "color0": {"type": "rgb", "value": [0.9, 0.1, 0.5]}, "color1": 0,
+  "to_uv": [{"scale": [2.5, 3.5, 1]}]"#
+                .to_owned(),
+            [14, 14],
+            0.026602,
+            1.8e-5,
+        ),
+    ];
+    let mut zs = Vec::new();
+    for (texture, [cutoff, beam], theirs, error) in table {
+        let spot = format!(
+            r#""spot": {{"type": "spot", "intensity": 30, "cutoff_angle": {cutoff}, "beam_width": {beam},
+  "to_world": [{{"lookat": {{"origin": [3, 2, 3], "target": [0.2, 0, 0], "up": [0.3, 1, 0]}}}}],
+  "texture": {{{texture}}}}}"#
+        );
+        for (integrator, samples) in [("path", 1024), ("bdpt", 1024), ("particle", 16384)] {
+            let integrator =
+                format!(r#"{{"type": "scene", "integrator": {{"type": "{integrator}"}}"#);
+            let text = ball_in(r#""type": "diffuse""#, &spot);
+            let text = text.replacen(r#"{"type": "scene""#, &integrator, 1);
+            let [ours, own] = mean_of(load_in(directory.path(), &text), samples);
+            println!("{integrator} {texture}: {ours:.6} ± {own:.6}, Mitsuba {theirs:.6}");
+            assert!(own < 4e-3 * theirs, "{integrator}: no power");
+            zs.push((ours - theirs) / own.hypot(error));
+        }
+    }
+    testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
+}
+
+/// As [`means_are_those_of_mitsuba`] by `volpath`, here by every estimator: a ball of fog with a smaller one of chalk in
+/// it, behind holes, behind a pane, and behind nothing.
+#[test]
+fn masks_and_panes_around_fog_are_those_of_mitsuba() {
+    const BALL: &str = r#""ball": {"type": "sphere""#;
+    // As a number, the colours of Mitsuba's checkerboard are swapped.
+    let board = r#"{"type": "checkerboard", "color0": 0.1, "color1": 0.9, "to_uv": [{"scale": [4, 4, 1]}]}"#;
+    let mask = format!(
+        r#""type": "mask", "opacity": {board}, "n": {{"type": "twosided", "n": {{"type": "diffuse", "reflectance": 0.7}}}}"#
+    );
+    let pane = r#""type": "thindielectric", "specular_transmittance": 0.9, "ext_ior": 1.000277"#;
+    let table = [
+        (mask.as_str(), 0.268282, 4.7e-5),
+        (pane, 0.253190, 1.2e-4),
+        (r#""type": "null""#, 0.263200, 4.2e-5),
+    ];
+    let fog = r#""interior": {"type": "homogeneous", "sigma_t": 2, "albedo": 0.8, "phase": {"type": "hg", "g": 0.4}}"#;
+    let chalk = r#""chalk": {"type": "sphere", "radius": 0.4, "bsdf": {"type": "diffuse", "reflectance": 0.6}}"#;
+    let mut zs = Vec::new();
+    for (bsdf, theirs, error) in table {
+        for (integrator, samples) in [("path", 1024), ("bdpt", 1024), ("particle", 16384)] {
+            let start =
+                format!(r#"{{"type": "scene", "integrator": {{"type": "{integrator}"}}, {chalk}"#);
+            let text = ball(bsdf)
+                .replacen(r#"{"type": "scene""#, &start, 1)
+                .replacen(BALL, &format!("{BALL}, {fog}"), 1);
+            let [ours, own] = mean(&text, samples);
+            println!("{integrator} {bsdf}: {ours:.5} ± {own:.5}, Mitsuba {theirs:.5}");
+            assert!(own < 4e-3 * theirs, "{integrator}: no power");
+            zs.push((ours - theirs) / own.hypot(error));
+        }
+    }
+    testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
+}
+
 /// Optical depth of ones on a grid in the unit cube around the origin, seen along an axis through a larger shape:
 /// straight, turned by 45° (where a window of 0.02 sees √2 − 2|x|), and along bent rays, of which the length in the cube
 /// is that of the straight ones but for the square of their slope (1e-4).

@@ -200,7 +200,11 @@ impl Loader<'_> {
 
 /// A child with the role that its key says; in the scene there are no roles.
 fn child(entry: &Entry, parent: &Draft, target: Target) -> DraftChild {
-    let named = parent.kind != PluginKind::Scene && PluginKind::of_key(&entry.key).is_none();
+    let place = schema::find(parent.kind, &parent.plugin);
+    // A role may be called as a kind is.
+    let role = place.and_then(|place| place.roles(&entry.key).next());
+    let unlike = role.is_some() || PluginKind::of_key(&entry.key).is_none();
+    let named = parent.kind != PluginKind::Scene && unlike;
     DraftChild {
         name: named.then(|| (entry.key.clone(), entry.key_location.clone())),
         target,

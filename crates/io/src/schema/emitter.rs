@@ -96,7 +96,19 @@ pub(super) const PLUGINS: &[Plugin] = &[
         ],
         INSIDE,
     ),
-    plugin("spot", "A cone of light along +z.", &[SPOT, PLACED], INSIDE),
+    plugin(
+        "spot",
+        "A cone of light along +z.",
+        &[SPOT, PLACED],
+        &[
+            one(Medium, "Accepted: containment decides."),
+            role(
+                Texture,
+                "texture",
+                "A factor of the intensity, thrown along +z; cutoff_angle must be below 90.",
+            ),
+        ],
+    ),
     plugin(
         "projector",
         "A point that throws an image along +z.",

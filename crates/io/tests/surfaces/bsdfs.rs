@@ -110,11 +110,6 @@ fn what_is_refused() {
         &["reflectance must lie in [0, 1] in every channel, got 1.5"],
     );
     refused(
-        "<shape type=\"sphere\"><bsdf type=\"thindielectric\"/>\
-         <medium name=\"interior\" type=\"homogeneous\"/></shape>",
-        &["separates media, but light passes it straight on"],
-    );
-    refused(
         "<shape type=\"sphere\"><bsdf type=\"mask\"><bsdf type=\"diffuse\"/></bsdf>\
          <emitter type=\"area\"><float name=\"radiance\" value=\"1\"/></emitter></shape>",
         &["emits light from a specular, null, masked or thin surface"],

@@ -62,6 +62,7 @@ fn emitted(loaded: &Loaded, direction: DVec3) -> [f64; 3] {
     let direction = direction.normalize();
     let value = match &loaded.scene().emitters()[1] {
         Emitter::Projector(p) => p.intensity(direction),
+        Emitter::Spot(spot) => spot.intensity(direction),
         Emitter::Luminaire(l) => l.intensity(direction),
         other => panic!("{other:?}"),
     };
@@ -108,6 +109,43 @@ fn lights_from_files() {
         error.contains("a projector can only be rotated, mirrored and scaled evenly"),
         "{error}"
     );
+}
+
+#[test]
+fn spots_throw_textures() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &PIXELS);
+    let body = r#"<emitter type="spot">
+<transform name="to_world"><lookat origin="0, 3, 0" target="0, 0, 0" up="0, 0, 1"/></transform>
+<float name="intensity" value="4"/><float name="cutoff_angle" value="60"/><float name="beam_width" value="30"/>
+<texture name="texture" type="bitmap"><string name="filename" value="image.png"/>
+<string name="filter_type" value="nearest"/></texture></emitter>"#;
+    let load = |body: &str| load_from(directory.path(), "", body);
+    let loaded = load(body).unwrap();
+    // u runs along local +x, which is world +x; within the beam's width and halfway between it and the cutoff.
+    let at = |degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        emitted(&loaded, DVec3::new(sin, -cos, 0.0))
+    };
+    close(at(-20.0), PIXELS[0].map(|v| 4.0 * f64::from(v)));
+    close(at(20.0), PIXELS[1].map(|v| 4.0 * f64::from(v)));
+    close(at(45.0), PIXELS[1].map(|v| 2.0 * f64::from(v)));
+    close(at(61.0), [0.0; 3]);
+    for (from, to, expected) in [
+        (
+            "<lookat",
+            "<scale value=\"1, 2, 1\"/><lookat",
+            "a spot with a texture can only be rotated",
+        ),
+        (
+            "\"60\"",
+            "\"90\"",
+            "a spot that throws a texture needs a cutoff_angle below 90",
+        ),
+    ] {
+        let error = load(&body.replace(from, to)).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    }
 }
 
 /// A light inside of a shape.

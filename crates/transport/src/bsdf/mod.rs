@@ -100,6 +100,20 @@ pub struct PartialTransmission {
     pub factor: Spectrum,
 }
 
+impl PartialTransmission {
+    /// All light passes.
+    pub(crate) const ALL: Self = PartialTransmission {
+        probability: 1.0,
+        factor: Spectrum::ONE,
+    };
+
+    /// What is left behind another surface.
+    pub(crate) fn times(&mut self, other: &Self) {
+        self.probability *= other.probability;
+        self.factor *= other.factor;
+    }
+}
+
 /// A surface's scattering distribution.
 #[derive(Clone, Debug)]
 pub enum Bsdf {

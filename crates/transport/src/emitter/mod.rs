@@ -16,6 +16,7 @@ mod projector;
 mod slide;
 mod spot;
 mod surroundings;
+mod table;
 mod textured;
 
 pub use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
@@ -26,7 +27,7 @@ pub use environment::{Environment, ImageError};
 pub use luminaire::{Luminaire, LuminaireError};
 pub use projector::Projector;
 pub use slide::Slide;
-pub use spot::Spot;
+pub use spot::{Spot, SpotTextureError};
 pub use surroundings::Surroundings;
 pub use textured::{TexturedArea, TexturedError};
 

@@ -1,5 +1,6 @@
 //! An area light whose radiance varies over its shape.
 
+use super::table::sampling_table;
 use crate::Spectrum;
 use crate::sampling::{DistributionError, Grid2};
 use crate::shape::{AreaSample, Shape, Site};
@@ -40,14 +41,6 @@ pub enum TexturedError {
 
 /// Pieces of a texture that are integrated at most: a minute's worth.
 const MOST_PIECES: u64 = 1 << 24;
-
-/// Cells along each side of the table for sampling, and points along each side of a cell at which it is made.
-const CELLS: usize = 128;
-const POINTS: usize = 4;
-
-/// Share of the samples that is spread evenly over the area, whatever the table says: its points may have missed
-/// something bright.
-const EVENLY: f64 = 0.1;
 
 /// Light from the side of a shape to which its normals point, from each point the same radiance in all directions.
 ///
@@ -125,21 +118,8 @@ fn integral(radiance: &Texture, shape: &Shape) -> Result<Spectrum, TexturedError
 
 /// How bright the cells of the unit square are of which [`Shape::sample_area`] makes points.
 fn table(radiance: &Texture, shape: &Shape) -> Result<Grid2, DistributionError> {
-    let fine = CELLS * POINTS;
-    let at = |k: usize| (k as f64 + 0.5) / fine as f64;
-    let mut cells = vec![0.0; CELLS * CELLS];
-    for y in 0..fine {
-        for x in 0..fine {
-            let sample = shape.sample_area([at(x), at(y)]);
-            let light = radiance.at(&shape.site_of(&sample)).sum() / sample.pdf;
-            cells[y / POINTS * CELLS + x / POINTS] += light;
-        }
-    }
-    let mean = cells.iter().sum::<f64>() / cells.len() as f64;
-    // A black light has no preferences.
-    let even = if mean > 0.0 { EVENLY * mean } else { 1.0 };
-    cells
-        .iter_mut()
-        .for_each(|c| *c = (1.0 - EVENLY) * *c + even);
-    Grid2::new(CELLS, CELLS, &cells)
+    sampling_table(|u| {
+        let sample = shape.sample_area(u);
+        radiance.at(&shape.site_of(&sample)).sum() / sample.pdf
+    })
 }

@@ -70,7 +70,6 @@ pub(super) fn check(scene: &Scene) -> Vec<SceneProblem> {
     for (i, object) in scene.objects().iter().enumerate() {
         problems.extend(check_sensor_outside(scene, object));
         problems.extend(check_emitter_surface(i, object));
-        problems.extend(check_partial(i, object));
         problems.extend(check_match(scene, i, object));
         problems.extend(check_facets(scene, i, object));
         problems.extend(check_closed(scene, i, object));
@@ -197,21 +196,6 @@ fn check_emitter_surface(i: usize, object: &Object) -> Option<SceneProblem> {
     })
 }
 
-/// Light that passes a mask or a thin pane stays in its medium.
-fn check_partial(i: usize, object: &Object) -> Option<SceneProblem> {
-    let parts = object.sides.is_some() && object.bsdf.is_partial();
-    parts.then(|| {
-        error(
-            Subject::Object(i),
-            format!(
-                "'{}' separates media, but light passes it straight on (mask or thindielectric)",
-                object.name
-            ),
-            "give the medium a shape of its own, with a null or dielectric bsdf",
-        )
-    })
-}
-
 /// The largest jump of the index across an object's boundary, at probes.
 fn jump(scene: &Scene, object: &Object, sides: Sides) -> f64 {
     let probes = (0..SURFACE_PROBES).map(|k| {
@@ -221,20 +205,21 @@ fn jump(scene: &Scene, object: &Object, sides: Sides) -> f64 {
     probes.fold(0.0, f64::max)
 }
 
-/// A boundary that scatters nothing is declared index-matched: is it?
+/// A boundary that light passes straight on is declared index-matched: is it?
 fn check_match(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
-    let sides = object.sides.filter(|_| matches!(object.bsdf, Bsdf::Null))?;
+    let passes = matches!(object.bsdf, Bsdf::Null) || object.bsdf.is_partial();
+    let sides = object.sides.filter(|_| passes)?;
     let jump = jump(scene, object, sides);
     (jump > MATCHED).then(|| {
         warning(
             Subject::Object(i),
             format!(
-                "the boundary of '{}' is declared index-matched (bsdf null), but the index jumps by \
-                 up to {} across it",
+                "the boundary of '{}' is declared index-matched (bsdf null, mask or thindielectric), but the index \
+                 jumps by up to {} across it",
                 object.name,
                 Shown::rounded(jump)
             ),
-            "rays pass it without refraction or reflection; use a dielectric bsdf for a real surface",
+            "rays pass it without refraction; use a dielectric bsdf for a real surface",
         )
     })
 }

@@ -85,7 +85,7 @@ impl Scene {
             replicates: Replicates::default(),
             all: Index::new(&parts.objects, |_| true),
             interfaces: Index::new(&parts.objects, Object::is_interface),
-            partial: Index::new(&parts.objects, |o| o.bsdf.is_partial()),
+            partial: Index::new(&parts.objects, |o| o.bsdf.is_partial() && !o.is_interface()),
             blockers: Index::new(&parts.objects, |o| {
                 !o.is_interface() && !o.bsdf.is_partial()
             }),

@@ -30,9 +30,12 @@ pub struct Object {
 }
 
 impl Object {
-    /// Whether rays pass on a deterministic way: connections go through such a surface.
+    /// Whether rays go on in another medium on a deterministic way: connections go through such a surface.
     pub(crate) fn is_interface(&self) -> bool {
-        matches!(self.bsdf, Bsdf::Null | Bsdf::Dielectric(_))
+        match self.bsdf {
+            Bsdf::Null | Bsdf::Dielectric(_) => true,
+            _ => self.sides.is_some() && self.bsdf.is_partial(),
+        }
     }
 
     /// The medium inside, if the surface separates media.

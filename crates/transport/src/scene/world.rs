@@ -3,7 +3,6 @@
 use super::Scene;
 use super::index::Index;
 use super::parts::MediumId;
-use crate::Spectrum;
 use crate::bsdf::{Bsdf, PartialTransmission};
 use crate::shape::{Except, Hit, Meeting};
 use eikonal::Field;
@@ -32,8 +31,8 @@ impl World for Scene {
             normal: hit.normal,
             shape: surface.shape.shape_operator(hit.position, hit.primitive),
             rule: match surface.bsdf {
-                Bsdf::Null => Rule::Pass,
-                _ => Rule::Refract,
+                Bsdf::Dielectric(_) => Rule::Refract,
+                _ => Rule::Pass,
             },
             beyond: self.medium_beside(
                 object,
@@ -86,8 +85,8 @@ impl Scene {
         shape.is_left(normal, direction).then_some(object)
     }
 
-    /// What of the light passes straight through all surfaces across a connection, whose arcs are given with
-    /// the θ where they end; `None` if an opaque or rough one stands there. Over a length of `slack` before its end the ray may touch `target`, the
+    /// What of the light passes straight through all surfaces within media across a connection, whose arcs are given
+    /// with the θ where they end; `None` if an opaque or rough one stands there. Over a length of `slack` before its end the ray may touch `target`, the
     /// object on which it ends: it comes close to the point that it was aimed at, but not closer than the
     /// solver's tolerance. `left` is an object that the first arc does not meet if it is straight.
     pub fn visibility<'a>(
@@ -96,10 +95,7 @@ impl Scene {
         [left, target]: [Option<usize>; 2],
         slack: f64,
     ) -> Option<PartialTransmission> {
-        let mut all = PartialTransmission {
-            probability: 1.0,
-            factor: Spectrum::ONE,
-        };
+        let mut all = PartialTransmission::ALL;
         let last = arcs.len().saturating_sub(1);
         for (i, (arc, end)) in arcs.enumerate() {
             let target = target.filter(|_| i == last);
@@ -139,14 +135,26 @@ impl Scene {
             if is_end(arc, end, object, meeting.theta, target, slack) {
                 continue;
             }
-            let hit = self.hit(object, &meeting);
-            let surface = &self.objects()[object];
-            let cos = hit.normal.dot(arc.velocity(hit.theta).normalize());
-            if let Some(through) = surface.bsdf.through(&surface.shape.site(&hit), cos) {
-                all.probability *= through.probability;
-                all.factor *= through.factor;
+            if let Some(through) = self.through(object, &meeting, arc) {
+                all.times(&through);
             }
         }
+    }
+
+    /// What passes an object straight on where an arc meets it, if that is not all.
+    pub(crate) fn through(
+        &self,
+        object: usize,
+        meeting: &Meeting,
+        arc: &Arc,
+    ) -> Option<PartialTransmission> {
+        let surface = &self.objects()[object];
+        if !surface.bsdf.is_partial() {
+            return None;
+        }
+        let hit = self.hit(object, meeting);
+        let cos = hit.normal.dot(arc.velocity(hit.theta).normalize());
+        surface.bsdf.through(&surface.shape.site(&hit), cos)
     }
 
     /// Length beyond which a straight ray that starts inside the scene meets nothing more.

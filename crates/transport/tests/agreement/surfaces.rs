@@ -148,6 +148,31 @@ fn mirrored() -> Parts {
     parts
 }
 
+/// Light and views go through the holes of a shell around fog, and through a pane before it.
+fn shell(fog_index: Index) -> Parts {
+    let floor = facing(DVec3::new(0.0, 0.0, -0.5), DVec3::Z, 1.4);
+    let chalk = || Bsdf::Diffuse(Diffuse::new(image()).unwrap());
+    let shell = TwoSided::new(chalk(), chalk()).unwrap();
+    let shell = Mask::new(checked(0.1, 0.6), Bsdf::TwoSided(shell)).unwrap();
+    let objects = vec![
+        container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), Bsdf::Mask(shell)),
+        diffuse(Rectangle::new(floor).unwrap()),
+    ];
+    lit(objects, DVec3::new(0.7, 1.5, 1.4), 0.3, fog_index)
+}
+
+/// A pane around fog.
+fn bulb(fog_index: Index) -> Parts {
+    let floor = facing(DVec3::new(0.0, 0.0, -0.5), DVec3::Z, 1.4);
+    let pane = ThinDielectric::new(1.5, Spectrum::splat(0.8), Spectrum::splat(0.9)).unwrap();
+    let wall = Bsdf::ThinDielectric(pane);
+    let objects = vec![
+        container(Sphere::around(DVec3::ZERO, 1.0).unwrap(), wall),
+        diffuse(Rectangle::new(floor).unwrap()),
+    ];
+    lit(objects, DVec3::new(0.7, 1.5, 1.4), 0.3, fog_index)
+}
+
 /// A ball with a picture and a checkered emitter shine through a ball of thin fog.
 fn pictures(fog_index: Index) -> Parts {
     let floor = facing(DVec3::new(0.0, 0.0, -0.5), DVec3::Z, 1.4);
@@ -177,6 +202,13 @@ pub fn check(name: &str, parts: &Parts, seed: u64, particles: bool) {
 #[test]
 fn textures_and_masks() {
     check("cutouts", &cutouts(), 7000, true);
+}
+
+#[test]
+fn masks_and_panes_between_media() {
+    check("shell", &shell(Index::Constant), 7004, true);
+    check("bent shell", &shell(Index::Linear), 7005, true);
+    check("bulb", &bulb(Index::Constant), 7006, false);
 }
 
 #[test]

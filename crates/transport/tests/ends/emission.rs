@@ -67,6 +67,7 @@ fn directions_of_light_from_points_follow_their_density() {
         ("sharp spot", spot(color(), CUTOFF, CUTOFF), CUTOFF.cos()),
         ("narrow spot", spot(color(), 1e-3, 5e-4), 1e-3f64.cos()),
         ("round spot", spot(color(), std::f64::consts::PI, 0.1), -1.0),
+        ("slide", slide(color()), CUTOFF.cos()),
         ("projector", projector(color()), -1.0),
         ("ies", light(color()), -1.0),
         ("parallelogram", area(0), 0.0),
@@ -141,7 +142,7 @@ fn rays_that_are_never_drawn_have_density_zero() {
     let from_area = |direction| at(&area, &end_at(true), DVec3::ZERO, direction);
     assert!(from_area(axis()) > 0.0);
     assert_eq!(from_area(-axis()), 0.0);
-    let (_, directional) = emitters(color()).remove(4);
+    let (_, directional) = emitters(color()).remove(5);
     let offset = turned(std::f64::consts::FRAC_PI_2);
     let parallel = |r: f64| {
         let x = AROUND.center + offset * r - axis() * 7.0;

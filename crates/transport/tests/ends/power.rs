@@ -13,6 +13,7 @@ fn power(name: &str, shapes: &[Shape]) -> f64 {
         "point" => 4.0 * PI,
         // 2π ∫ sin θ dθ up to the beam's width, and beyond it times a ramp down to the cutoff.
         "spot" => TAU * (1.0 - (CUTOFF.sin() - BEAM_WIDTH.sin()) / (CUTOFF - BEAM_WIDTH)),
+        "slide" => slide_power(),
         "parallelogram" => PI * shapes[0].area(),
         "ellipsoid" => PI * shapes[1].area(),
         // Pixels times their shares of the sphere, which are those of their solid angles.
@@ -34,6 +35,38 @@ fn power(name: &str, shapes: &[Shape]) -> f64 {
         "disc beam" | "Gaussian beam" => 1.0,
         _ => f64::NAN,
     }
+}
+
+/// ∫ ramp × picture dΩ of a spot that throws a picture, on the plane across its axis on which the cone is the unit disc:
+/// dΩ = t² cos³θ dA with t the tangent of the cutoff. Bilinear between the centres of pixels, those at the edges constant
+/// beyond (as mirrored ones are). A midpoint rule of 2000² points, whose errors are below 1e-6 for pixels as smooth.
+fn slide_power() -> f64 {
+    const POINTS: usize = 2000;
+    let (width, height) = IMAGE;
+    let along = |uv: f64, n: usize| {
+        let at = (uv * n as f64 - 0.5).clamp(0.0, (n - 1) as f64);
+        let low = (at as usize).min(n - 2);
+        (low, at - low as f64)
+    };
+    let picture = |u: f64, v: f64| {
+        let ((x, s), (y, t)) = (along(u, width), along(v, height));
+        let row = |y: usize| (1.0 - s) * pixel(y * width + x) + s * pixel(y * width + x + 1);
+        (1.0 - t) * row(y) + t * row(y + 1)
+    };
+    let middle = |k: usize| (k as f64 + 0.5) / POINTS as f64;
+    let tan = CUTOFF.tan();
+    let light = |u: f64, v: f64| {
+        let r = (2.0 * u - 1.0).hypot(2.0 * v - 1.0) * tan;
+        let ramp = ((CUTOFF - r.atan()) / (CUTOFF - BEAM_WIDTH)).clamp(0.0, 1.0);
+        ramp * picture(u, v) / (1.0 + r * r).powf(1.5)
+    };
+    let row = |k: usize| {
+        (0..POINTS)
+            .map(|i| light(middle(i), middle(k)))
+            .sum::<f64>()
+    };
+    let mean = (0..POINTS).map(row).sum::<f64>() / (POINTS * POINTS) as f64;
+    mean * 4.0 * tan * tan
 }
 
 /// ∫ radiance over all directions of an environment map, which is linear in colatitude between rows of pixels of which
@@ -86,7 +119,9 @@ fn mean_weight_is_power() {
         let stated = emitter.power(&AROUND, |object| &shapes[object]);
         for (c, moments) in weight.iter().enumerate() {
             let expected = power(name, &shapes) * color()[c];
-            assert!((stated[c] - expected).abs() <= 1e-12 * expected, "{name}");
+            let tolerance = if name == "slide" { 1e-5 } else { 1e-12 };
+            let error = (stated[c] - expected).abs();
+            assert!(error <= tolerance * expected, "{name}: {error}");
             if moments.standard_error() > 1e-9 * expected {
                 let z = moments.z(expected);
                 family.push(format!("{name}, channel {c}"), z_test::p_value(z));

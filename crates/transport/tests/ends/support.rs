@@ -105,6 +105,23 @@ pub fn projector(color: Spectrum) -> Emitter {
     Emitter::Projector(Arc::new(thrown.unwrap()))
 }
 
+/// The axes of a spot that shines along [`axis`].
+fn along_axis() -> Orientation {
+    let side = axis().any_orthonormal_vector();
+    let turn = DMat3::from_cols(side, axis().cross(side), axis());
+    Orientation::nearest(turn).unwrap().0
+}
+
+/// A spot that throws a picture.
+pub fn slide(color: Spectrum) -> Emitter {
+    let plain = Spot::new(DVec3::X, axis(), color, CUTOFF, BEAM_WIDTH);
+    let pixels = (0..IMAGE.0 * IMAGE.1).map(|i| pixel(i) as f32).collect();
+    let how = (BitmapFilter::Bilinear, Wrap::Mirror);
+    let bitmap = Bitmap::new(IMAGE.into(), 1, pixels, how.0, how.1, DAffine2::IDENTITY);
+    let texture = Texture::Bitmap(Arc::new(bitmap.unwrap()));
+    plain.with_texture(along_axis(), texture).unwrap().into()
+}
+
 /// A ball with a picture on it.
 fn globe(color: Spectrum) -> Emitter {
     let lit = |i: usize| color.0[..3].iter().map(move |c| (c * pixel(i)) as f32);
@@ -146,6 +163,7 @@ pub fn emitters(color: Spectrum) -> Vec<(&'static str, Emitter)> {
             },
         ),
         ("spot", spot(color, CUTOFF, BEAM_WIDTH)),
+        ("slide", slide(color)),
         ("parallelogram", area(0)),
         ("ellipsoid", area(1)),
         (

@@ -1,6 +1,7 @@
 //! Emitters.
 
 mod files;
+mod spot;
 mod sun;
 mod sunsky;
 
@@ -14,7 +15,7 @@ use eikonal::Shown;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use transport::Spectrum;
-use transport::emitter::{BeamProfile, Collimated, Emitter, Environment, Spot, TexturedArea};
+use transport::emitter::{BeamProfile, Collimated, Emitter, Environment, TexturedArea};
 use transport::shape::Shape;
 
 const KNOWN: [&str; 10] = [
@@ -121,6 +122,7 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
     match object.plugin.as_str() {
         "envmap" => return files::envmap(object, context),
         "projector" => return files::projector(object, context),
+        "spot" => return spot::spot(object, context),
         "ies" => return files::luminaire(object, context),
         _ => {}
     }
@@ -137,19 +139,6 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
                 position,
                 intensity: light(&intensity, "intensity", object, context),
             }
-        }
-        "spot" => {
-            let intensity = q.spectrum_or("intensity", SpectrumValue::Uniform(1.0));
-            let cutoff = q.float_in(
-                "cutoff_angle",
-                (POSITIVE.0, std::ops::Bound::Included(180.0)),
-                20.0,
-            );
-            let beam = q.float_in("beam_width", 0.0..=cutoff, 0.75 * cutoff);
-            q.finish(&[]);
-            let intensity = light(&intensity, "intensity", object, context);
-            let [cutoff, beam_width] = [cutoff, beam].map(f64::to_radians);
-            Emitter::Spot(Spot::new(origin, axis, intensity, cutoff, beam_width))
         }
         "directional" => {
             let irradiance = q.spectrum_or("irradiance", SpectrumValue::Uniform(1.0));
@@ -184,12 +173,16 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
             return None;
         }
     };
-    // Media are found from the shapes around an emitter; naming one here (as Mitsuba needs) is
-    // welcome and changes nothing, but it must be a medium.
-    if let Some(inside) = inside {
-        medium::medium(&inside, context);
-    }
+    check_medium(inside, context);
     Some(emitter)
+}
+
+/// Media are found from the shapes around an emitter; naming one here (as Mitsuba needs) is welcome and changes
+/// nothing, but it must be a medium.
+fn check_medium(named: Option<Arc<ObjectDescription>>, context: &mut Context) {
+    if let Some(named) = named {
+        medium::medium(&named, context);
+    }
 }
 
 /// As in Mitsuba, a parameter that does the work of `to_world` takes its place.

@@ -66,7 +66,10 @@ impl Connection {
             ConnectionEnd::Point { .. } => vertex.left(scene, self.direction),
             ConnectionEnd::Plane { .. } => None,
         };
-        let Some(through) = scene.visibility(arcs, [left, end], slack) else {
+        let visible = scene.visibility(arcs, [left, end], slack);
+        // Nothing may pass a mask between media either.
+        let visible = visible.filter(|_| self.geometry.choice > 0.0);
+        let Some(through) = visible else {
             stats.connections.occluded += 1;
             return None;
         };

@@ -2,7 +2,7 @@
 
 use super::ray::Connection;
 use super::target::ConnectionTarget;
-use crate::Spectrum;
+use crate::bsdf::PartialTransmission;
 use crate::connection_end::ConnectionEnd;
 use crate::medium::Attenuation;
 use crate::path::segment::{EdgeGeometry, TransportMode, Vertex, leave};
@@ -40,6 +40,8 @@ struct StraightThroughput {
     n: [f64; 2],
     /// ∏ n_after/n_before over declared index matches.
     jump: f64,
+    /// What masks and panes between media let pass.
+    through: PartialTransmission,
 }
 
 /// The connection along the straight line, counted: J is the squared distance from a point, A is 1 from a plane
@@ -128,6 +130,7 @@ impl Line {
             optical_length: 0.0,
             n: [n; 2],
             jump: 1.0,
+            through: PartialTransmission::ALL,
         };
         while parts.len() < MOST_CROSSINGS {
             // The end may lie nearer to the last boundary than the ray epsilon: the arc must still have a direction.
@@ -145,6 +148,9 @@ impl Line {
             let Some((object, meeting)) = boundary else {
                 return Ok(throughput);
             };
+            if let Some(through) = scene.through(object, &meeting, &arc) {
+                throughput.through.times(&through);
+            }
             let hit = scene.hit(object, &meeting);
             medium = scene.medium_beside(object, medium, hit.position, hit.normal, self.direction);
             x = leave(scene, hit.position, hit.normal, self.direction);
@@ -170,6 +176,10 @@ impl Line {
             ConnectionEnd::Plane { .. } => (self.from, 1.0),
         };
         let against_light = point == (target.mode == TransportMode::Radiance);
+        let PartialTransmission {
+            probability,
+            factor,
+        } = throughput.through;
         let jump = if against_light {
             throughput.jump
         } else {
@@ -181,9 +191,10 @@ impl Line {
             emission,
             geometry: EdgeGeometry {
                 geometry_term: throughput.jump / (jacobian * n_last * n_last),
+                choice: probability,
                 ..EdgeGeometry::new()
             },
-            factor: Spectrum::splat(jump),
+            factor: factor * (probability * jump),
             n_vertex,
             n_end,
             optical_length: throughput.optical_length,

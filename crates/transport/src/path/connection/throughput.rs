@@ -1,4 +1,5 @@
-//! What happens to light on the way of a connection (docs/theory.md#declared-index-matches).
+//! What happens to light on the way of a connection (docs/theory.md#declared-index-matches,
+//! docs/theory.md#masks-and-panes).
 
 use crate::Spectrum;
 use crate::bsdf::Bsdf;
@@ -6,6 +7,7 @@ use crate::medium::Attenuation;
 use crate::scene::{MediumId, Scene};
 use eikonal::connect::{Event, Piece};
 use eikonal::interface::Rule;
+use eikonal::ray::Arc;
 
 /// Everything that the pieces of a ray do to light.
 #[derive(Clone, Copy, Debug)]
@@ -40,13 +42,13 @@ impl ConnectionThroughput {
             let attenuation = Attenuation::new(medium, &piece.arc, piece.theta_end);
             throughput.depth += attenuation.depth(&piece.arc, piece.theta_end);
             if let Some(event) = &piece.event {
-                throughput.cross(scene, event);
+                throughput.cross(scene, event, &piece.arc);
             }
         }
         throughput
     }
 
-    fn cross(&mut self, scene: &Scene, event: &Event) {
+    fn cross(&mut self, scene: &Scene, event: &Event, arc: &Arc) {
         let (n_near, n_after) = (event.before.length(), event.after.length());
         match &scene.objects()[event.surface].bsdf {
             Bsdf::Dielectric(dielectric) => {
@@ -59,7 +61,23 @@ impl ConnectionThroughput {
                 self.events += 1;
                 self.reflections += u32::from(!transmitted);
             }
-            _ => self.jump *= n_after / n_near,
+            bsdf => {
+                self.jump *= n_after / n_near;
+                if bsdf.is_partial() {
+                    self.pass_partial(scene, event.surface, arc);
+                }
+            }
+        }
+    }
+
+    /// What a mask or a pane between media lets pass, which the arc meets as its first boundary.
+    fn pass_partial(&mut self, scene: &Scene, object: usize, arc: &Arc) {
+        let boundary = scene.first_boundary(arc, None);
+        let met = boundary.filter(|(found, _)| *found == object);
+        let through = met.and_then(|(_, meeting)| scene.through(object, &meeting, arc));
+        if let Some(through) = through {
+            self.factor *= through.factor * through.probability;
+            self.choice *= through.probability;
         }
     }
 }

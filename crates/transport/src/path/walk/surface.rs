@@ -1,6 +1,6 @@
 //! What becomes of an edge at a surface: it passes, is refracted or reflected, or ends.
 //!
-//! Theory: docs/theory.md#connectable-edges, docs/theory.md#declared-index-matches.
+//! Theory: docs/theory.md#connectable-edges, docs/theory.md#declared-index-matches, docs/theory.md#masks-and-panes.
 
 use super::trace::Walk;
 use crate::bsdf::{Bsdf, BsdfSample, PartialTransmission, Surface};
@@ -88,7 +88,7 @@ impl Walk<'_, '_> {
         self.go_on(object, hit, v, turn)
     }
 
-    /// Straight through a surface that lets part of the light pass.
+    /// Straight through a surface that lets part of the light pass, which is index-matched where it separates media.
     fn pass_by_chance(
         &mut self,
         object: usize,
@@ -99,13 +99,7 @@ impl Walk<'_, '_> {
         self.events.passed_by_chance = true;
         self.edge.weight *= through.factor;
         self.edge.geometry.choice *= through.probability;
-        let turn = Turn {
-            direction: v.normalize(),
-            beyond: self.ray.medium,
-            rule: Rule::Pass,
-            mirror: None,
-        };
-        self.go_on(object, hit, v, turn)
+        self.pass(object, hit, v)
     }
 
     /// Refracted or reflected by chance at a smooth surface.
