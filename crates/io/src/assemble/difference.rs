@@ -25,7 +25,7 @@ differences! {
     BECKMANN: "beckmann", "masking is Smith's in closed form; Mitsuba's fit is up to 0.35 % off";
     BLEND: "blendbsdf", "a mixture with a mirror (conductor, plastic) is what its parts are; Mitsuba adds the mirror's probability to the other's density, and is some percent off";
     BORDER: "border", "light from beyond the image's edge counts in the pixels there, as with sample_border in Mitsuba";
-    BUMPS: "bump and normal maps", "bumpmap and normalmap are the bsdf nested in them: normals are those of the geometry; Mitsuba turns them";
+    BUMPS: "bump and normal maps", "smooth interfaces keep their normals under bumpmap and normalmap, and mirrors are neither flipped nor dimmed; Mitsuba turns, flips and dims all";
     CHECKERBOARD: "checkerboard", "as a number it has color0 where it has it as a colour; Mitsuba swaps the two";
     CLEAR_GLASS: "clear glass", "a dielectric without an interior encloses clear matter; in Mitsuba the medium around it continues inside";
     CLIPPING: "clipping", "near_clip and far_clip cut nothing; Mitsuba's camera would not see all (0.01 and 10000 by default)";

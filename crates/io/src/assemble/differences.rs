@@ -99,10 +99,33 @@ fn has(object: &ObjectDescription, kind: PluginKind, plugins: &[&str]) -> bool {
     children.any(|c| c.kind == kind && plugins.contains(&c.plugin.as_str()))
 }
 
+/// Bsdfs that reflect as mirrors do, or let light pass so.
+const SMOOTH: [&str; 7] = [
+    "dielectric",
+    "thindielectric",
+    "conductor",
+    "plastic",
+    "coating",
+    "polarizer",
+    "null",
+];
+
+/// Whether some bsdf in an object is one of these plugins.
+fn any_bsdf(object: &ObjectDescription, plugins: &[&str]) -> bool {
+    let mut nested = object.children.iter().map(|c| &c.object);
+    nested.any(|c| {
+        let is_bsdf = c.kind == PluginKind::Bsdf;
+        is_bsdf && (plugins.contains(&c.plugin.as_str()) || any_bsdf(c, plugins))
+    })
+}
+
 /// What one object alone tells.
 fn of_object(object: &ObjectDescription) -> Vec<Difference> {
     match (object.kind, object.plugin.as_str()) {
-        (PluginKind::Bsdf, "bumpmap" | "normalmap") => vec![BUMPS],
+        (PluginKind::Bsdf, "bumpmap" | "normalmap") => {
+            let smooth = any_bsdf(object, &SMOOTH);
+            smooth.then_some(BUMPS).into_iter().collect()
+        }
         (PluginKind::Bsdf, plugin) => of_bsdf(object, plugin),
         (PluginKind::Film, _) => of_film(object),
         (PluginKind::Medium, "heterogeneous") => of_medium(object),

@@ -28,6 +28,9 @@ pub(super) fn texture(
     context: &mut Context,
 ) -> Texture {
     match input {
+        Input::Spectrum(SpectrumValue::Rgb([x, y, z])) if role == Role::Vector => {
+            Texture::Uniform(Spectrum([x, y, z, 0.0]))
+        }
         Input::Spectrum(value) => {
             let property = parent.properties.iter().find(|p| p.name == name);
             let location = property.map_or(&parent.location, |p| &p.location);
@@ -110,6 +113,10 @@ fn vertex_colours(
     q.finish(&[]);
     let ((mesh, _), colours) = (vertices.as_ref()?, colours?);
     let mut colour = |rgb: &[f32; 3]| {
+        if role == Role::Vector {
+            let [x, y, z] = rgb.map(f64::from);
+            return Ok(Spectrum([x, y, z, 0.0]));
+        }
         let value = in_role(&SpectrumValue::Rgb(rgb.map(f64::from)), role);
         context.channels.spectrum(&value, context.group)
     };
@@ -198,6 +205,10 @@ fn pixels(
             f64::from(v)
         }
     };
+    if role == Role::Vector {
+        let values = image.pixels.iter().flatten();
+        return Ok((3, values.map(|v| as_stored(*v) as f32).collect()));
+    }
     // A grey image is the same at all wavelengths.
     let grey = image.pixels.iter().all(|[r, g, b]| r == g && g == b);
     let channels = if grey || role == Role::Number {

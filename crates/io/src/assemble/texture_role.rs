@@ -11,4 +11,6 @@ pub(super) enum Role {
     Coefficient,
     /// One number: the luminance of a colour.
     Number,
+    /// Three numbers that are no colour.
+    Vector,
 }

@@ -160,8 +160,16 @@ const ALPHA: Slot = texture("alpha");
 const BASE: Slot = texture("diffuse_reflectance");
 
 const TURNED_NORMALS: &[Parameter] = &[
-    boolean("flip_invalid_normals", "true", "accepted and ignored"),
-    boolean("use_shadowing_function", "true", "accepted and ignored"),
+    boolean(
+        "flip_invalid_normals",
+        "true",
+        "whether normals that face away from the viewer are turned by half a turn",
+    ),
+    boolean(
+        "use_shadowing_function",
+        "true",
+        "whether bumps dim light from low directions",
+    ),
 ];
 
 pub(super) const PLUGINS: &[Plugin] = &[
@@ -381,23 +389,27 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "bumpmap",
-        "A bsdf whose normals a height map would turn: they are not turned yet.",
+        "A bsdf whose shading normals a height map turns; smooth interfaces keep theirs.",
         &[
-            &[float("scale", "1", "accepted and ignored")],
+            &[float("scale", "1", "a factor of the heights")],
             TURNED_NORMALS,
         ],
         &[
             one(Bsdf, "What the surface is."),
-            one(Texture, "The height map, which is ignored."),
+            one(Texture, "The heights, scene units: a bilinear bitmap."),
         ],
     ),
     plugin(
         "normalmap",
-        "A bsdf whose normals a map would turn: they are not turned yet.",
+        "A bsdf whose shading normals a map turns; smooth interfaces keep theirs.",
         &[TURNED_NORMALS],
         &[
             one(Bsdf, "What the surface is."),
-            role(Texture, "normalmap", "The normals, which are ignored."),
+            role(
+                Texture,
+                "normalmap",
+                "The normals n, as (n + 1)/2: a raw bitmap.",
+            ),
         ],
     ),
 ];

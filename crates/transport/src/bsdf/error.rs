@@ -8,6 +8,11 @@ use eikonal::Shown;
 /// Why a BSDF cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BsdfError {
+    /// A normal map over a surface that keeps its true normal.
+    #[error(
+        "bump and normal maps take no smooth interfaces: light passes these by the true surface"
+    )]
+    TrueSurface,
     /// A reflectance or transmittance outside [0, 1].
     #[error("{name} must lie in [0, 1] in every channel, got {}", Shown(*value))]
     Factor {

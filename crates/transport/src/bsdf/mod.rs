@@ -24,6 +24,7 @@ mod ggx;
 mod glossy_diffuse;
 mod mask;
 pub mod microfacet;
+mod normal_map;
 pub mod null;
 mod plastic;
 mod polarized_plastic;
@@ -46,6 +47,7 @@ pub use error::BsdfError;
 pub use glossy_diffuse::{GlossyDiffuse, GlossyLobe};
 pub use mask::Mask;
 pub use microfacet::{Distribution, Microfacets, Roughness};
+pub use normal_map::{NormalMap, NormalSource};
 pub use plastic::Plastic;
 pub use polarized_plastic::PolarizedPlastic;
 pub use principled::{Principled, PrincipledParameters, PrincipledThin, PrincipledThinParameters};
@@ -153,6 +155,8 @@ pub enum Bsdf {
     Mask(Mask),
     /// A thin pane.
     ThinDielectric(ThinDielectric),
+    /// A surface with turned normals.
+    NormalMap(Box<NormalMap>),
 }
 
 impl Bsdf {
@@ -177,6 +181,7 @@ impl Bsdf {
             Bsdf::TwoSided(b) => b.sample(s, toward, u),
             Bsdf::Mask(b) => b.nested().sample(s, toward, u),
             Bsdf::ThinDielectric(b) => Some(b.sample(s, toward)),
+            Bsdf::NormalMap(b) => b.sample(s, toward, u),
         }
     }
 
@@ -199,6 +204,7 @@ impl Bsdf {
             Bsdf::Blend(b) => b.eval(s, toward, direction),
             Bsdf::TwoSided(b) => b.eval(s, toward, direction),
             Bsdf::Mask(b) => b.nested().eval(s, toward, direction),
+            Bsdf::NormalMap(b) => b.eval(s, toward, direction),
         }
     }
 
@@ -221,6 +227,7 @@ impl Bsdf {
             Bsdf::Blend(b) => b.pdf(s, toward, direction),
             Bsdf::TwoSided(b) => b.pdf(s, toward, direction),
             Bsdf::Mask(b) => b.nested().pdf(s, toward, direction),
+            Bsdf::NormalMap(b) => b.pdf(s, toward, direction),
         }
     }
 
@@ -231,13 +238,18 @@ impl Bsdf {
         match self {
             Bsdf::Mask(b) => Some(b.through(site)),
             Bsdf::ThinDielectric(b) => Some(b.through(site, cos.abs())),
+            Bsdf::NormalMap(b) => b.nested().through(site, cos),
             _ => None,
         }
     }
 
     /// Whether [`Bsdf::through`] says that some light passes.
     pub fn is_partial(&self) -> bool {
-        matches!(self, Bsdf::Mask(_) | Bsdf::ThinDielectric(_))
+        match self {
+            Bsdf::Mask(_) | Bsdf::ThinDielectric(_) => true,
+            Bsdf::NormalMap(b) => b.nested().is_partial(),
+            _ => false,
+        }
     }
 
     /// Whether every event is a delta. Others may have some, too: a rough dielectric where its two indices
@@ -246,6 +258,7 @@ impl Bsdf {
         match self {
             Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::Conductor(_) | Bsdf::ThinDielectric(_) => true,
             Bsdf::Mask(b) => b.nested().is_delta(),
+            Bsdf::NormalMap(b) => b.nested().is_delta(),
             Bsdf::Coating(b) => b.is_smooth() && b.nested().is_delta(),
             Bsdf::Blend(b) => b.pair().iter().all(Bsdf::is_delta),
             Bsdf::TwoSided(b) => b.sides().iter().all(Bsdf::is_delta),
@@ -258,6 +271,7 @@ impl Bsdf {
         match self {
             Bsdf::Conductor(_) | Bsdf::Plastic(_) | Bsdf::ThinDielectric(_) => true,
             Bsdf::Mask(b) => b.nested().is_mirror(),
+            Bsdf::NormalMap(b) => b.nested().is_mirror(),
             Bsdf::Coating(b) => b.is_smooth() || b.nested().is_mirror(),
             Bsdf::Blend(b) => b.pair().iter().any(Bsdf::is_mirror),
             Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::is_mirror),
@@ -267,7 +281,27 @@ impl Bsdf {
 
     /// Whether it asks for [`Surface::tangents`].
     pub fn uses_tangents(&self) -> bool {
-        false
+        self.turns_normals()
+    }
+
+    /// Whether it, or a part of it, scatters by normals of its own.
+    pub(crate) fn turns_normals(&self) -> bool {
+        match self {
+            Bsdf::NormalMap(_) => true,
+            Bsdf::Mask(b) => b.nested().turns_normals(),
+            Bsdf::Coating(b) => b.nested().turns_normals(),
+            Bsdf::Blend(b) => b.pair().iter().any(Bsdf::turns_normals),
+            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::turns_normals),
+            _ => false,
+        }
+    }
+
+    /// Whether light passes it by the geometry of the surface alone: connections through smooth interfaces are about that.
+    pub(crate) fn keeps_true_surface(&self) -> bool {
+        matches!(
+            self,
+            Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_)
+        )
     }
 
     /// Whether light passes undeflected.
@@ -280,6 +314,7 @@ impl Bsdf {
         match self {
             Bsdf::RoughDielectric(_) => true,
             Bsdf::Principled(b) => b.transmits(),
+            Bsdf::NormalMap(b) => b.nested().is_rough_interface(),
             _ => false,
         }
     }
@@ -295,6 +330,7 @@ impl Bsdf {
             Bsdf::PrincipledThin(_) => false,
             Bsdf::RoughDiffuse(_) | Bsdf::GlossyDiffuse(_) | Bsdf::Coating(_) => true,
             Bsdf::Blend(_) | Bsdf::TwoSided(_) => true,
+            Bsdf::NormalMap(b) => b.nested().is_opaque(),
         }
     }
 

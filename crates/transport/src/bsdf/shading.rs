@@ -42,7 +42,7 @@ impl Bsdf {
     /// [`Bsdf::sample`] for a path from an emitter, which light follows from `toward` to the direction that is drawn.
     pub fn sample_importance(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let sample = self.sample(s, toward, u)?;
-        if !self.is_shaded(s) || sample.delta && sample.transmitted {
+        if !self.leans(s) || sample.delta && sample.transmitted {
             return Some(sample);
         }
         let weight = if sample.delta {
@@ -57,7 +57,7 @@ impl Bsdf {
     /// [`Bsdf::eval`] for a path from an emitter, which light follows from `toward` to `direction`: by eq. (shaded importance),
     /// from the value for light that goes the other way.
     pub fn eval_importance(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
-        if !self.is_shaded(s) {
+        if !self.leans(s) {
             return self.eval(s, toward, direction);
         }
         let index = |v: DVec3| s.facing(v).n_near;
@@ -66,14 +66,14 @@ impl Bsdf {
         self.eval(s, direction, toward) * ratio
     }
 
-    /// Whether it scatters by another normal than that of the surface. Smooth interfaces keep that: the geometry of
-    /// connections through them is about it.
-    pub(crate) fn is_shaded(&self, s: &Surface) -> bool {
-        s.shading_normal != s.normal
-            && !matches!(
-                self,
-                Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_)
-            )
+    /// Whether it scatters by another normal than that of the surface.
+    pub(crate) fn leans(&self, s: &Surface) -> bool {
+        self.is_shaded(s) || self.turns_normals()
+    }
+
+    /// Whether it scatters by the shading normal of the surface, and this is another one.
+    fn is_shaded(&self, s: &Surface) -> bool {
+        s.shading_normal != s.normal && !self.keeps_true_surface()
     }
 }
 

@@ -16,6 +16,8 @@ pub struct Surface {
     pub shading_normal: DVec3,
     /// Derivatives of the position with respect to texture coordinates, scene units; zero unless [`Bsdf::uses_tangents`].
     pub tangents: [DVec3; 2],
+    /// Whether the normals are on the other side than the shape's, where [`Bsdf::TwoSided`] has turned them.
+    pub is_back: bool,
     /// Refractive index at the point, on the side of the normal; > 0.
     pub n_outer: f64,
     /// Refractive index at the point, on the other side; > 0.
@@ -31,6 +33,7 @@ impl Surface {
             normal,
             shading_normal: normal,
             tangents: [DVec3::ZERO; 2],
+            is_back: false,
             n_outer,
             n_inner,
             site: Site {
@@ -46,9 +49,28 @@ impl Surface {
         Surface {
             normal: -self.normal,
             shading_normal: -self.shading_normal,
+            is_back: !self.is_back,
             n_outer: self.n_inner,
             n_inner: self.n_outer,
             ..*self
+        }
+    }
+
+    /// The frame whose first vector follows the first of the tangents, and whose third is the normal. On the back it is the mirror
+    /// image of that in front, as in Mitsuba.
+    pub(super) fn frame(&self) -> Frame {
+        let along = self.tangents[0].reject_from_normalized(self.normal);
+        let Some(s) = along.try_normalize() else {
+            return Frame::from_normal(self.normal);
+        };
+        Frame {
+            s,
+            t: if self.is_back {
+                s.cross(self.normal)
+            } else {
+                self.normal.cross(s)
+            },
+            n: self.normal,
         }
     }
 

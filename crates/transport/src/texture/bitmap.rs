@@ -98,11 +98,38 @@ impl Bitmap {
         }
     }
 
-    pub(super) fn at(&self, site: &Site) -> Spectrum {
+    /// The derivatives of the first channel with respect to texture coordinates; zero if it is not interpolated.
+    pub(super) fn gradient(&self, site: &Site) -> DVec2 {
+        if self.filter == BitmapFilter::Nearest {
+            return DVec2::ZERO;
+        }
+        let p = self.place(site) - 0.5;
+        let (low, t) = (p.floor(), p - p.floor());
+        let value = |x: f64, y: f64| self.pixel(low + DVec2::new(x, y))[0];
+        let [a, b, c, d] = [
+            value(0.0, 0.0),
+            value(1.0, 0.0),
+            value(0.0, 1.0),
+            value(1.0, 1.0),
+        ];
+        let in_pixels = DVec2::new(
+            (b - a) * (1.0 - t.y) + (d - c) * t.y,
+            (c - a) * (1.0 - t.x) + (d - b) * t.x,
+        );
+        let [x, y] = self.size.map(|n| n as f64);
+        self.to_uv.matrix2.transpose() * (in_pixels * DVec2::new(x, y))
+    }
+
+    /// A point in pixels, from the corner of the first.
+    fn place(&self, site: &Site) -> DVec2 {
         let uv = self.to_uv.transform_point2(site.uv.get().into());
         let p = uv * DVec2::new(self.size[0] as f64, self.size[1] as f64);
         let p = if p.is_nan() { DVec2::ZERO } else { p };
-        let p = p.clamp(DVec2::splat(-FARTHEST), DVec2::splat(FARTHEST));
+        p.clamp(DVec2::splat(-FARTHEST), DVec2::splat(FARTHEST))
+    }
+
+    pub(super) fn at(&self, site: &Site) -> Spectrum {
+        let p = self.place(site);
         match self.filter {
             BitmapFilter::Nearest => self.pixel(p.floor()),
             BitmapFilter::Bilinear => self.between(p - 0.5),

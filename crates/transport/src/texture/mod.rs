@@ -11,6 +11,7 @@ pub use vertices::VertexColours;
 
 use crate::Spectrum;
 use crate::shape::Site;
+use glam::DVec2;
 use std::sync::Arc;
 
 /// Why a texture cannot be built.
@@ -62,6 +63,14 @@ impl Texture {
     /// The first channel of the value at a point: that of a texture that stands for one number.
     pub fn number_at(&self, site: &Site) -> f64 {
         self.at(site)[0]
+    }
+
+    /// The derivatives of [`Texture::number_at`] with respect to u and v, where they exist: those of bilinear images. Zero elsewhere.
+    pub fn gradient_at(&self, site: &Site) -> DVec2 {
+        match self {
+            Texture::Bitmap(t) => t.gradient(site),
+            _ => DVec2::ZERO,
+        }
     }
 
     /// Whether texture coordinates matter.

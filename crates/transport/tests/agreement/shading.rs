@@ -4,14 +4,16 @@
 use crate::case::{Index, facing};
 use crate::common::container;
 use crate::surfaces::{check, lit, object};
-use glam::{DVec2, DVec3};
+use glam::{DAffine2, DVec2, DVec3};
 use morgana_transport::Spectrum;
 use morgana_transport::bsdf::{
-    BlendBsdf, Bsdf, Conductor, Diffuse, Distribution, Plastic, RoughConductor, RoughDielectric,
-    Roughness, TwoSided,
+    BlendBsdf, Bsdf, Conductor, Diffuse, Distribution, NormalMap, NormalSource, Plastic,
+    RoughConductor, RoughDielectric, Roughness, TwoSided,
 };
 use morgana_transport::scene::Parts;
 use morgana_transport::shape::{Mesh, Shape, Sphere};
+use morgana_transport::texture::{Bitmap, BitmapFilter, Texture, Wrap};
+use std::sync::Arc;
 
 /// A square about `center` that faces `normal`, and is shaded by normals that lean towards `lean`, each corner its own way.
 fn leaning(center: DVec3, normal: DVec3, half: f64, lean: DVec3) -> Shape {
@@ -113,6 +115,40 @@ fn rough_glass() {
     scene.objects[0] = container(ball, Bsdf::RoughDielectric(glass));
     // Not by particles: connections to the camera through facets have a few large values, and an error of 10 %.
     check("leaning glass", &scene, 7104, false);
+}
+
+/// Bumps on the wall, and on the floor normals that a map turns, some so far that they face away from what is seen.
+#[test]
+fn maps() {
+    let wave = |i: usize, a: f64| (a * i as f64).sin();
+    let normals = (0..16).flat_map(|i| {
+        let normal = DVec3::new(0.8 * wave(i, 2.0), 0.8 * wave(i, 3.0), 1.0).normalize();
+        (normal * 0.5 + 0.5).to_array().map(|x| x as f32)
+    });
+    let heights = (0..16).map(|i| wave(i, 5.0) as f32).collect();
+    let image = |channels: usize, data: Vec<f32>| {
+        let bitmap = Bitmap::new(
+            [4, 4],
+            channels,
+            data,
+            BitmapFilter::Bilinear,
+            Wrap::Repeat,
+            DAffine2::IDENTITY,
+        );
+        Texture::Bitmap(Arc::new(bitmap.unwrap()))
+    };
+    let bumps = NormalSource::Heights(image(1, heights), 0.2);
+    let normals = NormalSource::Normals(image(3, normals.collect()));
+    let mapped = |source: &NormalSource, nested: Bsdf| {
+        Bsdf::NormalMap(Box::new(
+            NormalMap::new(source.clone(), true, true, nested).unwrap(),
+        ))
+    };
+    let diffuse = corner(mapped(&bumps, white(0.9)), mapped(&normals, metal()), None);
+    check("maps", &diffuse, 7106, true);
+    let mirror = corner(mapped(&bumps, white(0.9)), mapped(&normals, mirror()), None);
+    // Particles find no views in mirrors.
+    check("mapped mirror", &mirror, 7107, false);
 }
 
 #[test]

@@ -6,3 +6,4 @@ mod physics;
 mod reference;
 mod roughness;
 mod sampling;
+mod shading;

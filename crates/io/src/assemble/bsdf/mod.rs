@@ -8,7 +8,7 @@ use super::context::Context;
 use super::ior::index;
 use super::surface_texture::{Role, Vertices, texture};
 use super::wish::Indices;
-use crate::query::{Query, unknown_plugin};
+use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
 use parameters::{
@@ -19,8 +19,9 @@ use std::sync::Arc;
 use transport::Spectrum;
 use transport::bsdf::{
     BlendBsdf, Bsdf, BsdfError, Coating, CoatingParameters, Conductor, Dielectric, Diffuse,
-    Distribution, GlossyDiffuse, GlossyLobe, Mask, Plastic, PolarizedPlastic, RoughConductor,
-    RoughDielectric, RoughDiffuse, RoughPlastic, Roughness, ThinDielectric, TwoSided,
+    Distribution, GlossyDiffuse, GlossyLobe, Mask, NormalMap, NormalSource, Plastic,
+    PolarizedPlastic, RoughConductor, RoughDielectric, RoughDiffuse, RoughPlastic, Roughness,
+    ThinDielectric, TwoSided,
 };
 use transport::texture::Texture;
 
@@ -70,11 +71,10 @@ pub(super) fn build(
     context: &mut Context,
 ) -> Surface {
     if MAPS.contains(&object.plugin.as_str()) {
-        let plain = Surface {
+        return mapped(object, vertices, context).unwrap_or_else(|| Surface {
             bsdf: default(false),
             indices: None,
-        };
-        return flat(object, context).map_or(plain, |nested| build(nested, vertices, context));
+        });
     }
     let dielectric = matches!(object.plugin.as_str(), "dielectric" | "roughdielectric");
     let mut query = Query::new(object, context.diagnostics);
@@ -107,21 +107,55 @@ pub(super) fn build(
 /// What turns the normals of another bsdf.
 const MAPS: [&str; 2] = ["bumpmap", "normalmap"];
 
-/// The bsdf whose normals a map would turn: they are not turned yet. `None` after an error.
-fn flat<'a>(object: &'a ObjectDescription, context: &mut Context) -> Option<&'a ObjectDescription> {
+/// A bsdf with the map that turns its normals; smooth interfaces without, as their difference says. `None` after an error.
+fn mapped(
+    object: &ObjectDescription,
+    vertices: &Vertices,
+    context: &mut Context,
+) -> Option<Surface> {
     let mut q = Query::new(object, context.diagnostics);
-    if object.plugin == "bumpmap" {
-        q.child(PluginKind::Texture);
-        q.float_or("scale", 1.0);
+    let is_bump = object.plugin == "bumpmap";
+    let scale = if is_bump {
+        q.float_or("scale", 1.0)
     } else {
-        q.role(PluginKind::Texture, "normalmap");
-    }
-    for name in ["flip_invalid_normals", "use_shadowing_function"] {
-        q.boolean_or(name, true);
-    }
+        1.0
+    };
+    let input = if is_bump {
+        let heights = q.child(PluginKind::Texture);
+        if let Some(other) = heights.filter(|h| h.plugin != "bitmap") {
+            let message = format!("heights of a {} have no slope: use a bitmap", other.plugin);
+            q.warning("scale", message);
+        }
+        heights.map_or(Input::Spectrum(SpectrumValue::Uniform(0.0)), |h| {
+            Input::Object(h)
+        })
+    } else {
+        q.texture_or_spectrum("normalmap", SpectrumValue::Rgb([0.5, 0.5, 1.0]))
+    };
+    let [flips, shadows] =
+        ["flip_invalid_normals", "use_shadowing_function"].map(|name| q.boolean_or(name, true));
     let nested = nested(&mut q, 1..=1);
     q.finish(&[]);
-    nested.first().copied()
+    let surface = build(nested.first()?, vertices, context);
+    let source = if is_bump {
+        let heights = texture(input, Role::Number, object, "", vertices, context);
+        NormalSource::Heights(heights, scale)
+    } else {
+        let normals = texture(input, Role::Vector, object, "normalmap", vertices, context);
+        NormalSource::Normals(normals)
+    };
+    if matches!(
+        surface.bsdf,
+        Bsdf::Null | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_)
+    ) {
+        return Some(surface);
+    }
+    let map = NormalMap::new(source, flips, shadows, surface.bsdf);
+    let bsdf = context.accept(&object.location, map)?;
+    Some(Surface {
+        bsdf: Bsdf::NormalMap(Box::new(bsdf)),
+        ..surface
+    })
 }
 
 /// What a shape without a bsdf has, as in Mitsuba: diffuse, with reflectance ½, or 0 if it emits light.

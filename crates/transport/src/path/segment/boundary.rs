@@ -45,6 +45,7 @@ pub(super) fn surface_of(scene: &Scene, x: DVec3, on: &OnSurface, medium: Medium
         } else {
             [DVec3::ZERO; 2]
         },
+        is_back: false,
         n_outer: beside(on.normal),
         n_inner: beside(-on.normal),
         site: on.site,

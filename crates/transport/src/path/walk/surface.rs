@@ -125,7 +125,7 @@ impl Walk<'_, '_> {
         self.edge.geometry.events += 1;
         self.edge.geometry.choice *= sample.pdf;
         self.edge.weight *= sample.weight;
-        let is_mirror = !sample.transmitted && bsdf.is_shaded(&surface);
+        let is_mirror = !sample.transmitted && bsdf.leans(&surface);
         let turn = Turn {
             direction: sample.direction,
             beyond: self.beyond(object, hit, sample.direction),
