@@ -98,7 +98,8 @@ impl Bitmap {
         }
     }
 
-    /// The derivatives of the first channel with respect to texture coordinates; zero if it is not interpolated.
+    /// The derivatives of the first channel with respect to texture coordinates; zero if it is not interpolated
+    /// (docs/theory.md#bump-and-normal-maps).
     pub(super) fn gradient(&self, site: &Site) -> DVec2 {
         if self.filter == BitmapFilter::Nearest {
             return DVec2::ZERO;
