@@ -77,7 +77,7 @@ fn obj(with_normals: bool) -> String {
     text
 }
 
-/// A ball of so few triangles over a floor, under a lamp and a sky.
+/// A ball of so few triangles over a floor, under an area light and a sky.
 fn scene(bsdf: &str) -> String {
     format!(
         r#"<scene version="3.0.0"><integrator type="path"/>
