@@ -2,7 +2,7 @@
 
 use crate::args::SceneArgs;
 use crate::command_error::{CommandError, show};
-use io::{Diagnostic, Diagnostics, LoadOptions, Loaded};
+use io::{Diagnostic, Diagnostics, LoadOptions, Loaded, SceneDescription};
 use std::path::Path;
 
 /// Reads a scene with the parameters and the replacements of `options`.
@@ -11,14 +11,28 @@ pub fn load(scene: &Path, options: &LoadOptions) -> Result<Loaded, CommandError>
     Ok(io::load_scene(scene, options)?)
 }
 
+/// Reads a scene file without making a scene of it; what is doubtful about it goes to `diagnostics`.
+pub fn read(
+    args: &SceneArgs,
+    diagnostics: &mut Diagnostics,
+) -> Result<SceneDescription, CommandError> {
+    check_defines(&args.defines)?;
+    let scene = io::read_scene(&args.path, &args.defines, diagnostics);
+    scene.ok_or_else(|| std::mem::take(diagnostics).into())
+}
+
 /// Reads a scene with the command's parameters.
 pub fn load_as_it_is(args: &SceneArgs) -> Result<Loaded, CommandError> {
-    let options = LoadOptions {
+    load(&args.path, &options(args))
+}
+
+/// What a command says of its scene.
+pub fn options(args: &SceneArgs) -> LoadOptions {
+    LoadOptions {
         defines: args.defines.clone(),
         limits: args.memory.limits(),
         ..LoadOptions::default()
-    };
-    load(&args.path, &options)
+    }
 }
 
 /// As [`load_as_it_is`], with warnings shown on the standard error.

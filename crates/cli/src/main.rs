@@ -55,6 +55,7 @@ fn run(command: &Command) -> Result<ExitCode, CommandError> {
         Command::Plot(args) => commands::plot(args),
         Command::Convert(args) => commands::convert(args),
         Command::Check(args) => commands::check(args),
+        Command::Export(args) => commands::export(args),
         Command::Compare(args) => commands::compare(args),
         Command::Tonemap(args) => commands::tonemap(args),
         Command::Schema => commands::schema(),

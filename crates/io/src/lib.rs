@@ -11,6 +11,7 @@ pub mod diagnostic;
 mod draft;
 pub mod element;
 pub mod error;
+pub mod features;
 pub mod ies;
 pub mod image;
 pub mod input;
@@ -21,6 +22,7 @@ pub mod npy;
 pub mod packed;
 pub mod part;
 pub mod query;
+mod read;
 pub mod rendered;
 pub mod report;
 pub mod run;
@@ -36,6 +38,7 @@ pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use error::{FileError, Problem};
 pub use input::Limits;
 pub use query::Query;
+pub use read::{is_json, read_scene};
 pub use run::{Refusal, Run};
 pub use scene::{
     FileRegistry, ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue,

@@ -17,7 +17,7 @@ pub use images::{CompareArgs, ToneArgs, TonemapArgs};
 pub use parts::{KeepArgs, MergeArgs, StatusArgs};
 pub use rays::{ConnectArgs, TraceArgs};
 pub use render::{OutputArgs, RenderArgs};
-use values::{define, size};
+use values::{define, scene_file, size};
 pub use volumes::ConvertArgs;
 
 /// Renders light in media of continuously varying refractive index.
@@ -114,9 +114,18 @@ pub enum Command {
     Convert(ConvertArgs),
     /// Check a scene without rendering it: every error, warning and note.
     #[command(after_help = "Example:\n  \
-        morgana check scenes/luneburg_fog.xml -D albedo=0.5\n\n\
+        morgana check scenes/luneburg_fog.xml -D albedo=0.5\n  \
+        morgana check --mitsuba scenes/luneburg_fog.xml\n\n\
         Data files are read, too. Exit status: 0 if the scene can be used, 2 if not.")]
     Check(CheckArgs),
+    /// Write a scene in the format of Mitsuba 3.
+    #[command(after_help = "Examples:\n  \
+        morgana export old.xml -o new.xml\n  \
+        morgana export scene.json -D albedo=0.5 -o scene.xml\n\n\
+        Scenes of Mitsuba 0.5 and 0.6 and dictionaries in JSON become XML of Mitsuba 3 in one file, with the values \
+        of all parameters; with -o FILE.json, a dictionary. What only morgana has, such as the 'ior' of a medium, \
+        stays, and is listed: Mitsuba refuses it. Names of data files are those seen from the new file.")]
+    Export(ExportArgs),
     /// Print the JSON Schema of scenes in JSON, by which editors complete and check them.
     #[command(after_help = "Example:\n  \
         morgana schema > scene.schema.json\n\n\
@@ -185,6 +194,19 @@ pub struct InfoArgs {
 pub struct CheckArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
+    /// Report what the scene uses: what Mitsuba 3 has as well, what is rendered otherwise, and what is missing.
+    #[arg(long)]
+    pub mitsuba: bool,
+}
+
+/// `morgana export`.
+#[derive(Debug, ClapArgs)]
+pub struct ExportArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Scene file to write: .xml, or .json.
+    #[arg(short, long, value_name = "FILE", value_parser = scene_file)]
+    pub output: PathBuf,
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use io::element::Element;
 use io::image::tone::Curve;
+use std::path::PathBuf;
 use std::time::Duration;
 use transport::render::{Measure, MeasureOptions};
 use transport::sum::ReproducibleSum;
@@ -14,6 +15,17 @@ pub fn define(text: &str) -> Result<(String, String), String> {
         Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
         _ => Err("expected NAME=VALUE".into()),
     }
+}
+
+/// A scene file to write.
+pub fn scene_file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let extension = path.extension().and_then(|e| e.to_str());
+    let known =
+        extension.is_some_and(|e| ["xml", "json"].iter().any(|k| e.eq_ignore_ascii_case(k)));
+    known
+        .then_some(path)
+        .ok_or_else(|| "expected the name of a .xml or .json file".into())
 }
 
 /// Rays are all kept until they are written.

@@ -2,14 +2,19 @@
 
 use crate::args::CheckArgs;
 use crate::command_error::CommandError;
-use crate::load::{load_as_it_is, warn};
+use crate::load::{load_as_it_is, options, warn};
 use crate::output::say;
-use io::Run;
 use io::diagnostic::shown;
+use io::features::{Features, missing};
+use io::{Diagnostics, Run};
+use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 /// Loads a scene as a render would, and says what there is to say about it.
 pub fn check(args: &CheckArgs) -> Result<ExitCode, CommandError> {
+    if args.mitsuba {
+        return report(args);
+    }
     let loaded = load_as_it_is(&args.scene)?;
     warn(&loaded);
     Run::new(&loaded).check(args.scene.memory.limits())?;
@@ -27,4 +32,73 @@ pub fn check(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     let name = shown(&args.scene.path);
     say(&format!("{name}: can be used ({what}; {warnings})"))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Says what a scene uses of Mitsuba 3, and what of that is rendered otherwise or missing.
+fn report(args: &CheckArgs) -> Result<ExitCode, CommandError> {
+    let mut diagnostics = Diagnostics::new();
+    let mut lines = Vec::new();
+    let mut approximated = Vec::new();
+    if let Some(scene) = io::read_scene(&args.scene.path, &args.scene.defines, &mut diagnostics) {
+        let features = Features::of(&scene);
+        lines.extend(section("uses", used(&features)));
+        lines.extend(section("only in morgana", features.own));
+        match io::assemble(&scene, &options(&args.scene), Diagnostics::new()) {
+            Ok(loaded) => {
+                let differences = loaded.differences.iter();
+                approximated.extend(differences.map(|d| format!("{}: {}", d.topic, d.text)));
+            }
+            Err(errors) => diagnostics = errors,
+        }
+    }
+    let missing = missing(&diagnostics).into_iter();
+    let missing: Vec<_> = missing
+        .map(|(message, count)| match count {
+            1 => message,
+            _ => format!("{message} ({count} times)"),
+        })
+        .collect();
+    let can_be_used = !diagnostics.has_errors();
+    lines.extend(section("otherwise than in Mitsuba", approximated));
+    lines.extend(section("missing", missing));
+    let name = shown(&args.scene.path);
+    let verdict = if can_be_used {
+        "can be used"
+    } else {
+        "cannot be used"
+    };
+    say(&format!("{name}: {verdict}\n{}", lines.join("\n")))?;
+    Ok(if can_be_used {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(2)
+    })
+}
+
+/// The plugins of each kind, with how often they stand there.
+fn used(features: &Features) -> Vec<String> {
+    let mut kinds: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for ((kind, plugin), count) in &features.plugins {
+        let times = if *count > 1 {
+            format!(" ×{count}")
+        } else {
+            String::new()
+        };
+        let plugins = kinds.entry(kind.to_string()).or_default();
+        plugins.push(format!("{plugin}{times}"));
+    }
+    let line =
+        |(kind, plugins): (String, Vec<String>)| format!("{kind:<10} {}", plugins.join(", "));
+    kinds.into_iter().map(line).collect()
+}
+
+/// A heading and what stands below it; nothing if that is nothing.
+fn section(heading: &str, items: Vec<String>) -> Vec<String> {
+    if items.is_empty() {
+        return Vec::new();
+    }
+    let items = items.into_iter().map(|item| format!("  {item}"));
+    std::iter::once(format!("{heading}:"))
+        .chain(items)
+        .collect()
 }

@@ -178,18 +178,17 @@ fn find(name: &str) -> Option<Kind> {
         .map(|(_, kind)| *kind)
 }
 
-/// The kind that a file asks for; that with most parameters if it is unknown, and none for one that holds others but
-/// has none.
+/// The kind that a file asks for; none if it is unknown, and for one that holds others but has none.
 fn plugin(object: &ObjectDescription, context: &mut Context) -> Option<Kind> {
     let known = find(&object.plugin);
     if known.is_none() && HOLDERS.contains(&object.plugin.as_str()) {
         Query::new(object, context.diagnostics).required_child(PluginKind::Integrator);
         return None;
     }
-    known.or_else(|| {
+    if known.is_none() {
         unknown_plugin(object, &KNOWN.map(|(name, _)| name), context.diagnostics);
-        Some(Kind::Bdpt)
-    })
+    }
+    known
 }
 
 /// The kind that the caller asks for.

@@ -48,6 +48,7 @@ pub use options::LoadOptions;
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::Query;
+use crate::read_scene;
 use crate::scene::{FileRegistry, PluginKind, SceneDescription, SceneHash};
 use channels::Channels;
 use context::Context;
@@ -55,21 +56,13 @@ use group::Group;
 use std::path::Path;
 use transport::renderer::Renderer;
 
-/// Reads, assembles and checks a scene file: JSON if its extension is `.json`, else XML.
+/// Reads, assembles and checks a scene file, as [`read_scene`] reads it.
 ///
 /// # Errors
 /// Everything that is wrong with it, warnings included.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Diagnostics> {
     let mut diagnostics = Diagnostics::new();
-    let read = if path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("json"))
-    {
-        crate::json::load
-    } else {
-        crate::xml::load
-    };
-    match read(path, &options.defines, &mut diagnostics) {
+    match read_scene(path, &options.defines, &mut diagnostics) {
         Some(description) => assemble(&description, options, diagnostics),
         None => Err(diagnostics),
     }

@@ -118,6 +118,10 @@ pub(super) fn build(
     let instants = q.integer_in("phases", 1..=MOST_INSTANTS, 1);
     let adaptive = q.boolean_or("adaptive", false);
     q.has("seed");
+    if EVEN.contains(&name) {
+        q.has("jitter");
+        q.has("strength");
+    }
     q.finish(&[]);
     Samples {
         count: count as u64,

@@ -38,7 +38,7 @@ impl fmt::Display for Severity {
 }
 
 /// One message.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
     /// How bad it is.
     pub severity: Severity,
@@ -92,7 +92,7 @@ impl Diagnostic {
 
 /// A collection of messages, so that several mistakes are reported at once.
 ///
-/// Only the first hundred are kept; the others are counted.
+/// Only the first hundred are kept; the others are counted. What was said already of the same place is not said again.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
     items: Vec<Diagnostic>,
@@ -106,9 +106,12 @@ impl Diagnostics {
         Self::default()
     }
 
-    /// Adds a message.
+    /// Adds a message, unless it is there.
     pub fn push(&mut self, diagnostic: impl Into<Diagnostic>) {
         let diagnostic = diagnostic.into();
+        if self.items.contains(&diagnostic) {
+            return;
+        }
         self.errors += usize::from(diagnostic.severity == Severity::Error);
         if self.items.len() < CAPACITY {
             self.items.push(diagnostic);

@@ -95,6 +95,13 @@ pub struct Location {
     len: usize,
 }
 
+/// Equal if they are the same span of the same file.
+impl PartialEq for Location {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.source, &other.source) && self.span() == other.span()
+    }
+}
+
 impl Location {
     /// The span of `len` bytes from byte `start`, clamped to the text.
     pub fn new(source: &Arc<SourceFile>, start: usize, len: usize) -> Self {

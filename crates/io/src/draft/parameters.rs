@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 
 /// Bytes that substitution may produce in all: defaults that repeat one another could otherwise
 /// grow without bound.
@@ -19,6 +19,9 @@ struct Parameter {
 /// The parameters known so far.
 pub(crate) struct Parameters {
     values: BTreeMap<String, Parameter>,
+    /// Those without a value that are like no other: their names, and where the first of them stands.
+    open: Vec<String>,
+    first_open: Option<Location>,
     budget: usize,
     /// How a file declares the parameter of a name, for advice.
     declaration: fn(&str) -> String,
@@ -26,9 +29,16 @@ pub(crate) struct Parameters {
 
 /// A substitution that failed, with the place within the text.
 pub(crate) struct SubstitutionError {
-    pub(crate) message: String,
-    pub(crate) help: Option<String>,
+    cause: Cause,
     pub(crate) range: Range<usize>,
+}
+
+/// Why a substitution failed.
+enum Cause {
+    /// The message, and advice.
+    Wrong(String, Option<String>),
+    /// The parameter of this name has no value.
+    Open(String),
 }
 
 impl Parameters {
@@ -45,6 +55,8 @@ impl Parameters {
             .map(|(name, value)| (name.clone(), parameter(value)));
         Parameters {
             values: values.collect(),
+            open: Vec::new(),
+            first_open: None,
             budget: BUDGET,
             declaration,
         }
@@ -104,17 +116,12 @@ impl Parameters {
         diagnostics: &Diagnostics,
     ) -> Result<&str, SubstitutionError> {
         if !self.values.contains_key(name) {
-            let message = format!("parameter '${name}' is not defined");
             let known = self.values.keys().map(String::as_str);
-            let help = diagnostics.suggest(name, known).unwrap_or_else(|| {
-                let declaration = (self.declaration)(name);
-                format!("add {declaration} or pass -D {name}=...")
-            });
-            return Err(SubstitutionError {
-                message,
-                help: Some(help),
-                range,
-            });
+            let cause = match diagnostics.suggest(name, known) {
+                Some(help) => Cause::Wrong(undefined(name), Some(help)),
+                None => Cause::Open(name.to_owned()),
+            };
+            return Err(SubstitutionError { cause, range });
         }
         let parameter = self.values.get_mut(name);
         Ok(parameter.map_or("", |p| {
@@ -128,11 +135,49 @@ impl Parameters {
             return Ok(());
         }
         let message = "the values of parameters become too long".to_owned();
-        Err(SubstitutionError {
-            message,
-            help: None,
-            range,
-        })
+        let cause = Cause::Wrong(message, None);
+        Err(SubstitutionError { cause, range })
+    }
+
+    /// Reports a substitution that failed; parameters without values only once, by [`Parameters::report_open`].
+    pub(crate) fn report(
+        &mut self,
+        failure: SubstitutionError,
+        at: &Location,
+        diagnostics: &mut Diagnostics,
+    ) {
+        match failure.cause {
+            Cause::Wrong(message, help) => {
+                diagnostics.push(Diagnostic::error(message).help(help).at(at));
+            }
+            Cause::Open(name) => {
+                self.first_open.get_or_insert_with(|| at.clone());
+                if !self.open.contains(&name) {
+                    self.open.push(name);
+                }
+            }
+        }
+    }
+
+    /// Reports all parameters without values, and how to give them.
+    pub(crate) fn report_open(&self, diagnostics: &mut Diagnostics) {
+        let Some(first) = &self.first_open else {
+            return;
+        };
+        let (message, declaration) = match &self.open[..] {
+            [name] => (undefined(name), (self.declaration)(name)),
+            names => {
+                let names: Vec<String> = names.iter().map(|name| format!("'${name}'")).collect();
+                let message = format!("parameters {} are not defined", names.join(", "));
+                (
+                    message,
+                    format!("{} and so on", (self.declaration)(&self.open[0])),
+                )
+            }
+        };
+        let options: Vec<String> = self.open.iter().map(|n| format!("-D {n}=...")).collect();
+        let help = format!("pass {}, or add {declaration}", options.join(" "));
+        diagnostics.push(Diagnostic::error(message).help(help).at(first));
     }
 
     /// Reports overrides that nothing used.
@@ -154,17 +199,18 @@ impl Parameters {
     }
 }
 
+/// What is wrong where a name stands for nothing.
+fn undefined(name: &str) -> String {
+    format!("parameter '${name}' is not defined")
+}
+
 /// The name after the `$` at `dollar` and where the rest begins; no name if the `$` stands alone.
 fn name_at(text: &str, dollar: usize) -> Result<(Option<&str>, usize), SubstitutionError> {
     let start = dollar + 1;
     if let Some(braced) = text[start..].strip_prefix('{') {
-        let message = "'${' without '}'".to_owned();
+        let cause = Cause::Wrong("'${' without '}'".to_owned(), None);
         let range = dollar..text.len();
-        let end = braced.find('}').ok_or(SubstitutionError {
-            message,
-            help: None,
-            range,
-        })?;
+        let end = braced.find('}').ok_or(SubstitutionError { cause, range })?;
         return Ok((Some(&braced[..end]), start + end + 2));
     }
     let is_name = |c: char| c.is_alphanumeric() || c == '_';

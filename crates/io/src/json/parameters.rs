@@ -71,8 +71,7 @@ impl Parameters {
                         }
                     },
                     Err(failure) => {
-                        let diagnostic = Diagnostic::error(failure.message).help(failure.help);
-                        diagnostics.push(diagnostic.at(&at));
+                        self.texts.report(failure, &at, diagnostics);
                         Json::Broken
                     }
                 };
@@ -109,6 +108,7 @@ impl Parameters {
 
     /// Reports overrides that nothing used; returns names and values.
     pub fn finish(self, diagnostics: &mut Diagnostics) -> Vec<(String, String)> {
+        self.texts.report_open(diagnostics);
         self.texts.report_unused(diagnostics);
         self.texts.into_values()
     }

@@ -3,6 +3,7 @@
 use super::Query;
 use crate::diagnostic::{Diagnostic, suggest};
 use crate::scene::{Child, Property};
+use crate::schema;
 
 impl Query<'_, '_> {
     /// Reports every parameter and child that was not asked for, with the name that may have been
@@ -10,8 +11,11 @@ impl Query<'_, '_> {
     ///
     /// `also_known` names what the plugin knows but did not ask for this time, for example because
     /// another parameter rules it out: such parameters only draw a warning that they have no
-    /// effect.
+    /// effect. Nothing is said of an unknown plugin, which is reported as such.
     pub fn finish(self, also_known: &[&str]) {
+        if schema::find(self.object.kind, &self.object.plugin).is_none() {
+            return;
+        }
         for property in &self.object.properties {
             if !self.asked.contains(&property.name) {
                 let diagnostic = self.unused_property(property, also_known);

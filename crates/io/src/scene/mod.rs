@@ -7,6 +7,7 @@ mod colour;
 mod hash;
 mod kind;
 mod registry;
+mod relocate;
 mod spectrum;
 mod tensor;
 

@@ -81,6 +81,27 @@ pub(super) const SAMPLERS: &[Plugin] = &[
         &[SAMPLES, REPLICATES],
         &[],
     ),
+    even("stratified"),
+    even("multijitter"),
+    even("orthogonal"),
+    even("halton"),
+    even("hammersley"),
+    even("sobol"),
+];
+
+/// A sampler of Mitsuba that spreads samples evenly, too.
+const fn even(name: &'static str) -> Plugin {
+    plugin(
+        name,
+        "ldsampler takes its place, with a warning.",
+        &[SAMPLES, REPLICATES, JITTER],
+        &[],
+    )
+}
+
+const JITTER: &[Parameter] = &[
+    boolean("jitter", "true", "accepted and ignored"),
+    integer("strength", "2", "accepted and ignored"),
 ];
 
 const REPLICATES: &[Parameter] = &[integer("set", "8", "points of a replicate, 8 or 64")];

@@ -11,6 +11,7 @@ mod integrator;
 mod json;
 mod medium;
 mod metals;
+pub(crate) mod mitsuba;
 mod row;
 mod sensor;
 mod shape;

@@ -52,23 +52,19 @@ impl Element {
         for attribute in node.attributes() {
             let raw = attribute.value();
             let location = locate(source, attribute.range_value());
-            let value = parameters
-                .substitute(raw, diagnostics)
-                .unwrap_or_else(|failure| {
+            let value = match parameters.substitute(raw, diagnostics) {
+                Ok(value) => value.into_owned(),
+                Err(failure) => {
                     broken = true;
-                    let (start, _) = location.span();
-                    let at =
-                        Location::new(source, start + failure.range.start, failure.range.len());
-                    diagnostics.push(
-                        Diagnostic::error(failure.message)
-                            .help(failure.help)
-                            .at(&at),
-                    );
-                    raw.into()
-                });
+                    let start = location.span().0 + failure.range.start;
+                    let at = Location::new(source, start, failure.range.len());
+                    parameters.report(failure, &at, diagnostics);
+                    raw.to_owned()
+                }
+            };
             attributes.push(Attribute {
                 name: attribute.name().to_owned(),
-                value: value.into_owned(),
+                value,
                 name_location: locate(source, attribute.range_qname()),
                 location,
             });

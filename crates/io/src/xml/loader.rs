@@ -46,6 +46,7 @@ pub(super) fn load(
         ..
     } = loader;
     dialect.report(diagnostics);
+    parameters.report_open(diagnostics);
     parameters.report_unused(diagnostics);
     let root = drafts.resolve(diagnostics)?;
     let scene = SceneDescription {

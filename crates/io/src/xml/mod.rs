@@ -22,6 +22,9 @@ mod properties;
 mod spectra;
 mod tags;
 mod transforms;
+mod write;
+
+pub use write::{UnwritableValue, write};
 
 use std::path::Path;
 

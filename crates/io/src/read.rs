@@ -1,0 +1,25 @@
+//! Scene files by their extension.
+
+use crate::diagnostic::Diagnostics;
+use crate::scene::SceneDescription;
+use crate::{json, xml};
+use std::path::Path;
+
+/// Reads a scene file without making a scene of it: JSON if its extension is `.json`, else XML. `overrides` are pairs of parameter
+/// name and value that take the place of those in the file.
+///
+/// Returns `None` if there was an error; every problem found is in `diagnostics`.
+pub fn read_scene(
+    path: &Path,
+    overrides: &[(String, String)],
+    diagnostics: &mut Diagnostics,
+) -> Option<SceneDescription> {
+    let read = if is_json(path) { json::load } else { xml::load };
+    read(path, overrides, diagnostics)
+}
+
+/// Whether a scene file is JSON.
+pub fn is_json(path: &Path) -> bool {
+    let extension = path.extension();
+    extension.is_some_and(|e| e.eq_ignore_ascii_case("json"))
+}

@@ -1,0 +1,113 @@
+//! Scenes that are written to another folder than that of their files.
+
+use super::{
+    Child, ObjectDescription, ObjectId, Property, SceneDescription, SpectrumValue, Value, find,
+};
+use crate::diagnostic::Location;
+use std::collections::HashMap;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+/// Parameters that name data files.
+const FILE: &str = "filename";
+
+impl SceneDescription {
+    /// The scene with names of data files as they are seen from another folder: relative to it where that is possible, else
+    /// absolute. It then needs no [folders](SceneDescription::folders) to search.
+    pub fn relocated(&self, folder: &Path) -> Self {
+        let mut relocation = Relocation {
+            to: absolute(folder),
+            folders: &self.folders,
+            done: HashMap::new(),
+        };
+        SceneDescription {
+            root: relocation.object(&self.root),
+            parameters: self.parameters.clone(),
+            folders: Vec::new(),
+        }
+    }
+}
+
+struct Relocation<'a> {
+    to: PathBuf,
+    folders: &'a [PathBuf],
+    done: HashMap<ObjectId, Arc<ObjectDescription>>,
+}
+
+impl Relocation<'_> {
+    fn object(&mut self, object: &Arc<ObjectDescription>) -> Arc<ObjectDescription> {
+        if let Some(done) = self.done.get(&object.number) {
+            return Arc::clone(done);
+        }
+        let properties = object.properties.iter().map(|p| self.property(p)).collect();
+        let child = |child: &Child| Child {
+            object: self.object(&child.object),
+            ..child.clone()
+        };
+        let children = object.children.iter().map(child).collect();
+        let new = Arc::new(ObjectDescription {
+            properties,
+            children,
+            ..(**object).clone()
+        });
+        self.done.insert(object.number, Arc::clone(&new));
+        new
+    }
+
+    fn property(&self, property: &Property) -> Property {
+        let seen = |name: &str| self.file(name, &property.location);
+        let value = match &property.value {
+            Value::String(name) if property.name == FILE => Value::String(seen(name)),
+            Value::Spectrum(SpectrumValue::File(name)) => {
+                Value::Spectrum(SpectrumValue::File(seen(name)))
+            }
+            value => value.clone(),
+        };
+        Property {
+            value,
+            ..property.clone()
+        }
+    }
+
+    /// The name of a file as it is seen from the new folder.
+    fn file(&self, written: &str, location: &Location) -> String {
+        let path = absolute(&find(written, location.source().directory(), self.folders));
+        relative(&path, &self.to).to_string_lossy().into_owned()
+    }
+}
+
+/// A path from the root, with links followed as far as it exists.
+fn absolute(path: &Path) -> PathBuf {
+    let known = path.canonicalize().ok();
+    let path = known.or_else(|| std::path::absolute(path).ok());
+    path.unwrap_or_default()
+}
+
+/// A path as it is seen from a folder, both absolute: with `..` if they have more than the root in common.
+fn relative(path: &Path, folder: &Path) -> PathBuf {
+    let shared = path.components().zip(folder.components());
+    let shared = shared.take_while(|(a, b)| a == b).count();
+    let named = |c: &Component| matches!(c, Component::Normal(_));
+    if !path.components().take(shared).any(|c| named(&c)) {
+        return path.to_owned();
+    }
+    let up = folder
+        .components()
+        .skip(shared)
+        .map(|_| Component::ParentDir);
+    up.chain(path.components().skip(shared)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::relative;
+    use std::path::Path;
+
+    #[test]
+    fn paths_are_seen_from_a_folder() {
+        let seen = |path: &str, folder: &str| relative(Path::new(path), Path::new(folder));
+        assert_eq!(seen("/a/b/c.ply", "/a/b"), Path::new("c.ply"));
+        assert_eq!(seen("/a/b/c.ply", "/a/d/e"), Path::new("../../b/c.ply"));
+        assert_eq!(seen("/b/c.ply", "/a/d"), Path::new("/b/c.ply"));
+    }
+}

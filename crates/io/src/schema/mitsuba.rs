@@ -1,0 +1,108 @@
+//! What of the table Mitsuba 3.9.1 does not have.
+
+use crate::scene::PluginKind;
+
+/// Plugins that Mitsuba does not have.
+const PLUGINS: &[(PluginKind, &[&str])] = &[
+    (
+        PluginKind::Bsdf,
+        &[
+            "coating",
+            "mixturebsdf",
+            "phong",
+            "roughcoating",
+            "roughdiffuse",
+            "ward",
+        ],
+    ),
+    (PluginKind::Emitter, &["collimated", "ies"]),
+    (
+        PluginKind::Integrator,
+        &["bdpt", "particle", "photon", "sppm"],
+    ),
+    (PluginKind::Medium, &["transparent"]),
+    (PluginKind::Phase, &["vmf"]),
+    (PluginKind::Sensor, &["fluencemeter", "telecentric"]),
+    (PluginKind::Shape, &["gltf", "mesh"]),
+    (
+        PluginKind::Volume,
+        &[
+            "acoustic",
+            "bspline",
+            "cauchy",
+            "constant",
+            "fisheye",
+            "gaussian",
+            "gladstone_dale",
+            "linear",
+            "linear_square",
+            "luneburg",
+            "mode",
+            "pressure",
+            "selfoc",
+            "sellmeier",
+            "sum",
+        ],
+    ),
+];
+
+/// Parameters and roles that plugins of a kind have here alone.
+const PARAMETERS: &[(PluginKind, &[&str])] = &[
+    (PluginKind::Bsdf, &["lossless"]),
+    (
+        PluginKind::Film,
+        &[
+            "bin_width",
+            "decomposition",
+            "max_bounces",
+            "max_bound",
+            "min_bound",
+            "reweight",
+            "speed_of_light",
+            "wavelengths",
+        ],
+    ),
+    (
+        PluginKind::Integrator,
+        &["reference_index", "reflections", "tolerance", "wavelength"],
+    ),
+    (
+        PluginKind::Medium,
+        &["ior", "material", "sigma_a", "sigma_s"],
+    ),
+    (PluginKind::Sampler, &["adaptive", "phases", "set"]),
+    (
+        PluginKind::Sensor,
+        &[
+            "bin_width",
+            "cosine_axis",
+            "cosine_bins",
+            "max_bound",
+            "min_bound",
+            "normalization",
+            "nu",
+            "nv",
+            "parts",
+        ],
+    ),
+    (PluginKind::Shape, &["capped"]),
+    (
+        PluginKind::Volume,
+        &["axis_order", "dataset", "offset", "placement", "scale"],
+    ),
+];
+
+/// Whether Mitsuba has a plugin.
+pub(crate) fn has_plugin(kind: PluginKind, name: &str) -> bool {
+    !lists(PLUGINS, kind, name)
+}
+
+/// Whether plugins of Mitsuba that have a name like one of these have a parameter or a role.
+pub(crate) fn has_parameter(kind: PluginKind, name: &str) -> bool {
+    !lists(PARAMETERS, kind, name)
+}
+
+fn lists(table: &[(PluginKind, &[&str])], kind: PluginKind, name: &str) -> bool {
+    let mut rows = table.iter().filter(|(of, _)| *of == kind);
+    rows.any(|(_, names)| names.contains(&name))
+}
