@@ -4,7 +4,7 @@
 The first table counts scenes by whether Mitsuba 3 and morgana load them; the second lists what stops morgana, by how many of the scenes
 that Mitsuba loads it stops. With --render, scenes that both load are rendered by both, several times with other seeds. A third table
 has, for each, the share by which the means differ, that in standard errors (z), the root mean square of z over blocks of the image
-(about 1.1 if all is well), and the rows of docs/mitsuba.md that the scene meets.
+(about 1.1 if all is well), and the rows of docs/mitsuba.md that the scene meets. Films are made smaller for this (--largest).
 
 Files without a <scene>, and scenes without a sensor, which others include, are left out.
 
@@ -42,6 +42,7 @@ def main() -> None:
     parser.add_argument("--render", action="store_true", help="compare pictures, too")
     parser.add_argument("--spp", type=int, default=4, help="samples per pixel of a run")
     parser.add_argument("--runs", type=int, default=8, help="seeds")
+    parser.add_argument("--largest", type=int, default=64, help="pixels along the longer side of pictures that are compared")
     args = parser.parse_args()
     if args.runs < 2:
         parser.error("errors need two runs")
@@ -137,6 +138,7 @@ def agreement(scene: Scene) -> str:
     """The middle of a row."""
     with tempfile.TemporaryDirectory() as folder:
         theirs, ours = pathlib.Path(folder) / "theirs.npy", pathlib.Path(folder) / "ours.npy"
+        scene.path = shrunk(scene, pathlib.Path(folder))
         if not in_child(lambda: np.save(theirs, render_theirs(scene))):
             return "Mitsuba fails | |"
         images = np.load(theirs)
@@ -148,6 +150,47 @@ def agreement(scene: Scene) -> str:
             pictures.append(np.load(ours)[..., :3])
         share, z, rms = compared(images, np.array(pictures, float), 0.0)
         return f"{100 * share:+.2f} % | {z:.1f} | {rms:.2f}"
+
+
+def shrunk(scene: Scene, folder: pathlib.Path) -> pathlib.Path:
+    """A copy of a scene with films of at most so many pixels along a side, that finds its files."""
+    root = ElementTree.parse(scene.path).getroot()
+    folders = [scene.path.resolve().parent]
+    include(root, folders)
+    values = {element.get("name"): element.get("value") for element in root.iter("default")}
+    values |= dict(define.split("=", 1) for define in scene.defines)
+    for film in root.iter("film"):
+        sides = {element.get("name"): element for element in film.iter("integer")}
+        pairs = [sides[name] for name in ("width", "height") if name in sides]
+        if len(pairs) < 2:
+            continue
+        pixels = [int(values.get(side.get("value", "").strip("${}"), side.get("value"))) for side in pairs]
+        share = min(1, scene.args.largest / max(pixels))
+        for side, count in zip(pairs, pixels, strict=True):
+            side.set("value", str(max(1, round(share * count))))
+        for element in [element for name, element in sides.items() if name and name.startswith("crop_")]:
+            film.remove(element)
+    for found in reversed(folders):
+        root.insert(0, ElementTree.Element("path", value=str(found)))
+    path = folder / scene.path.name
+    ElementTree.ElementTree(root).write(path)
+    return path
+
+
+def include(root: ElementTree.Element, folders: list[pathlib.Path]) -> None:
+    """Puts the contents of included files in the place of their names; adds the folders of paths to `folders`."""
+    for element in list(root):
+        if element.tag == "path":
+            folders.append((folders[0] / element.get("value", "")).resolve())
+            root.remove(element)
+        elif element.tag == "include":
+            names = (folder / element.get("filename", "") for folder in folders)
+            included = ElementTree.parse(next(name for name in names if name.exists())).getroot()
+            include(included, folders)
+            place = list(root).index(element)
+            root.remove(element)
+            for i, item in enumerate(included):
+                root.insert(place + i, item)
 
 
 def render_theirs(scene: Scene) -> np.ndarray:

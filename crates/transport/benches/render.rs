@@ -82,6 +82,7 @@ fn scene(index: Field, emitter: Emitter) -> Scene {
         channels: 1,
         group_size: Spectrum::CHANNELS,
         filter: Filter::Box,
+        window: None,
     };
     parts.tolerance = Tolerance::new(1e-5);
     Scene::new(parts).expect("the scene is valid")

@@ -114,7 +114,9 @@ impl Eye<'_> {
         let found = self.solver.connect(self.scene, x, medium, eye).ok()?;
         let arcs = self.solver.pieces().iter().map(Piece::ends);
         self.scene.visibility(arcs, [None; 2], 0.0)?;
-        let place = self.camera.sense(eye, -found.direction_in)?.image;
+        let film = self.scene.film();
+        let [x, y] = film.position(self.camera.sense(eye, -found.direction_in)?.image);
+        let place = [x / film.width as f64, y / film.height as f64];
         // Lines to places a little outside are cut off by the frame.
         place
             .iter()

@@ -5,6 +5,7 @@ mod compare;
 mod connect;
 mod convert;
 mod errors;
+mod export;
 mod faults;
 mod files;
 mod info;

@@ -5,14 +5,19 @@ use crate::diagnostic::suggest;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Shown;
+use std::ops::RangeInclusive;
 use transport::Bins;
-use transport::film::{Decomposition, Filter};
-use transport::scene::FilmSpec;
+use transport::film::{Decomposition, Filter, SignedFilter};
+use transport::scene::{FilmSpec, FilmWindow};
 
 /// At most so many pixels along a side.
 const LARGEST_SIDE: i64 = 1 << 16;
 /// At most so many bins.
 const MOST_BINS: f64 = 65536.0;
+/// Parameters of Mitchell's filter: others have lobes without end.
+const SHARES: RangeInclusive<f64> = -4.0..=4.0;
+/// At most so many lobes of Lanczos' filter.
+const MOST_LOBES: i64 = 16;
 /// At most so many numbers of bounces.
 const MOST_BOUNCES: i64 = 1000;
 /// How closely the width must divide the range of bins, relative to a bin: a user's ten digits.
@@ -56,6 +61,7 @@ pub(super) fn build(object: Option<&ObjectDescription>, context: &mut Context) -
             channels: context.channels.count(),
             group_size: context.channels.group_size(),
             filter: Filter::Gaussian { stddev: 0.5 },
+            window: None,
         },
         layering: Layering::default(),
         reweight: false,
@@ -70,6 +76,7 @@ pub(super) fn build(object: Option<&ObjectDescription>, context: &mut Context) -
     let mut q = Query::new(object, context.diagnostics);
     film.spec.width = q.integer_in("width", 1..=LARGEST_SIDE, 768) as usize;
     film.spec.height = q.integer_in("height", 1..=LARGEST_SIDE, 576) as usize;
+    crop(&mut film.spec, &mut q);
     q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
     q.has("wavelengths");
     // Light from beyond the image's edge always counts.
@@ -87,6 +94,36 @@ pub(super) fn build(object: Option<&ObjectDescription>, context: &mut Context) -
     film
 }
 
+/// Leaves of the film the part that is asked for.
+fn crop(spec: &mut FilmSpec, q: &mut Query) {
+    let image = [spec.width, spec.height];
+    let mut side = |[offset, size]: [&str; 2], whole: usize| {
+        let offset = q.integer_in(offset, 0..=whole as i64 - 1, 0) as usize;
+        let left = whole.saturating_sub(offset).max(1);
+        let size = q.integer_in(size, 1..=left as i64, left as i64) as usize;
+        [offset, size]
+    };
+    let [x, width] = side(["crop_offset_x", "crop_width"], spec.width);
+    let [y, height] = side(["crop_offset_y", "crop_height"], spec.height);
+    if [width, height] != image {
+        (spec.width, spec.height) = (width, height);
+        spec.window = Some(FilmWindow {
+            image,
+            corner: [x as f64, y as f64],
+        });
+    }
+}
+
+/// Names of filters.
+const FILTERS: [&str; 6] = [
+    "box",
+    "tent",
+    "gaussian",
+    "mitchell",
+    "catmullrom",
+    "lanczos",
+];
+
 fn filter(object: &ObjectDescription, context: &mut Context) -> Filter {
     let mut q = Query::new(object, context.diagnostics);
     let filter = match object.plugin.as_str() {
@@ -97,8 +134,17 @@ fn filter(object: &ObjectDescription, context: &mut Context) -> Filter {
         "gaussian" => Filter::Gaussian {
             stddev: q.float_in("stddev", POSITIVE, 0.5),
         },
+        "mitchell" => {
+            let [b, c] = ["B", "C"].map(|name| q.float_in(name, SHARES, 1.0 / 3.0));
+            Filter::Signed(SignedFilter::cubic(b, c))
+        }
+        "catmullrom" => Filter::Signed(SignedFilter::cubic(0.0, 0.5)),
+        "lanczos" => {
+            let lobes = q.integer_in("lobes", 1..=MOST_LOBES, 3);
+            Filter::Signed(SignedFilter::lanczos(lobes as u8))
+        }
         _ => {
-            unknown_plugin(object, &["box", "tent", "gaussian"], context.diagnostics);
+            unknown_plugin(object, &FILTERS, context.diagnostics);
             return Filter::Box;
         }
     };

@@ -82,6 +82,7 @@ fn nobody(samples: Samples, context: &Context) -> SensorParts {
                 channels: context.channels.count(),
                 group_size: context.channels.group_size(),
                 filter: Filter::Box,
+                window: None,
             },
             layering: Layering::default(),
             reweight: false,

@@ -9,9 +9,9 @@ use super::transforms::affine;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use glam::DAffine3;
-use std::ops::Bound;
+use std::ops::{Bound, RangeInclusive};
 use std::sync::Arc;
-use transport::scene::MediumId;
+use transport::scene::{FilmSpec, FilmWindow, MediumId};
 use transport::sensor::{
     ApertureStop, Batch, Orthographic, Perspective, Sensor, Telecentric, ThinLens,
 };
@@ -28,6 +28,8 @@ const SAMPLES: i64 = 64;
 /// Mitsuba's clipping planes.
 pub(super) const NEAR_CLIP: f64 = 0.01;
 pub(super) const FAR_CLIP: f64 = 1e4;
+/// Offsets of principal points.
+const SHIFTS: RangeInclusive<f64> = -100.0..=100.0;
 /// Cones of telecentric sensors are narrow: lenses gather no wider ones.
 const WIDEST_STOP: f64 = 45.0;
 
@@ -58,11 +60,16 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
             .or_else(|| unknown(object, context))
             .map(|view| vec![view]),
     };
-    let film = film::build(film.as_deref(), context);
+    let mut film = film::build(film.as_deref(), context);
     let samples = sampler::build(sampler.as_deref(), SAMPLES, context);
     let medium = inside.map(|m| medium::medium(&m, context));
     let views = views?;
-    let width = film.spec.width;
+    let whole = |spec: &FilmSpec| FilmWindow {
+        image: [spec.width, spec.height],
+        corner: [0.0; 2],
+    };
+    let mut window = film.spec.window.unwrap_or(whole(&film.spec));
+    let [width, height] = window.image;
     if !width.is_multiple_of(views.len()) {
         let message = format!(
             "a batch is one or several cameras side by side: {width} pixels cannot be divided among {}",
@@ -71,7 +78,22 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
         context.error_at(&object.location, message);
         return None;
     }
-    let aspect = width as f64 / (views.len() * film.spec.height) as f64;
+    let aspect = width as f64 / (views.len() * height) as f64;
+    if let Some(shifted) = views.iter().find(|view| view.shift != [0.0; 2]) {
+        if object.plugin == "batch" {
+            let message =
+                "cameras of a batch have their principal points in the middle of the picture";
+            context.error_at(&object.location, message);
+        }
+        for (corner, (shift, size)) in window
+            .corner
+            .iter_mut()
+            .zip(shifted.shift.into_iter().zip(window.image))
+        {
+            *corner += shift * size as f64;
+        }
+        film.spec.window = Some(window);
+    }
     let mut sensors: Vec<Sensor> = views.iter().map(|view| view.sensor(aspect)).collect();
     let sensor = if object.plugin == "batch" {
         Sensor::Batch(Arc::new(Batch::new(sensors)?))
@@ -115,6 +137,8 @@ fn unknown(object: &ObjectDescription, context: &mut Context) -> Option<View> {
 struct View {
     optics: Optics,
     frame: DAffine3,
+    /// How far the picture shows what lies to the right and below, in its own width and height.
+    shift: [f64; 2],
 }
 
 /// `None` if the plugin is unknown.
@@ -131,12 +155,22 @@ fn view_of(object: &ObjectDescription, mut q: Query) -> Option<View> {
         q.error("to_world", "the sensor's transform is singular");
     }
     let optics = optics(object, &mut q);
+    let shift = if object.plugin == "perspective" {
+        ["principal_point_offset_x", "principal_point_offset_y"]
+            .map(|name| q.float_in(name, SHIFTS, 0.0))
+    } else {
+        [0.0; 2]
+    };
     // Straight segments start at the sensor whatever the clipping planes: Mitsuba's scene files have
     // them for the sake of its own intersection tests.
     q.float_or("near_clip", NEAR_CLIP);
     q.float_or("far_clip", FAR_CLIP);
     q.finish(&[]);
-    optics.map(|optics| View { optics, frame })
+    optics.map(|optics| View {
+        optics,
+        frame,
+        shift,
+    })
 }
 
 enum Optics {

@@ -34,11 +34,23 @@ pub(super) const VIEW: &[Parameter] = &[
     ),
 ];
 
-const PINHOLE: &[Parameter] = &[float(
-    "focus_distance",
-    "",
-    "accepted and ignored: all is in focus",
-)];
+const PINHOLE: &[Parameter] = &[
+    float(
+        "focus_distance",
+        "",
+        "accepted and ignored: all is in focus",
+    ),
+    float(
+        "principal_point_offset_x",
+        "0",
+        "how far to the right the picture is taken from, in its width, -100 to 100",
+    ),
+    float(
+        "principal_point_offset_y",
+        "0",
+        "how far down, in its height, -100 to 100",
+    ),
+];
 
 const LENS: &[Parameter] = &[
     float("aperture_radius", "required", "local units, > 0"),

@@ -1,5 +1,6 @@
 //! Reconstruction filters, sampled in proportion to their value (docs/theory.md#film).
 
+use super::SignedFilter;
 use std::f64::consts::{SQRT_2, TAU};
 
 /// A reconstruction filter, separable, in pixels.
@@ -17,13 +18,15 @@ pub enum Filter {
         /// Standard deviation.
         stddev: f64,
     },
+    /// One that is negative in places.
+    Signed(SignedFilter),
 }
 
 /// Where Gaussians are cut off, in standard deviations.
 const CUT: f64 = 4.0;
 
 impl Filter {
-    /// An offset from the pixel's centre with the filter as its density; `u` is uniform in [0, 1).
+    /// An offset from the pixel's centre with the density [`Filter::pdf`]; `u` is uniform in [0, 1).
     pub fn sample(&self, u: f64) -> f64 {
         match *self {
             Filter::Box => u - 0.5,
@@ -34,12 +37,29 @@ impl Filter {
             Filter::Gaussian { stddev } => {
                 stddev * SQRT_2 * inverse_erf((2.0 * u - 1.0) * gaussian_mass())
             }
+            Filter::Signed(filter) => filter.sample(u),
         }
     }
 
-    /// Density of [`Filter::sample`] per pixel, zero beyond [`Filter::radius`]. The box includes its
-    /// lower edge alone, so that each position belongs to one pixel.
+    /// Density of [`Filter::sample`] per pixel: the filter itself, unless that is negative in places.
     pub fn pdf(&self, offset: f64) -> f64 {
+        match self {
+            Filter::Signed(filter) => filter.pdf(offset),
+            _ => self.value(offset),
+        }
+    }
+
+    /// What a sample counts: the filter over the density of the sample.
+    pub fn weight(&self, offset: f64) -> f64 {
+        match self {
+            Filter::Signed(filter) => filter.value(offset) / filter.pdf(offset),
+            _ => 1.0,
+        }
+    }
+
+    /// The filter, per pixel, zero beyond [`Filter::radius`]. The box includes its
+    /// lower edge alone, so that each position belongs to one pixel.
+    pub fn value(&self, offset: f64) -> f64 {
         let x = offset.abs();
         match *self {
             Filter::Box => f64::from(u8::from((-0.5..0.5).contains(&offset))),
@@ -49,6 +69,7 @@ impl Filter {
                 (-0.5 * z * z).exp() / (stddev * TAU.sqrt() * gaussian_mass())
             }
             Filter::Gaussian { .. } => 0.0,
+            Filter::Signed(filter) => filter.value(offset),
         }
     }
 
@@ -59,6 +80,7 @@ impl Filter {
             Filter::Box => 0.5,
             Filter::Tent { radius } => radius,
             Filter::Gaussian { stddev } => CUT * stddev,
+            Filter::Signed(filter) => filter.radius(),
         }
     }
 }

@@ -2,26 +2,25 @@
 
 use super::Filter;
 
-/// Tells `count` the pixels of a `width × height` image whose filter reaches a position, in units of the image from
-/// its top left corner, and the value of the filter there, per pixel. The values are those of the
-/// densities with which camera samples are placed ([`Filter::sample`]).
+/// Tells `count` the pixels of a `width × height` image whose filter reaches a position, in pixels from
+/// its top left corner, and the value of the filter there, per pixel: what camera samples at that place
+/// stand for ([`Filter::sample`], [`Filter::weight`]).
 ///
 /// An iterator in place of these loops was compiled wrongly by Rust 1.95 where it was inlined in release builds: pixels were those of the
 /// next row (`scripts/same_bits.py` would tell).
 pub(crate) fn footprint(
     width: usize,
     height: usize,
-    filter: Filter,
-    [s, t]: [f64; 2],
+    filter: &Filter,
+    [x, y]: [f64; 2],
     mut count: impl FnMut(usize, f64),
 ) {
-    let (x, y) = (s * width as f64, t * height as f64);
     let columns = reach(x, width, filter.radius());
     for row in reach(y, height, filter.radius()) {
-        let vertical = filter.pdf(y - (row as f64 + 0.5));
+        let vertical = filter.value(y - (row as f64 + 0.5));
         for column in columns.clone() {
-            let value = vertical * filter.pdf(x - (column as f64 + 0.5));
-            if value > 0.0 {
+            let value = vertical * filter.value(x - (column as f64 + 0.5));
+            if value != 0.0 {
                 count(row * width + column, value);
             }
         }
@@ -38,9 +37,11 @@ fn reach(position: f64, size: usize, radius: f64) -> std::ops::Range<usize> {
 mod tests {
     use super::*;
 
+    /// `place` in units of the image.
     fn pixels([width, height]: [usize; 2], filter: Filter, place: [f64; 2]) -> Vec<(usize, f64)> {
         let mut found = Vec::new();
-        footprint(width, height, filter, place, |pixel, value| {
+        let place = [place[0] * width as f64, place[1] * height as f64];
+        footprint(width, height, &filter, place, |pixel, value| {
             found.push((pixel, value));
         });
         found

@@ -5,6 +5,7 @@ mod filter;
 mod footprint;
 mod layers;
 mod outliers;
+mod signed_filter;
 mod summary;
 
 pub use decomposition::{Decomposition, LayerAxis, PathFacts};
@@ -14,6 +15,7 @@ pub use layers::Layers;
 pub(crate) use layers::{CellsMut, LayerGroup, Pending};
 pub(crate) use outliers::LevelsMut;
 pub use outliers::OutlierRejection;
+pub use signed_filter::SignedFilter;
 
 use crate::Spectrum;
 use crate::moments::{Moments, Tail};
@@ -79,7 +81,8 @@ impl AddAssign for Pixel {
 /// are kept in groups of at most [`Spectrum::CHANNELS`].
 ///
 /// Filters other than the box are sampled in proportion to their value, so every pixel is a plain
-/// mean of independent samples, or replicates, and its variance is known without bias.
+/// mean of independent samples, or replicates, and its variance is known without bias. Those with negative lobes are sampled in proportion
+/// to their modulus, and samples are negative where they are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Film {
     width: usize,

@@ -1,6 +1,6 @@
 //! Arbitrary output variables: one ray a sample gives the values of all channels.
 
-use super::source::{Source, add};
+use super::source::{SampledRay, Source, add};
 use crate::Spectrum;
 use crate::aov::AovTracer;
 use crate::film::{Film, Pixel};
@@ -58,10 +58,11 @@ fn values(
     sample: u64,
     ws: &mut Workspace,
 ) -> Vec<f64> {
-    let (ray, _) = source.ray(pixel, sample);
+    let SampledRay { ray, weight, .. } = source.ray(pixel, sample);
     ws.stats.paths += 1;
     let mut values = Vec::new();
     tracer.sample(source.scene.at(sample), ray, ws, &mut values);
+    values.iter_mut().for_each(|value| *value *= weight);
     values
 }
 

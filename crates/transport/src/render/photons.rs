@@ -6,7 +6,7 @@
 //! Theory: docs/theory.md#progressive-photon-maps.
 
 use super::Debiased;
-use super::source::{Source, add};
+use super::source::{SampledRay, Source, add};
 use super::splats::Layered;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, Pending};
@@ -110,14 +110,18 @@ fn part(
     let mut pending = decomposition.map(|d| (d, Pending::new(d.layers())));
     let count = pixels.len() as u64;
     let taken = pixels.map(|pixel| {
-        let (ray, mut sampler) = source.ray(pixel, sample);
+        let SampledRay {
+            ray,
+            weight,
+            mut sampler,
+        } = source.ray(pixel, sample);
         ws.stats.paths += 1;
         let (mut value, mut bias) = (Spectrum::ZERO, Spectrum::ZERO);
         gathering.along(ray, &mut sampler, &mut ws, |light| {
-            value += light.value;
-            bias += light.bias;
+            value += light.value * weight;
+            bias += light.bias * weight;
             if let Some((decomposition, pending)) = &mut pending {
-                pending.add(decomposition.layer(&light.path), light.value);
+                pending.add(decomposition.layer(&light.path), light.value * weight);
             }
         });
         let mut layers = Vec::new();

@@ -263,6 +263,7 @@ mod tests {
                 channels: 1,
                 group_size: Spectrum::CHANNELS,
                 filter: Filter::Box,
+                window: None,
             },
             tolerance: Default::default(),
             reflections: 0,

@@ -82,18 +82,20 @@ impl<'a> Source<'a> {
         self.stop.is_raised()
     }
 
-    /// The sensor ray of a sample of a pixel, and the random numbers after it.
-    pub fn ray(&self, pixel: usize, sample: u64) -> (SensorRay, Sampler) {
+    /// The sensor ray of a sample of a pixel.
+    pub fn ray(&self, pixel: usize, sample: u64) -> SampledRay {
         let mut sampler = self.sampler(pixel as u64, sample);
         let spec = self.scene.film();
         let [u, v] = sampler.next_2d_for(Purpose::Direction);
         let lens = sampler.next_2d_for(Purpose::Lens);
         let (column, row) = (pixel % spec.width, pixel / spec.width);
-        let image = [
-            (column as f64 + 0.5 + spec.filter.sample(u)) / spec.width as f64,
-            (row as f64 + 0.5 + spec.filter.sample(v)) / spec.height as f64,
-        ];
-        (self.scene.sensor().ray(image, lens), sampler)
+        let [across, down] = [u, v].map(|u| spec.filter.sample(u));
+        let image = spec.image([column as f64 + 0.5 + across, row as f64 + 0.5 + down]);
+        SampledRay {
+            ray: self.scene.sensor().ray(image, lens),
+            weight: spec.filter.weight(across) * spec.filter.weight(down),
+            sampler,
+        }
     }
 
     /// The random numbers of a sample of a pixel. Numbers beyond those of the pixels are for what they share.
@@ -102,15 +104,33 @@ impl<'a> Source<'a> {
     }
 }
 
+/// The sensor ray of a sample.
+pub(super) struct SampledRay {
+    pub ray: SensorRay,
+    /// What it counts: 1, unless the filter is negative in places.
+    pub weight: f64,
+    /// The random numbers after it.
+    pub sampler: Sampler,
+}
+
 impl LightSamples<'_> {
     /// Adds the contributions of one sample of a pixel to `out`.
     pub fn take(&self, pixel: usize, sample: u64, ws: &mut Workspace, out: &mut Vec<Contribution>) {
         let source = self.source;
-        let (ray, mut sampler) = source.ray(pixel, sample);
+        let SampledRay {
+            ray,
+            weight,
+            mut sampler,
+        } = source.ray(pixel, sample);
         ws.stats.paths += 1;
         let (scene, channels) = (source.scene.at(sample), source.channels());
+        let first = out.len();
         self.integrator
             .sample(scene, ray, channels, &mut sampler, ws, out);
+        if weight != 1.0 {
+            let own = out[first..].iter_mut().filter(|c| c.image.is_none());
+            own.for_each(|c| c.value *= weight);
+        }
     }
 }
 

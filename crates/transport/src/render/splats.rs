@@ -144,12 +144,24 @@ pub(super) fn splat(
     mut count: impl FnMut(usize, f64),
 ) {
     let spec = source.scene.film();
-    match contribution.image {
-        None => count(own, 1.0),
-        // A pixel's filter per unit of the image's area is their number times that per pixel, and
-        // there are as many paths as pixels.
-        Some(place) => footprint(spec.width, spec.height, spec.filter, place, count),
-    }
+    let Some(image) = contribution.image else {
+        return count(own, 1.0);
+    };
+    // A pixel's filter per unit of the image's area is the image's number of pixels times that per pixel, and
+    // there are as many paths as pixels of the film.
+    let share = spec
+        .window
+        .map_or(1.0, |w| w.pixels() / (spec.width * spec.height) as f64);
+    let place = spec.position(image);
+    footprint(
+        spec.width,
+        spec.height,
+        &spec.filter,
+        place,
+        |pixel, value| {
+            count(pixel, value * share);
+        },
+    );
 }
 
 /// The layers of a sample of the whole image, being added up.

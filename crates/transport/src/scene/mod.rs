@@ -19,7 +19,7 @@ pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
 pub use containment::medium_at;
 pub(crate) use light_bounds::Receiver;
-pub use parts::{AMBIENT, FilmSpec, MediumId, Object, Parts, Sides};
+pub use parts::{AMBIENT, FilmSpec, FilmWindow, MediumId, Object, Parts, Sides};
 pub(crate) use regions::GlassBall;
 pub use regions::Region;
 

@@ -110,6 +110,7 @@ impl Case {
                 channels: 1,
                 group_size: Spectrum::CHANNELS,
                 filter: Filter::Tent { radius: 1.0 },
+                window: None,
             },
             tolerance: Tolerance::new(1e-6),
             // What is reflected more often at a wall of index 1.3 is below a thousandth.

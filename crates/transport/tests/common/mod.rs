@@ -94,6 +94,7 @@ pub fn parts(
             channels: 1,
             group_size: Spectrum::CHANNELS,
             filter: Filter::Box,
+            window: None,
         },
         tolerance: Tolerance::default(),
         reflections: 0,

@@ -84,6 +84,7 @@ impl Scene {
                 channels: 3,
                 group_size: Spectrum::CHANNELS,
                 filter: Filter::Box,
+                window: None,
             },
             tolerance: Tolerance::default(),
             reflections: 0,
