@@ -15,7 +15,7 @@ from ._morgana import Field, Ray, Scene, __version__
 from ._rays import Connections, Polyline, RayEnds, Rays, connect, trace
 from ._render import render
 from ._result import Layer, Reading, Result
-from ._scene import load_dict, load_field, load_file
+from ._scene import export, load_dict, load_field, load_file
 from ._sweep import Sweep, sweep
 
 __all__ = [
@@ -41,6 +41,7 @@ __all__ = [
     "__version__",
     "compare",
     "connect",
+    "export",
     "load_dict",
     "load_field",
     "load_file",

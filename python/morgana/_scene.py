@@ -126,6 +126,54 @@ def load_dict(
     return _warned(_morgana.load_dict(checks.mapping(scene, "a scene"), _defines(parameters), instead))
 
 
+def export(
+    scene: Union[str, "os.PathLike[str]", Mapping[str, Any]],
+    path: Union[str, "os.PathLike[str]"],
+    /,
+    **parameters: Define,
+) -> List[str]:
+    """Write a scene in the format of Mitsuba 3: XML, or JSON if the name ends in ``.json``.
+
+    Scenes of Mitsuba 0.5 and 0.6 and dictionaries become one file that ``mitsuba.load_file`` reads, unless they use what only
+    morgana has. Data files are named as they are seen from the new file.
+
+    Parameters
+    ----------
+    scene : path_like or mapping
+        A scene file, or a dictionary as for :func:`load_dict`.
+    path : path_like
+        The file to write, ``.xml`` or ``.json``.
+    **parameters : str, float or bool
+        Values for the scene's parameters.
+
+    Returns
+    -------
+    list of str
+        What of the scene Mitsuba 3 does not have, such as ``'ior' of medium 'homogeneous'``.
+
+    Raises
+    ------
+    SceneError
+        The scene cannot be read.
+    ValueError
+        An array, which XML cannot hold, or another extension.
+    FileError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> morgana.export("scenes/luneburg_fog.xml", "copy.xml", albedo=0.5)
+    ["'ior' of medium 'homogeneous'", "emitter 'collimated'", "volume 'luneburg'"]
+    """
+    output = os.fspath(path)
+    if not output.lower().endswith((".xml", ".json")):
+        raise ValueError(f"path must end in .xml or .json, but it is {output!r}")
+    defines = _defines(parameters)
+    if isinstance(scene, Mapping):
+        return _morgana.export_dict(checks.mapping(scene, "a scene"), defines, output)
+    return _morgana.export_file(os.fspath(scene), defines, output)
+
+
 def load_field(volume: Mapping[str, Any]) -> Field:
     """Make a refractive-index field from a dictionary that describes a volume.
 

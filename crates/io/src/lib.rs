@@ -31,6 +31,7 @@ pub mod schema;
 pub mod spd;
 mod temporary;
 pub mod volume;
+mod write;
 pub mod xml;
 
 pub use assemble::{Difference, LoadOptions, Loaded, assemble, assemble_field, load_scene};
@@ -43,3 +44,4 @@ pub use run::{Refusal, Run};
 pub use scene::{
     FileRegistry, ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue,
 };
+pub use write::{WriteError, write_scene};

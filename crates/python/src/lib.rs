@@ -39,7 +39,7 @@ mod _morgana {
     #[pymodule_export]
     use crate::render::{Rendered, render};
     #[pymodule_export]
-    use crate::scene::{Scene, load_dict, load_file};
+    use crate::scene::{Scene, export_dict, export_file, load_dict, load_file};
     #[pymodule_export]
     use crate::trace::{Traced, trace};
 

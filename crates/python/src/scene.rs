@@ -3,11 +3,13 @@
 use crate::dict;
 use crate::errors;
 use crate::field::Field;
-use io::{Diagnostics, Limits, LoadOptions, Loaded, json};
+use io::features::Features;
+use io::{Diagnostics, Limits, LoadOptions, Loaded, SceneDescription, WriteError, json};
 use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// How an object is made again that was pickled: a function of Python, and its arguments.
 pub type Recipe<'py> = (Bound<'py, PyAny>, Py<PyAny>);
@@ -99,6 +101,50 @@ pub fn load_dict(
         name: "dict".into(),
         recipe,
     })
+}
+
+/// Writes the scene of a file to another; returns what of it Mitsuba 3 does not have.
+#[pyfunction]
+pub fn export_file(
+    py: Python<'_>,
+    path: PathBuf,
+    defines: Vec<(String, String)>,
+    output: PathBuf,
+) -> PyResult<Vec<String>> {
+    py.detach(|| {
+        let mut diagnostics = Diagnostics::new();
+        let scene = io::read_scene(&path, &defines, &mut diagnostics);
+        export(scene, &diagnostics, &output)
+    })
+}
+
+/// Writes the scene of a dictionary to a file; returns what of it Mitsuba 3 does not have.
+#[pyfunction]
+pub fn export_dict(
+    py: Python<'_>,
+    scene: &Bound<'_, PyDict>,
+    defines: Vec<(String, String)>,
+    output: PathBuf,
+) -> PyResult<Vec<String>> {
+    let item = dict::scene(scene)?;
+    py.detach(|| {
+        let mut diagnostics = Diagnostics::new();
+        let scene = json::build(item, &defines, &mut diagnostics);
+        export(scene, &diagnostics, &output)
+    })
+}
+
+fn export(
+    scene: Option<SceneDescription>,
+    diagnostics: &Diagnostics,
+    output: &Path,
+) -> PyResult<Vec<String>> {
+    let scene = scene.ok_or_else(|| errors::scene(diagnostics))?;
+    io::write_scene(&scene, output).map_err(|error| match error {
+        WriteError::Value(value) => PyValueError::new_err(value.to_string()),
+        WriteError::File(error) => errors::file(&error),
+    })?;
+    Ok(Features::of(&scene).own)
 }
 
 #[pymethods]

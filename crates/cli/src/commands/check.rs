@@ -6,7 +6,7 @@ use crate::load::{load_as_it_is, options, warn};
 use crate::output::say;
 use io::diagnostic::shown;
 use io::features::{Features, missing};
-use io::{Diagnostics, Run};
+use io::{Diagnostics, PluginKind, Run, schema};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
@@ -41,7 +41,7 @@ fn report(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     let mut approximated = Vec::new();
     if let Some(scene) = io::read_scene(&args.scene.path, &args.scene.defines, &mut diagnostics) {
         let features = Features::of(&scene);
-        lines.extend(section("uses", used(&features)));
+        lines.extend(section("supported", supported(&features)));
         lines.extend(section("only in morgana", features.own));
         match io::assemble(&scene, &options(&args.scene), Diagnostics::new()) {
             Ok(loaded) => {
@@ -75,10 +75,12 @@ fn report(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     })
 }
 
-/// The plugins of each kind, with how often they stand there.
-fn used(features: &Features) -> Vec<String> {
+/// The plugins of each kind that are known, with how often they stand there.
+fn supported(features: &Features) -> Vec<String> {
     let mut kinds: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for ((kind, plugin), count) in &features.plugins {
+    let known = |kind: &PluginKind, plugin: &str| schema::find(*kind, plugin).is_some();
+    let plugins = features.plugins.iter();
+    for ((kind, plugin), count) in plugins.filter(|((kind, plugin), _)| known(kind, plugin)) {
         let times = if *count > 1 {
             format!(" ×{count}")
         } else {

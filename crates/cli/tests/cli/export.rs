@@ -52,7 +52,7 @@ fn a_report_lists_features() {
     let report = folder.succeed("check --mitsuba scene.xml");
     for part in [
         "scene.xml: can be used",
-        "uses:\n",
+        "supported:\n",
         "shape      sphere\n",
         "otherwise than in Mitsuba:\n",
         "sample_count: ",

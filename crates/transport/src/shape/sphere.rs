@@ -43,8 +43,16 @@ impl Sphere {
     /// The image of the unit sphere.
     pub fn new(to_world: DAffine3) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world, &LOCAL)?;
-        let area = area(&placement);
-        Ok(Sphere { placement, area })
+        let unit = Sphere {
+            placement,
+            area: 4.0 * PI,
+        };
+        let area = if unit.is_even() {
+            unit.area * unit.placement.axis_stretch(0)
+        } else {
+            area(&unit.placement)
+        };
+        Ok(Sphere { area, ..unit })
     }
 
     /// The sphere around `center`.
