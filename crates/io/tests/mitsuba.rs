@@ -179,6 +179,8 @@ fn means_are_those_of_mitsuba() {
         (r#""type": "roughdielectric", "alpha": 0.3, "distribution": "ggx""#.into(), 0.270390, 8e-5, 2e-4),
         (conductor(""), 0.332419, 1.0e-4, 1e-3),
         (conductor(r#", "distribution": "ggx""#), 0.317048, 9e-5, 0.0),
+        (format!(r#""type": "roughconductor", {metal}, "distribution": "ggx", "alpha_u": 0.15, "alpha_v": 0.5"#), 0.306779, 1e-4, 0.0),
+        (r#""type": "roughdielectric", "distribution": "ggx", "alpha_u": 0.1, "alpha_v": 0.5"#.into(), 0.264038, 8e-5, 2e-4),
         (r#""type": "roughplastic", "alpha": 0.3"#.into(), 0.259489, 3e-5, 5e-3),
         (r#""type": "roughplastic", "alpha": 0.1, "nonlinear": true, "diffuse_reflectance": 0.9"#.into(), 0.321811, 4e-5, 8e-3),
         (r#""type": "plastic""#.into(), 0.273777, 5e-5, 5e-4),
@@ -188,6 +190,7 @@ fn means_are_those_of_mitsuba() {
         (principled(r#""spec_tint": 0.8, "roughness": 0.3, "specular": 0.9"#), 0.348472, 9e-5, 0.0),
         (principled(r#""sheen": 1, "sheen_tint": 0.7, "flatness": 0.8, "roughness": 0.8"#), 0.333450, 7e-5, 0.0),
         (principled(r#""clearcoat": 1, "clearcoat_gloss": 0.2, "metallic": 0.4, "eta": 1.7"#), 0.329269, 8e-5, 0.0),
+        (principled(r#""metallic": 0.8, "anisotropic": 0.9"#), 0.293270, 7e-5, 0.0),
         (principled(r#""spec_trans": 0.8, "roughness": 0.4, "metallic": 0.2, "eta": 1.4"#), 0.261483, 6e-5, 0.0),
         (thin, 0.266910, 9e-5, 1e-3),
         (r#""type": "pplastic", "alpha": 0.3, "distribution": "ggx""#.into(), 0.260317, 5e-5, 0.0),
@@ -202,6 +205,57 @@ fn means_are_those_of_mitsuba() {
         let excess = ((ours - theirs).abs() - share * theirs).max(0.0);
         zs.push(z.signum() * excess / own.hypot(error));
         assert!(own < 4e-3 * theirs, "{bsdf}: no power");
+    }
+    testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
+}
+
+/// As [`means_are_those_of_mitsuba`], of brushed copper: along which tangents other shapes are rough, without and under maps, and
+/// with a board of roughness, whose fields are swapped there.
+#[test]
+fn brushed_shapes_are_those_of_mitsuba() {
+    let brushed = |u: &str, v: &str| {
+        format!(
+            r#"{{"type": "roughconductor", "distribution": "ggx", "alpha_u": {u}, "alpha_v": {v},
+  "eta": {{"type": "rgb", "value": [0.2, 0.92, 1.1]}}, "k": {{"type": "rgb", "value": [3.9, 2.45, 2.14]}}}}"#
+        )
+    };
+    let normals =
+        r#"{"type": "normalmap", "normalmap": {"type": "rgb", "value": [0.7, 0.6, 0.9]}, "b": "#;
+    let board = r#"{"type": "checkerboard", "color0": 0.5, "color1": 0.05, "to_uv": [{"scale": [4, 4, 1]}]}"#;
+    let tilt = r#"{"rotate": {"axis": [1, 0, 0], "angle": -50}}"#;
+    let turn = r#"{"rotate": {"axis": [0, 0, 1], "angle": 30}}"#;
+    let square = format!(r#""type": "rectangle", "to_world": [{turn}, {tilt}]"#);
+    let disk = format!(r#""type": "disk", "to_world": [{tilt}]"#);
+    let cube = r#""type": "cube", "to_world": [{"scale": 0.8}, {"rotate": {"axis": [2, 3, 6], "angle": 40}}]"#;
+    let cylinder = r#""type": "cylinder", "p0": [-1.2, 0, 0], "p1": [1.2, 0, 0], "radius": 0.7"#;
+    let [along, across] = [brushed("0.05", "0.4"), brushed("0.4", "0.05")];
+    let under = |bsdf: &str| format!("{normals}{bsdf}}}");
+    let table = [
+        (cylinder, along.clone(), 0.332176, 2.4e-4),
+        (cylinder, across.clone(), 0.339347, 1.9e-4),
+        (&square, along.clone(), 0.444257, 2.2e-4),
+        (&square, across.clone(), 0.280617, 3e-5),
+        (&disk, along.clone(), 0.335249, 1.2e-4),
+        (&disk, across.clone(), 0.330365, 1.5e-4),
+        (cube, along.clone(), 0.273687, 5e-5),
+        (cube, across.clone(), 0.273362, 5e-5),
+        (&square, under(&along), 0.251870, 6e-5),
+        (&square, under(&across), 0.235419, 4e-5),
+        (r#""type": "sphere""#, under(&along), 0.307799, 1.2e-4),
+        (r#""type": "sphere""#, under(&across), 0.312680, 2.2e-4),
+        (&square, brushed(board, "0.2"), 0.353660, 1.8e-4),
+        (&square, brushed("0.2", board), 0.343922, 1.0e-4),
+    ];
+    let mut zs = Vec::new();
+    for (shape, bsdf, theirs, error) in table {
+        let text = ball("").replace(
+            r#""type": "sphere", "bsdf": {}"#,
+            &format!(r#"{shape}, "bsdf": {bsdf}"#),
+        );
+        let [ours, own] = mean(&text, 1024);
+        println!("{shape}, {bsdf}: {ours:.5} ± {own:.5}, Mitsuba {theirs:.5} ± {error:.5}");
+        assert!(own < 4e-3 * theirs, "{shape}: no power");
+        zs.push((ours - theirs) / own.hypot(error));
     }
     testkit::z_test::max_abs_z(&zs, 1e-3).unwrap();
 }
@@ -669,7 +723,6 @@ fn examples() -> Vec<(&'static str, String, String)> {
     let outside = "[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]";
     let inside = "[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]";
     vec![
-        ("anisotropy", surface(r#"{"type": "roughconductor", "alpha_u": 0.1, "alpha_v": 0.3}"#), surface(r#"{"type": "roughconductor", "alpha_u": 0.2, "alpha_v": 0.2}"#)),
         ("beckmann", surface(r#"{"type": "roughconductor"}"#), surface(r#"{"type": "roughconductor", "distribution": "ggx"}"#)),
         ("blendbsdf",
             surface(r#"{"type": "blendbsdf", "a": {"type": "conductor"}, "b": {"type": "diffuse"}}"#),

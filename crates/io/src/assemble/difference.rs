@@ -21,7 +21,6 @@ macro_rules! differences {
 }
 
 differences! {
-    ANISOTROPY: "anisotropy", "facets are equally rough in all directions, by the geometric mean of alpha_u and alpha_v, and anisotropic is ignored; Mitsuba's are not";
     BECKMANN: "beckmann", "masking is Smith's in closed form; Mitsuba's fit is up to 0.35 % off";
     BLEND: "blendbsdf", "a mixture with a mirror (conductor, plastic) is what its parts are; Mitsuba adds the mirror's probability to the other's density, and is some percent off";
     BORDER: "border", "light from beyond the image's edge counts in the pixels there, as with sample_border in Mitsuba";

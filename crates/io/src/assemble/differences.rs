@@ -176,11 +176,14 @@ fn shines_by_texture(shape: &ObjectDescription) -> bool {
 }
 
 /// Parameters of bsdfs that are numbers.
-const NUMBERS: [&str; 13] = [
+const NUMBERS: [&str; 16] = [
     "opacity",
     "weight",
     "alpha",
+    "alpha_u",
+    "alpha_v",
     "roughness",
+    "anisotropic",
     "metallic",
     "spec_trans",
     "spec_tint",
@@ -209,7 +212,6 @@ fn of_bsdf(object: &ObjectDescription, plugin: &str) -> Vec<Difference> {
         (CHECKERBOARD, NUMBERS.into_iter().any(board)),
         (EXT_IOR, dielectric && value(object, "ext_ior").is_none()),
         (PLASTIC, plastic && !is_true(object, "lossless")),
-        (ANISOTROPY, is_anisotropic(object)),
         (
             POLARIZATION,
             ["pplastic", "polarizer", "circular", "retarder"].contains(&plugin),
@@ -225,13 +227,6 @@ fn mixes_mirror(object: &ObjectDescription) -> bool {
     let nested = object.children.iter().map(|c| &c.object);
     let mut nested = nested.filter(|o| o.kind == PluginKind::Bsdf);
     nested.any(|o| mirror(o) || mixes_mirror(o))
-}
-
-/// Whether facets are rougher in one direction than in another.
-fn is_anisotropic(object: &ObjectDescription) -> bool {
-    let differ = number(object, "alpha_u") != number(object, "alpha_v");
-    let turned = number(object, "anisotropic").is_some_and(|v| v != 0.0);
-    differ || turned || child(object, "anisotropic").is_some()
 }
 
 fn of_film(object: &ObjectDescription) -> Vec<Difference> {

@@ -74,7 +74,11 @@ const METAL: &[Parameter] = &[
 const PRINCIPLED: &[Parameter] = &[
     spectrum("base_color", "0.5", "0 to 1"),
     spectrum("roughness", "0.5", "0 to 1"),
-    float("anisotropic", "0", "0 to 1; accepted and ignored"),
+    spectrum(
+        "anisotropic",
+        "0",
+        "how much rougher facets are along u than along v, 0 to 1",
+    ),
     spectrum("spec_trans", "0", "share that lets light through, 0 to 1"),
     spectrum("spec_tint", "0", "colour of highlights, 0 to 1"),
     spectrum("sheen", "0", "at grazing angles, 0 to 1"),
@@ -139,8 +143,14 @@ const ALPHAS: &[Parameter] = &[
     float(
         "alpha_u",
         "",
-        "in place of alpha, with alpha_v: their geometric mean counts",
+        "roughness along u, in place of alpha, with alpha_v",
     ),
+    float("alpha_v", "", "roughness across that, along v"),
+];
+
+const COAT_ALPHAS: &[Parameter] = &[
+    float("alpha", "0.1", "roughness, 1e-4 to 1"),
+    float("alpha_u", "", "in place of alpha, with an equal alpha_v"),
     float("alpha_v", "", "see alpha_u"),
 ];
 
@@ -157,6 +167,8 @@ const ANGLE: &[Parameter] = &[spectrum("theta", "0", "accepted and ignored")];
 const REFLECTED: Slot = texture("specular_reflectance");
 const TRANSMITTED: Slot = texture("specular_transmittance");
 const ALPHA: Slot = texture("alpha");
+const ALPHA_U: Slot = texture("alpha_u");
+const ALPHA_V: Slot = texture("alpha_v");
 const BASE: Slot = texture("diffuse_reflectance");
 
 const TURNED_NORMALS: &[Parameter] = &[
@@ -190,7 +202,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "roughdielectric",
         "A rough interface.",
         &[INDICES, REFLECTANCE, TRANSMITTANCE, ALPHAS, FACETS],
-        &[REFLECTED, TRANSMITTED, ALPHA],
+        &[REFLECTED, TRANSMITTED, ALPHA, ALPHA_U, ALPHA_V],
     ),
     plugin(
         "thindielectric",
@@ -208,7 +220,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "roughconductor",
         "A rough metal.",
         &[METAL, REFLECTANCE, ALPHAS, FACETS],
-        &[REFLECTED, ALPHA],
+        &[REFLECTED, ALPHA, ALPHA_U, ALPHA_V],
     ),
     plugin(
         "plastic",
@@ -219,7 +231,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "roughplastic",
         "A diffuse base under a rough coat.",
-        &[COAT, REFLECTANCE, ALPHAS, FACETS, LOSSLESS],
+        &[COAT, REFLECTANCE, COAT_ALPHAS, FACETS, LOSSLESS],
         &[BASE, REFLECTED, ALPHA],
     ),
     plugin(
@@ -274,7 +286,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
             ALPHAS,
             FACETS,
         ],
-        &[BASE, REFLECTED, ALPHA],
+        &[BASE, REFLECTED, ALPHA, ALPHA_U, ALPHA_V],
     ),
     plugin(
         "polarizer",
@@ -336,7 +348,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "ward",
         "A diffuse part, and Ward's lobe.",
         &[GLOSSY, ALPHAS],
-        &[BASE, REFLECTED, ALPHA],
+        &[BASE, REFLECTED, ALPHA, ALPHA_U, ALPHA_V],
     ),
     plugin(
         "coating",
@@ -351,7 +363,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "roughcoating",
         "A rough layer over another bsdf.",
-        &[LAYER, REFLECTANCE, ALPHAS, FACETS],
+        &[LAYER, REFLECTANCE, COAT_ALPHAS, FACETS],
         &[
             texture("sigma_a"),
             REFLECTED,

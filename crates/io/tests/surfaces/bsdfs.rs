@@ -2,8 +2,8 @@
 
 use super::support::*;
 use glam::DVec3;
-use transport::bsdf::Bsdf;
-use transport::bsdf::Surface;
+use transport::Spectrum;
+use transport::bsdf::{Bsdf, Distribution, RoughConductor, Roughness, Surface};
 use transport::shape::Site;
 
 #[test]
@@ -38,6 +38,65 @@ fn nested_surfaces() {
     let text = r#"<bsdf type="principled"><rgb name="base_color" value="0.1, 0.5, 0.2"/>
 <float name="metallic" value="1"/><float name="sheen" value="0"/></bsdf>"#;
     assert!(matches!(kind(text), Bsdf::Principled(_)));
+}
+
+/// Roughness along the first tangent and across, of numbers and of textures, is that of [`Roughness::anisotropic`].
+#[test]
+fn roughness_in_two_directions() {
+    let s = Surface {
+        tangents: [DVec3::X, DVec3::Y],
+        ..Surface::plain(DVec3::Z, 1.0, 1.5)
+    };
+    let [o, i] = [DVec3::new(0.3, 0.1, 1.0), DVec3::new(-0.5, 0.2, 1.0)].map(DVec3::normalize);
+    let value = |kind: &str, parameters: &str| {
+        let text = shape(&format!(r#"<bsdf type="{kind}">{parameters}</bsdf>"#));
+        let loaded = load(&text).unwrap_or_else(|e| panic!("{e}"));
+        bsdf(&loaded).eval(&s, o, i)[0]
+    };
+    let numbers = |u: f64, v: f64| {
+        format!(r#"<float name="alpha_u" value="{u}"/><float name="alpha_v" value="{v}"/>"#)
+    };
+    let board = r#"<texture type="checkerboard" name="alpha_u"><float name="color0" value="0.1"/><float name="color1" value="0.1"/></texture><float name="alpha_v" value="0.4"/>"#;
+    for kind in ["roughconductor", "roughdielectric", "pplastic", "ward"] {
+        let found =
+            [numbers(0.1, 0.4), numbers(0.4, 0.1), board.to_owned()].map(|p| value(kind, &p));
+        assert!(
+            (found[0] / found[1] - 1.0).abs() > 0.05,
+            "{kind}: {found:?}"
+        );
+        assert!(
+            (found[0] / found[2] - 1.0).abs() < 1e-6,
+            "{kind}: {found:?}"
+        );
+        let alike = [
+            value(kind, &numbers(0.2, 0.2)),
+            value(kind, r#"<float name="alpha" value="0.2"/>"#),
+        ];
+        assert_eq!(alike[0], alike[1], "{kind}");
+    }
+    let roughness = Roughness::anisotropic(Distribution::Beckmann, 0.1, 0.4).unwrap();
+    let metal = RoughConductor::new(roughness, Spectrum::ZERO, Spectrum::ONE, 1.0).unwrap();
+    let expected = Bsdf::RoughConductor(metal).eval(&s, o, i)[0];
+    assert!((value("roughconductor", &numbers(0.1, 0.4)) / expected - 1.0).abs() < 1e-12);
+    let brushed = |a: f64| {
+        value(
+            "principled",
+            &format!(r#"<float name="anisotropic" value="{a}"/>"#),
+        )
+    };
+    assert!((brushed(0.9) / brushed(0.0) - 1.0).abs() > 0.01);
+    let one = r#"<bsdf type="roughconductor"><float name="alpha_u" value="0.1"/></bsdf>"#;
+    refused(&shape(one), &["give both 'alpha_u' and 'alpha_v'"]);
+    let both = format!(
+        r#"<bsdf type="ward"><float name="alpha" value="0.1"/>{}</bsdf>"#,
+        numbers(0.1, 0.2)
+    );
+    refused(&shape(&both), &["not both"]);
+    let coat = format!(r#"<bsdf type="roughplastic">{}</bsdf>"#, numbers(0.1, 0.2));
+    refused(
+        &shape(&coat),
+        &["facets of a roughplastic must be equally rough in all directions"],
+    );
 }
 
 /// Reflectance of copper for light along the normal: ((η − 1)² + k²)/((η + 1)² + k²).

@@ -12,12 +12,12 @@ const STEEPEST: f64 = 6.0;
 /// Largest exponent of which anything is left.
 const FARTHEST: f64 = 700.0;
 
-/// D(h) at roughness `alpha`.
-pub(super) fn d(alpha: f64, h: DVec3) -> f64 {
-    let cos2 = h.z * h.z;
-    let exponent = h.truncate().length_squared() / (cos2 * alpha * alpha);
+/// D(h) at the cosine h_z = `cos` for roughness `u` along and `v` across, with `sin2` = (v/u) h_u² + (u/v) h_v².
+pub(super) fn d([u, v]: [f64; 2], cos: f64, sin2: f64) -> f64 {
+    let cos2 = cos * cos;
+    let exponent = sin2 / (cos2 * u * v);
     if exponent < FARTHEST {
-        libm::exp(-exponent) / (PI * alpha * alpha * cos2 * cos2)
+        libm::exp(-exponent) / (PI * u * v * cos2 * cos2)
     } else {
         0.0
     }

@@ -40,7 +40,7 @@ pub(super) struct Local<'a> {
 }
 
 impl Coats {
-    /// Coats of relative index `eta` with facets of some roughness.
+    /// Coats of relative index `eta` with facets of some roughness, the same in all directions.
     pub fn new(eta: f64, roughness: &Roughness, lossless: bool) -> Self {
         let [least, most] = roughness.range();
         let count = if least < most { COATS } else { 1 };
@@ -71,7 +71,7 @@ impl Coats {
                 t: 0.0,
             };
         };
-        let x = ((facets.alpha() - least) / (most - least)).clamp(0.0, 1.0);
+        let x = ((facets.alphas()[0] - least) / (most - least)).clamp(0.0, 1.0);
         let x = libm::cbrt(x) * (COATS - 1) as f64;
         let k = (x as usize).min(last);
         Local {

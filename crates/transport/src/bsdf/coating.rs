@@ -5,7 +5,6 @@ use super::error::unbounded;
 use super::microfacet::Roughness;
 use super::surface::{above, reflect, refract};
 use super::{Bsdf, BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
-use crate::sampling::Frame;
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
@@ -22,7 +21,7 @@ pub struct CoatingParameters {
     pub thickness: f64,
     /// Factor of what the layer itself reflects, in [0, 1].
     pub specular_reflectance: Texture,
-    /// Facets of the layer; `None` if it is smooth.
+    /// Facets of the layer, equally rough in all directions; `None` if it is smooth.
     pub roughness: Option<Roughness>,
 }
 
@@ -59,7 +58,8 @@ impl Coating {
         check_eta(eta)?;
         unbounded("sigma_a", &sigma_a)?;
         unbounded("thickness", &thickness.into())?;
-        let facets = roughness.map(|roughness| {
+        let roughness = roughness.map(|r| r.isotropic("roughcoating"));
+        let facets = roughness.transpose()?.map(|roughness| {
             let coats = Coats::new(eta, &roughness, false);
             (roughness, Arc::new(coats))
         });
@@ -128,7 +128,7 @@ impl Coating {
         toward: DVec3,
         [u, v, w]: [f64; 3],
     ) -> Option<BsdfSample> {
-        let frame = Frame::from_normal(s.normal);
+        let frame = s.frame();
         let o = frame.to_local(toward);
         if o.z <= 0.0 {
             return None;
@@ -157,7 +157,7 @@ impl Coating {
 
     /// What the layer itself reflects.
     fn reflected(&self, s: &Surface, toward: DVec3, o: DVec3, u: [f64; 2]) -> Option<BsdfSample> {
-        let frame = Frame::from_normal(s.normal);
+        let frame = s.frame();
         let Some((roughness, _)) = &self.facets else {
             return Some(BsdfSample {
                 direction: frame.to_world(reflect(o, DVec3::Z, o.z)).normalize(),
@@ -193,7 +193,7 @@ impl Coating {
         let Some([entered, left]) = self.both(s, o, i) else {
             return value;
         };
-        let frame = Frame::from_normal(s.normal);
+        let frame = s.frame();
         let [below, out] = [&entered, &left].map(|d| frame.to_world(d.direction).normalize());
         let through = self.absorbed(s, entered.direction, left.direction)
             * (entered.passes * left.passes * self.compression(i, left.direction));
@@ -216,7 +216,7 @@ impl Coating {
         let Some([entered, left]) = self.both(s, o, i) else {
             return pdf;
         };
-        let frame = Frame::from_normal(s.normal);
+        let frame = s.frame();
         let [below, out] = [&entered, &left].map(|d| frame.to_world(d.direction).normalize());
         pdf + passes * self.nested.pdf(s, below, out) * self.compression(i, left.direction)
     }

@@ -27,6 +27,12 @@ pub enum BsdfError {
         /// The roughness given.
         value: f64,
     },
+    /// Facets that are rougher in one direction, under a coat.
+    #[error("facets of a {outer} must be equally rough in all directions")]
+    Anisotropic {
+        /// Which surface they are of.
+        outer: &'static str,
+    },
     /// A complex index with a part that is negative or not finite.
     #[error("{name} must be finite and ≥ 0 in every channel, got {}", Shown(*value))]
     Index {

@@ -3,11 +3,11 @@
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
-/// D(h) at roughness `alpha`.
-pub(super) fn d(alpha: f64, h: DVec3) -> f64 {
-    // cos⁴θ (α² + tan²θ)² without the tangent.
-    let base = h.truncate().length_squared() / (alpha * alpha) + h.z * h.z;
-    1.0 / (PI * alpha * alpha * base * base)
+/// D(h) at the cosine h_z = `cos` for roughness `u` along and `v` across, with `sin2` = (v/u) h_u² + (u/v) h_v².
+pub(super) fn d([u, v]: [f64; 2], cos: f64, sin2: f64) -> f64 {
+    // cos⁴θ (1 + tan²θ/α²)² without the tangent.
+    let base = sin2 / (u * v) + cos * cos;
+    1.0 / (PI * u * v * base * base)
 }
 
 /// G₁/|cosθ| at |cosθ| and α sinθ.

@@ -1,15 +1,15 @@
-//! Distributions of microfacets, isotropic (Walter et al. 2007): Beckmann's and GGX.
+//! Distributions of microfacets (Walter et al. 2007, Heitz 2014): Beckmann's and GGX.
 //!
-//! Vectors are local: z along the macroscopic normal on the side of the viewer. Masking and
-//! shadowing are Smith's, as the separable product G₁(o)·G₁(i): single scattering, so energy that would
-//! bounce between facets is lost.
+//! Vectors are local: z along the macroscopic normal on the side of the viewer, x in the direction in which the roughness is α_u,
+//! y in that in which it is α_v. Masking and shadowing are Smith's, as the separable product G₁(o)·G₁(i): single scattering, so
+//! energy that would bounce between facets is lost.
 //!
 //! Theory: docs/theory.md#interfaces.
 
 use super::error::factor;
 use super::{BsdfError, Surface, beckmann, ggx};
 use crate::texture::Texture;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Smallest roughness: below it a lobe is narrower than the rounding of its half vector allows.
 pub const MIN_ALPHA: f64 = 1e-4;
@@ -23,44 +23,60 @@ pub enum Distribution {
     Ggx,
 }
 
-/// Facets of a distribution and a roughness.
+/// Facets of a distribution and a roughness in two directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Microfacets {
     distribution: Distribution,
-    alpha: f64,
+    alphas: DVec2,
 }
 
 impl Microfacets {
-    /// Facets with roughness `alpha`, finite and at least [`MIN_ALPHA`].
+    /// Facets with roughness `alpha` in all directions, finite and at least [`MIN_ALPHA`].
     ///
     /// # Errors
     /// If it is not.
     pub fn new(distribution: Distribution, alpha: f64) -> Result<Self, BsdfError> {
-        if alpha.is_finite() && alpha >= MIN_ALPHA {
-            Ok(Self::at_least(distribution, MIN_ALPHA, alpha))
-        } else {
-            Err(BsdfError::Alpha { value: alpha })
+        Self::anisotropic(distribution, [alpha; 2])
+    }
+
+    /// Facets with roughness α_u in x and α_v in y, both finite and at least [`MIN_ALPHA`].
+    ///
+    /// # Errors
+    /// If one is not.
+    pub fn anisotropic(distribution: Distribution, alphas: [f64; 2]) -> Result<Self, BsdfError> {
+        let refused = |alpha: &f64| !(alpha.is_finite() && *alpha >= MIN_ALPHA);
+        match alphas.into_iter().find(refused) {
+            Some(value) => Err(BsdfError::Alpha { value }),
+            None => Ok(Self::at_least(distribution, MIN_ALPHA, alphas)),
         }
     }
 
-    /// Facets with roughness `alpha`, or `least` if that is larger.
-    pub(super) fn at_least(distribution: Distribution, least: f64, alpha: f64) -> Self {
+    /// Facets with roughness `alphas`, or `least` where that is larger.
+    pub(super) fn at_least(distribution: Distribution, least: f64, alphas: [f64; 2]) -> Self {
         Microfacets {
             distribution,
-            alpha: alpha.max(least),
+            alphas: DVec2::from(alphas).max(DVec2::splat(least)),
         }
     }
 
-    /// Their roughness.
-    pub(super) fn alpha(&self) -> f64 {
-        self.alpha
+    /// Their roughness along and across; that of isotropic ones twice.
+    pub(super) fn alphas(&self) -> [f64; 2] {
+        self.alphas.to_array()
+    }
+
+    /// (x/y) v_x² + (y/x) v_y²: sin²θ of a unit vector where x = y.
+    fn sin2(v: DVec3, [x, y]: [f64; 2]) -> f64 {
+        let aspect = x / y;
+        aspect * v.x * v.x + v.y * v.y / aspect
     }
 
     /// D(h): area of facets of normal `h` (unit, h.z ≥ 0), per steradian and macroscopic area.
     pub fn d(&self, h: DVec3) -> f64 {
+        let [u, v] = self.alphas();
+        let sin2 = Self::sin2(h, [v, u]);
         match self.distribution {
-            Distribution::Beckmann => beckmann::d(self.alpha, h),
-            Distribution::Ggx => ggx::d(self.alpha, h),
+            Distribution::Beckmann => beckmann::d([u, v], h.z, sin2),
+            Distribution::Ggx => ggx::d([u, v], h.z, sin2),
         }
     }
 
@@ -72,7 +88,9 @@ impl Microfacets {
 
     /// G₁(v)/|cosθ|, finite at grazing incidence.
     pub(crate) fn g1_over_cos(&self, v: DVec3) -> f64 {
-        let (cos, stretched) = (v.z.abs(), self.alpha * v.truncate().length());
+        let mean = (self.alphas.x * self.alphas.y).sqrt();
+        let stretched = mean * Self::sin2(v, self.alphas()).sqrt();
+        let cos = v.z.abs();
         match self.distribution {
             Distribution::Beckmann => beckmann::g1_over_cos(cos, stretched),
             Distribution::Ggx => ggx::g1_over_cos(cos, stretched),
@@ -113,12 +131,12 @@ impl Microfacets {
 
     /// A direction as facets of roughness 1 see it.
     fn stretched(&self, o: DVec3) -> DVec3 {
-        DVec3::new(self.alpha * o.x, self.alpha * o.y, o.z).normalize()
+        (self.alphas * o.truncate()).extend(o.z).normalize()
     }
 
     /// The normal here of a facet that has another one at roughness 1.
-    fn relaxed(&self, h: DVec3) -> DVec3 {
-        (self.alpha * h.truncate()).extend(h.z).normalize()
+    pub(super) fn relaxed(&self, h: DVec3) -> DVec3 {
+        (self.alphas * h.truncate()).extend(h.z).normalize()
     }
 }
 
@@ -127,6 +145,8 @@ impl Microfacets {
 pub struct Roughness {
     distribution: Distribution,
     alpha: Texture,
+    /// The roughness across the first tangent, where `alpha` is that along it alone.
+    across: Option<Texture>,
 }
 
 impl Roughness {
@@ -136,28 +156,62 @@ impl Roughness {
     /// # Errors
     /// If a number is less or not finite, or a texture has other values.
     pub fn new(distribution: Distribution, alpha: impl Into<Texture>) -> Result<Self, BsdfError> {
-        let mut alpha = alpha.into();
-        match &alpha {
-            Texture::Uniform(value) => drop(Microfacets::new(distribution, value[0])?),
-            _ => alpha = factor("alpha", alpha)?,
-        }
+        Ok(Roughness {
+            distribution,
+            alpha: checked("alpha", alpha.into())?,
+            across: None,
+        })
+    }
+
+    /// Roughness along ∂x/∂u, and across it on the surface; each as [`Roughness::new`] takes it.
+    ///
+    /// # Errors
+    /// As [`Roughness::new`].
+    pub fn anisotropic(
+        distribution: Distribution,
+        alpha_u: impl Into<Texture>,
+        alpha_v: impl Into<Texture>,
+    ) -> Result<Self, BsdfError> {
+        let alpha = checked("alpha_u", alpha_u.into())?;
+        let across = checked("alpha_v", alpha_v.into())?;
+        let equal = match (&alpha, &across) {
+            (Texture::Uniform(u), Texture::Uniform(v)) => u[0] == v[0],
+            _ => false,
+        };
         Ok(Roughness {
             distribution,
             alpha,
+            across: (!equal).then_some(across),
         })
+    }
+
+    /// Whether facets may be rougher in one direction than in another.
+    pub(super) fn is_anisotropic(&self) -> bool {
+        self.across.is_some()
+    }
+
+    /// Itself, for an `outer` surface whose facets are equally rough in all directions.
+    pub(super) fn isotropic(self, outer: &'static str) -> Result<Self, BsdfError> {
+        if self.is_anisotropic() {
+            Err(BsdfError::Anisotropic { outer })
+        } else {
+            Ok(self)
+        }
     }
 
     /// The facets at a point.
     pub(super) fn at(&self, s: &Surface) -> Microfacets {
-        self.facets(self.alpha.number_at(&s.site))
+        let alpha = self.alpha.number_at(&s.site);
+        let across = self.across.as_ref().map_or(alpha, |t| t.number_at(&s.site));
+        Microfacets::at_least(self.distribution, MIN_ALPHA, [alpha, across])
     }
 
-    /// The facets of some roughness.
+    /// The facets of some roughness in all directions.
     pub(super) fn facets(&self, alpha: f64) -> Microfacets {
-        Microfacets::at_least(self.distribution, MIN_ALPHA, alpha)
+        Microfacets::at_least(self.distribution, MIN_ALPHA, [alpha; 2])
     }
 
-    /// The least and the largest roughness that there can be.
+    /// The least and the largest roughness that there can be, of facets that are isotropic.
     pub(super) fn range(&self) -> [f64; 2] {
         if let Texture::Uniform(value) = &self.alpha {
             return [value[0]; 2];
@@ -168,4 +222,13 @@ impl Roughness {
             numbers().fold(MIN_ALPHA, f64::max),
         ]
     }
+}
+
+/// A roughness, if it can be one.
+fn checked(name: &'static str, alpha: Texture) -> Result<Texture, BsdfError> {
+    if let Texture::Uniform(value) = &alpha {
+        Microfacets::new(Distribution::Ggx, value[0])?;
+        return Ok(alpha);
+    }
+    factor(name, alpha)
 }

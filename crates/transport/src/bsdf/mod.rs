@@ -281,7 +281,20 @@ impl Bsdf {
 
     /// Whether it asks for [`Surface::tangents`].
     pub fn uses_tangents(&self) -> bool {
-        self.turns_normals()
+        match self {
+            Bsdf::NormalMap(_) => true,
+            Bsdf::RoughConductor(b) => b.is_anisotropic(),
+            Bsdf::RoughDielectric(b) => b.is_anisotropic(),
+            Bsdf::PolarizedPlastic(b) => b.is_anisotropic(),
+            Bsdf::GlossyDiffuse(b) => b.is_anisotropic(),
+            Bsdf::Principled(b) => b.is_anisotropic(),
+            Bsdf::PrincipledThin(b) => b.is_anisotropic(),
+            Bsdf::Mask(b) => b.nested().uses_tangents(),
+            Bsdf::Coating(b) => b.nested().uses_tangents(),
+            Bsdf::Blend(b) => b.pair().iter().any(Bsdf::uses_tangents),
+            Bsdf::TwoSided(b) => b.sides().iter().any(Bsdf::uses_tangents),
+            _ => false,
+        }
     }
 
     /// Whether it, or a part of it, scatters by normals of its own.

@@ -4,7 +4,6 @@
 use super::microfacet::Roughness;
 use super::surface::{above, reflect};
 use super::{BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
-use crate::sampling::Frame;
 use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
@@ -37,6 +36,10 @@ impl PolarizedPlastic {
         })
     }
 
+    pub(super) fn is_anisotropic(&self) -> bool {
+        self.roughness.is_anisotropic()
+    }
+
     /// Probability with which the base is sampled.
     fn share_of_base(&self, s: &Surface) -> f64 {
         let base = self.diffuse_reflectance.at(&s.site).max();
@@ -53,7 +56,7 @@ impl PolarizedPlastic {
         toward: DVec3,
         [u, v, w]: [f64; 3],
     ) -> Option<BsdfSample> {
-        let frame = Frame::from_normal(s.normal);
+        let frame = s.frame();
         let o = frame.to_local(toward);
         if o.z <= 0.0 {
             return None;

@@ -4,7 +4,6 @@ use super::conductor::Metal;
 use super::microfacet::Roughness;
 use super::surface::{above, reflect};
 use super::{BsdfError, BsdfSample, Surface};
-use crate::sampling::Frame;
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
@@ -29,8 +28,12 @@ impl RoughConductor {
         Ok(RoughConductor { roughness, metal })
     }
 
+    pub(super) fn is_anisotropic(&self) -> bool {
+        self.roughness.is_anisotropic()
+    }
+
     pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 2]) -> Option<BsdfSample> {
-        let frame = Frame::from_normal(s.normal);
+        let frame = s.frame();
         let o = frame.to_local(toward);
         if o.z <= 0.0 {
             return None;

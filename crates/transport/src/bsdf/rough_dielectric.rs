@@ -50,6 +50,10 @@ impl RoughDielectric {
         })
     }
 
+    pub(super) fn is_anisotropic(&self) -> bool {
+        self.roughness.is_anisotropic()
+    }
+
     pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let side = s.facing(toward);
         if matched(&side) {

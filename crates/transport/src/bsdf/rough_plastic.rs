@@ -25,7 +25,7 @@ pub struct RoughPlastic {
 }
 
 impl RoughPlastic {
-    /// `lossless` is about the coat; the rest as for [`super::Plastic::new`].
+    /// `roughness` is the same in all directions; `lossless` is about the coat; the rest as for [`super::Plastic::new`].
     pub fn new(
         roughness: Roughness,
         lossless: bool,
@@ -35,6 +35,7 @@ impl RoughPlastic {
         nonlinear: bool,
     ) -> Result<Self, BsdfError> {
         check_eta(eta)?;
+        let roughness = roughness.isotropic("roughplastic")?;
         Ok(RoughPlastic {
             eta,
             specular_reflectance: factor("specular_reflectance", specular_reflectance)?,

@@ -59,18 +59,14 @@ impl Surface {
     /// The frame whose first vector follows the first of the tangents, and whose third is the normal. On the back it is the mirror
     /// image of that in front, as in Mitsuba.
     pub(super) fn frame(&self) -> Frame {
-        let along = self.tangents[0].reject_from_normalized(self.normal);
-        let Some(s) = along.try_normalize() else {
-            return Frame::from_normal(self.normal);
-        };
-        Frame {
-            s,
-            t: if self.is_back {
-                s.cross(self.normal)
-            } else {
-                self.normal.cross(s)
-            },
-            n: self.normal,
+        let frame = Frame::along(self.normal, self.tangents[0]);
+        if self.is_back && self.tangents[0] != DVec3::ZERO {
+            Frame {
+                t: -frame.t,
+                ..frame
+            }
+        } else {
+            frame
         }
     }
 
@@ -79,12 +75,14 @@ impl Surface {
         if self.normal.dot(toward) >= 0.0 {
             Facing {
                 normal: self.normal,
+                tangent: self.tangents[0],
                 n_near: self.n_outer,
                 n_far: self.n_inner,
             }
         } else {
             Facing {
                 normal: -self.normal,
+                tangent: self.tangents[0],
                 n_near: self.n_inner,
                 n_far: self.n_outer,
             }
@@ -97,6 +95,8 @@ impl Surface {
 pub(super) struct Facing {
     /// Unit normal on the near side.
     pub normal: DVec3,
+    /// The first of the tangents.
+    pub tangent: DVec3,
     /// Index on the near side.
     pub n_near: f64,
     /// Index on the far side.
@@ -104,9 +104,9 @@ pub(super) struct Facing {
 }
 
 impl Facing {
-    /// Frame whose third vector is the near side's normal.
+    /// Frame whose first vector follows the first of the tangents, and whose third is the near side's normal.
     pub(super) fn frame(&self) -> Frame {
-        Frame::from_normal(self.normal)
+        Frame::along(self.normal, self.tangent)
     }
 }
 
@@ -121,9 +121,9 @@ pub(super) fn refract(v: DVec3, axis: DVec3, cos: f64, cos_far: f64, eta: f64) -
     (eta * cos - cos_far) * axis - eta * v
 }
 
-/// `toward`, `direction` and their half vector in the frame of the normal, if both are above the surface.
+/// `toward`, `direction` and their half vector in the frame of the surface, if both are above it.
 pub(super) fn above(s: &Surface, toward: DVec3, direction: DVec3) -> Option<[DVec3; 3]> {
-    let frame = Frame::from_normal(s.normal);
+    let frame = s.frame();
     let (o, i) = (frame.to_local(toward), frame.to_local(direction));
     let above = o.z > 0.0 && i.z > 0.0;
     let half = above.then(|| (o + i).try_normalize()).flatten()?;

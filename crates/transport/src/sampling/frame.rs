@@ -27,6 +27,19 @@ impl Frame {
         }
     }
 
+    /// Frame around a unit vector, the first vector of which follows `along` without its part along `n`; that of
+    /// [`Frame::from_normal`] if nothing is left.
+    pub fn along(n: DVec3, along: DVec3) -> Self {
+        match along.reject_from_normalized(n).try_normalize() {
+            Some(s) => Frame {
+                s,
+                t: n.cross(s),
+                n,
+            },
+            None => Frame::from_normal(n),
+        }
+    }
+
     /// World to local coordinates.
     pub fn to_local(&self, v: DVec3) -> DVec3 {
         DVec3::new(self.s.dot(v), self.t.dot(v), self.n.dot(v))

@@ -67,6 +67,7 @@ fn cutouts() -> Parts {
     let front = Principled::new(PrincipledParameters {
         base_color: checked(0.2, 0.9),
         roughness: 0.7.into(),
+        anisotropic: checked(0.0, 0.8),
         metallic: 0.2.into(),
         ..PrincipledParameters::default()
     });

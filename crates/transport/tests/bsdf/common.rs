@@ -12,9 +12,12 @@ use morgana_transport::bsdf::{
 /// A tilted unit normal: no axis of the world is special to the code.
 pub const NORMAL: DVec3 = DVec3::new(0.48, -0.6, 0.64);
 
-/// A surface between two indices.
+/// A surface between two indices, whose tangents lean and are neither of unit length nor at right angles.
 pub fn surface(n_outer: f64, n_inner: f64) -> Surface {
-    Surface::plain(NORMAL, n_outer, n_inner)
+    Surface {
+        tangents: [DVec3::new(0.5, 0.9, 0.2), DVec3::new(-1.0, 0.4, 1.1)],
+        ..Surface::plain(NORMAL, n_outer, n_inner)
+    }
 }
 
 /// The unit vector at `cos` to the normal, in a fixed plane through it.
@@ -40,6 +43,11 @@ pub fn ggx(alpha: f64) -> Roughness {
 /// Beckmann's facets.
 pub fn beckmann(alpha: f64) -> Roughness {
     Roughness::new(Distribution::Beckmann, alpha).unwrap()
+}
+
+/// Facets that are rougher in one direction.
+pub fn anisotropic(distribution: Distribution, alphas: [f64; 2]) -> Roughness {
+    Roughness::anisotropic(distribution, alphas[0], alphas[1]).unwrap()
 }
 
 /// A rough dielectric without tints.
@@ -146,12 +154,22 @@ fn principled_layers() -> Bsdf {
     })
 }
 
-fn principled_sheet() -> Bsdf {
+/// One whose facets are rougher in one direction.
+fn principled_brushed() -> Bsdf {
+    principled_of(PrincipledParameters {
+        metallic: 0.7.into(),
+        anisotropic: 0.8.into(),
+        ..colours()
+    })
+}
+
+fn principled_sheet(anisotropic: f64) -> Bsdf {
     let colours = colours();
     let sheet = PrincipledThin::new(PrincipledThinParameters {
         base_color: colours.base_color,
         luminance: colours.luminance,
         roughness: 0.6.into(),
+        anisotropic: anisotropic.into(),
         spec_trans: 0.6.into(),
         diff_trans: 0.8.into(),
         spec_tint: 0.3.into(),
@@ -163,9 +181,10 @@ fn principled_sheet() -> Bsdf {
     Bsdf::PrincipledThin(Box::new(sheet.unwrap()))
 }
 
-fn polarized_plastic() -> Bsdf {
+/// Facets over the base of [`plastic`], which light reaches without them.
+pub fn polarized_plastic(facets: Roughness) -> Bsdf {
     let base = Spectrum([0.9, 0.5, 0.1, 1.0]);
-    Bsdf::PolarizedPlastic(PolarizedPlastic::new(ggx(0.3), 1.5, base, Spectrum::ONE).unwrap())
+    Bsdf::PolarizedPlastic(PolarizedPlastic::new(facets, 1.5, base, Spectrum::ONE).unwrap())
 }
 
 /// A share of the second surface.
@@ -261,7 +280,7 @@ pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
         ),
         ("principled", principled(0.5, 0.3, 0.5)),
         ("principled, layers", principled_layers()),
-        ("polarized plastic", polarized_plastic()),
+        ("polarized plastic", polarized_plastic(ggx(0.3))),
         ("blend", blend(0.3, diffuse(), rough_conductor(ggx(0.3)))),
         ("blend with a mirror", blend(0.6, mirror, diffuse())),
         ("two sides", two_sided(rough_conductor(ggx(0.4)), diffuse())),
@@ -275,9 +294,46 @@ pub fn spread() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
     ));
     cases.push((
         "principled, sheet".to_string(),
-        principled_sheet(),
+        principled_sheet(0.0),
         vec![[1.0, 1.0]],
     ));
     cases.extend(more.map(|(name, bsdf)| (name.to_string(), bsdf, pairs.clone())));
+    cases.extend(brushed());
+    cases
+}
+
+/// Those whose facets are rougher in one direction, as in [`spread`].
+pub fn brushed() -> Vec<(String, Bsdf, Vec<[f64; 2]>)> {
+    let mut cases = Vec::new();
+    for distribution in [Distribution::Ggx, Distribution::Beckmann] {
+        let facets = anisotropic(distribution, [0.12, 0.5]);
+        let turned = anisotropic(distribution, [0.6, 0.2]);
+        let all = [
+            (
+                "rough dielectric",
+                rough_dielectric(facets),
+                vec![[1.0, 1.5], [1.7, 1.33]],
+            ),
+            ("rough conductor", rough_conductor(turned), vec![[1.0, 1.0]]),
+        ];
+        let named = |name| format!("{name}, brushed, {distribution:?}");
+        cases.extend(all.map(|(name, bsdf, pairs)| (named(name), bsdf, pairs)));
+    }
+    let conductor = rough_conductor(anisotropic(Distribution::Ggx, [0.2, 0.5]));
+    let ward = GlossyLobe::Ward(anisotropic(Distribution::Beckmann, [0.2, 0.6]));
+    let more = [
+        ("ward", glossy(ward)),
+        (
+            "polarized plastic",
+            polarized_plastic(anisotropic(Distribution::Ggx, [0.5, 0.15])),
+        ),
+        ("principled", principled_brushed()),
+        ("principled sheet", principled_sheet(0.7)),
+        ("coating", coating(None, conductor.clone())),
+        ("blend", blend(0.3, diffuse(), conductor.clone())),
+        ("two sides", two_sided(diffuse(), conductor)),
+    ];
+    let named = |name| format!("{name}, brushed");
+    cases.extend(more.map(|(name, bsdf)| (named(name), bsdf, vec![[1.0, 1.0]])));
     cases
 }

@@ -16,6 +16,10 @@ fn facets(distribution: Distribution, alpha: f64) -> Microfacets {
     Microfacets::new(distribution, alpha).unwrap()
 }
 
+fn brushed(distribution: Distribution, alphas: [f64; 2]) -> Microfacets {
+    Microfacets::anisotropic(distribution, alphas).unwrap()
+}
+
 fn at(cos: f64) -> DVec3 {
     DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)
 }
@@ -79,6 +83,72 @@ fn facets_cover_the_surface_once() {
                     "{distribution:?} {alpha} {cos}: {seen}"
                 );
             }
+        }
+    }
+}
+
+/// D and Smith's G₁ of both distributions as published, by angles: for the isotropic one, with the roughness in the direction of
+/// the azimuth (Heitz, "Understanding the masking-shadowing function in microfacet-based BRDFs", JCGT 2014, §5.3 and §5.4).
+#[test]
+fn anisotropic_facets_as_published() {
+    let [u, v]: [f64; 2] = [0.2, 0.7];
+    for (theta, phi) in [(0.0, 0.0), (0.3, 0.4), (0.9, 2.1), (1.3, 4.0), (1.55, 5.9)] {
+        let (theta, phi): (f64, f64) = (theta, phi);
+        let h = DVec3::new(
+            theta.sin() * phi.cos(),
+            theta.sin() * phi.sin(),
+            theta.cos(),
+        );
+        let slope2 = theta.tan().powi(2) * ((phi.cos() / u).powi(2) + (phi.sin() / v).powi(2));
+        let scale = 1.0 / (std::f64::consts::PI * u * v * theta.cos().powi(4));
+        let alpha = (phi.cos() * u).hypot(phi.sin() * v);
+        let a = 1.0 / (alpha * theta.tan());
+        let gaussian = (-a * a).exp() / (a * std::f64::consts::PI.sqrt());
+        let lambdas = [
+            0.5 * (libm::erf(a) - 1.0 + gaussian),
+            0.5 * ((1.0 + 1.0 / (a * a)).sqrt() - 1.0),
+        ];
+        let expected = [scale * (-slope2).exp(), scale / (1.0 + slope2).powi(2)];
+        for (k, distribution) in [Beckmann, Ggx].into_iter().enumerate() {
+            let facets = brushed(distribution, [u, v]);
+            for (ours, expected) in [
+                (facets.d(h), expected[k]),
+                (facets.g1(h), 1.0 / (1.0 + lambdas[k])),
+            ] {
+                let error = (ours - expected).abs();
+                assert!(
+                    error <= 1e-11 * expected + 1e-200,
+                    "{distribution:?} {theta} {phi}: {ours} against {expected}"
+                );
+            }
+        }
+    }
+}
+
+/// [`facets_cover_the_surface_once`] for facets that are rougher in one direction, seen from all around.
+#[test]
+fn anisotropic_facets_cover_the_surface_once() {
+    let [u, v] = [0.15, 0.6];
+    for distribution in [Beckmann, Ggx] {
+        let facets = brushed(distribution, [u, v]);
+        for (cos, azimuth) in [(1.0, 0.0), (0.5, 0.3), (0.1, 1.2), (0.1, 2.8), (0.01, 4.0)] {
+            let (cos, azimuth): (f64, f64) = (cos, azimuth);
+            let sin = (1.0 - cos * cos).sqrt();
+            let o = DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos);
+            // Over slopes (α_u s cosφ, α_v s sinφ) with s = t/(1 − t).
+            let projected = |[t, phi]: [f64; 2]| {
+                let s = t / (1.0 - t);
+                let h = DVec3::new(u * s * phi.cos(), v * s * phi.sin(), 1.0).normalize();
+                let solid = u * v * s / (1.0 - t).powi(2) * h.z.powi(3);
+                facets.d(h) * o.dot(h).max(0.0) * solid
+            };
+            let around = std::f64::consts::TAU;
+            let area = integrate_cell(&projected, [0.0, 0.0], [1.0 - 1e-9, around], EFFORT);
+            let seen = facets.g1(o) * area;
+            assert!(
+                (seen / cos - 1.0).abs() < 1e-4,
+                "{distribution:?} {cos} {azimuth}: {seen}"
+            );
         }
     }
 }

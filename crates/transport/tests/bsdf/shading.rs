@@ -2,7 +2,7 @@
 //!
 //! False alarms: 2e-4 for the family of χ² tests. Seeds are fixed.
 
-use crate::common::{NORMAL, diffuse, ggx, rough_conductor, rough_dielectric, surface};
+use crate::common::{NORMAL, diffuse, ggx, rough_conductor, rough_dielectric};
 use glam::{DAffine2, DVec3};
 use morgana_transport::Spectrum;
 use morgana_transport::bsdf::{Bsdf, NormalMap, NormalSource, Surface};
@@ -19,7 +19,7 @@ fn leaning() -> Surface {
     let (sin, cos) = 35f64.to_radians().sin_cos();
     Surface {
         shading_normal: (NORMAL * cos + across * sin).normalize(),
-        ..surface(1.0, 1.5)
+        ..Surface::plain(NORMAL, 1.0, 1.5)
     }
 }
 
@@ -32,7 +32,7 @@ fn mapped(flips: bool, shadows: bool, nested: Bsdf) -> Bsdf {
 }
 
 fn cases() -> Vec<(&'static str, Surface, Bsdf)> {
-    let plain = surface(1.0, 1.5);
+    let plain = Surface::plain(NORMAL, 1.0, 1.5);
     let metal = || rough_conductor(ggx(0.4));
     vec![
         ("diffuse", leaning(), diffuse()),

@@ -12,8 +12,8 @@ use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
 use metal::{Optics, optics};
 use parameters::{
-    Coated, Facets, Layer, Quantity, TINTS, alpha, coated, colour, eta, facets, glossy, layer,
-    nested, number, polarized_eta, polarizing, tints, weights,
+    Alphas, Coated, Facets, Layer, Quantity, TINTS, alphas, coated, colour, eta, facets, glossy,
+    layer, nested, number, polarized_eta, polarizing, tints, weights,
 };
 use std::sync::Arc;
 use transport::Spectrum;
@@ -219,7 +219,7 @@ enum Raw<'a> {
     Filter(f64, SpectrumValue),
     RoughDiffuse([Quantity<'a>; 2], bool),
     Phong(Quantity<'a>, [Quantity<'a>; 2]),
-    Ward(Quantity<'a>, [Quantity<'a>; 2]),
+    Ward(Alphas<'a>, [Quantity<'a>; 2]),
     Coating(Option<Facets<'a>>, Layer<'a>, Vec<&'a ObjectDescription>),
     Blend(Quantity<'a>, Vec<&'a ObjectDescription>),
     Mixture(Vec<f64>, Vec<&'a ObjectDescription>),
@@ -260,7 +260,7 @@ fn raw<'a>(object: &'a ObjectDescription, q: &mut Query<'a, '_>) -> Option<Raw<'
             Raw::RoughDiffuse(quantities, q.boolean_or("use_fast_approx", false))
         }
         "phong" => Raw::Phong(number(q, "exponent", 30.0), glossy(q)),
-        "ward" => Raw::Ward(alpha(q), glossy(q)),
+        "ward" => Raw::Ward(alphas(q), glossy(q)),
         "coating" => Raw::Coating(None, layer(q, BK7), nested(q, 1..=1)),
         "roughcoating" => Raw::Coating(Some(facets(q)), layer(q, BK7), nested(q, 1..=1)),
         "mixturebsdf" => {
@@ -344,8 +344,12 @@ fn make(
             let lobe = GlossyLobe::Phong(maker.texture(exponent));
             maker.glossy(lobe, reflectances)
         }
-        Raw::Ward(alpha, reflectances) => {
-            let roughness = Roughness::new(Distribution::Beckmann, maker.texture(alpha));
+        Raw::Ward(alphas, reflectances) => {
+            let distribution = Distribution::Beckmann;
+            let roughness = maker.facets(Facets {
+                distribution,
+                alphas,
+            });
             roughness.and_then(|alpha| maker.glossy(GlossyLobe::Ward(alpha), reflectances))
         }
         Raw::Coating(facets, layer, nested) => {
@@ -392,8 +396,14 @@ impl Maker<'_, '_> {
         texture(input, role, self.object, name, self.vertices, self.context)
     }
 
-    fn facets(&mut self, Facets(distribution, alpha): Facets) -> Result<Roughness, BsdfError> {
-        Roughness::new(distribution, self.texture(alpha))
+    fn facets(&mut self, facets: Facets) -> Result<Roughness, BsdfError> {
+        match facets.alphas {
+            Alphas::Alike(alpha) => Roughness::new(facets.distribution, self.texture(alpha)),
+            Alphas::Apart(alphas) => {
+                let [u, v] = alphas.map(|alpha| self.texture(alpha));
+                Roughness::anisotropic(facets.distribution, u, v)
+            }
+        }
     }
 
     fn optics(&mut self, Optics { eta, k }: Optics) -> [Spectrum; 2] {

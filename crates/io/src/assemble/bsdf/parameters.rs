@@ -35,24 +35,51 @@ pub(super) fn tints<'a>(q: &mut Query<'a, '_>) -> [Quantity<'a>; 2] {
     TINTS.map(|name| colour(q, name, 1.0))
 }
 
-/// Microfacets, with their `alpha`.
-pub(super) struct Facets<'a>(pub Distribution, pub Quantity<'a>);
+/// Microfacets, with their roughness.
+pub(super) struct Facets<'a> {
+    pub distribution: Distribution,
+    pub alphas: Alphas<'a>,
+}
+
+/// A roughness, or one along ∂x/∂u and one across.
+pub(super) enum Alphas<'a> {
+    Alike(Quantity<'a>),
+    Apart([Quantity<'a>; 2]),
+}
 
 pub(super) fn facets<'a>(q: &mut Query<'a, '_>) -> Facets<'a> {
     let distribution = q.one_of("distribution", &["beckmann", "ggx"]);
     // How directions are drawn is no part of the scene.
     q.boolean_or("sample_visible", true);
-    Facets(
-        [Distribution::Beckmann, Distribution::Ggx][distribution],
-        alpha(q),
-    )
+    Facets {
+        distribution: [Distribution::Beckmann, Distribution::Ggx][distribution],
+        alphas: alphas(q),
+    }
 }
 
-/// Roughness, the geometric mean of two if it is given so.
-pub(super) fn alpha<'a>(q: &mut Query<'a, '_>) -> Quantity<'a> {
-    let alike = q.texture_or_float_in("alpha", LEAST_ALPHA..=1.0, 0.1);
-    let mean = across_and_along(q).map(|mean| Input::Spectrum(SpectrumValue::Uniform(mean)));
-    Quantity("alpha", Role::Number, mean.unwrap_or(alike))
+/// Roughness where none is given.
+const ALPHA: f64 = 0.1;
+
+pub(super) fn alphas<'a>(q: &mut Query<'a, '_>) -> Alphas<'a> {
+    let names = ["alpha_u", "alpha_v"];
+    let mut alpha = |name| {
+        let input = q.texture_or_float_in(name, LEAST_ALPHA..=1.0, ALPHA);
+        Quantity(name, Role::Number, input)
+    };
+    let (alike, apart) = (alpha("alpha"), names.map(alpha));
+    let given = names.map(|name| q.has(name));
+    if given == [false; 2] {
+        return Alphas::Alike(alike);
+    }
+    if q.has("alpha") {
+        q.error(
+            "alpha",
+            "give 'alpha', or 'alpha_u' and 'alpha_v', not both",
+        );
+    } else if given != [true; 2] {
+        q.error(names[0], "give both 'alpha_u' and 'alpha_v'");
+    }
+    Alphas::Apart(apart)
 }
 
 /// Reflectances of Phong's and Ward's surfaces, diffuse and glossy.
@@ -97,22 +124,6 @@ pub(super) fn weights(q: &mut Query) -> Vec<f64> {
         q.error("weights", message);
         Vec::new()
     })
-}
-
-/// The geometric mean of the roughness in two directions, if it is given so.
-fn across_and_along(q: &mut Query) -> Option<f64> {
-    let names = ["alpha_u", "alpha_v"];
-    if !names.iter().any(|name| q.has(name)) {
-        return None;
-    }
-    if q.has("alpha") {
-        q.error(
-            "alpha",
-            "give 'alpha', or 'alpha_u' and 'alpha_v', not both",
-        );
-    }
-    let [u, v] = names.map(|name| q.float_in(name, LEAST_ALPHA..=1.0, None));
-    Some((u * v).sqrt())
 }
 
 /// The index inside over that outside, which is air by default, of a surface on which it is the same everywhere.

@@ -14,6 +14,7 @@ pub(super) struct Common<'a> {
     base_color: Quantity<'a>,
     luminance: Quantity<'a>,
     roughness: Quantity<'a>,
+    anisotropic: Quantity<'a>,
     spec_trans: Quantity<'a>,
     spec_tint: Quantity<'a>,
     sheen: Quantity<'a>,
@@ -59,12 +60,11 @@ const LEAST_SPECULAR: f64 = 1e-3;
 
 fn common<'a>(q: &mut Query<'a, '_>) -> Common<'a> {
     let base_color = colour(q, "base_color", 0.5);
-    // Facets have the geometric mean of the roughness in the two directions.
-    q.texture_or_float_in("anisotropic", 0.0..=1.0, 0.0);
     Common {
         luminance: Quantity("base_color", Role::Number, base_color.2.clone()),
         base_color,
         roughness: number(q, "roughness", 0.5),
+        anisotropic: number(q, "anisotropic", 0.0),
         spec_trans: number(q, "spec_trans", 0.0),
         spec_tint: number(q, "spec_tint", 0.0),
         sheen: number(q, "sheen", 0.0),
@@ -139,6 +139,7 @@ impl Solid<'_> {
             base_color: maker.texture(common.base_color),
             luminance: maker.texture(common.luminance),
             roughness: maker.texture(common.roughness),
+            anisotropic: maker.texture(common.anisotropic),
             metallic: maker.texture(self.metallic),
             spec_trans: maker.texture(common.spec_trans),
             spec_tint: maker.texture(common.spec_tint),
@@ -160,6 +161,7 @@ impl Thin<'_> {
             base_color: maker.texture(common.base_color),
             luminance: maker.texture(common.luminance),
             roughness: maker.texture(common.roughness),
+            anisotropic: maker.texture(common.anisotropic),
             spec_trans: maker.texture(common.spec_trans),
             diff_trans: maker.texture(self.diff_trans),
             spec_tint: maker.texture(common.spec_tint),

@@ -1,8 +1,27 @@
 //! Lobes that `principled` and `principledthin` share (Burley 2012 and 2015).
 
+use crate::bsdf::microfacet::{Distribution, Microfacets};
 use crate::spectrum::Spectrum;
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
+
+/// Facets are no smoother than this.
+const LEAST_ALPHA: f64 = 1e-3;
+/// What is missing from 1 of the squared ratio of the smaller roughness to the larger, at full anisotropy.
+const ANISOTROPY: f64 = 0.9;
+
+/// Facets of a roughness r: α_u = r²/a along ∂x/∂u, α_v = r² a across, with a² = 1 − 0.9 `anisotropic`.
+pub(super) fn facets(roughness: f64, anisotropic: f64) -> Microfacets {
+    let (alpha, aspect) = (
+        roughness * roughness,
+        (1.0 - ANISOTROPY * anisotropic).sqrt(),
+    );
+    Microfacets::at_least(
+        Distribution::Ggx,
+        LEAST_ALPHA,
+        [alpha / aspect, alpha * aspect],
+    )
+}
 
 /// Schlick's weight of grazing angles.
 pub(super) fn grazing(cos: f64) -> f64 {

@@ -6,7 +6,7 @@ mod thin;
 
 pub use thin::{PrincipledThin, PrincipledThinParameters};
 
-use super::microfacet::{Distribution, Microfacets};
+use super::microfacet::Microfacets;
 use super::rough_dielectric::{Event, density, event, matched};
 use super::surface::{Facing, above, reflect, refract};
 use super::{BsdfError, BsdfSample, Surface, check_eta, factor, fresnel};
@@ -14,10 +14,8 @@ use crate::sampling::sphere::{cosine_hemisphere_pdf, cosine_hemisphere_sample};
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use glam::DVec3;
-use lobes::{Base, ClearCoat, schlick, schlick_weight, tint};
+use lobes::{Base, ClearCoat, facets, schlick, schlick_weight, tint};
 
-/// Facets are no smoother than this.
-const LEAST_ALPHA: f64 = 1e-3;
 /// What of a clear coat there is at most.
 const COAT: f64 = 0.25;
 
@@ -30,6 +28,8 @@ pub struct PrincipledParameters {
     pub luminance: Texture,
     /// Square root of the facets' roughness.
     pub roughness: Texture,
+    /// How much rougher facets are along ∂x/∂u than across it.
+    pub anisotropic: Texture,
     /// Share m of metal.
     pub metallic: Texture,
     /// Share t of what is not metal that lets light through.
@@ -57,6 +57,7 @@ impl Default for PrincipledParameters {
             base_color: half.clone(),
             luminance: half.clone(),
             roughness: half,
+            anisotropic: zero.clone(),
             metallic: zero.clone(),
             spec_trans: zero.clone(),
             spec_tint: zero.clone(),
@@ -79,9 +80,9 @@ impl PrincipledParameters {
 
 /// A principled solid.
 ///
-/// With r the roughness, α = r², w(c) = (1 − c)⁵, and F Fresnel's reflectance of a facet with the normal h:
+/// With r the roughness, α_u α_v = r⁴, w(c) = (1 − c)⁵, and F Fresnel's reflectance of a facet with the normal h:
 /// f = (1 − m)(1 − t) times the base, plus (1 − m) w(o·h) times the sheen, plus a quarter of the clear coat, plus
-/// [m (b + (1 − b) w(o·h)) + (1 − m) F'] D G/(4 cosθₒ cosθᵢ), D and G those of [`Distribution::Ggx`] and F' being F, or
+/// [m (b + (1 − b) w(o·h)) + (1 − m) F'] D G/(4 cosθₒ cosθᵢ), D and G those of GGX and F' being F, or
 /// Schlick's with the tint. Light passes as through a rough dielectric, times (1 − m) t √b.
 #[derive(Clone, Debug)]
 pub struct Principled {
@@ -115,6 +116,7 @@ impl Principled {
             base_color: factor("base_color", p.base_color)?,
             luminance: p.luminance,
             roughness: factor("roughness", p.roughness)?,
+            anisotropic: factor("anisotropic", p.anisotropic)?,
             metallic: factor("metallic", p.metallic)?,
             spec_trans: factor("spec_trans", p.spec_trans)?,
             spec_tint: factor("spec_tint", p.spec_tint)?,
@@ -135,6 +137,10 @@ impl Principled {
     /// Whether light passes anywhere.
     pub fn transmits(&self) -> bool {
         self.transmits
+    }
+
+    pub(super) fn is_anisotropic(&self) -> bool {
+        self.parameters.anisotropic.numbers().any(|v| v != 0.0)
     }
 
     fn local(&self, s: &Surface) -> Local {
@@ -159,7 +165,7 @@ impl Principled {
             tint,
             coat_share: COAT * number(&p.clearcoat),
             coat: ClearCoat::new(number(&p.clearcoat_gloss)),
-            facets: Microfacets::at_least(Distribution::Ggx, LEAST_ALPHA, roughness * roughness),
+            facets: facets(roughness, number(&p.anisotropic)),
             eta: if self.transmits {
                 s.n_inner / s.n_outer
             } else {

@@ -1,9 +1,9 @@
 //! A principled sheet without thickness: both sides alike, between equal indices.
 
-use super::lobes::{Base, schlick, schlick_weight, tint};
+use super::lobes::{Base, facets, schlick, schlick_weight, tint};
 use super::{
-    BsdfError, BsdfSample, Distribution, LEAST_ALPHA, Microfacets, Surface, check_eta,
-    cosine_hemisphere_pdf, cosine_hemisphere_sample, factor, fresnel, reflect,
+    BsdfError, BsdfSample, Microfacets, Surface, check_eta, cosine_hemisphere_pdf,
+    cosine_hemisphere_sample, factor, fresnel, reflect,
 };
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
@@ -18,6 +18,8 @@ pub struct PrincipledThinParameters {
     pub luminance: Texture,
     /// Square root of the facets' roughness.
     pub roughness: Texture,
+    /// How much rougher facets are along ∂x/∂u than across it.
+    pub anisotropic: Texture,
     /// Share of facets; the rest is diffuse.
     pub spec_trans: Texture,
     /// Twice the share of the diffuse light that is transmitted, in [0, 2].
@@ -72,6 +74,7 @@ impl PrincipledThin {
             base_color: factor("base_color", p.base_color)?,
             luminance: p.luminance,
             roughness: factor("roughness", p.roughness)?,
+            anisotropic: factor("anisotropic", p.anisotropic)?,
             spec_trans: factor("spec_trans", p.spec_trans)?,
             diff_trans: p.diff_trans,
             spec_tint: factor("spec_tint", p.spec_tint)?,
@@ -81,6 +84,10 @@ impl PrincipledThin {
             eta: p.eta,
         };
         Ok(PrincipledThin { parameters })
+    }
+
+    pub(in crate::bsdf) fn is_anisotropic(&self) -> bool {
+        self.parameters.anisotropic.numbers().any(|v| v != 0.0)
     }
 
     fn local(&self, s: &Surface) -> Local {
@@ -93,7 +100,7 @@ impl PrincipledThin {
         let roughness = number(&p.roughness);
         // Light bends twice in the sheet, less the smaller its index (Burley 2015, figure 15).
         let scaled = (0.65 * p.eta - 0.35) * roughness;
-        let facets = |r: f64| Microfacets::at_least(Distribution::Ggx, LEAST_ALPHA, r * r);
+        let anisotropic = number(&p.anisotropic);
         Local {
             base: Base {
                 colour,
@@ -105,7 +112,7 @@ impl PrincipledThin {
             diff_trans: 0.5 * number(&p.diff_trans),
             spec_tint: number(&p.spec_tint),
             tint,
-            facets: [roughness, scaled].map(facets),
+            facets: [roughness, scaled].map(|r| facets(r, anisotropic)),
             eta: p.eta,
         }
     }
