@@ -63,6 +63,13 @@ PLANTED = [
         ("morgana-transport", "bsdf", "facets_cover_the_surface_once"),
     ),
     (
+        "brushed facets as steep along the grooves as others are across them",
+        TRANSPORT + "bsdf/microfacet.rs",
+        "let sin2 = Self::sin2(h, [v, u]);",
+        "let sin2 = Self::sin2(h, [u, v]);",
+        ("morgana-transport", "bsdf", "anisotropic_facets_as_published"),
+    ),
+    (
         "light under a coating as bright as before it spread over wider angles",
         TRANSPORT + "bsdf/coating.rs",
         "outside.z / (self.eta * self.eta * inside.z)",

@@ -167,25 +167,30 @@ class Generator:
     def facets(self) -> dict[str, Any]:
         return {"alpha": self.r.uniform(0.15, 0.6), "distribution": self.r.choice(["beckmann", "ggx"])}
 
+    def brushed(self) -> dict[str, Any]:
+        """Facets that are rougher in one direction, half of the time."""
+        facets = self.facets()
+        if self.r.random() < 0.5:
+            facets["alpha_u"] = facets.pop("alpha")
+            facets["alpha_v"] = self.r.uniform(0.15, 0.6)
+        return facets
+
     def metal(self) -> dict[str, Any]:
         return self.r.choice([{"material": self.r.choice(["Ag", "Al", "Au", "Cr", "Cu", "W"])}, {"material": "none"}])
 
     def opaque(self) -> Plugin:
         r = self.r
         coat = {"diffuse_reflectance": self.colour(), "int_ior": r.uniform(1.3, 1.8), "nonlinear": r.random() < 0.5}
-        disney = {
-            name: r.uniform(0, 1)
-            for name in ("metallic", "specular", "spec_tint", "sheen", "sheen_tint", "flatness", "clearcoat", "clearcoat_gloss")
-            if r.random() < 0.5
-        }
+        names = ("anisotropic", "metallic", "specular", "spec_tint", "sheen", "sheen_tint", "flatness", "clearcoat", "clearcoat_gloss")
+        disney = {name: r.uniform(0, 1) for name in names if r.random() < 0.5}
         return r.choice(
             [
                 lambda: Plugin("bsdf", "diffuse", reflectance=self.colour()),
                 lambda: Plugin("bsdf", "conductor", **self.metal()),
-                lambda: Plugin("bsdf", "roughconductor", **self.metal(), **self.facets()),
+                lambda: Plugin("bsdf", "roughconductor", **self.metal(), **self.brushed()),
                 lambda: Plugin("bsdf", "plastic", **coat),
                 lambda: Plugin("bsdf", "roughplastic", **coat, **self.facets()),
-                lambda: Plugin("bsdf", "pplastic", diffuse_reflectance=self.colour(), **self.facets()),
+                lambda: Plugin("bsdf", "pplastic", diffuse_reflectance=self.colour(), **self.brushed()),
                 lambda: Plugin("bsdf", "principled", base_color=self.colour(), roughness=r.uniform(0.3, 0.9), **disney),
             ]
         )()
@@ -194,11 +199,12 @@ class Generator:
         r = self.r
         ior = {"int_ior": r.uniform(1.2, 1.8), "ext_ior": 1.0}
         sheet = {"spec_trans": r.uniform(0, 1), "diff_trans": r.uniform(0, 2), "roughness": r.uniform(0.3, 0.8)}
+        sheet["anisotropic"] = r.choice([0.0, 0.7])
         return r.choice(
             [self.opaque] * 6
             + [
                 lambda: Plugin("bsdf", "dielectric", **ior),
-                lambda: Plugin("bsdf", "roughdielectric", **ior, **self.facets()),
+                lambda: Plugin("bsdf", "roughdielectric", **ior, **self.brushed()),
                 lambda: Plugin("bsdf", "thindielectric", **ior),
                 lambda: Plugin("bsdf", "principledthin", base_color=self.colour(), **sheet),
                 lambda: Plugin("bsdf", "principled", base_color=self.colour(), roughness=0.5, spec_trans=r.uniform(0.3, 1)),
