@@ -145,6 +145,21 @@ fn ply_files_of_every_encoding() {
     assert_eq!(ply::parse(&binary(true), Limits::default()).unwrap(), mesh);
 }
 
+#[test]
+fn ply_files_name_texture_coordinates_in_three_ways() {
+    let mesh = ply::parse(ASCII.as_bytes(), Limits::default()).unwrap();
+    for [u, v] in [["s", "t"], ["texture_u", "texture_v"]] {
+        let text = ASCII
+            .replace("float u\n", &format!("float {u}\n"))
+            .replace("float v\n", &format!("float {v}\n"));
+        assert_ne!(text, ASCII);
+        assert_eq!(
+            ply::parse(text.as_bytes(), Limits::default()).unwrap(),
+            mesh
+        );
+    }
+}
+
 #[track_caller]
 fn ply_error(from: &str, to: &str, expected: &str) {
     assert!(ASCII.contains(from));

@@ -31,6 +31,7 @@ differences! {
     CONSTANT_EXTINCTION: "constant extinction", "a heterogeneous medium with the same sigma_t everywhere fills its shape; in Mitsuba it ends at the cube [0, 1]³";
     CURVES: "curves", "curves are triangles, 24 around a tube, and visible from within; Mitsuba's are round, and are seen from outside only";
     DEPTH: "depth", "passing null, mask or thindielectric is no bounce for max_depth; Mitsuba counts some of them";
+    DIRECT_SAMPLES: "direct", "the light of point, spot and directional emitters counts once, however many samples are taken of it; Mitsuba's direct adds them up";
     EXTERIOR: "exterior", "without an exterior the medium around a shape lies outside it; in Mitsuba nothing does";
     EXT_IOR: "ext_ior", "without an ext_ior the index outside is that of the medium there, 1 if that is empty; Mitsuba takes air, 1.000277";
     FORMAT: "format", "files are written as the command line says, in 32 bits; file_format and component_format are ignored";

@@ -163,7 +163,15 @@ fn of_integrator(object: &ObjectDescription) -> Vec<Difference> {
         .iter()
         .any(|c| c.object.kind == PluginKind::Integrator);
     let hides = is_true(object, "hide_emitters");
-    let met = [(nested, NESTED_INTEGRATOR), (hides, HIDE_EMITTERS)];
+    let several = |name| number(object, name).is_some_and(|n| n > 1.0);
+    let counts = ["emitter_samples", "shading_samples"]
+        .into_iter()
+        .any(several);
+    let met = [
+        (nested, NESTED_INTEGRATOR),
+        (hides, HIDE_EMITTERS),
+        (object.plugin == "direct" && counts, DIRECT_SAMPLES),
+    ];
     let met = met.into_iter().filter(|(meets, _)| *meets);
     met.map(|(_, difference)| difference).collect()
 }
@@ -243,7 +251,7 @@ fn of_film(object: &ObjectDescription) -> Vec<Difference> {
 }
 
 fn of_medium(object: &ObjectDescription) -> Vec<Difference> {
-    let grid = child(object, "sigma_t").filter(|c| c.plugin == "gridvolume");
+    let grid = child(object, "sigma_t");
     let turned = grid.is_some_and(|grid| match value(grid, "to_world") {
         Some(Value::Transform(m)) => {
             let linear = DMat3::from_mat4(*m);

@@ -32,16 +32,53 @@ pub(super) fn texture(
         Input::Object(object) if object.plugin == "constvolume" => {
             let mut query = Query::new(object, context.diagnostics);
             let value = query.spectrum("value");
-            // It is the same everywhere.
-            query.has("to_world");
+            let matrix = query.transform("to_world");
+            let cube = affine(matrix, "to_world", &mut query);
             query.finish(&[]);
-            uniform(&value, &object.location, name, allowed, context)
+            let value = uniform(&value, &object.location, name, allowed, context);
+            match value {
+                VolumeTexture::Uniform(value) if name == "sigma_t" => {
+                    bounded(value, cube, allowed, &object.location, context)
+                }
+                value => value,
+            }
         }
         Input::Object(object) => grid(object, name, allowed, context)
             .map_or(VolumeTexture::Uniform(Spectrum::ZERO), |grid| {
                 VolumeTexture::Grid(Arc::new(grid))
             }),
     }
+}
+
+/// The same value all over a cube, and nothing outside, as Mitsuba's extinctions have it.
+fn bounded(
+    value: Spectrum,
+    cube: DAffine3,
+    allowed: [f64; 2],
+    location: &Location,
+    context: &mut Context,
+) -> VolumeTexture {
+    let channels = context.channels.channels_of(context.group);
+    let samples = GridSamples {
+        size: [1; 3],
+        channels,
+        data: value.0[..channels].iter().map(|v| *v as f32).collect(),
+    };
+    let quantity = reach::Quantity::Extinction;
+    context
+        .grids
+        .push(reach::Placed::new(quantity, cube, location));
+    let grid = VolumeGrid::new(
+        samples,
+        cube,
+        Placement::Centers,
+        GridFilter::Nearest,
+        allowed,
+    );
+    let grid = context.accept(location, grid);
+    grid.map_or(VolumeTexture::Uniform(value), |grid| {
+        VolumeTexture::Grid(Arc::new(grid))
+    })
 }
 
 fn uniform(

@@ -1,5 +1,6 @@
 //! The maps that transforms are made of. What cannot be is refused with a message.
 
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use glam::{DMat3, DMat4, DVec3};
 
 /// A scale by factors, none of them zero.
@@ -12,10 +13,24 @@ pub(crate) fn scale(factors: DVec3) -> Result<DMat4, String> {
     }
 }
 
-/// A rotation around an axis of any length, in degrees.
-pub(crate) fn rotate(axis: DVec3, degrees: f64) -> Result<DMat4, String> {
+/// Lengths of axes that count as 1.
+const UNIT: f64 = 1e-4;
+
+/// A rotation around an axis of any length, in degrees. That Mitsuba takes other lengths than 1 for something else is noted, once for
+/// a scene.
+pub(crate) fn rotate(
+    axis: DVec3,
+    degrees: f64,
+    diagnostics: &mut Diagnostics,
+) -> Result<DMat4, String> {
+    let length = axis.length();
     let axis = axis.try_normalize();
     let axis = axis.ok_or("the axis of a rotation must not be zero")?;
+    if (length - 1.0).abs() > UNIT {
+        diagnostics.push(Diagnostic::note(
+            "not as in Mitsuba 3 (rotate): rotations are about axes of any length; Mitsuba shears where that is not 1",
+        ));
+    }
     Ok(DMat4::from_axis_angle(axis, degrees.to_radians()))
 }
 

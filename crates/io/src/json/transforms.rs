@@ -60,7 +60,7 @@ fn rotate(value: &Node, diagnostics: &mut Diagnostics) -> Option<Result<DMat4, S
     let entries = fields(value, &["axis", "angle"], diagnostics)?;
     let axis = triple(required(value, entries, "axis", diagnostics)?, diagnostics)?;
     let angle = number(required(value, entries, "angle", diagnostics)?, diagnostics)?;
-    Some(transforms::rotate(axis, angle))
+    Some(transforms::rotate(axis, angle, diagnostics))
 }
 
 fn look_at(value: &Node, diagnostics: &mut Diagnostics) -> Option<Result<DMat4, String>> {

@@ -33,7 +33,7 @@ pub struct Distances<'a> {
 }
 
 impl Distances<'_> {
-    /// The surface, seen from where values are positive.
+    /// The surface, seen from where values are positive. Its texture coordinates are 0.
     ///
     /// # Errors
     ///
@@ -66,6 +66,9 @@ impl Distances<'_> {
                 }
             }
         }
+        // One point of a texture counts all over, as in Mitsuba.
+        let uvs = vec![[0.0; 2]; builder.mesh.positions.len()];
+        builder.mesh.uvs = Some(uvs);
         check_mesh(builder.mesh)
     }
 

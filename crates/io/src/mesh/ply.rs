@@ -142,6 +142,9 @@ fn describe(error: ParseError) -> Located {
     )
 }
 
+/// What programs call texture coordinates.
+const UV_NAMES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
+
 fn add_vertices(
     mesh: &mut MeshData,
     element: &ElementDef,
@@ -154,7 +157,9 @@ fn add_vertices(
         .map(position)
         .collect::<Result<_, _>>()?;
     let has = |name: &str| element.properties.contains_key(name);
-    let has_uvs = (has("u") && has("v")) || (has("s") && has("t"));
+    let has_uvs = UV_NAMES
+        .iter()
+        .any(|names| names.iter().all(|name| has(name)));
     mesh.uvs = has_uvs.then(|| vertices.iter().map(|v| v.uv).collect());
     let has_normals = ["nx", "ny", "nz"].into_iter().all(has);
     let normal = |v: &Vertex| DVec3::from_array(v.normal);
@@ -255,8 +260,8 @@ impl PropertyAccess for Vertex {
             "nx" => &mut self.normal[0],
             "ny" => &mut self.normal[1],
             "nz" => &mut self.normal[2],
-            "u" | "s" => &mut self.uv[0],
-            "v" | "t" => &mut self.uv[1],
+            "u" | "s" | "texture_u" => &mut self.uv[0],
+            "v" | "t" | "texture_v" => &mut self.uv[1],
             _ => return PropertyAccessResult::Ignored,
         };
         match scalar(&property) {

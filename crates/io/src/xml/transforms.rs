@@ -43,7 +43,8 @@ fn rotate(element: &Element, diagnostics: &mut Diagnostics) -> Option<DMat4> {
     let axis = xyz(element, 0.0, diagnostics);
     let angle = element.require("angle", diagnostics);
     let angle = angle.and_then(|attribute| numbers::float(attribute, diagnostics));
-    accept(transforms::rotate(axis?, angle?), element, diagnostics)
+    let map = transforms::rotate(axis?, angle?, diagnostics);
+    accept(map, element, diagnostics)
 }
 
 fn look_at(element: &Element, diagnostics: &mut Diagnostics) -> Option<DMat4> {
