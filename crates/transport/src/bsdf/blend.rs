@@ -59,6 +59,13 @@ impl BlendBsdf {
         })
     }
 
+    pub(super) fn albedo(&self, s: &Surface, toward: DVec3) -> Spectrum {
+        let [a, b] = self
+            .shares(s)
+            .map(|(bsdf, share)| bsdf.albedo(s, toward) * share);
+        a + b
+    }
+
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         let [a, b] = self
             .shares(s)

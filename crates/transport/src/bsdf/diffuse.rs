@@ -36,6 +36,10 @@ impl Diffuse {
         })
     }
 
+    pub(super) fn albedo(&self, s: &Surface) -> Spectrum {
+        self.reflectance.at(&s.site)
+    }
+
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         self.reflectance.at(&s.site) * self.pdf(s, toward, direction)
     }

@@ -101,6 +101,10 @@ impl GlossyDiffuse {
         BsdfSample::reflected(direction, pdf, value)
     }
 
+    pub(super) fn albedo(&self, s: &Surface) -> Spectrum {
+        self.diffuse.at(&s.site)
+    }
+
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         let Some([o, i, h]) = above(s, toward, direction) else {
             return Spectrum::ZERO;

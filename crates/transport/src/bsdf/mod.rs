@@ -11,6 +11,7 @@
 //!
 //! Unit vectors in, finite numbers out: grazing directions included, nothing here returns NaN.
 
+mod albedo;
 mod beckmann;
 mod blend;
 mod coat;

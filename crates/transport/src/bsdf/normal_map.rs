@@ -97,6 +97,11 @@ impl NormalMap {
         (1.0 - around) * by_nested + around * by_chance
     }
 
+    /// The normal that a viewer sees.
+    pub(super) fn normal(&self, s: &Surface, toward: DVec3) -> DVec3 {
+        self.turned(s, toward).surface.shading_normal
+    }
+
     /// See [`AROUND`].
     fn around(&self) -> f64 {
         if self.flips { AROUND } else { 0.0 }

@@ -21,7 +21,7 @@ pub struct Plastic {
 /// What a diffuse base sends back through a coat.
 #[derive(Clone, Debug)]
 pub(super) struct Base {
-    reflectance: Texture,
+    pub(super) reflectance: Texture,
     nonlinear: bool,
     /// 1/η².
     shrink: f64,
@@ -103,6 +103,10 @@ impl Plastic {
             delta: false,
             transmitted: false,
         })
+    }
+
+    pub(super) fn albedo(&self, s: &Surface) -> Spectrum {
+        self.base.reflectance.at(&s.site)
     }
 
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {

@@ -50,6 +50,10 @@ impl RoughDiffuse {
         BsdfSample::reflected(direction, pdf, value)
     }
 
+    pub(super) fn albedo(&self, s: &Surface) -> Spectrum {
+        self.reflectance.at(&s.site)
+    }
+
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         let Some([o, i, _]) = above(s, toward, direction) else {
             return Spectrum::ZERO;

@@ -69,6 +69,10 @@ impl RoughPlastic {
         BsdfSample::reflected(direction, pdf, value)
     }
 
+    pub(super) fn albedo(&self, s: &Surface) -> Spectrum {
+        self.base.reflectance.at(&s.site)
+    }
+
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         let Some([o, i, h]) = above(s, toward, direction) else {
             return Spectrum::ZERO;

@@ -66,6 +66,16 @@ impl Bsdf {
         self.eval(s, direction, toward) * ratio
     }
 
+    /// The unit normal by which it scatters light where `toward` leads to the viewer, on the side of the surface's own.
+    pub fn normal(&self, s: &Surface, toward: DVec3) -> DVec3 {
+        match self {
+            Bsdf::NormalMap(b) => b.normal(&s.shaded(), toward),
+            Bsdf::Mask(b) => b.nested().normal(s, toward),
+            Bsdf::TwoSided(b) => b.normal(s, toward),
+            _ => s.shading_normal,
+        }
+    }
+
     /// Whether it scatters by another normal than that of the surface.
     pub(crate) fn leans(&self, s: &Surface) -> bool {
         self.is_shaded(s) || self.turns_normals()

@@ -34,6 +34,22 @@ impl TwoSided {
         }
     }
 
+    pub(super) fn albedo(&self, s: &Surface, toward: DVec3) -> Spectrum {
+        let (bsdf, s) = self.seen(s, toward);
+        bsdf.albedo(&s, toward)
+    }
+
+    /// On the side of the surface's own normal.
+    pub(super) fn normal(&self, s: &Surface, toward: DVec3) -> DVec3 {
+        let (bsdf, seen) = self.seen(s, toward);
+        let normal = bsdf.normal(&seen, toward);
+        if seen.is_back == s.is_back {
+            normal
+        } else {
+            -normal
+        }
+    }
+
     pub(super) fn sample(&self, s: &Surface, toward: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         let (bsdf, s) = self.seen(s, toward);
         bsdf.sample(&s, toward, u)

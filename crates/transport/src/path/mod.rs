@@ -28,12 +28,12 @@ pub use energy_balance::{BalanceSums, BalanceTotals, EnergyBalance, ParticleBala
 pub(crate) use learnt::NeeSlot;
 pub use learnt::{AdjointEstimate, AdjointTraining, Levels, NeeRates, NeeTraining, PathTally};
 pub use random_walk::{Observer, RandomWalk, Survival, WalkEvent, WalkRay};
-pub(crate) use segment::Equiangular;
 pub use segment::{
     Edge, EdgeGeometry, End, Point, Span, Split, Start, TransportMode, Vertex, lead_in, share,
 };
+pub(crate) use segment::{Equiangular, surface_at};
 pub use subpath::{Bounds, PathVertex, emit, guess};
 pub(crate) use subpath::{Escape, LightPath, PathEdge, Subpath, scatter, scatter_pdf, sensor_path};
-pub(crate) use walk::{Ending, FollowedRay, follow};
+pub(crate) use walk::{Ending, FollowedRay, SeenSurface, follow, see};
 pub use walk::{Sampling, trace};
 pub use workspace::{FirstVertexTechniques, Workspace};

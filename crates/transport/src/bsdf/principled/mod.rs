@@ -208,6 +208,10 @@ impl Principled {
         })
     }
 
+    pub(super) fn albedo(&self, s: &Surface) -> Spectrum {
+        self.parameters.base_color.at(&s.site)
+    }
+
     pub(super) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         let local = self.local(s);
         if let Some(above) = above(s, toward, direction) {

@@ -150,6 +150,10 @@ impl PrincipledThin {
         })
     }
 
+    pub(in crate::bsdf) fn albedo(&self, s: &Surface) -> Spectrum {
+        self.parameters.base_color.at(&s.site)
+    }
+
     pub(in crate::bsdf) fn eval(&self, s: &Surface, toward: DVec3, direction: DVec3) -> Spectrum {
         let Some(event) = event(s, toward, direction) else {
             return Spectrum::ZERO;

@@ -15,12 +15,7 @@ pub(in crate::path) fn leave(scene: &Scene, x: DVec3, normal: DVec3, direction: 
 
 /// The surface as BSDFs see it, with the local index of the media on either side. `medium` is that
 /// through which a ray arrives.
-pub(in crate::path) fn surface_at(
-    scene: &Scene,
-    object: usize,
-    hit: &Hit,
-    medium: MediumId,
-) -> Surface {
+pub(crate) fn surface_at(scene: &Scene, object: usize, hit: &Hit, medium: MediumId) -> Surface {
     let site = scene.objects()[object].shape.site(hit);
     let on = OnSurface {
         object,

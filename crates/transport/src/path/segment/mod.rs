@@ -9,7 +9,8 @@ mod length;
 mod share;
 mod vertex;
 
-pub(in crate::path) use boundary::{leave, surface_at};
+pub(in crate::path) use boundary::leave;
+pub(crate) use boundary::surface_at;
 pub(in crate::path) use differentials::RayDifferentials;
 pub(crate) use edge::Front;
 pub use edge::{Edge, End, Point, Span, Split, Start, TransportMode};

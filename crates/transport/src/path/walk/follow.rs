@@ -46,6 +46,32 @@ pub(crate) struct FollowedRay {
     pub steps: u64,
     /// How it ended.
     pub ending: Ending,
+    /// The first surface that does more than delimit media, if there is one.
+    pub seen: Option<SeenSurface>,
+}
+
+/// The first surface on the way of a ray that does more than delimit media.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SeenSurface {
+    /// Its number.
+    pub object: usize,
+    /// Where it is met.
+    pub hit: Hit,
+    /// Unit direction of the ray before it.
+    pub direction: DVec3,
+    /// The medium through which the ray arrives.
+    pub medium: MediumId,
+    /// Arc length up to there.
+    pub length: f64,
+}
+
+/// Where a ray is followed to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Until {
+    /// The first surface that does more than delimit media.
+    Seen,
+    /// The first that leaves it no single direction.
+    Scattered,
 }
 
 /// Follows the ray from `x` in a unit direction: on through index-matched boundaries, refracted by
@@ -59,23 +85,36 @@ pub fn follow(
     reference: Option<Reference<'_>>,
     ws: &mut Workspace,
 ) -> FollowedRay {
-    let mut follower = Follower {
-        scene,
-        x,
-        v: direction * scene.n(medium, x),
-        medium,
-        difference: reference.map(|reference| PathDifference::new(reference, direction)),
-        ray: FollowedRay {
-            x,
-            direction,
-            length: 0.0,
-            optical_length: 0.0,
-            path_difference: 0.0,
-            depth: Spectrum::ZERO,
-            steps: 0,
-            ending: Ending::Lost,
+    let follower = Follower::new(scene, x, direction, medium);
+    let difference = reference.map(|reference| PathDifference::new(reference, direction));
+    run(
+        Follower {
+            difference,
+            ..follower
         },
-    };
+        ws,
+    )
+}
+
+/// Follows the ray from `x` in a unit direction through null boundaries, up to the first other surface.
+pub fn see(
+    scene: &Scene,
+    x: DVec3,
+    direction: DVec3,
+    medium: MediumId,
+    ws: &mut Workspace,
+) -> FollowedRay {
+    let follower = Follower::new(scene, x, direction, medium);
+    run(
+        Follower {
+            until: Until::Seen,
+            ..follower
+        },
+        ws,
+    )
+}
+
+fn run(mut follower: Follower, ws: &mut Workspace) -> FollowedRay {
     let mut ending = loop {
         if let Some(ending) = follower.region(ws) {
             break ending;
@@ -104,10 +143,33 @@ struct Follower<'a> {
     v: DVec3,
     medium: MediumId,
     difference: Option<PathDifference<'a>>,
+    until: Until,
     ray: FollowedRay,
 }
 
-impl Follower<'_> {
+impl<'a> Follower<'a> {
+    fn new(scene: &'a Scene, x: DVec3, direction: DVec3, medium: MediumId) -> Self {
+        Follower {
+            scene,
+            x,
+            v: direction * scene.n(medium, x),
+            medium,
+            difference: None,
+            until: Until::Scattered,
+            ray: FollowedRay {
+                x,
+                direction,
+                length: 0.0,
+                optical_length: 0.0,
+                path_difference: 0.0,
+                depth: Spectrum::ZERO,
+                steps: 0,
+                ending: Ending::Lost,
+                seen: None,
+            },
+        }
+    }
+
     /// Follows the ray through one medium. Returns how it ended, unless it goes on into another.
     fn region(&mut self, ws: &mut Workspace) -> Option<Ending> {
         let scene = self.scene;
@@ -160,6 +222,18 @@ impl Follower<'_> {
         self.ray.x = hit.position;
         self.ray.direction = v.normalize();
         let surface = &self.scene.objects()[object];
+        if self.ray.seen.is_none() && !surface.bsdf.is_null() {
+            self.ray.seen = Some(SeenSurface {
+                object,
+                hit: *hit,
+                direction: self.ray.direction,
+                medium: self.medium,
+                length: self.ray.length,
+            });
+            if self.until == Until::Seen {
+                return Some(Ending::Surface(object));
+            }
+        }
         let cos = hit.normal.dot(self.ray.direction);
         let through = surface.bsdf.through(&surface.shape.site(hit), cos);
         let rule = match through {

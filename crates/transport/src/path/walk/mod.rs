@@ -4,5 +4,5 @@ mod follow;
 mod surface;
 mod trace;
 
-pub(crate) use follow::{Ending, FollowedRay, follow};
+pub(crate) use follow::{Ending, FollowedRay, SeenSurface, follow, see};
 pub use trace::{Sampling, trace};

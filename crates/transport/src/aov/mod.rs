@@ -1,91 +1,22 @@
-//! Arbitrary output variables: what becomes of a sensor ray that is not scattered.
+//! Arbitrary output variables: what becomes of a sensor ray that is not scattered, and which surface it meets first.
 //!
 //! The ray is followed through index-matched and smooth boundaries to an opaque surface, or out of the
 //! scene: then its *exit* is on the last boundary that it passed, or at its start if it met none.
 //! Lengths, optical path difference and optical depth are those up to the exit.
+//!
+//! The first surface is the first that does more than delimit media: null boundaries are passed, smooth dielectrics are not.
 
-use crate::path::{Ending, FollowedRay, Workspace, follow};
+mod quantity;
+mod surface;
+
+pub use quantity::Aov;
+
+use crate::path::{Ending, FollowedRay, Workspace, follow, see};
 use crate::scene::{AMBIENT, MediumId, Scene};
 use crate::sensor::SensorRay;
 use eikonal::Reference;
 use eikonal::connect::World;
 use glam::{DAffine3, DVec3};
-
-/// A quantity, or a vector of several.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Aov {
-    /// 1; 0 if the ray is trapped or left its medium's field, or if no ray of the reference joins its ends. All other
-    /// channels are 0 then.
-    Valid,
-    /// Position of the exit in the world, scene units.
-    ExitPosition,
-    /// Unit direction at the exit, in the world.
-    ExitDirection,
-    /// Angles in radians between the directions at the exit and at the start, along the sensor's local
-    /// x and y axes: see [`deflection`].
-    Deflection,
-    /// ∫n ds up to the exit, scene units.
-    OpticalLength,
-    /// ∫ds up to the exit, scene units.
-    ArcLength,
-    /// ∫σ_t ds up to the exit, in the film's first channel.
-    OpticalDepth,
-    /// Number of steps of the ray, straight ones included.
-    Steps,
-    /// ∫n ds up to the exit, less that of rays of the reference, scene units: see
-    /// [`PathDifference`](eikonal::PathDifference).
-    OpticalPathDifference,
-    /// The same in wavelengths.
-    Waves,
-}
-
-impl Aov {
-    /// All, in the order in which they are stored.
-    pub const ALL: [Aov; 10] = [
-        Aov::Valid,
-        Aov::ExitPosition,
-        Aov::ExitDirection,
-        Aov::Deflection,
-        Aov::OpticalLength,
-        Aov::ArcLength,
-        Aov::OpticalDepth,
-        Aov::Steps,
-        Aov::OpticalPathDifference,
-        Aov::Waves,
-    ];
-
-    /// Name, as in scene files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Aov::Valid => "valid",
-            Aov::ExitPosition => "exit_position",
-            Aov::ExitDirection => "exit_direction",
-            Aov::Deflection => "deflection",
-            Aov::OpticalLength => "optical_length",
-            Aov::ArcLength => "arc_length",
-            Aov::OpticalDepth => "optical_depth",
-            Aov::Steps => "steps",
-            Aov::OpticalPathDifference => "optical_path_difference",
-            Aov::Waves => "waves",
-        }
-    }
-
-    /// Names of its channels, as in images.
-    pub fn channels(self) -> &'static [&'static str] {
-        match self {
-            Aov::Valid => &["valid"],
-            Aov::ExitPosition => &["exit.position.X", "exit.position.Y", "exit.position.Z"],
-            Aov::ExitDirection => &["exit.direction.X", "exit.direction.Y", "exit.direction.Z"],
-            Aov::Deflection => &["deflection.X", "deflection.Y"],
-            Aov::OpticalLength => &["optical_length"],
-            Aov::ArcLength => &["arc_length"],
-            Aov::OpticalDepth => &["optical_depth"],
-            Aov::Steps => &["steps"],
-            Aov::OpticalPathDifference => &["optical_path_difference"],
-            Aov::Waves => &["waves"],
-        }
-    }
-}
 
 /// The index of which a scene takes optical path differences.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,7 +37,7 @@ impl ReferenceIndex {
     }
 }
 
-/// Follows sensor rays without scattering. Validity is always among its channels.
+/// Follows sensor rays without scattering. Validity is among its channels unless all of these are of first surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AovTracer {
     wanted: [bool; Aov::ALL.len()],
@@ -117,16 +48,21 @@ pub struct AovTracer {
 }
 
 impl Default for AovTracer {
-    /// All quantities, but for waves, which need a wavelength.
+    /// All quantities of the way of rays, but for waves, which need a wavelength.
     fn default() -> Self {
-        AovTracer::new(&Aov::ALL)
+        let of_ways: Vec<Aov> = Aov::ALL
+            .into_iter()
+            .filter(|a| !a.is_of_surface())
+            .collect();
+        AovTracer::new(&of_ways)
     }
 }
 
 impl AovTracer {
-    /// The given quantities, in any order, and validity. There are no waves without a wavelength.
+    /// The given quantities, in any order, and validity unless all are of first surfaces. There are no waves without a wavelength.
     pub fn new(wanted: &[Aov]) -> Self {
-        let is_wanted = |aov: Aov| aov == Aov::Valid || wanted.contains(&aov);
+        let of_ways = wanted.is_empty() || wanted.iter().any(|aov| !aov.is_of_surface());
+        let is_wanted = |aov: Aov| (of_ways && aov == Aov::Valid) || wanted.contains(&aov);
         AovTracer {
             wanted: Aov::ALL.map(is_wanted),
             reference: None,
@@ -154,16 +90,30 @@ impl AovTracer {
         self.aovs().any(compares).then(reference)
     }
 
-    /// The values of a sensor ray, one for each channel; all zero if the ray is lost, which is counted.
+    /// Whether it matters where rays go after their first surface.
+    fn goes_on(&self) -> bool {
+        self.aovs().any(|aov| !aov.is_of_surface())
+    }
+
+    /// The values of a sensor ray, one for each channel. Those of the way are zero if the ray is lost, which is counted; those of
+    /// the first surface if it meets none.
     pub fn sample(&self, scene: &Scene, ray: SensorRay, ws: &mut Workspace, out: &mut Vec<f64>) {
         let medium = scene.medium_of_sensor_ray(ray.origin);
-        let reference = self.reference(scene, ray.origin);
-        let followed = follow(scene, ray.origin, ray.direction, medium, reference, ws);
-        if followed.ending == Ending::Lost {
-            return out.resize(out.len() + self.channels().count(), 0.0);
-        }
+        let followed = if self.goes_on() {
+            let reference = self.reference(scene, ray.origin);
+            follow(scene, ray.origin, ray.direction, medium, reference, ws)
+        } else {
+            see(scene, ray.origin, ray.direction, medium, ws)
+        };
         for aov in self.aovs() {
-            let values = self.values(aov, &followed, scene.sensor().to_world(), ray.direction);
+            let values = if aov.is_of_surface() {
+                let seen = followed.seen.as_ref();
+                seen.map_or([0.0; 3], |seen| surface::values(aov, scene, seen))
+            } else if followed.ending == Ending::Lost {
+                [0.0; 3]
+            } else {
+                self.values(aov, &followed, scene.sensor().to_world(), ray.direction)
+            };
             out.extend(&values[..aov.channels().len()]);
         }
     }
@@ -185,6 +135,8 @@ impl AovTracer {
             Aov::Steps => one(ray.steps as f64),
             Aov::OpticalPathDifference => one(ray.path_difference),
             Aov::Waves => one(ray.path_difference / self.wavelength.unwrap_or(1.0)),
+            // Those of the first surface are found there.
+            _ => [0.0; 3],
         }
     }
 }
