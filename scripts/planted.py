@@ -42,6 +42,27 @@ PLANTED = [
         ("morgana-transport", "edges", "extensions_of_rays_that_circle_end"),
     ),
     (
+        "depths of surfaces as straight lines",
+        TRANSPORT + "path/walk/follow.rs",
+        "length: self.ray.length,",
+        "length: self.x.distance(hit.position),",
+        ("morgana-transport", "first_surface", "depth_is_measured_along_the_curve"),
+    ),
+    (
+        "boundaries of media seen as surfaces",
+        TRANSPORT + "path/walk/follow.rs",
+        "self.ray.seen.is_none() && !surface.bsdf.is_null()",
+        "self.ray.seen.is_none()",
+        ("morgana-transport", "first_surface", "a_ball_behind_a_matched_boundary"),
+    ),
+    (
+        "second moments of one sample too few",
+        TRANSPORT + "moments.rs",
+        "n => self.sum_of_squares.value() / n as f64",
+        "n => self.sum_of_squares.value() / (n as f64 - 1.0)",
+        ("morgana-transport", "second_moment", "it_is_the_mean_of_squares"),
+    ),
+    (
         "rays given up without being counted",
         TRANSPORT + "path/walk/follow.rs",
         "ws.stats.over_budget.rays += u64::from(is_over);",

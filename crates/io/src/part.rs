@@ -18,7 +18,7 @@ use transport::sampling::Replicates;
 
 const MAGIC: &[u8; 8] = b"morgana\x1a";
 /// Grows with every change of what is stored.
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 const HASH: usize = blake3::OUT_LEN;
 /// What is written at a time.
 const BUFFER: usize = 1 << 16;

@@ -52,6 +52,14 @@ impl Moments {
         }
     }
 
+    /// Mean of the squares of `count` scores; zero of none.
+    pub fn mean_square(&self, count: u64) -> f64 {
+        match count {
+            0 => 0.0,
+            n => self.sum_of_squares.value() / n as f64,
+        }
+    }
+
     /// Sum of the squares of the deviations of `count` scores from their mean.
     pub fn scatter(&self, count: u64) -> f64 {
         let mean = self.mean(count);

@@ -5,7 +5,7 @@ mod common;
 use common::{camera, container, fog, in_passes, parts, path_tracer, sky, vacuum};
 use eikonal::field::Gaussian;
 use glam::{DAffine3, DVec3};
-use morgana_transport::aov::AovTracer;
+use morgana_transport::aov::{Aov, AovTracer};
 use morgana_transport::bsdf::{Bsdf, Diffuse};
 use morgana_transport::emitter::Emitter;
 use morgana_transport::film::Decomposition;
@@ -59,6 +59,7 @@ fn options(integrator: Integrator) -> RenderOptions {
         strategies: integrator.splats(),
         decomposition,
         reweight: true,
+        quantities: Some(AovTracer::new(&Aov::ALL)),
         ..RenderOptions::new(integrator, SAMPLES, 5)
     }
 }
@@ -93,6 +94,8 @@ fn same(found: &Rendering, whole: &Rendering, what: &str) {
     assert_eq!(found.stats, whole.stats, "{what}");
     assert_eq!(found.debiased, whole.debiased, "{what}");
     assert_eq!(found.balance, whole.balance, "{what}");
+    let quantities = [found, whole].map(|r| r.quantities.as_ref().map(|q| (&q.film, &q.stats)));
+    assert_eq!(quantities[0], quantities[1], "{what}");
     assert_eq!(found.strategies.len(), whole.strategies.len(), "{what}");
     for (a, b) in found.strategies.iter().zip(&whole.strategies) {
         assert_eq!((a.s, a.t), (b.s, b.t), "{what}");
@@ -286,4 +289,29 @@ fn measurements_in_parts_are_the_whole() {
     assert_eq!(found.balance, whole.balance);
     assert_eq!(found.stats, whole.stats);
     assert!(whole.readings[0][0].mean.iter().sum::<f64>() > 0.0);
+}
+
+/// Quantities besides light leave it alone, bit for bit, and are those of the same rays on their own.
+#[test]
+fn quantities_beside_light_are_those_alone() {
+    let scene = Scene::new(scene()).unwrap();
+    let scenes = std::slice::from_ref(&scene);
+    let tracer = AovTracer::new(&Aov::ALL);
+    let go_on = |_: &Progress| ControlFlow::Continue(());
+    let alone = render(scenes, &RenderOptions::new(tracer, SAMPLES, 5), go_on);
+    for with in estimators().into_iter().filter(|o| o.renderer.is_light()) {
+        let name = with.renderer.name();
+        let without = RenderOptions {
+            quantities: None,
+            ..with
+        };
+        let [both, light] = [with, without].map(|options| render(scenes, &options, go_on));
+        assert_eq!(both.film, light.film, "{name}");
+        assert_eq!(both.stats, light.stats, "{name}");
+        let quantities = both.quantities.unwrap();
+        assert_eq!(quantities.film, alone.film, "{name}");
+        assert_eq!(quantities.stats.paths, alone.stats.paths, "{name}");
+        let state = State::new(scenes, &with);
+        assert!(!state.fits(scenes, &without), "{name}");
+    }
 }

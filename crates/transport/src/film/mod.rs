@@ -311,6 +311,13 @@ impl Film {
         self.pixel(group, pixel, layer).variance_of(offset) as f32
     }
 
+    /// Mean of the squares of the samples of a channel of a pixel, its second moment; of [replicates](Replicates), of their means.
+    pub fn second_moment_at(&self, channel: usize, pixel: usize) -> f32 {
+        let (group, offset) = (channel / self.group_size, channel % self.group_size);
+        let pixel = self.pixel(group, pixel, None);
+        pixel.moments[offset].mean_square(pixel.count) as f32
+    }
+
     /// How many equal samples would make a pixel that is known as well: see [`Moments::effective`]. Of [replicates](Replicates) of samples
     /// each counts as one.
     pub fn effective_at(&self, layer: Option<usize>, channel: usize, pixel: usize) -> f32 {

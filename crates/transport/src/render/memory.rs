@@ -40,9 +40,12 @@ fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
     } else {
         0
     };
+    let quantities = options.quantities.map_or(0, |tracer| {
+        tracer.channels().count().div_ceil(Spectrum::CHANNELS) * size_of::<Pixel>()
+    });
     film.saturating_mul(1 + films_of_strategies(options))
         .saturating_add(layer.saturating_mul(layers(options)))
-        .saturating_add(outliers + shares)
+        .saturating_add(outliers + shares + quantities)
 }
 
 /// Bytes for each pixel that hold samples that splat until they are added to the films.

@@ -19,6 +19,7 @@ mod strategies;
 mod target;
 
 pub use allocation::ADAPTIVE_FROM;
+pub use aov::Quantities;
 pub use bias::Debiased;
 pub use handle::Handle;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
@@ -29,6 +30,7 @@ pub use state::{MergeError, State};
 pub use strategies::StrategyImage;
 pub use target::{Measure, Target};
 
+use crate::aov::AovTracer;
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
 use crate::path::{AdjointEstimate, EnergyBalance, FirstVertexTechniques, NeeRates};
@@ -64,6 +66,8 @@ pub struct RenderOptions {
     pub reweight: bool,
     /// Error at which the render ends, before it has all its samples.
     pub target: Option<Target>,
+    /// What is to be found of the sensor rays besides what the image shows.
+    pub quantities: Option<AovTracer>,
 }
 
 impl RenderOptions {
@@ -79,6 +83,7 @@ impl RenderOptions {
             decomposition: Decomposition::default(),
             reweight: false,
             target: None,
+            quantities: None,
         }
     }
 
@@ -130,6 +135,8 @@ pub struct Rendering {
     pub reached: bool,
     /// One image for each strategy, if they were wanted.
     pub strategies: Vec<StrategyImage>,
+    /// Quantities of the sensor rays, if they were wanted besides.
+    pub quantities: Option<Quantities>,
     /// The image without the bias that is known of, if the estimator has any.
     pub debiased: Option<Debiased>,
     /// Where the light of all emitters went, if the estimator follows it from there.

@@ -12,8 +12,8 @@ use super::source::{LightSamples, Source};
 use super::strategies::Strategies;
 use super::target::Watch;
 use super::{
-    Debiased, Handle, Prepared, Progress, RenderOptions, Rendering, aov, photons, pixels, prepare,
-    splats,
+    Debiased, Handle, Prepared, Progress, Quantities, RenderOptions, Rendering, aov, photons,
+    pixels, prepare, splats,
 };
 use crate::film::Film;
 use crate::integrator::Integrator;
@@ -52,6 +52,7 @@ pub struct State {
     done: Ranges,
     film: Film,
     stats: Stats,
+    quantities: Option<Quantities>,
     strategies: Option<Strategies>,
     debiased: Option<Debiased>,
     watch: Option<Watch>,
@@ -79,13 +80,16 @@ impl State {
         let channels = options.renderer.channels(spec.channels);
         let group_size = options.renderer.group_size(spec.group_size);
         let film = Film::in_groups(spec.width, spec.height, channels, group_size);
+        let replicates = options.renderer.replicates(&scenes[0]);
+        let quantities = |tracer| Quantities::new(tracer, spec, replicates);
         State {
             done: Ranges::default(),
             film: film
-                .in_replicates(options.renderer.replicates(&scenes[0]))
+                .in_replicates(replicates)
                 .decomposed(options.decomposition)
                 .sorted(options.reweight),
             stats: Stats::default(),
+            quantities: options.quantities.as_ref().map(quantities),
             strategies: options.strategies.then(Strategies::default),
             debiased: photons::debiased(spec, &options.renderer),
             watch: options.target.map(Watch::new),
@@ -122,16 +126,19 @@ impl State {
     fn is_like(&self, other: &State) -> bool {
         let strategies = self.strategies.iter().chain(&other.strategies);
         let debiased = [self, other].map(|s| s.debiased.as_ref().map(|d| &d.film));
+        let quantities = [self, other].map(|s| s.quantities.as_ref().map(|q| &q.film));
+        let alike = |films: [Option<&Film>; 2]| match films {
+            [Some(a), Some(b)] => a.is_like(b),
+            [a, b] => a.is_none() && b.is_none(),
+        };
         self.film.is_like(&other.film)
             && self.balances.len() == other.balances.len()
             && self.strategies.is_some() == other.strategies.is_some()
             && strategies
                 .flat_map(Strategies::films)
                 .all(|f| f.has_size_of(&self.film))
-            && match debiased {
-                [Some(a), Some(b)] => a.is_like(b),
-                [a, b] => a.is_none() && b.is_none(),
-            }
+            && alike(debiased)
+            && alike(quantities)
     }
 
     /// Adds what another state of the same render has gathered: the same scenes, seed and options, but for the
@@ -158,6 +165,9 @@ impl State {
         self.film.merge(&other.film);
         self.allocation.learn(&other.allocation);
         self.stats += other.stats;
+        if let (Some(quantities), Some(other)) = (&mut self.quantities, &other.quantities) {
+            quantities.merge(other);
+        }
         if let (Some(strategies), Some(other)) = (&mut self.strategies, &other.strategies) {
             strategies.merge(other);
         }
@@ -218,7 +228,7 @@ impl State {
             let ready = self.allocation.ready(at);
             let pass = passes.begin(|next| scenes[0].whole_periods(next.min(soon)).min(ready));
             let undoable = (is_small || !is_short).then_some(handle);
-            let taken = self.undoable_pass(options.renderer, &mut sources, pass, undoable);
+            let taken = self.undoable_pass(options, &mut sources, pass, undoable);
             if taken.is_break() || on_pass(&self.progress(total)).is_break() {
                 return;
             }
@@ -229,7 +239,7 @@ impl State {
     /// Takes a range of samples. If the handle that may end it does, the state is as it was.
     fn undoable_pass(
         &mut self,
-        renderer: Renderer,
+        options: &RenderOptions,
         sources: &mut [Source],
         samples: Range<u64>,
         handle: Option<&Handle>,
@@ -239,7 +249,7 @@ impl State {
         for source in sources.iter_mut() {
             source.stop = stop.clone();
         }
-        self.pass(renderer, sources, samples);
+        self.pass(options, sources, samples);
         match before {
             Some(before) if stop.is_raised() => {
                 *self = before;
@@ -273,11 +283,15 @@ impl State {
     }
 
     /// Takes a range of samples in all groups of channels.
-    fn pass(&mut self, renderer: Renderer, sources: &[Source], samples: Range<u64>) {
+    fn pass(&mut self, options: &RenderOptions, sources: &[Source], samples: Range<u64>) {
+        // All groups have the same sensor rays, unless the index depends on the wavelength: then these are the first one's.
+        if let (Some(quantities), Some(tracer)) = (&mut self.quantities, &options.quantities) {
+            quantities.pass(&sources[0], tracer, samples.clone());
+        }
         for (source, balances) in sources.iter().zip(&mut self.balances) {
             let samples = samples.clone();
             let film = &mut self.film;
-            self.stats += match (&renderer, &mut self.debiased) {
+            self.stats += match (&options.renderer, &mut self.debiased) {
                 (Renderer::Quantities(tracer), _) => aov::pass(source, tracer, samples, film),
                 (Renderer::Light(Integrator::Photon(mapping)), Some(debiased)) => {
                     photons::pass(source, mapping, samples, film, debiased, balances)
@@ -324,6 +338,7 @@ impl State {
             reached: self.reached(),
             samples,
             stats: self.stats,
+            quantities: self.quantities,
             strategies: self
                 .strategies
                 .map_or(Vec::new(), |s| s.into_images(samples)),
