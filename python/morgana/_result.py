@@ -213,7 +213,10 @@ class Result:
 
         By the integrator ``aov``, the quantities of rays, by their names in scene files, such as ``optical_length`` or
         ``deflection`` (docs/scene-format.md#other-quantities-than-light has their units). Pixels are means over all rays, of
-        which those that are lost count as zero: divide by ``layers["valid"].mean`` for means over the others.
+        which those that are lost count as zero: divide by ``layers["valid"].mean`` for means over the others. If an ``aov`` holds
+        another integrator, the image shows light, and the quantities are here.
+
+        By the integrator ``moment``, second moments, by names such as ``m2_image``; their variances are not known (infinite).
         """
         if isinstance(self._run, _morgana.Measured):
             return {}
@@ -235,12 +238,13 @@ class Result:
         return named, json.loads(axes)
 
     def _quantities(self) -> Dict[str, Layer]:
-        layers, first = {}, 0
-        for name, channels in self._rendered.quantities():
-            at = np.s_[..., first : first + len(channels)]
+        def layer(mean: Floats, variance: Floats, channels: List[str]) -> Layer:
             own = [channel.rpartition(".")[2] for channel in channels]
-            layers[name] = Layer(self.image[at], self.variance[at], self.few[at], own)
-            first += len(channels)
+            return Layer(mean, variance, np.zeros(mean.shape, bool), own)
+
+        layers = {name: layer(mean, variance, channels) for name, channels, mean, variance in self._rendered.quantities()}
+        for name, channels, mean in self._rendered.moments():
+            layers[name] = layer(mean, np.full_like(mean, np.inf), channels)
         return layers
 
     @functools.cached_property
@@ -302,8 +306,8 @@ class Result:
             readings = ", ".join(self.meters)
             return f"{self.scene.name}: {readings}, {self.stats['particles']} particles{stopped}"
         height, width, channels = self.image.shape
-        if quantities := self._rendered.quantities():
-            names = ", ".join(name for name, _ in quantities)
+        if not self._rendered.is_light():
+            names = ", ".join(name for name, *_ in self._rendered.quantities())
             return f"{self.scene.name}: {width} × {height}, {self.stats['spp']} spp, {names}{stopped}"
         mean = f"mean {self.mean:.5g} ± {self.mean_error:.2g}"
         if self.mean_few:

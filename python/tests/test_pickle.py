@@ -126,6 +126,12 @@ def test_pictures_by(integrator):
     assert again(result) == result and again(result).balance == result.balance
 
 
+def test_pictures_with_quantities():
+    aov = {"type": "aov", "aovs": "d:depth, steps", "img": {"type": "path"}}
+    result = morgana.render(load({**small(), "integrator": {"type": "moment", "held": aov}}), spp=2)
+    assert again(result) == result and "m2_d" in result.layers
+
+
 def test_meters(tmp_path):
     result = morgana.render(load(meters()), particles=640)
     copy = again(result)

@@ -134,3 +134,25 @@ def test_integrators_by_name():
         morgana.render(scene, integrator="aov")
     aov = morgana.render(load(small(), integrator="aov"), spp=1)
     assert "depth" in aov.channels or len(aov.channels) > 3
+
+
+def test_quantities_beside_light_have_layers(program, tmp_path):
+    path = {"type": "path"}
+    aov = {"type": "aov", "aovs": "dd.y:depth, position, deflection, L:optical_length", "img": path}
+    scene = {**small(), "integrator": {"type": "moment", "held": aov}}
+    (tmp_path / "scene.json").write_text(json.dumps(scene))
+    program("render", "scene.json", "--spp", 6, "-o", "out.exr")
+    expected = morgana.read(tmp_path / "out.exr")
+    result = morgana.render(load(scene), spp=6)
+    np.testing.assert_array_equal(result.image, morgana.render(load(small()), spp=6).image)
+    np.testing.assert_array_equal(result.image, expected.image)
+    for name in ("dd.y", "position", "deflection", "L"):
+        layer = result.layers[name]
+        assert layer.channels == expected.channels[name]
+        np.testing.assert_array_equal(layer.mean, expected.layers[name])
+        np.testing.assert_array_equal(layer.variance, expected.layers[f"variance.{name}"])
+        np.testing.assert_array_equal(result.layers[f"m2_{name}"].mean, expected.layers[f"m2_{name}"])
+    np.testing.assert_array_equal(result.layers["m2_img"].mean, expected.layers["m2_img"])
+    assert np.isinf(result.layers["m2_img"].variance).all() and "R" in result.layers["m2_img"].channels
+    assert result.stats["quantities"]["rays"] == 6 * 12 * 8
+    assert "mean" in repr(result)

@@ -73,9 +73,12 @@ impl Report<'_> {
         if outside > 0.0 {
             parts.push(format!("{} outside of all bins", numbers::percent(outside)));
         }
+        let quantities = self.rendering.quantities.as_ref();
+        let lost = quantities.map_or(0, |quantities| quantities.stats.lost);
         for (count, what) in [
             (stats.lost, "rays lost"),
             (stats.not_finite, "samples not finite"),
+            (lost, "rays of quantities lost"),
         ] {
             if count > 0 {
                 parts.push(format!("{} {what}", numbers::count(count as f64)));

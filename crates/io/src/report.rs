@@ -30,6 +30,7 @@ pub fn render(loaded: &Loaded, rendering: &Rendering, mut run: Value) -> Value {
         ),
         ("trust", json!(trust(loaded, film))),
         ("photons", json!(photons(rendering))),
+        ("quantities", json!(quantities(loaded, rendering))),
         ("balance", json!(rendering.balance.as_ref().map(balance))),
         (
             "decomposition",
@@ -139,6 +140,20 @@ pub fn photons(rendering: &Rendering) -> Option<Value> {
             "bias": debiased.bias(film),
             "error": debiased.error(film),
             "possible_bias": "blur of photons",
+        })
+    })
+}
+
+/// What became of the rays that were followed for quantities besides light, if there are any.
+pub fn quantities(loaded: &Loaded, rendering: &Rendering) -> Option<Value> {
+    let names = loaded.quantity_names.iter().map(|q| q.name.as_str());
+    rendering.quantities.as_ref().map(|quantities| {
+        json!({
+            "names": names.collect::<Vec<_>>(),
+            "rays": quantities.stats.paths,
+            "lost": quantities.stats.lost,
+            "over_budget": quantities.stats.over_budget.rays,
+            "not_finite": quantities.stats.not_finite,
         })
     })
 }

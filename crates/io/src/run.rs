@@ -105,6 +105,7 @@ impl<'a> Run<'a> {
             reweight: self.loaded.reweight,
             adaptive: self.loaded.adaptive,
             target: self.target,
+            quantities: self.loaded.quantities,
             ..RenderOptions::new(self.renderer, range.end - range.start, self.seed)
         }
     }

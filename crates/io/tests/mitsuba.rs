@@ -723,6 +723,7 @@ fn examples() -> Vec<(&'static str, String, String)> {
     let outside = "[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]";
     let inside = "[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]";
     vec![
+        ("aov", scene(r#""i": {"type": "aov", "aovs": "d:depth", "j": {"type": "path"}}, "#), scene(r#""i": {"type": "aov", "aovs": "steps", "j": {"type": "path"}}, "#)),
         ("beckmann", surface(r#"{"type": "roughconductor"}"#), surface(r#"{"type": "roughconductor", "distribution": "ggx"}"#)),
         ("blendbsdf",
             surface(r#"{"type": "blendbsdf", "a": {"type": "conductor"}, "b": {"type": "diffuse"}}"#),
@@ -738,6 +739,7 @@ fn examples() -> Vec<(&'static str, String, String)> {
         ("constant extinction", scene(&format!("{volpath}{}", hull(r#"{"type": "heterogeneous"}"#))), grid("[]")),
         ("curves", scene(r#""c": {"type": "linearcurve", "filename": "curves.txt"}, "#), scene(r#""c": {"type": "cylinder"}, "#)),
         ("depth", depth("path", r#"{"type": "null"}"#), depth("volpath", r#"{"type": "null"}"#)),
+        ("direct", scene(r#""i": {"type": "direct", "emitter_samples": 2}, "#), scene(r#""i": {"type": "direct", "emitter_samples": 1}, "#)),
         ("exterior", nested(""), nested(r#", "exterior": {"type": "ref", "id": "hull"}"#).replace(
             r#""interior": {"type": "homogeneous", "sigma_t": 0.1}"#,
             r#""interior": {"type": "homogeneous", "sigma_t": 0.1, "id": "outer"}"#).replace(r#""id": "hull""#, r#""id": "outer""#)),
@@ -748,7 +750,8 @@ fn examples() -> Vec<(&'static str, String, String)> {
         ("mesh normals", tetrahedron(outside).replace("true", "false").replace("COLOURS", ROUND),
             tetrahedron(outside).replace("COLOURS", ROUND)),
         ("mesh sides", tetrahedron(inside).replace("COLOURS", ""), tetrahedron(outside).replace("COLOURS", "")),
-        ("moment, stokes, aov", scene(r#""i": {"type": "moment", "j": {"type": "path"}}, "#), scene(r#""i": {"type": "path"}, "#)),
+        ("moment", scene(r#""i": {"type": "moment", "j": {"type": "path"}}, "#), scene(r#""i": {"type": "path"}, "#)),
+        ("nested integrators", scene(r#""i": {"type": "stokes", "j": {"type": "path"}}, "#), scene(r#""i": {"type": "path"}, "#)),
         ("path in media", in_fog("").replace("volpath", "path"), in_fog("")),
         ("plastic", surface(r#"{"type": "plastic"}"#), surface(r#"{"type": "roughplastic", "lossless": true}"#)),
         ("polarization", surface(r#"{"type": "polarizer"}"#), surface(r#"{"type": "mask", "b": {"type": "diffuse"}}"#)),

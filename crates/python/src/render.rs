@@ -6,6 +6,7 @@ use crate::limits::Limits;
 use crate::numbers::array;
 use crate::scene::Scene;
 use crate::watch::watched;
+use io::assemble::NamedQuantity;
 use io::clock::{Clock, Stopped};
 use io::rendered::{Naming, Picture};
 use io::report;
@@ -13,10 +14,10 @@ use numpy::{Element, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use serde_json::{Value, json};
+use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 use transport::Film;
-use transport::aov::Aov;
 use transport::render::{Rendering, render_watched};
 use transport::renderer::Renderer;
 
@@ -107,6 +108,31 @@ type Layer<'py> = (
     Bound<'py, PyArrayDyn<bool>>,
 );
 
+/// Name, names of channels, means and variances.
+type Quantity<'py> = (
+    String,
+    Vec<String>,
+    Bound<'py, PyArrayDyn<f32>>,
+    Bound<'py, PyArrayDyn<f32>>,
+);
+
+/// Name, names of channels, and means of squares.
+type Moment<'py> = (String, Vec<String>, Bound<'py, PyArrayDyn<f32>>);
+
+/// Some channels of a film, (height, width, channels), value by value.
+fn planes<'py>(
+    py: Python<'py>,
+    film: &Film,
+    channels: Range<usize>,
+    value: impl Fn(usize, usize) -> f32,
+) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    let pixels = film.width() * film.height();
+    let value = &value;
+    let values = (0..pixels).flat_map(|i| channels.clone().map(move |c| value(c, i)));
+    let shape = [film.height(), film.width(), channels.len()];
+    array(py, values.collect(), &shape)
+}
+
 #[pymethods]
 impl Rendered {
     /// What was pickled.
@@ -166,15 +192,47 @@ impl Rendered {
         self.is_light() && self.film().few_in_all(None)
     }
 
-    /// If these are quantities other than light, their names, each with those of its channels, in the order of the image.
-    fn quantities(&self) -> Vec<(&'static str, Vec<&'static str>)> {
-        match &self.0.scene.get().loaded.renderer {
-            Renderer::Quantities(tracer) => {
-                let named = |aov: Aov| (aov.name(), aov.channels().to_vec());
-                tracer.aovs().map(named).collect()
-            }
-            _ => Vec::new(),
-        }
+    /// Whether the image shows light, rather than other quantities.
+    fn is_light(&self) -> bool {
+        self.0.scene.get().loaded.renderer.is_light()
+    }
+
+    /// Quantities other than light, be they the image or found besides: names, names of channels, means and variances.
+    fn quantities<'py>(&self, py: Python<'py>) -> PyResult<Vec<Quantity<'py>>> {
+        let film = self.film_of_quantities();
+        let mut first = 0;
+        let named = |quantity: &NamedQuantity| {
+            let channels = first..first + quantity.channels.len();
+            first = channels.end;
+            let mean = planes(py, film, channels.clone(), |c, i| film.mean_at(None, c, i))?;
+            let variance = planes(py, film, channels, |c, i| film.variance_at(None, c, i))?;
+            let (name, channels) = (quantity.name.clone(), quantity.channels.clone());
+            Ok((name, channels, mean, variance))
+        };
+        self.names_of_quantities().iter().map(named).collect()
+    }
+
+    /// Second moments: names, names of channels, and values.
+    fn moments<'py>(&self, py: Python<'py>) -> PyResult<Vec<Moment<'py>>> {
+        let film = self.film();
+        let loaded = &self.0.scene.get().loaded;
+        let of_light = loaded.moment.iter().map(|name| {
+            let channels = 0..film.channels();
+            let values = planes(py, film, channels, |c, i| film.second_moment_at(c, i))?;
+            Ok((name.clone(), loaded.channel_names.clone(), values))
+        });
+        let film = self.film_of_quantities();
+        let mut first = 0;
+        let of_quantities = self.names_of_quantities().iter().filter_map(|quantity| {
+            let channels = first..first + quantity.channels.len();
+            first = channels.end;
+            quantity.squared.then(|| {
+                let values = planes(py, film, channels, |c, i| film.second_moment_at(c, i))?;
+                let name = format!("m2_{}", quantity.name);
+                Ok((name, quantity.channels.clone(), values))
+            })
+        });
+        of_light.chain(of_quantities).collect()
     }
 
     /// Means with less weight for rare bright samples, if the film asks for them.
@@ -221,8 +279,15 @@ impl Rendered {
         &self.0.result.film
     }
 
-    fn is_light(&self) -> bool {
-        self.0.scene.get().loaded.renderer.is_light()
+    /// The film of quantities other than light.
+    fn film_of_quantities(&self) -> &Film {
+        let quantities = self.0.result.quantities.as_ref();
+        quantities.map_or(self.film(), |quantities| &quantities.film)
+    }
+
+    /// What these are called, if there are any.
+    fn names_of_quantities(&self) -> &[NamedQuantity] {
+        &self.0.scene.get().loaded.quantity_names
     }
 
     /// The picture with all layers, as the program writes it.

@@ -7,7 +7,11 @@ use std::time::Duration;
 /// A scene whose film keeps all that one can keep.
 fn fog() -> Folder {
     Folder::with_scene(
-        r#"<shape type="sphere" id="ball"><bsdf type="null"/>
+        r#"<integrator type="moment"><integrator type="aov">
+             <string name="aovs" value="dd.y:depth, deflection, optical_length"/>
+             <integrator type="path" name="img"/>
+           </integrator></integrator>
+           <shape type="sphere" id="ball"><bsdf type="null"/>
              <medium type="homogeneous" name="interior" id="fog">
                <float name="sigma_t" value="0.5"/><float name="albedo" value="0.9"/>
                <volume name="ior" type="gaussian"><float name="n0" value="1"/><float name="delta" value="0.1"/>

@@ -21,6 +21,7 @@ macro_rules! differences {
 }
 
 differences! {
+    AOV: "aov", "quantities of surfaces are those of the first one on the curved ray that is no null boundary, and distances start at the camera; Mitsuba's are those of the first of any kind, from near_clip on";
     BECKMANN: "beckmann", "masking is Smith's in closed form; Mitsuba's fit is up to 0.35 % off";
     BLEND: "blendbsdf", "a mixture with a mirror (conductor, plastic) is what its parts are; Mitsuba adds the mirror's probability to the other's density, and is some percent off";
     BORDER: "border", "light from beyond the image's edge counts in the pixels there, as with sample_border in Mitsuba";
@@ -39,7 +40,8 @@ differences! {
     MASK: "mask", "light is found at surfaces of which a share is clear; Mitsuba's path drops it where the ray then passes, unless the scene has an environment: its volpath does not";
     MESH_NORMALS: "mesh normals", "light passes smooth interfaces of meshes by the normals of the triangles; Mitsuba's by those interpolated between the vertices, unless face_normals is true";
     MESH_SIDES: "mesh sides", "closed meshes that are wound inside out are flipped; Mitsuba leaves them";
-    NESTED_INTEGRATOR: "moment, stokes, aov", "an integrator that holds others renders the first of them; Mitsuba adds second moments, polarization or other quantities";
+    MOMENT: "moment", "second moments are those of the film's channels, per sample or per replicate of samples; Mitsuba's are those of X, Y and Z of each sample";
+    NESTED_INTEGRATORS: "nested integrators", "of several nested integrators the first renders, and stokes adds nothing: light is not polarized; Mitsuba's write the images of all, and Stokes parameters";
     PATH_MEDIA: "path in media", "path and ptracer see media; in Mitsuba they do not, and volpath does";
     PLASTIC: "plastic", "the base is up to 2 % brighter under a rough coat, 0.1 % under a smooth one: Mitsuba's mean reflectance from below is a coarse sum or a fit";
     POLARIZATION: "polarization", "light is not polarized: filters let half of it, or all, pass; so do Mitsuba's variants that are not polarized";

@@ -1,6 +1,7 @@
 //! Which deliberate differences from Mitsuba 3.9.1 a scene meets.
 
 use super::difference::*;
+use super::quantities::asks_for_surfaces;
 use super::sensor::{FAR_CLIP, NEAR_CLIP};
 use crate::scene::{
     ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value, descendants,
@@ -158,22 +159,25 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
 }
 
 fn of_integrator(object: &ObjectDescription) -> Vec<Difference> {
-    let nested = object
-        .children
-        .iter()
-        .any(|c| c.object.kind == PluginKind::Integrator);
-    let hides = is_true(object, "hide_emitters");
+    let kinds = object.children.iter().map(|c| c.object.kind);
+    let nested = kinds.filter(|kind| *kind == PluginKind::Integrator).count();
+    let plugin = object.plugin.as_str();
     let several = |name| number(object, name).is_some_and(|n| n > 1.0);
-    let counts = ["emitter_samples", "shading_samples"]
+    let adds = ["emitter_samples", "shading_samples"]
         .into_iter()
         .any(several);
-    let met = [
-        (nested, NESTED_INTEGRATOR),
-        (hides, HIDE_EMITTERS),
-        (object.plugin == "direct" && counts, DIRECT_SAMPLES),
-    ];
-    let met = met.into_iter().filter(|(meets, _)| *meets);
-    met.map(|(_, difference)| difference).collect()
+    chosen([
+        (NESTED_INTEGRATORS, nested > 1 || plugin == "stokes"),
+        (MOMENT, plugin == "moment"),
+        (AOV, plugin == "aov" && shows_surfaces(object)),
+        (DIRECT_SAMPLES, plugin == "direct" && adds),
+        (HIDE_EMITTERS, is_true(object, "hide_emitters")),
+    ])
+}
+
+/// Whether an `aov` lists quantities that Mitsuba has, too.
+fn shows_surfaces(object: &ObjectDescription) -> bool {
+    matches!(value(object, "aovs"), Some(Value::String(list)) if asks_for_surfaces(list))
 }
 
 /// Whether the area emitter of a shape has a texture of radiance.

@@ -231,11 +231,14 @@ impl<'a> Children<'a> {
     }
 
     /// Builds the scene of all that was gathered, and says what is doubtful about it.
-    fn finish(&self, method: Method, view: View, context: Context) -> Option<Group> {
+    fn finish(&self, mut method: Method, view: View, context: Context) -> Option<Group> {
         let View {
             sensor,
             instruments,
         } = view;
+        if !instruments.is_empty() {
+            method.leave_pictures();
+        }
         let parts = Parts {
             objects: context.objects,
             media: context.media,

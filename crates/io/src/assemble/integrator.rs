@@ -1,19 +1,18 @@
 //! Integrators.
 
+use super::channels::Channels;
 use super::context::Context;
-use super::field;
 use super::options::LoadOptions;
+use super::quantities::{AskedQuantities, NamedQuantity, Setting, asks_for_colour, square_of};
 use crate::diagnostic::{Diagnostic, Diagnostics, suggest};
 use crate::query::{POSITIVE, Query, unknown_plugin};
-use crate::scene::{ObjectDescription, PluginKind};
+use crate::scene::{ObjectDescription, PluginKind, Value};
 use eikonal::Tolerance;
-use glam::DVec3;
-use transport::aov::{Aov, AovTracer, ReferenceIndex};
+use transport::aov::AovTracer;
 use transport::integrator::{
     Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer, PhotonMapping,
     PhotonQuery,
 };
-use transport::medium::Medium;
 use transport::renderer::Renderer;
 
 /// Names under which scene files and command lines may ask for an estimator. The first three are one
@@ -32,6 +31,8 @@ const KNOWN: [(&str, Kind); 10] = [
 ];
 /// Integrators that show what others find, and more.
 const HOLDERS: [&str; 3] = ["moment", "stokes", "aov"];
+/// What an `aov` has besides: see [`AskedQuantities::of`].
+const AOV: [&str; 3] = ["aovs", "wavelength", "reference_index"];
 /// Edges of a path that scatters once: from the emitter to the surface to the sensor.
 const DIRECT_DEPTH: u32 = 2;
 /// What connections can keep track of.
@@ -55,12 +56,24 @@ pub(super) enum Kind {
 pub(super) struct Method {
     pub renderer: Renderer,
     pub parameters: Parameters,
+    /// What is to be found of sensor rays besides light.
+    pub quantities: Option<AovTracer>,
+    /// What quantities are called, be they in place of light or beside it.
+    pub names: Vec<NamedQuantity>,
+    /// The name of the layer of light's second moment, if that is wanted.
+    pub moment: Option<String>,
 }
 
 impl Method {
     /// Whether quantities other than light are asked for.
     pub(crate) fn is_aov(&self) -> bool {
         !self.renderer.is_light()
+    }
+
+    /// Leaves out what belongs to pictures only.
+    pub(crate) fn leave_pictures(&mut self) {
+        (self.quantities, self.moment) = (None, None);
+        self.names.clear();
     }
 }
 
@@ -109,10 +122,41 @@ impl Parameters {
 }
 
 /// Whether the scene is asked for other quantities than light.
-pub(super) fn is_aov(root: &ObjectDescription, options: &LoadOptions) -> bool {
+fn is_aov(root: &ObjectDescription, options: &LoadOptions) -> bool {
     let name = options.integrator.as_deref();
     let name = name.or(nested_in(root).map(|o| held(o).plugin.as_str()));
     name.and_then(find) == Some(Kind::Aov)
+}
+
+/// The channels in which a scene is seen: only one for quantities in place of light, unless a colour is among these.
+pub(super) fn channels(
+    root: &ObjectDescription,
+    options: &LoadOptions,
+    diagnostics: &mut Diagnostics,
+) -> Channels {
+    let channels = Channels::of(root, diagnostics);
+    if !is_aov(root, options) || (channels == Channels::Rgb && shows_colour(root)) {
+        return channels;
+    }
+    channels.single(diagnostics)
+}
+
+/// Whether an `aov` of the scene lists a colour.
+fn shows_colour(root: &ObjectDescription) -> bool {
+    let chain = std::iter::successors(nested_in(root), |object| nested_in(object));
+    let lists = chain.flat_map(|object| &object.properties);
+    let mut lists = lists.filter(|property| property.name == "aovs");
+    lists.any(|list| matches!(&list.value, Value::String(list) if asks_for_colour(list)))
+}
+
+/// What integrators that hold others add to what these find.
+#[derive(Default)]
+struct Additions {
+    quantities: AskedQuantities,
+    /// Whether second moments are wanted of what is further in.
+    squared: bool,
+    /// What the integrator that renders is called by the one that holds it.
+    name: Option<String>,
 }
 
 /// The scene's integrator, or the path tracer with its defaults. An estimator that the caller names
@@ -122,24 +166,46 @@ pub(super) fn build(
     options: &LoadOptions,
     context: &mut Context,
 ) -> Method {
-    let object = object.map(|object| {
-        let held = held(object);
-        check_holders(object, context);
-        held
-    });
+    let additions = object.map_or(Additions::default(), |object| holders(object, context));
+    let object = object.map(held);
     let written = object.and_then(|object| plugin(object, context));
     let wanted = options
         .integrator
         .as_deref()
         .map(|n| named(n, context.diagnostics));
     let kind = wanted.or(written).unwrap_or(Kind::Path);
-    let parameters = match (object, written) {
-        (Some(object), Some(written)) => read(object, written, context),
-        _ => Parameters::default(),
-    };
+    let is_aov = kind == Kind::Aov;
+    let Additions {
+        mut quantities,
+        squared,
+        name,
+    } = additions;
+    let mut parameters = Parameters::default();
+    if let (Some(object), Some(written)) = (object, written) {
+        parameters = read(object, written, context);
+        if written == Kind::Aov && is_aov {
+            let setting = Setting::new(object, squared, context);
+            let mut query = Query::new(object, context.diagnostics);
+            let own = AskedQuantities::of(&mut query, &setting);
+            quantities.add(own, &mut query);
+        }
+    }
+    if is_aov && quantities.is_empty() {
+        quantities = AskedQuantities::all();
+    }
+    if is_aov {
+        parameters.aov = quantities.tracer();
+    }
     Method {
         renderer: parameters.renderer(kind),
         parameters,
+        quantities: (!is_aov && !quantities.is_empty()).then(|| quantities.tracer()),
+        names: if is_aov || !quantities.is_empty() {
+            quantities.named(!is_aov)
+        } else {
+            Vec::new()
+        },
+        moment: (!is_aov && squared).then(|| square_of(name.as_deref())),
     }
 }
 
@@ -149,26 +215,42 @@ fn nested_in(object: &ObjectDescription) -> Option<&ObjectDescription> {
     children.find(|o| o.kind == PluginKind::Integrator)
 }
 
+/// Whether an integrator shows what another finds, and more.
+fn holds(object: &ObjectDescription) -> bool {
+    HOLDERS.contains(&object.plugin.as_str())
+}
+
 /// The integrator that renders: the first of those in one that shows what others find.
 fn held(object: &ObjectDescription) -> &ObjectDescription {
-    let nested = nested_in(object).filter(|_| HOLDERS.contains(&object.plugin.as_str()));
+    let nested = nested_in(object).filter(|_| holds(object));
     nested.map_or(object, held)
 }
 
-/// Reports what is wrong with integrators that hold others.
-fn check_holders(object: &ObjectDescription, context: &mut Context) {
+/// What integrators that hold others add, and what is wrong with them.
+fn holders(object: &ObjectDescription, context: &mut Context) -> Additions {
+    let mut additions = Additions::default();
     let mut object = object;
-    while HOLDERS.contains(&object.plugin.as_str())
+    while holds(object)
         && let Some(nested) = nested_in(object)
     {
+        additions.squared |= object.plugin == "moment";
+        let is_aov = object.plugin == "aov";
+        let setting = is_aov.then(|| Setting::new(object, additions.squared, context));
         let mut query = Query::new(object, context.diagnostics);
         query.children(PluginKind::Integrator);
-        if object.plugin == "aov" {
-            query.string_or("aovs", "");
+        if let Some(setting) = setting
+            && !(query.has("aovs") && query.string("aovs").is_empty())
+        {
+            let asked = AskedQuantities::of(&mut query, &setting);
+            additions.quantities.add(asked, &mut query);
         }
         query.finish(&[]);
+        let mut children = object.children.iter();
+        let child = children.find(|child| child.object.number == nested.number);
+        additions.name = child.and_then(|child| child.name.clone());
         object = nested;
     }
+    additions
 }
 
 fn find(name: &str) -> Option<Kind> {
@@ -206,10 +288,6 @@ pub(super) fn named(name: &str, diagnostics: &mut Diagnostics) -> Kind {
 fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parameters {
     let default = Parameters::default();
     let mut bdpt = default.bdpt;
-    let reference = match kind {
-        Kind::Aov => reference(object, context),
-        _ => None,
-    };
     let mut query = Query::new(object, context.diagnostics);
     let max_depth = match kind {
         Kind::Direct => i64::from(DIRECT_DEPTH),
@@ -235,10 +313,9 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
         let connections = [Connections::Resampled, Connections::All];
         bdpt.connections = connections[query.one_of("connections", &["resampled", "all"])];
     }
-    let aov = match kind {
-        Kind::Aov => aov(&mut query, reference),
-        _ => default.aov,
-    };
+    if kind == Kind::Aov {
+        AOV.iter().for_each(|name| _ = query.has(name));
+    }
     let photon = match kind {
         Kind::Photon | Kind::Sppm => photons(&mut query),
         _ => default.photon,
@@ -246,62 +323,11 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     query.finish(&[]);
     Parameters {
         bdpt,
-        aov,
         photon,
         tolerance: Tolerance::new(tolerance),
         reflections: reflections as u32,
+        ..default
     }
-}
-
-/// The index of which optical path differences are taken.
-fn reference(object: &ObjectDescription, context: &mut Context) -> Option<ReferenceIndex> {
-    let field = field::named(object, "reference_index", context)?;
-    Some(if field.is_constant() {
-        ReferenceIndex::Constant(field.n(DVec3::ZERO))
-    } else {
-        let medium = Medium::transparent("reference_index", field);
-        let place = Some(object.location.clone());
-        ReferenceIndex::Medium(context.add_medium(medium, false, place))
-    })
-}
-
-/// Which quantities, and what they are compared with.
-fn aov(query: &mut Query, reference: Option<ReferenceIndex>) -> AovTracer {
-    query.has("reference_index");
-    let wavelength = query
-        .has("wavelength")
-        .then(|| query.float_in("wavelength", POSITIVE, None));
-    let mut tracer = quantities(query, wavelength.is_some());
-    (tracer.reference, tracer.wavelength) = (reference, wavelength);
-    tracer
-}
-
-/// The quantities in a list such as `deflection, optical_length`; all without one.
-fn quantities(query: &mut Query, waves: bool) -> AovTracer {
-    if !query.has("aovs") {
-        return AovTracer::default();
-    }
-    let names = Aov::ALL.map(Aov::name);
-    let list = query.string("aovs");
-    let words = list.split([',', ' ']).filter(|word| !word.is_empty());
-    let mut wanted = Vec::new();
-    for word in words {
-        match Aov::ALL.into_iter().find(|aov| aov.name() == word) {
-            Some(aov) => wanted.push(aov),
-            None => {
-                let help = suggest(word, names).unwrap_or_else(|| names.join(", "));
-                query.error("aovs", format!("unknown aov '{word}' ({help})"));
-            }
-        }
-    }
-    if wanted.contains(&Aov::Waves) && !waves {
-        let message = "waves need a 'wavelength', in vacuum and in scene units";
-        query.error("aovs", message);
-    }
-    if wanted.is_empty() {
-        query.error("aovs", format!("expected a list of: {}", names.join(", ")));
-    }
-    AovTracer::new(&wanted)
 }
 
 fn photons(query: &mut Query) -> PhotonMapping {

@@ -3,10 +3,12 @@
 use super::difference::Difference;
 use super::film::Layering;
 use super::instrument::Instrument;
+use super::quantities::NamedQuantity;
 use super::{coverage, integrator};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::SceneHash;
 use eikonal::Reference;
+use transport::aov::AovTracer;
 use transport::renderer::Renderer;
 use transport::scene::Scene;
 
@@ -30,6 +32,12 @@ pub struct Loaded {
     pub hash: SceneHash,
     /// Names of the channels: `R`, `G`, `B`, or `Y`, or wavelengths, or quantities.
     pub channel_names: Vec<String>,
+    /// What is found of sensor rays besides light, if light is what the picture shows.
+    pub quantities: Option<AovTracer>,
+    /// Quantities of sensor rays, be they what the picture shows or found besides, in the order of their tracer.
+    pub quantity_names: Vec<NamedQuantity>,
+    /// Name of the layer of the second moment of light, if that is wanted.
+    pub moment: Option<String>,
     /// Names of the emitters, all different: their ids, those of their shapes, or their kinds. Without dots,
     /// which separate the names of layers.
     pub emitter_names: Vec<String>,
@@ -46,10 +54,12 @@ pub struct Loaded {
 impl Loaded {
     /// What the scene's `aov` takes optical path differences against, if it names an index.
     pub fn reference(&self) -> Option<Reference<'_>> {
-        match &self.renderer {
-            Renderer::Quantities(tracer) => tracer.reference.map(|index| index.of(self.scene())),
-            Renderer::Light(_) => None,
-        }
+        let tracer = match &self.renderer {
+            Renderer::Quantities(tracer) => Some(tracer),
+            Renderer::Light(_) => self.quantities.as_ref(),
+        };
+        let reference = tracer.and_then(|tracer| tracer.reference);
+        reference.map(|index| index.of(self.scene()))
     }
 
     /// Whether groups differ in their indices: some medium disperses, and each wavelength has rays of its own.

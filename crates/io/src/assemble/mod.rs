@@ -26,6 +26,7 @@ mod non_terminating;
 mod options;
 mod originals;
 mod phase;
+mod quantities;
 mod reach;
 mod sampler;
 mod sensor;
@@ -45,6 +46,7 @@ pub use film::Layering;
 pub use instrument::{Gruneisen, Instrument, Normalization};
 pub use loaded::Loaded;
 pub use options::LoadOptions;
+pub use quantities::NamedQuantity;
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::query::Query;
@@ -78,10 +80,7 @@ pub fn assemble(
     mut diagnostics: Diagnostics,
 ) -> Result<Loaded, Diagnostics> {
     let mut files = FileRegistry::within(options.limits).searching(description.folders.clone());
-    let mut channels = Channels::of(&description.root, &mut diagnostics);
-    if integrator::is_aov(&description.root, options) {
-        channels = channels.single(&mut diagnostics);
-    }
+    let channels = integrator::channels(&description.root, options, &mut diagnostics);
     let mut groups = Vec::new();
     for group in 0..channels.groups() {
         // What is doubtful is the same in every group: it is reported for the first only.
@@ -118,6 +117,15 @@ pub fn assemble(
     let (layering, reweight) = (first.layering, first.reweight);
     let adaptive = first.adaptive;
     let instruments = std::mem::take(&mut first.instruments);
+    let (quantities, moment) = (first.method.quantities, first.method.moment.take());
+    let quantity_names = std::mem::take(&mut first.method.names);
+    let channel_names = match &renderer {
+        Renderer::Quantities(_) => {
+            let names = quantity_names.iter().flat_map(|q| q.channels.clone());
+            names.collect()
+        }
+        Renderer::Light(_) => channels.names(),
+    };
     Ok(Loaded {
         instruments,
         groups: groups.into_iter().map(|g| g.scene).collect(),
@@ -126,10 +134,10 @@ pub fn assemble(
         warnings: diagnostics,
         differences,
         hash,
-        channel_names: match &renderer {
-            Renderer::Quantities(tracer) => tracer.channels().map(str::to_owned).collect(),
-            Renderer::Light(_) => channels.names(),
-        },
+        channel_names,
+        quantities,
+        moment,
+        quantity_names,
         emitter_names,
         layering,
         reweight,

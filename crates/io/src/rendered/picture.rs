@@ -1,7 +1,7 @@
 //! What a render found as a picture of several layers.
 
 use super::Naming;
-use crate::assemble::Loaded;
+use crate::assemble::{Loaded, NamedQuantity};
 use crate::error::FileError;
 use crate::image::tone::Tone;
 use crate::image::{ImageLayers, Layer, channel_name, exr, png, unknown_format};
@@ -20,10 +20,46 @@ pub struct Picture<'a> {
     channels: Cow<'a, [String]>,
     /// The only channel of numbers of samples.
     count: [String; 1],
+    /// Quantities besides light.
+    quantities: Option<Beside<'a>>,
+    /// Second moments of quantities, besides light or in its place: their names, and the channels that they are of.
+    squares: Squares,
     /// If light is told apart.
     naming: Option<Naming<'a>>,
     layers: Vec<(String, Content)>,
     attributes: Vec<(String, String)>,
+}
+
+/// Quantities besides light.
+#[derive(Debug)]
+struct Beside<'a> {
+    film: &'a Film,
+    channels: Vec<String>,
+}
+
+/// Second moments of quantities.
+#[derive(Debug, Default)]
+struct Squares {
+    /// Names of their channels.
+    names: Vec<String>,
+    /// The channels of the film of quantities that they are of.
+    channels: Vec<usize>,
+}
+
+impl Squares {
+    fn of(quantities: &[NamedQuantity]) -> Self {
+        let mut squares = Squares::default();
+        let mut first = 0;
+        for quantity in quantities {
+            let names = quantity.squares().enumerate();
+            for (i, name) in names {
+                squares.names.push(name);
+                squares.channels.push(first + i);
+            }
+            first += quantity.channels.len();
+        }
+        squares
+    }
 }
 
 /// What a layer shows.
@@ -37,6 +73,14 @@ enum Content {
     Few(Option<usize>),
     /// Number of samples.
     Samples,
+    /// Means of the squares of all light's samples.
+    SecondMoment,
+    /// Means of quantities besides light.
+    Quantities,
+    /// Variances of these.
+    QuantityVariance,
+    /// Means of the squares of quantities.
+    QuantityMoment,
     /// Values with channels interleaved.
     Stored(Vec<f32>),
 }
@@ -45,7 +89,8 @@ impl<'a> Picture<'a> {
     /// With the mean as main layer, and layers `variance` (of the mean), `few` (1 where that is not to be trusted), `samples`
     /// (their number), `reweighted` if it was asked for, and of photon maps `bias` (what is known of that of every pixel) and `bound` (which the error
     /// by bias and noise exceeds in one of twenty pixels at most); then every layer of light told apart with
-    /// its own, such as `length.0012`, `variance.length.0012` and `few.length.0012`.
+    /// its own, such as `length.0012`, `variance.length.0012` and `few.length.0012`; quantities besides light by the names of the
+    /// scene, such as `depth` and `variance.depth`; and second moments, such as `m2_image`.
     pub fn new(
         rendering: &'a Rendering,
         loaded: &'a Loaded,
@@ -59,10 +104,26 @@ impl<'a> Picture<'a> {
             let few = (format!("few.{name}"), Content::Few(Some(i)));
             [(name, Content::Mean(Some(i))), variance, few]
         }));
+        let quantities = rendering.quantities.as_ref().map(|quantities| Beside {
+            film: &quantities.film,
+            channels: (loaded.quantity_names.iter())
+                .flat_map(|quantity| quantity.channels.clone())
+                .collect(),
+        });
+        if quantities.is_some() {
+            layers.push((String::new(), Content::Quantities));
+            layers.push(("variance".into(), Content::QuantityVariance));
+        }
+        if let Some(name) = &loaded.moment {
+            layers.push((name.clone(), Content::SecondMoment));
+        }
+        layers.push((String::new(), Content::QuantityMoment));
         Picture {
             film: &rendering.film,
             channels: Cow::Borrowed(&loaded.channel_names),
             count: ["N".into()],
+            quantities,
+            squares: Squares::of(&loaded.quantity_names),
             naming,
             layers,
             attributes,
@@ -78,6 +139,8 @@ impl<'a> Picture<'a> {
             film,
             channels: (0..count).map(|c| channel_name(c, count)).collect(),
             count: ["N".into()],
+            quantities: None,
+            squares: Squares::default(),
             naming: None,
             layers: layers(rendering, true),
             attributes: Vec::new(),
@@ -182,8 +245,19 @@ impl<'a> Picture<'a> {
     fn names(&self, content: &Content) -> &[String] {
         match content {
             Content::Samples => &self.count,
+            Content::Quantities | Content::QuantityVariance => {
+                let quantities = self.quantities.as_ref();
+                quantities.map_or(&[], |quantities| &quantities.channels)
+            }
+            Content::QuantityMoment => &self.squares.names,
             _ => &self.channels,
         }
+    }
+
+    /// The film of quantities: the only one, if they are what the picture shows.
+    fn of_quantities(&self) -> &Film {
+        let quantities = self.quantities.as_ref();
+        quantities.map_or(self.film, |quantities| quantities.film)
     }
 
     fn value(&self, content: &Content, channel: usize, pixel: usize) -> f32 {
@@ -192,6 +266,13 @@ impl<'a> Picture<'a> {
             Content::Variance(layer) => self.film.variance_at(*layer, channel, pixel),
             Content::Few(layer) => f32::from(u8::from(self.film.few_at(*layer, channel, pixel))),
             Content::Samples => self.film.count(pixel) as f32,
+            Content::SecondMoment => self.film.second_moment_at(channel, pixel),
+            Content::Quantities => self.of_quantities().mean_at(None, channel, pixel),
+            Content::QuantityVariance => self.of_quantities().variance_at(None, channel, pixel),
+            Content::QuantityMoment => {
+                let channel = self.squares.channels[channel];
+                self.of_quantities().second_moment_at(channel, pixel)
+            }
             Content::Stored(values) => values[pixel * self.channels.len() + channel],
         }
     }

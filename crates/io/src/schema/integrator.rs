@@ -55,7 +55,11 @@ const BDPT: &[Parameter] = &[
 ];
 
 const AOV: &[Parameter] = &[
-    list("aovs", "(all)", "quantities to show"),
+    list(
+        "aovs",
+        "(all of the way)",
+        "quantities to show: `TYPE`, or `NAME:TYPE` as in Mitsuba",
+    ),
     float(
         "reference_index",
         "(that of the surroundings)",
@@ -116,7 +120,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "aov",
-        "Quantities of unscattered rays instead of light.",
+        "Quantities of unscattered rays, instead of light or beside that of a nested integrator.",
         &[DEPTH, COMMON, AOV],
         &[
             role(
@@ -126,13 +130,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
             ),
             many(
                 Integrator,
-                "As in Mitsuba: the first renders light instead.",
+                "As in Mitsuba: the first renders light, and the quantities are further layers.",
             ),
         ],
     ),
     plugin(
         "moment",
-        "What the first of its integrators finds.",
+        "What the first of its integrators finds, and second moments of it.",
         &[],
         &[many(Integrator, "The first renders.")],
     ),

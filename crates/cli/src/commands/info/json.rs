@@ -42,6 +42,8 @@ fn film(loaded: &Loaded) -> Value {
     json!({
         "width": film.width,
         "height": film.height,
+        "quantities": loaded.quantity_names.iter().map(|q| json!({ "name": q.name, "channels": q.channels })).collect::<Vec<_>>(),
+        "moment": loaded.moment,
         "decomposition": Naming::of(loaded).map(|n| n.axes()),
         "bytes": bytes,
         "bytes_with_strategies": with_strategies,

@@ -79,6 +79,11 @@ fn picture(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
         loaded.channel_names.join(" ")
     )?;
     film_layers(out, loaded)?;
+    if loaded.quantities.is_some() {
+        let names = loaded.quantity_names.iter().map(|q| q.name.as_str());
+        let names: Vec<_> = names.collect();
+        writeln!(out, "  quantities   {}", names.join(" "))?;
+    }
     writeln!(
         out,
         "  sampling     {} samples per pixel{}, integrator {}",

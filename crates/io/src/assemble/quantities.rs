@@ -1,0 +1,304 @@
+//! Which quantities of sensor rays a scene asks for, and what it calls them.
+
+use super::channels::Channels;
+use super::context::Context;
+use super::field;
+use crate::diagnostic::suggest;
+use crate::query::{POSITIVE, Query};
+use crate::scene::ObjectDescription;
+use glam::DVec3;
+use std::collections::HashSet;
+use transport::aov::{Aov, AovTracer, ReferenceIndex};
+use transport::medium::Medium;
+
+/// A quantity of sensor rays as a scene asks for it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedQuantity {
+    /// Which quantity.
+    pub aov: Aov,
+    /// What the scene calls it: its own name if nothing else.
+    pub name: String,
+    /// Names of its channels, as in image files.
+    pub channels: Vec<String>,
+    /// Whether its second moment is wanted, too.
+    pub squared: bool,
+}
+
+/// One that is asked for in a list.
+#[derive(Clone, Debug)]
+pub(super) struct Asked {
+    aov: Aov,
+    /// If it is given another name than its own.
+    name: Option<String>,
+    squared: bool,
+}
+
+/// All that is asked for, by one `aov` or by several, one within the other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct AskedQuantities {
+    list: Vec<Asked>,
+    reference: Option<ReferenceIndex>,
+    wavelength: Option<f64>,
+}
+
+/// What a list is read by.
+pub(super) struct Setting {
+    reference: Option<ReferenceIndex>,
+    /// Whether the film has wavelengths rather than colours.
+    is_spectral: bool,
+    /// Whether second moments are wanted.
+    squared: bool,
+}
+
+impl Setting {
+    /// That of an `aov`.
+    pub fn new(object: &ObjectDescription, squared: bool, context: &mut Context) -> Self {
+        Setting {
+            reference: reference(object, context),
+            is_spectral: matches!(context.channels, Channels::Wavelengths { .. }),
+            squared,
+        }
+    }
+}
+
+/// Quantities of Mitsuba that there are none of.
+const SCREEN_DERIVATIVES: [&str; 2] = ["duv_dx", "duv_dy"];
+/// How the names of layers begin that images have anyway.
+const TAKEN: [&str; 10] = [
+    "variance",
+    "few",
+    "samples",
+    "reweighted",
+    "bias",
+    "bound",
+    "length",
+    "time",
+    "bounce",
+    "light",
+];
+/// How names of second moments begin, as in Mitsuba.
+const SQUARE: &str = "m2";
+/// Longest name: image files have up to 255 bytes for that of a channel with what is around it.
+const LONGEST: usize = 200;
+
+/// The name of the second moment of what has a name.
+pub(super) fn square_of(name: Option<&str>) -> String {
+    name.map_or(SQUARE.into(), |name| format!("{SQUARE}_{name}"))
+}
+
+impl NamedQuantity {
+    /// Names of the channels of its second moment.
+    pub fn squares(&self) -> impl Iterator<Item = String> {
+        let wanted = self.channels.iter().filter(|_| self.squared);
+        wanted.map(|channel| square_of(Some(channel)))
+    }
+}
+
+impl Asked {
+    /// Names of the channels; `beside` light each belongs to a layer.
+    fn named(&self, beside: bool) -> NamedQuantity {
+        let own = self.aov.channels().iter();
+        let channel = |own: &&str| match (&self.name, own.rsplit_once('.')) {
+            (Some(name), Some((_, suffix))) => format!("{name}.{suffix}"),
+            (Some(name), None) => format!("{name}.V"),
+            (None, None) if beside => format!("{own}.V"),
+            (None, _) => (*own).to_owned(),
+        };
+        NamedQuantity {
+            aov: self.aov,
+            name: self
+                .name
+                .clone()
+                .unwrap_or_else(|| self.aov.name().to_owned()),
+            channels: own.map(channel).collect(),
+            squared: self.squared,
+        }
+    }
+}
+
+impl AskedQuantities {
+    /// Those of one `aov`: all of the way if it has no list.
+    pub fn of(query: &mut Query, setting: &Setting) -> Self {
+        let wavelength = query
+            .has("wavelength")
+            .then(|| query.float_in("wavelength", POSITIVE, None));
+        query.has("reference_index");
+        let list = if query.has("aovs") {
+            listed(query, setting.squared)
+        } else {
+            unlisted(wavelength.is_some(), setting.squared)
+        };
+        let asks = |aov: Aov| list.iter().any(|asked| asked.aov == aov);
+        if asks(Aov::Waves) && wavelength.is_none() {
+            let message = "waves need a 'wavelength', in vacuum and in scene units";
+            query.error("aovs", message);
+        }
+        if asks(Aov::Albedo) && setting.is_spectral {
+            let message = "the albedo is a colour: it needs a film of colours or of luminance";
+            query.error("aovs", message);
+        }
+        check_names(&list, query);
+        AskedQuantities {
+            list,
+            reference: setting.reference,
+            wavelength,
+        }
+    }
+
+    /// All of the way, but for waves, which need a wavelength.
+    pub fn all() -> Self {
+        AskedQuantities {
+            list: unlisted(false, false),
+            ..AskedQuantities::default()
+        }
+    }
+
+    /// Adds those of an `aov` further in.
+    pub fn add(&mut self, inner: Self, query: &mut Query) {
+        let is_second = !self.is_empty();
+        self.list.extend(inner.list);
+        self.reference = inner.reference.or(self.reference);
+        self.wavelength = inner.wavelength.or(self.wavelength);
+        if is_second {
+            check_names(&self.list, query);
+        }
+    }
+
+    /// Whether nothing is asked for.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// What finds them.
+    pub fn tracer(&self) -> AovTracer {
+        let wanted: Vec<Aov> = self.list.iter().map(|asked| asked.aov).collect();
+        let mut tracer = AovTracer::new(&wanted);
+        (tracer.reference, tracer.wavelength) = (self.reference, self.wavelength);
+        tracer
+    }
+
+    /// What they are called, in the order of the tracer; `beside` light each belongs to a layer.
+    pub fn named(&self, beside: bool) -> Vec<NamedQuantity> {
+        let tracer = self.tracer();
+        let named = |aov| {
+            let asked = self.list.iter().find(|asked| asked.aov == aov);
+            let added = Asked {
+                aov,
+                name: None,
+                squared: false,
+            };
+            asked.unwrap_or(&added).named(beside)
+        };
+        tracer.aovs().map(named).collect()
+    }
+}
+
+/// Whether a list asks for a colour.
+pub(super) fn asks_for_colour(list: &str) -> bool {
+    kinds(list).any(|aov| aov == Aov::Albedo)
+}
+
+/// Whether a list asks for quantities of first surfaces.
+pub(super) fn asks_for_surfaces(list: &str) -> bool {
+    kinds(list).any(Aov::is_of_surface)
+}
+
+/// The known quantities in a list.
+fn kinds(list: &str) -> impl Iterator<Item = Aov> {
+    words(list).filter_map(|word| find(word.split_once(':').map_or(word, |(_, kind)| kind)))
+}
+
+fn find(kind: &str) -> Option<Aov> {
+    Aov::ALL.into_iter().find(|aov| aov.name() == kind)
+}
+
+fn words(list: &str) -> impl Iterator<Item = &str> {
+    list.split([',', ' ']).filter(|word| !word.is_empty())
+}
+
+/// The quantities in a list such as `deflection, dd.y:depth`.
+fn listed(query: &mut Query, squared: bool) -> Vec<Asked> {
+    let names = Aov::ALL.map(Aov::name);
+    let list = query.string("aovs");
+    let mut asked = Vec::new();
+    for word in words(&list) {
+        let (name, kind) = match word.split_once(':') {
+            Some((name, kind)) => (Some(name.to_owned()), kind),
+            None => (None, word),
+        };
+        if name.as_ref().is_some_and(String::is_empty) {
+            query.error("aovs", format!("'{word}': expected name:type"));
+        }
+        match find(kind) {
+            Some(aov) => asked.push(Asked { aov, name, squared }),
+            None if SCREEN_DERIVATIVES.contains(&kind) => {
+                let message = format!(
+                    "'{kind}' is not known: rays have no differentials with respect to pixels"
+                );
+                query.error("aovs", message);
+            }
+            None => {
+                let help = suggest(kind, names).unwrap_or_else(|| names.join(", "));
+                query.error("aovs", format!("unknown aov '{kind}' ({help})"));
+            }
+        }
+    }
+    if asked.is_empty() {
+        query.error("aovs", format!("expected a list of: {}", names.join(", ")));
+    }
+    asked
+}
+
+/// All quantities of the way.
+fn unlisted(waves: bool, squared: bool) -> Vec<Asked> {
+    let all = Aov::ALL.into_iter();
+    let wanted = all.filter(|aov| !aov.is_of_surface() && (waves || *aov != Aov::Waves));
+    let asked = |aov| Asked {
+        aov,
+        name: None,
+        squared,
+    };
+    wanted.map(asked).collect()
+}
+
+/// Reports quantities that are asked for twice, and names that images have no room for.
+fn check_names(list: &[Asked], query: &mut Query) {
+    let mut seen = HashSet::new();
+    let mut channels = HashSet::new();
+    for asked in list {
+        let named = asked.named(true);
+        if !seen.insert(asked.aov.name()) {
+            let message = format!("'{}' is listed twice", asked.aov.name());
+            query.error("aovs", message);
+        } else if let Some(twice) = named.channels.iter().find(|c| channels.contains(*c)) {
+            query.error("aovs", format!("two quantities have the channel '{twice}'"));
+        }
+        channels.extend(named.channels);
+        let Some(name) = &asked.name else {
+            continue;
+        };
+        let start = name.split('.').next().unwrap_or(name);
+        if TAKEN.contains(&start) || start == SQUARE || start.starts_with("m2_") {
+            let message = format!(
+                "'{name}': images have layers of their own called '{start}': choose another name"
+            );
+            query.error("aovs", message);
+        }
+        if name.len() > LONGEST {
+            let message = format!("a name is longer than {LONGEST} bytes");
+            query.error("aovs", message);
+        }
+    }
+}
+
+/// The index of which optical path differences are taken.
+fn reference(object: &ObjectDescription, context: &mut Context) -> Option<ReferenceIndex> {
+    let field = field::named(object, "reference_index", context)?;
+    Some(if field.is_constant() {
+        ReferenceIndex::Constant(field.n(DVec3::ZERO))
+    } else {
+        let medium = Medium::transparent("reference_index", field);
+        let place = Some(object.location.clone());
+        ReferenceIndex::Medium(context.add_medium(medium, false, place))
+    })
+}
