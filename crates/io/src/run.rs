@@ -103,6 +103,7 @@ impl<'a> Run<'a> {
             strategies: self.strategies,
             decomposition: self.loaded.layering.decomposition,
             reweight: self.loaded.reweight,
+            hide_emitters: self.loaded.hide_emitters,
             adaptive: self.loaded.adaptive,
             target: self.target,
             quantities: self.loaded.quantities,

@@ -36,7 +36,7 @@ differences! {
     EXTERIOR: "exterior", "without an exterior the medium around a shape lies outside it; in Mitsuba nothing does";
     EXT_IOR: "ext_ior", "without an ext_ior the index outside is that of the medium there, 1 if that is empty; Mitsuba takes air, 1.000277";
     FORMAT: "format", "files are written as the command line says, in 32 bits; file_format and component_format are ignored";
-    HIDE_EMITTERS: "hide_emitters", "emitters in view are shown; Mitsuba hides them";
+    HIDE_EMITTERS: "hide_emitters", "no light comes straight from emitters, whose surfaces stay; Mitsuba shows what lies behind these";
     MASK: "mask", "light is found at surfaces of which a share is clear; Mitsuba's path drops it where the ray then passes, unless the scene has an environment: its volpath does not";
     MESH_NORMALS: "mesh normals", "light passes smooth interfaces of meshes by the normals of the triangles; Mitsuba's by those interpolated between the vertices, unless face_normals is true";
     MESH_SIDES: "mesh sides", "closed meshes that are wound inside out are flipped; Mitsuba leaves them";

@@ -84,6 +84,8 @@ pub(super) struct Parameters {
     bdpt: Bdpt,
     aov: AovTracer,
     photon: PhotonMapping,
+    /// Whether light that comes straight from emitters is left out.
+    pub hide_emitters: bool,
     pub tolerance: Tolerance,
     pub reflections: u32,
 }
@@ -296,7 +298,7 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     let rr_depth = query.integer_in("rr_depth", 1..=1_000_000, i64::from(bdpt.rr_depth));
     let tolerance = query.float_in("tolerance", 1e-12..=1e-4, default.tolerance.get());
     let reflections = query.integer_in("reflections", 0..=MOST_REFLECTIONS, 0);
-    query.boolean_or("hide_emitters", false);
+    let hide_emitters = query.boolean_or("hide_emitters", false);
     // How work is divided; Mitsuba's scene files have them.
     query.has("samples_per_pass");
     query.has("block_size");
@@ -324,6 +326,7 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     Parameters {
         bdpt,
         photon,
+        hide_emitters,
         tolerance: Tolerance::new(tolerance),
         reflections: reflections as u32,
         ..default

@@ -45,6 +45,8 @@ pub struct Loaded {
     pub layering: Layering,
     /// Whether an image with less weight for rare bright samples is wanted beside the plain one.
     pub reweight: bool,
+    /// Whether light that comes straight from emitters is left out: see [`transport::render::RenderOptions::hide_emitters`].
+    pub hide_emitters: bool,
     /// Whether noisy pixels get more samples: see [`transport::render::RenderOptions::adaptive`].
     pub adaptive: bool,
     /// What the scene says of its estimator.

@@ -141,6 +141,7 @@ pub fn assemble(
         emitter_names,
         layering,
         reweight,
+        hide_emitters: estimators.hide_emitters,
         adaptive,
         estimators,
     })

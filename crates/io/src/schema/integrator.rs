@@ -29,7 +29,7 @@ const COMMON: &[Parameter] = &[
     boolean(
         "hide_emitters",
         "false",
-        "accepted and ignored: emitters in view are shown",
+        "whether light straight from emitters is left out",
     ),
     integer("samples_per_pass", "", "accepted and ignored"),
     integer("block_size", "", "accepted and ignored"),

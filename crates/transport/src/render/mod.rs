@@ -64,6 +64,8 @@ pub struct RenderOptions {
     pub decomposition: Decomposition,
     /// Whether samples are sorted by brightness, so that [`Film::reweighted`] is known.
     pub reweight: bool,
+    /// Whether light that comes straight from an emitter into the sensor is left out: paths without a bounce.
+    pub hide_emitters: bool,
     /// Error at which the render ends, before it has all its samples.
     pub target: Option<Target>,
     /// What is to be found of the sensor rays besides what the image shows.
@@ -82,6 +84,7 @@ impl RenderOptions {
             adaptive: false,
             decomposition: Decomposition::default(),
             reweight: false,
+            hide_emitters: false,
             target: None,
             quantities: None,
         }

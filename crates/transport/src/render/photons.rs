@@ -118,6 +118,9 @@ fn part(
         ws.stats.paths += 1;
         let (mut value, mut bias) = (Spectrum::ZERO, Spectrum::ZERO);
         gathering.along(ray, &mut sampler, &mut ws, |light| {
+            if !source.shows(&light.path) {
+                return;
+            }
             value += light.value * weight;
             bias += light.bias * weight;
             if let Some((decomposition, pending)) = &mut pending {

@@ -2,7 +2,7 @@
 
 use super::{Handle, Prepared, RenderOptions, seed_of_group};
 use crate::Spectrum;
-use crate::film::Pixel;
+use crate::film::{PathFacts, Pixel};
 use crate::integrator::{Contribution, Integrator};
 use crate::path::Workspace;
 use crate::sampling::{Purpose, Replicates, Sampler};
@@ -20,6 +20,8 @@ pub(super) struct Source<'a> {
     pub stop: Stop,
     /// How its samples belong together.
     pub replicates: Replicates,
+    /// Whether paths without a bounce are left out.
+    hides_emitters: bool,
     seed: u64,
 }
 
@@ -45,6 +47,7 @@ impl<'a> Source<'a> {
             handle,
             stop: handle.stop().clone(),
             replicates: options.renderer.replicates(scene),
+            hides_emitters: options.hide_emitters,
             seed: seed_of_group(options.seed, group),
         }
     }
@@ -98,6 +101,11 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// Whether light on such a path belongs to the image.
+    pub fn shows(&self, path: &PathFacts) -> bool {
+        !(self.hides_emitters && path.bounces == 0)
+    }
+
     /// The random numbers of a sample of a pixel. Numbers beyond those of the pixels are for what they share.
     pub fn sampler(&self, pixel: u64, sample: u64) -> Sampler {
         Sampler::in_replicates(self.replicates, [self.seed, pixel, sample])
@@ -127,6 +135,10 @@ impl LightSamples<'_> {
         let first = out.len();
         self.integrator
             .sample(scene, ray, channels, &mut sampler, ws, out);
+        if source.hides_emitters {
+            let found = out.split_off(first);
+            out.extend(found.into_iter().filter(|c| source.shows(&c.path)));
+        }
         if weight != 1.0 {
             let own = out[first..].iter_mut().filter(|c| c.image.is_none());
             own.for_each(|c| c.value *= weight);
