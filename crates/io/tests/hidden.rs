@@ -44,7 +44,10 @@ fn pixels_that_see_the_sky_alone_are_black() {
     }
     // A pixel in the middle of the ball sees reflected light alone.
     let ([a, va], [b, vb]) = (shown[14], hidden[14]);
-    assert!(a > 0.1 && (a - b).abs() < 5.0 * (va + vb).sqrt(), "{a}, {b}");
+    assert!(
+        a > 0.1 && (a - b).abs() < 5.0 * (va + vb).sqrt(),
+        "{a}, {b}"
+    );
 }
 
 #[test]

@@ -673,6 +673,10 @@ fn tetrahedron(faces: &str) -> String {
 /// Clear, with normals of vertices.
 const ROUND: &str = r#", "vertex_normals": [[-1, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]], "g": {"type": "dielectric"}"#;
 
+/// The same, reflecting on both sides.
+const BOTH_SIDES: &str = r#", "vertex_normals": [[-1, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+  "g": {"type": "twosided", "d": {"type": "diffuse"}}"#;
+
 /// For each row a scene that meets it, and one that is nearly the same and does not.
 fn examples() -> Vec<(&'static str, String, String)> {
     let fog = r#"{"type": "homogeneous", "sigma_t": 0.1}"#;
@@ -766,6 +770,9 @@ fn examples() -> Vec<(&'static str, String, String)> {
         ("textured sphere",
             scene(r#""l": {"type": "sphere", "e": {"type": "area", "radiance": {"type": "checkerboard"}}}, "#),
             scene(r#""l": {"type": "sphere", "e": {"type": "area", "radiance": 2}}, "#)),
+        ("twosided",
+            tetrahedron(outside).replace("true", "false").replace("COLOURS", BOTH_SIDES),
+            tetrahedron(outside).replace("COLOURS", BOTH_SIDES)),
         ("vertex colours",
             tetrahedron(outside).replace("COLOURS", r#", "bsdf": {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}"#),
             tetrahedron(outside).replace("COLOURS", "")),

@@ -53,5 +53,6 @@ differences! {
     SPECTRA: "spectra", "blackbody, regular and irregular spectra are seen as lists are, and sigma_t may exceed 1; Mitsuba's films of colours cannot evaluate the former, and clip the latter to 1";
     SUNSKY: "sunsky", "the sky is an image whose rows are 0.35° apart, the sun a disc as bright all over, within 1 % of Mitsuba's; what would be negative is black";
     TEXTURED_SPHERE: "textured sphere", "a sphere whose radiance is a texture lights the scene as it looks; Mitsuba's, if turned, does not";
+    TWO_SIDED: "twosided", "the side of a twosided mesh that is seen is told by its triangles; Mitsuba tells it by the normals of vertices, and lights edges where these lean away";
     VERTEX_COLOURS: "vertex colours", "whole numbers are decoded from sRGB; Mitsuba takes them as they are, 0 to 255";
 }

@@ -140,11 +140,11 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
         (PluginKind::Shape, "obj" | "ply" | "serialized" | "mesh") => {
             let may = object.plugin != "mesh" || value(object, "vertex_normals").is_some();
             let interpolated = may && !is_true(object, "face_normals");
-            let clear = has(object, PluginKind::Bsdf, &["dielectric", "thindielectric"]);
-            (interpolated && clear)
-                .then_some(MESH_NORMALS)
-                .into_iter()
-                .collect()
+            let bsdf = |plugins| interpolated && has(object, PluginKind::Bsdf, plugins);
+            chosen([
+                (MESH_NORMALS, bsdf(&["dielectric", "thindielectric"])),
+                (TWO_SIDED, bsdf(&["twosided"])),
+            ])
         }
         (PluginKind::Shape, "sphere") => {
             let textured = shines_by_texture(object);
