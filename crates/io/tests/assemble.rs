@@ -394,6 +394,34 @@ fn phase_functions_are_blended_by_weight() {
 }
 
 #[test]
+fn phase_functions_are_mixed_by_shares() {
+    let medium = |weights: &str, phases: &str| {
+        ball(&format!(
+            "<medium name=\"interior\" type=\"homogeneous\"><phase type=\"mixturephase\"><string name=\"weights\" \
+             value=\"{weights}\"/>{phases}</phase></medium>"
+        ))
+    };
+    let hg = |g: f64| format!("<phase type=\"hg\"><float name=\"g\" value=\"{g}\"/></phase>");
+    let three = format!("{}{}<phase type=\"isotropic\"/>", hg(0.8), hg(-0.2));
+    for (weights, mean) in [("0.5, 0.3, 0.2", 0.34), ("5 3;2", 0.34), ("0 0 1", 0.0)] {
+        let loaded = load(&medium(weights, &three)).unwrap_or_else(|e| panic!("{e}"));
+        let inside = loaded.scene().medium_at(glam::DVec3::ZERO);
+        let phase = &loaded.scene().medium(inside).phase;
+        assert!((phase.mean_cosine() - mean).abs() < 1e-12, "{weights}");
+    }
+    for weights in ["0.5, 0.5", "1, a, 0", "1, -1, 1", ""] {
+        let expected = "one for each of the 3 phase functions";
+        refused(&medium(weights, &three), &[expected]);
+    }
+    refused(&medium("0.2 0.2 0.2", &three), &["would be absorbed"]);
+    for name in ["sggx", "microflake", "kkay"] {
+        let phase = format!("<phase type=\"{name}\"/>");
+        let medium = format!("<medium name=\"interior\" type=\"homogeneous\">{phase}</medium>");
+        refused(&ball(&medium), &["use 'hg' or 'tabphase'"]);
+    }
+}
+
+#[test]
 fn substances_scatter_and_absorb_as_measured() {
     let medium = |parameters: &str| {
         ball(&format!(

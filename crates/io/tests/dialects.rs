@@ -102,11 +102,11 @@ fn older_bsdfs() {
     let note = becomes(
         "<bsdf type='roughdiffuse' id='a'><spectrum name='diffuseReflectance' value='0.4'/><boolean name='useFastApprox' value='true'/></bsdf>
          <bsdf type='ward' id='b'><string name='variant' value='ward-duer'/><float name='alphaU' value='0.1'/><float name='alphaV' value='0.2'/></bsdf>
-         <bsdf type='roughconductor' id='c'><string name='distribution' value='as'/></bsdf>
+         <bsdf type='roughconductor' id='c'><string name='distribution' value='as'/><string name='material' value='Au'/></bsdf>
          <bsdf type='coating' id='d'><float name='intIOR' value='1.7'/><spectrum name='sigmaA' value='0.1'/><bsdf type='diffuse'/></bsdf>",
         "<bsdf type='roughdiffuse' id='a'><float name='reflectance' value='0.4'/><boolean name='use_fast_approx' value='true'/></bsdf>
          <bsdf type='ward' id='b'><float name='alpha_u' value='0.1'/><float name='alpha_v' value='0.2'/></bsdf>
-         <bsdf type='roughconductor' id='c'><string name='distribution' value='beckmann'/></bsdf>
+         <bsdf type='roughconductor' id='c'><string name='distribution' value='beckmann'/><string name='material' value='Au'/></bsdf>
          <bsdf type='coating' id='d'><float name='int_ior' value='1.7'/><float name='sigma_a' value='0.1'/><bsdf type='diffuse'/></bsdf>",
     );
     assert_eq!(
@@ -357,6 +357,153 @@ fn an_index_of_the_fork_is_where_it_was() {
         let before = (x - DVec3::X * 0.1) / 2.0;
         assert!((index(moved)(x) - n(before)).abs() < 1e-6);
     }
+}
+
+/// Loads a scene of version 0.6 with a camera.
+fn load(contents: &str) -> Result<morgana_io::Loaded, Diagnostics> {
+    let mut diagnostics = Diagnostics::new();
+    let text = format!(
+        "<scene version='0.6.0'><sensor type='perspective'/><emitter type='constant'/>{contents}</scene>"
+    );
+    let scene = xml::parse(&text, "scene.xml", &[], &mut diagnostics);
+    match scene {
+        Some(scene) => morgana_io::assemble(&scene, &LoadOptions::default(), diagnostics),
+        None => Err(diagnostics),
+    }
+}
+
+/// Colours encoded in sRGB, by hand: 0x88/255 = 0.5333 is 0.2462 linear (IEC 61966-2-1), 0.5 is 0.2140.
+#[test]
+fn encoded_colours_become_linear() {
+    for (value, expected) in [
+        ("#ff8800", [1.0, 0.246_201, 0.0]),
+        ("0.5, 1, 0", [0.214_041, 1.0, 0.0]),
+        ("0.5", [0.214_041; 3]),
+    ] {
+        let loaded = load(&format!(
+            "<shape type='sphere'><transform name='toWorld'><translate z='9'/></transform><bsdf type='diffuse'>
+             <srgb name='reflectance' value='{value}'/></bsdf></shape>"
+        ))
+        .unwrap_or_else(|e| panic!("{e}"));
+        let surface = transport::bsdf::Surface::plain(DVec3::Z, 1.0, 1.0);
+        let bsdf = &loaded.scene().objects()[0].bsdf;
+        let found = bsdf.eval(&surface, DVec3::Z, DVec3::Z) * std::f64::consts::PI;
+        for (c, expected) in expected.into_iter().enumerate() {
+            assert!((found[c] - expected).abs() < 1e-6, "{value}: {found:?}");
+        }
+    }
+    let wrong = "<bsdf type='diffuse'><srgb name='reflectance' value='#ff88'/></bsdf>";
+    assert_eq!(errors(wrong), ["'#ff88' is not a colour like #ff8800"]);
+}
+
+#[test]
+fn thermal_radiation_is_a_spectrum_plugin() {
+    let scene = |spectrum: &str| format!("<emitter type='constant' id='c'>{spectrum}</emitter>");
+    let plugin = |scale: &str| {
+        let temperature = "<float name='temperature' value='5000'/>";
+        scene(&format!(
+            "<spectrum type='blackbody' name='radiance'>{temperature}{scale}</spectrum>"
+        ))
+    };
+    let plain = scene("<blackbody name='radiance' temperature='5000K'/>");
+    becomes(&plain, &plugin(""));
+    becomes(
+        &scene("<blackbody name='radiance' temperature='5000' scale='0.25'/>"),
+        &plugin("<float name='scale' value='0.25'/>"),
+    );
+    for temperature in ["hot", "-5K", "0", "1e999"] {
+        let found = errors(&plain.replace("5000K", temperature));
+        let expected = format!(
+            "expected a temperature in kelvin such as 5000K, greater than 0, found '{temperature}'"
+        );
+        assert_eq!(found, [expected]);
+    }
+    let nameless = errors("<emitter type='constant'><blackbody temperature='5000'/></emitter>");
+    assert_eq!(nameless, ["<blackbody> needs the attribute 'name'"]);
+}
+
+#[test]
+fn metals_are_copper_unless_they_say_otherwise() {
+    let metal = |what: &str| format!("<bsdf type='conductor' id='m'>{what}</bsdf>");
+    let copper = "<string name='material' value='Cu'/>";
+    becomes(&metal(""), &metal(copper));
+    let numbers = |tag: &str| format!("<{tag} name='eta' value='1'/><{tag} name='k' value='2'/>");
+    becomes(
+        &metal(&format!("{copper}{}", numbers("spectrum"))),
+        &metal(&numbers("float")),
+    );
+}
+
+#[test]
+fn integrators_that_are_rendered_by_others() {
+    let integrator =
+        |name: &str, what: &str| format!("<integrator type='{name}'>{what}</integrator>");
+    let depths = |max: &str, rr: &str| {
+        format!("<integer name='{max}' value='7'/><integer name='{rr}' value='9'/>")
+    };
+    for (old, new, own) in [
+        ("photonmapper", "photon", "globalPhotons"),
+        ("ppm", "photon", "photonCount"),
+        ("pssmlt", "bdpt", "luminanceSamples"),
+        ("mlt", "bdpt", "directSamples"),
+        ("erpt", "bdpt", "chainLength"),
+        ("vpl", "path", "shadowMapResolution"),
+        ("sppm", "sppm", "maxPasses"),
+    ] {
+        let own_parameter = format!("<integer name='{own}' value='5'/>");
+        let written = format!("{}{own_parameter}", depths("maxDepth", "rrDepth"));
+        let note = becomes(
+            &integrator(old, &written),
+            &integrator(new, &depths("max_depth", "rr_depth")),
+        );
+        let read = format!("read: '{old}' as '{new}'");
+        assert_eq!(note.contains(&read), old != new, "{note}");
+        let words = note.split("ignored: '").nth(1).unwrap_or_default();
+        assert!(words.ends_with(&format!("of '{old}'")), "{note}");
+    }
+    let path = integrator("path", &depths("maxDepth", "rrDepth"));
+    for frame in ["irrcache", "adaptive", "multichannel"] {
+        let inner = format!("<boolean name='verbose' value='true'/>{path}");
+        let note = becomes(
+            &integrator(frame, &inner),
+            &integrator("path", &depths("max_depth", "rr_depth")),
+        );
+        let expected =
+            format!("read: '{frame}' as the integrator in it; ignored: 'verbose' of '{frame}'");
+        assert_eq!(note, expected);
+    }
+    let occlusion = errors(&integrator("ao", ""));
+    let expected = "ambient occlusion is not rendered by an integrator of its own";
+    assert_eq!(occlusion, [expected]);
+}
+
+#[test]
+fn images_of_older_textures() {
+    let image = |what: &str| {
+        format!(
+            "<texture type='bitmap' id='t'><string name='filename' value='a.png'/>{what}</texture>"
+        )
+    };
+    becomes(
+        &image(
+            "<string name='filterType' value='trilinear'/><string name='wrapModeU' value='clamp'/>
+             <string name='wrapModeV' value='clamp'/><float name='gamma' value='1'/>
+             <float name='uvscale' value='2'/><float name='vscale' value='3'/><float name='uoffset' value='0.5'/>",
+        ),
+        &image(
+            "<string name='filter_type' value='bilinear'/><string name='wrap_mode' value='clamp'/>
+             <boolean name='raw' value='true'/>
+             <transform name='to_uv'><scale x='2' y='3' z='1'/><translate x='0.5'/></transform>",
+        ),
+    );
+    let note = becomes(&image("<float name='gamma' value='2.2'/>"), &image(""));
+    assert_eq!(note, "ignored: 'gamma' of 'bitmap'");
+    let colours = "<texture type='vertexcolors' id='t'/>";
+    let attribute = "<texture type='mesh_attribute' id='t'><string name='name' value='vertex_color'/></texture>";
+    assert_eq!(
+        becomes(colours, attribute),
+        "read: 'vertexcolors' as 'mesh_attribute'"
+    );
 }
 
 /// Names of Mitsuba 0.6 have no meaning in scenes of version 3, and the other way round.

@@ -103,8 +103,9 @@ pub(super) fn at(value: &SpectrumValue, nm: f64) -> Option<f64> {
         SpectrumValue::D65(scale) => scale * cie::d65(nm),
         SpectrumValue::Blackbody {
             temperature,
+            scale,
             range: [min, max],
-        } if *min <= nm && nm <= *max => cie::planck(nm, *temperature),
+        } if *min <= nm && nm <= *max => scale * cie::planck(nm, *temperature),
         SpectrumValue::Blackbody { .. } => 0.0,
     })
 }

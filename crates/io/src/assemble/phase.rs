@@ -5,13 +5,34 @@ use crate::query::{Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use transport::phase::{Phase, PhaseError};
 
-const KNOWN: [&str; 6] = [
+const KNOWN: [&str; 7] = [
     "isotropic",
     "hg",
     "vmf",
     "rayleigh",
     "tabphase",
     "blendphase",
+    "mixturephase",
+];
+
+/// Phase functions that are not modelled, and what to do about it.
+const UNMODELLED: [(&str, &str); 4] = [
+    (
+        "sggx",
+        "flakes are not modelled, as what scatters here has no direction: use 'hg' or 'tabphase'",
+    ),
+    (
+        "microflake",
+        "flakes are not modelled, as what scatters here has no direction: use 'hg' or 'tabphase'",
+    ),
+    (
+        "kkay",
+        "fibres are not modelled, as what scatters here has no direction: use 'hg' or 'tabphase'",
+    ),
+    (
+        "mie",
+        "Mie's phase function is read as numbers: use 'tabphase'",
+    ),
 ];
 
 /// The phase function that an object describes; isotropic after an error.
@@ -24,13 +45,22 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase 
         "rayleigh" => Ok(Phase::rayleigh()),
         "tabphase" => tabulated(&mut query),
         "blendphase" => return blend(object, context),
+        "mixturephase" => return mixture(object, context),
         _ => {
-            unknown_plugin(object, &KNOWN, context.diagnostics);
+            unknown(object, context);
             return Phase::isotropic();
         }
     };
     query.finish(&[]);
     accepted(object, phase, context)
+}
+
+fn unknown(object: &ObjectDescription, context: &mut Context) {
+    let known = UNMODELLED.iter().find(|(name, _)| *name == object.plugin);
+    match known {
+        Some((_, message)) => context.error_at(&object.plugin_location, *message),
+        None => unknown_plugin(object, &KNOWN, context.diagnostics),
+    }
 }
 
 fn accepted(
@@ -61,7 +91,7 @@ fn tabulated(query: &mut Query) -> Result<Phase, PhaseError> {
 }
 
 fn numbers(text: &str) -> Option<Vec<f64>> {
-    let words = text.split([',', ' ']).filter(|w| !w.is_empty());
+    let words = text.split([',', ' ', ';']).filter(|w| !w.is_empty());
     words.map(|w| w.parse().ok()).collect()
 }
 
@@ -80,4 +110,38 @@ fn blend(object: &ObjectDescription, context: &mut Context) -> Phase {
     };
     let phases = [first, second].map(|phase| build(phase, context));
     accepted(object, Phase::blend(phases, weight), context)
+}
+
+/// Weights add up to 1 if they differ from it by no more.
+const ROUNDING: f64 = 1e-3;
+
+/// Any number of phase functions, by their shares.
+fn mixture(object: &ObjectDescription, context: &mut Context) -> Phase {
+    let mut query = Query::new(object, context.diagnostics);
+    let weights = numbers(&query.string("weights")).unwrap_or_default();
+    let nested = query.children(PluginKind::Phase);
+    if weights.is_empty() || weights.len() != nested.len() || !weights.iter().all(|w| *w >= 0.0) {
+        let message = format!(
+            "'weights' are numbers ≥ 0, one for each of the {} phase functions",
+            nested.len()
+        );
+        query.error("weights", message);
+    } else if weights.iter().sum::<f64>() < 1.0 - ROUNDING {
+        let message = "what is missing of the weights to 1 would be absorbed: make them add up to 1, and give the \
+                       absorption as 'sigma_a', or by 'albedo'";
+        query.error("weights", message);
+    }
+    query.finish(&[]);
+    let phases = nested.into_iter().map(|phase| build(phase, context));
+    let mut parts = weights.into_iter().zip(phases.collect::<Vec<_>>());
+    let Some((mut sum, mut mixed)) = parts.next() else {
+        return Phase::isotropic();
+    };
+    for (weight, phase) in parts {
+        sum += weight;
+        let share = if sum > 0.0 { weight / sum } else { 0.0 };
+        let blended = Phase::blend([mixed, phase], share);
+        mixed = accepted(object, blended, context);
+    }
+    mixed
 }

@@ -1,19 +1,44 @@
-//! Textures of surfaces: images, checkerboards, colours of vertices.
+//! Textures of surfaces: images, checkerboards, values of vertices, volumes, and multiples of these.
 
 use super::context::Context;
 use super::originals::Colours;
 pub(super) use super::texture_role::Role;
 use crate::image::RgbImage;
 use crate::query::{Input, Query, unknown_plugin};
-use crate::scene::{ObjectDescription, SpectrumValue, srgb_from_linear};
+use crate::scene::{ObjectDescription, PluginKind, SpectrumValue, srgb_from_linear};
 use glam::{DAffine2, DMat4};
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::Slide;
+use transport::medium::VolumeTexture;
 use transport::shape::Mesh;
-use transport::texture::{Bitmap, BitmapFilter, Checkerboard, Texture, VertexColours, Wrap};
+use transport::texture::{
+    Bitmap, BitmapFilter, Checkerboard, Scaled, Texture, VertexColours, Wrap,
+};
 
-const KNOWN: [&str; 3] = ["bitmap", "checkerboard", "mesh_attribute"];
+const KNOWN: [&str; 5] = [
+    "bitmap",
+    "checkerboard",
+    "mesh_attribute",
+    "scale",
+    "volume",
+];
+
+/// Textures that are not modelled, and what to do about it.
+const UNMODELLED: [(&str, &str); 3] = [
+    (
+        "gridtexture",
+        "lines of a grid are not modelled: use a 'bitmap' of one cell, which repeats",
+    ),
+    (
+        "wireframe",
+        "edges of triangles are not modelled: use a 'bitmap'",
+    ),
+    (
+        "curvature",
+        "curvature is not modelled: use a 'mesh_attribute' of the vertices",
+    ),
+];
 
 /// The mesh that is to be covered, with its colours.
 pub(super) type Vertices = Option<(Arc<Mesh>, Colours)>;
@@ -61,11 +86,90 @@ fn nested(
         }
         "checkerboard" => Some(checkerboard(object, role, vertices, context)),
         "mesh_attribute" => vertex_colours(object, role, vertices, context),
+        "scale" => Some(scaled(object, role, vertices, context)),
+        "volume" => volume(object, role, context),
         _ => {
-            unknown_plugin(object, &KNOWN, context.diagnostics);
+            unknown(object, context);
             None
         }
     }
+}
+
+fn unknown(object: &ObjectDescription, context: &mut Context) {
+    let known = UNMODELLED.iter().find(|(name, _)| *name == object.plugin);
+    match known {
+        Some((_, message)) => context.error_at(&object.plugin_location, *message),
+        None => unknown_plugin(object, &KNOWN, context.diagnostics),
+    }
+}
+
+/// A nested texture, or a spectrum, times a factor.
+fn scaled(
+    object: &ObjectDescription,
+    role: Role,
+    vertices: &Vertices,
+    context: &mut Context,
+) -> Texture {
+    let mut q = Query::new(object, context.diagnostics);
+    let factor = q.spectrum_or("scale", SpectrumValue::Uniform(1.0));
+    let input = match q.child(PluginKind::Texture) {
+        Some(texture) => Input::Object(texture),
+        None => Input::Spectrum(q.spectrum("value")),
+    };
+    q.finish(&[]);
+    let nested = texture(input, role, object, "value", vertices, context);
+    let factor = match (role, factor) {
+        // It may exceed what a share or a number may be: their product counts.
+        (Role::Number | Role::Vector, factor) => in_role(&factor, Role::Number),
+        (_, factor) => factor,
+    };
+    let factor = context.spectrum(&factor, Role::Coefficient, &object.location);
+    Texture::Scaled(Arc::new(Scaled::new(nested, factor)))
+}
+
+/// A quantity in space, at the points of a surface.
+fn volume(object: &ObjectDescription, role: Role, context: &mut Context) -> Option<Texture> {
+    let mut q = Query::new(object, context.diagnostics);
+    let nested = q.required_child(PluginKind::Volume);
+    q.finish(&[]);
+    let nested = nested?;
+    if nested.plugin == "constvolume" {
+        return Some(constant(nested, role, context));
+    }
+    let allowed = match role {
+        Role::Reflectance => [0.0, 1.0],
+        Role::Coefficient | Role::Number => [0.0, f64::MAX],
+        Role::Emission | Role::Vector => {
+            let message = "light and normals of a surface cannot be a volume: use a 'bitmap'";
+            context.error_at(&object.location, message);
+            return None;
+        }
+    };
+    let quantity =
+        super::texture::texture(Input::Object(nested), object, "volume", allowed, context);
+    if let (Role::Number, VolumeTexture::Grid(grid)) = (role, &quantity)
+        && grid.channels() > 1
+    {
+        let message = "a number, not a colour, is asked for here: the grid must have one channel";
+        context.error_at(&nested.location, message);
+    }
+    Some(Texture::Volume(Arc::new(quantity)))
+}
+
+/// A volume that is the same everywhere.
+fn constant(object: &ObjectDescription, role: Role, context: &mut Context) -> Texture {
+    let mut q = Query::new(object, context.diagnostics);
+    let value = q.spectrum("value");
+    q.has("to_world");
+    q.finish(&[]);
+    texture(
+        Input::Spectrum(value),
+        role,
+        object,
+        "value",
+        &None,
+        context,
+    )
 }
 
 fn checkerboard(

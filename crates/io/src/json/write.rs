@@ -182,11 +182,12 @@ fn spectrum(value: &SpectrumValue) -> String {
         SpectrumValue::D65(scale) => of_type("d65", "scale", &number(*scale)),
         SpectrumValue::Blackbody {
             temperature,
+            scale,
             range: [min, max],
         } => {
-            let [t, min, max] = [*temperature, *min, *max].map(number);
+            let [t, scale, min, max] = [*temperature, *scale, *min, *max].map(number);
             format!(
-                "{{\"{TYPE}\": \"blackbody\", \"temperature\": {t}, \"wavelength_min\": {min}, \"wavelength_max\": {max}}}"
+                "{{\"{TYPE}\": \"blackbody\", \"temperature\": {t}, \"scale\": {scale}, \"wavelength_min\": {min}, \"wavelength_max\": {max}}}"
             )
         }
     }

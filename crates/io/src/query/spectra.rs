@@ -94,6 +94,7 @@ impl<'a> Query<'a, '_> {
             "d65" => return self.daylight(),
             "blackbody" => SpectrumValue::Blackbody {
                 temperature: self.float_in("temperature", POSITIVE, None),
+                scale: self.float_or("scale", 1.0),
                 range: range(self),
             },
             "regular" => self.regular(),

@@ -113,8 +113,9 @@ impl Writer {
             Value::Spectrum(SpectrumValue::D65(v)) => self.tagged("d65", &[*v]),
             Value::Spectrum(SpectrumValue::Blackbody {
                 temperature,
+                scale,
                 range: [min, max],
-            }) => self.tagged("blackbody", &[*temperature, *min, *max]),
+            }) => self.tagged("blackbody", &[*temperature, *scale, *min, *max]),
             Value::Point(v) | Value::Vector(v) => self.tagged("point", &v.to_array()),
             Value::Transform(v) => self.tagged("transform", &v.to_cols_array()),
             Value::Tensor(v) => self.tensor(v),

@@ -19,6 +19,8 @@ pub enum SpectrumValue {
     Blackbody {
         /// In kelvin.
         temperature: f64,
+        /// A factor.
+        scale: f64,
         /// Wavelengths in nm beyond which there is none.
         range: [f64; 2],
     },
@@ -33,7 +35,8 @@ impl SpectrumValue {
             }
             SpectrumValue::Rgb(rgb) => rgb.to_vec(),
             SpectrumValue::Sampled(pairs) => pairs.iter().map(|(_, v)| *v).collect(),
-            SpectrumValue::File(_) | SpectrumValue::Blackbody { .. } => Vec::new(),
+            SpectrumValue::Blackbody { scale, .. } => vec![*scale],
+            SpectrumValue::File(_) => Vec::new(),
         }
     }
 }

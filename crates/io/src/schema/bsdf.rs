@@ -69,6 +69,7 @@ const METAL: &[Parameter] = &[
     ),
     spectrum("k", "1", "imaginary part of the index, ≥ 0"),
     word("material", &METAL_NAMES, "a metal, in place of eta and k"),
+    index("ext_eta", "1", "what eta and k are divided by"),
 ];
 
 const PRINCIPLED: &[Parameter] = &[
@@ -422,6 +423,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
                 "normalmap",
                 "The normals n, as (n + 1)/2: a raw bitmap.",
             ),
+            one(Texture, "The same, without a name."),
         ],
     ),
 ];

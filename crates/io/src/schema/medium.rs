@@ -77,6 +77,12 @@ pub(super) const PHASES: &[Plugin] = &[
         &[many(Phase, "The two.")],
     ),
     plugin(
+        "mixturephase",
+        "A mixture of any number of phase functions.",
+        &[&[list("weights", "required", "their shares, ≥ 0")]],
+        &[many(Phase, "As many as there are shares.")],
+    ),
+    plugin(
         "tabphase",
         "Values at equally spaced cosines.",
         &[&[list(

@@ -21,9 +21,10 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
         &["bdpt", "particle", "photon", "sppm"],
     ),
     (PluginKind::Medium, &["transparent"]),
-    (PluginKind::Phase, &["vmf"]),
+    (PluginKind::Phase, &["mixturephase", "vmf"]),
     (PluginKind::Sensor, &["fluencemeter", "telecentric"]),
     (PluginKind::Shape, &["gltf", "mesh"]),
+    (PluginKind::Texture, &["scale"]),
     (
         PluginKind::Volume,
         &[
@@ -48,7 +49,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
 
 /// Parameters and roles that plugins of a kind have here alone.
 const PARAMETERS: &[(PluginKind, &[&str])] = &[
-    (PluginKind::Bsdf, &["lossless"]),
+    (PluginKind::Bsdf, &["ext_eta", "lossless"]),
     (
         PluginKind::Film,
         &[

@@ -21,7 +21,13 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "blackbody",
         "Thermal radiation by Planck's law, W/(m² sr nm).",
-        &[&[float("temperature", "required", "K, > 0")], RANGE],
+        &[
+            &[
+                float("temperature", "required", "K, > 0"),
+                float("scale", "1", "a factor"),
+            ],
+            RANGE,
+        ],
         &[],
     ),
     plugin(

@@ -1,7 +1,8 @@
 //! Textures of surfaces.
 
-use super::row::{boolean, plugin, spectrum, text, texture, transform, word};
+use super::row::{boolean, one, plugin, spectrum, text, texture, transform, word};
 use super::{Parameter, Plugin};
+use crate::scene::PluginKind::{Texture, Volume};
 
 const TO_UV: Parameter = transform("to_uv", "[]", "applied to (u, v) first");
 
@@ -46,5 +47,20 @@ pub(super) const PLUGINS: &[Plugin] = &[
             "the attribute; required",
         )]],
         &[],
+    ),
+    plugin(
+        "scale",
+        "A texture times a factor.",
+        &[&[
+            spectrum("scale", "1", "the factor, ≥ 0"),
+            spectrum("value", "", "in place of the texture"),
+        ]],
+        &[one(Texture, "The texture.")],
+    ),
+    plugin(
+        "volume",
+        "A quantity in space at the points of the surface.",
+        &[],
+        &[one(Volume, "A gridvolume or constvolume.")],
     ),
 ];

@@ -167,6 +167,10 @@ impl Loader<'_> {
                     self.add_property(property, parent);
                 }
             }
+            Tag::Blackbody => {
+                self.childless(node, source);
+                self.blackbody(&element, parent);
+            }
             tag => {
                 self.childless(node, source);
                 self.leaf(tag, &element, parent);
@@ -242,11 +246,28 @@ impl Loader<'_> {
         let source = Arc::clone(element.location.source());
         self.contents(node, &source, &mut draft, depth + 1);
         self.dialect.update(&mut draft, self.diagnostics);
+        if let Some(nested) = self.dialect.nested(&mut draft) {
+            return self.add_child(element, nested.target, parent);
+        }
         let id = element
             .get("id")
             .map(|a| (a.value.clone(), a.location.clone()));
         let index = self.drafts.add(draft, id, self.diagnostics);
         self.add_child(element, Target::Draft(index), parent);
+    }
+
+    /// Thermal radiation, as Mitsuba 0.6 writes it: a nested spectrum in Mitsuba 3.
+    fn blackbody(&mut self, element: &Element, parent: &mut Draft) {
+        let location = element.location.clone();
+        let plugin = "blackbody".to_owned();
+        let mut draft = Draft::new(PluginKind::Spectrum, plugin, location.clone(), location);
+        for property in properties::blackbody(element, self.diagnostics) {
+            draft.add_property(property, self.diagnostics);
+        }
+        if element.require("name", self.diagnostics).is_some() {
+            let index = self.drafts.add(draft, None, self.diagnostics);
+            self.add_child(element, Target::Draft(index), parent);
+        }
     }
 
     fn reference(&mut self, element: &Element, parent: &mut Draft) {

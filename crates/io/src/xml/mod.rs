@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Elements: `scene`, the plugins of [`PluginKind`](crate::PluginKind), the parameters `float
-//! integer boolean string rgb spectrum point vector transform`, and `ref alias default include`.
+//! integer boolean string rgb srgb blackbody spectrum point vector transform`, and `ref alias default include`.
 //! `$name` and `${name}` in any attribute stand for a parameter's value.
 
 mod dialect;

@@ -47,10 +47,33 @@ fn single(element: &Element, diagnostics: &mut Diagnostics) -> Option<(Value, Lo
         "integer" => Value::Integer(numbers::integer(attribute, diagnostics)?),
         "boolean" => Value::Boolean(numbers::boolean(attribute, diagnostics)?),
         "rgb" => Value::Spectrum(spectra::rgb(attribute, diagnostics)?),
+        "srgb" => Value::Spectrum(spectra::srgb(attribute, diagnostics)?),
         "spectrum" => Value::Spectrum(spectra::spectrum(attribute, diagnostics)?),
         _ => Value::String(attribute.value.clone()),
     };
     Some((value, attribute.location.clone()))
+}
+
+/// What `<blackbody>` says: a `temperature` in kelvin, with or without a K, and a `scale`.
+pub(super) fn blackbody(element: &Element, diagnostics: &mut Diagnostics) -> Vec<Property> {
+    element.allow(&["name", "temperature", "scale"], diagnostics);
+    let temperature = element.require("temperature", diagnostics);
+    let temperature = temperature.and_then(|attribute| {
+        let kelvin = spectra::temperature(attribute, diagnostics)?;
+        Some((attribute, kelvin))
+    });
+    let scale = element.get("scale").and_then(|attribute| {
+        let scale = numbers::float(attribute, diagnostics)?;
+        Some((attribute, scale))
+    });
+    let property = |(attribute, value): (&Attribute, f64)| Property {
+        name: attribute.name.clone(),
+        value: Value::Float(value),
+        name_location: attribute.name_location.clone(),
+        location: attribute.location.clone(),
+    };
+    let found = [temperature, scale].into_iter().flatten();
+    found.map(property).collect()
 }
 
 fn vector(element: &Element, diagnostics: &mut Diagnostics) -> Option<(Value, Location)> {

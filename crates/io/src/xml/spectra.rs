@@ -4,7 +4,7 @@ use super::element::Attribute;
 use super::numbers::{self, report};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::draft::shorten;
-use crate::scene::{SpectrumValue, rgb_from_hex};
+use crate::scene::{SpectrumValue, linear_from_srgb, rgb_from_hex};
 use eikonal::Shown;
 
 /// `<rgb>`: three numbers, one number for all channels, or `#rrggbb` (sRGB, made linear).
@@ -25,6 +25,31 @@ pub(super) fn rgb(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Optio
             None
         }
     }
+}
+
+/// `<srgb>`: as `<rgb>`, but numbers are encoded, too.
+pub(super) fn srgb(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<SpectrumValue> {
+    match rgb(attribute, diagnostics)? {
+        SpectrumValue::Rgb(rgb) if !attribute.value.trim().starts_with('#') => {
+            Some(SpectrumValue::Rgb(rgb.map(linear_from_srgb)))
+        }
+        value => Some(value),
+    }
+}
+
+/// A temperature in kelvin, greater than 0: a number, with or without a K.
+pub(super) fn temperature(attribute: &Attribute, diagnostics: &mut Diagnostics) -> Option<f64> {
+    let text = attribute.value.trim();
+    let number = text.strip_suffix(['K', 'k']).unwrap_or(text).trim().parse();
+    let kelvin = number.ok().filter(|t: &f64| *t > 0.0 && t.is_finite());
+    if kelvin.is_none() {
+        let message = format!(
+            "expected a temperature in kelvin such as 5000K, greater than 0, found '{}'",
+            shorten(text)
+        );
+        report(attribute, &message, diagnostics);
+    }
+    kelvin
 }
 
 /// `<spectrum>`: one number, pairs `wavelength:value` with increasing wavelengths (nm), or, as Mitsuba 0.6 has it, red,

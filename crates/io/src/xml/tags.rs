@@ -3,19 +3,28 @@
 use crate::scene::PluginKind;
 
 /// Elements that set a parameter.
-const PROPERTIES: [&str; 9] = [
+const PROPERTIES: [&str; 10] = [
     "float",
     "integer",
     "boolean",
     "string",
     "rgb",
+    "srgb",
     "spectrum",
     "point",
     "vector",
     "transform",
 ];
 /// Elements that are neither plugins nor parameters.
-const OTHERS: [&str; 6] = ["ref", "alias", "default", "include", "path", "animation"];
+const OTHERS: [&str; 7] = [
+    "ref",
+    "alias",
+    "default",
+    "include",
+    "path",
+    "animation",
+    "blackbody",
+];
 /// Elements of a transform.
 pub(super) const TRANSFORMS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
 
@@ -25,6 +34,7 @@ pub(super) enum Tag {
     Property,
     Transform,
     Animation,
+    Blackbody,
     Ref,
     Alias,
     Default,
@@ -44,6 +54,7 @@ impl Tag {
             "path" => Tag::Path,
             "transform" => Tag::Transform,
             "animation" => Tag::Animation,
+            "blackbody" => Tag::Blackbody,
             "spectrum" if typed => Tag::Plugin(PluginKind::Spectrum),
             name if PROPERTIES.contains(&name) => Tag::Property,
             name => match PluginKind::from_tag(name) {

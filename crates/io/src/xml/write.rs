@@ -152,10 +152,12 @@ impl Writer {
             SpectrumValue::D65(scale) => self.computed(name, "d65", &[("scale", *scale)], depth),
             SpectrumValue::Blackbody {
                 temperature,
+                scale,
                 range: [min, max],
             } => {
                 let parameters = [
                     ("temperature", *temperature),
+                    ("scale", *scale),
                     ("wavelength_min", *min),
                     ("wavelength_max", *max),
                 ];

@@ -270,3 +270,27 @@ fn older_bsdfs_that_are_refused() {
         refused(&shape(text), &[expected]);
     }
 }
+
+/// Metal against a dielectric, by Fresnel's formula at normal incidence, ((η − 1)² + k²)/((η + 1)² + k²), with η and k over
+/// the index around.
+#[test]
+fn metals_in_a_dielectric() {
+    let reflected = |ext: &str| {
+        let text = format!(
+            "<bsdf type='conductor'><float name='eta' value='0.5'/><float name='k' value='3'/>{ext}</bsdf>"
+        );
+        let loaded = load(&shape(&text)).unwrap_or_else(|e| panic!("{e}"));
+        let s = Surface::plain(DVec3::Z, 1.0, 1.0);
+        let sample = bsdf(&loaded).sample(&s, DVec3::Z, [0.5; 3]).unwrap();
+        sample.weight[0]
+    };
+    for (ext, n) in [
+        ("", 1.0),
+        ("<float name='ext_eta' value='1.5'/>", 1.5),
+        ("<string name='ext_eta' value='water'/>", 1.333),
+    ] {
+        let (eta, k) = (0.5 / n, 3.0 / n);
+        let expected = ((eta - 1.0_f64).powi(2) + k * k) / ((eta + 1.0).powi(2) + k * k);
+        assert!((reflected(ext) - expected).abs() < 1e-12, "{ext}");
+    }
+}

@@ -190,3 +190,97 @@ fn roughness_from_images() {
         &["'alpha' is 2"],
     );
 }
+
+/// What a texture is times a factor, and a number times one.
+#[test]
+fn multiples_of_textures() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &PIXELS);
+    let image = "<texture type='bitmap'><string name='filename' value='image.png'/>\
+                 <string name='filter_type' value='nearest'/></texture>";
+    for (factor, expected) in [
+        ("<float name='scale' value='0.5'/>", [0.25, 0.125, 0.0]),
+        (
+            "<rgb name='scale' value='0.5, 1.5, 1'/>",
+            [0.25, 0.375, 0.0],
+        ),
+        ("", [0.5, 0.25, 0.0]),
+    ] {
+        let bsdf_text = |inner: &str| {
+            shape(&format!(
+                "<bsdf type='diffuse'><texture type='scale' name='reflectance'>{factor}{inner}</texture></bsdf>"
+            ))
+        };
+        let loaded = load_from(directory.path(), "", &bsdf_text(image)).unwrap();
+        close(reflectance(bsdf(&loaded), [0.2, 0.5]), expected);
+        let plain = "<rgb name='value' value='0.5, 0.25, 0'/>";
+        let loaded = load_from(directory.path(), "", &bsdf_text(plain)).unwrap();
+        close(reflectance(bsdf(&loaded), [0.2, 0.5]), expected);
+    }
+    // Twice an image that has a pixel of 1.
+    let message = load_from(
+        directory.path(),
+        "",
+        &shape(&format!(
+            "<bsdf type='diffuse'><texture type='scale' name='reflectance'><float name='scale' value='2'/>{image}</texture></bsdf>"
+        )),
+    )
+    .unwrap_err();
+    assert!(message.contains("reflectance"), "{message}");
+}
+
+/// A grid of a linear function is that function between the centres of its cells, at points of the world.
+#[test]
+fn volumes_cover_surfaces() {
+    let directory = tempfile::tempdir().unwrap();
+    let size = [4, 3, 2];
+    let value = |x: DVec3| 0.1 + 0.2 * x.x + 0.1 * x.y + 0.3 * x.z;
+    let mut samples = Vec::new();
+    for k in 0..size[2] {
+        for j in 0..size[1] {
+            for i in 0..size[0] {
+                let index = DVec3::new(i as f64, j as f64, k as f64) + 0.5;
+                samples.push(value(index / DVec3::new(4.0, 3.0, 2.0)) as f32);
+            }
+        }
+    }
+    let volume = morgana_io::volume::Volume::new(size, 1, samples).unwrap();
+    morgana_io::volume::vol::write(&directory.path().join("v.vol"), &volume).unwrap();
+    let body = |volume: &str| {
+        shape(&format!(
+            "<bsdf type='diffuse'><texture type='volume' name='reflectance'>{volume}</texture></bsdf>"
+        ))
+    };
+    let grid = "<volume type='gridvolume' name='volume'><string name='filename' value='v.vol'/>\
+                <transform name='to_world'><scale value='2'/><translate x='-1'/></transform></volume>";
+    let loaded = load_from(directory.path(), "", &body(grid)).unwrap();
+    for x in [DVec3::new(0.3, 0.4, 0.5), DVec3::new(0.8, 0.2, 0.3)] {
+        let mut s = Surface::plain(DVec3::Z, 1.0, 1.0);
+        s.site.position = x * 2.0 - DVec3::X;
+        let found = bsdf(&loaded).eval(&s, DVec3::Z, DVec3::Z) * std::f64::consts::PI;
+        close([found[0], found[1], found[2]], [value(x); 3]);
+    }
+    let constant = "<volume type='constvolume'><rgb name='value' value='0.1, 0.2, 0.3'/></volume>";
+    let loaded = load(&body(constant)).unwrap();
+    close(reflectance(bsdf(&loaded), [0.0; 2]), [0.1, 0.2, 0.3]);
+    refused(&body(""), &["needs a <volume>"]);
+    refused(
+        "<shape type='rectangle'><emitter type='area'><texture type='volume' name='radiance'>\
+         <volume type='gridvolume'><string name='filename' value='v.vol'/></volume></texture></emitter></shape>",
+        &["cannot be a volume"],
+    );
+}
+
+#[test]
+fn textures_that_are_not_modelled() {
+    for (name, expected) in [
+        ("gridtexture", "use a 'bitmap' of one cell"),
+        ("wireframe", "use a 'bitmap'"),
+        ("curvature", "use a 'mesh_attribute'"),
+    ] {
+        let text = format!(
+            "<bsdf type='diffuse'><texture type='{name}' name='reflectance'><float name='x' value='1'/></texture></bsdf>"
+        );
+        refused(&shape(&text), &[expected]);
+    }
+}

@@ -1,15 +1,18 @@
-//! Quantities that vary over a surface: images, checkerboards, colours of vertices.
+//! Quantities that vary over a surface: images, checkerboards, values of vertices, volumes that the surface cuts.
 
 mod bitmap;
 mod checkerboard;
 mod pieces;
+mod scaled;
 mod vertices;
 
 pub use bitmap::{Bitmap, BitmapFilter, Wrap};
 pub use checkerboard::Checkerboard;
+pub use scaled::Scaled;
 pub use vertices::VertexColours;
 
 use crate::Spectrum;
+use crate::medium::VolumeTexture;
 use crate::shape::Site;
 use glam::DVec2;
 use std::sync::Arc;
@@ -47,6 +50,10 @@ pub enum Texture {
     Checkerboard(Arc<Checkerboard>),
     /// Colours of a mesh's vertices.
     Vertices(Arc<VertexColours>),
+    /// What a quantity in space is on the surface.
+    Volume(Arc<VolumeTexture>),
+    /// Another texture times a factor.
+    Scaled(Arc<Scaled>),
 }
 
 impl Texture {
@@ -57,6 +64,8 @@ impl Texture {
             Texture::Bitmap(t) => t.at(site),
             Texture::Checkerboard(t) => t.at(site),
             Texture::Vertices(t) => t.at(site),
+            Texture::Volume(t) => t.at(site.position),
+            Texture::Scaled(t) => t.at(site),
         }
     }
 
@@ -69,13 +78,18 @@ impl Texture {
     pub fn gradient_at(&self, site: &Site) -> DVec2 {
         match self {
             Texture::Bitmap(t) => t.gradient(site),
+            Texture::Scaled(t) => t.gradient_at(site),
             _ => DVec2::ZERO,
         }
     }
 
     /// Whether texture coordinates matter.
     pub(crate) fn uses_uv(&self) -> bool {
-        matches!(self, Texture::Bitmap(_) | Texture::Checkerboard(_))
+        match self {
+            Texture::Bitmap(_) | Texture::Checkerboard(_) => true,
+            Texture::Scaled(t) => t.texture().uses_uv(),
+            Texture::Uniform(_) | Texture::Vertices(_) | Texture::Volume(_) => false,
+        }
     }
 
     /// Every number that the texture is made from; its values lie between the least and the largest.
@@ -85,6 +99,11 @@ impl Texture {
             Texture::Bitmap(t) => Box::new(t.numbers()),
             Texture::Checkerboard(t) => Box::new(t.colours().iter().flat_map(Texture::numbers)),
             Texture::Vertices(t) => Box::new(t.colours().iter().flat_map(|c| c.0)),
+            Texture::Volume(t) => {
+                let (least, most) = t.range();
+                Box::new([least, most].into_iter())
+            }
+            Texture::Scaled(t) => Box::new(t.numbers()),
         }
     }
 }

@@ -49,7 +49,9 @@ impl Cut<'_> {
         polygon: &[DVec2],
     ) -> Result<(), TooFine> {
         match texture {
-            Texture::Uniform(_) | Texture::Vertices(_) => self.piece(polygon),
+            // A quantity in space is no polynomial: lights have none (the reader of scenes refuses it).
+            Texture::Uniform(_) | Texture::Vertices(_) | Texture::Volume(_) => self.piece(polygon),
+            Texture::Scaled(scaled) => self.texture(scaled.texture(), uv, polygon),
             Texture::Bitmap(bitmap) => {
                 let pixels = bitmap.cells() * *uv;
                 self.cells(polygon, &pixels, &mut |cut, cell| cut.piece(cell))

@@ -1,17 +1,20 @@
 //! Complex indices of metals.
 
+use super::super::ior::index;
 use crate::query::Query;
 use crate::scene::SpectrumValue;
 use crate::schema::{METAL_NAMES, METALS};
 
-/// Real and imaginary part of the index against vacuum.
+/// Real and imaginary part of the index, and that of the dielectric against which they are meant.
 pub(super) struct Optics {
     pub eta: SpectrumValue,
     pub k: SpectrumValue,
+    pub surroundings: f64,
 }
 
 /// What a conductor says: η and k, the name of a metal, or nothing (or `none`), which makes a perfect mirror.
 pub(super) fn optics(q: &mut Query) -> Optics {
+    let surroundings = index(q, "ext_eta").unwrap_or(1.0);
     let optical = q.has("eta") || q.has("k");
     if q.has("material") {
         let chosen = q.one_of("material", &METAL_NAMES);
@@ -25,6 +28,7 @@ pub(super) fn optics(q: &mut Query) -> Optics {
             return Optics {
                 eta: SpectrumValue::Rgb(eta),
                 k: SpectrumValue::Rgb(k),
+                surroundings,
             };
         }
     }
@@ -32,11 +36,13 @@ pub(super) fn optics(q: &mut Query) -> Optics {
         Optics {
             eta: q.spectrum_or("eta", SpectrumValue::Uniform(0.0)),
             k: q.spectrum_or("k", SpectrumValue::Uniform(1.0)),
+            surroundings,
         }
     } else {
         Optics {
             eta: SpectrumValue::Uniform(0.0),
             k: SpectrumValue::Uniform(1.0),
+            surroundings,
         }
     }
 }

@@ -122,7 +122,7 @@ fn mapped(
     };
     let input = if is_bump {
         let heights = q.child(PluginKind::Texture);
-        if let Some(other) = heights.filter(|h| h.plugin != "bitmap") {
+        if let Some(other) = heights.filter(|h| !is_image(h)) {
             let message = format!("heights of a {} have no slope: use a bitmap", other.plugin);
             q.warning("scale", message);
         }
@@ -130,7 +130,13 @@ fn mapped(
             Input::Object(h)
         })
     } else {
-        q.texture_or_spectrum("normalmap", SpectrumValue::Rgb([0.5, 0.5, 1.0]))
+        let flat = SpectrumValue::Rgb([0.5, 0.5, 1.0]);
+        // Mitsuba 0.6 asks for no name.
+        let unnamed = (!q.has("normalmap")).then(|| q.child(PluginKind::Texture));
+        match unnamed.flatten() {
+            Some(map) => Input::Object(map),
+            None => q.texture_or_spectrum("normalmap", flat),
+        }
     };
     let [flips, shadows] =
         ["flip_invalid_normals", "use_shadowing_function"].map(|name| q.boolean_or(name, true));
@@ -156,6 +162,13 @@ fn mapped(
         bsdf: Bsdf::NormalMap(Box::new(bsdf)),
         ..surface
     })
+}
+
+/// Whether a texture is an image, scaled or not.
+fn is_image(texture: &ObjectDescription) -> bool {
+    let mut nested = texture.children.iter();
+    texture.plugin == "bitmap"
+        || texture.plugin == "scale" && nested.any(|child| is_image(&child.object))
 }
 
 /// What a shape without a bsdf has, as in Mitsuba: diffuse, with reflectance ½, or 0 if it emits light.
@@ -406,8 +419,10 @@ impl Maker<'_, '_> {
         }
     }
 
-    fn optics(&mut self, Optics { eta, k }: Optics) -> [Spectrum; 2] {
-        [eta, k].map(|value| self.spectrum(&value, Role::Coefficient))
+    fn optics(&mut self, metal: Optics) -> [Spectrum; 2] {
+        let against = metal.surroundings;
+        let parts = [metal.eta, metal.k];
+        parts.map(|value| self.spectrum(&value, Role::Coefficient) * against.recip())
     }
 
     fn glossy(&mut self, lobe: GlossyLobe, reflectances: [Quantity; 2]) -> Result<Bsdf, BsdfError> {

@@ -5,9 +5,10 @@
 
 mod rules;
 mod special;
+mod textures;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
-use crate::draft::Draft;
+use crate::draft::{Draft, DraftChild};
 use crate::scene::{PluginKind, Property, SpectrumValue, Value};
 use rules::RULES;
 
@@ -22,6 +23,8 @@ struct PluginTranslation {
     renamed: &'static [(&'static str, &'static str)],
     /// Parameters and roles that say how to compute, not what.
     dropped: &'static [&'static str],
+    /// The only parameters that stay, if all others are to be dropped.
+    kept: Option<&'static [&'static str]>,
     /// Defaults that differ from those of the plugin that it becomes.
     implied: &'static [(&'static str, Implied)],
 }
@@ -35,6 +38,9 @@ enum Implied {
     String(&'static str),
     Vector(f64, f64, f64),
 }
+
+/// Integrators of Mitsuba 0.6 that render what another one finds.
+const FRAMES: [&str; 3] = ["irrcache", "adaptive", "multichannel"];
 
 /// A scene's dialect, and what was done about it.
 #[derive(Default)]
@@ -89,6 +95,14 @@ impl Dialect {
         for name in drop(draft, rule.dropped) {
             self.ignore(draft, &name);
         }
+        if let Some(kept) = rule.kept {
+            let others = draft.properties.iter().map(|p| p.name.clone());
+            let others: Vec<_> = others.filter(|p| !kept.contains(&p.as_str())).collect();
+            for name in others {
+                drop(draft, &[&name]);
+                self.ignore(draft, &name);
+            }
+        }
         for (from, to) in rule.renamed {
             draft.rename(from, to);
         }
@@ -101,6 +115,21 @@ impl Dialect {
             let place = &draft.plugin_location;
             self.first.get_or_insert_with(|| place.clone());
         }
+    }
+
+    /// What stands in the place of an integrator that only speeds another one up: that one.
+    pub fn nested(&mut self, draft: &mut Draft) -> Option<DraftChild> {
+        let speeds_up = self.old
+            && draft.kind == PluginKind::Integrator
+            && FRAMES.contains(&draft.plugin.as_str());
+        if !speeds_up || draft.children.is_empty() {
+            return None;
+        }
+        let names: Vec<_> = draft.properties.iter().map(|p| p.name.clone()).collect();
+        names.iter().for_each(|name| self.ignore(draft, name));
+        let read = format!("'{}' as the integrator in it", draft.plugin);
+        add(&mut self.read, read);
+        Some(draft.children.swap_remove(0))
     }
 
     fn ignore(&mut self, draft: &Draft, what: &str) {

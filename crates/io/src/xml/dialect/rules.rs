@@ -3,7 +3,7 @@
 use super::Implied::{Boolean, Float, Integer, String, Vector};
 use super::PluginTranslation;
 use crate::scene::PluginKind::{
-    self, Bsdf, Emitter, Film, Integrator, Medium, Sampler, Sensor, Shape, Volume,
+    self, Bsdf, Emitter, Film, Integrator, Medium, Sampler, Sensor, Shape, Texture, Volume,
 };
 
 /// Nothing but another name.
@@ -15,7 +15,17 @@ const fn same(kind: PluginKind, from: &'static str, to: &'static str) -> PluginT
         old: false,
         renamed: &[],
         dropped: &[],
+        kept: None,
         implied: &[],
+    }
+}
+
+/// An integrator of Mitsuba 0.6 by another one, of which it has the depths.
+const fn by(from: &'static str, to: &'static str) -> PluginTranslation {
+    PluginTranslation {
+        old: true,
+        kept: Some(&["max_depth", "rr_depth", "hide_emitters"]),
+        ..same(Integrator, from, to)
     }
 }
 
@@ -118,9 +128,18 @@ pub(super) const RULES: &[PluginTranslation] = &[
     // A sheet that transmits all its diffuse light.
     PluginTranslation {
         old: true,
-        renamed: &[("transmittance", "base_color")],
+        renamed: &[
+            ("transmittance", "base_color"),
+            ("diffuse_transmittance", "base_color"),
+        ],
         implied: &[("diff_trans", Float(2.0))],
         ..same(Bsdf, "difftrans", "principledthin")
+    },
+    old(Texture, "bitmap", &["max_anisotropy", "cache", "gamma"]),
+    PluginTranslation {
+        old: true,
+        implied: &[("name", String("vertex_color"))],
+        ..same(Texture, "vertexcolors", "mesh_attribute")
     },
     PluginTranslation {
         old: true,
@@ -163,8 +182,20 @@ pub(super) const RULES: &[PluginTranslation] = &[
     },
     PluginTranslation {
         old: true,
-        dropped: &["light_image", "sample_direct"],
+        dropped: &["light_image", "sample_direct", "show_weighted"],
         ..same(Integrator, "bdpt", "bdpt")
+    },
+    old(Integrator, "direct", METHOD),
+    old(Integrator, "ptracer", &["granularity", "brute_force"]),
+    by("photonmapper", "photon"),
+    by("ppm", "photon"),
+    by("sppm", "sppm"),
+    by("pssmlt", "bdpt"),
+    by("mlt", "bdpt"),
+    by("erpt", "bdpt"),
+    PluginTranslation {
+        implied: &[("max_depth", Integer(5))],
+        ..by("vpl", "path")
     },
     old(Sampler, "independent", SEQUENCES),
     old(Sampler, "ldsampler", SEQUENCES),

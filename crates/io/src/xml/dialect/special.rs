@@ -1,6 +1,6 @@
 //! What cannot be said by other names alone.
 
-use super::{Draft, Implied, imply};
+use super::{Draft, Implied, imply, textures};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{PluginKind, Value};
 use glam::{DMat4, DVec3};
@@ -10,6 +10,9 @@ pub(super) fn before(draft: &mut Draft, old: bool, diagnostics: &mut Diagnostics
     match (draft.kind, draft.plugin.as_str()) {
         (PluginKind::Volume, "splinevolume") => boxed(draft, diagnostics),
         (PluginKind::Volume, "gridvolume") if old => boxed(draft, diagnostics),
+        (PluginKind::Texture, "bitmap" | "checkerboard") if old => textures::place(draft),
+        (PluginKind::Bsdf, "conductor" | "roughconductor") if old => metal(draft),
+        (PluginKind::Integrator, "ao") if old => occlusion(draft, diagnostics),
         (PluginKind::Emitter, "sky" | "sun" | "sunsky") if old => daylight(draft, diagnostics),
         (PluginKind::Film, _) if old => {
             transient(draft);
@@ -22,6 +25,25 @@ pub(super) fn before(draft: &mut Draft, old: bool, diagnostics: &mut Diagnostics
         }
         _ => {}
     }
+}
+
+/// Metals are copper unless they say otherwise; numbers come before a name.
+fn metal(draft: &mut Draft) {
+    match ["eta", "k"].map(|name| draft.names.contains_key(name)) {
+        [false, false] => imply(draft, "material", Implied::String("Cu")),
+        [true, true] => {
+            super::drop(draft, &["material"]);
+        }
+        _ => {}
+    }
+}
+
+/// Ambient occlusion is no light.
+fn occlusion(draft: &Draft, diagnostics: &mut Diagnostics) {
+    let message = "ambient occlusion is not rendered by an integrator of its own";
+    let help = "take the integrator 'direct', diffuse surfaces of reflectance 1 and the emitter 'constant': what it shows is the same";
+    let diagnostic = Diagnostic::error(message).help(help.to_owned());
+    diagnostics.push(diagnostic.at(&draft.plugin_location));
 }
 
 /// `min` and `max` put the samples into a box of their own rather than into that of the file.
@@ -55,7 +77,7 @@ fn point(draft: &Draft, name: &str) -> Option<(DVec3, Location)> {
     }
 }
 
-fn number(draft: &Draft, name: &str, default: f64) -> f64 {
+pub(super) fn number(draft: &Draft, name: &str, default: f64) -> f64 {
     let property = draft.properties.iter().find(|p| p.name == name);
     match property.map(|p| &p.value) {
         Some(Value::Float(v)) => *v,

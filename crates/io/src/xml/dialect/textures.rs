@@ -1,0 +1,69 @@
+//! Textures of Mitsuba 0.5 and 0.6.
+
+use super::special::number;
+use super::{Draft, drop};
+use crate::scene::Value;
+use glam::{DMat4, DVec3};
+
+/// Parameters that say where an image or a checkerboard lies, how it is looked up, and how its file is decoded.
+pub(super) fn place(draft: &mut Draft) {
+    let both = number(draft, "uvscale", 1.0);
+    let axes = [("uscale", "uoffset"), ("vscale", "voffset")];
+    let [u, v] =
+        axes.map(|(scale, offset)| [number(draft, scale, both), number(draft, offset, 0.0)]);
+    let map = DMat4::from_translation(DVec3::new(u[1], v[1], 0.0))
+        * DMat4::from_scale(DVec3::new(u[0], v[0], 1.0));
+    let there = drop(
+        draft,
+        &["uvscale", "uscale", "vscale", "uoffset", "voffset"],
+    );
+    if !there.is_empty() {
+        draft.set("to_uv", Value::Transform(map));
+    }
+    if draft.plugin == "bitmap" {
+        wrapped(draft);
+        filtered(draft);
+        decoded(draft);
+    }
+}
+
+fn word(draft: &Draft, name: &str) -> Option<String> {
+    let property = draft.properties.iter().find(|p| p.name == name)?;
+    match &property.value {
+        Value::String(word) => Some(word.to_ascii_lowercase()),
+        _ => None,
+    }
+}
+
+/// One mode for both axes, which is all that there is here.
+fn wrapped(draft: &mut Draft) {
+    let modes = ["wrap_mode_u", "wrap_mode_v"].map(|name| word(draft, name));
+    if let [Some(u), Some(v)] = modes
+        && u == v
+    {
+        drop(draft, &["wrap_mode_u", "wrap_mode_v"]);
+        draft.set("wrap_mode", Value::String(u));
+    }
+}
+
+/// Images are bilinear unless they are looked up pixel by pixel: samples average them.
+fn filtered(draft: &mut Draft) {
+    let smooth = ["ewa", "trilinear"];
+    if word(draft, "filter_type").is_some_and(|filter| smooth.contains(&filter.as_str())) {
+        draft.set("filter_type", Value::String("bilinear".to_owned()));
+    }
+}
+
+/// An exponent of 1 means numbers as they are; that of sRGB, and none, mean what files of 8 bits are.
+fn decoded(draft: &mut Draft) {
+    if !draft.names.contains_key("gamma") {
+        return;
+    }
+    let gamma = number(draft, "gamma", 0.0);
+    if gamma == 1.0 {
+        drop(draft, &["gamma"]);
+        draft.set("raw", Value::Boolean(true));
+    } else if gamma <= 0.0 {
+        drop(draft, &["gamma"]);
+    }
+}
