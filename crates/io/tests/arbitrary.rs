@@ -313,6 +313,22 @@ proptest! {
     }
 
     #[test]
+    fn hair_of_arbitrary_bytes(bytes in after(vec![vec![], b"BINARY_HAIR".to_vec(), b"BINARY_HAIR\x09\0\0\0".to_vec()])) {
+        if let Ok(strands) = mesh::hair::parse(&bytes, Limits::default()) {
+            let _ = mesh::curves::lines(&mesh::hair::with_radius(strands, 0.1));
+        }
+    }
+
+    #[test]
+    fn hair_of_arbitrary_numbers(rows in prop::collection::vec((any::<f32>(), -3i32..3, any::<bool>()), 0..20)) {
+        let line = |(x, y, breaks): &(f32, i32, bool)| format!("{x} {y} 1\n{}", if *breaks { "\n" } else { "" });
+        let text: String = rows.iter().map(line).collect();
+        if let Ok(strands) = mesh::hair::parse(text.as_bytes(), Limits::default()) {
+            let _ = mesh::curves::lines(&mesh::hair::with_radius(strands, 0.1));
+        }
+    }
+
+    #[test]
     fn obj_of_pieces(text in obj_pieces()) {
         let _ = mesh::obj::parse(text.as_bytes(), Limits::default());
     }

@@ -157,3 +157,35 @@ fn of_several_cameras_the_first_is_rendered() {
             .contains("2 cameras: the first one is rendered")
     );
 }
+
+#[test]
+fn a_radiance_meter_sees_along_a_ray() {
+    let meter = |place: &str| {
+        let film = film(1).replace("height' value='5'", "height' value='1'");
+        scene(&format!(
+            "<sensor type='radiancemeter'>{place}{film}</sensor>"
+        ))
+    };
+    let by_ray = "<point name='origin' value='1, 2, 3'/><vector name='direction' value='0, 3, 4'/>";
+    let by_map = "<transform name='to_world'><lookat origin='1, 2, 3' target='1, 5, 7' up='1, 0, 0'/></transform>";
+    for place in [by_ray, by_map] {
+        let loaded = meter(place).unwrap_or_else(|e| panic!("{e}"));
+        for image in [[0.5, 0.5], [0.0, 1.0], [1.0, 0.3]] {
+            let ray = loaded.scene().sensor().ray(image, [0.5; 2]);
+            assert!(ray.origin.distance(glam::DVec3::new(1.0, 2.0, 3.0)) < 1e-12);
+            let aside = ray.direction.distance(glam::DVec3::new(0.0, 0.6, 0.8));
+            assert!(aside < 1.3e-5, "{aside}");
+        }
+    }
+    for (place, expected) in [
+        (format!("{by_ray}{by_map}"), "not both"),
+        (by_ray.replace("0, 3, 4", "0, 0, 0"), "must not be zero"),
+        (
+            "<point name='origin' value='1, 2, 3'/>".to_owned(),
+            "needs <vector name=\"direction\">",
+        ),
+    ] {
+        let error = meter(&place).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    }
+}

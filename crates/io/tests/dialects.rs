@@ -313,6 +313,20 @@ fn weights_of_emitters_and_opacity_are_ignored() {
     assert_eq!(note.as_deref(), Some(expected));
 }
 
+#[test]
+fn films_of_tristimulus_values_are_colours() {
+    let film = |format: &str| {
+        format!("<film type='hdrfilm' id='f'><string name='pixel_format' value='{format}'/></film>")
+    };
+    let note = becomes(&film("xyz"), &film("rgb"));
+    assert_eq!(note, "read: pixel_format 'xyz' as 'rgb'");
+    let note = becomes(&film("XYZA"), &film("rgb"));
+    assert_eq!(
+        note,
+        "read: pixel_format 'XYZA' as 'rgb'; ignored: 'alpha' of 'hdrfilm'"
+    );
+}
+
 /// A spline through samples of a linear index is that index: at the nodes of the file's box, or of one given.
 #[test]
 fn an_index_of_the_fork_is_where_it_was() {

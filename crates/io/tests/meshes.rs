@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use morgana_io::Limits;
-use morgana_io::mesh::{MeshData, obj, ply, serialized};
+use morgana_io::mesh::{MeshData, hair, obj, ply, serialized};
 use std::path::{Path, PathBuf};
 
 #[track_caller]
@@ -336,4 +336,73 @@ fn colours_in_mesh_files() {
     .unwrap();
     assert_eq!(mesh.colours, None);
     obj_error("v 0 0 0 0.5 red 1", Some(1), "'red' is not a number");
+}
+
+/// Names as Mitsuba 3 groups them: neighbours of one prefix and one of four schemes, one channel or three.
+#[test]
+fn attributes_of_ply_files() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        property float heat_0\nproperty double flow_x\nproperty float flow_y\nproperty float flow_z\n\
+        property float lone\nproperty float two_1\nproperty float two_2\nproperty uchar tint_r\nproperty uchar tint_g\n\
+        property uchar tint_b\nelement face 2\nproperty list uchar int marks\nproperty int weight_1\n\
+        property list uchar int vertex_indices\nend_header\n\
+        0 0 0 0.5 1 2 3 9 8 8 10 20 30\n1 0 0 1.5 4 5 6 9 8 8 0 0 0\n1 1 0 2.5 7 8 9 9 8 8 0 0 0\n\
+        0 1 0 3.5 0 0 0 9 8 8 0 0 0\n2 5 6 -7 4 0 1 2 3\n0 11 3 0 1 2\n";
+    let mesh = ply::parse(text.as_bytes(), Limits::default()).unwrap();
+    let names: Vec<&str> = mesh.attributes.iter().map(|a| a.name.as_str()).collect();
+    let expected = [
+        "vertex_heat",
+        "vertex_flow",
+        "vertex_tint_color",
+        "face_weight",
+    ];
+    assert_eq!(names, expected);
+    let values = |k: usize| &mesh.attributes[k].values;
+    assert_eq!(values(0)[3], [3.5; 3]);
+    assert_eq!(values(1)[..2], [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+    assert_eq!(values(2)[0], [10.0, 20.0, 30.0]);
+    // The first face is two triangles.
+    assert_eq!(values(3)[..], [[-7.0; 3], [-7.0; 3], [11.0; 3]]);
+    let numbers: Vec<bool> = mesh.attributes.iter().map(|a| a.is_number).collect();
+    assert_eq!(numbers, [true, false, false, true]);
+}
+
+/// The same strands in both of the formats of Mitsuba 0.6.
+#[test]
+fn hair_as_text_and_in_binary() {
+    let parse = |bytes: &[u8]| hair::parse(bytes, Limits::default());
+    let text = "\n0 0 0\n0 1 0\n0 1 0\n0.5 2 0\n\n\n7 7 7\n \n1 0 0 more\n1 0 -4\n";
+    let strands = parse(text.as_bytes()).unwrap();
+    let [a, b] = [[0.0, 1.0, 0.0], [0.5, 2.0, 0.0]].map(DVec3::from_array);
+    let second = vec![DVec3::X, DVec3::new(1.0, 0.0, -4.0)];
+    assert_eq!(strands, [vec![DVec3::ZERO, a, b], second]);
+    let points = [
+        [f32::INFINITY, 0.0, 0.0, 0.0],
+        [f32::NAN, 0.0, 1.0, 0.0],
+        [f32::NAN, 0.0, 1.0, 0.0],
+        [f32::NAN, 0.5, 2.0, 0.0],
+        [f32::INFINITY, 7.0, 7.0, 7.0],
+        [f32::INFINITY, 1.0, 0.0, 0.0],
+        [f32::NAN, 1.0, 0.0, -4.0],
+    ];
+    let numbers = points.iter().flatten().filter(|v| !v.is_nan());
+    let mut bytes = b"BINARY_HAIR".to_vec();
+    bytes.extend((points.len() as u32).to_le_bytes());
+    bytes.extend(numbers.flat_map(|v| v.to_le_bytes()));
+    assert_eq!(parse(&bytes).unwrap(), strands);
+    for cut in 11..bytes.len() {
+        assert!(parse(&bytes[..cut]).is_err(), "{cut}");
+    }
+    for (text, line, expected) in [
+        ("", None, "no strand of two points"),
+        ("1 2 3\n\n4 5 6\n", None, "no strand of two points"),
+        ("1 2 3\n1 2\n", Some(2), "expected x, y and z"),
+        ("1 2 inf\n", Some(1), "a point is not finite"),
+    ] {
+        let (problem, at) = parse(text.as_bytes()).unwrap_err();
+        assert!(problem.to_string().contains(expected), "{problem}");
+        assert_eq!(at, line, "{text}");
+    }
+    let many = "1 2 3\n".repeat(2_000_000);
+    assert!(hair::parse(many.as_bytes(), Limits::of(1 << 20)).is_err());
 }

@@ -760,6 +760,7 @@ fn examples() -> Vec<(&'static str, String, String)> {
         ("plastic", surface(r#"{"type": "plastic"}"#), surface(r#"{"type": "roughplastic", "lossless": true}"#)),
         ("polarization", surface(r#"{"type": "polarizer"}"#), surface(r#"{"type": "mask", "b": {"type": "diffuse"}}"#)),
         ("principledthin", surface(r#"{"type": "principledthin"}"#), surface(r#"{"type": "principled"}"#)),
+        ("radiancemeter", camera(SAMPLER).replace("perspective", "radiancemeter").replace(r#""fov": 40, "#, ""), camera(SAMPLER)),
         ("rotated grid", grid(r#"[{"rotate": {"axis": [0, 0, 1], "angle": 30}}]"#), grid(r#"[{"scale": 2}]"#)),
         ("sample_count", camera(r#""sampler": {"type": "independent"}"#), camera(SAMPLER)),
         ("sdfgrid", scene(r#""c": {"type": "sdfgrid", "grid": [[[[-1], [1]], [[1], [1]]], [[[1], [1]], [[1], [1]]]]}, "#), scene(r#""c": {"type": "cube"}, "#)),
@@ -776,6 +777,7 @@ fn examples() -> Vec<(&'static str, String, String)> {
         ("vertex colours",
             tetrahedron(outside).replace("COLOURS", r#", "bsdf": {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}"#),
             tetrahedron(outside).replace("COLOURS", "")),
+        ("wrap_mode", grid(r#"[], "wrap_mode": "repeat""#), grid(r#"[], "wrap_mode": "clamp""#)),
     ]
 }
 

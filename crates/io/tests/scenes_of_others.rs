@@ -249,3 +249,96 @@ fn a_map_of_nothing_is_one_error() {
     let errors = error.unwrap_err();
     assert_eq!(errors.error_count(), 1, "{errors}");
 }
+
+/// Parameters of Mitsuba that change no picture, in scenes of version 3.
+#[test]
+fn parameters_that_change_no_picture() {
+    let loaded = load(
+        "<integrator type='path'><float name='timeout' value='10'/><boolean name='hide_emitters' value='false'/></integrator>
+         <sensor type='perspective'><float name='shutter_open' value='0'/><float name='shutter_close' value='1'/>
+           <film type='hdrfilm'><boolean name='compensate' value='true'/></film></sensor>
+         <emitter type='constant'/>",
+    );
+    assert_eq!(loaded.warnings.to_string(), "");
+    for srf in [
+        "<spectrum name='srf' value='400:1, 700:1'/>",
+        "<spectrum name='srf' type='regular'><float name='wavelength_min' value='400'/></spectrum>",
+    ] {
+        let error = try_load(&format!("<sensor type='perspective'>{srf}</sensor>{LIGHT}"));
+        let error = error.unwrap_err();
+        assert_eq!(error.error_count(), 1, "{error}");
+        assert!(
+            error.to_string().contains("no spectral response"),
+            "{error}"
+        );
+    }
+}
+
+/// The camera that Mitsuba 0.6 makes: 45° wide, along +z, from where the larger of width and height of all fills the view.
+#[test]
+fn a_scene_without_a_sensor_is_seen() {
+    let loaded = load(
+        "<shape type='cube'><transform name='to_world'><scale x='2' y='1' z='3'/><translate x='5' y='6' z='7'/></transform></shape>
+         <emitter type='constant'/>",
+    );
+    let sensor = loaded.scene().sensor();
+    let middle = sensor.ray([0.5, 0.5], [0.5; 2]);
+    let distance = 4.0 / (2.0 * 22.5f64.to_radians().tan());
+    let expected = glam::DVec3::new(5.0, 6.0, 4.0 - distance);
+    assert!(middle.origin.distance(expected) < 1e-12);
+    assert!(middle.direction.distance(glam::DVec3::Z) < 1e-12);
+    let edge = sensor.ray([0.0, 0.5], [0.5; 2]).direction;
+    assert!(((edge.x / edge.z).abs() - 22.5f64.to_radians().tan()).abs() < 1e-12);
+    let note = loaded.warnings.to_string();
+    assert!(note.contains("note: the scene has no sensor"), "{note}");
+    let empty = load(LIGHT);
+    let origin = empty.scene().sensor().ray([0.5; 2], [0.5; 2]).origin;
+    assert_eq!(origin, glam::DVec3::ZERO);
+}
+
+/// A beam without a radius is thin, and has the power that it is said to have.
+#[test]
+fn a_beam_without_a_radius_is_thin() {
+    use transport::emitter::Emitter;
+    let loaded = load(&format!(
+        "{CAMERA}<shape type='cube'><transform name='to_world'><translate z='9'/></transform></shape>
+         <emitter type='collimated'><float name='power' value='3'/></emitter>"
+    ));
+    let Emitter::Collimated(beam) = &loaded.scene().emitters()[0] else {
+        panic!("no beam");
+    };
+    let radius = 1e-3 * 3f64.sqrt();
+    let area = std::f64::consts::PI * radius * radius;
+    let irradiance = beam.irradiance(glam::DVec3::ZERO)[0];
+    assert!((irradiance * area / 3.0 - 1.0).abs() < 1e-9, "{irradiance}");
+    let note = loaded.warnings.to_string();
+    assert!(note.contains("a beam without a 'radius'"), "{note}");
+}
+
+/// A meter of Mitsuba has pixels, which count samples only.
+#[test]
+fn films_of_meters_have_pixels() {
+    let meter = |film: &str| {
+        format!(
+            "<integrator type='particle'/>{LIGHT}<shape type='rectangle'><sensor type='irradiancemeter'>{film}</sensor></shape>"
+        )
+    };
+    let loaded = load(&meter(
+        "<film type='hdrfilm'><integer name='width' value='16'/><integer name='height' value='8'/><rfilter type='box'/></film>",
+    ));
+    assert_eq!(loaded.instruments.len(), 1);
+    let old = format!(
+        "<scene version='0.6.0'>{}</scene>",
+        meter("<film type='mfilm'/>")
+    );
+    let loaded = load_files(&[("scenes/main.xml", &old)]).unwrap_or_else(|d| panic!("{d}"));
+    assert_eq!(loaded.instruments.len(), 1);
+}
+
+/// A file that is nowhere else is looked for in the current folder: that of the crate, for tests of it.
+#[test]
+fn files_in_the_current_folder_are_found_last() {
+    let include = "<include filename='tests/data/part_of_a_scene.xml'/>";
+    let loaded = load(&format!("{CAMERA}{LIGHT}{include}"));
+    assert_eq!(loaded.scene().objects().len(), 1);
+}

@@ -46,6 +46,7 @@ differences! {
     PLASTIC: "plastic", "the base is up to 2 % brighter under a rough coat, 0.1 % under a smooth one: Mitsuba's mean reflectance from below is a coarse sum or a fit";
     POLARIZATION: "polarization", "light is not polarized: filters let half of it, or all, pass; so do Mitsuba's variants that are not polarized";
     PRINCIPLED_THIN: "principledthin", "facets of a sheet transmit to wherever a mirror image would be; Mitsuba leaves steep ones out, one way only";
+    RADIANCEMETER: "radiancemeter", "a radiancemeter sees a cone that is 0.001° wide; Mitsuba's sees along one ray";
     ROTATED_GRID: "rotated grid", "a grid that is turned ends at its own cube; Mitsuba's fills the box around it that is parallel to the axes";
     SAMPLE_COUNT: "sample_count", "64 samples per pixel unless the scene says otherwise; Mitsuba takes 4";
     SENSOR_MEDIUM: "sensor medium", "the sensor is in the medium around it; in Mitsuba it is in none unless it names one";
@@ -55,4 +56,5 @@ differences! {
     TEXTURED_SPHERE: "textured sphere", "a sphere whose radiance is a texture lights the scene as it looks; Mitsuba's, if turned, does not";
     TWO_SIDED: "twosided", "the side of a twosided mesh that is seen is told by its triangles; Mitsuba tells it by the normals of vertices, and lights edges where these lean away";
     VERTEX_COLOURS: "vertex colours", "whole numbers are decoded from sRGB; Mitsuba takes them as they are, 0 to 255";
+    WRAP_MODE: "wrap_mode", "grids continue their outermost samples, whatever wrap_mode says; Mitsuba's repeat blends them with those of the opposite face, half a cell deep, and surfaces beyond the grid see it again";
 }

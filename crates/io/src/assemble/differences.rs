@@ -1,5 +1,6 @@
 //! Which deliberate differences from Mitsuba 3.9.1 a scene meets.
 
+use super::described::is_meter;
 use super::difference::*;
 use super::quantities::asks_for_surfaces;
 use super::sensor::{FAR_CLIP, NEAR_CLIP};
@@ -150,10 +151,20 @@ fn of_object(object: &ObjectDescription) -> Vec<Difference> {
             let textured = shines_by_texture(object);
             textured.then_some(TEXTURED_SPHERE).into_iter().collect()
         }
-        (PluginKind::Shape, "bsplinecurve" | "linearcurve") => vec![CURVES],
+        (PluginKind::Shape, "bsplinecurve" | "linearcurve" | "hair") => vec![CURVES],
         (PluginKind::Shape, "sdfgrid") => vec![SDFGRID],
         (PluginKind::Integrator, _) => of_integrator(object),
-        (PluginKind::Texture, "mesh_attribute") => vec![VERTEX_COLOURS],
+        (PluginKind::Texture, "mesh_attribute") => {
+            let coloured = ["vertex_color", "face_color"];
+            let coloured = coloured.iter().any(|name| is(object, "name", name));
+            coloured.then_some(VERTEX_COLOURS).into_iter().collect()
+        }
+        (PluginKind::Volume, "gridvolume") => {
+            let wrapped = ["repeat", "mirror"];
+            let wrapped = wrapped.iter().any(|mode| is(object, "wrap_mode", mode));
+            wrapped.then_some(WRAP_MODE).into_iter().collect()
+        }
+        (PluginKind::Sensor, "radiancemeter") => vec![RADIANCEMETER],
         _ => Vec::new(),
     }
 }
@@ -306,9 +317,8 @@ fn of_methods(known: &Known) -> Vec<Difference> {
 fn of_camera(known: &Known) -> Vec<Difference> {
     let root = &known.description.root;
     let mut sensors = root.children.iter().map(|c| &c.object);
-    let camera = |o: &&std::sync::Arc<ObjectDescription>| {
-        o.kind == PluginKind::Sensor && !o.plugin.ends_with("meter")
-    };
+    let camera =
+        |o: &&std::sync::Arc<ObjectDescription>| o.kind == PluginKind::Sensor && !is_meter(o);
     let Some(sensor) = sensors.find(camera) else {
         return Vec::new();
     };

@@ -82,6 +82,7 @@ pub(super) fn build(object: Option<&ObjectDescription>, context: &mut Context) -
     // Light from beyond the image's edge always counts.
     q.boolean_or("sample_border", true);
     // How files are written is the command's business; Mitsuba's scene files say it here.
+    q.boolean_or("compensate", false);
     q.string_or("file_format", "openexr");
     q.string_or("component_format", "float32");
     film.layering = layering(&mut q);

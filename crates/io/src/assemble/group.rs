@@ -211,8 +211,10 @@ impl<'a> Children<'a> {
         let sensor = match self.cameras[..] {
             [sensor] => sensor::build(sensor, context)?,
             [] => {
-                context.error_at(&self.root.location, "the scene has no sensor");
-                return None;
+                let message = "the scene has no sensor: a perspective camera of 45° looks at all of it, along +z";
+                let note = Diagnostic::note(message).at(&self.root.location);
+                context.diagnostics.push(note);
+                sensor::absent(context)
             }
             [first, ref others @ ..] => {
                 let message = format!(

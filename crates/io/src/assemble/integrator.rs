@@ -300,6 +300,7 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     let reflections = query.integer_in("reflections", 0..=MOST_REFLECTIONS, 0);
     let hide_emitters = query.boolean_or("hide_emitters", false);
     // How work is divided; Mitsuba's scene files have them.
+    query.float_or("timeout", -1.0);
     query.has("samples_per_pass");
     query.has("block_size");
     if kind == Kind::Direct {

@@ -176,6 +176,10 @@ fn film(object: &ObjectDescription, context: &mut Context) {
     let mut q = Query::new(object, context.diagnostics);
     q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
     q.has("wavelengths");
+    // Those of Mitsuba have pixels, which count samples.
+    q.integer_in("width", 1.., 1);
+    q.integer_in("height", 1.., 1);
+    q.child(PluginKind::Rfilter);
     q.finish(&[]);
 }
 

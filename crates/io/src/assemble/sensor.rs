@@ -8,7 +8,8 @@ use super::sampler::{self, Samples};
 use super::transforms::affine;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
-use glam::DAffine3;
+use eikonal::Aabb;
+use glam::{DAffine3, DMat3, DVec3};
 use std::ops::{Bound, RangeInclusive};
 use std::sync::Arc;
 use transport::scene::{FilmSpec, FilmWindow, MediumId};
@@ -16,12 +17,13 @@ use transport::sensor::{
     ApertureStop, Batch, Orthographic, Perspective, Sensor, Telecentric, ThinLens,
 };
 
-const KNOWN: [&str; 5] = [
+const KNOWN: [&str; 6] = [
     "perspective",
     "thinlens",
     "orthographic",
     "telecentric",
     "batch",
+    "radiancemeter",
 ];
 /// Samples per pixel, unless a sampler says otherwise.
 const SAMPLES: i64 = 64;
@@ -143,8 +145,13 @@ struct View {
 
 /// `None` if the plugin is unknown.
 fn view_of(object: &ObjectDescription, mut q: Query) -> Option<View> {
-    let matrix = q.transform("to_world");
-    let frame = affine(matrix, "to_world", &mut q);
+    let frame = match object.plugin.as_str() {
+        "radiancemeter" => along_a_ray(&mut q),
+        _ => {
+            let matrix = q.transform("to_world");
+            affine(matrix, "to_world", &mut q)
+        }
+    };
     let axes = [
         frame.matrix3.x_axis,
         frame.matrix3.y_axis,
@@ -165,12 +172,77 @@ fn view_of(object: &ObjectDescription, mut q: Query) -> Option<View> {
     // them for the sake of its own intersection tests.
     q.float_or("near_clip", NEAR_CLIP);
     q.float_or("far_clip", FAR_CLIP);
+    // Nothing moves.
+    q.float_or("shutter_open", 0.0);
+    q.float_or("shutter_close", 0.0);
+    if q.has("srf") {
+        let message = "sensors have no spectral response: render a film of 'wavelengths', and weigh its channels";
+        q.error("srf", message);
+    }
     q.finish(&[]);
     optics.map(|optics| View {
         optics,
         frame,
         shift,
     })
+}
+
+/// Where a radiance meter looks: along +z of its transform, or from a point in a direction.
+fn along_a_ray(q: &mut Query) -> DAffine3 {
+    let matrix = q.transform("to_world");
+    let frame = affine(matrix, "to_world", q);
+    if !["origin", "direction"].iter().any(|name| q.has(name)) {
+        return frame;
+    }
+    if q.has("to_world") {
+        let message = "give 'origin' and 'direction', or 'to_world', not both";
+        q.error("to_world", message);
+    }
+    let (origin, direction) = (q.point("origin"), q.vector("direction").try_normalize());
+    let Some(z) = direction else {
+        q.error("direction", "the direction must not be zero");
+        return frame;
+    };
+    let x = z.any_orthonormal_vector();
+    DAffine3 {
+        matrix3: DMat3::from_cols(x, z.cross(x), z),
+        translation: origin,
+    }
+}
+
+/// Width of the cone that a radiance meter sees, in degrees.
+const RAY: f64 = 1e-3;
+/// Field of view in degrees of the camera of scenes without one, as in Mitsuba 0.6.
+const DEFAULT_FOV: f64 = 45.0;
+
+/// The camera of a scene without one, as in Mitsuba 0.6: it looks along +z, from where a width or height of all that
+/// is there fills its field of view.
+pub(super) fn absent(context: &mut Context) -> SensorParts {
+    let boxes = context.objects.iter().map(|o| o.shape.aabb());
+    let all = boxes.fold(Aabb::EMPTY, Aabb::union);
+    let half = (0.5 * DEFAULT_FOV.to_radians()).tan();
+    let eye = if all.is_empty() {
+        DVec3::ZERO
+    } else {
+        let distance = (all.max - all.min).truncate().max_element() / (2.0 * half);
+        all.center().with_z(all.min.z - distance)
+    };
+    let film = film::build(None, context);
+    let view = View {
+        optics: Optics::Pinhole(Fov {
+            angle: DEFAULT_FOV.to_radians(),
+            axis: 0,
+        }),
+        frame: DAffine3::from_translation(eye),
+        shift: [0.0; 2],
+    };
+    let aspect = film.spec.width as f64 / film.spec.height as f64;
+    SensorParts {
+        sensor: view.sensor(aspect),
+        medium: None,
+        film,
+        samples: sampler::build(None, SAMPLES, context),
+    }
 }
 
 enum Optics {
@@ -205,6 +277,10 @@ fn optics(object: &ObjectDescription, q: &mut Query) -> Option<Optics> {
             Optics::ThinLens(fov, radius, q.float_in("focus_distance", POSITIVE, far))
         }
         "orthographic" => Optics::Orthographic,
+        "radiancemeter" => Optics::Pinhole(Fov {
+            angle: RAY.to_radians(),
+            axis: 0,
+        }),
         "telecentric" => {
             let distance = q.float_in("focus_distance", 0.0.., 0.0);
             Optics::Telecentric(distance, stop(q))

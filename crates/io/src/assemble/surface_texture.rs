@@ -1,9 +1,11 @@
 //! Textures of surfaces: images, checkerboards, values of vertices, volumes, and multiples of these.
 
 use super::context::Context;
-use super::originals::Colours;
+use super::originals::Attributes;
 pub(super) use super::texture_role::Role;
+use crate::diagnostic::suggest;
 use crate::image::RgbImage;
+use crate::mesh::MeshAttribute;
 use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue, srgb_from_linear};
 use glam::{DAffine2, DMat4};
@@ -40,8 +42,8 @@ const UNMODELLED: [(&str, &str); 3] = [
     ),
 ];
 
-/// The mesh that is to be covered, with its colours.
-pub(super) type Vertices = Option<(Arc<Mesh>, Colours)>;
+/// The mesh that is to be covered, with its attributes.
+pub(super) type Vertices = Option<(Arc<Mesh>, Attributes)>;
 
 /// A quantity given as a spectrum or as a nested texture.
 pub(super) fn texture(
@@ -85,7 +87,7 @@ fn nested(
             Some(texture)
         }
         "checkerboard" => Some(checkerboard(object, role, vertices, context)),
-        "mesh_attribute" => vertex_colours(object, role, vertices, context),
+        "mesh_attribute" => attribute(object, role, vertices, context),
         "scale" => Some(scaled(object, role, vertices, context)),
         "volume" => volume(object, role, context),
         _ => {
@@ -188,51 +190,74 @@ fn checkerboard(
     Texture::Checkerboard(Arc::new(Checkerboard::new(colours, to_uv)))
 }
 
-fn vertex_colours(
+fn attribute(
     object: &ObjectDescription,
     role: Role,
     vertices: &Vertices,
     context: &mut Context,
 ) -> Option<Texture> {
     let mut q = Query::new(object, context.diagnostics);
-    let of_faces = q.one_of("name", &["vertex_color", "face_color"]) == 1;
-    if !q.has("name") {
-        q.string("name");
-    }
-    let of = |(_, colours): &(_, Colours)| {
-        let Colours { vertices, faces } = colours;
-        if of_faces { faces } else { vertices }.clone()
-    };
-    let colours = vertices.as_ref().and_then(of);
-    if colours.is_none() {
-        let message = if of_faces {
-            "the shape has no colours of faces: a .ply file with properties r, g, b (or red, green, blue, or color_0, \
-             color_1, color_2) of its faces has them"
-        } else {
-            "the shape has no colours: a .ply file with properties r, g, b (or red, green, blue, or color_0, color_1, \
-             color_2) of its vertices has them, and an .obj file with three numbers after each position"
-        };
+    let name = q.string("name");
+    let scale = q.float_or("scale", 1.0);
+    let attributes = vertices.as_ref().map(|(_, attributes)| &attributes[..]);
+    let found = attributes.into_iter().flatten().find(|a| a.name == name);
+    if found.is_none() && q.has("name") {
+        let message = no_attribute(&name, attributes.unwrap_or_default());
         q.error("name", message);
     }
     q.finish(&[]);
-    let ((mesh, _), colours) = (vertices.as_ref()?, colours?);
-    let mut colour = |rgb: &[f32; 3]| {
+    let ((mesh, _), attribute) = (vertices.as_ref()?, found?);
+    let mut value = |value: &[f32; 3]| {
+        let [x, y, z] = value.map(|v| f64::from(v) * scale);
         if role == Role::Vector {
-            let [x, y, z] = rgb.map(f64::from);
             return Ok(Spectrum([x, y, z, 0.0]));
         }
-        let value = in_role(&SpectrumValue::Rgb(rgb.map(f64::from)), role);
+        let value = if attribute.is_number {
+            SpectrumValue::Uniform(x)
+        } else {
+            in_role(&SpectrumValue::Rgb([x, y, z]), role)
+        };
         context.channels.spectrum(&value, context.group)
     };
-    let colours: Result<Vec<Spectrum>, String> = colours.iter().map(&mut colour).collect();
-    let colours = context.accept(&object.location, colours)?;
-    let texture = if of_faces {
-        VertexColours::of_triangles(mesh.clone(), colours)
+    let values: Result<Vec<Spectrum>, String> = attribute.values.iter().map(&mut value).collect();
+    let values = context.accept(&object.location, values)?;
+    let texture = if attribute.is_of_faces() {
+        VertexColours::of_triangles(mesh.clone(), values)
     } else {
-        VertexColours::new(mesh.clone(), colours)
+        VertexColours::new(mesh.clone(), values)
     };
     let texture = context.accept(&object.location, texture)?;
     Some(Texture::Vertices(Arc::new(texture)))
+}
+
+/// What to say of an attribute that a mesh lacks.
+fn no_attribute(name: &str, attributes: &[MeshAttribute]) -> String {
+    const ALWAYS: [&str; 2] = ["vertex_color", "face_color"];
+    let names = attributes.iter().map(|a| a.name.as_str());
+    if let Some(similar) =
+        suggest(name, names.clone().chain(ALWAYS)).filter(|_| !ALWAYS.contains(&name))
+    {
+        return format!("the shape has no '{name}'; {similar}");
+    }
+    match name {
+        "face_color" => {
+            "the shape has no colours of faces: a .ply file with properties r, g, b (or red, green, blue, or color_0, \
+             color_1, color_2) of its faces has them"
+                .to_owned()
+        }
+        "vertex_color" => {
+            "the shape has no colours: a .ply file with properties r, g, b (or red, green, blue, or color_0, color_1, \
+             color_2) of its vertices has them, and an .obj file with three numbers after each position"
+                .to_owned()
+        }
+        _ => {
+            let names: Vec<_> = names.collect();
+            format!(
+                "the shape has no '{name}', which begins with 'vertex_' or 'face_': it has {}",
+                if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+            )
+        }
+    }
 }
 
 fn bitmap(object: &ObjectDescription, role: Role, context: &mut Context) -> Option<Bitmap> {
@@ -285,7 +310,11 @@ pub(super) fn screen(object: &ObjectDescription, context: &mut Context) -> Optio
     })
 }
 
+/// How Mitsuba holds images, which rounds their numbers at most.
+const FORMATS: [&str; 5] = ["auto", "variant", "float16", "fp16", "uint8"];
+
 fn filter(q: &mut Query) -> BitmapFilter {
+    q.one_of("format", &FORMATS);
     let filter = q.one_of("filter_type", &["bilinear", "nearest"]);
     [BitmapFilter::Bilinear, BitmapFilter::Nearest][filter]
 }

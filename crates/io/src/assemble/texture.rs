@@ -123,7 +123,8 @@ fn grid(
     }
     let (scale, offset) = (query.float_or("scale", 1.0), query.float_or("offset", 0.0));
     let filter = query.one_of("filter_type", &["trilinear", "nearest"]);
-    query.one_of("wrap_mode", &["clamp"]);
+    // Beyond the grid there is nothing in a medium, or what its edge has.
+    query.one_of("wrap_mode", &["clamp", "repeat", "mirror"]);
     // Values are always used as they are, and there is nothing to accelerate: both are accepted
     // because Mitsuba's scene files have them.
     query.boolean_or("raw", true);

@@ -1,8 +1,10 @@
 //! Triangle meshes.
 
+mod attributes;
 mod build;
 pub mod curves;
 pub mod gltf;
+pub mod hair;
 pub mod isosurface;
 pub mod obj;
 pub mod ply;
@@ -16,6 +18,7 @@ use glam::DVec3;
 use crate::error::{FileError, Problem};
 use crate::input::Limits;
 
+pub use attributes::MeshAttribute;
 pub use tensors::Tensors;
 
 /// A triangle mesh. Every index names a vertex, and positions are finite.
@@ -33,6 +36,8 @@ pub struct MeshData {
     pub colours: Option<Vec<[f32; 3]>>,
     /// Linear colours of the triangles.
     pub face_colours: Option<Vec<[f32; 3]>>,
+    /// Other quantities of the vertices and triangles.
+    pub attributes: Vec<MeshAttribute>,
 }
 
 impl MeshData {

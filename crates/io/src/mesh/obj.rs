@@ -191,6 +191,7 @@ impl Reader {
             normals,
             colours,
             face_colours: None,
+            attributes: Vec::new(),
         })
     }
 }

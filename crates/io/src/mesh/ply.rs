@@ -8,6 +8,7 @@ use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
 
 use super::MeshData;
+use super::attributes::{Channels, MeshAttribute, grouped};
 use super::build::{check_mesh, check_position, fan};
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
@@ -15,7 +16,8 @@ use crate::scene::linear_from_srgb;
 
 /// Reads a mesh: the positions `x y z`, normals `nx ny nz`,
 /// texture coordinates `u v` or `s t` and colours `r g b`,
-/// `red green blue` or `color_0 color_1 color_2` if there are any, and the faces with colours by the same names.
+/// `red green blue` or `color_0 color_1 color_2` if there are any, and the faces with colours by the same names. Other
+/// properties such as `weight_0` or `velocity_x velocity_y velocity_z`, of one channel or three, are attributes.
 ///
 /// # Errors
 ///
@@ -53,7 +55,7 @@ fn read_from(reader: impl BufRead + Seek, size: u64, limits: Limits) -> Result<M
     check_header(&header, size, limits).map_err(|problem| (problem, None))?;
     let mut mesh = MeshData::default();
     let mut polygons = Vec::new();
-    let mut coloured = false;
+    let mut face = None;
     for (name, element) in &header.elements {
         match name.as_str() {
             "vertex" => {
@@ -62,7 +64,7 @@ fn read_from(reader: impl BufRead + Seek, size: u64, limits: Limits) -> Result<M
             }
             "face" => {
                 polygons = elements::<Face>(&mut reader, element, &header)?;
-                coloured = is_coloured(element);
+                face = Some(element);
             }
             _ => drop(elements::<Other>(&mut reader, element, &header)?),
         }
@@ -70,7 +72,10 @@ fn read_from(reader: impl BufRead + Seek, size: u64, limits: Limits) -> Result<M
     let corners = polygons.iter().flat_map(|face| &face.polygon).map(Vec::len);
     limits
         .check(corners.sum::<usize>() as u64, CORNER, size)
-        .and_then(|()| add_faces(&mut mesh, &polygons, coloured))
+        .and_then(|()| match face {
+            Some(element) => add_faces(&mut mesh, element, &polygons),
+            None => Ok(()),
+        })
         .and_then(|()| check_mesh(mesh))
         .map_err(|p| (p, None))
 }
@@ -98,8 +103,12 @@ fn check_header(header: &Header, size: u64, limits: Limits) -> Result<(), Proble
             )));
         }
     }
-    let elements = header.elements.values().map(|element| element.count as u64);
-    limits.check(elements.sum(), ELEMENT, size)?;
+    let elements = header.elements.values();
+    let bytes = elements.map(|e| {
+        let each = ELEMENT + OTHER * others(e).len() as u64;
+        (e.count as u64).saturating_mul(each)
+    });
+    limits.check(bytes.fold(0, u64::saturating_add), 1, size)?;
     let has = |element: &str, property: &str| {
         header
             .elements
@@ -165,7 +174,41 @@ fn add_vertices(
     let normal = |v: &Vertex| DVec3::from_array(v.normal);
     mesh.normals = has_normals.then(|| vertices.iter().map(normal).collect());
     mesh.colours = is_coloured(element).then(|| vertices.iter().map(|v| v.colour).collect());
+    for channels in grouped("vertex", &others(element)) {
+        let rows = vertices.iter().map(|v| (&v.others[..], 1));
+        mesh.attributes.push(attribute(channels, rows));
+    }
     Ok(())
+}
+
+/// The properties of an element that are none of those that a mesh always has, in their order.
+fn others(element: &ElementDef) -> Vec<&str> {
+    let names = element.properties.keys().map(String::as_str);
+    names.filter(|name| !is_known(name)).collect()
+}
+
+fn is_known(name: &str) -> bool {
+    const KNOWN: [&str; 10] = ["x", "y", "z", "nx", "ny", "nz", "u", "v", "s", "t"];
+    KNOWN.contains(&name) || FACE_LISTS.contains(&name) || channel(name).is_some()
+}
+
+/// An attribute from the other properties of each element, and how many values it stands for.
+fn attribute<'a>(
+    channels: Channels,
+    rows: impl Iterator<Item = (&'a [f32], usize)>,
+) -> MeshAttribute {
+    let Channels { name, first, count } = channels;
+    let is_number = count == 1;
+    let values = rows.flat_map(|(row, times)| {
+        let channel = |c: usize| row.get(first + c).copied().unwrap_or(0.0);
+        let value = [0, 1, 2].map(|c| channel(if is_number { 0 } else { c }));
+        std::iter::repeat_n(value, times)
+    });
+    MeshAttribute {
+        name,
+        is_number,
+        values: values.collect(),
+    }
 }
 
 /// Whether an element has all channels of a colour.
@@ -174,12 +217,16 @@ fn is_coloured(element: &ElementDef) -> bool {
     COLOURS.iter().any(|names| names.iter().all(has))
 }
 
-fn add_faces(mesh: &mut MeshData, faces: &[Face], coloured: bool) -> Result<(), Problem> {
+fn add_faces(mesh: &mut MeshData, element: &ElementDef, faces: &[Face]) -> Result<(), Problem> {
+    let coloured = is_coloured(element);
     let mut colours = Vec::new();
     let count = mesh.positions.len();
-    let triangles = |face: &Face| face.polygon.as_ref().map_or(0, Vec::len);
-    let triangles = faces.iter().map(|face| triangles(face).saturating_sub(2));
-    mesh.triangles.reserve_exact(triangles.sum());
+    let triangles = |face: &Face| {
+        let corners = face.polygon.as_ref().map_or(0, Vec::len);
+        corners.saturating_sub(2)
+    };
+    mesh.triangles
+        .reserve_exact(faces.iter().map(triangles).sum());
     for (i, face) in faces.iter().enumerate() {
         let malformed = |message| Err(Problem::Malformed(format!("face {i} {message}")));
         let Some(polygon) = &face.polygon else {
@@ -197,11 +244,17 @@ fn add_faces(mesh: &mut MeshData, faces: &[Face], coloured: bool) -> Result<(), 
         }
     }
     mesh.face_colours = coloured.then_some(colours);
+    for channels in grouped("face", &others(element)) {
+        let rows = faces.iter().map(|face| (&face.others[..], triangles(face)));
+        mesh.attributes.push(attribute(channels, rows));
+    }
     Ok(())
 }
 
-/// Bytes that a vertex or a face takes at most while it is read, without its corners, and each of these.
+/// Bytes that a vertex or a face takes at most while it is read, without its corners and other properties, each of
+/// the latter with its share of an attribute, and each corner.
 const ELEMENT: u64 = 192;
+const OTHER: u64 = 24;
 const CORNER: u64 = 32;
 
 /// The names that the list of a face's vertices goes by.
@@ -231,12 +284,20 @@ fn set_channel(place: &mut f32, property: &Property) -> PropertyAccessResult {
     }
 }
 
+/// Keeps a property that may be part of an attribute; lists are none.
+fn keep(others: &mut Vec<f32>, property: &Property) -> PropertyAccessResult {
+    others.push(scalar(property).map_or(0.0, |v| v as f32));
+    PropertyAccessResult::Set
+}
+
 #[derive(Debug)]
 struct Vertex {
     position: [f64; 3],
     normal: [f64; 3],
     uv: [f64; 2],
     colour: [f32; 3],
+    /// Other properties, in their order.
+    others: Vec<f32>,
 }
 
 impl PropertyAccess for Vertex {
@@ -246,6 +307,7 @@ impl PropertyAccess for Vertex {
             normal: [0.0; 3],
             uv: [0.0; 2],
             colour: [0.0; 3],
+            others: Vec::new(),
         }
     }
 
@@ -262,7 +324,7 @@ impl PropertyAccess for Vertex {
             "nz" => &mut self.normal[2],
             "u" | "s" | "texture_u" => &mut self.uv[0],
             "v" | "t" | "texture_v" => &mut self.uv[1],
-            _ => return PropertyAccessResult::Ignored,
+            _ => return keep(&mut self.others, &property),
         };
         match scalar(&property) {
             Some(value) => {
@@ -279,6 +341,8 @@ struct Face {
     /// `None` if an index cannot be one.
     polygon: Option<Vec<u32>>,
     colour: [f32; 3],
+    /// Other properties, in their order.
+    others: Vec<f32>,
 }
 
 impl PropertyAccess for Face {
@@ -286,6 +350,7 @@ impl PropertyAccess for Face {
         Face {
             polygon: Some(Vec::new()),
             colour: [0.0; 3],
+            others: Vec::new(),
         }
     }
 
@@ -293,8 +358,11 @@ impl PropertyAccess for Face {
         if let Some(channel) = channel(name) {
             return set_channel(&mut self.colour[channel], &property);
         }
-        if !FACE_LISTS.contains(&name) {
+        if is_known(name) && !FACE_LISTS.contains(&name) {
             return PropertyAccessResult::Ignored;
+        }
+        if !is_known(name) {
+            return keep(&mut self.others, &property);
         }
         self.polygon = property.to_u32_list();
         PropertyAccessResult::Set

@@ -143,6 +143,7 @@ impl Reader<'_> {
                 .transpose()?
                 .map(|values| values.into_iter().map(single).collect()),
             face_colours: None,
+            attributes: Vec::new(),
         })
     }
 

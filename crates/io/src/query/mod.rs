@@ -82,6 +82,13 @@ impl<'a, 'd> Query<'a, 'd> {
             .push(Diagnostic::warning(message).at(&location));
     }
 
+    /// Takes note of something at the value of a parameter, or at the object if it has none by that name.
+    pub(crate) fn note(&mut self, name: &str, message: impl Into<String>) {
+        let location = self.location_of(name).clone();
+        self.diagnostics
+            .push(Diagnostic::note(message).at(&location));
+    }
+
     /// Reports a data file that failed to load, at the parameter that names it.
     pub fn file_error(&mut self, name: &str, error: &FileError) {
         self.error(name, error.to_string());

@@ -72,13 +72,14 @@ impl FileRegistry {
 }
 
 /// The path of a file or folder by its name as written in a file that lies in `folder`: there, or in the first of
-/// `folders` that has it. One that does not exist is expected in `folder`.
+/// `folders` that has it, or in the current folder, as in Mitsuba. One that does not exist is expected in `folder`.
 pub(crate) fn find(written: &str, folder: &Path, folders: &[PathBuf]) -> PathBuf {
     let nearest = folder.join(written);
     if nearest.exists() {
         return nearest;
     }
-    let mut elsewhere = folders.iter().map(|folder| folder.join(written));
+    let elsewhere = folders.iter().map(|folder| folder.join(written));
+    let mut elsewhere = elsewhere.chain([PathBuf::from(written)]);
     elsewhere.find(|path| path.exists()).unwrap_or(nearest)
 }
 

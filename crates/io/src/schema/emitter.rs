@@ -22,7 +22,7 @@ const SPOT: &[Parameter] = &[
 ];
 
 const BEAM: &[Parameter] = &[
-    float("radius", "required", "scene units, > 0"),
+    float("radius", "(a thousandth of the scene)", "scene units, > 0"),
     word(
         "profile",
         &["disc", "gaussian"],

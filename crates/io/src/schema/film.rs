@@ -45,6 +45,7 @@ const HDRFILM: &[Parameter] = &[
     integer("crop_width", "the rest", "columns of the picture"),
     integer("crop_height", "the rest", "rows of the picture"),
     boolean("sample_border", "true", "accepted and ignored"),
+    boolean("compensate", "false", "accepted and ignored"),
     text("file_format", "", "accepted and ignored"),
     text("component_format", "", "accepted and ignored"),
 ];

@@ -31,6 +31,7 @@ const COMMON: &[Parameter] = &[
         "false",
         "whether light straight from emitters is left out",
     ),
+    float("timeout", "", "accepted and ignored: see --time"),
     integer("samples_per_pass", "", "accepted and ignored"),
     integer("block_size", "", "accepted and ignored"),
 ];

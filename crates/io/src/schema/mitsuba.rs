@@ -23,7 +23,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
     (PluginKind::Medium, &["transparent"]),
     (PluginKind::Phase, &["mixturephase", "vmf"]),
     (PluginKind::Sensor, &["fluencemeter", "telecentric"]),
-    (PluginKind::Shape, &["gltf", "mesh"]),
+    (PluginKind::Shape, &["gltf", "hair", "mesh"]),
     (PluginKind::Texture, &["scale"]),
     (
         PluginKind::Volume,

@@ -1,7 +1,8 @@
 //! Cameras and meters.
 
 use super::row::{
-    TO_WORLD, boolean, choice, float, integer, many, one, plugin, text, vector, word,
+    TO_WORLD, boolean, choice, float, integer, many, one, plugin, point, spectrum, text, vector,
+    word,
 };
 use super::{Parameter, Plugin, Slot};
 use crate::scene::PluginKind::{Film, Medium, Rfilter, Sampler, Sensor};
@@ -14,6 +15,9 @@ const CAMERA: &[Parameter] = &[
         "10000",
         "cuts nothing; the focus distance without any",
     ),
+    float("shutter_open", "0", "accepted and ignored: nothing moves"),
+    float("shutter_close", "0", "accepted and ignored"),
+    spectrum("srf", "", "not modelled: use a film of wavelengths"),
 ];
 
 pub(super) const VIEW: &[Parameter] = &[
@@ -55,6 +59,11 @@ const PINHOLE: &[Parameter] = &[
 const LENS: &[Parameter] = &[
     float("aperture_radius", "required", "local units, > 0"),
     float("focus_distance", "(far_clip)", "local units, > 0"),
+];
+
+const RAY: &[Parameter] = &[
+    point("origin", "", "in place of to_world, with direction"),
+    vector("direction", "", "in place of to_world, not zero"),
 ];
 
 const TELECENTRIC: &[Parameter] = &[
@@ -179,6 +188,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
             one(Sampler, "The number of samples."),
             one(Medium, "The medium that the sensor is in."),
         ],
+    ),
+    plugin(
+        "radiancemeter",
+        "What comes along a ray: a pinhole that sees 0.001°.",
+        &[RAY, CAMERA],
+        PICTURE,
     ),
     plugin(
         "fluencemeter",

@@ -41,6 +41,17 @@ const CURVE: &[Parameter] = &[
     float("silhouette_sampling_weight", "1", "accepted and ignored"),
 ];
 
+const HAIR: &[Parameter] = &[
+    text("filename", "required", "the file with the strands"),
+    float(
+        "radius",
+        "0.025",
+        "of all strands, scaled as local z is, > 0",
+    ),
+    float("angle_threshold", "1", "accepted and ignored"),
+    float("reduction", "0", "accepted and ignored"),
+];
+
 const ARRAYS: &[Parameter] = &[
     tensor("vertex_positions", "required", "positions, (n, 3)"),
     tensor(
@@ -165,6 +176,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "linearcurve",
         "Balls that are swept along lines.",
         &[CURVE, COMMON],
+        CHILDREN,
+    ),
+    plugin(
+        "hair",
+        "Strands of hair of Mitsuba 0.6: balls that are swept along lines.",
+        &[HAIR, COMMON],
         CHILDREN,
     ),
     plugin(

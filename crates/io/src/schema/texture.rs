@@ -1,6 +1,6 @@
 //! Textures of surfaces.
 
-use super::row::{boolean, one, plugin, spectrum, text, texture, transform, word};
+use super::row::{boolean, float, one, plugin, spectrum, text, texture, transform, word};
 use super::{Parameter, Plugin};
 use crate::scene::PluginKind::{Texture, Volume};
 
@@ -16,6 +16,11 @@ const BITMAP: &[Parameter] = &[
         "raw",
         "false",
         "whether the file's numbers are not decoded from sRGB",
+    ),
+    word(
+        "format",
+        &["auto", "variant", "float16", "fp16", "uint8"],
+        "accepted and ignored",
     ),
     word("filter_type", &["bilinear", "nearest"], "between pixels"),
     word(
@@ -40,12 +45,11 @@ pub(super) const PLUGINS: &[Plugin] = &[
     ),
     plugin(
         "mesh_attribute",
-        "Colours of the vertices or faces of a mesh.",
-        &[&[word(
-            "name",
-            &["vertex_color", "face_color"],
-            "the attribute; required",
-        )]],
+        "Colours, or another quantity, of the vertices or faces of a mesh.",
+        &[&[
+            text("name", "required", "vertex_color, face_color, ..."),
+            float("scale", "1", "a factor"),
+        ]],
         &[],
     ),
     plugin(

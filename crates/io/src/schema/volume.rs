@@ -49,7 +49,11 @@ const SMOOTHING: &[Parameter] = &[number_or_word(
 
 const GRID: &[Parameter] = &[
     word("filter_type", &["trilinear", "nearest"], "between samples"),
-    word("wrap_mode", &["clamp"], "beyond the outermost samples"),
+    word(
+        "wrap_mode",
+        &["clamp", "repeat", "mirror"],
+        "accepted: the outermost samples continue",
+    ),
     boolean("raw", "true", "accepted and ignored"),
     boolean("accel", "true", "accepted and ignored"),
 ];

@@ -200,10 +200,7 @@ fn multiples_of_textures() {
                  <string name='filter_type' value='nearest'/></texture>";
     for (factor, expected) in [
         ("<float name='scale' value='0.5'/>", [0.25, 0.125, 0.0]),
-        (
-            "<rgb name='scale' value='0.5, 1.5, 1'/>",
-            [0.25, 0.375, 0.0],
-        ),
+        ("<rgb name='scale' value='0.5, 0.8, 1'/>", [0.25, 0.2, 0.0]),
         ("", [0.5, 0.25, 0.0]),
     ] {
         let bsdf_text = |inner: &str| {
@@ -282,5 +279,57 @@ fn textures_that_are_not_modelled() {
             "<bsdf type='diffuse'><texture type='{name}' name='reflectance'><float name='x' value='1'/></texture></bsdf>"
         );
         refused(&shape(&text), &[expected]);
+    }
+}
+
+/// Numbers of faces choose between two surfaces; colours by any name; a scale.
+#[test]
+fn attributes_of_any_name() {
+    let directory = tempfile::tempdir().unwrap();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        property float flow_0\nproperty float flow_1\nproperty float flow_2\n\
+        element face 1\nproperty list uchar int vertex_indices\nproperty float weight_0\nend_header\n\
+        0 0 0 0.5 0.25 0.1\n1 0 0 0.5 0.25 0.1\n1 1 0 0.5 0.25 0.1\n3 0 1 2 0.25\n";
+    fs::write(directory.path().join("t.ply"), ply).unwrap();
+    let body = |bsdf: &str| {
+        format!("<shape type='ply'><string name='filename' value='t.ply'/>{bsdf}</shape>")
+    };
+    let attribute = |role: &str, name: &str, scale: f64| {
+        format!(
+            "<texture type='mesh_attribute' name='{role}'><string name='name' value='{name}'/>\
+             <float name='scale' value='{scale}'/></texture>"
+        )
+    };
+    let blend = format!(
+        "<bsdf type='blendbsdf'>{}<bsdf type='diffuse'><float name='reflectance' value='0.2'/></bsdf>\
+         <bsdf type='diffuse'><float name='reflectance' value='0.6'/></bsdf></bsdf>",
+        attribute("weight", "face_weight", 2.0)
+    );
+    let loaded = load_from(directory.path(), "", &body(&blend)).unwrap();
+    close(reflectance(bsdf(&loaded), [0.0; 2]), [0.4; 3]);
+    let diffuse = |name: &str| {
+        let texture = attribute("reflectance", name, 0.5);
+        body(&format!("<bsdf type='diffuse'>{texture}</bsdf>"))
+    };
+    let loaded = load_from(directory.path(), "", &diffuse("vertex_flow")).unwrap();
+    close(reflectance(bsdf(&loaded), [0.0; 2]), [0.25, 0.125, 0.05]);
+    for (name, expected) in [
+        ("vertex_flaw", "did you mean 'vertex_flow'?"),
+        ("heat", "it has vertex_flow, face_weight"),
+    ] {
+        let error = load_from(directory.path(), "", &diffuse(name)).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+/// How Mitsuba holds an image changes nothing but rounding.
+#[test]
+fn formats_of_bitmaps_are_accepted() {
+    let directory = tempfile::tempdir().unwrap();
+    write_image(directory.path(), &PIXELS);
+    for format in ["auto", "variant", "fp16", "float16", "uint8"] {
+        let format = format!("<string name='format' value='{format}'/>");
+        let loaded = load_from(directory.path(), "", &textured(&format)).unwrap();
+        assert_eq!(loaded.scene().objects().len(), 1);
     }
 }

@@ -11,11 +11,12 @@ use super::surface_texture::{Role, Vertices, texture};
 use super::transforms::axis;
 use crate::query::{Input, POSITIVE, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
-use eikonal::Shown;
+use eikonal::{Aabb, Shown};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::{BeamProfile, Collimated, Emitter, Environment, TexturedArea};
+use transport::scene::Object;
 use transport::shape::Shape;
 
 const KNOWN: [&str; 10] = [
@@ -160,7 +161,7 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
             Emitter::Environment(Environment::Constant(radiance))
         }
         "collimated" => {
-            let (profile, power, total) = beam(&mut q);
+            let (profile, power, total) = beam(&mut q, thin(&context.objects));
             q.finish(&[]);
             let name = if total { "power" } else { "irradiance" };
             let value = light(&power, name, object, context);
@@ -192,9 +193,31 @@ fn instead_of_transform(name: &str, q: &mut Query) {
     }
 }
 
+/// Radius of a beam that is to have none, over half the diagonal of all shapes.
+const THIN: f64 = 1e-3;
+
+/// The radius of a beam that is to have none.
+fn thin(objects: &[Object]) -> f64 {
+    let boxes = objects.iter().map(|o| o.shape.aabb());
+    let all = boxes.fold(Aabb::EMPTY, Aabb::union);
+    let size = (all.max - all.min).length();
+    if all.is_empty() || size == 0.0 {
+        THIN
+    } else {
+        0.5 * THIN * size
+    }
+}
+
 /// Profile and brightness of a beam, and whether the latter is its total power.
-fn beam(q: &mut Query) -> (BeamProfile, SpectrumValue, bool) {
-    let radius = q.float_in("radius", POSITIVE, None);
+fn beam(q: &mut Query, thin: f64) -> (BeamProfile, SpectrumValue, bool) {
+    if !q.has("radius") {
+        let message = format!(
+            "a beam without a 'radius' is as thin as a thousandth of the scene: {}",
+            Shown::rounded(thin)
+        );
+        q.note("type", message);
+    }
+    let radius = q.float_in("radius", POSITIVE, thin);
     let profile = match q.one_of("profile", &["disc", "gaussian"]) {
         0 => BeamProfile::Disc { radius },
         _ => BeamProfile::Gaussian { waist: radius },

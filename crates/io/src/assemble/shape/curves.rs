@@ -1,7 +1,7 @@
 //! Curves from files.
 
-use crate::mesh::curves;
-use crate::query::Query;
+use crate::mesh::{curves, hair};
+use crate::query::{POSITIVE, Query};
 use crate::scene::{FileRegistry, ObjectDescription};
 use glam::DAffine3;
 use transport::shape::{Mesh, ShapeError};
@@ -14,6 +14,9 @@ pub(super) fn geometry(
     q: &mut Query,
     files: &mut FileRegistry,
 ) -> Option<Result<Mesh, ShapeError>> {
+    if object.plugin == "hair" {
+        return hair(frame, q, files);
+    }
     let path = q.path("filename", files);
     // Only what follows gradients needs it.
     q.float_or("silhouette_sampling_weight", 1.0);
@@ -27,4 +30,26 @@ pub(super) fn geometry(
     let mesh = mesh.map_err(|problem| q.error("filename", problem.to_string()));
     let mesh = mesh.ok()?;
     Some(super::mesh::built(mesh, false))
+}
+
+/// Radius of hair that does not say otherwise.
+const HAIR: f64 = 0.025;
+
+/// Strands as balls that are swept along them. Transforms scale their radius as they scale local z.
+fn hair(
+    frame: DAffine3,
+    q: &mut Query,
+    files: &mut FileRegistry,
+) -> Option<Result<Mesh, ShapeError>> {
+    let path = q.path("filename", files);
+    let radius = q.float_in("radius", POSITIVE, HAIR);
+    // How many of the segments are left out.
+    q.float_or("angle_threshold", 1.0);
+    q.float_or("reduction", 0.0);
+    let read = hair::read(&path, files.limits());
+    let strands = read.map_err(|e| q.file_error("filename", &e)).ok()?;
+    let radius = radius * frame.matrix3.z_axis.length();
+    let curves = curves::moved(hair::with_radius(strands, radius), frame);
+    let mesh = curves::lines(&curves).map_err(|problem| q.error("filename", problem.to_string()));
+    Some(super::mesh::built(mesh.ok()?, false))
 }

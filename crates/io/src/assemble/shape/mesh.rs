@@ -1,10 +1,10 @@
 //! Shapes from files.
 
-use super::super::originals::{Colours, Originals};
+use super::super::originals::{Attributes, Originals};
 use crate::error::FileError;
 use crate::input::Limits;
 use crate::mesh::isosurface::Distances;
-use crate::mesh::{MeshData, Tensors, gltf, serialized};
+use crate::mesh::{MeshAttribute, MeshData, Tensors, gltf, serialized};
 use crate::query::Query;
 use crate::scene::{FileRegistry, ObjectDescription, Tensor};
 use crate::volume::{AxisOrder, Options, Volume};
@@ -25,7 +25,7 @@ pub(super) fn mesh(
     q: &mut Query,
     files: &mut FileRegistry,
     originals: &mut Originals,
-) -> Option<Result<(Shape, Colours), ShapeError>> {
+) -> Option<Result<(Shape, Attributes), ShapeError>> {
     let source = Source::of(object, q, files);
     let normals = Normals::of(object, q);
     // Most programs that write .obj files have v grow upwards, whereas images begin at the top.
@@ -33,7 +33,7 @@ pub(super) fn mesh(
         "mesh" | "serialized" | "gltf" | "sdfgrid" => false,
         kind => q.boolean_or("flip_tex_coords", kind == "obj"),
     };
-    let (mesh, colours) = match originals.meshes.get(&object.number) {
+    let (mesh, attributes) = match originals.meshes.get(&object.number) {
         Some(known) => known.clone(),
         None => match original(source?.read(q, files.limits())?, flip, normals) {
             Ok(original) => original,
@@ -48,12 +48,12 @@ pub(super) fn mesh(
             q.error("filename", message);
             return None;
         }
-        let kept = (mesh.clone(), colours.clone());
+        let kept = (mesh.clone(), attributes.clone());
         originals.meshes.entry(object.number).or_insert(kept);
     }
     Some(
         mesh.transformed(frame)
-            .map(|mesh| (Shape::from(mesh), colours)),
+            .map(|mesh| (Shape::from(mesh), attributes)),
     )
 }
 
@@ -186,20 +186,24 @@ fn original(
     mut data: MeshData,
     flip: bool,
     normals: Normals,
-) -> Result<(Arc<Mesh>, Colours), ShapeError> {
+) -> Result<(Arc<Mesh>, Attributes), ShapeError> {
     if flip {
         let uvs = data.uvs.iter_mut().flatten();
         uvs.for_each(|uv| uv[1] = 1.0 - uv[1]);
     }
-    let colours = Colours {
-        vertices: data.colours.take().map(Arc::new),
-        faces: data.face_colours.take().map(Arc::new),
-    };
+    let colours = [
+        ("vertex_color", data.colours.take()),
+        ("face_color", data.face_colours.take()),
+    ];
+    let mut attributes = std::mem::take(&mut data.attributes);
+    for (name, values) in colours {
+        attributes.extend(values.map(|values| MeshAttribute::colours(name, values)));
+    }
     if normals == Normals::Faces {
         data.normals = None;
     }
     let mesh = built(data, normals == Normals::Smooth)?;
-    Ok((Arc::new(mesh), colours))
+    Ok((Arc::new(mesh), Arc::new(attributes)))
 }
 
 /// A mesh with its normals; with `smooth` ones if it has none.

@@ -5,7 +5,7 @@ mod instance;
 mod mesh;
 
 use super::context::Context;
-use super::originals::{Colours, Originals};
+use super::originals::{Attributes, Originals};
 use super::transforms::affine;
 use super::wish::Wish;
 use super::{bsdf, emitter, medium};
@@ -17,7 +17,7 @@ use mesh::mesh;
 use transport::bsdf::Bsdf;
 use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 
-const KNOWN: [&str; 16] = [
+const KNOWN: [&str; 17] = [
     "sphere",
     "cube",
     "rectangle",
@@ -30,6 +30,7 @@ const KNOWN: [&str; 16] = [
     "gltf",
     "bsplinecurve",
     "linearcurve",
+    "hair",
     "sdfgrid",
     "merge",
     "shapegroup",
@@ -72,7 +73,8 @@ fn add_at(object: &ObjectDescription, place: Option<DAffine3>, context: &mut Con
     let flip = q.boolean_or("flip_normals", false);
     let matrix = q.transform("to_world");
     let frame = affine(matrix, "to_world", &mut q);
-    let turned = |(shape, colours): (Shape, Colours)| (shape.with_flipped_normals(flip), colours);
+    let turned =
+        |(shape, attributes): (Shape, Attributes)| (shape.with_flipped_normals(flip), attributes);
     let originals = &mut context.originals;
     let geometry = geometry(object, frame, place, &mut q, context.files, originals);
     let geometry = geometry.map(|g| g.map(turned));
@@ -156,7 +158,7 @@ fn geometry(
     q: &mut Query,
     files: &mut FileRegistry,
     originals: &mut Originals,
-) -> Option<Result<(Shape, Colours), ShapeError>> {
+) -> Option<Result<(Shape, Attributes), ShapeError>> {
     let frame = place.unwrap_or(DAffine3::IDENTITY) * own;
     let analytic = match object.plugin.as_str() {
         "sphere" => {
@@ -180,7 +182,7 @@ fn geometry(
         "obj" | "ply" | "mesh" | "serialized" | "gltf" | "sdfgrid" => {
             return mesh(object, frame, place.is_some(), q, files, originals);
         }
-        "bsplinecurve" | "linearcurve" => {
+        "bsplinecurve" | "linearcurve" | "hair" => {
             let curves = curves::geometry(object, own, q, files)?;
             curves.and_then(|mesh| match place {
                 Some(place) => mesh.transformed(place).map(Shape::from),
@@ -189,5 +191,5 @@ fn geometry(
         }
         _ => return None,
     };
-    Some(analytic.map(|shape| (shape, Colours::default())))
+    Some(analytic.map(|shape| (shape, Attributes::default())))
 }

@@ -80,6 +80,11 @@ impl Dialect {
     /// Brings a plugin up to date.
     pub fn update(&mut self, draft: &mut Draft, diagnostics: &mut Diagnostics) {
         special::before(draft, self.old, diagnostics);
+        if let Some(format) = special::tristimulus(draft) {
+            add(&mut self.read, format!("pixel_format '{format}' as 'rgb'"));
+            let place = &draft.plugin_location;
+            self.first.get_or_insert_with(|| place.clone());
+        }
         if special::drops_alpha(draft) {
             self.ignore(draft, "alpha");
         }

@@ -235,6 +235,11 @@ pub(super) const RULES: &[PluginTranslation] = &[
     weighted("constant"),
     weighted("area"),
     weighted("projector"),
+    PluginTranslation {
+        old: true,
+        implied: &[("power", Float(1.0))],
+        ..weighted("collimated")
+    },
     weighted("collimated"),
     old(
         Shape,

@@ -166,6 +166,21 @@ fn coefficients(draft: &mut Draft, diagnostics: &mut Diagnostics) {
     diagnostics.push(diagnostic.at(&draft.plugin_location));
 }
 
+/// The format of a film that asks for X, Y and Z, which becomes that of red, green and blue.
+pub(super) fn tristimulus(draft: &mut Draft) -> Option<String> {
+    let film = draft.kind == PluginKind::Film;
+    let named = |p: &&mut crate::scene::Property| film && p.name == "pixel_format";
+    let Value::String(format) = &mut draft.properties.iter_mut().find(named)?.value else {
+        return None;
+    };
+    let plain = match format.to_ascii_lowercase().as_str() {
+        "xyz" => "rgb",
+        "xyza" => "rgba",
+        _ => return None,
+    };
+    Some(std::mem::replace(format, plain.to_owned()))
+}
+
 /// Whether a film asks for an opacity; it then no longer does.
 pub(super) fn drops_alpha(draft: &mut Draft) -> bool {
     let film = draft.kind == PluginKind::Film;
