@@ -6,7 +6,8 @@ that Mitsuba loads it stops. With --render, scenes that both load are rendered b
 has, for each, the share by which the means differ, that in standard errors (z), the root mean square of z over blocks of the image
 (about 1.1 if all is well), and the rows of docs/mitsuba.md that the scene meets. Films are made smaller for this (--largest).
 
-Files without a <scene>, and scenes without a sensor, which others include, are left out.
+Files without a <scene>, and scenes without a <sensor> of their own or of files that they include, are left out: they are parts of
+others.
 
 Usage: scripts/mitsuba_scenes.py FOLDER [--exe PATH] [--render] [-D NAME=VALUE ...]
 (with any Python that has mitsuba and numpy)
@@ -47,7 +48,6 @@ def main() -> None:
     if args.runs < 2:
         parser.error("errors need two runs")
     scenes = [Scene(path, args) for path in sorted(args.folder.rglob("*.xml")) if is_scene(path)]
-    scenes = [scene for scene in scenes if not scene.is_part]
     if not scenes:
         sys.exit(f"{args.folder}: no scenes")
     print_loads(scenes)
@@ -56,12 +56,18 @@ def main() -> None:
         print_agreement([scene for scene in scenes if scene.theirs and scene.ours])
 
 
-def is_scene(path: pathlib.Path) -> bool:
-    """Whether a file has a <scene> in a version that Mitsuba's readers know."""
+def is_scene(path: pathlib.Path, included: tuple[pathlib.Path, ...] = ()) -> bool:
+    """Whether a file has a <scene> with a <sensor>, of its own or of a file that it includes."""
     try:
-        return ElementTree.parse(path).getroot().tag == "scene"
-    except ElementTree.ParseError:
+        root = ElementTree.parse(path).getroot()
+    except (ElementTree.ParseError, OSError):
         return False
+    if (root.tag != "scene" and not included) or path in included:
+        return False
+    if root.tag == "sensor" or root.find(".//sensor") is not None:
+        return True
+    names = [element.get("filename", "") for element in root.iter("include")]
+    return any(is_scene(path.parent / name, (*included, path)) for name in names)
 
 
 class Scene:
@@ -76,9 +82,8 @@ class Scene:
         messages = told.stderr.splitlines()
         self.ours = told.returncode == 0
         self.errors = sorted({PLACE.sub("", line) for line in messages if line.startswith("error")})
-        self.is_part = any("the scene has no sensor" in error for error in self.errors)
         self.topics = TOPIC.findall(told.stderr)
-        self.theirs = not self.is_part and in_child(lambda: load(self) is None)
+        self.theirs = in_child(lambda: load(self) is None)
 
     def morgana(self, command: str, *more: object) -> subprocess.CompletedProcess[str]:
         options = [item for define in self.defines for item in ("-D", define)]

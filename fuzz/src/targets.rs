@@ -1,7 +1,7 @@
 //! What inputs are tried on.
 
 use io::image::{ImageLayers, Layer, RgbImage, exr, hdr, pfm, png};
-use io::mesh::{gltf, obj, ply, serialized};
+use io::mesh::{gltf, hair, obj, ply, serialized};
 use io::part::{Body, Header, Part};
 use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
 use io::{Diagnostics, Limits, LoadOptions, Loaded, ies, json, xml};
@@ -96,6 +96,13 @@ pub const TARGETS: &[Target] = &[
     target("serialized", &["serialized"], |b| {
         drop(serialized::parse(b, 0, LIMITS));
         drop(serialized::parse(b, 1, LIMITS));
+    }),
+    target("hair", &["hair"], |b| drop(hair::parse(b, LIMITS))).writing(|| {
+        let text = b"0 0 0\n0 1 0\n\n1 0 0\n1 0 2\n".to_vec();
+        let points = [f32::INFINITY, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        let points = points.into_iter().flat_map(f32::to_le_bytes);
+        let header = b"BINARY_HAIR\x02\0\0\0".iter().copied();
+        vec![text, header.chain(points).collect()]
     }),
     target("gltf", &["gltf", "glb"], |b| {
         drop(gltf::parse(b, |_| Ok(vec![0; 1000]), LIMITS));

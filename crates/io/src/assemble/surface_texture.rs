@@ -15,7 +15,7 @@ use transport::emitter::Slide;
 use transport::medium::VolumeTexture;
 use transport::shape::Mesh;
 use transport::texture::{
-    Bitmap, BitmapFilter, Checkerboard, Scaled, Texture, VertexColours, Wrap,
+    Bitmap, BitmapFilter, Checkerboard, ScaledTexture, Texture, VertexColours, Wrap,
 };
 
 const KNOWN: [&str; 5] = [
@@ -126,7 +126,7 @@ fn scaled(
         (_, factor) => factor,
     };
     let factor = context.spectrum(&factor, Role::Coefficient, &object.location);
-    Texture::Scaled(Arc::new(Scaled::new(nested, factor)))
+    Texture::Scaled(Arc::new(ScaledTexture::new(nested, factor)))
 }
 
 /// A quantity in space, at the points of a surface.

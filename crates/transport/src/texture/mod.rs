@@ -8,7 +8,7 @@ mod vertices;
 
 pub use bitmap::{Bitmap, BitmapFilter, Wrap};
 pub use checkerboard::Checkerboard;
-pub use scaled::Scaled;
+pub use scaled::ScaledTexture;
 pub use vertices::VertexColours;
 
 use crate::Spectrum;
@@ -53,7 +53,7 @@ pub enum Texture {
     /// What a quantity in space is on the surface.
     Volume(Arc<VolumeTexture>),
     /// Another texture times a factor.
-    Scaled(Arc<Scaled>),
+    Scaled(Arc<ScaledTexture>),
 }
 
 impl Texture {

@@ -7,15 +7,15 @@ use glam::DVec2;
 
 /// A texture times a factor of its own for each channel.
 #[derive(Clone, Debug)]
-pub struct Scaled {
+pub struct ScaledTexture {
     texture: Texture,
     factor: Spectrum,
 }
 
-impl Scaled {
+impl ScaledTexture {
     /// `texture` times `factor`.
     pub fn new(texture: Texture, factor: Spectrum) -> Self {
-        Scaled { texture, factor }
+        ScaledTexture { texture, factor }
     }
 
     pub(super) fn at(&self, site: &Site) -> Spectrum {

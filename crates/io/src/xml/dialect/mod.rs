@@ -179,6 +179,16 @@ fn drop(draft: &mut Draft, names: &[&str]) -> Vec<String> {
     there
 }
 
+/// A number that a plugin has, or `default`.
+fn number(draft: &Draft, name: &str, default: f64) -> f64 {
+    let property = draft.properties.iter().find(|p| p.name == name);
+    match property.map(|p| &p.value) {
+        Some(Value::Float(v)) => *v,
+        Some(Value::Integer(v)) => *v as f64,
+        _ => default,
+    }
+}
+
 /// Adds a parameter unless the plugin has it.
 fn imply(draft: &mut Draft, name: &str, value: Implied) {
     if draft.names.contains_key(name) {

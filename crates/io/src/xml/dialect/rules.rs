@@ -237,6 +237,7 @@ pub(super) const RULES: &[PluginTranslation] = &[
     weighted("projector"),
     PluginTranslation {
         old: true,
+        dropped: &["sampling_weight", "intensity"],
         implied: &[("power", Float(1.0))],
         ..weighted("collimated")
     },

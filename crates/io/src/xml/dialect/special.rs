@@ -1,6 +1,6 @@
 //! What cannot be said by other names alone.
 
-use super::{Draft, Implied, imply, textures};
+use super::{Draft, Implied, imply, number, textures};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::scene::{PluginKind, Value};
 use glam::{DMat4, DVec3};
@@ -74,15 +74,6 @@ fn point(draft: &Draft, name: &str) -> Option<(DVec3, Location)> {
     match property.value {
         Value::Point(v) | Value::Vector(v) => Some((v, property.location.clone())),
         _ => None,
-    }
-}
-
-pub(super) fn number(draft: &Draft, name: &str, default: f64) -> f64 {
-    let property = draft.properties.iter().find(|p| p.name == name);
-    match property.map(|p| &p.value) {
-        Some(Value::Float(v)) => *v,
-        Some(Value::Integer(v)) => *v as f64,
-        _ => default,
     }
 }
 

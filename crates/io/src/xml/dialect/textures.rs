@@ -1,7 +1,6 @@
 //! Textures of Mitsuba 0.5 and 0.6.
 
-use super::special::number;
-use super::{Draft, drop};
+use super::{Draft, drop, number};
 use crate::scene::Value;
 use glam::{DMat4, DVec3};
 
