@@ -315,7 +315,7 @@ fn a_beam_without_a_radius_is_thin() {
     assert!(note.contains("a beam without a 'radius'"), "{note}");
 }
 
-/// A meter of Mitsuba has pixels, which count samples only.
+/// The film of a meter of Mitsuba may have pixels: they have no effect, and a warning if there are several.
 #[test]
 fn films_of_meters_have_pixels() {
     let meter = |film: &str| {
@@ -327,6 +327,11 @@ fn films_of_meters_have_pixels() {
         "<film type='hdrfilm'><integer name='width' value='16'/><integer name='height' value='8'/><rfilter type='box'/></film>",
     ));
     assert_eq!(loaded.instruments.len(), 1);
+    let warnings = loaded.warnings.to_string();
+    assert!(
+        warnings.contains("'nu' and 'nv' of the meter"),
+        "{warnings}"
+    );
     let old = format!(
         "<scene version='0.6.0'>{}</scene>",
         meter("<film type='mfilm'/>")
@@ -341,4 +346,28 @@ fn files_in_the_current_folder_are_found_last() {
     let include = "<include filename='tests/data/part_of_a_scene.xml'/>";
     let loaded = load(&format!("{CAMERA}{LIGHT}{include}"));
     assert_eq!(loaded.scene().objects().len(), 1);
+}
+
+/// Hair is as thick as it says, times the scale of its transform: a strand along x from 0 to 1, of radius 0.1.
+#[test]
+fn hair_is_scaled_with_its_radius() {
+    let text = format!(
+        "<scene version='0.6.0'><sensor type='perspective'><transform name='toWorld'><translate z='-9'/></transform></sensor>
+         <shape type='hair'><string name='filename' value='h.hair'/><float name='radius' value='0.1'/>
+         <float name='angleThreshold' value='2'/><transform name='toWorld'><scale value='2'/></transform></shape>{LIGHT}</scene>"
+    );
+    let files = [
+        ("scenes/main.xml", text.as_str()),
+        ("scenes/h.hair", "0 0 0\n0.5 0 0\n1 0 0\n"),
+    ];
+    let loaded = load_files(&files).unwrap_or_else(|d| panic!("{d}"));
+    let aabb = loaded.scene().objects()[0].shape.aabb();
+    let half = (aabb.max - aabb.min) / 2.0;
+    assert!(
+        half.distance(glam::DVec3::new(1.2, 0.2, 0.2)) < 0.01,
+        "{half}"
+    );
+    let area = loaded.scene().objects()[0].shape.area();
+    // Two balls that are swept along lines overlap at the joint: some of their surfaces lie inside.
+    assert!(area > std::f64::consts::TAU * 0.2 * 2.0, "{area}");
 }

@@ -155,7 +155,7 @@ fn instrument(
         }
     }
     if let Some(film) = film {
-        self::film(&film, context);
+        self::film(&film, surface.is_some(), context);
     }
     let samples = sampler::build(sampler.as_deref(), PARTICLES, context);
     let instrument = meter.map(|meter| Instrument {
@@ -167,8 +167,8 @@ fn instrument(
     (instrument, samples)
 }
 
-/// A meter's film has channels, but no pixels.
-fn film(object: &ObjectDescription, context: &mut Context) {
+/// A meter's film has channels, but no pixels; on surfaces, where Mitsuba has such meters, too, they are accepted.
+fn film(object: &ObjectDescription, on_surface: bool, context: &mut Context) {
     if object.plugin != "hdrfilm" {
         unknown_plugin(object, &["hdrfilm"], context.diagnostics);
         return;
@@ -176,10 +176,14 @@ fn film(object: &ObjectDescription, context: &mut Context) {
     let mut q = Query::new(object, context.diagnostics);
     q.one_of("pixel_format", &["rgb", "luminance", "spectral"]);
     q.has("wavelengths");
-    // Those of Mitsuba have pixels, which count samples.
-    q.integer_in("width", 1.., 1);
-    q.integer_in("height", 1.., 1);
-    q.child(PluginKind::Rfilter);
+    if on_surface {
+        q.child(PluginKind::Rfilter);
+        let pixels = ["width", "height"].map(|name| q.integer_in(name, 1.., 1));
+        if pixels != [1, 1] {
+            let message = "a meter has no pixels: 'nu' and 'nv' of the meter divide its surface";
+            q.warning("width", message);
+        }
+    }
     q.finish(&[]);
 }
 
