@@ -4,7 +4,7 @@ use glam::{DAffine2, DAffine3, DMat2, DVec2, DVec3};
 use morgana_transport::Spectrum;
 use morgana_transport::shape::{Cube, Mesh, Shape, Site, Uv};
 use morgana_transport::texture::{
-    Bitmap, BitmapFilter, Checkerboard, Texture, TextureError, VertexColours, Wrap,
+    Bitmap, BitmapFilter, Checkerboard, ScaledTexture, Texture, TextureError, VertexColours, Wrap,
 };
 use std::sync::Arc;
 
@@ -203,4 +203,23 @@ fn images_that_are_refused() {
     );
     let error = make([1, 2], 1, vec![0.0, f32::NAN]).unwrap_err();
     assert_eq!(error, TextureError::NotFinite { index: 1 });
+}
+
+/// A multiple of a texture has the multiple of its values and slopes.
+#[test]
+fn multiples_have_multiples_of_values_and_slopes() {
+    let plain = bitmap(BitmapFilter::Bilinear, Wrap::Repeat, DAffine2::IDENTITY);
+    let factor = Spectrum::splat(3.0);
+    let scaled = Texture::Scaled(Arc::new(ScaledTexture::new(plain.clone(), factor)));
+    for [u, v] in PLACES {
+        let site = Site {
+            uv: Uv::Plain([u, v]),
+            ..Site::default()
+        };
+        assert!((at(&scaled, u, v) - 3.0 * at(&plain, u, v)).abs() < 1e-15);
+        let slopes = [&scaled, &plain].map(|texture| texture.gradient_at(&site));
+        assert!((slopes[0] - 3.0 * slopes[1]).length() < 1e-12);
+    }
+    let most = scaled.numbers().fold(0.0, f64::max);
+    assert!((most - 1.2).abs() < 1e-6);
 }
