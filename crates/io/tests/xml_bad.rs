@@ -286,7 +286,12 @@ fn parameters() {
     );
     one(
         "<sampler type='a${sp}'/>",
-        "2:17 parameter '$sp' is not defined | add <default name=\"sp\" value=\"...\"/> or pass -D sp=...",
+        "2:17 parameter '$sp' is not defined | pass -D sp=..., or add <default name=\"sp\" value=\"...\"/>",
+    );
+    one(
+        "<sampler type='$kind'><integer name='a' value='$n'/><integer name='b' value='$n'/></sampler>",
+        "2:16 parameters '$kind', '$n' are not defined | \
+         pass -D kind=... -D n=..., or add <default name=\"kind\" value=\"...\"/> and so on",
     );
     one("<sampler type='${sp'/>", "2:16 '${' without '}' | ");
     let mut diagnostics = Diagnostics::new();
