@@ -22,6 +22,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
     ),
     (PluginKind::Medium, &["transparent"]),
     (PluginKind::Phase, &["mixturephase", "vmf"]),
+    (PluginKind::Sampler, &["halton", "hammersley", "sobol"]),
     (PluginKind::Sensor, &["fluencemeter", "telecentric"]),
     (PluginKind::Shape, &["gltf", "hair", "mesh"]),
     (PluginKind::Texture, &["scale"]),

@@ -5,6 +5,7 @@ use std::f64::consts::{SQRT_2, TAU};
 
 /// A reconstruction filter, separable, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "a film has one")]
 pub enum Filter {
     /// The pixel itself.
     Box,
