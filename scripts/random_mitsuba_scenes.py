@@ -157,7 +157,13 @@ class Generator:
 
     def compound(self) -> Plugin:
         first, second = self.opaque(), self.opaque()
-        kind = self.r.choice(["blendbsdf", "mask", "twosided"])
+        kind = self.r.choice(["blendbsdf", "mask", "twosided", "bumpmap", "normalmap"])
+        if kind == "bumpmap":
+            heights = Plugin("texture", "bitmap", filename=self.picture(6, 5, 0, 0.1), raw=True)
+            return Plugin("bsdf", kind, _map=heights, _a=first)
+        if kind == "normalmap":
+            normals = Plugin("texture", "bitmap", filename=self.picture(6, 5, 0.4, 0.6), raw=True)
+            return Plugin("bsdf", kind, normalmap=normals, _a=first)
         if kind == "blendbsdf":
             return Plugin("bsdf", kind, weight=self.r.uniform(0, 1), _a=first, _b=second)
         if kind == "mask":
@@ -331,10 +337,14 @@ class Generator:
             more |= {"aperture_radius": r.uniform(0.05, 0.2), "focus_distance": r.uniform(3, 5)}
         if kind == "orthographic":
             parts, more = [("scale", {"x": 1.8, "y": 1.8}), *parts], {}
-        rfilter = r.choice(["box", "tent", "gaussian"])
-        film = Plugin(
-            "film", "hdrfilm", width=size, height=size, sample_border=True, pixel_format="rgb", rfilter=Plugin("rfilter", rfilter)
-        )
+        if kind == "perspective" and r.random() < 0.3:
+            more |= {f"principal_point_offset_{axis}": r.uniform(-0.2, 0.2) for axis in "xy"}
+        rfilter = r.choice(["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"])
+        sides = {"width": size, "height": size}
+        if r.random() < 0.3:
+            sides = {"width": 2 * size, "height": 2 * size, "crop_width": size, "crop_height": size}
+            sides |= {f"crop_offset_{axis}": r.randrange(size // 4, 3 * size // 4) for axis in "xy"}
+        film = Plugin("film", "hdrfilm", sample_border=True, pixel_format="rgb", rfilter=Plugin("rfilter", rfilter), **sides)
         return Plugin("sensor", kind, to_world=Transform(parts), film=film, **more)
 
 

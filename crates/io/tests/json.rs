@@ -147,8 +147,8 @@ fn transforms() {
             "<translate value='1, 2, 3'/>",
         ),
         (
-            r#"[{"scale": 2}, {"scale": [1, 2, -3]}, {"rotate": {"axis": [0, 1, 1], "angle": 30}}]"#,
-            "<scale value='2'/><scale x='1' y='2' z='-3'/><rotate y='1' z='1' angle='30'/>",
+            r#"[{"scale": 2}, {"scale": [1, 2, -3]}, {"rotate": {"axis": [0, 0.6, 0.8], "angle": 30}}]"#,
+            "<scale value='2'/><scale x='1' y='2' z='-3'/><rotate y='0.6' z='0.8' angle='30'/>",
         ),
         (
             r#"[{"lookat": {"origin": [1, 2, 3], "target": [0, 0, 0]}}]"#,

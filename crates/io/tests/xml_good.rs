@@ -113,8 +113,30 @@ fn the_first_transform_acts_first() {
 fn rotations_are_right_handed_and_in_degrees() {
     let matrix = transform("<rotate z='1' angle='90'/>");
     assert_maps(matrix, DVec3::X, DVec3::Y);
-    let matrix = transform("<rotate value='2, 0, 0' angle='90'/>");
+    let matrix = transform("<rotate value='1, 0, 0' angle='90'/>");
     assert_maps(matrix, DVec3::Y, DVec3::Z);
+}
+
+/// Mitsuba shears by such an axis, which is said once.
+#[test]
+fn axes_of_rotations_have_any_length() {
+    let turn = "<transform name='t'><rotate x='2' angle='90'/></transform>";
+    let text = format!(
+        "<scene version='3.0.0'><shape type='cube'>{turn}</shape><shape type='cube'>{turn}</shape></scene>"
+    );
+    let mut diagnostics = morgana_io::Diagnostics::new();
+    let scene = morgana_io::xml::parse(&text, "s.xml", &[], &mut diagnostics).unwrap();
+    let Value::Transform(matrix) = value(&scene.root.children[1].object, "t") else {
+        panic!("no transform");
+    };
+    assert_maps(*matrix, DVec3::Y, DVec3::Z);
+    let notes: Vec<_> = diagnostics.iter().map(|d| &d.message).collect();
+    assert_eq!(notes.len(), 1);
+    assert!(
+        notes[0].starts_with("not as in Mitsuba 3 (rotate): "),
+        "{}",
+        notes[0]
+    );
 }
 
 #[test]

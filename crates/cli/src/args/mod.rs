@@ -114,7 +114,7 @@ pub enum Command {
     Convert(ConvertArgs),
     /// Check a scene without rendering it: every error, warning and note.
     #[command(after_help = "Example:\n  \
-        morgana check scenes/luneburg_fog.xml -D albedo=0.5\n  \
+        morgana check scenes/acousto_optic_tissue.xml -D sigma_t=0.2\n  \
         morgana check --mitsuba scenes/luneburg_fog.xml\n\n\
         Data files are read, too. Exit status: 0 if the scene can be used, 2 if not.")]
     Check(CheckArgs),
