@@ -140,10 +140,12 @@ class Generator:
         wrap = self.r.choice(["repeat", "mirror", "clamp"])
         return Plugin("texture", "bitmap", filename=picture, raw=True, filter_type=filters, wrap_mode=wrap, to_uv=to_uv)
 
-    def picture(self, width: int, height: int, low: float, high: float) -> str:
+    def picture(self, width: int, height: int, low: Any, high: Any) -> str:
+        """An image with values in a range, or in one for each channel."""
         import mitsuba
 
-        pixels = np.array([self.r.uniform(low, high) for _ in range(width * height * 3)], np.float32)
+        shares = np.array([self.r.random() for _ in range(width * height * 3)], np.float32).reshape(-1, 3)
+        pixels = (np.array(low) + shares * (np.array(high) - np.array(low))).astype(np.float32)
         name = f"picture_{self.r.randrange(10**9)}.exr"
         mitsuba.Bitmap(pixels.reshape(height, width, 3)).write(str(self.folder / name))
         return name
@@ -162,7 +164,8 @@ class Generator:
             heights = Plugin("texture", "bitmap", filename=self.picture(6, 5, 0, 0.1), raw=True)
             return Plugin("bsdf", kind, _map=heights, _a=first)
         if kind == "normalmap":
-            normals = Plugin("texture", "bitmap", filename=self.picture(6, 5, 0.4, 0.6), raw=True)
+            # Within 30° of the true normal.
+            normals = Plugin("texture", "bitmap", filename=self.picture(6, 5, (0.35, 0.35, 0.95), (0.65, 0.65, 1)), raw=True)
             return Plugin("bsdf", kind, normalmap=normals, _a=first)
         if kind == "blendbsdf":
             return Plugin("bsdf", kind, weight=self.r.uniform(0, 1), _a=first, _b=second)
