@@ -15,6 +15,8 @@ __all__ = [
     "load_field",
     "compare_images",
     "encode_png",
+    "export_dict",
+    "export_file",
     "read_image",
     "write_image",
     "Measured",

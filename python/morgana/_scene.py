@@ -162,7 +162,7 @@ def export(
 
     Examples
     --------
-    >>> morgana.export("scenes/luneburg_fog.xml", "copy.xml", albedo=0.5)
+    >>> morgana.export("scenes/luneburg_fog.xml", "copy.xml")
     ["'ior' of medium 'homogeneous'", "emitter 'collimated'", "volume 'luneburg'"]
     """
     output = os.fspath(path)

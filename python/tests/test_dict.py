@@ -94,7 +94,7 @@ def solid(**shape):
 def test_a_mesh_in_arrays_is_that_in_a_file(tmp_path):
     lines = ["v {} {} {}".format(*x) for x in CORNERS] + ["f {} {} {}".format(*(f + 1)) for f in FACES]
     (tmp_path / "cube.obj").write_text("\n".join(lines))
-    expected = picture(solid(type="obj", filename=tmp_path / "cube.obj"))
+    expected = picture(solid(type="obj", filename=tmp_path / "cube.obj", face_normals=True))
     for faces in (FACES, FACES.astype(np.uint32), FACES.astype(float), FACES.tolist()):
         found = picture(solid(type="mesh", vertex_positions=CORNERS, faces=faces))
         np.testing.assert_array_equal(found, expected)

@@ -153,7 +153,7 @@ def test_what_makes_no_sense_is_refused(tmp_path):
         with pytest.raises(morgana.RenderError, match="has its parameters already"):
             shared(load(small()), pool, parameters={"density": 1})
         with pytest.raises(morgana.SceneError):
-            shared({"type": "scene"}, pool)
+            shared({"type": "scene", "ball": {"type": "sphere", "radius": -1}}, pool)
 
 
 def test_a_scene_that_changes_meanwhile_is_noticed(tmp_path):

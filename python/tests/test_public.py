@@ -96,7 +96,7 @@ def samples():
     rays = morgana.trace(scene, [[0, 0, -3], [0, 0.1, -3]], [0, 0, 1])
     found = morgana.connect(scene, [0, 0, 0], [0.1, 0.2, 0.3])
     with pytest.raises(morgana.SceneError) as refused:
-        load({"type": "scene"})
+        load({"type": "scene", "ball": {"type": "sphere", "radius": -1}})
     aov = morgana.render(load(small(), integrator="aov"), spp=1)
     swept = {**small(), "parameters": {"n": 4}}
     swept["sensor"] = {**swept["sensor"], "sampler": {"type": "independent", "sample_count": "$n"}}

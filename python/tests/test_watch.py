@@ -103,6 +103,6 @@ def test_bars_are_drawn(capfd, monkeypatch, with_tqdm):
 
 def test_errors_can_be_sent_to_other_processes():
     with pytest.raises(morgana.SceneError) as caught:
-        load({"type": "scene"})
+        load({"type": "scene", "ball": {"type": "sphere", "radius": -1}})
     copy = pickle.loads(pickle.dumps(caught.value))
     assert copy.diagnostics == caught.value.diagnostics and str(copy) == str(caught.value)

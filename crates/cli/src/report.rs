@@ -125,7 +125,7 @@ impl Report<'_> {
                     numbers::percent(tail.share())
                 )
             } else {
-                "too few samples found light".into()
+                "it rests on too few samples".into()
             };
             format!("the error cannot be trusted: {reason}; {advice}")
         })

@@ -167,5 +167,5 @@ fn worst(z: &ZScores) -> String {
     };
     let [x, y] = worst.pixel;
     let (size, channel, limit) = (plain(worst.z.abs()), &worst.channel, plain(z.limit));
-    format!("{size} in {channel} at {x},{y}; by chance above {limit} in one of 1000 comparisons")
+    format!("{size} in {channel} at {x},{y}; noise alone exceeds {limit} in 1 of 1000 comparisons")
 }

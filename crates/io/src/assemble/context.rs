@@ -2,11 +2,11 @@
 
 use super::channels::Channels;
 use super::colour::clipping;
-use super::difference::Difference;
 use super::originals::Originals;
 use super::reach;
 use super::texture_role::Role;
 use super::wish::Wish;
+use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::query::resolve;
 use crate::scene::{FileRegistry, ObjectId, SpectrumValue};

@@ -1,9 +1,9 @@
 //! Which deliberate differences from Mitsuba 3.9.1 a scene meets.
 
 use super::described::is_meter;
-use super::difference::*;
 use super::quantities::asks_for_surfaces;
 use super::sensor::{FAR_CLIP, NEAR_CLIP};
+use crate::diagnostic::difference::*;
 use crate::scene::{
     ObjectDescription, ObjectId, PluginKind, SceneDescription, SpectrumValue, Value, descendants,
 };

@@ -2,7 +2,6 @@
 
 use super::context::{Context, Places};
 use super::described::is_meter;
-use super::difference::Difference;
 use super::film::Layering;
 use super::instrument::Instrument;
 use super::integrator::{self, Method};
@@ -11,6 +10,7 @@ use super::sensor::{self, SensorParts};
 use super::{
     costly, coverage, emitter, entry, meter, non_terminating, reach, sampler, shape, sides,
 };
+use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind, SceneDescription, descendants};

@@ -1,10 +1,10 @@
 //! A scene that is ready to render, and how.
 
-use super::difference::Difference;
 use super::film::Layering;
 use super::instrument::Instrument;
 use super::quantities::NamedQuantity;
 use super::{coverage, integrator};
+use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::SceneHash;
 use eikonal::Reference;

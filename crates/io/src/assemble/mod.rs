@@ -9,7 +9,6 @@ mod context;
 mod costly;
 mod coverage;
 mod described;
-mod difference;
 mod differences;
 mod emitter;
 mod entry;
@@ -39,9 +38,9 @@ mod transforms;
 mod units;
 mod wish;
 
+pub use crate::diagnostic::Difference;
 pub use costly::steps_across;
 pub use coverage::Walls;
-pub use difference::Difference;
 pub use film::Layering;
 pub use instrument::{Gruneisen, Instrument, Normalization};
 pub use loaded::Loaded;
@@ -111,7 +110,9 @@ pub fn assemble(
         scene: &first.scene,
         counted: options.samples.is_some(),
     };
-    let differences = differences::of(&known, &first.differences);
+    let mut met = std::mem::take(&mut first.differences);
+    met.extend(diagnostics.differences());
+    let differences = differences::of(&known, &met);
     let (renderer, estimators) = (first.method.renderer, first.method.parameters);
     let samples = first.whole_periods(options, &mut diagnostics);
     let (layering, reweight) = (first.layering, first.reweight);

@@ -5,9 +5,9 @@
 //! is the medium that surrounds the shape.
 
 use super::context::Context;
-use super::difference;
 use super::wish::Wish;
 use crate::diagnostic::Location;
+use crate::diagnostic::difference;
 use eikonal::Shown;
 use eikonal::field::Constant;
 use glam::DVec3;

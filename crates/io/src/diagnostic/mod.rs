@@ -1,16 +1,19 @@
 //! Messages to the user: what is wrong, where it was written, and what may have been meant.
 
+pub(crate) mod difference;
 mod escape;
 mod render;
 mod source;
 mod suggest;
 pub(crate) mod words;
 
+pub use difference::Difference;
 pub use escape::{escaped, shown};
 pub use render::Style;
 pub use source::{Location, SourceFile};
 pub use suggest::{closest, suggest};
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// Diagnostics kept in a [`Diagnostics`]; later ones are only counted.
@@ -98,6 +101,7 @@ pub struct Diagnostics {
     items: Vec<Diagnostic>,
     errors: usize,
     dropped: usize,
+    differences: BTreeSet<Difference>,
 }
 
 impl Diagnostics {
@@ -118,6 +122,16 @@ impl Diagnostics {
         } else {
             self.dropped += 1;
         }
+    }
+
+    /// Takes note of a deliberate difference from Mitsuba, which is no message.
+    pub(crate) fn differ(&mut self, difference: Difference) {
+        self.differences.insert(difference);
+    }
+
+    /// The differences from Mitsuba that reading has met.
+    pub(crate) fn differences(&self) -> &BTreeSet<Difference> {
+        &self.differences
     }
 
     /// Like [`suggest`], but without the search once no more messages are kept: thousands of

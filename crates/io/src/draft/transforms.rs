@@ -1,6 +1,7 @@
 //! The maps that transforms are made of. What cannot be is refused with a message.
 
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::Diagnostics;
+use crate::diagnostic::difference::ROTATE;
 use glam::{DMat3, DMat4, DVec3};
 
 /// A scale by factors, none of them zero.
@@ -16,8 +17,7 @@ pub(crate) fn scale(factors: DVec3) -> Result<DMat4, String> {
 /// Lengths of axes that count as 1.
 const UNIT: f64 = 1e-4;
 
-/// A rotation around an axis of any length, in degrees. That Mitsuba takes other lengths than 1 for something else is noted, once for
-/// a scene.
+/// A rotation around an axis of any length, in degrees. Mitsuba takes other lengths than 1 for something else.
 pub(crate) fn rotate(
     axis: DVec3,
     degrees: f64,
@@ -27,9 +27,7 @@ pub(crate) fn rotate(
     let axis = axis.try_normalize();
     let axis = axis.ok_or("the axis of a rotation must not be zero")?;
     if (length - 1.0).abs() > UNIT {
-        diagnostics.push(Diagnostic::note(
-            "not as in Mitsuba 3 (rotate): rotations are about axes of any length; Mitsuba shears where that is not 1",
-        ));
+        diagnostics.differ(ROTATE);
     }
     Ok(DMat4::from_axis_angle(axis, degrees.to_radians()))
 }

@@ -1,10 +1,10 @@
 //! The sun, and the sky that it lights: the model of Hosek and Wilkie (2012, 2013), as Mitsuba has it.
 
 use super::super::context::Context;
-use super::super::difference::SUNSKY;
 use super::super::texture_role::Role;
 use super::super::transforms::pose;
 use super::sun::{self, Observer};
+use crate::diagnostic::difference::SUNSKY;
 use crate::query::Query;
 use crate::scene::{ObjectDescription, SpectrumValue};
 use eikonal::Shown;

@@ -11,7 +11,7 @@ pub struct Difference {
 
 macro_rules! differences {
     ($($name:ident: $topic:literal, $text:literal;)*) => {
-        $(pub(super) const $name: Difference = Difference { topic: $topic, text: $text };)*
+        $(pub(crate) const $name: Difference = Difference { topic: $topic, text: $text };)*
 
         impl Difference {
             /// All there are.
@@ -24,7 +24,7 @@ differences! {
     AOV: "aov", "quantities of surfaces are those of the first one on the curved ray that is no null boundary, and distances start at the camera; Mitsuba's are those of the first of any kind, from near_clip on";
     BECKMANN: "beckmann", "masking is Smith's in closed form; Mitsuba's fit is up to 0.35 % off";
     BLEND: "blendbsdf", "a mixture with a mirror (conductor, plastic) is what its parts are; Mitsuba adds the mirror's probability to the other's density, and is some percent off";
-    BORDER: "border", "light from beyond the image's edge counts in the pixels there, as with sample_border in Mitsuba";
+    BORDER: "border", "pixels at the edge also collect samples from just outside the image, as with sample_border in Mitsuba, which is off there by default";
     BUMPS: "bump and normal maps", "smooth interfaces keep their normals under bumpmap and normalmap, and mirrors are neither flipped nor dimmed; Mitsuba turns, flips and dims all";
     CHECKERBOARD: "checkerboard", "as a number it has color0 where it has it as a colour; Mitsuba swaps the two";
     CLEAR_GLASS: "clear glass", "a dielectric without an interior encloses clear matter; in Mitsuba the medium around it continues inside";
@@ -42,12 +42,13 @@ differences! {
     MESH_SIDES: "mesh sides", "closed meshes that are wound inside out are flipped; Mitsuba leaves them";
     MOMENT: "moment", "second moments are those of the film's channels, per sample or per replicate of samples; Mitsuba's are those of X, Y and Z of each sample";
     NESTED_INTEGRATORS: "nested integrators", "of several nested integrators the first renders, and stokes adds nothing: light is not polarized; Mitsuba's write the images of all, and Stokes parameters";
-    PATH_MEDIA: "path in media", "path and ptracer see media; in Mitsuba they do not, and volpath does";
+    PATH_MEDIA: "path in media", "path and ptracer account for media; in Mitsuba only volpath and volpathmis do";
     PLASTIC: "plastic", "the base is up to 2 % brighter under a rough coat, 0.1 % under a smooth one: Mitsuba's mean reflectance from below is a coarse sum or a fit";
     POLARIZATION: "polarization", "light is not polarized: filters let half of it, or all, pass; so do Mitsuba's variants that are not polarized";
     PRINCIPLED_THIN: "principledthin", "facets of a sheet transmit to wherever a mirror image would be; Mitsuba leaves steep ones out, one way only";
     RADIANCEMETER: "radiancemeter", "a radiancemeter sees a cone that is 0.001° wide; Mitsuba's sees along one ray";
     ROTATED_GRID: "rotated grid", "a grid that is turned ends at its own cube; Mitsuba's fills the box around it that is parallel to the axes";
+    ROTATE: "rotate", "a rotation is about an axis, whatever the length of the vector that gives it; Mitsuba shears where that is not 1";
     SAMPLE_COUNT: "sample_count", "64 samples per pixel unless the scene says otherwise; Mitsuba takes 4";
     SENSOR_MEDIUM: "sensor medium", "the sensor is in the medium around it; in Mitsuba it is in none unless it names one";
     SDFGRID: "sdfgrid", "the surface is triangles with corners on it, some twelve in a cell of the grid; Mitsuba's is curved, with normals to match";
