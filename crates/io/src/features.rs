@@ -1,9 +1,10 @@
 //! What a scene uses, beside what Mitsuba 3 has.
 
 use crate::diagnostic::{Diagnostics, Severity};
-use crate::scene::{ObjectDescription, PluginKind, SceneDescription, descendants};
+use crate::scene::{ObjectDescription, PluginKind, SceneDescription, Value, descendants};
 use crate::schema::mitsuba;
 use std::collections::BTreeMap;
+use transport::aov::Aov;
 
 /// What a scene uses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -37,12 +38,28 @@ fn own(object: &ObjectDescription) -> Vec<String> {
     }
     let properties = object.properties.iter().map(|p| &p.name);
     let roles = object.children.iter().filter_map(|c| c.name.as_ref());
+    let of_rays = kind == PluginKind::Integrator && plugin == "aov" && lists_own(object);
+    let of_rays = of_rays.then(|| "quantities of rays, or without a name, in 'aovs'".to_owned());
     let unknown = properties
         .chain(roles)
-        .filter(|name| !mitsuba::has_parameter(kind, name));
-    unknown
-        .map(|name| format!("'{name}' of {kind} '{plugin}'"))
-        .collect()
+        .filter(|name| !mitsuba::has_parameter(kind, plugin, name));
+    let unknown = unknown.map(|name| format!("'{name}' of {kind} '{plugin}'"));
+    unknown.chain(of_rays).collect()
+}
+
+/// Whether an `aov` lists what Mitsuba's does not: it takes `NAME:TYPE`, of surfaces only.
+fn lists_own(object: &ObjectDescription) -> bool {
+    let list = object.properties.iter().find(|p| p.name == "aovs");
+    let Some(Value::String(list)) = list.map(|p| &p.value) else {
+        return true;
+    };
+    let is_own = |word: &str| match word.split_once(':') {
+        Some((_, kind)) => Aov::ALL
+            .into_iter()
+            .any(|aov| aov.name() == kind && !aov.is_of_surface()),
+        None => true,
+    };
+    list.split(',').map(str::trim).any(is_own)
 }
 
 /// Errors without their places: each message, and how often it stands there, the most frequent first.

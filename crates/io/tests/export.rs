@@ -104,6 +104,27 @@ fn what_xml_cannot_hold_is_refused() {
     );
 }
 
+/// Neither language has an escape for `$`, and XML none for control characters.
+#[test]
+fn texts_that_would_be_read_otherwise_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut diagnostics = Diagnostics::new();
+    let dictionary = r#"{"type": "scene", "ball": {"type": "sphere", "id": "a\u0001b"}}"#;
+    let control = json::parse(dictionary, "scene.json", &[], &mut diagnostics).unwrap();
+    let text = r#"<scene version="3.0.0"><default name="x" value="5$"/><emitter type="constant"><string name="s" value="$x"/></emitter></scene>"#;
+    let dollar = parsed(text);
+    for scene in [control, dollar] {
+        for name in ["a.xml", "a.json"] {
+            let path = folder.path().join(name);
+            let error = morgana_io::write_scene(&scene, &path)
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains("which scene files cannot hold"), "{error}");
+            assert!(!path.exists());
+        }
+    }
+}
+
 #[test]
 fn files_are_named_as_the_new_folder_sees_them() {
     let folder = tempfile::tempdir().unwrap();
@@ -121,7 +142,7 @@ fn files_are_named_as_the_new_folder_sees_them() {
     fs::write(at("scene/scene.xml"), text).unwrap();
     let mut diagnostics = Diagnostics::new();
     let scene = xml::load(&at("scene/scene.xml"), &[], &mut diagnostics).unwrap();
-    let moved = scene.relocated(&at("out"));
+    let moved = scene.relocated(&at("out")).unwrap();
     assert!(moved.folders.is_empty());
     let text = written(&moved);
     for name in [
@@ -131,7 +152,7 @@ fn files_are_named_as_the_new_folder_sees_them() {
     ] {
         assert!(text.contains(name), "{text}");
     }
-    let same = written(&scene.relocated(&at("scene")));
+    let same = written(&scene.relocated(&at("scene")).unwrap());
     assert!(same.contains("\"meshes/a.ply\""), "{same}");
     let file = SpectrumValue::File("../elsewhere/c.spd".into());
     let sky = &moved.root.children[2].object;

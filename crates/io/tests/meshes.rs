@@ -160,6 +160,21 @@ fn ply_files_name_texture_coordinates_in_three_ways() {
     }
 }
 
+#[test]
+fn attributes_of_ply_files_follow_texture_coordinates_of_any_name() {
+    for [u, v] in [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]] {
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+             property float {u}\nproperty float {v}\nproperty float weight_0\nelement face 1\n\
+             property list uchar int vertex_indices\nend_header\n\
+             0 0 0 0 0 0.25\n1 0 0 1 0 0.5\n0 1 0 0 1 0.75\n3 0 1 2\n"
+        );
+        let mesh = ply::parse(text.as_bytes(), Limits::default()).unwrap();
+        let weights: Vec<f32> = mesh.attributes[0].values.iter().map(|v| v[0]).collect();
+        assert_eq!(weights, [0.25, 0.5, 0.75], "{u}");
+    }
+}
+
 #[track_caller]
 fn ply_error(from: &str, to: &str, expected: &str) {
     assert!(ASCII.contains(from));

@@ -141,8 +141,8 @@ fn export(
 ) -> PyResult<Vec<String>> {
     let scene = scene.ok_or_else(|| errors::scene(diagnostics))?;
     io::write_scene(&scene, output).map_err(|error| match error {
-        WriteError::Value(value) => PyValueError::new_err(value.to_string()),
         WriteError::File(error) => errors::file(&error),
+        _ => PyValueError::new_err(error.to_string()),
     })?;
     Ok(Features::of(&scene).own)
 }

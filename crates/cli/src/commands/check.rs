@@ -6,7 +6,7 @@ use crate::load::{load_as_it_is, options, warn};
 use crate::output::say;
 use io::diagnostic::shown;
 use io::features::{Features, missing};
-use io::{Diagnostics, PluginKind, Run, schema};
+use io::{Diagnostics, PluginKind, Run, Severity, schema};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
@@ -43,10 +43,12 @@ fn report(args: &CheckArgs) -> Result<ExitCode, CommandError> {
         let features = Features::of(&scene);
         lines.extend(section("supported", supported(&features)));
         lines.extend(section("only in morgana", features.own));
-        match io::assemble(&scene, &options(&args.scene), Diagnostics::new()) {
+        let read = std::mem::take(&mut diagnostics);
+        match io::assemble(&scene, &options(&args.scene), read) {
             Ok(loaded) => {
                 let differences = loaded.differences.iter();
                 approximated.extend(differences.map(|d| format!("{}: {}", d.topic, d.text)));
+                diagnostics = loaded.warnings;
             }
             Err(errors) => diagnostics = errors,
         }
@@ -61,6 +63,9 @@ fn report(args: &CheckArgs) -> Result<ExitCode, CommandError> {
     let can_be_used = !diagnostics.has_errors();
     lines.extend(section("otherwise than in Mitsuba", approximated));
     lines.extend(section("missing", missing));
+    let doubts = diagnostics.iter().filter(|d| d.severity != Severity::Error);
+    let doubts = doubts.map(|d| format!("{}: {}", d.severity, d.message));
+    lines.extend(section("doubtful", doubts.collect()));
     let name = shown(&args.scene.path);
     let verdict = if can_be_used {
         "can be used"

@@ -14,8 +14,8 @@ pub fn export(args: &ExportArgs) -> Result<ExitCode, CommandError> {
     let mut diagnostics = Diagnostics::new();
     let scene = read(&args.scene, &mut diagnostics)?;
     io::write_scene(&scene, &args.output).map_err(|error| match error {
-        WriteError::Value(_) => CommandError::Usage(error.to_string()),
         WriteError::File(error) => error.into(),
+        _ => CommandError::Usage(error.to_string()),
     })?;
     let own = Features::of(&scene).own;
     if !own.is_empty() {

@@ -195,7 +195,9 @@ fn shows_surfaces(object: &ObjectDescription) -> bool {
 fn shines_by_texture(shape: &ObjectDescription) -> bool {
     let children = shape.children.iter().map(|c| &c.object);
     let mut emitters = children.filter(|o| o.kind == PluginKind::Emitter);
-    emitters.any(|emitter| child(emitter, "radiance").is_some())
+    emitters.any(|emitter| {
+        child(emitter, "radiance").is_some_and(|radiance| radiance.kind == PluginKind::Texture)
+    })
 }
 
 /// Parameters of bsdfs that are numbers.

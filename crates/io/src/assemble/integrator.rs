@@ -198,6 +198,12 @@ pub(super) fn build(
     if is_aov {
         parameters.aov = quantities.tracer();
     }
+    if let (true, Some(object), Some(name)) = (squared, object, name.as_deref())
+        && quantities.has(name)
+    {
+        let message = format!("an integrator and a quantity of it are both called '{name}'");
+        context.error_at(&object.location, message);
+    }
     Method {
         renderer: parameters.renderer(kind),
         parameters,

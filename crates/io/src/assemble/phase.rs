@@ -115,18 +115,33 @@ fn blend(object: &ObjectDescription, context: &mut Context) -> Phase {
 /// Weights add up to 1 if they differ from it by no more.
 const ROUNDING: f64 = 1e-3;
 
-/// Any number of phase functions, by their shares.
+/// Phase functions of a mixture: each is asked in turn.
+const MOST_PHASES: usize = 100;
+/// Larger weights would not add up.
+const MOST_WEIGHT: f64 = 1e100;
+
+/// Several phase functions, by their shares.
 fn mixture(object: &ObjectDescription, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
     let weights = numbers(&query.string("weights")).unwrap_or_default();
     let nested = query.children(PluginKind::Phase);
-    if weights.is_empty() || weights.len() != nested.len() || !weights.iter().all(|w| *w >= 0.0) {
+    let is_weight = |w: &f64| (0.0..=MOST_WEIGHT).contains(w);
+    let count = nested.len();
+    if count > MOST_PHASES {
+        let message =
+            format!("a mixture holds at most {MOST_PHASES} phase functions, this has {count}");
+        context.error_at(&object.location, message);
+        return Phase::isotropic();
+    }
+    if count == 0 || weights.len() != count || !weights.iter().all(is_weight) {
         let message = format!(
-            "'weights' are numbers ≥ 0, one for each of the {} phase functions",
-            nested.len()
+            "'weights' are numbers from 0 to {MOST_WEIGHT:e}, one for each of the {count} phase functions"
         );
         query.error("weights", message);
-    } else if weights.iter().sum::<f64>() < 1.0 - ROUNDING {
+        query.finish(&[]);
+        return Phase::isotropic();
+    }
+    if weights.iter().sum::<f64>() < 1.0 - ROUNDING {
         let message = "what is missing of the weights to 1 would be absorbed: make them add up to 1, and give the \
                        absorption as 'sigma_a', or by 'albedo'";
         query.error("weights", message);

@@ -81,6 +81,13 @@ const SQUARE: &str = "m2";
 /// Longest name: image files have up to 255 bytes for that of a channel with what is around it.
 const LONGEST: usize = 200;
 
+impl AskedQuantities {
+    /// Whether one of them has a name.
+    pub fn has(&self, name: &str) -> bool {
+        self.list.iter().any(|asked| asked.named(true).name == name)
+    }
+}
+
 /// The name of the second moment of what has a name.
 pub(super) fn square_of(name: Option<&str>) -> String {
     name.map_or(SQUARE.into(), |name| format!("{SQUARE}_{name}"))
@@ -265,8 +272,13 @@ fn unlisted(waves: bool, squared: bool) -> Vec<Asked> {
 fn check_names(list: &[Asked], query: &mut Query) {
     let mut seen = HashSet::new();
     let mut channels = HashSet::new();
+    let mut names = HashSet::new();
     for asked in list {
         let named = asked.named(true);
+        if !names.insert(named.name.clone()) {
+            let message = format!("two quantities have the name '{}'", named.name);
+            query.error("aovs", message);
+        }
         if !seen.insert(asked.aov.name()) {
             let message = format!("'{}' is listed twice", asked.aov.name());
             query.error("aovs", message);

@@ -6,6 +6,7 @@ use super::film::{self, FilmParts};
 use super::medium;
 use super::sampler::{self, Samples};
 use super::transforms::affine;
+use crate::diagnostic::Diagnostic;
 use crate::query::{POSITIVE, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
 use eikonal::Aabb;
@@ -65,6 +66,11 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Option
     let mut film = film::build(film.as_deref(), context);
     let samples = sampler::build(sampler.as_deref(), SAMPLES, context);
     let medium = inside.map(|m| medium::medium(&m, context));
+    if object.plugin == "radiancemeter" && film.spec.width * film.spec.height > 1 {
+        let message = "a radiancemeter sees along one ray: all pixels of its film show nearly the same; give it 1 x 1";
+        let warning = Diagnostic::warning(message).at(&object.location);
+        context.diagnostics.push(warning);
+    }
     let views = views?;
     let whole = |spec: &FilmSpec| FilmWindow {
         image: [spec.width, spec.height],

@@ -120,6 +120,11 @@ fn scaled(
     };
     q.finish(&[]);
     let nested = texture(input, role, object, "value", vertices, context);
+    let is_colour = matches!(factor, SpectrumValue::Rgb([r, g, b]) if r != g || g != b);
+    if is_colour && (role == Role::Number || context.channels.count() == 1) {
+        let message = "a colour cannot scale what becomes one number: make 'scale' a number";
+        context.error_at(&object.location, message);
+    }
     let factor = match (role, factor) {
         // It may exceed what a share or a number may be: their product counts.
         (Role::Number | Role::Vector, factor) => in_role(&factor, Role::Number),

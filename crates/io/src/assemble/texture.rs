@@ -37,7 +37,9 @@ pub(super) fn texture(
             query.finish(&[]);
             let value = uniform(&value, &object.location, name, allowed, context);
             match value {
-                VolumeTexture::Uniform(value) if name == "sigma_t" => {
+                VolumeTexture::Uniform(value)
+                    if name == "sigma_t" && parent.plugin == "heterogeneous" =>
+                {
                     bounded(value, cube, allowed, &object.location, context)
                 }
                 value => value,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Alias, Draft, MAX_DEPTH, Target, unfold};
 use crate::diagnostic::{Diagnostic, Diagnostics, Location};
-use crate::scene::{Child, ObjectDescription, ObjectId};
+use crate::scene::{Child, ObjectDescription, ObjectId, PluginKind};
 
 /// All objects of a scene file, by number.
 #[derive(Default)]
@@ -48,6 +48,15 @@ impl Drafts {
         } else {
             self.ids.insert(id.to_owned(), (index, at.clone()));
         }
+    }
+
+    /// What an object is; `None` if it is not known yet.
+    pub(crate) fn kind(&self, target: &Target) -> Option<PluginKind> {
+        let index = match target {
+            Target::Draft(index) => *index,
+            Target::Id(id, _) => self.ids.get(id)?.0,
+        };
+        self.drafts.get(index).map(|draft| draft.kind)
     }
 
     pub(crate) fn add_alias(&mut self, alias: Alias) {

@@ -134,5 +134,10 @@ fn binary(bytes: &[u8], strands: &mut Strands) -> Result<(), Problem> {
         let (y, z) = (y.ok_or_else(truncated)?, z.ok_or_else(truncated)?);
         strands.add(DVec3::new(first.into(), y.into(), z.into()))?;
     }
-    Ok(())
+    match numbers.next() {
+        None => Ok(()),
+        Some(_) => Err(Problem::Malformed(format!(
+            "more than the {count} points that it says"
+        ))),
+    }
 }

@@ -188,8 +188,9 @@ fn others(element: &ElementDef) -> Vec<&str> {
 }
 
 fn is_known(name: &str) -> bool {
-    const KNOWN: [&str; 10] = ["x", "y", "z", "nx", "ny", "nz", "u", "v", "s", "t"];
-    KNOWN.contains(&name) || FACE_LISTS.contains(&name) || channel(name).is_some()
+    const KNOWN: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
+    let is_uv = UV_NAMES.as_flattened().contains(&name);
+    KNOWN.contains(&name) || is_uv || FACE_LISTS.contains(&name) || channel(name).is_some()
 }
 
 /// An attribute from the other properties of each element, and how many values it stands for.

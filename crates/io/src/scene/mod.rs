@@ -17,6 +17,7 @@ pub use hash::SceneHash;
 pub use kind::PluginKind;
 pub use registry::FileRegistry;
 pub(crate) use registry::find;
+pub use relocate::NameOfFile;
 pub use spectrum::SpectrumValue;
 pub use tensor::{Numbers, Tensor};
 

@@ -11,19 +11,32 @@ use std::sync::Arc;
 /// Parameters that name data files.
 const FILE: &str = "filename";
 
+/// The name of a data file that is no text.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: the name is not Unicode, and scene files are: rename the file or its folders", .0.display())]
+pub struct NameOfFile(pub PathBuf);
+
 impl SceneDescription {
     /// The scene with names of data files as they are seen from another folder: relative to it where that is possible, else
     /// absolute. It then needs no [folders](SceneDescription::folders) to search.
-    pub fn relocated(&self, folder: &Path) -> Self {
+    ///
+    /// # Errors
+    /// A name that is not Unicode.
+    pub fn relocated(&self, folder: &Path) -> Result<Self, NameOfFile> {
         let mut relocation = Relocation {
             to: absolute(folder),
             folders: &self.folders,
             done: HashMap::new(),
+            refused: None,
         };
-        SceneDescription {
-            root: relocation.object(&self.root),
-            parameters: self.parameters.clone(),
-            folders: Vec::new(),
+        let root = relocation.object(&self.root);
+        match relocation.refused {
+            Some(name) => Err(name),
+            None => Ok(SceneDescription {
+                root,
+                parameters: self.parameters.clone(),
+                folders: Vec::new(),
+            }),
         }
     }
 }
@@ -32,6 +45,8 @@ struct Relocation<'a> {
     to: PathBuf,
     folders: &'a [PathBuf],
     done: HashMap<ObjectId, Arc<ObjectDescription>>,
+    /// The first name that is no text.
+    refused: Option<NameOfFile>,
 }
 
 impl Relocation<'_> {
@@ -54,8 +69,8 @@ impl Relocation<'_> {
         new
     }
 
-    fn property(&self, property: &Property) -> Property {
-        let seen = |name: &str| self.file(name, &property.location);
+    fn property(&mut self, property: &Property) -> Property {
+        let mut seen = |name: &str| self.file(name, &property.location);
         let value = match &property.value {
             Value::String(name) if property.name == FILE => Value::String(seen(name)),
             Value::Spectrum(SpectrumValue::File(name)) => {
@@ -70,9 +85,14 @@ impl Relocation<'_> {
     }
 
     /// The name of a file as it is seen from the new folder.
-    fn file(&self, written: &str, location: &Location) -> String {
+    fn file(&mut self, written: &str, location: &Location) -> String {
         let path = absolute(&find(written, location.source().directory(), self.folders));
-        relative(&path, &self.to).to_string_lossy().into_owned()
+        let seen = relative(&path, &self.to);
+        let text = seen.to_str().map(str::to_owned);
+        text.unwrap_or_else(|| {
+            self.refused.get_or_insert(NameOfFile(path));
+            String::new()
+        })
     }
 }
 

@@ -94,14 +94,26 @@ const PARAMETERS: &[(PluginKind, &[&str])] = &[
     ),
 ];
 
+/// Parameters that Mitsuba has for other plugins of a kind, but not for these.
+const OF_OTHERS: &[(PluginKind, &str, &[&str])] = &[
+    (PluginKind::Integrator, "aov", &["max_depth", "rr_depth"]),
+    (PluginKind::Integrator, "direct", &["rr_depth"]),
+    (PluginKind::Integrator, "ptracer", &["block_size"]),
+    (PluginKind::Sampler, "multijitter", &["strength"]),
+    (PluginKind::Sampler, "stratified", &["strength"]),
+];
+
 /// Whether Mitsuba has a plugin.
 pub(crate) fn has_plugin(kind: PluginKind, name: &str) -> bool {
     !lists(PLUGINS, kind, name)
 }
 
-/// Whether plugins of Mitsuba that have a name like one of these have a parameter or a role.
-pub(crate) fn has_parameter(kind: PluginKind, name: &str) -> bool {
-    !lists(PARAMETERS, kind, name)
+/// Whether a plugin of Mitsuba has a parameter or a role.
+pub(crate) fn has_parameter(kind: PluginKind, plugin: &str, name: &str) -> bool {
+    let mut others = OF_OTHERS.iter();
+    let lacks =
+        others.any(|(of, this, names)| *of == kind && *this == plugin && names.contains(&name));
+    !lacks && !lists(PARAMETERS, kind, name)
 }
 
 fn lists(table: &[(PluginKind, &[&str])], kind: PluginKind, name: &str) -> bool {

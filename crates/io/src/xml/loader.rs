@@ -246,7 +246,9 @@ impl Loader<'_> {
         let source = Arc::clone(element.location.source());
         self.contents(node, &source, &mut draft, depth + 1);
         self.dialect.update(&mut draft, self.diagnostics);
-        if let Some(nested) = self.dialect.nested(&mut draft) {
+        let is_integrator =
+            |child: &DraftChild| self.drafts.kind(&child.target) == Some(PluginKind::Integrator);
+        if let Some(nested) = self.dialect.nested(&mut draft, is_integrator) {
             return self.add_child(element, nested.target, parent);
         }
         let id = element

@@ -24,7 +24,7 @@ mod tags;
 mod transforms;
 mod write;
 
-pub use write::{UnwritableValue, write};
+pub use write::{ArrayInXml, write};
 
 use std::path::Path;
 

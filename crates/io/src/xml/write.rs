@@ -7,24 +7,22 @@ use crate::schema::{self, Type};
 use std::collections::HashSet;
 use std::fmt::Display;
 
-/// A value that XML has no words for.
+/// An array in place of a file, which XML has no element for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("XML cannot hold {what} as '{parameter}' of {object}")]
-pub struct UnwritableValue {
+#[error("XML cannot hold an array as '{parameter}' of {object}")]
+pub struct ArrayInXml {
     /// What has it, for example `{"type": "gridvolume"}`.
-    object: String,
+    pub object: String,
     /// Its parameter.
-    parameter: String,
-    /// What it is: an array, or a text that would name a parameter of the scene.
-    what: &'static str,
+    pub parameter: String,
 }
 
 /// A scene as XML. Read again it is the same scene, with the same hash; roles of the scene's own children, which mean nothing,
 /// are left out. Names of data files stay as they are: [`SceneDescription::relocated`] changes them for another folder.
 ///
 /// # Errors
-/// An array in place of a file, and a text with `$name` in it, which would be replaced when it is read.
-pub fn write(scene: &SceneDescription) -> Result<String, UnwritableValue> {
+/// An array in place of a file.
+pub fn write(scene: &SceneDescription) -> Result<String, ArrayInXml> {
     let children = &scene.root.children;
     let mut writer = Writer {
         out: String::from("<scene version=\"3.0.0\">\n"),
@@ -56,7 +54,7 @@ impl Writer {
         role: Option<&str>,
         object: &ObjectDescription,
         depth: usize,
-    ) -> Result<(), UnwritableValue> {
+    ) -> Result<(), ArrayInXml> {
         let tag = object.kind.tag();
         let mut attributes = vec![("type", object.plugin.as_str())];
         attributes.extend(object.id.as_deref().map(|id| ("id", id)));
@@ -74,7 +72,7 @@ impl Writer {
         Ok(())
     }
 
-    fn child(&mut self, child: &Child, depth: usize) -> Result<(), UnwritableValue> {
+    fn child(&mut self, child: &Child, depth: usize) -> Result<(), ArrayInXml> {
         let (role, object) = (child.name.as_deref(), &*child.object);
         let above = self.top.contains(&object.number);
         let again = above || !self.written.insert(object.number);
@@ -93,11 +91,7 @@ impl Writer {
         self.empty("ref", &attributes, depth);
     }
 
-    fn properties(
-        &mut self,
-        object: &ObjectDescription,
-        depth: usize,
-    ) -> Result<(), UnwritableValue> {
+    fn properties(&mut self, object: &ObjectDescription, depth: usize) -> Result<(), ArrayInXml> {
         let mut properties = object.properties.iter();
         properties.try_for_each(|property| self.property(object, property, depth))
     }
@@ -107,7 +101,7 @@ impl Writer {
         object: &ObjectDescription,
         property: &Property,
         depth: usize,
-    ) -> Result<(), UnwritableValue> {
+    ) -> Result<(), ArrayInXml> {
         let name = property.name.as_str();
         match &property.value {
             Value::Float(v) => self.value("float", name, &number(*v), depth),
@@ -116,9 +110,6 @@ impl Writer {
             }
             Value::Integer(v) => self.value("integer", name, &v.to_string(), depth),
             Value::Boolean(v) => self.value("boolean", name, &v.to_string(), depth),
-            Value::String(v) if v.contains('$') => {
-                return Err(unwritable(object, property, "a text with '$'"));
-            }
             Value::String(v) => self.value("string", name, v, depth),
             Value::Spectrum(spectrum) => self.spectrum(name, spectrum, depth),
             Value::Point(v) => self.value("point", name, &list(v.to_array()), depth),
@@ -130,7 +121,12 @@ impl Writer {
                 self.empty("matrix", &[("value", &rows)], depth + 1);
                 self.close("transform", depth);
             }
-            Value::Tensor(_) => return Err(unwritable(object, property, "an array")),
+            Value::Tensor(_) => {
+                return Err(ArrayInXml {
+                    object: object.label(),
+                    parameter: name.to_owned(),
+                });
+            }
         }
         Ok(())
     }
@@ -205,18 +201,6 @@ impl Writer {
 
     fn indent(&mut self, depth: usize) {
         self.out.push_str(&"    ".repeat(depth));
-    }
-}
-
-fn unwritable(
-    object: &ObjectDescription,
-    property: &Property,
-    what: &'static str,
-) -> UnwritableValue {
-    UnwritableValue {
-        object: object.label(),
-        parameter: property.name.clone(),
-        what,
     }
 }
 

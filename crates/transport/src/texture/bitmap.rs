@@ -147,16 +147,21 @@ impl Bitmap {
     fn pixel(&self, corner: DVec2) -> Spectrum {
         let [x, y] = [0, 1].map(|k| self.wrap.index(corner[k] as i64, self.size[k] as i64));
         let first = (y * self.size[0] + x) * self.channels;
-        let values = &self.data[first..first + self.channels];
-        match values {
-            [all] => Spectrum::splat(f64::from(*all)),
-            _ => Spectrum(std::array::from_fn(|c| {
-                values.get(c).copied().map_or(0.0, f64::from)
-            })),
-        }
+        spectrum(&self.data[first..first + self.channels])
     }
 
-    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
-        self.data.iter().copied().map(f64::from)
+    /// The values of all pixels.
+    pub(super) fn values(&self) -> impl Iterator<Item = Spectrum> + '_ {
+        self.data.chunks_exact(self.channels).map(spectrum)
+    }
+}
+
+/// The channels of a pixel; one stands for all.
+fn spectrum(values: &[f32]) -> Spectrum {
+    match values {
+        [all] => Spectrum::splat(f64::from(*all)),
+        _ => Spectrum(std::array::from_fn(|c| {
+            values.get(c).copied().map_or(0.0, f64::from)
+        })),
     }
 }

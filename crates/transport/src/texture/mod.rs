@@ -93,17 +93,22 @@ impl Texture {
     }
 
     /// Every number that the texture is made from; its values lie between the least and the largest.
-    pub fn numbers(&self) -> Box<dyn Iterator<Item = f64> + '_> {
+    pub fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        self.values().flat_map(|value| value.0)
+    }
+
+    /// Every value that the texture is made from.
+    fn values(&self) -> Box<dyn Iterator<Item = Spectrum> + '_> {
         match self {
-            Texture::Uniform(value) => Box::new(value.0.into_iter()),
-            Texture::Bitmap(t) => Box::new(t.numbers()),
-            Texture::Checkerboard(t) => Box::new(t.colours().iter().flat_map(Texture::numbers)),
-            Texture::Vertices(t) => Box::new(t.colours().iter().flat_map(|c| c.0)),
+            Texture::Uniform(value) => Box::new(std::iter::once(*value)),
+            Texture::Bitmap(t) => Box::new(t.values()),
+            Texture::Checkerboard(t) => Box::new(t.colours().iter().flat_map(Texture::values)),
+            Texture::Vertices(t) => Box::new(t.colours().iter().copied()),
             Texture::Volume(t) => {
                 let (least, most) = t.range();
-                Box::new([least, most].into_iter())
+                Box::new([least, most].map(Spectrum::splat).into_iter())
             }
-            Texture::Scaled(t) => Box::new(t.numbers()),
+            Texture::Scaled(t) => Box::new(t.values()),
         }
     }
 }

@@ -30,9 +30,8 @@ impl ScaledTexture {
         &self.texture
     }
 
-    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
-        let factors = self.factor.0;
-        let numbers = self.texture.numbers();
-        numbers.flat_map(move |v| factors.map(|factor| v * factor))
+    /// The values of the texture times the factor, channel by channel.
+    pub(super) fn values(&self) -> impl Iterator<Item = Spectrum> {
+        self.texture.values().map(|value| value * self.factor)
     }
 }

@@ -45,7 +45,9 @@ fn hair(
     let radius = q.float_in("radius", POSITIVE, HAIR);
     // How many of the segments are left out.
     q.float_or("angle_threshold", 1.0);
-    q.float_or("reduction", 0.0);
+    if q.float_or("reduction", 0.0) > 0.0 {
+        q.warning("reduction", "all strands are kept: 'reduction' is ignored");
+    }
     let read = hair::read(&path, files.limits());
     let strands = read.map_err(|e| q.file_error("filename", &e)).ok()?;
     let radius = radius * frame.matrix3.z_axis.length();

@@ -123,18 +123,26 @@ impl Dialect {
     }
 
     /// What stands in the place of an integrator that only speeds another one up: that one.
-    pub fn nested(&mut self, draft: &mut Draft) -> Option<DraftChild> {
+    pub fn nested(
+        &mut self,
+        draft: &mut Draft,
+        is_integrator: impl Fn(&DraftChild) -> bool,
+    ) -> Option<DraftChild> {
         let speeds_up = self.old
             && draft.kind == PluginKind::Integrator
             && FRAMES.contains(&draft.plugin.as_str());
-        if !speeds_up || draft.children.is_empty() {
+        if !speeds_up {
             return None;
         }
+        let inner = draft.children.iter().position(is_integrator)?;
         let names: Vec<_> = draft.properties.iter().map(|p| p.name.clone()).collect();
         names.iter().for_each(|name| self.ignore(draft, name));
         let read = format!("'{}' as the integrator in it", draft.plugin);
         add(&mut self.read, read);
-        Some(draft.children.swap_remove(0))
+        if draft.children.len() > 1 {
+            self.ignore(draft, "what else is nested");
+        }
+        Some(draft.children.swap_remove(inner))
     }
 
     fn ignore(&mut self, draft: &Draft, what: &str) {
