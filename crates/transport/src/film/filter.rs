@@ -53,7 +53,15 @@ impl Filter {
     /// What a sample counts: the filter over the density of the sample.
     pub fn weight(&self, offset: f64) -> f64 {
         match self {
-            Filter::Signed(filter) => filter.value(offset) / filter.pdf(offset),
+            Filter::Signed(filter) => {
+                let pdf = filter.pdf(offset);
+                // Rounding may put a sample on the edge of where the filter ends.
+                if pdf > 0.0 {
+                    filter.value(offset) / pdf
+                } else {
+                    0.0
+                }
+            }
             _ => 1.0,
         }
     }

@@ -142,3 +142,15 @@ fn weighted_samples_are_the_filter() {
         assert!((second - expected).abs() < 1e-3, "{second}, not {expected}");
     }
 }
+
+/// Half of what the density of Hermite's cubics could reach is zero.
+#[test]
+fn weights_are_finite_where_the_filter_ends() {
+    let hermite = cubic(0.0, 0.0);
+    for u in [0.0, f64::MIN_POSITIVE, 0.5, 1f64.next_down()] {
+        assert!(hermite.weight(hermite.sample(u)).is_finite(), "{u}");
+    }
+    for offset in [-2.0, -1.0, 1.0, 1.5, 2.0] {
+        assert!(hermite.weight(offset).is_finite(), "{offset}");
+    }
+}
