@@ -31,7 +31,7 @@ BLOCKS = 4
 ROUGH = 1.9
 # Differences of so much of the mean over the picture are no more than a standard error.
 DARK = 1e-3
-PARTIAL = {"mask", "thindielectric", "polarizer", "null"}
+PARTIAL = {"mask", "thindielectric", "polarizer", "circular", "retarder", "null"}
 # Of which Mitsuba's mixtures with others are wrong.
 MIRRORS = {"conductor", "plastic"}
 DELTA_EMITTERS = ("point", "spot", "projector", "directional")
@@ -217,7 +217,7 @@ class Generator:
                 lambda: Plugin("bsdf", "thindielectric", **ior),
                 lambda: Plugin("bsdf", "principledthin", base_color=self.colour(), **sheet),
                 lambda: Plugin("bsdf", "principled", base_color=self.colour(), roughness=0.5, spec_trans=r.uniform(0.3, 1)),
-                lambda: Plugin("bsdf", "polarizer"),
+                lambda: Plugin("bsdf", r.choice(["polarizer", "circular", "retarder"])),
             ]
         )()
 
@@ -262,9 +262,29 @@ class Generator:
     def cloud(self, bsdf: Plugin) -> list[Plugin]:
         """A scattering medium."""
         r = self.r
-        phase = r.choice([lambda: Plugin("phase", "isotropic"), lambda: Plugin("phase", "hg", g=r.uniform(-0.8, 0.8))])()
-        medium = Plugin("medium", "homogeneous", sigma_t=r.uniform(0.5, 4), albedo=Rgb(r.uniform(0.3, 1) for _ in range(3)), phase=phase)
-        return [Plugin("shape", r.choice(["sphere", "cube"]), bsdf=bsdf, interior=medium, to_world=self.place())]
+        albedo = Rgb(r.uniform(0.3, 1) for _ in range(3))
+        if r.random() < 0.5:
+            medium = Plugin("medium", "homogeneous", sigma_t=r.uniform(0.5, 4), albedo=albedo, phase=self.phase())
+            return [Plugin("shape", r.choice(["sphere", "cube"]), bsdf=bsdf, interior=medium, to_world=self.place())]
+        # A grid that is parallel to the axes, as Mitsuba's boxes around grids are.
+        around = [("scale", {"value": "2"}), ("translate", {"x": -1, "y": -1, "z": -1})]
+        grid = Plugin("volume", "gridvolume", filename=self.grid(), to_world=Transform(around))
+        medium = Plugin("medium", "heterogeneous", sigma_t=grid, albedo=albedo, scale=r.uniform(1, 3), phase=self.phase())
+        return [Plugin("shape", "cube", bsdf=bsdf, interior=medium)]
+
+    def phase(self) -> Plugin:
+        r = self.r
+        lobes = [lambda: Plugin("phase", "hg", g=r.uniform(-0.8, 0.8)), lambda: Plugin("phase", "isotropic"), lambda: Plugin("phase", "rayleigh")]
+        first, second = (r.choice(lobes)() for _ in range(2))
+        return r.choice([first, Plugin("phase", "blendphase", weight=r.uniform(0, 1), _a=first, _b=second)])
+
+    def grid(self) -> str:
+        """A volume file of some extinctions."""
+        import mitsuba
+
+        values = np.array([self.r.uniform(0, 1) for _ in range(4 * 3 * 2)], np.float32).reshape(4, 3, 2, 1)
+        mitsuba.VolumeGrid(values).write(str(self.folder / "grid.vol"))
+        return "grid.vol"
 
     def curve(self) -> str:
         """A curve of some control points, thick ones in the middle."""
