@@ -111,7 +111,7 @@ class Generator:
         shape = self.cloud(bsdf) if cloud else self.shape(bsdf)
         emitter, light = self.emitter()
         sensor = self.sensor(size)
-        floor_bsdf = Plugin("bsdf", "diffuse", reflectance=self.colour())
+        floor_bsdf = Plugin("bsdf", "diffuse", reflectance=self.reflectance())
         floor = Plugin(
             "shape", "rectangle", bsdf=floor_bsdf, to_world=Transform([("scale", {"value": "6"}), ("translate", {"z": -1.2})])
         )
@@ -129,6 +129,14 @@ class Generator:
 
     def colour(self) -> Any:
         return self.r.choice([lambda: Rgb(self.r.uniform(0.1, 0.9) for _ in range(3)), lambda: self.r.uniform(0.1, 0.9), self.texture])()
+
+    def reflectance(self) -> Any:
+        """A colour, or a volume, of which Mitsuba's coats cannot tell the mean."""
+        if self.r.random() < 0.85:
+            return self.colour()
+        around = [("scale", {"value": "8"}), ("translate", {"x": -4, "y": -4, "z": -4})]
+        grid = Plugin("volume", "gridvolume", filename=self.grid(), to_world=Transform(around))
+        return Plugin("texture", "volume", volume=grid)
 
     def texture(self) -> Plugin:
         to_uv = Transform([("scale", {"value": self.r.uniform(0.5, 4)})])
@@ -194,7 +202,7 @@ class Generator:
         disney = {name: r.uniform(0, 1) for name in names if r.random() < 0.5}
         return r.choice(
             [
-                lambda: Plugin("bsdf", "diffuse", reflectance=self.colour()),
+                lambda: Plugin("bsdf", "diffuse", reflectance=self.reflectance()),
                 lambda: Plugin("bsdf", "conductor", **self.metal()),
                 lambda: Plugin("bsdf", "roughconductor", **self.metal(), **self.brushed()),
                 lambda: Plugin("bsdf", "plastic", **coat),
@@ -247,6 +255,9 @@ class Generator:
             return [Plugin("shape", kind, filename=self.curve(), **common)]
         if kind in ("obj", "ply"):
             file = self.tetrahedron(kind)
+            if kind == "ply" and r.random() < 0.5:
+                colours = Plugin("texture", "mesh_attribute", name="vertex_color")
+                common["bsdf"] = Plugin("bsdf", "diffuse", reflectance=colours)
             return [Plugin("shape", kind, filename=file, face_normals=True, **common)]
         if kind == "instance":
             member = Plugin("shape", r.choice(["sphere", "cube"]), bsdf=bsdf)
@@ -274,17 +285,21 @@ class Generator:
 
     def phase(self) -> Plugin:
         r = self.r
-        lobes = [lambda: Plugin("phase", "hg", g=r.uniform(-0.8, 0.8)), lambda: Plugin("phase", "isotropic"), lambda: Plugin("phase", "rayleigh")]
+        lobes = [lambda: Plugin("phase", "hg", g=r.uniform(-0.8, 0.8)), lambda: Plugin("phase", "isotropic"), lambda: Plugin("phase", "rayleigh"), self.tabulated]
         first, second = (r.choice(lobes)() for _ in range(2))
         return r.choice([first, Plugin("phase", "blendphase", weight=r.uniform(0, 1), _a=first, _b=second)])
+
+    def tabulated(self) -> Plugin:
+        return Plugin("phase", "tabphase", values=", ".join(f"{self.r.uniform(0.2, 2):.6f}" for _ in range(5)))
 
     def grid(self) -> str:
         """A volume file of some extinctions."""
         import mitsuba
 
         values = np.array([self.r.uniform(0, 1) for _ in range(4 * 3 * 2)], np.float32).reshape(4, 3, 2, 1)
-        mitsuba.VolumeGrid(values).write(str(self.folder / "grid.vol"))
-        return "grid.vol"
+        name = f"grid_{self.r.randrange(10**9)}.vol"
+        mitsuba.VolumeGrid(values).write(str(self.folder / name))
+        return name
 
     def curve(self) -> str:
         """A curve of some control points, thick ones in the middle."""
@@ -300,9 +315,10 @@ class Generator:
         if kind == "obj":
             lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces]
         else:
-            header = ["ply", "format ascii 1.0", "element vertex 4", *(f"property float {axis}" for axis in "xyz")]
+            header = ["ply", "format ascii 1.0", "element vertex 4", *(f"property float {name}" for name in "xyzrgb")]
             header += ["element face 4", "property list uchar int vertex_index", "end_header"]
-            lines = header + [f"{x} {y} {z}" for x, y, z in corners] + [f"3 {a} {b} {c}" for a, b, c in faces]
+            colours = [" ".join(f"{self.r.uniform(0.1, 0.9):.6f}" for _ in "rgb") for _ in corners]
+            lines = header + [f"{x} {y} {z} {colour}" for (x, y, z), colour in zip(corners, colours, strict=True)] + [f"3 {a} {b} {c}" for a, b, c in faces]
         path.write_text("\n".join(lines) + "\n")
         return path.name
 
@@ -352,7 +368,7 @@ class Generator:
 
     def sensor(self, size: int) -> Plugin:
         r = self.r
-        kind = r.choice(["perspective", "thinlens", "orthographic"])
+        kind = r.choice(["perspective", "thinlens", "orthographic", "batch"])
         view = {"origin": [r.uniform(-4, 4), r.uniform(-4, -3), r.uniform(0.5, 3)], "target": [0, 0, -0.2], "up": "0, 0, 1"}
         parts: list[Any] = [("lookat", view)]
         more: dict[str, Any] = {"fov": r.uniform(25, 45), "fov_axis": r.choice(["x", "y", "smaller", "larger", "diagonal"])}
@@ -368,6 +384,9 @@ class Generator:
             sides = {"width": 2 * size, "height": 2 * size, "crop_width": size, "crop_height": size}
             sides |= {f"crop_offset_{axis}": r.randrange(size // 4, 3 * size // 4) for axis in "xy"}
         film = Plugin("film", "hdrfilm", sample_border=True, pixel_format="rgb", rfilter=Plugin("rfilter", rfilter), **sides)
+        if kind == "batch":
+            cameras = {f"_{k}": Plugin("sensor", "perspective", to_world=Transform(parts), fov=r.uniform(25, 45)) for k in range(2)}
+            return Plugin("sensor", kind, **cameras, film=Plugin("film", "hdrfilm", width=size, height=size, pixel_format="rgb"))
         return Plugin("sensor", kind, to_world=Transform(parts), film=film, **more)
 
 
