@@ -386,7 +386,10 @@ class Generator:
         film = Plugin("film", "hdrfilm", sample_border=True, pixel_format="rgb", rfilter=Plugin("rfilter", rfilter), **sides)
         if kind == "batch":
             cameras = {f"_{k}": Plugin("sensor", "perspective", to_world=Transform(parts), fov=r.uniform(25, 45)) for k in range(2)}
-            return Plugin("sensor", kind, **cameras, film=Plugin("film", "hdrfilm", width=size, height=size, pixel_format="rgb"))
+            # Wider filters would reach from one camera's pixels to the other's.
+            box = Plugin("rfilter", "box")
+            film = Plugin("film", "hdrfilm", width=size, height=size, pixel_format="rgb", rfilter=box)
+            return Plugin("sensor", kind, film=film, **cameras)
         return Plugin("sensor", kind, to_world=Transform(parts), film=film, **more)
 
 
