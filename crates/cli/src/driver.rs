@@ -2,6 +2,7 @@
 
 use crate::interrupt::Interrupt;
 use crate::progress::{self, ProgressGoal};
+use io::Run;
 use io::clock::{Clock, Stopped};
 use rayon::ThreadPool;
 use transport::render::Handle;
@@ -18,6 +19,22 @@ pub struct Driver<'a> {
 }
 
 impl Driver<'_> {
+    /// Chooses the integrator of a run, if that is left open.
+    pub fn choose(&self, run: &mut Run) {
+        let goal = ProgressGoal {
+            samples_per_spp: 1,
+            spp: None,
+            before: 0,
+            unit: "spp",
+            time: run.time,
+        };
+        let silent = Driver {
+            quiet: true,
+            ..*self
+        };
+        silent.drive(goal, |handle, _| run.choose(handle));
+    }
+
     /// Does `work`, which asks the clock after each pass whether to go on. Returns what it gives, and why it ended early.
     pub fn drive<T: Send>(
         &self,

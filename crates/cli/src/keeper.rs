@@ -48,19 +48,21 @@ pub fn path(
     }
 }
 
-impl Keeper {
+/// A file that is to be kept up to date, and what is in it already.
+#[derive(Debug)]
+pub struct Kept {
+    path: PathBuf,
+    every: Duration,
+    part: Option<Part>,
+    lock: Option<Lock>,
+}
+
+impl Kept {
     /// Finds out what is at `path`, and that it can be replaced. Something that is there already must be resumed, so that
     /// nothing is lost.
-    pub fn open(
-        path: PathBuf,
-        args: &KeepArgs,
-        header: Header,
-    ) -> Result<(Self, Option<Body>), CommandError> {
+    pub fn open(path: PathBuf, args: &KeepArgs) -> Result<Self, CommandError> {
         config::check_writable(&path)?;
         let lock = lock(&path)?;
-        let refuse = |why: String| {
-            CommandError::Usage(format!("'{}' cannot be resumed: {why}", shown(&path)))
-        };
         let exists = path.exists();
         if exists && !args.resume {
             let path = shown(&path);
@@ -69,8 +71,26 @@ impl Keeper {
             );
             return Err(CommandError::Usage(message));
         }
-        let kept = exists.then(|| Part::read(&path)).transpose()?;
-        if let Some(kept) = &kept {
+        Ok(Kept {
+            part: exists.then(|| Part::read(&path)).transpose()?,
+            path,
+            every: args.checkpoint_every,
+            lock,
+        })
+    }
+
+    /// Which run it is of, if there is something.
+    pub fn header(&self) -> Option<&Header> {
+        self.part.as_ref().map(|part| &part.header)
+    }
+
+    /// Goes on with it as a part of a run, which must be the one that it is of.
+    pub fn keep(self, header: Header) -> Result<(Keeper, Option<Body>), CommandError> {
+        let path = self.path;
+        let refuse = |why: String| {
+            CommandError::Usage(format!("'{}' cannot be resumed: {why}", shown(&path)))
+        };
+        if let Some(kept) = &self.part {
             kept.header
                 .agrees(&header)
                 .map_err(|e| refuse(e.to_string()))?;
@@ -92,17 +112,19 @@ impl Keeper {
         let now = Instant::now();
         let keeper = Keeper {
             path,
-            every: args.checkpoint_every,
-            before: kept.as_ref().map_or(0.0, |k| k.header.seconds),
+            every: self.every,
+            before: self.part.as_ref().map_or(0.0, |k| k.header.seconds),
             header,
             started: now,
             last: now,
             complained: false,
-            _lock: lock,
+            _lock: self.lock,
         };
-        Ok((keeper, kept.map(|k| k.body)))
+        Ok((keeper, self.part.map(|k| k.body)))
     }
+}
 
+impl Keeper {
     /// That what was found is of another render although its header agrees: only a forged file is.
     pub fn misfit(&self) -> CommandError {
         let path = shown(&self.path);

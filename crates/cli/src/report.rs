@@ -6,7 +6,7 @@ use crate::load::file_name;
 use crate::numbers;
 use io::clock::Stopped;
 use io::rendered::Naming;
-use io::{Loaded, report};
+use io::{Run, report};
 use serde_json::{Value, json};
 use std::time::Duration;
 use transport::integrator::Integrator;
@@ -19,8 +19,8 @@ use transport::stats::ConnectionCounts;
 pub struct Report<'a> {
     /// What was asked for.
     pub job: &'a Job,
-    /// The scene.
-    pub loaded: &'a Loaded,
+    /// What was computed, and of which scene.
+    pub run: &'a Run<'a>,
     /// The result.
     pub rendering: &'a Rendering,
     /// Samples per pixel asked for, if there was a limit.
@@ -60,6 +60,7 @@ impl Report<'_> {
             format!("{} samples/s", numbers::count(self.rate())),
             self.outcome(),
         ];
+        parts.extend(self.choice());
         parts.extend(self.photon_line());
         parts.extend(self.target_line());
         parts.extend(self.doubt());
@@ -68,7 +69,7 @@ impl Report<'_> {
             parts.push(bias(stats.connections.capped));
         }
         parts.extend(report::possible_bias(stats));
-        let naming = Naming::of(self.loaded);
+        let naming = Naming::of(self.run.loaded);
         let outside = naming.map_or(0.0, |n| n.outside(&self.rendering.film));
         if outside > 0.0 {
             parts.push(format!("{} outside of all bins", numbers::percent(outside)));
@@ -89,12 +90,18 @@ impl Report<'_> {
         lines.collect::<Vec<_>>().join("\n")
     }
 
+    /// Which integrator was chosen, and why, if it was left open.
+    fn choice(&self) -> Option<String> {
+        let reason = self.run.reason.as_ref()?;
+        Some(format!("integrator {}: {reason}", self.run.renderer.name()))
+    }
+
     /// What the image shows on the whole.
     fn outcome(&self) -> String {
         if self.rendering.samples == 0 {
             return "no sample of the whole image was completed: the image is empty".into();
         }
-        if !self.loaded.renderer.is_light() {
+        if !self.run.renderer.is_light() {
             let stats = &self.rendering.stats;
             let valid = stats.paths.saturating_sub(stats.lost);
             return format!(
@@ -111,8 +118,8 @@ impl Report<'_> {
     /// What to think of the error of the mean, if it is not to be trusted.
     fn doubt(&self) -> Option<String> {
         let film = &self.rendering.film;
-        (self.loaded.renderer.is_light() && film.few_in_all(None)).then(|| {
-            let advice = match self.loaded.renderer {
+        (self.run.renderer.is_light() && film.few_in_all(None)).then(|| {
+            let advice = match self.run.renderer {
                 Renderer::Light(Integrator::Path(_)) => {
                     "take more samples, or try the integrator bdpt"
                 }
@@ -137,15 +144,15 @@ impl Report<'_> {
         let stats = &self.rendering.stats;
         let pairs = [
             ("scene", file_name(&self.job.scene)),
-            ("scene_hash", self.loaded.hash.to_string()),
+            ("scene_hash", self.run.loaded.hash.to_string()),
             ("morgana_version", env!("CARGO_PKG_VERSION").into()),
-            ("integrator", self.loaded.renderer.name().into()),
+            ("integrator", self.run.renderer.name().into()),
             ("seed", self.job.seed.to_string()),
             ("spp", self.rendering.samples.to_string()),
             ("options", self.job.command_line()),
             (
                 "branches",
-                report::branches(self.loaded.scene()).to_string(),
+                report::branches(self.run.loaded.scene()).to_string(),
             ),
             (
                 "connections",
@@ -155,11 +162,16 @@ impl Report<'_> {
             ("over_budget", report::over_budget(stats).to_string()),
             ("not_finite", stats.not_finite.to_string()),
         ];
-        let naming = Naming::of(self.loaded);
+        let naming = Naming::of(self.run.loaded);
         let axes = naming.map(|n| ("decomposition", Value::from(n.axes()).to_string()));
-        let trust = report::trust(self.loaded, &self.rendering.film);
+        let trust = report::trust(self.run.loaded, &self.rendering.film);
         let trust = trust.map(|trust| ("trust", trust.to_string()));
-        let pairs = pairs.into_iter().chain(trust).chain(axes);
+        let choice = self
+            .run
+            .reason
+            .clone()
+            .map(|reason| ("integrator_choice", reason));
+        let pairs = pairs.into_iter().chain(choice).chain(trust).chain(axes);
         pairs
             .map(|(name, value)| (name.to_owned(), value))
             .collect()
@@ -222,7 +234,8 @@ impl Report<'_> {
         let run = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "scene": file_name(&self.job.scene),
-            "integrator": self.loaded.renderer.name(),
+            "integrator": self.run.renderer.name(),
+            "integrator_choice": self.run.reason,
             "options": self.job.command_line(),
             "seed": self.job.seed,
             "spp_requested": self.requested,
@@ -232,12 +245,12 @@ impl Report<'_> {
             "samples_per_second": self.rate(),
             "width": film.width(),
             "height": film.height(),
-            "channels": self.loaded.channel_names,
+            "channels": self.run.loaded.channel_names,
             "mean": mean,
             "standard_error": error,
             "target": self.target(),
         });
-        report::render(self.loaded, self.rendering, run)
+        report::render(self.run.loaded, self.rendering, run)
     }
 }
 

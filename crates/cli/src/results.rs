@@ -19,8 +19,8 @@ pub fn write_images(
     images: &[(PathBuf, ImageFormat)],
     report: &Report,
 ) -> Result<(), CommandError> {
-    let names = &report.loaded.channel_names;
-    let picture = Picture::new(report.rendering, report.loaded, report.attributes());
+    let names = &report.run.loaded.channel_names;
+    let picture = Picture::new(report.rendering, report.run.loaded, report.attributes());
     let images = images.iter().map(|(path, format)| match format {
         ImageFormat::Exr => picture.write_exr(path),
         ImageFormat::Npy => picture.write_npy(path),

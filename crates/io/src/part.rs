@@ -19,6 +19,10 @@ use transport::sampling::Replicates;
 const MAGIC: &[u8; 8] = b"morgana\x1a";
 /// Grows with every change of what is stored.
 const FORMAT: u32 = 7;
+/// Name of the setting which integrator rendered it.
+pub(crate) const INTEGRATOR: &str = "integrator";
+/// Name of the setting why that was chosen.
+pub(crate) const REASON: &str = "choice of the integrator";
 const HASH: usize = blake3::OUT_LEN;
 /// What is written at a time.
 const BUFFER: usize = 1 << 16;
@@ -103,7 +107,7 @@ impl Header {
     ) -> Self {
         let settings = [
             ("seed", seed.to_string()),
-            ("integrator", renderer.name().into()),
+            (INTEGRATOR, renderer.name().into()),
             ("sampler", renderer.replicates(loaded.scene()).name().into()),
             ("adaptive", loaded.adaptive.to_string()),
         ];
@@ -147,14 +151,23 @@ impl Header {
             let found = header.settings.iter().find(|(n, _)| n == name);
             found.map_or("(none)".to_owned(), |(_, value)| value.clone())
         };
+        // Why the integrator was chosen may differ: a render that goes on for longer would have had a longer pilot.
         let names = self.settings.iter().chain(&other.settings);
-        for (name, _) in names {
+        for (name, _) in names.filter(|(name, _)| name != REASON) {
             let (mine, others) = (value(self, name), value(other, name));
             if mine != others {
                 return Err(Foreign::Setting(name.clone(), mine, others));
             }
         }
         Ok(())
+    }
+
+    /// The value of a setting, if there is one of that name.
+    pub fn setting(&self, name: &str) -> Option<&str> {
+        let mut settings = self.settings.iter();
+        settings
+            .find(|(n, _)| n == name)
+            .map(|(_, value)| value.as_str())
     }
 
     /// Numbers of the samples that this part is to have.

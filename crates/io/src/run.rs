@@ -1,13 +1,15 @@
 //! One run: what is computed of a scene, and whether it can be.
 
-use crate::part::Header;
+use crate::part::{Header, INTEGRATOR, REASON};
 use crate::rendered::Naming;
 use crate::{Limits, Loaded};
 use std::ops::ControlFlow;
+use std::time::Duration;
+use transport::integrator::Integrator;
 use transport::meter::Meter;
 use transport::render::{
-    Handle, MeasureError, MeasureOptions, MeasureState, Measurement, RenderOptions, Rendering,
-    Target, measure, memory, render,
+    Choice, Extent, Handle, MeasureError, MeasureOptions, MeasureState, Measurement, RenderOptions,
+    Rendering, Target, choose, measure, memory, render,
 };
 use transport::renderer::Renderer;
 
@@ -18,14 +20,18 @@ pub struct Run<'a> {
     pub loaded: &'a Loaded,
     /// What makes a picture: the scene's own, or another.
     pub renderer: Renderer,
+    /// Estimators among which a pilot [chooses](Run::choose), if it is to; the renderer is one of them.
+    pub candidates: Vec<Integrator>,
+    /// Why the renderer was chosen, if it was.
+    pub reason: Option<String>,
     /// Seed of the random numbers.
     pub seed: u64,
     /// Samples per pixel, or particles, of the whole; `None` if something else ends the run.
     pub total: Option<u64>,
     /// Which of how many parts of the whole this is, counted from 0.
     pub shard: Option<[u64; 2]>,
-    /// Whether it ends after some time, too.
-    pub is_timed: bool,
+    /// Time after which it ends, too.
+    pub time: Option<Duration>,
     /// Error at which a picture is done.
     pub target: Option<Target>,
     /// Whether images of the strategies of a picture are wanted.
@@ -63,12 +69,44 @@ impl<'a> Run<'a> {
         Run {
             loaded,
             renderer: loaded.renderer,
+            candidates: loaded.candidates.clone(),
+            reason: None,
             seed: 0,
             total: Some(loaded.samples),
             shard: None,
-            is_timed: false,
+            time: None,
             target: None,
             strategies: false,
+        }
+    }
+
+    /// Chooses the estimator by a pilot on the current thread pool, if that is left open.
+    pub fn choose(&mut self, handle: &Handle) {
+        let mut candidates = std::mem::take(&mut self.candidates);
+        if self.strategies {
+            candidates.retain(Integrator::splats);
+        }
+        if candidates.is_empty() {
+            return;
+        }
+        let extent = Extent {
+            samples: self.total,
+            seconds: self.time.map(|time| time.as_secs_f64()),
+        };
+        let options = self.options();
+        let choice = choose(&self.loaded.groups, &candidates, &options, extent, handle);
+        self.renderer = Renderer::Light(choice.integrator);
+        self.reason = Some(reason(&choice, &candidates));
+    }
+
+    /// Takes over what was chosen for the run that a part is of, if that is left open.
+    pub fn choose_as(&mut self, header: &Header) {
+        let candidates = std::mem::take(&mut self.candidates);
+        let chosen = header.setting(INTEGRATOR);
+        let chosen = candidates.iter().find(|i| Some(i.name()) == chosen);
+        if let Some(integrator) = chosen {
+            self.renderer = Renderer::Light(*integrator);
+            self.reason = header.setting(REASON).map(String::from);
         }
     }
 
@@ -80,6 +118,7 @@ impl<'a> Run<'a> {
         let more = [
             ("strategies", self.strategies.then(|| "told apart".into())),
             ("target error", target),
+            (REASON, self.reason.clone()),
         ];
         let more = more.into_iter();
         let mut header = Header::new(
@@ -131,7 +170,9 @@ impl<'a> Run<'a> {
     pub fn render(&self) -> Result<Rendering, Refusal> {
         self.check(Limits::default())?;
         self.total.ok_or(Refusal::NoEnd)?;
-        Ok(render(&self.loaded.groups, &self.options(), |_| {
+        let mut run = self.clone();
+        run.choose(&Handle::default());
+        Ok(render(&run.loaded.groups, &run.options(), |_| {
             ControlFlow::Continue(())
         }))
     }
@@ -168,7 +209,7 @@ impl<'a> Run<'a> {
         if self.strategies && !self.renderer.splats() {
             return Err(Refusal::OneStrategy(self.renderer.name()));
         }
-        let is_unlimited = self.target.is_some() && self.total.is_none() && !self.is_timed;
+        let is_unlimited = self.target.is_some() && self.total.is_none() && self.time.is_none();
         if is_unlimited && !self.renderer.converges() {
             return Err(Refusal::Unreachable);
         }
@@ -198,6 +239,19 @@ impl<'a> Run<'a> {
                 .try_reserve_exact(bytes)
                 .map_err(|_| needs(", more than this system has".into())),
         }
+    }
+}
+
+/// Why a pilot has chosen among candidates as it did, in words.
+fn reason(choice: &Choice, candidates: &[Integrator]) -> String {
+    let gains: Vec<String> = choice
+        .gains()
+        .map(|(other, gain)| format!("{gain:.2}× as efficient as {}", other.name()))
+        .collect();
+    match (&gains[..], candidates) {
+        ([], [_]) => "no other finds as much light".into(),
+        ([], _) => "the render is too short for a pilot".into(),
+        _ => format!("by a pilot {}", gains.join(" and ")),
     }
 }
 

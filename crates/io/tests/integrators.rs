@@ -50,6 +50,70 @@ fn integrator(kind: &str, parameters: &str) -> String {
     format!("<integrator type=\"{kind}\">{parameters}</integrator>{SKY}")
 }
 
+/// Names of the estimators among which a pilot chooses.
+fn candidates(loaded: &Loaded) -> Vec<&'static str> {
+    loaded.candidates.iter().map(Integrator::name).collect()
+}
+
+/// Those that miss light are no candidates, unless all do.
+#[test]
+fn auto_chooses_among_those_that_find_all_light() {
+    let auto = r#"<integrator type="auto"><integer name="max_depth" value="7"/></integrator>"#;
+    let matched = r#"<integrator type="auto"><integer name="reflections" value="1"/></integrator>"#;
+    let of = |parts: &[&str]| accepted(&parts.concat(), None);
+    for (parts, expected, warns) in [
+        (&[SKY][..], &["path", "particle", "bdpt"][..], false),
+        (&[SKY, GLASS], &["path", "bdpt"], false),
+        (&[SKY, GLASS, matched], &["path", "particle", "bdpt"], false),
+        (&[LIGHT, METAL], &["bdpt"], true),
+    ] {
+        let loaded = of(parts);
+        assert_eq!(loaded.integrator(), "auto", "{parts:?}");
+        assert_eq!(candidates(&loaded), expected, "{parts:?}");
+        assert_eq!(light(&loaded).name(), expected[0]);
+        let message = loaded.warnings.to_string();
+        assert_eq!(message.contains("is missing"), warns, "{message}");
+    }
+    let loaded = of(&[SKY, auto]);
+    assert!(loaded.candidates.iter().all(|i| i.depths().0 == Some(7)));
+    // A name leaves nothing to choose, and the caller's is the one that counts.
+    assert!(candidates(&accepted(SKY, Some("path"))).is_empty());
+    let path = integrator("path", "");
+    assert!(candidates(&accepted(&path, None)).is_empty());
+    assert_eq!(candidates(&accepted(&path, Some("auto"))).len(), 3);
+    let named = accepted(&path, None).renderer_named("auto").unwrap();
+    assert_eq!(named.candidates.len(), 3);
+}
+
+/// Where no sampler is named, samples are spread evenly if there are enough to tell the error.
+#[test]
+fn many_samples_are_spread_evenly() {
+    let of = |body: &str, samples| {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("scene.xml");
+        fs::write(
+            &path,
+            format!("<scene version=\"3.0.0\">{CAMERA}{body}</scene>"),
+        )
+        .unwrap();
+        let options = LoadOptions {
+            samples: Some(samples),
+            ..LoadOptions::default()
+        };
+        let loaded = morgana_io::load_scene(&path, &options).unwrap();
+        let even = loaded.scene().replicates().size();
+        (
+            even,
+            loaded.samples,
+            loaded.warnings.to_string().contains("samples"),
+        )
+    };
+    assert_eq!(of(SKY, 128), (8, 128, false));
+    assert_eq!(of(SKY, 64), (1, 64, false));
+    assert_eq!(of(SKY, 129), (1, 129, false));
+    assert_eq!(of(&integrator("particle", ""), 128), (1, 128, false));
+}
+
 #[test]
 fn every_name_has_its_estimator() {
     for (name, expected) in [
@@ -225,7 +289,11 @@ fn mistakes_have_places_and_help() {
         Some("bdtp"),
         &["unknown integrator 'bdtp'", "did you mean 'bdpt'?"],
     );
-    refused(SKY, Some("metropolis"), &["known integrators: path, "]);
+    refused(
+        SKY,
+        Some("metropolis"),
+        &["known integrators: auto, path, "],
+    );
     refused(
         &integrator("bdpt", "<integer name=\"reflections\" value=\"29\"/>"),
         None,

@@ -39,7 +39,7 @@ fn what_cannot_be_done_is_refused() {
         Err(Refusal::Unreachable)
     ));
     let timed = Run {
-        is_timed: true,
+        time: Some(std::time::Duration::from_secs(1)),
         ..unlimited(&photon)
     };
     assert!(check(&timed).is_ok());

@@ -8,9 +8,11 @@ use pyo3::types::PyBytes;
 use transport::renderer::Renderer;
 
 /// How a run was done.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct RunRecord {
     pub renderer: Renderer,
+    /// Why that was chosen, if it was.
+    pub reason: Option<String>,
     pub seed: u64,
     /// Samples per pixel, or particles.
     pub requested: Option<u64>,

@@ -6,7 +6,6 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::time::Duration;
 use transport::render::{Measure, Target};
-use transport::renderer::Renderer;
 
 /// A dictionary of what the caller asks for.
 #[derive(Clone, Copy, Debug, FromPyObject)]
@@ -25,12 +24,11 @@ pub struct Limits {
 
 impl Limits {
     /// What is computed of a scene: all of it.
-    pub fn run<'a>(&self, loaded: &'a Loaded, renderer: Renderer) -> Run<'a> {
+    pub fn run<'a>(&self, loaded: &'a Loaded) -> Run<'a> {
         Run {
-            renderer,
             seed: self.seed,
             total: self.samples,
-            is_timed: self.time.is_some(),
+            time: self.time(),
             target: self.target_error.map(|(error, of_pixels)| Target {
                 error,
                 measure: if of_pixels {
@@ -41,6 +39,20 @@ impl Limits {
             }),
             ..Run::new(loaded)
         }
+    }
+
+    /// The same by an integrator that is named, if one is.
+    pub fn run_by<'a>(&self, loaded: &'a Loaded, integrator: Option<&str>) -> PyResult<Run<'a>> {
+        let run = self.run(loaded);
+        let Some(name) = integrator else {
+            return Ok(run);
+        };
+        let named = loaded.renderer_named(name).map_err(|d| errors::scene(&d))?;
+        Ok(Run {
+            renderer: named.renderer,
+            candidates: named.candidates,
+            ..run
+        })
     }
 
     /// Threads to run on.

@@ -34,7 +34,7 @@ pub fn measure(
     tick: Option<Py<PyAny>>,
 ) -> PyResult<Measured> {
     let loaded = &scene.get().loaded;
-    let asked = limits.run(loaded, loaded.renderer);
+    let asked = limits.run(loaded);
     let (options, meters) = (asked.measure_options(), loaded.meters());
     let (pool, started) = (limits.pool()?, Instant::now());
     let ((measurement, stopped), _) = watched(py, tick.as_ref(), limits.time(), |shared| {
@@ -49,6 +49,7 @@ pub fn measure(
     let measurement = measurement.map_err(|e| errors::refusal(&Refusal::Meters(e)))?;
     let run = RunRecord {
         renderer: loaded.renderer,
+        reason: None,
         seed: limits.seed,
         requested: limits.samples,
         stopped: stopped.map(Stopped::name),

@@ -4,7 +4,7 @@ use crate::errors;
 use crate::finished::RunRecord;
 use crate::limits::Limits;
 use crate::measure::Measured;
-use crate::render::{self, Rendered};
+use crate::render::Rendered;
 use crate::scene::Scene;
 use crate::watch::{Shared, watched};
 use io::part::{Body, Part};
@@ -26,15 +26,15 @@ pub fn render_part<'py>(
     shard: [u64; 2],
 ) -> PyResult<Bound<'py, PyBytes>> {
     let scene = scene.get();
-    let renderer = render::renderer(scene, integrator)?;
-    let asked = Run {
+    let mut asked = Run {
         shard: Some(shard),
-        ..limits.run(&scene.loaded, renderer)
+        ..limits.run_by(&scene.loaded, integrator)?
     };
     let (pool, started) = (limits.pool()?, Instant::now());
     let (body, interrupted) = watched(py, None, None, |shared| {
         pool.install(|| {
             if scene.loaded.instruments.is_empty() {
+                asked.choose(&shared.handle);
                 Ok(image(&asked, shared))
             } else {
                 readings(&asked, shared)
@@ -129,19 +129,20 @@ impl Parts {
         seconds: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
         let loaded = &scene.get().loaded;
-        let renderer = render::renderer(scene.get(), integrator)?;
         let part = self
             .whole
             .take()
             .ok_or_else(|| errors::render("no part of the run is done"))?;
-        let asked = limits.run(loaded, renderer);
+        let mut asked = limits.run_by(loaded, integrator)?;
+        asked.choose_as(&part.header);
         let misfit =
             |why: String| errors::render(format!("the parts are not of this scene: {why}"));
         part.header
             .agrees(&asked.header())
             .map_err(|e| misfit(e.to_string()))?;
         let run = RunRecord {
-            renderer,
+            renderer: asked.renderer,
+            reason: asked.reason.clone(),
             seed: limits.seed,
             requested: limits.samples,
             stopped: interrupted.then_some("interrupted"),

@@ -19,7 +19,6 @@ use std::path::PathBuf;
 use std::time::Instant;
 use transport::Film;
 use transport::render::{Rendering, render_watched};
-use transport::renderer::Renderer;
 
 /// A picture that has been rendered.
 #[pyclass(frozen, module = "morgana._morgana")]
@@ -36,17 +35,16 @@ pub fn render(
     tick: Option<Py<PyAny>>,
 ) -> PyResult<Rendered> {
     let loaded = &scene.get().loaded;
-    let renderer = renderer(scene.get(), integrator)?;
-    let asked = limits.run(loaded, renderer);
-    asked
-        .check(io::Limits::default())
+    let mut run = limits.run_by(loaded, integrator)?;
+    run.check(io::Limits::default())
         .map_err(|e| errors::refusal(&e))?;
-    let options = asked.options();
     let (pool, started) = (limits.pool()?, Instant::now());
     let ((rendering, stopped), _) = watched(py, tick.as_ref(), limits.time(), |shared| {
         let asked = || shared.asked();
         let mut clock = Clock::start(limits.time(), &asked);
         let rendering = pool.install(|| {
+            run.choose(&shared.handle);
+            let options = run.options();
             render_watched(&loaded.groups, &options, &shared.handle, |progress| {
                 clock.look(progress.done == progress.total)
             })
@@ -56,7 +54,8 @@ pub fn render(
         (rendering, stopped)
     })?;
     let run = RunRecord {
-        renderer,
+        renderer: run.renderer,
+        reason: run.reason,
         seed: limits.seed,
         requested: limits.samples,
         stopped: stopped.map(Stopped::name),
@@ -66,24 +65,13 @@ pub fn render(
     Ok(Rendered::new(rendering, scene, run))
 }
 
-/// The scene's renderer, or one that is named.
-pub fn renderer(scene: &Scene, name: Option<&str>) -> PyResult<Renderer> {
-    let loaded = &scene.loaded;
-    match name {
-        Some(name) => Ok(loaded
-            .renderer_named(name)
-            .map_err(|d| errors::scene(&d))?
-            .0),
-        None => Ok(loaded.renderer),
-    }
-}
-
 impl Rendered {
     pub fn new(rendering: Rendering, scene: Py<Scene>, run: RunRecord) -> Self {
         let loaded = &scene.get().loaded;
         let told = json!({
             "scene": scene.get().name,
             "integrator": run.renderer.name(),
+            "integrator_choice": run.reason,
             "seed": run.seed,
             "spp_requested": run.requested,
             "stopped": run.stopped,

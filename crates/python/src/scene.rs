@@ -162,10 +162,10 @@ impl Scene {
         self.loaded.channel_names.clone()
     }
 
-    /// Name of the integrator, a str: ``path``, ``particle``, ``bdpt``, ``photon``, ``sppm`` or ``aov``.
+    /// Name of the integrator, a str: ``auto``, ``path``, ``particle``, ``bdpt``, ``photon``, ``sppm`` or ``aov``.
     #[getter]
     fn integrator(&self) -> &'static str {
-        self.loaded.renderer.name()
+        self.loaded.integrator()
     }
 
     /// Samples per pixel, an int; particles if there are meters.
@@ -188,8 +188,8 @@ impl Scene {
     /// What is doubtful about rendering with another integrator.
     fn _doubts<'py>(&self, py: Python<'py>, integrator: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let estimator = self.loaded.renderer_named(integrator);
-        let (_, doubts) = estimator.map_err(|d| errors::scene(&d))?;
-        errors::diagnostics(py, &doubts)
+        let named = estimator.map_err(|d| errors::scene(&d))?;
+        errors::diagnostics(py, &named.doubts)
     }
 
     /// Names of the emitters, a list of str.
@@ -283,7 +283,15 @@ impl Scene {
 impl Scene {
     /// Whether it is the same description and data, rendered in the same way.
     pub fn is_same(&self, other: &Scene) -> bool {
-        let method = |l: &Loaded| (l.renderer, l.samples, l.adaptive, l.scene().replicates());
+        let method = |l: &Loaded| {
+            (
+                l.renderer,
+                l.integrator(),
+                l.samples,
+                l.adaptive,
+                l.scene().replicates(),
+            )
+        };
         self.loaded.hash == other.loaded.hash && method(&self.loaded) == method(&other.loaded)
     }
 

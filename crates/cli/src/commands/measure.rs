@@ -1,6 +1,6 @@
 //! `morgana render` for a scene with meters in place of a camera.
 
-use super::render::{name, open};
+use super::render::{keep, kept, name};
 use crate::args::RenderArgs;
 use crate::command_error::CommandError;
 use crate::driver::Driver;
@@ -45,7 +45,8 @@ pub fn measure(
         ..job.run(loaded)
     };
     let (options, meters) = (whole.measure_options(), loaded.meters());
-    let (mut keeper, state) = open(args, job.header(&whole), |keeper, body| match body {
+    let kept = kept(args, shard)?;
+    let (mut keeper, state) = keep(kept, job.header(&whole), |keeper, body| match body {
         Body::Meters(state) if state.fits(&loaded.groups, &meters) => Ok(*state),
         _ => Err(keeper.misfit()),
     })?;

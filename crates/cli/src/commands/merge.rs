@@ -8,10 +8,9 @@ use crate::measured::Measured;
 use crate::output::say;
 use crate::report::Report;
 use crate::{config, results};
-use io::Loaded;
-use io::Refusal;
 use io::diagnostic::shown;
 use io::part::{Body, Header, Part};
+use io::{Loaded, Refusal, Run};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -38,7 +37,9 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
     job.scene = moved.unwrap_or(&job.scene).clone();
     check_scene(&job, args)?;
     let loaded = job.load(args.memory.limits())?;
-    let agrees = header.agrees(&job.run(&loaded).header());
+    let mut run = job.run(&loaded);
+    run.choose_as(&header);
+    let agrees = header.agrees(&run.header());
     agrees.map_err(|e| {
         CommandError::Usage(format!(
             "the parts do not belong to '{}': {e}",
@@ -46,7 +47,7 @@ pub fn merge(args: &MergeArgs) -> Result<ExitCode, CommandError> {
         ))
     })?;
     match body {
-        Body::Image(state) => merged_image(args, &job, &loaded, &header, *state),
+        Body::Image(state) => merged_image(args, &job, &run, &header, *state),
         Body::Meters(state) => merged_readings(args, &job, &loaded, &header, *state),
     }
 }
@@ -108,23 +109,24 @@ fn check_scene(job: &Job, args: &MergeArgs) -> Result<(), CommandError> {
 fn merged_image(
     args: &MergeArgs,
     job: &Job,
-    loaded: &Loaded,
+    run: &Run,
     header: &Header,
     state: State,
 ) -> Result<ExitCode, CommandError> {
+    let loaded = run.loaded;
     let mut images = config::images(&args.outputs, &job.scene)?;
     check_colours(&args.outputs.output, loaded, &mut images)?;
     if args.outputs.strategies.is_some() && !job.strategies {
         let message = "the parts do not separate strategies: render them with --strategies";
         return Err(CommandError::Usage(message.into()));
     }
-    if !state.fits(&loaded.groups, &job.run(loaded).options()) {
+    if !state.fits(&loaded.groups, &run.options()) {
         return Err(misfit());
     }
     let rendering = state.into_rendering(&loaded.groups);
     let report = Report {
         job,
-        loaded,
+        run,
         rendering: &rendering,
         requested: header.total,
         elapsed: elapsed(header),

@@ -7,7 +7,7 @@ use crate::config::ImageFormat;
 use crate::driver::Driver;
 use crate::interrupt::Interrupt;
 use crate::job::Job;
-use crate::keeper::{self, Keeper};
+use crate::keeper::{self, Keeper, Kept};
 use crate::output::say;
 use crate::preview::{Canvas, Preview};
 use crate::progress::ProgressGoal;
@@ -46,28 +46,37 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
         (None, None, _) | (.., Some(_)) => Some(loaded.samples),
         _ => args.spp.map(|_| loaded.samples),
     };
-    let run = Run {
+    let mut run = Run {
         total: requested,
         shard,
-        is_timed: args.time.is_some(),
+        time: args.time,
         ..job.run(&loaded)
     };
-    run.check(limits)?;
-    let options = run.options();
-    let (mut keeper, state) = open(args, job.header(&run), |keeper, body| match body {
-        Body::Image(state) if state.fits(&loaded.groups, &options) => Ok(*state),
-        _ => Err(keeper.misfit()),
-    })?;
-    let mut preview = preview(args, &loaded)?;
     let interrupt = Interrupt::watch()?;
-    let started = Instant::now();
-    let mut state = state.unwrap_or_else(|| State::new(&loaded.groups, &options));
     let driver = Driver {
         pool: &pool,
         interrupt: &interrupt,
         quiet: args.outputs.quiet,
     };
-    let goal = progress_goal(args, &options, &state, &loaded);
+    let started = Instant::now();
+    let kept = kept(args, shard)?;
+    match kept.as_ref().and_then(Kept::header) {
+        Some(header) => run.choose_as(header),
+        None => driver.choose(&mut run),
+    }
+    run.check(limits)?;
+    let options = run.options();
+    let (mut keeper, state) = keep(kept, job.header(&run), |keeper, body| match body {
+        Body::Image(state) if state.fits(&loaded.groups, &options) => Ok(*state),
+        _ => Err(keeper.misfit()),
+    })?;
+    let mut preview = preview(args, &loaded)?;
+    let mut state = state.unwrap_or_else(|| State::new(&loaded.groups, &options));
+    let goal = ProgressGoal {
+        // The choice of the integrator counts, too.
+        time: args.time.map(|time| time.saturating_sub(started.elapsed())),
+        ..progress_goal(args, &options, &state, &loaded)
+    };
     let ((), stopped) = driver.drive(goal, |handle, clock| {
         state.advance(&loaded.groups, &options, handle, |progress| {
             if let Some(preview) = &mut preview {
@@ -86,7 +95,7 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
     let rendering = state.into_rendering(&loaded.groups);
     let report = Report {
         job: &job,
-        loaded: &loaded,
+        run: &run,
         rendering: &rendering,
         requested,
         elapsed: keeper.map_or(started.elapsed(), |k| k.elapsed()),
@@ -128,18 +137,22 @@ fn shard(args: &RenderArgs, loaded: &Loaded) -> Result<Option<[u64; 2]>, Command
     }
 }
 
-/// What keeps the render, if it is to be kept, and what was kept of it before; `fitting` takes what fits.
-pub fn open<S>(
-    args: &RenderArgs,
+/// Where a run is to be kept, if it is, and what was kept of it before.
+pub fn kept(args: &RenderArgs, shard: Option<[u64; 2]>) -> Result<Option<Kept>, CommandError> {
+    let path = keeper::path(&args.keep, &args.outputs.output, &args.scene.path, shard)?;
+    path.map(|path| Kept::open(path, &args.keep)).transpose()
+}
+
+/// What keeps the run from now on, and what was kept of it before; `fitting` takes what fits.
+pub fn keep<S>(
+    kept: Option<Kept>,
     header: Header,
     fitting: impl Fn(&Keeper, Body) -> Result<S, CommandError>,
 ) -> Result<(Option<Keeper>, Option<S>), CommandError> {
-    let shard = header.shard;
-    let path = keeper::path(&args.keep, &args.outputs.output, &args.scene.path, shard)?;
-    let Some(path) = path else {
+    let Some(kept) = kept else {
         return Ok((None, None));
     };
-    let (keeper, body) = Keeper::open(path, &args.keep, header)?;
+    let (keeper, body) = kept.keep(header)?;
     let state = body.map(|body| fitting(&keeper, body)).transpose()?;
     Ok((Some(keeper), state))
 }

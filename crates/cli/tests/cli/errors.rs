@@ -96,7 +96,7 @@ fn options_are_checked() {
     );
     refused(
         &folder,
-        "render scene.xml --strategies s.exr",
+        "render scene.xml --integrator path --strategies s.exr",
         &["--strategies", "path has one strategy only"],
     );
     refused(

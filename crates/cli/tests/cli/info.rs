@@ -7,7 +7,7 @@ fn describes_what_is_in_a_scene() {
     let text = Folder::with_lens().succeed("info scene.xml");
     for part in [
         "8 × 6, R G B",
-        "4 samples per pixel, integrator path",
+        "4 samples per pixel, integrator auto",
         "perspective at (0, 0, -4), in 'ambient' (n = 1)",
         "constant     found by connections and by random walks: complete",
         "glass",
@@ -64,15 +64,16 @@ fn says_what_finds_an_emitter() {
         <float name="intensity" value="1"/></emitter>"#;
     let metal = r#"<shape type="cube"><transform name="to_world"><translate y="-5"/></transform>
         <bsdf type="conductor"/></shape>"#;
+    let path = r#"<integrator type="path"/>"#;
     let bdpt = r#"<integrator type="bdpt"><integer name="reflections" value="2"/></integrator>"#;
     let of = |things: &[&str]| Folder::with_scene(&things.concat()).succeed("info scene.xml");
     for (things, expected) in [
         (
-            &[light][..],
+            &[light, path][..],
             "point        found by connections, along all branches: complete",
         ),
         (
-            &[light, glass],
+            &[light, glass, path],
             "complete but for light that is reflected partially on its way from the emitter",
         ),
         (
@@ -80,7 +81,12 @@ fn says_what_finds_an_emitter() {
             "found from both ends: complete but for light that is reflected partially more than 2 times on every",
         ),
         (
-            &[light, glass, metal],
+            // A scene that names none is rendered by the one that finds the most.
+            &[light, glass],
+            "found from both ends: complete but for light that is reflected partially on every",
+        ),
+        (
+            &[light, glass, metal, path],
             "reflected by mirrors or partially on its way",
         ),
         (
@@ -105,7 +111,7 @@ fn json_says_what_the_text_says() {
     assert_eq!(info["channels"], serde_json::json!(["R", "G", "B"]));
     assert_eq!(
         (&info["samples"], &info["integrator"]),
-        (&4.into(), &"path".into())
+        (&4.into(), &"auto".into())
     );
     assert_eq!(info["sensor"]["type"], "perspective");
     assert_eq!(

@@ -1,6 +1,7 @@
 //! Tests of the `morgana` program itself, on small scenes.
 
 mod arrays;
+mod auto;
 mod compare;
 mod connect;
 mod convert;

@@ -4,6 +4,7 @@
 use transport::bsdf::Bsdf;
 use transport::integrator::{Integrator, RequiredConnection};
 use transport::scene::{Object, ProblemSeverity, Scene, SceneProblem, Subject, TOTAL_REFLECTIONS};
+use transport::sensor::Sensor;
 
 /// Surfaces of a scene that send light where connections do not look for it.
 #[derive(Clone, Copy, Debug)]
@@ -59,6 +60,28 @@ pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProbl
         problems.extend(nowhere(&walls));
     }
     problems
+}
+
+/// The estimators among which a pilot may choose: those of the `known` that find all light of a scene; if none does, the one that finds
+/// the most.
+pub(super) fn complete(scene: &Scene, known: impl Iterator<Item = Integrator>) -> Vec<Integrator> {
+    let mut most = None;
+    let mut complete = Vec::new();
+    // Nothing connects to a batch of cameras.
+    let is_batch = matches!(scene.sensor(), Sensor::Batch(_));
+    for integrator in known.filter(|i| !is_batch || !i.splats()) {
+        if warnings(scene, &integrator).is_empty() {
+            complete.push(integrator);
+        }
+        // Paths that any one connection may join include those of all others.
+        if most.is_none() || integrator.requires(true) == RequiredConnection::Any {
+            most = Some(integrator);
+        }
+    }
+    if complete.is_empty() {
+        complete.extend(most);
+    }
+    complete
 }
 
 fn warning(subject: Subject, message: String, help: String) -> SceneProblem {

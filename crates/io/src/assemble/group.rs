@@ -25,6 +25,8 @@ use transport::sensor::Sensor;
 pub(super) struct Group {
     pub scene: Scene,
     pub method: Method,
+    /// Estimators among which a pilot chooses, if the scene leaves that open.
+    pub candidates: Vec<Integrator>,
     pub samples: u64,
     pub emitter_names: Vec<String>,
     pub layering: Layering,
@@ -71,8 +73,8 @@ impl Group {
     }
 
     /// The number of samples: the same at each instant of a period of sound, in whole replicates.
-    pub fn whole_periods(&self, options: &LoadOptions, diagnostics: &mut Diagnostics) -> u64 {
-        let wanted = options.samples.unwrap_or(self.samples);
+    pub fn whole_periods(&self, diagnostics: &mut Diagnostics) -> u64 {
+        let wanted = self.samples;
         let samples = self.scene.whole_periods(wanted);
         if samples != wanted {
             let reasons = [
@@ -267,11 +269,21 @@ impl<'a> Children<'a> {
         };
         let scene = Scene::over_period(parts, sensor.samples.instants);
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
+        let candidates = if method.is_open && instruments.is_empty() {
+            coverage::complete(&scene, method.parameters.candidates())
+        } else {
+            Vec::new()
+        };
+        if let Some(first) = candidates.first() {
+            method.renderer = Renderer::Light(*first);
+        }
         let replicates = sensor.samples.replicates;
-        let scene =
-            sampler::in_replicates(scene, replicates, &method.renderer, |p: &SceneProblem| {
-                report.add(p)
-            });
+        let scene = sampler::in_replicates(
+            scene,
+            &sensor.samples,
+            &method.renderer,
+            |p: &SceneProblem| report.add(p),
+        );
         let incompatibility = if instruments.is_empty() {
             sampler::incompatibility(&method.renderer, sensor.film.reweight)
         } else {
@@ -298,6 +310,7 @@ impl<'a> Children<'a> {
         Some(Group {
             scene,
             method,
+            candidates,
             samples: sensor.samples.count,
             emitter_names,
             layering,

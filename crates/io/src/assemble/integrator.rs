@@ -15,9 +15,12 @@ use transport::integrator::{
 };
 use transport::renderer::Renderer;
 
-/// Names under which scene files and command lines may ask for an estimator. The first three are one
-/// and the same path tracer, the next two one particle tracer.
-const KNOWN: [(&str, Kind); 10] = [
+/// Name of the choice by a pilot.
+pub(super) const AUTO: &str = "auto";
+/// Names under which scene files and command lines may ask for an estimator: `path`, `volpath` and `volpathmis` are one and the same
+/// path tracer, `particle` and `ptracer` one particle tracer.
+const KNOWN: [(&str, Kind); 11] = [
+    (AUTO, Kind::Auto),
     ("path", Kind::Path),
     ("volpath", Kind::Path),
     ("volpathmis", Kind::Path),
@@ -42,6 +45,8 @@ const MOST_PHOTONS: i64 = 1_000_000_000;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
+    /// Whichever of several a pilot finds best.
+    Auto,
     Path,
     /// The path tracer of light that scatters once.
     Direct,
@@ -55,6 +60,8 @@ pub(super) enum Kind {
 /// How a scene is to be rendered.
 pub(super) struct Method {
     pub renderer: Renderer,
+    /// Whether the scene leaves it to a pilot which estimator it is.
+    pub is_open: bool,
     pub parameters: Parameters,
     /// What is to be found of sensor rays besides light.
     pub quantities: Option<AovTracer>,
@@ -92,14 +99,26 @@ pub(super) struct Parameters {
 
 impl Parameters {
     pub fn renderer(&self, kind: Kind) -> Renderer {
+        let integrator = self.integrator(kind).map(Renderer::Light);
+        integrator.unwrap_or(Renderer::Quantities(self.aov))
+    }
+
+    /// The estimators among which a pilot may choose.
+    pub fn candidates(&self) -> impl Iterator<Item = Integrator> {
+        let kinds = [Kind::Path, Kind::Particle, Kind::Bdpt].into_iter();
+        kinds.filter_map(|kind| self.integrator(kind))
+    }
+
+    /// An estimator; `None` for what does not show light.
+    fn integrator(&self, kind: Kind) -> Option<Integrator> {
         let Bdpt {
             max_depth,
             rr_depth,
             ..
         } = self.bdpt;
-        let integrator = match kind {
-            Kind::Aov => return Renderer::Quantities(self.aov),
-            Kind::Path => Integrator::Path(PathTracer {
+        Some(match kind {
+            Kind::Aov => return None,
+            Kind::Auto | Kind::Path => Integrator::Path(PathTracer {
                 max_depth,
                 rr_depth,
             }),
@@ -118,8 +137,7 @@ impl Parameters {
                 progressive: kind == Kind::Sppm,
                 ..self.photon
             }),
-        };
-        Renderer::Light(integrator)
+        })
     }
 }
 
@@ -161,7 +179,7 @@ struct Additions {
     name: Option<String>,
 }
 
-/// The scene's integrator, or the path tracer with its defaults. An estimator that the caller names
+/// The scene's integrator, or the best for it that a pilot finds. An estimator that the caller names
 /// takes its place, but keeps the parameters that are common to all.
 pub(super) fn build(
     object: Option<&ObjectDescription>,
@@ -175,7 +193,7 @@ pub(super) fn build(
         .integrator
         .as_deref()
         .map(|n| named(n, context.diagnostics));
-    let kind = wanted.or(written).unwrap_or(Kind::Path);
+    let kind = wanted.or(written).unwrap_or(Kind::Auto);
     let is_aov = kind == Kind::Aov;
     let Additions {
         mut quantities,
@@ -206,6 +224,7 @@ pub(super) fn build(
     }
     Method {
         renderer: parameters.renderer(kind),
+        is_open: kind == Kind::Auto,
         parameters,
         quantities: (!is_aov && !quantities.is_empty()).then(|| quantities.tracer()),
         names: if is_aov || !quantities.is_empty() {

@@ -1,16 +1,29 @@
 //! A scene that is ready to render, and how.
 
+use super::coverage;
 use super::film::Layering;
 use super::instrument::Instrument;
+use super::integrator::{self, AUTO, Kind};
 use super::quantities::NamedQuantity;
-use super::{coverage, integrator};
 use crate::diagnostic::Difference;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::scene::SceneHash;
 use eikonal::Reference;
 use transport::aov::AovTracer;
+use transport::integrator::Integrator;
 use transport::renderer::Renderer;
 use transport::scene::Scene;
+
+/// What a name stands for in a scene.
+#[derive(Debug)]
+pub struct NamedRenderer {
+    /// What makes the picture.
+    pub renderer: Renderer,
+    /// Estimators among which a pilot chooses, if that is what the name says: see [`Loaded::candidates`].
+    pub candidates: Vec<Integrator>,
+    /// What is doubtful about it.
+    pub doubts: Diagnostics,
+}
 
 /// A scene that is ready to render.
 #[derive(Debug)]
@@ -20,6 +33,8 @@ pub struct Loaded {
     pub groups: Vec<Scene>,
     /// What the picture shows, and how that is found.
     pub renderer: Renderer,
+    /// Estimators among which a pilot chooses, the renderer being one of them; none if the scene or the caller names one.
+    pub candidates: Vec<Integrator>,
     /// Samples per pixel; particles if there are instruments.
     pub samples: u64,
     /// Meters, if the scene has these in place of a camera.
@@ -64,6 +79,15 @@ impl Loaded {
         reference.map(|index| index.of(self.scene()))
     }
 
+    /// Name of the integrator, as scene files say it: `auto` if a pilot chooses one.
+    pub fn integrator(&self) -> &'static str {
+        if self.candidates.is_empty() {
+            self.renderer.name()
+        } else {
+            AUTO
+        }
+    }
+
     /// Whether groups differ in their indices: some medium disperses, and each wavelength has rays of its own.
     pub fn is_dispersive(&self) -> bool {
         self.scene().film().group_size == 1 && self.groups.len() > 1
@@ -97,15 +121,15 @@ impl Loaded {
     }
 
     /// The renderer of the given name, with what the scene says of its own, as [`LoadOptions`](crate::LoadOptions) would
-    /// choose it; and what is doubtful about it.
+    /// choose it.
     ///
     /// # Errors
     /// An unknown name, and one that needs the scene to be assembled anew: `aov` in place of light, or light in
     /// place of `aov`.
-    pub fn renderer_named(&self, name: &str) -> Result<(Renderer, Diagnostics), Diagnostics> {
+    pub fn renderer_named(&self, name: &str) -> Result<NamedRenderer, Diagnostics> {
         let mut diagnostics = Diagnostics::new();
         let kind = integrator::named(name, &mut diagnostics);
-        let renderer = self.estimators.renderer(kind);
+        let mut renderer = self.estimators.renderer(kind);
         if renderer.is_light() != self.renderer.is_light() {
             let message = format!(
                 "the scene was loaded for the integrator {}",
@@ -117,12 +141,21 @@ impl Loaded {
         if diagnostics.has_errors() {
             return Err(diagnostics);
         }
+        let mut candidates = Vec::new();
+        if kind == Kind::Auto {
+            candidates = coverage::complete(self.scene(), self.estimators.candidates());
+            renderer = candidates.first().map_or(renderer, |i| Renderer::Light(*i));
+        }
         let problems = renderer
             .integrator()
             .map(|i| coverage::warnings(self.scene(), i));
         for problem in problems.into_iter().flatten() {
             diagnostics.push(Diagnostic::warning(problem.message).help(problem.help));
         }
-        Ok((renderer, diagnostics))
+        Ok(NamedRenderer {
+            renderer,
+            candidates,
+            doubts: diagnostics,
+        })
     }
 }

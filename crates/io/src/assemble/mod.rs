@@ -43,7 +43,7 @@ pub use costly::steps_across;
 pub use coverage::Walls;
 pub use film::Layering;
 pub use instrument::{Gruneisen, Instrument, Normalization};
-pub use loaded::Loaded;
+pub use loaded::{Loaded, NamedRenderer};
 pub use options::LoadOptions;
 pub use quantities::NamedQuantity;
 
@@ -114,9 +114,10 @@ pub fn assemble(
     met.extend(diagnostics.differences());
     let differences = differences::of(&known, &met);
     let (renderer, estimators) = (first.method.renderer, first.method.parameters);
-    let samples = first.whole_periods(options, &mut diagnostics);
+    let samples = first.whole_periods(&mut diagnostics);
     let (layering, reweight) = (first.layering, first.reweight);
     let adaptive = first.adaptive;
+    let candidates = std::mem::take(&mut first.candidates);
     let instruments = std::mem::take(&mut first.instruments);
     let (quantities, moment) = (first.method.quantities, first.method.moment.take());
     let quantity_names = std::mem::take(&mut first.method.names);
@@ -131,6 +132,7 @@ pub fn assemble(
         instruments,
         groups: groups.into_iter().map(|g| g.scene).collect(),
         renderer,
+        candidates,
         samples,
         warnings: diagnostics,
         differences,

@@ -23,6 +23,9 @@ const EVEN: [&str; 6] = [
     "sobol",
 ];
 
+/// Renders of so many samples have evenly spread ones unless a sampler is named: their errors are told from sixteen means or more.
+const EVEN_FROM: u64 = 128;
+
 /// What a sampler asks for.
 #[derive(Clone, Debug)]
 pub(super) struct Samples {
@@ -32,6 +35,8 @@ pub(super) struct Samples {
     pub instants: usize,
     /// How the samples of a pixel belong together.
     pub replicates: Replicates,
+    /// Whether no sampler says so.
+    pub is_open: bool,
     /// A warning if that is not what the scene's sampler says, for it is not available.
     pub unlike: Option<Diagnostic>,
     /// Whether noisy pixels get more of them.
@@ -44,6 +49,7 @@ impl Default for Samples {
             count: 0,
             instants: 1,
             replicates: Replicates::Single,
+            is_open: false,
             unlike: None,
             adaptive: false,
         }
@@ -54,6 +60,7 @@ impl Samples {
     /// Puts what a caller asks for in the place of what the scene does.
     pub fn replace(&mut self, options: &LoadOptions, diagnostics: &mut Diagnostics) {
         self.adaptive |= options.adaptive;
+        self.count = options.samples.unwrap_or(self.count);
         let Some(name) = options.sampler.as_deref() else {
             return;
         };
@@ -61,7 +68,10 @@ impl Samples {
             .into_iter()
             .find(|replicates| replicates.name() == name)
         {
-            Some(replicates) => (self.replicates, self.unlike) = (replicates, None),
+            Some(replicates) => {
+                (self.replicates, self.unlike) = (replicates, None);
+                self.is_open = false;
+            }
             None => {
                 let message = format!("unknown sampler '{name}'");
                 diagnostics.push(Diagnostic::error(message).help(better(name)));
@@ -74,6 +84,7 @@ impl Samples {
         self.count = self.count.max(other.count);
         self.instants = self.instants.max(other.instants);
         self.replicates = self.replicates.max(other.replicates);
+        self.is_open &= other.is_open;
         self.unlike = self.unlike.take().or(other.unlike);
         self.adaptive |= other.adaptive;
     }
@@ -88,6 +99,7 @@ pub(super) fn build(
     let Some(object) = object else {
         return Samples {
             count: default as u64,
+            is_open: true,
             ..Samples::default()
         };
     };
@@ -127,6 +139,7 @@ pub(super) fn build(
         count: count as u64,
         instants: instants as usize,
         replicates,
+        is_open: false,
         unlike,
         adaptive,
     }
@@ -145,10 +158,22 @@ fn better(name: &str) -> String {
 /// The scene with samples in replicates, if its integrator takes them.
 pub(super) fn in_replicates(
     scene: Scene,
-    replicates: Replicates,
+    samples: &Samples,
     renderer: &Renderer,
     mut report: impl FnMut(&SceneProblem),
 ) -> Scene {
+    let replicates = samples.replicates;
+    if samples.is_open {
+        let even = scene.in_replicates(Replicates::OfEight);
+        let is_even = samples.count >= EVEN_FROM
+            && even.whole_periods(samples.count) == samples.count
+            && renderer.replicates(&even) == Replicates::OfEight;
+        return if is_even {
+            even
+        } else {
+            even.in_replicates(replicates)
+        };
+    }
     let scene = scene.in_replicates(replicates);
     if renderer.replicates(&scene) == replicates {
         return scene;

@@ -93,6 +93,12 @@ const PHOTONS: &[Parameter] = &[
 
 pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
+        "auto",
+        "Path, particle or bidirectional path tracing, whichever a pilot finds best.",
+        &[DEPTH, COMMON],
+        &[],
+    ),
+    plugin(
         "path",
         "Path tracing from the sensor.",
         &[DEPTH, COMMON],

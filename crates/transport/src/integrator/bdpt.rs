@@ -3,8 +3,10 @@
 //! all the ways in which it can be sampled.
 //!
 //! A strategy (s, t) takes s vertices from the emitter and t from the sensor. With s = 0 the sensor
-//! subpath finds the emitter by chance; with s = 1 or t = 1 the end is aimed at anew. Delta
-//! emitters are not seen directly: their image is a point.
+//! subpath finds the emitter by chance; with s = 1 or t = 1 the end is aimed at anew. An emitter in view is found by chance alone: delta
+//! emitters are not seen directly, for their image is a point.
+//!
+//! Strategies are used with probabilities that a pilot finds ([`StrategyRates`](crate::path::StrategyRates)).
 //!
 //! Theory: docs/theory.md#bidirectional.
 
@@ -70,14 +72,29 @@ impl Bdpt {
             max_vertices: usize::MAX,
             weighs: true,
         };
-        // Sample a subpath from the sensor and one from an emitter.
+        let rates = ws.strategies;
+        let mut cost = ws.stats().cost();
+        // Sample a subpath from the sensor and, if wanted, one from an emitter.
         let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws);
-        let from_emitter = sampler.apart(|s| LightPath::sample(scene, &bounds, s, ws));
+        let mut spent = |ws: &Workspace| {
+            let before = std::mem::replace(&mut cost, ws.stats().cost());
+            cost - before
+        };
+        spent(ws);
+        let from_emitter = sampler.apart(|s| {
+            let is_wanted = rates.light >= 1.0 || s.next_1d() < rates.light;
+            ws.particle_balance.is_void = !is_wanted;
+            is_wanted
+                .then(|| LightPath::sample(scene, &bounds, s, ws))
+                .flatten()
+        });
+        ws.strategy_work.light += spent(ws);
         let mut joining = Joining {
             setting: Setting {
                 scene,
                 channel_pdf,
                 heuristic: self.heuristic,
+                rates,
                 max_depth,
             },
             sampler,
@@ -86,17 +103,18 @@ impl Bdpt {
         };
         // s = 0: the emitters that the sensor's subpath hits.
         joining.hits(&from_sensor);
+        spent(joining.ws);
         // s = 1: each of the sensor's vertices and an emitter that is aimed at anew.
         for i in 0..from_sensor.vertices.len() {
             joining.direct(&from_sensor.vertices[..=i]);
         }
+        joining.ws.strategy_work.direct += spent(joining.ws);
         let Some(light) = from_emitter else { return };
-        // s = t = 1: the emitter in view.
-        joining.seen(&light);
         // t = 1: each of the emitter's vertices and the sensor.
         for j in 0..light.subpath.vertices.len() {
             joining.sensed(&light, j);
         }
+        joining.ws.strategy_work.sensed += spent(joining.ws);
         // s, t ≥ 2: the vertices of both subpaths.
         for i in 0..from_sensor.vertices.len() {
             let vertices = &from_sensor.vertices[..=i];
@@ -105,5 +123,6 @@ impl Bdpt {
                 Connections::Resampled => joining.joined_to_one(vertices, &light),
             }
         }
+        joining.ws.strategy_work.joined += spent(joining.ws);
     }
 }

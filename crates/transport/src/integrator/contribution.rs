@@ -2,6 +2,7 @@
 
 use crate::Spectrum;
 use crate::film::PathFacts;
+use crate::path::StrategyShares;
 
 /// A contribution of one path to the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +17,8 @@ pub struct Contribution {
     pub value: Spectrum,
     /// Weight against the other strategies that can sample this path, in [0, 1].
     pub weight: f64,
+    /// How the path is shared among kinds of strategies if all are used; zeros of an estimator that does not tell them apart.
+    pub shares: StrategyShares,
     /// What is known of the path.
     pub path: PathFacts,
 }

@@ -9,7 +9,7 @@
 use super::Contribution;
 use super::bidirectional::{Heuristic, Joining, Setting};
 use crate::Spectrum;
-use crate::path::{Bounds, LightPath, Workspace, sensor_path};
+use crate::path::{Bounds, LightPath, StrategyRates, Workspace, sensor_path};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -60,6 +60,7 @@ impl ParticleTracer {
                 scene,
                 channel_pdf,
                 heuristic: Heuristic::default(),
+                rates: StrategyRates::default(),
                 max_depth,
             },
             sampler,

@@ -318,6 +318,7 @@ impl Tracing<'_> {
             strategy: (0, 0),
             value,
             weight: 1.0,
+            shares: Default::default(),
             path: PathFacts {
                 optical_length: length.optical_length,
                 bounces: length.depth - 1,

@@ -20,6 +20,8 @@ pub struct ParticleBalance {
     pub cut: f64,
     /// On rays that were lost: counted failures.
     pub lost: f64,
+    /// Whether no particle was followed: then there is nothing to enter.
+    pub is_void: bool,
 }
 
 impl ParticleBalance {
@@ -40,6 +42,9 @@ impl BalanceSums {
     /// Adds a particle. One whose entries are not finite is entered as nothing, so that it is left over, and counted in
     /// `not_finite`.
     pub fn add(&mut self, particle_balance: &ParticleBalance, not_finite: &mut u64) {
+        if particle_balance.is_void {
+            return;
+        }
         let mut entries = particle_balance.entries();
         if !entries.iter().sum::<f64>().is_finite() {
             entries = [0.0; ENTRIES];

@@ -1,7 +1,9 @@
 //! Storage and counts of one thread, and what its paths have been told.
 
 use super::energy_balance::ParticleBalance;
-use super::learnt::{AdjointEstimate, AdjointTraining, NeeRates, NeeTraining};
+use super::learnt::{
+    AdjointEstimate, AdjointTraining, NeeRates, NeeTraining, StrategyRates, StrategyWork,
+};
 use super::segment::EdgeGeometry;
 use crate::scene::MediumId;
 use crate::stats::Stats;
@@ -43,6 +45,10 @@ pub struct Workspace {
     pub rates: NeeRates,
     /// What a pilot finds out about them.
     pub nee_training: Option<Box<NeeTraining>>,
+    /// Probabilities with which strategies of bidirectional estimators are used. Any values are unbiased.
+    pub strategies: StrategyRates,
+    /// Work for these strategies so far.
+    pub strategy_work: StrategyWork,
     /// What paths may still bring. Any values are unbiased.
     pub adjoint: AdjointEstimate,
     /// How paths begin.
@@ -76,6 +82,8 @@ impl Workspace {
             search: SEARCH,
             rates: NeeRates::default(),
             nee_training: None,
+            strategies: StrategyRates::default(),
+            strategy_work: StrategyWork::default(),
             adjoint: AdjointEstimate::default(),
             first_vertex: FirstVertexTechniques::default(),
             adjoint_training: None,

@@ -3,6 +3,7 @@
 mod allocation;
 mod aov;
 mod bias;
+mod choice;
 mod handle;
 mod measure;
 mod memory;
@@ -16,11 +17,13 @@ mod source;
 mod splats;
 mod state;
 mod strategies;
+mod strategy_pilot;
 mod target;
 
 pub use allocation::ADAPTIVE_FROM;
 pub use aov::Quantities;
 pub use bias::Debiased;
+pub use choice::{Candidate, Choice, Extent, choose};
 pub use handle::Handle;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;
@@ -33,7 +36,7 @@ pub use target::{Measure, Target};
 use crate::aov::AovTracer;
 use crate::film::{Decomposition, Film};
 use crate::integrator::Integrator;
-use crate::path::{AdjointEstimate, EnergyBalance, FirstVertexTechniques, NeeRates};
+use crate::path::{AdjointEstimate, EnergyBalance, FirstVertexTechniques, NeeRates, StrategyRates};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 use crate::stats::Stats;
@@ -199,6 +202,8 @@ struct Prepared {
     search: f64,
     /// Probabilities with which vertices are connected to emitters.
     rates: NeeRates,
+    /// Probabilities with which strategies of bidirectional estimators are used.
+    strategies: StrategyRates,
     /// What paths may still bring.
     adjoint: AdjointEstimate,
     /// How paths begin.
@@ -213,6 +218,7 @@ fn prepare(scenes: &[Scene], options: &RenderOptions, handle: &Handle) -> Vec<Pr
         let mut prepared = Prepared {
             search: 1.0,
             rates: NeeRates::default(),
+            strategies: StrategyRates::default(),
             adjoint: AdjointEstimate::default(),
             first_vertex: FirstVertexTechniques::default(),
             radius: 0.0,
@@ -222,6 +228,9 @@ fn prepare(scenes: &[Scene], options: &RenderOptions, handle: &Handle) -> Vec<Pr
             Renderer::Quantities(_) => {}
             Renderer::Light(Integrator::Photon(mapping)) => {
                 prepared.radius = photons::first_radius(&source, &mapping);
+            }
+            Renderer::Light(integrator @ Integrator::Bdpt(_)) => {
+                prepared = strategy_pilot::prepared(&source.light(integrator));
             }
             Renderer::Light(integrator) => prepared = pilot::prepared(&source.light(integrator)),
         }

@@ -83,9 +83,7 @@ impl PilotResult {
         let weights = weights(&[&pilot.pairs]);
         let (worth, cost) = (pilot.scatter(&weights) / pilot.cost(), pilot.cost());
         if !light.source.scene.is_straight() {
-            let counts = pilot.ws.stats.connections;
-            let yields = counts.secondary as f64 / counts.searches.max(1) as f64;
-            prepared.search = yields.clamp(LEAST, 1.0);
+            prepared.search = search(&pilot.ws);
         }
         if let Some(nee_training) = pilot.ws.nee_training {
             prepared.rates = nee_training.best(cost, &weights);
@@ -135,6 +133,13 @@ impl PilotResult {
             self
         }
     }
+}
+
+/// The probability with which to search for further branches: the share of searches that found one, within bounds.
+pub(super) fn search(ws: &Workspace) -> f64 {
+    let counts = ws.stats.connections;
+    let yields = counts.secondary as f64 / counts.searches.max(1) as f64;
+    yields.clamp(LEAST, 1.0)
 }
 
 /// What samples say of the way in which they were taken.

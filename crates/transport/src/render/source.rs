@@ -74,6 +74,7 @@ impl<'a> Source<'a> {
         let mut ws = Workspace::new(self.scene.tolerance());
         ws.search = prepared.search;
         ws.rates = prepared.rates;
+        ws.strategies = prepared.strategies;
         ws.adjoint = prepared.adjoint.clone();
         ws.first_vertex = prepared.first_vertex;
         ws.stop = self.stop.clone();

@@ -68,7 +68,7 @@ fn estimators_agree_in_every_bin() {
         emitters: Some(2),
     };
     let [path, particle, bdpt] = estimators();
-    let effort = [(path, 576), (particle, 192), (bdpt, 96)];
+    let effort = [(path, 576), (particle, 192), (bdpt, 192)];
     let means = effort.map(|(e, samples)| batches(e, decomposition, samples));
     let total: f64 = means[2].iter().map(|l| moments(l).mean()).sum();
     let mut family = Family::new(RATE);

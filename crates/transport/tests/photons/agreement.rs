@@ -35,7 +35,7 @@ fn photons_show_what_bdpt_shows() {
     for (name, make, queries) in scenes {
         let mut scene = make();
         scene.reflections = 2;
-        let (a, se_a) = mean(&shoot_by(bdpt(), scene, 400 * more, 1));
+        let (a, se_a) = mean(&shoot_by(bdpt(), scene, 800 * more, 1));
         for &query in queries {
             let (radius, samples) = match query {
                 PhotonQuery::Beam => (0.1, 25),

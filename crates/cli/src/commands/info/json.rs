@@ -21,7 +21,7 @@ pub fn describe(path: &Path, loaded: &Loaded) -> Value {
         "channels": loaded.channel_names,
         "samples": loaded.samples,
         "phases": scene.instants(),
-        "integrator": camera.then(|| loaded.renderer.name()),
+        "integrator": camera.then(|| loaded.integrator()),
         "tolerance": scene.tolerance().get(),
         "film": camera.then(|| film(loaded)),
         "sensor": camera.then(|| sensor(loaded)),

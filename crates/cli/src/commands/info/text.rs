@@ -89,7 +89,7 @@ fn picture(out: &mut String, loaded: &Loaded) -> std::fmt::Result {
         "  sampling     {} samples per pixel{}, integrator {}",
         loaded.samples,
         instants(loaded),
-        loaded.renderer.name()
+        loaded.integrator()
     )
 }
 

@@ -1,14 +1,13 @@
 //! The strategies: which vertices are joined (docs/theory.md#bidirectional).
 
-use super::paths::{Setting, View};
+use super::paths::Setting;
 use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::integrator::Contribution;
 use crate::path::{
-    Connection, ConnectionTarget, FoundBranch, LightPath, PathEdge, PathVertex, Start, Subpath,
-    Vertex, Workspace, environment_end, guess,
+    Connection, ConnectionTarget, FoundBranch, LightPath, PathEdge, PathVertex, StrategyKind,
+    Subpath, Vertex, Workspace, environment_end, guess,
 };
 use crate::sampling::{Discrete, Sampler};
-use glam::DVec3;
 
 /// Two subpaths being joined.
 pub(crate) struct Joining<'a> {
@@ -64,27 +63,11 @@ impl Joining<'_> {
         end: &ConnectionEnd,
     ) -> f64 {
         let scene = self.setting.scene;
-        if path_edge.discovery == 0.0 {
+        // An emitter in view is found by hits alone.
+        if i == 0 || path_edge.discovery == 0.0 {
             return 0.0;
         }
-        if i == 0 && scene.sensor().is_parallel() {
-            // From a point of the emitter to the sensor's plane; from plane to plane there is nothing.
-            return sensor.vertices.first().map_or(0.0, |z| {
-                let (x, direction) = (sensor.start.x, sensor.start.direction);
-                let target =
-                    ConnectionTarget::sensor(scene, scene.sensor().end_of_ray(x, direction));
-                let branch = FoundBranch {
-                    geometry: &path_edge.geometry,
-                    direction: path_edge.back,
-                    optical_length: None,
-                };
-                Connection::discovery(scene, &z.vertex, &target, &branch, self.ws)
-            });
-        }
-        let vertex = match i {
-            0 => Vertex::end(&sensor.start),
-            _ => sensor.vertices[i - 1].vertex,
-        };
+        let vertex = sensor.vertices[i - 1].vertex;
         let target = ConnectionTarget::emitter(scene, index, *end);
         let branch = FoundBranch {
             geometry: &path_edge.geometry,
@@ -92,6 +75,11 @@ impl Joining<'_> {
             optical_length: None,
         };
         Connection::discovery(scene, &vertex, &target, &branch, self.ws)
+    }
+
+    /// Whether a strategy is used that is with some probability.
+    fn uses(&mut self, probability: f64) -> bool {
+        probability >= 1.0 || self.sampler.next_1d() < probability
     }
 
     /// s = 1: the last of the sensor's vertices and an emitter of each class.
@@ -108,12 +96,16 @@ impl Joining<'_> {
         let receiver = z.vertex.receiver(scene);
         for (i, class) in scene.classes().enumerate() {
             let (choice, u) = self.sampler.next_end(i);
+            if !self.uses(setting.rates.direct) {
+                continue;
+            }
             let (index, chosen) = scene.choose_emitter(class, &receiver, choice);
             let emitter = &scene.emitters()[index];
             let shape = |object: usize| &scene.objects()[object].shape;
             let end = emitter.sample_end(scene.around(), shape, u);
             let target = ConnectionTarget::emitter(scene, index, end.end);
-            self.connection(&z.vertex, &target, |connection| {
+            let used = setting.rates.direct;
+            self.connection(&z.vertex, &target, used, |connection| {
                 setting.direct(vertices, connection, index, &end, chosen)
             });
         }
@@ -122,10 +114,14 @@ impl Joining<'_> {
     /// t = 1: vertex `j` of an emitter's subpath and the sensor.
     pub fn sensed(&mut self, light: &LightPath, j: usize) {
         let setting = self.setting;
+        if !self.uses(setting.rates.sensed) {
+            return;
+        }
         let sampled = setting.scene.sensor().sample_end(self.sampler.next_2d());
         let target = ConnectionTarget::sensor(setting.scene, sampled.end);
         let y = &light.subpath.vertices[j].vertex;
-        self.connection(y, &target, |connection| {
+        let used = setting.rates.of(StrategyKind::Sensed);
+        self.connection(y, &target, used, |connection| {
             setting.sensed(light, j, connection)
         });
     }
@@ -133,7 +129,9 @@ impl Joining<'_> {
     /// The last of the sensor's vertices and every vertex of an emitter's subpath.
     pub(crate) fn joined_to_all(&mut self, vertices: &[PathVertex], light: &LightPath) {
         for j in 0..light.subpath.vertices.len() {
-            self.joined(vertices, light, j, 1.0);
+            if self.uses(self.setting.rates.joined) {
+                self.joined(vertices, light, j, 1.0);
+            }
         }
     }
 
@@ -143,6 +141,9 @@ impl Joining<'_> {
         let (Some(z), u) = (vertices.last(), self.sampler.next_1d()) else {
             return;
         };
+        if !self.uses(self.setting.rates.joined) {
+            return;
+        }
         let scene = self.setting.scene;
         // Choose y among the emitter's vertices by guesses.
         let guesses = light.subpath.vertices.iter().map(|y| guess(scene, z, y));
@@ -165,66 +166,24 @@ impl Joining<'_> {
             return;
         }
         let target = ConnectionTarget::vertex(&y.vertex);
-        self.connection(&z.vertex, &target, |connection| {
-            let found = setting.joined(vertices, light, j, connection)?;
-            Some(Contribution {
-                value: found.value * (1.0 / chosen),
-                ..found
-            })
+        let used = chosen * setting.rates.of(StrategyKind::Joined);
+        self.connection(&z.vertex, &target, used, |connection| {
+            setting.joined(vertices, light, j, connection)
         });
     }
 
-    /// s = t = 1: the start of an emitter's subpath and the sensor.
-    pub fn seen(&mut self, light: &LightPath) {
-        let (setting, scene) = (self.setting, self.setting.scene);
-        let end = scene.sensor().sample_end(self.sampler.next_2d()).end;
-        if scene.emitters()[light.emitter].is_delta() {
-            return;
-        }
-        match (end, light.emission.end) {
-            (ConnectionEnd::Point { position, .. }, emission) => {
-                let medium = scene.medium_of_sensor_ray(position);
-                let vertex = Vertex::end(&Start::point(position, DVec3::Z, medium));
-                let target = ConnectionTarget::emitter(scene, light.emitter, emission);
-                self.connection(&vertex, &target, |connection| {
-                    let view = View {
-                        connection: *connection,
-                        sensor: (position, connection.direction),
-                        emitter: (connection.origin, connection.emission),
-                        n: [connection.n_vertex, connection.n_end],
-                    };
-                    setting.seen(light, &view)
-                });
-            }
-            (ConnectionEnd::Plane { .. }, ConnectionEnd::Point { .. }) => {
-                let start = light.subpath.start;
-                let vertex = Vertex::source(scene, &start, &light.emission.end);
-                let target = ConnectionTarget::sensor(scene, end);
-                self.connection(&vertex, &target, |connection| {
-                    let view = View {
-                        connection: *connection,
-                        sensor: (connection.origin, connection.emission),
-                        emitter: (start.x, connection.direction),
-                        n: [connection.n_end, connection.n_vertex],
-                    };
-                    setting.seen(light, &view)
-                });
-            }
-            // No parallel light goes exactly along parallel views.
-            (ConnectionEnd::Plane { .. }, ConnectionEnd::Plane { .. }) => {}
-        }
-    }
-
+    /// What a connection brings that is made with some probability.
     fn connection(
         &mut self,
         vertex: &Vertex,
         target: &ConnectionTarget,
+        probability: f64,
         evaluate: impl Fn(&Connection) -> Option<Contribution>,
     ) {
         let scene = self.setting.scene;
         let found = Connection::each(scene, vertex, target, self.sampler, self.ws, evaluate);
         let weighted = found.into_iter().map(|(c, weight)| Contribution {
-            value: c.value * weight,
+            value: c.value * (weight / probability),
             ..c
         });
         self.out.extend(weighted);

@@ -6,7 +6,8 @@ use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::film::PathFacts;
 use crate::integrator::Contribution;
 use crate::path::{
-    Connection, Escape, LightPath, PathEdge, PathVertex, Subpath, TransportMode, Vertex, lead_in,
+    Connection, Escape, LightPath, PathEdge, PathVertex, StrategyRates, Subpath, TransportMode,
+    Vertex, lead_in,
 };
 use crate::scene::Scene;
 use glam::DVec3;
@@ -17,18 +18,9 @@ pub struct Setting<'a> {
     pub scene: &'a Scene,
     pub channel_pdf: Spectrum,
     pub heuristic: Heuristic,
+    /// Probabilities with which strategies are used.
+    pub rates: StrategyRates,
     pub max_depth: u32,
-}
-
-/// A ray between the sensor and an emitter.
-pub struct View {
-    pub connection: Connection,
-    /// Point on the sensor, and unit direction in which importance leaves it.
-    pub sensor: (DVec3, DVec3),
-    /// Point on the emitter, and unit direction in which light leaves it.
-    pub emitter: (DVec3, DVec3),
-    /// Indices at the sensor and at the emitter.
-    pub n: [f64; 2],
 }
 
 /// An emitter that the sensor subpath found.
@@ -289,34 +281,6 @@ impl Setting<'_> {
         )
     }
 
-    /// The emitter is seen directly.
-    pub fn seen(&self, light: &LightPath, view: &View) -> Option<Contribution> {
-        let View { connection, .. } = view;
-        let emitter = &self.scene.emitters()[light.emitter];
-        let end = &light.emission.end;
-        let sensed = self.scene.sensor().sense(view.sensor.0, view.sensor.1)?;
-        let emitted = emitter.emitted(end, view.emitter.0, view.emitter.1);
-        // n_s² W × (what is emitted) e^{−τ} F̄.
-        let importance = view.n[0] * view.n[0] * sensed.density;
-        let value = emitted * self.white() * connection.transmittance();
-        // The emitter's end is x₁, the only vertex.
-        let event = cosine(end, view.emitter.1) * connection.geometry.survival(self.channel_pdf);
-        let path = [Density {
-            from_sensor: connection.geometry.density(sensed.density, view.n[1]) * event,
-            from_emitter: light.density,
-            discovery: connection.discovery,
-        }];
-        let sampled = Sampled {
-            image: Some(sensed.image),
-            strategy: (1, 1),
-            depth: 1 + connection.geometry.events,
-            optical_length: connection.optical_length - lead_in(self.scene, light.emitter),
-            emitter: light.emitter,
-        };
-        let factor = connection.geometry.geometry_term * importance / light.density;
-        self.contribution(sampled, value * factor, &path)
-    }
-
     fn contribution(
         &self,
         sampled: Sampled,
@@ -326,11 +290,14 @@ impl Setting<'_> {
         if sampled.depth > self.max_depth || value.is_zero() {
             return None;
         }
+        let t = sampled.strategy.1 as usize;
+        let weight = weight(self.heuristic, path, t, &self.rates);
         Some(Contribution {
             image: sampled.image,
             strategy: sampled.strategy,
             value,
-            weight: weight(self.heuristic, path, sampled.strategy.1 as usize),
+            weight: weight.own,
+            shares: weight.shares,
             path: PathFacts {
                 optical_length: sampled.optical_length,
                 bounces: sampled.depth - 1,
@@ -411,11 +378,6 @@ impl Setting<'_> {
             discovery,
         });
         path
-    }
-
-    /// One in every channel in use.
-    fn white(&self) -> Spectrum {
-        self.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)))
     }
 }
 

@@ -1,5 +1,15 @@
 //! Multiple importance sampling over all strategies (Veach 1997, chapter 10): docs/theory.md#bidirectional.
 
+use crate::path::{StrategyKind, StrategyRates, StrategyShares};
+
+/// All kinds of strategies, in the order of [`StrategyShares`].
+const KINDS: [StrategyKind; 4] = [
+    StrategyKind::Hit,
+    StrategyKind::Direct,
+    StrategyKind::Sensed,
+    StrategyKind::Joined,
+];
+
 /// How the strategies that can sample a path share it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Heuristic {
@@ -21,20 +31,40 @@ pub(super) struct Density {
     pub discovery: f64,
 }
 
+/// The weight of a strategy, and what all others have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Weight {
+    /// That of the strategy.
+    pub own: f64,
+    /// The shares of all kinds of strategies if all are used.
+    pub shares: StrategyShares,
+}
+
 /// The weight of the strategy that samples the first `t` vertices, x₀ included, from the sensor and
-/// connects them to the others. `path` lists x₁ … x_k.
+/// connects them to the others, if strategies are used with probabilities. `path` lists x₁ … x_k.
 ///
 /// With p_t the density of strategy t, p_{t+1}/p_t is the ratio of the two densities of x_t times that of
 /// the discovery probabilities of the edges that they connect. A strategy that connects nothing, t = k + 1, has discovery
 /// probability 1; one whose edge connections do not look for has none (docs/theory.md#connectable-edges).
-pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
+pub(super) fn weight(
+    heuristic: Heuristic,
+    path: &[Density],
+    t: usize,
+    rates: &StrategyRates,
+) -> Weight {
     let discovery = |t: usize| path.get(t - 1).map_or(1.0, |d| d.discovery);
+    let kind = |t: usize| StrategyKind::of(path.len() + 1 - t, t);
     let power = |p: f64| match heuristic {
         Heuristic::Balance => p,
         Heuristic::Power => p * p,
     };
+    let mut kinds = [0.0; 4];
+    let mut add = |t: usize, density: f64| {
+        if let (true, Some(kind)) = (density > 0.0, kind(t)) {
+            kinds[kind as usize] += power(density);
+        }
+    };
     // Densities over p_t/e_t by eq. (strategy ratio), for strategies with more of the sensor's vertices …
-    let mut others = 0.0;
     let mut ratio = 1.0;
     for (j, d) in path.iter().enumerate().skip(t - 1) {
         ratio *= d.from_sensor / d.from_emitter;
@@ -42,11 +72,9 @@ pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
             break;
         }
         let discovery = discovery(j + 2);
-        others += if discovery > 0.0 {
-            power(ratio * discovery)
-        } else {
-            0.0
-        };
+        if discovery > 0.0 {
+            add(j + 2, ratio * discovery);
+        }
     }
     // … and for those with fewer.
     ratio = 1.0;
@@ -56,15 +84,22 @@ pub(super) fn weight(heuristic: Heuristic, path: &[Density], t: usize) -> f64 {
             break;
         }
         let discovery = discovery(j + 1);
-        others += if discovery > 0.0 {
-            power(ratio * discovery)
-        } else {
-            0.0
-        };
+        if discovery > 0.0 {
+            add(j + 1, ratio * discovery);
+        }
     }
+    add(t, discovery(t));
     // The weight p_t^β/Σ p^β.
-    let own = power(discovery(t));
-    own / (own + others)
+    let all: f64 = kinds.iter().sum();
+    let used: f64 = KINDS
+        .iter()
+        .map(|kind| power(rates.of(*kind)) * kinds[*kind as usize])
+        .sum();
+    let own = kind(t).map_or(0.0, |kind| power(rates.of(kind)) * power(discovery(t)));
+    Weight {
+        own: own / used,
+        shares: kinds.map(|kind| (kind / all) as f32),
+    }
 }
 
 #[cfg(test)]
@@ -86,16 +121,36 @@ mod tests {
             density(1e4, 1e-4, 1.0),
             density(3.0, 0.25, 0.1),
         ];
+        let rates = StrategyRates {
+            light: 0.5,
+            direct: 0.25,
+            sensed: 0.125,
+            joined: 1.0,
+        };
         for path in [&delta[..], &broad[..]] {
             for heuristic in [Heuristic::Balance, Heuristic::Power] {
                 let strategies = (1..=path.len() + 1).filter(|&t| {
                     path.get(t - 1).is_none_or(|d| d.discovery > 0.0)
                         && path[..t - 1].iter().all(|d| d.from_sensor > 0.0)
                 });
-                let sum: f64 = strategies.map(|t| weight(heuristic, path, t)).sum();
+                let sum: f64 = strategies
+                    .map(|t| weight(heuristic, path, t, &rates).own)
+                    .sum();
                 assert!((sum - 1.0).abs() < 1e-12, "{sum}");
             }
         }
+    }
+
+    /// A path of one edge is found by hits alone.
+    #[test]
+    fn an_emitter_in_view_is_hit() {
+        let path = [Density {
+            from_sensor: 1.0,
+            from_emitter: 5.0,
+            discovery: 1.0,
+        }];
+        let weight = weight(Heuristic::Balance, &path, 2, &StrategyRates::default());
+        assert_eq!((weight.own, weight.shares), (1.0, [1.0, 0.0, 0.0, 0.0]));
     }
 
     /// Two strategies share in proportion to their densities, or to the squares of these.
@@ -114,7 +169,8 @@ mod tests {
             },
         ];
         // By connection: 1 · 0.5. By chance: 3.
-        assert!((weight(Heuristic::Balance, &path, 2) - 0.5 / 3.5).abs() < 1e-15);
-        assert!((weight(Heuristic::Power, &path, 3) - 9.0 / 9.25).abs() < 1e-15);
+        let own = |heuristic, t| weight(heuristic, &path, t, &StrategyRates::default()).own;
+        assert!((own(Heuristic::Balance, 2) - 0.5 / 3.5).abs() < 1e-15);
+        assert!((own(Heuristic::Power, 3) - 9.0 / 9.25).abs() < 1e-15);
     }
 }

@@ -151,6 +151,7 @@ impl PhotonMapping {
                 strategy: (0, 0),
                 value: light.value,
                 weight: 1.0,
+                shares: Default::default(),
                 path: light.path,
             });
         });

@@ -1,0 +1,57 @@
+//! The integrator auto, by the program: what it says, and that parts and resumed renders have one and the same integrator.
+
+use super::support::Folder;
+
+/// A small emitter in fog that bends light, of which paths from the camera find the light in rare bright samples.
+fn folder() -> Folder {
+    Folder::with_scene(
+        r#"<shape type="sphere"><float name="radius" value="1.5"/><bsdf type="null"/>
+        <medium name="interior" type="homogeneous"><float name="sigma_t" value="0.5"/><float name="albedo" value="0.9"/>
+        <volume name="ior" type="gaussian"><float name="n0" value="1"/><float name="delta" value="0.05"/><float name="width" value="0.6"/></volume></medium></shape>
+        <emitter type="spot"><transform name="to_world"><lookat origin="0, 3, 0" target="0, 0, 0" up="0, 0, 1"/></transform>
+        <float name="cutoff_angle" value="4"/><float name="intensity" value="30000"/></emitter>"#,
+    )
+}
+
+#[test]
+fn what_was_chosen_and_why_is_said() {
+    let folder = folder();
+    let said = folder.succeed("render scene.xml --spp 1000 -o a.exr --stats a.json");
+    assert!(said.contains(": by a pilot "), "{said}");
+    let stats: serde_json::Value = serde_json::from_slice(&folder.read("a.json")).unwrap();
+    let chosen = stats["integrator"].as_str().unwrap();
+    assert!(["particle", "bdpt"].contains(&chosen), "{chosen}");
+    let reason = stats["integrator_choice"].as_str().unwrap();
+    assert!(reason.contains("× as efficient as path"), "{reason}");
+    // The image is that of the integrator chosen.
+    folder.succeed(&format!(
+        "render scene.xml --spp 1000 --integrator {chosen} -o b.npy"
+    ));
+    folder.succeed("render scene.xml --spp 1000 -o a.npy");
+    assert!(folder.read("a.npy") == folder.read("b.npy"));
+    let short = folder.succeed("render scene.xml --spp 1 -o a.npy");
+    assert!(
+        short.contains("integrator path: the render is too short for a pilot"),
+        "{short}"
+    );
+}
+
+#[test]
+fn parts_have_the_integrator_of_the_whole() {
+    let folder = folder();
+    folder.succeed("render scene.xml --spp 1000 -o whole.exr");
+    for shard in 0..2 {
+        folder.succeed(&format!(
+            "render scene.xml --spp 1000 --shard {shard}/2 -o {shard}.part"
+        ));
+    }
+    folder.succeed("merge 0.part 1.part -o merged.exr");
+    assert!(folder.read("whole.exr") == folder.read("merged.exr"));
+    // A render that goes on keeps its integrator.
+    let first = folder.succeed("render scene.xml --spp 1 --checkpoint c.part -o a.npy");
+    assert!(first.contains("integrator path"), "{first}");
+    let more = folder.succeed("render scene.xml --spp 1000 --checkpoint c.part --resume -o a.npy");
+    assert!(more.contains("integrator path"), "{more}");
+    folder.succeed("render scene.xml --spp 1000 --integrator path -o b.npy");
+    assert!(folder.read("a.npy") == folder.read("b.npy"));
+}

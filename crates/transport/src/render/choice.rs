@@ -1,0 +1,444 @@
+//! Which estimator is the best for a picture: a pilot tells.
+//!
+//! Of each candidate a pilot takes samples that are not part of the image. They tell the relative variance of a pixel's
+//! sample and the work that it takes, and the candidate with the least product of both is chosen. The choice depends on the
+//! pilot's samples only, which are independent of the image's: it does not bias the image, whatever it is
+//! (docs/theory.md#choice-of-the-estimator).
+//!
+//! Work is counted rather than timed: equal scenes, seeds and limits lead to equal choices, on any machine and in all parts of a render.
+
+use super::source::{LightSamples, Source, finite};
+use super::splats::splat;
+use super::{Handle, RenderOptions, prepare};
+use crate::Spectrum;
+use crate::integrator::{Contribution, Integrator};
+use crate::renderer::Renderer;
+use crate::scene::{FilmSpec, Scene};
+use rayon::prelude::*;
+use std::ops::{AddAssign, Range};
+
+/// Work of all candidates together at most, some two seconds of one processor, in the unit of [`Stats::cost`](crate::stats::Stats::cost).
+const MOST_WORK: f64 = 3e7;
+/// About as much work is done in a second by one processor.
+const WORK_PER_SECOND: f64 = 1.5e7;
+/// The pilot's share of the work of a render, or of its time.
+const SHARE: f64 = 0.05;
+/// Pairs of samples that tell what one costs.
+const FIRST_PAIRS: usize = 32;
+/// No more pairs than these are ever taken of one candidate.
+const MOST_PAIRS: usize = 1 << 17;
+/// Fewer pairs tell nothing: without them the first candidate is chosen.
+const LEAST_PAIRS: usize = 2 * FIRST_PAIRS;
+/// Numbers of the pilot's samples start here, where neither a render nor another pilot gets to.
+const FIRST: u64 = 3 << 62;
+/// Samples of a replicate that are taken together. More than eight of one would leave few pairs.
+const TOGETHER: u64 = 8;
+/// Units of work of a pilot: enough to keep threads busy.
+const TASKS: usize = 32;
+/// Tiles of the image along either side, whose samples are added up.
+const SIDE: usize = 32;
+/// So many pairs, on average, tell the brightness of a cell.
+const PAIRS_PER_CELL: usize = 8;
+/// The variance of a cell is known as if so many samples had that of the image.
+const PRIOR: f64 = 32.0;
+/// Errors are relative to the brightness of a pixel plus this share of the image's.
+const DARK: f64 = 0.05;
+/// Others must be better than the first candidate by this factor: pilots err.
+const BETTER: f64 = 0.9;
+
+/// What limits the work of a pilot.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Extent {
+    /// Samples per pixel of the whole render, if there is a limit.
+    pub samples: Option<u64>,
+    /// Time that the render may take in seconds, if there is a limit.
+    pub seconds: Option<f64>,
+}
+
+/// An estimator, and what a pilot says of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// The estimator.
+    pub integrator: Integrator,
+    /// Variance of a pixel's sample, relative to the square of the pixel's brightness plus 5 % of the image's: the mean over pixels.
+    pub relative_variance: f64,
+    /// Work of a sample, in the unit of [`Stats::cost`](crate::stats::Stats::cost).
+    pub work: f64,
+    /// Samples of pixels that tell so.
+    pub samples: u64,
+}
+
+impl Candidate {
+    /// Relative variance × work: the less, the better.
+    pub fn inefficiency(&self) -> f64 {
+        self.relative_variance * self.work
+    }
+}
+
+/// The estimator that was chosen, and from what.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// The one that was chosen.
+    pub integrator: Integrator,
+    /// All candidates, as far as a pilot has seen them: none if the render is too short for a pilot.
+    pub candidates: Vec<Candidate>,
+}
+
+impl Choice {
+    /// How many times less work the chosen one takes for the same error than each of the others.
+    pub fn gains(&self) -> impl Iterator<Item = (Integrator, f64)> {
+        let is_chosen = |c: &&Candidate| c.integrator == self.integrator;
+        let chosen = self.candidates.iter().find(is_chosen);
+        let chosen = chosen.map_or(f64::NAN, Candidate::inefficiency);
+        let others = self.candidates.iter().filter(move |c| !is_chosen(c));
+        others.map(move |other| (other.integrator, other.inefficiency() / chosen))
+    }
+}
+
+/// Chooses one of the `candidates`, of which there is at least one, for a render of `scenes` with `options` (but for their renderer). The
+/// first is chosen if the render is too short for a pilot, or the handle ends it.
+pub fn choose(
+    scenes: &[Scene],
+    candidates: &[Integrator],
+    options: &RenderOptions,
+    extent: Extent,
+    handle: &Handle,
+) -> Choice {
+    let film = scenes[0].film();
+    let samples = |spp: u64| spp as f64 * (film.width * film.height) as f64;
+    let affordable = extent
+        .samples
+        .map_or(f64::INFINITY, |spp| SHARE * samples(spp));
+    let mut choice = Choice {
+        integrator: candidates[0],
+        candidates: Vec::new(),
+    };
+    if candidates.len() < 2 || affordable < (candidates.len() * 2 * LEAST_PAIRS) as f64 {
+        return choice;
+    }
+    let time = extent
+        .seconds
+        .map_or(f64::INFINITY, |s| SHARE * s * WORK_PER_SECOND);
+    // All groups of channels are alike: the first speaks for the others.
+    let scene = &scenes[..1];
+    let pilots: Vec<_> = candidates
+        .iter()
+        .map(|integrator| {
+            let options = RenderOptions {
+                renderer: Renderer::Light(*integrator),
+                ..*options
+            };
+            let prepared = prepare(scene, &options, handle);
+            (*integrator, options, prepared)
+        })
+        .collect();
+    let sources: Vec<_> = pilots
+        .iter()
+        .map(|(integrator, options, prepared)| {
+            (
+                *integrator,
+                Source::new(&scene[0], 0, options, prepared[0].clone(), handle),
+            )
+        })
+        .collect();
+    let lights: Vec<LightSamples> = sources.iter().map(|(i, source)| source.light(*i)).collect();
+    let mut sums: Vec<PilotSums> = lights
+        .iter()
+        .map(|light| PilotSums::take(light, 0..FIRST_PAIRS))
+        .collect();
+    let cheapest = sums
+        .iter()
+        .map(PilotSums::work_per_sample)
+        .fold(f64::INFINITY, f64::min);
+    let most = MOST_WORK.min(time).min(affordable * cheapest) / candidates.len() as f64;
+    for (sum, light) in sums.iter_mut().zip(&lights) {
+        let pairs = (most / sum.work * FIRST_PAIRS as f64) as usize;
+        *sum += PilotSums::take(light, FIRST_PAIRS..pairs.clamp(LEAST_PAIRS, MOST_PAIRS));
+    }
+    if handle.stop().is_raised() {
+        return choice;
+    }
+    let variances = relative_variances(&sums, film);
+    let told = candidates.iter().zip(&sums).zip(variances);
+    choice.candidates = told
+        .map(|((integrator, sum), relative_variance)| Candidate {
+            integrator: *integrator,
+            relative_variance,
+            work: sum.work_per_sample(),
+            samples: sum.paths as u64,
+        })
+        .collect();
+    choice.integrator = best(&choice.candidates);
+    choice
+}
+
+/// The candidate with the least relative variance × work: the first one unless another is clearly better.
+fn best(candidates: &[Candidate]) -> Integrator {
+    let rated = candidates.iter().enumerate().map(|(i, candidate)| {
+        let handicap = if i == 0 { BETTER } else { 1.0 };
+        (candidate.integrator, handicap * candidate.inefficiency())
+    });
+    let sound = rated.filter(|(_, inefficiency)| inefficiency.is_finite());
+    let best = sound.min_by(|a, b| a.1.total_cmp(&b.1));
+    best.map_or(candidates[0].integrator, |(integrator, _)| integrator)
+}
+
+/// What the samples of a tile, or of a cell of several, add up to. Values are sums over channels.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tile {
+    /// Pairs of samples of its pixels.
+    pairs: f64,
+    /// Sum of these samples, and sum of the squares of the differences within pairs.
+    own: f64,
+    scatter: f64,
+    /// Sum of contributions to its pixels that come from any sample, and of the squares of those of one path to one pixel.
+    splats: f64,
+    squares: f64,
+}
+
+impl AddAssign for Tile {
+    fn add_assign(&mut self, o: Tile) {
+        self.pairs += o.pairs;
+        self.own += o.own;
+        self.scatter += o.scatter;
+        self.splats += o.splats;
+        self.squares += o.squares;
+    }
+}
+
+/// What a pilot of one candidate has seen.
+#[derive(Clone, Debug)]
+struct PilotSums {
+    tiles: Vec<Tile>,
+    /// Samples of pixels, and those of which each sample of a pair is the mean.
+    paths: f64,
+    together: f64,
+    work: f64,
+}
+
+impl AddAssign for PilotSums {
+    fn add_assign(&mut self, o: PilotSums) {
+        self.tiles
+            .iter_mut()
+            .zip(o.tiles)
+            .for_each(|(tile, other)| *tile += other);
+        self.paths += o.paths;
+        self.work += o.work;
+    }
+}
+
+impl PilotSums {
+    fn nothing(together: u64) -> Self {
+        PilotSums {
+            tiles: vec![Tile::default(); SIDE * SIDE],
+            paths: 0.0,
+            together: together as f64,
+            work: 0.0,
+        }
+    }
+
+    /// Takes some of the pairs of a pilot.
+    fn take(light: &LightSamples, pairs: Range<usize>) -> Self {
+        let size = pairs.len().div_ceil(TASKS).max(1);
+        let tasks: Vec<PilotSums> = (0..pairs.len().div_ceil(size))
+            .into_par_iter()
+            .with_max_len(1)
+            .map(|task| {
+                let first = pairs.start + task * size;
+                PilotSums::task(light, first..pairs.end.min(first + size))
+            })
+            .collect();
+        let nothing = PilotSums::nothing(together(light));
+        tasks.into_iter().fold(nothing, |mut sum, task| {
+            sum += task;
+            sum
+        })
+    }
+
+    fn task(light: &LightSamples, pairs: Range<usize>) -> Self {
+        let film = light.source.scene.film();
+        let pixels = film.width * film.height;
+        let together = together(light);
+        let mut sums = PilotSums::nothing(together);
+        let mut ws = light.source.workspace();
+        let mut found = Vec::new();
+        let mut splats = Vec::new();
+        for i in pairs {
+            if light.source.is_stopped() {
+                break;
+            }
+            // Multiples of the golden ratio spread evenly.
+            let place = (0.618_033_988_749_894_9 * i as f64).fract();
+            let pixel = ((place * pixels as f64) as usize).min(pixels - 1);
+            let means = [0, 1].map(|k| {
+                // Each in a replicate of its own, for samples of one replicate are not independent; at all instants of a period in turn.
+                let unit = light
+                    .source
+                    .scene
+                    .whole_periods(1)
+                    .next_multiple_of(together);
+                let place = i as u64 % (unit / together) * together;
+                let first = FIRST.next_multiple_of(unit) + unit * (2 * i as u64 + k) + place;
+                let mut sum = 0.0;
+                for sample in first..first + together {
+                    light.take(pixel, sample, &mut ws, &mut found);
+                    sum += own(&found);
+                    sums.splat(light, pixel, &mut splats, &found);
+                    found.clear();
+                }
+                sum / together as f64
+            });
+            let tile = &mut sums.tiles[tile_of(pixel, film)];
+            tile.pairs += 1.0;
+            tile.own += means[0] + means[1];
+            tile.scatter += (means[0] - means[1]).powi(2);
+            sums.paths += (2 * together) as f64;
+        }
+        sums.work = ws.stats().cost();
+        sums
+    }
+
+    /// Adds what a path contributes to other pixels than its own.
+    fn splat(
+        &mut self,
+        light: &LightSamples,
+        own: usize,
+        splats: &mut Vec<(usize, f64)>,
+        found: &[Contribution],
+    ) {
+        splats.clear();
+        for contribution in found.iter().filter(|c| c.image.is_some()) {
+            let value = brightness(contribution.weighted());
+            splat(light.source, own, contribution, |pixel, filter| {
+                splats.push((pixel, value * filter))
+            });
+        }
+        splats.sort_by_key(|(pixel, _)| *pixel);
+        for same in splats.chunk_by(|a, b| a.0 == b.0) {
+            let value: f64 = same.iter().map(|(_, value)| value).sum();
+            let tile = &mut self.tiles[tile_of(same[0].0, light.source.scene.film())];
+            tile.splats += value;
+            tile.squares += value * value;
+        }
+    }
+
+    fn work_per_sample(&self) -> f64 {
+        self.work / self.paths
+    }
+
+    /// What the tiles of each cell add up to, of `side` cells along either side.
+    fn cells(&self, side: usize) -> Vec<Tile> {
+        let mut cells = vec![Tile::default(); side * side];
+        for (i, tile) in self.tiles.iter().enumerate() {
+            let [column, row] = [i % SIDE, i / SIDE].map(|place| place * side / SIDE);
+            cells[row * side + column] += *tile;
+        }
+        cells
+    }
+
+    fn pairs(&self) -> f64 {
+        self.tiles.iter().map(|tile| tile.pairs).sum()
+    }
+
+    /// Brightness of a cell that is a share of the image, and the mean variance of a sample of its pixels.
+    ///
+    /// There are as many paths in a sample of the image as there are pixels, P. A pixel to which a path contributes c, mostly
+    /// nothing, has the brightness P⟨c⟩ and the variance P⟨c²⟩ − P⟨c⟩², of which the last is small.
+    fn look(&self, cell: &Tile, share: f64) -> Option<Look> {
+        (cell.pairs > 0.0).then(|| Look {
+            brightness: cell.own / (2.0 * cell.pairs) + cell.splats / (share * self.paths),
+            variance: self.together * cell.scatter / (2.0 * cell.pairs)
+                + cell.squares / (share * self.paths),
+            samples: 2.0 * self.together * cell.pairs,
+        })
+    }
+}
+
+/// What a candidate says of a cell.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    brightness: f64,
+    variance: f64,
+    samples: f64,
+}
+
+/// Samples of a replicate that are taken together.
+fn together(light: &LightSamples) -> u64 {
+    light.source.replicates.size().min(TOGETHER)
+}
+
+fn brightness(value: Spectrum) -> f64 {
+    finite(value, &mut 0).sum()
+}
+
+/// What contributions bring to the pixel of their own sample.
+fn own(found: &[Contribution]) -> f64 {
+    found
+        .iter()
+        .filter(|c| c.image.is_none())
+        .map(|c| brightness(c.weighted()))
+        .sum()
+}
+
+fn tile_of(pixel: usize, film: &FilmSpec) -> usize {
+    let [column, row] = [
+        pixel % film.width * SIDE / film.width,
+        pixel / film.width * SIDE / film.height,
+    ];
+    row * SIDE + column
+}
+
+/// The relative variance of a pixel's sample by each candidate.
+///
+/// All are relative to the same brightness, cell by cell: the mean of what candidates say, each in proportion to how sure it is.
+fn relative_variances(sums: &[PilotSums], film: &FilmSpec) -> Vec<f64> {
+    let pairs = sums
+        .iter()
+        .map(PilotSums::pairs)
+        .fold(f64::INFINITY, f64::min) as usize;
+    let side = ((pairs / PAIRS_PER_CELL).max(1).ilog2() / 2).min(SIDE.ilog2());
+    let side = 1 << side;
+    let mut shares = vec![0.0; side * side];
+    for (i, count) in pixels_of_tiles(film).into_iter().enumerate() {
+        let [column, row] = [i % SIDE, i / SIDE].map(|place| place * side / SIDE);
+        shares[row * side + column] += count / (film.width * film.height) as f64;
+    }
+    let whole: Vec<Look> = sums
+        .iter()
+        .filter_map(|sum| sum.look(&sum.cells(1)[0], 1.0))
+        .collect();
+    let cells: Vec<Vec<Tile>> = sums.iter().map(|sum| sum.cells(side)).collect();
+    let mean = surest(&whole, &whole);
+    let mut variances = vec![0.0; sums.len()];
+    let shown = shares.into_iter().enumerate();
+    for (i, share) in shown.filter(|(_, share)| *share > 0.0) {
+        let looks: Vec<Look> = (0..sums.len())
+            .map(|k| sums[k].look(&cells[k][i], share).unwrap_or(whole[k]))
+            .collect();
+        let scale = surest(&looks, &whole).powi(2) + (DARK * mean).powi(2);
+        for (variance, look) in variances.iter_mut().zip(&looks) {
+            *variance += share * look.variance / scale;
+        }
+    }
+    variances
+}
+
+/// The brightness that is most likely by what all candidates say of a cell, given what they say of the whole image: few samples that
+/// happen to be alike are not sure.
+fn surest(looks: &[Look], whole: &[Look]) -> f64 {
+    let weighted = looks.iter().zip(whole).map(|(look, whole)| {
+        let variance =
+            (look.samples * look.variance + PRIOR * whole.variance) / (look.samples + PRIOR);
+        let weight = look.samples / (variance + f64::MIN_POSITIVE);
+        (weight, weight * look.brightness)
+    });
+    let (weights, sum) = weighted.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    if weights > 0.0 { sum / weights } else { 0.0 }
+}
+
+/// Pixels in each tile.
+fn pixels_of_tiles(film: &FilmSpec) -> Vec<f64> {
+    let mut counts = vec![0.0; SIDE * SIDE];
+    (0..film.width * film.height).for_each(|pixel| counts[tile_of(pixel, film)] += 1.0);
+    counts
+}
