@@ -9,8 +9,9 @@
 See docs/python.md.
 """
 
+from ._denoise import Denoised, denoise
 from ._errors import Diagnostic, Error, FileError, RenderError, SceneError, SceneWarning
-from ._images import Difference, Image, compare, read, write
+from ._images import Difference, Image, compare, exposure, read, write
 from ._morgana import Field, Ray, Scene, __version__
 from ._rays import Connections, Polyline, RayEnds, Rays, connect, trace
 from ._render import render
@@ -20,6 +21,7 @@ from ._sweep import Sweep, sweep
 
 __all__ = [
     "Connections",
+    "Denoised",
     "Diagnostic",
     "Difference",
     "Error",
@@ -41,7 +43,9 @@ __all__ = [
     "__version__",
     "compare",
     "connect",
+    "denoise",
     "export",
+    "exposure",
     "load_dict",
     "load_field",
     "load_file",

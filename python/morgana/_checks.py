@@ -59,6 +59,19 @@ def optional_positive(value: Any, name: str) -> Optional[float]:
     return None if value is None else positive(value, name)
 
 
+def optional_finite(value: Any, name: str) -> Optional[float]:
+    """A finite number, or none."""
+    if value is None:
+        return None
+    try:
+        number = math.nan if isinstance(value, str) else float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise TypeError(f"{name} is {value!r} but must be a finite number")
+    return number
+
+
 def text(value: Any, name: str) -> Optional[str]:
     """A text, or none."""
     if value is not None and not isinstance(value, str):

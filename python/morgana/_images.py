@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _morgana
-from ._checks import mapping, optional_whole, whole
+from ._checks import mapping, optional_finite, optional_whole, whole
 from ._errors import RenderError
 from ._numbers import numbers
 from ._result import Floats, Result, thumbnail
@@ -120,6 +120,7 @@ def write(
     image: Union[Result, Image, ArrayLike],
     *,
     attributes: Optional[Mapping[str, str]] = None,
+    exposure: Optional[float] = None,
 ) -> None:
     """Write an image or the readings of meters to a file, completely or not at all.
 
@@ -133,6 +134,9 @@ def write(
         result is that of the program, with all layers.
     attributes : mapping of str to str, optional
         Texts to keep in an EXR file of an image or array. A result has its own.
+    exposure : float, optional
+        Stops by which a ``.png`` file is brightened: 0 shows the values as they are. By default as many as the image needs, which
+        is what :func:`exposure` says; the file keeps the number as its text ``exposure``.
 
     Raises
     ------
@@ -149,14 +153,45 @@ def write(
     if isinstance(image, Result):
         if attributes:
             raise RenderError("attributes are for images and arrays: a result writes its own")
-        image.write(path)
+        image.write(path, exposure=exposure)
         return
     known = dict(image.attributes) if isinstance(image, Image) else {}
     known.update(mapping(attributes or {}, "attributes"))
     for name, text in known.items():
         if not (isinstance(name, str) and isinstance(text, str)):
             raise TypeError(f"attributes[{name!r}] is {text!r} but attributes are texts by names: convert it by str()")
-    _morgana.write_image(os.fspath(path), _layers(image), list(known.items()))
+    stops = optional_finite(exposure, "exposure")
+    _morgana.write_image(os.fspath(path), _layers(image), list(known.items()), stops)
+
+
+def exposure(image: Comparable) -> float:
+    """Stops by which a picture of an image is brightened unless you say otherwise, so that it is neither black nor burnt out.
+
+    The rule is that of the program (docs/images.md#on-a-screen): see :func:`write`.
+
+    Parameters
+    ----------
+    image : path_like, Result, Image or array_like
+        The image; an array has shape (height, width) or (height, width, channels).
+
+    Returns
+    -------
+    float
+        A multiple of a quarter; 0 if the image needs nothing, below 0 if it is too bright.
+
+    Raises
+    ------
+    FileError
+        A file that cannot be read.
+    RenderError
+        An array that is no image.
+
+    Examples
+    --------
+    >>> morgana.exposure(np.full((4, 4), 0.1))
+    2.5
+    """
+    return _morgana.exposure(_layers(image))
 
 
 def compare(image: Comparable, reference: Comparable, *, block: int = 1) -> Difference:

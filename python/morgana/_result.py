@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _morgana
+from ._checks import optional_finite
 from ._errors import RenderError
 from ._morgana import Scene
 from ._values import alike, comparable
@@ -277,7 +278,7 @@ class Result:
         """Power of all emitters, (channels,), in W; ``None`` for a picture."""
         return self._arrays["emitted"][2] if self._arrays else None
 
-    def write(self, path: Union[str, "os.PathLike[str]"]) -> None:
+    def write(self, path: Union[str, "os.PathLike[str]"], *, exposure: Optional[float] = None) -> None:
         """Write the picture or the readings to a file, completely or not at all.
 
         Parameters
@@ -285,17 +286,27 @@ class Result:
         path : path_like
             The file; its extension chooses the format: ``.exr``, ``.png`` or ``.npy`` for a picture, ``.npz``, ``.h5``,
             ``.nrrd`` or ``.npy`` for readings.
+        exposure : float, optional
+            Stops by which a ``.png`` file is brightened, as for :func:`write`.
 
         Raises
         ------
         FileError
             A file that cannot be written, or a format that does not fit.
+        RenderError
+            An ``exposure`` of readings.
 
         Examples
         --------
         >>> result.write("fog.exr")
         """
-        self._run.write(os.fspath(path))
+        exposure = optional_finite(exposure, "exposure")
+        if isinstance(self._run, _morgana.Rendered):
+            self._run.write(os.fspath(path), exposure)
+        elif exposure is None:
+            self._run.write(os.fspath(path))
+        else:
+            raise RenderError("exposure is for pictures, but the scene has meters in place of a camera")
 
     def __repr__(self) -> str:
         return f"<morgana.Result of {self._summary()}>"

@@ -109,3 +109,26 @@ def test_renders_differ_by_their_noise():
     found = morgana.compare(a, b)
     # Fixed seeds. Of some hundred pixels; the limit is that of one false alarm in 1000 such comparisons.
     assert found.z["largest"] < found.z["limit"] and 0.5 < found.z["mean_square"] < 2
+
+
+def test_pictures_are_exposed_unless_told_otherwise(tmp_path):
+    """A grey of 0.1: log₂ of 0.5 by it is 2.3, hence 2.5 stops, as in the rule of docs/images.md."""
+    dark = np.full((4, 6, 3), 0.1)
+    assert morgana.exposure(dark) == 2.5
+    assert morgana.exposure(np.zeros((2, 2))) == morgana.exposure(np.full((2, 2), np.nan)) == 0
+    levels = {}
+    for name, options in {"auto": {}, "given": {"exposure": 2.5}, "plain": {"exposure": 0}}.items():
+        path = tmp_path / f"{name}.png"
+        morgana.write(path, dark, **options)
+        levels[name] = morgana.read(path).image.mean()
+        assert (b"exposure" in path.read_bytes()) == (name != "plain")
+    assert levels["auto"] == levels["given"] == pytest.approx(0.1 * 2**2.5, rel=0.01)
+    assert levels["plain"] == pytest.approx(0.1, rel=0.02)
+    result = morgana.render(load(small()), spp=2)
+    result.write(tmp_path / "result.png", exposure=-1)
+    assert morgana.read(tmp_path / "result.png").image.max() == pytest.approx(result.image.max() / 2, rel=0.02)
+    for bad in ("1", float("nan")):
+        with pytest.raises(TypeError, match="exposure is"):
+            morgana.write(tmp_path / "bad.png", dark, exposure=bad)
+    with pytest.raises(morgana.RenderError, match="exposure is for pictures"):
+        morgana.render(load(meters()), particles=10).write(tmp_path / "bad.npz", exposure=1)

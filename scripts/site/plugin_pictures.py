@@ -596,7 +596,7 @@ def render(name: str, make: Any, folder: Path) -> int:
 
     source, raw = folder / f"{name}.json", folder / f"{name}.png"
     source.write_text(json.dumps(make()))
-    program.output("render", str(source), "--quiet", "--threads", os.environ.get("MORGANA_THREADS", "2"), "-o", str(raw))
+    program.output("render", str(source), "--quiet", "--threads", os.environ.get("MORGANA_THREADS", "2"), "--exposure", "0", "-o", str(raw))
     image = Image.open(raw).convert("RGB").quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     image.save(FOLDER / f"{name}.png", optimize=True)
     return (FOLDER / f"{name}.png").stat().st_size

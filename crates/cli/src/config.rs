@@ -145,6 +145,29 @@ pub fn map(path: Option<&Path>) -> Result<Option<MapFormat>, CommandError> {
     .transpose()
 }
 
+/// The files for a denoised image, which may not take the place of the image itself.
+pub fn denoised(
+    outputs: &[PathBuf],
+    image: &Path,
+) -> Result<Vec<(PathBuf, ImageFormat)>, CommandError> {
+    let same = |path: &Path| match (path.canonicalize(), image.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    };
+    let format = |path: &PathBuf| {
+        let format = by_extension(path, &IMAGE_FORMATS[..2])?;
+        if same(path) {
+            return Err(CommandError::Usage(format!(
+                "'{}' is the image itself: a denoised image does not replace the estimate",
+                shown(path)
+            )));
+        }
+        check_writable(path)?;
+        Ok((path.clone(), format))
+    };
+    outputs.iter().map(format).collect()
+}
+
 /// Refuses anything but a PNG file that can be written.
 pub fn picture(path: &Path) -> Result<(), CommandError> {
     by_extension(path, &[("png", ())])?;

@@ -16,6 +16,7 @@ mod keeper;
 mod load;
 mod measured;
 mod numbers;
+mod oidn;
 mod output;
 mod plot;
 mod preview;
@@ -58,6 +59,7 @@ fn run(command: &Command) -> Result<ExitCode, CommandError> {
         Command::Export(args) => commands::export(args),
         Command::Compare(args) => commands::compare(args),
         Command::Tonemap(args) => commands::tonemap(args),
+        Command::Denoise(args) => commands::denoise(args),
         Command::Schema => commands::schema(),
         Command::Completions { shell } => commands::completions(*shell),
         Command::Man { folder } => commands::man(folder),

@@ -43,6 +43,12 @@ pub fn plain(value: f64) -> String {
     }
 }
 
+/// How much brighter a picture is than its values: `exposure +1.25 stops`.
+pub fn exposure(stops: f64) -> String {
+    let sign = if stops > 0.0 { "+" } else { "" };
+    format!("exposure {sign}{} stops", plain(stops))
+}
+
 /// A large count with a prefix: `1.23 M`.
 pub fn count(value: f64) -> String {
     let (scaled, prefix) = match value {

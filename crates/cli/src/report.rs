@@ -48,8 +48,9 @@ impl Report<'_> {
         }
     }
 
-    /// The line at the end of a render, and that of the energy balance if there is one.
-    pub fn line(&self) -> String {
+    /// The line at the end of a render, with the exposure that was chosen for its PNG files, and that of the energy balance if
+    /// there is one.
+    pub fn line(&self, exposure: Option<f64>) -> String {
         let stopped = match self.stopped {
             Some(Stopped::Interrupted) => "interrupted: ",
             _ => "",
@@ -85,6 +86,12 @@ impl Report<'_> {
                 parts.push(format!("{} {what}", numbers::count(count as f64)));
             }
         }
+        // Nothing was changed otherwise.
+        parts.extend(
+            exposure
+                .filter(|stops| *stops != 0.0)
+                .map(numbers::exposure),
+        );
         let balance = self.rendering.balance.iter().map(balance::text);
         let lines = std::iter::once(parts.join(" · ")).chain(balance);
         lines.collect::<Vec<_>>().join("\n")

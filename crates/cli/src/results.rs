@@ -1,11 +1,12 @@
 //! Writing what a render has found.
 
-use crate::args::OutputArgs;
+use crate::args::{OutputArgs, ToneArgs};
 use crate::command_error::{CommandError, show};
 use crate::config::ImageFormat;
 use crate::measured::Measured;
 use crate::report::Report;
 use io::arrays::{ArrayFormat, Context, arrays};
+use io::image::exposure::Exposure;
 use io::image::exr;
 use io::rendered::{self, Picture};
 use io::{Diagnostic, Diagnostics, FileError};
@@ -13,25 +14,31 @@ use serde_json::Value;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Writes every file of a picture that can be written before complaining of those that cannot.
+/// Writes every file of a picture that can be written before complaining of those that cannot. Returns the exposure of PNG
+/// files, in stops, if it was chosen for the picture.
 pub fn write_images(
     args: &OutputArgs,
     images: &[(PathBuf, ImageFormat)],
     report: &Report,
-) -> Result<(), CommandError> {
+) -> Result<Option<f64>, CommandError> {
     let names = &report.run.loaded.channel_names;
     let picture = Picture::new(report.rendering, report.run.loaded, report.attributes());
+    let is_shown = images.iter().any(|(_, f)| *f == ImageFormat::Png);
+    let ToneArgs { exposure, tone_map } = args.tone;
+    let tone = is_shown.then(|| picture.tone(exposure, tone_map));
     let images = images.iter().map(|(path, format)| match format {
         ImageFormat::Exr => picture.write_exr(path),
         ImageFormat::Npy => picture.write_npy(path),
-        ImageFormat::Png => picture.write_png(path, args.tone.tone()),
+        ImageFormat::Png => picture.write_png(path, tone.unwrap_or_default()),
     });
     let strategies = args.strategies.iter().map(|path| {
         let image = rendered::strategies(report.rendering, names, report.attributes());
         exr::write(path, &image)
     });
     let stats = stats(args, || report.json());
-    failures(images.chain(strategies).chain(stats))
+    failures(images.chain(strategies).chain(stats))?;
+    let chosen = tone.filter(|_| exposure == Exposure::Auto);
+    Ok(chosen.map(|tone| tone.exposure))
 }
 
 /// Writes every file of readings that can be written before complaining of those that cannot.

@@ -209,10 +209,22 @@ fn exposure_counts_in_stops() {
         ..Tone::default()
     };
     let bytes = png::encode(&grey, png::Depth::Eight, brighter).unwrap();
+    let unchanged = png::encode(&bright, png::Depth::Eight, Tone::default()).unwrap();
     assert_eq!(
-        bytes,
-        png::encode(&bright, png::Depth::Eight, Tone::default()).unwrap()
+        png::decode(&bytes).unwrap(),
+        png::decode(&unchanged).unwrap()
     );
+    // The file says what was done to it.
+    let texts = |bytes: &[u8]| {
+        let reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info();
+        let info = reader.unwrap().info().utf8_text.clone();
+        let text = |chunk: &::png::text_metadata::ITXtChunk| {
+            (chunk.keyword.clone(), chunk.get_text().unwrap())
+        };
+        info.iter().map(text).collect::<Vec<_>>()
+    };
+    assert_eq!(texts(&unchanged), []);
+    assert_eq!(texts(&bytes), [("exposure".to_owned(), "2".to_owned())]);
 }
 
 #[test]

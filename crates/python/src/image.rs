@@ -4,8 +4,9 @@ use crate::errors;
 use crate::numbers::array;
 use io::compare::compare as differences;
 use io::compare::flip::flip;
+use io::image::exposure::Exposure;
 use io::image::png::{Depth, encode};
-use io::image::tone::Tone;
+use io::image::tone::Curve;
 use io::image::{ImageLayers, Layer};
 use io::{Limits, Problem};
 use numpy::ndarray::Axis;
@@ -42,21 +43,41 @@ pub fn read_image(
     Ok((layers?, image.attributes))
 }
 
-/// Writes an image: all layers to an `.exr` file, the first to an `.npy` or `.png` file.
+/// Writes an image: all layers to an `.exr` file, the first to an `.npy` or `.png` file, brightened by so many stops, or as many
+/// as it needs.
 #[pyfunction]
-pub fn write_image(path: PathBuf, layers: Given<'_>, attributes: Attributes) -> PyResult<()> {
+pub fn write_image(
+    path: PathBuf,
+    layers: Given<'_>,
+    attributes: Attributes,
+    exposure: Option<f64>,
+) -> PyResult<()> {
     let image = ImageLayers {
         attributes,
         ..image(&layers)
     };
-    image.write(&path).map_err(|e| errors::file(&e))
+    let written = image.write_exposed(&path, exposed(exposure));
+    written.map_err(|e| errors::file(&e))
 }
 
 /// What a screen shows of the first layer, as the bytes of a PNG file.
 #[pyfunction]
 pub fn encode_png(layers: Given<'_>) -> PyResult<Vec<u8>> {
     let shown = image(&layers).on_screen().unwrap_or_default();
-    encode(&shown, Depth::Eight, Tone::default()).map_err(|e| errors::render(e.to_string()))
+    let tone = Exposure::Auto.tone(Curve::default(), &shown);
+    encode(&shown, Depth::Eight, tone).map_err(|e| errors::render(e.to_string()))
+}
+
+/// The stops by which PNG files of the first layer are brightened.
+#[pyfunction]
+pub fn exposure(layers: Given<'_>) -> f64 {
+    let shown = image(&layers).on_screen().unwrap_or_default();
+    Exposure::of(shown.pixels.into_iter())
+}
+
+/// So many stops, or as many as an image needs.
+pub fn exposed(stops: Option<f64>) -> Exposure {
+    stops.map_or(Exposure::Auto, Exposure::Stops)
 }
 
 /// Compares an image with a reference: numbers as JSON, and the map of what the eye sees.

@@ -29,7 +29,7 @@ mod _morgana {
     #[pymodule_export]
     use crate::field::{Field, load_field};
     #[pymodule_export]
-    use crate::image::{compare_images, encode_png, read_image, write_image};
+    use crate::image::{compare_images, encode_png, exposure, read_image, write_image};
     #[pymodule_export]
     use crate::measure::{Measured, measure};
     #[pymodule_export]

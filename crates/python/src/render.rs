@@ -2,6 +2,7 @@
 
 use crate::errors;
 use crate::finished::{Finished, Pickled, RunRecord};
+use crate::image::exposed;
 use crate::limits::Limits;
 use crate::numbers::array;
 use crate::scene::Scene;
@@ -235,9 +236,13 @@ impl Rendered {
         array(py, film.counts(), &[film.height(), film.width()])
     }
 
-    /// Writes the picture.
-    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let written = py.detach(|| self.picture_with_layers().write(&path));
+    /// Writes the picture; a PNG file is brightened by so many stops, or as many as it needs.
+    fn write(&self, py: Python<'_>, path: PathBuf, exposure: Option<f64>) -> PyResult<()> {
+        let exposure = exposed(exposure);
+        let written = py.detach(|| {
+            let picture = self.picture_with_layers();
+            picture.write_exposed(&path, exposure)
+        });
         written.map_err(|e| errors::file(&e))
     }
 

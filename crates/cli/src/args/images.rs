@@ -1,31 +1,23 @@
 //! `morgana compare` and `morgana tonemap`.
 
 use super::MemoryArgs;
-use super::values::{block, curve, finite, not_negative};
+use super::values::{block, curve, exposure, finite, not_negative};
 use clap::Args as ClapArgs;
-use io::image::tone::{Curve, Tone};
+use io::image::exposure::Exposure;
+use io::image::tone::Curve;
 use std::path::PathBuf;
 
 /// How bright images are on a screen.
 #[derive(Clone, Copy, Debug, ClapArgs)]
 pub struct ToneArgs {
-    /// Brighten PNG files by this many stops.
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
-    pub exposure: f64,
+    /// Brighten PNG files by this many stops, 0 for none; auto takes as many as the image needs, so that it is neither
+    /// black nor burnt out, and prints the number (docs/images.md).
+    #[arg(long, value_name = "STOPS", default_value = "auto", allow_negative_numbers = true, value_parser = exposure)]
+    pub exposure: Exposure,
     /// What happens to bright values in PNG files: srgb cuts them off at 1, filmic compresses them up to 5.6 (the
     /// curve of J. Hable, 2010), which darkens the others.
     #[arg(long, value_name = "CURVE", default_value = "srgb", value_parser = curve)]
     pub tone_map: Curve,
-}
-
-impl ToneArgs {
-    /// As images take it.
-    pub fn tone(self) -> Tone {
-        Tone {
-            exposure: self.exposure,
-            curve: self.tone_map,
-        }
-    }
 }
 
 /// `morgana tonemap`.
@@ -68,6 +60,9 @@ pub struct CompareArgs {
         hide_default_value = true
     )]
     pub layer: String,
+    /// Layer of the reference, if its name is another: '' for the image itself.
+    #[arg(long, value_name = "NAME")]
+    pub reference_layer: Option<String>,
     /// Brighten both images by this many stops before FLIP looks at them.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub exposure: f64,

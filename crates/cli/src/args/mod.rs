@@ -1,6 +1,7 @@
 //! The command line as it is written. Each value is checked on its own here; what depends on
 //! several values, on files or on the scene is checked in [`crate::config`].
 
+mod denoise;
 mod figures;
 mod images;
 mod parts;
@@ -12,6 +13,7 @@ mod volumes;
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use std::path::PathBuf;
 
+pub use denoise::DenoiseArgs;
 pub use figures::{FigureArgs, PlotArgs};
 pub use images::{CompareArgs, ToneArgs, TonemapArgs};
 pub use parts::{KeepArgs, MergeArgs, StatusArgs};
@@ -100,10 +102,19 @@ pub enum Command {
         linear values, over all pixels and channels (docs/images.md).")]
     Compare(CompareArgs),
     /// Turn an image into a PNG file as a screen shows it.
-    #[command(after_help = "Example:\n  \
+    #[command(after_help = "Examples:\n  \
+        morgana tonemap fog.exr -o fog.png\n  \
         morgana tonemap fog.exr --exposure 1.5 --tone-map filmic -o fog.png\n\n\
         For false colours with a colour bar see morgana plot image.")]
     Tonemap(TonemapArgs),
+    /// Denoise an image with Open Image Denoise, into a file beside it.
+    #[command(after_help = "Example:\n  \
+        morgana denoise fog.exr -o fog_denoised.exr -o fog_denoised.png\n\n\
+        Runs the program oidnDenoise, which must be installed (https://www.openimagedenoise.org). The layers albedo and sh_normal \
+        of the image guide it, if an integrator aov has put them there (docs/images.md). A denoised image is no estimate: its error \
+        is not known. The layer 'difference' of the EXR file is (denoised - estimate) / standard error, and tells where more \
+        was changed than noise explains.")]
+    Denoise(DenoiseArgs),
     /// Convert a volume to another format, and say what is in it.
     #[command(after_help = "Examples:\n  \
         morgana convert density.npy density.vti --axes xyz --spacing 0.1,0.1,0.2\n  \

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use io::element::Element;
+use io::image::exposure::Exposure;
 use io::image::tone::Curve;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -45,6 +46,15 @@ pub fn curve(text: &str) -> Result<Curve, String> {
     known
         .map(|(_, curve)| *curve)
         .ok_or_else(|| format!("expected one of: {}", names()))
+}
+
+pub fn exposure(text: &str) -> Result<Exposure, String> {
+    match text {
+        "auto" => Ok(Exposure::Auto),
+        text => finite(text)
+            .map(Exposure::Stops)
+            .map_err(|_| "expected a number of stops, or auto".into()),
+    }
 }
 
 pub fn samples(text: &str) -> Result<u64, String> {

@@ -21,8 +21,9 @@ pub fn compare(args: &CompareArgs) -> Result<ExitCode, CommandError> {
     let zmap_format = config::map(args.zmap.as_deref())?;
     // Status 1 says that images differ, so nothing else may.
     let fail = |e: FileError| CommandError::Usage(e.to_string());
-    let [image, reference] = [&args.image, &args.reference]
-        .map(|path| read(path, &args.layer, args.memory.limits()).map_err(fail));
+    let layer = args.reference_layer.as_ref().unwrap_or(&args.layer);
+    let [image, reference] = [(&args.image, &args.layer), (&args.reference, layer)]
+        .map(|(path, layer)| read(path, layer, args.memory.limits()).map_err(fail));
     let (image, reference) = (image?, reference?);
     let at = |problem: Problem| fail(problem.at(&args.reference));
     let numbers = differences(&image, &reference, args.block).map_err(at)?;

@@ -11,6 +11,7 @@ use crate::output::say;
 use crate::progress::ProgressGoal;
 use crate::{config, load, results};
 use io::clock::Stopped;
+use io::image::exposure::Exposure;
 use io::part::{Body, BodyRef};
 use io::{Loaded, Refusal, Run};
 use rayon::ThreadPool;
@@ -120,7 +121,11 @@ fn check(args: &RenderArgs) -> Result<(), CommandError> {
         (args.adaptive, "--adaptive", ""),
         (args.outputs.strategies.is_some(), "--strategies", ""),
         (args.target_error.is_some(), "--target-error", ""),
-        (args.outputs.tone.exposure != 0.0, "--exposure", ""),
+        (
+            args.outputs.tone.exposure != Exposure::Auto,
+            "--exposure",
+            "",
+        ),
         (args.tev.is_some(), "--tev", ""),
     ];
     match wrong.iter().find(|(given, ..)| *given) {

@@ -133,9 +133,9 @@ fn merged_image(
         threads: None,
         stopped: None,
     };
-    results::write_images(&args.outputs, &images, &report)?;
+    let exposure = results::write_images(&args.outputs, &images, &report)?;
     if !args.outputs.quiet {
-        say(&report.line())?;
+        say(&report.line(exposure))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -104,15 +104,15 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
     };
     let written = match shard {
         None => results::write_images(&args.outputs, &images, &report),
-        Some(_) => results::write_stats(&args.outputs, || report.json()),
+        Some(_) => results::write_stats(&args.outputs, || report.json()).map(|()| None),
     };
     if let Some(preview) = preview {
         preview.finish(&rendering.film);
     }
-    written?;
+    let exposure = written?;
     saved?;
     if !args.outputs.quiet {
-        say(&format!("{}{}", name(shard), report.line()))?;
+        say(&format!("{}{}", name(shard), report.line(exposure)))?;
     }
     Ok(match stopped {
         Some(Stopped::Interrupted) => interrupt.status(),

@@ -1,10 +1,12 @@
 //! `morgana tonemap`.
 
-use crate::args::TonemapArgs;
+use crate::args::{ToneArgs, TonemapArgs};
 use crate::command_error::CommandError;
-use crate::config;
+use crate::load::file_name;
+use crate::output::say;
+use crate::{config, numbers};
 use io::image::ImageLayers;
-use io::image::png::{self, Depth};
+use io::image::exposure::Exposure;
 use std::process::ExitCode;
 
 /// Writes an image as a screen shows it.
@@ -14,7 +16,11 @@ pub fn tonemap(args: &TonemapArgs) -> Result<ExitCode, CommandError> {
     let image = image.focused(&args.layer);
     let image =
         image.map_err(|problem| CommandError::Usage(problem.at(&args.image).to_string()))?;
-    let shown = image.on_screen().unwrap_or_default();
-    png::write(&args.output, &shown, Depth::Eight, args.tone.tone())?;
+    let ToneArgs { exposure, tone_map } = args.tone;
+    let tone = image.write_png(&args.output, exposure, tone_map)?;
+    if exposure == Exposure::Auto {
+        let stops = numbers::exposure(tone.exposure);
+        say(&format!("{}: {stops}", file_name(&args.output)))?;
+    }
     Ok(ExitCode::SUCCESS)
 }

@@ -7,6 +7,7 @@ use crate::load::file_name;
 use crate::numbers::{percent, plain};
 use io::compare::{Comparison, ZScores};
 use io::image::ImageLayers;
+use io::image::denoised::DENOISED;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -106,6 +107,18 @@ impl Difference<'_> {
     fn notes(&self) -> Vec<String> {
         let known = |name: &str| self.images.map(|image| image.attribute(name));
         let mut notes = Vec::new();
+        for (image, path) in self
+            .images
+            .iter()
+            .zip([&self.args.image, &self.args.reference])
+        {
+            if image.attribute(DENOISED).is_some() {
+                notes.push(format!(
+                    "{} is denoised: it is no estimate, and its error is not known",
+                    file_name(path)
+                ));
+            }
+        }
         if self.numbers.z.is_none() {
             return notes;
         }

@@ -5,6 +5,8 @@ mod auto;
 mod compare;
 mod connect;
 mod convert;
+#[cfg(unix)]
+mod denoise;
 mod errors;
 mod export;
 mod faults;

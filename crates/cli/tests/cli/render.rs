@@ -158,6 +158,45 @@ fn exposure_brightens_png_only() {
     }
 }
 
+/// Radiances of 0.2, 0.4, 0.8: luminance 0.39 needs half a stop to be above 0.5. A thousandth of them needs ten more.
+#[test]
+fn pictures_are_exposed_unless_told_otherwise() {
+    let folder = Folder::with_scene("");
+    let said = folder.succeed("render scene.xml --spp 1 -o a.png -o a.npy");
+    assert!(
+        said.trim_end().ends_with(" · exposure +0.5 stops"),
+        "{said}"
+    );
+    folder.succeed("render scene.xml --spp 1 --exposure 0.5 -o b.png");
+    assert_eq!(folder.read("a.png"), folder.read("b.png"));
+    assert!(
+        folder
+            .read("a.png")
+            .windows(8)
+            .any(|bytes| bytes == b"exposure")
+    );
+    let said = folder.succeed("render scene.xml --spp 1 --exposure 0 -o plain.png");
+    assert!(!said.contains("exposure"), "{said}");
+    assert!(
+        !folder
+            .read("plain.png")
+            .windows(8)
+            .any(|bytes| bytes == b"exposure")
+    );
+    let pixel = RgbImage::read(&folder.path("plain.png")).unwrap().pixels[0];
+    assert!((pixel[2] - 0.8).abs() < 0.005, "{pixel:?}");
+    assert_eq!(
+        folder.succeed("tonemap a.npy -o c.png"),
+        "c.png: exposure +0.5 stops\n"
+    );
+    assert_eq!(folder.read("a.png"), folder.read("c.png"));
+    assert_eq!(
+        folder.succeed("tonemap a.png -o d.png"),
+        "d.png: exposure 0 stops\n"
+    );
+    folder.refuse("render scene.xml --exposure bright");
+}
+
 #[test]
 fn quiet_is_quiet() {
     let folder = Folder::with_fog();

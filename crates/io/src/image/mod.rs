@@ -1,7 +1,9 @@
 //! Images: layers of named channels, written to EXR, NPY and PNG and read back; what a screen shows of them.
 
 pub mod cie;
+pub mod denoised;
 mod encoded;
+pub mod exposure;
 pub mod exr;
 mod exr_header;
 pub mod hdr;

@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
+use super::denoised::DENOISED;
+use super::exposure::Exposure;
 use super::png::Depth;
-use super::tone::Tone;
+use super::tone::{Curve, Tone};
 use super::{ImageLayers, Layer, exr, png};
+use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::input::Limits;
 use crate::npy::{self, NpyArray, NpyData};
@@ -45,22 +48,49 @@ impl ImageLayers {
     }
 
     /// Writes the image in the format that the name of the file tells: all layers to an `.exr` file, the first to an `.npy` file,
-    /// or what a screen shows of it to a `.png` file.
+    /// or what a screen shows of it to a `.png` file, as bright as [`Exposure::Auto`] makes it.
     ///
     /// # Errors
     ///
     /// A file that cannot be written, or has another extension.
     pub fn write(&self, path: &Path) -> Result<(), FileError> {
+        self.write_exposed(path, Exposure::Auto)
+    }
+
+    /// As [`write`](ImageLayers::write), where `exposure` says how bright a `.png` file is.
+    ///
+    /// # Errors
+    ///
+    /// As for [`write`](ImageLayers::write).
+    pub fn write_exposed(&self, path: &Path, exposure: Exposure) -> Result<(), FileError> {
         let extension = path.extension().and_then(|e| e.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("exr") => exr::write(path, self),
             Some("npy") => super::npy::write(path, self, ""),
-            Some("png") => {
-                let shown = self.on_screen().unwrap_or_default();
-                png::write(path, &shown, Depth::Eight, Tone::default())
-            }
+            Some("png") => self.write_png(path, exposure, Curve::default()).map(drop),
             _ => Err(unknown_format(path)),
         }
+    }
+
+    /// Writes what a screen shows of the main layer to a PNG file, at once or not at all, and returns how. The file says if
+    /// the image is [denoised](super::denoised).
+    ///
+    /// # Errors
+    ///
+    /// As for [`png::write()`].
+    pub fn write_png(
+        &self,
+        path: &Path,
+        exposure: Exposure,
+        curve: Curve,
+    ) -> Result<Tone, FileError> {
+        let shown = self.on_screen().unwrap_or_default();
+        let tone = exposure.tone(curve, &shown);
+        let texts = self.attributes.iter();
+        let texts: Vec<_> = texts.filter(|(name, _)| name == DENOISED).collect();
+        let bytes = png::encode_described(&shown, Depth::Eight, tone, &texts);
+        atomic::write_bytes(path, &bytes.map_err(|problem| problem.at(path))?)?;
+        Ok(tone)
     }
 
     /// The image with a layer, and its variance, in place of the main layer; nothing else is kept. An empty
@@ -90,7 +120,12 @@ impl ImageLayers {
         const SHOWN: usize = 20;
         let names = self.layers.iter().map(|l| l.name.as_str());
         let names: Vec<&str> = names.filter(|n| !n.is_empty()).take(SHOWN).collect();
-        if names.is_empty() {
+        if layer.is_empty() {
+            format!(
+                "the image has no main layer; choose one of its layers: {}",
+                names.join(", ")
+            )
+        } else if names.is_empty() {
             format!("the image has no layer '{layer}', only itself")
         } else {
             format!(

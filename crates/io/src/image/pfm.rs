@@ -1,10 +1,27 @@
 //! Portable float maps (`.pfm`): 32-bit numbers, linear, grey or red, green and blue.
 
+use std::io::Write;
 use std::path::Path;
 
 use super::RgbImage;
+use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::input::{self, Limits};
+
+/// Writes an image in colour, at once or not at all.
+///
+/// # Errors
+///
+/// Everything that [`atomic::write()`] reports.
+pub fn write(path: &Path, image: &RgbImage) -> Result<(), FileError> {
+    atomic::write(path, |file| {
+        // A scale below zero stands for little-endian numbers.
+        write!(file, "PF\n{} {}\n-1.0\n", image.width, image.height)?;
+        let rows = image.pixels.chunks(image.width.max(1)).rev();
+        let mut numbers = rows.flatten().flatten();
+        numbers.try_for_each(|v| file.write_all(&v.to_le_bytes()))
+    })
+}
 
 /// Reads an image.
 ///

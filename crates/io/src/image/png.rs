@@ -1,12 +1,12 @@
 //! PNG files in sRGB.
 
-use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageBuffer, ImageFormat, Rgb};
+use image::ImageFormat;
+use png::{BitDepth, ColorType, Encoder};
 
 use super::RgbImage;
-use super::tone::Tone;
+use super::tone::{Curve, Tone};
 use crate::atomic;
 use crate::error::{FileError, Problem};
 use crate::input::Limits;
@@ -20,7 +20,8 @@ pub enum Depth {
     Sixteen,
 }
 
-/// Writes an image in sRGB, at once or not at all; `tone` says how bright it is.
+/// Writes an image in sRGB, at once or not at all; `tone` says how bright it is, and is kept as texts `exposure` (stops) and
+/// `tone_map`, unless it changes nothing.
 ///
 /// # Errors
 ///
@@ -42,7 +43,7 @@ pub(crate) fn write_pixels(
     pixels: impl Iterator<Item = [f32; 3]>,
     tone: Tone,
 ) -> Result<(), FileError> {
-    let bytes = encode_pixels(size, pixels, Depth::Eight, tone);
+    let bytes = encode_pixels(size, pixels, Depth::Eight, tone, &[]);
     atomic::write_bytes(path, &bytes.map_err(|problem| problem.at(path))?)
 }
 
@@ -52,11 +53,21 @@ pub(crate) fn write_pixels(
 ///
 /// As for [`write()`], but for the file system.
 pub fn encode(image: &RgbImage, depth: Depth, tone: Tone) -> Result<Vec<u8>, Problem> {
+    encode_described(image, depth, tone, &[])
+}
+
+/// The same with texts about the image: their names, and what they say.
+pub(super) fn encode_described(
+    image: &RgbImage,
+    depth: Depth,
+    tone: Tone,
+    about: &[&(String, String)],
+) -> Result<Vec<u8>, Problem> {
     let size = [image.width, image.height];
     if image.pixels.len() != image.width * image.height {
         return Err(mismatch(size, image.pixels.len()));
     }
-    encode_pixels(size, image.pixels.iter().copied(), depth, tone)
+    encode_pixels(size, image.pixels.iter().copied(), depth, tone, about)
 }
 
 fn encode_pixels(
@@ -64,6 +75,7 @@ fn encode_pixels(
     pixels: impl Iterator<Item = [f32; 3]>,
     depth: Depth,
     tone: Tone,
+    about: &[&(String, String)],
 ) -> Result<Vec<u8>, Problem> {
     let [width, height] = size;
     let side = |n| u32::try_from(n).ok().filter(|n| *n > 0);
@@ -73,22 +85,46 @@ fn encode_pixels(
         side(height).ok_or_else(wrong)?,
     );
     let encoded = pixels.flatten().map(|v| tone.encode(v));
-    let dynamic = match depth {
+    let (depth, data): (_, Vec<u8>) = match depth {
         Depth::Eight => {
-            let data = encoded.map(|v| (v * 255.0).round() as u8).collect();
-            ImageBuffer::<Rgb<u8>, Vec<u8>>::from_raw(width, height, data).map(DynamicImage::from)
+            let byte = |v: f64| (v * 255.0).round() as u8;
+            (BitDepth::Eight, encoded.map(byte).collect())
         }
         Depth::Sixteen => {
-            let data = encoded.map(|v| (v * 65535.0).round() as u16).collect();
-            ImageBuffer::<Rgb<u16>, Vec<u16>>::from_raw(width, height, data).map(DynamicImage::from)
+            let bytes = |v: f64| ((v * 65535.0).round() as u16).to_be_bytes();
+            (BitDepth::Sixteen, encoded.flat_map(bytes).collect())
         }
     };
+    let channel = if depth == BitDepth::Eight { 1 } else { 2 };
+    if data.len() != width as usize * height as usize * 3 * channel {
+        return Err(mismatch(size, data.len() / (3 * channel)));
+    }
     let mut bytes = Vec::new();
-    let written = dynamic
-        .ok_or_else(wrong)?
-        .write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png);
+    let mut encoder = Encoder::new(&mut bytes, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(depth);
+    let about = about.iter().map(|(name, text)| (&**name, text.clone()));
+    let written = (texts(tone).into_iter().chain(about))
+        .try_for_each(|(name, text)| encoder.add_itxt_chunk(name.to_owned(), text))
+        .and_then(|()| encoder.write_header())
+        .and_then(|mut writer| {
+            writer.write_image_data(&data)?;
+            writer.finish()
+        });
     written.map_err(|e| Problem::Malformed(format!("cannot be stored as PNG: {e}")))?;
     Ok(bytes)
+}
+
+/// What was done to the values before they were encoded.
+fn texts(tone: Tone) -> Vec<(&'static str, String)> {
+    let mut texts = Vec::new();
+    if tone.exposure != 0.0 {
+        texts.push(("exposure", tone.exposure.to_string()));
+    }
+    if tone.curve != Curve::default() {
+        texts.push(("tone_map", tone.curve.name().to_owned()));
+    }
+    texts
 }
 
 fn mismatch([width, height]: [usize; 2], found: usize) -> Problem {

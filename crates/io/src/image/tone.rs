@@ -18,15 +18,25 @@ pub enum Curve {
     /// They are cut off at 1.
     #[default]
     Srgb,
-    /// They are compressed, as by photographic film, so that 11.2 becomes white, and dark ones are darkened: the
+    /// They are compressed, as by photographic film, so that 5.6 becomes white, and dark ones are darkened: the
     /// curve of J. Hable, "Uncharted 2: HDR Lighting", Game Developers Conference 2010. It acts on each channel.
     Filmic,
 }
 
 impl Curve {
     /// Names of all.
-    pub const NAMES: [(&'static str, Curve); 2] =
-        [("srgb", Curve::Srgb), ("filmic", Curve::Filmic)];
+    pub const NAMES: [(&'static str, Curve); 2] = [
+        (Curve::Srgb.name(), Curve::Srgb),
+        (Curve::Filmic.name(), Curve::Filmic),
+    ];
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Curve::Srgb => "srgb",
+            Curve::Filmic => "filmic",
+        }
+    }
 }
 
 impl Tone {

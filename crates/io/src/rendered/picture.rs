@@ -3,7 +3,8 @@
 use super::Naming;
 use crate::assemble::{Loaded, NamedQuantity};
 use crate::error::FileError;
-use crate::image::tone::Tone;
+use crate::image::exposure::Exposure;
+use crate::image::tone::{Curve, Tone};
 use crate::image::{ImageLayers, Layer, channel_name, exr, png, unknown_format};
 use crate::npy;
 use std::borrow::Cow;
@@ -148,17 +149,26 @@ impl<'a> Picture<'a> {
     }
 
     /// Writes the picture in the format that the name of the file tells: as [`write_exr`](Picture::write_exr),
-    /// [`write_npy`](Picture::write_npy) or [`write_png`](Picture::write_png).
+    /// [`write_npy`](Picture::write_npy) or [`write_png`](Picture::write_png), as bright as [`Exposure::Auto`] makes it.
     ///
     /// # Errors
     ///
     /// As these, and [`Problem::Unsupported`](crate::Problem::Unsupported) for other names.
     pub fn write(&self, path: &Path) -> Result<(), FileError> {
+        self.write_exposed(path, Exposure::Auto)
+    }
+
+    /// As [`write`](Picture::write), where `exposure` says how bright a `.png` file is.
+    ///
+    /// # Errors
+    ///
+    /// As for [`write`](Picture::write).
+    pub fn write_exposed(&self, path: &Path, exposure: Exposure) -> Result<(), FileError> {
         let extension = path.extension().and_then(|e| e.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("exr") => self.write_exr(path),
             Some("npy") => self.write_npy(path),
-            Some("png") => self.write_png(path, Tone::default()),
+            Some("png") => self.write_png(path, self.tone(exposure, Curve::default())),
             _ => Err(unknown_format(path)),
         }
     }
@@ -182,16 +192,28 @@ impl<'a> Picture<'a> {
         }
     }
 
+    /// How bright the main layer is shown on a screen.
+    pub fn tone(&self, exposure: Exposure, curve: Curve) -> Tone {
+        Tone {
+            exposure: exposure.stops(self.on_screen()),
+            curve,
+        }
+    }
+
     /// Writes what a screen shows of the main layer as a PNG file, at once or not at all.
     ///
     /// # Errors
     ///
     /// As [`png::write()`].
     pub fn write_png(&self, path: &Path, tone: Tone) -> Result<(), FileError> {
-        let (width, height) = (self.film.width(), self.film.height());
+        let size = [self.film.width(), self.film.height()];
+        png::write_pixels(path, size, self.on_screen(), tone)
+    }
+
+    /// The colours of the main layer, row by row, of which one is in memory at a time.
+    fn on_screen(&self) -> impl Iterator<Item = [f32; 3]> {
         let row = |row| self.rows(row..row + 1).on_screen().unwrap_or_default();
-        let pixels = (0..height).flat_map(|y| row(y).pixels);
-        png::write_pixels(path, [width, height], pixels, tone)
+        (0..self.film.height()).flat_map(move |y| row(y).pixels)
     }
 
     /// Writes all layers as an EXR file, at once or not at all.

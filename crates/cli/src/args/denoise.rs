@@ -1,0 +1,44 @@
+//! `morgana denoise`.
+
+use super::{MemoryArgs, ToneArgs};
+use clap::Args as ClapArgs;
+use std::path::PathBuf;
+
+/// `morgana denoise`.
+#[derive(Debug, ClapArgs)]
+pub struct DenoiseArgs {
+    /// Image (.exr, .png or .npy).
+    #[arg(value_name = "IMAGE")]
+    pub image: PathBuf,
+    /// Layer, for example bounce.1; the image itself by default.
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub layer: String,
+    /// Layer of the image with the albedo of first surfaces; albedo by default, if there is one.
+    #[arg(long, value_name = "NAME", conflicts_with = "no_guides")]
+    pub albedo: Option<String>,
+    /// Layer of the image with the normals of first surfaces; sh_normal or geo_normal by default, if there is one and an albedo.
+    #[arg(long, value_name = "NAME", conflicts_with = "no_guides")]
+    pub normal: Option<String>,
+    /// Use neither albedo nor normals.
+    #[arg(long)]
+    pub no_guides: bool,
+    /// The program oidnDenoise of Open Image Denoise; by default that of the environment variable MORGANA_OIDN, or else the one
+    /// on the PATH.
+    #[arg(long, value_name = "PROGRAM")]
+    pub oidn: Option<PathBuf>,
+    #[command(flatten)]
+    pub tone: ToneArgs,
+    #[command(flatten)]
+    pub memory: MemoryArgs,
+    /// File to write: .exr with the layers denoised and difference, or .png. May be repeated.
+    #[arg(short, long, value_name = "FILE", required = true)]
+    pub output: Vec<PathBuf>,
+    /// Print nothing but errors.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
