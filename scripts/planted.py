@@ -105,11 +105,18 @@ PLANTED = [
         ("morgana-transport", "emitters", "discs_in_the_sky_are_sampled_by_their_density"),
     ),
     (
-        "lights seen by parallel views taken for points on no surface",
-        TRANSPORT + "integrator/bidirectional/joining.rs",
-        "Vertex::source(scene, &start, &light.emission.end)",
-        "Vertex::end(&start)",
-        ("morgana-transport", "strategies", "two_strategies_see_the_same_light"),
+        "strategies weighed as if all were used",
+        TRANSPORT + "integrator/bidirectional/weight.rs",
+        "power(rates.of(*kind)) * kinds[*kind as usize]",
+        "kinds[*kind as usize]",
+        ("morgana-transport", "connections", "any_rate_of_strategies_is_unbiased"),
+    ),
+    (
+        "light that arrives in other pixels left out of the choice of the integrator",
+        TRANSPORT + "render/choice.rs",
+        "cell.squares / (share * self.paths)",
+        "0.0 * cell.squares / (share * self.paths)",
+        ("morgana-transport", "choice", "pilots_foretell_variances"),
     ),
     (
         "the index along a ray taken from its speed in optical path differences",
@@ -366,8 +373,8 @@ PLANTED = [
     (
         "subpaths from emitters with the points of those from the sensor",
         TRANSPORT + "integrator/bdpt.rs",
-        "sampler.apart(|s| LightPath::sample(scene, &bounds, s, ws))",
-        "LightPath::sample(scene, &bounds, sampler, ws)",
+        "sampler.apart(|s| emitter_path(scene, &bounds, s, ws))",
+        "emitter_path(scene, &bounds, sampler, ws)",
         ("morgana-transport", "replicates", "so_they_are_with_subpaths_from_both_ends"),
     ),
     (

@@ -112,12 +112,16 @@ fn sized(mut parts: Parts) -> Parts {
 
 #[test]
 fn the_better_estimator_is_chosen() {
-    for (parts, wanted) in [(under_a_sky(), "path"), (caustic(), "bdpt")] {
+    for (parts, wanted) in [
+        (under_a_sky(), &["path"][..]),
+        // These two are about as good.
+        (caustic(), &["bdpt", "particle"]),
+    ] {
         let scene = Scene::new(parts).unwrap();
         for seed in 0..5 {
             let choice = chosen(&scene, seed, SHORT);
-            println!("{wanted}: {choice:?}");
-            assert_eq!(choice.integrator.name(), wanted, "seed {seed}");
+            println!("{wanted:?}: {choice:?}");
+            assert!(wanted.contains(&choice.integrator.name()), "seed {seed}");
         }
     }
 }
@@ -175,7 +179,7 @@ fn choices_do_not_depend_on_the_number_of_threads() {
     assert_eq!(with(1), with(3));
 }
 
-/// A pilot takes a twentieth of a render at most; where that tells nothing, the first candidate is taken.
+/// A pilot takes a tenth of a render at most; where that tells nothing, the first candidate is taken.
 #[test]
 fn short_renders_have_short_pilots() {
     let scene = Scene::new(under_a_sky()).unwrap();
@@ -199,6 +203,6 @@ fn short_renders_have_short_pilots() {
     let path = of(1000).candidates[0];
     let whole = 1000.0 * (SIZE * SIZE) as f64 * path.work;
     let share = work(&of(1000)) / whole;
-    assert!(share < 0.06, "{share}");
+    assert!(share < 0.11, "{share}");
     assert!(work(&of(1000)) < work(&of(4000)));
 }

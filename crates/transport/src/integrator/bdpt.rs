@@ -81,13 +81,7 @@ impl Bdpt {
             cost - before
         };
         spent(ws);
-        let from_emitter = sampler.apart(|s| {
-            let is_wanted = rates.light >= 1.0 || s.next_1d() < rates.light;
-            ws.particle_balance.is_void = !is_wanted;
-            is_wanted
-                .then(|| LightPath::sample(scene, &bounds, s, ws))
-                .flatten()
-        });
+        let from_emitter = sampler.apart(|s| emitter_path(scene, &bounds, s, ws));
         ws.strategy_work.light += spent(ws);
         let mut joining = Joining {
             setting: Setting {
@@ -125,4 +119,20 @@ impl Bdpt {
         }
         joining.ws.strategy_work.joined += spent(joining.ws);
     }
+}
+
+/// A subpath from an emitter, with the probability with which strategies want one.
+fn emitter_path(
+    scene: &Scene,
+    bounds: &Bounds,
+    sampler: &mut Sampler,
+    ws: &mut Workspace,
+) -> Option<LightPath> {
+    let probability = ws.strategies.light;
+    let is_wanted = probability >= 1.0 || sampler.next_1d() < probability;
+    ws.particle_balance.is_void = !is_wanted;
+    if !is_wanted {
+        return None;
+    }
+    LightPath::sample(scene, bounds, sampler, ws)
 }

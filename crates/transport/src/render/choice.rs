@@ -22,13 +22,17 @@ const MOST_WORK: f64 = 3e7;
 /// About as much work is done in a second by one processor.
 const WORK_PER_SECOND: f64 = 1.5e7;
 /// The pilot's share of the work of a render, or of its time.
-const SHARE: f64 = 0.05;
+const SHARE: f64 = 0.1;
 /// Pairs of samples that tell what one costs.
-const FIRST_PAIRS: usize = 32;
+const FIRST_PAIRS: usize = 16;
 /// No more pairs than these are ever taken of one candidate.
 const MOST_PAIRS: usize = 1 << 17;
 /// Fewer pairs tell nothing: without them the first candidate is chosen.
-const LEAST_PAIRS: usize = 2 * FIRST_PAIRS;
+const LEAST_PAIRS: usize = 64;
+/// About what a sample takes, as long as that is not known.
+const USUAL_WORK: f64 = 100.0;
+/// What a candidate finds out before its first sample is this share of its pilot.
+const PREPARATION: f64 = 0.3;
 /// Numbers of the pilot's samples start here, where neither a render nor another pilot gets to.
 const FIRST: u64 = 3 << 62;
 /// Samples of a replicate that are taken together. More than eight of one would leave few pairs.
@@ -104,72 +108,80 @@ pub fn choose(
     extent: Extent,
     handle: &Handle,
 ) -> Choice {
-    let film = scenes[0].film();
-    let samples = |spp: u64| spp as f64 * (film.width * film.height) as f64;
-    let affordable = extent
-        .samples
-        .map_or(f64::INFINITY, |spp| SHARE * samples(spp));
     let mut choice = Choice {
         integrator: candidates[0],
         candidates: Vec::new(),
     };
-    if candidates.len() < 2 || affordable < (candidates.len() * 2 * LEAST_PAIRS) as f64 {
+    // All groups of channels are alike: the first speaks for the others.
+    let (scene, film) = (&scenes[..1], scenes[0].film());
+    let budget = Budget::new(extent, film, candidates.len());
+    if candidates.len() < 2 || budget.samples < (2 * LEAST_PAIRS) as f64 {
         return choice;
     }
-    let time = extent
-        .seconds
-        .map_or(f64::INFINITY, |s| SHARE * s * WORK_PER_SECOND);
-    // All groups of channels are alike: the first speaks for the others.
-    let scene = &scenes[..1];
-    let pilots: Vec<_> = candidates
+    let preparation = PREPARATION * budget.work(USUAL_WORK);
+    let sources = candidates.iter().map(|integrator| {
+        let options = RenderOptions {
+            renderer: Renderer::Light(*integrator),
+            ..*options
+        };
+        let mut prepared = prepare(scene, &options, Some(preparation), handle);
+        Source::new(&scene[0], 0, &options, prepared.remove(0), handle)
+    });
+    let sources: Vec<Source> = sources.collect();
+    let lights = sources.iter().zip(candidates);
+    let lights: Vec<LightSamples> = lights.map(|(source, i)| source.light(*i)).collect();
+    let first = lights
         .iter()
-        .map(|integrator| {
-            let options = RenderOptions {
-                renderer: Renderer::Light(*integrator),
-                ..*options
-            };
-            let prepared = prepare(scene, &options, handle);
-            (*integrator, options, prepared)
-        })
-        .collect();
-    let sources: Vec<_> = pilots
-        .iter()
-        .map(|(integrator, options, prepared)| {
-            (
-                *integrator,
-                Source::new(&scene[0], 0, options, prepared[0].clone(), handle),
-            )
-        })
-        .collect();
-    let lights: Vec<LightSamples> = sources.iter().map(|(i, source)| source.light(*i)).collect();
-    let mut sums: Vec<PilotSums> = lights
-        .iter()
-        .map(|light| PilotSums::take(light, 0..FIRST_PAIRS))
-        .collect();
-    let cheapest = sums
-        .iter()
-        .map(PilotSums::work_per_sample)
-        .fold(f64::INFINITY, f64::min);
-    let most = MOST_WORK.min(time).min(affordable * cheapest) / candidates.len() as f64;
+        .map(|light| PilotSums::take(light, 0..FIRST_PAIRS));
+    let mut sums: Vec<PilotSums> = first.collect();
+    let works = sums.iter().map(PilotSums::work_per_sample);
+    let most = budget.work(works.fold(f64::INFINITY, f64::min));
     for (sum, light) in sums.iter_mut().zip(&lights) {
         let pairs = (most / sum.work * FIRST_PAIRS as f64) as usize;
-        *sum += PilotSums::take(light, FIRST_PAIRS..pairs.clamp(LEAST_PAIRS, MOST_PAIRS));
+        *sum += PilotSums::take(light, FIRST_PAIRS..pairs.clamp(FIRST_PAIRS, MOST_PAIRS));
     }
     if handle.stop().is_raised() {
         return choice;
     }
-    let variances = relative_variances(&sums, film);
-    let told = candidates.iter().zip(&sums).zip(variances);
-    choice.candidates = told
-        .map(|((integrator, sum), relative_variance)| Candidate {
+    let told = sums.iter().zip(relative_variances(&sums, film));
+    let told = told
+        .zip(candidates)
+        .map(|((sum, variance), integrator)| Candidate {
             integrator: *integrator,
-            relative_variance,
+            relative_variance: variance,
             work: sum.work_per_sample(),
             samples: sum.paths as u64,
-        })
-        .collect();
+        });
+    choice.candidates = told.collect();
     choice.integrator = best(&choice.candidates);
     choice
+}
+
+/// What the pilot of a candidate may take.
+#[derive(Clone, Copy, Debug)]
+struct Budget {
+    /// Samples of pixels.
+    samples: f64,
+    /// Work.
+    work: f64,
+}
+
+impl Budget {
+    fn new(extent: Extent, film: &FilmSpec, candidates: usize) -> Self {
+        let pixels = (film.width * film.height) as f64;
+        let samples = extent.samples.map(|spp| SHARE * spp as f64 * pixels);
+        let time = extent.seconds.map(|s| SHARE * s * WORK_PER_SECOND);
+        let each = |limit: f64| limit / candidates as f64;
+        Budget {
+            samples: each(samples.unwrap_or(f64::INFINITY)),
+            work: each(time.map_or(MOST_WORK, |time| time.min(MOST_WORK))),
+        }
+    }
+
+    /// The work if a sample takes so much.
+    fn work(&self, sample: f64) -> f64 {
+        self.work.min(self.samples * sample)
+    }
 }
 
 /// The candidate with the least relative variance × work: the first one unless another is clearly better.

@@ -212,8 +212,13 @@ struct Prepared {
     radius: f64,
 }
 
-/// Finds it out, for every group; worthless if the handle has stopped it.
-fn prepare(scenes: &[Scene], options: &RenderOptions, handle: &Handle) -> Vec<Prepared> {
+/// Finds it out, for every group, by pilots of so much work at most, if less than usual; worthless if the handle has stopped it.
+fn prepare(
+    scenes: &[Scene],
+    options: &RenderOptions,
+    work: Option<f64>,
+    handle: &Handle,
+) -> Vec<Prepared> {
     let groups = scenes.iter().enumerate().map(|(group, scene)| {
         let mut prepared = Prepared {
             search: 1.0,
@@ -223,7 +228,8 @@ fn prepare(scenes: &[Scene], options: &RenderOptions, handle: &Handle) -> Vec<Pr
             first_vertex: FirstVertexTechniques::default(),
             radius: 0.0,
         };
-        let source = Source::new(scene, group, options, prepared.clone(), handle);
+        let mut source = Source::new(scene, group, options, prepared.clone(), handle);
+        source.pilot_work = work.map_or(source.pilot_work, |w| w.min(source.pilot_work));
         match options.renderer {
             Renderer::Quantities(_) => {}
             Renderer::Light(Integrator::Photon(mapping)) => {

@@ -13,8 +13,6 @@ use std::ops::Add;
 
 /// Pixels of the pilot, spread over the image, of which each has two samples.
 const PIXELS: usize = 256;
-/// Work after which a pilot takes no more samples, some three seconds, in the unit of [`Stats::cost`](crate::stats::Stats::cost).
-const MOST_WORK: f64 = 5e7;
 /// Numbers of the pilot's samples start here, where no render gets to.
 const FIRST: u64 = 1 << 63;
 /// The search is never given up altogether where branches cannot be ruled out: that would be biased.
@@ -198,7 +196,7 @@ struct Pilot {
 impl Pilot {
     /// Takes samples; those of each `round` are others.
     fn take(mut ws: Workspace, light: &LightSamples, round: u64) -> Self {
-        let pairs = sample(light, &mut ws, round, MOST_WORK);
+        let pairs = sample(light, &mut ws, round, light.source.pilot_work);
         Pilot { pairs, ws }
     }
 
@@ -281,7 +279,7 @@ mod tests {
     fn pilots_end_after_their_work() {
         let (scene, handle) = (sky(), Handle::default());
         let options = RenderOptions::new(Integrator::Path(PathTracer::default()), 1, 1);
-        let prepared = super::super::prepare(std::slice::from_ref(&scene), &options, &handle);
+        let prepared = super::super::prepare(std::slice::from_ref(&scene), &options, None, &handle);
         let source = Source::new(&scene, 0, &options, prepared[0].clone(), &handle);
         let light = source.light(Integrator::Path(PathTracer::default()));
         let pairs = |most| sample(&light, &mut source.workspace(), 0, most);

@@ -10,6 +10,9 @@ use crate::scene::Scene;
 use crate::sensor::SensorRay;
 use crate::stop::Stop;
 
+/// Work after which a pilot takes no more samples unless less is said: some three seconds.
+const PILOT_WORK: f64 = 5e7;
+
 /// The samples of one channel group.
 pub(super) struct Source<'a> {
     pub scene: &'a Scene,
@@ -18,6 +21,8 @@ pub(super) struct Source<'a> {
     pub handle: &'a Handle,
     /// Whether what is under way is to be given up.
     pub stop: Stop,
+    /// Work after which a pilot takes no more samples, in the unit of [`Stats::cost`](crate::stats::Stats::cost).
+    pub pilot_work: f64,
     /// How its samples belong together.
     pub replicates: Replicates,
     /// Whether paths without a bounce are left out.
@@ -46,6 +51,7 @@ impl<'a> Source<'a> {
             prepared,
             handle,
             stop: handle.stop().clone(),
+            pilot_work: PILOT_WORK,
             replicates: options.renderer.replicates(scene),
             hides_emitters: options.hide_emitters,
             seed: seed_of_group(options.seed, group),

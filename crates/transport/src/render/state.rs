@@ -191,7 +191,7 @@ impl State {
         mut on_pass: impl FnMut(&Progress) -> ControlFlow<()>,
     ) {
         if self.prepared.is_empty() {
-            let prepared = prepare(scenes, options, handle);
+            let prepared = prepare(scenes, options, None, handle);
             if handle.stop().is_raised() {
                 return;
             }

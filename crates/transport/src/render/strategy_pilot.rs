@@ -13,8 +13,6 @@ use crate::path::{StrategyFind, StrategyKind, StrategySample, StrategyTraining, 
 
 /// Pixels of the pilot, spread over the image, of which each has two samples.
 const PIXELS: usize = 512;
-/// Work after which a pilot takes no more samples, some three seconds, in the unit of [`Stats::cost`](crate::stats::Stats::cost).
-const MOST_WORK: f64 = 5e7;
 /// Numbers of the pilot's samples start here, where no render gets to.
 const FIRST: u64 = 1 << 63;
 /// Cells of the image along either side, of which the brightness is told.
@@ -32,7 +30,7 @@ pub(super) fn prepared(light: &LightSamples) -> Prepared {
     let pixels = film.width * film.height;
     let mut found = Vec::new();
     for i in 0..PIXELS {
-        if i > 0 && ws.stats().cost() >= MOST_WORK {
+        if i > 0 && ws.stats().cost() >= light.source.pilot_work {
             break;
         }
         // Multiples of the golden ratio spread evenly.
