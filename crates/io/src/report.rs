@@ -63,6 +63,7 @@ pub fn connections(stats: &Stats, search: f64) -> Value {
     let c = &stats.connections;
     json!({
         "attempts": c.attempts,
+        "candidates": c.candidates,
         "found": c.found,
         "discarded": c.discarded,
         "occluded": c.occluded,

@@ -48,6 +48,8 @@ pub struct Photons {
 /// Counts of connections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ConnectionCounts {
+    /// Ends at emitters that were weighed against one another, of which one was connected to.
+    pub candidates: u64,
     /// Pairs that were tried.
     pub attempts: u64,
     /// Rays found.
@@ -82,6 +84,7 @@ impl Stats {
         let work = &self.work;
         let counts = [
             (10.0, self.edges),
+            (2.0, self.connections.candidates),
             (3.0, self.connections.attempts),
             (16.0, work.shots),
             (6.0, work.steps),
@@ -119,6 +122,7 @@ impl ConnectionCounts {
 
 impl AddAssign for ConnectionCounts {
     fn add_assign(&mut self, o: Self) {
+        self.candidates += o.candidates;
         self.attempts += o.attempts;
         self.found += o.found;
         self.occluded += o.occluded;

@@ -20,8 +20,12 @@ pub struct EnvironmentMap {
     height: usize,
     pixels: Vec<Spectrum>,
     orientation: Orientation,
+    /// sin² and cos² of half the colatitude of each row of pixels.
+    half_angles: Vec<(f64, f64)>,
     /// Cells, by their integrals summed over the channels.
     distribution: Grid2,
+    /// ∫ radiance over all directions, summed over the channels.
+    total: f64,
 }
 
 /// A cell and a point in it.
@@ -68,13 +72,21 @@ impl EnvironmentMap {
                 .map(|i| 0.5 * (above * pair(i) + below * pair(i + width)));
             weights.extend(cells);
         }
-        Ok(EnvironmentMap {
+        let half_angle = |row: usize| {
+            let (sin, cos) = (0.5 * PI * row as f64 / (height - 1) as f64).sin_cos();
+            (sin * sin, cos * cos)
+        };
+        let mut map = EnvironmentMap {
             distribution: Grid2::new(width, height - 1, &weights)?,
+            half_angles: (0..height).map(half_angle).collect(),
+            total: 0.0,
             width,
             height,
             pixels,
             orientation,
-        })
+        };
+        map.total = map.integral().sum();
+        Ok(map)
     }
 
     /// Sines and the arc tangent keep their digits near the poles, where the cosine loses them.
@@ -135,42 +147,39 @@ impl EnvironmentMap {
         cells.fold(Spectrum::ZERO, |total, cell| total + cell) * (TAU / self.width as f64)
     }
 
+    /// ∫ radiance over all directions, summed over the channels: the sum of the channels of the radiance in a direction is
+    /// roughly this times the density of the direction.
+    pub(super) fn total(&self) -> f64 {
+        self.total
+    }
+
     pub(super) fn sample(&self, u: [f64; 2]) -> (DVec3, f64) {
         let PickedCell { cell, within } = self.distribution.pick(u);
         let [x, z] = self.within(cell).sample(within);
         let [(sin2, cos2), (sin2_below, cos2_below)] =
-            [cell[1], cell[1] + 1].map(|row| self.half_angle(row));
+            [cell[1], cell[1] + 1].map(|row| self.half_angles[row]);
         let half_sin2 = (1.0 - z) * sin2 + z * sin2_below;
         let half_cos2 = (1.0 - z) * cos2 + z * cos2_below;
         let sin = 2.0 * (half_sin2 * half_cos2).sqrt();
         let longitude = (cell[0] as f64 + 0.5 + x) / self.width as f64 * TAU;
-        let local = DVec3::new(
-            longitude.sin() * sin,
-            half_cos2 - half_sin2,
-            -longitude.cos() * sin,
-        );
+        let (east, south) = longitude.sin_cos();
+        let local = DVec3::new(east * sin, half_cos2 - half_sin2, -south * sin);
         let pdf = self.density(cell, [x, z]);
         (self.orientation.to_world(local), pdf)
     }
 
     pub(super) fn pdf(&self, toward: DVec3) -> f64 {
         let place = self.locate(toward);
-        let [above, below] = [place.cell[1], place.cell[1] + 1].map(|row| self.half_angle(row).0);
+        let [above, below] = [place.cell[1], place.cell[1] + 1].map(|row| self.half_angles[row].0);
         let z = ((place.half_sin2 - above) / (below - above)).clamp(0.0, 1.0);
         self.density(place.cell, [place.within[0], z])
     }
 
     /// Density per steradian at a point of a cell, in longitude and cos θ.
     fn density(&self, cell: [usize; 2], within: [f64; 2]) -> f64 {
-        let [above, below] = [cell[1], cell[1] + 1].map(|row| self.half_angle(row).0);
+        let [above, below] = [cell[1], cell[1] + 1].map(|row| self.half_angles[row].0);
         let solid_angle = 2.0 * (below - above) * TAU / self.width as f64;
         self.distribution.probability(cell) * self.within(cell).pdf(within) / solid_angle
-    }
-
-    /// sin² and cos² of half the colatitude of a row of pixels.
-    fn half_angle(&self, row: usize) -> (f64, f64) {
-        let (sin, cos) = (0.5 * PI * row as f64 / (self.height - 1) as f64).sin_cos();
-        (sin * sin, cos * cos)
     }
 }
 

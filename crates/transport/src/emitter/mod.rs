@@ -194,6 +194,28 @@ impl Emitter {
         }
     }
 
+    /// [`Emitter::emitted`] of an end as sampled, summed over the channels, or about that where it is to be had at less cost: to
+    /// choose ends by.
+    pub(crate) fn emitted_roughly(
+        &self,
+        sampled: &EndSample,
+        start: DVec3,
+        direction: DVec3,
+    ) -> f64 {
+        match self {
+            Emitter::Environment(Environment::Image(map)) => map.total() * sampled.pdf,
+            _ => self.emitted(&sampled.end, start, direction).sum(),
+        }
+    }
+
+    /// Whether its ends differ much in what they emit, as an image does.
+    pub(crate) fn is_image(&self) -> bool {
+        matches!(
+            self,
+            Emitter::Environment(Environment::Image(_)) | Emitter::Textured(_)
+        )
+    }
+
     /// The point from which a point-like emitter radiates: distances are sampled around it, since
     /// its light falls off as 1/r².
     pub fn singularity(&self) -> Option<DVec3> {

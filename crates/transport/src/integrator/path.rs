@@ -11,8 +11,8 @@ use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::film::PathFacts;
 use crate::path::{
-    Connection, ConnectionTarget, Edge, End, FoundBranch, NeeSlot, Sampling, Split, Start,
-    TransportMode, Vertex, Weighted, Workspace, environment_end, scatter, trace,
+    Connection, ConnectionTarget, Edge, End, FoundBranch, NeeSlot, Resampling, Sampling, Split,
+    Start, TransportMode, Vertex, Weighted, Workspace, environment_end, scatter, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -358,12 +358,14 @@ impl Tracing<'_> {
         if !edge.connectable {
             return 1.0;
         }
-        let slot = NeeSlot::new(self.scene.emitters()[emitter].class(), vertex);
-        // p_connection = P_E p_a, up to the factor e.
+        let class = self.scene.emitters()[emitter].class();
+        let slot = NeeSlot::new(class, vertex);
+        // p_connection = K P_E p_a, up to the factor e.
+        let samples = Resampling::of(self.scene, class, vertex).samples;
         let chosen = self
             .scene
             .emitter_probability(emitter, &vertex.receiver(self.scene));
-        let by_connection = self.ws.rates.of(slot) * chosen * found.pdf;
+        let by_connection = self.ws.rates.of(slot) * chosen * found.pdf * samples;
         // p_chance: eq. (density along an edge) with the density p_ω of the direction.
         let survival = edge.geometry.survival(sampled.channel_pdf);
         let by_chance = edge.geometry.density(*direction_pdf, found.n) * found.cos * survival;

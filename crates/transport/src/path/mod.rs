@@ -36,6 +36,7 @@ pub use segment::{
 };
 pub(crate) use segment::{Equiangular, surface_at};
 pub use subpath::{Bounds, PathVertex, emit, guess};
+pub(crate) use subpath::{EmitterEnd, EndChoice, Resampling};
 pub(crate) use subpath::{Escape, LightPath, PathEdge, Subpath, scatter, scatter_pdf, sensor_path};
 pub(crate) use walk::{Ending, FollowedRay, SeenSurface, follow, see};
 pub use walk::{Sampling, trace};

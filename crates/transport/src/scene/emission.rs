@@ -23,6 +23,11 @@ impl Scene {
         self.lights.classes()
     }
 
+    /// Whether some emitter of a class is an image.
+    pub(crate) fn has_image(&self, class: Class) -> bool {
+        self.lights.has_image(class)
+    }
+
     /// Chooses an emitter of a class that has some for a receiver to be connected to: its index and the
     /// probability of the choice.
     pub(crate) fn choose_emitter(&self, class: Class, receiver: &Receiver, u: f64) -> (usize, f64) {

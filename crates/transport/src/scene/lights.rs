@@ -11,6 +11,8 @@ use crate::sampling::Discrete;
 pub(super) struct Lights {
     /// In the order of [`Class::ALL`].
     groups: [Group; 3],
+    /// Whether some emitter of the class is an image, in the order of [`Class::ALL`].
+    images: [bool; 3],
     /// For each emitter, its place in its group.
     places: Vec<usize>,
     /// Where light subpaths start.
@@ -32,8 +34,14 @@ impl Lights {
                 places[member.emitter] = place;
             }
         }
+        let has_image = |class: Class| {
+            emitters
+                .clone()
+                .any(|(_, e)| e.class() == class && e.is_image())
+        };
         Lights {
             groups,
+            images: Class::ALL.map(has_image),
             places,
             sources: sources(parts, around),
         }
@@ -43,6 +51,11 @@ impl Lights {
     pub(crate) fn classes(&self) -> impl Iterator<Item = Class> + '_ {
         let present = |class: &Class| !self.groups[*class as usize].members.is_empty();
         Class::ALL.into_iter().filter(present)
+    }
+
+    /// Whether some emitter of a class is an image.
+    pub fn has_image(&self, class: Class) -> bool {
+        self.images[class as usize]
     }
 
     /// An emitter of a class that has some, and the probability of the choice.

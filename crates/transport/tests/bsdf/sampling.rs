@@ -8,6 +8,7 @@ use crate::common::{
 use glam::DVec3;
 use morgana_transport::Spectrum;
 use morgana_transport::bsdf::{Bsdf, fresnel};
+use morgana_transport::sampling::sphere::uniform_sphere_sample;
 use testkit::quadrature::Effort;
 use testkit::{DirectionTable, Family, Mass, Moments, Rng, z_test};
 
@@ -215,4 +216,25 @@ fn check_sample(
         fine && (b.direction.length() - 1.0).abs() < 1e-12,
         "{name} {toward} {u:?}: {b:?}"
     );
+}
+
+/// Ends of connections are chosen by the density alone (docs/theory.md#resampled-ends): no light may be scattered where it is zero.
+#[test]
+fn densities_are_positive_wherever_light_is_scattered() {
+    let mut rng = Rng::new(7);
+    for (name, bsdf, pairs) in spread() {
+        for [outer, inner] in pairs {
+            let s = surface(outer, inner);
+            for _ in 0..2000 {
+                let [u, v, w, t]: [f64; 4] = rng.uniform();
+                let [toward, direction] = [[u, v], [w, t]].map(uniform_sphere_sample);
+                let value = bsdf.eval(&s, toward, direction);
+                let pdf = bsdf.pdf(&s, toward, direction);
+                assert!(
+                    value.is_zero() || pdf > 0.0,
+                    "{name}: {value:?} from {direction} to {toward}"
+                );
+            }
+        }
+    }
 }

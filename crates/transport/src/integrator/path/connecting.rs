@@ -2,22 +2,22 @@
 
 use super::{Light, SampledEdge, Tracing};
 use crate::Spectrum;
-use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
+use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::emitter::Class;
 use crate::path::{
-    Connection, ConnectionTarget, Edge, End, Equiangular, NeeSlot, TransportMode, Vertex, Weighted,
-    lead_in, scatter_pdf,
+    Connection, ConnectionTarget, Edge, EmitterEnd, End, EndChoice, Equiangular, NeeSlot,
+    Resampling, TransportMode, Vertex, Weighted, lead_in, scatter_pdf,
 };
 use crate::sampling::Purpose;
 use crate::scene::{Receiver, Scene};
 
-/// An emitter to which a vertex is to be connected.
-struct ChosenEmitter {
-    index: usize,
-    /// Probability of that choice.
-    probability: f64,
-    /// Random numbers that choose the place on it.
-    place: [f64; 2],
+/// How connections of a kind are made.
+#[derive(Clone, Copy)]
+struct NextEvent {
+    /// Probability q of making one.
+    rate: f64,
+    /// As so many samples MIS weights take one.
+    samples: f64,
 }
 
 impl Tracing<'_> {
@@ -42,19 +42,24 @@ impl Tracing<'_> {
                 continue;
             }
             // Choose an emitter of the class, and the place on it to aim at.
-            let (u, place) = self.sampler.next_end(i);
-            let (index, chosen) = scene.choose_emitter(class, &receiver, u);
-            // Find all branches to that place.
-            let emitter = ChosenEmitter {
-                index,
-                probability: rate * chosen,
-                place,
+            let choice = EndChoice {
+                scene,
+                vertex,
+                receiver: &receiver,
+                class,
+                rate,
             };
-            let light = self.connect(vertex, throughput, &emitter, budget);
+            let (u, place) = self.sampler.next_end(i);
+            let before = self.work();
+            let chosen = choice.sample(u, place, self.sampler, &mut self.ws.stats);
+            self.spent(NeeSlot::new(class, vertex), before);
+            let Some(end) = chosen else { continue };
+            // Find all branches to that place.
+            let light = self.connect(vertex, throughput, &end, rate, budget);
             if !light.is_empty() {
                 // Share them with the equiangular vertex, which could lie at the same place.
-                let share = self.collided(edge, index, chosen);
-                self.connected(light, vertex, edge.length, index, share);
+                let share = self.collided(edge, end.emitter, end.probability);
+                self.connected(light, vertex, edge.length, end.emitter, share);
             }
         }
     }
@@ -110,12 +115,15 @@ impl Tracing<'_> {
         let throughput = sampled.next.throughput * scattering / density;
         // Connect the vertex to the emitter.
         let place = self.sampler.next_2d_for(Purpose::AroundAim);
-        let emitter = ChosenEmitter {
-            index,
-            probability: rate,
-            place,
+        let shape = |object: usize| &scene.objects()[object].shape;
+        let end = EmitterEnd {
+            emitter: index,
+            // It is part of the throughput.
+            probability: 1.0,
+            sampled: scene.emitters()[index].sample_end(scene.around(), shape, place),
+            weight: 1.0,
         };
-        let light = self.connect(&vertex, throughput, &emitter, budget);
+        let light = self.connect(&vertex, throughput, &end, rate, budget);
         if !light.is_empty() {
             let length = edge.optical_length_at(point.length);
             let length = sampled.next.length.and(0, length);
@@ -137,17 +145,18 @@ impl Tracing<'_> {
         &mut self,
         vertex: &Vertex,
         throughput: Spectrum,
-        chosen: &ChosenEmitter,
+        end: &EmitterEnd,
+        rate: f64,
         budget: u32,
     ) -> Weighted<Light> {
-        let (scene, index) = (self.scene, chosen.index);
+        let (scene, index, sampled) = (self.scene, end.emitter, end.sampled);
         let emitter = &scene.emitters()[index];
-        let shape = |object: usize| &scene.objects()[object].shape;
-        // Draw an end with density p_a.
-        let sampled = emitter.sample_end(scene.around(), shape, chosen.place);
-        let density = chosen.probability * sampled.pdf;
+        let next_event = NextEvent {
+            rate,
+            samples: Resampling::of(scene, emitter.class(), vertex).samples,
+        };
         let target = ConnectionTarget::emitter(scene, index, sampled.end);
-        // Sum over the branches: T f̃ e^{−τ} F̄ G × (what is emitted) × weight/(P_E p_a).
+        // Sum over the branches: T f̃ e^{−τ} F̄ G × (what is emitted) × weight/(P_E p_a), times that of the resampling.
         let behind = lead_in(scene, index);
         let before = self.work();
         let light = Connection::each(
@@ -159,7 +168,7 @@ impl Tracing<'_> {
             |connection| {
                 let emitted = emitter.emitted(&sampled.end, connection.origin, connection.emission);
                 let (value, share) = received(
-                    scene, vertex, throughput, connection, emitted, &sampled, density,
+                    scene, vertex, throughput, connection, emitted, end, next_event,
                 );
                 (connection.geometry.events < budget && !value.is_zero()).then_some(Light {
                     value,
@@ -184,16 +193,18 @@ fn along(edge: &Edge) -> Receiver<'static> {
     }
 }
 
-/// What a connection brings to the sensor, for an end of given density, and its share of what all ways to find it bring (docs/theory.md#connection-and-chance).
+/// What a connection to an end brings to the sensor, and its share of what all ways to find it bring (docs/theory.md#connection-and-chance).
 fn received(
     scene: &Scene,
     vertex: &Vertex,
     throughput: Spectrum,
     connection: &Connection,
     emitted: Spectrum,
-    sampled: &EndSample,
-    density: f64,
+    end: &EmitterEnd,
+    next_event: NextEvent,
 ) -> (Spectrum, f64) {
+    let sampled = &end.sampled;
+    let density = next_event.rate * end.probability * sampled.pdf;
     // T f̃ e^{−τ} F̄ × (what is emitted).
     let scattered = throughput * vertex.eval(scene, connection.direction, TransportMode::Radiance);
     let received = scattered * connection.transmittance() * emitted;
@@ -212,16 +223,16 @@ fn received(
             } => normal.dot(connection.emission),
             _ => 1.0,
         };
-        // Balance heuristic of eq. (connection and chance): p_connection = P_E p_a e, p_chance by eq. (density along an edge).
+        // Balance heuristic of eq. (connection and chance): p_connection = K P_E p_a e, p_chance by eq. (density along an edge).
         let pdf = scatter_pdf(scene, vertex, connection.direction);
         let by_chance = connection.geometry.density(pdf, connection.n_end)
             * cos
             * connection.geometry.survival(channel_pdf);
-        let by_connection = density * connection.discovery;
+        let by_connection = density * next_event.samples * connection.discovery;
         by_connection / (by_connection + by_chance)
     };
     (
-        received * (connection.geometry.geometry_term * weight / density),
+        received * (connection.geometry.geometry_term * weight * end.weight / density),
         weight,
     )
 }

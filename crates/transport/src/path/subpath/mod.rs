@@ -1,11 +1,13 @@
 //! Subpaths from the sensor and from emitters, vertex by vertex, and where they begin.
 
 mod builder;
+mod emitter_end;
 mod ends;
 mod guess;
 mod toward_emitters;
 mod vertices;
 
+pub(crate) use emitter_end::{EmitterEnd, EndChoice, Resampling};
 pub use ends::{Bounds, emit};
 pub(crate) use ends::{LightPath, sensor_path};
 pub use guess::guess;

@@ -1,0 +1,231 @@
+//! Ends at emitters to which a vertex is connected: of several candidates one, in proportion to a guess of what it brings
+//! (resampled importance sampling: J. Talbot, D. Cline and P. Egbert, "Importance Resampling for Global Illumination", 2005).
+//!
+//! Theory: docs/theory.md#resampled-ends.
+
+use super::toward_emitters::scatter_pdf;
+use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
+use crate::emitter::Class;
+use crate::path::segment::Vertex;
+use crate::sampling::Sampler;
+use crate::scene::{Receiver, Scene};
+use crate::stats::Stats;
+use smallvec::SmallVec;
+
+/// Candidates are the first one, shifted by multiples of this in the unit square modulo 1 (Roberts' R₂ sequence): each is
+/// uniform, and together they are spread evenly.
+const SHIFT: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+/// Share of the choices that is left to chance where rays bend: a straight line may know nothing of a curved one.
+const EVENLY: f64 = 0.5;
+
+/// From how many candidates an end is chosen, and what it counts for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Resampling {
+    /// Number of candidates, at least one.
+    candidates: usize,
+    /// As so many independent samples MIS weights take them, at least one: fewer than there are candidates where these often
+    /// share a shadow.
+    pub samples: f64,
+}
+
+impl Resampling {
+    const NONE: Self = Resampling {
+        candidates: 1,
+        samples: 1.0,
+    };
+    /// Of emitters on surfaces, from surfaces. Numbers are those with the best efficiency (docs/development/product-sampling.md).
+    const AREA: Self = Resampling {
+        candidates: 4,
+        samples: 4.0,
+    };
+    /// Of environments, from surfaces.
+    const SKY: Self = Resampling {
+        candidates: 2,
+        samples: std::f64::consts::SQRT_2,
+    };
+
+    /// That of connections from a vertex to emitters of a class.
+    pub fn of(scene: &Scene, class: Class, vertex: &Vertex) -> Self {
+        match (class, vertex) {
+            (Class::Area, Vertex::Surface { .. }) => Resampling::AREA,
+            (Class::Sky, Vertex::Surface { .. }) if scene.has_image(class) => Resampling::SKY,
+            _ => Resampling::NONE,
+        }
+    }
+}
+
+/// An end at an emitter to which a vertex is to be connected.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EmitterEnd {
+    /// Index of the emitter.
+    pub emitter: usize,
+    /// Probability with which a candidate is at this emitter.
+    pub probability: f64,
+    /// The place on it, with the density of a candidate there.
+    pub sampled: EndSample,
+    /// What the contribution over that probability and density is to be multiplied by: 1/(M P), for M candidates of which this one
+    /// was chosen with probability P.
+    pub weight: f64,
+}
+
+/// What an end is chosen for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EndChoice<'a> {
+    pub scene: &'a Scene,
+    pub vertex: &'a Vertex,
+    /// The vertex, as the choice of an emitter sees it.
+    pub receiver: &'a Receiver<'a>,
+    pub class: Class,
+    /// Probability that the connection is made.
+    pub rate: f64,
+}
+
+impl EndChoice<'_> {
+    /// An end, by the random numbers `u` and `place`, uniform in [0, 1); `None` if no candidate brings anything.
+    pub fn sample(
+        &self,
+        u: f64,
+        place: [f64; 2],
+        sampler: &mut Sampler,
+        stats: &mut Stats,
+    ) -> Option<EmitterEnd> {
+        let Resampling {
+            candidates,
+            samples,
+        } = Resampling::of(self.scene, self.class, self.vertex);
+        if candidates == 1 {
+            return Some(self.candidate(u, place));
+        }
+        stats.connections.candidates += candidates as u64;
+        let emitter = sampler.next_1d();
+        let candidate = |k: usize| {
+            let shifted = |axis: usize| (place[axis] + k as f64 * SHIFT[axis]).fract();
+            let emitter = (emitter + k as f64 / candidates as f64).fract();
+            self.candidate(emitter, [shifted(0), shifted(1)])
+        };
+        let ends: SmallVec<[EmitterEnd; 4]> = (0..candidates).map(candidate).collect();
+        let guesses: SmallVec<[f64; 4]> = ends.iter().map(|e| self.guess(e, samples)).collect();
+        let evenly = if self.scene.is_straight() {
+            0.0
+        } else {
+            EVENLY
+        };
+        let Chosen { index, probability } = choose(&guesses, evenly, u)?;
+        Some(EmitterEnd {
+            weight: 1.0 / (candidates as f64 * probability),
+            ..ends[index]
+        })
+    }
+
+    /// One end, by random numbers for the emitter and the place on it.
+    fn candidate(&self, u: f64, place: [f64; 2]) -> EmitterEnd {
+        let scene = self.scene;
+        let (emitter, probability) = scene.choose_emitter(self.class, self.receiver, u);
+        let shape = |object: usize| &scene.objects()[object].shape;
+        EmitterEnd {
+            emitter,
+            probability,
+            sampled: scene.emitters()[emitter].sample_end(scene.around(), shape, place),
+            weight: 1.0,
+        }
+    }
+
+    /// What a connection along a straight line to a candidate that counts for so many samples brings, up to a factor, with its MIS
+    /// weight and over the density of the candidate. The density of directions stands for the scattering function.
+    fn guess(&self, end: &EmitterEnd, samples: f64) -> f64 {
+        let (scene, x) = (self.scene, self.vertex.position());
+        let (direction, squared, cos) = match end.sampled.end {
+            ConnectionEnd::Plane { direction, .. } => (-direction, 1.0, 1.0),
+            ConnectionEnd::Point { position, surface } => {
+                let chord = position - x;
+                let squared = chord.length_squared();
+                let direction = chord / squared.sqrt();
+                let cosine = |OnSurface { normal, .. }: OnSurface| -normal.dot(direction);
+                (direction, squared, surface.map_or(1.0, cosine))
+            }
+        };
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        let scattered = scatter_pdf(scene, self.vertex, direction);
+        if scattered <= 0.0 {
+            return 0.0;
+        }
+        let emitter = &scene.emitters()[end.emitter];
+        let emitted = emitter.emitted_roughly(&end.sampled, x, -direction);
+        let by_connection = self.rate * end.probability * end.sampled.pdf * samples;
+        let by_chance = scattered * cos / squared;
+        scattered * emitted / squared / (by_connection + by_chance)
+    }
+}
+
+/// One of several that was chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Chosen {
+    index: usize,
+    /// Probability of the choice, > 0.
+    probability: f64,
+}
+
+/// Chooses in proportion to guesses, which are at least 0, but for a share of the choices that is spread `evenly`; `u` is uniform in
+/// [0, 1). `None` if all guesses are zero and nothing is spread.
+fn choose(guesses: &[f64], evenly: f64, u: f64) -> Option<Chosen> {
+    let total: f64 = guesses.iter().sum();
+    let usable = total > 0.0 && total.is_finite();
+    if !usable && total == 0.0 && evenly == 0.0 {
+        return None;
+    }
+    let even = 1.0 / guesses.len() as f64;
+    let probability = |guess: f64| {
+        if usable {
+            (1.0 - evenly) * guess / total + evenly * even
+        } else {
+            even
+        }
+    };
+    let (mut left, mut chosen) = (u, None);
+    for (index, &guess) in guesses.iter().enumerate() {
+        let probability = probability(guess);
+        if probability > 0.0 {
+            chosen = Some(Chosen { index, probability });
+            if left < probability {
+                break;
+            }
+        }
+        left -= probability;
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fine grid of numbers chooses each as often as its probability says, to the width of the grid, and 1/P has a mean of one
+    /// for each that can be chosen.
+    #[test]
+    fn choices_have_their_probabilities() {
+        let many = 100_000;
+        for (guesses, evenly, expected) in [
+            (&[1.0, 0.0, 3.0][..], 0.0, [0.25, 0.0, 0.75]),
+            (&[0.0, 0.0, 3.0], 0.3, [0.1, 0.1, 0.8]),
+            (&[0.0, 0.0, 0.0], 0.3, [1.0 / 3.0; 3]),
+            (&[1.0, f64::INFINITY, 0.0], 0.0, [1.0 / 3.0; 3]),
+        ] {
+            let mut counts = [0u32; 3];
+            for i in 0..many {
+                let u = (f64::from(i) + 0.5) / f64::from(many);
+                let chosen = choose(guesses, evenly, u).unwrap();
+                assert!((chosen.probability - expected[chosen.index]).abs() < 1e-12);
+                counts[chosen.index] += 1;
+            }
+            for (count, expected) in counts.iter().zip(expected) {
+                assert!((f64::from(*count) / f64::from(many) - expected).abs() < 2e-5);
+            }
+        }
+        assert_eq!(choose(&[0.0; 3], 0.0, 0.5), None);
+        // The last one that can be chosen takes what rounding leaves.
+        let last = choose(&[1.0, 2.0, 0.0], 0.0, 1.0).unwrap();
+        assert_eq!(last.index, 1);
+    }
+}
