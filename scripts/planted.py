@@ -545,15 +545,15 @@ PLANTED = [
     (
         "probability of a connection not in its weight",
         TRANSPORT + "integrator/path.rs",
-        "let by_connection = self.ws.rates.of(slot) * chosen * found.pdf;",
-        "let by_connection = chosen * found.pdf;",
+        "let by_connection = self.ws.rates.of(slot) * chosen * found.pdf * samples;",
+        "let by_connection = chosen * found.pdf * samples;",
         ("morgana-transport", "connections", "any_rate_is_unbiased"),
     ),
     (
         "choice among many lights taken for an even one in the weights of chance",
         TRANSPORT + "integrator/path.rs",
-        "let by_connection = self.ws.rates.of(slot) * chosen * found.pdf;",
-        "let by_connection = self.ws.rates.of(slot) * (chosen * 0.0 + 1.0 / 30.0) * found.pdf;",
+        "let by_connection = self.ws.rates.of(slot) * chosen * found.pdf * samples;",
+        "let by_connection = self.ws.rates.of(slot) * (chosen * 0.0 + 1.0 / 30.0) * found.pdf * samples;",
         ("morgana-transport", "connections", "many_lights"),
     ),
     (
