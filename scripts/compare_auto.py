@@ -40,6 +40,10 @@ DARK = 0.05
 FAR = 5.0
 
 
+class TooShort(Exception):
+    """A render that is over before it has a picture."""
+
+
 class Runs:
     """The renders of a scene by one integrator: images, processor seconds, and what was chosen."""
 
@@ -79,6 +83,8 @@ def renders(args: argparse.Namespace, path: pathlib.Path, defines: dict, integra
             seconds.append(processor_time() - before)
             images.append(np.load(image).astype(float))
             told.append(json.loads(stats.read_text()))
+            if told[-1]["spp"] == 0:
+                raise TooShort(f"{integrator}: no sample of the whole image in {args.time:g} s")
     return Runs(images, seconds, told)
 
 
@@ -131,7 +137,7 @@ def main() -> None:
                 text, ratio = row(args, name, path, defines)
                 ratios.append(ratio)
                 print(text, flush=True)
-            except (subprocess.CalledProcessError, json.JSONDecodeError) as problem:
+            except (subprocess.CalledProcessError, json.JSONDecodeError, TooShort) as problem:
                 text = getattr(problem, "stderr", None) or str(problem)
                 print(f"| {name} | | | | | failed: {' '.join(text.split())[:200]} |", flush=True)
     if ratios:
