@@ -110,7 +110,11 @@ def scenes(args: argparse.Namespace, folder: pathlib.Path):
         yield pathlib.Path(path).stem, pathlib.Path(path), dict(define.split("=", 1) for define in defines)
     if args.random:
         sys.path.append(str(ROOT / "scripts"))
+        import mitsuba
         from random_mitsuba_scenes import Generator
+
+        # Which writes grids.
+        mitsuba.set_variant("scalar_rgb")
     for number in range(args.random):
         place = folder / str(number)
         place.mkdir()

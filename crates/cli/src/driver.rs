@@ -5,6 +5,7 @@ use crate::progress::{self, ProgressGoal};
 use io::Run;
 use io::clock::{Clock, Stopped};
 use rayon::ThreadPool;
+use std::ops::ControlFlow;
 use transport::render::Handle;
 
 /// What drives a run.
@@ -19,8 +20,8 @@ pub struct Driver<'a> {
 }
 
 impl Driver<'_> {
-    /// Chooses the integrator of a run, if that is left open.
-    pub fn choose(&self, run: &mut Run) {
+    /// Chooses the integrator of a run, if that is left open, unless the user has asked to stop.
+    pub fn choose(&self, run: &mut Run) -> ControlFlow<()> {
         let goal = ProgressGoal {
             samples_per_spp: 1,
             spp: None,
@@ -33,6 +34,10 @@ impl Driver<'_> {
             ..*self
         };
         silent.drive(goal, |handle, _| run.choose(handle));
+        if self.interrupt.asked() {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
     }
 
     /// Does `work`, which asks the clock after each pass whether to go on. Returns what it gives, and why it ended early.

@@ -54,6 +54,7 @@ pub struct Kept {
     path: PathBuf,
     every: Duration,
     part: Option<Part>,
+    started: Instant,
     lock: Option<Lock>,
 }
 
@@ -75,6 +76,7 @@ impl Kept {
             part: exists.then(|| Part::read(&path)).transpose()?,
             path,
             every: args.checkpoint_every,
+            started: Instant::now(),
             lock,
         })
     }
@@ -115,7 +117,7 @@ impl Kept {
             every: self.every,
             before: self.part.as_ref().map_or(0.0, |k| k.header.seconds),
             header,
-            started: now,
+            started: self.started,
             last: now,
             complained: false,
             _lock: self.lock,

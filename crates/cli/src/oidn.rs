@@ -57,12 +57,20 @@ impl Oidn {
     pub fn denoise(&self, image: &RgbImage) -> Result<RgbImage, CommandError> {
         let [noisy, denoised] = ["noisy.pfm", "denoised.pfm"].map(|name| self.path(name));
         pfm::write(&noisy, image)?;
+        // What it wrote of another image is none of this one.
+        _ = std::fs::remove_file(&denoised);
         let mut command = Command::new(&self.program);
         command.arg("--hdr").arg(&noisy).args(&self.guides);
         command.arg("-o").arg(&denoised).stdin(Stdio::null());
         let output = command.output().map_err(|e| self.missing(&e))?;
-        if !output.status.success() || !denoised.exists() {
+        if !output.status.success() {
             return Err(self.failed(&output));
+        }
+        if !denoised.exists() {
+            let program = shown(Path::new(&self.program));
+            let message =
+                format!("'{program}' wrote no image: is it {NAME} of Open Image Denoise?");
+            return Err(CommandError::Runtime(message));
         }
         Ok(RgbImage::read_within(&denoised, self.limits)?)
     }

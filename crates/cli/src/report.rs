@@ -127,7 +127,8 @@ impl Report<'_> {
         let film = &self.rendering.film;
         (self.run.renderer.is_light() && film.few_in_all(None)).then(|| {
             let advice = match self.run.renderer {
-                Renderer::Light(Integrator::Path(_)) => {
+                // A pilot has tried the others.
+                Renderer::Light(Integrator::Path(_)) if self.run.reason.is_none() => {
                     "take more samples, or try the integrator bdpt"
                 }
                 _ => "take more samples",

@@ -8,8 +8,8 @@ use std::time::Duration;
 use transport::integrator::Integrator;
 use transport::meter::Meter;
 use transport::render::{
-    Choice, Extent, Handle, MeasureError, MeasureOptions, MeasureState, Measurement, RenderOptions,
-    Rendering, Target, choose, measure, memory, render,
+    Basis, Choice, Extent, Handle, MeasureError, MeasureOptions, MeasureState, Measurement,
+    RenderOptions, Rendering, Target, choose, measure, memory, render,
 };
 use transport::renderer::Renderer;
 
@@ -84,19 +84,42 @@ impl<'a> Run<'a> {
     pub fn choose(&mut self, handle: &Handle) {
         let mut candidates = std::mem::take(&mut self.candidates);
         if self.strategies {
+            // The one that finds more is the one without a pilot.
             candidates.retain(Integrator::splats);
+            candidates.reverse();
         }
         if candidates.is_empty() {
             return;
         }
+        // Shards must choose alike, however long each may take.
+        let time = self.time.filter(|_| self.shard.is_none());
         let extent = Extent {
             samples: self.total,
-            seconds: self.time.map(|time| time.as_secs_f64()),
+            seconds: time.map(|time| time.as_secs_f64()),
         };
         let options = self.options();
         let choice = choose(&self.loaded.groups, &candidates, &options, extent, handle);
         self.renderer = Renderer::Light(choice.integrator);
-        self.reason = Some(reason(&choice, &candidates));
+        self.reason = Some(self.why(&choice));
+    }
+
+    /// Why it was chosen, in words.
+    fn why(&self, choice: &Choice) -> String {
+        match choice.basis {
+            Basis::Single if self.strategies => return "no other has strategies".into(),
+            Basis::Single => return "no other finds as much light".into(),
+            Basis::TooShort => return "the render is too short for a pilot".into(),
+            Basis::Ended => return "the render ended in its pilot".into(),
+            Basis::Pilot => {}
+        }
+        let told = choice.gains().filter(|(_, gain)| !gain.is_nan());
+        let gains: Vec<String> = told
+            .map(|(other, gain)| times(gain, other.name()))
+            .collect();
+        if gains.is_empty() {
+            return "a pilot finds no difference".into();
+        }
+        format!("a pilot finds it {}", gains.join(" and "))
     }
 
     /// Takes over what was chosen for the run that a part is of, if that is left open.
@@ -206,7 +229,8 @@ impl<'a> Run<'a> {
             MeasureState::new(&self.loaded.groups, &meters)?;
             return Ok(());
         }
-        if self.strategies && !self.renderer.splats() {
+        let splats = self.renderer.splats() || self.candidates.iter().any(Integrator::splats);
+        if self.strategies && !splats {
             return Err(Refusal::OneStrategy(self.renderer.name()));
         }
         let is_unlimited = self.target.is_some() && self.total.is_none() && self.time.is_none();
@@ -242,17 +266,13 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Why a pilot has chosen among candidates as it did, in words.
-fn reason(choice: &Choice, candidates: &[Integrator]) -> String {
-    let gains: Vec<String> = choice
-        .gains()
-        .map(|(other, gain)| format!("{gain:.2}× as efficient as {}", other.name()))
-        .collect();
-    match (&gains[..], candidates) {
-        ([], [_]) => "no other finds as much light".into(),
-        ([], _) => "the render is too short for a pilot".into(),
-        _ => format!("by a pilot {}", gains.join(" and ")),
+/// How efficient the chosen integrator is beside another.
+fn times(gain: f64, other: &str) -> String {
+    if gain > 1000.0 {
+        return format!("more than 1000× as efficient as {other}");
     }
+    let digits = usize::from(gain < 10.0);
+    format!("{gain:.digits$}× as efficient as {other}")
 }
 
 impl Loaded {

@@ -2,7 +2,7 @@
 
 use super::measure::measure;
 use crate::args::RenderArgs;
-use crate::command_error::CommandError;
+use crate::command_error::{CommandError, warn};
 use crate::config::ImageFormat;
 use crate::driver::Driver;
 use crate::interrupt::Interrupt;
@@ -59,10 +59,15 @@ pub fn render(args: &RenderArgs) -> Result<ExitCode, CommandError> {
         quiet: args.outputs.quiet,
     };
     let started = Instant::now();
+    run.check(limits)?;
     let kept = kept(args, shard)?;
     match kept.as_ref().and_then(Kept::header) {
         Some(header) => run.choose_as(header),
-        None => driver.choose(&mut run),
+        None if driver.choose(&mut run).is_break() => {
+            warn("interrupted before the first sample: nothing is written");
+            return Ok(interrupt.status());
+        }
+        None => {}
     }
     run.check(limits)?;
     let options = run.options();

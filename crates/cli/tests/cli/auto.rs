@@ -17,7 +17,7 @@ fn folder() -> Folder {
 fn what_was_chosen_and_why_is_said() {
     let folder = folder();
     let said = folder.succeed("render scene.xml --spp 1000 -o a.exr --stats a.json");
-    assert!(said.contains(": by a pilot "), "{said}");
+    assert!(said.contains(": a pilot finds it "), "{said}");
     let stats: serde_json::Value = serde_json::from_slice(&folder.read("a.json")).unwrap();
     let chosen = stats["integrator"].as_str().unwrap();
     assert!(["particle", "bdpt"].contains(&chosen), "{chosen}");
@@ -29,6 +29,12 @@ fn what_was_chosen_and_why_is_said() {
     ));
     folder.succeed("render scene.xml --spp 1000 -o a.npy");
     assert!(folder.read("a.npy") == folder.read("b.npy"));
+    // A sky alone has no noise.
+    let sky = Folder::with_scene("").succeed("render scene.xml --spp 1000 -o a.npy");
+    assert!(
+        sky.contains("integrator path: a pilot finds no difference"),
+        "{sky}"
+    );
     let short = folder.succeed("render scene.xml --spp 1 -o a.npy");
     assert!(
         short.contains("integrator path: the render is too short for a pilot"),
@@ -54,4 +60,19 @@ fn parts_have_the_integrator_of_the_whole() {
     assert!(more.contains("integrator path"), "{more}");
     folder.succeed("render scene.xml --spp 1000 --integrator path -o b.npy");
     assert!(folder.read("a.npy") == folder.read("b.npy"));
+}
+
+/// A small light that reaches the floor only by a mirror: paths from the camera that see nothing of it are not taken for good ones.
+#[test]
+fn light_that_path_hardly_sees_is_not_missed() {
+    let folder = Folder::with_scene(
+        r#"<shape type="rectangle"><transform name="to_world"><scale value="4"/><rotate x="1" angle="-90"/><translate y="-1"/></transform>
+        <bsdf type="diffuse"/></shape>
+        <shape type="rectangle"><transform name="to_world"><scale value="0.002"/><rotate x="1" angle="-90"/><translate y="3"/></transform>
+        <emitter type="area"><rgb name="radiance" value="1e9"/></emitter></shape>
+        <shape type="rectangle"><transform name="to_world"><scale value="20"/><rotate x="1" angle="90"/><translate y="5"/></transform>
+        <bsdf type="conductor"/></shape>"#,
+    );
+    let said = folder.succeed("render scene.xml --spp 1000 -o a.npy");
+    assert!(said.contains("integrator bdpt: a pilot finds it"), "{said}");
 }

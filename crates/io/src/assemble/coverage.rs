@@ -64,12 +64,18 @@ pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProbl
 
 /// The estimators among which a pilot may choose: those of the `known` that find all light of a scene; if none does, the one that finds
 /// the most.
-pub(super) fn complete(scene: &Scene, known: impl Iterator<Item = Integrator>) -> Vec<Integrator> {
+///
+/// With `adaptive` samples, those whose samples belong to single pixels.
+pub(super) fn complete(
+    scene: &Scene,
+    known: impl Iterator<Item = Integrator>,
+    adaptive: bool,
+) -> Vec<Integrator> {
     let mut most = None;
     let mut complete = Vec::new();
     // Nothing connects to a batch of cameras.
-    let is_batch = matches!(scene.sensor(), Sensor::Batch(_));
-    for integrator in known.filter(|i| !is_batch || !i.splats()) {
+    let own_pixels = adaptive || matches!(scene.sensor(), Sensor::Batch(_));
+    for integrator in known.filter(|i| !(own_pixels && i.splats())) {
         if warnings(scene, &integrator).is_empty() {
             complete.push(integrator);
         }

@@ -270,7 +270,11 @@ impl<'a> Children<'a> {
         let scene = Scene::over_period(parts, sensor.samples.instants);
         let scene = scene.map_err(|problems| report.all(&problems)).ok()?;
         let candidates = if method.is_open && instruments.is_empty() {
-            coverage::complete(&scene, method.parameters.candidates())
+            coverage::complete(
+                &scene,
+                method.parameters.candidates(),
+                sensor.samples.adaptive,
+            )
         } else {
             Vec::new()
         };

@@ -335,7 +335,7 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     }
     bdpt.max_depth = u32::try_from(max_depth).ok();
     bdpt.rr_depth = rr_depth as u32;
-    if kind == Kind::Bdpt {
+    if matches!(kind, Kind::Bdpt | Kind::Auto) {
         let heuristics = [Heuristic::Balance, Heuristic::Power];
         bdpt.heuristic = heuristics[query.one_of("heuristic", &["balance", "power"])];
         let connections = [Connections::Resampled, Connections::All];

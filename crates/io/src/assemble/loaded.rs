@@ -143,7 +143,8 @@ impl Loaded {
         }
         let mut candidates = Vec::new();
         if kind == Kind::Auto {
-            candidates = coverage::complete(self.scene(), self.estimators.candidates());
+            candidates =
+                coverage::complete(self.scene(), self.estimators.candidates(), self.adaptive);
             renderer = candidates.first().map_or(renderer, |i| Renderer::Light(*i));
         }
         let problems = renderer

@@ -95,7 +95,7 @@ pub(super) const PLUGINS: &[Plugin] = &[
     plugin(
         "auto",
         "Path, particle or bidirectional path tracing, whichever a pilot finds best.",
-        &[DEPTH, COMMON],
+        &[DEPTH, COMMON, BDPT],
         &[],
     ),
     plugin(

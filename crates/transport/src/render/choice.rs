@@ -24,11 +24,11 @@ const WORK_PER_SECOND: f64 = 1.5e7;
 /// The pilot's share of the work of a render, or of its time.
 const SHARE: f64 = 0.1;
 /// Pairs of samples that tell what one costs.
-const FIRST_PAIRS: usize = 16;
+const FIRST_PAIRS: usize = 4;
 /// No more pairs than these are ever taken of one candidate.
 const MOST_PAIRS: usize = 1 << 17;
-/// Fewer pairs tell nothing: without them the first candidate is chosen.
-const LEAST_PAIRS: usize = 64;
+/// Fewer pairs tell nothing of a candidate.
+const LEAST_PAIRS: usize = 16;
 /// About what a sample takes, as long as that is not known.
 const USUAL_WORK: f64 = 100.0;
 /// What a candidate finds out before its first sample is this share of its pilot.
@@ -47,6 +47,10 @@ const PAIRS_PER_CELL: usize = 8;
 const PRIOR: f64 = 32.0;
 /// Errors are relative to the brightness of a pixel plus this share of the image's.
 const DARK: f64 = 0.05;
+/// Variances below this share of the square of the brightest mean are no surer.
+const SURE: f64 = 1e-6;
+/// Light that others see is missing if it is beyond so many standard errors.
+const MISSING: f64 = 3.0;
 /// Others must be better than the first candidate by this factor: pilots err.
 const BETTER: f64 = 0.9;
 
@@ -79,12 +83,27 @@ impl Candidate {
     }
 }
 
+/// What a choice rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Basis {
+    /// There is one candidate only.
+    Single,
+    /// The render is too short for a pilot: it is the first candidate.
+    TooShort,
+    /// The handle ended the pilot: it is the first candidate.
+    Ended,
+    /// A pilot.
+    Pilot,
+}
+
 /// The estimator that was chosen, and from what.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// The one that was chosen.
     pub integrator: Integrator,
-    /// All candidates, as far as a pilot has seen them: none if the render is too short for a pilot.
+    /// What the choice rests on.
+    pub basis: Basis,
+    /// The candidates that a pilot has seen; none without one.
     pub candidates: Vec<Candidate>,
 }
 
@@ -108,15 +127,20 @@ pub fn choose(
     extent: Extent,
     handle: &Handle,
 ) -> Choice {
-    let mut choice = Choice {
+    let first = |basis| Choice {
         integrator: candidates[0],
+        basis,
         candidates: Vec::new(),
     };
-    // All groups of channels are alike: the first speaks for the others.
-    let (scene, film) = (&scenes[..1], scenes[0].film());
+    if candidates.len() < 2 {
+        return first(Basis::Single);
+    }
+    // Groups of channels are alike but for spectra and indices: the one with the most light speaks for all.
+    let group = brightest(scenes);
+    let (scene, film) = (&scenes[group..=group], scenes[group].film());
     let budget = Budget::new(extent, film, candidates.len());
-    if candidates.len() < 2 || budget.samples < (2 * LEAST_PAIRS) as f64 {
-        return choice;
+    if budget.samples < (2 * LEAST_PAIRS) as f64 {
+        return first(Basis::TooShort);
     }
     let preparation = PREPARATION * budget.work(USUAL_WORK);
     let sources = candidates.iter().map(|integrator| {
@@ -125,15 +149,15 @@ pub fn choose(
             ..*options
         };
         let mut prepared = prepare(scene, &options, Some(preparation), handle);
-        Source::new(&scene[0], 0, &options, prepared.remove(0), handle)
+        Source::new(&scene[0], group, &options, prepared.remove(0), handle)
     });
     let sources: Vec<Source> = sources.collect();
     let lights = sources.iter().zip(candidates);
     let lights: Vec<LightSamples> = lights.map(|(source, i)| source.light(*i)).collect();
-    let first = lights
+    let few = lights
         .iter()
         .map(|light| PilotSums::take(light, 0..FIRST_PAIRS));
-    let mut sums: Vec<PilotSums> = first.collect();
+    let mut sums: Vec<PilotSums> = few.collect();
     let works = sums.iter().map(PilotSums::work_per_sample);
     let most = budget.work(works.fold(f64::INFINITY, f64::min));
     for (sum, light) in sums.iter_mut().zip(&lights) {
@@ -141,20 +165,43 @@ pub fn choose(
         *sum += PilotSums::take(light, FIRST_PAIRS..pairs.clamp(FIRST_PAIRS, MOST_PAIRS));
     }
     if handle.stop().is_raised() {
-        return choice;
+        return first(Basis::Ended);
+    }
+    // Those whose samples take too long for a judgement are out.
+    let judged = candidates.iter().zip(sums);
+    let judged = judged.filter(|(_, sum)| sum.pairs() >= LEAST_PAIRS as f64);
+    let (integrators, sums): (Vec<Integrator>, Vec<PilotSums>) = judged.unzip();
+    if sums.is_empty() {
+        return first(Basis::TooShort);
     }
     let told = sums.iter().zip(relative_variances(&sums, film));
     let told = told
-        .zip(candidates)
+        .zip(integrators)
         .map(|((sum, variance), integrator)| Candidate {
-            integrator: *integrator,
+            integrator,
             relative_variance: variance,
             work: sum.work_per_sample(),
             samples: sum.paths as u64,
         });
-    choice.candidates = told.collect();
-    choice.integrator = best(&choice.candidates);
-    choice
+    let told: Vec<Candidate> = told.collect();
+    Choice {
+        integrator: best(&told, candidates[0]),
+        basis: Basis::Pilot,
+        candidates: told,
+    }
+}
+
+/// The group of channels in which emitters have the most power.
+fn brightest(scenes: &[Scene]) -> usize {
+    let power = |group: &usize| -> f64 {
+        let scene = &scenes[*group];
+        let powers = scene.powers(scene.film().channels_of(*group));
+        powers.map(|power| power.sum()).sum()
+    };
+    let groups = (0..scenes.len()).rev();
+    groups
+        .max_by(|a, b| power(a).total_cmp(&power(b)))
+        .unwrap_or(0)
 }
 
 /// What the pilot of a candidate may take.
@@ -184,15 +231,19 @@ impl Budget {
     }
 }
 
-/// The candidate with the least relative variance × work: the first one unless another is clearly better.
-fn best(candidates: &[Candidate]) -> Integrator {
-    let rated = candidates.iter().enumerate().map(|(i, candidate)| {
-        let handicap = if i == 0 { BETTER } else { 1.0 };
+/// The candidate with the least relative variance × work: the `first` one unless another is clearly better.
+fn best(candidates: &[Candidate], first: Integrator) -> Integrator {
+    let rated = candidates.iter().map(|candidate| {
+        let handicap = if candidate.integrator == first {
+            BETTER
+        } else {
+            1.0
+        };
         (candidate.integrator, handicap * candidate.inefficiency())
     });
     let sound = rated.filter(|(_, inefficiency)| inefficiency.is_finite());
     let best = sound.min_by(|a, b| a.1.total_cmp(&b.1));
-    best.map_or(candidates[0].integrator, |(integrator, _)| integrator)
+    best.map_or(first, |(integrator, _)| integrator)
 }
 
 /// What the samples of a tile, or of a cell of several, add up to. Values are sums over channels.
@@ -356,8 +407,8 @@ impl PilotSums {
     ///
     /// There are as many paths in a sample of the image as there are pixels, P. A pixel to which a path contributes c, mostly
     /// nothing, has the brightness P⟨c⟩ and the variance P⟨c²⟩ − P⟨c⟩², of which the last is small.
-    fn look(&self, cell: &Tile, share: f64) -> Option<Look> {
-        (cell.pairs > 0.0).then(|| Look {
+    fn estimate(&self, cell: &Tile, share: f64) -> Option<CellEstimate> {
+        (cell.pairs > 0.0).then(|| CellEstimate {
             brightness: cell.own / (2.0 * cell.pairs) + cell.splats / (share * self.paths),
             variance: self.together * cell.scatter / (2.0 * cell.pairs)
                 + cell.squares / (share * self.paths),
@@ -368,7 +419,7 @@ impl PilotSums {
 
 /// What a candidate says of a cell.
 #[derive(Clone, Copy, Debug)]
-struct Look {
+struct CellEstimate {
     brightness: f64,
     variance: f64,
     samples: f64,
@@ -415,21 +466,21 @@ fn relative_variances(sums: &[PilotSums], film: &FilmSpec) -> Vec<f64> {
         let [column, row] = [i % SIDE, i / SIDE].map(|place| place * side / SIDE);
         shares[row * side + column] += count / (film.width * film.height) as f64;
     }
-    let whole: Vec<Look> = sums
+    let whole: Vec<CellEstimate> = sums
         .iter()
-        .filter_map(|sum| sum.look(&sum.cells(1)[0], 1.0))
+        .filter_map(|sum| sum.estimate(&sum.cells(1)[0], 1.0))
         .collect();
     let cells: Vec<Vec<Tile>> = sums.iter().map(|sum| sum.cells(side)).collect();
-    let mean = surest(&whole, &whole);
-    let mut variances = vec![0.0; sums.len()];
+    let mean = pooled_brightness(&whole, &whole);
+    let mut variances = missing(&whole, mean);
     let shown = shares.into_iter().enumerate();
     for (i, share) in shown.filter(|(_, share)| *share > 0.0) {
-        let looks: Vec<Look> = (0..sums.len())
-            .map(|k| sums[k].look(&cells[k][i], share).unwrap_or(whole[k]))
+        let estimates: Vec<CellEstimate> = (0..sums.len())
+            .map(|k| sums[k].estimate(&cells[k][i], share).unwrap_or(whole[k]))
             .collect();
-        let scale = surest(&looks, &whole).powi(2) + (DARK * mean).powi(2);
-        for (variance, look) in variances.iter_mut().zip(&looks) {
-            *variance += share * look.variance / scale;
+        let scale = pooled_brightness(&estimates, &whole).powi(2) + (DARK * mean).powi(2);
+        for (variance, estimate) in variances.iter_mut().zip(&estimates) {
+            *variance += share * estimate.variance / scale;
         }
     }
     variances
@@ -437,20 +488,44 @@ fn relative_variances(sums: &[PilotSums], film: &FilmSpec) -> Vec<f64> {
 
 /// The brightness that is most likely by what all candidates say of a cell, given what they say of the whole image: few samples that
 /// happen to be alike are not sure.
-fn surest(looks: &[Look], whole: &[Look]) -> f64 {
-    let weighted = looks.iter().zip(whole).map(|(look, whole)| {
-        let variance =
-            (look.samples * look.variance + PRIOR * whole.variance) / (look.samples + PRIOR);
-        let weight = look.samples / (variance + f64::MIN_POSITIVE);
-        (weight, weight * look.brightness)
+fn pooled_brightness(estimates: &[CellEstimate], whole: &[CellEstimate]) -> f64 {
+    let brightest = whole.iter().map(|w| w.brightness).fold(0.0, f64::max);
+    let floor = SURE * brightest * brightest + f64::MIN_POSITIVE.sqrt();
+    let weighted = estimates.iter().zip(whole).map(|(estimate, whole)| {
+        let known = estimate.samples * estimate.variance + PRIOR * whole.variance;
+        let variance = known / (estimate.samples + PRIOR) + floor;
+        let weight = estimate.samples / variance;
+        (weight, weight * estimate.brightness)
     });
     let (weights, sum) = weighted.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
     if weights > 0.0 { sum / weights } else { 0.0 }
 }
 
+/// The relative variance by light that a candidate has hardly seen, and others have. It must come in fewer than one of its n samples: Δ of the
+/// image's brightness then has a variance of nΔ² or more.
+fn missing(whole: &[CellEstimate], mean: f64) -> Vec<f64> {
+    let bound = |sign: f64| {
+        move |estimate: &CellEstimate| {
+            let error = (estimate.variance / estimate.samples).sqrt();
+            estimate.brightness + sign * MISSING * error
+        }
+    };
+    let seen = whole.iter().map(bound(-1.0)).fold(0.0, f64::max);
+    let missed = whole.iter().map(|estimate| {
+        let missed = (seen - bound(1.0)(estimate)).max(0.0);
+        estimate.samples * missed * missed / (mean * mean + f64::MIN_POSITIVE)
+    });
+    missed.collect()
+}
+
 /// Pixels in each tile.
 fn pixels_of_tiles(film: &FilmSpec) -> Vec<f64> {
-    let mut counts = vec![0.0; SIDE * SIDE];
-    (0..film.width * film.height).for_each(|pixel| counts[tile_of(pixel, film)] += 1.0);
-    counts
+    let count = |size: usize| {
+        let mut counts = [0.0; SIDE];
+        (0..size).for_each(|place| counts[place * SIDE / size] += 1.0);
+        counts
+    };
+    let (columns, rows) = (count(film.width), count(film.height));
+    let tiles = rows.iter().flat_map(|r| columns.iter().map(move |c| r * c));
+    tiles.collect()
 }

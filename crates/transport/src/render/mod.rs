@@ -23,7 +23,7 @@ mod target;
 pub use allocation::ADAPTIVE_FROM;
 pub use aov::Quantities;
 pub use bias::Debiased;
-pub use choice::{Candidate, Choice, Extent, choose};
+pub use choice::{Basis, Candidate, Choice, Extent, choose};
 pub use handle::Handle;
 pub use measure::{MeasureError, MeasureOptions, MeasureState, Measurement, measure};
 pub use memory::memory;
@@ -236,7 +236,7 @@ fn prepare(
                 prepared.radius = photons::first_radius(&source, &mapping);
             }
             Renderer::Light(integrator @ Integrator::Bdpt(_)) => {
-                prepared = strategy_pilot::prepared(&source.light(integrator));
+                prepared = strategy_pilot::prepared(&source.light(integrator), scenes.len());
             }
             Renderer::Light(integrator) => prepared = pilot::prepared(&source.light(integrator)),
         }

@@ -13,6 +13,8 @@ use crate::path::{StrategyFind, StrategyKind, StrategySample, StrategyTraining, 
 
 /// Pixels of the pilot, spread over the image, of which each has two samples.
 const PIXELS: usize = 512;
+/// No fewer than these, where many groups of channels share them.
+const LEAST_PIXELS: usize = 64;
 /// Numbers of the pilot's samples start here, where no render gets to.
 const FIRST: u64 = 1 << 63;
 /// Cells of the image along either side, of which the brightness is told.
@@ -22,14 +24,14 @@ const PRIOR: f64 = 4.0;
 /// Errors are relative to the brightness of a cell plus this share of the image's.
 const DARK: f64 = 0.05;
 
-/// With the probabilities of strategies and that with which to search for further branches.
-pub(super) fn prepared(light: &LightSamples) -> Prepared {
+/// With the probabilities of strategies, of one of so many groups of channels, and that with which to search for further branches.
+pub(super) fn prepared(light: &LightSamples, groups: usize) -> Prepared {
     let mut ws = light.source.workspace();
     let mut finds = Finds::default();
     let film = light.source.scene.film();
     let pixels = film.width * film.height;
     let mut found = Vec::new();
-    for i in 0..PIXELS {
+    for i in 0..(PIXELS / groups).max(LEAST_PIXELS) {
         if i > 0 && ws.stats().cost() >= light.source.pilot_work {
             break;
         }

@@ -128,7 +128,8 @@ pub struct StrategySample {
 /// What a pilot with all strategies tells about fewer of them.
 ///
 /// Let F be what a path is worth and Dₖ the density with which strategies of kind k sample it. Used with probabilities q, each brings
-/// F/ΣqₖDₖ = X/Σqₖsₖ, where X = F/ΣDₖ is what the pilot found and sₖ = Dₖ/ΣDₖ are the kinds' shares.
+/// F/ΣqₖDₖ = X/Σqₖsₖ, where X = F/ΣDₖ is what the pilot found and sₖ = Dₖ/ΣDₖ are the kinds' shares. This holds for the balance heuristic;
+/// for the power heuristic the rates are a guess, which is unbiased as well.
 #[derive(Clone, Debug, Default)]
 pub struct StrategyTraining {
     /// Pairs of samples of a pixel, and what the square of its error counts.
