@@ -8,8 +8,8 @@ use std::time::Duration;
 use transport::integrator::Integrator;
 use transport::meter::Meter;
 use transport::render::{
-    Basis, Choice, Extent, Handle, MeasureError, MeasureOptions, MeasureState, Measurement,
-    RenderOptions, Rendering, Target, choose, measure, memory, render,
+    Basis, Candidate, Choice, Extent, Handle, MeasureError, MeasureOptions, MeasureState,
+    Measurement, RenderOptions, Rendering, Target, choose, measure, memory, render,
 };
 use transport::renderer::Renderer;
 
@@ -112,12 +112,15 @@ impl<'a> Run<'a> {
             Basis::Ended => return "the render ended in its pilot".into(),
             Basis::Pilot => {}
         }
-        let told = choice.gains().filter(|(_, gain)| !gain.is_nan());
-        let gains: Vec<String> = told
+        if choice.candidates.iter().all(Candidate::is_noiseless) {
+            return "a pilot finds no noise".into();
+        }
+        let gains = choice.gains();
+        let gains: Vec<String> = gains
             .map(|(other, gain)| times(gain, other.name()))
             .collect();
         if gains.is_empty() {
-            return "a pilot finds no difference".into();
+            return "samples of others take too long".into();
         }
         format!("a pilot finds it {}", gains.join(" and "))
     }

@@ -190,7 +190,7 @@ fn short_renders_have_short_pilots() {
         };
         chosen(&scene, 1, extent)
     };
-    let short = of(8);
+    let short = of(2);
     assert!(short.candidates.is_empty());
     assert_eq!(short.integrator, candidates()[0]);
     let work = |choice: &Choice| -> f64 {

@@ -32,7 +32,7 @@ fn what_was_chosen_and_why_is_said() {
     // A sky alone has no noise.
     let sky = Folder::with_scene("").succeed("render scene.xml --spp 1000 -o a.npy");
     assert!(
-        sky.contains("integrator path: a pilot finds no difference"),
+        sky.contains("integrator path: a pilot finds no noise"),
         "{sky}"
     );
     let short = folder.succeed("render scene.xml --spp 1 -o a.npy");

@@ -22,7 +22,9 @@ fn time_ends_a_render() {
     let image = exr::read(&folder.path("a.exr")).unwrap();
     assert_eq!(image.attribute("spp"), Some(spp.to_string().as_str()));
     // What was rendered is what a render of just as many samples gives.
-    folder.succeed(&format!("render scene.xml --spp {spp} -o b.exr"));
+    folder.succeed(&format!(
+        "render scene.xml --integrator path --spp {spp} -o b.exr"
+    ));
     let again = exr::read(&folder.path("b.exr")).unwrap();
     assert_eq!(image.layers, again.layers);
 }
@@ -37,7 +39,7 @@ fn samples_bound_a_render_that_has_time() {
 #[test]
 fn a_target_ends_a_render() {
     let folder = Folder::with_fog();
-    let target = "--target-error 0.004 --stats s.json -o a.exr";
+    let target = "--integrator path --target-error 0.004 --stats s.json -o a.exr";
     let line = folder.succeed(&format!("render scene.xml {target}"));
     assert!(
         line.contains("target reached: slight bias by stopping"),
@@ -56,10 +58,12 @@ fn a_target_ends_a_render() {
     let image = exr::read(&folder.path("a.exr")).unwrap();
     assert_eq!(
         image.attribute("options"),
-        Some("--seed 0 --target-error 0.004")
+        Some("--seed 0 --target-error 0.004 --integrator path")
     );
     let spp = stats["spp"].as_u64().unwrap();
-    folder.succeed(&format!("render scene.xml --spp {spp} -o b.exr"));
+    folder.succeed(&format!(
+        "render scene.xml --integrator path --spp {spp} -o b.exr"
+    ));
     assert_eq!(
         image.layers,
         exr::read(&folder.path("b.exr")).unwrap().layers
@@ -164,10 +168,12 @@ mod interruption {
     use crate::support::program;
     use std::process::{Child, Command, Stdio};
 
-    fn start(folder: &Folder) -> Child {
+    fn start(folder: &Folder, integrator: &str) -> Child {
+        let options = "--spp 100000000 --threads 1 -o a.exr --stats s.json";
+        let line = format!("render scene.xml --integrator {integrator} {options}");
         let child = Command::new(program())
             .current_dir(folder.path("."))
-            .args("render scene.xml --spp 100000000 --threads 1 -o a.exr --stats s.json".split(' '))
+            .args(line.split(' '))
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -187,7 +193,7 @@ mod interruption {
     #[test]
     fn ends_samples_that_take_minutes() {
         let folder = unlimited("");
-        let (child, started) = (start(&folder), Instant::now());
+        let (child, started) = (start(&folder, "path"), Instant::now());
         interrupt(&child);
         let output = child.wait_with_output().unwrap();
         assert!(started.elapsed() < PATIENCE, "{:?}", started.elapsed());
@@ -200,10 +206,27 @@ mod interruption {
         assert_eq!(folder.json("s.json")["spp"], 0);
     }
 
+    /// Within the pilot that chooses the integrator: nothing is begun, so that nothing is to go on with.
+    #[test]
+    fn ends_pilots() {
+        let folder = unlimited("");
+        let (child, started) = (start(&folder, "auto"), Instant::now());
+        interrupt(&child);
+        let output = child.wait_with_output().unwrap();
+        assert!(started.elapsed() < PATIENCE, "{:?}", started.elapsed());
+        assert_eq!(output.status.code(), Some(130));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            said.contains("interrupted before the first sample"),
+            "{said}"
+        );
+        assert_eq!(folder.files(), ["scene.xml"]);
+    }
+
     #[test]
     fn writes_what_there_is() {
         let folder = Folder::with_fog();
-        let child = start(&folder);
+        let child = start(&folder, "path");
         interrupt(&child);
         let output = child.wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(130));

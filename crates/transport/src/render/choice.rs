@@ -49,6 +49,8 @@ const PRIOR: f64 = 32.0;
 const DARK: f64 = 0.05;
 /// Variances below this share of the square of the brightest mean are no surer.
 const SURE: f64 = 1e-6;
+/// Relative variances below this are those of rounding.
+const NOISELESS: f64 = 1e-12;
 /// Light that others see is missing if it is beyond so many standard errors.
 const MISSING: f64 = 3.0;
 /// Others must be better than the first candidate by this factor: pilots err.
@@ -77,6 +79,11 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// Whether its samples are alike but for rounding.
+    pub fn is_noiseless(&self) -> bool {
+        self.relative_variance <= NOISELESS
+    }
+
     /// Relative variance × work: the less, the better.
     pub fn inefficiency(&self) -> f64 {
         self.relative_variance * self.work
@@ -179,7 +186,7 @@ pub fn choose(
         .zip(integrators)
         .map(|((sum, variance), integrator)| Candidate {
             integrator,
-            relative_variance: variance,
+            relative_variance: variance.max(NOISELESS),
             work: sum.work_per_sample(),
             samples: sum.paths as u64,
         });
