@@ -113,7 +113,7 @@ PLANTED = [
     ),
     (
         "light that arrives in other pixels left out of the choice of the integrator",
-        TRANSPORT + "render/choice.rs",
+        TRANSPORT + "render/candidate_pilot.rs",
         "cell.squares / (share * self.paths)",
         "0.0 * cell.squares / (share * self.paths)",
         ("morgana-transport", "choice", "pilots_foretell_variances"),

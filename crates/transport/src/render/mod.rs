@@ -3,6 +3,7 @@
 mod allocation;
 mod aov;
 mod bias;
+mod candidate_pilot;
 mod choice;
 mod handle;
 mod measure;

@@ -1,0 +1,313 @@
+//! What the pilot of a candidate sees of a picture: brightness and variance, tile by tile (docs/theory.md#choice-of-the-estimator).
+
+use super::source::{LightSamples, finite};
+use super::splats::splat;
+use crate::Spectrum;
+use crate::integrator::Contribution;
+use crate::scene::FilmSpec;
+use rayon::prelude::*;
+use std::ops::{AddAssign, Range};
+
+/// Numbers of the pilot's samples start here, where neither a render nor another pilot gets to.
+const FIRST: u64 = 3 << 62;
+/// Samples of a replicate that are taken together. More than eight of one would leave few pairs.
+const TOGETHER: u64 = 8;
+/// Units of work of a pilot: enough to keep threads busy.
+const TASKS: usize = 32;
+/// Tiles of the image along either side, whose samples are added up.
+const SIDE: usize = 32;
+/// So many pairs, on average, tell the brightness of a cell.
+const PAIRS_PER_CELL: usize = 8;
+/// The variance of a cell is known as if so many samples had that of the image.
+const PRIOR: f64 = 32.0;
+/// Errors are relative to the brightness of a pixel plus this share of the image's.
+const DARK: f64 = 0.05;
+/// Variances below this share of the square of the brightest mean are no surer.
+const SURE: f64 = 1e-6;
+/// Light that others see is missing if it is beyond so many standard errors.
+const MISSING: f64 = 3.0;
+
+/// What the samples of a tile, or of a cell of several, add up to. Values are sums over channels.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tile {
+    /// Pairs of samples of its pixels.
+    pairs: f64,
+    /// Sum of these samples, and sum of the squares of the differences within pairs.
+    own: f64,
+    scatter: f64,
+    /// Sum of contributions to its pixels that come from any sample, and of the squares of those of one path to one pixel.
+    splats: f64,
+    squares: f64,
+}
+
+impl AddAssign for Tile {
+    fn add_assign(&mut self, o: Tile) {
+        self.pairs += o.pairs;
+        self.own += o.own;
+        self.scatter += o.scatter;
+        self.splats += o.splats;
+        self.squares += o.squares;
+    }
+}
+
+/// What a pilot of one candidate has seen.
+#[derive(Clone, Debug)]
+pub(super) struct PilotSums {
+    tiles: Vec<Tile>,
+    /// Samples of pixels, and those of which each sample of a pair is the mean.
+    pub paths: f64,
+    together: f64,
+    /// Work of all of them.
+    pub work: f64,
+}
+
+impl AddAssign for PilotSums {
+    fn add_assign(&mut self, o: PilotSums) {
+        self.tiles
+            .iter_mut()
+            .zip(o.tiles)
+            .for_each(|(tile, other)| *tile += other);
+        self.paths += o.paths;
+        self.work += o.work;
+    }
+}
+
+impl PilotSums {
+    fn nothing(together: u64) -> Self {
+        PilotSums {
+            tiles: vec![Tile::default(); SIDE * SIDE],
+            paths: 0.0,
+            together: together as f64,
+            work: 0.0,
+        }
+    }
+
+    /// Takes some of the pairs of a pilot.
+    pub fn take(light: &LightSamples, pairs: Range<usize>) -> Self {
+        let size = pairs.len().div_ceil(TASKS).max(1);
+        let tasks: Vec<PilotSums> = (0..pairs.len().div_ceil(size))
+            .into_par_iter()
+            .with_max_len(1)
+            .map(|task| {
+                let first = pairs.start + task * size;
+                PilotSums::task(light, first..pairs.end.min(first + size))
+            })
+            .collect();
+        let nothing = PilotSums::nothing(together(light));
+        tasks.into_iter().fold(nothing, |mut sum, task| {
+            sum += task;
+            sum
+        })
+    }
+
+    fn task(light: &LightSamples, pairs: Range<usize>) -> Self {
+        let film = light.source.scene.film();
+        let pixels = film.width * film.height;
+        let together = together(light);
+        let mut sums = PilotSums::nothing(together);
+        let mut ws = light.source.workspace();
+        let mut found = Vec::new();
+        let mut splats = Vec::new();
+        for i in pairs {
+            if light.source.is_stopped() {
+                break;
+            }
+            // Multiples of the golden ratio spread evenly.
+            let place = (0.618_033_988_749_894_9 * i as f64).fract();
+            let pixel = ((place * pixels as f64) as usize).min(pixels - 1);
+            let means = [0, 1].map(|k| {
+                // Each in a replicate of its own, for samples of one replicate are not independent; at all instants of a period in turn.
+                let unit = light
+                    .source
+                    .scene
+                    .whole_periods(1)
+                    .next_multiple_of(together);
+                let place = i as u64 % (unit / together) * together;
+                let first = FIRST.next_multiple_of(unit) + unit * (2 * i as u64 + k) + place;
+                let mut sum = 0.0;
+                for sample in first..first + together {
+                    light.take(pixel, sample, &mut ws, &mut found);
+                    sum += own(&found);
+                    sums.splat(light, pixel, &mut splats, &found);
+                    found.clear();
+                }
+                sum / together as f64
+            });
+            let tile = &mut sums.tiles[tile_of(pixel, film)];
+            tile.pairs += 1.0;
+            tile.own += means[0] + means[1];
+            tile.scatter += (means[0] - means[1]).powi(2);
+            sums.paths += (2 * together) as f64;
+        }
+        sums.work = ws.stats().cost();
+        sums
+    }
+
+    /// Adds what a path contributes to other pixels than its own.
+    fn splat(
+        &mut self,
+        light: &LightSamples,
+        own: usize,
+        splats: &mut Vec<(usize, f64)>,
+        found: &[Contribution],
+    ) {
+        splats.clear();
+        for contribution in found.iter().filter(|c| c.image.is_some()) {
+            let value = brightness(contribution.weighted());
+            splat(light.source, own, contribution, |pixel, filter| {
+                splats.push((pixel, value * filter))
+            });
+        }
+        splats.sort_by_key(|(pixel, _)| *pixel);
+        for same in splats.chunk_by(|a, b| a.0 == b.0) {
+            let value: f64 = same.iter().map(|(_, value)| value).sum();
+            let tile = &mut self.tiles[tile_of(same[0].0, light.source.scene.film())];
+            tile.splats += value;
+            tile.squares += value * value;
+        }
+    }
+
+    pub fn work_per_sample(&self) -> f64 {
+        self.work / self.paths
+    }
+
+    /// What the tiles of each cell add up to, of `side` cells along either side.
+    fn cells(&self, side: usize) -> Vec<Tile> {
+        let mut cells = vec![Tile::default(); side * side];
+        for (i, tile) in self.tiles.iter().enumerate() {
+            let [column, row] = [i % SIDE, i / SIDE].map(|place| place * side / SIDE);
+            cells[row * side + column] += *tile;
+        }
+        cells
+    }
+
+    pub fn pairs(&self) -> f64 {
+        self.tiles.iter().map(|tile| tile.pairs).sum()
+    }
+
+    /// Brightness of a cell that is a share of the image, and the mean variance of a sample of its pixels.
+    ///
+    /// There are as many paths in a sample of the image as there are pixels, P. A pixel to which a path contributes c, mostly
+    /// nothing, has the brightness P⟨c⟩ and the variance P⟨c²⟩ − P⟨c⟩², of which the last is small.
+    fn estimate(&self, cell: &Tile, share: f64) -> Option<CellEstimate> {
+        (cell.pairs > 0.0).then(|| CellEstimate {
+            brightness: cell.own / (2.0 * cell.pairs) + cell.splats / (share * self.paths),
+            variance: self.together * cell.scatter / (2.0 * cell.pairs)
+                + cell.squares / (share * self.paths),
+            samples: 2.0 * self.together * cell.pairs,
+        })
+    }
+}
+
+/// What a candidate says of a cell.
+#[derive(Clone, Copy, Debug)]
+struct CellEstimate {
+    brightness: f64,
+    variance: f64,
+    samples: f64,
+}
+
+/// Samples of a replicate that are taken together.
+fn together(light: &LightSamples) -> u64 {
+    light.source.replicates.size().min(TOGETHER)
+}
+
+fn brightness(value: Spectrum) -> f64 {
+    finite(value, &mut 0).sum()
+}
+
+/// What contributions bring to the pixel of their own sample.
+fn own(found: &[Contribution]) -> f64 {
+    found
+        .iter()
+        .filter(|c| c.image.is_none())
+        .map(|c| brightness(c.weighted()))
+        .sum()
+}
+
+fn tile_of(pixel: usize, film: &FilmSpec) -> usize {
+    let [column, row] = [
+        pixel % film.width * SIDE / film.width,
+        pixel / film.width * SIDE / film.height,
+    ];
+    row * SIDE + column
+}
+
+/// The relative variance of a pixel's sample by each candidate.
+///
+/// All are relative to the same brightness, cell by cell: the mean of what candidates say, each in proportion to how sure it is.
+pub(super) fn relative_variances(sums: &[PilotSums], film: &FilmSpec) -> Vec<f64> {
+    let pairs = sums
+        .iter()
+        .map(PilotSums::pairs)
+        .fold(f64::INFINITY, f64::min) as usize;
+    let side = ((pairs / PAIRS_PER_CELL).max(1).ilog2() / 2).min(SIDE.ilog2());
+    let side = 1 << side;
+    let mut shares = vec![0.0; side * side];
+    for (i, count) in pixels_of_tiles(film).into_iter().enumerate() {
+        let [column, row] = [i % SIDE, i / SIDE].map(|place| place * side / SIDE);
+        shares[row * side + column] += count / (film.width * film.height) as f64;
+    }
+    let whole: Vec<CellEstimate> = sums
+        .iter()
+        .filter_map(|sum| sum.estimate(&sum.cells(1)[0], 1.0))
+        .collect();
+    let cells: Vec<Vec<Tile>> = sums.iter().map(|sum| sum.cells(side)).collect();
+    let mean = pooled_brightness(&whole, &whole);
+    let mut variances = missing(&whole, mean);
+    let shown = shares.into_iter().enumerate();
+    for (i, share) in shown.filter(|(_, share)| *share > 0.0) {
+        let estimates: Vec<CellEstimate> = (0..sums.len())
+            .map(|k| sums[k].estimate(&cells[k][i], share).unwrap_or(whole[k]))
+            .collect();
+        let scale = pooled_brightness(&estimates, &whole).powi(2) + (DARK * mean).powi(2);
+        for (variance, estimate) in variances.iter_mut().zip(&estimates) {
+            *variance += share * estimate.variance / scale;
+        }
+    }
+    variances
+}
+
+/// The brightness that is most likely by what all candidates say of a cell, given what they say of the whole image: few samples that
+/// happen to be alike are not sure.
+fn pooled_brightness(estimates: &[CellEstimate], whole: &[CellEstimate]) -> f64 {
+    let brightest = whole.iter().map(|w| w.brightness).fold(0.0, f64::max);
+    let floor = SURE * brightest * brightest + f64::MIN_POSITIVE.sqrt();
+    let weighted = estimates.iter().zip(whole).map(|(estimate, whole)| {
+        let known = estimate.samples * estimate.variance + PRIOR * whole.variance;
+        let variance = known / (estimate.samples + PRIOR) + floor;
+        let weight = estimate.samples / variance;
+        (weight, weight * estimate.brightness)
+    });
+    let (weights, sum) = weighted.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    if weights > 0.0 { sum / weights } else { 0.0 }
+}
+
+/// The relative variance by light that a candidate has hardly seen, and others have. It must come in fewer than one of its n samples: Δ of the
+/// image's brightness then has a variance of nΔ² or more.
+fn missing(whole: &[CellEstimate], mean: f64) -> Vec<f64> {
+    let bound = |sign: f64| {
+        move |estimate: &CellEstimate| {
+            let error = (estimate.variance / estimate.samples).sqrt();
+            estimate.brightness + sign * MISSING * error
+        }
+    };
+    let seen = whole.iter().map(bound(-1.0)).fold(0.0, f64::max);
+    let missed = whole.iter().map(|estimate| {
+        let missed = (seen - bound(1.0)(estimate)).max(0.0);
+        estimate.samples * missed * missed / (mean * mean + f64::MIN_POSITIVE)
+    });
+    missed.collect()
+}
+
+/// Pixels in each tile.
+fn pixels_of_tiles(film: &FilmSpec) -> Vec<f64> {
+    let count = |size: usize| {
+        let mut counts = [0.0; SIDE];
+        (0..size).for_each(|place| counts[place * SIDE / size] += 1.0);
+        counts
+    };
+    let (columns, rows) = (count(film.width), count(film.height));
+    let tiles = rows.iter().flat_map(|r| columns.iter().map(move |c| r * c));
+    tiles.collect()
+}
