@@ -509,10 +509,24 @@ PLANTED = [
     ),
     (
         "photons without 1/n²",
-        TRANSPORT + "photons/map.rs",
+        TRANSPORT + "photons/photon.rs",
         "power: path_vertex.throughput / (n * n * paths as f64 * vertex.stopping(scene)),",
         "power: path_vertex.throughput / (n * 1.0 * paths as f64 * vertex.stopping(scene)),",
         ("morgana-transport", "photons", "photons_show_what_bdpt_shows"),
+    ),
+    (
+        "merging left out of the weights",
+        TRANSPORT + "integrator/bidirectional/weight.rs",
+        "own: own / (used + merged),",
+        "own: own / used,",
+        ("morgana-transport", "photons", "merging_shows_what_connections_show"),
+    ),
+    (
+        "light scattered twice where vertices are merged in a medium",
+        TRANSPORT + "integrator/bidirectional/paths.rs",
+        "let inverse = |s: f64| if s > 0.0 { s.recip() } else { 0.0 };",
+        "let inverse = |_: f64| 1.0;",
+        ("morgana-transport", "photons", "merging_shows_what_connections_show"),
     ),
     (
         "the kernel of a disc too high",

@@ -18,7 +18,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
-INTEGRATORS = ("path", "particle", "bdpt", "photon", "sppm")
+INTEGRATORS = ("path", "particle", "bdpt", "vcm", "photon", "sppm")
 # What is rendered of a scene, and as what kind of file.
 PICTURE = (("-D", "width=24", "-D", "height=18", "--spp", "2"), "npy")
 METERS = (("-D", "particles=2000"), "npz")

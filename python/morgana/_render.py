@@ -46,7 +46,7 @@ def render(
     seed : int, optional
         Seed of the random numbers, 0 to 2⁶⁴ − 1. The same seed gives the same numbers, bit for bit, for any number of threads.
     integrator : str, optional
-        Integrator instead of the scene's: ``auto``, ``path``, ``particle``, ``bdpt``, ``photon`` or ``sppm``. Parameters that all have in
+        Integrator instead of the scene's: ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``, ``photon`` or ``sppm``. Parameters that all have in
         common stay those of the scene.
     time : float, optional
         Seconds after which to stop, > 0; ``spp`` is an upper bound then.

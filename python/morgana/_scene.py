@@ -37,7 +37,7 @@ def load_file(
     path : path_like
         The file.
     integrator : str, optional
-        Integrator in place of the scene's: ``auto``, ``path``, ``particle``, ``bdpt``, ``photon``, ``sppm`` or ``aov``. Parameters that
+        Integrator in place of the scene's: ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``, ``photon``, ``sppm`` or ``aov``. Parameters that
         all have in common stay as the scene has them.
     sampler : str, optional
         Sampler in place of the scene's: ``independent``, ``ldsampler``, or ``ldsampler:64`` with larger replicates.

@@ -53,7 +53,7 @@ def processes():
         yield pool
 
 
-@pytest.mark.parametrize("integrator", ["path", "bdpt", "sppm"])
+@pytest.mark.parametrize("integrator", ["path", "bdpt", "vcm", "sppm"])
 def test_processes_give_the_same_bits(processes, integrator):
     scene = small(integrator)
     scene["sensor"]["film"]["decomposition"] = "bounce"

@@ -9,7 +9,7 @@ import pytest
 from conftest import SCENES, load, meters, small
 
 
-@pytest.mark.parametrize("integrator", ["path", "bdpt", "particle", "sppm"])
+@pytest.mark.parametrize("integrator", ["path", "bdpt", "particle", "vcm", "sppm"])
 def test_pictures_are_those_of_the_program(program, tmp_path, integrator):
     (tmp_path / "scene.json").write_text(json.dumps(small()))
     program("render", "scene.json", "--integrator", integrator, "--spp", 6, "--seed", 3, "-o", "out.exr")

@@ -21,8 +21,6 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("python", &["field", "scene"]),
     // Errors state the limits of roughness, and microfacets report them.
     ("transport/bsdf", &["error", "microfacet"]),
-    // A map keeps its photons in a tree of photons.
-    ("transport/photons", &["map", "tree"]),
     // Samples that splat are shared out among strategies, whose films are splatted to.
     ("transport/render", &["splats", "strategies"]),
     // Even points and random numbers share a hash.

@@ -48,9 +48,7 @@ pub enum Refusal {
     )]
     Unreachable,
     /// Its picture has no strategies to be told apart.
-    #[error(
-        "images of strategies (--strategies) need the integrator bdpt or particle: {0} has one strategy only"
-    )]
+    #[error("images of strategies (--strategies) need the integrator bdpt or particle, not {0}")]
     OneStrategy(&'static str),
     /// Nothing ends it.
     #[error("nothing ends the run: give it a number of samples, or of particles")]
@@ -232,8 +230,12 @@ impl<'a> Run<'a> {
             MeasureState::new(&self.loaded.groups, &meters)?;
             return Ok(());
         }
-        let splats = self.renderer.splats() || self.candidates.iter().any(Integrator::splats);
-        if self.strategies && !splats {
+        let mut integrators = self
+            .renderer
+            .integrator()
+            .into_iter()
+            .chain(&self.candidates);
+        if self.strategies && !integrators.any(Integrator::tells_strategies_apart) {
             return Err(Refusal::OneStrategy(self.renderer.name()));
         }
         let is_unlimited = self.target.is_some() && self.total.is_none() && self.time.is_none();

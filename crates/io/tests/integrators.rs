@@ -4,7 +4,7 @@ use morgana_io::{LoadOptions, Loaded};
 use std::fs;
 use transport::integrator::{
     Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer, PhotonMapping,
-    PhotonQuery,
+    PhotonQuery, Vcm,
 };
 
 const CAMERA: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
@@ -123,6 +123,7 @@ fn every_name_has_its_estimator() {
         ("particle", "particle"),
         ("ptracer", "particle"),
         ("bdpt", "bdpt"),
+        ("vcm", "vcm"),
         ("aov", "aov"),
         ("photon", "photon"),
         ("sppm", "sppm"),
@@ -216,6 +217,30 @@ fn choices_are_made_by_name() {
         None,
         &["scene.xml:4:", "no parameter 'heuristic'"],
     );
+}
+
+#[test]
+fn merging_has_parameters() {
+    let vcm = |words: &str| match light(&accepted(&integrator("vcm", words), None)) {
+        Integrator::Vcm(vcm) => vcm,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(vcm(""), Vcm::default());
+    let words = r#"<float name="radius" value="0.1"/><string name="heuristic" value="power"/>
+      <string name="connections" value="all"/><integer name="max_depth" value="4"/>
+      <integer name="rr_depth" value="3"/>"#;
+    let expected = Vcm {
+        max_depth: Some(4),
+        rr_depth: 3,
+        heuristic: Heuristic::Power,
+        connections: Connections::All,
+        radius: Some(0.1),
+    };
+    assert_eq!(vcm(words), expected);
+    let bdpt = integrator("bdpt", r#"<float name="radius" value="0.1"/>"#);
+    refused(&bdpt, None, &["scene.xml:4:", "no parameter 'radius'"]);
+    let zero = integrator("vcm", r#"<float name="radius" value="0"/>"#);
+    refused(&zero, None, &["must be greater than 0"]);
 }
 
 #[test]
@@ -366,6 +391,7 @@ fn light_that_is_found_draws_none() {
         ("bdpt", 0, [SKY, METAL]),
         ("bdpt", 1, [LIGHT, GLASS]),
         ("photon", 0, [LIGHT, METAL]),
+        ("vcm", 0, [LIGHT, METAL]),
         ("sppm", 0, [SKY, GLASS]),
     ] {
         let text = warnings(kind, reflections, &things.concat());

@@ -99,7 +99,7 @@ fn readings(hash: &mut blake3::Hasher) {
 #[test]
 fn results_that_change_are_told_apart() {
     let mut hash = blake3::Hasher::new();
-    for integrator in ["path", "particle", "bdpt", "photon", "sppm"] {
+    for integrator in ["path", "particle", "bdpt", "vcm", "photon", "sppm"] {
         picture(&mut hash, integrator);
     }
     readings(&mut hash);

@@ -5,7 +5,7 @@ pub use eikonal::{connect, field, ray};
 pub use glam;
 pub use io::rendered::Picture;
 pub use io::{Diagnostics, LoadOptions, Loaded, Run, load_scene};
-pub use transport::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer, PhotonMapping};
+pub use transport::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer, PhotonMapping, Vcm};
 pub use transport::medium::Medium;
 pub use transport::render::{MeasureOptions, Measurement, RenderOptions, Rendering};
 pub use transport::scene::{BuildError, Object, SceneBuilder};

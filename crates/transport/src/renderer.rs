@@ -1,7 +1,7 @@
 //! What makes a picture: an estimator of light, or what finds other quantities of sensor rays.
 
 use crate::aov::AovTracer;
-use crate::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer, PhotonMapping};
+use crate::integrator::{Bdpt, Integrator, ParticleTracer, PathTracer, PhotonMapping, Vcm};
 use crate::sampling::Replicates;
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
@@ -32,7 +32,7 @@ macro_rules! light_by {
     };
 }
 
-light_by!(PathTracer => Path, ParticleTracer => Particle, Bdpt => Bdpt, PhotonMapping => Photon);
+light_by!(PathTracer => Path, ParticleTracer => Particle, Bdpt => Bdpt, Vcm => Vcm, PhotonMapping => Photon);
 
 impl From<AovTracer> for Renderer {
     fn from(tracer: AovTracer) -> Self {

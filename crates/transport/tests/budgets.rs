@@ -9,7 +9,7 @@ use glam::DVec3;
 use morgana_transport::aov::AovTracer;
 use morgana_transport::bsdf::Bsdf;
 use morgana_transport::emitter::Emitter;
-use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping, Vcm};
 use morgana_transport::render::{Handle, RenderOptions, Rendering, render, render_watched};
 use morgana_transport::renderer::Renderer;
 use morgana_transport::shape::Sphere;
@@ -93,6 +93,7 @@ fn renders_end_within_a_pass() {
         path_tracer(),
         Integrator::Particle(ParticleTracer::default()),
         Integrator::Bdpt(Bdpt::default()),
+        Integrator::Vcm(Vcm::default()),
         Integrator::Photon(PhotonMapping {
             photons: Some(100_000),
             ..PhotonMapping::default()

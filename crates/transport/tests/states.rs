@@ -9,7 +9,7 @@ use morgana_transport::aov::{Aov, AovTracer};
 use morgana_transport::bsdf::{Bsdf, Diffuse};
 use morgana_transport::emitter::Emitter;
 use morgana_transport::film::Decomposition;
-use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping, Vcm};
 use morgana_transport::meter::{Coordinates, Estimator, FluenceMeter, Meter, MeterGrid};
 use morgana_transport::render::{
     Handle, Measure, MeasureOptions, MeasureState, MergeError, Progress, RenderOptions, Rendering,
@@ -56,7 +56,7 @@ fn options(integrator: Integrator) -> RenderOptions {
         emitters: None,
     };
     RenderOptions {
-        strategies: integrator.splats(),
+        strategies: integrator.tells_strategies_apart(),
         decomposition,
         reweight: true,
         quantities: Some(AovTracer::new(&Aov::ALL)),
@@ -64,11 +64,12 @@ fn options(integrator: Integrator) -> RenderOptions {
     }
 }
 
-fn estimators() -> [RenderOptions; 5] {
+fn estimators() -> [RenderOptions; 6] {
     [
         options(path_tracer()),
         options(Integrator::Particle(ParticleTracer::default())),
         options(Integrator::Bdpt(Bdpt::default())),
+        options(Integrator::Vcm(Vcm::default())),
         options(Integrator::Photon(PhotonMapping::default())),
         RenderOptions::new(AovTracer::default(), SAMPLES, 5),
     ]
@@ -221,6 +222,7 @@ fn other_renders_do_not_fit() {
         },
         options(Integrator::Photon(PhotonMapping::default())),
         options(Integrator::Bdpt(Bdpt::default())),
+        options(Integrator::Vcm(Vcm::default())),
         RenderOptions::new(AovTracer::default(), 1, 1),
     ];
     for other in others {

@@ -97,7 +97,10 @@ fn options_are_checked() {
     refused(
         &folder,
         "render scene.xml --integrator path --strategies s.exr",
-        &["--strategies", "path has one strategy only"],
+        &[
+            "--strategies",
+            "need the integrator bdpt or particle, not path",
+        ],
     );
     refused(
         &folder,

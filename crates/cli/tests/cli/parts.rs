@@ -31,6 +31,7 @@ fn shards_are_the_whole() {
         ("path", ""),
         ("path --adaptive", ""),
         ("bdpt", " --strategies"),
+        ("vcm", ""),
         ("sppm", ""),
     ] {
         let folder = fog();

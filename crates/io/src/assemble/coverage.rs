@@ -149,7 +149,8 @@ fn nowhere(walls: &Walls) -> Option<SceneProblem> {
         object.name
     );
     let help = match walls.mirror {
-        Some(_) => "only mirror images of what such light illuminates through mirrors are affected; area lights are not"
+        Some(_) => "only mirror images of what such light illuminates through mirrors are affected; area lights are not. \
+                    The integrator vcm finds this light, blurred a little"
             .into(),
         None => set_reflections("area lights"),
     };

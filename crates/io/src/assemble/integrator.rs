@@ -11,7 +11,7 @@ use eikonal::Tolerance;
 use transport::aov::AovTracer;
 use transport::integrator::{
     Bdpt, Connections, Heuristic, Integrator, ParticleTracer, PathTracer, PhotonMapping,
-    PhotonQuery,
+    PhotonQuery, Vcm,
 };
 use transport::renderer::Renderer;
 
@@ -19,7 +19,7 @@ use transport::renderer::Renderer;
 pub(super) const AUTO: &str = "auto";
 /// Names under which scene files and command lines may ask for an estimator: `path`, `volpath` and `volpathmis` are one and the same
 /// path tracer, `particle` and `ptracer` one particle tracer.
-const KNOWN: [(&str, Kind); 11] = [
+const KNOWN: [(&str, Kind); 12] = [
     (AUTO, Kind::Auto),
     ("path", Kind::Path),
     ("volpath", Kind::Path),
@@ -28,6 +28,7 @@ const KNOWN: [(&str, Kind); 11] = [
     ("particle", Kind::Particle),
     ("ptracer", Kind::Particle),
     ("bdpt", Kind::Bdpt),
+    ("vcm", Kind::Vcm),
     ("aov", Kind::Aov),
     ("photon", Kind::Photon),
     ("sppm", Kind::Sppm),
@@ -52,6 +53,7 @@ pub(super) enum Kind {
     Direct,
     Particle,
     Bdpt,
+    Vcm,
     Aov,
     Photon,
     Sppm,
@@ -114,7 +116,8 @@ impl Parameters {
         let Bdpt {
             max_depth,
             rr_depth,
-            ..
+            heuristic,
+            connections,
         } = self.bdpt;
         Some(match kind {
             Kind::Aov => return None,
@@ -131,6 +134,13 @@ impl Parameters {
                 rr_depth,
             }),
             Kind::Bdpt => Integrator::Bdpt(self.bdpt),
+            Kind::Vcm => Integrator::Vcm(Vcm {
+                max_depth,
+                rr_depth,
+                heuristic,
+                connections,
+                radius: self.photon.radius,
+            }),
             Kind::Photon | Kind::Sppm => Integrator::Photon(PhotonMapping {
                 max_depth,
                 rr_depth,
@@ -335,7 +345,7 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     }
     bdpt.max_depth = u32::try_from(max_depth).ok();
     bdpt.rr_depth = rr_depth as u32;
-    if matches!(kind, Kind::Bdpt | Kind::Auto) {
+    if matches!(kind, Kind::Bdpt | Kind::Vcm | Kind::Auto) {
         let heuristics = [Heuristic::Balance, Heuristic::Power];
         bdpt.heuristic = heuristics[query.one_of("heuristic", &["balance", "power"])];
         let connections = [Connections::Resampled, Connections::All];
@@ -346,6 +356,10 @@ fn read(object: &ObjectDescription, kind: Kind, context: &mut Context) -> Parame
     }
     let photon = match kind {
         Kind::Photon | Kind::Sppm => photons(&mut query),
+        Kind::Vcm => PhotonMapping {
+            radius: radius(&mut query),
+            ..default.photon
+        },
         _ => default.photon,
     };
     query.finish(&[]);
@@ -364,10 +378,15 @@ fn photons(query: &mut Query) -> PhotonMapping {
     if query.has("photons") {
         photon.photons = Some(query.integer_in("photons", 1..=MOST_PHOTONS, 1) as usize);
     }
-    if query.has("radius") {
-        photon.radius = Some(query.float_in("radius", POSITIVE, 1.0));
-    }
+    photon.radius = radius(query);
     let queries = [PhotonQuery::Beam, PhotonQuery::Point];
     photon.query = queries[query.one_of("query", &["beam", "point"])];
     photon
+}
+
+/// Radius within which photons count first, if it is given.
+fn radius(query: &mut Query) -> Option<f64> {
+    query
+        .has("radius")
+        .then(|| query.float_in("radius", POSITIVE, 1.0))
 }

@@ -73,6 +73,12 @@ const AOV: &[Parameter] = &[
     ),
 ];
 
+const MERGING: &[Parameter] = &[float(
+    "radius",
+    "(automatic)",
+    "how close vertices are that are merged in the first sample, scene units, > 0",
+)];
+
 const PHOTONS: &[Parameter] = &[
     integer(
         "photons",
@@ -123,6 +129,12 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "bdpt",
         "Bidirectional path tracing.",
         &[DEPTH, COMMON, BDPT],
+        &[],
+    ),
+    plugin(
+        "vcm",
+        "Bidirectional path tracing with merging of vertices: consistent, not unbiased.",
+        &[DEPTH, COMMON, BDPT, MERGING],
         &[],
     ),
     plugin(

@@ -18,7 +18,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
     (PluginKind::Emitter, &["collimated", "ies"]),
     (
         PluginKind::Integrator,
-        &["auto", "bdpt", "particle", "photon", "sppm"],
+        &["auto", "bdpt", "particle", "photon", "sppm", "vcm"],
     ),
     (PluginKind::Medium, &["transparent"]),
     (PluginKind::Phase, &["mixturephase", "vmf"]),

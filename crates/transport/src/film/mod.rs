@@ -395,7 +395,7 @@ impl Film {
     }
 
     /// Number of channels of a group.
-    fn channels_of(&self, group: usize) -> usize {
+    pub(crate) fn channels_of(&self, group: usize) -> usize {
         (self.channels - group * self.group_size).min(self.group_size)
     }
 }

@@ -11,7 +11,7 @@
 //! Theory: docs/theory.md#bidirectional.
 
 use super::Contribution;
-use super::bidirectional::{Heuristic, Joining, Setting};
+use super::bidirectional::{Connections, Heuristic, Joining, MergeContents, Setting};
 use crate::Spectrum;
 use crate::path::{Bounds, LightPath, Workspace, sensor_path};
 use crate::sampling::Sampler;
@@ -29,17 +29,6 @@ pub struct Bdpt {
     pub heuristic: Heuristic,
     /// Which vertices of the two subpaths are connected.
     pub connections: Connections,
-}
-
-/// Which vertices of the two subpaths are connected.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Connections {
-    /// Every one with every other.
-    All,
-    /// Every one of the sensor's with one of the emitter's, chosen by a guess of what it brings: the
-    /// better choice wherever rays bend, for a connection takes several rays to find.
-    #[default]
-    Resampled,
 }
 
 impl Default for Bdpt {
@@ -72,52 +61,26 @@ impl Bdpt {
             max_vertices: usize::MAX,
             weighs: true,
         };
-        let rates = ws.strategies;
-        let mut cost = ws.stats().cost();
         // Sample a subpath from the sensor and, if wanted, one from an emitter.
         let from_sensor = sensor_path(scene, ray, &bounds, sampler, ws);
-        let mut spent = |ws: &Workspace| {
-            let before = std::mem::replace(&mut cost, ws.stats().cost());
-            cost - before
-        };
-        spent(ws);
+        let before = ws.stats().cost();
         let from_emitter = sampler.apart(|s| emitter_path(scene, &bounds, s, ws));
-        ws.strategy_work.light += spent(ws);
+        ws.strategy_work.light += ws.stats().cost() - before;
+        // Join them in every way.
         let mut joining = Joining {
             setting: Setting {
                 scene,
                 channel_pdf,
                 heuristic: self.heuristic,
-                rates,
+                rates: ws.strategies,
+                merging: MergeContents::default(),
                 max_depth,
             },
             sampler,
             ws,
             out,
         };
-        // s = 0: the emitters that the sensor's subpath hits.
-        joining.hits(&from_sensor);
-        spent(joining.ws);
-        // s = 1: each of the sensor's vertices and an emitter that is aimed at anew.
-        for i in 0..from_sensor.vertices.len() {
-            joining.direct(&from_sensor.vertices[..=i]);
-        }
-        joining.ws.strategy_work.direct += spent(joining.ws);
-        let Some(light) = from_emitter else { return };
-        // t = 1: each of the emitter's vertices and the sensor.
-        for j in 0..light.subpath.vertices.len() {
-            joining.sensed(&light, j);
-        }
-        joining.ws.strategy_work.sensed += spent(joining.ws);
-        // s, t ≥ 2: the vertices of both subpaths.
-        for i in 0..from_sensor.vertices.len() {
-            let vertices = &from_sensor.vertices[..=i];
-            match self.connections {
-                Connections::All => joining.joined_to_all(vertices, &light),
-                Connections::Resampled => joining.joined_to_one(vertices, &light),
-            }
-        }
-        joining.ws.strategy_work.joined += spent(joining.ws);
+        joining.all(&from_sensor, from_emitter.as_ref(), self.connections);
     }
 }
 

@@ -15,6 +15,8 @@ pub struct Contribution {
     pub strategy: (u32, u32),
     /// Unweighted.
     pub value: Spectrum,
+    /// The part of the value that is bias, to second order in the radius within which photons count; zero of an estimator without.
+    pub bias: Spectrum,
     /// Weight against the other strategies that can sample this path, in [0, 1].
     pub weight: f64,
     /// How the path is shared among kinds of strategies if all are used; zeros of an estimator that does not tell them apart.

@@ -6,14 +6,18 @@ mod contribution;
 mod particle;
 mod path;
 mod photon;
+mod vcm;
 
-pub use bdpt::{Bdpt, Connections};
-pub use bidirectional::Heuristic;
+pub use bdpt::Bdpt;
+pub use bidirectional::{Connections, Heuristic};
+pub(crate) use bidirectional::{LightMap, Merging};
 pub use contribution::Contribution;
 pub use particle::ParticleTracer;
 pub use path::PathTracer;
 pub(crate) use photon::Gathering;
-pub use photon::{PhotonMapping, PhotonQuery, Radii};
+pub use photon::{PhotonMapping, PhotonQuery};
+pub use vcm::Vcm;
+pub(crate) use vcm::VcmSample;
 
 use crate::Spectrum;
 use crate::path::Workspace;
@@ -30,6 +34,8 @@ pub enum Integrator {
     Particle(ParticleTracer),
     /// Subpaths from both ends, joined in every way.
     Bdpt(Bdpt),
+    /// The same, and vertices of sensor subpaths merged with those of light subpaths.
+    Vcm(Vcm),
     /// Maps of photons, seen by sensor rays.
     Photon(PhotonMapping),
 }
@@ -52,7 +58,9 @@ impl Integrator {
     pub fn requires(&self, delta: bool) -> RequiredConnection {
         match (self, delta) {
             (Integrator::Particle(_), _) => RequiredConnection::ToSensor,
-            (_, false) | (Integrator::Photon(_), true) => RequiredConnection::Nothing,
+            (_, false) | (Integrator::Photon(_) | Integrator::Vcm(_), true) => {
+                RequiredConnection::Nothing
+            }
             (Integrator::Path(_), true) => RequiredConnection::FromEmitter,
             (Integrator::Bdpt(_), true) => RequiredConnection::Any,
         }
@@ -60,7 +68,7 @@ impl Integrator {
 
     /// The contributions of one sample of a pixel, whose sensor ray is given. `channels` is the number
     /// of channels in use. Their weighted sum over the whole image is unbiased if every pixel is
-    /// sampled equally often, but for the blur of photon maps.
+    /// sampled equally often, but for the blur of photon maps and of merging.
     pub fn sample(
         &self,
         scene: &Scene,
@@ -77,22 +85,36 @@ impl Integrator {
                 particle.sample(scene, ray, channel_pdf, sampler, ws, out);
             }
             Integrator::Bdpt(bdpt) => bdpt.sample(scene, ray, channel_pdf, sampler, ws, out),
+            Integrator::Vcm(vcm) => vcm.sample(scene, ray, channel_pdf, sampler, ws, out),
             Integrator::Photon(photon) => photon.sample(scene, ray, channel_pdf, sampler, ws, out),
         }
     }
 
     /// Whether contributions go to other pixels than that of the sample.
     pub fn splats(&self) -> bool {
+        matches!(
+            self,
+            Integrator::Particle(_) | Integrator::Bdpt(_) | Integrator::Vcm(_)
+        )
+    }
+
+    /// Whether it tells apart what its strategies find.
+    pub fn tells_strategies_apart(&self) -> bool {
         matches!(self, Integrator::Particle(_) | Integrator::Bdpt(_))
     }
 
     /// Whether it tells strategies apart, and has that which samples `s` vertices from the emitter and `t` from the sensor.
     pub(crate) fn has_strategy(&self, s: u32, t: u32) -> bool {
         match self {
-            Integrator::Path(_) | Integrator::Photon(_) => false,
+            Integrator::Path(_) | Integrator::Photon(_) | Integrator::Vcm(_) => false,
             Integrator::Particle(_) => t == 1 || (s, t) == (0, 2),
             Integrator::Bdpt(_) => true,
         }
+    }
+
+    /// Whether light is blurred, so that its mean is biased.
+    pub fn blurs(&self) -> bool {
+        matches!(self, Integrator::Photon(_) | Integrator::Vcm(_))
     }
 
     /// How its samples of a pixel belong together: as the scene wants it if each has a path from the
@@ -118,6 +140,7 @@ impl Integrator {
             Integrator::Path(i) => (i.max_depth, i.rr_depth),
             Integrator::Particle(i) => (i.max_depth, i.rr_depth),
             Integrator::Bdpt(i) => (i.max_depth, i.rr_depth),
+            Integrator::Vcm(i) => (i.max_depth, i.rr_depth),
             Integrator::Photon(i) => (i.max_depth, i.rr_depth),
         }
     }
@@ -128,6 +151,7 @@ impl Integrator {
             Integrator::Path(_) => "path",
             Integrator::Particle(_) => "particle",
             Integrator::Bdpt(_) => "bdpt",
+            Integrator::Vcm(_) => "vcm",
             Integrator::Photon(photon) if photon.progressive => "sppm",
             Integrator::Photon(_) => "photon",
         }

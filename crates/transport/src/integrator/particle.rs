@@ -7,7 +7,7 @@
 //! Theory: docs/theory.md#particle.
 
 use super::Contribution;
-use super::bidirectional::{Heuristic, Joining, Setting};
+use super::bidirectional::{Heuristic, Joining, MergeContents, Setting};
 use crate::Spectrum;
 use crate::path::{Bounds, LightPath, StrategyRates, Workspace, sensor_path};
 use crate::sampling::Sampler;
@@ -61,6 +61,7 @@ impl ParticleTracer {
                 channel_pdf,
                 heuristic: Heuristic::default(),
                 rates: StrategyRates::default(),
+                merging: MergeContents::default(),
                 max_depth,
             },
             sampler,

@@ -317,6 +317,7 @@ impl Tracing<'_> {
             image: None,
             strategy: (0, 0),
             value,
+            bias: Spectrum::ZERO,
             weight: 1.0,
             shares: Default::default(),
             path: PathFacts {

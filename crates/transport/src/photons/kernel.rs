@@ -35,6 +35,16 @@ impl Kernel {
         self.radius
     }
 
+    /// The area or volume within which photons count alike if as few of them count: 1/∫K².
+    pub(crate) fn content(&self) -> f64 {
+        let r = self.radius;
+        if self.dimensions == 2.0 {
+            5.0 / 9.0 * PI * r * r
+        } else {
+            22.0 / 35.0 * PI * r.powi(3)
+        }
+    }
+
     /// As [`Kernel::weigh`], at the distance between two places.
     pub fn between(&self, x: DVec3, y: DVec3) -> Option<(f64, f64)> {
         self.weigh(x.distance_squared(y))
@@ -55,27 +65,32 @@ impl Kernel {
 mod tests {
     use super::*;
 
-    /// Moments over the disc or ball by the midpoint rule, of |x|⁰ and |x|².
-    fn moments(kernel: Kernel, surface: impl Fn(f64) -> f64) -> [[f64; 2]; 2] {
+    /// Moments over the disc or ball by the midpoint rule, of |x|⁰ and |x|², and ∫K².
+    fn moments(kernel: Kernel, surface: impl Fn(f64) -> f64) -> ([[f64; 2]; 2], f64) {
         let n = 4000;
-        let mut sums = [[0.0; 2]; 2];
+        let (mut sums, mut square) = ([[0.0; 2]; 2], 0.0);
         for i in 0..n {
             let d = kernel.radius() * (i as f64 + 0.5) / n as f64;
             let (k, b) = kernel.weigh(d * d).unwrap();
             let weight = surface(d) * kernel.radius() / n as f64;
+            square += k * k * weight;
             for (power, scale) in [(0, 1.0), (1, d * d)] {
                 sums[0][power] += k * weight * scale;
                 sums[1][power] += (k - b) * weight * scale;
             }
         }
-        sums
+        (sums, square)
     }
 
     #[test]
     fn moments_are_those_of_the_theory() {
         let disc = moments(Kernel::disc(0.3), |d| 2.0 * PI * d);
         let ball = moments(Kernel::ball(0.3), |d| 4.0 * PI * d * d);
-        for (m, dimensions) in [(disc, 2.0), (ball, 3.0)] {
+        let kernels = [Kernel::disc(0.3), Kernel::ball(0.3)];
+        for (kernel, (_, square)) in kernels.iter().zip([disc, ball]) {
+            assert!((kernel.content() * square - 1.0).abs() < 1e-6);
+        }
+        for ((m, _), dimensions) in [(disc, 2.0), (ball, 3.0)] {
             let second = 0.09 * dimensions / (dimensions + 6.0);
             let expected = [[1.0, second], [1.0, 0.0]];
             for (row, expected) in m.iter().zip(expected) {

@@ -1,12 +1,18 @@
 //! Photon maps, and the search for photons. Distances here say how light is blurred, never where it goes.
 
+mod follow;
 mod kernel;
 mod map;
+mod photon;
 mod pieces;
+mod radii;
 mod tree;
 
+pub(crate) use follow::{Followed, LightPaths};
 pub use kernel::Kernel;
-pub use map::Photon;
-pub(crate) use map::{PhotonMap, PhotonSite};
+pub(crate) use map::PhotonMap;
+pub use photon::Photon;
+pub(crate) use photon::landed;
 pub(crate) use pieces::pieces;
+pub use radii::Radii;
 pub use tree::Tree;

@@ -1,7 +1,7 @@
 //! A k-d tree over photons, in place: the middle one of a slice splits it across the longest side of the
 //! box that the splits above have left.
 
-use super::map::Photon;
+use super::photon::Photon;
 use eikonal::Aabb;
 
 /// Slices of up to so many photons are not split.

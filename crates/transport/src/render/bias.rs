@@ -4,8 +4,12 @@
 //! bias but for higher orders, and with means over samples V̄ and B̄ the image is off by no more than
 //! |B̄| + z·(standard error of V − B), with the probability that goes with z (docs/theory.md#bias-of-photon-maps).
 
+use super::source::add;
 use crate::Spectrum;
 use crate::film::{Film, Pixel};
+use crate::integrator::Integrator;
+use crate::renderer::Renderer;
+use crate::scene::FilmSpec;
 use serde::{Deserialize, Serialize};
 
 /// Standard deviations within which a normal deviate lies with a probability of 97.5 %. The other half of the 5 %
@@ -21,6 +25,24 @@ pub struct Debiased {
 }
 
 impl Debiased {
+    /// An empty one, for estimators that know of a bias.
+    pub(super) fn of(spec: &FilmSpec, renderer: &Renderer) -> Option<Self> {
+        let blurs = renderer.integrator().is_some_and(Integrator::blurs);
+        blurs.then(|| Debiased {
+            film: Film::in_groups(spec.width, spec.height, spec.channels, spec.group_size),
+        })
+    }
+
+    /// Adds a sample of every pixel of a group, each with the part of it that is bias, and forgets the latter.
+    pub(super) fn add(&mut self, group: usize, image: &[Spectrum], bias: &mut [Spectrum]) {
+        let (mut sum, mut not_finite) = (Spectrum::ZERO, 0);
+        let pixels = self.film.group_mut(group).iter_mut();
+        for (pixel, (value, bias)) in pixels.zip(image.iter().zip(bias)) {
+            sum += add(pixel, *value - std::mem::take(bias), &mut not_finite);
+        }
+        self.film.add_whole(group, sum / image.len() as f64);
+    }
+
     /// Estimate of the bias of the mean over the image and its channels.
     pub fn bias(&self, image: &Film) -> f64 {
         image.summary().0 - self.film.summary().0
@@ -63,9 +85,7 @@ impl Debiased {
         for i in 0..image.width() * image.height() {
             for group in 0..image.groups() {
                 let (biased, debiased) = (&image.group(group)[i], &self.film.group(group)[i]);
-                let channels =
-                    (image.channels() - group * Spectrum::CHANNELS).min(Spectrum::CHANNELS);
-                out.extend(channel_values(biased, debiased, &f).take(channels));
+                out.extend(channel_values(biased, debiased, &f).take(image.channels_of(group)));
             }
         }
         out

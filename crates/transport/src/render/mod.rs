@@ -14,6 +14,7 @@ mod pilot;
 mod pixels;
 mod ranges;
 mod results;
+mod shared;
 mod source;
 mod splats;
 mod state;
@@ -148,7 +149,7 @@ pub struct Rendering {
     pub debiased: Option<Debiased>,
     /// Where the light of all emitters went, if the estimator follows it from there.
     pub balance: Option<EnergyBalance>,
-    /// Radius of the first photon map, the largest over the channel groups; zero for other estimators.
+    /// Radius of the first photon map or of the first merging, the largest over the channel groups; zero for other estimators.
     pub first_radius: f64,
 }
 
@@ -209,7 +210,7 @@ struct Prepared {
     adjoint: AdjointEstimate,
     /// How paths begin.
     first_vertex: FirstVertexTechniques,
-    /// Radius of the first photon map; zero if there are none.
+    /// Radius of the first photon map, or of the first merging; zero if there is none.
     radius: f64,
 }
 
@@ -235,6 +236,13 @@ fn prepare(
             Renderer::Quantities(_) => {}
             Renderer::Light(Integrator::Photon(mapping)) => {
                 prepared.radius = photons::first_radius(&source, &mapping);
+            }
+            Renderer::Light(Integrator::Vcm(vcm)) => {
+                // Connections are used as is best without merging, but all light subpaths are followed.
+                let connecting = source.light(Integrator::Bdpt(shared::connecting(&vcm)));
+                prepared = strategy_pilot::prepared(&connecting, scenes.len());
+                prepared.strategies.light = 1.0;
+                prepared.radius = shared::first_radius(&source, &vcm);
             }
             Renderer::Light(integrator @ Integrator::Bdpt(_)) => {
                 prepared = strategy_pilot::prepared(&source.light(integrator), scenes.len());

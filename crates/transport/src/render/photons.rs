@@ -6,23 +6,19 @@
 //! Theory: docs/theory.md#progressive-photon-maps.
 
 use super::Debiased;
-use super::source::{SampledRay, Source, add};
+use super::source::{PILOT, SampledRay, Source, add};
 use super::splats::Layered;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, Pending};
-use crate::integrator::{Gathering, Integrator, PhotonMapping, even_channel_pdf};
-use crate::path::{BalanceSums, BalanceTotals};
-use crate::photons::PhotonMap;
-use crate::renderer::Renderer;
-use crate::scene::FilmSpec;
+use crate::integrator::{Gathering, PhotonMapping, even_channel_pdf};
+use crate::path::BalanceTotals;
+use crate::photons::{Followed, PhotonMap};
 use crate::stats::Stats;
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Pixels per unit of work.
 const PIXELS_PER_TASK: usize = 16;
-/// Number of the sample whose map chooses the radius: no render gets there.
-const PILOT: u64 = 1 << 63;
 
 /// One sample of a pixel.
 struct Taken {
@@ -33,26 +29,16 @@ struct Taken {
     layers: Vec<(usize, Spectrum)>,
 }
 
-/// What keeps the image without its bias, for estimators that know of it.
-pub(super) fn debiased(spec: &FilmSpec, renderer: &Renderer) -> Option<Debiased> {
-    let film = || Film::new(spec.width, spec.height, spec.channels);
-    let is_biased = matches!(renderer, Renderer::Light(Integrator::Photon(_)));
-    is_biased.then(|| Debiased { film: film() })
-}
-
 /// Radius of the first photon map of a source.
 pub(super) fn first_radius(source: &Source, mapping: &PhotonMapping) -> f64 {
-    let automatic = || mapping.first_radius(source.scene, &map(source, mapping, PILOT).0);
+    let automatic = || map(source, mapping, PILOT).found.first_radius(source.scene);
     mapping.radius.unwrap_or_else(automatic)
 }
 
-fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> (PhotonMap, Stats, BalanceSums) {
-    let (scene, spec) = (source.scene.at(sample), source.scene.film());
-    // Light subpaths are numbered after the pixels.
-    let pixels = (spec.width * spec.height) as u64;
-    let bounds = mapping.bounds(even_channel_pdf(source.channels()));
-    let sampler = |path| source.sampler(pixels + path, sample);
-    PhotonMap::trace(scene, &source.stop, &bounds, mapping.paths(scene), sampler)
+fn map(source: &Source, mapping: &PhotonMapping, sample: u64) -> Followed<PhotonMap> {
+    let (scene, channels) = (source.scene, source.channels());
+    let bounds = mapping.bounds(even_channel_pdf(channels));
+    source.with_light_paths(sample, bounds, mapping.paths(scene), PhotonMap::trace)
 }
 
 /// Adds a range of samples to every pixel of the source's channel group.
@@ -69,9 +55,13 @@ pub(super) fn pass(
         if source.is_stopped() {
             break;
         }
-        let (map, counts, followed) = map(source, mapping, sample);
+        let Followed {
+            found: map,
+            stats: counts,
+            balance,
+        } = map(source, mapping, sample);
         stats += counts;
-        balances.enter(&followed);
+        balances.enter(&balance);
         let gathering = Gathering {
             scene: source.scene.at(sample),
             mapping,

@@ -4,7 +4,8 @@ use super::{Handle, Prepared, RenderOptions, seed_of_group};
 use crate::Spectrum;
 use crate::film::{PathFacts, Pixel};
 use crate::integrator::{Contribution, Integrator};
-use crate::path::Workspace;
+use crate::path::{Bounds, Workspace};
+use crate::photons::LightPaths;
 use crate::sampling::{Purpose, Replicates, Sampler};
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -12,6 +13,9 @@ use crate::stop::Stop;
 
 /// Work after which a pilot takes no more samples unless less is said: some three seconds.
 const PILOT_WORK: f64 = 5e7;
+
+/// Number of the sample whose light subpaths choose the radius: no render gets there.
+pub(super) const PILOT: u64 = 1 << 63;
 
 /// The samples of one channel group.
 pub(super) struct Source<'a> {
@@ -108,6 +112,26 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// Hands over the light subpaths of a sample of the whole image: so many, which are numbered after the pixels.
+    pub fn with_light_paths<T>(
+        &self,
+        sample: u64,
+        bounds: Bounds,
+        count: usize,
+        follow: impl FnOnce(&LightPaths) -> T,
+    ) -> T {
+        let spec = self.scene.film();
+        let pixels = (spec.width * spec.height) as u64;
+        follow(&LightPaths {
+            scene: self.scene.at(sample),
+            stop: &self.stop,
+            bounds,
+            count,
+            search: self.prepared.search,
+            sampler: &|path| self.sampler(pixels + path, sample),
+        })
+    }
+
     /// Whether light on such a path belongs to the image.
     pub fn shows(&self, path: &PathFacts) -> bool {
         !(self.hides_emitters && path.bounces == 0)
@@ -131,6 +155,22 @@ pub(super) struct SampledRay {
 impl LightSamples<'_> {
     /// Adds the contributions of one sample of a pixel to `out`.
     pub fn take(&self, pixel: usize, sample: u64, ws: &mut Workspace, out: &mut Vec<Contribution>) {
+        let (scene, channels) = (self.source.scene.at(sample), self.source.channels());
+        self.take_by(pixel, sample, ws, out, |ray, sampler, ws, out| {
+            self.integrator
+                .sample(scene, ray, channels, sampler, ws, out);
+        });
+    }
+
+    /// The same by another way to estimate what a sensor ray sees.
+    pub fn take_by(
+        &self,
+        pixel: usize,
+        sample: u64,
+        ws: &mut Workspace,
+        out: &mut Vec<Contribution>,
+        estimate: impl FnOnce(SensorRay, &mut Sampler, &mut Workspace, &mut Vec<Contribution>),
+    ) {
         let source = self.source;
         let SampledRay {
             ray,
@@ -138,17 +178,18 @@ impl LightSamples<'_> {
             mut sampler,
         } = source.ray(pixel, sample);
         ws.stats.paths += 1;
-        let (scene, channels) = (source.scene.at(sample), source.channels());
         let first = out.len();
-        self.integrator
-            .sample(scene, ray, channels, &mut sampler, ws, out);
+        estimate(ray, &mut sampler, ws, out);
         if source.hides_emitters {
             let found = out.split_off(first);
             out.extend(found.into_iter().filter(|c| source.shows(&c.path)));
         }
         if weight != 1.0 {
             let own = out[first..].iter_mut().filter(|c| c.image.is_none());
-            own.for_each(|c| c.value *= weight);
+            own.for_each(|c| {
+                c.value *= weight;
+                c.bias *= weight;
+            });
         }
     }
 }

@@ -8,6 +8,8 @@
 //!
 //! Theory: docs/theory.md#film.
 
+use super::Debiased;
+use super::shared::SharedLight;
 use super::source::{LightSamples, Source, finite};
 use super::strategies::Strategies;
 use crate::Spectrum;
@@ -27,41 +29,104 @@ const BLOCK: u64 = 1 << 10;
 /// One sample of a few neighbouring pixels: contributions, and the pixel whose sample each is.
 type SplatSamples = Vec<(usize, Contribution)>;
 
+/// What samples are added to.
+pub(super) struct SplatFilms<'a> {
+    pub film: &'a mut Film,
+    /// The image without known bias.
+    pub debiased: Option<&'a mut Debiased>,
+    /// Images of strategies.
+    pub strategies: Option<&'a mut Strategies>,
+}
+
+/// A unit of work: some pixels of one sample.
+#[derive(Clone, Debug)]
+struct Task {
+    sample: u64,
+    pixels: Range<usize>,
+}
+
+/// Units of work in the order in which they are added up.
+struct Tasks {
+    pixels: usize,
+    per_sample: u64,
+}
+
+impl Tasks {
+    fn over(pixels: usize) -> Self {
+        Tasks {
+            pixels,
+            per_sample: pixels.div_ceil(PIXELS_PER_TASK) as u64,
+        }
+    }
+
+    fn get(&self, number: u64) -> Task {
+        let from = (number % self.per_sample) as usize * PIXELS_PER_TASK;
+        Task {
+            sample: number / self.per_sample,
+            pixels: from..self.pixels.min(from + PIXELS_PER_TASK),
+        }
+    }
+
+    /// The blocks in which work for some samples is done: each is of one sample if light is shared there.
+    fn blocks(&self, samples: Range<u64>, is_shared: bool) -> impl Iterator<Item = Range<u64>> {
+        let (per_sample, step) = (self.per_sample, if is_shared { 1 } else { u64::MAX });
+        let parts = samples
+            .clone()
+            .step_by(usize::try_from(step).unwrap_or(usize::MAX))
+            .map(move |first| {
+                first * per_sample..first.saturating_add(step).min(samples.end) * per_sample
+            });
+        parts.flat_map(|part| {
+            let end = part.end;
+            let starts = part.step_by(BLOCK as usize);
+            starts.map(move |start| start..end.min(start + BLOCK))
+        })
+    }
+}
+
 /// Adds a range of samples, whole replicates, to every pixel of the source's channel group.
 pub(super) fn pass(
     light: &LightSamples,
     samples: Range<u64>,
-    film: &mut Film,
-    mut strategies: Option<&mut Strategies>,
+    films: SplatFilms,
     balances: &mut BalanceTotals,
 ) -> Stats {
+    let SplatFilms {
+        film,
+        mut debiased,
+        mut strategies,
+    } = films;
     let (source, pixels) = (light.source, film.width() * film.height());
-    let tasks = pixels.div_ceil(PIXELS_PER_TASK) as u64;
-    let (first, end) = (samples.start * tasks, samples.end * tasks);
+    let tasks = Tasks::over(pixels);
     let mut stats = Stats::default();
     let mut image = vec![Spectrum::ZERO; pixels];
+    let mut bias = debiased.as_ref().map(|_| image.clone());
     let mut replicate = vec![Spectrum::ZERO; pixels];
     let size = source.replicates.size();
     // A power of two, so that nothing is rounded.
     let share = 1.0 / size as f64;
     let mut balance = BalanceSums::default();
     let mut layered = Layered::new(film.parts_mut(source.group).layers, pixels);
-    for start in (first..end).step_by(BLOCK as usize) {
+    let mut shared = None;
+    for block in tasks.blocks(samples, SharedLight::is_used(&light.integrator)) {
         if source.is_stopped() {
             break;
         }
-        let count = BLOCK.min(end - start) as usize;
-        let parts: Vec<(SplatSamples, Stats, BalanceSums)> = (0..count)
+        if block.start.is_multiple_of(tasks.per_sample) {
+            let traced = SharedLight::trace(light, block.start / tasks.per_sample);
+            shared = traced.map(|followed| {
+                stats += followed.stats;
+                balance += followed.balance;
+                followed.found
+            });
+        }
+        let numbers: Vec<u64> = block.clone().collect();
+        let parts: Vec<(SplatSamples, Stats, BalanceSums)> = numbers
             .into_par_iter()
             .with_max_len(1)
-            .map(|i| {
-                let number = start + i as u64;
-                let from = (number % tasks) as usize * PIXELS_PER_TASK;
-                let range = from..pixels.min(from + PIXELS_PER_TASK);
-                part(light, number / tasks, range)
-            })
+            .map(|number| part(light, tasks.get(number), shared.as_ref()))
             .collect();
-        for (number, (part, counts, particles)) in (start..).zip(parts) {
+        for (number, (part, counts, particles)) in block.zip(parts) {
             stats += counts;
             balance += particles;
             for (own, contribution) in &part {
@@ -69,6 +134,10 @@ pub(super) fn pass(
                 splat(source, *own, contribution, |pixel, filter| {
                     image[pixel] += value * filter;
                 });
+                if let Some(bias) = &mut bias {
+                    // Only light that a pixel's own sample finds is blurred.
+                    bias[*own] += contribution.bias * contribution.weight;
+                }
             }
             if let Some(layered) = &mut layered {
                 layered.splat(source, &part, share);
@@ -76,12 +145,19 @@ pub(super) fn pass(
             if let Some(strategies) = strategies.as_deref_mut() {
                 strategies.splat(source, &part, share);
             }
-            if number % tasks + 1 < tasks {
+            let Task {
+                sample,
+                pixels: done,
+            } = tasks.get(number);
+            if done.end < pixels {
                 continue;
             }
             balances.enter(&std::mem::take(&mut balance));
             let mut parts = film.parts_mut(source.group);
             let mut levels = parts.outliers.as_mut().map(|c| c.levels_mut());
+            if let (Some(debiased), Some(bias)) = (debiased.as_deref_mut(), &mut bias) {
+                debiased.add(source.group, &image, bias);
+            }
             for (i, (mean, value)) in replicate.iter_mut().zip(&mut image).enumerate() {
                 let value = finite(std::mem::take(value), &mut stats.not_finite);
                 *mean += value * share;
@@ -89,7 +165,7 @@ pub(super) fn pass(
                     levels.add(i, value);
                 }
             }
-            if !(number / tasks + 1).is_multiple_of(size) {
+            if !(sample + 1).is_multiple_of(size) {
                 continue;
             }
             let sum = replicate.iter().fold(Spectrum::ZERO, |sum, v| sum + *v);
@@ -110,15 +186,18 @@ pub(super) fn pass(
 
 fn part(
     light: &LightSamples,
-    sample: u64,
-    pixels: Range<usize>,
+    task: Task,
+    shared: Option<&SharedLight>,
 ) -> (SplatSamples, Stats, BalanceSums) {
     let mut ws = light.source.workspace();
     let mut balance = BalanceSums::default();
     let (mut found, mut part) = (Vec::new(), SplatSamples::new());
-    let taken = pixels.len() as u64;
-    for pixel in pixels {
-        light.take(pixel, sample, &mut ws, &mut found);
+    let taken = task.pixels.len() as u64;
+    for pixel in task.pixels {
+        match shared {
+            Some(shared) => shared.take(light, pixel, task.sample, &mut ws, &mut found),
+            None => light.take(pixel, task.sample, &mut ws, &mut found),
+        }
         balance.add(
             &std::mem::take(&mut ws.particle_balance),
             &mut ws.stats.not_finite,

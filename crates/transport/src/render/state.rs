@@ -9,6 +9,7 @@ use super::memory::copied;
 use super::passes::{PASS, Passes};
 use super::ranges::Ranges;
 use super::source::{LightSamples, Source};
+use super::splats::SplatFilms;
 use super::strategies::Strategies;
 use super::target::Watch;
 use super::{
@@ -91,7 +92,7 @@ impl State {
             stats: Stats::default(),
             quantities: options.quantities.as_ref().map(quantities),
             strategies: options.strategies.then(Strategies::default),
-            debiased: photons::debiased(spec, &options.renderer),
+            debiased: Debiased::of(spec, &options.renderer),
             watch: options.target.map(Watch::new),
             balances: vec![BalanceTotals::default(); scenes.len()],
             prepared: Vec::new(),
@@ -296,9 +297,14 @@ impl State {
                 (Renderer::Light(Integrator::Photon(mapping)), Some(debiased)) => {
                     photons::pass(source, mapping, samples, film, debiased, balances)
                 }
-                (Renderer::Light(integrator), _) if integrator.splats() => {
+                (Renderer::Light(integrator), debiased) if integrator.splats() => {
                     let light = source.light(*integrator);
-                    splats::pass(&light, samples, film, self.strategies.as_mut(), balances)
+                    let films = SplatFilms {
+                        film,
+                        debiased: debiased.as_mut(),
+                        strategies: self.strategies.as_mut(),
+                    };
+                    splats::pass(&light, samples, films, balances)
                 }
                 (Renderer::Light(integrator), _) => {
                     let light = source.light(*integrator);

@@ -6,7 +6,7 @@ use crate::conservation::room;
 use crate::support::*;
 use glam::DVec3;
 use morgana_transport::Scene;
-use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping};
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping, Vcm};
 use morgana_transport::path::{EnergyBalance, Share};
 use morgana_transport::render::{RenderOptions, render};
 use morgana_transport::scene::Parts;
@@ -29,6 +29,7 @@ fn pictures_and_meters_agree_on_where_the_light_goes() {
     let estimators = [
         Integrator::Particle(ParticleTracer::default()),
         Integrator::Bdpt(Bdpt::default()),
+        Integrator::Vcm(Vcm::default()),
         Integrator::Photon(PhotonMapping {
             photons: Some(500),
             ..PhotonMapping::default()

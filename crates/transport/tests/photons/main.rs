@@ -8,6 +8,7 @@ mod bias;
 mod bounds;
 #[path = "../common/mod.rs"]
 mod common;
+mod merging;
 mod sharing;
 mod support;
 

@@ -1,13 +1,27 @@
-//! The strategies: which vertices are joined (docs/theory.md#bidirectional).
+//! The strategies: which vertices are joined (docs/theory.md#bidirectional), and merged (docs/theory.md#vertex-merging).
 
+use super::merging::Merging;
 use super::paths::Setting;
+use crate::budget::PHOTONS_PER_GATHER;
 use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::integrator::Contribution;
 use crate::path::{
     Connection, ConnectionTarget, FoundBranch, LightPath, PathEdge, PathVertex, StrategyKind,
     Subpath, Vertex, Workspace, environment_end, guess,
 };
+use crate::photons::Photon;
 use crate::sampling::{Discrete, Sampler};
+
+/// Which vertices of the two subpaths are connected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Connections {
+    /// Every one with every other.
+    All,
+    /// Every one of the sensor's with one of the emitter's, chosen by a guess of what it brings: the
+    /// better choice wherever rays bend, for a connection takes several rays to find.
+    #[default]
+    Resampled,
+}
 
 /// Two subpaths being joined.
 pub(crate) struct Joining<'a> {
@@ -18,6 +32,37 @@ pub(crate) struct Joining<'a> {
 }
 
 impl Joining<'_> {
+    /// All strategies.
+    pub fn all(&mut self, sensor: &Subpath, light: Option<&LightPath>, connections: Connections) {
+        // s = 0: the emitters that the sensor's subpath hits.
+        self.hits(sensor);
+        let mut cost = self.ws.stats().cost();
+        let mut spent = |ws: &Workspace| {
+            let before = std::mem::replace(&mut cost, ws.stats().cost());
+            cost - before
+        };
+        // s = 1: each of the sensor's vertices and an emitter that is aimed at anew.
+        for i in 0..sensor.vertices.len() {
+            self.direct(&sensor.vertices[..=i]);
+        }
+        self.ws.strategy_work.direct += spent(self.ws);
+        let Some(light) = light else { return };
+        // t = 1: each of the emitter's vertices and the sensor.
+        for j in 0..light.subpath.vertices.len() {
+            self.sensed(light, j);
+        }
+        self.ws.strategy_work.sensed += spent(self.ws);
+        // s, t ≥ 2: the vertices of both subpaths.
+        for i in 0..sensor.vertices.len() {
+            let vertices = &sensor.vertices[..=i];
+            match connections {
+                Connections::All => self.joined_to_all(vertices, light),
+                Connections::Resampled => self.joined_to_one(vertices, light),
+            }
+        }
+        self.ws.strategy_work.joined += spent(self.ws);
+    }
+
     /// s = 0: emitters that the sensor subpath came upon.
     pub fn hits(&mut self, sensor: &Subpath) {
         let (setting, scene) = (self.setting, self.setting.scene);
@@ -83,7 +128,7 @@ impl Joining<'_> {
     }
 
     /// s = 1: the last of the sensor's vertices and an emitter of each class.
-    pub fn direct(&mut self, vertices: &[PathVertex]) {
+    fn direct(&mut self, vertices: &[PathVertex]) {
         let Some((z, before)) = vertices.split_last() else {
             return;
         };
@@ -127,7 +172,7 @@ impl Joining<'_> {
     }
 
     /// The last of the sensor's vertices and every vertex of an emitter's subpath.
-    pub(crate) fn joined_to_all(&mut self, vertices: &[PathVertex], light: &LightPath) {
+    fn joined_to_all(&mut self, vertices: &[PathVertex], light: &LightPath) {
         for j in 0..light.subpath.vertices.len() {
             if self.uses(self.setting.rates.joined) {
                 self.joined(vertices, light, j, 1.0);
@@ -137,7 +182,7 @@ impl Joining<'_> {
 
     /// The last of the sensor's vertices and one vertex of an emitter's subpath, chosen in proportion to
     /// a guess of what it brings. A connection takes several rays, a guess takes none.
-    pub(crate) fn joined_to_one(&mut self, vertices: &[PathVertex], light: &LightPath) {
+    fn joined_to_one(&mut self, vertices: &[PathVertex], light: &LightPath) {
         let (Some(z), u) = (vertices.last(), self.sampler.next_1d()) else {
             return;
         };
@@ -170,6 +215,44 @@ impl Joining<'_> {
         self.connection(&z.vertex, &target, used, |connection| {
             setting.joined(vertices, light, j, connection)
         });
+    }
+
+    /// The last of the sensor's vertices and all vertices of light subpaths that are close to it.
+    pub fn merged(&mut self, vertices: &[PathVertex], merging: &Merging) {
+        let (Some(z), setting) = (vertices.last(), self.setting) else {
+            return;
+        };
+        if z.vertex.is_black(setting.scene) || z.throughput.is_zero() {
+            return;
+        }
+        let (x, kernel) = (z.vertex.position(), merging.kernel(&z.vertex));
+        let photons = &merging.light.photons;
+        let tree = match z.vertex {
+            Vertex::Volume { .. } => &photons.volume,
+            Vertex::Surface { .. } => &photons.surface,
+        };
+        let (mut looked_at, stop) = (0, &self.ws.stop);
+        let mut is_given_up = false;
+        tree.visit(
+            |bounds| bounds.nearest_distance(x) < kernel.radius(),
+            |photon: &Photon| {
+                looked_at += 1;
+                is_given_up |= looked_at > PHOTONS_PER_GATHER || stop.is_raised();
+                let (Some((kernel, bias)), false) = (kernel.between(photon.x, x), is_given_up)
+                else {
+                    return;
+                };
+                let light = merging.light.path(photon.path);
+                let found = light.and_then(|light| setting.merged(vertices, light, photon));
+                let blurred = |c: Contribution| Contribution {
+                    value: c.value * kernel,
+                    bias: c.value * bias,
+                    ..c
+                };
+                self.out.extend(found.map(blurred));
+            },
+        );
+        self.ws.stats.over_budget.gathers += u64::from(is_given_up);
     }
 
     /// What a connection brings that is made with some probability.

@@ -1,9 +1,13 @@
 //! What bidirectional estimators share: joining two subpaths in every way, and weighing the ways.
 
 mod joining;
+mod merging;
 mod paths;
 mod weight;
 
+pub use joining::Connections;
 pub(crate) use joining::Joining;
+pub use merging::MergeContents;
+pub(crate) use merging::{LightMap, Merging};
 pub use paths::Setting;
 pub use weight::Heuristic;

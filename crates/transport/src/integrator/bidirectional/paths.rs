@@ -1,6 +1,7 @@
-//! Whole paths: what they contribute, and the densities of all their vertices (docs/theory.md#bidirectional).
+//! Whole paths: what they contribute, and the densities of all their vertices (docs/theory.md#bidirectional, docs/theory.md#vertex-merging).
 
-use super::weight::{Density, Heuristic, weight};
+use super::merging::MergeContents;
+use super::weight::{Density, Heuristic, Technique, weight};
 use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::film::PathFacts;
@@ -9,6 +10,7 @@ use crate::path::{
     Connection, Escape, LightPath, PathEdge, PathVertex, StrategyRates, Subpath, TransportMode,
     Vertex, lead_in,
 };
+use crate::photons::Photon;
 use crate::scene::Scene;
 use glam::DVec3;
 
@@ -20,6 +22,8 @@ pub struct Setting<'a> {
     pub heuristic: Heuristic,
     /// Probabilities with which strategies are used.
     pub rates: StrategyRates,
+    /// What merging counts for.
+    pub merging: MergeContents,
     pub max_depth: u32,
 }
 
@@ -39,6 +43,7 @@ struct Sampled {
     image: Option<[f64; 2]>,
     /// Numbers of vertices (s, t).
     strategy: (u32, u32),
+    technique: Technique,
     /// Edges and specular events.
     depth: u32,
     optical_length: f64,
@@ -118,15 +123,19 @@ impl Setting<'_> {
             path_edge.geometry.density(pdf, path_edge.n_before) * event
         });
         let favour = |b: &PathVertex| self.favour(&b.vertex, index);
-        let mut path = sensor_side(vertices, before);
+        let mut path = self.sensor_side(vertices, before);
         path.push(Density {
             from_sensor: last.forward,
             from_emitter: end.pdf,
             discovery: discovery * vertices.last().map_or(1.0, favour),
+            merging: 0.0,
         });
         let sampled = Sampled {
             image: None,
             strategy: (0, vertices.len() as u32 + 2),
+            technique: Technique::Connection {
+                t: vertices.len() + 2,
+            },
             depth: last.depth,
             optical_length: last.optical_length,
             emitter: index,
@@ -165,10 +174,14 @@ impl Setting<'_> {
             from_sensor: if end.delta { 0.0 } else { by_chance },
             from_emitter: source * end.pdf,
             discovery: connection.discovery * (chosen / source),
+            merging: 0.0,
         });
         let sampled = Sampled {
             image: None,
             strategy: (1, vertices.len() as u32 + 1),
+            technique: Technique::Connection {
+                t: vertices.len() + 1,
+            },
             depth: z.depth.saturating_add(1 + connection.geometry.events),
             optical_length: z.optical_length + connection.optical_length
                 - lead_in(self.scene, index),
@@ -224,6 +237,9 @@ impl Setting<'_> {
         let sampled = Sampled {
             image: None,
             strategy: (j as u32 + 2, vertices.len() as u32 + 1),
+            technique: Technique::Connection {
+                t: vertices.len() + 1,
+            },
             depth: depth.saturating_add(1 + connection.geometry.events),
             optical_length: z.optical_length + connection.optical_length + y.optical_length,
             emitter: light.emitter,
@@ -270,6 +286,7 @@ impl Setting<'_> {
         let sampled = Sampled {
             image: Some(sensed.image),
             strategy: (j as u32 + 2, 1),
+            technique: Technique::Connection { t: 1 },
             depth: y.depth.saturating_add(1 + connection.geometry.events),
             optical_length: y.optical_length + connection.optical_length,
             emitter: light.emitter,
@@ -281,6 +298,50 @@ impl Setting<'_> {
         )
     }
 
+    /// The last of the sensor's vertices and a photon close to it on an emitter's subpath, merged; without the kernel.
+    pub fn merged(
+        &self,
+        vertices: &[PathVertex],
+        light: &LightPath,
+        photon: &Photon,
+    ) -> Option<Contribution> {
+        let (z, before) = vertices.split_last()?;
+        // T/σ_s p Φ/n_p², or T f̃ Φ/n_p²: eq. (photon sum).
+        let scattered = match z.vertex {
+            Vertex::Volume {
+                x,
+                direction,
+                medium,
+            } => {
+                let medium = self.scene.medium(medium);
+                let scattering = medium.extinction(x) * medium.albedo.at(x);
+                let inverse = |s: f64| if s > 0.0 { s.recip() } else { 0.0 };
+                photon.phase(self.scene, direction) * scattering.map(inverse)
+            }
+            Vertex::Surface { .. } => photon.reflected(self.scene, &z.vertex)?,
+        };
+        let value = z.throughput * scattered * photon.power;
+        // List the densities: the sensor's vertices before z, then the emitter's from the photon's, which stands for z as well.
+        let y = &light.subpath.vertices[photon.vertex];
+        let mut path = self.sensor_side_before(z, before, y.edge.back);
+        path.extend(self.emitter_side(
+            light,
+            photon.vertex,
+            z.edge.back,
+            z.edge.discovery,
+            z.forward,
+        ));
+        let sampled = Sampled {
+            image: None,
+            strategy: (photon.vertex as u32 + 2, vertices.len() as u32 + 1),
+            technique: Technique::Merging { t: vertices.len() },
+            depth: z.depth.saturating_add(y.depth),
+            optical_length: z.optical_length + y.optical_length,
+            emitter: light.emitter,
+        };
+        self.contribution(sampled, value, &path)
+    }
+
     fn contribution(
         &self,
         sampled: Sampled,
@@ -290,12 +351,12 @@ impl Setting<'_> {
         if sampled.depth > self.max_depth || value.is_zero() {
             return None;
         }
-        let t = sampled.strategy.1 as usize;
-        let weight = weight(self.heuristic, path, t, &self.rates);
+        let weight = weight(self.heuristic, path, sampled.technique, &self.rates);
         Some(Contribution {
             image: sampled.image,
             strategy: sampled.strategy,
             value,
+            bias: Spectrum::ZERO,
             weight: weight.own,
             shares: weight.shares,
             path: PathFacts {
@@ -319,15 +380,28 @@ impl Setting<'_> {
             &connection.geometry,
         );
         let arrival = connection.geometry.density(pdf, connection.n_vertex) * event;
-        let mut path = sensor_side(vertices, Some(arrival));
-        if let Some(d) = path.last_mut() {
-            d.discovery = z.edge.discovery;
-        }
-        if let (Some(b), [.., d, _]) = (before.last(), &mut path[..]) {
-            let pdf = z.reverse_pdf(self.scene, connection.direction);
-            d.from_emitter = z.density_before(self.scene, self.channel_pdf, b, pdf);
-        }
+        let mut path = self.sensor_side_before(z, before, connection.direction);
+        path.push(Density {
+            from_sensor: z.forward,
+            from_emitter: arrival,
+            discovery: z.edge.discovery,
+            merging: self.merging.at(&z.vertex),
+        });
         path
+    }
+
+    /// The vertices of a sensor subpath before one from which the path goes on in a direction.
+    fn sensor_side_before(
+        &self,
+        z: &PathVertex,
+        before: &[PathVertex],
+        direction: DVec3,
+    ) -> Vec<Density> {
+        let last = before.last().map(|b| {
+            let pdf = z.reverse_pdf(self.scene, direction);
+            z.density_before(self.scene, self.channel_pdf, b, pdf)
+        });
+        self.sensor_side(before, last)
     }
 
     /// The vertices from vertex `j` of an emitter's subpath up to the emitter, if a connection of some discovery probability
@@ -354,6 +428,10 @@ impl Setting<'_> {
                 from_sensor,
                 from_emitter: path_vertex.forward,
                 discovery,
+                merging: match j - i {
+                    0 => self.merging.at(&path_vertex.vertex),
+                    _ => self.merging.going_on(path_vertex),
+                },
             });
             discovery = match j - i {
                 0 => path_vertex.edge.discovery,
@@ -376,23 +454,25 @@ impl Setting<'_> {
             from_sensor: if delta { 0.0 } else { by_chance * cosine },
             from_emitter: light.density,
             discovery,
+            merging: 0.0,
         });
         path
     }
-}
 
-/// The vertices of a sensor subpath that goes on from all of them; `last` is the density of the last one from the other side.
-fn sensor_side(vertices: &[PathVertex], last: Option<f64>) -> Vec<Density> {
-    let density = |s: &PathVertex| Density {
-        from_sensor: s.forward,
-        from_emitter: s.backward,
-        discovery: s.discovery_going_on(),
-    };
-    let mut path: Vec<Density> = vertices.iter().map(density).collect();
-    if let (Some(d), Some(last)) = (path.last_mut(), last) {
-        d.from_emitter = last;
+    /// The vertices of a sensor subpath that goes on from all of them; `last` is the density of the last one from the other side.
+    fn sensor_side(&self, vertices: &[PathVertex], last: Option<f64>) -> Vec<Density> {
+        let density = |s: &PathVertex| Density {
+            from_sensor: s.forward,
+            from_emitter: s.backward,
+            discovery: s.discovery_going_on(),
+            merging: self.merging.going_on(s),
+        };
+        let mut path: Vec<Density> = vertices.iter().map(density).collect();
+        if let (Some(d), Some(last)) = (path.last_mut(), last) {
+            d.from_emitter = last;
+        }
+        path
     }
-    path
 }
 
 /// Cosine at the end of a path, where that lies on a surface.

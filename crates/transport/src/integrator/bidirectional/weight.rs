@@ -29,6 +29,17 @@ pub(super) struct Density {
     pub from_emitter: f64,
     /// How easily connections find the edge from xᵢ₋₁ to xᵢ; 0 if they do not look for it.
     pub discovery: f64,
+    /// What merging at xᵢ counts for: see [`MergeContents`](super::MergeContents).
+    pub merging: f64,
+}
+
+/// How a path was sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Technique {
+    /// The first `t` vertices, x₀ included, from the sensor, the others from the emitter, and connected.
+    Connection { t: usize },
+    /// Those up to x_t from the sensor, those from x_t on from the emitter, and merged there.
+    Merging { t: usize },
 }
 
 /// The weight of a strategy, and what all others have.
@@ -40,33 +51,36 @@ pub(super) struct Weight {
     pub shares: StrategyShares,
 }
 
-/// The weight of the strategy that samples the first `t` vertices, x₀ included, from the sensor and
-/// connects them to the others, if strategies are used with probabilities. `path` lists x₁ … x_k.
+/// The weight of a technique, if strategies are used with probabilities. `path` lists x₁ … x_k.
 ///
 /// With p_t the density of strategy t, p_{t+1}/p_t is the ratio of the two densities of x_t times that of
 /// the discovery probabilities of the edges that they connect. A strategy that connects nothing, t = k + 1, has discovery
-/// probability 1; one whose edge connections do not look for has none (docs/theory.md#connectable-edges).
+/// probability 1; one whose edge connections do not look for has none (docs/theory.md#connectable-edges). Merging at x_t has the
+/// density of strategy t, but for its discovery probability, times that of x_t from the sensor and [`Density::merging`]
+/// (docs/theory.md#vertex-merging).
 pub(super) fn weight(
     heuristic: Heuristic,
     path: &[Density],
-    t: usize,
+    technique: Technique,
     rates: &StrategyRates,
 ) -> Weight {
+    let (Technique::Connection { t } | Technique::Merging { t }) = technique;
     let discovery = |t: usize| path.get(t - 1).map_or(1.0, |d| d.discovery);
     let kind = |t: usize| StrategyKind::of(path.len() + 1 - t, t);
     let power = |p: f64| match heuristic {
         Heuristic::Balance => p,
         Heuristic::Power => p * p,
     };
-    let mut kinds = [0.0; 4];
+    let (mut kinds, mut merged) = ([0.0; 4], 0.0);
     let mut add = |t: usize, density: f64| {
         if let (true, Some(kind)) = (density > 0.0, kind(t)) {
             kinds[kind as usize] += power(density);
         }
     };
-    // Densities over p_t/e_t by eq. (strategy ratio), for strategies with more of the sensor's vertices …
+    // Densities over p_t/e_t by eq. (strategy ratio), for techniques with more of the sensor's vertices …
     let mut ratio = 1.0;
     for (j, d) in path.iter().enumerate().skip(t - 1) {
+        merged += power(ratio * d.from_sensor * d.merging);
         ratio *= d.from_sensor / d.from_emitter;
         if ratio == 0.0 || ratio.is_nan() {
             break;
@@ -79,6 +93,7 @@ pub(super) fn weight(
     // … and for those with fewer.
     ratio = 1.0;
     for (j, d) in path.iter().enumerate().take(t - 1).rev() {
+        merged += power(ratio * d.from_emitter * d.merging);
         ratio *= d.from_emitter / d.from_sensor;
         if ratio == 0.0 || ratio.is_nan() {
             break;
@@ -90,14 +105,22 @@ pub(super) fn weight(
     }
     add(t, discovery(t));
     // The weight p_t^β/Σ p^β.
-    let all: f64 = kinds.iter().sum();
+    let all: f64 = kinds.iter().sum::<f64>() + merged;
     let used: f64 = KINDS
         .iter()
         .map(|kind| power(rates.of(*kind)) * kinds[*kind as usize])
         .sum();
-    let own = kind(t).map_or(0.0, |kind| power(rates.of(kind)) * power(discovery(t)));
+    let own = match technique {
+        Technique::Connection { t } => {
+            kind(t).map_or(0.0, |kind| power(rates.of(kind)) * power(discovery(t)))
+        }
+        Technique::Merging { t } => {
+            let d = &path[t - 1];
+            power(d.from_sensor * d.merging)
+        }
+    };
     Weight {
-        own: own / used,
+        own: own / (used + merged),
         shares: kinds.map(|kind| (kind / all) as f32),
     }
 }
@@ -106,20 +129,21 @@ pub(super) fn weight(
 mod tests {
     use super::*;
 
-    /// Over all strategies of one path the weights sum to one.
+    /// Over all techniques of one path the weights sum to one.
     #[test]
     fn weights_sum_to_one() {
-        let density = |a, b, discovery| Density {
+        let density = |a, b, discovery, merging| Density {
             from_sensor: a,
             from_emitter: b,
             discovery,
+            merging,
         };
-        let delta = [density(2.0, 3.0, 1.0), density(0.0, 1.0, 0.125)];
+        let delta = [density(2.0, 3.0, 1.0, 5.0), density(0.0, 1.0, 0.125, 0.0)];
         let broad = [
-            density(0.5, 1e-3, 1.0),
-            density(7.0, 2.0, 0.0),
-            density(1e4, 1e-4, 1.0),
-            density(3.0, 0.25, 0.1),
+            density(0.5, 1e-3, 1.0, 0.7),
+            density(7.0, 2.0, 0.0, 0.0),
+            density(1e4, 1e-4, 1.0, 0.3),
+            density(3.0, 0.25, 0.1, 0.0),
         ];
         let rates = StrategyRates {
             light: 0.5,
@@ -133,8 +157,11 @@ mod tests {
                     path.get(t - 1).is_none_or(|d| d.discovery > 0.0)
                         && path[..t - 1].iter().all(|d| d.from_sensor > 0.0)
                 });
-                let sum: f64 = strategies
-                    .map(|t| weight(heuristic, path, t, &rates).own)
+                let connections = strategies.map(|t| Technique::Connection { t });
+                let mergings = (1..path.len()).map(|t| Technique::Merging { t });
+                let sum: f64 = connections
+                    .chain(mergings)
+                    .map(|technique| weight(heuristic, path, technique, &rates).own)
                     .sum();
                 assert!((sum - 1.0).abs() < 1e-12, "{sum}");
             }
@@ -148,8 +175,10 @@ mod tests {
             from_sensor: 1.0,
             from_emitter: 5.0,
             discovery: 1.0,
+            merging: 0.0,
         }];
-        let weight = weight(Heuristic::Balance, &path, 2, &StrategyRates::default());
+        let hit = Technique::Connection { t: 2 };
+        let weight = weight(Heuristic::Balance, &path, hit, &StrategyRates::default());
         assert_eq!((weight.own, weight.shares), (1.0, [1.0, 0.0, 0.0, 0.0]));
     }
 
@@ -161,15 +190,20 @@ mod tests {
                 from_sensor: 1.0,
                 from_emitter: 1.0,
                 discovery: 0.0,
+                merging: 0.0,
             },
             Density {
                 from_sensor: 3.0,
                 from_emitter: 1.0,
                 discovery: 0.5,
+                merging: 0.0,
             },
         ];
         // By connection: 1 · 0.5. By chance: 3.
-        let own = |heuristic, t| weight(heuristic, &path, t, &StrategyRates::default()).own;
+        let own = |heuristic, t| {
+            let connection = Technique::Connection { t };
+            weight(heuristic, &path, connection, &StrategyRates::default()).own
+        };
         assert!((own(Heuristic::Balance, 2) - 0.5 / 3.5).abs() < 1e-15);
         assert!((own(Heuristic::Power, 3) - 9.0 / 9.25).abs() < 1e-15);
     }

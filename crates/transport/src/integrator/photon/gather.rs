@@ -3,17 +3,16 @@
 //!
 //! Theory: docs/theory.md#photon-maps.
 
-use super::{PhotonMapping, PhotonQuery, Radii};
+use super::{PhotonMapping, PhotonQuery};
 use crate::Spectrum;
 use crate::budget::PHOTONS_PER_GATHER;
 use crate::film::PathFacts;
 use crate::path::Point;
 use crate::path::{Edge, End, Sampling, Start, TransportMode, Vertex, Workspace, trace};
-use crate::photons::{Kernel, Photon, PhotonMap, PhotonSite, pieces};
+use crate::photons::{Kernel, Photon, PhotonMap, Radii, pieces};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
-use glam::DVec3;
 
 /// Light that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,7 +129,7 @@ impl Gathering<'_> {
                         optical_length: optical_length + span.arc.optical_length(theta),
                     };
                     // p(ω_p, −γ′) K₂.
-                    let scattered = self.phase(photon, point.direction);
+                    let scattered = photon.phase(self.scene, point.direction);
                     self.count(photon, &seen, scattered, kernel.weigh(squared), found);
                 };
                 self.map
@@ -156,7 +155,7 @@ impl Gathering<'_> {
             |photon| {
                 // p(ω_p, −γ′) K₃.
                 let weighed = kernel.between(photon.x, point.x);
-                let scattered = self.phase(photon, point.direction);
+                let scattered = photon.phase(self.scene, point.direction);
                 self.count(photon, &seen, scattered, weighed, found);
             },
         );
@@ -220,47 +219,19 @@ impl Gathering<'_> {
         })
     }
 
-    /// The photons on a surface around a vertex. Those on other objects, or on the other side of a thin one,
-    /// are no measure of the light that falls there.
+    /// The photons on a surface around a vertex.
     fn on_surface(&self, seen: &Seen, vertex: &Vertex, found: &mut impl FnMut(Gathered)) {
-        let Vertex::Surface {
-            x, object, surface, ..
-        } = *vertex
-        else {
-            return;
-        };
-        let kernel = Kernel::disc(self.radii.surface);
-        let alike = |place: PhotonSite| match place {
-            PhotonSite::Surface(other, normal) => {
-                other == object && normal.dot(surface.normal) > 0.0
-            }
-            PhotonSite::Volume(_) => false,
-        };
+        let (x, kernel) = (vertex.position(), Kernel::disc(self.radii.surface));
         self.map.surface.visit(
             |bounds| bounds.nearest_distance(x) < kernel.radius(),
             |photon| {
-                let cosine = surface.normal.dot(photon.direction).abs();
-                if alike(photon.place) && cosine > 0.0 {
-                    // f̃(ω_p, −γ′) K₂, without the cosine that `eval` contains.
+                // f̃(ω_p, −γ′) K₂.
+                if let Some(scattered) = photon.reflected(self.scene, vertex) {
                     let weighed = kernel.between(photon.x, x);
-                    let scattered =
-                        vertex.eval(self.scene, -photon.direction, TransportMode::Radiance)
-                            / cosine;
                     self.count(photon, seen, scattered, weighed, found);
                 }
             },
         );
-    }
-
-    /// The phase function for light of a photon that is scattered against the direction of a sensor ray.
-    fn phase(&self, photon: &Photon, direction: DVec3) -> Spectrum {
-        match photon.place {
-            PhotonSite::Volume(medium) => {
-                let cosine = -photon.direction.dot(direction);
-                Spectrum::splat(self.scene.medium(medium).phase.pdf(cosine))
-            }
-            PhotonSite::Surface(..) => Spectrum::ZERO,
-        }
     }
 
     /// Hands over what a photon brings, given the kernel there.

@@ -13,7 +13,7 @@ pub(crate) use gather::Gathering;
 use super::Contribution;
 use crate::Spectrum;
 use crate::path::{Bounds, Workspace};
-use crate::photons::PhotonMap;
+use crate::photons::{Followed, LightPaths, PhotonMap, Radii};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -45,18 +45,6 @@ pub enum PhotonQuery {
     Point,
 }
 
-/// The radii of one map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Radii {
-    /// For photons in media.
-    pub volume: f64,
-    /// For photons on surfaces.
-    pub surface: f64,
-}
-
-/// Share of the scene's radius within which photons count if there are too few to tell.
-const LONELY: f64 = 0.05;
-
 impl Default for PhotonMapping {
     fn default() -> Self {
         PhotonMapping {
@@ -73,20 +61,17 @@ impl Default for PhotonMapping {
 impl PhotonMapping {
     /// The radii of the map of a sample, given that of the first.
     pub fn radii(&self, first: f64, sample: u64) -> Radii {
-        let shrunk = |dimensions: f64| {
-            if self.progressive {
-                first * shrinkage(dimensions, sample)
-            } else {
-                first
-            }
-        };
-        Radii {
-            volume: shrunk(match self.query {
-                PhotonQuery::Beam => 2.0,
-                PhotonQuery::Point => 3.0,
-            }),
-            surface: shrunk(2.0),
+        if !self.progressive {
+            return Radii {
+                volume: first,
+                surface: first,
+            };
         }
+        let in_media = match self.query {
+            PhotonQuery::Beam => 2.0,
+            PhotonQuery::Point => 3.0,
+        };
+        Radii::shrunk(first, sample, in_media)
     }
 
     /// How light subpaths are sampled in the channels with a probability.
@@ -109,13 +94,6 @@ impl PhotonMapping {
         self.photons.unwrap_or(film.width * film.height)
     }
 
-    /// Radius of the first map of a scene, given a map like it.
-    pub(crate) fn first_radius(&self, scene: &Scene, map: &PhotonMap) -> f64 {
-        let lonely = LONELY * scene.around().radius;
-        let typical = || map.typical_radius().unwrap_or(lonely);
-        self.radius.unwrap_or_else(typical)
-    }
-
     /// The contributions of a sensor ray that sees a map of its own. Renders share one among all pixels.
     pub(super) fn sample(
         &self,
@@ -129,19 +107,23 @@ impl PhotonMapping {
         // Trace light subpaths and store their vertices.
         let seed = sampler.next_1d().to_bits();
         let sampler_of = |path| Sampler::new(seed, path, 0);
-        let (map, stats, _) = PhotonMap::trace(
+        let paths = LightPaths {
             scene,
-            &ws.stop,
-            &self.bounds(channel_pdf),
-            self.paths(scene),
-            sampler_of,
-        );
+            stop: &ws.stop,
+            bounds: self.bounds(channel_pdf),
+            count: self.paths(scene),
+            search: 1.0,
+            sampler: &sampler_of,
+        };
+        let Followed {
+            found: map, stats, ..
+        } = PhotonMap::trace(&paths);
         ws.stats += stats;
         // Sum over the photons that the sensor ray γ sees: eq. (photon sum).
         let gathering = Gathering {
             scene,
             mapping: self,
-            radii: self.radii(self.first_radius(scene, &map), 0),
+            radii: self.radii(self.radius.unwrap_or_else(|| map.first_radius(scene)), 0),
             map: &map,
             channel_pdf,
         };
@@ -150,40 +132,11 @@ impl PhotonMapping {
                 image: None,
                 strategy: (0, 0),
                 value: light.value,
+                bias: light.bias,
                 weight: 1.0,
                 shares: Default::default(),
                 path: light.path,
             });
         });
-    }
-}
-
-/// Radius of the map of a sample, counted from 0, over that of the first. With the exponent that makes
-/// bias and noise of the mean fall alike, the content r^d shrinks by (i + α)/(i + 1) after sample i
-/// (Knaus and Zwicker 2011): r_i^d = Γ(i + α)/(Γ(1 + α) Γ(i + 1)), i counted from 1.
-fn shrinkage(dimensions: f64, sample: u64) -> f64 {
-    let alpha = 4.0 / (dimensions + 4.0);
-    let i = sample as f64 + 1.0;
-    let log = libm::lgamma(i + alpha) - libm::lgamma(1.0 + alpha) - libm::lgamma(i + 1.0);
-    (log / dimensions).exp()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn radii_shrink_by_the_recursion() {
-        for dimensions in [2.0, 3.0] {
-            let alpha = 4.0 / (dimensions + 4.0);
-            let mut content = 1.0;
-            for sample in 0..1000 {
-                let expected = f64::powf(content, 1.0 / dimensions);
-                let found = shrinkage(dimensions, sample);
-                assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
-                let i = sample as f64 + 1.0;
-                content *= (i + alpha) / (i + 1.0);
-            }
-        }
     }
 }
