@@ -193,19 +193,19 @@ pub(crate) struct Encoding {
 }
 
 impl Encoding {
-    pub const fn little(element: Element) -> Self {
+    pub(crate) const fn little(element: Element) -> Self {
         Encoding {
             element,
             big: false,
         }
     }
 
-    pub const fn big(element: Element) -> Self {
+    pub(crate) const fn big(element: Element) -> Self {
         Encoding { element, big: true }
     }
 
     /// Hands over `count` numbers, one after the other.
-    pub fn read(
+    pub(crate) fn read(
         self,
         reader: &mut impl Read,
         count: usize,
@@ -228,7 +228,7 @@ impl Encoding {
     }
 
     /// Writes numbers, each the nearest there is.
-    pub fn write(
+    pub(crate) fn write(
         self,
         file: &mut impl Write,
         values: impl IntoIterator<Item = f64>,

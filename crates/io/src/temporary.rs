@@ -30,7 +30,7 @@ pub(crate) struct Temporary {
 
 impl Temporary {
     /// Creates one in the folder of `target`.
-    pub fn create(target: &Path) -> io::Result<(Self, File)> {
+    pub(crate) fn create(target: &Path) -> io::Result<(Self, File)> {
         static COUNTER: AtomicU64 = AtomicU64::new(0);
         if target.file_name().is_none() {
             return Err(io::Error::other("it names no file"));
@@ -57,7 +57,7 @@ impl Temporary {
     }
 
     /// Puts it in the place of a file.
-    pub fn rename(mut self, target: &Path) -> io::Result<()> {
+    pub(crate) fn rename(mut self, target: &Path) -> io::Result<()> {
         fs::rename(&self.path, target)?;
         self.keep = true;
         Ok(())

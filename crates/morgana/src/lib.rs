@@ -1,4 +1,5 @@
 #![doc = include_str!("../README.md")]
+#![warn(unreachable_pub)]
 
 pub use eikonal::{ConnectingRay, Field, Solver, Tolerance};
 pub use eikonal::{connect, field, ray};

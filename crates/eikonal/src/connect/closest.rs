@@ -102,7 +102,7 @@ pub(super) struct Nearest {
 
 impl<R> Leg<R> {
     /// Where this piece is closest to `y`.
-    pub fn nearest(&self, y: DVec3) -> Nearest {
+    pub(super) fn nearest(&self, y: DVec3) -> Nearest {
         let arc = &self.piece.arc;
         let theta = arc.closest_approach(y).min(self.piece.theta_end);
         Nearest {
@@ -118,7 +118,7 @@ impl<R> Leg<R> {
 
 impl Nearest {
     /// The start of a connection here, on the ray of a family.
-    pub fn start<R>(&self, family: RayFamily, region: R) -> InitialGuess<R> {
+    pub(super) fn start<R>(&self, family: RayFamily, region: R) -> InitialGuess<R> {
         InitialGuess {
             family,
             region,

@@ -21,7 +21,7 @@ const DAMPINGS: (f64, f64, usize) = (1e-4, 4.0, 20);
 impl Iterate {
     /// The next iterate, and the [size](Self::size) of the step: Newton's, damped in the manner of Levenberg and Marquardt until the
     /// family changes by no more than `radius` allows. The length's change is cut off there.
-    pub fn stepped(
+    pub(super) fn stepped(
         &self,
         end_state: &EndState,
         y: DVec3,

@@ -49,7 +49,7 @@ pub(super) struct Trajectory<'w, W: World, V: Mapped> {
 
 impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
     /// Starts a ray that is to be followed over an optical path length.
-    pub fn new(
+    pub(super) fn new(
         world: &'w W,
         node: Node<V>,
         region: W::Region,
@@ -75,28 +75,28 @@ impl<'w, W: World, V: Mapped> Trajectory<'w, W, V> {
     }
 
     /// Where the ray has got to.
-    pub fn end(&self) -> &Node<V> {
+    pub(super) fn end(&self) -> &Node<V> {
         &self.end
     }
 
     /// The node from which the next piece begins.
-    pub fn node(&self) -> Node<V> {
+    pub(super) fn node(&self) -> Node<V> {
         self.flow.as_ref().map_or(self.end, |flow| *flow.node())
     }
 
     /// How far the ray has come.
-    pub fn travelled(&self) -> Travelled {
+    pub(super) fn travelled(&self) -> Travelled {
         self.travelled
     }
 
     /// The reflections so far at which refraction was possible.
-    pub fn pattern(&self) -> Pattern {
+    pub(super) fn pattern(&self) -> Pattern {
         self.pattern
     }
 
     /// The next piece of the ray; `None` if no optical path length is left. Where refraction is
     /// possible `reflect`, given the number of the encounter, says whether to reflect all the same.
-    pub fn advance(
+    pub(super) fn advance(
         &mut self,
         reflect: &mut dyn FnMut(u32) -> bool,
         work: &mut Work,

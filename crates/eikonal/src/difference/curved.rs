@@ -59,7 +59,7 @@ impl Part {
 }
 
 impl<'a> CurvedLeg<'a> {
-    pub fn new(reference: &'a Field, toward: DVec3) -> Self {
+    pub(super) fn new(reference: &'a Field, toward: DVec3) -> Self {
         CurvedLeg {
             reference,
             toward,
@@ -70,11 +70,11 @@ impl<'a> CurvedLeg<'a> {
     }
 
     /// That of a reflected ray.
-    pub fn reflected(&self, toward: DVec3) -> Self {
+    pub(super) fn reflected(&self, toward: DVec3) -> Self {
         CurvedLeg::new(self.reference, toward)
     }
 
-    pub fn add(
+    pub(super) fn add(
         &mut self,
         field: &Field,
         arc: &Arc,
@@ -104,7 +104,7 @@ impl<'a> CurvedLeg<'a> {
     }
 
     /// S − S_r; NaN if no reference ray is found.
-    pub fn value(&self, quadrature: &mut Quadrature, work: &mut Work) -> f64 {
+    pub(super) fn value(&self, quadrature: &mut Quadrature, work: &mut Work) -> f64 {
         let (Some(first), Some(last)) = (self.parts.first(), self.parts.last()) else {
             return 0.0;
         };

@@ -66,17 +66,17 @@ pub(super) struct Quadrature {
 
 impl Quadrature {
     /// Takes note of a contrast.
-    pub fn meet(&mut self, contrast: f64) {
+    pub(super) fn meet(&mut self, contrast: f64) {
         self.contrast = self.contrast.max(contrast.abs());
     }
 
     /// Takes note of squared indices of this size, whose differences are rounded.
-    pub fn subtract(&mut self, n2: f64) {
+    pub(super) fn subtract(&mut self, n2: f64) {
         self.rounding = self.rounding.max(ROUNDING * n2);
     }
 
     /// ∫ f dθ from θ to θ, in panels whose widths are at most `width`(θ) at their starts.
-    pub fn integrate(
+    pub(super) fn integrate(
         &mut self,
         [from, to]: [f64; 2],
         width: impl Fn(f64) -> f64,
@@ -93,7 +93,7 @@ impl Quadrature {
     }
 
     /// Whether it was given up, so that integrals are not known.
-    pub fn is_over_budget(&self) -> bool {
+    pub(super) fn is_over_budget(&self) -> bool {
         self.evaluations > EVALUATIONS_PER_DIFFERENCE
     }
 

@@ -29,7 +29,7 @@ pub(super) struct StraightLeg {
 }
 
 impl StraightLeg {
-    pub fn new(n_ref: f64, toward: DVec3) -> Self {
+    pub(super) fn new(n_ref: f64, toward: DVec3) -> Self {
         StraightLeg {
             n_ref,
             toward,
@@ -40,12 +40,12 @@ impl StraightLeg {
     }
 
     /// That of a reflected ray.
-    pub fn reflected(&self, toward: DVec3) -> Self {
+    pub(super) fn reflected(&self, toward: DVec3) -> Self {
         StraightLeg::new(self.n_ref, toward)
     }
 
     /// S − n_r c. With the chord's direction u = e + t, ∫|v − n_r u|² = ∫|w|² − 2n_r t·∫w + n_r²|t|²∫dσ.
-    pub fn value(&self) -> f64 {
+    pub(super) fn value(&self) -> f64 {
         let n_ref = self.n_ref;
         let chord = self.toward * (n_ref * self.span) + self.drift;
         let length = chord.length();
@@ -57,7 +57,7 @@ impl StraightLeg {
         0.5 * (self.action - 2.0 * n_ref * t.dot(self.drift) + turned)
     }
 
-    pub fn add(
+    pub(super) fn add(
         &mut self,
         field: &Field,
         arc: &Arc,

@@ -26,7 +26,7 @@ pub(super) enum Channels {
 impl Channels {
     /// As the film of the scene's first sensor says, be it that of a shape. Without a film, cameras
     /// have three channels and meters one.
-    pub fn of(root: &ObjectDescription, diagnostics: &mut Diagnostics) -> Self {
+    pub(super) fn of(root: &ObjectDescription, diagnostics: &mut Diagnostics) -> Self {
         let children = |o: &ObjectDescription, kind| {
             let children = o.children.iter().map(|c| c.object.clone());
             let children: Vec<_> = children.filter(|c| c.kind == kind).collect();
@@ -72,7 +72,7 @@ impl Channels {
 
     /// The one channel in which quantities other than light are shown: luminance, or the only
     /// wavelength.
-    pub fn single(self, diagnostics: &mut Diagnostics) -> Self {
+    pub(super) fn single(self, diagnostics: &mut Diagnostics) -> Self {
         match self {
             Channels::Wavelengths { nm, .. } if nm.len() > 1 => {
                 let message =
@@ -87,7 +87,7 @@ impl Channels {
     }
 
     /// Number of channels.
-    pub fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         match self {
             Channels::Luminance => 1,
             Channels::Rgb => 3,
@@ -96,12 +96,12 @@ impl Channels {
     }
 
     /// Number of groups that are rendered separately.
-    pub fn groups(&self) -> usize {
+    pub(super) fn groups(&self) -> usize {
         self.count().div_ceil(self.group_size())
     }
 
     /// Number of channels that share their paths.
-    pub fn group_size(&self) -> usize {
+    pub(super) fn group_size(&self) -> usize {
         match self {
             Channels::Wavelengths { apart: true, .. } => 1,
             _ => Spectrum::CHANNELS,
@@ -109,12 +109,12 @@ impl Channels {
     }
 
     /// The first channel of a group.
-    pub fn first(&self, group: usize) -> usize {
+    pub(super) fn first(&self, group: usize) -> usize {
         group * self.group_size()
     }
 
     /// The wavelength of a group in nm, if it has just one.
-    pub fn wavelength(&self, group: usize) -> Option<f64> {
+    pub(super) fn wavelength(&self, group: usize) -> Option<f64> {
         match self {
             Channels::Wavelengths { nm, .. } if self.channels_of(group) == 1 => {
                 Some(nm[self.first(group)])
@@ -124,12 +124,12 @@ impl Channels {
     }
 
     /// Number of channels in a group.
-    pub fn channels_of(&self, group: usize) -> usize {
+    pub(super) fn channels_of(&self, group: usize) -> usize {
         (self.count() - self.first(group)).min(self.group_size())
     }
 
     /// What becomes of a spectrum in a role before it is divided among channels.
-    pub fn seen(&self, value: &SpectrumValue, role: Role) -> Result<Seen, String> {
+    pub(super) fn seen(&self, value: &SpectrumValue, role: Role) -> Result<Seen, String> {
         match (self, value) {
             (Channels::Wavelengths { .. }, SpectrumValue::Rgb(_)) if role == Role::Number => {
                 colour::seen(value, role)
@@ -147,7 +147,7 @@ impl Channels {
     }
 
     /// Names, as in image files.
-    pub fn names(&self) -> Vec<String> {
+    pub(super) fn names(&self) -> Vec<String> {
         match self {
             Channels::Luminance => vec!["Y".into()],
             Channels::Rgb => ["R", "G", "B"].map(String::from).into(),
@@ -156,7 +156,7 @@ impl Channels {
     }
 
     /// A spectrum in the channels of a group: on a film of colours or luminance, a colour or a number.
-    pub fn spectrum(&self, value: &SpectrumValue, group: usize) -> Result<Spectrum, String> {
+    pub(super) fn spectrum(&self, value: &SpectrumValue, group: usize) -> Result<Spectrum, String> {
         let channels = self.channels_of(group);
         let all = |f: &dyn Fn(usize) -> f64| {
             Spectrum(std::array::from_fn(

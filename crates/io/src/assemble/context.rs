@@ -61,7 +61,7 @@ pub(super) struct Places {
 }
 
 impl<'a> Context<'a> {
-    pub fn new(
+    pub(super) fn new(
         channels: &'a Channels,
         group: usize,
         diagnostics: &'a mut Diagnostics,
@@ -101,7 +101,7 @@ impl<'a> Context<'a> {
     }
 
     /// Reports what a constructor refused; `None` then.
-    pub fn accept<T, E: std::fmt::Display>(
+    pub(super) fn accept<T, E: std::fmt::Display>(
         &mut self,
         location: &Location,
         result: Result<T, E>,
@@ -112,7 +112,12 @@ impl<'a> Context<'a> {
     }
 
     /// A spectrum in the channels of this group, for what it is asked for. Reports what had to be clipped.
-    pub fn spectrum(&mut self, value: &SpectrumValue, role: Role, location: &Location) -> Spectrum {
+    pub(super) fn spectrum(
+        &mut self,
+        value: &SpectrumValue,
+        role: Role,
+        location: &Location,
+    ) -> Spectrum {
         let value = self.loaded(value, location);
         let seen = self.channels.seen(&value, role);
         if let Ok(Some(rgb)) = seen.as_ref().map(|seen| seen.clipped) {
@@ -127,7 +132,7 @@ impl<'a> Context<'a> {
     }
 
     /// A spectrum with the pairs of the file that it names, if it names one.
-    pub fn loaded<'v>(
+    pub(super) fn loaded<'v>(
         &mut self,
         value: &'v SpectrumValue,
         location: &Location,

@@ -45,7 +45,7 @@ struct View {
 
 impl Group {
     /// Assembles the scene; `None` after an error.
-    pub fn new(
+    pub(super) fn new(
         description: &SceneDescription,
         options: &LoadOptions,
         mut context: Context,
@@ -73,7 +73,7 @@ impl Group {
     }
 
     /// The number of samples: the same at each instant of a period of sound, in whole replicates.
-    pub fn whole_periods(&self, diagnostics: &mut Diagnostics) -> u64 {
+    pub(super) fn whole_periods(&self, diagnostics: &mut Diagnostics) -> u64 {
         let wanted = self.samples;
         let samples = self.scene.whole_periods(wanted);
         if samples != wanted {

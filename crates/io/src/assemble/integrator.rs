@@ -100,13 +100,13 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
-    pub fn renderer(&self, kind: Kind) -> Renderer {
+    pub(super) fn renderer(&self, kind: Kind) -> Renderer {
         let integrator = self.integrator(kind).map(Renderer::Light);
         integrator.unwrap_or(Renderer::Quantities(self.aov))
     }
 
     /// The estimators among which a pilot may choose.
-    pub fn candidates(&self) -> impl Iterator<Item = Integrator> {
+    pub(super) fn candidates(&self) -> impl Iterator<Item = Integrator> {
         let kinds = [Kind::Path, Kind::Particle, Kind::Bdpt].into_iter();
         kinds.filter_map(|kind| self.integrator(kind))
     }

@@ -52,7 +52,7 @@ pub(super) struct Setting {
 
 impl Setting {
     /// That of an `aov`.
-    pub fn new(object: &ObjectDescription, squared: bool, context: &mut Context) -> Self {
+    pub(super) fn new(object: &ObjectDescription, squared: bool, context: &mut Context) -> Self {
         Setting {
             reference: reference(object, context),
             is_spectral: matches!(context.channels, Channels::Wavelengths { .. }),
@@ -83,7 +83,7 @@ const LONGEST: usize = 200;
 
 impl AskedQuantities {
     /// Whether one of them has a name.
-    pub fn has(&self, name: &str) -> bool {
+    pub(super) fn has(&self, name: &str) -> bool {
         self.list.iter().any(|asked| asked.named(true).name == name)
     }
 }
@@ -125,7 +125,7 @@ impl Asked {
 
 impl AskedQuantities {
     /// Those of one `aov`: all of the way if it has no list.
-    pub fn of(query: &mut Query, setting: &Setting) -> Self {
+    pub(super) fn of(query: &mut Query, setting: &Setting) -> Self {
         let wavelength = query
             .has("wavelength")
             .then(|| query.float_in("wavelength", POSITIVE, None));
@@ -153,7 +153,7 @@ impl AskedQuantities {
     }
 
     /// All of the way, but for waves, which need a wavelength.
-    pub fn all() -> Self {
+    pub(super) fn all() -> Self {
         AskedQuantities {
             list: unlisted(false, false),
             ..AskedQuantities::default()
@@ -161,7 +161,7 @@ impl AskedQuantities {
     }
 
     /// Adds those of an `aov` further in.
-    pub fn add(&mut self, inner: Self, query: &mut Query) {
+    pub(super) fn add(&mut self, inner: Self, query: &mut Query) {
         let is_second = !self.is_empty();
         self.list.extend(inner.list);
         self.reference = inner.reference.or(self.reference);
@@ -172,12 +172,12 @@ impl AskedQuantities {
     }
 
     /// Whether nothing is asked for.
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
     /// What finds them.
-    pub fn tracer(&self) -> AovTracer {
+    pub(super) fn tracer(&self) -> AovTracer {
         let wanted: Vec<Aov> = self.list.iter().map(|asked| asked.aov).collect();
         let mut tracer = AovTracer::new(&wanted);
         (tracer.reference, tracer.wavelength) = (self.reference, self.wavelength);
@@ -185,7 +185,7 @@ impl AskedQuantities {
     }
 
     /// What they are called, in the order of the tracer; `beside` light each belongs to a layer.
-    pub fn named(&self, beside: bool) -> Vec<NamedQuantity> {
+    pub(super) fn named(&self, beside: bool) -> Vec<NamedQuantity> {
         let tracer = self.tracer();
         let named = |aov| {
             let asked = self.list.iter().find(|asked| asked.aov == aov);

@@ -27,7 +27,7 @@ pub(super) struct Placed {
 
 impl Placed {
     /// A grid of a medium that is not known yet.
-    pub fn new(quantity: Quantity, to_world: DAffine3, location: &Location) -> Self {
+    pub(super) fn new(quantity: Quantity, to_world: DAffine3, location: &Location) -> Self {
         Placed {
             quantity,
             medium: None,

@@ -58,7 +58,7 @@ impl Default for Samples {
 
 impl Samples {
     /// Puts what a caller asks for in the place of what the scene does.
-    pub fn replace(&mut self, options: &LoadOptions, diagnostics: &mut Diagnostics) {
+    pub(super) fn replace(&mut self, options: &LoadOptions, diagnostics: &mut Diagnostics) {
         self.adaptive |= options.adaptive;
         self.count = options.samples.unwrap_or(self.count);
         let Some(name) = options.sampler.as_deref() else {
@@ -80,7 +80,7 @@ impl Samples {
     }
 
     /// Asks for as much as others do, too.
-    pub fn raise(&mut self, other: Self) {
+    pub(super) fn raise(&mut self, other: Self) {
         self.count = self.count.max(other.count);
         self.instants = self.instants.max(other.instants);
         self.replicates = self.replicates.max(other.replicates);

@@ -17,7 +17,7 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
-    pub fn new(overrides: &[(String, String)]) -> Self {
+    pub(super) fn new(overrides: &[(String, String)]) -> Self {
         let declaration = |name: &str| format!("\"{name}\": ... to the scene's \"parameters\"");
         Parameters {
             texts: draft::Parameters::new(overrides, declaration),
@@ -26,7 +26,7 @@ impl Parameters {
     }
 
     /// Reads what the scene declares; later values may refer to earlier ones.
-    pub fn declare(&mut self, node: &mut Node, diagnostics: &mut Diagnostics) {
+    pub(super) fn declare(&mut self, node: &mut Node, diagnostics: &mut Diagnostics) {
         let Json::Object(entries) = &mut node.json else {
             let message = format!("expected an object, found {}", node.json.describe());
             return report(node, message, diagnostics);
@@ -107,7 +107,7 @@ impl Parameters {
     }
 
     /// Reports overrides that nothing used; returns names and values.
-    pub fn finish(self, diagnostics: &mut Diagnostics) -> Vec<(String, String)> {
+    pub(super) fn finish(self, diagnostics: &mut Diagnostics) -> Vec<(String, String)> {
         self.texts.report_open(diagnostics);
         self.texts.report_unused(diagnostics);
         self.texts.into_values()

@@ -43,7 +43,7 @@ pub(super) struct Entry {
 
 impl Json {
     /// What messages call it.
-    pub fn describe(&self) -> &'static str {
+    pub(super) fn describe(&self) -> &'static str {
         match self {
             Json::Broken | Json::Null => "null",
             Json::Boolean(_) => "true or false",
@@ -57,7 +57,7 @@ impl Json {
 
 impl Node {
     /// A number, if it is one.
-    pub fn number(&self) -> Option<f64> {
+    pub(super) fn number(&self) -> Option<f64> {
         match self.json {
             Json::Integer(v) => Some(v as f64),
             Json::Float(v) => Some(v),
@@ -66,7 +66,7 @@ impl Node {
     }
 
     /// The same value, as if it had been written at one place.
-    pub fn moved(mut self, to: &Location) -> Self {
+    pub(super) fn moved(mut self, to: &Location) -> Self {
         self.location = to.clone();
         match &mut self.json {
             Json::Array(items) => {

@@ -54,7 +54,7 @@ fn encoding(word: &str) -> Result<Encoding, Problem> {
 
 impl Header {
     /// Reads the header of a file of `size` bytes.
-    pub fn read(reader: &mut impl Read, size: u64) -> Result<Self, Problem> {
+    pub(crate) fn read(reader: &mut impl Read, size: u64) -> Result<Self, Problem> {
         let truncated = |expected| Problem::Truncated {
             expected,
             found: size,

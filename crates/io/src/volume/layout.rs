@@ -82,7 +82,7 @@ pub(super) struct Layout {
 
 impl Layout {
     /// That of an array, whose first index runs fastest if `fortran`.
-    pub fn new(shape: &[usize], fortran: bool, order: AxisOrder) -> Result<Self, Problem> {
+    pub(super) fn new(shape: &[usize], fortran: bool, order: AxisOrder) -> Result<Self, Problem> {
         let Some(letters) = order.of(shape.len()) else {
             let expected = if order.channels {
                 format!("an array of 4 axes ({order})")
@@ -116,18 +116,18 @@ impl Layout {
     }
 
     /// That of a volume: channels are neighbours, then x is fastest.
-    pub fn plain(size: [usize; 3], channels: usize) -> Result<Self, Problem> {
+    pub(super) fn plain(size: [usize; 3], channels: usize) -> Result<Self, Problem> {
         let [x, y, z] = size;
         Self::new(&[z, y, x, channels], false, AxisOrder::ZYX)
     }
 
     /// Number of values.
-    pub fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.axes.iter().map(|(length, _)| length).product()
     }
 
     /// Refuses values that a file of `size` bytes must not take memory for.
-    pub fn check<T: Sample>(&self, limits: Limits, size: u64) -> Result<(), Problem> {
+    pub(super) fn check<T: Sample>(&self, limits: Limits, size: u64) -> Result<(), Problem> {
         limits.check(self.count() as u64, size_of::<T>() as u64, size)
     }
 
@@ -140,7 +140,7 @@ impl Layout {
     }
 
     /// Reads values. The caller has checked that they can be there.
-    pub fn read<T: Sample>(
+    pub(super) fn read<T: Sample>(
         &self,
         reader: &mut impl Read,
         encoding: Encoding,
@@ -163,7 +163,7 @@ impl Layout {
     }
 
     /// Values that are written as text and separated by blanks.
-    pub fn parse<T: Sample>(&self, text: &str) -> Result<Vec<T>, Problem> {
+    pub(super) fn parse<T: Sample>(&self, text: &str) -> Result<Vec<T>, Problem> {
         // A number takes a byte, and a blank.
         if self.count() > text.len().div_ceil(2) {
             return Err(self.other_count(text.split_ascii_whitespace().count()));
@@ -198,7 +198,7 @@ impl Layout {
     }
 
     /// Where in the volume the values of the file belong, in the order of the file.
-    pub fn targets(&self) -> impl Iterator<Item = usize> + use<> {
+    pub(super) fn targets(&self) -> impl Iterator<Item = usize> + use<> {
         let [(a, da), (b, db), (c, dc), (d, dd)] = self.axes;
         (0..a).flat_map(move |i| {
             (0..b).flat_map(move |j| {

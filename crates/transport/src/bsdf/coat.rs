@@ -41,7 +41,7 @@ pub(super) struct Local<'a> {
 
 impl Coats {
     /// Coats of relative index `eta` with facets of some roughness, the same in all directions.
-    pub fn new(eta: f64, roughness: &Roughness, lossless: bool) -> Self {
+    pub(super) fn new(eta: f64, roughness: &Roughness, lossless: bool) -> Self {
         let [least, most] = roughness.range();
         let count = if least < most { COATS } else { 1 };
         let alpha = |k: usize| {
@@ -63,7 +63,7 @@ impl Coats {
     }
 
     /// The coat for some facets.
-    pub fn at(&self, facets: &Microfacets) -> Local<'_> {
+    pub(super) fn at(&self, facets: &Microfacets) -> Local<'_> {
         let [least, most] = self.range;
         let Some(last) = self.coats.len().checked_sub(2) else {
             return Local {
@@ -83,13 +83,13 @@ impl Coats {
 
 impl Local<'_> {
     /// What passes at a cosine to the normal.
-    pub fn passes(&self, cos: f64) -> f64 {
+    pub(super) fn passes(&self, cos: f64) -> f64 {
         let [a, b] = self.between.map(|coat| coat.passes(cos));
         a + (b - a) * self.t
     }
 
     /// Mean reflectance of light from below.
-    pub fn returned(&self) -> f64 {
+    pub(super) fn returned(&self) -> f64 {
         let [a, b] = self.between.map(|coat| coat.from_below);
         a + (b - a) * self.t
     }

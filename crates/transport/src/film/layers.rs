@@ -96,7 +96,7 @@ impl LayerGroup {
     }
 
     /// How light is told apart.
-    pub fn decomposition(&self) -> Decomposition {
+    pub(crate) fn decomposition(&self) -> Decomposition {
         self.decomposition
     }
 
@@ -122,7 +122,7 @@ impl LayerGroup {
 
     /// Takes note of a sample of the mean of each layer over all pixels: see
     /// [`Film::add_whole`](super::Film::add_whole).
-    pub fn add_whole(&mut self, means: impl IntoIterator<Item = Spectrum>) {
+    pub(crate) fn add_whole(&mut self, means: impl IntoIterator<Item = Spectrum>) {
         for (whole, mean) in self.whole.iter_mut().zip(means) {
             whole.add(mean);
         }
@@ -139,7 +139,7 @@ pub(crate) struct CellsMut<'a> {
 
 impl CellsMut<'_> {
     /// Adds a pixel's sample of a layer, unless it is zero.
-    pub fn add(&mut self, pixel: usize, layer: usize, value: Spectrum) {
+    pub(crate) fn add(&mut self, pixel: usize, layer: usize, value: Spectrum) {
         let first = (pixel * self.layers + layer) * self.channels;
         let cells = &mut self.cells[first..first + self.channels];
         for (cell, v) in cells.iter_mut().zip(value.0) {
@@ -157,7 +157,7 @@ pub(crate) struct Pending {
 
 impl Pending {
     /// Zero at so many places.
-    pub fn new(places: usize) -> Self {
+    pub(crate) fn new(places: usize) -> Self {
         Pending {
             values: vec![Spectrum::ZERO; places],
             touched: Vec::new(),
@@ -165,7 +165,7 @@ impl Pending {
     }
 
     /// Adds a value at a place.
-    pub fn add(&mut self, place: usize, value: Spectrum) {
+    pub(crate) fn add(&mut self, place: usize, value: Spectrum) {
         if self.values[place].is_zero() {
             self.touched.push(place);
         }
@@ -173,7 +173,7 @@ impl Pending {
     }
 
     /// Takes all values that are not zero, in the order in which their places came up.
-    pub fn take(&mut self, mut to: impl FnMut(usize, Spectrum)) {
+    pub(crate) fn take(&mut self, mut to: impl FnMut(usize, Spectrum)) {
         for place in self.touched.drain(..) {
             let value = std::mem::take(&mut self.values[place]);
             if !value.is_zero() {

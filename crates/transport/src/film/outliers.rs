@@ -143,7 +143,7 @@ impl OutlierRejection {
 
 impl LevelsMut<'_> {
     /// Adds a sample of a pixel.
-    pub fn add(&mut self, pixel: usize, value: Spectrum) {
+    pub(crate) fn add(&mut self, pixel: usize, value: Spectrum) {
         let brightness = value.0[..self.channels].iter().sum::<f64>() / self.channels as f64;
         let (lower, share) = place(brightness);
         for (level, share) in [(lower, share), (lower + 1, 1.0 - share)] {

@@ -125,7 +125,7 @@ pub(crate) struct VcmSample<'a> {
 
 impl VcmSample<'_> {
     /// Its contributions, and those of the light subpath to the sensor.
-    pub fn take(
+    pub(crate) fn take(
         &self,
         ray: SensorRay,
         sampler: &mut Sampler,

@@ -24,7 +24,7 @@ pub(crate) enum Attenuation<'a> {
 impl<'a> Attenuation<'a> {
     /// For the part θ ≤ `theta_end` of an arc.
     #[inline]
-    pub fn new(medium: &'a Medium, arc: &Arc, theta_end: f64) -> Self {
+    pub(crate) fn new(medium: &'a Medium, arc: &Arc, theta_end: f64) -> Self {
         if medium.is_transparent() {
             return Attenuation::None;
         }
@@ -54,7 +54,7 @@ impl<'a> Attenuation<'a> {
 
     /// Optical depth from the start of the arc to θ.
     #[inline]
-    pub fn depth(&self, arc: &Arc, theta: f64) -> Spectrum {
+    pub(crate) fn depth(&self, arc: &Arc, theta: f64) -> Spectrum {
         match self {
             Attenuation::None => Spectrum::ZERO,
             Attenuation::Uniform(sigma) => *sigma * arc.arc_length(theta),
@@ -65,7 +65,7 @@ impl<'a> Attenuation<'a> {
     }
 
     /// Extinction per unit length at θ: exactly the derivative of [`Attenuation::depth`].
-    pub fn rate(&self, arc: &Arc, theta: f64) -> Spectrum {
+    pub(crate) fn rate(&self, arc: &Arc, theta: f64) -> Spectrum {
         match self {
             Attenuation::None => Spectrum::ZERO,
             Attenuation::Uniform(sigma) | Attenuation::Even(sigma, _) => *sigma,
@@ -80,7 +80,7 @@ impl<'a> Attenuation<'a> {
     /// Where the depth of a channel reaches a target on the part θ ≤ `theta_end`, if it does, and the depth up to
     /// there, or up to the end.
     #[inline]
-    pub fn reach(
+    pub(crate) fn reach(
         &self,
         arc: &Arc,
         theta_end: f64,

@@ -19,7 +19,7 @@ pub(super) struct Cells {
 
 impl Cells {
     /// Those of a grid over a range of θ along the line from `start` by `step`, in units of cells.
-    pub fn new(grid: &VolumeGrid, [start, step]: [DVec3; 2], [from, end]: [f64; 2]) -> Self {
+    pub(super) fn new(grid: &VolumeGrid, [start, step]: [DVec3; 2], [from, end]: [f64; 2]) -> Self {
         let (planes, first) = (grid.planes(), start + step * from);
         let mut cells = Cells {
             cell: std::array::from_fn(|axis| {

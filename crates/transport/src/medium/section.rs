@@ -19,7 +19,7 @@ const MOST_STEPS: usize = 20;
 
 /// A grid along the straight line over θ ∈ [0, 1].
 #[derive(Clone, Debug)]
-pub struct Section<'a> {
+pub(crate) struct Section<'a> {
     grid: &'a VolumeGrid,
     /// From where to where, in units of cells.
     start: DVec3,
@@ -36,7 +36,7 @@ pub struct Section<'a> {
 
 impl<'a> Section<'a> {
     /// A grid whose values are multiplied by `scale`, along a straight arc.
-    pub fn new(grid: &'a VolumeGrid, scale: f64, arc: &Arc) -> Self {
+    pub(crate) fn new(grid: &'a VolumeGrid, scale: f64, arc: &Arc) -> Self {
         let start = grid.in_cells(arc.start());
         Section {
             grid,
@@ -50,7 +50,7 @@ impl<'a> Section<'a> {
     }
 
     /// The integrand per unit length at a point of the line.
-    pub fn value(&self, x: DVec3) -> Spectrum {
+    pub(crate) fn value(&self, x: DVec3) -> Spectrum {
         self.grid.within(x) * self.scale
     }
 
@@ -71,7 +71,7 @@ impl<'a> Section<'a> {
     }
 
     /// The integral over length from θ = 0 to `end`.
-    pub fn integral(&self, end: f64) -> Spectrum {
+    pub(crate) fn integral(&self, end: f64) -> Spectrum {
         let before = self.known.partition_point(|(theta, _)| *theta <= end);
         let (from, sum) = match before {
             0 => (0.0, Spectrum::ZERO),
@@ -82,7 +82,7 @@ impl<'a> Section<'a> {
 
     /// Where the integral of a channel reaches a `target`, if it does before θ = `end`, and the integral up to
     /// there, or to the end.
-    pub fn reach(&self, end: f64, channel: usize, target: f64) -> (Option<f64>, Spectrum) {
+    pub(crate) fn reach(&self, end: f64, channel: usize, target: f64) -> (Option<f64>, Spectrum) {
         self.until([0.0, end], channel, target)
     }
 

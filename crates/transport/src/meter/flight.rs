@@ -8,7 +8,7 @@ use glam::DVec3;
 
 /// A particle on one arc of its way.
 #[derive(Clone, Copy, Debug)]
-pub struct Flight<'a> {
+pub(super) struct Flight<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// Channel probabilities with which distances are sampled.
@@ -25,7 +25,7 @@ pub struct Flight<'a> {
 
 /// A collision in a medium.
 #[derive(Clone, Copy, Debug)]
-pub struct Collision<'a> {
+pub(super) struct Collision<'a> {
     /// The medium's scene.
     pub scene: &'a Scene,
     /// Where.
@@ -38,7 +38,7 @@ pub struct Collision<'a> {
 
 /// Light that passes through a surface, or arrives at an opaque one.
 #[derive(Clone, Copy, Debug)]
-pub struct Passing {
+pub(super) struct Passing {
     /// The object.
     pub object: usize,
     /// Where.
@@ -80,7 +80,7 @@ impl Flight<'_> {
     }
 
     /// Optical path length from the emitter to its end.
-    pub fn length_after(&self) -> f64 {
+    pub(super) fn length_after(&self) -> f64 {
         self.optical_length + self.span.arc.optical_length(self.theta_end)
     }
 
@@ -92,7 +92,7 @@ impl Flight<'_> {
     }
 
     /// Its power and the absorption coefficient, if they are the same all along the arc.
-    pub fn uniform(&self) -> Option<[Spectrum; 2]> {
+    pub(super) fn uniform(&self) -> Option<[Spectrum; 2]> {
         if self.power_varies() {
             return None;
         }
@@ -124,7 +124,7 @@ impl Flight<'_> {
 
 impl Collision<'_> {
     /// What the medium takes of the particle.
-    pub fn absorbed(&self) -> Spectrum {
+    pub(super) fn absorbed(&self) -> Spectrum {
         let albedo = self.scene.medium(self.point.medium).albedo.at(self.point.x);
         self.path * self.point.rate * absorbed_share(albedo)
     }

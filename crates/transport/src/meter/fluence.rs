@@ -178,7 +178,7 @@ pub(super) struct Slots<'a> {
 
 impl Slots<'_> {
     /// Adds a value to a cell, channel by channel.
-    pub fn add(&mut self, cell: usize, value: Spectrum) {
+    pub(super) fn add(&mut self, cell: usize, value: Spectrum) {
         for c in 0..self.channels {
             self.scores
                 .add(self.first + cell * self.channels + c, value[c]);

@@ -80,14 +80,14 @@ pub(super) struct Quantity {
 
 impl Quantity {
     /// Number of bins.
-    pub fn cells(&self) -> usize {
+    pub(super) fn cells(&self) -> usize {
         self.axes
             .iter()
             .fold(1, |n, axis| n.saturating_mul(axis.len()))
     }
 
     /// Reads it off the tally, in which the meter has the slots from `first`, with so many channels.
-    pub fn read(&self, tally: &Tally, first: usize, channels: usize) -> Reading {
+    pub(super) fn read(&self, tally: &Tally, first: usize, channels: usize) -> Reading {
         let slots = 0..self.cells() * channels;
         let start = first + self.first * channels;
         let measure = |i: usize| self.measures[i / channels % self.measures.len()];

@@ -16,7 +16,7 @@ const SLOTS_PER_CHUNK: usize = 1 << 14;
 
 /// What one particle has left so far: slots and values, in any order.
 #[derive(Clone, Debug, Default)]
-pub struct Scores {
+pub(crate) struct Scores {
     list: Vec<(u32, f64)>,
     /// Values that were not finite: counted, and scored zero.
     pub not_finite: u64,
@@ -24,7 +24,7 @@ pub struct Scores {
 
 impl Scores {
     /// Adds a value to a slot, which must be below [`Tally::MOST_SLOTS`].
-    pub fn add(&mut self, slot: usize, value: f64) {
+    pub(crate) fn add(&mut self, slot: usize, value: f64) {
         if !value.is_finite() {
             self.not_finite += 1;
         } else if value != 0.0 {
@@ -42,7 +42,7 @@ pub(crate) struct TaskSums {
 
 impl TaskSums {
     /// Takes the scores of a particle that has come to its end.
-    pub fn take(&mut self, scores: &mut Scores) {
+    pub(crate) fn take(&mut self, scores: &mut Scores) {
         // Stable: equal slots keep their order, and sums their bits.
         scores.list.sort_by_key(|(slot, _)| *slot);
         for same in scores.list.chunk_by(|a, b| a.0 == b.0) {
@@ -55,7 +55,7 @@ impl TaskSums {
 
     /// Ends the task: adds up the particles.
     #[must_use]
-    pub fn finish(mut self) -> Self {
+    pub(crate) fn finish(mut self) -> Self {
         self.entries.sort_by_key(|(slot, ..)| *slot);
         self.entries.dedup_by(|next, kept| {
             let same = next.0 == kept.0;

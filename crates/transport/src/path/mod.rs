@@ -31,8 +31,9 @@ pub use learnt::{
     StrategyKind, StrategyRates, StrategySample, StrategyShares, StrategyTraining, StrategyWork,
 };
 pub use random_walk::{Observer, RandomWalk, Survival, WalkEvent, WalkRay};
+pub(crate) use segment::share;
 pub use segment::{
-    Edge, EdgeGeometry, End, Point, Span, Split, Start, TransportMode, Vertex, lead_in, share,
+    Edge, EdgeGeometry, End, Point, Span, Split, Start, TransportMode, Vertex, lead_in,
 };
 pub(crate) use segment::{Equiangular, surface_at};
 pub use subpath::{Bounds, PathVertex, emit, guess};

@@ -39,7 +39,10 @@ pub(crate) struct Followed<T> {
 impl LightPaths<'_> {
     /// Follows them on the current thread pool, and keeps something of each on which light left. What it finds does not depend on
     /// the number of threads.
-    pub fn follow<T: Send>(&self, keep: impl Fn(usize, LightPath) -> T + Sync) -> Followed<Vec<T>> {
+    pub(crate) fn follow<T: Send>(
+        &self,
+        keep: impl Fn(usize, LightPath) -> T + Sync,
+    ) -> Followed<Vec<T>> {
         let part = |task: usize| {
             let mut ws = Workspace::new(self.scene.tolerance());
             ws.stop = self.stop.clone();

@@ -25,7 +25,7 @@ pub(crate) struct PhotonMap {
 
 impl PhotonMap {
     /// The photons of light subpaths.
-    pub fn trace(paths: &LightPaths<'_>) -> Followed<Self> {
+    pub(crate) fn trace(paths: &LightPaths<'_>) -> Followed<Self> {
         let followed = paths.follow(|path, light| {
             let photons = landed(paths.scene, &light, path, paths.count);
             photons.collect::<Vec<_>>()
@@ -45,7 +45,7 @@ impl PhotonMap {
     }
 
     /// A map of photons.
-    pub fn of(photons: impl IntoIterator<Item = Photon>) -> Self {
+    pub(crate) fn of(photons: impl IntoIterator<Item = Photon>) -> Self {
         let (mut volume, mut surface) = (Vec::new(), Vec::new());
         for photon in photons {
             match photon.place {
@@ -60,7 +60,7 @@ impl PhotonMap {
     }
 
     /// How many there are.
-    pub fn counts(&self) -> Photons {
+    pub(crate) fn counts(&self) -> Photons {
         Photons {
             in_media: self.volume.photons().len() as u64,
             on_surfaces: self.surface.photons().len() as u64,
@@ -68,7 +68,7 @@ impl PhotonMap {
     }
 
     /// A radius for the first of many maps like this one.
-    pub fn first_radius(&self, scene: &Scene) -> f64 {
+    pub(crate) fn first_radius(&self, scene: &Scene) -> f64 {
         let lonely = LONELY * scene.around().radius;
         self.typical_radius().unwrap_or(lonely)
     }

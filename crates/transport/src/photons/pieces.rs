@@ -24,7 +24,7 @@ pub(crate) struct GatherPiece<'a> {
 }
 
 /// The pieces of a span, around which photons count up to a radius.
-pub fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = GatherPiece<'a>> {
+pub(crate) fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = GatherPiece<'a>> {
     let (arc, end) = (&span.arc, span.theta_end);
     // A Bézier curve of degree 5 with second differences of control points up to D leaves the chord of a
     // piece of width w by at most ⅛ w² 20 D.
@@ -53,7 +53,7 @@ pub fn pieces<'a>(span: &'a Span, radius: f64) -> impl Iterator<Item = GatherPie
 
 impl GatherPiece<'_> {
     /// Whether a photon in a box may count.
-    pub fn touches(&self, bounds: &Aabb) -> bool {
+    pub(crate) fn touches(&self, bounds: &Aabb) -> bool {
         let b = bounds.grown(self.radius + self.sag);
         let start = self.ends[0].0;
         // A component of zero would make infinities that cannot be compared.
@@ -67,7 +67,7 @@ impl GatherPiece<'_> {
 
     /// θ of the foot of the perpendicular from a place to the piece, and its squared length, if there is one
     /// within the radius. Of adjacent pieces of a smooth curve one at most has the foot.
-    pub fn foot(&self, y: DVec3) -> Option<(f64, f64)> {
+    pub(crate) fn foot(&self, y: DVec3) -> Option<(f64, f64)> {
         let [start, end] = self.ends;
         let along = (y - start.0).dot(self.chord()) / self.chord().length_squared();
         let nearest = start.0 + self.chord() * along.clamp(0.0, 1.0);

@@ -61,7 +61,7 @@ enum Shares {
 
 impl Allocation {
     /// That of a render of which nothing is known yet.
-    pub fn new(scene: &Scene, adaptive: bool) -> Self {
+    pub(super) fn new(scene: &Scene, adaptive: bool) -> Self {
         Allocation {
             unit: scene.whole_periods(1),
             shares: if adaptive { Shares::Open } else { Shares::Even },
@@ -69,7 +69,7 @@ impl Allocation {
     }
 
     /// Whether it may be that of a render of so many pixels that begins with `blank`.
-    pub fn fits(&self, blank: &Allocation, pixels: usize) -> bool {
+    pub(super) fn fits(&self, blank: &Allocation, pixels: usize) -> bool {
         let sound = |share| (LEAST..=LARGEST).contains(share);
         let fits = match &self.shares {
             Shares::Known(shares) => shares.len() == pixels && shares.iter().all(sound),
@@ -79,7 +79,7 @@ impl Allocation {
     }
 
     /// Whether parts of one render may have both.
-    pub fn agrees(&self, other: &Allocation) -> bool {
+    pub(super) fn agrees(&self, other: &Allocation) -> bool {
         self.unit == other.unit
             && match (&self.shares, &other.shares) {
                 (Shares::Even, Shares::Even) => true,
@@ -90,14 +90,14 @@ impl Allocation {
     }
 
     /// Takes over what another one that agrees knows.
-    pub fn learn(&mut self, other: &Allocation) {
+    pub(super) fn learn(&mut self, other: &Allocation) {
         if self.shares == Shares::Open {
             self.clone_from(other);
         }
     }
 
     /// How many samples of the image, from number `at` on, can be taken before shares must be found out.
-    pub fn ready(&self, at: u64) -> u64 {
+    pub(super) fn ready(&self, at: u64) -> u64 {
         match self.shares {
             Shares::Open => (self.from() * self.unit).saturating_sub(at),
             _ => u64::MAX,
@@ -111,7 +111,7 @@ impl Allocation {
 
     /// Numbers of the samples of a pixel that belong to a sample of the image. If this is the first one of a replicate, they are
     /// first ones, too.
-    pub fn samples(&self, pixel: usize, sample: u64) -> impl Iterator<Item = u64> + use<> {
+    pub(super) fn samples(&self, pixel: usize, sample: u64) -> impl Iterator<Item = u64> + use<> {
         let (unit, place) = (sample / self.unit, sample % self.unit);
         let units = match &self.shares {
             Shares::Known(shares) => {
@@ -134,7 +134,7 @@ impl Allocation {
     }
 
     /// Finds out the shares. `between` is asked now and then whether to go on; when it breaks, nothing is found out.
-    pub fn measure(
+    pub(super) fn measure(
         &mut self,
         lights: &[LightSamples],
         mut between: impl FnMut() -> ControlFlow<()>,

@@ -83,7 +83,7 @@ impl PilotSums {
     }
 
     /// Takes some of the pairs of a pilot.
-    pub fn take(light: &LightSamples, pairs: Range<usize>) -> Self {
+    pub(super) fn take(light: &LightSamples, pairs: Range<usize>) -> Self {
         let size = pairs.len().div_ceil(TASKS).max(1);
         let tasks: Vec<PilotSums> = (0..pairs.len().div_ceil(size))
             .into_par_iter()
@@ -167,7 +167,7 @@ impl PilotSums {
         }
     }
 
-    pub fn work_per_sample(&self) -> f64 {
+    pub(super) fn work_per_sample(&self) -> f64 {
         self.work / self.paths
     }
 
@@ -181,7 +181,7 @@ impl PilotSums {
         cells
     }
 
-    pub fn pairs(&self) -> f64 {
+    pub(super) fn pairs(&self) -> f64 {
         self.tiles.iter().map(|tile| tile.pairs).sum()
     }
 

@@ -20,7 +20,7 @@ pub(super) struct Passes {
 
 impl Passes {
     /// Over ranges in ascending order; the first pass has `first` samples.
-    pub fn over(gaps: impl IntoIterator<Item = Range<u64>>, first: u64) -> Self {
+    pub(super) fn over(gaps: impl IntoIterator<Item = Range<u64>>, first: u64) -> Self {
         let mut gaps: Vec<Range<u64>> = gaps.into_iter().filter(|gap| !gap.is_empty()).collect();
         gaps.reverse();
         Passes {
@@ -31,13 +31,13 @@ impl Passes {
     }
 
     /// The first sample of the next pass, if there is one.
-    pub fn at(&self) -> Option<u64> {
+    pub(super) fn at(&self) -> Option<u64> {
         self.gaps.last().map(|gap| gap.start)
     }
 
     /// Begins the next pass: of as many samples as `size` makes of what would take the right time, or fewer if no more are
     /// missing here. Empty if none are.
-    pub fn begin(&mut self, size: impl FnOnce(u64) -> u64) -> Range<u64> {
+    pub(super) fn begin(&mut self, size: impl FnOnce(u64) -> u64) -> Range<u64> {
         self.started = Instant::now();
         let Some(gap) = self.gaps.last() else {
             return 0..0;
@@ -47,7 +47,7 @@ impl Passes {
     }
 
     /// Ends the pass. Returns how long it took.
-    pub fn end(&mut self) -> Duration {
+    pub(super) fn end(&mut self) -> Duration {
         let elapsed = self.started.elapsed();
         if let Some(gap) = self.gaps.last_mut() {
             gap.start += self.next;

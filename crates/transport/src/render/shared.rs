@@ -19,12 +19,12 @@ pub(super) struct SharedLight {
 
 impl SharedLight {
     /// Whether an estimator has any.
-    pub fn is_used(integrator: &Integrator) -> bool {
+    pub(super) fn is_used(integrator: &Integrator) -> bool {
         matches!(integrator, Integrator::Vcm(_))
     }
 
     /// Those of a sample; `None` if the estimator has none.
-    pub fn trace(light: &LightSamples, sample: u64) -> Option<Followed<Self>> {
+    pub(super) fn trace(light: &LightSamples, sample: u64) -> Option<Followed<Self>> {
         let (source, Integrator::Vcm(vcm)) = (light.source, light.integrator) else {
             return None;
         };
@@ -46,7 +46,7 @@ impl SharedLight {
     }
 
     /// As [`LightSamples::take`], with these light subpaths, of which the one with the pixel's number is connected.
-    pub fn take(
+    pub(super) fn take(
         &self,
         light: &LightSamples,
         pixel: usize,

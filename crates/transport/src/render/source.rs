@@ -42,7 +42,7 @@ pub(super) struct LightSamples<'s> {
 }
 
 impl<'a> Source<'a> {
-    pub fn new(
+    pub(super) fn new(
         scene: &'a Scene,
         group: usize,
         options: &RenderOptions,
@@ -63,19 +63,19 @@ impl<'a> Source<'a> {
     }
 
     /// Number of channels in use.
-    pub fn channels(&self) -> usize {
+    pub(super) fn channels(&self) -> usize {
         self.scene.film().channels_of(self.group)
     }
 
     /// The samples that an integrator takes.
-    pub fn light(&self, integrator: Integrator) -> LightSamples<'_> {
+    pub(super) fn light(&self, integrator: Integrator) -> LightSamples<'_> {
         LightSamples {
             source: self,
             integrator,
         }
     }
 
-    pub fn workspace(&self) -> Workspace {
+    pub(super) fn workspace(&self) -> Workspace {
         self.workspace_of(&self.prepared)
     }
 
@@ -97,7 +97,7 @@ impl<'a> Source<'a> {
     }
 
     /// The sensor ray of a sample of a pixel.
-    pub fn ray(&self, pixel: usize, sample: u64) -> SampledRay {
+    pub(super) fn ray(&self, pixel: usize, sample: u64) -> SampledRay {
         let mut sampler = self.sampler(pixel as u64, sample);
         let spec = self.scene.film();
         let [u, v] = sampler.next_2d_for(Purpose::Direction);
@@ -113,7 +113,7 @@ impl<'a> Source<'a> {
     }
 
     /// Hands over the light subpaths of a sample of the whole image: so many, which are numbered after the pixels.
-    pub fn with_light_paths<T>(
+    pub(super) fn with_light_paths<T>(
         &self,
         sample: u64,
         bounds: Bounds,
@@ -133,12 +133,12 @@ impl<'a> Source<'a> {
     }
 
     /// Whether light on such a path belongs to the image.
-    pub fn shows(&self, path: &PathFacts) -> bool {
+    pub(super) fn shows(&self, path: &PathFacts) -> bool {
         !(self.hides_emitters && path.bounces == 0)
     }
 
     /// The random numbers of a sample of a pixel. Numbers beyond those of the pixels are for what they share.
-    pub fn sampler(&self, pixel: u64, sample: u64) -> Sampler {
+    pub(super) fn sampler(&self, pixel: u64, sample: u64) -> Sampler {
         Sampler::in_replicates(self.replicates, [self.seed, pixel, sample])
     }
 }
@@ -154,7 +154,13 @@ pub(super) struct SampledRay {
 
 impl LightSamples<'_> {
     /// Adds the contributions of one sample of a pixel to `out`.
-    pub fn take(&self, pixel: usize, sample: u64, ws: &mut Workspace, out: &mut Vec<Contribution>) {
+    pub(super) fn take(
+        &self,
+        pixel: usize,
+        sample: u64,
+        ws: &mut Workspace,
+        out: &mut Vec<Contribution>,
+    ) {
         let (scene, channels) = (self.source.scene.at(sample), self.source.channels());
         self.take_by(pixel, sample, ws, out, |ray, sampler, ws, out| {
             self.integrator
@@ -163,7 +169,7 @@ impl LightSamples<'_> {
     }
 
     /// The same by another way to estimate what a sensor ray sees.
-    pub fn take_by(
+    pub(super) fn take_by(
         &self,
         pixel: usize,
         sample: u64,

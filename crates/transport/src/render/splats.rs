@@ -252,7 +252,7 @@ pub(super) struct Layered {
 }
 
 impl Layered {
-    pub fn new(layers: Option<&mut LayerGroup>, pixels: usize) -> Option<Self> {
+    pub(super) fn new(layers: Option<&mut LayerGroup>, pixels: usize) -> Option<Self> {
         let decomposition = layers?.decomposition();
         Some(Layered {
             decomposition,
@@ -273,13 +273,13 @@ impl Layered {
     }
 
     /// Adds a value to a pixel's sample.
-    pub fn add(&mut self, pixel: usize, layer: usize, value: Spectrum) {
+    pub(super) fn add(&mut self, pixel: usize, layer: usize, value: Spectrum) {
         self.pending
             .add(pixel * self.decomposition.layers() + layer, value);
     }
 
     /// Adds what was added up to the film, and starts anew.
-    pub fn finish(&mut self, group: &mut LayerGroup) {
+    pub(super) fn finish(&mut self, group: &mut LayerGroup) {
         let layers = self.decomposition.layers();
         let mut sums = vec![Spectrum::ZERO; layers];
         let mut cells = group.cells_mut();

@@ -69,12 +69,12 @@ impl Layer {
 
 impl Strategies {
     /// All films.
-    pub fn films(&self) -> impl Iterator<Item = &Film> {
+    pub(super) fn films(&self) -> impl Iterator<Item = &Film> {
         self.layers.values().flatten().map(|layer| &layer.film)
     }
 
     /// Adds the samples of others.
-    pub fn merge(&mut self, other: &Strategies) {
+    pub(super) fn merge(&mut self, other: &Strategies) {
         for (strategy, layers) in &other.layers {
             match self.layers.get_mut(strategy) {
                 None => _ = self.layers.insert(*strategy, layers.clone()),
@@ -87,7 +87,12 @@ impl Strategies {
     }
 
     /// Adds a share of contributions to a sample of the whole image.
-    pub fn splat(&mut self, source: &Source, contributions: &[(usize, Contribution)], share: f64) {
+    pub(super) fn splat(
+        &mut self,
+        source: &Source,
+        contributions: &[(usize, Contribution)],
+        share: f64,
+    ) {
         for (own, contribution) in contributions {
             let (s, t) = contribution.strategy;
             let key = (s.min(MOST_VERTICES), t.min(MOST_VERTICES));
@@ -103,7 +108,7 @@ impl Strategies {
     }
 
     /// Ends a sample of the whole image.
-    pub fn finish(&mut self, source: &Source) {
+    pub(super) fn finish(&mut self, source: &Source) {
         for layer in self.layers.values_mut().flatten() {
             layer.finish(source.group);
         }

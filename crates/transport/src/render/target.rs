@@ -72,7 +72,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub fn new(target: Target) -> Self {
+    pub(super) fn new(target: Target) -> Self {
         Watch {
             target,
             next: FIRST,
@@ -81,17 +81,17 @@ impl Watch {
     }
 
     /// Samples per pixel before the next look.
-    pub fn next(&self) -> u64 {
+    pub(super) fn next(&self) -> u64 {
         self.next
     }
 
     /// What is wanted.
-    pub fn target(&self) -> Target {
+    pub(super) fn target(&self) -> Target {
         self.target
     }
 
     /// Looks after `done` samples per pixel, if it is time to.
-    pub fn look(&mut self, done: u64, film: &Film, debiased: Option<&Debiased>) {
+    pub(super) fn look(&mut self, done: u64, film: &Film, debiased: Option<&Debiased>) {
         if done < self.next {
             return;
         }
@@ -102,7 +102,7 @@ impl Watch {
     }
 
     /// Whether to stop.
-    pub fn is_over(&self) -> bool {
+    pub(super) fn is_over(&self) -> bool {
         self.met >= AGREEING
     }
 }

@@ -189,7 +189,7 @@ pub(super) struct Points {
 
 impl Points {
     /// A number of [`BITS`] random bits for a dimension of an edge, with the point's leading digits where numbers are spread.
-    pub fn refined(&self, number: u64, edge: u32, dimension: u32) -> u64 {
+    pub(super) fn refined(&self, number: u64, edge: u32, dimension: u32) -> u64 {
         if edge >= EDGES {
             return number;
         }

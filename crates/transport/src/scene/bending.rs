@@ -20,7 +20,7 @@ pub(super) enum Bending {
 }
 
 impl Bending {
-    pub fn of(parts: &Parts) -> Self {
+    pub(super) fn of(parts: &Parts) -> Self {
         let bends = |o: &Object| matches!(o.bsdf, Bsdf::Dielectric(_));
         let curved = |id: &MediumId| !parts.media[*id].index.is_constant();
         let mut curved = (0..parts.media.len()).filter(curved);

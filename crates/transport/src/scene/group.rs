@@ -54,7 +54,7 @@ pub(super) struct Group {
 }
 
 impl Group {
-    pub fn new(lights: Vec<(usize, LightBounds)>) -> Self {
+    pub(super) fn new(lights: Vec<(usize, LightBounds)>) -> Self {
         let (near, far): (Vec<_>, Vec<_>) = lights.into_iter().partition(|(_, l)| l.is_near());
         let mut group = Group::default();
         if near.is_empty() || far.is_empty() {
@@ -133,7 +133,7 @@ pub(super) struct Seen<'a> {
 
 impl Seen<'_> {
     /// The emitter that a uniform number chooses, and the probability of the choice.
-    pub fn choose(&self, u: f64) -> (usize, f64) {
+    pub(super) fn choose(&self, u: f64) -> (usize, f64) {
         let members = &self.group.members;
         if let [only] = &members[..] {
             return (only.emitter, 1.0);
@@ -148,7 +148,7 @@ impl Seen<'_> {
     }
 
     /// The probability with which [`Seen::choose`] chooses a member.
-    pub fn probability(&self, member: usize) -> f64 {
+    pub(super) fn probability(&self, member: usize) -> f64 {
         match self.group.members.len() {
             1 => 1.0,
             n => FLOOR / n as f64 + (1.0 - FLOOR) * self.of_descent(member),

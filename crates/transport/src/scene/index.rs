@@ -14,7 +14,7 @@ pub(super) struct Index {
 }
 
 impl Index {
-    pub fn new(objects: &[Object], keep: impl Fn(&Object) -> bool) -> Self {
+    pub(super) fn new(objects: &[Object], keep: impl Fn(&Object) -> bool) -> Self {
         let all = objects.len();
         let (objects, shapes): (Vec<usize>, Vec<Shape>) = objects
             .iter()
@@ -35,7 +35,7 @@ impl Index {
     }
 
     /// The place of an object in the list, if it is there.
-    pub fn place(&self, object: Option<usize>) -> Option<usize> {
+    pub(super) fn place(&self, object: Option<usize>) -> Option<usize> {
         self.places[object?]
     }
 }

@@ -101,7 +101,7 @@ enum Facing {
 }
 
 impl LightBounds {
-    pub fn new(emitter: &Emitter, around: &Surroundings, objects: &[Object]) -> Self {
+    pub(super) fn new(emitter: &Emitter, around: &Surroundings, objects: &[Object]) -> Self {
         let shape = |object: usize| &objects[object].shape;
         let power = emitter.power(around, shape).sum();
         let closest = CLOSEST * around.radius;
@@ -142,7 +142,7 @@ impl LightBounds {
     }
 
     /// A guess of what a receiver gets.
-    pub fn guess(&self, emitter: &Emitter, receiver: &Receiver) -> f64 {
+    pub(super) fn guess(&self, emitter: &Emitter, receiver: &Receiver) -> f64 {
         let (center, radius) = (self.center, self.radius);
         let near = || receiver.near(center, radius);
         match self.facing {

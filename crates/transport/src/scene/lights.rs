@@ -20,7 +20,7 @@ pub(super) struct Lights {
 }
 
 impl Lights {
-    pub fn new(parts: &Parts, around: &Surroundings) -> Self {
+    pub(super) fn new(parts: &Parts, around: &Surroundings) -> Self {
         let emitters = parts.emitters.iter().enumerate();
         let group = |class: Class| {
             let own = emitters.clone().filter(|(_, e)| e.class() == class);
@@ -54,12 +54,12 @@ impl Lights {
     }
 
     /// Whether some emitter of a class is an image.
-    pub fn has_image(&self, class: Class) -> bool {
+    pub(super) fn has_image(&self, class: Class) -> bool {
         self.images[class as usize]
     }
 
     /// An emitter of a class that has some, and the probability of the choice.
-    pub fn choose(
+    pub(super) fn choose(
         &self,
         class: Class,
         emitters: &[Emitter],
@@ -76,7 +76,12 @@ impl Lights {
     }
 
     /// The probability with which [`Lights::choose`] chooses an emitter of its class.
-    pub fn probability(&self, emitter: usize, emitters: &[Emitter], receiver: &Receiver) -> f64 {
+    pub(super) fn probability(
+        &self,
+        emitter: usize,
+        emitters: &[Emitter],
+        receiver: &Receiver,
+    ) -> f64 {
         let group = &self.groups[emitters[emitter].class() as usize];
         Seen {
             group,
@@ -87,7 +92,7 @@ impl Lights {
     }
 
     /// How light subpaths choose the emitter to start from.
-    pub fn sources(&self) -> Option<&Discrete> {
+    pub(super) fn sources(&self) -> Option<&Discrete> {
         self.sources.as_ref()
     }
 }

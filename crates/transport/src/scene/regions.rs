@@ -41,7 +41,7 @@ const ROUND: f64 = 1e-9;
 
 impl GlassBall {
     /// Optical length of the straight way from a point of its surface to another point.
-    pub fn optical_length(&self, p: DVec3, to: DVec3) -> f64 {
+    pub(crate) fn optical_length(&self, p: DVec3, to: DVec3) -> f64 {
         let [inside, outside] = self.indices;
         let inward = self.ball.contains(to);
         p.distance(to) * if inward { inside } else { outside }

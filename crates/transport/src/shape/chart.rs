@@ -121,7 +121,7 @@ fn affine(f: impl Fn([f64; 2]) -> [f64; 2]) -> DAffine2 {
 
 impl Chart {
     /// The chart as convex polygons.
-    pub fn polygons(&self) -> Vec<Vec<DVec2>> {
+    pub(crate) fn polygons(&self) -> Vec<Vec<DVec2>> {
         let band = |low: f64, high: f64| [[0.0, low], [1.0, low], [1.0, high], [0.0, high]];
         let at = |k: u32| f64::from(k) / f64::from(BANDS);
         let all = match (self.domain, self.density) {
@@ -136,12 +136,12 @@ impl Chart {
     }
 
     /// Texture coordinates of chart coordinates.
-    pub fn uv(&self) -> DAffine2 {
+    pub(crate) fn uv(&self) -> DAffine2 {
         self.uv
     }
 
     /// What textures see.
-    pub fn site(&self, q: DVec2) -> Site {
+    pub(crate) fn site(&self, q: DVec2) -> Site {
         Site {
             position: self.origin + self.sides[0] * q.x + self.sides[1] * q.y,
             uv: Uv::Plain(self.uv.transform_point2(q).into()),
@@ -151,7 +151,7 @@ impl Chart {
 
     /// Hands over points of a convex polygon of the chart with their weights in integrals over area. Exact for
     /// quadratic polynomials, to rounding if area is spread in a polar way and the polygon fits into a band.
-    pub fn quadrature(&self, polygon: &[DVec2], mut point: impl FnMut(DVec2, f64)) {
+    pub(crate) fn quadrature(&self, polygon: &[DVec2], mut point: impl FnMut(DVec2, f64)) {
         let nodes = self.nodes();
         for k in 2..polygon.len() {
             let [a, b, c] = [polygon[0], polygon[k - 1], polygon[k]];

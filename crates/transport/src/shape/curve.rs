@@ -45,13 +45,18 @@ pub(super) struct Curve {
 
 impl Curve {
     /// The part of θ ∈ [theta[0], theta[1]] within and around the local box `bounds`.
-    pub fn new(arc: &Arc, theta: [f64; 2], placement: &Placement, bounds: &Aabb) -> Option<Self> {
+    pub(super) fn new(
+        arc: &Arc,
+        theta: [f64; 2],
+        placement: &Placement,
+        bounds: &Aabb,
+    ) -> Option<Self> {
         Curve::leaving(arc, theta, placement, bounds, |_| false)
     }
 
     /// As [`Curve::new`]; `None` also if the whole arc lies well within a convex shape, so that it
     /// cannot meet its surface: a curve lies in the convex hull of its control points.
-    pub fn leaving(
+    pub(super) fn leaving(
         arc: &Arc,
         theta: [f64; 2],
         placement: &Placement,

@@ -21,7 +21,7 @@ pub(super) struct Line {
 impl Line {
     /// The part of a straight arc with θ ∈ [theta[0], theta[1]].
     #[inline]
-    pub fn new(arc: &Arc, theta: [f64; 2], placement: &Placement) -> Self {
+    pub(super) fn new(arc: &Arc, theta: [f64; 2], placement: &Placement) -> Self {
         let [start, end] = [arc.start(), arc.end()].map(|p| placement.local(p));
         Line {
             start,
@@ -37,7 +37,7 @@ impl Line {
     /// where coordinate k is −1 (+1). It is in the cube while it is in three slabs, so that it cannot slip
     /// between two faces.
     #[inline]
-    pub fn cube(&self) -> Option<(f64, usize)> {
+    pub(super) fn cube(&self) -> Option<(f64, usize)> {
         let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
         for axis in 0..3 {
             let inverse = self.step[axis].recip();

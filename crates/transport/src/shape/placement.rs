@@ -30,7 +30,7 @@ pub(super) struct Placement {
 
 impl Placement {
     /// A placement of a shape that fits in the local box `local`.
-    pub fn new(to_world: DAffine3, local: &Aabb) -> Result<Self, ShapeError> {
+    pub(super) fn new(to_world: DAffine3, local: &Aabb) -> Result<Self, ShapeError> {
         if !to_world.is_finite() {
             return Err(ShapeError::NonFiniteTransform);
         }
@@ -69,7 +69,7 @@ impl Placement {
     }
 
     /// A local box around a box of the scene.
-    pub fn local_box(&self, world: &Aabb) -> Aabb {
+    pub(super) fn local_box(&self, world: &Aabb) -> Aabb {
         Aabb::around(world.corners().map(|c| self.local(c)))
     }
 
@@ -84,28 +84,28 @@ impl Placement {
     }
 
     /// See the field.
-    pub fn noise(&self) -> f64 {
+    pub(super) fn noise(&self) -> f64 {
         self.noise
     }
 
     /// A local point in the scene.
-    pub fn point(&self, local: DVec3) -> DVec3 {
+    pub(super) fn point(&self, local: DVec3) -> DVec3 {
         self.to_world.transform_point3(local)
     }
 
     /// A local displacement in the scene.
-    pub fn vector(&self, local: DVec3) -> DVec3 {
+    pub(super) fn vector(&self, local: DVec3) -> DVec3 {
         self.to_world.transform_vector3(local)
     }
 
     /// A scene point in local coordinates.
-    pub fn local(&self, world: DVec3) -> DVec3 {
+    pub(super) fn local(&self, world: DVec3) -> DVec3 {
         self.to_local.transform_point3(world)
     }
 
     /// The unit normal in the scene for the local normal `n`: it points to the image of the side
     /// that `n` points to, also under mirror maps, and to the other side if flipped.
-    pub fn normal(&self, n: DVec3) -> DVec3 {
+    pub(super) fn normal(&self, n: DVec3) -> DVec3 {
         self.covector(n).normalize() * self.side
     }
 
@@ -115,7 +115,7 @@ impl Placement {
     }
 
     /// How much an area element with local unit normal `n` grows: |det M| |M⁻ᵀ n|.
-    pub fn stretch(&self, n: DVec3) -> f64 {
+    pub(super) fn stretch(&self, n: DVec3) -> f64 {
         self.det * self.covector(n).length()
     }
 
@@ -125,7 +125,7 @@ impl Placement {
     }
 
     /// Whether area elements with these local unit normals grow alike, to rounding.
-    pub fn is_even(&self, normals: &[DVec3]) -> bool {
+    pub(super) fn is_even(&self, normals: &[DVec3]) -> bool {
         let first = self.stretch(normals[0]);
         let alike = |n: &DVec3| (self.stretch(*n) / first - 1.0).abs() < EVEN;
         normals.iter().all(alike)
@@ -133,7 +133,7 @@ impl Placement {
 
     /// The shape operator of f = 0 at a point where f has local gradient `gradient` and diagonal
     /// local Hessian `hessian`: with N = ∇f/|∇f|, δN = P Hess f P δx / |∇f|, P = I − NNᵀ.
-    pub fn shape_operator(&self, gradient: DVec3, hessian: DVec3) -> DMat3 {
+    pub(super) fn shape_operator(&self, gradient: DVec3, hessian: DVec3) -> DMat3 {
         let g = self.covector(gradient);
         let n = g.normalize();
         let p = DMat3::IDENTITY - outer(n);
@@ -144,7 +144,7 @@ impl Placement {
 
     /// The box in the scene around the image of a set with local support function `h`:
     /// h(d) = max over the set of d·p.
-    pub fn aabb(&self, h: impl Fn(DVec3) -> f64) -> Aabb {
+    pub(super) fn aabb(&self, h: impl Fn(DVec3) -> f64) -> Aabb {
         let rows = self.to_world.matrix3.transpose();
         let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
         let top = DVec3::from_array(rows.map(&h));

@@ -16,7 +16,7 @@ pub(super) struct Flat {
 impl Flat {
     /// The first u up to `until` where a track crosses the part of the plane that `inside` accepts.
     #[inline]
-    pub fn first(
+    pub(super) fn first(
         &self,
         track: &impl Track,
         until: f64,
@@ -36,13 +36,13 @@ impl Flat {
     }
 
     /// The local point, put onto the plane.
-    pub fn project(&self, mut local: DVec3) -> DVec3 {
+    pub(super) fn project(&self, mut local: DVec3) -> DVec3 {
         local[self.axis] = self.at;
         local
     }
 
     /// The hit at a local point of the part.
-    pub fn hit(&self, placement: &Placement, theta: f64, local: DVec3, uv: Uv) -> Hit {
+    pub(super) fn hit(&self, placement: &Placement, theta: f64, local: DVec3, uv: Uv) -> Hit {
         Hit {
             theta,
             position: placement.point(local),
@@ -57,7 +57,13 @@ impl Flat {
     }
 
     /// The sample at a local point of the part.
-    pub fn sample(&self, placement: &Placement, local: DVec3, uv: Uv, pdf: f64) -> AreaSample {
+    pub(super) fn sample(
+        &self,
+        placement: &Placement,
+        local: DVec3,
+        uv: Uv,
+        pdf: f64,
+    ) -> AreaSample {
         AreaSample {
             position: placement.point(local),
             normal: self.scene_normal(placement),

@@ -19,7 +19,7 @@ pub(super) struct Sweep {
 impl Sweep {
     /// The sweep of a Bézier curve.
     #[inline]
-    pub fn new<const K: usize>(control: &[DVec3; K]) -> Self {
+    pub(super) fn new<const K: usize>(control: &[DVec3; K]) -> Self {
         let (origin, last) = (control[0], control[K - 1]);
         let chord = last - origin;
         let deviation = (1..K - 1).fold(DVec3::ZERO, |d, i| {
@@ -34,13 +34,13 @@ impl Sweep {
     }
 
     /// Largest distance from the chord along any axis.
-    pub fn deviation(&self) -> f64 {
+    pub(super) fn deviation(&self) -> f64 {
         self.deviation.max_element()
     }
 
     /// A part of `range` outside of which the curve is not in the box; `None` if it misses.
     #[inline]
-    pub fn clip(&self, bounds: &Aabb, range: [f64; 2]) -> Option<[f64; 2]> {
+    pub(super) fn clip(&self, bounds: &Aabb, range: [f64; 2]) -> Option<[f64; 2]> {
         let a = (bounds.min - self.starts[0]) * self.inverse;
         let b = (bounds.max - self.starts[1]) * self.inverse;
         let [mut enter, mut leave] = range;
@@ -61,7 +61,7 @@ pub(super) struct Four {
 
 impl Four {
     /// From up to four boxes; the first stands for those that are missing.
-    pub fn new(boxes: &[Aabb]) -> Self {
+    pub(super) fn new(boxes: &[Aabb]) -> Self {
         let side = |of: fn(&Aabb) -> DVec3| {
             [0, 1, 2].map(|axis| [0, 1, 2, 3].map(|k| of(boxes.get(k).unwrap_or(&boxes[0]))[axis]))
         };
@@ -73,7 +73,7 @@ impl Four {
 
     /// Where the part of `range` starts outside of which the curve is not in each box; infinity if it misses.
     #[inline]
-    pub fn enter(&self, sweep: &Sweep, range: [f64; 2]) -> [f64; 4] {
+    pub(super) fn enter(&self, sweep: &Sweep, range: [f64; 2]) -> [f64; 4] {
         let [mut enter, mut leave] = range.map(|t| [t; 4]);
         for axis in 0..3 {
             let inverse = sweep.inverse[axis];

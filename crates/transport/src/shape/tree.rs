@@ -25,7 +25,7 @@ pub(super) struct Tree {
 
 impl Tree {
     /// The hierarchy over at least one box; leaves are named by their place in `boxes`.
-    pub fn new(boxes: &[Aabb]) -> Self {
+    pub(super) fn new(boxes: &[Aabb]) -> Self {
         let all = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
         let half = 0.5 * all.size().max_element();
         let mut tree = Tree {
@@ -48,18 +48,23 @@ impl Tree {
     }
 
     /// A point in the coordinates of the hierarchy, where everything fits in [−1, 1]³.
-    pub fn local(&self, p: DVec3) -> DVec3 {
+    pub(super) fn local(&self, p: DVec3) -> DVec3 {
         (p - self.center) * self.scale
     }
 
     /// The part of `range` in which the curve may be in the box around everything.
-    pub fn clip(&self, sweep: &Sweep, range: [f64; 2]) -> Option<[f64; 2]> {
+    pub(super) fn clip(&self, sweep: &Sweep, range: [f64; 2]) -> Option<[f64; 2]> {
         sweep.clip(&bounds(self.bvh.nodes.first()?), range)
     }
 
     /// Calls `leaf` with each leaf that the curve may touch for a parameter in `range`, roughly in
     /// order; `leaf` returns the end of the range that is still of interest.
-    pub fn visit(&self, sweep: &Sweep, range: [f64; 2], leaf: &mut impl FnMut(usize) -> f64) {
+    pub(super) fn visit(
+        &self,
+        sweep: &Sweep,
+        range: [f64; 2],
+        leaf: &mut impl FnMut(usize) -> f64,
+    ) {
         if let Some(root) = self.bvh.nodes.first()
             && sweep.clip(&bounds(root), range).is_some()
         {

@@ -21,7 +21,7 @@ pub(super) struct Line<'a> {
 
 impl<'a> Line<'a> {
     /// A ray that starts in the unit direction `toward`, compared with rays of the `reference`.
-    pub fn new(reference: Reference<'a>, toward: DVec3) -> Self {
+    pub(super) fn new(reference: Reference<'a>, toward: DVec3) -> Self {
         Line {
             length: 0.0,
             optical: 0.0,
@@ -31,7 +31,7 @@ impl<'a> Line<'a> {
     }
 
     /// Records the points of an arc in a field up to θ.
-    pub fn advance(&mut self, field: &Field, arc: &Arc, theta: f64, medium: MediumId) {
+    pub(super) fn advance(&mut self, field: &Field, arc: &Arc, theta: f64, medium: MediumId) {
         let turn = arc.velocity(0.0).angle_between(arc.velocity(theta));
         let pieces = if arc.is_straight() {
             1.0
@@ -52,12 +52,12 @@ impl<'a> Line<'a> {
     }
 
     /// The ray is reflected into the unit direction `toward`.
-    pub fn reflect(&mut self, toward: DVec3) {
+    pub(super) fn reflect(&mut self, toward: DVec3) {
         self.difference.reflect(toward, &mut Work::default());
     }
 
     /// Records a point, where the velocity is `v`.
-    pub fn record(&mut self, x: DVec3, v: DVec3, medium: MediumId) {
+    pub(super) fn record(&mut self, x: DVec3, v: DVec3, medium: MediumId) {
         self.points.push(TracePoint {
             x,
             direction: v.normalize(),
@@ -70,12 +70,12 @@ impl<'a> Line<'a> {
     }
 
     /// Records the last point anew, where the ray changes its direction or its medium.
-    pub fn replace(&mut self, x: DVec3, v: DVec3, medium: MediumId) {
+    pub(super) fn replace(&mut self, x: DVec3, v: DVec3, medium: MediumId) {
         self.points.pop();
         self.record(x, v, medium);
     }
 
-    pub fn end(mut self, ending: TraceEnding) -> Path {
+    pub(super) fn end(mut self, ending: TraceEnding) -> Path {
         if let Some(last) = self.points.last_mut() {
             last.path_difference = self.difference.value(&mut Work::default());
         }

@@ -38,7 +38,7 @@ pub(super) struct Level<const K: usize, const N: usize, const M: usize> {
 
 impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
     /// Computes the tables.
-    pub const fn new() -> Self {
+    pub(super) const fn new() -> Self {
         let (before, rule) = (QuadratureRule::<K>::new(), QuadratureRule::new());
         let mut same = [[0.0; K]; N];
         let mut refine = same;
@@ -72,14 +72,14 @@ impl<const K: usize, const N: usize, const M: usize> Level<K, N, M> {
     }
 
     /// u″ at the nodes, given that at those before.
-    pub fn same(&self, forces: &[DVec3; K]) -> [DVec3; N] {
+    pub(super) fn same(&self, forces: &[DVec3; K]) -> [DVec3; N] {
         self.same.map(|row| sum(&row, forces))
     }
 
     /// From u″ at the nodes before: the end, with the ray unless the field bends it too much, or u″ at the nodes if more of
     /// them are needed, or the ray is not to be found `here`.
     #[inline(always)]
-    pub fn solve<S: Simd>(
+    pub(super) fn solve<S: Simd>(
         &self,
         simd: S,
         problem: &BoundaryProblem,

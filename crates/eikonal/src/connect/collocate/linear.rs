@@ -40,7 +40,7 @@ pub(super) struct Solution<S: Simd, const N: usize> {
 impl<S: Simd, const N: usize> Solution<S, N> {
     /// The solution for forces at the displacements `from`; `None` if it does not settle.
     #[inline(always)]
-    pub fn new(
+    pub(super) fn new(
         simd: S,
         rule: &QuadratureRule<N>,
         problem: &BoundaryProblem,
@@ -117,7 +117,12 @@ impl<S: Simd, const N: usize> Solution<S, N> {
     /// J at the far end, given the velocities at both ends, to a relative `tolerance`: δx″ = σ₁²·½Hess(n²)·δx, started by δx′ =
     /// σ₁n across the ray. `None` if that does not settle.
     #[inline(always)]
-    pub fn jacobian(&self, rule: &QuadratureRule<N>, v: [DVec3; 2], tolerance: f64) -> Option<f64> {
+    pub(super) fn jacobian(
+        &self,
+        rule: &QuadratureRule<N>,
+        v: [DVec3; 2],
+        tolerance: f64,
+    ) -> Option<f64> {
         let sigma_n = self.span2.sqrt() * v[0].length();
         let slopes = perpendicular_basis(v[0].normalize()).map(|e| vector(self.simd, e * sigma_n));
         let mut dx = slopes.map(|slope| rule.nodes.map(|t| slope * t));

@@ -12,7 +12,7 @@ const DEGREES: usize = 16;
 const ROUNDS: usize = 100;
 
 /// The rule of N nodes on [0, 1].
-pub struct QuadratureRule<const N: usize> {
+pub(crate) struct QuadratureRule<const N: usize> {
     /// From 0 to 1.
     pub nodes: [f64; N],
     /// Of the quadrature.
@@ -29,7 +29,7 @@ pub struct QuadratureRule<const N: usize> {
 
 /// Weights of values at the nodes of a rule.
 #[derive(Clone, Copy)]
-pub struct Row<const N: usize> {
+pub(crate) struct Row<const N: usize> {
     /// In f.
     pub value: [f64; N],
     /// In u′.
@@ -40,7 +40,7 @@ pub struct Row<const N: usize> {
 
 impl<const N: usize> QuadratureRule<N> {
     /// Computes the rule.
-    pub const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         let mut rule = QuadratureRule {
             nodes: roots(),
             weights: [0.0; N],
@@ -107,7 +107,7 @@ impl<const N: usize> QuadratureRule<N> {
     }
 
     /// What values at the nodes say at `t`.
-    pub const fn row(&self, t: f64) -> Row<N> {
+    pub(crate) const fn row(&self, t: f64) -> Row<N> {
         let at = legendre(2.0 * t - 1.0);
         let mut row = Row::ZERO;
         let mut i = 0;
@@ -192,7 +192,7 @@ const fn roots<const N: usize>() -> [f64; N] {
 
 /// Σ wᵢfᵢ.
 #[inline(always)]
-pub fn sum<const N: usize, T>(w: &[f64; N], of: &[T; N]) -> T
+pub(crate) fn sum<const N: usize, T>(w: &[f64; N], of: &[T; N]) -> T
 where
     T: Copy + Mul<f64, Output = T> + AddAssign,
 {

@@ -28,7 +28,7 @@ pub(super) struct Weights<S: Simd> {
 impl<S: Simd> Weights<S> {
     /// At a fraction `t` of a cell.
     #[inline(always)]
-    pub fn new(simd: S, t: f64) -> Self {
+    pub(super) fn new(simd: S, t: f64) -> Self {
         let c = |c: &[f64; 4]| f64x4::from_slice(simd, c);
         let [v0, v1, v2, v3] = &VALUE;
         let [f0, f1, f2] = &FIRST;

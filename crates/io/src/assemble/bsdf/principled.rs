@@ -125,7 +125,7 @@ pub(super) fn thin<'a>(q: &mut Query<'a, '_>) -> Thin<'a> {
 
 impl Solid<'_> {
     /// What it says of the index inside, if light passes.
-    pub fn indices(&self, q: &Query) -> Option<Indices> {
+    pub(super) fn indices(&self, q: &Query) -> Option<Indices> {
         self.transmits.then(|| Indices {
             inner: Some(self.eta),
             outer: None,
@@ -133,7 +133,7 @@ impl Solid<'_> {
         })
     }
 
-    pub fn make(self, maker: &mut Maker) -> Result<Bsdf, BsdfError> {
+    pub(super) fn make(self, maker: &mut Maker) -> Result<Bsdf, BsdfError> {
         let common = self.common;
         let parameters = PrincipledParameters {
             base_color: maker.texture(common.base_color),
@@ -155,7 +155,7 @@ impl Solid<'_> {
 }
 
 impl Thin<'_> {
-    pub fn make(self, maker: &mut Maker) -> Result<Bsdf, BsdfError> {
+    pub(super) fn make(self, maker: &mut Maker) -> Result<Bsdf, BsdfError> {
         let common = self.common;
         let parameters = PrincipledThinParameters {
             base_color: maker.texture(common.base_color),

@@ -26,7 +26,7 @@ const PARALLAX: f64 = 6371.01 / 149_597_890.0;
 impl Observer {
     /// The unit direction of the sun in the axes of Mitsuba's `sunsky`: z up, −x to the north, −y to the east. By the
     /// solar vector of Blanco-Muriel et al. (2001), good to about 0.01° from 1999 to 2015.
-    pub fn sun(&self) -> DVec3 {
+    pub(super) fn sun(&self) -> DVec3 {
         let hours = self.hours - self.timezone;
         let days = self.day_number() as f64 - 0.5 + hours / 24.0 - 2_451_545.0;
         let [right_ascension, declination] = celestial(days);

@@ -31,7 +31,7 @@ pub(super) enum To {
 impl Rounding {
     /// Of `count` samples in a file of the given type; `at` gives them. The coarsest rounding is meant that all samples that are
     /// looked at have: numbers of 64 bits may have been rounded to 32, or to five decimals, before.
-    pub fn of(element: Element, count: usize, at: impl Fn(usize) -> f64) -> Self {
+    pub(super) fn of(element: Element, count: usize, at: impl Fn(usize) -> f64) -> Self {
         let wanted = count.min(MOST);
         let samples: Vec<f64> = (0..wanted).map(|i| at(i * (count / wanted))).collect();
         let is_graded = levels(&samples) >= FEWEST_LEVELS;

@@ -10,7 +10,10 @@ use crate::error::Problem;
 impl Document<'_> {
     /// Vectors with at least `N` components, of which the first `N` are returned. Normalised integers are in [0, 1]
     /// or [−1, 1].
-    pub fn vectors<const N: usize>(&self, accessor: usize) -> Result<Vec<[f64; N]>, Problem> {
+    pub(super) fn vectors<const N: usize>(
+        &self,
+        accessor: usize,
+    ) -> Result<Vec<[f64; N]>, Problem> {
         let accessor = self.item("accessors", accessor)?;
         let components = components(accessor);
         if components < N {
@@ -31,14 +34,14 @@ impl Document<'_> {
     }
 
     /// How many elements an accessor says that it has.
-    pub fn count(&self, accessor: usize) -> Result<u64, Problem> {
+    pub(super) fn count(&self, accessor: usize) -> Result<u64, Problem> {
         let count = index(self.item("accessors", accessor)?, "count").unwrap_or(0);
         // No buffer has more bytes.
         Ok((count as u64).min(self.size))
     }
 
     /// Indices of vertices.
-    pub fn indices(&self, accessor: usize) -> Result<Vec<u32>, Problem> {
+    pub(super) fn indices(&self, accessor: usize) -> Result<Vec<u32>, Problem> {
         let accessor = self.item("accessors", accessor)?;
         let kind = element(accessor)?;
         let whole = matches!(kind, Element::U8 | Element::U16 | Element::U32);

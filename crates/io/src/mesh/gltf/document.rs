@@ -26,7 +26,7 @@ pub(super) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    pub fn new(
+    pub(super) fn new(
         bytes: &'a [u8],
         load: impl Fn(&str) -> Result<Vec<u8>, Problem>,
         limits: Limits,
@@ -73,7 +73,7 @@ impl<'a> Document<'a> {
     }
 
     /// One of the objects of a list.
-    pub fn item(&self, list: &str, index: usize) -> Result<&Value, Problem> {
+    pub(super) fn item(&self, list: &str, index: usize) -> Result<&Value, Problem> {
         let item = self.json[list].get(index);
         item.ok_or_else(|| wrong(format!("there is no number {index} among its '{list}'")))
     }

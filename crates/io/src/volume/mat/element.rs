@@ -68,9 +68,9 @@ pub(super) struct Tag {
 
 impl Tag {
     /// Bytes of a tag.
-    pub const SIZE: u64 = 8;
+    pub(super) const SIZE: u64 = 8;
 
-    pub fn read(reader: &mut impl Read, big: bool) -> Result<Self, Problem> {
+    pub(super) fn read(reader: &mut impl Read, big: bool) -> Result<Self, Problem> {
         let mut bytes = [0; Self::SIZE as usize];
         let cut = |_| wrong("an element ends early");
         reader.read_exact(&mut bytes).map_err(cut)?;
@@ -119,7 +119,7 @@ pub(super) struct Head {
 
 impl Head {
     /// Reads the head of an array of numbers; anything else is an error.
-    pub fn read(reader: &mut impl Read, big: bool) -> Result<Self, Problem> {
+    pub(super) fn read(reader: &mut impl Read, big: bool) -> Result<Self, Problem> {
         let flags = Tag::short(reader, big, UINT32)?;
         let Some(flags) = flags.first_chunk().map(|bytes| word(*bytes, big)) else {
             return Err(wrong("an array has no flags"));

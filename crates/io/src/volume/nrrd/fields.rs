@@ -16,7 +16,7 @@ pub(super) struct Fields {
 }
 
 impl Fields {
-    pub fn read(reader: &mut impl BufRead) -> Result<Self, Problem> {
+    pub(super) fn read(reader: &mut impl BufRead) -> Result<Self, Problem> {
         let mut fields = Fields {
             list: Vec::new(),
             bytes: 0,
@@ -53,17 +53,20 @@ impl Fields {
         }
     }
 
-    pub fn take(&mut self, name: &str) -> Option<String> {
+    pub(super) fn take(&mut self, name: &str) -> Option<String> {
         let at = self.list.iter().position(|(n, _)| n == name)?;
         Some(self.list.swap_remove(at).1)
     }
 
-    pub fn required(&mut self, name: &str) -> Result<String, Problem> {
+    pub(super) fn required(&mut self, name: &str) -> Result<String, Problem> {
         let missing = || bad(&format!("its header has no '{name}'"));
         self.take(name).ok_or_else(missing)
     }
 
-    pub fn number<I: std::str::FromStr>(&mut self, name: &str) -> Result<Option<I>, Problem> {
+    pub(super) fn number<I: std::str::FromStr>(
+        &mut self,
+        name: &str,
+    ) -> Result<Option<I>, Problem> {
         let Some(text) = self.take(name) else {
             return Ok(None);
         };
@@ -72,7 +75,7 @@ impl Fields {
     }
 
     /// A value of several words.
-    pub fn all<T>(
+    pub(super) fn all<T>(
         &mut self,
         name: &str,
         parse: impl Fn(&str) -> Option<T>,

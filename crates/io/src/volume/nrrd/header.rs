@@ -41,7 +41,7 @@ pub(super) struct Header {
 }
 
 impl Header {
-    pub fn read(reader: &mut impl BufRead) -> Result<Self, Problem> {
+    pub(super) fn read(reader: &mut impl BufRead) -> Result<Self, Problem> {
         let mut fields = Fields::read(reader)?;
         let sizes = fields.all("sizes", |word| word.parse().ok())?;
         let sizes = sizes.ok_or_else(|| bad("its header has no 'sizes'"))?;
@@ -83,7 +83,7 @@ impl Header {
     }
 
     /// Which axis is which: as the user says, unless the file does.
-    pub fn order(&self, options: Options) -> Result<AxisOrder, Problem> {
+    pub(super) fn order(&self, options: Options) -> Result<AxisOrder, Problem> {
         let Some(directions) = &self.directions else {
             return options.axes();
         };
@@ -101,7 +101,7 @@ impl Header {
     }
 
     /// Where the samples are.
-    pub fn frame(&self, order: AxisOrder) -> Result<Option<VolumeFrame>, Problem> {
+    pub(super) fn frame(&self, order: AxisOrder) -> Result<Option<VolumeFrame>, Problem> {
         let letters = order.to_string();
         let steps = match (&self.directions, &self.spacings) {
             (Some(directions), _) => {

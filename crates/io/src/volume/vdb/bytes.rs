@@ -19,40 +19,40 @@ impl From<Cut> for Problem {
 }
 
 impl<'a> Bytes<'a> {
-    pub fn new(left: &'a [u8]) -> Self {
+    pub(super) fn new(left: &'a [u8]) -> Self {
         Bytes { left }
     }
 
     /// How many bytes are left.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.left.len()
     }
 
-    pub fn take(&mut self, size: usize) -> Result<&'a [u8], Cut> {
+    pub(super) fn take(&mut self, size: usize) -> Result<&'a [u8], Cut> {
         let (taken, left) = self.left.split_at_checked(size).ok_or(Cut)?;
         self.left = left;
         Ok(taken)
     }
 
-    pub fn array<const N: usize>(&mut self) -> Result<[u8; N], Cut> {
+    pub(super) fn array<const N: usize>(&mut self) -> Result<[u8; N], Cut> {
         let (taken, left) = self.left.split_first_chunk().ok_or(Cut)?;
         self.left = left;
         Ok(*taken)
     }
 
-    pub fn u32(&mut self) -> Result<u32, Cut> {
+    pub(super) fn u32(&mut self) -> Result<u32, Cut> {
         Ok(u32::from_le_bytes(self.array()?))
     }
 
-    pub fn i32(&mut self) -> Result<i32, Cut> {
+    pub(super) fn i32(&mut self) -> Result<i32, Cut> {
         Ok(i32::from_le_bytes(self.array()?))
     }
 
-    pub fn i64(&mut self) -> Result<i64, Cut> {
+    pub(super) fn i64(&mut self) -> Result<i64, Cut> {
         Ok(i64::from_le_bytes(self.array()?))
     }
 
-    pub fn f64(&mut self) -> Result<f64, Cut> {
+    pub(super) fn f64(&mut self) -> Result<f64, Cut> {
         Ok(f64::from_le_bytes(self.array()?))
     }
 
@@ -62,7 +62,7 @@ impl<'a> Bytes<'a> {
         self.take(size as usize)
     }
 
-    pub fn text(&mut self) -> Result<String, Cut> {
+    pub(super) fn text(&mut self) -> Result<String, Cut> {
         Ok(String::from_utf8_lossy(self.sized()?).into_owned())
     }
 }

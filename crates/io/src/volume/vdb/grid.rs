@@ -24,7 +24,7 @@ pub(super) struct Descriptor {
 
 impl Descriptor {
     /// All grids of floating-point numbers of a file.
-    pub fn all<'a>(cursor: &mut Bytes<'a>, file: &'a [u8]) -> Result<Vec<Self>, Problem> {
+    pub(super) fn all<'a>(cursor: &mut Bytes<'a>, file: &'a [u8]) -> Result<Vec<Self>, Problem> {
         let count = cursor.i32()?;
         let mut grids = Vec::new();
         for _ in 0..count {

@@ -46,7 +46,7 @@ pub(super) struct Tree<'a> {
 
 impl<'a> Tree<'a> {
     /// Reads the tree, after which come the values of its leaves.
-    pub fn read(cursor: &mut Bytes<'a>, coding: Coding<'a>) -> Result<Self, Problem> {
+    pub(super) fn read(cursor: &mut Bytes<'a>, coding: Coding<'a>) -> Result<Self, Problem> {
         cursor.u32()?; // The number of buffers, which is always one.
         let background = coding.number(cursor)?;
         let mut tree = Tree {
@@ -159,7 +159,7 @@ impl<'a> Tree<'a> {
     }
 
     /// All values of the box of `size` voxels from `low` on, x fastest. Those of the leaves are next in the file.
-    pub fn dense<T: Sample>(
+    pub(super) fn dense<T: Sample>(
         &self,
         cursor: &mut Bytes<'a>,
         low: Index,

@@ -24,9 +24,9 @@ pub(super) struct Coding<'a> {
 
 impl<'a> Coding<'a> {
     /// Voxels of a leaf.
-    pub const LEAF: usize = 512;
+    pub(super) const LEAF: usize = 512;
 
-    pub fn new(grid: &'a Descriptor, compression: u32) -> Result<Self, Problem> {
+    pub(super) fn new(grid: &'a Descriptor, compression: u32) -> Result<Self, Problem> {
         match compression & !(ZIP | ACTIVE_MASK | BLOSC) {
             0 => Ok(Coding { grid, compression }),
             _ => Err(Problem::Unsupported(format!(
@@ -36,7 +36,7 @@ impl<'a> Coding<'a> {
     }
 
     /// A single number, never in half precision.
-    pub fn number(&self, cursor: &mut Bytes) -> Result<f64, Cut> {
+    pub(super) fn number(&self, cursor: &mut Bytes) -> Result<f64, Cut> {
         match self.grid.tree {
             Element::F64 => cursor.f64(),
             _ => Ok(f64::from(f32::from_le_bytes(cursor.array()?))),
@@ -45,7 +45,7 @@ impl<'a> Coding<'a> {
 
     /// The `count` values of a node. Of inactive ones there may be but one or two different, which a selection tells
     /// apart; then only the active ones are stored.
-    pub fn values(
+    pub(super) fn values(
         &self,
         cursor: &mut Bytes,
         count: usize,

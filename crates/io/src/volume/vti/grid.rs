@@ -17,7 +17,7 @@ pub(super) struct Grid {
 
 impl Grid {
     /// As the attributes of the image and of its only piece say.
-    pub fn read(image: Node, piece: Node, on_points: bool) -> Result<Self, Problem> {
+    pub(super) fn read(image: Node, piece: Node, on_points: bool) -> Result<Self, Problem> {
         let whole = extent(image, "WholeExtent")?;
         if extent(piece, "Extent")? != whole {
             let message = "a piece that is not the whole image";

@@ -25,7 +25,7 @@ pub(super) struct Appended<'a> {
 
 impl<'a> Appended<'a> {
     /// The bytes after the underscore.
-    pub fn new(bytes: &'a [u8], is_base64: bool) -> Self {
+    pub(super) fn new(bytes: &'a [u8], is_base64: bool) -> Self {
         Appended { bytes, is_base64 }
     }
 
@@ -50,7 +50,7 @@ pub(super) struct Payload {
 
 impl Payload {
     /// As the attributes of a file and of an array say.
-    pub fn of(root: Node, data: Node) -> Result<Self, Problem> {
+    pub(super) fn of(root: Node, data: Node) -> Result<Self, Problem> {
         let zlib = match root.attribute("compressor") {
             None | Some("") => false,
             Some("vtkZLibDataCompressor") => true,
@@ -67,12 +67,12 @@ impl Payload {
     }
 
     /// The type of numbers.
-    pub fn element(&self) -> Element {
+    pub(super) fn element(&self) -> Element {
         self.encoding.element
     }
 
     /// The values of an array.
-    pub fn values<T: Sample>(
+    pub(super) fn values<T: Sample>(
         &self,
         data: Node,
         appended: Option<&Appended>,

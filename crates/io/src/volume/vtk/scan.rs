@@ -35,7 +35,7 @@ pub(super) struct File {
 
 impl File {
     /// Reads everything but the values of arrays.
-    pub fn scan(reader: &mut (impl BufRead + Seek), size: u64) -> Result<Self, Problem> {
+    pub(super) fn scan(reader: &mut (impl BufRead + Seek), size: u64) -> Result<Self, Problem> {
         let mut scanner = Scanner {
             reader,
             size,

@@ -57,18 +57,18 @@ pub(super) struct Dialect {
 
 impl Dialect {
     /// Takes note of a file of Mitsuba 0.5 or 0.6, by its version.
-    pub fn enter(&mut self, version: &Location) {
+    pub(super) fn enter(&mut self, version: &Location) {
         self.old = true;
         self.first.get_or_insert_with(|| version.clone());
     }
 
     /// A parameter's or role's name, as Mitsuba 3 writes it.
-    pub fn name(&self, name: String) -> String {
+    pub(super) fn name(&self, name: String) -> String {
         if self.old { snake_case(&name) } else { name }
     }
 
     /// A parameter's value, as Mitsuba 3 means it: a spectrum of one number was the same in every channel.
-    pub fn value(&self, value: Value) -> Value {
+    pub(super) fn value(&self, value: Value) -> Value {
         match value {
             Value::Spectrum(SpectrumValue::EqualEnergy(v)) if self.old => {
                 Value::Spectrum(SpectrumValue::Uniform(v))
@@ -78,7 +78,7 @@ impl Dialect {
     }
 
     /// Brings a plugin up to date.
-    pub fn update(&mut self, draft: &mut Draft, diagnostics: &mut Diagnostics) {
+    pub(super) fn update(&mut self, draft: &mut Draft, diagnostics: &mut Diagnostics) {
         special::before(draft, self.old, diagnostics);
         if let Some(format) = special::tristimulus(draft) {
             add(&mut self.read, format!("pixel_format '{format}' as 'rgb'"));
@@ -123,7 +123,7 @@ impl Dialect {
     }
 
     /// What stands in the place of an integrator that only speeds another one up: that one.
-    pub fn nested(
+    pub(super) fn nested(
         &mut self,
         draft: &mut Draft,
         is_integrator: impl Fn(&DraftChild) -> bool,
@@ -152,7 +152,7 @@ impl Dialect {
     }
 
     /// Says what was done, in one note.
-    pub fn report(&self, diagnostics: &mut Diagnostics) {
+    pub(super) fn report(&self, diagnostics: &mut Diagnostics) {
         let Some(first) = &self.first else { return };
         let read = (!self.read.is_empty()).then(|| format!("read: {}", self.read.join(", ")));
         let ignored =

@@ -65,7 +65,7 @@ pub(super) struct Base {
 
 impl Base {
     /// f cosθᵢ of base and sheen: `share` of the base reflects, `sheen_share` of the sheen does.
-    pub fn value(&self, [o, i, h]: &[DVec3; 3], share: f64, sheen_share: f64) -> Spectrum {
+    pub(super) fn value(&self, [o, i, h]: &[DVec3; 3], share: f64, sheen_share: f64) -> Spectrum {
         let cos = o.dot(*h).clamp(0.0, 1.0);
         let base = self.colour * (share * self.diffuse(o.z, i.z, cos) * FRAC_1_PI * i.z);
         base + self.sheen * (sheen_share * grazing(cos) * i.z)
@@ -99,7 +99,7 @@ const COAT_MASKING: f64 = 0.25;
 const COAT_REFLECTANCE: f64 = 0.04;
 
 impl ClearCoat {
-    pub fn new(gloss: f64) -> Self {
+    pub(super) fn new(gloss: f64) -> Self {
         let alpha = COAT_ALPHAS[0] + (COAT_ALPHAS[1] - COAT_ALPHAS[0]) * gloss;
         ClearCoat {
             alpha2: alpha * alpha,
@@ -115,19 +115,19 @@ impl ClearCoat {
     }
 
     /// A normal with the density D cosθ.
-    pub fn sample(&self, [u, v]: [f64; 2]) -> DVec3 {
+    pub(super) fn sample(&self, [u, v]: [f64; 2]) -> DVec3 {
         let cos2 = ((1.0 - self.alpha2.powf(1.0 - v)) / (1.0 - self.alpha2)).clamp(0.0, 1.0);
         let (sin, cos) = (u * 2.0 * PI).sin_cos();
         (glam::DVec2::new(cos, sin) * (1.0 - cos2).sqrt()).extend(cos2.sqrt())
     }
 
     /// Density of the directions that such normals reflect towards `o`.
-    pub fn pdf(&self, o: DVec3, h: DVec3) -> f64 {
+    pub(super) fn pdf(&self, o: DVec3, h: DVec3) -> f64 {
         self.d(h) * h.z / (4.0 * o.dot(h)).max(1e-300)
     }
 
     /// f cosθᵢ of a whole coat.
-    pub fn value(&self, [o, i, h]: &[DVec3; 3], eta: f64) -> f64 {
+    pub(super) fn value(&self, [o, i, h]: &[DVec3; 3], eta: f64) -> f64 {
         let weight = schlick_weight(o.dot(*h).clamp(0.0, 1.0), eta);
         let fresnel = schlick(COAT_REFLECTANCE, weight);
         let masking = |v: &DVec3| {

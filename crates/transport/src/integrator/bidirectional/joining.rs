@@ -33,7 +33,12 @@ pub(crate) struct Joining<'a> {
 
 impl Joining<'_> {
     /// All strategies.
-    pub fn all(&mut self, sensor: &Subpath, light: Option<&LightPath>, connections: Connections) {
+    pub(crate) fn all(
+        &mut self,
+        sensor: &Subpath,
+        light: Option<&LightPath>,
+        connections: Connections,
+    ) {
         // s = 0: the emitters that the sensor's subpath hits.
         self.hits(sensor);
         let mut cost = self.ws.stats().cost();
@@ -64,7 +69,7 @@ impl Joining<'_> {
     }
 
     /// s = 0: emitters that the sensor subpath came upon.
-    pub fn hits(&mut self, sensor: &Subpath) {
+    pub(crate) fn hits(&mut self, sensor: &Subpath) {
         let (setting, scene) = (self.setting, self.setting.scene);
         // Emitters on surfaces, which end the path at a vertex.
         for i in 0..sensor.vertices.len() {
@@ -157,7 +162,7 @@ impl Joining<'_> {
     }
 
     /// t = 1: vertex `j` of an emitter's subpath and the sensor.
-    pub fn sensed(&mut self, light: &LightPath, j: usize) {
+    pub(crate) fn sensed(&mut self, light: &LightPath, j: usize) {
         let setting = self.setting;
         if !self.uses(setting.rates.sensed) {
             return;
@@ -218,7 +223,7 @@ impl Joining<'_> {
     }
 
     /// The last of the sensor's vertices and all vertices of light subpaths that are close to it.
-    pub fn merged(&mut self, vertices: &[PathVertex], merging: &Merging) {
+    pub(crate) fn merged(&mut self, vertices: &[PathVertex], merging: &Merging) {
         let (Some(z), setting) = (vertices.last(), self.setting) else {
             return;
         };

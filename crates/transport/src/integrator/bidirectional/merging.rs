@@ -24,7 +24,7 @@ pub(crate) struct LightMap {
 
 impl LightMap {
     /// Follows light subpaths.
-    pub fn trace(paths: &LightPaths) -> Followed<Self> {
+    pub(crate) fn trace(paths: &LightPaths) -> Followed<Self> {
         let Followed {
             found,
             mut stats,
@@ -52,7 +52,7 @@ impl LightMap {
     }
 
     /// The light subpath of a number.
-    pub fn path(&self, number: usize) -> Option<&LightPath> {
+    pub(crate) fn path(&self, number: usize) -> Option<&LightPath> {
         self.paths.get(number)?.as_ref()
     }
 }
@@ -67,7 +67,7 @@ pub(crate) struct Merging<'a> {
 
 impl Merging<'_> {
     /// How photons around a vertex are weighed.
-    pub fn kernel(&self, vertex: &Vertex) -> Kernel {
+    pub(crate) fn kernel(&self, vertex: &Vertex) -> Kernel {
         match vertex {
             Vertex::Volume { .. } => Kernel::ball(self.radii.volume),
             Vertex::Surface { .. } => Kernel::disc(self.radii.surface),
@@ -75,7 +75,7 @@ impl Merging<'_> {
     }
 
     /// What it counts for.
-    pub fn contents(&self) -> MergeContents {
+    pub(crate) fn contents(&self) -> MergeContents {
         let paths = WORTH * self.light.paths.len() as f64;
         MergeContents {
             surface: paths * Kernel::disc(self.radii.surface).content(),
@@ -87,14 +87,14 @@ impl Merging<'_> {
 /// What merging counts for against other techniques: what a photon is worth times the number of light subpaths times the area, or
 /// volume, within which their vertices count. Zeros if nothing is merged.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MergeContents {
+pub(crate) struct MergeContents {
     surface: f64,
     volume: f64,
 }
 
 impl MergeContents {
     /// At a vertex from which light goes on other than by a specular lobe.
-    pub fn at(&self, vertex: &Vertex) -> f64 {
+    pub(crate) fn at(&self, vertex: &Vertex) -> f64 {
         match vertex {
             Vertex::Volume { .. } => self.volume,
             Vertex::Surface { .. } => self.surface,
@@ -102,7 +102,7 @@ impl MergeContents {
     }
 
     /// At a vertex of a path that goes on as its subpath does.
-    pub fn going_on(&self, vertex: &PathVertex) -> f64 {
+    pub(crate) fn going_on(&self, vertex: &PathVertex) -> f64 {
         if vertex.specular {
             0.0
         } else {

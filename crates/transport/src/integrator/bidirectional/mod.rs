@@ -7,7 +7,7 @@ mod weight;
 
 pub use joining::Connections;
 pub(crate) use joining::Joining;
-pub use merging::MergeContents;
+pub(super) use merging::MergeContents;
 pub(crate) use merging::{LightMap, Merging};
-pub use paths::Setting;
+pub(super) use paths::Setting;
 pub use weight::Heuristic;

@@ -16,7 +16,7 @@ use glam::DVec3;
 
 /// What all paths have in common.
 #[derive(Clone, Copy)]
-pub struct Setting<'a> {
+pub(crate) struct Setting<'a> {
     pub scene: &'a Scene,
     pub channel_pdf: Spectrum,
     pub heuristic: Heuristic,
@@ -54,7 +54,7 @@ impl Setting<'_> {
     /// The sensor subpath came upon an emitter at the last of its vertices. It is what `end` stands for,
     /// with the probability of the emitter in its density, and connections find the last path_edge with some
     /// discovery probability.
-    pub fn hit(
+    pub(crate) fn hit(
         &self,
         vertices: &[PathVertex],
         emitter: usize,
@@ -76,7 +76,7 @@ impl Setting<'_> {
     }
 
     /// The sensor subpath left towards an environment.
-    pub fn escaped(
+    pub(crate) fn escaped(
         &self,
         sensor: &Subpath,
         escape: &Escape,
@@ -145,7 +145,7 @@ impl Setting<'_> {
 
     /// A connection from the last of the sensor's vertices to an emitter that was chosen with some probability, and then
     /// aimed at.
-    pub fn direct(
+    pub(crate) fn direct(
         &self,
         vertices: &[PathVertex],
         connection: &Connection,
@@ -200,7 +200,7 @@ impl Setting<'_> {
     }
 
     /// A connection from the last of the sensor's vertices to vertex `j` of an emitter's subpath.
-    pub fn joined(
+    pub(crate) fn joined(
         &self,
         vertices: &[PathVertex],
         light: &LightPath,
@@ -248,7 +248,7 @@ impl Setting<'_> {
     }
 
     /// A connection from vertex `j` of an emitter's subpath to the sensor.
-    pub fn sensed(
+    pub(crate) fn sensed(
         &self,
         light: &LightPath,
         j: usize,
@@ -299,7 +299,7 @@ impl Setting<'_> {
     }
 
     /// The last of the sensor's vertices and a photon close to it on an emitter's subpath, merged; without the kernel.
-    pub fn merged(
+    pub(crate) fn merged(
         &self,
         vertices: &[PathVertex],
         light: &LightPath,

@@ -51,7 +51,7 @@ pub(crate) struct Gathering<'a> {
 
 impl Gathering<'_> {
     /// Hands over what is found along a sensor ray.
-    pub fn along(
+    pub(crate) fn along(
         &self,
         ray: SensorRay,
         sampler: &mut Sampler,

@@ -28,7 +28,7 @@ pub(super) struct ConnectionThroughput {
 
 impl ConnectionThroughput {
     /// Along the pieces of a ray.
-    pub fn new(scene: &Scene, pieces: &[Piece<MediumId>]) -> Self {
+    pub(super) fn new(scene: &Scene, pieces: &[Piece<MediumId>]) -> Self {
         let mut throughput = ConnectionThroughput {
             depth: Spectrum::ZERO,
             factor: Spectrum::ONE,

@@ -28,7 +28,7 @@ impl NeeSlot {
     pub(crate) const IN_MEDIA_TO_DELTA: NeeSlot = NeeSlot(2 * Class::Delta as usize);
 
     /// That of connections from a vertex to an emitter of a class.
-    pub fn new(class: Class, vertex: &Vertex) -> Self {
+    pub(crate) fn new(class: Class, vertex: &Vertex) -> Self {
         NeeSlot(2 * class as usize + usize::from(vertex.object().is_some()))
     }
 }

@@ -9,7 +9,8 @@ mod observer;
 mod survival;
 
 pub use observer::{Observer, WalkEvent};
-pub use survival::{Roulette, Survival};
+pub(super) use survival::Roulette;
+pub use survival::Survival;
 
 use crate::Spectrum;
 use crate::budget::EDGES_PER_WALK;

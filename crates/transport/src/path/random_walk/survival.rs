@@ -11,7 +11,7 @@ pub trait Survival {
 
 /// Russian roulette: a walk goes on with the probability of its throughput over the first.
 #[derive(Clone, Copy, Debug)]
-pub struct Roulette {
+pub(crate) struct Roulette {
     /// Depth at which it begins.
     pub rr_depth: u32,
     /// Largest throughput of a channel at the start of the walk.

@@ -23,7 +23,7 @@ pub(in crate::path) enum RayDifferentials {
 
 impl RayDifferentials {
     /// At the start of an edge.
-    pub fn new(scene: &Scene, start: &Start) -> Self {
+    pub(crate) fn new(scene: &Scene, start: &Start) -> Self {
         let field = scene.field(start.medium);
         let Start {
             front, direction, ..
@@ -51,7 +51,7 @@ impl RayDifferentials {
     }
 
     /// The tangents, columns of unit changes of the direction, or of the place, at the start.
-    pub fn tangents(&self) -> Tangents {
+    pub(crate) fn tangents(&self) -> Tangents {
         match *self {
             RayDifferentials::Straight {
                 front,

@@ -20,7 +20,7 @@ pub(crate) struct Equiangular {
 impl Equiangular {
     /// Over the part of an extended edge before its first specular event, from the first medium that scatters to the
     /// end of the last; `None` if that has no length.
-    pub fn new(scene: &Scene, edge: &Edge, point: DVec3) -> Option<Self> {
+    pub(crate) fn new(scene: &Scene, edge: &Edge, point: DVec3) -> Option<Self> {
         let scatters = |span: &&Span| scene.medium(span.medium).scatters();
         let first = edge.lead().iter().find(scatters)?;
         let last = edge.lead().iter().rfind(scatters)?;
@@ -43,13 +43,13 @@ impl Equiangular {
     }
 
     /// An arc length from the start of the edge.
-    pub fn sample(&self, u: f64) -> f64 {
+    pub(crate) fn sample(&self, u: f64) -> f64 {
         let [a, b] = self.angles;
         self.closest + self.distance * (a + (b - a) * u).tan()
     }
 
     /// Density per unit length; zero outside of the part that is sampled.
-    pub fn pdf(&self, s: f64) -> f64 {
+    pub(crate) fn pdf(&self, s: f64) -> f64 {
         let [from, to] = self.part;
         if !(from..=to).contains(&s) {
             return 0.0;

@@ -18,6 +18,6 @@ pub use edge_geometry::EdgeGeometry;
 pub(crate) use equiangular::Equiangular;
 pub use length::lead_in;
 pub(in crate::path) use length::to_entrance;
-pub use share::{collided, share};
+pub(crate) use share::{collided, share};
 pub(crate) use vertex::Scatter;
 pub use vertex::Vertex;

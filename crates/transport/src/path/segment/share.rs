@@ -5,7 +5,7 @@ use crate::Spectrum;
 
 /// Transmittance of each channel over the probability of getting that far, for channel probabilities
 /// `channel_pdf`. Nothing underflows: only differences of depths enter.
-pub fn share(channel_pdf: Spectrum, depth: Spectrum) -> Spectrum {
+pub(crate) fn share(channel_pdf: Spectrum, depth: Spectrum) -> Spectrum {
     let used = |i: usize| channel_pdf[i] > 0.0;
     let mut least = f64::INFINITY;
     for i in (0..Spectrum::CHANNELS).filter(|&i| used(i)) {
@@ -27,7 +27,7 @@ pub fn share(channel_pdf: Spectrum, depth: Spectrum) -> Spectrum {
 
 /// What a particle of power 1 that collides is worth there, over the density per unit length of the collision,
 /// Σ p σ_t T.
-pub fn collided(channel_pdf: Spectrum, point: &Point) -> Spectrum {
+pub(crate) fn collided(channel_pdf: Spectrum, point: &Point) -> Spectrum {
     let share = share(channel_pdf, point.depth);
     point.weight * share / (channel_pdf * point.rate * share).sum()
 }

@@ -45,7 +45,7 @@ impl Resampling {
     };
 
     /// That of connections from a vertex to emitters of a class.
-    pub fn of(scene: &Scene, class: Class, vertex: &Vertex) -> Self {
+    pub(crate) fn of(scene: &Scene, class: Class, vertex: &Vertex) -> Self {
         match (class, vertex) {
             (Class::Area, Vertex::Surface { .. }) => Resampling::AREA,
             (Class::Sky, Vertex::Surface { .. }) if scene.has_image(class) => Resampling::SKY,
@@ -82,7 +82,7 @@ pub(crate) struct EndChoice<'a> {
 
 impl EndChoice<'_> {
     /// An end, by the random numbers `u` and `place`, uniform in [0, 1); `None` if no candidate brings anything.
-    pub fn sample(
+    pub(crate) fn sample(
         &self,
         u: f64,
         place: [f64; 2],

@@ -93,7 +93,7 @@ pub(crate) struct LightPath {
 
 impl LightPath {
     /// Samples one; `None` if the scene has no emitters, or no light leaves.
-    pub fn sample(
+    pub(crate) fn sample(
         scene: &Scene,
         bounds: &Bounds,
         sampler: &mut Sampler,

@@ -53,7 +53,7 @@ pub(crate) fn scatter_pdf(scene: &Scene, vertex: &Vertex, direction: DVec3) -> f
 }
 
 /// Chooses a direction in which a path from the sensor goes on from a vertex; `None` if the path is absorbed.
-pub fn scatter(scene: &Scene, vertex: &Vertex, sampler: &mut Sampler) -> Option<Scatter> {
+pub(crate) fn scatter(scene: &Scene, vertex: &Vertex, sampler: &mut Sampler) -> Option<Scatter> {
     let Some((x, emitters)) = axes(scene, vertex) else {
         return vertex.scatter(scene, TransportMode::Radiance, sampler);
     };

@@ -77,7 +77,7 @@ enum Until {
 /// Follows the ray from `x` in a unit direction: on through index-matched boundaries, refracted by
 /// smooth dielectrics, or totally reflected, reflected by smooth metals, and straight through what lets at
 /// least half of the light pass. With a `reference` its optical path difference is found, too.
-pub fn follow(
+pub(crate) fn follow(
     scene: &Scene,
     x: DVec3,
     direction: DVec3,
@@ -97,7 +97,7 @@ pub fn follow(
 }
 
 /// Follows the ray from `x` in a unit direction through null boundaries, up to the first other surface.
-pub fn see(
+pub(crate) fn see(
     scene: &Scene,
     x: DVec3,
     direction: DVec3,

@@ -16,7 +16,12 @@ pub(super) struct Problems(Vec<BuildProblem>);
 
 impl Problems {
     /// Adds one.
-    pub fn add(&mut self, subject: String, parameter: Option<&'static str>, message: String) {
+    pub(super) fn add(
+        &mut self,
+        subject: String,
+        parameter: Option<&'static str>,
+        message: String,
+    ) {
         self.0.push(BuildProblem {
             subject,
             parameter,
@@ -25,7 +30,7 @@ impl Problems {
     }
 
     /// The value, unless there are problems.
-    pub fn checked<T>(self, value: T) -> Result<T, BuildError> {
+    pub(super) fn checked<T>(self, value: T) -> Result<T, BuildError> {
         if self.0.is_empty() {
             Ok(value)
         } else {
@@ -33,7 +38,7 @@ impl Problems {
         }
     }
 
-    pub fn film(&mut self, film: &FilmSpec) {
+    pub(super) fn film(&mut self, film: &FilmSpec) {
         for (parameter, size) in [("width", film.width), ("height", film.height)] {
             if !(1..=LARGEST_FILM).contains(&size) {
                 let message = format!("must be 1 to {LARGEST_FILM} pixels, but it is {size}");
@@ -47,7 +52,7 @@ impl Problems {
         }
     }
 
-    pub fn media(&mut self, media: &[Medium]) {
+    pub(super) fn media(&mut self, media: &[Medium]) {
         for (i, medium) in media.iter().enumerate() {
             let subject = || format!("medium {:?}", medium.name);
             if media[..i].iter().any(|other| other.name == medium.name) {
@@ -89,7 +94,7 @@ impl Problems {
         }
     }
 
-    pub fn emitters(&mut self, emitters: &[Emitter]) {
+    pub(super) fn emitters(&mut self, emitters: &[Emitter]) {
         for (i, emitter) in emitters.iter().enumerate() {
             let subject = format!("emitter {i}");
             if matches!(emitter, Emitter::Area { .. } | Emitter::Textured(_)) {
@@ -110,7 +115,7 @@ impl Problems {
         }
     }
 
-    pub fn emission(&mut self, object: &str, radiance: Spectrum) {
+    pub(super) fn emission(&mut self, object: &str, radiance: Spectrum) {
         self.light(format!("object {object:?}"), "emission", radiance);
     }
 

@@ -215,7 +215,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    pub fn new(origin: DVec3, d: DVec3) -> Self {
+    pub(super) fn new(origin: DVec3, d: DVec3) -> Self {
         let z = d.abs().max_position();
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
         Line {
@@ -227,7 +227,7 @@ impl Line {
 
     /// Twice the projected areas that the line makes with the three sides, and the parameters of
     /// the corners along the line, in units of the vector that it was made from.
-    pub fn project(&self, t: [DVec3; 3]) -> ([f64; 3], [f64; 3]) {
+    pub(super) fn project(&self, t: [DVec3; 3]) -> ([f64; 3], [f64; 3]) {
         let [x, y, z] = self.axes;
         let s = self.shear;
         let [a, b, c] = t.map(|p| {

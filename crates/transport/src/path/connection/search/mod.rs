@@ -73,7 +73,11 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    pub fn new(scene: &'a Scene, vertex: &'a Vertex, target: &'a ConnectionTarget<'a>) -> Self {
+    pub(super) fn new(
+        scene: &'a Scene,
+        vertex: &'a Vertex,
+        target: &'a ConnectionTarget<'a>,
+    ) -> Self {
         Search {
             scene,
             vertex,
@@ -102,7 +106,7 @@ impl<'a> Search<'a> {
 
     /// The deterministic starts: at every ray through the surface of a ball, along the chord, at the foot of
     /// the vertex, or where a beam passes by.
-    pub fn certain(self) -> impl Iterator<Item = Candidate> + use<'a> {
+    pub(super) fn certain(self) -> impl Iterator<Item = Candidate> + use<'a> {
         let ball = self.through_ball();
         let others = ball.is_none().then(|| self.around_chord());
         let ball = ball.into_iter().flatten();
@@ -189,7 +193,7 @@ impl<'a> Search<'a> {
     }
 
     /// One attempt, counted.
-    pub fn attempt(&self, candidate: &Candidate, ws: &mut Workspace) -> Option<Connection> {
+    pub(super) fn attempt(&self, candidate: &Candidate, ws: &mut Workspace) -> Option<Connection> {
         if ws.stop.is_raised() {
             return None;
         }
@@ -201,7 +205,7 @@ impl<'a> Search<'a> {
     }
 
     /// The same, not counted.
-    pub fn solve(&self, candidate: &Candidate, ws: &mut Workspace) -> Option<Connection> {
+    pub(super) fn solve(&self, candidate: &Candidate, ws: &mut Workspace) -> Option<Connection> {
         if ws.stop.is_raised() {
             return None;
         }
