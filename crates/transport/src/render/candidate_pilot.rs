@@ -1,5 +1,6 @@
 //! What the pilot of a candidate sees of a picture: brightness and variance, tile by tile (docs/theory.md#choice-of-the-estimator).
 
+use super::pilot_pixels::{spread, tile_of};
 use super::source::{LightSamples, finite};
 use super::splats::splat;
 use crate::Spectrum;
@@ -102,7 +103,6 @@ impl PilotSums {
 
     fn task(light: &LightSamples, pairs: Range<usize>) -> Self {
         let film = light.source.scene.film();
-        let pixels = film.width * film.height;
         let together = together(light);
         let mut sums = PilotSums::nothing(together);
         let mut ws = light.source.workspace();
@@ -112,9 +112,7 @@ impl PilotSums {
             if light.source.is_stopped() {
                 break;
             }
-            // Multiples of the golden ratio spread evenly.
-            let place = (0.618_033_988_749_894_9 * i as f64).fract();
-            let pixel = ((place * pixels as f64) as usize).min(pixels - 1);
+            let pixel = spread(i, film);
             let means = [0, 1].map(|k| {
                 // Each in a replicate of its own, for samples of one replicate are not independent; at all instants of a period in turn.
                 let unit = light
@@ -133,7 +131,7 @@ impl PilotSums {
                 }
                 sum / together as f64
             });
-            let tile = &mut sums.tiles[tile_of(pixel, film)];
+            let tile = &mut sums.tiles[tile_of(pixel, film, SIDE)];
             tile.pairs += 1.0;
             tile.own += means[0] + means[1];
             tile.scatter += (means[0] - means[1]).powi(2);
@@ -161,7 +159,7 @@ impl PilotSums {
         splats.sort_by_key(|(pixel, _)| *pixel);
         for same in splats.chunk_by(|a, b| a.0 == b.0) {
             let value: f64 = same.iter().map(|(_, value)| value).sum();
-            let tile = &mut self.tiles[tile_of(same[0].0, light.source.scene.film())];
+            let tile = &mut self.tiles[tile_of(same[0].0, light.source.scene.film(), SIDE)];
             tile.splats += value;
             tile.squares += value * value;
         }
@@ -223,14 +221,6 @@ fn own(found: &[Contribution]) -> f64 {
         .filter(|c| c.image.is_none())
         .map(|c| brightness(c.weighted()))
         .sum()
-}
-
-fn tile_of(pixel: usize, film: &FilmSpec) -> usize {
-    let [column, row] = [
-        pixel % film.width * SIDE / film.width,
-        pixel / film.width * SIDE / film.height,
-    ];
-    row * SIDE + column
 }
 
 /// The relative variance of a pixel's sample by each candidate.

@@ -11,6 +11,7 @@ mod memory;
 mod passes;
 mod photons;
 mod pilot;
+mod pilot_pixels;
 mod pixels;
 mod ranges;
 mod results;

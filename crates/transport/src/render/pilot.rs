@@ -6,6 +6,7 @@
 //! Theory: docs/theory.md#next-event-rates, docs/theory.md#first-vertex-techniques.
 
 use super::Prepared;
+use super::pilot_pixels::spread;
 use super::source::LightSamples;
 use crate::integrator::Integrator;
 use crate::path::{FirstVertexTechniques, Workspace};
@@ -213,15 +214,12 @@ impl Pilot {
 
 /// Takes the samples of a round, until they have taken the `most` work; returns them.
 fn sample(light: &LightSamples, ws: &mut Workspace, round: u64, most: f64) -> Pairs {
-    let spec = light.source.scene.film();
-    let pixels = spec.width * spec.height;
+    let film = light.source.scene.film();
     let mut found = Vec::new();
     let mut pairs = Vec::with_capacity(PIXELS);
     while pairs.len() < PIXELS && (pairs.is_empty() || ws.stats().cost() < most) {
         let i = pairs.len();
-        // Multiples of the golden ratio spread evenly.
-        let place = (0.618_033_988_749_894_9 * i as f64).fract();
-        let pixel = ((place * pixels as f64) as usize).min(pixels - 1);
+        let pixel = spread(i, film);
         pairs.push([0, 1].map(|k| {
             found.clear();
             if let Some(nee_training) = &mut ws.nee_training {

@@ -6,6 +6,7 @@
 
 use super::Prepared;
 use super::pilot::search;
+use super::pilot_pixels::{spread, tile_of};
 use super::source::LightSamples;
 use super::splats::splat;
 use crate::integrator::Contribution;
@@ -29,15 +30,12 @@ pub(super) fn prepared(light: &LightSamples, groups: usize) -> Prepared {
     let mut ws = light.source.workspace();
     let mut finds = Finds::default();
     let film = light.source.scene.film();
-    let pixels = film.width * film.height;
     let mut found = Vec::new();
     for i in 0..(PIXELS / groups).max(LEAST_PIXELS) {
         if i > 0 && ws.stats().cost() >= light.source.pilot_work {
             break;
         }
-        // Multiples of the golden ratio spread evenly.
-        let place = (0.618_033_988_749_894_9 * i as f64).fract();
-        let pixel = ((place * pixels as f64) as usize).min(pixels - 1);
+        let pixel = spread(i, film);
         for k in 0..2 {
             found.clear();
             // Each in a replicate of its own: samples of one replicate are not independent.
@@ -144,7 +142,5 @@ fn find(light: &LightSamples, pixel: usize, contribution: &Contribution) -> Opti
 
 /// The cell of a pixel.
 fn cell_of(light: &LightSamples, pixel: usize) -> usize {
-    let film = light.source.scene.film();
-    let (column, row) = (pixel % film.width, pixel / film.width);
-    row * SIDE / film.height * SIDE + column * SIDE / film.width
+    tile_of(pixel, light.source.scene.film(), SIDE)
 }
