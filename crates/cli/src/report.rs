@@ -227,8 +227,15 @@ impl Report<'_> {
     fn photon_line(&self) -> Option<String> {
         let debiased = self.rendering.debiased.as_ref()?;
         let photons = &self.rendering.stats.photons;
+        if self.rendering.samples == 0 {
+            return None;
+        }
         if photons.in_media + photons.on_surfaces == 0 {
-            return Some("no photon fell on anything: only emitters are seen".into());
+            let only = match self.run.renderer.integrator() {
+                Some(Integrator::Vcm(_)) => "light that connections find is seen",
+                _ => "emitters are seen",
+            };
+            return Some(format!("no photon fell on anything: only {only}"));
         }
         let film = &self.rendering.film;
         let bias = debiased.bias(film) / film.summary().0;

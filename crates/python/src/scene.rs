@@ -162,7 +162,7 @@ impl Scene {
         self.loaded.channel_names.clone()
     }
 
-    /// Name of the integrator, a str: ``auto``, ``path``, ``particle``, ``bdpt``, ``photon``, ``sppm`` or ``aov``.
+    /// Name of the integrator, a str: ``auto``, ``path``, ``particle``, ``bdpt``, ``vcm``, ``photon``, ``sppm`` or ``aov``.
     #[getter]
     fn integrator(&self) -> &'static str {
         self.loaded.integrator()

@@ -16,5 +16,5 @@ pub(crate) const TRIALS_PER_SEARCH: u32 = 1_000;
 /// Steps of all these trials together.
 pub(crate) const STEPS_PER_SEARCH: u64 = 4_000_000;
 
-/// Photons that are looked at along one edge from the sensor.
+/// Photons that are looked at along one edge from the sensor, or around one vertex.
 pub(crate) const PHOTONS_PER_GATHER: u64 = 20_000_000;

@@ -69,7 +69,7 @@ pub struct RenderArgs {
     /// root mean square of those of all pixels.
     #[arg(long, value_name = "WHAT", requires = "target_error", value_parser = measure)]
     pub target: Option<Measure>,
-    /// Estimator, instead of the scene's: path, particle, bdpt, photon or sppm. Parameters that all have in common
+    /// Estimator, instead of the scene's: auto, path, particle, bdpt, vcm, photon or sppm. Parameters that all have in common
     /// stay those of the scene.
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,

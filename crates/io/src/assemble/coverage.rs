@@ -152,7 +152,7 @@ fn nowhere(walls: &Walls) -> Option<SceneProblem> {
         Some(_) => "only mirror images of what such light illuminates through mirrors are affected; area lights are not. \
                     The integrator vcm finds this light, blurred a little"
             .into(),
-        None => set_reflections("area lights"),
+        None => set_reflections("area lights or the integrator vcm"),
     };
     Some(warning(Subject::Scene, message, help))
 }

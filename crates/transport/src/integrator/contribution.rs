@@ -26,6 +26,11 @@ pub struct Contribution {
 }
 
 impl Contribution {
+    /// Whether its value, weight and bias are numbers.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.weighted().is_finite() && self.bias.is_finite()
+    }
+
     /// Value times weight.
     pub fn weighted(&self) -> Spectrum {
         self.value * self.weight

@@ -112,6 +112,11 @@ impl Integrator {
         }
     }
 
+    /// Whether all pixels of a sample share light subpaths, which are followed first, and contribute to one another.
+    pub(crate) fn shares_light_paths(&self) -> bool {
+        matches!(self, Integrator::Vcm(_))
+    }
+
     /// Whether light is blurred, so that its mean is biased.
     pub fn blurs(&self) -> bool {
         matches!(self, Integrator::Photon(_) | Integrator::Vcm(_))

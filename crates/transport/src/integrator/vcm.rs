@@ -8,8 +8,9 @@
 use super::Contribution;
 use super::bidirectional::{Connections, Heuristic, Joining, LightMap, Merging, Setting};
 use crate::Spectrum;
+use crate::film::Decomposition;
 use crate::path::{Bounds, Workspace, sensor_path};
-use crate::photons::{Followed, LightPaths, Radii};
+use crate::photons::{Followed, LightPaths, PhotonMap, Radii};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
@@ -66,6 +67,19 @@ impl Vcm {
         Radii::shrunk(first, sample, IN_MEDIA)
     }
 
+    /// Radius of the first sample, given light subpaths like its own.
+    pub(crate) fn first_radius(&self, paths: &LightPaths) -> f64 {
+        self.radius.unwrap_or_else(|| {
+            // Where photons fall is all that is asked for.
+            let bounds = Bounds {
+                weighs: false,
+                ..paths.bounds
+            };
+            let photons = PhotonMap::trace(&LightPaths { bounds, ..*paths }).found;
+            photons.first_radius(paths.scene)
+        })
+    }
+
     /// The contributions of a sensor ray with light subpaths of its own. Renders share them among all pixels.
     pub(super) fn sample(
         &self,
@@ -85,23 +99,17 @@ impl Vcm {
             search: ws.search,
             sampler: &|path| Sampler::new(seed, path, 0),
         };
-        let Followed {
-            found: light,
-            stats,
-            ..
-        } = LightMap::trace(&paths);
+        let radii = Self::radii(self.first_radius(&paths), 0);
+        let Followed { found, stats, .. } = LightMap::trace(&paths);
         ws.stats += stats;
-        let first = self
-            .radius
-            .unwrap_or_else(|| light.photons.first_radius(scene));
-        let merging = Merging {
-            light: &light,
-            radii: Self::radii(first, 0),
-        };
         let sample = VcmSample {
             vcm: self,
             scene,
-            merging: &merging,
+            merging: &Merging {
+                light: found,
+                radii,
+                decomposition: Decomposition::default(),
+            },
             number: 0,
             channel_pdf,
         };
@@ -116,7 +124,7 @@ pub(crate) struct VcmSample<'a> {
     /// The scene, at the sample's instant.
     pub scene: &'a Scene,
     /// The light subpaths that it is merged with.
-    pub merging: &'a Merging<'a>,
+    pub merging: &'a Merging,
     /// Number of the one that it is connected to.
     pub number: usize,
     /// Probabilities of the channels.

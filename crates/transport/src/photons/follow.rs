@@ -11,6 +11,7 @@ use rayon::prelude::*;
 const PER_TASK: usize = 256;
 
 /// Light subpaths that are to be followed.
+#[derive(Clone, Copy)]
 pub(crate) struct LightPaths<'a> {
     /// The scene, at their instant.
     pub scene: &'a Scene,
@@ -49,6 +50,9 @@ impl LightPaths<'_> {
             ws.search = self.search;
             let (mut found, mut balance) = (Vec::new(), BalanceSums::default());
             for path in task * PER_TASK..self.count.min((task + 1) * PER_TASK) {
+                if self.stop.is_raised() {
+                    break;
+                }
                 let mut sampler = (self.sampler)(path as u64);
                 let light = LightPath::sample(self.scene, &self.bounds, &mut sampler, &mut ws);
                 found.extend(light.map(|light| keep(path, light)));

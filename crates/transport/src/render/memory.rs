@@ -6,10 +6,12 @@ use crate::Spectrum;
 use crate::film::{OutlierRejection, Pixel};
 use crate::integrator::Integrator;
 use crate::moments::Moments;
+use crate::path::{LightPath, PathVertex};
+use crate::photons::Photon;
 use crate::scene::FilmSpec;
 
-/// Bytes that a render takes at most: its films and what it knows of pixels, the copy of these that is kept so that a pass can be given
-/// up, and what is kept of samples until it is added. Writing films to files takes more, but not at the same time.
+/// Bytes that a render takes at most, but for photon maps and long light subpaths: its films and what it knows of pixels, the copy of
+/// these that is kept so that a pass can be given up, and what is kept of samples until it is added. Writing films to files takes more, but not at the same time.
 pub fn memory(spec: &FilmSpec, options: &RenderOptions) -> usize {
     let pixels = spec.width.saturating_mul(spec.height);
     let per_pixel = kept(spec, options)
@@ -43,7 +45,8 @@ fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
     let quantities = options.quantities.map_or(0, |tracer| {
         tracer.channels().count().div_ceil(Spectrum::CHANNELS) * size_of::<Pixel>()
     });
-    film.saturating_mul(1 + films_of_strategies(options))
+    let debiased = usize::from(options.renderer.integrator().is_some_and(Integrator::blurs));
+    film.saturating_mul(1 + debiased + films_of_strategies(options))
         .saturating_add(layer.saturating_mul(layers(options)))
         .saturating_add(outliers + shares + quantities)
 }
@@ -52,6 +55,20 @@ fn kept(spec: &FilmSpec, options: &RenderOptions) -> usize {
 fn pending(options: &RenderOptions) -> usize {
     if options.renderer.splats() {
         size_of::<Spectrum>() * (1 + films_of_strategies(options) + layers(options))
+            + light_paths(options)
+    } else {
+        0
+    }
+}
+
+/// Vertices that a light subpath is taken to have: how many it really has depends on the scene.
+const VERTICES: usize = 3;
+
+/// Bytes for each pixel of light subpaths that all pixels share.
+fn light_paths(options: &RenderOptions) -> usize {
+    let integrator = options.renderer.integrator();
+    if integrator.is_some_and(Integrator::shares_light_paths) {
+        size_of::<LightPath>() + VERTICES * (size_of::<PathVertex>() + size_of::<Photon>())
     } else {
         0
     }

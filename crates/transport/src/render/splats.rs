@@ -9,12 +9,12 @@
 //! Theory: docs/theory.md#film.
 
 use super::Debiased;
-use super::shared::SharedLight;
+use super::shared;
 use super::source::{LightSamples, Source, finite};
 use super::strategies::Strategies;
 use crate::Spectrum;
 use crate::film::{Decomposition, Film, LayerGroup, Pending, footprint};
-use crate::integrator::Contribution;
+use crate::integrator::{Contribution, Merging};
 use crate::path::{BalanceSums, BalanceTotals};
 use crate::stats::Stats;
 use rayon::prelude::*;
@@ -107,14 +107,19 @@ pub(super) fn pass(
     let share = 1.0 / size as f64;
     let mut balance = BalanceSums::default();
     let mut layered = Layered::new(film.parts_mut(source.group).layers, pixels);
+    let decomposition = film.layers().map(|layers| *layers.decomposition());
+    let decomposition = decomposition.unwrap_or_default();
+    let is_shared = light.integrator.shares_light_paths();
     let mut shared = None;
-    for block in tasks.blocks(samples, SharedLight::is_used(&light.integrator)) {
+    for block in tasks.blocks(samples, is_shared) {
         if source.is_stopped() {
             break;
         }
-        if block.start.is_multiple_of(tasks.per_sample) {
-            let traced = SharedLight::trace(light, block.start / tasks.per_sample);
-            shared = traced.map(|followed| {
+        if is_shared && block.start.is_multiple_of(tasks.per_sample) {
+            // There is no room for two.
+            drop(shared.take());
+            let sample = block.start / tasks.per_sample;
+            shared = shared::trace(light, sample, decomposition).map(|followed| {
                 stats += followed.stats;
                 balance += followed.balance;
                 followed.found
@@ -187,23 +192,20 @@ pub(super) fn pass(
 fn part(
     light: &LightSamples,
     task: Task,
-    shared: Option<&SharedLight>,
+    shared: Option<&Merging>,
 ) -> (SplatSamples, Stats, BalanceSums) {
     let mut ws = light.source.workspace();
     let mut balance = BalanceSums::default();
     let (mut found, mut part) = (Vec::new(), SplatSamples::new());
     let taken = task.pixels.len() as u64;
     for pixel in task.pixels {
-        match shared {
-            Some(shared) => shared.take(light, pixel, task.sample, &mut ws, &mut found),
-            None => light.take(pixel, task.sample, &mut ws, &mut found),
-        }
+        shared::take(light, shared, (pixel, task.sample), &mut ws, &mut found);
         balance.add(
             &std::mem::take(&mut ws.particle_balance),
             &mut ws.stats.not_finite,
         );
         for contribution in found.drain(..) {
-            if contribution.weighted().is_finite() {
+            if contribution.is_finite() {
                 part.push((pixel, contribution));
             } else {
                 ws.stats.not_finite += 1;

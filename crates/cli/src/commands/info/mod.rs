@@ -15,7 +15,7 @@ use std::io::{IsTerminal, Write as _};
 use std::process::ExitCode;
 use transport::Scene;
 use transport::emitter::Emitter;
-use transport::integrator::RequiredConnection;
+use transport::integrator::{Integrator, RequiredConnection};
 use transport::medium::{Medium, VolumeTexture};
 use transport::meter::Tally;
 use transport::render::memory;
@@ -60,10 +60,11 @@ fn film_memory(loaded: &Loaded) -> (usize, Option<usize>) {
         strategies: true,
         ..image.clone()
     };
-    let splats = loaded.renderer.splats();
+    let integrator = loaded.renderer.integrator();
+    let has_strategies = integrator.is_some_and(Integrator::tells_strategies_apart);
     (
         memory(film, &image.options()),
-        splats.then(|| memory(film, &strategies.options())),
+        has_strategies.then(|| memory(film, &strategies.options())),
     )
 }
 
@@ -105,10 +106,11 @@ fn found(loaded: &Loaded, emitter: &Emitter) -> Option<(String, bool)> {
     let required = integrator.map_or(RequiredConnection::Nothing, |i| {
         i.requires(emitter.is_delta())
     });
-    loaded
-        .instruments
-        .is_empty()
-        .then(|| finds(required, &Walls::of(loaded.scene())))
+    let finds = || match integrator {
+        Some(i) if i.blurs() => ("by photons: complete, but blurred".into(), true),
+        _ => finds(required, &Walls::of(loaded.scene())),
+    };
+    loaded.instruments.is_empty().then(finds)
 }
 
 fn finds(required: RequiredConnection, walls: &Walls) -> (String, bool) {

@@ -2,6 +2,7 @@
 
 use super::merging::Merging;
 use super::paths::Setting;
+use crate::Spectrum;
 use crate::budget::PHOTONS_PER_GATHER;
 use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::integrator::Contribution;
@@ -11,6 +12,7 @@ use crate::path::{
 };
 use crate::photons::Photon;
 use crate::sampling::{Discrete, Sampler};
+use std::collections::BTreeMap;
 
 /// Which vertices of the two subpaths are connected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -236,6 +238,8 @@ impl Joining<'_> {
             Vertex::Volume { .. } => &photons.volume,
             Vertex::Surface { .. } => &photons.surface,
         };
+        // Add up what they bring, each layer of the film for itself.
+        let mut sums: BTreeMap<usize, Contribution> = BTreeMap::new();
         let (mut looked_at, stop) = (0, &self.ws.stop);
         let mut is_given_up = false;
         tree.visit(
@@ -248,15 +252,23 @@ impl Joining<'_> {
                     return;
                 };
                 let light = merging.light.path(photon.path);
-                let found = light.and_then(|light| setting.merged(vertices, light, photon));
-                let blurred = |c: Contribution| Contribution {
-                    value: c.value * kernel,
-                    bias: c.value * bias,
-                    ..c
+                let Some(found) = light.and_then(|light| setting.merged(vertices, light, photon))
+                else {
+                    return;
                 };
-                self.out.extend(found.map(blurred));
+                let weighted = found.weighted();
+                let sum = sums
+                    .entry(merging.decomposition.layer(&found.path))
+                    .or_insert(Contribution {
+                        value: Spectrum::ZERO,
+                        weight: 1.0,
+                        ..found
+                    });
+                sum.value += weighted * kernel;
+                sum.bias += weighted * bias;
             },
         );
+        self.out.extend(sums.into_values());
         self.ws.stats.over_budget.gathers += u64::from(is_given_up);
     }
 

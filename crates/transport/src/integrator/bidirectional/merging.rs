@@ -5,13 +5,13 @@
 //!
 //! Theory: docs/theory.md#vertex-merging.
 
+use crate::film::Decomposition;
 use crate::path::{LightPath, PathVertex, Vertex};
 use crate::photons::{Followed, Kernel, LightPaths, PhotonMap, Radii, landed};
 
 /// What a photon is worth against a connection: any value is consistent. Weights take each for an independent sample that brings
-/// nothing or all, but a connection varies less than that, and neighbouring pixels share photons. On scenes that connections handle as
-/// well, 0.03 to 0.1 make pixels least noisy, and 1 has a third to a half more variance.
-const WORTH: f64 = 0.1;
+/// nothing or all, but a connection varies less than that, and neighbouring pixels share photons.
+const WORTH: f64 = 0.03;
 
 /// Light subpaths, and their vertices as photons.
 #[derive(Debug)]
@@ -29,19 +29,22 @@ impl LightMap {
             found,
             mut stats,
             balance,
-        } = paths.follow(|path, light| {
-            let photons = landed(paths.scene, &light, path, paths.count);
-            (photons.collect::<Vec<_>>(), path, light)
+        } = paths.follow(|path, mut light| {
+            light.subpath.vertices.shrink_to_fit();
+            (path, light)
         });
-        let (mut by_number, mut photons) = (Vec::new(), Vec::new());
+        let mut by_number = Vec::new();
         by_number.resize_with(paths.count, || None);
-        for (part, path, light) in found {
-            photons.extend(part);
+        for (path, light) in found {
             by_number[path] = Some(light);
         }
+        let numbered = by_number.iter().enumerate();
+        let numbered = numbered.filter_map(|(path, light)| Some((path, light.as_ref()?)));
+        let photons =
+            numbered.flat_map(|(path, light)| landed(paths.scene, light, path, paths.count));
         let map = LightMap {
-            paths: by_number,
             photons: PhotonMap::of(photons),
+            paths: by_number,
         };
         stats.photons = map.photons.counts();
         Followed {
@@ -58,14 +61,16 @@ impl LightMap {
 }
 
 /// Light subpaths that sensor subpaths are merged with, and how.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Merging<'a> {
-    pub light: &'a LightMap,
+#[derive(Debug)]
+pub(crate) struct Merging {
+    pub light: LightMap,
     /// How far around a vertex photons count.
     pub radii: Radii,
+    /// What light the film tells apart.
+    pub decomposition: Decomposition,
 }
 
-impl Merging<'_> {
+impl Merging {
     /// How photons around a vertex are weighed.
     pub(crate) fn kernel(&self, vertex: &Vertex) -> Kernel {
         match vertex {
