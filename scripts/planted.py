@@ -526,7 +526,7 @@ PLANTED = [
         TRANSPORT + "integrator/bidirectional/paths.rs",
         "let inverse = |s: f64| if s > 0.0 { s.recip() } else { 0.0 };",
         "let inverse = |_: f64| 1.0;",
-        ("morgana-transport", "photons", "merging_shows_what_connections_show"),
+        ("morgana-transport", "photons", "merging_in_fog_shows"),
     ),
     (
         "the kernel of a disc too high",

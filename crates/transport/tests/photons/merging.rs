@@ -9,7 +9,7 @@ use morgana_transport::Spectrum;
 use morgana_transport::bsdf::{Bsdf, Conductor, Diffuse, Mask};
 use morgana_transport::emitter::{Emitter, Spot};
 use morgana_transport::film::Decomposition;
-use morgana_transport::integrator::{Connections, Heuristic, Integrator, Vcm};
+use morgana_transport::integrator::{Bdpt, Connections, Heuristic, Integrator, Vcm};
 use morgana_transport::render::{RenderOptions, Rendering, render};
 use morgana_transport::scene::{Object, Parts};
 use morgana_transport::sensor::{Orthographic, Sensor};
@@ -116,12 +116,13 @@ fn merging_shows_what_connections_show() {
     max_abs_z(&zs, FAMILY).unwrap();
 }
 
-/// A spot lights a floor, which a sensor sees, by way of a mirror each; or without mirrors, unfolded. All in a medium whose index
-/// grows upwards, so that rays are curved and mirrors at x = ±2 map them to others.
-fn floor(through_mirrors: bool) -> Parts {
+/// A spot lights a floor, or black ground under fog, which a sensor sees, by way of a mirror each; or without mirrors, unfolded. All in a
+/// medium whose index grows upwards, so that rays are curved and mirrors at x = ±2 map them to others.
+fn ground(is_foggy: bool, through_mirrors: bool) -> Parts {
     let (light, toward) = (DVec3::new(-3.0, 0.0, 1.5), DVec3::new(3.0, 0.0, -1.4));
     let (eye, ahead) = (DVec3::new(3.0, 0.0, 1.2), DVec3::new(-3.0, 0.0, -1.1));
-    let white = Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.8)).unwrap());
+    let reflectance = if is_foggy { 0.0 } else { 0.8 };
+    let white = Bsdf::Diffuse(Diffuse::new(Spectrum::splat(reflectance)).unwrap());
     let metal = || {
         let mirror = Conductor::new(Spectrum::ZERO, Spectrum::ONE, Spectrum::ONE);
         Bsdf::Conductor(mirror.unwrap())
@@ -184,7 +185,10 @@ fn floor(through_mirrors: bool) -> Parts {
     let index = LinearIndex::new(1.2, DVec3::Z * 0.03, DVec3::ZERO).unwrap();
     parts(
         objects,
-        vec![vacuum(), fog(index, 0.0, 0.0, 0.0)],
+        vec![
+            vacuum(),
+            fog(index, if is_foggy { 0.6 } else { 0.0 }, 0.9, 0.2),
+        ],
         vec![Emitter::Spot(spot)],
         sensor,
     )
@@ -193,8 +197,8 @@ fn floor(through_mirrors: bool) -> Parts {
 /// No connection finds light that is reflected by a mirror on every part of its way; merging does.
 #[test]
 fn merging_shows_what_no_connection_finds() {
-    let folded = || larger(|| floor(true));
-    let unfolded = || larger(|| floor(false));
+    let folded = || larger(|| ground(false, true));
+    let unfolded = || larger(|| ground(false, false));
     let (a, se_a) = mean(&shoot_by(bdpt(), unfolded(), 16, 1));
     let missing = shoot_by(bdpt(), folded(), 4, 2);
     assert_eq!(missing.film.summary().0, 0.0);
@@ -209,10 +213,32 @@ fn merging_shows_what_no_connection_finds() {
     max_abs_z(&[two_sample_z(a, se_a, b, se_b)], FAMILY).unwrap();
 }
 
+/// The same of fog that scatters once. What scatters twice, with a mirror before the sensor only, is as long and found by connections.
+#[test]
+fn merging_in_fog_shows_what_no_connection_finds() {
+    let folded = || larger(|| ground(true, true));
+    let unfolded = || larger(|| ground(true, false));
+    let connecting = |max_depth| Bdpt {
+        max_depth: Some(max_depth),
+        ..Bdpt::default()
+    };
+    let (a, se_a) = mean(&shoot_by(connecting(2), unfolded(), 32, 9));
+    let (rest, se_rest) = mean(&shoot_by(connecting(4), folded(), 32, 10));
+    let estimator = Vcm {
+        max_depth: Some(4),
+        ..vcm(0.15)
+    };
+    let (b, se_b) = debiased(&shoot_by(estimator, folded(), 160, 11));
+    let (b, se_b) = (b - rest, se_b.hypot(se_rest));
+    println!("unfolded {a} ± {se_a}, by mirrors {b} ± {se_b}, without {rest}");
+    assert!(se_a < 0.02 * a && se_b < 0.06 * a, "no power");
+    max_abs_z(&[two_sample_z(a, se_a, b, se_b)], FAMILY).unwrap();
+}
+
 /// The mean of blurred light nears that without as radii shrink.
 #[test]
 fn bias_goes_with_the_radius() {
-    let folded = || larger(|| floor(true));
+    let folded = || larger(|| ground(false, true));
     let bias = |samples| {
         let rendering = shoot_by(vcm(0.2), folded(), samples, 4);
         let debiased = rendering.debiased.as_ref().unwrap();
