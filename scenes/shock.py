@@ -154,7 +154,7 @@ def fringes(rays):
     and black where rays end at the airfoil. Takes the quantities that the integrator aov writes."""
     ends, path_difference = rays[..., 3], rays[..., 13]
     tilt = CARRIER * (np.arange(rays.shape[0]) + 0.5)[:, None] / rays.shape[0]
-    seen = np.clip(0.5 - ends / DEPTH, 0, 1)
+    seen = ends < -0.4999 * DEPTH
     return seen * (1 + np.cos(2 * np.pi * (path_difference / WAVELENGTH + tilt))) / 2
 
 
