@@ -125,7 +125,9 @@ impl Report<'_> {
     /// What to think of the error of the mean, if it is not to be trusted.
     fn doubt(&self) -> Option<String> {
         let film = &self.rendering.film;
-        (self.run.renderer.is_light() && film.few_in_all(None)).then(|| {
+        // An error that is not known is said to be so.
+        let is_known = film.summary().1.is_finite();
+        (self.run.renderer.is_light() && is_known && film.few_in_all(None)).then(|| {
             let advice = match self.run.renderer {
                 // A pilot has tried the others.
                 Renderer::Light(Integrator::Path(_)) if self.run.reason.is_none() => {
