@@ -39,7 +39,8 @@ pub(super) fn trace(
 pub(super) fn take(
     light: &LightSamples,
     merging: Option<&Merging>,
-    (pixel, sample): (usize, u64),
+    pixel: usize,
+    sample: u64,
     ws: &mut Workspace,
     out: &mut Vec<Contribution>,
 ) {

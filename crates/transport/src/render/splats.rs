@@ -69,16 +69,17 @@ impl Tasks {
 
     /// The blocks in which work for some samples is done: each is of one sample if light is shared there.
     fn blocks(&self, samples: Range<u64>, is_shared: bool) -> impl Iterator<Item = Range<u64>> {
-        let (per_sample, step) = (self.per_sample, if is_shared { 1 } else { u64::MAX });
-        let parts = samples
-            .clone()
-            .step_by(usize::try_from(step).unwrap_or(usize::MAX))
-            .map(move |first| {
-                first * per_sample..first.saturating_add(step).min(samples.end) * per_sample
-            });
-        parts.flat_map(|part| {
-            let end = part.end;
-            let starts = part.step_by(BLOCK as usize);
+        let run = if is_shared {
+            1
+        } else {
+            samples.end - samples.start
+        };
+        let (per_sample, end) = (self.per_sample, samples.end);
+        let runs = samples.step_by(run.max(1) as usize);
+        runs.flat_map(move |first| {
+            let tasks = first * per_sample..end.min(first + run) * per_sample;
+            let end = tasks.end;
+            let starts = tasks.step_by(BLOCK as usize);
             starts.map(move |start| start..end.min(start + BLOCK))
         })
     }
@@ -199,7 +200,7 @@ fn part(
     let (mut found, mut part) = (Vec::new(), SplatSamples::new());
     let taken = task.pixels.len() as u64;
     for pixel in task.pixels {
-        shared::take(light, shared, (pixel, task.sample), &mut ws, &mut found);
+        shared::take(light, shared, pixel, task.sample, &mut ws, &mut found);
         balance.add(
             &std::mem::take(&mut ws.particle_balance),
             &mut ws.stats.not_finite,

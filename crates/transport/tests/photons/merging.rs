@@ -10,7 +10,9 @@ use morgana_transport::bsdf::{Bsdf, Conductor, Diffuse, Mask};
 use morgana_transport::emitter::{Emitter, Spot};
 use morgana_transport::film::Decomposition;
 use morgana_transport::integrator::{Bdpt, Connections, Heuristic, Integrator, Vcm};
+use morgana_transport::path::Workspace;
 use morgana_transport::render::{RenderOptions, Rendering, render};
+use morgana_transport::sampling::Sampler;
 use morgana_transport::scene::{Object, Parts};
 use morgana_transport::sensor::{Orthographic, Sensor};
 use morgana_transport::shape::{Cube, Rectangle, Shape};
@@ -273,6 +275,43 @@ fn bounces_are_told_apart() {
         })
         .collect();
     max_abs_z(&zs, FAMILY).unwrap();
+}
+
+/// Whoever asks for the sample of one sensor ray gets light subpaths for it alone.
+#[test]
+fn one_ray_sees_the_same() {
+    let small = |make: fn() -> Parts| {
+        let mut parts = make();
+        (parts.film.width, parts.film.height) = (12, 12);
+        parts
+    };
+    let (a, se_a) = mean(&shoot_by(bdpt(), small(matched), 200, 12));
+    let scene = Scene::new(small(matched)).unwrap();
+    let mut ws = Workspace::new(scene.tolerance());
+    let (mut sum, mut squares) = (0.0, 0.0);
+    let samples = 2000;
+    for i in 0..samples {
+        let mut sampler = Sampler::new(13, 0, i);
+        let image = sampler.next_2d();
+        let ray = scene.sensor().ray(image, [0.5; 2]);
+        let mut found = Vec::new();
+        let estimator = Integrator::Vcm(vcm(0.1));
+        estimator.sample(&scene, ray, 1, &mut sampler, &mut ws, &mut found);
+        // What arrives beside the image is not in it.
+        let inside = |x: &f64| (0.0..1.0).contains(x);
+        let seen = found
+            .iter()
+            .filter(|c| c.image.iter().flatten().all(inside));
+        let value: f64 = seen.map(|c| (c.value - c.bias)[0] * c.weight).sum();
+        sum += value;
+        squares += value * value;
+    }
+    let n = samples as f64;
+    let b = sum / n;
+    let se_b = ((squares / n - b * b) / (n - 1.0)).sqrt();
+    println!("bdpt {a} ± {se_a}, vcm {b} ± {se_b}");
+    assert!(se_a < 0.02 * a && se_b < 0.04 * a, "no power");
+    max_abs_z(&[two_sample_z(a, se_a, b, se_b)], FAMILY).unwrap();
 }
 
 #[test]
