@@ -383,7 +383,7 @@ fn phase_functions_are_blended_by_weight() {
         let loaded = load(&medium(&(weight(w) + two))).unwrap_or_else(|e| panic!("{e}"));
         let inside = loaded.scene().medium_at(glam::DVec3::ZERO);
         let phase = &loaded.scene().medium(inside).phase;
-        assert!((phase.mean_cosine() - mean).abs() < 1e-15);
+        assert!((phase.mean_cosine(glam::DVec3::ZERO) - mean).abs() < 1e-15);
     }
     refused(&medium(&(weight(1.5) + two)), &["'weight' is 1.5"]);
     refused(&medium(two), &["needs <float name=\"weight\">"]);
@@ -407,7 +407,7 @@ fn phase_functions_are_mixed_by_shares() {
         let loaded = load(&medium(weights, &three)).unwrap_or_else(|e| panic!("{e}"));
         let inside = loaded.scene().medium_at(glam::DVec3::ZERO);
         let phase = &loaded.scene().medium(inside).phase;
-        assert!((phase.mean_cosine() - mean).abs() < 1e-12, "{weights}");
+        assert!((phase.mean_cosine(glam::DVec3::ZERO) - mean).abs() < 1e-12, "{weights}");
     }
     for weights in ["0.5, 0.5", "1, a, 0", "1, -1, 1", ""] {
         let expected = "one for each of the 3 phase functions";

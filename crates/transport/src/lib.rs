@@ -34,6 +34,7 @@ pub mod stop;
 pub mod sum;
 pub mod texture;
 pub mod trace;
+pub mod volume;
 
 pub use bins::Bins;
 pub use eikonal;

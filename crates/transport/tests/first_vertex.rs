@@ -11,7 +11,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use morgana_transport::bsdf::{Bsdf, Dielectric, Diffuse};
 use morgana_transport::emitter::Emitter;
 use morgana_transport::integrator::{Contribution, Integrator, ParticleTracer, PathTracer};
-use morgana_transport::medium::{GridFilter, GridSamples, Medium, VolumeGrid, VolumeTexture};
+use morgana_transport::medium::Medium;
+use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 use morgana_transport::path::{
     Edge, End, FirstVertexTechniques, Sampling, Start, TransportMode, Workspace, trace,
 };

@@ -102,7 +102,7 @@ fn transparent_lens_behind_a_matched_boundary() {
 #[test]
 fn chromatic_extinction() {
     use morgana_transport::Spectrum;
-    use morgana_transport::medium::VolumeTexture;
+    use morgana_transport::volume::VolumeTexture;
     let index = Luneburg::new(1.0, DVec3::ZERO, 1.0).unwrap();
     let mut medium = fog(index, 1.0, 1.0, 0.3);
     medium.sigma_t = VolumeTexture::Uniform(Spectrum([0.5, 2.0, 8.0, 0.0]));

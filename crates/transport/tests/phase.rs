@@ -45,7 +45,7 @@ fn cases() -> Vec<(String, Phase, f64)> {
 fn samplers_follow_their_densities() {
     let mut family = Family::new(FALSE_ALARM);
     for (i, (name, phase, width)) in cases().into_iter().enumerate() {
-        let forward = if phase.mean_cosine() >= 0.0 {
+        let forward = if phase.mean_cosine(DVec3::ZERO) >= 0.0 {
             1.0
         } else {
             -1.0
@@ -55,8 +55,8 @@ fn samplers_follow_their_densities() {
             i as u64,
             50_000,
             Mass::Exactly(1.0),
-            |r| Some(phase.sample(DIR, r.uniform()).0.to_array()),
-            |d| phase.pdf(DIR.dot(d.into())),
+            |r| Some(phase.sample(DVec3::ZERO, DIR, r.uniform()).0.to_array()),
+            |d| phase.pdf(DVec3::ZERO, DIR.dot(d.into())),
         );
         family.push(
             name.clone(),
@@ -75,11 +75,11 @@ fn mean_cosines() {
         // 1 − cosθ measured as |d − d'|²/2, exact for narrow lobes.
         let mut below = Moments::default();
         for _ in 0..40_000 {
-            let d = phase.sample(DIR, rng.uniform()).0;
+            let d = phase.sample(DVec3::ZERO, DIR, rng.uniform()).0;
             below.push(0.5 * (d - DIR).length_squared());
         }
         names.push(name);
-        zs.push(below.z(1.0 - phase.mean_cosine()));
+        zs.push(below.z(1.0 - phase.mean_cosine(DVec3::ZERO)));
     }
     z_test::max_abs_z(&zs, FALSE_ALARM).unwrap_or_else(|e| panic!("{e} in {names:?}"));
 }
@@ -92,10 +92,10 @@ fn the_sample_carries_its_density_and_a_unit_direction() {
     for (name, phase, _) in cases() {
         for k in 0..500 {
             let u = corners.get(k).copied().unwrap_or_else(|| rng.uniform());
-            let (d, pdf) = phase.sample(DIR, u);
+            let (d, pdf) = phase.sample(DVec3::ZERO, DIR, u);
             assert!((d.length() - 1.0).abs() < 1e-14, "{name}: {d} for {u:?}");
             assert!(pdf.is_finite() && pdf >= 0.0, "{name}: {pdf} for {u:?}");
-            let again = phase.pdf(DIR.dot(d));
+            let again = phase.pdf(DVec3::ZERO, DIR.dot(d));
             // The cosine of world vectors carries rounding that a lobe of κ = 1e6 magnifies.
             assert!(
                 (again - pdf).abs() <= 1e-6 * pdf + 1e-9,
@@ -107,7 +107,7 @@ fn the_sample_carries_its_density_and_a_unit_direction() {
 
 #[test]
 fn closed_forms() {
-    let hg = |g: f64, c: f64| Phase::henyey_greenstein(g).unwrap().pdf(c);
+    let hg = |g: f64, c: f64| Phase::henyey_greenstein(g).unwrap().pdf(DVec3::ZERO, c);
     let definition =
         |g: f64, c: f64| (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * c).powf(1.5));
     for g in [-0.7, -0.1, 0.0, 0.4, 0.85] {
@@ -121,23 +121,23 @@ fn closed_forms() {
     // At the forward peak (1 + g)/(4π (1 − g)²), where the definition has cancelled.
     assert!((hg(0.999999, 1.0) * 4.0 * PI * 1e-12 / 1.999999 - 1.0).abs() < 1e-9);
     let vmf = |k: f64| Phase::von_mises_fisher(k).unwrap();
-    assert!((vmf(2.0).pdf(0.5) - 2.0 * 1f64.exp() / (4.0 * PI * 2f64.sinh())).abs() < 1e-15);
-    assert!((vmf(1e-14).pdf(-1.0) * 4.0 * PI - 1.0).abs() < 1e-12);
-    assert!((vmf(1e6).pdf(1.0) - 1e6 / (2.0 * PI)).abs() < 1e-6);
+    assert!((vmf(2.0).pdf(DVec3::ZERO, 0.5) - 2.0 * 1f64.exp() / (4.0 * PI * 2f64.sinh())).abs() < 1e-15);
+    assert!((vmf(1e-14).pdf(DVec3::ZERO, -1.0) * 4.0 * PI - 1.0).abs() < 1e-12);
+    assert!((vmf(1e6).pdf(DVec3::ZERO, 1.0) - 1e6 / (2.0 * PI)).abs() < 1e-6);
     for k in [0.09999, 0.1001] {
         let k: f64 = k;
-        assert!((vmf(k).mean_cosine() - (1.0 / k.tanh() - 1.0 / k)).abs() < 1e-13);
+        assert!((vmf(k).mean_cosine(DVec3::ZERO) - (1.0 / k.tanh() - 1.0 / k)).abs() < 1e-13);
     }
     let blend = Phase::blend([Phase::rayleigh(), vmf(20.0)], 0.25).unwrap();
     for c in [-1.0f64, -0.3, 0.0, 0.8, 1.0] {
         let rayleigh = 3.0 / (16.0 * PI) * (1.0 + c * c);
-        assert!((Phase::rayleigh().pdf(c) / rayleigh - 1.0).abs() < 1e-15);
-        assert!((blend.pdf(c) / (0.75 * rayleigh + 0.25 * vmf(20.0).pdf(c)) - 1.0).abs() < 1e-15);
+        assert!((Phase::rayleigh().pdf(DVec3::ZERO, c) / rayleigh - 1.0).abs() < 1e-15);
+        assert!((blend.pdf(DVec3::ZERO, c) / (0.75 * rayleigh + 0.25 * vmf(20.0).pdf(DVec3::ZERO, c)) - 1.0).abs() < 1e-15);
     }
     // A table of two nodes: p ∝ 1 + c, mean cosine 1/3.
     let ramp = Phase::tabulated(vec![-1.0, 1.0], &[0.0, 7.0]).unwrap();
-    assert!((ramp.mean_cosine() - 1.0 / 3.0).abs() < 1e-15);
-    assert!((ramp.pdf(0.5) - 1.5 / (4.0 * PI)).abs() < 1e-15);
+    assert!((ramp.mean_cosine(DVec3::ZERO) - 1.0 / 3.0).abs() < 1e-15);
+    assert!((ramp.pdf(DVec3::ZERO, 0.5) - 1.5 / (4.0 * PI)).abs() < 1e-15);
 }
 
 #[test]

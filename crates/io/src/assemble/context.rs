@@ -14,11 +14,12 @@ use crate::spd;
 use eikonal::field::Constant;
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet};
+use std::ops::Range;
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::Emitter;
 use transport::medium::Medium;
-use transport::scene::{MediumId, Object};
+use transport::scene::{MediumId, Object, Partition};
 use transport::texture::Texture;
 
 /// The parts so far, and where they were written.
@@ -36,6 +37,10 @@ pub(super) struct Context<'a> {
     pub emitter_ids: Vec<Option<String>>,
     /// Meters of shapes, with the numbers of their objects.
     pub meters: Vec<(Arc<crate::scene::ObjectDescription>, usize)>,
+    /// Volumes of several media.
+    pub divided: Vec<Divided>,
+    /// The same when their sides are settled.
+    pub partitions: Vec<Partition>,
     /// What each object's description says of its two sides.
     pub wishes: Vec<Wish>,
     pub places: Places,
@@ -50,6 +55,19 @@ pub(super) struct Context<'a> {
     /// Groups of shapes with something wrong in them.
     pub refused_groups: HashSet<ObjectId>,
     medium_ids: HashMap<ObjectId, MediumId>,
+}
+
+/// A volume that is divided into media, whose sides are not settled yet.
+pub(super) struct Divided {
+    /// Its surfaces.
+    pub objects: Range<usize>,
+    /// The media behind and before each of them; `None` is what is around.
+    pub sides: Vec<[Option<MediumId>; 2]>,
+    /// The medium around, if it was named.
+    pub exterior: Option<MediumId>,
+    /// The index around, if it was given.
+    pub outer_index: Option<f64>,
+    pub location: Location,
 }
 
 /// Where things were written.
@@ -79,6 +97,8 @@ impl<'a> Context<'a> {
             emitters: Vec::new(),
             emitter_ids: Vec::new(),
             meters: Vec::new(),
+            divided: Vec::new(),
+            partitions: Vec::new(),
             wishes: Vec::new(),
             places: Places {
                 media: vec![None],

@@ -244,6 +244,7 @@ impl<'a> Children<'a> {
             method.leave_pictures();
         }
         let parts = Parts {
+            partitions: context.partitions,
             objects: context.objects,
             media: context.media,
             emitters: context.emitters,

@@ -10,7 +10,8 @@ use crate::schema::substance::{TURBID, TURBID_NAMES, Turbid};
 use eikonal::Field;
 use eikonal::field::Constant;
 use transport::Spectrum;
-use transport::medium::{Medium, VolumeTexture};
+use transport::medium::Medium;
+use transport::volume::VolumeTexture;
 use transport::phase::Phase;
 use transport::scene::MediumId;
 
@@ -31,7 +32,8 @@ pub(super) fn medium(object: &ObjectDescription, context: &mut Context) -> Mediu
     id
 }
 
-fn build(object: &ObjectDescription, context: &mut Context) -> (Medium, bool) {
+/// The medium, and whether its index is left open.
+pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> (Medium, bool) {
     let name = object.id.clone().unwrap_or_else(|| object.plugin.clone());
     let index = field::named(object, "ior", context);
     let open = index.is_none();

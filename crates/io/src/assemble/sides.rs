@@ -12,7 +12,8 @@ use eikonal::Shown;
 use eikonal::field::Constant;
 use glam::DVec3;
 use transport::medium::Medium;
-use transport::scene::{AMBIENT, MediumId, Object, Sides, medium_at};
+use transport::bsdf::Bsdf;
+use transport::scene::{AMBIENT, Containment, MediumId, Partition, Sides};
 
 /// Index inside a dielectric that says nothing: Mitsuba's default, BK7 glass.
 const DEFAULT_INNER: f64 = 1.5046;
@@ -28,14 +29,16 @@ pub(super) fn settle(context: &mut Context) {
             exterior: AMBIENT,
         });
     }
+    divide(context);
     for (i, wish) in wishes.iter().enumerate() {
         let speaks = wish.exterior.is_some() || context.objects[i].sides.is_some();
-        if !speaks {
+        let divides = context.partitions.iter().any(|p| p.objects.contains(&i));
+        if !speaks || divides {
             continue;
         }
         let exterior = wish
             .exterior
-            .unwrap_or_else(|| surrounding(i, &context.objects));
+            .unwrap_or_else(|| surrounding(i, context));
         if wish.exterior.is_none() && exterior != AMBIENT {
             let difference = match wish.interior {
                 Some(_) => Some(difference::EXTERIOR),
@@ -53,6 +56,55 @@ pub(super) fn settle(context: &mut Context) {
             apply_indices(wish, sides, context);
         }
     }
+    match_divided(context);
+}
+
+/// Settles the sides of volumes of several media.
+fn divide(context: &mut Context) {
+    for divided in &context.divided {
+        context.partitions.push(Partition {
+            objects: divided.objects.clone(),
+            exterior: AMBIENT,
+        });
+    }
+    for i in 0..context.divided.len() {
+        let divided = &context.divided[i];
+        let outer = divided.sides.iter().position(|s| s.contains(&None));
+        let around = || surrounding(divided.objects.start + outer.unwrap_or(0), context);
+        let exterior = divided.exterior.unwrap_or_else(around);
+        for (object, sides) in divided.objects.clone().zip(divided.sides.clone()) {
+            let [interior, exterior] = sides.map(|side| side.unwrap_or(exterior));
+            context.objects[object].sides = Some(Sides { interior, exterior });
+        }
+        context.partitions[i].exterior = exterior;
+        let index = context.divided[i].outer_index;
+        let location = context.divided[i].location.clone();
+        if let Some(n) = index {
+            set_index(exterior, n, "the index of label 0", &location, context);
+        }
+    }
+}
+
+/// Media of labels without an index have that around; surfaces between equal indices are none to light.
+fn match_divided(context: &mut Context) {
+    for partition in &context.partitions {
+        let around = context.media[partition.exterior].index.clone();
+        for object in &mut context.objects[partition.objects.clone()] {
+            let Some(sides) = object.sides else { continue };
+            for id in [sides.interior, sides.exterior] {
+                if id != partition.exterior && std::mem::take(&mut context.index_open[id]) {
+                    context.media[id].index = around.clone();
+                }
+            }
+            let [near, far] = [sides.interior, sides.exterior].map(|id| &context.media[id].index);
+            let alike = near.is_constant()
+                && far.is_constant()
+                && near.n2(DVec3::ZERO) == far.n2(DVec3::ZERO);
+            if alike {
+                object.bsdf = Bsdf::Null;
+            }
+        }
+    }
 }
 
 /// The medium inside an object; a dielectric without one encloses clear matter.
@@ -66,11 +118,14 @@ fn interior(i: usize, wish: &Wish, context: &mut Context) -> Option<MediumId> {
     Some(context.add_medium(medium, true, place))
 }
 
-/// The medium around an object: that of the innermost other closed object that contains it.
-fn surrounding(i: usize, objects: &[Object]) -> MediumId {
-    let others = objects.iter().enumerate().filter(|(k, _)| *k != i);
-    let point = objects[i].shape.sample_area([0.31, 0.64]).position;
-    medium_at(others.map(|(_, o)| o), point)
+/// The medium around an object, or around the volume that it divides: that of the innermost other one that contains it.
+fn surrounding(i: usize, context: &Context) -> MediumId {
+    let containment = Containment {
+        objects: &context.objects,
+        partitions: &context.partitions,
+    };
+    let point = context.objects[i].shape.sample_area([0.31, 0.64]).position;
+    containment.medium_around(i, point)
 }
 
 fn apply_indices(wish: &Wish, sides: Sides, context: &mut Context) {

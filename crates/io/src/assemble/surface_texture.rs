@@ -12,7 +12,7 @@ use glam::{DAffine2, DMat4};
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::Slide;
-use transport::medium::VolumeTexture;
+use transport::volume::VolumeTexture;
 use transport::shape::Mesh;
 use transport::texture::{
     Bitmap, BitmapFilter, Checkerboard, ScaledTexture, Texture, VertexColours, Wrap,

@@ -13,7 +13,7 @@ use eikonal::field::Placement;
 use glam::DAffine3;
 use std::sync::Arc;
 use transport::Spectrum;
-use transport::medium::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
+use transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 
 /// A quantity that must lie between the two `allowed` values, given as a spectrum or as a nested volume.
 pub(super) fn texture(

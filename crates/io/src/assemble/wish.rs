@@ -4,6 +4,7 @@ use crate::diagnostic::Location;
 use transport::scene::MediumId;
 
 /// What a shape's description says of its two sides.
+#[derive(Default)]
 pub(super) struct Wish {
     pub interior: Option<MediumId>,
     pub exterior: Option<MediumId>,

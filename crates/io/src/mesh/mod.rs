@@ -6,6 +6,7 @@ pub mod curves;
 pub mod gltf;
 pub mod hair;
 pub mod isosurface;
+pub mod label_surfaces;
 pub mod obj;
 pub mod ply;
 pub mod serialized;

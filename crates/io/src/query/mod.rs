@@ -75,6 +75,11 @@ impl<'a, 'd> Query<'a, 'd> {
             .push(Diagnostic::error(message).at(&location));
     }
 
+    /// Reports an error at a place.
+    pub(crate) fn error_at(&mut self, location: &Location, message: impl Into<String>) {
+        self.diagnostics.push(Diagnostic::error(message).at(location));
+    }
+
     /// Reports a warning at the value of a parameter, or at the object if it has none by that name.
     pub fn warning(&mut self, name: &str, message: impl Into<String>) {
         let location = self.location_of(name).clone();

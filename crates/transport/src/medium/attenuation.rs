@@ -1,8 +1,8 @@
 //! Extinction along one arc (docs/theory.md#free-flight).
 
-use super::section::Section;
-use super::{Medium, VolumeTexture};
+use super::Medium;
 use crate::Spectrum;
+use crate::volume::{Section, VolumeTexture};
 use eikonal::ray::{Arc, Profile};
 use smallvec::SmallVec;
 

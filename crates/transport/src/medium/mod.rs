@@ -1,17 +1,12 @@
 //! Participating media: extinction, albedo, phase function and refractive index.
 
 mod attenuation;
-mod cells;
-mod grid;
-mod section;
-mod texture;
 
 pub(crate) use attenuation::Attenuation;
-pub use grid::{GridError, GridFilter, GridSamples, VolumeGrid};
-pub use texture::VolumeTexture;
 
 use crate::Spectrum;
 use crate::phase::Phase;
+use crate::volume::VolumeTexture;
 use eikonal::Field;
 use glam::DVec3;
 
@@ -102,6 +97,6 @@ impl Medium {
 
     /// Bytes held by grids, of the index included.
     pub fn memory(&self) -> usize {
-        self.index.memory() + self.sigma_t.memory() + self.albedo.memory()
+        self.index.memory() + self.sigma_t.memory() + self.albedo.memory() + self.phase.memory()
     }
 }

@@ -2,50 +2,59 @@
 
 use super::polar::Polar;
 use super::{Phase, PhaseError};
+use crate::volume::VolumeTexture;
+use glam::DVec3;
 
-/// (1 − w) of one phase function plus w of another.
+/// (1 − w) of one phase function plus w of another; w may vary in space.
 #[derive(Clone, Debug)]
 pub struct BlendPhase {
     phases: [Phase; 2],
-    weight: f64,
+    weight: VolumeTexture,
 }
 
 impl BlendPhase {
-    /// `weight` in [0, 1] is that of the second.
-    pub fn new(phases: [Phase; 2], weight: f64) -> Result<Self, PhaseError> {
-        if (0.0..=1.0).contains(&weight) {
-            Ok(BlendPhase { phases, weight })
-        } else {
-            Err(PhaseError::Weight(weight))
+    /// `weight` is that of the second: its first channel, in [0, 1].
+    pub fn new(phases: [Phase; 2], weight: VolumeTexture) -> Result<Self, PhaseError> {
+        let (low, high) = weight.range();
+        match [low, high].into_iter().find(|w| !(0.0..=1.0).contains(w)) {
+            Some(wrong) => Err(PhaseError::Weight(wrong)),
+            None => Ok(BlendPhase { phases, weight }),
         }
     }
 
-    /// Density per steradian.
-    pub fn pdf(&self, cos: f64) -> f64 {
-        self.mean(|phase| phase.pdf(cos))
+    /// Density per steradian at `x`.
+    pub fn pdf(&self, x: DVec3, cos: f64) -> f64 {
+        self.mean(x, |phase| phase.pdf(x, cos))
     }
 
     /// One of the two by chance, with what is left of the random number for its angle.
-    pub(super) fn sample(&self, u: f64) -> (Polar, f64) {
+    pub(super) fn sample(&self, x: DVec3, u: f64) -> (Polar, f64) {
+        let weight = self.weight.at(x)[0];
         let [first, second] = &self.phases;
-        let (chosen, other, share, u) = if u < self.weight {
-            (second, first, self.weight, u / self.weight)
+        let (chosen, other, share, u) = if u < weight {
+            (second, first, weight, u / weight)
         } else {
-            let share = 1.0 - self.weight;
-            (first, second, share, (u - self.weight) / share)
+            let share = 1.0 - weight;
+            (first, second, share, (u - weight) / share)
         };
         // Rounding may make it 1.
-        let (angle, pdf) = chosen.angle(u.min(1.0f64.next_down()));
-        (angle, share * pdf + (1.0 - share) * other.pdf(angle.cos()))
+        let (angle, pdf) = chosen.angle(x, u.min(1.0f64.next_down()));
+        (angle, share * pdf + (1.0 - share) * other.pdf(x, angle.cos()))
     }
 
-    /// Mean of the cosine.
-    pub fn mean_cosine(&self) -> f64 {
-        self.mean(Phase::mean_cosine)
+    /// Mean of the cosine at `x`.
+    pub fn mean_cosine(&self, x: DVec3) -> f64 {
+        self.mean(x, |phase| phase.mean_cosine(x))
     }
 
-    fn mean(&self, of: impl Fn(&Phase) -> f64) -> f64 {
+    /// Bytes held by grids.
+    pub(super) fn memory(&self) -> usize {
+        self.weight.memory() + self.phases.iter().map(Phase::memory).sum::<usize>()
+    }
+
+    fn mean(&self, x: DVec3, of: impl Fn(&Phase) -> f64) -> f64 {
+        let weight = self.weight.at(x)[0];
         let [first, second] = &self.phases;
-        (1.0 - self.weight) * of(first) + self.weight * of(second)
+        (1.0 - weight) * of(first) + weight * of(second)
     }
 }

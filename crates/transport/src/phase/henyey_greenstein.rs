@@ -2,6 +2,8 @@
 
 use super::PhaseError;
 use super::polar::Polar;
+use crate::volume::VolumeGrid;
+use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Henyey–Greenstein phase function of mean cosine g; g > 0 is forward.
@@ -18,6 +20,12 @@ impl HenyeyGreenstein {
         } else {
             Err(PhaseError::Asymmetry(g))
         }
+    }
+
+    /// With the mean cosine that a grid has at `x`.
+    #[inline]
+    pub(super) fn of_grid(g: &VolumeGrid, x: DVec3) -> Self {
+        HenyeyGreenstein { g: g.at(x)[0] }
     }
 
     /// Density per steradian.

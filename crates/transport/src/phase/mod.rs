@@ -1,9 +1,11 @@
 //! Phase functions: the distribution of directions after a scattering event.
 //!
 //! Densities are per steradian and normalised over the sphere, so value and pdf are the same. The
-//! cosine is the one between the propagation directions before and after: forward is +1.
+//! cosine is the one between the propagation directions before and after: forward is +1. Phase functions may vary in
+//! space: all take the place of the event.
 
 mod blend;
+mod by_label;
 mod henyey_greenstein;
 mod isotropic;
 mod polar;
@@ -12,16 +14,20 @@ mod tabulated;
 mod von_mises_fisher;
 
 pub use blend::BlendPhase;
+pub use by_label::PhaseByLabel;
 pub use henyey_greenstein::HenyeyGreenstein;
 pub use isotropic::Isotropic;
 pub use rayleigh::Rayleigh;
 pub use tabulated::Tabulated;
 pub use von_mises_fisher::VonMisesFisher;
 
+use crate::Spectrum;
 use crate::sampling::DistributionError;
+use crate::volume::{VolumeGrid, VolumeTexture};
 use eikonal::Shown;
 use glam::DVec3;
 use polar::Polar;
+use std::sync::Arc;
 
 /// Why a phase function cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -55,6 +61,8 @@ pub enum Phase {
     Isotropic(Isotropic),
     /// Henyey–Greenstein.
     HenyeyGreenstein(HenyeyGreenstein),
+    /// Henyey–Greenstein whose mean cosine g is that of a grid's first channel.
+    HenyeyGreensteinGrid(Arc<VolumeGrid>),
     /// Von Mises–Fisher.
     VonMisesFisher(VonMisesFisher),
     /// Rayleigh.
@@ -63,6 +71,8 @@ pub enum Phase {
     Tabulated(Tabulated),
     /// A mixture of two.
     Blend(Box<BlendPhase>),
+    /// That of the label at each place.
+    ByLabel(Box<PhaseByLabel>),
 }
 
 impl Phase {
@@ -74,6 +84,14 @@ impl Phase {
     /// Henyey–Greenstein with mean cosine `g` in (−1, 1).
     pub fn henyey_greenstein(g: f64) -> Result<Self, PhaseError> {
         HenyeyGreenstein::new(g).map(Phase::HenyeyGreenstein)
+    }
+
+    /// Henyey–Greenstein whose mean cosine is the first channel of a grid, in (−1, 1) everywhere.
+    pub fn henyey_greenstein_grid(g: Arc<VolumeGrid>) -> Result<Self, PhaseError> {
+        let (low, high) = g.range();
+        HenyeyGreenstein::new(low)?;
+        HenyeyGreenstein::new(high)?;
+        Ok(Phase::HenyeyGreensteinGrid(g))
     }
 
     /// Von Mises–Fisher with concentration `kappa` ≥ 0.
@@ -88,6 +106,11 @@ impl Phase {
 
     /// (1 − `weight`) of the first phase function plus `weight`, in [0, 1], of the second.
     pub fn blend(phases: [Phase; 2], weight: f64) -> Result<Self, PhaseError> {
+        Phase::blend_by(phases, VolumeTexture::Uniform(Spectrum::splat(weight)))
+    }
+
+    /// The same with a weight that varies in space: the first channel of `weight`.
+    pub fn blend_by(phases: [Phase; 2], weight: VolumeTexture) -> Result<Self, PhaseError> {
         BlendPhase::new(phases, weight).map(|blend| Phase::Blend(Box::new(blend)))
     }
 
@@ -96,45 +119,61 @@ impl Phase {
         Tabulated::new(cosines, values).map(Phase::Tabulated)
     }
 
-    /// Density per steradian at the cosine between the directions before and after.
-    pub fn pdf(&self, cos: f64) -> f64 {
+    /// Density per steradian at `x`, at the cosine between the directions before and after.
+    pub fn pdf(&self, x: DVec3, cos: f64) -> f64 {
         let cos = cos.clamp(-1.0, 1.0);
         match self {
             Phase::Isotropic(p) => p.pdf(),
             Phase::HenyeyGreenstein(p) => p.pdf(cos),
+            Phase::HenyeyGreensteinGrid(g) => HenyeyGreenstein::of_grid(g, x).pdf(cos),
             Phase::VonMisesFisher(p) => p.pdf(cos),
             Phase::Rayleigh(p) => p.pdf(cos),
             Phase::Tabulated(p) => p.pdf(cos),
-            Phase::Blend(p) => p.pdf(cos),
+            Phase::Blend(p) => p.pdf(x, cos),
+            Phase::ByLabel(p) => p.at(x).pdf(x, cos),
         }
     }
 
-    /// Direction after scattering of the unit propagation direction `dir`, and its density.
-    pub fn sample(&self, dir: DVec3, u: [f64; 2]) -> (DVec3, f64) {
-        let (angle, pdf) = self.angle(u[0]);
+    /// Direction after scattering at `x` of the unit propagation direction `dir`, and its density.
+    pub fn sample(&self, x: DVec3, dir: DVec3, u: [f64; 2]) -> (DVec3, f64) {
+        let (angle, pdf) = self.angle(x, u[0]);
         (angle.around(dir, u[1]), pdf)
     }
 
     /// Angle of scattering, and the density of directions there.
-    fn angle(&self, u: f64) -> (Polar, f64) {
+    fn angle(&self, x: DVec3, u: f64) -> (Polar, f64) {
         match self {
             Phase::Isotropic(p) => p.sample(u),
             Phase::HenyeyGreenstein(p) => p.sample(u),
+            Phase::HenyeyGreensteinGrid(g) => HenyeyGreenstein::of_grid(g, x).sample(u),
             Phase::VonMisesFisher(p) => p.sample(u),
             Phase::Rayleigh(p) => p.sample(u),
             Phase::Tabulated(p) => p.sample(u),
-            Phase::Blend(p) => p.sample(u),
+            Phase::Blend(p) => p.sample(x, u),
+            Phase::ByLabel(p) => p.at(x).angle(x, u),
         }
     }
 
-    /// Mean of the cosine.
-    pub fn mean_cosine(&self) -> f64 {
+    /// Mean of the cosine at `x`.
+    pub fn mean_cosine(&self, x: DVec3) -> f64 {
         match self {
             Phase::Isotropic(_) | Phase::Rayleigh(_) => 0.0,
             Phase::HenyeyGreenstein(p) => p.mean_cosine(),
+            Phase::HenyeyGreensteinGrid(g) => HenyeyGreenstein::of_grid(g, x).mean_cosine(),
             Phase::VonMisesFisher(p) => p.mean_cosine(),
             Phase::Tabulated(p) => p.mean_cosine(),
-            Phase::Blend(p) => p.mean_cosine(),
+            Phase::Blend(p) => p.mean_cosine(x),
+            Phase::ByLabel(p) => p.at(x).mean_cosine(x),
+        }
+    }
+
+    /// Bytes held by grids.
+    pub(crate) fn memory(&self) -> usize {
+        match self {
+            Phase::HenyeyGreensteinGrid(g) => g.memory(),
+            Phase::Blend(p) => p.memory(),
+            Phase::ByLabel(p) => p.memory(),
+            _ => 0,
         }
     }
 }

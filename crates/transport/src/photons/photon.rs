@@ -44,7 +44,8 @@ impl Photon {
         match self.place {
             PhotonSite::Volume(medium) => {
                 let cosine = -self.direction.dot(direction);
-                Spectrum::splat(scene.medium(medium).phase.pdf(cosine))
+                let phase = &scene.medium(medium).phase;
+                Spectrum::splat(phase.pdf(self.x, cosine))
             }
             PhotonSite::Surface(..) => Spectrum::ZERO,
         }

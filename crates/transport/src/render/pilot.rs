@@ -254,6 +254,7 @@ mod tests {
     fn sky() -> Scene {
         let sensor = Perspective::new(DAffine3::IDENTITY, 0.5, 1.0);
         Scene::new(Parts {
+            partitions: Vec::new(),
             objects: Vec::new(),
             media: vec![Medium::transparent("ambient", Constant::new(1.0))],
             emitters: vec![Emitter::Environment(Environment::Constant(Spectrum::ONE))],

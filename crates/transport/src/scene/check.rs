@@ -2,6 +2,7 @@
 
 use super::Scene;
 use super::parts::{AMBIENT, Object, Sides};
+use super::partition::Partition;
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
 use crate::sampling::Sampler;
@@ -252,10 +253,16 @@ fn check_facets(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem
     }
 }
 
+/// The volume that an object divides with others.
+fn partition_of(scene: &Scene, i: usize) -> Option<&Partition> {
+    let mut partitions = scene.parts.partitions.iter();
+    partitions.find(|p| p.objects.contains(&i))
+}
+
 /// A medium in an open shape has no inside, nor has a dielectric one.
 fn check_closed(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
     let sides = object.sides.filter(|s| s.interior != s.exterior)?;
-    if object.shape.is_closed() || sides.interior == AMBIENT {
+    if object.shape.is_closed() || sides.interior == AMBIENT || partition_of(scene, i).is_some() {
         return None;
     }
     Some(warning(
@@ -272,10 +279,16 @@ fn check_closed(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem
 /// The medium that is declared outside must be there: the ambient one, or that of a closed shape
 /// around or beside this one.
 fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<SceneProblem> {
-    let exterior = object.sides?.exterior;
-    if !object.shape.is_closed() || exterior == AMBIENT {
+    let partition = partition_of(scene, i);
+    let exterior = partition.map_or(object.sides?.exterior, |p| p.exterior);
+    let bounds = match partition {
+        Some(p) => p.objects.start == i,
+        None => object.shape.is_closed(),
+    };
+    if !bounds || exterior == AMBIENT {
         return None;
     }
+    let around = |x| scene.parts.containment().medium_around(i, x) == exterior;
     let beside = (0..SURFACE_PROBES).any(|k| {
         let sample = object.shape.sample_area(Sampler::new(1, k, 0).next_2d());
         let outward = if scene.is_inverted(i) {
@@ -284,7 +297,10 @@ fn check_exterior(scene: &Scene, i: usize, object: &Object) -> Option<SceneProbl
             sample.normal
         };
         let medium = scene.medium_beside(i, AMBIENT, sample.position, sample.normal, outward);
-        scene.overlapping[i] && medium == exterior
+        match partition {
+            Some(_) => around(sample.position),
+            None => scene.overlapping[i] && medium == exterior,
+        }
     });
     (!beside).then(|| {
         error(

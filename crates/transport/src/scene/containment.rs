@@ -2,20 +2,22 @@
 
 use super::Scene;
 use super::parts::{AMBIENT, MediumId, Object};
+use super::partition::Partition;
 use crate::sensor::Sensor;
+use eikonal::Aabb;
 use eikonal::connect::World;
 use glam::DVec3;
 
 impl Scene {
     /// The innermost medium that surrounds a point.
     pub fn medium_at(&self, x: DVec3) -> MediumId {
-        medium_at(&self.parts.objects, x)
+        self.parts.containment().medium_at(x)
     }
 
     /// The medium beside an object's surface at `x`, on the side to which `direction` points, for a ray
     /// that arrives through `current`.
     ///
-    /// Where closed objects touch, overlap or hold one another, containment decides, so that a ray
+    /// Where closed objects or partitions touch, overlap or hold one another, containment decides, so that a ray
     /// that leaves one layer enters the next one.
     pub(crate) fn medium_beside(
         &self,
@@ -51,24 +53,62 @@ impl Scene {
     }
 }
 
-/// The innermost closed object around a point decides: the one with the smallest box.
-pub fn medium_at<'a>(objects: impl IntoIterator<Item = &'a Object>, x: DVec3) -> MediumId {
-    objects
-        .into_iter()
-        .filter_map(|o| Some((o.interior()?, &o.shape)))
-        .filter(|(_, shape)| shape.is_closed() && shape.contains(x))
-        .min_by(|(_, a), (_, b)| a.aabb().diagonal().total_cmp(&b.aabb().diagonal()))
-        .map_or(AMBIENT, |(medium, _)| medium)
+/// Where which medium is: closed objects, and partitions, whose surfaces do not count as objects.
+#[derive(Clone, Copy)]
+pub struct Containment<'a> {
+    /// All objects.
+    pub objects: &'a [Object],
+    /// What divides volumes into several media.
+    pub partitions: &'a [Partition],
 }
 
-/// Whether each object is closed, separates media, and comes near another one that does.
-pub(super) fn overlapping(objects: &[Object], margin: f64) -> Vec<bool> {
-    let matters = |o: &Object| o.sides.is_some() && o.shape.is_closed();
-    let near = |a: &Object, b: &Object| a.shape.aabb().grown(margin).overlaps(&b.shape.aabb());
-    let others = |i: usize| objects.iter().enumerate().filter(move |(k, _)| *k != i);
-    objects
-        .iter()
-        .enumerate()
-        .map(|(i, o)| matters(o) && others(i).any(|(_, b)| matters(b) && near(o, b)))
+impl Containment<'_> {
+    /// The medium of what is innermost around a point, that with the smallest box.
+    pub fn medium_at(&self, x: DVec3) -> MediumId {
+        self.innermost(x, |_| true)
+    }
+
+    /// The same without an object, or without the partition that it belongs to.
+    pub fn medium_around(&self, object: usize, x: DVec3) -> MediumId {
+        let own = self.partitions.iter().find(|p| p.objects.contains(&object));
+        let own = own.map_or(object..object + 1, |p| p.objects.clone());
+        self.innermost(x, |i| !own.contains(&i))
+    }
+
+    fn innermost(&self, x: DVec3, counts: impl Fn(usize) -> bool) -> MediumId {
+        let in_partition = |i: usize| self.partitions.iter().any(|p| p.objects.contains(&i));
+        let bodies = self.objects.iter().enumerate().filter_map(|(i, o)| {
+            let medium = o.interior().filter(|_| counts(i))?;
+            let holds = o.shape.is_closed() && !in_partition(i) && o.shape.contains(x);
+            holds.then(|| (medium, o.shape.aabb()))
+        });
+        let divided = self.partitions.iter().filter_map(|p| {
+            let medium = p.medium_at(self.objects, x).filter(|_| counts(p.objects.start))?;
+            Some((medium, p.aabb(self.objects)))
+        });
+        let size = |(_, aabb): &(MediumId, Aabb)| aabb.diagonal();
+        let innermost = bodies.chain(divided).min_by(|a, b| size(a).total_cmp(&size(b)));
+        innermost.map_or(AMBIENT, |(medium, _)| medium)
+    }
+}
+
+/// Whether each object is closed or divides a volume, separates media, and comes near another one that does; the surfaces of a
+/// partition are no others to each other.
+pub(super) fn overlapping(
+    Containment { objects, partitions }: Containment,
+    margin: f64,
+) -> Vec<bool> {
+    let partition = |i: usize| partitions.iter().position(|p| p.objects.contains(&i));
+    let matters = |i: usize| {
+        let o = &objects[i];
+        o.sides.is_some() && (o.shape.is_closed() || partition(i).is_some())
+    };
+    let near = |i: usize, k: usize| {
+        let (a, b) = (objects[i].shape.aabb(), objects[k].shape.aabb());
+        a.grown(margin).overlaps(&b)
+    };
+    let apart = |i: usize, k: usize| i != k && (partition(i).is_none() || partition(i) != partition(k));
+    (0..objects.len())
+        .map(|i| matters(i) && (0..objects.len()).any(|k| apart(i, k) && matters(k) && near(i, k)))
         .collect()
 }

@@ -51,12 +51,12 @@ impl Receiver<'_> {
     fn response(&self, direction: DVec3, radius: f64) -> f64 {
         match self {
             Receiver::Volume {
+                x,
                 direction: arrival,
                 phase,
-                ..
             } => {
                 let blur = radius * radius;
-                (1.0 - blur) * phase.pdf(arrival.dot(direction)) + blur / (4.0 * PI)
+                (1.0 - blur) * phase.pdf(*x, arrival.dot(direction)) + blur / (4.0 * PI)
             }
             Receiver::Surface { normal, opaque, .. } => {
                 let cos = normal.dot(direction);

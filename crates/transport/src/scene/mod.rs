@@ -9,6 +9,7 @@ mod group;
 mod index;
 mod light_bounds;
 mod lights;
+mod partition;
 mod parts;
 mod period;
 mod regions;
@@ -17,8 +18,9 @@ mod world;
 pub use bending::TOTAL_REFLECTIONS;
 pub use builder::{BuildError, BuildProblem, ObjectBuilder, SceneBuilder};
 pub use check::{ProblemSeverity, SceneProblem, Subject};
-pub use containment::medium_at;
+pub use containment::Containment;
 pub(crate) use light_bounds::Receiver;
+pub use partition::Partition;
 pub use parts::{AMBIENT, FilmSpec, FilmWindow, MediumId, Object, Parts, Sides};
 pub(crate) use regions::GlassBall;
 pub use regions::Region;
@@ -76,8 +78,8 @@ impl Scene {
     pub fn new(parts: Parts) -> Result<Self, Vec<SceneProblem>> {
         let around = surroundings(&parts);
         let regions = regions::all(&parts, &around);
-        let sensor_medium = medium_at(&parts.objects, parts.sensor.position());
-        let overlapping = overlapping(&parts.objects, around.radius * 1e-9);
+        let sensor_medium = parts.containment().medium_at(parts.sensor.position());
+        let overlapping = overlapping(parts.containment(), around.radius * 1e-9);
         let mut scene = Scene {
             guides: Vec::new(),
             warnings: Vec::new(),

@@ -1,5 +1,7 @@
 //! What scenes are made of.
 
+use super::containment::Containment;
+use super::partition::Partition;
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
 use crate::film::Filter;
@@ -127,6 +129,8 @@ impl FilmSpec {
 pub struct Parts {
     /// Objects.
     pub objects: Vec<Object>,
+    /// Which objects together divide volumes into media.
+    pub partitions: Vec<Partition>,
     /// Media; the first is the ambient one, whose index must be constant.
     pub media: Vec<Medium>,
     /// Emitters.
@@ -140,4 +144,14 @@ pub struct Parts {
     /// Connections are looked for through at most this many reflections at smooth dielectrics where
     /// refraction is possible; total reflections are not counted.
     pub reflections: u32,
+}
+
+impl Parts {
+    /// Where which medium is.
+    pub fn containment(&self) -> Containment<'_> {
+        Containment {
+            objects: &self.objects,
+            partitions: &self.partitions,
+        }
+    }
 }

@@ -31,6 +31,7 @@ pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use error::ShapeError;
 pub use mesh::Mesh;
+pub(crate) use mesh::{DIRECTIONS, FirstCrossing};
 pub use rectangle::Rectangle;
 pub use sphere::Sphere;
 pub use uv::Uv;

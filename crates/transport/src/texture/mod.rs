@@ -12,7 +12,7 @@ pub use scaled::ScaledTexture;
 pub use vertices::VertexColours;
 
 use crate::Spectrum;
-use crate::medium::VolumeTexture;
+use crate::volume::VolumeTexture;
 use crate::shape::Site;
 use glam::DVec2;
 use std::sync::Arc;

@@ -11,7 +11,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use morgana_transport::bsdf::{Bsdf, Diffuse};
 use morgana_transport::emitter::{BeamProfile, Collimated, Emitter, Environment, Spot};
 use morgana_transport::film::Filter;
-use morgana_transport::medium::{GridFilter, GridSamples, Medium, VolumeGrid, VolumeTexture};
+use morgana_transport::medium::Medium;
+use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 use morgana_transport::phase::Phase;
 use morgana_transport::scene::{FilmSpec, Object, Parts};
 use morgana_transport::sensor::{Orthographic, Perspective, Sensor, ThinLens};
@@ -100,6 +101,7 @@ impl Case {
         }
         let emitter = self.emitter(&mut objects);
         Parts {
+            partitions: Vec::new(),
             objects,
             media: vec![vacuum(), self.medium()],
             emitters: vec![emitter],

@@ -8,7 +8,8 @@ use morgana_transport::bsdf::{Bsdf, Dielectric};
 use morgana_transport::emitter::{Emitter, Environment};
 use morgana_transport::film::Filter;
 use morgana_transport::integrator::{Integrator, PathTracer};
-use morgana_transport::medium::{Medium, VolumeTexture};
+use morgana_transport::medium::Medium;
+use morgana_transport::volume::VolumeTexture;
 use morgana_transport::phase::Phase;
 use morgana_transport::render::{Handle, RenderOptions, Rendering, State, render};
 use morgana_transport::renderer::Renderer;
@@ -84,6 +85,7 @@ pub fn parts(
     sensor: Sensor,
 ) -> Parts {
     Parts {
+        partitions: Vec::new(),
         objects,
         media,
         emitters,

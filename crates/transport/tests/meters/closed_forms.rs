@@ -6,7 +6,7 @@ use glam::DVec3;
 use morgana_transport::Bins;
 use morgana_transport::Spectrum;
 use morgana_transport::bsdf::Bsdf;
-use morgana_transport::medium::VolumeTexture;
+use morgana_transport::volume::VolumeTexture;
 use morgana_transport::meter::{Coordinates, Estimator, Meter};
 use morgana_transport::scene::Parts;
 use morgana_transport::shape::{Cube, Sphere};

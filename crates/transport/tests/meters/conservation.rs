@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use morgana_transport::Spectrum;
 use morgana_transport::bsdf::{Bsdf, Conductor, Diffuse};
 use morgana_transport::emitter::Emitter;
-use morgana_transport::medium::VolumeTexture;
+use morgana_transport::volume::VolumeTexture;
 use morgana_transport::meter::{Coordinates, Estimator, Meter};
 use morgana_transport::path::EnergyBalance;
 use morgana_transport::scene::{Object, Parts};

@@ -149,7 +149,7 @@ pub fn white_ball() -> Parts {
         glass(),
         0.35,
     );
-    scene.media[1].sigma_t = morgana_transport::medium::VolumeTexture::Uniform(Spectrum::ZERO);
+    scene.media[1].sigma_t = morgana_transport::volume::VolumeTexture::Uniform(Spectrum::ZERO);
     let white = Object {
         name: "white".into(),
         bsdf: Bsdf::Diffuse(Diffuse::new(Spectrum::splat(0.8)).unwrap()),

@@ -68,6 +68,10 @@ fn add_member(shape: &ObjectDescription, frame: DAffine3, context: &mut Context)
             let message = "a shapegroup holds shapes, not groups or instances";
             context.error_at(&shape.location, message);
         }
+        "labels" => {
+            let message = "volumes of labels are not copied: put this one into the scene itself";
+            context.error_at(&shape.location, message);
+        }
         "merge" => merge(
             shape,
             |shape, context| add_member(shape, frame, context),

@@ -2,6 +2,7 @@
 
 mod curves;
 mod instance;
+mod labels;
 mod mesh;
 
 use super::context::Context;
@@ -17,7 +18,7 @@ use mesh::mesh;
 use transport::bsdf::Bsdf;
 use transport::shape::{Cube, Cylinder, Disk, Rectangle, Shape, ShapeError, Sphere};
 
-const KNOWN: [&str; 17] = [
+const KNOWN: [&str; 18] = [
     "sphere",
     "cube",
     "rectangle",
@@ -32,6 +33,7 @@ const KNOWN: [&str; 17] = [
     "linearcurve",
     "hair",
     "sdfgrid",
+    "labels",
     "merge",
     "shapegroup",
     "instance",
@@ -43,6 +45,7 @@ pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
         // What a group holds is there once it has an instance.
         "shapegroup" => {}
         "instance" => instance::add(object, context),
+        "labels" => labels::add(object, context),
         "merge" => merge(object, add, context),
         _ => add_at(object, None, context),
     }

@@ -324,10 +324,13 @@ impl Vertex {
     pub fn pdf(&self, scene: &Scene, direction: DVec3) -> f64 {
         match self {
             Vertex::Volume {
+                x,
                 direction: arrival,
                 medium,
-                ..
-            } => scene.medium(*medium).phase.pdf(arrival.dot(direction)),
+            } => {
+                let phase = &scene.medium(*medium).phase;
+                phase.pdf(*x, arrival.dot(direction))
+            }
             Vertex::Surface {
                 direction: arrival,
                 object,
@@ -350,9 +353,12 @@ impl Vertex {
         let w = sampler.next_1d_for(Purpose::Lobe);
         match self {
             Vertex::Volume {
-                direction, medium, ..
+                x,
+                direction,
+                medium,
             } => {
-                let (direction, pdf) = scene.medium(*medium).phase.sample(*direction, [u, v]);
+                let phase = &scene.medium(*medium).phase;
+                let (direction, pdf) = phase.sample(*x, *direction, [u, v]);
                 Some(Scatter {
                     start: self.start(scene, direction),
                     weight: Spectrum::ONE,

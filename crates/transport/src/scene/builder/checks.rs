@@ -3,7 +3,8 @@
 use super::error::{BuildError, BuildProblem};
 use crate::Spectrum;
 use crate::emitter::{Emitter, Surroundings};
-use crate::medium::{Medium, VolumeTexture};
+use crate::medium::Medium;
+use crate::volume::VolumeTexture;
 use crate::scene::FilmSpec;
 use glam::DVec3;
 

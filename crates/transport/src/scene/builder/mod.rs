@@ -175,6 +175,7 @@ impl SceneBuilder {
         let emitters: Vec<Emitter> = self.emitters.into_iter().chain(lights).collect();
         let parts = Parts {
             objects,
+            partitions: Vec::new(),
             media: self.media,
             emitters,
             sensor,

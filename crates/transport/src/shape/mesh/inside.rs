@@ -1,12 +1,28 @@
 //! Whether a point lies inside a closed mesh.
 
-use super::Mesh;
+use super::{Mesh, cross};
 use super::intersect::Line;
 use crate::shape::sweep::Sweep;
 use glam::DVec3;
 
+/// What a ray crosses first of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum FirstCrossing {
+    /// It passes so close to an edge that nobody can say.
+    Unclear,
+    /// Nothing.
+    Nothing,
+    /// A triangle.
+    Triangle {
+        /// How far away, in lengths of the direction.
+        distance: f64,
+        /// Whether the ray comes from the side to which the normal points.
+        from_front: bool,
+    },
+}
+
 /// Directions to look in, none along what meshes are usually aligned with.
-const DIRECTIONS: [DVec3; 6] = [
+pub(crate) const DIRECTIONS: [DVec3; 6] = [
     DVec3::new(0.267, 0.535, 0.802),
     DVec3::new(-0.621, 0.331, -0.711),
     DVec3::new(0.733, -0.653, -0.191),
@@ -28,6 +44,37 @@ impl Mesh {
             Some(crossings) => crossings % 2 != 0,
             None => self.winding(p).abs() > 0.5,
         }
+    }
+
+    /// What the ray from `p` along `d` crosses first.
+    pub(crate) fn first_crossing(&self, p: DVec3, d: DVec3) -> FirstCrossing {
+        let far = self.bounds.center().distance(p) + self.bounds.diagonal();
+        let ends = [p, p + d * (2.0 * far)];
+        let step = ends[1] - p;
+        let line = Line::new(p, step);
+        let sweep = Sweep::new(&ends.map(|p| self.tree.local(p)));
+        let mut first = FirstCrossing::Nothing;
+        let mut end = 1.0;
+        self.tree.visit(&sweep, [0.0, 1.0], &mut |i| {
+            let triangle = self.triangle(i);
+            let (e, z) = line.project(triangle);
+            match crossing(e, z) {
+                None => {
+                    first = FirstCrossing::Unclear;
+                    return f64::NEG_INFINITY;
+                }
+                Some(t) if t < end => {
+                    end = t;
+                    first = FirstCrossing::Triangle {
+                        distance: 2.0 * far * t,
+                        from_front: cross(triangle).dot(step) < 0.0,
+                    };
+                }
+                Some(_) => {}
+            }
+            end
+        });
+        first
     }
 
     /// How often the ray from `p` crosses the mesh; `None` if it passes close to an edge.
@@ -66,10 +113,15 @@ impl Mesh {
 /// Whether a ray with these projected side areas and corner parameters crosses the triangle;
 /// `None` if that is too close to call.
 fn crosses(e: [f64; 3], z: [f64; 3]) -> Option<bool> {
+    crossing(e, z).map(f64::is_finite)
+}
+
+/// Where on the ray that is, infinite if nowhere.
+fn crossing(e: [f64; 3], z: [f64; 3]) -> Option<f64> {
     let size = e.iter().fold(0.0, |s, x| s + x.abs());
     let behind = z.iter().all(|z| *z < 0.0);
     if behind {
-        return Some(false);
+        return Some(f64::INFINITY);
     }
     let det = e[0] + e[1] + e[2];
     let w = e.map(|x| x * det.signum() / size);
@@ -77,5 +129,6 @@ fn crosses(e: [f64; 3], z: [f64; 3]) -> Option<bool> {
         return None;
     }
     let t = (e[0] * z[0] + e[1] * z[1] + e[2] * z[2]) / det;
-    Some(w.iter().all(|x| *x > 0.0) && t > 0.0)
+    let met = w.iter().all(|x| *x > 0.0) && t > 0.0;
+    Some(if met { t } else { f64::INFINITY })
 }

@@ -5,6 +5,8 @@ mod intersect;
 mod normals;
 mod topology;
 
+pub(crate) use inside::{DIRECTIONS, FirstCrossing};
+
 use super::tree::Tree;
 use super::{AreaSample, Hit, Meeting, ShapeError, Uv};
 use eikonal::Aabb;

@@ -7,6 +7,9 @@ use eikonal::ray::Arc;
 use eikonal::ray::bernstein::first_root;
 use glam::{DAffine3, DMat3, DVec3};
 use smallvec::{SmallVec, smallvec};
+use std::sync::Arc as Shared;
+
+use super::labels::LabelGrid;
 
 /// How values between samples are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,8 +77,7 @@ const SHORTEST: f64 = 1e-12;
 pub struct VolumeGrid {
     size: [usize; 3],
     channels: usize,
-    /// Shared by copies of the grid.
-    data: Vec<f32>,
+    values: Values,
     /// From world positions to the samples' indices.
     to_samples: DAffine3,
     /// From world positions to the unit cube.
@@ -83,6 +85,31 @@ pub struct VolumeGrid {
     voxel: f64,
     range: (f64, f64),
     filter: GridFilter,
+}
+
+/// The samples of a grid, x fastest, channels interleaved.
+#[derive(Clone, Debug)]
+enum Values {
+    /// One by one.
+    Each(Vec<f32>),
+    /// Those of the label of each voxel.
+    ByLabel {
+        labels: Shared<LabelGrid>,
+        values: Vec<f64>,
+    },
+}
+
+impl Values {
+    /// The sample of a channel, `channels` to a voxel.
+    #[inline]
+    fn sample(&self, voxel: usize, channels: usize, channel: usize) -> f64 {
+        match self {
+            Values::Each(data) => f64::from(data[channels * voxel + channel]),
+            Values::ByLabel { labels, values } => {
+                values[channels * usize::from(labels.labels()[voxel]) + channel]
+            }
+        }
+    }
 }
 
 /// Samples on a grid, x fastest, channels interleaved.
@@ -134,23 +161,61 @@ impl VolumeGrid {
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| {
                 (a.min(v as f64), b.max(v as f64))
             });
-        let side = |axis: usize| to_world.matrix3.col(axis).length() / size[axis] as f64;
         Ok(VolumeGrid {
             size,
             channels,
-            data,
+            values: Values::Each(data),
             to_samples: to_samples(size, placement) * to_world.inverse(),
             to_unit: to_world.inverse(),
-            voxel: side(0).min(side(1)).min(side(2)),
+            voxel: voxel(size, to_world),
             range,
             filter,
+        })
+    }
+
+    /// A grid whose voxels have the value of their label, `values[label]`; values of labels that no voxel has do not count.
+    /// Labels beyond the values have the last of them. Channels up to `channels`, 1 to 4, are kept.
+    ///
+    /// # Errors
+    ///
+    /// No values, more channels than there are, values that are not finite and at least zero.
+    pub fn by_label(
+        labels: Shared<LabelGrid>,
+        values: &[Spectrum],
+        channels: usize,
+    ) -> Result<Self, GridError> {
+        if channels == 0 || channels > Spectrum::CHANNELS || values.is_empty() {
+            return Err(GridError::Channels(channels));
+        }
+        let (size, to_world) = (labels.size(), labels.to_world());
+        let last = values[values.len() - 1];
+        let of = |label: usize| values.get(label).copied().unwrap_or(last);
+        let table = (0..=usize::from(u8::MAX)).flat_map(|label| of(label).0.into_iter().take(channels));
+        let table: Vec<f64> = table.collect();
+        let used = labels.labels().iter().fold([false; 256], |mut used, &label| {
+            used[usize::from(label)] = true;
+            used
+        });
+        let used = (0..256).filter(|label| used[*label]);
+        let values = || used.clone().flat_map(|label| &table[channels * label..channels * (label + 1)]);
+        let range = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
+        Ok(VolumeGrid {
+            size,
+            channels,
+            to_samples: to_samples(size, Placement::Centers) * to_world.inverse(),
+            to_unit: to_world.inverse(),
+            voxel: voxel(size, to_world),
+            range,
+            filter: GridFilter::Nearest,
+            values: Values::ByLabel { labels, values: table },
         })
     }
 
     /// Replaces all samples.
     #[cfg(test)]
     pub(super) fn fill(&mut self, value: f32) {
-        self.data.fill(value);
+        let count = self.size.iter().product::<usize>() * self.channels;
+        self.values = Values::Each(vec![value; count]);
     }
 
     /// Shortest side of a voxel, in world units.
@@ -165,7 +230,10 @@ impl VolumeGrid {
 
     /// Bytes held by the samples.
     pub fn memory(&self) -> usize {
-        self.data.len() * size_of::<f32>()
+        match &self.values {
+            Values::Each(data) => data.len() * size_of::<f32>(),
+            Values::ByLabel { labels, values } => labels.memory() + values.len() * size_of::<f64>(),
+        }
     }
 
     /// Number of channels of the samples.
@@ -210,7 +278,7 @@ impl VolumeGrid {
     }
 
     /// The ranges of θ up to `theta_end` over which a bent arc is in the cube.
-    pub(super) fn bent_parts(&self, arc: &Arc, theta_end: f64) -> SmallVec<[[f64; 2]; 1]> {
+    pub(crate) fn bent_parts(&self, arc: &Arc, theta_end: f64) -> SmallVec<[[f64; 2]; 1]> {
         let control = arc.control().map(|p| self.to_unit.transform_point3(p));
         let mut places: SmallVec<[f64; 8]> = smallvec![0.0, theta_end];
         for axis in 0..3 {
@@ -273,14 +341,19 @@ impl VolumeGrid {
         let [xs, ys, zs] = ends;
         std::array::from_fn(|i| {
             let (x, y, z) = (xs[i & 1], ys[i >> 1 & 1], zs[i >> 2]);
-            let first = self.channels * (x + self.size[0] * (y + self.size[1] * z));
-            std::array::from_fn(|c| {
-                if c < self.channels {
-                    f64::from(self.data[first + c])
-                } else {
-                    0.0
-                }
-            })
+            self.sample(x + self.size[0] * (y + self.size[1] * z))
+        })
+    }
+
+    /// The sample of a voxel; zero in channels that there are not.
+    #[inline]
+    fn sample<const N: usize>(&self, voxel: usize) -> [f64; N] {
+        std::array::from_fn(|c| {
+            if c < self.channels {
+                self.values.sample(voxel, self.channels, c)
+            } else {
+                0.0
+            }
         })
     }
 
@@ -289,7 +362,7 @@ impl VolumeGrid {
     fn value(&self, [x, y, z]: &[(usize, usize, f64); 3], channel: usize) -> f64 {
         let sample = |i: usize, j: usize, k: usize| {
             let voxel = i + self.size[0] * (j + self.size[1] * k);
-            self.data[self.channels * voxel + channel] as f64
+            self.values.sample(voxel, self.channels, channel)
         };
         match self.filter {
             GridFilter::Nearest => {
@@ -315,8 +388,14 @@ impl VolumeGrid {
     }
 }
 
+/// Shortest side of a voxel of the unit cube in its place.
+fn voxel(size: [usize; 3], to_world: DAffine3) -> f64 {
+    let side = |axis: usize| to_world.matrix3.col(axis).length() / size[axis] as f64;
+    side(0).min(side(1)).min(side(2))
+}
+
 /// From the unit cube to the samples' indices.
-fn to_samples(size: [usize; 3], placement: Placement) -> DAffine3 {
+pub(super) fn to_samples(size: [usize; 3], placement: Placement) -> DAffine3 {
     let size = DVec3::from_array(size.map(|n| n as f64));
     match placement {
         Placement::Centers => DAffine3 {

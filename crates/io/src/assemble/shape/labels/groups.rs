@@ -1,0 +1,205 @@
+//! Labels of the same index share a medium, whose other properties are those of each label.
+
+use super::super::super::context::Context;
+use super::table::{LabelMedium, Sameness, Table};
+use crate::diagnostic::Diagnostic;
+use crate::scene::ObjectDescription;
+use glam::DAffine3;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use transport::Spectrum;
+use transport::medium::Medium;
+use transport::phase::{Phase, PhaseByLabel};
+use transport::volume::{GridError, LabelGrid, VolumeGrid, VolumeTexture};
+
+/// The most groups, and the most labels in one: their numbers are kept as bytes.
+const MOST: usize = 255;
+
+/// The groups of the labels of a volume.
+pub(super) struct Groups {
+    pub size: [usize; 3],
+    /// For each voxel the number of its group, from 1; 0 outside.
+    pub parts: Vec<u8>,
+    /// For each voxel which of its group's labels it has.
+    members: Vec<u8>,
+    pub groups: Vec<Group>,
+    /// Index of what is outside, if the labels say.
+    pub outer_index: Option<f64>,
+}
+
+/// Labels of the same index.
+pub(super) struct Group {
+    pub members: Vec<(u32, LabelMedium)>,
+}
+
+/// Which group a label is in, and which of its members it is.
+#[derive(Clone, Copy)]
+struct Place {
+    part: u8,
+    member: u8,
+}
+
+impl Groups {
+    /// Those of the labels that voxels have; `None` after an error.
+    pub(super) fn of(
+        labels: &[u32],
+        size: [usize; 3],
+        table: Table,
+        object: &ObjectDescription,
+        context: &mut Context,
+    ) -> Option<Self> {
+        let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
+        for run in labels.chunk_by(|a, b| a == b) {
+            *counts.entry(run[0]).or_default() += run.len();
+        }
+        let absent = table.meanings.keys().filter(|label| !counts.contains_key(label));
+        let absent: Vec<String> = absent.map(u32::to_string).collect();
+        if !absent.is_empty() && table.outer_index.is_none() {
+            let message = format!("no voxel has label {}", absent.join(", "));
+            context.diagnostics.push(Diagnostic::warning(message).at(&object.location));
+        }
+        let mut groups: Vec<Group> = Vec::new();
+        let mut places: BTreeMap<u32, Place> = BTreeMap::new();
+        let mut right = true;
+        for (label, count) in counts {
+            let Some(meaning) = table.meanings.get(&label) else {
+                if label != 0 {
+                    let message = format!("{count} voxels have label {label}, for which there is no medium");
+                    context.error_at(&object.location, message);
+                    right = false;
+                }
+                places.insert(label, Place { part: 0, member: 0 });
+                continue;
+            };
+            match meaning.build(label, object, context) {
+                Some(medium) => {
+                    let place = join(&mut groups, label, medium);
+                    right &= place.is_some();
+                    places.insert(label, place.unwrap_or(Place { part: 0, member: 0 }));
+                }
+                None => right = false,
+            }
+        }
+        if right && groups.is_empty() {
+            context.error_at(&object.location, "no voxel has a label with a medium");
+            right = false;
+        } else if groups.len() > MOST || groups.iter().any(|g| g.members.len() > MOST) {
+            let message = format!("there are more than {MOST} indices, or labels of the same index");
+            context.error_at(&object.location, message);
+            right = false;
+        }
+        if !right {
+            return None;
+        }
+        let place = |label: &u32| places[label];
+        Some(Groups {
+            size,
+            parts: labels.iter().map(|l| place(l).part).collect(),
+            members: labels.iter().map(|l| place(l).member).collect(),
+            groups,
+            outer_index: table.outer_index,
+        })
+    }
+}
+
+/// Puts a label into the group of its index; `None` if there are too many.
+fn join(groups: &mut Vec<Group>, label: u32, medium: LabelMedium) -> Option<Place> {
+    let alike = |g: &Group| g.members[0].1.index == medium.index;
+    let group = groups.iter().position(alike).unwrap_or(groups.len());
+    if group == groups.len() {
+        groups.push(Group { members: Vec::new() });
+    }
+    let members = &mut groups[group].members;
+    members.push((label, medium));
+    Some(Place {
+        part: u8::try_from(group + 1).ok()?,
+        member: u8::try_from(members.len() - 1).ok()?,
+    })
+}
+
+impl Group {
+    /// Whether its index is that of what is around.
+    pub(super) fn is_open(&self) -> bool {
+        self.members[0].1.is_open
+    }
+
+    /// The medium of all its labels, for the part with a number.
+    pub(super) fn medium(
+        &self,
+        name: &str,
+        part: u8,
+        groups: &Groups,
+        to_world: DAffine3,
+    ) -> Result<Medium, GridError> {
+        let first = &self.members[0].1.medium;
+        let listed: Vec<String> = self.members.iter().map(|(label, _)| label.to_string()).collect();
+        let name = match &listed[..] {
+            [label] => format!("{name}: label {label}"),
+            labels => format!("{name}: labels {}", labels.join(", ")),
+        };
+        if self.members.len() == 1 {
+            return Ok(Medium { name, ..first.clone() });
+        }
+        let labels = Arc::new(LabelGrid::new(groups.size, groups.filled(part), to_world)?);
+        let of = |value: fn(&Medium) -> Spectrum| -> Result<VolumeTexture, GridError> {
+            let values: Vec<Spectrum> = self.members.iter().map(|(_, m)| value(&m.medium)).collect();
+            if values.iter().all(|v| *v == values[0]) {
+                return Ok(VolumeTexture::Uniform(values[0]));
+            }
+            let gray = values.iter().all(|v| v.0.iter().all(|c| *c == v[0]));
+            let channels = if gray { 1 } else { Spectrum::CHANNELS };
+            let grid = VolumeGrid::by_label(labels.clone(), &values, channels)?;
+            Ok(VolumeTexture::Grid(Arc::new(grid)))
+        };
+        let sigma_t = of(|m| m.uniform_extinction().unwrap_or(Spectrum::ZERO))?;
+        let albedo = of(|m| m.albedo.uniform().unwrap_or(Spectrum::ZERO))?;
+        Ok(Medium {
+            name,
+            index: first.index.clone(),
+            sigma_t,
+            scale: 1.0,
+            albedo,
+            phase: self.phase(&labels),
+        })
+    }
+
+    /// The phase functions of all labels; that of one, if they are the same. Those of labels that do not scatter do not count.
+    fn phase(&self, labels: &Arc<LabelGrid>) -> Phase {
+        let scattering = self.members.iter().filter(|(_, m)| m.medium.scatters());
+        let mut known: Vec<Sameness> = scattering.clone().map(|(_, m)| m.phase).collect();
+        known.dedup();
+        let first = scattering.map(|(_, m)| &m.medium.phase).next();
+        let first = first.cloned().unwrap_or_else(Phase::isotropic);
+        if known.len() < 2 {
+            return first;
+        }
+        let each = self.members.iter().map(|(_, m)| m.medium.phase.clone());
+        match PhaseByLabel::new(labels.clone(), each.collect()) {
+            Some(phases) => Phase::ByLabel(Box::new(phases)),
+            None => first,
+        }
+    }
+}
+
+impl Groups {
+    /// For each voxel which of the labels of a part it has; voxels of other parts beside it have that of a neighbour, so that
+    /// smooth surfaces and rounding do not matter, and 0 elsewhere.
+    fn filled(&self, part: u8) -> Vec<u8> {
+        let [nx, ny, _] = self.size;
+        let own = |i: usize| self.parts[i] == part;
+        let strides = [1, nx, nx * ny];
+        let neighbours = |i: usize| {
+            let place = [i % nx, i / nx % ny, i / nx / ny];
+            (0..3).flat_map(move |axis| {
+                let below = (place[axis] > 0).then(|| i - strides[axis]);
+                let above = (place[axis] + 1 < self.size[axis]).then(|| i + strides[axis]);
+                below.into_iter().chain(above)
+            })
+        };
+        let member = |i: usize| match own(i) {
+            true => self.members[i],
+            false => neighbours(i).find(|k| own(*k)).map_or(0, |k| self.members[k]),
+        };
+        (0..self.parts.len()).map(member).collect()
+    }
+}

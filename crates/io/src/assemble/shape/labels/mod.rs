@@ -1,0 +1,155 @@
+//! Volumes of labels, each of which stands for a medium.
+
+mod groups;
+mod table;
+
+use super::super::context::{Context, Divided};
+use super::super::texture::{SOURCE, Source, read};
+use super::super::wish::Wish;
+use super::super::medium;
+use crate::mesh::label_surfaces::{Division, PartSurface};
+use crate::query::Query;
+use crate::scene::{ObjectDescription, PluginKind};
+use crate::volume::Volume;
+use groups::Groups;
+use table::Table;
+use transport::Spectrum;
+use transport::bsdf::{Bsdf, Dielectric};
+use transport::scene::MediumId;
+use transport::shape::{Mesh, Shape, ShapeError};
+
+/// Labels are numbers up to this one, which single precision tells apart.
+const LARGEST: f64 = 16_777_215.0;
+
+/// How a shape of labels is to be divided.
+struct Wanted {
+    smooth: bool,
+    refraction: bool,
+    exterior: Option<MediumId>,
+}
+
+/// Adds the media of a volume of labels and the surfaces between them.
+pub(super) fn add(object: &ObjectDescription, context: &mut Context) {
+    let (volume, source) = read::<f32>(object, context);
+    let mut q = Query::new(object, context.diagnostics);
+    for known in SOURCE {
+        q.has(known);
+    }
+    let smooth = q.one_of("surface", &["voxels", "smooth"]) == 1;
+    let refraction = q.boolean_or("refraction", true);
+    let exterior = q.role(PluginKind::Medium, "exterior").cloned();
+    let table = Table::of(object, &mut q);
+    q.finish(&[]);
+    let (Some(volume), Some(table)) = (volume, table) else {
+        return;
+    };
+    let Some(labels) = whole(&volume, &source, object, context) else {
+        return;
+    };
+    let wanted = Wanted {
+        smooth,
+        refraction,
+        exterior: exterior.map(|m| medium::medium(&m, context)),
+    };
+    let Some(groups) = Groups::of(&labels, volume.size(), table, object, context) else {
+        return;
+    };
+    divide(object, groups, &source, &wanted, context);
+}
+
+/// The labels of all voxels, x fastest; `None` if they are none (reported then).
+fn whole(
+    volume: &Volume,
+    source: &Source,
+    object: &ObjectDescription,
+    context: &mut Context,
+) -> Option<Vec<u32>> {
+    let location = &object.location;
+    if source.placement != 0 {
+        let message = "labels are those of voxels: their placement is 'centers'";
+        context.error_at(location, message);
+        return None;
+    }
+    if volume.channels() != 1 {
+        let message = format!("labels have one channel, the volume has {}", volume.channels());
+        context.error_at(location, message);
+        return None;
+    }
+    let is_label = |v: &f32| v.fract() == 0.0 && (0.0..=LARGEST).contains(&f64::from(*v));
+    let [nx, ny, _] = volume.size();
+    if let Some(i) = volume.data().iter().position(|v| !is_label(v)) {
+        let message = format!(
+            "labels are whole numbers from 0 to {LARGEST}; that of voxel ({}, {}, {}) is {}",
+            i % nx,
+            i / nx % ny,
+            i / nx / ny,
+            volume.data()[i]
+        );
+        context.error_at(location, message);
+        return None;
+    }
+    Some(volume.data().iter().map(|v| *v as u32).collect())
+}
+
+/// Adds the media of groups of labels and the surfaces between them.
+fn divide(
+    object: &ObjectDescription,
+    groups: Groups,
+    source: &Source,
+    wanted: &Wanted,
+    context: &mut Context,
+) {
+    let division = Division {
+        size: groups.size,
+        parts: &groups.parts,
+    };
+    let surfaces = division.surfaces(wanted.smooth);
+    let name = object.id.clone().unwrap_or_else(|| object.plugin.clone());
+    let mut media: Vec<MediumId> = Vec::new();
+    for (i, group) in groups.groups.iter().enumerate() {
+        let medium = group.medium(&name, i as u8 + 1, &groups, source.to_world);
+        let Some(medium) = context.accept(&object.location, medium) else {
+            return;
+        };
+        let place = Some(object.location.clone());
+        media.push(context.add_medium(medium, group.is_open(), place));
+    }
+    let clear = Dielectric::new(Spectrum::ONE, Spectrum::ONE);
+    let Some(dielectric) = context.accept(&object.location, clear) else {
+        return;
+    };
+    let first = context.objects.len();
+    let mut sides = Vec::new();
+    for surface in surfaces {
+        let of = |part: u8| match part.checked_sub(1) {
+            Some(group) => Some(media[usize::from(group)]),
+            None => wanted.exterior,
+        };
+        let [behind, before] = surface.parts.map(of);
+        let made = made(surface, source);
+        let Some((mesh, turned)) = context.accept(&object.location, made) else {
+            return;
+        };
+        sides.push(if turned { [before, behind] } else { [behind, before] });
+        let bsdf = if wanted.refraction {
+            Bsdf::Dielectric(dielectric.clone())
+        } else {
+            Bsdf::Null
+        };
+        super::push(object, Shape::from(mesh), bsdf, None, Wish::default(), context);
+    }
+    context.divided.push(Divided {
+        objects: first..context.objects.len(),
+        exterior: wanted.exterior,
+        sides,
+        outer_index: groups.outer_index,
+        location: object.location.clone(),
+    });
+}
+
+/// A surface in its place, and whether its normals have been turned.
+fn made(surface: PartSurface, source: &Source) -> Result<(Mesh, bool), ShapeError> {
+    let mesh = Mesh::new(surface.mesh.positions, surface.mesh.triangles, None)?;
+    let turned = mesh.was_inside_out();
+    Ok((mesh.transformed(source.to_world)?, turned))
+}

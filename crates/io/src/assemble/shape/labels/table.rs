@@ -1,0 +1,215 @@
+//! What each label stands for: nested media, or the rows of a table.
+
+use super::super::super::context::Context;
+use super::super::super::medium;
+use crate::query::Query;
+use crate::scene::{ObjectDescription, ObjectId, PluginKind};
+use eikonal::field::Constant;
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+use transport::Spectrum;
+use transport::medium::Medium;
+use transport::phase::{Phase, PhaseError};
+
+/// What the label of a volume stands for, before it is built.
+#[derive(Clone)]
+pub(super) enum Meaning {
+    /// The medium of an object.
+    Described(Arc<ObjectDescription>),
+    /// μ_a, μ_s, g and n.
+    Row([f64; 4]),
+}
+
+/// What labels stand for.
+pub(super) struct Table {
+    pub meanings: BTreeMap<u32, Meaning>,
+    /// Index of what is outside, if the table says.
+    pub outer_index: Option<f64>,
+}
+
+/// By what media may be told apart without comparing them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sameness {
+    /// Nothing was said.
+    Default,
+    /// The bits of a number.
+    Number(u64),
+    /// The object that describes it.
+    Object(ObjectId),
+}
+
+/// A medium of the same properties everywhere but for its index.
+pub(super) struct LabelMedium {
+    pub medium: Medium,
+    /// Whether its index is that of what is around.
+    pub is_open: bool,
+    pub index: Sameness,
+    pub phase: Sameness,
+}
+
+impl Table {
+    /// By the object's nested media, named by their labels, or its array `properties`; `None` after an error.
+    pub(super) fn of(object: &ObjectDescription, q: &mut Query) -> Option<Self> {
+        let tensor = q.has("properties").then(|| q.tensor("properties"));
+        let media = q.children(PluginKind::Medium);
+        match tensor {
+            Some(_) if !media.is_empty() => {
+                q.error("properties", "give media or 'properties', not both");
+                None
+            }
+            Some(tensor) => {
+                let rows = tensor?.rows();
+                let rows: Vec<[f64; 4]> = rows
+                    .map_err(|e| q.error("properties", format!("a row for each label, mu_a, mu_s, g, n: {e}")))
+                    .ok()?;
+                Some(Table::of_rows(&rows))
+            }
+            None => Table::of_media(object, q),
+        }
+    }
+
+    fn of_rows(rows: &[[f64; 4]]) -> Self {
+        let row = |(label, row): (usize, &[f64; 4])| (label as u32, Meaning::Row(*row));
+        let mut meanings: BTreeMap<_, _> = rows.iter().enumerate().map(row).collect();
+        // What neither absorbs nor scatters under label 0 is what is outside.
+        let outer = rows.first().filter(|[a, s, _, _]| *a == 0.0 && *s == 0.0);
+        if outer.is_some() {
+            meanings.remove(&0);
+        }
+        Table {
+            meanings,
+            outer_index: outer.map(|row| row[3]),
+        }
+    }
+
+    fn of_media(object: &ObjectDescription, q: &mut Query) -> Option<Self> {
+        let mut meanings = BTreeMap::new();
+        let mut right = true;
+        let children = object.children.iter();
+        for child in children.filter(|c| c.object.kind == PluginKind::Medium) {
+            let name = child.name.as_deref().unwrap_or("");
+            if name == "exterior" {
+                continue;
+            }
+            let Some(ranges) = ranges(name) else {
+                let message = format!(
+                    "the name of a medium says which labels it stands for, such as \"1\" or \"2, 5-7\"; this one is \
+                     named \"{name}\""
+                );
+                q.error_at(&child.location, message);
+                right = false;
+                continue;
+            };
+            for label in ranges.into_iter().flatten() {
+                let meaning = Meaning::Described(child.object.clone());
+                if meanings.insert(label, meaning).is_some() {
+                    let message = format!("label {label} has a medium already");
+                    q.error_at(&child.location, message);
+                    right = false;
+                }
+            }
+        }
+        right.then_some(Table {
+            meanings,
+            outer_index: None,
+        })
+    }
+}
+
+/// The most labels that a name may list.
+const MOST: u32 = 65_536;
+
+/// Labels in words: numbers and ranges, separated by commas.
+fn ranges(name: &str) -> Option<Vec<RangeInclusive<u32>>> {
+    let range = |word: &str| {
+        let (first, last) = word.split_once('-').unwrap_or((word, word));
+        let (first, last) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
+        (first <= last && last - first < MOST).then_some(first..=last)
+    };
+    name.split(',').map(range).collect()
+}
+
+impl Meaning {
+    /// The medium; `None` after an error.
+    pub(super) fn build(
+        &self,
+        label: u32,
+        object: &ObjectDescription,
+        context: &mut Context,
+    ) -> Option<LabelMedium> {
+        match self {
+            Meaning::Described(described) => described_medium(label, described, context),
+            Meaning::Row(row) => {
+                let made = of_row(label, *row);
+                context.accept(&object.location, made)
+            }
+        }
+    }
+}
+
+fn described_medium(
+    label: u32,
+    described: &ObjectDescription,
+    context: &mut Context,
+) -> Option<LabelMedium> {
+    let errors = context.diagnostics.error_count();
+    let (medium, is_open) = medium::build(described, context);
+    let uniform = medium.uniform_extinction().is_some() && medium.albedo.uniform().is_some();
+    if !uniform {
+        let message = format!(
+            "the medium of label {label} varies in space: those of labels are homogeneous, but for their index"
+        );
+        context.error_at(&described.location, message);
+    }
+    let child = |kind: PluginKind, name: Option<&str>| {
+        let mut children = described.children.iter();
+        let found = children.find(|c| c.object.kind == kind && (name.is_none() || c.name.as_deref() == name));
+        found.map(|c| Sameness::Object(c.object.number))
+    };
+    let index = match child(PluginKind::Volume, Some("ior")) {
+        Some(volume) if !medium.index.is_constant() => volume,
+        _ if is_open => Sameness::Default,
+        _ => Sameness::Number(medium.index.n(glam::DVec3::ZERO).to_bits()),
+    };
+    (context.diagnostics.error_count() == errors).then(|| LabelMedium {
+        medium,
+        is_open,
+        index,
+        phase: child(PluginKind::Phase, None).unwrap_or(Sameness::Default),
+    })
+}
+
+/// What is wrong with a row of a table.
+#[derive(Debug, thiserror::Error)]
+enum RowError {
+    #[error("properties of label {0}: {1} is {2}; it must be {3}")]
+    Range(u32, &'static str, f64, &'static str),
+    #[error("properties of label {0}: {1}")]
+    Phase(u32, PhaseError),
+}
+
+fn of_row(label: u32, [mu_a, mu_s, g, n]: [f64; 4]) -> Result<LabelMedium, RowError> {
+    let coefficient = "at least 0";
+    for (name, value) in [("mu_a", mu_a), ("mu_s", mu_s)] {
+        if value < 0.0 {
+            return Err(RowError::Range(label, name, value, coefficient));
+        }
+    }
+    if !crate::query::INDEX.contains(&n) {
+        return Err(RowError::Range(label, "n", n, "from 0.001 to 1000"));
+    }
+    let total = mu_a + mu_s;
+    let albedo = if total > 0.0 { mu_s / total } else { 0.0 };
+    // g = 1 is light that goes straight on, in tables of matter that does not scatter.
+    let g = if mu_s == 0.0 { 0.0 } else { g };
+    let phase = Phase::henyey_greenstein(g).map_err(|e| RowError::Phase(label, e))?;
+    let name = format!("label {label}");
+    let medium = Medium::homogeneous(name, Constant::new(n), Spectrum::splat(total), Spectrum::splat(albedo));
+    Ok(LabelMedium {
+        medium: medium.with_phase(phase),
+        is_open: false,
+        index: Sameness::Number(n.to_bits()),
+        phase: Sameness::Number(g.to_bits()),
+    })
+}

@@ -1,0 +1,143 @@
+//! Volumes of labels beside the same matter as shapes, and what is wrong with them.
+//!
+//! False alarms: 1e-3 for each comparison. Seeds are fixed.
+
+use morgana_io::{LoadOptions, Loaded};
+use serde_json::{Value, json};
+use std::fs;
+use std::ops::ControlFlow;
+use testkit::z_test;
+use transport::meter::Meter;
+use transport::render::{Handle, MeasureOptions, Measurement, measure};
+
+fn load(scene: &Value) -> Result<Loaded, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.json");
+    fs::write(&path, scene.to_string()).unwrap();
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+}
+
+fn run(scene: &Value, particles: u64, seed: u64) -> Measurement {
+    let loaded = load(scene).unwrap();
+    let meters: Vec<Meter> = loaded.instruments.iter().map(|i| i.meter.clone()).collect();
+    let options = MeasureOptions {
+        first: 0,
+        particles,
+        seed,
+        max_depth: None,
+        rr_depth: 5,
+    };
+    let go_on = |_| ControlFlow::Continue(());
+    measure(&loaded.groups, &meters, &options, &Handle::default(), go_on).unwrap()
+}
+
+/// z-scores of the fluence of two scenes, cell by cell.
+fn differences(scenes: [&Value; 2], particles: u64) -> Vec<f64> {
+    let runs = [0, 1].map(|i| run(scenes[i], particles, 7 + i as u64));
+    let [a, b] = runs.each_ref().map(|m| {
+        let fluence = m.readings[0].iter().find(|r| r.name == "fluence").unwrap();
+        let cells = fluence.mean.iter().zip(&fluence.error).zip(&fluence.few);
+        cells.map(|((m, e), few)| (*m, *e, *few)).collect::<Vec<_>>()
+    });
+    assert!(runs.iter().all(|r| r.stats.lost == 0), "rays were lost");
+    let cells = a.iter().zip(&b).filter(|(a, b)| !a.2 && !b.2);
+    cells.map(|(a, b)| z_test::two_sample_z(a.0, a.1, b.0, b.1)).collect()
+}
+
+/// A beam from below, and cells of fluence over [0, 6]³ and what is around.
+fn lit(shapes: Value) -> Value {
+    let mut scene = json!({
+        "type": "scene",
+        "integrator": {"type": "particle"},
+        "beam": {
+            "type": "collimated", "radius": 1.2, "power": 1.0,
+            "to_world": [{"translate": [3.1, 2.9, -2]}]
+        },
+        "cells": {
+            "type": "fluencemeter", "nx": 4, "ny": 4, "nz": 8,
+            "to_world": [{"scale": 8}, {"translate": [-1, -1, -1]}]
+        }
+    });
+    for (key, value) in shapes.as_object().unwrap() {
+        scene[key] = value.clone();
+    }
+    scene
+}
+
+fn tissue(mu_a: f64, mu_s: f64, g: f64, n: f64) -> Value {
+    json!({"type": "homogeneous", "sigma_a": mu_a, "sigma_s": mu_s, "phase": {"type": "hg", "g": g}, "ior": n})
+}
+
+/// Layers of two voxels each, from below: 1, 2, 3.
+fn layers() -> Vec<Vec<Vec<u32>>> {
+    (0..6).map(|z| vec![vec![1 + z / 2; 6]; 6]).collect()
+}
+
+/// Three layers, of which two have the same index, as labels and as cubes.
+fn slabs(surface: &str) -> [Value; 2] {
+    let media = [tissue(0.1, 1.0, 0.5, 1.37), tissue(0.02, 3.0, 0.9, 1.37), tissue(0.3, 0.4, -0.3, 1.6)];
+    let labels = json!({"tissue": {
+        "type": "labels", "data": layers(), "surface": surface, "to_world": [{"scale": 6}],
+        "1": media[0], "2": media[1], "3": media[2]
+    }});
+    let layer = |i: usize| {
+        json!({
+            "type": "cube",
+            "bsdf": {"type": "dielectric"},
+            "interior": media[i],
+            "to_world": [{"scale": [3, 3, 1]}, {"translate": [3, 3, 2 * i + 1]}]
+        })
+    };
+    [lit(labels), lit(json!({"low": layer(0), "middle": layer(1), "high": layer(2)}))]
+}
+
+/// A smooth surface rounds the edges of the block by half a voxel, where there is hardly any light.
+#[test]
+fn layers_of_labels_are_layers() {
+    let [labels, cubes] = slabs("voxels");
+    let zs = differences([&labels, &cubes], 120_000);
+    z_test::max_abs_z(&zs, 1e-3).unwrap();
+    let loaded = load(&labels).unwrap();
+    let names: Vec<&str> = loaded.scene().media().iter().map(|m| m.name.as_str()).collect();
+    assert_eq!(names, ["ambient", "tissue: labels 1, 2", "tissue: label 3"]);
+    // The walls and the face between the two media.
+    assert_eq!(loaded.scene().objects().len(), 3);
+    // The same comparison sees that a layer scatters a fifth more.
+    let mut other = cubes;
+    other["middle"]["interior"]["sigma_s"] = json!(3.6);
+    let zs = differences([&labels, &other], 120_000);
+    assert!(z_test::max_abs_z(&zs, 1e-3).is_err());
+}
+
+/// The table has label 0 outside, with an index of its own; light enters refracted from there.
+#[test]
+fn a_table_says_what_media_say() {
+    let mut data = layers();
+    data[5][5][5] = 0;
+    let shape = |more: Value| {
+        let mut shape = json!({"type": "labels", "data": data, "to_world": [{"scale": 6}]});
+        for (key, value) in more.as_object().unwrap() {
+            shape[key] = value.clone();
+        }
+        lit(json!({"tissue": shape}))
+    };
+    let table = shape(json!({"properties":
+        [[0, 0, 1, 1.33], [0.1, 1.0, 0.5, 1.37], [0.02, 3.0, 0.9, 1.37], [0.3, 0.4, -0.3, 1.6]]}));
+    let media = shape(json!({
+        "1": tissue(0.1, 1.0, 0.5, 1.37), "2": tissue(0.02, 3.0, 0.9, 1.37), "3": tissue(0.3, 0.4, -0.3, 1.6),
+        "exterior": {"type": "transparent", "ior": 1.33}
+    }));
+    let [a, b] = [&table, &media].map(load);
+    assert_eq!(a.as_ref().unwrap().scene().n(0, glam::DVec3::ZERO), 1.33);
+    // Nothing holds a medium that is declared outside.
+    assert!(b.unwrap_err().contains("declared outside"));
+    let mut media = media;
+    media["tissue"].as_object_mut().unwrap().remove("exterior");
+    media["water"] = json!({
+        "type": "cube", "bsdf": {"type": "dielectric", "ext_ior": 1.33},
+        "interior": {"type": "transparent", "ior": 1.33},
+        "to_world": [{"scale": 3.9}, {"translate": [3, 3, 3]}]
+    });
+    let zs = differences([&table, &media], 60_000);
+    z_test::max_abs_z(&zs, 1e-3).unwrap();
+}

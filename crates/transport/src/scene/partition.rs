@@ -1,0 +1,65 @@
+//! Volumes that are divided into several media.
+
+use super::parts::{MediumId, Object};
+use crate::shape::{DIRECTIONS, FirstCrossing, Shape};
+use eikonal::Aabb;
+use glam::DVec3;
+use std::ops::Range;
+
+/// Meshes that together divide a volume into media, such as the faces between voxels of different labels. Each has one medium on
+/// either side, and where one ends others go on, so that no way leads around them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Partition {
+    /// Its surfaces, as numbers of objects.
+    pub objects: Range<usize>,
+    /// The medium around it.
+    pub exterior: MediumId,
+}
+
+impl Partition {
+    /// A box around it.
+    pub(super) fn aabb(&self, objects: &[Object]) -> Aabb {
+        let surfaces = objects[self.objects.clone()].iter();
+        surfaces.fold(Aabb::EMPTY, |b, o| b.union(o.shape.aabb()))
+    }
+
+    /// The medium at a point of the volume; `None` outside. The surface that is seen first in a direction knows.
+    pub(super) fn medium_at(&self, objects: &[Object], x: DVec3) -> Option<MediumId> {
+        if !self.aabb(objects).contains(x) {
+            return None;
+        }
+        let turned = |d: DVec3, turn: usize| match turn {
+            0 => d,
+            1 => DVec3::new(d.y, d.z, d.x),
+            _ => DVec3::new(d.z, d.x, d.y),
+        };
+        let directions = (0..3).flat_map(|turn| DIRECTIONS.map(|d| turned(d, turn)));
+        let mut seen = directions.map(|d| self.seen(&objects[self.objects.clone()], x, d));
+        let medium = seen.find_map(Result::ok).flatten();
+        medium.filter(|medium| *medium != self.exterior)
+    }
+
+    /// The medium on this side of the first surface in a direction, if there is any.
+    fn seen(&self, objects: &[Object], x: DVec3, d: DVec3) -> Result<Option<MediumId>, Unclear> {
+        let mut first = (f64::INFINITY, None);
+        for object in objects {
+            let (Shape::Mesh(mesh), Some(sides)) = (&object.shape, object.sides) else {
+                continue;
+            };
+            match mesh.first_crossing(x, d) {
+                FirstCrossing::Unclear => return Err(Unclear),
+                FirstCrossing::Nothing => {}
+                FirstCrossing::Triangle { distance, from_front } => {
+                    let medium = if from_front { sides.exterior } else { sides.interior };
+                    if distance < first.0 {
+                        first = (distance, Some(medium));
+                    }
+                }
+            }
+        }
+        Ok(first.1)
+    }
+}
+
+/// A direction passes too close to an edge to say what is seen in it.
+struct Unclear;
