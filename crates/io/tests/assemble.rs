@@ -407,7 +407,10 @@ fn phase_functions_are_mixed_by_shares() {
         let loaded = load(&medium(weights, &three)).unwrap_or_else(|e| panic!("{e}"));
         let inside = loaded.scene().medium_at(glam::DVec3::ZERO);
         let phase = &loaded.scene().medium(inside).phase;
-        assert!((phase.mean_cosine(glam::DVec3::ZERO) - mean).abs() < 1e-12, "{weights}");
+        assert!(
+            (phase.mean_cosine(glam::DVec3::ZERO) - mean).abs() < 1e-12,
+            "{weights}"
+        );
     }
     for weights in ["0.5, 0.5", "1, a, 0", "1, -1, 1", ""] {
         let expected = "one for each of the 3 phase functions";

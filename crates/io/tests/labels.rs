@@ -2,7 +2,7 @@
 //!
 //! False alarms: 1e-3 for each comparison. Seeds are fixed.
 
-use morgana_io::{LoadOptions, Loaded};
+use morgana_io::{LoadOptions, Loaded, Run};
 use serde_json::{Value, json};
 use std::fs;
 use std::ops::ControlFlow;
@@ -31,17 +31,49 @@ fn run(scene: &Value, particles: u64, seed: u64) -> Measurement {
     measure(&loaded.groups, &meters, &options, &Handle::default(), go_on).unwrap()
 }
 
+/// Means and standard errors of all pixels.
+fn image(scene: &Value, samples: u64) -> Vec<[f64; 2]> {
+    let loaded = load(scene).unwrap();
+    let run = Run {
+        total: Some(samples),
+        ..Run::new(&loaded)
+    };
+    let film = run.render().unwrap().film;
+    let pixel = |i| {
+        [
+            film.mean_at(None, 0, i),
+            film.variance_at(None, 0, i).sqrt(),
+        ]
+        .map(f64::from)
+    };
+    (0..film.width() * film.height()).map(pixel).collect()
+}
+
+/// Mean fluence in all cells.
+fn fluence(scene: &Value, particles: u64) -> Vec<f64> {
+    let run = run(scene, particles, 3);
+    let fluence = run.readings[0]
+        .iter()
+        .find(|r| r.name == "fluence")
+        .unwrap();
+    fluence.mean.clone()
+}
+
 /// z-scores of the fluence of two scenes, cell by cell.
 fn differences(scenes: [&Value; 2], particles: u64) -> Vec<f64> {
     let runs = [0, 1].map(|i| run(scenes[i], particles, 7 + i as u64));
     let [a, b] = runs.each_ref().map(|m| {
         let fluence = m.readings[0].iter().find(|r| r.name == "fluence").unwrap();
         let cells = fluence.mean.iter().zip(&fluence.error).zip(&fluence.few);
-        cells.map(|((m, e), few)| (*m, *e, *few)).collect::<Vec<_>>()
+        cells
+            .map(|((m, e), few)| (*m, *e, *few))
+            .collect::<Vec<_>>()
     });
     assert!(runs.iter().all(|r| r.stats.lost == 0), "rays were lost");
     let cells = a.iter().zip(&b).filter(|(a, b)| !a.2 && !b.2);
-    cells.map(|(a, b)| z_test::two_sample_z(a.0, a.1, b.0, b.1)).collect()
+    cells
+        .map(|(a, b)| z_test::two_sample_z(a.0, a.1, b.0, b.1))
+        .collect()
 }
 
 /// A beam from below, and cells of fluence over [0, 6]³ and what is around.
@@ -75,7 +107,11 @@ fn layers() -> Vec<Vec<Vec<u32>>> {
 
 /// Three layers, of which two have the same index, as labels and as cubes.
 fn slabs(surface: &str) -> [Value; 2] {
-    let media = [tissue(0.1, 1.0, 0.5, 1.37), tissue(0.02, 3.0, 0.9, 1.37), tissue(0.3, 0.4, -0.3, 1.6)];
+    let media = [
+        tissue(0.1, 1.0, 0.5, 1.37),
+        tissue(0.02, 3.0, 0.9, 1.37),
+        tissue(0.3, 0.4, -0.3, 1.6),
+    ];
     let labels = json!({"tissue": {
         "type": "labels", "data": layers(), "surface": surface, "to_world": [{"scale": 6}],
         "1": media[0], "2": media[1], "3": media[2]
@@ -88,7 +124,10 @@ fn slabs(surface: &str) -> [Value; 2] {
             "to_world": [{"scale": [3, 3, 1]}, {"translate": [3, 3, 2 * i + 1]}]
         })
     };
-    [lit(labels), lit(json!({"low": layer(0), "middle": layer(1), "high": layer(2)}))]
+    [
+        lit(labels),
+        lit(json!({"low": layer(0), "middle": layer(1), "high": layer(2)})),
+    ]
 }
 
 /// A smooth surface rounds the edges of the block by half a voxel, where there is hardly any light.
@@ -98,7 +137,12 @@ fn layers_of_labels_are_layers() {
     let zs = differences([&labels, &cubes], 120_000);
     z_test::max_abs_z(&zs, 1e-3).unwrap();
     let loaded = load(&labels).unwrap();
-    let names: Vec<&str> = loaded.scene().media().iter().map(|m| m.name.as_str()).collect();
+    let names: Vec<&str> = loaded
+        .scene()
+        .media()
+        .iter()
+        .map(|m| m.name.as_str())
+        .collect();
     assert_eq!(names, ["ambient", "tissue: labels 1, 2", "tissue: label 3"]);
     // The walls and the face between the two media.
     assert_eq!(loaded.scene().objects().len(), 3);
@@ -140,4 +184,110 @@ fn a_table_says_what_media_say() {
     });
     let zs = differences([&table, &media], 60_000);
     z_test::max_abs_z(&zs, 1e-3).unwrap();
+}
+
+/// Mean cosines and weights of blends in grids are those of labels: the same paths, to rounding.
+#[test]
+fn phase_functions_may_vary_in_grids() {
+    let volume = |values: [f64; 2]| {
+        let data: Vec<_> = (0..6).map(|z| vec![vec![values[z / 3]; 6]; 6]).collect();
+        json!({"type": "gridvolume", "data": data, "filter_type": "nearest", "to_world": [{"scale": 6}]})
+    };
+    let block = |phase: Value| {
+        let mut medium = tissue(0.1, 1.0, 0.0, 1.37);
+        medium["phase"] = phase;
+        lit(json!({"block": {
+            "type": "cube", "bsdf": {"type": "dielectric"}, "interior": medium,
+            "to_world": [{"scale": 3}, {"translate": [3, 3, 3]}]
+        }}))
+    };
+    let halves: Vec<_> = (0..6).map(|z| vec![vec![1 + z / 3; 6]; 6]).collect();
+    let labels = lit(json!({"tissue": {
+        "type": "labels", "data": halves, "to_world": [{"scale": 6}],
+        "1": tissue(0.1, 1.0, 0.75, 1.37), "2": tissue(0.1, 1.0, -0.25, 1.37)
+    }}));
+    let grid = block(json!({"type": "hg", "g": volume([0.75, -0.25])}));
+    let blend = block(json!({
+        "type": "blendphase", "weight": volume([0.0, 1.0]),
+        "phase_1": {"type": "hg", "g": 0.75}, "phase_2": {"type": "hg", "g": -0.25}
+    }));
+    let [labels, grid, blend] = [labels, grid, blend].map(|scene| fluence(&scene, 2000));
+    let is_same = |a: &[f64], b: &[f64]| {
+        a.iter()
+            .zip(b)
+            .all(|(a, b)| (a - b).abs() <= 1e-9 * a.abs())
+    };
+    assert!(is_same(&labels, &grid), "{labels:?} {grid:?}");
+    assert!(is_same(&labels, &blend), "{labels:?} {blend:?}");
+    let uniform = block(json!({"type": "hg", "g": 0.75}));
+    assert!(!is_same(&labels, &fluence(&uniform, 2000)));
+}
+
+/// Rays along edges of voxels, through corners and in the planes of faces are not lost, whatever the surface.
+#[test]
+fn rays_along_edges_of_voxels_are_not_lost() {
+    let checkered: Vec<Vec<Vec<u32>>> = (0..6)
+        .map(|z| {
+            (0..6)
+                .map(|y| (0..6).map(|x| (x + y + z) % 4).collect())
+                .collect()
+        })
+        .collect();
+    let media = [
+        tissue(0.1, 0.5, 0.9, 1.37),
+        tissue(0.02, 0.7, 0.9, 1.0),
+        tissue(0.3, 0.4, 0.9, 1.5),
+    ];
+    for surface in ["voxels", "smooth"] {
+        for at in [[3.0, 3.0, -2.0], [2.0, 3.5, -1.0], [2.5, 2.5, -1.0]] {
+            let mut scene = lit(json!({"tissue": {
+                "type": "labels", "data": checkered, "surface": surface, "to_world": [{"scale": 6}],
+                "1": media[0], "2": media[1], "3": media[2]
+            }}));
+            scene["beam"]["radius"] = json!(1e-9);
+            scene["beam"]["to_world"] = json!([{"translate": at}]);
+            let run = run(&scene, 3000, 5);
+            assert_eq!(run.stats.lost, 0, "{surface} {at:?}");
+            let balance = run.balance;
+            let sum = balance.media.mean + balance.escaped.mean + balance.residual.mean;
+            assert!((sum - 1.0).abs() < 1e-9, "{balance:?}");
+            assert!(
+                balance.residual.mean.abs() < 5.0 * balance.residual.error,
+                "{balance:?}"
+            );
+        }
+    }
+}
+
+/// Pictures of labels by three estimators agree with one another, with a ball inside of two labels.
+#[test]
+fn estimators_agree_in_labels() {
+    let scene = |integrator: &str| {
+        json!({
+            "type": "scene",
+            "integrator": {"type": integrator, "max_depth": 12},
+            "light": {"type": "point", "position": [3, 3, 9], "intensity": 30},
+            "camera": {
+                "type": "perspective", "fov": 45,
+                "to_world": [{"lookat": {"origin": [3, -12, 5], "target": [3, 3, 3], "up": [0, 0, 1]}}],
+                "film": {"type": "hdrfilm", "width": 6, "height": 6, "pixel_format": "luminance", "rfilter": {"type": "box"}}
+            },
+            "tissue": {
+                "type": "labels", "data": layers(), "to_world": [{"scale": 6}], "refraction": false,
+                "1": tissue(0.1, 0.3, 0.5, 1.0), "2": tissue(0.02, 0.5, 0.8, 1.0), "3": tissue(0.1, 0.2, 0.0, 1.0)
+            },
+            "drop": {
+                "type": "sphere", "center": [3, 3, 4], "radius": 1.2, "bsdf": {"type": "null"},
+                "interior": tissue(0.5, 1.0, 0.0, 1.0)
+            }
+        })
+    };
+    let images = ["path", "particle", "bdpt"].map(|integrator| image(&scene(integrator), 600));
+    for (i, k) in [(0, 1), (0, 2), (1, 2)] {
+        let pixels = images[i].iter().zip(&images[k]);
+        let zs: Vec<f64> = pixels
+            .map(|(a, b)| z_test::two_sample_z(a[0], a[1], b[0], b[1]))
+            .collect();
+        z_test::max_abs_z(&zs, 1e-3).unwrap_or_else(|e| panic!("{i} and {k}: {e}"));
+    }
 }

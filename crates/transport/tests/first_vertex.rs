@@ -12,7 +12,6 @@ use morgana_transport::bsdf::{Bsdf, Dielectric, Diffuse};
 use morgana_transport::emitter::Emitter;
 use morgana_transport::integrator::{Contribution, Integrator, ParticleTracer, PathTracer};
 use morgana_transport::medium::Medium;
-use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 use morgana_transport::path::{
     Edge, End, FirstVertexTechniques, Sampling, Start, TransportMode, Workspace, trace,
 };
@@ -21,6 +20,7 @@ use morgana_transport::sampling::Sampler;
 use morgana_transport::scene::{Object, Parts, Sides};
 use morgana_transport::sensor::SensorRay;
 use morgana_transport::shape::{Cube, Rectangle, Sphere};
+use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 use morgana_transport::{Scene, Spectrum};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;

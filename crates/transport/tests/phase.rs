@@ -121,7 +121,10 @@ fn closed_forms() {
     // At the forward peak (1 + g)/(4π (1 − g)²), where the definition has cancelled.
     assert!((hg(0.999999, 1.0) * 4.0 * PI * 1e-12 / 1.999999 - 1.0).abs() < 1e-9);
     let vmf = |k: f64| Phase::von_mises_fisher(k).unwrap();
-    assert!((vmf(2.0).pdf(DVec3::ZERO, 0.5) - 2.0 * 1f64.exp() / (4.0 * PI * 2f64.sinh())).abs() < 1e-15);
+    assert!(
+        (vmf(2.0).pdf(DVec3::ZERO, 0.5) - 2.0 * 1f64.exp() / (4.0 * PI * 2f64.sinh())).abs()
+            < 1e-15
+    );
     assert!((vmf(1e-14).pdf(DVec3::ZERO, -1.0) * 4.0 * PI - 1.0).abs() < 1e-12);
     assert!((vmf(1e6).pdf(DVec3::ZERO, 1.0) - 1e6 / (2.0 * PI)).abs() < 1e-6);
     for k in [0.09999, 0.1001] {
@@ -132,7 +135,12 @@ fn closed_forms() {
     for c in [-1.0f64, -0.3, 0.0, 0.8, 1.0] {
         let rayleigh = 3.0 / (16.0 * PI) * (1.0 + c * c);
         assert!((Phase::rayleigh().pdf(DVec3::ZERO, c) / rayleigh - 1.0).abs() < 1e-15);
-        assert!((blend.pdf(DVec3::ZERO, c) / (0.75 * rayleigh + 0.25 * vmf(20.0).pdf(DVec3::ZERO, c)) - 1.0).abs() < 1e-15);
+        assert!(
+            (blend.pdf(DVec3::ZERO, c) / (0.75 * rayleigh + 0.25 * vmf(20.0).pdf(DVec3::ZERO, c))
+                - 1.0)
+                .abs()
+                < 1e-15
+        );
     }
     // A table of two nodes: p ∝ 1 + c, mean cosine 1/3.
     let ramp = Phase::tabulated(vec![-1.0, 1.0], &[0.0, 7.0]).unwrap();

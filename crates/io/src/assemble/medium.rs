@@ -11,9 +11,9 @@ use eikonal::Field;
 use eikonal::field::Constant;
 use transport::Spectrum;
 use transport::medium::Medium;
-use transport::volume::VolumeTexture;
 use transport::phase::Phase;
 use transport::scene::MediumId;
+use transport::volume::VolumeTexture;
 
 const KNOWN: [&str; 3] = ["homogeneous", "heterogeneous", "transparent"];
 

@@ -1,9 +1,13 @@
 //! Phase functions.
 
 use super::context::Context;
-use crate::query::{Query, unknown_plugin};
+use super::texture::texture;
+use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind};
+use std::sync::Arc;
+use transport::Spectrum;
 use transport::phase::{Phase, PhaseError};
+use transport::volume::VolumeTexture;
 
 const KNOWN: [&str; 7] = [
     "isotropic",
@@ -40,7 +44,7 @@ pub(super) fn build(object: &ObjectDescription, context: &mut Context) -> Phase 
     let mut query = Query::new(object, context.diagnostics);
     let phase = match object.plugin.as_str() {
         "isotropic" => Ok(Phase::isotropic()),
-        "hg" => Phase::henyey_greenstein(query.float_or("g", 0.8)),
+        "hg" => return henyey_greenstein(object, context),
         "vmf" => Phase::von_mises_fisher(query.float_in("kappa", 0.0.., None)),
         "rayleigh" => Ok(Phase::rayleigh()),
         "tabphase" => tabulated(&mut query),
@@ -73,6 +77,46 @@ fn accepted(
         .unwrap_or_else(Phase::isotropic)
 }
 
+/// With a mean cosine that may vary in space.
+fn henyey_greenstein(object: &ObjectDescription, context: &mut Context) -> Phase {
+    let mut query = Query::new(object, context.diagnostics);
+    let volume = query.stand_in(PluginKind::Volume, "g");
+    let g = if volume.is_none() {
+        query.float_or("g", 0.8)
+    } else {
+        0.0
+    };
+    query.finish(&[]);
+    let phase = match volume.and_then(|v| varying(v, object, "g", [-1.0, 1.0], context)) {
+        Some(VolumeTexture::Grid(grid)) => Phase::henyey_greenstein_grid(grid),
+        Some(VolumeTexture::Uniform(value)) => Phase::henyey_greenstein(value[0]),
+        None => Phase::henyey_greenstein(g),
+    };
+    accepted(object, phase, context)
+}
+
+/// A number that varies in space; `None` after an error.
+fn varying(
+    volume: &Arc<ObjectDescription>,
+    object: &ObjectDescription,
+    name: &str,
+    allowed: [f64; 2],
+    context: &mut Context,
+) -> Option<VolumeTexture> {
+    let errors = context.diagnostics.error_count();
+    let texture = texture(Input::Object(volume), object, name, allowed, context);
+    if let VolumeTexture::Grid(grid) = &texture
+        && grid.channels() != 1
+    {
+        let message = format!(
+            "'{name}' has one channel, the volume has {}",
+            grid.channels()
+        );
+        context.error_at(&volume.location, message);
+    }
+    (context.diagnostics.error_count() == errors).then_some(texture)
+}
+
 fn tabulated(query: &mut Query) -> Result<Phase, PhaseError> {
     let values = query.string("values");
     match numbers(&values) {
@@ -97,7 +141,11 @@ fn numbers(text: &str) -> Option<Vec<f64>> {
 
 fn blend(object: &ObjectDescription, context: &mut Context) -> Phase {
     let mut query = Query::new(object, context.diagnostics);
-    let weight = query.float_in("weight", 0.0..=1.0, None);
+    let volume = query.stand_in(PluginKind::Volume, "weight");
+    let weight = match volume {
+        Some(_) => 0.0,
+        None => query.float_in("weight", 0.0..=1.0, None),
+    };
     let nested = query.children(PluginKind::Phase);
     query.finish(&[]);
     let [first, second] = nested[..] else {
@@ -109,7 +157,12 @@ fn blend(object: &ObjectDescription, context: &mut Context) -> Phase {
         return Phase::isotropic();
     };
     let phases = [first, second].map(|phase| build(phase, context));
-    accepted(object, Phase::blend(phases, weight), context)
+    let uniform = VolumeTexture::Uniform(Spectrum::splat(weight));
+    let weight = match volume {
+        Some(volume) => varying(volume, object, "weight", [0.0, 1.0], context).unwrap_or(uniform),
+        None => uniform,
+    };
+    accepted(object, Phase::blend_by(phases, weight), context)
 }
 
 /// Weights add up to 1 if they differ from it by no more.

@@ -11,8 +11,8 @@ use crate::diagnostic::difference;
 use eikonal::Shown;
 use eikonal::field::Constant;
 use glam::DVec3;
-use transport::medium::Medium;
 use transport::bsdf::Bsdf;
+use transport::medium::Medium;
 use transport::scene::{AMBIENT, Containment, MediumId, Partition, Sides};
 
 /// Index inside a dielectric that says nothing: Mitsuba's default, BK7 glass.
@@ -36,9 +36,7 @@ pub(super) fn settle(context: &mut Context) {
         if !speaks || divides {
             continue;
         }
-        let exterior = wish
-            .exterior
-            .unwrap_or_else(|| surrounding(i, context));
+        let exterior = wish.exterior.unwrap_or_else(|| surrounding(i, context));
         if wish.exterior.is_none() && exterior != AMBIENT {
             let difference = match wish.interior {
                 Some(_) => Some(difference::EXTERIOR),

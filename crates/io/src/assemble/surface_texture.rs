@@ -12,11 +12,11 @@ use glam::{DAffine2, DMat4};
 use std::sync::Arc;
 use transport::Spectrum;
 use transport::emitter::Slide;
-use transport::volume::VolumeTexture;
 use transport::shape::Mesh;
 use transport::texture::{
     Bitmap, BitmapFilter, Checkerboard, ScaledTexture, Texture, VertexColours, Wrap,
 };
+use transport::volume::VolumeTexture;
 
 const KNOWN: [&str; 5] = [
     "bitmap",

@@ -40,7 +40,11 @@ impl Division<'_> {
     /// The surfaces between all parts that touch; smooth, or along the faces of voxels.
     pub fn surfaces(&self, smooth: bool) -> Vec<PartSurface> {
         let faces = self.faces();
-        let positions = if smooth { self.relaxed(&faces) } else { BTreeMap::new() };
+        let positions = if smooth {
+            self.relaxed(&faces)
+        } else {
+            BTreeMap::new()
+        };
         let place = |corner: u32| match positions.get(&corner) {
             Some(position) => self.in_unit_cube(*position),
             None => self.in_unit_cube(self.corner(corner)),
@@ -63,7 +67,11 @@ impl Division<'_> {
                     for i in 0..reach(0) {
                         let place = [i, j, k];
                         let inside = |p: [usize; 3]| self.parts[p[0] + nx * (p[1] + ny * p[2])];
-                        let above = if place[axis] < [nx, ny, nz][axis] { inside(place) } else { 0 };
+                        let above = if place[axis] < [nx, ny, nz][axis] {
+                            inside(place)
+                        } else {
+                            0
+                        };
                         let mut before = place;
                         let below = match place[axis].checked_sub(1) {
                             Some(lower) => {
@@ -133,16 +141,22 @@ impl Division<'_> {
         }
         let corners: Vec<u32> = neighbours.keys().copied().collect();
         let number = |corner: &u32| corners.partition_point(|c| c < corner);
-        let links: Vec<Vec<usize>> =
-            neighbours.values().map(|all| all.iter().map(number).collect()).collect();
+        let links: Vec<Vec<usize>> = neighbours
+            .values()
+            .map(|all| all.iter().map(number).collect())
+            .collect();
         let homes: Vec<DVec3> = corners.iter().map(|c| self.corner(*c)).collect();
         let mut places = homes.clone();
         for share in SHARES.into_iter().cycle().take(2 * TURNS) {
-            let moved = links.iter().zip(&homes).zip(&places).map(|((links, home), place)| {
-                let sum: DVec3 = links.iter().map(|k| places[*k]).sum();
-                let mean = sum / links.len() as f64;
-                self.held(*home, *place + (mean - *place) * share)
-            });
+            let moved = links
+                .iter()
+                .zip(&homes)
+                .zip(&places)
+                .map(|((links, home), place)| {
+                    let sum: DVec3 = links.iter().map(|k| places[*k]).sum();
+                    let mean = sum / links.len() as f64;
+                    self.held(*home, *place + (mean - *place) * share)
+                });
             places = moved.collect();
         }
         corners.into_iter().zip(places).collect()
@@ -219,7 +233,10 @@ mod tests {
     #[test]
     fn faces_enclose_as_many_voxels_as_there_are() {
         let parts = halves(12, 4.6);
-        let division = Division { size: [12; 3], parts: &parts };
+        let division = Division {
+            size: [12; 3],
+            parts: &parts,
+        };
         let surfaces = division.surfaces(false);
         let pairs: Vec<_> = surfaces.iter().map(|s| s.parts).collect();
         assert_eq!(pairs, [[1, 0], [2, 0], [2, 1]]);
@@ -236,7 +253,10 @@ mod tests {
     fn smooth_surfaces_are_round_and_without_gaps() {
         let (n, radius) = (26, 10.0);
         let parts: Vec<u8> = halves(n, radius);
-        let division = Division { size: [n; 3], parts: &parts };
+        let division = Division {
+            size: [n; 3],
+            parts: &parts,
+        };
         let surfaces = |smooth| -> [f64; 4] {
             let surfaces = division.surfaces(smooth);
             let [one, two, between] = [0, 1, 2].map(|i| volume(&surfaces[i].mesh));
@@ -245,7 +265,10 @@ mod tests {
         let [[a, b, _, rough], [one, two, between, smooth]] = [false, true].map(surfaces);
         let change = (one + two) / (a + b) - 1.0;
         assert!(change.abs() < 0.005, "{change}");
-        assert!(((one - between) - (two + between)).abs() < 1e-12, "{one} {two} {between}");
+        assert!(
+            ((one - between) - (two + between)).abs() < 1e-12,
+            "{one} {two} {between}"
+        );
         assert!(smooth < 0.14 && rough > 0.8, "{smooth} {rough}");
     }
 

@@ -117,7 +117,7 @@ impl<'a> Query<'a, '_> {
     }
 
     /// The child of a kind that stands in the place of a parameter. Mitsuba's textures may be written as spectra.
-    pub(super) fn stand_in(
+    pub(crate) fn stand_in(
         &mut self,
         kind: PluginKind,
         name: &str,

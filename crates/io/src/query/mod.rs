@@ -77,7 +77,8 @@ impl<'a, 'd> Query<'a, 'd> {
 
     /// Reports an error at a place.
     pub(crate) fn error_at(&mut self, location: &Location, message: impl Into<String>) {
-        self.diagnostics.push(Diagnostic::error(message).at(location));
+        self.diagnostics
+            .push(Diagnostic::error(message).at(location));
     }
 
     /// Reports a warning at the value of a parameter, or at the object if it has none by that name.

@@ -56,7 +56,7 @@ pub(super) const PHASES: &[Plugin] = &[
         "hg",
         "Henyey–Greenstein.",
         &[&[float("g", "0.8", "mean cosine, between -1 and 1")]],
-        &[],
+        &[role(Volume, "g", "A mean cosine that varies in space.")],
     ),
     plugin(
         "vmf",
@@ -74,7 +74,10 @@ pub(super) const PHASES: &[Plugin] = &[
         "blendphase",
         "A mixture of two phase functions.",
         &[&[float("weight", "required", "of the second, 0 to 1")]],
-        &[many(Phase, "The two.")],
+        &[
+            many(Phase, "The two."),
+            role(Volume, "weight", "A weight that varies in space."),
+        ],
     ),
     plugin(
         "mixturephase",

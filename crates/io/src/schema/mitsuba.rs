@@ -24,7 +24,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
     (PluginKind::Phase, &["mixturephase", "vmf"]),
     (PluginKind::Sampler, &["halton", "hammersley", "sobol"]),
     (PluginKind::Sensor, &["fluencemeter", "telecentric"]),
-    (PluginKind::Shape, &["gltf", "hair", "mesh"]),
+    (PluginKind::Shape, &["gltf", "hair", "labels", "mesh"]),
     (PluginKind::Texture, &["scale"]),
     (
         PluginKind::Volume,

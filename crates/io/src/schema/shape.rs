@@ -91,21 +91,56 @@ const CHILDREN: &[Slot] = &[
 ];
 
 const LABELS: &[Parameter] = &[
-    text("filename", "", "a volume file of labels, whole numbers ≥ 0; this or data"),
+    text(
+        "filename",
+        "",
+        "a volume file of labels, whole numbers ≥ 0; this or data",
+    ),
     tensor("data", "", "the labels, (z, y, x)"),
     text("dataset", "", "which of the file's arrays"),
-    text("axis_order", "", "which axis of an array runs along which axis of space"),
-    word("placement", &["centers", "nodes"], "labels are those of voxels: centers"),
-    boolean("use_grid_bbox", "false", "whether the box of a .vol file takes the place of the unit cube"),
+    text(
+        "axis_order",
+        "",
+        "which axis of an array runs along which axis of space",
+    ),
+    word(
+        "placement",
+        &["centers", "nodes"],
+        "labels are those of voxels: centers",
+    ),
+    boolean(
+        "use_grid_bbox",
+        "false",
+        "whether the box of a .vol file takes the place of the unit cube",
+    ),
     TO_WORLD,
-    word("surface", &["voxels", "smooth"], "where labels of different index meet: at the faces of voxels, or smoothed"),
-    boolean("refraction", "true", "whether light is refracted and reflected where the index jumps"),
-    tensor("properties", "", "mu_a, mu_s, g, n of labels 0, 1, ...: (labels, 4); in place of media"),
+    word(
+        "surface",
+        &["voxels", "smooth"],
+        "where labels of different index meet: at the faces of voxels, or smoothed",
+    ),
+    boolean(
+        "refraction",
+        "true",
+        "whether light is refracted and reflected where the index jumps",
+    ),
+    tensor(
+        "properties",
+        "",
+        "mu_a, mu_s, g, n of labels 0, 1, ...: (labels, 4); in place of media",
+    ),
 ];
 
 const LABEL_CHILDREN: &[Slot] = &[
-    many(Medium, "The media, named by their labels: \"1\", or \"2, 5-7\"."),
-    role(Medium, "exterior", "The medium outside and of label 0; that around if it is not given."),
+    many(
+        Medium,
+        "The media, named by their labels: \"1\", or \"2, 5-7\".",
+    ),
+    role(
+        Medium,
+        "exterior",
+        "The medium outside and of label 0; that around if it is not given.",
+    ),
 ];
 
 const SPHERE: &[Parameter] = &[

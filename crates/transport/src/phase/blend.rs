@@ -39,7 +39,10 @@ impl BlendPhase {
         };
         // Rounding may make it 1.
         let (angle, pdf) = chosen.angle(x, u.min(1.0f64.next_down()));
-        (angle, share * pdf + (1.0 - share) * other.pdf(x, angle.cos()))
+        (
+            angle,
+            share * pdf + (1.0 - share) * other.pdf(x, angle.cos()),
+        )
     }
 
     /// Mean of the cosine at `x`.

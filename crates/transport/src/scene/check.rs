@@ -1,8 +1,8 @@
 //! What can be wrong with a scene whose parts are each valid.
 
 use super::Scene;
-use super::parts::{AMBIENT, Object, Sides};
 use super::partition::Partition;
+use super::parts::{AMBIENT, Object, Sides};
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
 use crate::sampling::Sampler;

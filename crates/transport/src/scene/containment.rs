@@ -1,8 +1,8 @@
 //! Which medium a point is in.
 
 use super::Scene;
-use super::parts::{AMBIENT, MediumId, Object};
 use super::partition::Partition;
+use super::parts::{AMBIENT, MediumId, Object};
 use crate::sensor::Sensor;
 use eikonal::Aabb;
 use eikonal::connect::World;
@@ -83,11 +83,15 @@ impl Containment<'_> {
             holds.then(|| (medium, o.shape.aabb()))
         });
         let divided = self.partitions.iter().filter_map(|p| {
-            let medium = p.medium_at(self.objects, x).filter(|_| counts(p.objects.start))?;
+            let medium = p
+                .medium_at(self.objects, x)
+                .filter(|_| counts(p.objects.start))?;
             Some((medium, p.aabb(self.objects)))
         });
         let size = |(_, aabb): &(MediumId, Aabb)| aabb.diagonal();
-        let innermost = bodies.chain(divided).min_by(|a, b| size(a).total_cmp(&size(b)));
+        let innermost = bodies
+            .chain(divided)
+            .min_by(|a, b| size(a).total_cmp(&size(b)));
         innermost.map_or(AMBIENT, |(medium, _)| medium)
     }
 }
@@ -95,7 +99,10 @@ impl Containment<'_> {
 /// Whether each object is closed or divides a volume, separates media, and comes near another one that does; the surfaces of a
 /// partition are no others to each other.
 pub(super) fn overlapping(
-    Containment { objects, partitions }: Containment,
+    Containment {
+        objects,
+        partitions,
+    }: Containment,
     margin: f64,
 ) -> Vec<bool> {
     let partition = |i: usize| partitions.iter().position(|p| p.objects.contains(&i));
@@ -107,7 +114,8 @@ pub(super) fn overlapping(
         let (a, b) = (objects[i].shape.aabb(), objects[k].shape.aabb());
         a.grown(margin).overlaps(&b)
     };
-    let apart = |i: usize, k: usize| i != k && (partition(i).is_none() || partition(i) != partition(k));
+    let apart =
+        |i: usize, k: usize| i != k && (partition(i).is_none() || partition(i) != partition(k));
     (0..objects.len())
         .map(|i| matters(i) && (0..objects.len()).any(|k| apart(i, k) && matters(k) && near(i, k)))
         .collect()

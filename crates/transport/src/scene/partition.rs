@@ -49,8 +49,15 @@ impl Partition {
             match mesh.first_crossing(x, d) {
                 FirstCrossing::Unclear => return Err(Unclear),
                 FirstCrossing::Nothing => {}
-                FirstCrossing::Triangle { distance, from_front } => {
-                    let medium = if from_front { sides.exterior } else { sides.interior };
+                FirstCrossing::Triangle {
+                    distance,
+                    from_front,
+                } => {
+                    let medium = if from_front {
+                        sides.exterior
+                    } else {
+                        sides.interior
+                    };
                     if distance < first.0 {
                         first = (distance, Some(medium));
                     }

@@ -12,8 +12,8 @@ pub use scaled::ScaledTexture;
 pub use vertices::VertexColours;
 
 use crate::Spectrum;
-use crate::volume::VolumeTexture;
 use crate::shape::Site;
+use crate::volume::VolumeTexture;
 use glam::DVec2;
 use std::sync::Arc;
 

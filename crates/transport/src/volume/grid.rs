@@ -190,15 +190,24 @@ impl VolumeGrid {
         let (size, to_world) = (labels.size(), labels.to_world());
         let last = values[values.len() - 1];
         let of = |label: usize| values.get(label).copied().unwrap_or(last);
-        let table = (0..=usize::from(u8::MAX)).flat_map(|label| of(label).0.into_iter().take(channels));
+        let table =
+            (0..=usize::from(u8::MAX)).flat_map(|label| of(label).0.into_iter().take(channels));
         let table: Vec<f64> = table.collect();
-        let used = labels.labels().iter().fold([false; 256], |mut used, &label| {
-            used[usize::from(label)] = true;
-            used
-        });
+        let used = labels
+            .labels()
+            .iter()
+            .fold([false; 256], |mut used, &label| {
+                used[usize::from(label)] = true;
+                used
+            });
         let used = (0..256).filter(|label| used[*label]);
-        let values = || used.clone().flat_map(|label| &table[channels * label..channels * (label + 1)]);
-        let range = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
+        let values = || {
+            used.clone()
+                .flat_map(|label| &table[channels * label..channels * (label + 1)])
+        };
+        let range = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| {
+            (a.min(v), b.max(v))
+        });
         Ok(VolumeGrid {
             size,
             channels,
@@ -207,7 +216,10 @@ impl VolumeGrid {
             voxel: voxel(size, to_world),
             range,
             filter: GridFilter::Nearest,
-            values: Values::ByLabel { labels, values: table },
+            values: Values::ByLabel {
+                labels,
+                values: table,
+            },
         })
     }
 

@@ -20,11 +20,7 @@ impl LabelGrid {
     /// # Errors
     ///
     /// A size of zero or another number of labels, a map that cannot be inverted.
-    pub fn new(
-        size: [usize; 3],
-        labels: Vec<u8>,
-        to_world: DAffine3,
-    ) -> Result<Self, GridError> {
+    pub fn new(size: [usize; 3], labels: Vec<u8>, to_world: DAffine3) -> Result<Self, GridError> {
         let [x, y, z] = size;
         if size.contains(&0) {
             return Err(GridError::Empty(x, y, z));

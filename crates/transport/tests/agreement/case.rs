@@ -12,11 +12,11 @@ use morgana_transport::bsdf::{Bsdf, Diffuse};
 use morgana_transport::emitter::{BeamProfile, Collimated, Emitter, Environment, Spot};
 use morgana_transport::film::Filter;
 use morgana_transport::medium::Medium;
-use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 use morgana_transport::phase::Phase;
 use morgana_transport::scene::{FilmSpec, Object, Parts};
 use morgana_transport::sensor::{Orthographic, Perspective, Sensor, ThinLens};
 use morgana_transport::shape::{Rectangle, Sphere};
+use morgana_transport::volume::{GridFilter, GridSamples, VolumeGrid, VolumeTexture};
 use morgana_transport::{Orientation, Spectrum};
 use std::f64::consts::TAU;
 

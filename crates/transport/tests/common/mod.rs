@@ -9,13 +9,13 @@ use morgana_transport::emitter::{Emitter, Environment};
 use morgana_transport::film::Filter;
 use morgana_transport::integrator::{Integrator, PathTracer};
 use morgana_transport::medium::Medium;
-use morgana_transport::volume::VolumeTexture;
 use morgana_transport::phase::Phase;
 use morgana_transport::render::{Handle, RenderOptions, Rendering, State, render};
 use morgana_transport::renderer::Renderer;
 use morgana_transport::scene::{FilmSpec, Object, Parts, Sides};
 use morgana_transport::sensor::{Perspective, Sensor};
 use morgana_transport::shape::Shape;
+use morgana_transport::volume::VolumeTexture;
 use morgana_transport::{Scene, Spectrum};
 use std::ops::ControlFlow;
 

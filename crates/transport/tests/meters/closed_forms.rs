@@ -6,10 +6,10 @@ use glam::DVec3;
 use morgana_transport::Bins;
 use morgana_transport::Spectrum;
 use morgana_transport::bsdf::Bsdf;
-use morgana_transport::volume::VolumeTexture;
 use morgana_transport::meter::{Coordinates, Estimator, Meter};
 use morgana_transport::scene::Parts;
 use morgana_transport::shape::{Cube, Sphere};
+use morgana_transport::volume::VolumeTexture;
 use std::f64::consts::PI;
 use testkit::z_test::max_abs_z;
 

@@ -17,11 +17,11 @@ use transport::Scene;
 use transport::emitter::Emitter;
 use transport::integrator::{Integrator, RequiredConnection};
 use transport::medium::Medium;
-use transport::volume::VolumeTexture;
 use transport::meter::Tally;
 use transport::render::memory;
 use transport::scene::MediumId;
 use transport::sensor::Sensor;
+use transport::volume::VolumeTexture;
 
 /// Describes a scene.
 pub fn info(args: &InfoArgs) -> Result<ExitCode, CommandError> {

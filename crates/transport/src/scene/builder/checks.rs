@@ -4,8 +4,8 @@ use super::error::{BuildError, BuildProblem};
 use crate::Spectrum;
 use crate::emitter::{Emitter, Surroundings};
 use crate::medium::Medium;
-use crate::volume::VolumeTexture;
 use crate::scene::FilmSpec;
+use crate::volume::VolumeTexture;
 use glam::DVec3;
 
 /// Most pixels along a side of a film.

@@ -1,7 +1,7 @@
 //! Whether a point lies inside a closed mesh.
 
-use super::{Mesh, cross};
 use super::intersect::Line;
+use super::{Mesh, cross};
 use crate::shape::sweep::Sweep;
 use glam::DVec3;
 

@@ -52,11 +52,16 @@ impl Groups {
         for run in labels.chunk_by(|a, b| a == b) {
             *counts.entry(run[0]).or_default() += run.len();
         }
-        let absent = table.meanings.keys().filter(|label| !counts.contains_key(label));
+        let absent = table
+            .meanings
+            .keys()
+            .filter(|label| !counts.contains_key(label));
         let absent: Vec<String> = absent.map(u32::to_string).collect();
         if !absent.is_empty() && table.outer_index.is_none() {
             let message = format!("no voxel has label {}", absent.join(", "));
-            context.diagnostics.push(Diagnostic::warning(message).at(&object.location));
+            context
+                .diagnostics
+                .push(Diagnostic::warning(message).at(&object.location));
         }
         let mut groups: Vec<Group> = Vec::new();
         let mut places: BTreeMap<u32, Place> = BTreeMap::new();
@@ -64,7 +69,8 @@ impl Groups {
         for (label, count) in counts {
             let Some(meaning) = table.meanings.get(&label) else {
                 if label != 0 {
-                    let message = format!("{count} voxels have label {label}, for which there is no medium");
+                    let message =
+                        format!("{count} voxels have label {label}, for which there is no medium");
                     context.error_at(&object.location, message);
                     right = false;
                 }
@@ -84,7 +90,8 @@ impl Groups {
             context.error_at(&object.location, "no voxel has a label with a medium");
             right = false;
         } else if groups.len() > MOST || groups.iter().any(|g| g.members.len() > MOST) {
-            let message = format!("there are more than {MOST} indices, or labels of the same index");
+            let message =
+                format!("there are more than {MOST} indices, or labels of the same index");
             context.error_at(&object.location, message);
             right = false;
         }
@@ -107,7 +114,9 @@ fn join(groups: &mut Vec<Group>, label: u32, medium: LabelMedium) -> Option<Plac
     let alike = |g: &Group| g.members[0].1.index == medium.index;
     let group = groups.iter().position(alike).unwrap_or(groups.len());
     if group == groups.len() {
-        groups.push(Group { members: Vec::new() });
+        groups.push(Group {
+            members: Vec::new(),
+        });
     }
     let members = &mut groups[group].members;
     members.push((label, medium));
@@ -132,17 +141,25 @@ impl Group {
         to_world: DAffine3,
     ) -> Result<Medium, GridError> {
         let first = &self.members[0].1.medium;
-        let listed: Vec<String> = self.members.iter().map(|(label, _)| label.to_string()).collect();
+        let listed: Vec<String> = self
+            .members
+            .iter()
+            .map(|(label, _)| label.to_string())
+            .collect();
         let name = match &listed[..] {
             [label] => format!("{name}: label {label}"),
             labels => format!("{name}: labels {}", labels.join(", ")),
         };
         if self.members.len() == 1 {
-            return Ok(Medium { name, ..first.clone() });
+            return Ok(Medium {
+                name,
+                ..first.clone()
+            });
         }
         let labels = Arc::new(LabelGrid::new(groups.size, groups.filled(part), to_world)?);
         let of = |value: fn(&Medium) -> Spectrum| -> Result<VolumeTexture, GridError> {
-            let values: Vec<Spectrum> = self.members.iter().map(|(_, m)| value(&m.medium)).collect();
+            let values: Vec<Spectrum> =
+                self.members.iter().map(|(_, m)| value(&m.medium)).collect();
             if values.iter().all(|v| *v == values[0]) {
                 return Ok(VolumeTexture::Uniform(values[0]));
             }
@@ -198,7 +215,9 @@ impl Groups {
         };
         let member = |i: usize| match own(i) {
             true => self.members[i],
-            false => neighbours(i).find(|k| own(*k)).map_or(0, |k| self.members[k]),
+            false => neighbours(i)
+                .find(|k| own(*k))
+                .map_or(0, |k| self.members[k]),
         };
         (0..self.parts.len()).map(member).collect()
     }

@@ -4,9 +4,9 @@ mod groups;
 mod table;
 
 use super::super::context::{Context, Divided};
+use super::super::medium;
 use super::super::texture::{SOURCE, Source, read};
 use super::super::wish::Wish;
-use super::super::medium;
 use crate::mesh::label_surfaces::{Division, PartSurface};
 use crate::query::Query;
 use crate::scene::{ObjectDescription, PluginKind};
@@ -71,7 +71,10 @@ fn whole(
         return None;
     }
     if volume.channels() != 1 {
-        let message = format!("labels have one channel, the volume has {}", volume.channels());
+        let message = format!(
+            "labels have one channel, the volume has {}",
+            volume.channels()
+        );
         context.error_at(location, message);
         return None;
     }
@@ -130,13 +133,24 @@ fn divide(
         let Some((mesh, turned)) = context.accept(&object.location, made) else {
             return;
         };
-        sides.push(if turned { [before, behind] } else { [behind, before] });
+        sides.push(if turned {
+            [before, behind]
+        } else {
+            [behind, before]
+        });
         let bsdf = if wanted.refraction {
             Bsdf::Dielectric(dielectric.clone())
         } else {
             Bsdf::Null
         };
-        super::push(object, Shape::from(mesh), bsdf, None, Wish::default(), context);
+        super::push(
+            object,
+            Shape::from(mesh),
+            bsdf,
+            None,
+            Wish::default(),
+            context,
+        );
     }
     context.divided.push(Divided {
         objects: first..context.objects.len(),

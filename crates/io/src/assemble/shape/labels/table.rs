@@ -61,7 +61,12 @@ impl Table {
             Some(tensor) => {
                 let rows = tensor?.rows();
                 let rows: Vec<[f64; 4]> = rows
-                    .map_err(|e| q.error("properties", format!("a row for each label, mu_a, mu_s, g, n: {e}")))
+                    .map_err(|e| {
+                        q.error(
+                            "properties",
+                            format!("a row for each label, mu_a, mu_s, g, n: {e}"),
+                        )
+                    })
                     .ok()?;
                 Some(Table::of_rows(&rows))
             }
@@ -164,7 +169,8 @@ fn described_medium(
     }
     let child = |kind: PluginKind, name: Option<&str>| {
         let mut children = described.children.iter();
-        let found = children.find(|c| c.object.kind == kind && (name.is_none() || c.name.as_deref() == name));
+        let found = children
+            .find(|c| c.object.kind == kind && (name.is_none() || c.name.as_deref() == name));
         found.map(|c| Sameness::Object(c.object.number))
     };
     let index = match child(PluginKind::Volume, Some("ior")) {
@@ -205,7 +211,12 @@ fn of_row(label: u32, [mu_a, mu_s, g, n]: [f64; 4]) -> Result<LabelMedium, RowEr
     let g = if mu_s == 0.0 { 0.0 } else { g };
     let phase = Phase::henyey_greenstein(g).map_err(|e| RowError::Phase(label, e))?;
     let name = format!("label {label}");
-    let medium = Medium::homogeneous(name, Constant::new(n), Spectrum::splat(total), Spectrum::splat(albedo));
+    let medium = Medium::homogeneous(
+        name,
+        Constant::new(n),
+        Spectrum::splat(total),
+        Spectrum::splat(albedo),
+    );
     Ok(LabelMedium {
         medium: medium.with_phase(phase),
         is_open: false,
