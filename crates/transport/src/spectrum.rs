@@ -61,6 +61,11 @@ impl Spectrum {
         self.0.iter().all(|&v| v == 0.0)
     }
 
+    /// Whether more than one channel is positive.
+    pub(crate) fn is_several(self) -> bool {
+        self.0.iter().filter(|v| **v > 0.0).count() > 1
+    }
+
     /// Whether every channel is finite.
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|v| v.is_finite())

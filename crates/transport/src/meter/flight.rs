@@ -87,6 +87,9 @@ impl Flight<'_> {
     /// Expected power at θ, given that the particle gets there without a collision. With one channel it
     /// is the same all along the arc.
     pub(crate) fn power_at(&self, theta: f64) -> Spectrum {
+        if !self.power_varies() {
+            return self.power * self.span.weight_before;
+        }
         let depth = self.span.depth_before + self.span.attenuation.depth(&self.span.arc, theta);
         self.power * self.span.weight_before * share(self.channel_pdf, depth)
     }
@@ -101,8 +104,7 @@ impl Flight<'_> {
 
     /// Whether its power varies along the arc.
     fn power_varies(&self) -> bool {
-        let several = self.channel_pdf.0.iter().filter(|p| **p > 0.0).count() > 1;
-        several && !self.scene.medium(self.span.medium).is_transparent()
+        self.channel_pdf.is_several() && !self.scene.medium(self.span.medium).is_transparent()
     }
 
     /// Absorption coefficient at θ.

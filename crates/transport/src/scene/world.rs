@@ -65,8 +65,18 @@ impl Scene {
 
     /// The first surface that an arc meets, given one that it does not.
     pub(crate) fn first_beyond(&self, arc: &Arc, left: Option<usize>) -> Option<(usize, Meeting)> {
+        self.first_before(arc, 1.0, left)
+    }
+
+    /// The same up to θ = `end`.
+    pub(crate) fn first_before(
+        &self,
+        arc: &Arc,
+        end: f64,
+        left: Option<usize>,
+    ) -> Option<(usize, Meeting)> {
         let all = &self.all;
-        first_of(all, arc, [0.0, 1.0], [all.place(left), None])
+        first_of(all, arc, [0.0, end], [all.place(left), None])
     }
 
     /// The first boundary between media that an arc passes on its deterministic way, given one that it does not.

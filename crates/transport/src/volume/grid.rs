@@ -339,6 +339,21 @@ impl VolumeGrid {
         self.size.map(|n| [first, n as i32 - 1])
     }
 
+    /// Whether values are constant in each cell.
+    pub(super) fn is_flat(&self) -> bool {
+        self.filter == GridFilter::Nearest
+    }
+
+    /// The value in a cell of a flat grid.
+    #[inline]
+    pub(super) fn flat<const N: usize>(&self, cell: Cell) -> [f64; N] {
+        let [x, y, z]: [usize; 3] = std::array::from_fn(|axis| {
+            let last = self.size[axis] as i32 - 1;
+            cell[axis].clamp(0, last) as usize
+        });
+        self.sample(x + self.size[0] * (y + self.size[1] * z))
+    }
+
     /// The samples at the corners of a cell, x fastest: between them values are trilinear.
     #[inline]
     pub(super) fn corners<const N: usize>(&self, cell: Cell) -> [[f64; N]; 8] {

@@ -108,6 +108,9 @@ impl<'a> Section<'a> {
         target: f64,
         mut passed: impl FnMut(f64, [f64; N]),
     ) -> (Option<f64>, [f64; N]) {
+        if self.grid.is_flat() {
+            return self.march_flat(range, channel, target, passed);
+        }
         let mut sum = [0.0; N];
         let range = [range[0].max(self.part[0]), range[1].min(self.part[1])];
         for (cell, range) in Cells::new(self.grid, [self.start, self.step], range) {
@@ -123,6 +126,34 @@ impl<'a> Section<'a> {
             }
             sum = added;
             passed(range[1], sum);
+        }
+        (None, sum)
+    }
+}
+
+impl Section<'_> {
+    /// The same where values are constant in each cell.
+    #[inline]
+    fn march_flat<const N: usize>(
+        &self,
+        range: [f64; 2],
+        channel: usize,
+        target: f64,
+        mut passed: impl FnMut(f64, [f64; N]),
+    ) -> (Option<f64>, [f64; N]) {
+        let mut sum = [0.0; N];
+        let range = [range[0].max(self.part[0]), range[1].min(self.part[1])];
+        for (cell, [from, to]) in Cells::new(self.grid, [self.start, self.step], range) {
+            let rate = self.grid.flat::<N>(cell).map(|value| value * self.factor);
+            let up_to = |theta: f64| std::array::from_fn(|c| sum[c] + rate[c] * (theta - from));
+            let after: [f64; N] = up_to(to);
+            if after[channel] >= target {
+                let theta = from + (target - sum[channel]) / rate[channel];
+                let theta = theta.clamp(from, to);
+                return (Some(theta), up_to(theta));
+            }
+            sum = after;
+            passed(to, sum);
         }
         (None, sum)
     }

@@ -90,7 +90,7 @@ impl<'a> RandomWalk<'a> {
         // Sample the next edge by p(s) of eq. (distance density).
         let mut edge = trace(self.scene, ray.start, self.sampling(), sampler, ws);
         edge.connectable &= !ray.specular;
-        if O::ALONG_SPANS {
+        if O::ALONG_SPANS && self.channel_pdf.is_several() {
             edge.tabulate();
         }
         let event = WalkEvent {

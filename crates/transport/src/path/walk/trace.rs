@@ -192,7 +192,9 @@ impl<'a, 'b> Walk<'a, 'b> {
             }
             let met = self.scene.first_beyond(&step.arc, None);
             let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
-            self.record(step.arc, met, |theta| {
+            let attenuation =
+                Attenuation::new(self.scene.medium(self.ray.medium), &step.arc, theta_end);
+            self.record(step.arc, attenuation, met, |theta| {
                 let (_, v, tangents) = step.at(theta);
                 (v, RayDifferentials::Bent(tangents))
             });
@@ -227,8 +229,14 @@ impl<'a, 'b> Walk<'a, 'b> {
             return self.die(true);
         }
         let at = |theta: f64| (v, start.drifted(theta * h));
-        let met = self.scene.first_beyond(&arc, self.ray.left);
-        self.record(arc, met, at);
+        let attenuation = Attenuation::new(self.scene.medium(self.ray.medium), &arc, 1.0);
+        // Where it collides first, nobody asks for the surface beyond.
+        let end = match self.ends_at_collision() {
+            true => self.collision(&attenuation, &arc, 1.0).0.unwrap_or(1.0),
+            false => 1.0,
+        };
+        let met = self.scene.first_before(&arc, end, self.ray.left);
+        self.record(arc, attenuation, met, at);
         if self.events.collided && !self.sampling.extend {
             return ControlFlow::Break(());
         }
@@ -239,23 +247,38 @@ impl<'a, 'b> Walk<'a, 'b> {
         }
     }
 
+    /// Whether the edge ends where it collides.
+    fn ends_at_collision(&self) -> bool {
+        self.sampling.collides && !self.sampling.extend
+    }
+
+    /// Where on an arc the collision lies that was drawn, if it does before `theta_end`, and the depth up to there, or up to the end.
+    fn collision(
+        &self,
+        attenuation: &Attenuation,
+        arc: &Arc,
+        theta_end: f64,
+    ) -> (Option<f64>, Spectrum) {
+        let (channel, target) = self.target;
+        let left = target - self.travelled.depth[channel];
+        attenuation.reach(arc, theta_end, channel, left)
+    }
+
     /// Adds one arc, and the collision if it happens there. `at` is the velocity and the differentials at θ.
     fn record(
         &mut self,
         arc: Arc,
+        attenuation: Attenuation<'a>,
         met: Option<(usize, Meeting)>,
         at: impl Fn(f64) -> (DVec3, RayDifferentials),
     ) {
         let theta_end = met.map_or(1.0, |(_, meeting)| meeting.theta);
         // Add the arc: its length, and its depth up to the collision if that is on it.
-        let attenuation = Attenuation::new(self.scene.medium(self.ray.medium), &arc, theta_end);
         let (length_before, depth_before) = (self.travelled.length, self.travelled.depth);
         let length = arc.arc_length(theta_end);
         self.travelled.length += length;
         if !self.events.collided {
-            let (channel, target) = self.target;
-            let left = target - depth_before[channel];
-            let (theta, depth) = attenuation.reach(&arc, theta_end, channel, left);
+            let (theta, depth) = self.collision(&attenuation, &arc, theta_end);
             self.travelled.depth += depth;
             self.edge.geometry.depth = self.travelled.depth;
             self.edge.length = self.travelled.length;
