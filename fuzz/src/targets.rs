@@ -3,7 +3,7 @@
 use io::image::{ImageLayers, Layer, RgbImage, exr, hdr, pfm, png};
 use io::mesh::{gltf, hair, obj, ply, serialized};
 use io::part::{Body, Header, Part};
-use io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
+use io::volume::{AxisOrder, Options, hdf5, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk};
 use io::{Diagnostics, Limits, LoadOptions, Loaded, ies, json, xml};
 use std::ops::ControlFlow;
 use transport::meter::Meter;
@@ -90,6 +90,10 @@ pub const TARGETS: &[Target] = &[
     target("vdb", &["vdb"], |b| {
         drop(vdb::parse::<f32>(b, any()));
         drop(vdb::parse::<f64>(b, any().of("density")));
+    }),
+    target("nifti", &["nii", "gz"], |b| {
+        drop(nifti::parse::<f32>(b, any()));
+        drop(nifti::parse::<f64>(b, any()));
     }),
     target("ply", &["ply"], |b| drop(ply::parse(b, LIMITS))),
     target("obj", &["obj"], |b| drop(obj::parse(b, LIMITS))),

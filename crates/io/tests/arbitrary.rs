@@ -2,7 +2,9 @@
 
 mod common;
 
-use morgana_io::volume::{AxisOrder, Options, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk};
+use morgana_io::volume::{
+    AxisOrder, Options, hdf5, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk,
+};
 use morgana_io::{Diagnostics, FileRegistry, Limits, PluginKind, Query, ies, mesh, xml};
 use proptest::prelude::*;
 
@@ -470,6 +472,17 @@ proptest! {
         let mut bytes = made("single.vdb");
         head.into_iter().for_each(|(at, byte)| bytes[at] = byte);
         let _ = vdb::parse::<f32>(&bytes, Options::default());
+    }
+
+    #[test]
+    fn nifti_of_damaged_files(
+        plain in damaged(made("labels.nii")),
+        compressed in damaged(made("labels.nii.gz")),
+        second in damaged(made("second.nii")),
+    ) {
+        for bytes in [plain, compressed, second] {
+            let _ = nifti::parse::<f32>(&bytes, Options::default());
+        }
     }
 
     #[test]

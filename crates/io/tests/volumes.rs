@@ -401,7 +401,7 @@ fn a_missing_file_is_named() {
     assert_eq!(
         error,
         "a.png: not supported: volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk, \
-         and .vdb to read"
+         and .vdb, .nii and .nii.gz to read"
     );
 }
 

@@ -11,7 +11,7 @@ use flate2::Compression;
 use flate2::read::{ZlibDecoder, ZlibEncoder};
 use morgana_io::Limits;
 use morgana_io::volume::{
-    AxisOrder, Format, Options, Volume, hdf5, mat, npy, npz, nrrd, vdb, vol, vti, vtk, write,
+    AxisOrder, Format, Options, Volume, hdf5, mat, nifti, npy, npz, nrrd, vdb, vol, vti, vtk, write,
 };
 use peak_alloc::PeakAlloc;
 
@@ -92,6 +92,7 @@ fn parse(name: &str, bytes: &[u8]) {
         "nrrd" => nrrd::parse(bytes, ANY).ok(),
         "vti" => vti::parse(bytes, ANY).ok(),
         "vdb" => vdb::parse(bytes, ANY).ok(),
+        "nii" | "gz" => nifti::parse(bytes, ANY).ok(),
         _ => vtk::parse(bytes, ANY).ok(),
     };
 }
@@ -122,6 +123,8 @@ fn damaged_files() {
         "ascii.vtk",
         "cells.vtk",
         "single.vdb",
+        "labels.nii",
+        "labels.nii.gz",
     ] {
         let file = made(name);
         for _ in 0..1000 {

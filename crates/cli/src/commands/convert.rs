@@ -79,7 +79,7 @@ fn check(args: &ConvertArgs) -> Result<(), CommandError> {
     let known = |path| Format::of(path).ok_or_else(|| wrong(path, &Format::unknown()));
     known(&args.input)?;
     let target = known(&args.output)?;
-    if target == Format::Vdb {
+    if target.is_read_only() {
         return Err(wrong(&args.output, &Format::unknown()));
     }
     match args.kind {

@@ -25,11 +25,17 @@ pub enum Format {
     Vtk,
     /// OpenVDB; read only.
     Vdb,
+    /// NIfTI, perhaps compressed; read only.
+    Nifti,
 }
 
 impl Format {
     /// By a file's extension.
     pub fn of(path: &Path) -> Option<Format> {
+        let name = path.file_name()?.to_str()?.to_ascii_lowercase();
+        if name.ends_with(".nii.gz") {
+            return Some(Format::Nifti);
+        }
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         Some(match extension.as_str() {
             "vol" => Format::Vol,
@@ -41,14 +47,15 @@ impl Format {
             "vti" => Format::Vti,
             "vtk" => Format::Vtk,
             "vdb" => Format::Vdb,
+            "nii" => Format::Nifti,
             _ => return None,
         })
     }
 
     /// What is wrong with a file of another extension.
     pub fn unknown() -> Problem {
-        let message = "volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk, and .vdb \
-                       to read";
+        let message = "volumes are .vol, .npy, .npz, .h5, .hdf5, .mat, .nrrd, .nhdr, .vti and .vtk, and .vdb, \
+                       .nii and .nii.gz to read";
         Problem::Unsupported(message.into())
     }
 
@@ -59,7 +66,15 @@ impl Format {
 
     /// Whether the format itself says which axis is which.
     pub(crate) fn has_axis_order(self) -> bool {
-        matches!(self, Format::Vol | Format::Vti | Format::Vtk | Format::Vdb)
+        matches!(
+            self,
+            Format::Vol | Format::Vti | Format::Vtk | Format::Vdb | Format::Nifti
+        )
+    }
+
+    /// Whether it is only read.
+    pub fn is_read_only(self) -> bool {
+        matches!(self, Format::Vdb | Format::Nifti)
     }
 
     /// Whether a file may hold several volumes.

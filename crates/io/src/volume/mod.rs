@@ -2,6 +2,7 @@
 
 pub mod hdf5;
 pub mod mat;
+pub mod nifti;
 pub mod npy;
 pub mod npz;
 pub mod nrrd;
@@ -244,6 +245,7 @@ impl<T: Sample> Volume<T> {
             Some(Format::Vti) => vti::read(path, options),
             Some(Format::Vtk) => vtk::read(path, options),
             Some(Format::Vdb) => vdb::read(path, options),
+            Some(Format::Nifti) => nifti::read(path, options),
             None => Err(Format::unknown().at(path)),
         }
     }

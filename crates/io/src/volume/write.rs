@@ -44,7 +44,7 @@ pub fn write<T: Sample>(path: &Path, volume: &Volume<T>, name: &str) -> Result<S
         Format::Nrrd => nrrd::write(path, volume),
         Format::Vti => vti::write(path, volume, name),
         Format::Vtk => vtk::write(path, volume, name),
-        Format::Vdb => Err(Format::unknown().at(path)),
+        Format::Vdb | Format::Nifti => Err(Format::unknown().at(path)),
     }?;
     Ok(stored)
 }

@@ -51,6 +51,10 @@ pub fn all() -> Vec<Case> {
         "serialized" => |m| shape(m, json!({"type": "serialized", "filename": "meshes4.serialized"})),
         "gltf" => |m| shape(m, json!({"type": "gltf", "filename": "two_boxes.glb"})),
         "sdfgrid" => |m| shape(m, json!({"type": "sdfgrid", "grid": [[[-0.2, 0.4], [0.3, 0.5]], [[0.6, 0.2], [0.4, 0.7]]]})),
+        "labels" => |m| {
+            let medium = |sigma: f64| json!({"type": "homogeneous", "sigma_t": sigma / m.scale()});
+            shape(m, json!({"type": "labels", "data": [[[1, 2], [2, 0]], [[1, 0], [2, 1]]], "1": medium(0.7), "2": medium(2.0)}))
+        },
         "instance" => |m| {
             let mut scene = shape(m, json!({"type": "instance", "shapegroup": {"type": "ref", "id": "group"}}));
             scene["group"] = json!({"type": "shapegroup", "a": {"type": "sphere", "radius": 0.5}, "b": {"type": "disk"}});

@@ -1,8 +1,7 @@
 //! What can be wrong with a scene whose parts are each valid.
 
 use super::Scene;
-use super::partition::Partition;
-use super::parts::{AMBIENT, Object, Sides};
+use super::parts::{AMBIENT, Object, Partition, Sides};
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
 use crate::sampling::Sampler;

@@ -1,8 +1,7 @@
 //! Which medium a point is in.
 
 use super::Scene;
-use super::partition::Partition;
-use super::parts::{AMBIENT, MediumId, Object};
+use super::parts::{AMBIENT, MediumId, Object, Partition, Parts};
 use crate::sensor::Sensor;
 use eikonal::Aabb;
 use eikonal::connect::World;
@@ -60,6 +59,16 @@ pub struct Containment<'a> {
     pub objects: &'a [Object],
     /// What divides volumes into several media.
     pub partitions: &'a [Partition],
+}
+
+impl Parts {
+    /// Where which medium is.
+    pub fn containment(&self) -> Containment<'_> {
+        Containment {
+            objects: &self.objects,
+            partitions: &self.partitions,
+        }
+    }
 }
 
 impl Containment<'_> {

@@ -1,20 +1,9 @@
 //! Volumes that are divided into several media.
 
-use super::parts::{MediumId, Object};
+use super::parts::{MediumId, Object, Partition};
 use crate::shape::{DIRECTIONS, FirstCrossing, Shape};
 use eikonal::Aabb;
 use glam::DVec3;
-use std::ops::Range;
-
-/// Meshes that together divide a volume into media, such as the faces between voxels of different labels. Each has one medium on
-/// either side, and where one ends others go on, so that no way leads around them.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Partition {
-    /// Its surfaces, as numbers of objects.
-    pub objects: Range<usize>,
-    /// The medium around it.
-    pub exterior: MediumId,
-}
 
 impl Partition {
     /// A box around it.

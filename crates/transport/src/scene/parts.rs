@@ -1,7 +1,5 @@
 //! What scenes are made of.
 
-use super::containment::Containment;
-use super::partition::Partition;
 use crate::bsdf::Bsdf;
 use crate::emitter::Emitter;
 use crate::film::Filter;
@@ -9,6 +7,7 @@ use crate::medium::Medium;
 use crate::sensor::Sensor;
 use crate::shape::Shape;
 use eikonal::Tolerance;
+use std::ops::Range;
 
 /// Index of a medium in [`Parts::media`].
 pub type MediumId = usize;
@@ -52,6 +51,16 @@ pub struct Sides {
     /// Inside a closed shape, whichever way its normals point; behind the normal of an open one.
     pub interior: MediumId,
     /// On the other side.
+    pub exterior: MediumId,
+}
+
+/// Meshes that together divide a volume into media, such as the faces between voxels of different labels. Each has one medium on
+/// either side, and where one ends others go on, so that no way leads around them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Partition {
+    /// Its surfaces, as numbers of objects.
+    pub objects: Range<usize>,
+    /// The medium around it.
     pub exterior: MediumId,
 }
 
@@ -144,14 +153,4 @@ pub struct Parts {
     /// Connections are looked for through at most this many reflections at smooth dielectrics where
     /// refraction is possible; total reflections are not counted.
     pub reflections: u32,
-}
-
-impl Parts {
-    /// Where which medium is.
-    pub fn containment(&self) -> Containment<'_> {
-        Containment {
-            objects: &self.objects,
-            partitions: &self.partitions,
-        }
-    }
 }

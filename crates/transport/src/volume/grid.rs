@@ -1,15 +1,16 @@
 //! Samples on a regular grid.
 
 use crate::Spectrum;
-use eikonal::Shown;
 use eikonal::field::Placement;
 use eikonal::ray::Arc;
 use eikonal::ray::bernstein::first_root;
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 use smallvec::{SmallVec, smallvec};
 use std::sync::Arc as Shared;
 
+use super::error::GridError;
 use super::labels::LabelGrid;
+use super::lattice::to_samples;
 
 /// How values between samples are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,48 +19,6 @@ pub enum GridFilter {
     Trilinear,
     /// That of the nearest sample.
     Nearest,
-}
-
-/// Why samples do not make a grid.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum GridError {
-    /// A side has no samples.
-    #[error("the grid has no samples: its size is {0} × {1} × {2}")]
-    Empty(usize, usize, usize),
-    /// The number of values does not match the size.
-    #[error("expected {expected} values for the grid's size, found {found}")]
-    Length {
-        /// Product of size and channels.
-        expected: usize,
-        /// Values given.
-        found: usize,
-    },
-    /// Neither one channel nor one per spectral channel.
-    #[error("a grid has one channel, or one per spectral channel (at most {max}); found {0}", max = Spectrum::CHANNELS)]
-    Channels(usize),
-    /// The transform cannot be inverted.
-    #[error("the grid's transform is singular: a scale of zero?")]
-    Singular,
-    /// A sample lies outside the range that makes sense.
-    #[error(
-        "the sample at voxel ({x}, {y}, {z}) is {}; expected a finite number {}",
-        Shown(f64::from(*value)),
-        range(*low, *high)
-    )]
-    Value {
-        /// Voxel index along x.
-        x: usize,
-        /// Voxel index along y.
-        y: usize,
-        /// Voxel index along z.
-        z: usize,
-        /// The sample.
-        value: f32,
-        /// Least allowed value.
-        low: f64,
-        /// Largest allowed value.
-        high: f64,
-    },
 }
 
 /// Indices of a cell along each axis.
@@ -419,27 +378,6 @@ impl VolumeGrid {
 fn voxel(size: [usize; 3], to_world: DAffine3) -> f64 {
     let side = |axis: usize| to_world.matrix3.col(axis).length() / size[axis] as f64;
     side(0).min(side(1)).min(side(2))
-}
-
-/// From the unit cube to the samples' indices.
-pub(super) fn to_samples(size: [usize; 3], placement: Placement) -> DAffine3 {
-    let size = DVec3::from_array(size.map(|n| n as f64));
-    match placement {
-        Placement::Centers => DAffine3 {
-            matrix3: DMat3::from_diagonal(size),
-            translation: DVec3::splat(-0.5),
-        },
-        Placement::Nodes => DAffine3::from_scale(size - 1.0),
-    }
-}
-
-/// In words, for messages.
-fn range(low: f64, high: f64) -> String {
-    if high < f64::MAX {
-        format!("in [{low}, {high}]")
-    } else {
-        format!("of at least {low}")
-    }
 }
 
 fn check_values(

@@ -1,6 +1,7 @@
 //! Labels of voxels.
 
-use super::grid::{GridError, to_samples};
+use super::error::GridError;
+use super::lattice::to_samples;
 use eikonal::field::Placement;
 use glam::{DAffine3, DVec3};
 

@@ -1,12 +1,15 @@
 //! Quantities that vary in space: samples on grids, labels of voxels.
 
 mod cells;
+mod error;
 mod grid;
 mod labels;
+mod lattice;
 mod section;
 mod texture;
 
-pub use grid::{GridError, GridFilter, GridSamples, VolumeGrid};
+pub use error::GridError;
+pub use grid::{GridFilter, GridSamples, VolumeGrid};
 pub use labels::LabelGrid;
 pub(crate) use section::Section;
 pub use texture::VolumeTexture;
