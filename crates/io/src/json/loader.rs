@@ -1,6 +1,7 @@
 //! Walks the objects of a scene file.
 
 use super::keys::{self, ID, PARAMETERS, SCHEMA, TYPE};
+use super::mcx;
 use super::parameters::Parameters;
 use super::tree::{self, Entry, Json, Node};
 use super::values::{self, get, only, report};
@@ -36,6 +37,9 @@ pub(super) fn describe(
         }
     }
     let parameters = parameters.finish(diagnostics);
+    if mcx::is_one(&root) {
+        root = mcx::scene(&root, diagnostics)?;
+    }
     let mut loader = Loader {
         drafts: Drafts::default(),
         diagnostics,

@@ -14,6 +14,7 @@
 mod build;
 mod keys;
 mod loader;
+mod mcx;
 mod parameters;
 mod transforms;
 mod tree;

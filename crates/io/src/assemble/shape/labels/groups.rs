@@ -57,7 +57,7 @@ impl Groups {
             .keys()
             .filter(|label| !counts.contains_key(label));
         let absent: Vec<String> = absent.map(u32::to_string).collect();
-        if !absent.is_empty() && table.outer_index.is_none() {
+        if !absent.is_empty() && !table.is_array {
             let message = format!("no voxel has label {}", absent.join(", "));
             context
                 .diagnostics

@@ -26,6 +26,8 @@ pub(super) struct Table {
     pub meanings: BTreeMap<u32, Meaning>,
     /// Index of what is outside, if the table says.
     pub outer_index: Option<f64>,
+    /// Whether it has a row for every label, used or not.
+    pub is_array: bool,
 }
 
 /// By what media may be told apart without comparing them.
@@ -85,6 +87,7 @@ impl Table {
         Table {
             meanings,
             outer_index: outer.map(|row| row[3]),
+            is_array: true,
         }
     }
 
@@ -118,6 +121,7 @@ impl Table {
         right.then_some(Table {
             meanings,
             outer_index: None,
+            is_array: false,
         })
     }
 }

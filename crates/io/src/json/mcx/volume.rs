@@ -1,0 +1,149 @@
+//! The labels of a volume: from a file, and from shapes that are drawn into it.
+
+use super::super::tree::{self, Json, Node};
+use super::{Reader, field, numbers, shapes};
+use crate::draft;
+use crate::element::Element;
+use crate::input;
+use crate::scene::{Numbers, Tensor};
+use crate::volume::{Format, Options, Volume};
+use std::path::Path;
+use std::sync::Arc;
+
+/// The most voxels: those of 1290³.
+const MOST: usize = 1 << 31;
+
+/// Labels of voxels, x fastest.
+pub(super) struct Labels {
+    pub size: [usize; 3],
+    pub data: Vec<f32>,
+}
+
+impl Labels {
+    /// As an array `[z, y, x]`.
+    pub(super) fn tensor(&self) -> Option<Arc<Tensor>> {
+        let [x, y, z] = self.size;
+        let numbers = Numbers::Single(self.data.clone());
+        Tensor::new(vec![z, y, x], numbers).map(Arc::new).ok()
+    }
+
+    /// The label at a position in voxels from the corner; 0 outside.
+    pub(super) fn at(&self, position: [f64; 3]) -> f32 {
+        let inside = (0..3).all(|a| (0.0..self.size[a] as f64).contains(&position[a]));
+        if !inside {
+            return 0.0;
+        }
+        let [i, j, k] = position.map(|x| x as usize);
+        self.data[i + self.size[0] * (j + self.size[1] * k)]
+    }
+
+    /// Volumes of one label.
+    pub(super) fn filled(size: [usize; 3], label: f32) -> Option<Self> {
+        let count = size.iter().try_fold(1usize, |n, m| n.checked_mul(*m));
+        let count = count.filter(|n| (1..=MOST).contains(n))?;
+        let data = vec![label; count];
+        Some(Labels { size, data })
+    }
+}
+
+/// The labels that a file describes; `None` after an error.
+pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<Labels> {
+    let size = field(domain, "Dim").and_then(numbers).and_then(sizes);
+    let mut labels = match field(domain, "VolumeFile") {
+        Some(Node {
+            json: Json::String(name),
+            ..
+        }) if name.is_empty() => None,
+        Some(file) => Some(from_file(file, size, reader)?),
+        None => None,
+    };
+    if labels.is_none() {
+        labels = size.and_then(|size| Labels::filled(size, 0.0));
+    }
+    if let Some(shapes) = field(root, "Shapes") {
+        labels = shapes::draw(shapes, labels, reader);
+    }
+    if labels.is_none() {
+        reader.error(
+            domain,
+            "Domain needs a VolumeFile or Shapes, and the numbers of voxels Dim",
+        );
+    }
+    labels
+}
+
+fn sizes(numbers: Vec<f64>) -> Option<[usize; 3]> {
+    let whole = |v: &f64| (v.fract() == 0.0 && *v >= 1.0).then_some(*v as usize);
+    let sizes: Vec<usize> = numbers.iter().map(whole).collect::<Option<_>>()?;
+    sizes.try_into().ok()
+}
+
+/// The labels of a file of shapes, of raw bytes, or of another known format.
+fn from_file(file: &Node, size: Option<[usize; 3]>, reader: &mut Reader) -> Option<Labels> {
+    let Json::String(name) = &file.json else {
+        reader.error(file, "VolumeFile is the name of a file");
+        return None;
+    };
+    let path = file.location.source().directory().join(name);
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    let read = match extension.to_ascii_lowercase().as_str() {
+        "json" => return from_shapes(&path, file, size, reader),
+        "bin" => raw(&path, size),
+        _ if Format::of(&path).is_some() => known(&path),
+        _ => Err(format!(
+            "{}: volumes are shapes in .json, .bin with a byte for each voxel, or any other volume file",
+            path.display()
+        )),
+    };
+    read.map_err(|message| reader.error(file, message)).ok()
+}
+
+fn from_shapes(
+    path: &Path,
+    file: &Node,
+    size: Option<[usize; 3]>,
+    reader: &mut Reader,
+) -> Option<Labels> {
+    let errors = reader.diagnostics.error_count();
+    let source = draft::read(path)
+        .map_err(|d| reader.diagnostics.push(d))
+        .ok()?;
+    let root = tree::parse(&source, reader.diagnostics)?;
+    if reader.diagnostics.error_count() > errors {
+        return None;
+    }
+    let Some(shapes) = field(&root, "Shapes") else {
+        reader.error(file, format!("{} has no Shapes", path.display()));
+        return None;
+    };
+    let start = size.and_then(|size| Labels::filled(size, 0.0));
+    shapes::draw(shapes, start, reader)
+}
+
+/// A byte for each voxel, x fastest.
+fn raw(path: &Path, size: Option<[usize; 3]>) -> Result<Labels, String> {
+    let size = size.ok_or("Domain needs the numbers of voxels, Dim")?;
+    let bytes = input::read(path).map_err(|e| e.to_string())?;
+    let [x, y, z] = size;
+    let count = x.checked_mul(y).and_then(|n| n.checked_mul(z));
+    if count != Some(bytes.len()) {
+        return Err(format!(
+            "{}: {} bytes, not a byte for each of {x} x {y} x {z} voxels",
+            path.display(),
+            bytes.len()
+        ));
+    }
+    let mut data = Vec::with_capacity(bytes.len());
+    Element::U8.decode(&bytes, &mut |v| data.push(v as f32));
+    Ok(Labels { size, data })
+}
+
+fn known(path: &Path) -> Result<Labels, String> {
+    let volume = Volume::<f32>::read(path, Options::default()).map_err(|e| e.to_string())?;
+    if volume.channels() != 1 {
+        return Err(format!("{}: labels have one channel", path.display()));
+    }
+    let size = volume.size();
+    let data = volume.into_data();
+    Ok(Labels { size, data })
+}

@@ -1,0 +1,297 @@
+//! Input files of MCX: what becomes of them, and what is refused.
+
+use glam::DVec3;
+use morgana_io::{LoadOptions, Loaded, Run};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+use transport::emitter::Emitter;
+use transport::medium::Medium;
+
+/// Two layers, with a ball of a third medium and a hollow.
+fn input() -> Value {
+    json!({
+        "Session": {"ID": "test", "Photons": 3000, "RNGSeed": 1, "DoMismatch": 1},
+        "Forward": {"T0": 0, "T1": 5e-9, "Dt": 5e-9},
+        "Optode": {"Source": {"Type": "pencil", "Pos": [5, 4, 0], "Dir": [0, 0, 1, 0]}},
+        "Domain": {
+            "OriginType": 1, "LengthUnit": 0.5,
+            "Media": [
+                {"mua": 0, "mus": 0, "g": 1, "n": 1.2},
+                {"mua": 0.01, "mus": 1.0, "g": 0.5, "n": 1.37},
+                {"mua": 0.02, "mus": 2.0, "g": 0.9, "n": 1.37},
+                {"mua": 0.5, "mus": 0.5, "g": 0.0, "n": 1.5}
+            ]
+        },
+        "Shapes": [
+            {"Name": "test"},
+            {"Grid": {"Tag": 1, "Size": [10, 8, 12]}},
+            {"ZLayers": [[7, 12, 2]]},
+            {"Sphere": {"Tag": 3, "O": [5, 4, 6], "R": 2}},
+            {"Subgrid": {"Tag": 0, "O": [1, 1, 12], "Size": [10, 8, 1]}}
+        ]
+    })
+}
+
+fn load_in(folder: &Path, input: &Value) -> Result<Loaded, String> {
+    let path = folder.join("input.json");
+    fs::write(&path, input.to_string()).unwrap();
+    morgana_io::load_scene(&path, &LoadOptions::default()).map_err(|d| d.to_string())
+}
+
+fn load(input: &Value) -> Result<Loaded, String> {
+    load_in(tempfile::tempdir().unwrap().path(), input)
+}
+
+/// The medium at a position in voxels.
+fn medium_at(loaded: &Loaded, voxel: [f64; 3]) -> &Medium {
+    let x = 0.5 * (DVec3::from(voxel) + 0.5);
+    loaded.scene().medium(loaded.scene().medium_at(x))
+}
+
+/// μ_a at a position in voxels.
+fn absorption(loaded: &Loaded, voxel: [f64; 3]) -> f64 {
+    let x = 0.5 * (DVec3::from(voxel) + 0.5);
+    let medium = medium_at(loaded, voxel);
+    (medium.extinction(x) - medium.scattering(x))[0]
+}
+
+#[track_caller]
+fn near(a: f64, b: f64) {
+    assert!((a - b).abs() < 1e-9, "{a} {b}");
+}
+
+#[test]
+fn labels_media_and_source_are_those_of_the_file() {
+    let loaded = load(&input()).unwrap();
+    assert_eq!(loaded.samples, 3000);
+    assert_eq!(medium_at(&loaded, [20.0, 1.0, 1.0]).name, "ambient");
+    near(
+        medium_at(&loaded, [20.0, 1.0, 1.0]).index.n(DVec3::ZERO),
+        1.2,
+    );
+    near(absorption(&loaded, [1.0, 1.0, 5.0]), 0.01);
+    near(absorption(&loaded, [1.0, 1.0, 6.0]), 0.02);
+    near(absorption(&loaded, [4.0, 4.0, 6.0]), 0.5);
+    near(
+        medium_at(&loaded, [4.0, 4.0, 6.0]).index.n(DVec3::ZERO),
+        1.5,
+    );
+    assert_eq!(medium_at(&loaded, [4.0, 4.0, 11.0]).name, "ambient");
+    let [Emitter::Collimated(beam)] = loaded.scene().emitters() else {
+        panic!("{:?}", loaded.scene().emitters());
+    };
+    // Within the volume: its photons start in the voxel that holds their place.
+    assert!((beam.origin() - DVec3::new(2.5, 2.0, 5e-5)).length() < 1e-12);
+    assert_eq!(loaded.scene().medium_at(beam.origin()), 1);
+}
+
+/// Positions from 1, time gates, no refraction.
+#[test]
+fn settings() {
+    let mut other = input();
+    other["Domain"]["OriginType"] = json!(0);
+    other["Optode"]["Source"]["Pos"] = json!([6, 5, 1]);
+    other["Session"]["DoMismatch"] = json!(0);
+    other["Forward"]["Dt"] = json!(1e-9);
+    let loaded = load(&other).unwrap();
+    let [Emitter::Collimated(beam)] = loaded.scene().emitters() else {
+        panic!("{:?}", loaded.scene().emitters());
+    };
+    assert!((beam.origin() - DVec3::new(2.5, 2.0, 5e-5)).length() < 1e-12);
+    assert!(loaded.scene().is_straight());
+    let run = Run {
+        total: Some(200),
+        ..Run::new(&loaded)
+    };
+    let readings = run.measure().unwrap().readings;
+    let gates = &readings[0][0].axes[0];
+    assert_eq!((gates.name.as_ref(), gates.len()), ("opl", 5));
+    near(gates.edges[5], 1498.96229);
+}
+
+/// Each shape gives its label to the voxels whose centres it holds.
+#[test]
+fn shapes_are_drawn_one_over_the_other() {
+    for (shape, inside, outside) in [
+        (
+            json!({"Box": {"Tag": 3, "O": [2, 2, 2], "Size": [2, 3, 1]}}),
+            [3.0, 4.0, 2.0],
+            [4.0, 4.0, 2.0],
+        ),
+        (
+            json!({"Subgrid": {"Tag": 3, "O": [2, 2, 2], "Size": [2, 3, 1]}}),
+            [1.0, 3.0, 1.0],
+            [3.0, 3.0, 1.0],
+        ),
+        (
+            json!({"Sphere": {"Tag": 3, "O": [5, 4, 6], "R": 2}}),
+            [6.0, 4.0, 6.0],
+            [7.0, 4.0, 6.0],
+        ),
+        (
+            json!({"Cylinder": {"Tag": 3, "C0": [0, 4, 6], "C1": [5, 4, 6], "R": 1}}),
+            [4.0, 4.0, 6.0],
+            [5.0, 4.0, 6.0],
+        ),
+        (
+            json!({"UpperSpace": {"Tag": 3, "Coef": [1, 0, 0, 4]}}),
+            [4.0, 1.0, 1.0],
+            [3.0, 1.0, 1.0],
+        ),
+        (
+            json!({"XLayers": [[2, 3, 3]]}),
+            [2.0, 1.0, 1.0],
+            [3.0, 1.0, 1.0],
+        ),
+        (
+            json!({"YSlabs": {"Tag": 3, "Bound": [[2, 4]]}}),
+            [1.0, 3.0, 1.0],
+            [1.0, 4.0, 1.0],
+        ),
+    ] {
+        let mut file = input();
+        file["Shapes"] = json!([{"Grid": {"Tag": 1, "Size": [10, 8, 12]}}, shape]);
+        let loaded = load(&file).unwrap_or_else(|e| panic!("{shape}: {e}"));
+        let found = [inside, outside].map(|voxel| absorption(&loaded, voxel));
+        assert!(
+            (found[0] - 0.5).abs() < 1e-9 && (found[1] - 0.01).abs() < 1e-9,
+            "{shape}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn volumes_come_from_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = input();
+    let shapes = json!({"Shapes": file.as_object_mut().unwrap().remove("Shapes").unwrap()});
+    fs::write(folder.path().join("shapes.json"), shapes.to_string()).unwrap();
+    let bytes: Vec<u8> = (0..10 * 8 * 12).map(|i| 1 + u8::from(i % 10 > 4)).collect();
+    fs::write(folder.path().join("labels.bin"), bytes).unwrap();
+    file["Domain"]["Dim"] = json!([10, 8, 12]);
+    file["Domain"]["VolumeFile"] = json!("shapes.json");
+    let loaded = load_in(folder.path(), &file).unwrap();
+    near(absorption(&loaded, [4.0, 4.0, 6.0]), 0.5);
+    file["Domain"]["VolumeFile"] = json!("labels.bin");
+    let loaded = load_in(folder.path(), &file).unwrap();
+    near(absorption(&loaded, [4.0, 4.0, 6.0]), 0.01);
+    near(absorption(&loaded, [5.0, 4.0, 6.0]), 0.02);
+    file["Domain"]["Dim"] = json!([10, 8, 13]);
+    let message = load_in(folder.path(), &file).unwrap_err();
+    assert!(
+        message.contains("not a byte for each of 10 x 8 x 13 voxels"),
+        "{message}"
+    );
+    file["Domain"]["VolumeFile"] = json!("nowhere.bin");
+    assert!(
+        load_in(folder.path(), &file)
+            .unwrap_err()
+            .contains("nowhere.bin")
+    );
+}
+
+/// Sources of all kinds that are read have power 1.
+#[test]
+fn sources() {
+    for (source, kind) in [
+        (
+            json!({"Type": "isotropic", "Param1": [0, 0, 0, 0]}),
+            "point",
+        ),
+        (json!({"Type": "cone", "Param1": [0.3, 0, 0, 0]}), "spot"),
+        (
+            json!({"Type": "gaussian", "Param1": [2, 0, 0, 0]}),
+            "collimated",
+        ),
+        (
+            json!({"Type": "disk", "Param1": [2, 0, 0, 0]}),
+            "collimated",
+        ),
+        (
+            json!({"Type": "planar", "Param1": [3, 0, 0, 0], "Param2": [0, 2, 0, 0]}),
+            "collimated",
+        ),
+        (
+            json!({"Type": "slit", "Param1": [3, 0, 0, 0]}),
+            "collimated",
+        ),
+    ] {
+        let mut file = input();
+        for (key, value) in source.as_object().unwrap() {
+            file["Optode"]["Source"][key] = value.clone();
+        }
+        let loaded = load(&file).unwrap_or_else(|e| panic!("{source}: {e}"));
+        assert_eq!(loaded.scene().emitters()[0].kind(), kind, "{source}");
+        let run = Run {
+            total: Some(100),
+            ..Run::new(&loaded)
+        };
+        near(run.measure().unwrap().emitted[0], 1.0);
+    }
+}
+
+#[test]
+fn mistakes() {
+    let refused = |change: fn(&mut Value), expected: &str| {
+        let mut file = input();
+        change(&mut file);
+        let message = load(&file).expect_err(expected);
+        assert!(
+            message.contains(expected),
+            "expected {expected:?} in:\n{message}"
+        );
+    };
+    refused(
+        |f| f["Optode"]["Source"]["Type"] = json!("arcsine"),
+        "source 'arcsine': sources are pencil",
+    );
+    refused(
+        |f| f["Optode"]["Source"]["Dir"] = json!([0, 0, 1, 20]),
+        "focus",
+    );
+    refused(
+        |f| f["Optode"]["Source"]["Dir"] = json!([0, 0, 0]),
+        "Dir is a direction",
+    );
+    refused(
+        |f| f["Optode"]["Source"]["Pos"] = json!([[1, 2, 3, 1], [2, 3, 4, 1]]),
+        "several sources",
+    );
+    refused(|f| f["Optode"] = json!({}), "Optode needs a Source");
+    refused(|f| f["Domain"]["Media"] = json!(3), "Media is a list");
+    refused(
+        |f| f["Domain"]["Media"][1]["mua"] = json!("x"),
+        "mua is a number",
+    );
+    refused(
+        |f| f["Domain"]["Media"] = json!([{"mua": 0, "mus": 0}]),
+        "have label 1, for which there is no medium",
+    );
+    refused(
+        |f| f["Shapes"] = json!({"_ArrayType_": "uint8"}),
+        "arrays of JData",
+    );
+    refused(
+        |f| f["Shapes"][2] = json!({"Torus": {}}),
+        "'torus' is not among the shapes",
+    );
+    refused(
+        |f| f["Shapes"] = json!([]),
+        "Domain needs a VolumeFile or Shapes",
+    );
+    refused(
+        |f| f["Shapes"] = json!([{"Grid": {"Tag": 1, "Size": [1e9, 1e9, 1e9]}}]),
+        "Size is that of a volume",
+    );
+    refused(|f| f["Forward"]["T1"] = json!(0), "times T0 < T1");
+    let mut file = input();
+    file["Optode"]["Detector"] = json!([{"Pos": [1, 2, 3], "R": 1}]);
+    assert!(
+        load(&file)
+            .unwrap()
+            .warnings
+            .to_string()
+            .contains("detectors are not read")
+    );
+}
