@@ -12,6 +12,7 @@ See docs/python.md.
 from ._denoise import Denoised, denoise
 from ._errors import Diagnostic, Error, FileError, RenderError, SceneError, SceneWarning
 from ._images import Difference, Image, compare, exposure, read, write
+from ._mcx import load_mcx
 from ._morgana import Field, Ray, Scene, __version__
 from ._rays import Connections, Polyline, RayEnds, Rays, connect, trace
 from ._render import render
@@ -49,6 +50,7 @@ __all__ = [
     "load_dict",
     "load_field",
     "load_file",
+    "load_mcx",
     "read",
     "render",
     "sweep",

@@ -165,19 +165,30 @@ impl Reader<'_> {
             self.error(domain, "Media is missing");
             return None;
         };
-        let Json::Array(rows) = &media.json else {
-            self.error(media, "Media is a list of {\"mua\", \"mus\", \"g\", \"n\"}");
-            return None;
-        };
+        match &media.json {
+            Json::Tensor(table) => return Some(table.clone()),
+            Json::Array(rows) => self.rows(rows),
+            _ => {
+                self.error(media, "Media is a list of {\"mua\", \"mus\", \"g\", \"n\"}");
+                None
+            }
+        }
+    }
+
+    /// Media as objects, or as four numbers each.
+    fn rows(&mut self, rows: &[Node]) -> Option<Arc<Tensor>> {
         let mut table = Vec::with_capacity(4 * rows.len());
         for row in rows {
+            if let Some(numbers) = numbers(row).filter(|numbers| numbers.len() == 4) {
+                table.extend(numbers);
+                continue;
+            }
             for (key, default) in [("mua", 0.0), ("mus", 0.0), ("g", 1.0), ("n", 1.0)] {
                 table.push(self.number_or(row, key, default));
             }
         }
-        Tensor::new(vec![rows.len(), 4], Numbers::Double(table))
-            .map(Arc::new)
-            .ok()
+        let numbers = Numbers::Double(table);
+        Tensor::new(vec![rows.len(), 4], numbers).map(Arc::new).ok()
     }
 
     fn settings(&mut self, root: &Node) -> Settings {

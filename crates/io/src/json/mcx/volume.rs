@@ -6,7 +6,7 @@ use crate::draft;
 use crate::element::Element;
 use crate::input;
 use crate::scene::{Numbers, Tensor};
-use crate::volume::{Format, Options, Volume};
+use crate::volume::{AxisOrder, Format, Options, Volume};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -57,6 +57,9 @@ pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<
         Some(file) => Some(from_file(file, size, reader)?),
         None => None,
     };
+    if let Some(held) = field(domain, "Volume") {
+        labels = Some(from_array(held, reader)?);
+    }
     if labels.is_none() {
         labels = size.and_then(|size| Labels::filled(size, 0.0));
     }
@@ -70,6 +73,21 @@ pub(super) fn labels(root: &Node, domain: &Node, reader: &mut Reader) -> Option<
         );
     }
     labels
+}
+
+/// An array `[x, y, z]` that a program hands over.
+fn from_array(held: &Node, reader: &mut Reader) -> Option<Labels> {
+    let Json::Tensor(tensor) = &held.json else {
+        reader.error(held, "Volume is an array of labels [x, y, z]");
+        return None;
+    };
+    let volume = Volume::<f32>::of_tensor(tensor, AxisOrder::XYZ);
+    let volume = volume
+        .map_err(|e| reader.error(held, format!("Volume: {e}")))
+        .ok()?;
+    let size = volume.size();
+    let data = volume.into_data();
+    Some(Labels { size, data })
 }
 
 fn sizes(numbers: Vec<f64>) -> Option<[usize; 3]> {

@@ -1,0 +1,71 @@
+"""Configurations of MCX."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, Mapping
+
+import numpy as np
+
+from ._morgana import Scene
+from ._scene import load_dict
+
+SOURCE = {"srctype": "Type", "srcpos": "Pos", "srcdir": "Dir", "srcparam1": "Param1", "srcparam2": "Param2"}
+"""Keys of a configuration, and of ``Optode.Source`` of an input file."""
+
+FORWARD = {"tstart": "T0", "tend": "T1", "tstep": "Dt"}
+
+IGNORED = {"autopilot", "detphotons", "gpuid", "isnormalized", "issaveexit", "issavedet", "nblocksize", "nthread", "savedetflag", "seed"}
+"""What does not change the result, or is given to :func:`morgana.render`."""
+
+
+def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
+    """Make a scene of a configuration of MCX: the dictionary that ``pmcx.run`` takes.
+
+    The scene measures fluence in the voxels of ``vol``, per joule, and in time gates if there are several; its unit of length is a
+    millimetre. Input files of MCX are read by :func:`load_file`. What would change the result but is not read is an error
+    (docs/guides/tissue-optics.md#input-of-mcx).
+
+    Parameters
+    ----------
+    cfg : mapping
+        ``vol`` (labels ``[x, y, z]``), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``, and if they are given ``srctype``,
+        ``srcparam1``, ``srcparam2``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``, ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1).
+        ``detpos`` is not read, with a warning.
+
+    Returns
+    -------
+    Scene
+        The scene, ready to :func:`render`.
+
+    Raises
+    ------
+    SceneError
+        Something is missing, or not read.
+    ValueError
+        A key that is not known.
+
+    Examples
+    --------
+    >>> cfg = {
+    ...     "vol": np.ones((60, 60, 60), "uint8"), "prop": [[0, 0, 1, 1], [0.005, 1, 0.01, 1.37]],
+    ...     "srcpos": [30, 30, 0], "issrcfrom0": 1, "srcdir": [0, 0, 1], "nphoton": 100_000,
+    ... }
+    >>> measured = morgana.render(morgana.load_mcx(cfg))
+    >>> measured.meters["fluence"].mean.shape
+    (60, 60, 60)
+    """
+    left: Dict[str, Any] = {key: value for key, value in cfg.items() if key not in IGNORED}
+    take = lambda keys: {name: left.pop(key) for key, name in keys.items() if key in left}  # noqa: E731
+    source = take(SOURCE)
+    forward = take(FORWARD)
+    if "tend" in cfg and "tstep" not in cfg:
+        forward["Dt"] = forward["T1"] - forward.get("T0", 0.0)
+    domain = {"OriginType": left.pop("issrcfrom0", 0), **take({"unitinmm": "LengthUnit"})}
+    for key, name in [("vol", "Volume"), ("prop", "Media")]:
+        if key in left:
+            domain[name] = np.asarray(left.pop(key))
+    session = take({"nphoton": "Photons", "isreflect": "DoMismatch"})
+    optode = {"Source": source, **take({"detpos": "Detector"})}
+    if left:
+        raise ValueError(f"keys of the configuration that are not read: {', '.join(sorted(left))}")
+    return load_dict({"Session": session, "Forward": forward, "Optode": optode, "Domain": domain})
