@@ -14,7 +14,7 @@ SOURCE = {"srctype": "Type", "srcpos": "Pos", "srcdir": "Dir", "srcparam1": "Par
 
 FORWARD = {"tstart": "T0", "tend": "T1", "tstep": "Dt"}
 
-IGNORED = {"autopilot", "detphotons", "gpuid", "isnormalized", "issaveexit", "issavedet", "nblocksize", "nthread", "savedetflag", "seed"}
+IGNORED = {"autopilot", "detphotons", "gpuid", "issaveexit", "issavedet", "nblocksize", "nthread", "savedetflag", "seed"}
 """What does not change the result, or is given to :func:`morgana.render`."""
 
 
@@ -29,7 +29,8 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     ----------
     cfg : mapping
         ``vol`` (labels ``[x, y, z]``), ``prop`` (rows of mua, mus, g, n), ``srcpos``, ``srcdir``, and if they are given ``srctype``,
-        ``srcparam1``, ``srcparam2``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``, ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1).
+        ``srcparam1``, ``srcparam2``, ``nphoton``, ``tstart``, ``tend``, ``tstep``, ``unitinmm``, ``isreflect``,
+        ``issrcfrom0`` (0, as in MCX: the first voxel begins at 1, 1, 1).
         ``detpos`` is not read, with a warning.
 
     Returns
@@ -54,7 +55,9 @@ def load_mcx(cfg: Mapping[str, Any], /) -> Scene:
     >>> measured.meters["fluence"].mean.shape
     (60, 60, 60)
     """
-    left: Dict[str, Any] = {key: value for key, value in cfg.items() if key not in IGNORED}
+    if cfg.get("isnormalized", 1) != 1:
+        raise ValueError("isnormalized is 1: values are fluence per joule")
+    left: Dict[str, Any] = {key: value for key, value in cfg.items() if key not in IGNORED | {"isnormalized"}}
     take = lambda keys: {name: left.pop(key) for key, name in keys.items() if key in left}  # noqa: E731
     source = take(SOURCE)
     forward = take(FORWARD)
