@@ -2,6 +2,7 @@
 //! can find one, its light is missing.
 
 use transport::bsdf::Bsdf;
+use transport::emitter::Class;
 use transport::integrator::{Integrator, RequiredConnection};
 use transport::scene::{Object, ProblemSeverity, Scene, SceneProblem, Subject, TOTAL_REFLECTIONS};
 use transport::sensor::Sensor;
@@ -45,13 +46,13 @@ pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProbl
     let walls = Walls::of(scene);
     let mut problems = Vec::new();
     for (i, emitter) in scene.emitters().iter().enumerate() {
-        if integrator.requires(emitter.is_delta()) == RequiredConnection::FromEmitter {
+        if integrator.requires(emitter.class()) == RequiredConnection::FromEmitter {
             problems.extend(from_emitter(&walls, Subject::Emitter(i), emitter.kind()));
         }
     }
     let any = |required| {
         let mut emitters = scene.emitters().iter();
-        emitters.any(|e| integrator.requires(e.is_delta()) == required)
+        emitters.any(|e| integrator.requires(e.class()) == required)
     };
     if any(RequiredConnection::ToSensor) {
         problems.extend(to_sensor(&walls));
@@ -80,7 +81,7 @@ pub(super) fn complete(
             complete.push(integrator);
         }
         // Paths that any one connection may join include those of all others.
-        if most.is_none() || integrator.requires(true) == RequiredConnection::Any {
+        if most.is_none() || integrator.requires(Class::Delta) == RequiredConnection::Any {
             most = Some(integrator);
         }
     }

@@ -15,7 +15,7 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
             "ward",
         ],
     ),
-    (PluginKind::Emitter, &["collimated", "ies"]),
+    (PluginKind::Emitter, &["collimated", "fiber", "ies"]),
     (
         PluginKind::Integrator,
         &["auto", "bdpt", "particle", "photon", "sppm", "vcm"],

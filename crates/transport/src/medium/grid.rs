@@ -83,6 +83,7 @@ pub struct VolumeGrid {
     voxel: f64,
     range: (f64, f64),
     filter: GridFilter,
+    placement: Placement,
 }
 
 /// Samples on a grid, x fastest, channels interleaved.
@@ -144,6 +145,7 @@ impl VolumeGrid {
             voxel: side(0).min(side(1)).min(side(2)),
             range,
             filter,
+            placement,
         })
     }
 
@@ -151,6 +153,26 @@ impl VolumeGrid {
     #[cfg(test)]
     pub(super) fn fill(&mut self, value: f32) {
         self.data.fill(value);
+    }
+
+    /// Number of samples along each axis.
+    pub(super) fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
+    /// How values between samples are found.
+    pub(super) fn filter(&self) -> GridFilter {
+        self.filter
+    }
+
+    /// Where the samples are.
+    pub(super) fn placement(&self) -> Placement {
+        self.placement
+    }
+
+    /// The samples.
+    pub(super) fn data(&self) -> &[f32] {
+        &self.data
     }
 
     /// Shortest side of a voxel, in world units.
@@ -316,7 +338,7 @@ impl VolumeGrid {
 }
 
 /// From the unit cube to the samples' indices.
-fn to_samples(size: [usize; 3], placement: Placement) -> DAffine3 {
+pub(super) fn to_samples(size: [usize; 3], placement: Placement) -> DAffine3 {
     let size = DVec3::from_array(size.map(|n| n as f64));
     match placement {
         Placement::Centers => DAffine3 {

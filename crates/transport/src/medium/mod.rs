@@ -1,12 +1,14 @@
 //! Participating media: extinction, albedo, phase function and refractive index.
 
 mod attenuation;
+mod blocks;
 mod cells;
 mod grid;
 mod section;
 mod texture;
 
 pub(crate) use attenuation::Attenuation;
+pub(crate) use blocks::Interval;
 pub use grid::{GridError, GridFilter, GridSamples, VolumeGrid};
 pub use texture::VolumeTexture;
 

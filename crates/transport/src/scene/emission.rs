@@ -5,7 +5,7 @@ use super::light_bounds::Receiver;
 use super::parts::Parts;
 use crate::Spectrum;
 use crate::connection_end::OnSurface;
-use crate::emitter::{Class, Emitter, Environment};
+use crate::emitter::{Class, Emitter, Environment, VolumeLight};
 use crate::medium::Medium;
 use glam::DVec3;
 
@@ -55,6 +55,15 @@ impl Scene {
         let emitters = self.parts.emitters.iter().enumerate();
         emitters.filter_map(|(i, e)| match e {
             Emitter::Environment(e) => Some((i, e)),
+            _ => None,
+        })
+    }
+
+    /// The volumes that emit, and their indices.
+    pub(crate) fn volume_lights(&self) -> impl Iterator<Item = (usize, &VolumeLight)> {
+        let emitters = self.parts.emitters.iter().enumerate();
+        emitters.filter_map(|(i, e)| match e {
+            Emitter::Volume(volume) => Some((i, &**volume)),
             _ => None,
         })
     }

@@ -73,7 +73,8 @@ impl Scene {
     ///
     /// # Errors
     /// Everything that is wrong with it, errors first.
-    pub fn new(parts: Parts) -> Result<Self, Vec<SceneProblem>> {
+    pub fn new(mut parts: Parts) -> Result<Self, Vec<SceneProblem>> {
+        settle_fibers(&mut parts);
         let around = surroundings(&parts);
         let regions = regions::all(&parts, &around);
         let sensor_medium = medium_at(&parts.objects, parts.sensor.position());
@@ -235,16 +236,29 @@ impl Scene {
     }
 }
 
+/// Gives fibres the cones that they have in the media in which they end.
+fn settle_fibers(parts: &mut Parts) {
+    for emitter in &mut parts.emitters {
+        if let Emitter::Fiber(fiber) = emitter {
+            let medium = medium_at(&parts.objects, fiber.origin());
+            let n = parts.media[medium].index.n(fiber.origin());
+            *fiber = fiber.clone().in_medium(n);
+        }
+    }
+}
+
 /// A ball around all that is at finite distance.
 fn surroundings(parts: &Parts) -> Surroundings {
     let shapes = parts.objects.iter().map(|o| o.shape.aabb());
-    let points = parts.emitters.iter().filter_map(|e| match e {
-        Emitter::Collimated(beam) => Some(beam.origin()),
-        e => e.singularity(),
-    });
+    let points = parts.emitters.iter().filter_map(Emitter::position);
     let points = points.chain(parts.sensor.positions());
     let all = shapes.fold(Aabb::EMPTY, Aabb::union);
     let all = points.fold(all, Aabb::include);
+    let volumes = parts.emitters.iter().filter_map(|e| match e {
+        Emitter::Volume(volume) => Some(volume.aabb()),
+        _ => None,
+    });
+    let all = volumes.fold(all, Aabb::union);
     Surroundings {
         center: all.center(),
         radius: f64::max(
