@@ -307,7 +307,7 @@ fn apertures_that_are_refused() {
         (
             "collimated",
             format!("{POWER}{rectangle}{picture}"),
-            "unknown texture 'checkerboard'",
+            "unknown texture type 'checkerboard'",
         ),
         (
             "fiber",
@@ -344,6 +344,52 @@ fn apertures_that_are_refused() {
     refused(
         &format!("{skewed}{rectangle}{POWER}</emitter>"),
         &["a rectangle of light can only be rotated"],
+    );
+}
+
+#[test]
+fn volumes_of_light() {
+    let volume = |contents: &str| format!("<emitter type=\"volumelight\">{contents}</emitter>");
+    let radiance = |value: f64| format!("<float name=\"radiance\" value=\"{value}\"/>");
+    let power = |body: &str| {
+        let loaded = load(&volume(body)).unwrap_or_else(|e| panic!("{e}"));
+        let emitters = loaded.scene().emitters();
+        let light = emitters.iter().find_map(|e| match e {
+            Emitter::Volume(volume) => Some(volume.power()[0]),
+            _ => None,
+        });
+        light.unwrap()
+    };
+    let placed = "<transform name=\"to_world\"><scale x=\"2\" y=\"1\" z=\"0.5\"/><translate x=\"7\"/></transform>";
+    let expected = 4.0 * std::f64::consts::PI * 3.0;
+    let constant = format!(
+        "<volume name=\"radiance\" type=\"constvolume\"><float name=\"value\" value=\"3\"/>{placed}</volume>"
+    );
+    for body in [format!("{}{placed}", radiance(3.0)), constant.clone()] {
+        assert!((power(&body) / expected - 1.0).abs() < 1e-12, "{body}");
+        let given = power(&format!("{body}<float name=\"power\" value=\"5\"/>"));
+        assert!((given / 5.0 - 1.0).abs() < 1e-12);
+    }
+    refused(
+        &volume(&radiance(-1.0)),
+        &["scene.xml:8:", "light must not be negative"],
+    );
+    refused(&volume(&radiance(0.0)), &["scene.xml:8:"]);
+    refused(
+        &volume(&constant.replace("constvolume", "sellmeier")),
+        &["scene.xml:8:", "unknown volume type 'sellmeier'"],
+    );
+    refused(
+        &volume("<rgb name=\"radiance\" value=\"1, 0, 1\"/><float name=\"power\" value=\"1\"/>"),
+        &["black in a channel in which the light has power"],
+    );
+    refused(
+        &volume("<transform name=\"to_world\"><scale x=\"0\"/></transform>"),
+        &["scale of zero"],
+    );
+    warned(
+        &volume(&format!("{constant}{placed}")),
+        "'to_world' has no effect",
     );
 }
 

@@ -5,7 +5,7 @@ use super::row::{
     word,
 };
 use super::{Parameter, Plugin, Slot};
-use crate::scene::PluginKind::{Medium, Texture};
+use crate::scene::PluginKind::{Medium, Texture, Volume};
 
 const PLACED: &[Parameter] = &[TO_WORLD];
 
@@ -203,6 +203,33 @@ pub(super) const PLUGINS: &[Plugin] = &[
         "The end of a fibre: an aperture that radiates into a cone about +z.",
         &[APERTURE, FIBER, PLACED],
         BEHIND_PICTURE,
+    ),
+    plugin(
+        "volumelight",
+        "Light from all points of a volume, the same in all directions.",
+        &[
+            &[
+                spectrum(
+                    "radiance",
+                    "1",
+                    "per length, W/(m³ sr), ≥ 0: all over the unit cube",
+                ),
+                spectrum(
+                    "power",
+                    "",
+                    "total, W, ≥ 0: in place of what the radiance says",
+                ),
+            ],
+            PLACED,
+        ],
+        &[
+            one(Medium, "Accepted: containment decides."),
+            role(
+                Volume,
+                "radiance",
+                "A gridvolume or constvolume in its place, where that lies.",
+            ),
+        ],
     ),
     plugin(
         "area",

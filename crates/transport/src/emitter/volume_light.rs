@@ -29,15 +29,12 @@ pub struct VolumeLight {
 }
 
 impl VolumeLight {
-    /// The light of `grid` ≥ 0, which `to_world` has placed, times a `scale` ≥ 0.
+    /// The light of `grid` ≥ 0 times a `scale` ≥ 0.
     ///
     /// # Errors
     /// It is black.
-    pub fn new(
-        grid: VolumeGrid,
-        to_world: DAffine3,
-        scale: Spectrum,
-    ) -> Result<Self, DistributionError> {
+    pub fn new(grid: VolumeGrid, scale: Spectrum) -> Result<Self, DistributionError> {
+        let to_world = grid.to_world();
         let axes = [0, 1, 2].map(|axis| grid.intervals(axis));
         let volume = to_world.matrix3.determinant().abs();
         let mut integral = Spectrum::ZERO;
@@ -58,6 +55,9 @@ impl VolumeLight {
     }
 
     /// The same light, with a total power of these channels; none in those in which it is black.
+    ///
+    /// # Errors
+    /// All of the power is in channels in which it is black.
     pub fn with_power(self, power: Spectrum) -> Result<Self, DistributionError> {
         let factor = power.zip(
             self.power(),
@@ -65,7 +65,7 @@ impl VolumeLight {
                 if own > 0.0 { power / own } else { 0.0 }
             },
         );
-        VolumeLight::new(self.grid, self.to_world, self.scale * factor)
+        VolumeLight::new(self.grid, self.scale * factor)
     }
 
     /// Total power.

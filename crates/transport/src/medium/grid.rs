@@ -155,6 +155,11 @@ impl VolumeGrid {
         self.data.fill(value);
     }
 
+    /// From the unit cube to its place.
+    pub(crate) fn to_world(&self) -> DAffine3 {
+        self.to_unit.inverse()
+    }
+
     /// Number of samples along each axis.
     pub(super) fn size(&self) -> [usize; 3] {
         self.size

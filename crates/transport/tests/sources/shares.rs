@@ -4,7 +4,9 @@ use crate::common::{parts, vacuum};
 use crate::support::*;
 use eikonal::field::Constant;
 use glam::{DAffine3, DVec3};
-use morgana_transport::emitter::{AngularProfile, Aperture, Collimated, Divergence, Emitter};
+use morgana_transport::emitter::{
+    AngularProfile, Aperture, BeamProfile, Collimated, Divergence, Emitter, Fiber,
+};
 use morgana_transport::medium::Medium;
 use morgana_transport::meter::{IrradianceMeter, Meter, Positions};
 use morgana_transport::render::{Handle, MeasureOptions, measure};
@@ -123,6 +125,16 @@ fn discs_get_their_shares() {
     zs.push(at(0.25)(through_disc(converging, 1.0, 0.25, 1.0)));
     let diverging = narrow().with_focus(-2.0);
     zs.push(at(0.25)(through_disc(diverging, 2.0, 1.0, 1.0)));
+    // A Gaussian beam from its waist on: w² = w₀² + z² tan²θ₀ for small angles, with a share of 1 − e⁻² within w.
+    let waist = BeamProfile::Gaussian { waist: 0.05 };
+    let laser = Fiber::new(
+        Aperture::new(DVec3::ZERO, DVec3::Z, waist),
+        AngularProfile::Gaussian,
+        Divergence::HalfAngle(0.01),
+        Spectrum::ONE,
+    );
+    let within = through_disc(laser, 10.0, 0.05f64.hypot(0.1), 1.0);
+    zs.push(at(1.0 - (-2.0f64).exp())(within));
     max_abs_z(&zs, FAMILY).unwrap();
 }
 

@@ -9,7 +9,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use morgana_transport::Spectrum;
 use morgana_transport::bsdf::{Bsdf, Conductor};
 use morgana_transport::emitter::{Emitter, Surroundings, VolumeLight};
-use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer};
+use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping, Vcm};
 use morgana_transport::medium::{GridFilter, GridSamples, VolumeGrid};
 use morgana_transport::scene::Parts;
 use morgana_transport::sensor::{Orthographic, Sensor};
@@ -43,7 +43,7 @@ fn grid(to_world: DAffine3, placement: Placement, filter: GridFilter) -> VolumeL
             .collect(),
     };
     let grid = VolumeGrid::new(samples, to_world, placement, filter, [0.0, f64::MAX]).unwrap();
-    VolumeLight::new(grid, to_world, Spectrum([0.5, 1.0, 2.0, 0.0])).unwrap()
+    VolumeLight::new(grid, Spectrum([0.5, 1.0, 2.0, 0.0])).unwrap()
 }
 
 /// The same all over a box.
@@ -55,7 +55,7 @@ pub fn uniform(to_world: DAffine3, radiance: f64) -> Emitter {
     };
     let (placement, filter) = (Placement::Centers, GridFilter::Nearest);
     let grid = VolumeGrid::new(samples, to_world, placement, filter, [0.0, f64::MAX]).unwrap();
-    let light = VolumeLight::new(grid, to_world, Spectrum::splat(radiance)).unwrap();
+    let light = VolumeLight::new(grid, Spectrum::splat(radiance)).unwrap();
     Emitter::Volume(Arc::new(light))
 }
 
@@ -157,7 +157,7 @@ fn a_black_volume_is_refused() {
     let cube = DAffine3::IDENTITY;
     let (placement, filter) = (Placement::Centers, GridFilter::Nearest);
     let grid = VolumeGrid::new(black, cube, placement, filter, [0.0, 1.0]).unwrap();
-    assert!(VolumeLight::new(grid, cube, Spectrum::ONE).is_err());
+    assert!(VolumeLight::new(grid, Spectrum::ONE).is_err());
 }
 
 /// Emissions have the same weight each if there is one channel, which is the power.
@@ -207,6 +207,26 @@ fn against(parts: &Parts, expected: f64, samples: u64) -> Vec<f64> {
         }
     };
     (1..).zip(estimators()).map(z).collect()
+}
+
+/// Volumes in view, by photon maps and merging: nothing is blurred.
+#[test]
+fn photon_maps_see_volumes() {
+    let (epsilon, sigma) = (0.8, 1.5f64);
+    let half = DVec3::new(1.0, 1.0, 0.5);
+    let cube = container(Cube::new(DAffine3::from_scale(half)).unwrap(), Bsdf::Null);
+    let media = vec![vacuum(), fog(Constant::new(1.0), sigma, 0.0, 0.0)];
+    let emitters = vec![uniform(centred(half), epsilon)];
+    let scene = parts(vec![cube], media, emitters, view());
+    let expected = epsilon * (1.0 - (-sigma).exp()) / sigma;
+    let vcm = Integrator::Vcm(Vcm::default());
+    let photon = Integrator::Photon(PhotonMapping::default());
+    let z = |integrator| {
+        let (found, error) = mean(&shoot_by(integrator, scene.clone(), 500, 4));
+        println!("{found} ± {error}, expected {expected}");
+        z_score(found, error, expected)
+    };
+    max_abs_z(&[vcm, photon].map(z), FAMILY).unwrap();
 }
 
 /// In a box that absorbs and emits, the radiance that leaves is ε (1 − e^{−σd})/σ; in a mirror behind it is seen again.
@@ -260,7 +280,7 @@ fn a_graded_furnace_is_even() {
     };
     let (placement, filter) = (Placement::Nodes, GridFilter::Trilinear);
     let grid = VolumeGrid::new(samples, to_world, placement, filter, [0.0, f64::MAX]).unwrap();
-    let light = VolumeLight::new(grid, to_world, Spectrum::ONE).unwrap();
+    let light = VolumeLight::new(grid, Spectrum::ONE).unwrap();
     let index = LinearSquare::new(1.7f64.sqrt(), slope, DVec3::ZERO).unwrap();
     let cube = container(Cube::new(DAffine3::from_scale(half)).unwrap(), glass());
     let media = vec![vacuum(), fog(index, sigma, albedo, 0.5)];

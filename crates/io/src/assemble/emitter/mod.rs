@@ -5,6 +5,7 @@ mod files;
 mod spot;
 mod sun;
 mod sunsky;
+mod volume;
 
 use super::context::Context;
 use super::medium;
@@ -19,7 +20,7 @@ use transport::Spectrum;
 use transport::emitter::{Emitter, Environment, TexturedArea};
 use transport::shape::Shape;
 
-const KNOWN: [&str; 11] = [
+const KNOWN: [&str; 12] = [
     "point",
     "spot",
     "projector",
@@ -30,6 +31,7 @@ const KNOWN: [&str; 11] = [
     "sunsky",
     "collimated",
     "fiber",
+    "volumelight",
     "area",
 ];
 
@@ -128,6 +130,7 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
         "ies" => return files::luminaire(object, context),
         "collimated" => return beam::collimated(object, context),
         "fiber" => return beam::fiber(object, context),
+        "volumelight" => return volume::volumelight(object, context),
         _ => {}
     }
     let mut q = Query::new(object, context.diagnostics);
