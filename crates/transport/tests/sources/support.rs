@@ -9,7 +9,7 @@ use morgana_transport::shape::Shape;
 use morgana_transport::texture::{BitmapFilter, Wrap};
 
 /// False-alarm rate of each family.
-pub const FAMILY: f64 = 1.2e-4;
+pub const FAMILY: f64 = 1.1e-4;
 
 /// Local +z along `direction`, scaled.
 pub fn facing(position: DVec3, direction: DVec3, scale: f64) -> DAffine3 {

@@ -6,18 +6,20 @@ use crate::common::{
 use crate::support::*;
 use eikonal::field::{Constant, LinearSquare, Placement};
 use glam::{DAffine3, DMat3, DVec3};
-use morgana_transport::Spectrum;
 use morgana_transport::bsdf::{Bsdf, Conductor};
 use morgana_transport::emitter::{Emitter, Surroundings, VolumeLight};
 use morgana_transport::integrator::{Bdpt, Integrator, ParticleTracer, PhotonMapping, Vcm};
 use morgana_transport::medium::{GridFilter, GridSamples, VolumeGrid};
+use morgana_transport::path::Workspace;
+use morgana_transport::sampling::Sampler;
 use morgana_transport::scene::Parts;
-use morgana_transport::sensor::{Orthographic, Sensor};
+use morgana_transport::sensor::{Orthographic, Sensor, SensorRay};
 use morgana_transport::shape::{Cube, Disk, Shape};
+use morgana_transport::{Scene, Spectrum};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use testkit::z_test::{max_abs_z, z_score};
-use testkit::{Family, Mass, Rng, Table, uniform_edges};
+use testkit::{Family, Mass, Moments, Rng, Table, uniform_edges};
 
 const SIZE: [usize; 3] = [3, 2, 4];
 
@@ -227,6 +229,39 @@ fn photon_maps_see_volumes() {
         z_score(found, error, expected)
     };
     max_abs_z(&[vcm, photon].map(z), FAMILY).unwrap();
+}
+
+/// A pane of glass in the middle of a long volume: what it reflects and what it transmits add up to one, and so does what leaves
+/// its inside, so that the radiance is ε (2a + d/n²) with a on either side of the thickness d. With splitting and without.
+#[test]
+fn split_rays_gather_once() {
+    let (epsilon, n, half) = (0.7, 1.5, DVec3::new(3.0, 3.0, 0.5));
+    let cube = container(Cube::new(DAffine3::from_scale(half)).unwrap(), glass());
+    let media = vec![vacuum(), fog(Constant::new(n), 0.0, 0.0, 0.0)];
+    let emitters = vec![uniform(centred(DVec3::new(2.0, 2.0, 2.0)), epsilon)];
+    let scene = Scene::new(parts(vec![cube], media, emitters, view())).unwrap();
+    let expected = epsilon * (2.0 * 1.5 + 1.0 / (n * n));
+    let ray = SensorRay {
+        origin: DVec3::new(0.1, 0.2, 4.0),
+        direction: DVec3::NEG_Z,
+    };
+    let z = |splitting| {
+        let mut ws = Workspace::new(scene.tolerance());
+        ws.first_vertex.splitting = splitting;
+        let mut moments = Moments::default();
+        for sample in 0..4000 {
+            let (mut sampler, mut found) = (Sampler::new(5, 0, sample), Vec::new());
+            path_tracer().sample(&scene, ray, 1, &mut sampler, &mut ws, &mut found);
+            moments.push(found.iter().map(|c| c.weighted()[0]).sum());
+        }
+        println!(
+            "{} ± {}, expected {expected}",
+            moments.mean(),
+            moments.standard_error()
+        );
+        moments.z(expected)
+    };
+    max_abs_z(&[false, true].map(z), FAMILY).unwrap();
 }
 
 /// In a box that absorbs and emits, the radiance that leaves is ε (1 − e^{−σd})/σ; in a mirror behind it is seen again.
