@@ -336,6 +336,11 @@ fn apertures_that_are_refused() {
             "the focus must not lie in the aperture",
         ),
         ("fiber", CONE.into(), "power"),
+        (
+            "collimated",
+            format!("{POWER}{}", float("radius", 1e-200)),
+            "the aperture is too small or too large",
+        ),
     ] {
         refused(&beam(plugin, &contents), &["scene.xml:", expected]);
     }

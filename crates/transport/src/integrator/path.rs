@@ -307,9 +307,15 @@ impl Tracing<'_> {
             return;
         }
         let mut all: SmallVec<[EmittedAlong; 4]> = SmallVec::new();
-        gather_along(self.scene, next.start, self.sampler, self.ws, |along| {
-            all.push(along);
-        });
+        let channel_pdf = next.throughput / next.throughput.sum();
+        gather_along(
+            self.scene,
+            next.start,
+            channel_pdf,
+            self.sampler,
+            self.ws,
+            |along| all.push(along),
+        );
         for along in all.iter().filter(|along| along.depth <= budget) {
             let value = along.light * next.throughput;
             if let Some(nee_training) = &mut self.ws.nee_training {

@@ -42,7 +42,7 @@ pub(super) fn collimated(object: &ObjectDescription, context: &mut Context) -> O
     check_medium(inside, context);
     let aperture = across.aperture(context)?;
     Some(Emitter::Collimated(if total {
-        check_power(&across, &aperture, value, context);
+        check_power(object, &across, &aperture, value, context);
         Collimated::through(aperture, value)
     } else {
         Collimated::with_irradiance(aperture, value)
@@ -72,7 +72,7 @@ pub(super) fn fiber(object: &ObjectDescription, context: &mut Context) -> Option
     let power = light(&power, "power", object, context);
     check_medium(inside, context);
     let aperture = across.aperture(context)?;
-    check_power(&across, &aperture, power, context);
+    check_power(object, &across, &aperture, power, context);
     let fiber = Fiber::new(aperture, profile, divergence, power);
     Some(Emitter::Fiber(match focus {
         Some(distance) => fiber.with_focus(distance),
@@ -186,20 +186,36 @@ impl Across {
     }
 }
 
-/// An image must let through what a stated power has.
-fn check_power(across: &Across, aperture: &Aperture, power: Spectrum, context: &mut Context) {
-    let Way::Rectangle {
-        image: Some(image), ..
-    } = &across.way
-    else {
+/// Reports power that does not get through: an image may be black, and an irradiance beyond all numbers.
+fn check_power(
+    object: &ObjectDescription,
+    across: &Across,
+    aperture: &Aperture,
+    power: Spectrum,
+    context: &mut Context,
+) {
+    let lit = Collimated::through(aperture.clone(), power).power();
+    let passes = |c: usize| power[c] == 0.0 || (lit[c] / power[c] - 1.0).abs() < ROUNDING;
+    let Some(blocked) = (0..Spectrum::CHANNELS).find(|c| !passes(*c)) else {
         return;
     };
-    let lit = Collimated::through(aperture.clone(), power).power();
-    if (0..Spectrum::CHANNELS).any(|c| power[c] > 0.0 && lit[c] == 0.0) {
-        let message = "the texture is black in a channel in which the light has power";
-        context.error_at(&image.location, message);
+    match &across.way {
+        Way::Rectangle {
+            image: Some(image), ..
+        } if lit[blocked] == 0.0 => {
+            let message = "the texture is black in a channel in which the light has power";
+            context.error_at(&image.location, message);
+        }
+        _ => {
+            let message =
+                "the aperture is too small or too large for its irradiance to be a number";
+            context.error_at(&object.location, message);
+        }
     }
 }
+
+/// Relative errors of powers that are rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// Width of a beam that is to have none, over half the diagonal of all shapes.
 const THIN: f64 = 1e-3;

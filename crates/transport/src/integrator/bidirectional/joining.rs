@@ -111,7 +111,8 @@ impl Joining<'_> {
         let (setting, start, out) = (self.setting, sensor.start, &mut *self.out);
         let n = setting.scene.n(start.medium, start.x);
         let white = setting.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));
-        gather_in_view(setting.scene, start, self.sampler, self.ws, |along| {
+        let (scene, channel_pdf) = (setting.scene, setting.channel_pdf);
+        gather_in_view(scene, start, channel_pdf, self.sampler, self.ws, |along| {
             let value = along.light * white * (n * n);
             out.extend(setting.seen(&along, value));
         });

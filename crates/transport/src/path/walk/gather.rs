@@ -22,21 +22,22 @@ pub(crate) struct EmittedAlong {
     pub optical_length: f64,
 }
 
-/// Hands over the light that volumes emit along an edge from a start up to the first surface that scatters, of which media let some
-/// pass: ∫ ε e^{−τ} F̄/n² ds, of each volume by one point. Returns the edge.
+/// Hands over the light that volumes emit along an edge which is sampled with channel probabilities `channel_pdf`: of
+/// ∫ ε e^{−τ} F̄/n² ds an estimate by one point for each volume. Returns the edge, which ends at a collision or where a surface
+/// scatters.
 pub(crate) fn gather_along<'a>(
     scene: &'a Scene,
     start: Start,
+    channel_pdf: Spectrum,
     sampler: &mut Sampler,
     ws: &mut Workspace,
     mut found: impl FnMut(EmittedAlong),
 ) -> Edge<'a> {
     let sampling = Sampling {
         mode: TransportMode::Radiance,
-        // Nothing collides.
-        channel_pdf: Spectrum([1.0, 0.0, 0.0, 0.0]),
+        channel_pdf,
         extend: false,
-        collides: false,
+        collides: true,
         spans: true,
         forced: false,
         splitting: false,
@@ -51,7 +52,10 @@ pub(crate) fn gather_along<'a>(
                 x, depth, weight, ..
             } = place.point;
             let n = scene.n(place.point.medium, x);
-            let light = volume.radiance(x) * depth.exp_neg() * weight;
+            // The edge gets there without a collision with probability Σ w_c e^{−τ_c}.
+            let transmittance = depth.exp_neg();
+            let reaches = (channel_pdf * transmittance).sum();
+            let light = volume.radiance(x) * transmittance * weight / reaches;
             found(EmittedAlong {
                 emitter,
                 light: light * (place.length / (n * n)),
@@ -63,11 +67,12 @@ pub(crate) fn gather_along<'a>(
     })
 }
 
-/// Hands over the light of volumes in view along a ray from the sensor: up to the first surface that scatters it other than along a
-/// specular lobe.
+/// Hands over the light of volumes in view along a ray from the sensor: up to a collision, or to the first surface that scatters it
+/// other than along a specular lobe.
 pub(crate) fn gather_in_view(
     scene: &Scene,
     start: Start,
+    channel_pdf: Spectrum,
     sampler: &mut Sampler,
     ws: &mut Workspace,
     mut found: impl FnMut(EmittedAlong),
@@ -78,7 +83,7 @@ pub(crate) fn gather_in_view(
     let (mut start, mut throughput) = (start, Spectrum::ONE);
     let (mut depth, mut optical_length) = (0, 0.0);
     for _ in 0..SPECULAR_VERTICES {
-        let edge = gather_along(scene, start, sampler, ws, |along| {
+        let edge = gather_along(scene, start, channel_pdf, sampler, ws, |along| {
             found(EmittedAlong {
                 light: along.light * throughput,
                 depth: depth + along.depth,
@@ -94,7 +99,7 @@ pub(crate) fn gather_in_view(
         let Some(scatter) = scatter.filter(|scatter| scatter.delta) else {
             return;
         };
-        throughput *= edge.weight * edge.geometry.depth.exp_neg() * scatter.weight;
+        throughput *= edge.throughput(scene, channel_pdf) * scatter.weight;
         if throughput.is_zero() {
             return;
         }
@@ -125,9 +130,10 @@ impl Place {
         let mut length = 0.0;
         for (i, span) in edge.spans.iter().enumerate() {
             for range in volume.parts(&span.arc, span.theta_end) {
-                let ends = range.map(|theta| span.arc.arc_length(theta));
-                length += ends[1] - ends[0];
-                parts.push((i, ends));
+                let last = edge.length - span.length_before;
+                let [begin, end] = range.map(|theta| span.arc.arc_length(theta).min(last));
+                length += end - begin;
+                parts.push((i, [begin, end]));
             }
         }
         let mut left = u * length;
