@@ -379,7 +379,18 @@ fn volumes_of_light() {
         &volume(&radiance(-1.0)),
         &["scene.xml:8:", "light must not be negative"],
     );
-    refused(&volume(&radiance(0.0)), &["scene.xml:8:"]);
+    assert_eq!(power(&radiance(0.0)), 0.0);
+    refused(
+        &volume(&format!(
+            "{}<float name=\"power\" value=\"1\"/>",
+            radiance(0.0)
+        )),
+        &[
+            "scene.xml:8:",
+            "black in a channel in which the light has power",
+        ],
+    );
+    refused(&volume(&radiance(1e308)), &["scene.xml:8:"]);
     refused(
         &volume(&constant.replace("constvolume", "sellmeier")),
         &["scene.xml:8:", "unknown volume type 'sellmeier'"],

@@ -164,19 +164,11 @@ impl Emitter {
             Emitter::Fiber(fiber) => {
                 let aperture = fiber.aperture();
                 let position = aperture.sample(u);
-                EndSample {
-                    end: ConnectionEnd::at(position),
-                    pdf: aperture.pdf(position),
-                    delta: true,
-                }
+                one_of_many(position, aperture.pdf(position))
             }
             Emitter::Volume(volume) => {
                 let position = volume.sample(u);
-                EndSample {
-                    end: ConnectionEnd::at(position),
-                    pdf: volume.pdf(position),
-                    delta: true,
-                }
+                one_of_many(position, volume.pdf(position))
             }
             Emitter::Environment(environment) => {
                 let (toward, pdf) = environment.sample(u);
@@ -310,6 +302,16 @@ impl Emitter {
     /// Whether no vertex of a path can lie on it by chance.
     pub(crate) fn is_delta(&self) -> bool {
         matches!(self.class(), Class::Delta | Class::Volume)
+    }
+}
+
+/// An end at a point of an aperture or a volume. By rounding it may lie just beside all light, or the light may be black: any
+/// density does for an end that brings nothing.
+fn one_of_many(position: DVec3, pdf: f64) -> EndSample {
+    EndSample {
+        end: ConnectionEnd::at(position),
+        pdf: if pdf > 0.0 { pdf } else { 1.0 },
+        delta: true,
     }
 }
 

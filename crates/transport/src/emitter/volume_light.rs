@@ -32,7 +32,7 @@ impl VolumeLight {
     /// The light of `grid` ≥ 0 times a `scale` ≥ 0.
     ///
     /// # Errors
-    /// It is black.
+    /// Its power is no finite number.
     pub fn new(grid: VolumeGrid, scale: Spectrum) -> Result<Self, DistributionError> {
         let to_world = grid.to_world();
         let axes = [0, 1, 2].map(|axis| grid.intervals(axis));
@@ -43,6 +43,10 @@ impl VolumeLight {
             let light = mean(&grid, block) * scale * (volume * size(block));
             integral += light;
             weights.push(light.sum());
+        }
+        if integral.is_zero() {
+            // A black light has no preferences.
+            weights = blocks(&axes).map(size).collect();
         }
         Ok(VolumeLight {
             blocks: Discrete::new(&weights)?,
@@ -57,7 +61,7 @@ impl VolumeLight {
     /// The same light, with a total power of these channels; none in those in which it is black.
     ///
     /// # Errors
-    /// All of the power is in channels in which it is black.
+    /// The light that it takes is no finite number.
     pub fn with_power(self, power: Spectrum) -> Result<Self, DistributionError> {
         let factor = power.zip(
             self.power(),
@@ -101,9 +105,14 @@ impl VolumeLight {
         self.to_world.transform_point3(DVec3::from_array(place))
     }
 
-    /// Density of [`VolumeLight::sample`] per unit volume.
+    /// Density of [`VolumeLight::sample`] per unit volume; 0 for all points if it is black.
     pub fn pdf(&self, x: DVec3) -> f64 {
-        self.radiance(x).sum() / self.integral.sum()
+        let all = self.integral.sum();
+        if all > 0.0 {
+            self.radiance(x).sum() / all
+        } else {
+            0.0
+        }
     }
 
     /// The ranges of θ up to `theta_end` over which an arc is in the volume.

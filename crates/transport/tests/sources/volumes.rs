@@ -149,17 +149,27 @@ fn the_power_is_that_of_all_points() {
     }
 }
 
+/// As it may be in some channels of a film of many.
 #[test]
-fn a_black_volume_is_refused() {
-    let black = GridSamples {
-        size: [1; 3],
-        channels: 1,
-        data: vec![0.0],
+fn a_black_volume_sends_nothing_out() {
+    let emitter = uniform(skewed(), 0.0);
+    let around = Surroundings {
+        center: DVec3::ZERO,
+        radius: 3.0,
     };
-    let cube = DAffine3::IDENTITY;
-    let (placement, filter) = (Placement::Centers, GridFilter::Nearest);
-    let grid = VolumeGrid::new(black, cube, placement, filter, [0.0, 1.0]).unwrap();
-    assert!(VolumeLight::new(grid, Spectrum::ONE).is_err());
+    let none = |_: usize| -> &Shape { unreachable!() };
+    assert_eq!(emitter.power(&around, none), Spectrum::ZERO);
+    let mut rng = Rng::new(4);
+    assert!((0..100).all(|_| emitter.emit(&around, none, rng.uniform()).is_none()));
+    assert_eq!(emitter.sample_end(&around, none, [0.3, 0.7]).pdf, 1.0);
+    let Emitter::Volume(light) = emitter else {
+        unreachable!()
+    };
+    let inside = skewed()
+        .inverse()
+        .transform_point3(light.sample([0.3, 0.7]));
+    assert!(inside.min_element() >= 0.0 && inside.max_element() <= 1.0);
+    assert_eq!(light.radiance(light.sample([0.3, 0.7])), Spectrum::ZERO);
 }
 
 /// Emissions have the same weight each if there is one channel, which is the power.
