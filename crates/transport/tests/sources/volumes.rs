@@ -259,7 +259,7 @@ fn split_rays_gather_once() {
         let mut ws = Workspace::new(scene.tolerance());
         ws.first_vertex.splitting = splitting;
         let mut moments = Moments::default();
-        for sample in 0..4000 {
+        for sample in 0..100_000 {
             let (mut sampler, mut found) = (Sampler::new(5, 0, sample), Vec::new());
             path_tracer().sample(&scene, ray, 1, &mut sampler, &mut ws, &mut found);
             moments.push(found.iter().map(|c| c.weighted()[0]).sum());
