@@ -426,6 +426,26 @@ fn apertures_that_draw_warnings() {
     );
 }
 
+/// Only connections look for it, by `path`.
+#[test]
+fn narrow_fibres_are_not_for_paths() {
+    let beam = |focus: f64| {
+        let contents = format!(
+            "{POWER}<float name=\"cutoff_angle\" value=\"0.01\"/><float name=\"radius\" value=\"0.5\"/><float name=\"focus\" value=\"{focus}\"/>"
+        );
+        beam("fiber", &contents)
+    };
+    let by = |integrator: &str, focus: f64| {
+        format!("<integrator type=\"{integrator}\"/>{}", beam(focus))
+    };
+    warned(&by("path", 5.0), "so narrow that of connections");
+    for body in [by("bdpt", 5.0), by("path", 500.0), beam(5.0)] {
+        let loaded = load(&body).unwrap_or_else(|e| panic!("{e}"));
+        let warnings = loaded.warnings.to_string();
+        assert!(!warnings.contains("narrow"), "{warnings}");
+    }
+}
+
 /// sin θ₀ = NA/n with the index in which the fibre ends.
 #[test]
 fn numerical_apertures_depend_on_the_index() {

@@ -1,4 +1,5 @@
-//! The table of sources in the guide to tissue optics: each can be loaded without a warning, and emits one watt.
+//! Sources as the documents write them: those of the guide to tissue optics can be loaded without a warning and emit one watt each,
+//! and so can be the examples of the manual.
 
 use morgana_io::image::{ImageLayers, Layer, exr};
 use morgana_io::{LoadOptions, npy};
@@ -25,12 +26,39 @@ fn write_files(folder: &Path) {
     npy::write(&folder.join("density.npy"), &[2, 3, 4], &values).unwrap();
 }
 
+/// A section of a document, by its heading.
+fn section(document: &str, heading: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../docs")
+        .join(document);
+    let text = std::fs::read_to_string(path).unwrap();
+    let (_, section) = text.split_once(&format!("\n{heading}\n")).unwrap();
+    let end = section.find("\n## ").unwrap_or(section.len());
+    section[..end].to_owned()
+}
+
+#[test]
+fn examples_of_the_manual_can_be_loaded() {
+    for heading in ["### Beams and fibres", "### Volumes that emit"] {
+        let section = section("scene-format.md", heading);
+        let (_, example) = section.split_once("```xml\n").unwrap();
+        let (example, _) = example.split_once("```").unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.xml");
+        let sensor = "<sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/></sensor>";
+        let scene = format!("<scene version=\"3.0.0\">{sensor}{example}</scene>");
+        std::fs::write(&path, scene).unwrap();
+        let loaded = morgana_io::load_scene(&path, &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(loaded.scene().emitters().len(), 2);
+        let text = loaded.warnings.to_string();
+        assert!(!text.contains("warning"), "{text}");
+    }
+}
+
 /// The emitters of the table, as they stand there.
 fn emitters() -> Vec<String> {
-    let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/guides/tissue-optics.md");
-    let guide = std::fs::read_to_string(guide).unwrap();
-    let (_, section) = guide.split_once("\n## Sources\n").unwrap();
-    let (section, _) = section.split_once("\n## ").unwrap();
+    let section = section("guides/tissue-optics.md", "## Sources");
     let rows = section.lines().filter(|line| line.starts_with('|'));
     let code = rows.flat_map(|row| row.split('`').map(str::to_owned));
     code.filter(|code| code.starts_with('{')).collect()

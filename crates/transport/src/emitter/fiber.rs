@@ -105,6 +105,13 @@ impl Fiber {
         self.sin
     }
 
+    /// About the share of the aperture whose cones contain a point in the beam: at a distance from the aperture or, if there is one, at
+    /// the focus. A connection is worth something with this probability.
+    pub fn share_seen(&self, distance: f64) -> f64 {
+        let spot = self.edge() * self.focus.map_or(distance, f64::abs);
+        (spot / self.aperture.radius()).powi(2).min(1.0)
+    }
+
     /// Total power.
     pub fn power(&self) -> Spectrum {
         self.peak * self.aperture.area()
