@@ -61,8 +61,8 @@ impl Scene {
 
     /// The volumes that emit, and their indices.
     pub(crate) fn volume_lights(&self) -> impl Iterator<Item = (usize, &VolumeLight)> {
-        let emitters = self.parts.emitters.iter().enumerate();
-        emitters.filter_map(|(i, e)| match e {
+        let lights = self.volume_lights.iter();
+        lights.filter_map(|&i| match &self.parts.emitters[i] {
             Emitter::Volume(volume) => Some((i, &**volume)),
             _ => None,
         })
@@ -81,6 +81,13 @@ impl Scene {
         let shines = on.normal.dot(direction) > 0.0 && !radiance.is_zero();
         shines.then_some((emitter, radiance, pdf))
     }
+}
+
+/// Indices of the volumes that emit: rays ask for them all the time, and there may be thousands of other emitters.
+pub(super) fn volume_lights(parts: &Parts) -> Vec<usize> {
+    let emitters = parts.emitters.iter().enumerate();
+    let volumes = emitters.filter(|(_, e)| e.class() == Class::Volume);
+    volumes.map(|(i, _)| i).collect()
 }
 
 /// Positions of point-like emitters, if anything scatters their light.

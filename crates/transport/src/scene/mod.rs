@@ -32,7 +32,7 @@ use bending::{Bending, REACH, guides};
 use containment::overlapping;
 use eikonal::connect::{Guide, Reach};
 use eikonal::{Aabb, Tolerance};
-use emission::point_like_emitters;
+use emission::{point_like_emitters, volume_lights};
 use glam::DVec3;
 use index::Index;
 use lights::Lights;
@@ -57,6 +57,8 @@ pub struct Scene {
     bending: Bending,
     glass_ball: Option<GlassBall>,
     point_like_emitters: Vec<DVec3>,
+    /// Indices of the volumes that emit.
+    volume_lights: Vec<usize>,
     /// Objects that touch, overlap or hold others: what lies beside their surfaces varies.
     overlapping: Vec<bool>,
     /// For each emitter that is a beam, where it goes.
@@ -93,6 +95,7 @@ impl Scene {
             lights: Lights::new(&parts, &around),
             regions,
             point_like_emitters: point_like_emitters(&parts),
+            volume_lights: volume_lights(&parts),
             glass_ball: regions::glass_ball(&parts, &overlapping),
             overlapping,
             reach: Reach {

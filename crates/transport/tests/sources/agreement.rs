@@ -22,10 +22,9 @@ const BATCHES: u64 = 12;
 /// Round-off of rays and solver: relative differences below this are none.
 const ROUND_OFF: f64 = 1e-5;
 
-/// The images' means of independent renders; ten times as many samples under `MORGANA_LONG_TESTS`.
+/// The images' means of independent renders.
 fn batches(integrator: Integrator, scene: &Parts, samples: u64, seed: u64) -> Vec<f64> {
-    let long = std::env::var_os("MORGANA_LONG_TESTS").is_some();
-    let samples = if long { 10 * samples } else { samples };
+    let samples = effort(samples);
     let render = |batch: u64| {
         let rendering = shoot_by(integrator, scene.clone(), samples, 1000 * seed + batch);
         mean(&rendering).0

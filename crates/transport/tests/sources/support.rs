@@ -11,6 +11,14 @@ use morgana_transport::texture::{BitmapFilter, Wrap};
 /// False-alarm rate of each family.
 pub const FAMILY: f64 = 1.1e-4;
 
+/// Ten times as many samples under `MORGANA_LONG_TESTS`.
+pub fn effort(samples: u64) -> u64 {
+    match std::env::var_os("MORGANA_LONG_TESTS") {
+        Some(_) => 10 * samples,
+        None => samples,
+    }
+}
+
 /// Local +z along `direction`, scaled.
 pub fn facing(position: DVec3, direction: DVec3, scale: f64) -> DAffine3 {
     let z = direction.normalize();

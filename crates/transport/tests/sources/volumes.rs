@@ -208,6 +208,7 @@ fn estimators() -> [Integrator; 3] {
 
 /// z-scores of the mean image by all estimators.
 fn against(parts: &Parts, expected: f64, samples: u64) -> Vec<f64> {
+    let samples = effort(samples);
     let z = |(seed, integrator)| {
         let (found, error) = mean(&shoot_by(integrator, parts.clone(), samples, seed));
         println!("{found} ± {error}, expected {expected}");
