@@ -641,6 +641,27 @@ PLANTED = [
         ("morgana-transport", "first_vertex", "pilots_choose_what_pays"),
     ),
     (
+        "emission of volumes not divided by n²",
+        TRANSPORT + "path/walk/gather.rs",
+        "light: light * (place.length / (n * n)),",
+        "light: light * place.length * (n / n),",
+        ("morgana-transport", "sources", "volumes::a_graded_furnace_is_even"),
+    ),
+    (
+        "what volumes emit counted by both parts of a split path",
+        TRANSPORT + "integrator/path.rs",
+        "gathers: false,",
+        "gathers: true,",
+        ("morgana-transport", "sources", "volumes::split_rays_gather_once"),
+    ),
+    (
+        "numerical apertures taken in vacuum",
+        TRANSPORT + "emitter/fiber.rs",
+        "Divergence::NumericalAperture(aperture) => aperture / n,",
+        "Divergence::NumericalAperture(aperture) => aperture * (n / n),",
+        ("morgana-transport", "sources", "shares::nothing_is_beside_the_cone"),
+    ),
+    (
         "splitting that start anew",
         "crates/transport/src/integrator/path.rs",
         "length: self.length.and(0, split.optical_length),",

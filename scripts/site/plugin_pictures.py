@@ -321,6 +321,22 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
                 {"sky": {"type": "envmap", "filename": dusk(folder), "scale": 1.6}, "floor": floor(), "ball": ball({"type": "conductor"})}, 128
             ),
         ),
+        "emitter-fiber": (
+            "The end of a fibre in haze: its light widens from the aperture on",
+            lambda: lit(
+                {
+                    "fibre": {
+                        "type": "fiber",
+                        "radius": 0.12,
+                        "cutoff_angle": 12,
+                        "power": 22,
+                        "to_world": lookat([-2.0, 2.1, 1.5], [0.6, 0.5, 0.1]),
+                    },
+                    "fill": {"type": "constant", "radiance": 0.1},
+                },
+                0.15,
+            ),
+        ),
         "emitter-ies": (
             "A luminaire whose file describes a bright ring",
             lambda: lit({"light": {"type": "ies", "filename": luminaire(folder), "scale": 0.02, "to_world": down}, "fill": fill}),
@@ -379,6 +395,19 @@ def emitters(folder: Path) -> dict[str, tuple[str, Any]]:
                     },
                 },
                 0.12,
+            ),
+        ),
+        "emitter-volumelight": (
+            "A thin box that glows above two solids",
+            lambda: lit(
+                {
+                    "glow": {
+                        "type": "volumelight",
+                        "power": 40,
+                        "to_world": [{"translate": [-0.5, -0.5, -0.5]}, {"scale": [0.12, 1.3, 0.12]}, {"translate": [-0.1, 1.15, 0.9]}],
+                    },
+                    "fill": fill,
+                }
             ),
         ),
     }

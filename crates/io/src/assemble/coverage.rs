@@ -2,6 +2,7 @@
 //! can find one, its light is missing.
 
 use transport::bsdf::Bsdf;
+use transport::emitter::{Class, Emitter};
 use transport::integrator::{Integrator, RequiredConnection};
 use transport::scene::{Object, ProblemSeverity, Scene, SceneProblem, Subject, TOTAL_REFLECTIONS};
 use transport::sensor::Sensor;
@@ -45,13 +46,14 @@ pub(super) fn warnings(scene: &Scene, integrator: &Integrator) -> Vec<SceneProbl
     let walls = Walls::of(scene);
     let mut problems = Vec::new();
     for (i, emitter) in scene.emitters().iter().enumerate() {
-        if integrator.requires(emitter.is_delta()) == RequiredConnection::FromEmitter {
+        if integrator.requires(emitter.class()) == RequiredConnection::FromEmitter {
             problems.extend(from_emitter(&walls, Subject::Emitter(i), emitter.kind()));
+            problems.extend(narrow(scene, Subject::Emitter(i), emitter));
         }
     }
     let any = |required| {
         let mut emitters = scene.emitters().iter();
-        emitters.any(|e| integrator.requires(e.is_delta()) == required)
+        emitters.any(|e| integrator.requires(e.class()) == required)
     };
     if any(RequiredConnection::ToSensor) {
         problems.extend(to_sensor(&walls));
@@ -80,7 +82,7 @@ pub(super) fn complete(
             complete.push(integrator);
         }
         // Paths that any one connection may join include those of all others.
-        if most.is_none() || integrator.requires(true) == RequiredConnection::Any {
+        if most.is_none() || integrator.requires(Class::Delta) == RequiredConnection::Any {
             most = Some(integrator);
         }
     }
@@ -118,6 +120,25 @@ fn from_emitter(walls: &Walls, subject: Subject, kind: &str) -> Vec<SceneProblem
         warning(subject, message, set_reflections("bdpt or particle"))
     });
     mirror.into_iter().chain(dielectric).collect()
+}
+
+/// Connections to a narrow beam are worth something so seldom that their mean cannot be trusted below this probability.
+const SELDOM: f64 = 1e-3;
+
+fn narrow(scene: &Scene, subject: Subject, emitter: &Emitter) -> Option<SceneProblem> {
+    let Emitter::Fiber(fiber) = emitter else {
+        return None;
+    };
+    let share = fiber.share_seen(2.0 * scene.around().radius);
+    (share < SELDOM).then(|| {
+        let message = format!(
+            "the cones of this fiber are so narrow that of connections to its aperture about one in {:.0e} is worth \
+             something: its light will be missing until one is",
+            share.recip()
+        );
+        let help = "the integrators bdpt and particle follow this light from its start";
+        warning(subject, message, help.into())
+    })
 }
 
 fn to_sensor(walls: &Walls) -> Vec<SceneProblem> {

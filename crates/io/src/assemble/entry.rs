@@ -1,6 +1,5 @@
 //! Media that no light can enter: the opaque hull is most often a forgotten `null`.
 
-use transport::emitter::Emitter;
 use transport::scene::{AMBIENT, MediumId, ProblemSeverity, Scene, SceneProblem, Subject};
 
 /// A warning for each closed, opaque shape that shuts a medium off from all light.
@@ -29,11 +28,7 @@ fn lit(scene: &Scene) -> Vec<bool> {
         lit[scene.medium_at(x)] = true;
     }
     for emitter in scene.emitters() {
-        let place = match emitter {
-            Emitter::Collimated(beam) => Some(beam.origin()),
-            other => other.singularity(),
-        };
-        if let Some(x) = place {
+        if let Some(x) = emitter.position() {
             lit[scene.medium_at(x)] = true;
         }
     }

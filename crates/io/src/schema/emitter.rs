@@ -5,7 +5,7 @@ use super::row::{
     word,
 };
 use super::{Parameter, Plugin, Slot};
-use crate::scene::PluginKind::{Medium, Texture};
+use crate::scene::PluginKind::{Medium, Texture, Volume};
 
 const PLACED: &[Parameter] = &[TO_WORLD];
 
@@ -21,15 +21,61 @@ const SPOT: &[Parameter] = &[
     ),
 ];
 
-const BEAM: &[Parameter] = &[
-    float("radius", "(a thousandth of the scene)", "scene units, > 0"),
+const APERTURE: &[Parameter] = &[
     word(
         "profile",
-        &["disc", "gaussian"],
+        &["disc", "gaussian", "rectangle"],
         "irradiance across the beam",
     ),
+    float(
+        "radius",
+        "(a thousandth of the scene)",
+        "of a disc or Gaussian, scene units, > 0",
+    ),
+    float(
+        "width",
+        "(a thousandth of the scene)",
+        "of a rectangle along local x, scene units, > 0",
+    ),
+    float(
+        "height",
+        "(a thousandth of the scene)",
+        "of a rectangle along local y, scene units, > 0",
+    ),
+];
+
+const BEAM: &[Parameter] = &[
     spectrum("power", "", "W, ≥ 0; this or the irradiance is required"),
     spectrum("irradiance", "", "on the axis, W/m², ≥ 0"),
+];
+
+const FIBER: &[Parameter] = &[
+    spectrum("power", "required", "W, ≥ 0"),
+    float(
+        "numerical_aperture",
+        "",
+        "n sin θ₀, > 0 and at most the index at the end; this or the cutoff_angle is required",
+    ),
+    float("cutoff_angle", "", "θ₀ in degrees, > 0 and at most 90"),
+    word(
+        "angular_profile",
+        &["uniform", "lambertian", "gaussian"],
+        "the same intensity within θ₀, the same radiance, or radiance as exp(−2 sin²θ/sin²θ₀)",
+    ),
+    float(
+        "focus",
+        "",
+        "distance of the point to which the axes of all cones go, or, < 0, from which they come",
+    ),
+];
+
+const BEHIND_PICTURE: &[Slot] = &[
+    one(Medium, "Accepted: containment decides."),
+    role(
+        Texture,
+        "texture",
+        "A bitmap, as a factor of a rectangle's irradiance.",
+    ),
 ];
 
 const ENVMAP: &[Parameter] = &[
@@ -146,7 +192,45 @@ pub(super) const PLUGINS: &[Plugin] = &[
         &[SUNSKY],
         &[],
     ),
-    plugin("collimated", "A beam along +z.", &[BEAM, PLACED], INSIDE),
+    plugin(
+        "collimated",
+        "A beam along +z.",
+        &[APERTURE, BEAM, PLACED],
+        BEHIND_PICTURE,
+    ),
+    plugin(
+        "fiber",
+        "The end of a fibre: an aperture that radiates into a cone about +z.",
+        &[APERTURE, FIBER, PLACED],
+        BEHIND_PICTURE,
+    ),
+    plugin(
+        "volumelight",
+        "Light from all points of a volume, the same in all directions.",
+        &[
+            &[
+                spectrum(
+                    "radiance",
+                    "1",
+                    "per length, W/(m³ sr), ≥ 0: all over the unit cube",
+                ),
+                spectrum(
+                    "power",
+                    "",
+                    "total, W, ≥ 0: in place of what the radiance says",
+                ),
+            ],
+            PLACED,
+        ],
+        &[
+            one(Medium, "Accepted: containment decides."),
+            role(
+                Volume,
+                "radiance",
+                "A gridvolume or constvolume in its place, where that lies.",
+            ),
+        ],
+    ),
     plugin(
         "area",
         "Light from the shape that it belongs to, the same in all directions.",

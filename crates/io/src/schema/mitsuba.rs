@@ -15,7 +15,10 @@ const PLUGINS: &[(PluginKind, &[&str])] = &[
             "ward",
         ],
     ),
-    (PluginKind::Emitter, &["collimated", "ies"]),
+    (
+        PluginKind::Emitter,
+        &["collimated", "fiber", "ies", "volumelight"],
+    ),
     (
         PluginKind::Integrator,
         &["auto", "bdpt", "particle", "photon", "sppm", "vcm"],

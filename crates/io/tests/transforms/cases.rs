@@ -31,6 +31,11 @@ pub fn all() -> Vec<Case> {
         "envmap" => |m| lit(m, sky(m)),
         "sunsky" => |m| lit(m, json!({"type": "sunsky", "hour": 9, "turbidity": 6, "to_world": m.turned(), "sun_aperture": 20})),
         "collimated" => |m| lit(m, json!({"type": "collimated", "to_world": m.view(ABOVE), "radius": 0.6 * m.scale(), "irradiance": 3})),
+        "volumelight" => |m| lit(m, json!({"type": "volumelight", "radiance": {"type": "gridvolume",
+            "data": [[[2, 10], [4, 20]], [[0, 5], [30, 1]]], "to_world": m.unit_cube()}, "power": 60.0 * m.area()})),
+        "fiber" => |m| lit(m, json!({"type": "fiber", "to_world": m.view(ABOVE), "profile": "rectangle",
+            "width": 1.2 * m.scale(), "height": 0.8 * m.scale(), "cutoff_angle": 3, "power": 3.0 * m.area(),
+            "texture": {"type": "bitmap", "filename": "picture.exr", "filter_type": "nearest", "raw": true}})),
     );
     let sensors = cases!(Sensor:
         "perspective" => |m| seen(m, json!({"type": "perspective", "fov": 25})),

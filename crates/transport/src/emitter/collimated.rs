@@ -1,45 +1,14 @@
-//! Collimated beam: a laser.
+//! Collimated beam: a laser, or a rectangle of parallel light.
 
+use super::aperture::{Aperture, BeamProfile};
 use crate::Spectrum;
-use crate::sampling::Frame;
-use crate::sampling::disc::{
-    gaussian_disc_pdf, gaussian_disc_sample, uniform_disc_pdf, uniform_disc_sample,
-};
-use glam::{DVec2, DVec3};
-use std::f64::consts::PI;
-
-/// How a beam's irradiance varies across it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum BeamProfile {
-    /// Constant inside a disc.
-    Disc {
-        /// Its radius.
-        radius: f64,
-    },
-    /// exp(−2r²/w²).
-    Gaussian {
-        /// Radius w at which the irradiance has fallen to 1/e² of that on the axis.
-        waist: f64,
-    },
-}
-
-impl BeamProfile {
-    /// ∫ irradiance dA over that on the axis.
-    fn area(self) -> f64 {
-        match self {
-            BeamProfile::Disc { radius } => PI * radius * radius,
-            BeamProfile::Gaussian { waist } => 0.5 * PI * waist * waist,
-        }
-    }
-}
+use glam::DVec3;
 
 /// A beam of parallel rays that starts on a plane.
 #[derive(Clone, Debug)]
 pub struct Collimated {
-    origin: DVec3,
-    direction: DVec3,
-    profile: BeamProfile,
-    /// Irradiance on the axis.
+    aperture: Aperture,
+    /// Irradiance on the axis; with an image, where that is one.
     peak: Spectrum,
 }
 
@@ -47,74 +16,50 @@ impl Collimated {
     /// A beam of the given total power; `origin` is the centre of the aperture, `direction` that of the
     /// light, not zero.
     pub fn new(origin: DVec3, direction: DVec3, profile: BeamProfile, power: Spectrum) -> Self {
+        Collimated::through(Aperture::new(origin, direction, profile), power)
+    }
+
+    /// A beam of the given total power through an aperture; none in channels in which its image is black.
+    pub fn through(aperture: Aperture, power: Spectrum) -> Self {
+        let peak = aperture.peak(power);
+        Collimated { aperture, peak }
+    }
+
+    /// A beam of the given irradiance on the axis; with an image, where that is one.
+    pub fn with_irradiance(aperture: Aperture, irradiance: Spectrum) -> Self {
         Collimated {
-            origin,
-            direction: direction.normalize(),
-            profile,
-            peak: power / profile.area(),
+            aperture,
+            peak: irradiance,
         }
+    }
+
+    /// Where it starts.
+    pub fn aperture(&self) -> &Aperture {
+        &self.aperture
     }
 
     /// Centre of the aperture.
     pub fn origin(&self) -> DVec3 {
-        self.origin
+        self.aperture.origin()
     }
 
     /// Unit direction of the light.
     pub fn direction(&self) -> DVec3 {
-        self.direction
+        self.aperture.direction()
     }
 
     /// Total power.
     pub fn power(&self) -> Spectrum {
-        self.peak * self.profile.area()
+        self.peak * self.aperture.area()
     }
 
     /// Radius that contains most of the beam.
     pub fn radius(&self) -> f64 {
-        match self.profile {
-            BeamProfile::Disc { radius } => radius,
-            BeamProfile::Gaussian { waist } => waist,
-        }
+        self.aperture.radius()
     }
 
     /// Irradiance at a point of the aperture plane.
     pub fn irradiance(&self, point: DVec3) -> Spectrum {
-        let r = self.distance(point);
-        match self.profile {
-            BeamProfile::Disc { radius } if r <= radius => self.peak,
-            BeamProfile::Disc { .. } => Spectrum::ZERO,
-            BeamProfile::Gaussian { waist } => self.peak * (-2.0 * (r / waist).powi(2)).exp(),
-        }
+        self.peak * self.aperture.relative(point)
     }
-
-    /// A point of the aperture plane, in proportion to the irradiance there.
-    pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
-        let p = match self.profile {
-            BeamProfile::Disc { radius } => radius * uniform_disc_sample(u),
-            BeamProfile::Gaussian { waist } => gaussian_disc_sample(deviation(waist), u),
-        };
-        self.origin + Frame::from_normal(self.direction).to_world(p.extend(0.0))
-    }
-
-    /// Density of [`Collimated::sample`] per unit area.
-    pub(super) fn pdf(&self, point: DVec3) -> f64 {
-        let p = DVec2::new(self.distance(point), 0.0);
-        match self.profile {
-            BeamProfile::Disc { radius } => uniform_disc_pdf(p / radius) / (radius * radius),
-            BeamProfile::Gaussian { waist } => gaussian_disc_pdf(deviation(waist), p),
-        }
-    }
-
-    /// Distance from the axis.
-    fn distance(&self, point: DVec3) -> f64 {
-        (point - self.origin)
-            .reject_from_normalized(self.direction)
-            .length()
-    }
-}
-
-/// Standard deviation of exp(−2r²/w²) along each axis.
-fn deviation(waist: f64) -> f64 {
-    0.5 * waist
 }

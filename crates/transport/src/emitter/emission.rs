@@ -19,7 +19,7 @@ use glam::DVec3;
 pub struct Emission {
     /// The end of the path, as a connection to it would aim.
     pub end: ConnectionEnd,
-    /// Density of the end: per unit area on a surface, per steradian for an environment, 1 if there
+    /// Density of the end: per unit area on a surface or an aperture, per unit volume, per steradian for an environment, 1 if there
     /// is no choice.
     pub end_pdf: f64,
     /// Where the light starts.
@@ -46,7 +46,7 @@ impl Emitter {
         let sampled = self.sample_end(around, shape, [u0, u1]);
         let (x, direction) = match sampled.end {
             ConnectionEnd::Point { position, surface } => {
-                (position, self.direction_from(surface, [u2, u3]))
+                (position, self.direction_from(position, surface, [u2, u3]))
             }
             ConnectionEnd::Plane { direction, .. } => (
                 self.start_of_parallel(around, direction, [u2, u3]),
@@ -76,7 +76,7 @@ impl Emitter {
         direction: DVec3,
     ) -> f64 {
         match (self, end) {
-            (Emitter::Point { .. }, _) => uniform_sphere_pdf(),
+            (Emitter::Point { .. } | Emitter::Volume(_), _) => uniform_sphere_pdf(),
             (Emitter::Spot(spot), _) => spot.pdf(direction),
             (Emitter::Projector(projector), _) => projector.pdf(direction),
             (Emitter::Luminaire(luminaire), _) => luminaire.pdf(direction),
@@ -87,7 +87,8 @@ impl Emitter {
                 },
             ) => cosine_hemisphere_pdf(DVec3::Z * on.normal.dot(direction)),
             (Emitter::Area { .. } | Emitter::Textured(_), _) => 0.0,
-            (Emitter::Collimated(beam), _) => beam.pdf(x),
+            (Emitter::Collimated(beam), _) => beam.aperture().pdf(x),
+            (Emitter::Fiber(fiber), _) => fiber.pdf(x, direction),
             (Emitter::Directional { .. } | Emitter::Environment(_), _) => {
                 around.disc_pdf(direction, x)
             }
@@ -95,8 +96,9 @@ impl Emitter {
     }
 
     /// Direction in which light leaves a point, which may lie on an object with a normal.
-    fn direction_from(&self, surface: Option<OnSurface>, u: [f64; 2]) -> DVec3 {
+    fn direction_from(&self, position: DVec3, surface: Option<OnSurface>, u: [f64; 2]) -> DVec3 {
         match (self, surface) {
+            (Emitter::Fiber(fiber), _) => fiber.sample(position, u),
             (Emitter::Spot(spot), _) => spot.sample(u),
             (Emitter::Projector(projector), _) => projector.sample(u),
             (Emitter::Luminaire(luminaire), _) => luminaire.sample(u),
@@ -110,7 +112,7 @@ impl Emitter {
     /// Where a ray of light parallel to `direction` starts.
     fn start_of_parallel(&self, around: &Surroundings, direction: DVec3, u: [f64; 2]) -> DVec3 {
         match self {
-            Emitter::Collimated(beam) => beam.sample(u),
+            Emitter::Collimated(beam) => beam.aperture().sample(u),
             _ => around.disc(direction, u),
         }
     }

@@ -5,12 +5,15 @@
 //! Radiometric factors that depend on the way between, and the division by n² that turns radiance
 //! into basic radiance, belong to `path`.
 
+mod aperture;
 mod collimated;
 mod distant_disc;
 mod emission;
 mod environment;
 mod environment_map;
+mod fiber;
 mod luminaire;
+mod picture;
 mod power;
 mod projector;
 mod slide;
@@ -18,18 +21,22 @@ mod spot;
 mod surroundings;
 mod table;
 mod textured;
+mod volume_light;
 
 pub use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
-pub use collimated::{BeamProfile, Collimated};
+pub use aperture::{Aperture, BeamProfile};
+pub use collimated::Collimated;
 pub use distant_disc::{DiscError, DistantDisc};
 pub use emission::Emission;
 pub use environment::{Environment, ImageError};
+pub use fiber::{AngularProfile, Divergence, Fiber};
 pub use luminaire::{Luminaire, LuminaireError};
 pub use projector::Projector;
 pub use slide::Slide;
 pub use spot::{Spot, SpotTextureError};
 pub use surroundings::Surroundings;
 pub use textured::{TexturedArea, TexturedError};
+pub use volume_light::VolumeLight;
 
 use crate::Spectrum;
 use crate::shape::{AreaSample, Shape, Site};
@@ -45,11 +52,13 @@ pub enum Class {
     Area,
     /// By leaving the scene.
     Sky,
+    /// By passing through it: `path` gathers its light along all edges, other estimators along those from the sensor.
+    Volume,
 }
 
 impl Class {
     /// All classes.
-    pub const ALL: [Class; 3] = [Class::Delta, Class::Area, Class::Sky];
+    pub const ALL: [Class; 4] = [Class::Delta, Class::Area, Class::Sky, Class::Volume];
 }
 
 /// A source of light.
@@ -89,11 +98,21 @@ pub enum Emitter {
     Environment(Environment),
     /// A beam of parallel rays.
     Collimated(Collimated),
+    /// An aperture that radiates into a cone.
+    Fiber(Fiber),
+    /// All points of a volume.
+    Volume(Arc<VolumeLight>),
 }
 
 impl From<Collimated> for Emitter {
     fn from(beam: Collimated) -> Self {
         Emitter::Collimated(beam)
+    }
+}
+
+impl From<Fiber> for Emitter {
+    fn from(fiber: Fiber) -> Self {
+        Emitter::Fiber(fiber)
     }
 }
 
@@ -142,6 +161,15 @@ impl Emitter {
                 direction: beam.direction(),
                 beam: true,
             }),
+            Emitter::Fiber(fiber) => {
+                let aperture = fiber.aperture();
+                let position = aperture.sample(u);
+                one_of_many(position, aperture.pdf(position))
+            }
+            Emitter::Volume(volume) => {
+                let position = volume.sample(u);
+                one_of_many(position, volume.pdf(position))
+            }
             Emitter::Environment(environment) => {
                 let (toward, pdf) = environment.sample(u);
                 EndSample {
@@ -173,8 +201,8 @@ impl Emitter {
         }
     }
 
-    /// What leaves `start` in the unit `direction`: intensity (points of any kind), radiance times cosine
-    /// (area), radiance (environment) or irradiance across the direction (directional, beam).
+    /// What leaves `start` in the unit `direction`: intensity (points of any kind), intensity per area (fibre) or volume, radiance
+    /// times cosine (area), radiance (environment) or irradiance across the direction (directional, beam).
     pub fn emitted(&self, end: &ConnectionEnd, start: DVec3, direction: DVec3) -> Spectrum {
         match self {
             Emitter::Point { intensity, .. } => *intensity,
@@ -183,6 +211,8 @@ impl Emitter {
             Emitter::Luminaire(luminaire) => luminaire.intensity(direction),
             Emitter::Directional { irradiance, .. } => *irradiance,
             Emitter::Collimated(beam) => beam.irradiance(start),
+            Emitter::Fiber(fiber) => fiber.emitted(start, direction),
+            Emitter::Volume(volume) => volume.radiance(start),
             Emitter::Environment(environment) => environment.radiance(-direction),
             Emitter::Area { radiance, .. } => *radiance * cosine(end, direction),
             Emitter::Textured(area) => match end {
@@ -216,16 +246,31 @@ impl Emitter {
         )
     }
 
-    /// The point from which a point-like emitter radiates: distances are sampled around it, since
-    /// its light falls off as 1/r².
+    /// A point where it is, if it starts somewhere in the scene, but on no object.
+    pub fn position(&self) -> Option<DVec3> {
+        match self {
+            Emitter::Collimated(beam) => Some(beam.origin()),
+            Emitter::Volume(volume) => Some(volume.sample([0.5; 2])),
+            _ => self.singularity(),
+        }
+    }
+
+    /// The point, or the middle of the points, from which a point-like emitter radiates: distances are sampled around them,
+    /// since their light falls off as 1/r².
     pub fn singularity(&self) -> Option<DVec3> {
         match self {
             Emitter::Point { position, .. } => Some(*position),
             Emitter::Spot(spot) => Some(spot.position()),
             Emitter::Projector(projector) => Some(projector.position()),
             Emitter::Luminaire(luminaire) => Some(luminaire.position()),
+            Emitter::Fiber(fiber) => Some(fiber.origin()),
             _ => None,
         }
+    }
+
+    /// Whether connections have a choice of points at which to end, each of which its light falls off around as 1/r².
+    pub(crate) fn has_many_points(&self) -> bool {
+        matches!(self, Emitter::Fiber(_))
     }
 
     /// The emitter's kind, for messages.
@@ -239,6 +284,8 @@ impl Emitter {
             Emitter::Directional { .. } => "directional",
             Emitter::Environment(e) => e.kind(),
             Emitter::Collimated(_) => "collimated",
+            Emitter::Fiber(_) => "fiber",
+            Emitter::Volume(_) => "volumelight",
         }
     }
 
@@ -247,13 +294,24 @@ impl Emitter {
         match self {
             Emitter::Area { .. } | Emitter::Textured(_) => Class::Area,
             Emitter::Environment(_) => Class::Sky,
+            Emitter::Volume(_) => Class::Volume,
             _ => Class::Delta,
         }
     }
 
-    /// Whether paths scattered at random cannot find it.
-    pub fn is_delta(&self) -> bool {
-        self.class() == Class::Delta
+    /// Whether no vertex of a path can lie on it by chance.
+    pub(crate) fn is_delta(&self) -> bool {
+        matches!(self.class(), Class::Delta | Class::Volume)
+    }
+}
+
+/// An end at a point of an aperture or a volume. By rounding it may lie just beside all light, or the light may be black: any
+/// density does for an end that brings nothing.
+fn one_of_many(position: DVec3, pdf: f64) -> EndSample {
+    EndSample {
+        end: ConnectionEnd::at(position),
+        pdf: if pdf > 0.0 { pdf } else { 1.0 },
+        delta: true,
     }
 }
 

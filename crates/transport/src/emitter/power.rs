@@ -20,6 +20,8 @@ impl Emitter {
             Emitter::Directional { irradiance, .. } => *irradiance * disc,
             Emitter::Environment(environment) => environment.integral() * disc,
             Emitter::Collimated(beam) => beam.power(),
+            Emitter::Fiber(fiber) => fiber.power(),
+            Emitter::Volume(volume) => volume.power(),
         }
     }
 }

@@ -1,8 +1,8 @@
 //! A point that throws an image, as a slide projector does.
 
+use super::picture::Picture;
 use super::slide::Slide;
-use crate::sampling::grid2::PickedCell;
-use crate::sampling::{DistributionError, Grid2};
+use crate::sampling::DistributionError;
 use crate::{Orientation, Spectrum};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -15,9 +15,7 @@ pub struct Projector {
     orientation: Orientation,
     /// Half extents of the image at unit distance.
     half: [f64; 2],
-    slide: Slide,
-    /// Cells between the centres of pixels, cut at the image's edges; pixels if the filter is `nearest`.
-    distribution: Grid2,
+    picture: Picture,
 }
 
 impl Projector {
@@ -28,23 +26,12 @@ impl Projector {
         fov_x: f64,
         slide: Slide,
     ) -> Result<Self, DistributionError> {
-        let expected = slide.size[0].saturating_mul(slide.size[1]);
-        if slide.pixels.len() != expected || expected == 0 {
-            let got = slide.pixels.len();
-            return Err(DistributionError::Length { expected, got });
-        }
-        let weights: Vec<f64> = slide
-            .cells()
-            .map(|cell| slide.values(cell).mean() * slide.area(cell))
-            .collect();
-        let [columns, rows] = slide.counts();
         let half = (0.5 * fov_x).tan();
         Ok(Projector {
             position,
             orientation,
             half: [half, half * slide.size[1] as f64 / slide.size[0] as f64],
-            distribution: Grid2::new(columns, rows, &weights)?,
-            slide,
+            picture: Picture::new(slide)?,
         })
     }
 
@@ -72,12 +59,12 @@ impl Projector {
         let Some((uv, cos)) = self.locate(direction) else {
             return Spectrum::ZERO;
         };
-        self.slide.at(uv) * (PI / cos.powi(3))
+        self.picture.at(uv) * (PI / cos.powi(3))
     }
 
     /// Total power: π times the image's mean times the area of the screen.
     pub fn power(&self) -> Spectrum {
-        self.slide.mean() * (PI * self.area())
+        self.picture.mean() * (PI * self.area())
     }
 
     /// Area of the image at unit distance.
@@ -87,9 +74,7 @@ impl Projector {
 
     /// A direction in proportion to the image, summed over channels, on the screen.
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
-        let PickedCell { cell, within } = self.distribution.pick(u);
-        let within = self.slide.values(cell).sample(within);
-        let uv = self.slide.coordinates(cell, within);
+        let uv = self.picture.sample(u);
         let [x, y] = [0, 1].map(|k| (1.0 - 2.0 * uv[k]) * self.half[k]);
         self.orientation.to_world(DVec3::new(x, y, 1.0).normalize())
     }
@@ -97,9 +82,7 @@ impl Projector {
     /// Density of [`Projector::sample`] per steradian: dΩ = cos³θ dA.
     pub(super) fn pdf(&self, direction: DVec3) -> f64 {
         self.locate(direction).map_or(0.0, |(uv, cos)| {
-            let (cell, within) = self.slide.locate(uv);
-            let share = self.distribution.probability(cell) / self.slide.area(cell);
-            share * self.slide.values(cell).pdf(within) / (self.area() * cos.powi(3))
+            self.picture.pdf(uv) / (self.area() * cos.powi(3))
         })
     }
 }

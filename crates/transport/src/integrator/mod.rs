@@ -20,6 +20,7 @@ pub use vcm::Vcm;
 pub(crate) use vcm::VcmSample;
 
 use crate::Spectrum;
+use crate::emitter::Class;
 use crate::path::Workspace;
 use crate::sampling::{Replicates, Sampler};
 use crate::scene::Scene;
@@ -54,15 +55,13 @@ pub enum RequiredConnection {
 }
 
 impl Integrator {
-    /// What it requires of connections for the light of an emitter; `delta` says that no ray can hit it.
-    pub fn requires(&self, delta: bool) -> RequiredConnection {
-        match (self, delta) {
+    /// What it requires of connections for the light of an emitter of a class.
+    pub fn requires(&self, class: Class) -> RequiredConnection {
+        match (self, class) {
             (Integrator::Particle(_), _) => RequiredConnection::ToSensor,
-            (_, false) | (Integrator::Photon(_) | Integrator::Vcm(_), true) => {
-                RequiredConnection::Nothing
-            }
-            (Integrator::Path(_), true) => RequiredConnection::FromEmitter,
-            (Integrator::Bdpt(_), true) => RequiredConnection::Any,
+            (Integrator::Path(_), Class::Delta) => RequiredConnection::FromEmitter,
+            (Integrator::Bdpt(_), Class::Delta | Class::Volume) => RequiredConnection::Any,
+            _ => RequiredConnection::Nothing,
         }
     }
 

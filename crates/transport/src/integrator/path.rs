@@ -11,12 +11,14 @@ use crate::Spectrum;
 use crate::connection_end::{ConnectionEnd, OnSurface};
 use crate::film::PathFacts;
 use crate::path::{
-    Connection, ConnectionTarget, Edge, End, FoundBranch, NeeSlot, Resampling, Sampling, Split,
-    Start, TransportMode, Vertex, Weighted, Workspace, environment_end, scatter, trace,
+    Connection, ConnectionTarget, Edge, EmittedAlong, End, FoundBranch, NeeSlot, Resampling,
+    Sampling, Split, Start, TransportMode, Vertex, Weighted, Workspace, environment_end,
+    gather_along, scatter, trace,
 };
 use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::sensor::SensorRay;
+use smallvec::SmallVec;
 
 /// The path tracer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +52,8 @@ struct Next {
     from: Option<(Vertex, f64)>,
     /// How far the path has come.
     length: PathLength,
+    /// Whether what volumes emit along the edge is yet to be found.
+    gathers: bool,
 }
 
 impl Next {
@@ -62,6 +66,8 @@ impl Next {
             from: None,
             // The reflection counts as an edge does.
             length: self.length.and(0, split.optical_length),
+            // The edge that was split has both ways.
+            gathers: false,
         })
     }
 }
@@ -151,6 +157,7 @@ impl PathTracer {
             throughput: Spectrum(std::array::from_fn(white)),
             from: None,
             length: PathLength::default(),
+            gathers: true,
         };
         let mut tracing = Tracing {
             scene,
@@ -178,6 +185,10 @@ impl PathTracer {
     /// Follows one edge, hands over what it finds, and scatters at its end. Whether the path goes on, as `next` says then: in
     /// place, for it is large.
     fn edge(&self, t: &mut Tracing, next: &mut Next) -> bool {
+        // Add what volumes emit along the way.
+        if next.gathers {
+            t.gather(next, self.budget(next.length.depth));
+        }
         // Sample the next edge: its length by p(s) of eq. (distance density), with channel probabilities w_c in proportion to T.
         let channel_pdf = next.throughput / next.throughput.sum();
         let budget = self.budget(next.length.depth + 1);
@@ -287,6 +298,31 @@ impl Tracing<'_> {
                 }
             }
             End::Collision(_) | End::Dead => {}
+        }
+    }
+
+    /// Light that volumes emit along an edge, over at most `budget` edges and events.
+    fn gather(&mut self, next: &Next, budget: u32) {
+        if self.scene.volume_lights().next().is_none() {
+            return;
+        }
+        let mut all: SmallVec<[EmittedAlong; 4]> = SmallVec::new();
+        let channel_pdf = next.throughput / next.throughput.sum();
+        gather_along(
+            self.scene,
+            next.start,
+            channel_pdf,
+            self.sampler,
+            self.ws,
+            |along| all.push(along),
+        );
+        for along in all.iter().filter(|along| along.depth <= budget) {
+            let value = along.light * next.throughput;
+            if let Some(nee_training) = &mut self.ws.nee_training {
+                nee_training.apart(value.sum());
+            }
+            let length = next.length.and(along.depth - 1, along.optical_length);
+            self.hand_over(value, length, along.emitter);
         }
     }
 
@@ -432,6 +468,7 @@ impl Tracing<'_> {
             Some((vertex, scattered.pdf))
         };
         next.length = length;
+        next.gathers = true;
         true
     }
 }

@@ -56,7 +56,7 @@ fn lerp([a, b]: [f64; 2], t: f64) -> f64 {
 }
 
 /// The t at which a share `u` of the integral of a (1 − t) + b t over [0, 1] lies below.
-fn linear_sample([a, b]: [f64; 2], u: f64) -> f64 {
+pub(super) fn linear_sample([a, b]: [f64; 2], u: f64) -> f64 {
     let sum = a + b;
     if sum <= 0.0 || u <= 0.0 {
         return u.max(0.0);
@@ -67,7 +67,7 @@ fn linear_sample([a, b]: [f64; 2], u: f64) -> f64 {
 }
 
 /// What [`linear_sample`] maps to `t`.
-fn linear_inverse([a, b]: [f64; 2], t: f64) -> f64 {
+pub(super) fn linear_inverse([a, b]: [f64; 2], t: f64) -> f64 {
     let sum = a + b;
     if sum > 0.0 {
         t * (2.0 * a + t * (b - a)) / sum

@@ -1,4 +1,4 @@
-//! Distributions over the plane: uniform disc and Gaussian.
+//! Distributions over the plane: uniform disc and Gaussian, of the whole plane or of the unit disc.
 
 use glam::DVec2;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
@@ -64,4 +64,30 @@ pub fn gaussian_disc_inverse(sigma: f64, p: DVec2) -> [f64; 2] {
 /// exp(−|p|²/2σ²)/(2πσ²), per unit area.
 pub fn gaussian_disc_pdf(sigma: f64, p: DVec2) -> f64 {
     (-0.5 * (p / sigma).length_squared()).exp() / (TAU * sigma * sigma)
+}
+
+/// Point of the unit disc with density in proportion to exp(−|p|²/2σ²), σ > 0.
+pub fn truncated_gaussian_disc_sample(sigma: f64, u: [f64; 2]) -> DVec2 {
+    let u = [u[0] * unit_disc_mass(sigma), u[1]];
+    gaussian_disc_sample(sigma, u).clamp_length_max(1.0)
+}
+
+/// The `u` of a point in the unit disc.
+pub fn truncated_gaussian_disc_inverse(sigma: f64, p: DVec2) -> [f64; 2] {
+    let [mass, turn] = gaussian_disc_inverse(sigma, p);
+    [mass / unit_disc_mass(sigma), turn]
+}
+
+/// Density per unit area in the unit disc, 0 outside.
+pub fn truncated_gaussian_disc_pdf(sigma: f64, p: DVec2) -> f64 {
+    if p.length_squared() <= 1.0 {
+        gaussian_disc_pdf(sigma, p) / unit_disc_mass(sigma)
+    } else {
+        0.0
+    }
+}
+
+/// Probability that a normal deviate lies in the unit disc.
+fn unit_disc_mass(sigma: f64) -> f64 {
+    -(-0.5 / (sigma * sigma)).exp_m1()
 }

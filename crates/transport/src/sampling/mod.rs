@@ -16,6 +16,7 @@ mod points;
 pub mod sampler;
 pub mod sphere;
 pub mod triangle;
+pub mod trilinear;
 
 pub use bilinear::BilinearCell;
 pub use discrete::Discrete;
@@ -25,6 +26,7 @@ pub use piecewise_constant::PiecewiseConstant;
 pub use piecewise_linear::PiecewiseLinear;
 pub use points::{Purpose, Replicates};
 pub use sampler::Sampler;
+pub use trilinear::TrilinearCell;
 
 use eikonal::Shown;
 

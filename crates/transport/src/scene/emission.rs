@@ -5,7 +5,7 @@ use super::light_bounds::Receiver;
 use super::parts::Parts;
 use crate::Spectrum;
 use crate::connection_end::OnSurface;
-use crate::emitter::{Class, Emitter, Environment};
+use crate::emitter::{Class, Emitter, Environment, VolumeLight};
 use crate::medium::Medium;
 use glam::DVec3;
 
@@ -59,6 +59,15 @@ impl Scene {
         })
     }
 
+    /// The volumes that emit, and their indices.
+    pub(crate) fn volume_lights(&self) -> impl Iterator<Item = (usize, &VolumeLight)> {
+        let lights = self.volume_lights.iter();
+        lights.filter_map(|&i| match &self.parts.emitters[i] {
+            Emitter::Volume(volume) => Some((i, &**volume)),
+            _ => None,
+        })
+    }
+
     /// The emitter that covers a surface, the radiance that leaves it in `direction`, and the density per unit
     /// area with which aims choose the point; `None` where no light leaves.
     pub(crate) fn emitted(
@@ -72,6 +81,13 @@ impl Scene {
         let shines = on.normal.dot(direction) > 0.0 && !radiance.is_zero();
         shines.then_some((emitter, radiance, pdf))
     }
+}
+
+/// Indices of the volumes that emit: rays ask for them all the time, and there may be thousands of other emitters.
+pub(super) fn volume_lights(parts: &Parts) -> Vec<usize> {
+    let emitters = parts.emitters.iter().enumerate();
+    let volumes = emitters.filter(|(_, e)| e.class() == Class::Volume);
+    volumes.map(|(i, _)| i).collect()
 }
 
 /// Positions of point-like emitters, if anything scatters their light.

@@ -131,6 +131,16 @@ impl LightBounds {
                 let facing = Facing::Beam(beam.direction());
                 bounds(beam.origin(), beam.radius(), power / PI, facing)
             }
+            Emitter::Fiber(fiber) => {
+                let aperture = fiber.aperture();
+                let radius = aperture.radius();
+                bounds(aperture.origin(), radius, power / (4.0 * PI), Facing::Point)
+            }
+            Emitter::Volume(volume) => {
+                let all = volume.aabb();
+                let radius = 0.5 * all.diagonal();
+                bounds(all.center(), radius, power / (4.0 * PI), Facing::Everywhere)
+            }
             Emitter::Point { position, .. } => {
                 bounds(*position, 0.0, power / (4.0 * PI), Facing::Everywhere)
             }
@@ -154,8 +164,9 @@ impl LightBounds {
             }
             Facing::Point => {
                 let chord = (receiver.position() - center).normalize_or_zero();
-                let strength = match receiver {
-                    Receiver::Segment { .. } => self.strength,
+                let strength = match (receiver, emitter) {
+                    (Receiver::Segment { .. }, _) => self.strength,
+                    (_, Emitter::Fiber(fiber)) => fiber.intensity_roughly(chord),
                     _ => emitter
                         .emitted(&ConnectionEnd::at(center), center, chord)
                         .sum(),

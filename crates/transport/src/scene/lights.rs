@@ -10,9 +10,9 @@ use crate::sampling::Discrete;
 #[derive(Clone, Debug)]
 pub(super) struct Lights {
     /// In the order of [`Class::ALL`].
-    groups: [Group; 3],
+    groups: [Group; Class::ALL.len()],
     /// Whether some emitter of the class is an image, in the order of [`Class::ALL`].
-    images: [bool; 3],
+    images: [bool; Class::ALL.len()],
     /// For each emitter, its place in its group.
     places: Vec<usize>,
     /// Where light subpaths start.

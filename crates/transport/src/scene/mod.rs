@@ -33,7 +33,7 @@ use bending::{Bending, REACH, guides};
 use containment::overlapping;
 use eikonal::connect::{Guide, Reach};
 use eikonal::{Aabb, Tolerance};
-use emission::point_like_emitters;
+use emission::{point_like_emitters, volume_lights};
 use glam::DVec3;
 use index::Index;
 use lights::Lights;
@@ -58,6 +58,8 @@ pub struct Scene {
     bending: Bending,
     glass_ball: Option<GlassBall>,
     point_like_emitters: Vec<DVec3>,
+    /// Indices of the volumes that emit.
+    volume_lights: Vec<usize>,
     /// Objects that touch, overlap or hold others: what lies beside their surfaces varies.
     overlapping: Vec<bool>,
     /// For each emitter that is a beam, where it goes.
@@ -74,7 +76,8 @@ impl Scene {
     ///
     /// # Errors
     /// Everything that is wrong with it, errors first.
-    pub fn new(parts: Parts) -> Result<Self, Vec<SceneProblem>> {
+    pub fn new(mut parts: Parts) -> Result<Self, Vec<SceneProblem>> {
+        settle_fibers(&mut parts);
         let around = surroundings(&parts);
         let regions = regions::all(&parts, &around);
         let sensor_medium = parts.containment().medium_at(parts.sensor.position());
@@ -93,6 +96,7 @@ impl Scene {
             lights: Lights::new(&parts, &around),
             regions,
             point_like_emitters: point_like_emitters(&parts),
+            volume_lights: volume_lights(&parts),
             glass_ball: regions::glass_ball(&parts, &overlapping),
             overlapping,
             reach: Reach {
@@ -236,16 +240,33 @@ impl Scene {
     }
 }
 
+/// Gives fibres the cones that they have in the media in which they end.
+fn settle_fibers(parts: &mut Parts) {
+    let containment = Containment {
+        objects: &parts.objects,
+        partitions: &parts.partitions,
+    };
+    for emitter in &mut parts.emitters {
+        if let Emitter::Fiber(fiber) = emitter {
+            let medium = containment.medium_at(fiber.origin());
+            let n = parts.media[medium].index.n(fiber.origin());
+            *fiber = fiber.clone().in_medium(n);
+        }
+    }
+}
+
 /// A ball around all that is at finite distance.
 fn surroundings(parts: &Parts) -> Surroundings {
     let shapes = parts.objects.iter().map(|o| o.shape.aabb());
-    let points = parts.emitters.iter().filter_map(|e| match e {
-        Emitter::Collimated(beam) => Some(beam.origin()),
-        e => e.singularity(),
-    });
+    let points = parts.emitters.iter().filter_map(Emitter::position);
     let points = points.chain(parts.sensor.positions());
     let all = shapes.fold(Aabb::EMPTY, Aabb::union);
     let all = points.fold(all, Aabb::include);
+    let volumes = parts.emitters.iter().filter_map(|e| match e {
+        Emitter::Volume(volume) => Some(volume.aabb()),
+        _ => None,
+    });
+    let all = volumes.fold(all, Aabb::union);
     Surroundings {
         center: all.center(),
         radius: f64::max(

@@ -44,6 +44,7 @@ pub struct VolumeGrid {
     voxel: f64,
     range: (f64, f64),
     filter: GridFilter,
+    placement: Placement,
 }
 
 /// The samples of a grid, x fastest, channels interleaved.
@@ -129,6 +130,7 @@ impl VolumeGrid {
             voxel: voxel(size, to_world),
             range,
             filter,
+            placement,
         })
     }
 
@@ -175,6 +177,7 @@ impl VolumeGrid {
             voxel: voxel(size, to_world),
             range,
             filter: GridFilter::Nearest,
+            placement: Placement::Centers,
             values: Values::ByLabel {
                 labels,
                 values: table,
@@ -187,6 +190,35 @@ impl VolumeGrid {
     pub(super) fn fill(&mut self, value: f32) {
         let count = self.size.iter().product::<usize>() * self.channels;
         self.values = Values::Each(vec![value; count]);
+    }
+
+    /// From the unit cube to its place.
+    pub(crate) fn to_world(&self) -> DAffine3 {
+        self.to_unit.inverse()
+    }
+
+    /// Number of samples along each axis.
+    pub(super) fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
+    /// How values between samples are found.
+    pub(super) fn filter(&self) -> GridFilter {
+        self.filter
+    }
+
+    /// Where the samples are.
+    pub(super) fn placement(&self) -> Placement {
+        self.placement
+    }
+
+    /// The value of the sample at a place along each axis; one channel serves all spectral channels.
+    pub(crate) fn sample_at(&self, [i, j, k]: [usize; 3]) -> Spectrum {
+        let voxel = i + self.size[0] * (j + self.size[1] * k);
+        match self.channels {
+            1 => Spectrum::splat(self.values.sample(voxel, 1, 0)),
+            _ => Spectrum(self.sample(voxel)),
+        }
     }
 
     /// Shortest side of a voxel, in world units.

@@ -1,5 +1,6 @@
 //! Quantities that vary in space: samples on grids, labels of voxels.
 
+mod blocks;
 mod cells;
 mod error;
 mod grid;
@@ -8,6 +9,7 @@ mod lattice;
 mod section;
 mod texture;
 
+pub(crate) use blocks::Interval;
 pub use error::GridError;
 pub use grid::{GridFilter, GridSamples, VolumeGrid};
 pub use labels::LabelGrid;

@@ -3,7 +3,9 @@
 use crate::support::*;
 use glam::DVec3;
 use morgana_transport::connection_end::{ConnectionEnd, OnSurface};
-use morgana_transport::emitter::{Emitter, Luminaire, LuminaireError, Projector, Slide};
+use morgana_transport::emitter::{
+    AngularProfile, Emitter, Luminaire, LuminaireError, Projector, Slide,
+};
 use morgana_transport::shape::Site;
 use morgana_transport::texture::{BitmapFilter, Wrap};
 use morgana_transport::{Orientation, Spectrum};
@@ -60,6 +62,7 @@ fn directions_of_light_from_points_follow_their_density() {
         position: DVec3::Y,
         intensity: color(),
     };
+    let fibre = |profile| Emitter::Fiber(fiber(profile, color()));
     let mut family = Family::new(FALSE_ALARM);
     for (name, emitter, rim) in [
         ("point", point, -1.0),
@@ -70,6 +73,13 @@ fn directions_of_light_from_points_follow_their_density() {
         ("slide", slide(color()), CUTOFF.cos()),
         ("projector", projector(color()), -1.0),
         ("ies", light(color()), -1.0),
+        ("fibre", fibre(AngularProfile::Uniform), ACCEPTANCE.cos()),
+        (
+            "Lambertian fibre",
+            fibre(AngularProfile::Lambertian),
+            ACCEPTANCE.cos(),
+        ),
+        ("Gaussian fibre", fibre(AngularProfile::Gaussian), 0.0),
         ("parallelogram", area(0), 0.0),
         ("ellipsoid", area(1), 0.0),
     ] {

@@ -32,7 +32,8 @@ fn power(name: &str, shapes: &[Shape]) -> f64 {
         }
         // 2π ∫ (1 − θ/π) sin θ dθ.
         "ies" => TAU,
-        "disc beam" | "Gaussian beam" => 1.0,
+        "disc beam" | "Gaussian beam" | "rectangle" | "picture" => 1.0,
+        "fibre" | "Lambertian fibre" | "Gaussian fibre" | "focused fibre" => 1.0,
         _ => f64::NAN,
     }
 }

@@ -3,8 +3,8 @@
 use glam::{DAffine2, DAffine3, DMat3, DVec3};
 use morgana_transport::connection_end::ConnectionEnd;
 use morgana_transport::emitter::{
-    BeamProfile, Collimated, DistantDisc, Emission, Emitter, Environment, Luminaire, Projector,
-    Slide, Spot, Surroundings, TexturedArea,
+    AngularProfile, Aperture, BeamProfile, Collimated, DistantDisc, Divergence, Emission, Emitter,
+    Environment, Fiber, Luminaire, Projector, Slide, Spot, Surroundings, TexturedArea,
 };
 use morgana_transport::sampling::Frame;
 use morgana_transport::shape::{Rectangle, Shape, Sphere};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 use testkit::Rng;
 
 /// False-alarm rate of each family.
-pub const FALSE_ALARM: f64 = 1.6e-4;
+pub const FALSE_ALARM: f64 = 1.4e-4;
 
 pub const AROUND: Surroundings = Surroundings {
     center: DVec3::new(3.0, -1.0, 0.5),
@@ -94,19 +94,45 @@ pub const HALF_ANGLE: f64 = 0.3;
 pub const FOV: f64 = 1.2;
 
 pub fn projector(color: Spectrum) -> Emitter {
-    let pixels = (0..IMAGE.0 * IMAGE.1).map(|i| color * pixel(i)).collect();
-    let slide = Slide {
-        size: IMAGE.into(),
-        pixels,
-        filter: BitmapFilter::Bilinear,
-        wrap: Wrap::Repeat,
-    };
-    let thrown = Projector::new(DVec3::X, turned(0.4), FOV, slide);
+    let thrown = Projector::new(DVec3::X, turned(0.4), FOV, picture(color));
     Emitter::Projector(Arc::new(thrown.unwrap()))
 }
 
+fn picture(color: Spectrum) -> Slide {
+    Slide {
+        size: IMAGE.into(),
+        pixels: (0..IMAGE.0 * IMAGE.1).map(|i| color * pixel(i)).collect(),
+        filter: BitmapFilter::Bilinear,
+        wrap: Wrap::Repeat,
+    }
+}
+
+/// Centre, width and height of rectangles of light.
+pub const ORIGIN: DVec3 = DVec3::new(0.3, 0.1, -2.0);
+pub const SIZE: [f64; 2] = [0.7, 0.4];
+
+/// A rectangle across [`axis`], with or without a picture of this colour.
+pub fn rectangle(of: Option<Spectrum>) -> Aperture {
+    let [width, height] = SIZE;
+    match of {
+        Some(color) => Aperture::picture(ORIGIN, along_axis(), SIZE, picture(color)).unwrap(),
+        None => {
+            let profile = BeamProfile::Rectangle { width, height };
+            Aperture::oriented(ORIGIN, along_axis(), profile)
+        }
+    }
+}
+
+/// Half angle of the cone of fibres.
+pub const ACCEPTANCE: f64 = 0.5;
+
+pub fn fiber(profile: AngularProfile, power: Spectrum) -> Fiber {
+    let aperture = Aperture::new(ORIGIN, axis(), DISC);
+    Fiber::new(aperture, profile, Divergence::HalfAngle(ACCEPTANCE), power)
+}
+
 /// The axes of a spot that shines along [`axis`].
-fn along_axis() -> Orientation {
+pub fn along_axis() -> Orientation {
     let side = axis().any_orthonormal_vector();
     let turn = DMat3::from_cols(side, axis().cross(side), axis());
     Orientation::nearest(turn).unwrap().0
@@ -183,6 +209,21 @@ pub fn emitters(color: Spectrum) -> Vec<(&'static str, Emitter)> {
     let disc = DistantDisc::new(axis(), HALF_ANGLE, color).unwrap();
     all.push(("sun", Emitter::Environment(Environment::Disc(disc))));
     all.push(("ies", light(color)));
+    for (name, aperture) in [
+        ("rectangle", rectangle(None)),
+        ("picture", rectangle(Some(Spectrum::splat(0.3)))),
+    ] {
+        all.push((name, Collimated::through(aperture, color).into()));
+    }
+    for (name, profile) in [
+        ("fibre", AngularProfile::Uniform),
+        ("Lambertian fibre", AngularProfile::Lambertian),
+        ("Gaussian fibre", AngularProfile::Gaussian),
+    ] {
+        all.push((name, fiber(profile, color).into()));
+    }
+    let focused = fiber(AngularProfile::Uniform, color).with_focus(0.6);
+    all.push(("focused fibre", focused.into()));
     all.push(("globe", globe(color)));
     // A black image cannot be made.
     if !color.is_zero() {

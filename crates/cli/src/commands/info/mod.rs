@@ -104,9 +104,7 @@ fn extinction_and_albedo(loaded: &Loaded, id: MediumId) -> [(f64, f64); 2] {
 /// for a camera.
 fn found(loaded: &Loaded, emitter: &Emitter) -> Option<(String, bool)> {
     let integrator = loaded.renderer.integrator();
-    let required = integrator.map_or(RequiredConnection::Nothing, |i| {
-        i.requires(emitter.is_delta())
-    });
+    let required = integrator.map_or(RequiredConnection::Nothing, |i| i.requires(emitter.class()));
     let finds = || match integrator {
         Some(i) if i.blurs() => ("by photons: complete, but blurred".into(), true),
         _ => finds(required, &Walls::of(loaded.scene())),

@@ -1,25 +1,26 @@
 //! Emitters.
 
+mod beam;
 mod files;
 mod spot;
 mod sun;
 mod sunsky;
+mod volume;
 
 use super::context::Context;
 use super::medium;
 use super::surface_texture::{Role, Vertices, texture};
 use super::transforms::axis;
-use crate::query::{Input, POSITIVE, Query, unknown_plugin};
+use crate::query::{Input, Query, unknown_plugin};
 use crate::scene::{ObjectDescription, PluginKind, SpectrumValue};
-use eikonal::{Aabb, Shown};
+use eikonal::Shown;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use transport::Spectrum;
-use transport::emitter::{BeamProfile, Collimated, Emitter, Environment, TexturedArea};
-use transport::scene::Object;
+use transport::emitter::{Emitter, Environment, TexturedArea};
 use transport::shape::Shape;
 
-const KNOWN: [&str; 10] = [
+const KNOWN: [&str; 12] = [
     "point",
     "spot",
     "projector",
@@ -29,6 +30,8 @@ const KNOWN: [&str; 10] = [
     "envmap",
     "sunsky",
     "collimated",
+    "fiber",
+    "volumelight",
     "area",
 ];
 
@@ -125,6 +128,9 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
         "projector" => return files::projector(object, context),
         "spot" => return spot::spot(object, context),
         "ies" => return files::luminaire(object, context),
+        "collimated" => return beam::collimated(object, context),
+        "fiber" => return beam::fiber(object, context),
+        "volumelight" => return volume::volumelight(object, context),
         _ => {}
     }
     let mut q = Query::new(object, context.diagnostics);
@@ -160,15 +166,6 @@ fn build(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
             let radiance = light(&radiance, "radiance", object, context);
             Emitter::Environment(Environment::Constant(radiance))
         }
-        "collimated" => {
-            let (profile, power, total) = beam(&mut q, thin(&context.objects));
-            q.finish(&[]);
-            let name = if total { "power" } else { "irradiance" };
-            let value = light(&power, name, object, context);
-            let beam = |power| Collimated::new(origin, axis, profile, power);
-            let unit = beam(Spectrum::ONE).irradiance(origin)[0];
-            Emitter::Collimated(beam(if total { value } else { value / unit }))
-        }
         _ => {
             unknown_plugin(object, &KNOWN, context.diagnostics);
             return None;
@@ -191,47 +188,6 @@ fn instead_of_transform(name: &str, q: &mut Query) {
     if q.has(name) && q.has("to_world") {
         q.error(name, format!("give '{name}' or 'to_world', not both"));
     }
-}
-
-/// Radius of a beam that is to have none, over half the diagonal of all shapes.
-const THIN: f64 = 1e-3;
-
-/// The radius of a beam that is to have none.
-fn thin(objects: &[Object]) -> f64 {
-    let boxes = objects.iter().map(|o| o.shape.aabb());
-    let all = boxes.fold(Aabb::EMPTY, Aabb::union);
-    let size = (all.max - all.min).length();
-    if all.is_empty() || size == 0.0 {
-        THIN
-    } else {
-        0.5 * THIN * size
-    }
-}
-
-/// Profile and brightness of a beam, and whether the latter is its total power.
-fn beam(q: &mut Query, thin: f64) -> (BeamProfile, SpectrumValue, bool) {
-    if !q.has("radius") {
-        let message = format!(
-            "a beam without a 'radius' is as thin as a thousandth of the scene: {}",
-            Shown::rounded(thin)
-        );
-        q.note("type", message);
-    }
-    let radius = q.float_in("radius", POSITIVE, thin);
-    let profile = match q.one_of("profile", &["disc", "gaussian"]) {
-        0 => BeamProfile::Disc { radius },
-        _ => BeamProfile::Gaussian { waist: radius },
-    };
-    if q.has("irradiance") {
-        if q.has("power") {
-            q.error(
-                "power",
-                "give the beam's power or the irradiance on its axis, not both",
-            );
-        }
-        return (profile, q.spectrum("irradiance"), false);
-    }
-    (profile, q.spectrum("power"), true)
 }
 
 /// A brightness: it must not be negative.

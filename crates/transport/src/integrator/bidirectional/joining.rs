@@ -8,7 +8,7 @@ use crate::connection_end::{ConnectionEnd, EndSample};
 use crate::integrator::Contribution;
 use crate::path::{
     Connection, ConnectionTarget, FoundBranch, LightPath, PathEdge, PathVertex, StrategyKind,
-    Subpath, Vertex, Workspace, environment_end, guess,
+    Subpath, Vertex, Workspace, environment_end, gather_in_view, guess,
 };
 use crate::photons::Photon;
 use crate::sampling::{Discrete, Sampler};
@@ -88,6 +88,7 @@ impl Joining<'_> {
                 self.out.extend(found);
             }
         }
+        self.in_view(sensor);
         // Environments, if the subpath left the scene.
         let Some(escape) = &sensor.escape else { return };
         for (index, environment) in scene.environments() {
@@ -103,6 +104,18 @@ impl Joining<'_> {
             let found = setting.escaped(sensor, escape, index, &end, radiance, discovery);
             self.out.extend(found);
         }
+    }
+
+    /// Volumes that emit in view of the sensor, which no strategy with s > 0 finds.
+    fn in_view(&mut self, sensor: &Subpath) {
+        let (setting, start, out) = (self.setting, sensor.start, &mut *self.out);
+        let n = setting.scene.n(start.medium, start.x);
+        let white = setting.channel_pdf.map(|p| f64::from(u8::from(p > 0.0)));
+        let (scene, channel_pdf) = (setting.scene, setting.channel_pdf);
+        gather_in_view(scene, start, channel_pdf, self.sampler, self.ws, |along| {
+            let value = along.light * white * (n * n);
+            out.extend(setting.seen(&along, value));
+        });
     }
 
     /// How easily the connections of s = 1 find the path_edge after `i` vertices, at whose end is an emitter.

@@ -7,8 +7,8 @@ use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::film::PathFacts;
 use crate::integrator::Contribution;
 use crate::path::{
-    Connection, Escape, LightPath, PathEdge, PathVertex, StrategyRates, Subpath, TransportMode,
-    Vertex, lead_in,
+    Connection, EmittedAlong, Escape, LightPath, PathEdge, PathVertex, StrategyRates, Subpath,
+    TransportMode, Vertex, lead_in,
 };
 use crate::photons::Photon;
 use crate::scene::Scene;
@@ -98,6 +98,26 @@ impl Setting<'_> {
                 .map_or(sensor.start.x, |z| z.vertex.position()),
         };
         self.found(&sensor.vertices, &last, emitter, end, value, discovery)
+    }
+
+    /// Light of a volume that the sensor sees, with what arrives of it.
+    pub(crate) fn seen(&self, along: &EmittedAlong, value: Spectrum) -> Option<Contribution> {
+        // No other strategy finds it: its weight is one.
+        let end = Density {
+            from_sensor: 1.0,
+            from_emitter: 1.0,
+            discovery: 0.0,
+            merging: 0.0,
+        };
+        let sampled = Sampled {
+            image: None,
+            strategy: (0, 2),
+            technique: Technique::Connection { t: 2 },
+            depth: along.depth,
+            optical_length: along.optical_length,
+            emitter: along.emitter,
+        };
+        self.contribution(sampled, value, &[end])
     }
 
     fn found(

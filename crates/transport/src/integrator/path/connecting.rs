@@ -2,7 +2,7 @@
 
 use super::{Light, SampledEdge, Tracing};
 use crate::Spectrum;
-use crate::connection_end::{ConnectionEnd, OnSurface};
+use crate::connection_end::{ConnectionEnd, EndSample, OnSurface};
 use crate::emitter::Class;
 use crate::path::{
     Connection, ConnectionTarget, Edge, EmitterEnd, End, EndChoice, Equiangular, NeeSlot,
@@ -35,7 +35,9 @@ impl Tracing<'_> {
             return;
         }
         let receiver = vertex.receiver(scene);
-        for (i, class) in scene.classes().enumerate() {
+        // Edges find the light of volumes, the last class.
+        let connected = scene.classes().filter(|class| *class != Class::Volume);
+        for (i, class) in connected.enumerate() {
             // Connect to this class with probability q, a factor of P_E.
             let rate = self.ws.rates.of(NeeSlot::new(class, vertex));
             if rate < 1.0 && self.sampler.next_1d() >= rate {
@@ -58,25 +60,25 @@ impl Tracing<'_> {
             let light = self.connect(vertex, throughput, &end, rate, budget);
             if !light.is_empty() {
                 // Share them with the equiangular vertex, which could lie at the same place.
-                let share = self.collided(edge, end.emitter, end.probability);
+                let share = self.collided(edge, &end);
                 self.connected(light, vertex, edge.length, end.emitter, share);
             }
         }
     }
 
-    /// The share of a collision at the end of an edge that is connected to an emitter, chosen there with some probability, in
-    /// both ways to place the vertex: it could also have been by its distance to the emitter.
-    fn collided(&self, sampled: &SampledEdge, index: usize, chosen: f64) -> f64 {
+    /// The share of a collision at the end of an edge that is connected to an end at an emitter, in both ways to place the vertex:
+    /// it could also have been by its distance to that end.
+    fn collided(&self, sampled: &SampledEdge, end: &EmitterEnd) -> f64 {
         let edge = sampled.edge;
         let End::Collision(point) = &edge.end else {
             return 1.0;
         };
-        let Some(around) = self.around(edge, index) else {
+        let Some(around) = self.around(edge, end.emitter, &end.sampled.end) else {
             return 1.0;
         };
-        let by_distance = self.scene.emitter_probability(index, &along(edge));
+        let by_distance = self.scene.emitter_probability(end.emitter, &along(edge));
         let by_distance = by_distance * around.pdf(point.length);
-        let by_collision = edge.collision_density(sampled.channel_pdf, point) * chosen;
+        let by_collision = edge.collision_density(sampled.channel_pdf, point) * end.probability;
         by_collision / (by_collision + by_distance)
     }
 
@@ -94,7 +96,14 @@ impl Tracing<'_> {
         let u = self.sampler.next_1d_for(Purpose::Around);
         // Choose a point emitter by a guess of ∫ ds/r² along the edge.
         let (index, probability) = scene.choose_emitter(Class::Delta, &along(edge), choice);
-        let Some(around) = self.around(edge, index) else {
+        // Choose a point of it, if there are several, with the same density for every vertex.
+        let many = scene.emitters()[index].has_many_points();
+        let sampled_end = many.then(|| self.place(index));
+        let around = match &sampled_end {
+            Some(sampled) => self.around(edge, index, &sampled.end),
+            None => self.around_singularity(edge, index),
+        };
+        let Some(around) = around else {
             return;
         };
         // Draw the arc length s by p_e of eq. (equiangular density).
@@ -114,13 +123,11 @@ impl Tracing<'_> {
         let density = probability * around.pdf(point.length) + by_collision;
         let throughput = sampled.next.throughput * scattering / density;
         // Connect the vertex to the emitter.
-        let place = self.sampler.next_2d_for(Purpose::AroundAim);
-        let shape = |object: usize| &scene.objects()[object].shape;
         let end = EmitterEnd {
             emitter: index,
             // It is part of the throughput.
             probability: 1.0,
-            sampled: scene.emitters()[index].sample_end(scene.around(), shape, place),
+            sampled: sampled_end.unwrap_or_else(|| self.place(index)),
             weight: 1.0,
         };
         let light = self.connect(&vertex, throughput, &end, rate, budget);
@@ -131,12 +138,28 @@ impl Tracing<'_> {
         }
     }
 
-    fn around(&self, edge: &Edge, emitter: usize) -> Option<Equiangular> {
-        if !self.equiangular {
-            return None;
+    /// An end at a point-like emitter.
+    fn place(&mut self, emitter: usize) -> EndSample {
+        let (scene, place) = (self.scene, self.sampler.next_2d_for(Purpose::AroundAim));
+        let shape = |object: usize| &scene.objects()[object].shape;
+        scene.emitters()[emitter].sample_end(scene.around(), shape, place)
+    }
+
+    /// Distances around an end, if it is at a point-like emitter.
+    fn around(&self, edge: &Edge, emitter: usize, end: &ConnectionEnd) -> Option<Equiangular> {
+        let point_like = self.scene.emitters()[emitter].singularity().is_some();
+        match end {
+            ConnectionEnd::Point { position, .. } if self.equiangular && point_like => {
+                Equiangular::new(self.scene, edge, *position)
+            }
+            _ => None,
         }
+    }
+
+    /// Distances around a point-like emitter that has no other ends.
+    fn around_singularity(&self, edge: &Edge, emitter: usize) -> Option<Equiangular> {
         let singularity = self.scene.emitters()[emitter].singularity()?;
-        Equiangular::new(self.scene, edge, singularity)
+        self.around(edge, emitter, &ConnectionEnd::at(singularity))
     }
 
     /// What a vertex scatters of the light of an emitter, weighted against finding it by chance, for a path of given

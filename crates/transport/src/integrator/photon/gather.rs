@@ -8,7 +8,9 @@ use crate::Spectrum;
 use crate::budget::PHOTONS_PER_GATHER;
 use crate::film::PathFacts;
 use crate::path::Point;
-use crate::path::{Edge, End, Sampling, Start, TransportMode, Vertex, Workspace, trace};
+use crate::path::{
+    Edge, End, Sampling, Start, TransportMode, Vertex, Workspace, gather_in_view, trace,
+};
 use crate::photons::{Kernel, Photon, PhotonMap, Radii, pieces};
 use crate::sampling::Sampler;
 use crate::scene::Scene;
@@ -66,9 +68,27 @@ impl Gathering<'_> {
             scene.medium_of_sensor_ray(ray.origin),
         );
         let n = scene.n(start.medium, start.x);
+        let white = self.channel_pdf.map(|p| if p > 0.0 { n * n } else { 0.0 });
+        gather_in_view(scene, start, self.channel_pdf, sampler, ws, |along| {
+            if self
+                .mapping
+                .max_depth
+                .is_none_or(|limit| along.depth <= limit)
+            {
+                found(Gathered {
+                    value: along.light * white,
+                    bias: Spectrum::ZERO,
+                    path: PathFacts {
+                        optical_length: along.optical_length,
+                        bounces: along.depth - 1,
+                        emitter: along.emitter,
+                    },
+                });
+            }
+        });
         let mut next = Some(Sight {
             start,
-            throughput: self.channel_pdf.map(|p| if p > 0.0 { n * n } else { 0.0 }),
+            throughput: white,
             depth: 0,
             optical_length: 0.0,
         });

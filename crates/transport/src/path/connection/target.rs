@@ -31,7 +31,7 @@ impl<'a> ConnectionTarget<'a> {
         let around = scene.around();
         let disc = match &scene.emitters()[emitter] {
             // Where nothing to speak of is left of a beam.
-            Emitter::Collimated(beam) => (beam.origin(), 3.0 * beam.radius()),
+            Emitter::Collimated(beam) => (beam.origin(), beam.aperture().reach()),
             _ => (around.center, around.radius),
         };
         ConnectionTarget {

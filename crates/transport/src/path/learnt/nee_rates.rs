@@ -6,8 +6,9 @@ use crate::emitter::Class;
 use crate::path::segment::Vertex;
 use serde::{Deserialize, Serialize};
 
-/// Kinds of connections: by the class of the emitter, from media and from surfaces.
-pub(crate) const SLOTS: usize = 2 * Class::ALL.len();
+/// Kinds of connections: by the class of the emitter, from media and from surfaces. None to volumes, the last class, which `path`
+/// finds along its edges.
+pub(crate) const SLOTS: usize = 2 * Class::Volume as usize;
 /// Probabilities that are considered are 2⁻ᵏ with k below this.
 const LEVELS: usize = 7;
 /// And below this for emitters that only connections find.
@@ -16,7 +17,7 @@ const LEVELS_DELTA: usize = 3;
 /// miss what only connections find.
 const DOUBT: f64 = 0.01;
 
-/// For each kind of connections, from media and from surfaces to each of [`Class::ALL`] in turn, the k < 7 of a probability 2⁻ᵏ.
+/// For each kind of connections, from media and from surfaces to each of [`Class::ALL`] but the last in turn, the k < 7 of a probability 2⁻ᵏ.
 pub type Levels = [usize; SLOTS];
 
 /// A kind of connection.

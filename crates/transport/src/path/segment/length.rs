@@ -1,6 +1,6 @@
 //! Where the optical length of a path counts from.
 //!
-//! From the point of a point-like emitter, the surface of an area light, the plane of a beam's aperture. Light
+//! From the point of a point-like emitter, the surface of an area light, the plane of a beam's aperture, or the point of a fibre's or of a volume. Light
 //! from outside has no such place: it counts from the plane across its direction that touches the ball
 //! around the scene ([`Surroundings`](crate::emitter::Surroundings)) where the light enters it. At the other
 //! end: from the pinhole, the point of the lens, or the plane on which the rays of a parallel view start.
@@ -25,7 +25,9 @@ pub fn lead_in(scene: &Scene, emitter: usize) -> f64 {
         | Emitter::Luminaire(_)
         | Emitter::Area { .. }
         | Emitter::Textured(_)
-        | Emitter::Collimated(_) => 0.0,
+        | Emitter::Collimated(_)
+        | Emitter::Fiber(_)
+        | Emitter::Volume(_) => 0.0,
     }
 }
 

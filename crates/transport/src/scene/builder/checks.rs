@@ -150,6 +150,7 @@ fn geometry(emitter: &Emitter) -> [DVec3; 2] {
         Emitter::Point { position, .. } => [*position, DVec3::ZERO],
         Emitter::Spot(spot) => [spot.position(), DVec3::ZERO],
         Emitter::Collimated(beam) => [beam.origin(), beam.direction()],
+        Emitter::Fiber(fiber) => [fiber.origin(), fiber.aperture().direction()],
         Emitter::Directional { direction, .. } => [*direction, DVec3::ZERO],
         _ => [DVec3::ZERO; 2],
     }

@@ -1,0 +1,245 @@
+//! Beams and fibres: light from an aperture.
+
+use super::super::context::Context;
+use super::super::surface_texture::screen;
+use super::super::transforms::{axis, pose};
+use super::{check_medium, light};
+use crate::query::{POSITIVE, Query, unknown_plugin};
+use crate::scene::{ObjectDescription, PluginKind};
+use eikonal::{Aabb, Shown};
+use glam::DVec3;
+use std::ops::Bound;
+use std::sync::Arc;
+use transport::emitter::{
+    AngularProfile, Aperture, BeamProfile, Collimated, Divergence, Emitter, Fiber,
+};
+use transport::scene::Object;
+use transport::{Orientation, Spectrum};
+
+const TEXTURE: &str = "texture";
+/// Parameters of rectangles, and of round apertures.
+const OF_RECTANGLES: [&str; 2] = ["width", "height"];
+const OF_DISCS: [&str; 1] = ["radius"];
+
+/// A beam of parallel light.
+pub(super) fn collimated(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
+    let thin = thin(&context.objects);
+    let mut q = Query::new(object, context.diagnostics);
+    let inside = q.child(PluginKind::Medium).cloned();
+    let across = Across::read(&mut q, thin);
+    let total = !q.has("irradiance");
+    if !total && q.has("power") {
+        q.error(
+            "power",
+            "give the beam's power or the irradiance on its axis, not both",
+        );
+    }
+    let name = if total { "power" } else { "irradiance" };
+    let value = q.spectrum(name);
+    let across = across?;
+    q.finish(across.ineffective());
+    let value = light(&value, name, object, context);
+    check_medium(inside, context);
+    let aperture = across.aperture(context)?;
+    Some(Emitter::Collimated(if total {
+        check_power(object, &across, &aperture, value, context);
+        Collimated::through(aperture, value)
+    } else {
+        Collimated::with_irradiance(aperture, value)
+    }))
+}
+
+/// The end of a fibre.
+pub(super) fn fiber(object: &ObjectDescription, context: &mut Context) -> Option<Emitter> {
+    let thin = thin(&context.objects);
+    let mut q = Query::new(object, context.diagnostics);
+    let inside = q.child(PluginKind::Medium).cloned();
+    let across = Across::read(&mut q, thin);
+    let divergence = divergence(&mut q);
+    let profiles = [
+        AngularProfile::Uniform,
+        AngularProfile::Lambertian,
+        AngularProfile::Gaussian,
+    ];
+    let profile = profiles[q.one_of("angular_profile", &["uniform", "lambertian", "gaussian"])];
+    let focus = q.has("focus").then(|| q.float("focus"));
+    if focus == Some(0.0) {
+        q.error("focus", "the focus must not lie in the aperture");
+    }
+    let power = q.spectrum("power");
+    let across = across?;
+    q.finish(across.ineffective());
+    let power = light(&power, "power", object, context);
+    check_medium(inside, context);
+    let aperture = across.aperture(context)?;
+    check_power(object, &across, &aperture, power, context);
+    let fiber = Fiber::new(aperture, profile, divergence, power);
+    Some(Emitter::Fiber(match focus {
+        Some(distance) => fiber.with_focus(distance),
+        None => fiber,
+    }))
+}
+
+/// How wide a fibre's light spreads.
+fn divergence(q: &mut Query) -> Divergence {
+    const ANGLE: &str = "cutoff_angle";
+    const APERTURE: &str = "numerical_aperture";
+    if !q.has(ANGLE) {
+        return Divergence::NumericalAperture(q.float_in(APERTURE, POSITIVE, None));
+    }
+    if q.has(APERTURE) {
+        q.error(
+            APERTURE,
+            "give the numerical aperture or the cutoff_angle, not both",
+        );
+    }
+    let most = (POSITIVE.0, Bound::Included(90.0));
+    Divergence::HalfAngle(q.float_in(ANGLE, most, None).to_radians())
+}
+
+/// Where light starts, as a scene says.
+struct Across {
+    origin: DVec3,
+    way: Way,
+}
+
+/// Which way it goes, and through what.
+enum Way {
+    /// The same all around its axis.
+    Round {
+        direction: DVec3,
+        profile: BeamProfile,
+    },
+    /// Through a rectangle, perhaps with an image.
+    Rectangle {
+        orientation: Orientation,
+        size: [f64; 2],
+        image: Option<Arc<ObjectDescription>>,
+    },
+}
+
+impl Across {
+    /// What `to_world` and the profile say; `None` after an error.
+    fn read(q: &mut Query, thin: f64) -> Option<Self> {
+        let profile = q.one_of("profile", &["disc", "gaussian", "rectangle"]);
+        let image = q.role(PluginKind::Texture, TEXTURE).cloned();
+        if profile == 2 {
+            let pose = pose(q, "a rectangle of light");
+            let size = OF_RECTANGLES.map(|name| thin_or(q, name, 2.0 * thin));
+            let (origin, orientation) = pose?;
+            let way = Way::Rectangle {
+                orientation,
+                size,
+                image,
+            };
+            return Some(Across { origin, way });
+        }
+        if image.is_some() {
+            q.error(TEXTURE, "a texture needs the profile 'rectangle'");
+        }
+        let place = axis(q);
+        let radius = thin_or(q, OF_DISCS[0], thin);
+        let profile = match profile {
+            0 => BeamProfile::Disc { radius },
+            _ => BeamProfile::Gaussian { waist: radius },
+        };
+        let (origin, direction) = place?;
+        let way = Way::Round { direction, profile };
+        Some(Across { origin, way })
+    }
+
+    /// Parameters that count for nothing here.
+    fn ineffective(&self) -> &'static [&'static str] {
+        match self.way {
+            Way::Round { .. } => &OF_RECTANGLES,
+            Way::Rectangle { .. } => &OF_DISCS,
+        }
+    }
+
+    fn aperture(&self, context: &mut Context) -> Option<Aperture> {
+        let origin = self.origin;
+        match &self.way {
+            Way::Round { direction, profile } => Some(Aperture::new(origin, *direction, *profile)),
+            Way::Rectangle {
+                orientation,
+                size: [width, height],
+                image: None,
+            } => {
+                let (width, height) = (*width, *height);
+                let profile = BeamProfile::Rectangle { width, height };
+                Some(Aperture::oriented(origin, *orientation, profile))
+            }
+            Way::Rectangle {
+                orientation,
+                size,
+                image: Some(image),
+            } => {
+                if image.plugin != "bitmap" {
+                    unknown_plugin(image, &["bitmap"], context.diagnostics);
+                    return None;
+                }
+                let slide = screen(image, context)?;
+                let aperture = Aperture::picture(origin, *orientation, *size, slide);
+                context.accept(&image.location, aperture)
+            }
+        }
+    }
+}
+
+/// Reports power that does not get through: an image may be black, and an irradiance beyond all numbers.
+fn check_power(
+    object: &ObjectDescription,
+    across: &Across,
+    aperture: &Aperture,
+    power: Spectrum,
+    context: &mut Context,
+) {
+    let lit = Collimated::through(aperture.clone(), power).power();
+    let passes = |c: usize| power[c] == 0.0 || (lit[c] / power[c] - 1.0).abs() < ROUNDING;
+    let Some(blocked) = (0..Spectrum::CHANNELS).find(|c| !passes(*c)) else {
+        return;
+    };
+    match &across.way {
+        Way::Rectangle {
+            image: Some(image), ..
+        } if lit[blocked] == 0.0 => {
+            let message = "the texture is black in a channel in which the light has power";
+            context.error_at(&image.location, message);
+        }
+        _ => {
+            let message =
+                "the aperture is too small or too large for its irradiance to be a number";
+            context.error_at(&object.location, message);
+        }
+    }
+}
+
+/// Relative errors of powers that are rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Width of a beam that is to have none, over half the diagonal of all shapes.
+const THIN: f64 = 1e-3;
+
+/// The radius of a beam that is to have none.
+fn thin(objects: &[Object]) -> f64 {
+    let boxes = objects.iter().map(|o| o.shape.aabb());
+    let all = boxes.fold(Aabb::EMPTY, Aabb::union);
+    let size = (all.max - all.min).length();
+    if all.is_empty() || size == 0.0 {
+        THIN
+    } else {
+        0.5 * THIN * size
+    }
+}
+
+/// A length across a beam, or `thin`, with a note.
+fn thin_or(q: &mut Query, name: &str, thin: f64) -> f64 {
+    if !q.has(name) {
+        let message = format!(
+            "a beam without a '{name}' is as thin as a thousandth of the scene: {}",
+            Shown::rounded(thin)
+        );
+        q.note("type", message);
+    }
+    q.float_in(name, POSITIVE, thin)
+}

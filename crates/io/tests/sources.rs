@@ -1,0 +1,87 @@
+//! Sources as the documents write them: those of the guide to tissue optics can be loaded without a warning and emit one watt each,
+//! and so can be the examples of the manual.
+
+use morgana_io::image::{ImageLayers, Layer, exr};
+use morgana_io::{LoadOptions, npy};
+use std::path::Path;
+
+/// The files that the table names.
+fn write_files(folder: &Path) {
+    let channel = |name: &str| {
+        let values = (0..24).map(|i| 0.25 + (i % 3) as f32).collect();
+        (name.to_owned(), values)
+    };
+    let layer = Layer {
+        name: String::new(),
+        channels: ["B", "G", "R"].map(channel).into(),
+    };
+    let image = ImageLayers {
+        width: 6,
+        height: 4,
+        layers: vec![layer],
+        attributes: Vec::new(),
+    };
+    exr::write(&folder.join("pattern.exr"), &image).unwrap();
+    let values: Vec<f32> = (0..24).map(|i| (i % 5) as f32).collect();
+    npy::write(&folder.join("density.npy"), &[2, 3, 4], &values).unwrap();
+}
+
+/// A section of a document, by its heading.
+fn section(document: &str, heading: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../docs")
+        .join(document);
+    let text = std::fs::read_to_string(path).unwrap();
+    let (_, section) = text.split_once(&format!("\n{heading}\n")).unwrap();
+    let end = section.find("\n## ").unwrap_or(section.len());
+    section[..end].to_owned()
+}
+
+#[test]
+fn examples_of_the_manual_can_be_loaded() {
+    for heading in ["### Beams and fibres", "### Volumes that emit"] {
+        let section = section("scene-format.md", heading);
+        let (_, example) = section.split_once("```xml\n").unwrap();
+        let (example, _) = example.split_once("```").unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.xml");
+        let sensor = "<sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/></sensor>";
+        let scene = format!("<scene version=\"3.0.0\">{sensor}{example}</scene>");
+        std::fs::write(&path, scene).unwrap();
+        let loaded = morgana_io::load_scene(&path, &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(loaded.scene().emitters().len(), 2);
+        let text = loaded.warnings.to_string();
+        assert!(!text.contains("warning"), "{text}");
+    }
+}
+
+/// The emitters of the table, as they stand there.
+fn emitters() -> Vec<String> {
+    let section = section("guides/tissue-optics.md", "## Sources");
+    let rows = section.lines().filter(|line| line.starts_with('|'));
+    let code = rows.flat_map(|row| row.split('`').map(str::to_owned));
+    code.filter(|code| code.starts_with('{')).collect()
+}
+
+#[test]
+fn sources_of_the_guide_emit_one_watt() {
+    let folder = tempfile::tempdir().unwrap();
+    write_files(folder.path());
+    let all = emitters();
+    assert_eq!(all.len(), 14);
+    for emitter in all {
+        let path = folder.path().join("scene.json");
+        let film = r#""film": {"type": "hdrfilm", "pixel_format": "luminance"}"#;
+        let scene = format!(
+            r#"{{"type": "scene", "sensor": {{"type": "perspective", "fov": 40, {film}}}, "source": {emitter}}}"#
+        );
+        std::fs::write(&path, scene).unwrap();
+        let loaded = morgana_io::load_scene(&path, &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{emitter}: {e}"));
+        let text = loaded.warnings.to_string();
+        assert!(!text.contains("warning"), "{emitter}: {text}");
+        let power: f64 = loaded.scene().powers(1).map(|power| power[0]).sum();
+        assert!((power - 1.0).abs() < 1e-6, "{emitter}: {power}");
+    }
+}

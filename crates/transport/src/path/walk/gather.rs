@@ -1,0 +1,157 @@
+//! Light that volumes emit along rays (docs/theory.md#volumes-that-emit).
+
+use super::trace::{Sampling, trace};
+use crate::Spectrum;
+use crate::emitter::VolumeLight;
+use crate::path::segment::{Edge, Point, Start, TransportMode, Vertex};
+use crate::path::workspace::Workspace;
+use crate::sampling::Sampler;
+use crate::scene::Scene;
+use smallvec::SmallVec;
+
+/// Light that a volume emits along a ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EmittedAlong {
+    /// The emitter.
+    pub emitter: usize,
+    /// What arrives at the start of the ray: basic radiance.
+    pub light: Spectrum,
+    /// Edges and specular events on the way, at least one.
+    pub depth: u32,
+    /// Optical path length from the start.
+    pub optical_length: f64,
+}
+
+/// Hands over the light that volumes emit along an edge which is sampled with channel probabilities `channel_pdf`: of
+/// ∫ ε e^{−τ} F̄/n² ds an estimate by one point for each volume. Returns the edge, which ends at a collision or where a surface
+/// scatters.
+pub(crate) fn gather_along<'a>(
+    scene: &'a Scene,
+    start: Start,
+    channel_pdf: Spectrum,
+    sampler: &mut Sampler,
+    ws: &mut Workspace,
+    mut found: impl FnMut(EmittedAlong),
+) -> Edge<'a> {
+    let sampling = Sampling {
+        mode: TransportMode::Radiance,
+        channel_pdf,
+        extend: false,
+        collides: true,
+        spans: true,
+        forced: false,
+        splitting: false,
+    };
+    sampler.apart(|sampler| {
+        let edge = trace(scene, start, sampling, sampler, ws);
+        for (emitter, volume) in scene.volume_lights() {
+            let Some(place) = Place::sample(&edge, volume, sampler.next_1d()) else {
+                continue;
+            };
+            let Point {
+                x, depth, weight, ..
+            } = place.point;
+            let n = scene.n(place.point.medium, x);
+            // The edge gets there without a collision with probability Σ w_c e^{−τ_c}.
+            let transmittance = depth.exp_neg();
+            let reaches = (channel_pdf * transmittance).sum();
+            let light = volume.radiance(x) * transmittance * weight / reaches;
+            found(EmittedAlong {
+                emitter,
+                light: light * (place.length / (n * n)),
+                depth: 1 + place.events,
+                optical_length: place.optical_length,
+            });
+        }
+        edge
+    })
+}
+
+/// Hands over the light of volumes in view along a ray from the sensor: up to a collision, or to the first surface that scatters it
+/// other than along a specular lobe.
+pub(crate) fn gather_in_view(
+    scene: &Scene,
+    start: Start,
+    channel_pdf: Spectrum,
+    sampler: &mut Sampler,
+    ws: &mut Workspace,
+    mut found: impl FnMut(EmittedAlong),
+) {
+    if scene.volume_lights().next().is_none() {
+        return;
+    }
+    let (mut start, mut throughput) = (start, Spectrum::ONE);
+    let (mut depth, mut optical_length) = (0, 0.0);
+    for _ in 0..SPECULAR_VERTICES {
+        let edge = gather_along(scene, start, channel_pdf, sampler, ws, |along| {
+            found(EmittedAlong {
+                light: along.light * throughput,
+                depth: depth + along.depth,
+                optical_length: optical_length + along.optical_length,
+                ..along
+            });
+        });
+        let Some(vertex @ Vertex::Surface { .. }) = Vertex::of(scene, &edge) else {
+            return;
+        };
+        let scatter =
+            sampler.apart(|sampler| vertex.scatter(scene, TransportMode::Radiance, sampler));
+        let Some(scatter) = scatter.filter(|scatter| scatter.delta) else {
+            return;
+        };
+        throughput *= edge.throughput(scene, channel_pdf) * scatter.weight;
+        if throughput.is_zero() {
+            return;
+        }
+        depth += 1 + edge.geometry.events;
+        optical_length += edge.optical_length;
+        start = scatter.start;
+    }
+    ws.stats.over_budget.rays += 1;
+}
+
+/// More specular vertices than any sensible view passes.
+const SPECULAR_VERTICES: u32 = 1000;
+
+/// A point on an edge within a volume.
+struct Place {
+    point: Point,
+    /// Arc length of the edge within the volume: one over the density of the point.
+    length: f64,
+    /// Specular events before it.
+    events: u32,
+    optical_length: f64,
+}
+
+impl Place {
+    /// One, uniform in arc length; `None` if the edge does not pass the volume.
+    fn sample(edge: &Edge, volume: &VolumeLight, u: f64) -> Option<Self> {
+        let mut parts: SmallVec<[(usize, [f64; 2]); 4]> = SmallVec::new();
+        let mut length = 0.0;
+        for (i, span) in edge.spans.iter().enumerate() {
+            for range in volume.parts(&span.arc, span.theta_end) {
+                let last = edge.length - span.length_before;
+                let [begin, end] = range.map(|theta| span.arc.arc_length(theta).min(last));
+                length += end - begin;
+                parts.push((i, [begin, end]));
+            }
+        }
+        let mut left = u * length;
+        let (i, at) = parts.iter().find_map(|(i, [begin, end])| {
+            let inside = left <= end - begin;
+            let at = begin + left;
+            left -= end - begin;
+            inside.then_some((*i, at))
+        })?;
+        let span = &edge.spans[i];
+        let theta = span.theta_at_length(at);
+        let before = edge.spans[..i].iter();
+        let before: f64 = before.map(|s| s.arc.optical_length(s.theta_end)).sum();
+        (length > 0.0).then(|| Place {
+            point: span.at(theta),
+            length,
+            events: span.events_before,
+            optical_length: before + span.arc.optical_length(theta),
+        })
+    }
+}
