@@ -206,7 +206,6 @@ fn mesh(quads: &[[u32; 4]], place: impl Fn(u32) -> DVec3) -> MeshData {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::PI;
 
     fn volume(mesh: &MeshData) -> f64 {
         let cone = |t: &[u32; 3]| {
