@@ -209,9 +209,10 @@ fn of_row(label: u32, [mu_a, mu_s, g, n]: [f64; 4]) -> Result<LabelMedium, RowEr
     if !crate::query::INDEX.contains(&n) {
         return Err(RowError::Range(label, "n", n, "from 0.001 to 1000"));
     }
+    // With g = 1 light goes straight on, as if it were not scattered.
+    let mu_s = if g == 1.0 { 0.0 } else { mu_s };
     let total = mu_a + mu_s;
     let albedo = if total > 0.0 { mu_s / total } else { 0.0 };
-    // g = 1 is light that goes straight on, in tables of matter that does not scatter.
     let g = if mu_s == 0.0 { 0.0 } else { g };
     let phase = Phase::henyey_greenstein(g).map_err(|e| RowError::Phase(label, e))?;
     let name = format!("label {label}");
