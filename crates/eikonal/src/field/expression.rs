@@ -48,19 +48,20 @@ impl Expression {
         }
     }
 
+    /// Values and derivatives over a box, by intervals: they grow with the box.
+    fn natural(&self, region: &Aabb) -> [Interval; HESSIAN] {
+        let inputs: [_; 3] = from_fn(|i| Spatial::coordinate(i, range(region, i)));
+        self.program.run(inputs).0
+    }
+
     /// Values and derivatives over a box: by intervals, and from the middle by the mean value theorem, which is
     /// better in small boxes.
     fn over(&self, region: &Aabb) -> [Interval; HESSIAN] {
-        let range = |axis: usize| Interval::new(region.min[axis], region.max[axis]);
-        let run = |of: [Interval; 3]| {
-            let inputs: [_; 3] = from_fn(|i| Spatial::<_, HESSIAN>::coordinate(i, of[i]));
-            self.program.run(inputs).0
-        };
-        let mut found = run([0, 1, 2].map(range));
+        let mut found = self.natural(region);
         let middle = region.center();
         if middle.is_finite() {
-            let center = run([0, 1, 2].map(|i| Interval::of(middle[i])));
-            let offset = [0, 1, 2].map(|i| range(i) - Interval::of(middle[i]));
+            let center = self.natural(&Aabb::new(middle, middle));
+            let offset = [0, 1, 2].map(|i| range(region, i) - Interval::of(middle[i]));
             let mean = |at: Interval, slopes: [Interval; 3]| {
                 (0..3).fold(at, |sum, i| sum + slopes[i] * offset[i])
             };
@@ -88,22 +89,25 @@ impl Expression {
 
     /// Bounds of derivatives over a box.
     fn steepness(&self, region: &Aabb) -> Steepness {
-        let found = self.over(region);
-        let [low, high] = eigenvalues(&found);
-        let range = |axis: usize| Interval::new(region.min[axis], region.max[axis]);
+        let found = self.natural(region);
+        let squares = (4..HESSIAN).map(|i| {
+            let twice = if i < 7 { 1.0 } else { 2.0 };
+            twice * found[i].magnitude().powi(2)
+        });
         let along = |axis: usize| {
             let inputs: [_; 3] = from_fn(|i| {
                 if i == axis {
-                    Series::<_, 5>::variable(range(i))
+                    Series::<_, 5>::variable(range(region, i))
                 } else {
-                    Series::fixed(range(i))
+                    Series::fixed(range(region, i))
                 }
             });
             24.0 * self.program.run(inputs).0[4].magnitude()
         };
         Steepness {
             first: gradient(&found),
-            second: low.abs().max(high.abs()),
+            // The Frobenius norm: unlike bounds of eigenvalues it cannot fall as the box grows.
+            second: squares.sum::<f64>().sqrt(),
             fourth: (0..3).map(along).fold(0.0, f64::max),
         }
     }
@@ -136,6 +140,11 @@ impl Expression {
 
 /// The entries of the Hessian in rows.
 const ROWS: [[usize; 3]; 3] = [[4, 7, 9], [7, 5, 8], [9, 8, 6]];
+
+/// The range of a coordinate in a box.
+fn range(region: &Aabb, axis: usize) -> Interval {
+    Interval::new(region.min[axis], region.max[axis])
+}
 
 /// A point as inputs of a program.
 #[inline(always)]

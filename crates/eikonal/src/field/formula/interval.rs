@@ -1,6 +1,6 @@
 //! Arithmetic of intervals: every result holds what each choice of numbers in the arguments gives, rounding included.
 
-use super::real::{Angle, Real};
+use super::real::Real;
 use crate::bounds::mul;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -171,10 +171,6 @@ impl Real for Interval {
         Interval::new(value, value)
     }
 
-    fn between(low: f64, high: f64) -> Self {
-        Interval::new(low, high)
-    }
-
     fn off_zero(self) -> Self {
         self
     }
@@ -261,16 +257,14 @@ impl Real for Interval {
         self.increasing(libm::erf).within(-1.0, 1.0)
     }
 
-    fn angle(self, x: Self) -> Angle {
-        if x.low > 0.0 {
-            Angle::ByX(0.0)
-        } else if self.low > 0.0 {
-            Angle::ByY(FRAC_PI_2)
-        } else if self.high < 0.0 {
-            Angle::ByY(-FRAC_PI_2)
-        } else {
-            Angle::Any
+    /// Extreme at corners, unless the box touches the negative x axis.
+    fn atan2(self, x: Self) -> Self {
+        if x.low <= 0.0 && self.contains(0.0) {
+            return Interval::computed(-PI, PI);
         }
+        let [a, b] = [x.low, x.high].map(|x| [self.low.atan2(x), self.high.atan2(x)]);
+        let low = a[0].min(a[1]).min(b[0].min(b[1]));
+        Interval::computed(low, a[0].max(a[1]).max(b[0].max(b[1])))
     }
 }
 

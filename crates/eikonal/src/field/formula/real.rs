@@ -14,8 +14,6 @@ pub(in crate::field) trait Real:
 {
     /// A constant.
     fn of(value: f64) -> Self;
-    /// Any number of a range.
-    fn between(low: f64, high: f64) -> Self;
     /// The same, where a root or a quotient of it is taken: a zero that is known exactly becomes the least number
     /// whose powers do not overflow, so that derivatives by the distance from a centre have their limits there.
     fn off_zero(self) -> Self;
@@ -53,19 +51,8 @@ pub(in crate::field) trait Real:
     fn tanh(self) -> Self;
     /// The error function.
     fn erf(self) -> Self;
-    /// How atan2 of y = `self` and `x` is to be evaluated.
-    fn angle(self, x: Self) -> Angle;
-}
-
-/// An angle by way of a quotient of coordinates.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::field) enum Angle {
-    /// atan(y/x) plus a constant.
-    ByX(f64),
-    /// A constant less atan(x/y).
-    ByY(f64),
-    /// As the first, but anything between −π and π: across the negative x axis.
-    Any,
+    /// The angle of the point (`x`, `self`), between −π and π.
+    fn atan2(self, x: Self) -> Self;
 }
 
 /// 2/√π, the slope of erf at zero.
@@ -78,10 +65,6 @@ impl Real for f64 {
     #[inline(always)]
     fn of(value: f64) -> Self {
         value
-    }
-
-    fn between(low: f64, high: f64) -> Self {
-        0.5 * (low + high)
     }
 
     #[inline(always)]
@@ -159,12 +142,7 @@ impl Real for f64 {
         libm::erf(self)
     }
 
-    fn angle(self, x: f64) -> Angle {
-        let whole = self.atan2(x);
-        if x.abs() >= self.abs() {
-            Angle::ByX(whole - (self / x.off_zero()).atan())
-        } else {
-            Angle::ByY(whole + (x / self).atan())
-        }
+    fn atan2(self, x: f64) -> f64 {
+        self.atan2(x)
     }
 }

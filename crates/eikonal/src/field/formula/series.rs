@@ -3,9 +3,8 @@
 
 use super::function::Function;
 use super::number::Number;
-use super::real::{Angle, ERF_SLOPE, Real};
+use super::real::{ERF_SLOPE, Real};
 use std::array::from_fn;
-use std::f64::consts::PI;
 
 /// Σ cₖ tᵏ, k < K: cₖ is the k-th derivative over k!.
 #[derive(Clone, Copy, Debug)]
@@ -243,15 +242,23 @@ impl<B: Real, const K: usize> Number for Series<B, K> {
 
     #[inline(never)]
     fn atan2(&self, x: &Self) -> Self {
-        let angle = self.value().angle(x.value());
-        match angle {
-            Angle::ByX(constant) => self.div(x).apply(Function::Atan).plus(constant),
-            Angle::ByY(constant) => x.div(self).apply(Function::Atan).times(-1.0).plus(constant),
-            Angle::Any => {
-                let angle = self.div(x).apply(Function::Atan);
-                angle.with_value(B::between(-PI, PI))
+        let (x, y) = (x, self);
+        let mut angle = Self::fixed(y.value().atan2(x.value()));
+        let square = x.square().add(&y.square());
+        // s θ′ = x y′ − y x′ with s = x² + y².
+        let (x, y, s) = (&x.0, &y.0, &square.0);
+        for k in 1..K {
+            let mut sum = B::of(0.0);
+            for j in 1..=k {
+                let turn = x[k - j] * y[j] - y[k - j] * x[j];
+                sum = sum + turn * B::of(j as f64);
             }
+            for j in 1..k {
+                sum = sum - s[k - j] * angle.0[j] * B::of(j as f64);
+            }
+            angle.0[k] = sum / (s[0] * B::of(k as f64));
         }
+        angle
     }
 }
 
@@ -268,6 +275,7 @@ fn tangent_slope<B: Real, const K: usize>(f: &[B; K], k: usize, sign: f64) -> B 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     /// Coefficients of functions of 0.3 + t by computer algebra would be no better than these identities.
     #[test]

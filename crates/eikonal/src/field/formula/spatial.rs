@@ -2,7 +2,7 @@
 
 use super::function::Function;
 use super::number::Number;
-use super::real::{Angle, Real};
+use super::real::Real;
 use super::series::Series;
 use std::array::from_fn;
 
@@ -141,15 +141,30 @@ impl<B: Real, const N: usize> Number for Spatial<B, N> {
         self.through(|u| u.apply(function))
     }
 
-    /// By the quotient that is no larger than one, whose angle has the same derivatives.
+    /// By the partial derivatives of the angle, −y/s by x and x/s by y with s = x² + y².
     #[inline(never)]
     fn atan2(&self, x: &Self) -> Self {
-        let angle = Series([self.0[0]]).atan2(&Series([x.0[0]]));
-        let mut whole = match self.0[0].angle(x.0[0]) {
-            Angle::ByY(_) => x.div(self).apply(Function::Atan).times(-1.0),
-            _ => self.div(x).apply(Function::Atan),
-        };
-        whole.0[0] = angle.0[0];
-        whole
+        let (a, b) = (&x.0, &self.0);
+        let (x, y) = (a[0], b[0]);
+        let s = x.square() + y.square();
+        let (by_x, by_y) = (-y / s, x / s);
+        let twice = by_x * by_y + by_x * by_y;
+        let mixed = (y.square() - x.square()) / s.square();
+        let mut out = [y.atan2(x); N];
+        for i in 1..N {
+            out[i] = by_x * a[i] + by_y * b[i];
+        }
+        if N == HESSIAN {
+            let bend = |i: usize, j: usize| {
+                let (i, j) = (1 + i % 3, 1 + j % 3);
+                let straight = b[i] * b[j] - a[i] * a[j];
+                twice * straight + mixed * (a[i] * b[j] + b[i] * a[j])
+            };
+            for i in 0..3 {
+                out[4 + i] = out[4 + i] + bend(i, i);
+                out[7 + i] = out[7 + i] + bend(i, i + 1);
+            }
+        }
+        Spatial(out)
     }
 }
