@@ -73,9 +73,12 @@ impl Scene {
     ///
     /// # Errors
     /// Everything that is wrong with it, errors first.
-    pub fn new(parts: Parts) -> Result<Self, Vec<SceneProblem>> {
+    pub fn new(mut parts: Parts) -> Result<Self, Vec<SceneProblem>> {
         let around = surroundings(&parts);
         let regions = regions::all(&parts, &around);
+        for (medium, region) in parts.media.iter_mut().zip(&regions) {
+            medium.index = medium.index.prepared(&region.aabb);
+        }
         let sensor_medium = medium_at(&parts.objects, parts.sensor.position());
         let overlapping = overlapping(&parts.objects, around.radius * 1e-9);
         let mut scene = Scene {
