@@ -197,7 +197,7 @@ impl Scales {
             let cell = Aabb::new(corner, corner + spacing);
             let n2 = field.over(&cell)[0].low;
             let around = |radius: f64| field.steepness(&cell.grown(radius));
-            let length = length_within(n2, diagonal, around).max(SHORTEST * diagonal);
+            let length = length_within(n2, [SHORTEST * diagonal, diagonal], around);
             for at in 0..8 {
                 let (i, j, k) = (i + (at & 1), j + (at >> 1 & 1), k + (at >> 2));
                 let node = &mut lengths[(k * nodes[1] + j) * nodes[0] + i];

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Pieces of a range that are bounded one by one.
 const PIECES: usize = 16;
 /// Pieces of a region for which a length scale is kept.
-const CELLS: usize = 256;
+const CELLS: usize = 2048;
 /// Length scales are at least this share of a region: shorter steps follow from the errors that are measured.
 const SHORTEST: f64 = 1e-4;
 
@@ -307,7 +307,7 @@ impl Profile {
             let cell = Interval::new(start, start + spacing);
             let around = |radius: f64| self.steepness(self.grown(cell, radius));
             let n2 = self.ranges(cell).n2.low;
-            let length = length_within(n2, size, around).max(SHORTEST * size);
+            let length = length_within(n2, [SHORTEST * size, size], around);
             lengths[i] = lengths[i].min(length);
             lengths[i + 1] = length;
         }

@@ -66,16 +66,17 @@ pub(super) fn length_at(n2: f64, around: impl Fn(f64) -> Steepness) -> f64 {
     low.max(LEAST)
 }
 
-/// A length that is at most the length scale anywhere in a region with values n² of at least `n2`, and at most `size`. `around`
-/// bounds derivatives within a radius around the region.
-pub(super) fn length_within(n2: f64, size: f64, around: impl Fn(f64) -> Steepness) -> f64 {
-    let (mut best, mut radius) = (0.0, size);
-    for _ in 0..MOST_STEPS {
+/// A length that is at most the length scale anywhere in a region with values n² of at least `n2`, between `least` and `most`.
+/// `around` bounds derivatives within a radius around the region.
+pub(super) fn length_within(
+    n2: f64,
+    [least, most]: [f64; 2],
+    around: impl Fn(f64) -> Steepness,
+) -> f64 {
+    let (mut best, mut radius) = (least, most);
+    while radius > best {
         let length = around(radius).length(n2);
         best = f64::max(best, length.min(radius));
-        if best >= 0.5 * radius {
-            break;
-        }
         radius *= 0.5;
     }
     best

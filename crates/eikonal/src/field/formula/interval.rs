@@ -259,12 +259,16 @@ impl Real for Interval {
 
     /// Extreme at corners, unless the box touches the negative x axis.
     fn atan2(self, x: Self) -> Self {
-        if x.low <= 0.0 && self.contains(0.0) {
+        if self.is_cut(x) {
             return Interval::computed(-PI, PI);
         }
         let [a, b] = [x.low, x.high].map(|x| [self.low.atan2(x), self.high.atan2(x)]);
         let low = a[0].min(a[1]).min(b[0].min(b[1]));
         Interval::computed(low, a[0].max(a[1]).max(b[0].max(b[1])))
+    }
+
+    fn is_cut(self, x: Self) -> bool {
+        x.low <= 0.0 && self.contains(0.0)
     }
 }
 

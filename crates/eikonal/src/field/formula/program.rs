@@ -157,8 +157,14 @@ impl Allocation {
     }
 }
 
-/// The nodes that a node needs, each after its arguments, itself last.
+/// The nodes that a node needs, each after its arguments, itself last. Of two arguments the one with more below it comes first,
+/// lest the other wait for it in a register.
 fn order(graph: &Graph, root: Id) -> Vec<Id> {
+    let mut height = vec![0; graph.len()];
+    for id in 0..graph.len() {
+        let arguments = graph.node(id).arguments().into_iter().flatten();
+        height[id] = arguments.map(|a| height[a] + 1).max().unwrap_or(0);
+    }
     let mut placed = vec![false; graph.len()];
     let (mut order, mut open) = (Vec::new(), vec![(root, false)]);
     while let Some((id, ready)) = open.pop() {
@@ -172,7 +178,9 @@ fn order(graph: &Graph, root: Id) -> Vec<Id> {
         }
         open.push((id, true));
         let arguments = graph.node(id).arguments().into_iter().flatten();
-        open.extend(arguments.map(|argument| (argument, false)));
+        let mut arguments: Vec<Id> = arguments.collect();
+        arguments.sort_by_key(|a| height[*a]);
+        open.extend(arguments.into_iter().map(|a| (a, false)));
     }
     order
 }

@@ -53,6 +53,8 @@ pub(in crate::field) trait Real:
     fn erf(self) -> Self;
     /// The angle of the point (`x`, `self`), between −π and π.
     fn atan2(self, x: Self) -> Self;
+    /// Whether that angle may jump.
+    fn is_cut(self, x: Self) -> bool;
 }
 
 /// 2/√π, the slope of erf at zero.
@@ -144,5 +146,9 @@ impl Real for f64 {
 
     fn atan2(self, x: f64) -> f64 {
         self.atan2(x)
+    }
+
+    fn is_cut(self, _: f64) -> bool {
+        false
     }
 }

@@ -244,6 +244,12 @@ impl<B: Real, const K: usize> Number for Series<B, K> {
     fn atan2(&self, x: &Self) -> Self {
         let (x, y) = (x, self);
         let mut angle = Self::fixed(y.value().atan2(x.value()));
+        if y.value().is_cut(x.value()) {
+            // Nothing is known of derivatives across a jump.
+            return Series(from_fn(
+                |k| if k == 0 { angle.0[0] } else { B::of(f64::NAN) },
+            ));
+        }
         let square = x.square().add(&y.square());
         // s θ′ = x y′ − y x′ with s = x² + y².
         let (x, y, s) = (&x.0, &y.0, &square.0);

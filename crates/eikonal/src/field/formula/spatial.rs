@@ -151,6 +151,11 @@ impl<B: Real, const N: usize> Number for Spatial<B, N> {
         let twice = by_x * by_y + by_x * by_y;
         let mixed = (y.square() - x.square()) / s.square();
         let mut out = [y.atan2(x); N];
+        if y.is_cut(x) {
+            // Nothing is known of derivatives across a jump.
+            out[1..].fill(B::of(f64::NAN));
+            return Spatial(out);
+        }
         for i in 1..N {
             out[i] = by_x * a[i] + by_y * b[i];
         }
