@@ -200,7 +200,7 @@ fn tables_come_close_to_what_they_tabulate() {
     let samples: Vec<[f64; 2]> = (0..=40)
         .map(|i| [place(i), rod.n(DVec3::X * place(i))])
         .collect();
-    let table: Field = Profile::table(Coordinate::Rho, 0.0, &samples)
+    let table: Field = IndexProfile::table(Coordinate::Rho, 0.0, &samples)
         .unwrap()
         .into();
     let mut random = Random(7);
@@ -211,7 +211,7 @@ fn tables_come_close_to_what_they_tabulate() {
     }
     // With heights instead of distances from the centre.
     let shifted: Vec<[f64; 2]> = samples.iter().map(|[u, n]| [u - 5.0, *n]).collect();
-    let shifted: Field = Profile::table(Coordinate::Rho, 5.0, &shifted)
+    let shifted: Field = IndexProfile::table(Coordinate::Rho, 5.0, &shifted)
         .unwrap()
         .into();
     let x = DVec3::new(0.7, 0.4, 3.0);
@@ -297,7 +297,7 @@ fn atmospheres_refract_as_the_refraction_integral_says() {
     let place = |i: i32| 100.0 * f64::from(i);
     let sample = |i: i32| [place(i), 1.0 + contrast * (-place(i) / height).exp()];
     let samples: Vec<[f64; 2]> = (0..=1610).map(sample).collect();
-    let table: Field = Profile::table(Coordinate::R, radius, &samples)
+    let table: Field = IndexProfile::table(Coordinate::R, radius, &samples)
         .unwrap()
         .into();
     let earth = Aabb::new(DVec3::splat(-radius), DVec3::splat(radius)).grown(2e5);

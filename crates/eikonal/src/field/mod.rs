@@ -34,7 +34,7 @@ pub use formula::{Coordinate, Formula, FormulaError, FormulaErrorKind, Quantity}
 pub use gaussian::Gaussian;
 pub use linear::{LinearIndex, LinearSquare};
 pub use luneburg::Luneburg;
-pub use profile::Profile;
+pub use profile::IndexProfile;
 pub use scaled::Scaled;
 pub use selfoc::Selfoc;
 pub use sum::Sum;
@@ -103,7 +103,7 @@ pub enum Field {
     /// A formula in three coordinates.
     Expression(Expression),
     /// A formula or a table in one coordinate.
-    Profile(Profile),
+    IndexProfile(IndexProfile),
     /// A superposition of fields.
     Sum(Sum),
     /// A field under an affine transform.
@@ -126,7 +126,7 @@ macro_rules! each {
             Field::Acoustic($f) => $e,
             Field::Bspline($f) => $e,
             Field::Expression($f) => $e,
-            Field::Profile($f) => $e,
+            Field::IndexProfile($f) => $e,
             Field::Sum($f) => $e,
             Field::Affine($f) => $e,
             Field::Scaled($f) => $e,
@@ -156,7 +156,7 @@ into_field!(
     Acoustic,
     Bspline,
     Expression,
-    Profile,
+    IndexProfile,
     Sum,
     Affine,
     Scaled
@@ -167,7 +167,7 @@ impl From<Formula> for Field {
     fn from(formula: Formula) -> Self {
         match (formula.constant(), formula.domain) {
             (Some(n2), _) if n2 > 0.0 => Constant::new(n2.sqrt()).into(),
-            (_, Domain::Line(coordinate)) => Profile::of_formula(formula, coordinate).into(),
+            (_, Domain::Line(coordinate)) => IndexProfile::of_formula(formula, coordinate).into(),
             (_, Domain::Space) => Expression::new(formula).into(),
         }
     }
@@ -229,7 +229,7 @@ impl Field {
         }
         match self {
             Field::Expression(f) => f.prepared(region).into(),
-            Field::Profile(f) => f.prepared(region).into(),
+            Field::IndexProfile(f) => f.prepared(region).into(),
             Field::Sum(f) => f.map(|term| term.prepared(region)).into(),
             Field::Affine(f) => f.over(f.inner().prepared(&f.local_box(region))).into(),
             Field::Scaled(f) => f.over(f.inner().prepared(region)).into(),
@@ -267,7 +267,7 @@ impl Field {
         match self {
             Field::Bspline(f) => f.memory(),
             Field::Expression(f) => f.memory(),
-            Field::Profile(f) => f.memory(),
+            Field::IndexProfile(f) => f.memory(),
             Field::Sum(f) => f.memory(),
             Field::Affine(f) => f.memory(),
             Field::Scaled(f) => f.inner().memory(),

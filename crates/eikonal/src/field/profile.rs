@@ -20,7 +20,7 @@ const SHORTEST: f64 = 1e-4;
 
 /// n² as a function f(u) of one coordinate u.
 #[derive(Clone, Debug)]
-pub struct Profile {
+pub struct IndexProfile {
     curve: Arc<Curve>,
     coordinate: Coordinate,
     /// Whether f′(0) is zero, so that a function of a distance is smooth where that is zero.
@@ -89,9 +89,9 @@ struct Ranges {
     across: Interval,
 }
 
-impl Profile {
+impl IndexProfile {
     pub(super) fn of_formula(formula: Formula, coordinate: Coordinate) -> Self {
-        Profile::new(Curve::Formula(formula.program), coordinate)
+        IndexProfile::new(Curve::Formula(formula.program), coordinate)
     }
 
     /// The profile through samples: pairs of the coordinate less `shift`, ascending, and the index n > 0 there. A cubic spline,
@@ -109,12 +109,15 @@ impl Profile {
         let start = if even { Start::Even } else { Start::Free };
         let spline = Spline::new(samples, start)?;
         let shift = super::error::finite("shift of a table", shift)?;
-        Ok(Profile::new(Curve::Table { spline, shift }, coordinate))
+        Ok(IndexProfile::new(
+            Curve::Table { spline, shift },
+            coordinate,
+        ))
     }
 
     fn new(curve: Curve, coordinate: Coordinate) -> Self {
         let [_, slope] = curve.at::<2>(0.0);
-        Profile {
+        IndexProfile {
             curve: Arc::new(curve),
             coordinate,
             is_even: slope == 0.0,
@@ -318,7 +321,7 @@ impl Profile {
             // Slopes of one are allowed here: there is one direction only.
             lengths: Lengths::new([CELLS + 1, 2, 2], DVec3::splat(spacing * 3f64.sqrt()), four),
         };
-        Profile {
+        IndexProfile {
             scales: Some(Arc::new(scales)),
             ..self.clone()
         }

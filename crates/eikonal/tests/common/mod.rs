@@ -108,12 +108,12 @@ pub fn formula(text: &str) -> Field {
 }
 
 /// A table of an index that falls off with a distance, or along a line.
-pub fn table(coordinate: Coordinate, start: f64) -> Profile {
+pub fn table(coordinate: Coordinate, start: f64) -> IndexProfile {
     let place = |i: i32| start + 0.21 * f64::from(i);
     let samples: Vec<[f64; 2]> = (0..20)
         .map(|i| [place(i), 1.3 + 0.1 * place(i).cos()])
         .collect();
-    Profile::table(coordinate, 0.0, &samples).unwrap()
+    IndexProfile::table(coordinate, 0.0, &samples).unwrap()
 }
 
 const WAVES: &str = "1.4 + 0.03*sin(2*x + y)*cos(1.5*z - 0.5*y) + 0.01*exp(-rho^2)*atan2(x, 3 + y)";

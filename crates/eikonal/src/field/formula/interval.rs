@@ -1,4 +1,5 @@
-//! Arithmetic of intervals: every result holds what each choice of numbers in the arguments gives, rounding included.
+//! Arithmetic of intervals: every result holds what each choice of numbers in the arguments gives, rounding included
+//! (docs/theory.md#formulas).
 
 use super::real::Real;
 use crate::bounds::mul;

@@ -4,7 +4,7 @@ use crate::query::Query;
 use crate::scene::FileRegistry;
 use crate::table;
 use eikonal::Field;
-use eikonal::field::{Coordinate, FieldError, Profile};
+use eikonal::field::{Coordinate, FieldError, IndexProfile};
 
 /// Names of coordinates, in the order of the schema.
 const NAMES: [&str; 5] = ["r", "rho", "x", "y", "z"];
@@ -14,7 +14,7 @@ pub(super) fn build(q: &mut Query, files: &mut FileRegistry) -> Option<Result<Fi
     let coordinate = coordinate(q);
     let shift = q.float_or("shift", 0.0);
     let samples = samples(q, files)?;
-    Some(Profile::table(coordinate?, shift, &samples).map(Field::from))
+    Some(IndexProfile::table(coordinate?, shift, &samples).map(Field::from))
 }
 
 fn coordinate(q: &mut Query) -> Option<Coordinate> {
