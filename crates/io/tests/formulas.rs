@@ -244,3 +244,28 @@ fn the_manual_is_right() {
     });
     assert_eq!(made.count(), 4);
 }
+
+/// Under the ground of a planet the formula of an atmosphere has no finite value, nor need it have one; without the ground
+/// it must.
+#[test]
+fn indices_need_make_sense_only_where_light_is() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("scene.xml");
+    let load = |ground: &str| {
+        let text = format!(
+            r#"<scene version="3.0.0"><sensor type="perspective"><transform name="to_world">
+<lookat origin="0, 0, 6371100" target="1000, 0, 6371110" up="0, 0, 1"/></transform><film type="hdrfilm"/></sensor>
+<emitter type="constant"/>
+<shape type="sphere"><float name="radius" value="6471000"/><bsdf type="null"/><medium name="interior" type="transparent">
+<volume name="ior" type="expression"><string name="n" value="1 + N*exp((R - r)/H)"/>
+<float name="N" value="2.8e-4"/><float name="R" value="6371000"/><float name="H" value="8000"/></volume></medium></shape>
+{ground}</scene>"#
+        );
+        fs::write(&path, text).unwrap();
+        let loaded = morgana_io::load_scene(&path, &LoadOptions::default());
+        loaded.map(|_| ()).map_err(|d| d.to_string())
+    };
+    load(r#"<shape type="sphere"><float name="radius" value="6371000"/><bsdf type="diffuse"/></shape>"#).unwrap();
+    let refused = load("").unwrap_err();
+    assert!(refused.contains("must be positive and finite"), "{refused}");
+}

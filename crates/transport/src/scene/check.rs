@@ -167,19 +167,12 @@ fn smallest_square(scene: &Scene, id: usize, aabb: &Aabb) -> Option<(DVec3, f64)
         .iter()
         .filter(|o| o.interior() == Some(id) && o.shape.is_closed())
         .collect();
-    // What is inside of something opaque, or of another medium, no ray sees: the index need not make sense there.
-    let buried = |x: DVec3| {
-        let mut closed = scene.objects().iter().filter(|o| o.shape.is_closed());
-        closed.any(|o| o.interior() != Some(id) && o.bsdf.is_opaque() && o.shape.contains(x))
-    };
-    let holds = |x: DVec3| {
-        holders.iter().any(|o| o.shape.contains(x)) && scene.medium_at(x) == id && !buried(x)
-    };
+    let holds = |x: DVec3| holders.iter().any(|o| o.shape.contains(x));
     let n = REGION_PROBES;
     let at = |i: usize| (i as f64 + 0.5) / n as f64;
     (0..n * n * n)
         .map(|i| aabb.min + aabb.size() * DVec3::new(at(i % n), at(i / n % n), at(i / n / n)))
-        .filter(|x| holders.is_empty() || holds(*x))
+        .filter(|x| (holders.is_empty() || holds(*x)) && !scene.is_displaced(id, *x))
         .map(|x| (x, scene.medium(id).index.n2(x)))
         .min_by(|a, b| rank(a.1).total_cmp(&rank(b.1)))
 }
