@@ -9,8 +9,10 @@ use glam::{DMat3, DVec3};
 use std::array::from_fn;
 use std::sync::Arc;
 
-/// Cells for which a length scale is kept.
+/// Cells for which a length scale is kept, unless the formula is long.
 const CELLS: f64 = 2048.0;
+/// Operations in all cells together that that may take: it is done before a render begins.
+const MOST_OPERATIONS: f64 = 131_072.0;
 /// Length scales are at least this share of a region: shorter steps follow from the errors that are measured.
 const SHORTEST: f64 = 1e-4;
 
@@ -186,7 +188,8 @@ impl Scales {
         let diagonal = region.diagonal();
         // A flat region has some extent, too.
         let size = region.size().max(DVec3::splat(1e-3 * diagonal));
-        let edge = (size.element_product() / CELLS).cbrt();
+        let affordable = MOST_OPERATIONS / field.program.len() as f64;
+        let edge = (size.element_product() / affordable.clamp(1.0, CELLS)).cbrt();
         let cells = (size / edge).round().clamp(DVec3::ONE, DVec3::splat(64.0));
         let spacing = size / cells;
         let [x, y, z] = cells.to_array().map(|n| n as usize);

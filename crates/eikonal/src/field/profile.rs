@@ -11,10 +11,14 @@ use crate::bounds::{Aabb, FieldBounds};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
-/// Pieces of a range that are bounded one by one.
+/// Pieces of a range that are bounded one by one, unless the formula is long.
 const PIECES: usize = 16;
-/// Pieces of a region for which a length scale is kept.
+/// Operations in all pieces together that bounds may take.
+const MOST_OPERATIONS_OF_BOUNDS: usize = 512;
+/// Pieces of a region for which a length scale is kept, unless the formula is long.
 const CELLS: usize = 2048;
+/// Operations in all cells together that that may take: it is done before a render begins.
+const MOST_OPERATIONS_OF_CELLS: usize = 131_072;
 /// Length scales are at least this share of a region: shorter steps follow from the errors that are measured.
 const SHORTEST: f64 = 1e-4;
 
@@ -65,6 +69,14 @@ impl Curve {
                 let shifted = Interval::new(u.low - shift, u.high - shift);
                 spline.over::<K>(shifted).square().0
             }
+        }
+    }
+
+    /// Number of operations of an evaluation.
+    fn operations(&self) -> usize {
+        match self {
+            Curve::Formula(program) => program.len().max(1),
+            Curve::Table { .. } => 1,
         }
     }
 
@@ -242,12 +254,14 @@ impl IndexProfile {
 
     pub(super) fn bounds(&self, region: &Aabb) -> FieldBounds {
         let whole = self.range(region);
-        let width = (whole.high - whole.low) / PIECES as f64;
-        let pieces = if width > 0.0 && width.is_finite() {
-            PIECES
+        let affordable = MOST_OPERATIONS_OF_BOUNDS / self.curve.operations();
+        let extent = whole.high - whole.low;
+        let pieces = if extent > 0.0 && extent.is_finite() {
+            affordable.clamp(1, PIECES)
         } else {
             1
         };
+        let width = extent / pieces as f64;
         let end = |i: usize| match i {
             0 => whole.low,
             i if i == pieces => whole.high,
@@ -303,9 +317,11 @@ impl IndexProfile {
         let whole = self.range(region);
         let size = region.diagonal();
         // A flat region has some extent, too.
-        let spacing = (whole.high - whole.low).max(1e-3 * size) / CELLS as f64;
-        let mut lengths = vec![f64::INFINITY; CELLS + 1];
-        for i in 0..CELLS {
+        let affordable = MOST_OPERATIONS_OF_CELLS / self.curve.operations();
+        let cells = affordable.clamp(1, CELLS);
+        let spacing = (whole.high - whole.low).max(1e-3 * size) / cells as f64;
+        let mut lengths = vec![f64::INFINITY; cells + 1];
+        for i in 0..cells {
             let start = whole.low + spacing * i as f64;
             let cell = Interval::new(start, start + spacing);
             let around = |radius: f64| self.steepness(self.grown(cell, radius));
@@ -319,7 +335,7 @@ impl IndexProfile {
             start: whole.low,
             per_spacing: 1.0 / spacing,
             // Slopes of one are allowed here: there is one direction only.
-            lengths: Lengths::new([CELLS + 1, 2, 2], DVec3::splat(spacing * 3f64.sqrt()), four),
+            lengths: Lengths::new([cells + 1, 2, 2], DVec3::splat(spacing * 3f64.sqrt()), four),
         };
         IndexProfile {
             scales: Some(Arc::new(scales)),

@@ -5,7 +5,7 @@ use super::lexer::{Placed, Token, words};
 use std::ops::Range;
 
 /// Characters of a formula at most.
-const MOST_CHARACTERS: usize = 10_000;
+const MOST_CHARACTERS: usize = 4096;
 /// Levels of nesting at most: the stack of a thread must hold them.
 const MOST_LEVELS: usize = 200;
 

@@ -84,6 +84,11 @@ impl Program {
         })
     }
 
+    /// Number of operations.
+    pub(in crate::field) fn len(&self) -> usize {
+        self.instructions.len()
+    }
+
     /// The value for given inputs.
     #[inline]
     pub(in crate::field) fn run<N: Number, const I: usize>(&self, inputs: [N; I]) -> N {
