@@ -28,7 +28,7 @@ fn places([from, to]: [DVec3; 2]) -> impl Iterator<Item = DVec3> + Clone {
     (0..=PLACES).map(move |i| from.lerp(to, i as f64 / PLACES as f64))
 }
 
-/// A line without what other media or opaque things take of it: whole, where there are none.
+/// A line without what is inside of opaque things: whole, where there are none.
 fn parts_within(
     scene: &Scene,
     medium: usize,

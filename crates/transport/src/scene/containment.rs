@@ -12,13 +12,13 @@ impl Scene {
         medium_at(&self.parts.objects, x)
     }
 
-    /// Whether another medium, or something opaque, is at a point, so that no ray meets medium `id` there, whatever its index.
+    /// Whether something opaque fills the place of a medium at a point, so that no ray is there, whatever the index.
     pub fn is_displaced(&self, id: MediumId, x: DVec3) -> bool {
-        let opaque =
-            |o: &Object| o.shape.is_closed() && o.bsdf.is_opaque() && o.interior() != Some(id);
-        let mut objects = self.objects().iter();
-        ![id, AMBIENT].contains(&self.medium_at(x))
-            || objects.any(|o| opaque(o) && o.shape.contains(x))
+        let fills = |o: &Object| {
+            let other = o.interior() != Some(id);
+            other && o.shape.is_closed() && o.bsdf.is_opaque() && o.shape.contains(x)
+        };
+        self.objects().iter().any(fills)
     }
 
     /// The medium beside an object's surface at `x`, on the side to which `direction` points, for a ray
